@@ -9,7 +9,7 @@ use glam::{Quat, Vec2, Vec3};
 
 use super::{Chain, JointId, JointTransform, Leg, Pose, Skeleton};
 
-/// Result of [`reach`].
+/// Result of [`Leg::reach`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Reach {
     /// Distance between the ankle and its target, in metres. It is 0 within reach, except for
@@ -20,68 +20,70 @@ pub(crate) struct Reach {
 /// Share of the remaining extension up to which the leg follows its target exactly.
 const EXACT_SHARE: f32 = 0.7;
 
-/// Bends `leg` of `pose` so that the foot's frame becomes `foot`, in the space of the motion. The
-/// knee stays in its plane, the bones keep their lengths, and all other joints keep their
-/// rotations.
-pub(crate) fn reach(
-    skeleton: &Skeleton,
-    pose: &mut Pose,
-    leg: &Leg,
-    foot: JointTransform,
-) -> Reach {
-    let (hip, knee_in_hip, foot_in_knee, toe) = {
-        let chain = Chain::of(skeleton, pose);
-        let toe = |toe| chain.within(toe, leg.foot).translation;
-        (
-            chain.global(leg.hip),
-            chain.within(leg.knee, leg.hip),
-            chain.within(leg.foot, leg.knee),
-            leg.toe.map_or(Vec3::ZERO, toe),
-        )
-    };
-    let knee_rotation = hip.rotation * knee_in_hip.rotation;
-    // Vectors from the hip to the knee, from the knee to the ankle, and from the ankle to the toe.
-    let (thigh, shin) = (
-        hip.rotation * knee_in_hip.translation,
-        knee_rotation * foot_in_knee.translation,
-    );
-    let forward = knee_rotation * foot_in_knee.rotation * toe;
+impl Leg {
+    /// Bends this leg of `pose` so that the foot's frame becomes `foot`, in the space of the motion. The
+    /// knee stays in its plane, the bones keep their lengths, and all other joints keep their
+    /// rotations.
+    pub(crate) fn reach(
+        &self,
+        skeleton: &Skeleton,
+        pose: &mut Pose,
+        foot: JointTransform,
+    ) -> Reach {
+        let (hip, knee_in_hip, foot_in_knee, toe) = {
+            let chain = Chain::of(skeleton, pose);
+            let toe = |toe| chain.within(toe, self.foot).translation;
+            (
+                chain.global(self.hip),
+                chain.within(self.knee, self.hip),
+                chain.within(self.foot, self.knee),
+                self.toe.map_or(Vec3::ZERO, toe),
+            )
+        };
+        let knee_rotation = hip.rotation * knee_in_hip.rotation;
+        // Vectors from the hip to the knee, from the knee to the ankle, and from the ankle to the toe.
+        let (thigh, shin) = (
+            hip.rotation * knee_in_hip.translation,
+            knee_rotation * foot_in_knee.translation,
+        );
+        let forward = knee_rotation * foot_in_knee.rotation * toe;
 
-    let wanted = foot.translation - hip.translation;
-    let bones = [thigh.length(), shin.length()];
-    let now = (thigh + shin).length();
-    let distance = soft_distance(wanted.length(), now, bones);
-    let bend = turn_between(half_angle(now, bones), half_angle(distance, bones));
-    let axis = knee_axis(thigh, shin, forward) * bend.x;
-    let bend = Quat::from_xyzw(axis.x, axis.y, axis.z, bend.y);
-    let swing = match (
-        (thigh + bend * shin).try_normalize(),
-        wanted.try_normalize(),
-    ) {
-        (Some(from), Some(to)) => Quat::from_rotation_arc(from, to),
-        _ => Quat::IDENTITY,
-    };
+        let wanted = foot.translation - hip.translation;
+        let bones = [thigh.length(), shin.length()];
+        let now = (thigh + shin).length();
+        let distance = soft_distance(wanted.length(), now, bones);
+        let bend = turn_between(half_angle(now, bones), half_angle(distance, bones));
+        let axis = knee_axis(thigh, shin, forward) * bend.x;
+        let bend = Quat::from_xyzw(axis.x, axis.y, axis.z, bend.y);
+        let swing = match (
+            (thigh + bend * shin).try_normalize(),
+            wanted.try_normalize(),
+        ) {
+            (Some(from), Some(to)) => Quat::from_rotation_arc(from, to),
+            _ => Quat::IDENTITY,
+        };
 
-    // Applies a rotation in the space of the motion to a rotation in the frame of the joint's
-    // parent.
-    let turned = |local: Quat, global: Quat, turn: Quat| {
-        let parent = global * local.conjugate();
-        (parent.conjugate() * turn * parent * local).normalize()
-    };
-    let rotation = |id: JointId| pose.rotations[id.index()];
-    let above_foot = knee_rotation * foot_in_knee.rotation * rotation(leg.foot).conjugate();
-    let hip_rotation = turned(rotation(leg.hip), hip.rotation, swing);
-    let knee_local = turned(rotation(leg.knee), knee_rotation, bend);
-    let foot_local = ((swing * bend * above_foot).conjugate() * foot.rotation).normalize();
-    pose.rotations[leg.hip.index()] = hip_rotation;
-    pose.rotations[leg.knee.index()] = knee_local;
-    pose.rotations[leg.foot.index()] = foot_local;
-    Reach {
-        missed: (distance - wanted.length()).abs(),
+        // Applies a rotation in the space of the motion to a rotation in the frame of the joint's
+        // parent.
+        let turned = |local: Quat, global: Quat, turn: Quat| {
+            let parent = global * local.conjugate();
+            (parent.conjugate() * turn * parent * local).normalize()
+        };
+        let rotation = |id: JointId| pose.rotations[id.index()];
+        let above_foot = knee_rotation * foot_in_knee.rotation * rotation(self.foot).conjugate();
+        let hip_rotation = turned(rotation(self.hip), hip.rotation, swing);
+        let knee_local = turned(rotation(self.knee), knee_rotation, bend);
+        let foot_local = ((swing * bend * above_foot).conjugate() * foot.rotation).normalize();
+        pose.rotations[self.hip.index()] = hip_rotation;
+        pose.rotations[self.knee.index()] = knee_local;
+        pose.rotations[self.foot.index()] = foot_local;
+        Reach {
+            missed: (distance - wanted.length()).abs(),
+        }
     }
 }
 
-/// Position of the hip, and the maximum distance from it at which [`reach`] brings the ankle to its
+/// Position of the hip, and the maximum distance from it at which [`Leg::reach`] brings the ankle to its
 /// target exactly.
 pub(crate) fn free_distance<L: Fn(JointId) -> (Quat, Vec3)>(
     chain: &Chain<'_, L>,
@@ -203,7 +205,7 @@ mod tests {
             let hip = before[1].translation;
             let wanted = JointTransform { rotation: foot, translation: hip + Vec3::from(away) };
             let mut bent = pose.clone();
-            let missed = reach(&skeleton, &mut bent, &leg, wanted).missed;
+            let missed = leg.reach(&skeleton, &mut bent, wanted).missed;
             let after = joints(&bent);
             let [knee, ankle] = [3, 4].map(|joint| after[joint].translation);
             prop_assert!((hip.distance(knee) - BONES[0]).abs() < 1e-5);
@@ -230,7 +232,7 @@ mod tests {
             let (skeleton, before) = (skeleton(), joints(&pose));
             let mut same = pose.clone();
             let leg = Leg::all(&skeleton)[0];
-            prop_assert!(reach(&skeleton, &mut same, &leg, before[4]).missed < 1e-5);
+            prop_assert!(leg.reach(&skeleton, &mut same, before[4]).missed < 1e-5);
             // If the leg is nearly straight, the knee's position hardly determines its angle.
             for (a, b) in joints(&same).iter().zip(&before) {
                 prop_assert!(a.translation.distance(b.translation) < 1e-3);
@@ -246,7 +248,7 @@ mod tests {
             prop_assume!(normal.length() > 0.02);
             let mut bent = pose.clone();
             let wanted = JointTransform { translation: hip.lerp(ankle, nearer), ..before[4] };
-            reach(&skeleton, &mut bent, &Leg::all(&skeleton)[0], wanted);
+            Leg::all(&skeleton)[0].reach(&skeleton, &mut bent, wanted);
             let moved = joints(&bent)[3].translation - hip;
             prop_assert!(moved.dot(normal.normalize()).abs() < 5e-3);
             prop_assert!(moved.dot(knee - hip - (knee - hip).project_onto(ankle - hip)) > 0.0, "it bends the same way");

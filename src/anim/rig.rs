@@ -15,6 +15,13 @@ pub(crate) struct Rig {
     parts: Vec<Part>,
 }
 
+/// A skeleton with its trunk and limbs.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct RiggedSkeleton<'a> {
+    pub(crate) skeleton: &'a Skeleton,
+    pub(crate) rig: &'a Rig,
+}
+
 /// The part of the body that a joint belongs to.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Part {

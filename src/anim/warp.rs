@@ -3,12 +3,12 @@
 //!
 //! Source: Witkin & Popović, "Motion Warping" (1995): a smooth displacement is added to a captured motion and fades in and out
 //! around a moment. Differs: the displacement has 19 parameters (spine, pelvis, four limbs, time). Legs and arms follow by inverse
-//! kinematics ([`reach`]), so that planted feet stay planted.
+//! kinematics ([`Leg::reach`](super::Leg::reach)), so that planted feet stay planted.
 
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
-use super::{Chain, JointTransform, Pose, Rig, Skeleton, reach};
+use super::{Chain, JointTransform, Pose, Rig, RiggedSkeleton};
 
 /// Weight of a warp over time. It fades in and out as a fifth-degree polynomial, with zero speed and acceleration at both ends.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -110,10 +110,10 @@ impl Warp {
     }
 
     /// Applies the warp to the pose at `seconds`.
-    pub(crate) fn apply(&self, (skeleton, rig): (&Skeleton, &Rig), seconds: f32, pose: &mut Pose) {
+    pub(crate) fn apply(&self, rigged: RiggedSkeleton<'_>, seconds: f32, pose: &mut Pose) {
         let weight = self.envelope.weight(seconds);
         if weight > 0.0 {
-            self.bend.apply((skeleton, rig), weight, pose);
+            self.bend.apply(rigged, weight, pose);
         }
     }
 }
@@ -127,42 +127,34 @@ impl Bend {
 
     /// Applies the bend with a weight. Returns the largest distance of a foot from its target, in metres, which is above 0 if a leg is too
     /// short.
-    pub(crate) fn apply(
-        &self,
-        (skeleton, rig): (&Skeleton, &Rig),
-        weight: f32,
-        pose: &mut Pose,
-    ) -> f32 {
-        let feet = self.feet((skeleton, rig), pose);
+    pub(crate) fn apply(&self, rigged: RiggedSkeleton<'_>, weight: f32, pose: &mut Pose) -> f32 {
+        let RiggedSkeleton { skeleton, rig } = rigged;
+        let feet = self.feet(rigged, pose);
         pose.root += self.pelvis * weight;
         rig.turn_spine(self.spine * weight, pose);
         let mut missed = 0.0f32;
         for (limb, foot) in feet.into_iter().enumerate() {
             if let (Some(leg), Some(foot)) = (rig.limbs()[limb], foot) {
                 let foot = moved(foot, self.ends[limb] * weight);
-                missed = missed.max(reach(skeleton, pose, &leg, foot).missed);
+                missed = missed.max(leg.reach(skeleton, pose, foot).missed);
             }
         }
         for limb in Rig::LEGS..Rig::LIMBS {
             let arm = rig.limbs()[limb].filter(|_| self.ends[limb] != Vec3::ZERO);
             if let Some(arm) = arm {
                 let hand = Chain::of(skeleton, pose).global(arm.foot);
-                reach(skeleton, pose, &arm, moved(hand, self.ends[limb] * weight));
+                arm.reach(skeleton, pose, moved(hand, self.ends[limb] * weight));
             }
         }
         missed
     }
 
     /// Frames of the feet before the bend, to which the legs return them.
-    fn feet(
-        &self,
-        (skeleton, rig): (&Skeleton, &Rig),
-        pose: &Pose,
-    ) -> [Option<JointTransform>; Rig::LEGS] {
-        let chain = Chain::of(skeleton, pose);
+    fn feet(&self, rigged: RiggedSkeleton<'_>, pose: &Pose) -> [Option<JointTransform>; Rig::LEGS] {
+        let chain = Chain::of(rigged.skeleton, pose);
         let foot = |limb: usize| {
             let is_moved = self.pelvis != Vec3::ZERO || self.ends[limb] != Vec3::ZERO;
-            let leg = rig.limbs()[limb].filter(|_| is_moved)?;
+            let leg = rigged.rig.limbs()[limb].filter(|_| is_moved)?;
             Some(chain.global(leg.foot))
         };
         [foot(0), foot(1)]

@@ -8,7 +8,7 @@ use std::collections::BTreeSet;
 
 use super::component::largest_component;
 use super::distance::Windows;
-use super::feet::{Aligner, DartKey, DartTest};
+use super::feet::{Aligner, DartKey, DartTest, PlantedClips};
 use super::links::{self, KnownLinks, LinkSource};
 use super::record::{ClipMatch, GraphRecord, KnownMinima};
 use super::report::{BuildCounts, BuiltGraphs};
@@ -270,7 +270,11 @@ impl<'a> GraphBuilder<'a> {
     }
 
     fn dart_test(&self) -> Option<DartTest> {
-        let clips = (self.source.skeleton, &self.clips[..], &self.feet);
+        let clips = PlantedClips {
+            skeleton: self.source.skeleton,
+            clips: &self.clips,
+            feet: &self.feet,
+        };
         DartTest::new(clips, self.settings)
     }
 
@@ -390,7 +394,7 @@ impl Parts<'_> {
         let of_clips = nodes.windows(2).zip(0..).filter_map(|(pair, index)| {
             let ends = (NodeId(index), NodeId(index + 1));
             let is_new = pair[0].clip == pair[1].clip && !of_events.contains(&ends);
-            is_new.then(|| clip_edge(ends, &nodes, None))
+            is_new.then(|| clip_edge(&nodes, ends.0, ends.1))
         });
         edges.extend(of_clips);
         edges.extend(in_parallel(self.threads, self.transitions.len(), |index| {
@@ -441,7 +445,10 @@ impl Parts<'_> {
                 frame,
             });
             let [from, to] = ends.map(|end| node_id(nodes, end));
-            clip_edge((from, to), nodes, Some(EventId(index)))
+            Edge {
+                event: Some(EventId(index)),
+                ..clip_edge(nodes, from, to)
+            }
         })
     }
 
@@ -459,14 +466,14 @@ impl Parts<'_> {
     }
 }
 
-/// Edge that plays the clip between two of its nodes.
-fn clip_edge((from, to): (NodeId, NodeId), nodes: &[Node], event: Option<EventId>) -> Edge {
+/// Edge that plays the clip between two of its nodes, without an event.
+fn clip_edge(nodes: &[Node], from: NodeId, to: NodeId) -> Edge {
     Edge {
         from,
         to,
         frames: nodes[to.index()].frame - nodes[from.index()].frame,
         motion: EdgeMotion::Clip,
-        event,
+        event: None,
     }
 }
 

@@ -94,7 +94,9 @@ impl Motion {
         }
         let entered = self.entered;
         self.inertias[..=entered].rotate_right(1);
-        self.inertias[0].measure(graph, &mut scratch, (0.0, blend.max(step), step));
+        let inertia = &mut self.inertias[0];
+        inertia.set_times(0.0, blend.max(step));
+        inertia.measure(graph, &mut scratch, step);
         self.entered += 1;
         self.scratch = scratch;
     }

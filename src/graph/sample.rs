@@ -5,8 +5,8 @@ use glam::{Quat, Vec3};
 
 use super::{ClipId, Edge, EdgeId, EdgeMotion, MotionGraph, blend_weight};
 use crate::anim::{
-    Chain, JointId, LANES, Moment, PackedMoment, Pose, Rows, Skeleton, Slerp, scatter, slerp,
-    unpack,
+    Chain, JointId, LANES, Moment, PackedMoment, Pose, RiggedSkeleton, Rows, Skeleton, Slerp,
+    scatter, slerp, unpack,
 };
 use crate::math::code_rows::{RowKernel, RowReader};
 use crate::math::{Isa, Rigid2};
@@ -21,6 +21,8 @@ pub(super) struct Sides<'a> {
     turn: Quat,
     /// Weight of the target.
     weight: f32,
+    /// Frames since the start of the edge.
+    frame: f32,
 }
 
 impl<'a> Sides<'a> {
@@ -36,7 +38,13 @@ impl<'a> Sides<'a> {
             align: target.align,
             turn: target.align.rotation(),
             weight: target.weight,
+            frame,
         })
+    }
+
+    /// Frames since the start of the edge.
+    pub(super) fn frame(&self) -> f32 {
+        self.frame
     }
 
     pub(super) fn source(&self) -> Chain<'a, impl Fn(JointId) -> (Quat, Vec3)> {
@@ -198,6 +206,14 @@ pub(crate) struct TargetMoment {
 }
 
 impl MotionGraph {
+    /// The skeleton with its trunk and limbs.
+    pub(crate) fn rigged_skeleton(&self) -> RiggedSkeleton<'_> {
+        RiggedSkeleton {
+            skeleton: self.skeleton(),
+            rig: self.rig(),
+        }
+    }
+
     /// Clip frames that an edge plays `frame` frames after its start.
     pub(crate) fn edge_moment(&self, edge: &Edge, frame: f32) -> EdgeMoment {
         let (from, to) = (self.node(edge.from), self.node(edge.to));
@@ -220,7 +236,7 @@ impl MotionGraph {
     /// before.
     pub fn sample_edge(&self, edge: EdgeId, frame: f32, out: &mut Pose) {
         if let Some(sides) = self.sample_sides(edge, frame, out) {
-            self.keep_feet((edge, frame), &sides, out);
+            self.keep_feet(edge, &sides, out);
         }
     }
 

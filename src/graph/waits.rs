@@ -60,7 +60,8 @@ impl Waits {
     pub(super) fn add_goal(&mut self, start: u32, mut lowered: impl FnMut(u32, u32, u32)) {
         let moments = self.follows.len();
         self.frames.push(vec![u16::MAX; moments]);
-        self.lower(self.frames.len() - 1, (0, start), &mut lowered);
+        self.open.push(Reverse((0, start)));
+        self.lower(self.frames.len() - 1, &mut lowered);
     }
 
     /// Adds a jump.
@@ -68,13 +69,14 @@ impl Waits {
         self.into[jump.to as usize].push(jump);
         for evasion in 0..self.frames.len() {
             let frames = self.of(evasion, jump.to).saturating_add(jump.frames);
-            self.lower(evasion, (frames, jump.from), &mut lowered);
+            self.open.push(Reverse((frames, jump.from)));
+            self.lower(evasion, &mut lowered);
         }
     }
 
-    fn lower(&mut self, evasion: usize, from: (u32, u32), lowered: &mut impl FnMut(u32, u32, u32)) {
+    /// Lowers the waits until an evasion's start, from what is in the queue on.
+    fn lower(&mut self, evasion: usize, lowered: &mut impl FnMut(u32, u32, u32)) {
         let waits = &mut self.frames[evasion];
-        self.open.push(Reverse(from));
         while let Some(Reverse((frames, moment))) = self.open.pop() {
             let old = wait(waits[moment as usize]);
             if frames >= old || frames > self.horizon {

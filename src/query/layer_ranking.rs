@@ -25,6 +25,22 @@ pub(super) struct LayerRanking {
     joints: Vec<JointTransform>,
 }
 
+/// An attack that hits the motion that goes on, and when.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct AttackContact<'a> {
+    pub attack: &'a Attack,
+    /// Time of the contact, in seconds.
+    pub seconds: f32,
+}
+
+/// An evasion whose upper body is layered.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct LayeredEvasion<'a> {
+    pub layer: &'a Layer,
+    /// Index in [`BakedGraph::evasions`].
+    pub evasion: usize,
+}
+
 #[derive(Clone, Debug, Default)]
 struct Moment {
     seconds: f32,
@@ -50,8 +66,12 @@ impl LayerRanking {
         &mut self,
         baked: &BakedGraph,
         motion: &Motion,
-        (attack, contact): (&Attack, f32),
+        contact: AttackContact<'_>,
     ) {
+        let AttackContact {
+            attack,
+            seconds: contact,
+        } = contact;
         let (graph, body) = (baked.graph(), baked.body());
         let above = |sphere: &usize| {
             let joint = body.spheres[*sphere].joint;
@@ -99,9 +119,10 @@ impl LayerRanking {
     pub(super) fn distance(
         &self,
         baked: &BakedGraph,
-        (layer, evasion): (&Layer, usize),
+        layered: LayeredEvasion<'_>,
         least: f32,
     ) -> Option<f32> {
+        let LayeredEvasion { layer, evasion } = layered;
         let entered = baked.entry_track(evasion)?;
         let (graph, spheres) = (baked.graph(), &baked.body().spheres);
         let mut found = f32::INFINITY;
@@ -191,13 +212,14 @@ mod tests {
             let first = baked.entry_track(0).unwrap().first;
             let layer = Layer::new((evasion.clip, (first + early) as f32), 1.0, envelope);
             let mut ranking = LayerRanking::default();
-            ranking.look_at(baked, &motion, (&attack, 0.4));
-            let found = ranking.distance(baked, (&layer, 0), f32::NEG_INFINITY).unwrap();
+            ranking.look_at(baked, &motion, AttackContact { attack: &attack, seconds: 0.4 });
+            let layered = LayeredEvasion { layer: &layer, evasion: 0 };
+            let found = ranking.distance(baked, layered, f32::NEG_INFINITY).unwrap();
             motion.set_layer(Some(layer));
             let expected = naive(&motion, &ranking);
             // The spine shares a tilt among its joints, and arms fade in along arcs: half a metre that turns by 1 rad is off by 6 cm midway.
             prop_assert!((found - expected).abs() < 0.08, "{found} and {expected}");
-            prop_assert_eq!(ranking.distance(baked, (&layer, 0), found + 1e-4), None);
+            prop_assert_eq!(ranking.distance(baked, layered, found + 1e-4), None);
         }
     }
 }

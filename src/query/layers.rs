@@ -7,7 +7,7 @@
 use super::ask::Query;
 use super::candidate::{Candidate, CandidateKind};
 use super::entries::{EntryScratch, USEFUL, rate_of};
-use super::layer_ranking::LayerRanking;
+use super::layer_ranking::{AttackContact, LayerRanking, LayeredEvasion};
 use super::state::QueryState;
 use crate::anim::Envelope;
 use crate::graph::Layer;
@@ -49,7 +49,11 @@ pub(super) fn gather_layers(query: Query<'_>, state: &mut QueryState, scratch: &
         return;
     };
     let (motion, ranking) = scratch.layered();
-    ranking.look_at(baked, motion, (&state.request.attack, contact));
+    let attack = AttackContact {
+        attack: &state.request.attack,
+        seconds: contact,
+    };
+    ranking.look_at(baked, motion, attack);
     // What hits pelvis or legs, no layer avoids.
     if ranking.below_waist(baked) < DEEPEST {
         return;
@@ -138,7 +142,11 @@ impl Start {
                 end: release + WAY_OUT,
             };
             let layer = Layer::new((start.clip, target.frame as f32), rate, envelope);
-            let metres = ranking.distance(baked, (&layer, evasion), DEEPEST);
+            let layered = LayeredEvasion {
+                layer: &layer,
+                evasion,
+            };
+            let metres = ranking.distance(baked, layered, DEEPEST);
             layers.extend(metres.map(|metres| LayerCandidate {
                 layer,
                 evasion,

@@ -86,7 +86,7 @@ impl<'a> DistanceMap<'a> {
                 if let Some(start) = start.filter(|start| wanted.contains(start)) {
                     isa.run(
                         #[inline(always)]
-                        || sums.squared((start, phase), &mut squared),
+                        || sums.squared(start, phase, &mut squared),
                     );
                     row(start, &squared);
                 }
@@ -205,7 +205,7 @@ impl<'a> Sums<'a> {
     /// Computes the squared distances of the window of `a` that starts at frame `start` and ends in
     /// row `phase` of the block.
     #[inline(always)]
-    fn squared(&self, (start, phase): (usize, usize), out: &mut [f32]) {
+    fn squared(&self, start: usize, phase: usize, out: &mut [f32]) {
         let (window, count) = (self.a.window(), out.len());
         // A window that starts at column 0 ends at column window - 1 of this row.
         let end = 2 * (window - 1) - phase;

@@ -38,18 +38,21 @@ struct PairSums {
     cross: f64,
 }
 
-fn squared_distance(a: WindowSums, b: WindowSums, pair: PairSums, window: usize) -> f64 {
-    let scale = 1.0 / window as f64;
-    let (dot, cross) = turn(a, b, pair, scale);
-    let spread = a.spread() + b.spread();
-    (spread - 2.0 * scale * pair.heights - 2.0 * (dot * dot + cross * cross).sqrt()).max(0.0)
-}
+impl PairSums {
+    /// Squared distance of the windows with the sums `a` and `b`.
+    fn squared_distance(&self, a: WindowSums, b: WindowSums) -> f64 {
+        let (dot, cross) = self.turn(a, b);
+        let spread = a.spread() + b.spread();
+        (spread - 2.0 * self.heights - 2.0 * (dot * dot + cross * cross).sqrt()).max(0.0)
+    }
 
-fn turn(a: WindowSums, b: WindowSums, pair: PairSums, scale: f64) -> (f64, f64) {
-    (
-        scale * pair.dot - (a.x * b.x + a.z * b.z),
-        scale * pair.cross - (a.x * b.z - a.z * b.x),
-    )
+    /// The terms `dot` and `cross` of the closed form.
+    fn turn(&self, a: WindowSums, b: WindowSums) -> (f64, f64) {
+        (
+            self.dot - (a.x * b.x + a.z * b.z),
+            self.cross - (a.x * b.z - a.z * b.x),
+        )
+    }
 }
 
 /// Two windows of frames, one of each cloud.
@@ -82,7 +85,7 @@ impl WindowPair<'_> {
         extra: impl Fn(usize, usize) -> f64,
     ) -> Rigid2 {
         let (of_a, of_b, pair) = self.sums(extra);
-        let (dot, cross) = turn(of_a, of_b, pair, 1.0);
+        let (dot, cross) = pair.turn(of_a, of_b);
         let heading = cross.atan2(dot) as f32;
         // Ground means in the spaces of the clips: the clouds' centres are added back.
         let mean_a = Vec3::new(of_a.x as f32, 0.0, of_a.z as f32) + self.a.centre();
@@ -95,7 +98,7 @@ impl WindowPair<'_> {
     #[must_use]
     pub fn distance(&self) -> f32 {
         let (of_a, of_b, pair) = self.sums(|_, _| 0.0);
-        squared_distance(of_a, of_b, pair, 1).sqrt() as f32
+        pair.squared_distance(of_a, of_b).sqrt() as f32
     }
 
     /// Sums with weights that sum to 1.

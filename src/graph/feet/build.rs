@@ -1,4 +1,4 @@
-use super::{Feet, FeetSettings, LegBlend, Plant, plan, plants};
+use super::{Feet, FeetSettings, LegBlend, Plant, plan, plants::PlantSearch};
 use crate::anim::{Clip, Leg, Skeleton};
 use crate::graph::{GraphSettings, MotionGraph};
 
@@ -10,7 +10,12 @@ impl Feet {
         settings: &FeetSettings,
     ) -> Self {
         let legs = Leg::all(skeleton);
-        let plants = plants::find_all(skeleton, clips, &legs, settings);
+        let search = PlantSearch {
+            skeleton,
+            legs: &legs,
+            settings,
+        };
+        let plants = clips.iter().flat_map(|clip| search.run(clip)).collect();
         Self {
             legs,
             plants,

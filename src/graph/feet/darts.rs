@@ -65,12 +65,25 @@ impl DartKey {
     }
 }
 
+/// Clips with the frames in which their feet are planted.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::graph) struct PlantedClips<'a> {
+    pub(in crate::graph) skeleton: &'a Skeleton,
+    pub(in crate::graph) clips: &'a [Clip],
+    pub(in crate::graph) feet: &'a Feet,
+}
+
 impl DartTest {
-    /// Creates the test; `None` if the settings do not ask for it or the skeleton has no feet. `feet` has the plants of the clips.
+    /// Creates the test; `None` if the settings do not ask for it or the skeleton has no feet.
     pub(in crate::graph) fn new(
-        (skeleton, clips, feet): (&Skeleton, &[Clip], &Feet),
+        planted: PlantedClips<'_>,
         settings: &GraphSettings,
     ) -> Option<Self> {
+        let PlantedClips {
+            skeleton,
+            clips,
+            feet,
+        } = planted;
         let asked = settings.feet.fastest_step;
         let limit = asked.filter(|_| settings.feet.keep && !feet.legs.is_empty())?;
         let graph = MotionGraph {

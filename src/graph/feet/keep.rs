@@ -1,13 +1,13 @@
 //! Moves the feet of a transition's pose to their planned positions.
 
 use super::LegBlend;
-use crate::anim::{Chain, JointTransform, Leg, Pose, reach, slerp};
+use crate::anim::{Chain, JointTransform, Leg, Pose, slerp};
 use crate::graph::sample::Sides;
 use crate::graph::{EdgeId, MotionGraph};
 
 /// Position and rotation of a leg's foot according to `blend`, in the source's space.
-pub(super) fn foot(sides: &Sides<'_>, leg: &Leg, blend: LegBlend, frame: f32) -> JointTransform {
-    let (weight, height) = blend.at(frame);
+pub(super) fn foot(sides: &Sides<'_>, leg: &Leg, blend: LegBlend) -> JointTransform {
+    let (weight, height) = blend.at(sides.frame());
     let source = || sides.source().global(leg.foot);
     let target = || sides.target().global(leg.foot);
     // In most frames the foot follows only one side, and the other need not be evaluated.
@@ -29,20 +29,15 @@ pub(super) fn foot(sides: &Sides<'_>, leg: &Leg, blend: LegBlend, frame: f32) ->
 impl MotionGraph {
     /// Moves the feet of a transition's blended pose to their planned positions. At both ends of
     /// the transition, the pose already has them there.
-    pub(in crate::graph) fn keep_feet(
-        &self,
-        (id, frame): (EdgeId, f32),
-        sides: &Sides<'_>,
-        out: &mut Pose,
-    ) {
-        let edge = self.edge(id);
+    pub(in crate::graph) fn keep_feet(&self, id: EdgeId, sides: &Sides<'_>, out: &mut Pose) {
+        let (edge, frame) = (self.edge(id), sides.frame());
         if self.feet.blends.is_empty() || frame <= 0.0 || frame >= edge.frames as f32 {
             return;
         }
         let root_drop = self.root_drop(id, frame);
         for (index, leg) in self.feet.legs.iter().enumerate() {
             let foot = match self.feet.blend(id, index) {
-                Some(blend) => foot(sides, leg, blend, frame),
+                Some(blend) => foot(sides, leg, blend),
                 // A foot without a plan keeps its position when the root is lowered.
                 None if root_drop > 0.0 => Chain::of(&self.skeleton, out).global(leg.foot),
                 None => continue,
@@ -51,7 +46,7 @@ impl MotionGraph {
             // leg.
             let level = out.root.y;
             out.root.y -= root_drop;
-            reach(&self.skeleton, out, leg, foot);
+            leg.reach(&self.skeleton, out, foot);
             out.root.y = level;
         }
         out.root.y -= root_drop;

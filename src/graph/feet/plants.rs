@@ -14,51 +14,44 @@ use crate::anim::{Clip, Leg, Pose, Skeleton, forward_kinematics};
 /// noise.
 const BELOW_GROUND: f32 = 0.05;
 
-/// Plants of all clips, `[clip][leg]`.
-pub(super) fn find_all(
-    skeleton: &Skeleton,
-    clips: &[Clip],
-    legs: &[Leg],
-    settings: &FeetSettings,
-) -> Vec<Vec<Plant>> {
-    clips
-        .iter()
-        .flat_map(|clip| find(skeleton, clip, legs, settings))
-        .collect()
+/// Search for the plants of clips.
+pub(super) struct PlantSearch<'a> {
+    pub(super) skeleton: &'a Skeleton,
+    pub(super) legs: &'a [Leg],
+    pub(super) settings: &'a FeetSettings,
 }
 
-/// Plants of a clip, by leg.
-fn find(
-    skeleton: &Skeleton,
-    clip: &Clip,
-    legs: &[Leg],
-    settings: &FeetSettings,
-) -> Vec<Vec<Plant>> {
-    let tracks = tracks(skeleton, clip, legs);
-    let grounds: Vec<[f32; 2]> = tracks
-        .iter()
-        .map(|track| [0, 1].map(|point| ground(&track[point])))
-        .collect();
-    let lowest = [0, 1].map(|point| {
-        let of = grounds.iter().map(|ground| ground[point]);
-        of.fold(f32::INFINITY, f32::min)
-    });
-    let plants = |(leg, (track, ground)): (&Leg, (&[Vec<Vec3>; 2], &[f32; 2]))| {
-        let limits = Limits::new(skeleton, clip, leg, settings);
-        let points = [0, 1].map(|point| {
-            // A ground slightly above that of the lower foot is a calibration error. If it is
-            // higher, this foot never touches the ground.
-            let ground = ground[point].min(lowest[point] + limits.low);
-            limits.point_states(&track[point], ground)
+impl PlantSearch<'_> {
+    /// Plants of a clip, by leg.
+    pub(super) fn run(&self, clip: &Clip) -> Vec<Vec<Plant>> {
+        let tracks = tracks(self.skeleton, clip, self.legs);
+        let grounds: Vec<[f32; 2]> = tracks
+            .iter()
+            .map(|track| [0, 1].map(|point| ground(&track[point])))
+            .collect();
+        let lowest = [0, 1].map(|point| {
+            let of = grounds.iter().map(|ground| ground[point]);
+            of.fold(f32::INFINITY, f32::min)
         });
-        let stands = |frame: usize| points[0][frame].max(points[1][frame]);
-        let states: Vec<PointState> = (0..clip.frames()).map(stands).collect();
-        limits.plants(&states)
-    };
-    legs.iter()
-        .zip(tracks.iter().zip(&grounds))
-        .map(plants)
-        .collect()
+        let plants = |(leg, (track, ground)): (&Leg, (&[Vec<Vec3>; 2], &[f32; 2]))| {
+            let length = leg.length(self.skeleton);
+            let limits = Limits::new(self.settings, clip.frame_rate(), length);
+            let points = [0, 1].map(|point| {
+                // A ground slightly above that of the lower foot is a calibration error. If it is
+                // higher, this foot never touches the ground.
+                let ground = ground[point].min(lowest[point] + limits.low);
+                limits.point_states(&track[point], ground)
+            });
+            let stands = |frame: usize| points[0][frame].max(points[1][frame]);
+            let states: Vec<PointState> = (0..clip.frames()).map(stands).collect();
+            limits.plants(&states)
+        };
+        self.legs
+            .iter()
+            .zip(tracks.iter().zip(&grounds))
+            .map(plants)
+            .collect()
+    }
 }
 
 /// Positions of the ankle and the toe of each leg, frame by frame.
@@ -103,11 +96,11 @@ struct Limits {
 }
 
 impl Limits {
-    fn new(skeleton: &Skeleton, clip: &Clip, leg: &Leg, settings: &FeetSettings) -> Self {
-        let length = leg.length(skeleton);
-        let frames = |seconds: f64| (seconds * clip.frame_rate()).round() as u32;
+    /// For a leg of `length` metres.
+    fn new(settings: &FeetSettings, frame_rate: f64, length: f32) -> Self {
+        let frames = |seconds: f64| (seconds * frame_rate).round() as u32;
         Self {
-            frame_rate: clip.frame_rate() as f32,
+            frame_rate: frame_rate as f32,
             still: settings.still_speed * length,
             moving: settings.moving_speed * length,
             low: settings.low * length,

@@ -6,7 +6,7 @@
 //! on the measured pose. The slower of a foot's two points counts, so that a foot that pivots or
 //! rolls on its ball does not slide. Heights are relative to those of the foot in the clips.
 
-use glam::Vec3;
+use glam::{Quat, Vec3};
 use serde::{Deserialize, Serialize};
 
 use crate::anim::{Chain, JointId, Leg, Pose};
@@ -101,11 +101,12 @@ impl MotionGraph {
         for frame in 0..=edge.frames {
             sample(self, id, frame as f32, &mut pose);
             let sides = Sides::of(self, edge, frame as f32);
+            let chain = Chain::of(&self.skeleton, &pose);
             for (index, leg) in self.feet.legs.iter().enumerate() {
                 let now = sides
                     .as_ref()
                     .filter(|_| self.stands_in_blend(edge, index, frame))
-                    .map(|sides| Contact::new(self, &pose, leg, |point| sides.height(point)));
+                    .map(|sides| Contact::new(&chain, leg, |point| sides.height(point)));
                 if let (Some(before), Some(now)) = (before[index], now) {
                     let lifted = LIFTED * leg.length(&self.skeleton);
                     sum.add(before.slide(&now, lifted), self.frame_rate);
@@ -135,9 +136,10 @@ impl MotionGraph {
             let mut before: Vec<Option<Contact>> = vec![None; legs];
             for frame in 0..clip.frames() {
                 clip.pose(frame, &mut pose);
+                let chain = Chain::of(&self.skeleton, &pose);
                 for (index, leg) in self.feet.legs.iter().enumerate() {
                     let stands = self.feet.stands(id, index, frame as u32);
-                    let now = stands.then(|| Contact::new(self, &pose, leg, |_| f32::INFINITY));
+                    let now = stands.then(|| Contact::new(&chain, leg, |_| f32::INFINITY));
                     if let (Some(before), Some(now)) = (before[index], now) {
                         sum.add(before.slide(&now, 1.0), self.frame_rate);
                     }
@@ -156,8 +158,11 @@ struct Contact {
 }
 
 impl Contact {
-    fn new(graph: &MotionGraph, pose: &Pose, leg: &Leg, height: impl Fn(JointId) -> f32) -> Self {
-        let chain = Chain::of(&graph.skeleton, pose);
+    fn new<L: Fn(JointId) -> (Quat, Vec3)>(
+        chain: &Chain<'_, L>,
+        leg: &Leg,
+        height: impl Fn(JointId) -> f32,
+    ) -> Self {
         let point = |joint| (chain.global(joint).translation, height(joint));
         Self {
             points: [leg.foot, leg.toe_or_foot()].map(point),

@@ -3,7 +3,7 @@
 use glam::{Quat, Vec3};
 use serde::{Deserialize, Serialize};
 
-use crate::anim::{Chain, JointTransform, Leg, Pose, Skeleton, reach};
+use crate::anim::{Chain, JointTransform, Leg, Pose, Skeleton};
 use crate::math::Rigid2;
 
 /// An offset that decays to 0: its initial value and its initial rate of change per second.
@@ -106,6 +106,26 @@ pub(crate) fn foot_at_toe(skeleton: &Skeleton, pose: &Pose, leg: &Leg) -> JointT
     }
 }
 
+impl Leg {
+    /// Bends this leg of `pose` so that the frame of the foot at the toe becomes `at_toe`.
+    pub(crate) fn reach_at_toe(
+        &self,
+        skeleton: &Skeleton,
+        pose: &mut Pose,
+        at_toe: JointTransform,
+    ) {
+        let JointTransform {
+            rotation,
+            translation,
+        } = at_toe;
+        let ankle = JointTransform {
+            rotation,
+            translation: translation - rotation * toe_in_ankle(skeleton, pose, self),
+        };
+        self.reach(skeleton, pose, ankle);
+    }
+}
+
 impl FootDecay {
     /// Decay from the frames of a foot in one motion to those in another, at the cut and `step` seconds later.
     pub(crate) fn new(from: [JointTransform; 2], to: [JointTransform; 2], step: f32) -> Self {
@@ -124,22 +144,15 @@ impl FootDecay {
         }
     }
 
-    /// Adds the offset to a foot of the new motion, given by its frame at the toe: the leg of `pose` reaches for it.
-    pub(crate) fn reach(
-        &self,
-        (skeleton, leg): (&Skeleton, &Leg),
-        (at_toe, weights): (JointTransform, Weights),
-        pose: &mut Pose,
-    ) {
+    /// Adds the offset to a foot of the new motion, given by its frame at the toe.
+    pub(crate) fn moved(&self, at_toe: JointTransform, weights: Weights) -> JointTransform {
         let lift = Vec3::Y * (self.lift * weights.lift);
         let mut place = at_toe.translation + self.place.at(weights) + lift;
         place.y = place.y.max(at_toe.translation.y.min(self.floor));
-        let rotation = self.rotation.rotated(at_toe.rotation, weights);
-        let ankle = JointTransform {
-            rotation,
-            translation: place - rotation * toe_in_ankle(skeleton, pose, leg),
-        };
-        reach(skeleton, pose, leg, ankle);
+        JointTransform {
+            rotation: self.rotation.rotated(at_toe.rotation, weights),
+            translation: place,
+        }
     }
 
     /// The same in a space that is turned.

@@ -67,16 +67,15 @@ pub(super) struct EntryScratch {
 }
 
 impl Inertia {
-    /// Computes the offsets from `poses.to` to `poses.from` at `start`. The second pose of each is `step` seconds later.
-    pub(super) fn measure(
-        &mut self,
-        graph: &MotionGraph,
-        poses: &mut EntryScratch,
-        (start, seconds, step): (f32, f32, f32),
-    ) {
+    /// Sets the time of the cut and the duration of the decay, in seconds.
+    pub(super) fn set_times(&mut self, start: f32, seconds: f32) {
+        (self.start, self.seconds) = (start, seconds);
+    }
+
+    /// Computes the offsets from `poses.to` to `poses.from` at the cut. The second pose of each is `step` seconds later.
+    pub(super) fn measure(&mut self, graph: &MotionGraph, poses: &mut EntryScratch, step: f32) {
         let skeleton = graph.skeleton();
         let EntryScratch { from, to } = poses;
-        (self.start, self.seconds) = (start, seconds);
         self.root = Decay::new(from[0].root - to[0].root, from[1].root - to[1].root, step);
         self.joints.clear();
         let rotations =
@@ -176,7 +175,7 @@ impl Inertia {
             }
         }
         for ((leg, decay), foot) in legs.iter().zip(&self.feet).zip(feet) {
-            decay.reach((skeleton, leg), (foot, weights), pose);
+            leg.reach_at_toe(skeleton, pose, decay.moved(foot, weights));
         }
     }
 }

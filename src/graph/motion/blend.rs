@@ -25,8 +25,9 @@ impl Motion {
         if self.inertias.len() == self.entered {
             self.inertias.push(Inertia::default());
         }
-        let times = (seconds, entry.blend.max(step), step);
-        self.inertias[self.entered].measure(graph, &mut scratch, times);
+        let inertia = &mut self.inertias[self.entered];
+        inertia.set_times(seconds, entry.blend.max(step));
+        inertia.measure(graph, &mut scratch, step);
         self.entered += 1;
         self.scratch = scratch;
     }

@@ -4,7 +4,7 @@ use glam::Vec3;
 
 use super::Motion;
 use crate::anim::Pose;
-use crate::graph::{EdgeId, MotionGraph, Playhead, MotionStep};
+use crate::graph::{EdgeId, MotionGraph, MotionStep, Playhead};
 use crate::math::Rigid2;
 
 impl Motion {
@@ -60,7 +60,7 @@ impl Motion {
     /// Bends the pose of a moment, which was sampled without.
     pub fn apply_warp(&self, graph: &MotionGraph, seconds: f32, pose: &mut Pose) {
         if let Some(warp) = &self.warp {
-            warp.apply((graph.skeleton(), graph.rig()), seconds, pose);
+            warp.apply(graph.rigged_skeleton(), seconds, pose);
         }
     }
 

@@ -292,7 +292,7 @@ impl CutTest<'_> {
         let feet = &self.cut.entered.frames[frame - 1].feet;
         let legs = self.cut.graph.feet().legs();
         for ((leg, &foot), decay) in legs.iter().zip(feet).zip(&self.examiner.offsets.feet) {
-            decay.reach((skeleton, leg), (foot, weights), pose);
+            leg.reach_at_toe(skeleton, pose, decay.moved(foot, weights));
         }
     }
 

@@ -5,7 +5,7 @@
 
 use glam::{Vec2, Vec3};
 
-use super::linear::{Gradient, Numbers, Row, Scales, dot};
+use super::linear::{Gradient, Linearization, Row, dot};
 use super::ticks::Tick;
 use crate::anim::Rig;
 use crate::maps::BakedGraph;
@@ -68,83 +68,95 @@ impl Masses {
     }
 }
 
-/// Condition that keeps the centre of mass over the feet, if the bend with the numbers `now` does not. `beside` is its distance from
-/// the support without a warp.
-pub(super) fn row(
-    baked: &BakedGraph,
-    (tick, support): (&Tick, &Support),
-    (scales, now): (&Scales, &Numbers),
-    beside: f32,
-) -> Option<Row> {
-    let rig = baked.graph().rig();
-    let masses = Masses::of(baked, &tick.centres);
-    let (distance, out) = outside(rig, tick, (support, masses.centre))?;
-    let excess = distance - beside.max(support.allowed);
-    if excess <= 0.0 {
-        return None;
-    }
-    let out = Vec3::new(out.x, 0.0, out.y);
-    let lever = tick.lever(rig, rig.spine().len(), masses.upper);
-    let gradient = Gradient {
-        // Of the legs, whose feet stay, about half goes along.
-        pelvis: out * (0.5 + 0.5 * masses.upper_share) * tick.weight,
-        spine: lever.cross(out) * masses.upper_share * tick.weight,
-        ..Gradient::default()
-    };
-    let slope = gradient.scaled(scales).map(|number| -number);
-    Some(Row {
-        slope,
-        least: excess + dot(&slope, now),
-    })
+/// A body that stands still on its feet, at one sample.
+#[derive(Clone, Copy)]
+pub(super) struct StandingBody<'a> {
+    pub baked: &'a BakedGraph,
+    pub tick: &'a Tick,
+    pub support: Support,
 }
 
-/// Distance of the centre of mass from the support, or `None` if it lies over the support or no foot is planted.
-pub(super) fn beside(baked: &BakedGraph, tick: &Tick, support: &Support) -> Option<f32> {
-    let masses = Masses::of(baked, &tick.centres);
-    outside(baked.graph().rig(), tick, (support, masses.centre)).map(|(distance, _)| distance)
-}
+impl StandingBody<'_> {
+    /// Condition that keeps the centre of mass over the feet, if the bend `now` does not. `beside` is its distance from the support
+    /// without a warp.
+    pub(super) fn row(&self, now: Linearization<'_>, beside: f32) -> Option<Row> {
+        let &Self {
+            baked,
+            tick,
+            support,
+        } = self;
+        let rig = baked.graph().rig();
+        let masses = Masses::of(baked, &tick.centres);
+        let (distance, out) = self.outside(masses.centre)?;
+        let excess = distance - beside.max(support.allowed);
+        if excess <= 0.0 {
+            return None;
+        }
+        let out = Vec3::new(out.x, 0.0, out.y);
+        let lever = tick.lever(rig, rig.spine().len(), masses.upper);
+        let gradient = Gradient {
+            // Of the legs, whose feet stay, about half goes along.
+            pelvis: out * (0.5 + 0.5 * masses.upper_share) * tick.weight,
+            spine: lever.cross(out) * masses.upper_share * tick.weight,
+            ..Gradient::default()
+        };
+        let slope = gradient.scaled(now.scales).map(|number| -number);
+        Some(Row {
+            slope,
+            least: excess + dot(&slope, now.numbers),
+        })
+    }
 
-/// Distance and direction of a point from the support.
-fn outside(rig: &Rig, tick: &Tick, (support, place): (&Support, Vec3)) -> Option<(f32, Vec2)> {
-    let place = Vec2::new(place.x, place.z);
-    let mut points = [Vec2::ZERO; 2 * Rig::LEGS];
-    let mut count = 0;
-    for limb in (0..Rig::LEGS).filter(|&limb| support.feet[limb]) {
-        let leg = rig.limbs()[limb]?;
-        for joint in [leg.foot, leg.toe_or_foot()] {
-            let at = tick.joints[joint.index()].translation;
-            points[count] = Vec2::new(at.x, at.z);
-            count += 1;
-        }
+    /// Distance of the centre of mass from the support, or `None` if it lies over the support or no foot is planted.
+    pub(super) fn beside(&self) -> Option<f32> {
+        let masses = Masses::of(self.baked, &self.tick.centres);
+        self.outside(masses.centre).map(|(distance, _)| distance)
     }
-    let points = &points[..count];
-    if points.is_empty() {
-        return None;
-    }
-    // The nearest point of a hull of so few points lies on a line between two of them, unless the place lies within three.
-    let is_within = |a: Vec2, b: Vec2, c: Vec2| {
-        let turns = [(a, b), (b, c), (c, a)].map(|(from, to)| (to - from).perp_dot(place - from));
-        turns.iter().all(|&turn| turn >= 0.0) || turns.iter().all(|&turn| turn <= 0.0)
-    };
-    for (i, &a) in points.iter().enumerate() {
-        for (j, &b) in points.iter().enumerate().skip(i + 1) {
-            if points[j + 1..].iter().any(|&c| is_within(a, b, c)) {
-                return None;
+
+    /// Distance and direction of a point from the support.
+    fn outside(&self, place: Vec3) -> Option<(f32, Vec2)> {
+        let rig = self.baked.graph().rig();
+        let place = Vec2::new(place.x, place.z);
+        let mut points = [Vec2::ZERO; 2 * Rig::LEGS];
+        let mut count = 0;
+        for limb in (0..Rig::LEGS).filter(|&limb| self.support.feet[limb]) {
+            let leg = rig.limbs()[limb]?;
+            for joint in [leg.foot, leg.toe_or_foot()] {
+                let at = self.tick.joints[joint.index()].translation;
+                points[count] = Vec2::new(at.x, at.z);
+                count += 1;
             }
         }
-    }
-    let mut nearest = points[0];
-    for (i, &a) in points.iter().enumerate() {
-        for &b in &points[i..] {
-            let line = b - a;
-            let share = (place - a).dot(line) / line.length_squared().max(f32::MIN_POSITIVE);
-            let on_line = a + line * share.clamp(0.0, 1.0);
-            if on_line.distance_squared(place) < nearest.distance_squared(place) {
-                nearest = on_line;
+        let points = &points[..count];
+        if points.is_empty() {
+            return None;
+        }
+        // The nearest point of a hull of so few points lies on a line between two of them, unless the place lies within three.
+        let is_within = |a: Vec2, b: Vec2, c: Vec2| {
+            let turns =
+                [(a, b), (b, c), (c, a)].map(|(from, to)| (to - from).perp_dot(place - from));
+            turns.iter().all(|&turn| turn >= 0.0) || turns.iter().all(|&turn| turn <= 0.0)
+        };
+        for (i, &a) in points.iter().enumerate() {
+            for (j, &b) in points.iter().enumerate().skip(i + 1) {
+                if points[j + 1..].iter().any(|&c| is_within(a, b, c)) {
+                    return None;
+                }
             }
         }
+        let mut nearest = points[0];
+        for (i, &a) in points.iter().enumerate() {
+            for &b in &points[i..] {
+                let line = b - a;
+                let share = (place - a).dot(line) / line.length_squared().max(f32::MIN_POSITIVE);
+                let on_line = a + line * share.clamp(0.0, 1.0);
+                if on_line.distance_squared(place) < nearest.distance_squared(place) {
+                    nearest = on_line;
+                }
+            }
+        }
+        let away = place - nearest;
+        let distance = away.length() - HALF_FOOT;
+        (distance > 0.0).then(|| (distance, away.normalize_or(Vec2::X)))
     }
-    let away = place - nearest;
-    let distance = away.length() - HALF_FOOT;
-    (distance > 0.0).then(|| (distance, away.normalize_or(Vec2::X)))
 }

@@ -107,7 +107,7 @@ fn clip(skeleton: &Skeleton, seed: f32) -> Clip {
             pose.rotations[leg.knee.index()] = Quat::from_rotation_x(1.0);
         }
         for (leg, foot) in legs.iter().zip(feet) {
-            reach(skeleton, &mut pose, leg, foot);
+            leg.reach(skeleton, &mut pose, foot);
         }
         desc.roots.push(pose.root);
         desc.rotations.extend(pose.rotations);

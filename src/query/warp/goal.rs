@@ -2,10 +2,9 @@
 
 use glam::Vec3;
 
-use super::balance::{self, Support};
+use super::balance::{StandingBody, Support};
 use super::case::{SAMPLES, WarpCase};
-use super::legs;
-use super::linear::{Numbers, Row, Scales, bend_of};
+use super::linear::{Linearization, Numbers, Row, Scales};
 use super::ticks::Tick;
 use crate::anim::{Envelope, Rig};
 use crate::graph::Motion;
@@ -13,15 +12,18 @@ use crate::maps::BakedGraph;
 use crate::query::clearance::SAMPLE_RATE;
 
 /// What a solution must keep to.
-pub(super) struct Goal {
+pub(super) struct Goal<'a> {
+    baked: &'a BakedGraph,
     pub envelope: Envelope,
     pub scales: Scales,
     support: Option<Support>,
+    /// Distance of the centre of mass from the support without a warp, in metres; known from the first round on.
+    beside: Option<f32>,
 }
 
-impl Goal {
+impl<'a> Goal<'a> {
     /// For the samples in which the attack is near; `None` where there is no time.
-    pub(super) fn new(case: WarpCase<'_>, motion: &Motion, ticks: &[Tick]) -> Option<Self> {
+    pub(super) fn new(case: WarpCase<'a>, motion: &Motion, ticks: &[Tick]) -> Option<Self> {
         let WarpCase {
             baked, settings, ..
         } = case;
@@ -44,38 +46,49 @@ impl Goal {
             scales.pelvis = 0.0;
         }
         Some(Self {
+            baked,
             envelope,
             scales,
             support: support(case, motion, &envelope),
+            beside: None,
         })
     }
 
-    /// What legs and balance ask for at the samples as they are warped now.
-    pub(super) fn limit_rows(
-        &self,
-        baked: &BakedGraph,
-        (ticks, numbers): (&[Tick], &Numbers),
-        still: &mut Option<f32>,
+    /// Adds the conditions of legs and balance at the samples, which are bent by `numbers` now.
+    pub(super) fn add_limit_rows(
+        &mut self,
+        ticks: &[Tick],
+        numbers: &Numbers,
         rows: &mut Vec<Row>,
     ) {
-        let rig = baked.graph().rig();
+        let baked = self.baked;
+        let now = Linearization {
+            scales: &self.scales,
+            numbers,
+        };
         for tick in ticks {
-            legs::rows(rig, tick, (&self.scales, numbers), rows);
+            tick.add_leg_rows(baked.graph().rig(), now, rows);
         }
         let (Some(support), Some(tick)) = (self.support, ticks.get(ticks.len() / 2)) else {
             return;
         };
+        let body = StandingBody {
+            baked,
+            tick,
+            support,
+        };
         // The first round is that of the motion itself.
-        let beside =
-            *still.get_or_insert_with(|| balance::beside(baked, tick, &support).unwrap_or(0.0));
-        let bend = bend_of(numbers, &self.scales);
+        let beside = *self
+            .beside
+            .get_or_insert_with(|| body.beside().unwrap_or(0.0));
+        let bend = now.bend();
         let in_air = (0..Rig::LEGS).find(|&limb| bend.ends[limb].length() > LIFTED);
         let support = match in_air {
             Some(limb) if support.feet[limb] => support.without(limb, self.half_seconds()),
             _ => support,
         };
-        let row = balance::row(baked, (tick, &support), (&self.scales, numbers), beside);
-        rows.extend(row);
+        let body = StandingBody { support, ..body };
+        rows.extend(body.row(now, beside));
     }
 
     /// For how long more than half of the warp acts.

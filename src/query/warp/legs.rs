@@ -1,47 +1,45 @@
 //! Conditions of legs: planted feet are within reach, and knees do not fold beyond their limit.
 
-use super::linear::{Gradient, Numbers, Row, Scales, dot};
+use super::linear::{Gradient, Linearization, Row, Scales, dot};
 use super::ticks::Tick;
 use crate::anim::Rig;
 
 /// Distance from a limit below which the condition is added, in metres.
 const NEAR: f32 = 0.12;
 
-/// Conditions of one sample that keep each ankle's distance from its hip within the range of the leg's bones. `now` are the numbers
-/// that the sample is warped by.
-pub(super) fn rows(
-    rig: &Rig,
-    tick: &Tick,
-    (scales, now): (&Scales, &Numbers),
-    rows: &mut Vec<Row>,
-) {
-    for (limb, range) in tick.legs.iter().enumerate() {
-        let Some(leg) = rig.limbs()[limb] else {
-            continue;
-        };
-        let [hip, foot] = [leg.hip, leg.foot].map(|joint| tick.joints[joint.index()].translation);
-        let distance = hip.distance(foot);
-        let Some(along) = (hip - foot).try_normalize() else {
-            continue;
-        };
-        let mut gradient = Gradient {
-            pelvis: along * tick.weight,
-            ..Gradient::default()
-        };
-        gradient.ends[limb] = -along * tick.weight;
-        let slope = gradient.scaled(scales);
-        let at_now = dot(&slope, now);
-        if distance > range.furthest - NEAR {
-            rows.push(Row {
-                slope: slope.map(|number| -number),
-                least: distance - range.furthest - at_now,
-            });
-        }
-        if distance < range.nearest + NEAR {
-            rows.push(Row {
-                slope,
-                least: range.nearest - distance + at_now,
-            });
+impl Tick {
+    /// Adds the conditions that keep each ankle's distance from its hip within the range of the leg's bones. `now` is the bend of this
+    /// sample.
+    pub(super) fn add_leg_rows(&self, rig: &Rig, now: Linearization<'_>, rows: &mut Vec<Row>) {
+        for (limb, range) in self.legs.iter().enumerate() {
+            let Some(leg) = rig.limbs()[limb] else {
+                continue;
+            };
+            let [hip, foot] =
+                [leg.hip, leg.foot].map(|joint| self.joints[joint.index()].translation);
+            let distance = hip.distance(foot);
+            let Some(along) = (hip - foot).try_normalize() else {
+                continue;
+            };
+            let mut gradient = Gradient {
+                pelvis: along * self.weight,
+                ..Gradient::default()
+            };
+            gradient.ends[limb] = -along * self.weight;
+            let slope = gradient.scaled(now.scales);
+            let at_now = dot(&slope, now.numbers);
+            if distance > range.furthest - NEAR {
+                rows.push(Row {
+                    slope: slope.map(|number| -number),
+                    least: distance - range.furthest - at_now,
+                });
+            }
+            if distance < range.nearest + NEAR {
+                rows.push(Row {
+                    slope,
+                    least: range.nearest - distance + at_now,
+                });
+            }
         }
     }
 }

@@ -45,6 +45,21 @@ impl Row {
     }
 }
 
+/// The bend around which distances are linearised.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Linearization<'a> {
+    pub scales: &'a Scales,
+    /// Parameters of the bend.
+    pub numbers: &'a Numbers,
+}
+
+impl Linearization<'_> {
+    /// The bend itself.
+    pub(super) fn bend(&self) -> Bend {
+        bend_of(self.numbers, self.scales)
+    }
+}
+
 /// Derivatives of a quantity with respect to each part of a bend.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Gradient {

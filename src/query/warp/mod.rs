@@ -25,10 +25,10 @@ use super::clearance::{ExactTest, SAMPLE_RATE};
 use crate::anim::{Rig, Warp};
 use crate::graph::Motion;
 use case::{SAMPLES, Task, Wish};
-use check::CheckScratch;
-use contacts::Contact;
+use check::{CheckScratch, MotionCheck};
+use contacts::{Contact, ContactSearch};
 use goal::Goal;
-use linear::{N, Numbers, Row, bend_of, least_numbers, worst};
+use linear::{Linearization, N, Numbers, Row, bend_of, least_numbers, worst};
 use ticks::Tick;
 
 /// Solver of warps, with its scratch.
@@ -115,8 +115,8 @@ impl Warper {
         self.used = 0;
         for _ in 0..MOMENTS {
             self.look_at(nearest.time);
-            let goal = Goal::new(task.case, motion, &self.ticks[..self.used])?;
-            let numbers = self.solve_ticks(task, &goal, motion)?;
+            let mut goal = Goal::new(task.case, motion, &self.ticks[..self.used])?;
+            let numbers = self.solve_ticks(task, &mut goal, motion)?;
             let bend = bend_of(&numbers, &goal.scales);
             motion.bend(Some(Warp {
                 envelope: goal.envelope,
@@ -126,13 +126,13 @@ impl Warper {
             nearest = ExactTest::new(baked, attack).on_shared_motion(motion, tested.body);
             if nearest.is_clean() {
                 self.plain.extend(baked.graph(), goal.envelope.end);
-                let graph = baked.graph();
-                let checked = check::check(
-                    graph,
-                    (motion, &self.plain),
-                    &settings.limits,
-                    &mut self.check,
-                );
+                let check = MotionCheck {
+                    graph: baked.graph(),
+                    motion,
+                    plain: &self.plain,
+                    limits: &settings.limits,
+                };
+                let checked = check.run(&mut self.check);
                 return checked.is_ok().then(|| Warped {
                     clearance: nearest,
                     effort: settings.bounds.effort(&bend),
@@ -162,7 +162,12 @@ impl Warper {
     }
 
     /// Parameters of a bend that keeps the attack away at all samples, or `None` if there are none.
-    fn solve_ticks(&mut self, task: Task<'_>, goal: &Goal, motion: &mut Motion) -> Option<Numbers> {
+    fn solve_ticks(
+        &mut self,
+        task: Task<'_>,
+        goal: &mut Goal<'_>,
+        motion: &mut Motion,
+    ) -> Option<Numbers> {
         let Task { case, wish } = task;
         let WarpCase {
             baked,
@@ -182,7 +187,6 @@ impl Warper {
             Wish::Away => (settings.margin, settings.margin),
             Wish::Nearer { from, to } => (to, from),
         };
-        let mut still = None;
         for _ in 0..settings.rounds {
             let bend = bend_of(&numbers, &goal.scales);
             motion.bend(Some(Warp {
@@ -192,7 +196,12 @@ impl Warper {
             for tick in ticks.iter_mut() {
                 tick.pose(baked, motion, &settings.limits);
             }
-            contacts::find(baked, (attack, reach), ticks, &mut self.contacts);
+            let search = ContactSearch {
+                body: baked.body(),
+                attack,
+                margin: reach,
+            };
+            search.run(ticks, &mut self.contacts);
             let least = self
                 .contacts
                 .iter()
@@ -203,7 +212,7 @@ impl Warper {
                 self.rows.drain(fixed..fixed + MOST_ROWS / 2);
             }
             let first = self.rows.len();
-            goal.limit_rows(baked, (ticks, &numbers), &mut still, &mut self.rows);
+            goal.add_limit_rows(ticks, &numbers, &mut self.rows);
             let are_kept = worst(&self.rows[first..], &numbers) <= KEPT;
             let is_there = match wish {
                 Wish::Away => least > 0.5 * margin,
@@ -212,8 +221,13 @@ impl Warper {
             if is_there && are_kept {
                 return Some(numbers);
             }
+            let now = Linearization {
+                scales: &goal.scales,
+                numbers: &numbers,
+            };
             for contact in &self.contacts {
-                let row = contact.row(baked, ticks, (&goal.scales, margin), &numbers);
+                let gradient = contact.gradient(baked, ticks);
+                let row = contact.row(&gradient, now, margin);
                 self.rows.push(row);
                 if matches!(wish, Wish::Nearer { .. }) && contact.metres == least {
                     self.rows.push(row.reversed());

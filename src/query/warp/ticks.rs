@@ -4,9 +4,7 @@ use glam::Vec3;
 
 use super::linear::Gradient;
 use super::settings::WarpLimits;
-use crate::anim::{
-    Chain, JointTransform, Leg, Pose, Rig, forward_kinematics, free_distance, reach,
-};
+use crate::anim::{Chain, JointTransform, Leg, Pose, Rig, forward_kinematics, free_distance};
 use crate::graph::Motion;
 use crate::maps::BakedGraph;
 use crate::query::clearance::SAMPLE_RATE;
@@ -36,6 +34,15 @@ pub(super) struct LegRange {
     pub furthest: f32,
 }
 
+/// A body sphere, and the direction in which its distance is measured.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct SphereDirection {
+    /// Index in the body's spheres.
+    pub sphere: usize,
+    /// From the attack to the sphere.
+    pub away: Vec3,
+}
+
 impl Tick {
     /// Starts a new sample.
     pub(super) fn restart(&mut self, number: usize) {
@@ -62,7 +69,7 @@ impl Tick {
         self.pose.copy_from(&self.base);
         if self.weight > 0.0 {
             warp.bend
-                .apply((skeleton, graph.rig()), self.weight, &mut self.pose);
+                .apply(graph.rigged_skeleton(), self.weight, &mut self.pose);
         }
         forward_kinematics(skeleton, &self.pose, &mut self.joints);
         baked.body().centres(&self.joints, &mut self.centres);
@@ -89,13 +96,14 @@ impl Tick {
         }
     }
 
-    /// Gradient of a sphere's distance in the direction `away` with respect to the bend, at this sample.
+    /// Gradient of a sphere's distance with respect to the bend, at this sample. `velocity` is that of the sphere.
     pub(super) fn gradient(
         &mut self,
         baked: &BakedGraph,
-        (sphere, away): (usize, Vec3),
+        direction: SphereDirection,
         velocity: Vec3,
     ) -> Gradient {
+        let SphereDirection { sphere, away } = direction;
         let rig = baked.graph().rig();
         let joint = baked.body().spheres[sphere].joint;
         let (part, place) = (rig.part(joint), self.centres[sphere]);
@@ -108,7 +116,7 @@ impl Tick {
         if let Some((limb, leg)) = part.limb.and_then(|limb| Some((limb, rig.limbs()[limb]?))) {
             let end = match part.is_end {
                 true => away,
-                false => self.end_gradient(baked, &leg, (sphere, away)),
+                false => self.end_gradient(baked, &leg, direction),
             };
             gradient.ends[limb] = end;
             if limb < Rig::LEGS {
@@ -131,12 +139,12 @@ impl Tick {
         levers.sum::<Vec3>() / rig.spine().len().max(1) as f32
     }
 
-    /// Derivative of a limb point along `away` with respect to the displacement of the limb's end, by finite differences.
+    /// Derivative of a limb point along the direction with respect to the displacement of the limb's end, by finite differences.
     fn end_gradient(
         &mut self,
         baked: &BakedGraph,
         leg: &Leg,
-        (sphere, away): (usize, Vec3),
+        SphereDirection { sphere, away }: SphereDirection,
     ) -> Vec3 {
         /// Step of the finite differences, in metres.
         const STEP: f32 = 0.004;
@@ -150,7 +158,7 @@ impl Tick {
                 translation: end.translation + by,
                 ..end
             };
-            reach(skeleton, pose, leg, end);
+            leg.reach(skeleton, pose, end);
             let place = Chain::of(skeleton, pose)
                 .global(sphere.joint)
                 .point(sphere.offset);
@@ -239,7 +247,7 @@ mod tests {
                 let [hip, foot] = [leg.hip, leg.foot].map(|joint| tick.joints[joint.index()].translation);
                 prop_assume!(hip.distance(foot) < range.furthest - 0.01);
             }
-            let gradient = tick.gradient(baked, (sphere, away), Vec3::ZERO);
+            let gradient = tick.gradient(baked, SphereDirection { sphere, away }, Vec3::ZERO);
             // By each part of a bend alone, and by all together.
             let parts = (0..7).map(|part| {
                 let mut one = Bend::default();
