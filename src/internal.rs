@@ -25,7 +25,6 @@ pub use crate::graph::search::{
     TransitionList,
 };
 pub use crate::lod::blend::{Blend, affine};
-pub use crate::lod::energy::joint_energies;
 pub use crate::lod::level::Seated;
 pub use crate::lod::mass::BoneShape;
 pub use crate::lod::motion::{LevelMotion, LevelTrack, Translations};

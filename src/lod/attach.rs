@@ -58,12 +58,12 @@ impl Riders {
         })
     }
 
-    /// Removes `joint`: it and the joints attached to it are attached to the seat's carrier.
-    pub(super) fn remove(&mut self, joint: JointId, seat: (JointId, Place)) {
+    /// Removes `joint`: it and the joints attached to it are attached to `seat.carrier`.
+    pub(super) fn remove(&mut self, joint: JointId, seat: &Seat) {
         for (carrier, offset) in &mut self.seats {
             if *carrier == joint {
-                *carrier = seat.0;
-                *offset = seat.1.after(offset);
+                *carrier = seat.carrier;
+                *offset = seat.offset.after(offset);
             }
         }
     }

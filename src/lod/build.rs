@@ -5,11 +5,10 @@
 //! body least, together with all earlier removals.
 
 use super::attach::{Riders, Seat};
-use super::displacement::measure;
+use super::displacement::Measurement;
 use super::energy::Energies;
-use super::energy::joint_energies;
 use super::motion::check;
-use super::samples::Samples;
+use super::samples::{SampleSettings, Samples};
 use super::settings::{Carrier, LevelSettings, Order};
 use super::{Level, Levels, LodError};
 use crate::anim::{Clip, JointId, Skeleton};
@@ -30,11 +29,15 @@ impl Levels {
         }
         clips.iter().try_for_each(|clip| check(skeleton, clip))?;
         check_work(skeleton.len(), clips.iter().map(Clip::frames).sum())?;
+        let sampling = SampleSettings {
+            frames: settings.samples,
+            skin: settings.skin,
+        };
         let mut builder = Builder {
             skeleton,
             settings,
             energies: Energies::new(skeleton, clips, settings)?,
-            samples: Samples::of(skeleton, clips, (settings.samples, settings.skin)),
+            samples: Samples::of(skeleton, clips, sampling),
             riders: Riders::none(skeleton.len()),
             keeps: vec![true; skeleton.len()],
             removable: settings.removable(skeleton),
@@ -48,12 +51,19 @@ impl Levels {
             levels.push(level);
             seats.push(seat);
         }
-        let on_level = joint_energies(skeleton, clips, &levels[0], settings)?;
+        let on_level = levels[0].joint_energies(skeleton, clips, settings)?;
         let mut energies = vec![0.0; skeleton.len()];
         for (id, energy) in levels[0].kept.iter().zip(on_level) {
             energies[id.index()] = energy;
         }
-        let measured = measure(skeleton, clips, (&builder.samples, &levels, &seats));
+        let measurement = Measurement {
+            skeleton,
+            clips,
+            samples: &builder.samples,
+            levels: &levels,
+            seats: &seats,
+        };
+        let measured = measurement.run();
         for (level, error) in levels.iter_mut().zip(measured.errors) {
             level.error = error;
         }
@@ -118,7 +128,7 @@ impl Builder<'_> {
         let index = best.map_or(0, |(_, index)| index);
         let joint = before.kept[index];
         let (seat, _) = self.seat(before, index);
-        self.riders.remove(joint, (seat.carrier, seat.offset));
+        self.riders.remove(joint, &seat);
         self.keeps[joint.index()] = false;
         self.removable[joint.index()] = false;
         // The neighbours' attachments are out of date.

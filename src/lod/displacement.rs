@@ -46,39 +46,54 @@ type Moved = (JointId, On, On);
 /// A carrier, and a transform in its frame.
 type On = (JointId, Place);
 
-/// Measures all levels. `seats[i]` is the attachment of the joint that `levels[i + 1]` has lost.
-pub(super) fn measure(
-    skeleton: &Skeleton,
-    clips: &[Clip],
-    (samples, levels, seats): (&Samples, &[Level], &[Seat]),
-) -> Measured {
-    let changes = changes(skeleton, levels, seats);
-    let mut pass = Pass {
-        samples,
-        points: skeleton.ids().map(|id| samples.points(id).len()).sum(),
-        sums: vec![0.0; levels.len()],
-        errors: vec![LevelError::default(); levels.len()],
-        now: vec![(0.0, 0.0); skeleton.len()],
-        reach: 0.0,
-    };
-    let (mut places, mut heights) = (Vec::new(), Vec::new());
-    for clip in clips {
-        for frame in 0..clip.frames() {
-            place_all(skeleton, clip, frame, &mut places);
-            pass.add(&places, &changes);
-            let up = places.iter().map(|place| place.translation.y);
-            let (low, high) = up.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), y| {
-                (low.min(y), high.max(y))
-            });
-            heights.push(high - low);
+/// The levels to measure, and what they were built from.
+pub(super) struct Measurement<'a> {
+    pub(super) skeleton: &'a Skeleton,
+    pub(super) clips: &'a [Clip],
+    pub(super) samples: &'a Samples,
+    pub(super) levels: &'a [Level],
+    /// `seats[i]` is the attachment of the joint that `levels[i + 1]` has lost.
+    pub(super) seats: &'a [Seat],
+}
+
+impl Measurement<'_> {
+    /// Measures all levels.
+    pub(super) fn run(&self) -> Measured {
+        let &Self {
+            skeleton,
+            clips,
+            samples,
+            levels,
+            seats,
+        } = self;
+        let changes = changes(skeleton, levels, seats);
+        let mut pass = Pass {
+            samples,
+            points: skeleton.ids().map(|id| samples.points(id).len()).sum(),
+            sums: vec![0.0; levels.len()],
+            errors: vec![LevelError::default(); levels.len()],
+            now: vec![(0.0, 0.0); skeleton.len()],
+            reach: 0.0,
+        };
+        let (mut places, mut heights) = (Vec::new(), Vec::new());
+        for clip in clips {
+            for frame in 0..clip.frames() {
+                place_all(skeleton, clip.at(frame as f32), &mut places);
+                pass.add(&places, &changes);
+                let up = places.iter().map(|place| place.translation.y);
+                let (low, high) = up.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), y| {
+                    (low.min(y), high.max(y))
+                });
+                heights.push(high - low);
+            }
         }
-    }
-    heights.sort_unstable_by(f64::total_cmp);
-    pass.finish(&changes, heights.len());
-    Measured {
-        errors: pass.errors,
-        height: heights.get(heights.len() / 2).copied().unwrap_or(0.0) as f32,
-        reach: pass.reach as f32,
+        heights.sort_unstable_by(f64::total_cmp);
+        pass.finish(&changes, heights.len());
+        Measured {
+            errors: pass.errors,
+            height: heights.get(heights.len() / 2).copied().unwrap_or(0.0) as f32,
+            reach: pass.reach as f32,
+        }
     }
 }
 
@@ -87,7 +102,7 @@ fn changes(skeleton: &Skeleton, levels: &[Level], seats: &[Seat]) -> Vec<Change>
     let removed = levels.iter().filter_map(|level| level.removed);
     let take_out = |(joint, seat): (JointId, &Seat)| {
         let before: Vec<On> = riders.on(joint).collect();
-        riders.remove(joint, (seat.carrier, seat.offset));
+        riders.remove(joint, seat);
         let moved = before
             .into_iter()
             .map(|(rider, offset)| (rider, (joint, offset), riders.seats[rider.index()]));

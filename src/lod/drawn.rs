@@ -24,7 +24,7 @@ impl Level {
         };
         let mut places = Vec::new();
         for frame in 0..clip.frames() {
-            place_all(skeleton, clip, frame, &mut places);
+            place_all(skeleton, clip.at(frame as f32), &mut places);
             let drawn: Vec<Place> = self
                 .seats
                 .iter()

@@ -15,7 +15,7 @@ use std::f64::consts::PI;
 use glam::DVec3;
 
 use super::frames::{Place, place_all};
-use super::mass::{Moments, moments_below};
+use super::mass::{LevelMasses, Moments};
 use super::motion::check;
 use super::settings::{Branch, Flexion, Inertia, LevelSettings};
 use super::{Level, LodError};
@@ -33,22 +33,25 @@ impl LevelSettings {
     }
 }
 
-/// The energies of the joints that `level` keeps, in its order, in joules, as the level plays the clips. The mass of a removed joint
-/// counts for its nearest kept ancestor. Clips of one frame have energies of 0.
-///
-/// The root and the ends count as straight.
-///
-/// # Errors
-/// Settings out of range, a clip or a level of another skeleton.
-pub fn joint_energies(
-    skeleton: &Skeleton,
-    clips: &[Clip],
-    level: &Level,
-    settings: &LevelSettings,
-) -> Result<Vec<f32>, LodError> {
-    level.check(skeleton)?;
-    let mut energies = Energies::new(skeleton, clips, settings)?;
-    energies.update(level)
+impl Level {
+    /// The energies of the kept joints, in their order, in joules, as this level plays the clips. The mass of a removed joint
+    /// counts for its nearest kept ancestor. Clips of one frame have energies of 0.
+    ///
+    /// The root and the ends count as straight.
+    ///
+    /// # Errors
+    /// Settings out of range, a clip or a level of another skeleton.
+    #[doc(hidden)]
+    pub fn joint_energies(
+        &self,
+        skeleton: &Skeleton,
+        clips: &[Clip],
+        settings: &LevelSettings,
+    ) -> Result<Vec<f32>, LodError> {
+        self.check(skeleton)?;
+        let mut energies = Energies::new(skeleton, clips, settings)?;
+        energies.update(self)
+    }
 }
 
 /// The energies of one level after another. Rotations and energies that the removal of a joint does not change are kept, to the same
@@ -102,7 +105,7 @@ impl<'a> Energies<'a> {
         if count <= MOST_KEPT {
             for clip in clips {
                 for frame in 0..clip.frames() {
-                    place_all(skeleton, clip, frame, &mut frame_places);
+                    place_all(skeleton, clip.at(frame as f32), &mut frame_places);
                     places.extend_from_slice(&frame_places);
                 }
             }
@@ -137,6 +140,7 @@ impl<'a> Energies<'a> {
             moments: Vec::new(),
             changes,
             children: children(level),
+            sums: &mut self.sums,
         };
         let joints = self.skeleton.len();
         let mut start = 0;
@@ -145,10 +149,10 @@ impl<'a> Energies<'a> {
             let seconds = 1.0 / clip.frame_rate();
             if self.places.is_empty() {
                 let mut turns = vec![Turn::NONE; joints];
-                place_all(self.skeleton, clip, 0, &mut before);
+                place_all(self.skeleton, clip.at(0.0), &mut before);
                 for frame in 1..clip.frames() {
-                    place_all(self.skeleton, clip, frame, &mut now);
-                    pass.add([&before, &now], seconds, &mut turns, &mut self.sums);
+                    place_all(self.skeleton, clip.at(frame as f32), &mut now);
+                    pass.add([&before, &now], seconds, &mut turns);
                     std::mem::swap(&mut before, &mut now);
                 }
             } else {
@@ -156,7 +160,7 @@ impl<'a> Energies<'a> {
                 for at in (start + joints..end).step_by(joints) {
                     let pair = [at - joints, at].map(|at| &self.places[at..at + joints]);
                     let turns = &mut self.turns[at..at + joints];
-                    pass.add(pair, seconds, turns, &mut self.sums);
+                    pass.add(pair, seconds, turns);
                 }
                 start = end;
             }
@@ -228,20 +232,20 @@ struct Pass<'a> {
     changes: Changes,
     /// Children of each kept joint, as indices into the kept joints.
     children: Vec<Vec<usize>>,
+    /// [`Energies::sums`].
+    sums: &'a mut [f64],
 }
 
 impl Pass<'_> {
     /// Adds the energies between two frames.
-    fn add(
-        &mut self,
-        [before, now]: [&[Place]; 2],
-        seconds: f64,
-        turns: &mut [Turn],
-        sums: &mut [f64],
-    ) {
+    fn add(&mut self, [before, now]: [&[Place]; 2], seconds: f64, turns: &mut [Turn]) {
         let origin = now[0].translation;
-        let mass = (self.masses.as_slice(), self.settings.shape);
-        moments_below(self.level, (now, origin), mass, &mut self.moments);
+        let masses = LevelMasses {
+            level: self.level,
+            masses: &self.masses,
+            shape: self.settings.shape,
+        };
+        masses.moments_below(now, origin, &mut self.moments);
         for &index in &self.changes.turns {
             turns[self.level.kept[index].index()] = self.turn(index, [before, now], seconds);
         }
@@ -257,7 +261,7 @@ impl Pass<'_> {
                 (Inertia::Axis, Some(axis)) => self.moments[index].about_axis(at, axis),
                 _ => self.moments[index].about_point(at),
             };
-            sums[joint] += 0.5 * inertia * speed * speed * weight * seconds;
+            self.sums[joint] += 0.5 * inertia * speed * speed * weight * seconds;
         }
     }
 

@@ -2,7 +2,7 @@
 
 use glam::{DQuat, DVec3};
 
-use crate::anim::{Clip, JointId, Skeleton};
+use crate::anim::{JointId, Moment, Skeleton};
 
 /// A joint's transform in model space.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -39,9 +39,8 @@ impl Place {
     }
 }
 
-/// Writes the transforms of all joints in one frame to `out`.
-pub(super) fn place_all(skeleton: &Skeleton, clip: &Clip, frame: usize, out: &mut Vec<Place>) {
-    let moment = clip.at(frame as f32);
+/// Writes the transforms of all joints at a moment of a clip to `out`.
+pub(super) fn place_all(skeleton: &Skeleton, moment: Moment<'_>, out: &mut Vec<Place>) {
     out.clear();
     for id in skeleton.ids() {
         let (rotation, translation) = moment.local(skeleton, id);

@@ -125,7 +125,7 @@ impl Moments {
         }
     }
 
-    fn bone(shape: BoneShape, mass: f64, (from, to): (DVec3, DVec3)) -> Self {
+    fn bone(shape: BoneShape, mass: f64, [from, to]: [DVec3; 2]) -> Self {
         let middle = 0.5 * (from + to);
         let mut moments = Self::point(mass, middle);
         if shape == BoneShape::Rod {
@@ -166,33 +166,43 @@ fn trace(m: DMat3) -> f64 {
     m.x_axis.x + m.y_axis.y + m.z_axis.z
 }
 
-/// Writes the moments of everything below each kept joint, its own bones included, to `out`. Positions are relative to `origin`.
-pub(super) fn moments_below(
-    level: &Level,
-    (places, origin): (&[Place], DVec3),
-    (masses, shape): (&[f64], BoneShape),
-    out: &mut Vec<Moments>,
-) {
-    let at = |index: usize| places[level.kept[index].index()].translation - origin;
-    let length = |child: usize, parent: usize| (at(child) - at(parent)).length();
-    let mut lengths = vec![0.0; level.kept.len()];
-    for (child, parent) in level.bones() {
-        lengths[parent] += length(child, parent);
-    }
-    out.clear();
-    out.resize(level.kept.len(), Moments::NONE);
-    for index in (0..level.kept.len()).filter(|&index| lengths[index] <= 0.0) {
-        out[index] = Moments::point(masses[index], at(index));
-    }
-    for (child, parent) in level.bones().filter(|&(_, parent)| lengths[parent] > 0.0) {
-        let mass = masses[parent] * length(child, parent) / lengths[parent];
-        out[parent].add(&Moments::bone(shape, mass, (at(parent), at(child))));
-    }
-    // Children stand after their parents.
-    for index in (1..level.kept.len()).rev() {
-        if let Some(parent) = level.parents[index] {
-            let below = out[index];
-            out[usize::from(parent)].add(&below);
+/// A level with the masses of its joints.
+pub(super) struct LevelMasses<'a> {
+    pub(super) level: &'a Level,
+    /// Mass of each kept joint, in kilograms.
+    pub(super) masses: &'a [f64],
+    pub(super) shape: BoneShape,
+}
+
+impl LevelMasses<'_> {
+    /// Writes the moments of everything below each kept joint, its own bones included, to `out`. Positions are relative to `origin`.
+    pub(super) fn moments_below(&self, places: &[Place], origin: DVec3, out: &mut Vec<Moments>) {
+        let &Self {
+            level,
+            masses,
+            shape,
+        } = self;
+        let at = |index: usize| places[level.kept[index].index()].translation - origin;
+        let length = |child: usize, parent: usize| (at(child) - at(parent)).length();
+        let mut lengths = vec![0.0; level.kept.len()];
+        for (child, parent) in level.bones() {
+            lengths[parent] += length(child, parent);
+        }
+        out.clear();
+        out.resize(level.kept.len(), Moments::NONE);
+        for index in (0..level.kept.len()).filter(|&index| lengths[index] <= 0.0) {
+            out[index] = Moments::point(masses[index], at(index));
+        }
+        for (child, parent) in level.bones().filter(|&(_, parent)| lengths[parent] > 0.0) {
+            let mass = masses[parent] * length(child, parent) / lengths[parent];
+            out[parent].add(&Moments::bone(shape, mass, [at(parent), at(child)]));
+        }
+        // Children stand after their parents.
+        for index in (1..level.kept.len()).rev() {
+            if let Some(parent) = level.parents[index] {
+                let below = out[index];
+                out[usize::from(parent)].add(&below);
+            }
         }
     }
 }

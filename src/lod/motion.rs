@@ -76,7 +76,11 @@ impl LevelMotion {
         level.check(skeleton)?;
         let tracks = level.kept.iter().zip(&level.parents).map(|(&id, parent)| {
             let above = parent.map(|parent| level.kept[usize::from(parent)]);
-            track(skeleton, clip, (id, above))
+            let upwards = skeleton
+                .ancestry(id)
+                .take_while(|&joint| Some(joint) != above);
+            let chain: Vec<JointId> = upwards.collect();
+            track(skeleton, clip, &chain)
         });
         Ok(Self {
             frame_rate: clip.frame_rate() as f32,
@@ -99,19 +103,15 @@ pub(super) fn check(skeleton: &Skeleton, clip: &Clip) -> Result<(), LodError> {
     })
 }
 
-/// The motion of `id` in the frame of `above`, one of its ancestors.
-fn track(skeleton: &Skeleton, clip: &Clip, (id, above): (JointId, Option<JointId>)) -> LevelTrack {
-    // From the joint upwards, without `above`.
-    let chain: Vec<JointId> = skeleton
-        .ancestry(id)
-        .take_while(|&joint| Some(joint) != above)
-        .collect();
+/// The motion of the first joint of `chain` in the frame of the last one's parent. Each joint of the chain is the parent of the one
+/// before it.
+fn track(skeleton: &Skeleton, clip: &Clip, chain: &[JointId]) -> LevelTrack {
     let mut rotations: Vec<Quat> = Vec::with_capacity(clip.frames());
     let mut places = Vec::with_capacity(clip.frames());
     for frame in 0..clip.frames() {
         let moment = clip.at(frame as f32);
         let (mut rotation, mut place) = (Quat::IDENTITY, Vec3::ZERO);
-        for &joint in &chain {
+        for &joint in chain {
             let (turn, offset) = moment.local(skeleton, joint);
             rotation = turn * rotation;
             place = offset + turn * place;

@@ -7,7 +7,7 @@
 use glam::{Affine3A, Vec3};
 
 use super::motion::check;
-use super::samples::Samples;
+use super::samples::{SampleSettings, Samples};
 use super::switching::Band;
 use super::{Choice, LevelId, Levels, LodError, SwitchSettings, Switching, affine};
 use crate::anim::{Clip, JointId, Pose, Skeleton, forward_kinematics};
@@ -107,12 +107,17 @@ impl Levels {
     /// A clip of another skeleton, settings out of range.
     pub fn largest_step(
         &self,
-        (skeleton, clip): (&Skeleton, &Clip),
+        skeleton: &Skeleton,
+        clip: &Clip,
         settings: &SwitchSettings,
     ) -> Result<f32, LodError> {
         check(skeleton, clip)?;
         let switching = Switching::new(self, settings)?;
-        let points = Samples::of(skeleton, std::slice::from_ref(clip), (500, self.skin));
+        let sampling = SampleSettings {
+            frames: 500,
+            skin: self.skin,
+        };
+        let points = Samples::of(skeleton, std::slice::from_ref(clip), sampling);
         let travel = settings.travel();
         let (near, far) = (self.reach + NEAREST, switching.furthest() + 2.0 * travel);
         let walk = Walk {

@@ -15,11 +15,20 @@ pub(super) struct Samples {
     points: Vec<Vec<DVec3>>,
 }
 
+/// Extent of the samples.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct SampleSettings {
+    /// Maximum number of frames.
+    pub(super) frames: usize,
+    /// Distance from the bones to the surface of the body, in metres.
+    pub(super) skin: f32,
+}
+
 impl Samples {
-    /// Samples at most `most` frames. The body extends `skin` metres around the bones.
-    pub(super) fn of(skeleton: &Skeleton, clips: &[Clip], (most, skin): (usize, f32)) -> Self {
+    /// Samples the clips.
+    pub(super) fn of(skeleton: &Skeleton, clips: &[Clip], settings: SampleSettings) -> Self {
         let total: usize = clips.iter().map(Clip::frames).sum();
-        let count = total.min(most.max(1));
+        let count = total.min(settings.frames.max(1));
         let (mut places, mut frame_places) = (Vec::new(), Vec::new());
         let (mut clip, mut first) = (0, 0);
         for sample in 0..count {
@@ -28,7 +37,8 @@ impl Samples {
                 first += clips[clip].frames();
                 clip += 1;
             }
-            place_all(skeleton, &clips[clip], at - first, &mut frame_places);
+            let moment = clips[clip].at((at - first) as f32);
+            place_all(skeleton, moment, &mut frame_places);
             places.extend_from_slice(&frame_places);
         }
         let mut samples = Self {
@@ -38,7 +48,7 @@ impl Samples {
         };
         samples.points = skeleton
             .ids()
-            .map(|id| samples.points_of(skeleton, id, f64::from(skin)))
+            .map(|id| samples.points_of(skeleton, id, f64::from(settings.skin)))
             .collect();
         samples
     }

@@ -187,7 +187,11 @@ impl Switching {
             if let Rule::ScreenError { measure, .. } = settings.rule {
                 error = error.max(measure.of(&level.error));
             }
-            let near = levels.reach;
+            let limits = BandLimits {
+                near: levels.reach,
+                before,
+                step: level.error.step,
+            };
             let band = match settings.rule {
                 // Without motion every level is exact at any distance.
                 Rule::Energy { furthest } => {
@@ -197,15 +201,13 @@ impl Switching {
                         0.0
                     };
                     let end = furthest * share;
-                    Band::ending(end, (near, before, level.error.step), settings)
+                    Band::ending(end, limits, settings)
                 }
                 Rule::ScreenError { pixels, .. } if error > 0.0 => {
-                    let start = near + settings.view.distance(error, pixels);
-                    Band::starting(start.max(before), (near, level.error.step), settings)
+                    let start = limits.near + settings.view.distance(error, pixels);
+                    Band::starting(start.max(before), limits, settings)
                 }
-                Rule::ScreenError { .. } => {
-                    Band::starting(before, (near, level.error.step), settings)
-                }
+                Rule::ScreenError { .. } => Band::starting(before, limits, settings),
             };
             before = band.end;
             self.bands.push(band);
@@ -252,6 +254,17 @@ impl Switching {
     }
 }
 
+/// What the place of a band depends on.
+#[derive(Clone, Copy)]
+struct BandLimits {
+    /// Largest distance of a point from the root, in metres.
+    near: f32,
+    /// End of the band before, in metres.
+    before: f32,
+    /// Largest displacement of a point by the switch, in metres.
+    step: f32,
+}
+
 impl Band {
     /// Lower bound of width · (start − near) for a displacement of `step` metres, in square metres.
     fn least_area(step: f32, settings: &SwitchSettings) -> f32 {
@@ -262,7 +275,8 @@ impl Band {
     }
 
     /// The narrowest band that ends at `end`, or the first one possible after `before`.
-    fn ending(end: f32, (near, before, step): (f32, f32, f32), settings: &SwitchSettings) -> Self {
+    fn ending(end: f32, limits: BandLimits, settings: &SwitchSettings) -> Self {
+        let BandLimits { near, before, step } = limits;
         let area = Self::least_area(step, settings);
         // With x from `near` to `full` and y to `start`: (x - y) y = area.
         let x = end * (1.0 - settings.hysteresis) - near;
@@ -280,11 +294,12 @@ impl Band {
             let full = near + x;
             return Self { start, full, end };
         }
-        Self::starting(before, (near, step), settings)
+        Self::starting(before, limits, settings)
     }
 
     /// The band that starts at `start`, or the first one possible after it.
-    fn starting(start: f32, (near, step): (f32, f32), settings: &SwitchSettings) -> Self {
+    fn starting(start: f32, limits: BandLimits, settings: &SwitchSettings) -> Self {
+        let BandLimits { near, step, .. } = limits;
         let area = Self::least_area(step, settings);
         // A band that started nearer would be so wide that it ended further away.
         let start = if area > 0.0 {

@@ -30,20 +30,15 @@ fn crowd(random: &mut Random, count: usize) -> Vec<f32> {
         .collect()
 }
 
-/// Character by character, milliseconds; `before` is asked for each one's level.
-fn cost_of(
-    (levels, switching): (&Levels, &Switching),
-    distances: &[f32],
-    before: impl Fn(usize) -> Option<LevelId>,
-) -> f32 {
+/// Character by character, milliseconds.
+fn cost_of(levels: &Levels, choices: impl Iterator<Item = Choice>) -> f32 {
     let cost = budget(0.0).cost;
-    let of = |(index, &distance): (usize, &f32)| {
-        let choice = switching.choose(distance, before(index));
+    let of = |choice: Choice| {
         let joints = levels.levels[choice.level.index()].kept.len() as f32;
         let blend = if choice.blend > 0.0 { cost.blend } else { 0.0 };
         f64::from(cost.character + joints * cost.joint + blend)
     };
-    (distances.iter().enumerate().map(of).sum::<f64>() * 1e-6) as f32
+    (choices.map(of).sum::<f64>() * 1e-6) as f32
 }
 
 #[test]
@@ -59,15 +54,15 @@ fn a_budget_is_kept_with_the_least_error() {
             let budget = budget(finest * share);
             let plan = planner.plan(&levels, &distances, &budget).unwrap();
             for before in 0..3 {
-                let cost = cost_of(
-                    (&levels, planner.switching()),
-                    &distances,
-                    |index| match before {
-                        0 => None,
-                        1 => Some(LevelId(0)),
-                        _ => Some(LevelId((index * 7 % count) as u16)),
-                    },
-                );
+                let before = |index: usize| match before {
+                    0 => None,
+                    1 => Some(LevelId(0)),
+                    _ => Some(LevelId((index * 7 % count) as u16)),
+                };
+                let choices = distances.iter().enumerate();
+                let choices = choices
+                    .map(|(index, &distance)| planner.switching().choose(distance, before(index)));
+                let cost = cost_of(&levels, choices);
                 assert!(cost <= plan.milliseconds * 1.0001, "{cost} {plan:?}");
             }
             assert_eq!(plan.is_met, plan.milliseconds <= budget.milliseconds);
@@ -79,7 +74,10 @@ fn a_budget_is_kept_with_the_least_error() {
                     ..budget.switching
                 };
                 let switching = Switching::new(&levels, &settings).unwrap();
-                let cost = cost_of((&levels, &switching), &distances, |_| Some(LevelId(0)));
+                let choices = distances
+                    .iter()
+                    .map(|&distance| switching.choose(distance, Some(LevelId(0))));
+                let cost = cost_of(&levels, choices);
                 cost <= 0.995 * budget.milliseconds
             };
             if let Some(least) = { tries }.find(fits) {

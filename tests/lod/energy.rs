@@ -10,7 +10,7 @@ use common::lod::{order_of, random_case};
 use common::random::Random;
 use glam::{DQuat, DVec3};
 use sabaki::anim::{Clip, ClipDesc, JointId, Pose, Skeleton};
-use sabaki::internal::{BoneShape, Branch, Flexion, Inertia, joint_energies};
+use sabaki::internal::{BoneShape, Branch, Flexion, Inertia};
 use sabaki::lod::{Level, LevelSettings, Levels, LodError, Masses};
 
 type Place = (DQuat, DVec3);
@@ -197,7 +197,7 @@ fn energies_are_those_of_the_equations_on_random_skeletons() {
         for level in levels.levels.iter().step_by(3) {
             for settings in all_settings(&masses) {
                 let clips = std::slice::from_ref(&clip);
-                let found = joint_energies(&skeleton, clips, level, &settings).unwrap();
+                let found = level.joint_energies(&skeleton, clips, &settings).unwrap();
                 let expected = naive(&skeleton, &clip, level, &settings);
                 assert_close(&found, &expected, &format!("seed {seed}, {settings:?}"));
             }
@@ -229,7 +229,7 @@ fn energies_are_those_of_the_equations_in_captures() {
         for level in [&levels[0], &levels[7], &levels[levels.len() - 1]] {
             for settings in all_settings(&masses) {
                 let clips = std::slice::from_ref(&clip);
-                let found = joint_energies(skeleton, clips, level, &settings).unwrap();
+                let found = level.joint_energies(skeleton, clips, &settings).unwrap();
                 assert_close(
                     &found,
                     &naive(skeleton, &clip, level, &settings),
@@ -261,7 +261,9 @@ fn mass_by_length_is_a_line_of_equal_density() {
                 masses,
                 ..LevelSettings::default()
             };
-            joint_energies(&skeleton, std::slice::from_ref(&clip), level, &settings).unwrap()
+            level
+                .joint_energies(&skeleton, std::slice::from_ref(&clip), &settings)
+                .unwrap()
         };
         let by_length = energies(Masses::ByLength(80.0));
         for (a, b) in by_length.iter().zip(energies(Masses::Given(masses))) {
@@ -283,7 +285,7 @@ fn several_clips_weigh_by_their_time() {
     let (slow, fast) = (rate(10.0), rate(40.0));
     let level = &Levels::in_order(&skeleton, &[]).unwrap().levels[0];
     let settings = LevelSettings::default();
-    let energies = |clips: &[Clip]| joint_energies(&skeleton, clips, level, &settings).unwrap();
+    let energies = |clips: &[Clip]| level.joint_energies(&skeleton, clips, &settings).unwrap();
     assert!(clip.frames() > 1);
     let (of_slow, of_fast) = (
         energies(std::slice::from_ref(&slow)),
@@ -310,7 +312,9 @@ fn without_motion_there_is_no_energy() {
     let still = Clip::new(&skeleton, desc).unwrap();
     let level = &Levels::in_order(&skeleton, &[]).unwrap().levels[0];
     for clips in [vec![still], Vec::new()] {
-        let energies = joint_energies(&skeleton, &clips, level, &LevelSettings::default()).unwrap();
+        let energies = level
+            .joint_energies(&skeleton, &clips, &LevelSettings::default())
+            .unwrap();
         assert_eq!(energies, vec![0.0; skeleton.len()]);
     }
 }
@@ -323,7 +327,9 @@ fn settings_that_make_no_sense_are_errors() {
         let mut settings = LevelSettings::default();
         change(&mut settings);
         let clips = std::slice::from_ref(&clip);
-        joint_energies(&skeleton, clips, level, &settings).unwrap_err()
+        level
+            .joint_energies(&skeleton, clips, &settings)
+            .unwrap_err()
     };
     for wrong in [0.0, -1.0, f32::NAN, f32::INFINITY, 4.0] {
         let threshold = fails(&|s| s.bend_threshold = wrong, &level);

@@ -8,7 +8,7 @@ use common::lod::{each_capture, frames_of, points_of, random_case};
 use common::random::Random;
 use glam::Vec3;
 use sabaki::anim::{Clip, ClipDesc, JointId, JointKind, JointTransform, Skeleton};
-use sabaki::internal::{Carrier, joint_energies};
+use sabaki::internal::Carrier;
 use sabaki::lod::{Level, LevelSettings, Levels, LodError, Order};
 
 fn build(skeleton: &Skeleton, clip: &Clip, settings: &LevelSettings) -> Levels {
@@ -88,13 +88,16 @@ fn check_errors(skeleton: &Skeleton, clip: &Clip, levels: &Levels, skin: f32) {
 fn check_energy_order(skeleton: &Skeleton, clip: &Clip, levels: &Levels) {
     let clips = std::slice::from_ref(clip);
     let first = &levels.levels[0];
-    let energies = joint_energies(skeleton, clips, first, &LevelSettings::default()).unwrap();
+    let energies = first
+        .joint_energies(skeleton, clips, &LevelSettings::default())
+        .unwrap();
     for (id, energy) in first.kept.iter().zip(energies) {
         assert_eq!(levels.energies[id.index()], energy);
     }
     for pair in levels.levels.windows(2) {
-        let energies =
-            joint_energies(skeleton, clips, &pair[0], &LevelSettings::default()).unwrap();
+        let energies = pair[0]
+            .joint_energies(skeleton, clips, &LevelSettings::default())
+            .unwrap();
         let removed = pair[1].removed.unwrap();
         assert_eq!(energies[pair[0].index_of(removed).unwrap()], pair[1].energy);
         for (&id, &energy) in pair[0].kept.iter().zip(&energies) {

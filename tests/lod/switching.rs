@@ -9,8 +9,8 @@ use glam::{Affine3A, Quat, Vec2, Vec3};
 use sabaki::anim::{Clip, ClipDesc, Joint, JointId, JointKind, JointTransform, Skeleton};
 use sabaki::internal::affine;
 use sabaki::lod::{
-    Choice, Level, LevelId, LevelSettings, Levels, LodError, Measure, Order, Rule,
-    SwitchSettings, Switching, View,
+    Choice, Level, LevelId, LevelSettings, Levels, LodError, Measure, Order, Rule, SwitchSettings,
+    Switching, View,
 };
 
 /// Energy to 60 m and errors of 1 pixel, with blending.
@@ -225,45 +225,55 @@ impl Camera {
     }
 }
 
-/// A camera that comes from far away and goes again at 5 m/s, 60 frames a second, while the clip plays: how many pixels a point
-/// moves at most because something else is drawn than in the frame before would have been.
-fn largest_step(
-    (skeleton, clip, levels): (&Skeleton, &Clip, &Levels),
-    settings: &SwitchSettings,
-    side: f32,
-) -> f32 {
-    let frames = frames_of(skeleton, clip);
-    let points = points_of(skeleton, &frames, 0.05);
-    let switching = Switching::new(levels, settings).unwrap();
-    let travel = 5.0 / 60.0;
-    let (nearest, furthest) = (levels.reach + 0.5, switching.furthest() + 2.0 * travel);
-    let steps = ((furthest - nearest) / travel).max(0.0) as usize;
-    let mut before = switching.choose(furthest, None);
-    let mut largest = 0.0f32;
-    for step in 0..2 * steps {
-        let distance = furthest - travel * step.min(2 * steps - step) as f32;
-        let now = switching.choose(distance, Some(before.level));
-        if now != before {
-            let frame = (step as f64 / 60.0 * clip.frame_rate()) as usize % frames.len();
-            let joints = &frames[frame];
-            let camera = Camera {
-                view: settings.view,
-                side,
-                distance,
-            };
-            let root = joints[0].translation;
-            let (old, new) = (drawn(levels, before, joints), drawn(levels, now, joints));
-            for (joint, points) in points.iter().enumerate() {
-                for &point in points {
-                    let old = camera.pixel(root, old[joint].transform_point3(point));
-                    let new = camera.pixel(root, new[joint].transform_point3(point));
-                    largest = largest.max(old.distance(new));
+/// A character that a camera comes near to.
+struct Approach<'a> {
+    skeleton: &'a Skeleton,
+    clip: &'a Clip,
+    levels: &'a Levels,
+}
+
+impl Approach<'_> {
+    /// A camera that comes from far away and goes again at 5 m/s, 60 frames a second, while the clip plays: how many pixels a point
+    /// moves at most because something else is drawn than in the frame before would have been.
+    fn largest_step(&self, settings: &SwitchSettings, side: f32) -> f32 {
+        let &Self {
+            skeleton,
+            clip,
+            levels,
+        } = self;
+        let frames = frames_of(skeleton, clip);
+        let points = points_of(skeleton, &frames, 0.05);
+        let switching = Switching::new(levels, settings).unwrap();
+        let travel = 5.0 / 60.0;
+        let (nearest, furthest) = (levels.reach + 0.5, switching.furthest() + 2.0 * travel);
+        let steps = ((furthest - nearest) / travel).max(0.0) as usize;
+        let mut before = switching.choose(furthest, None);
+        let mut largest = 0.0f32;
+        for step in 0..2 * steps {
+            let distance = furthest - travel * step.min(2 * steps - step) as f32;
+            let now = switching.choose(distance, Some(before.level));
+            if now != before {
+                let frame = (step as f64 / 60.0 * clip.frame_rate()) as usize % frames.len();
+                let joints = &frames[frame];
+                let camera = Camera {
+                    view: settings.view,
+                    side,
+                    distance,
+                };
+                let root = joints[0].translation;
+                let (old, new) = (drawn(levels, before, joints), drawn(levels, now, joints));
+                for (joint, points) in points.iter().enumerate() {
+                    for &point in points {
+                        let old = camera.pixel(root, old[joint].transform_point3(point));
+                        let new = camera.pixel(root, new[joint].transform_point3(point));
+                        largest = largest.max(old.distance(new));
+                    }
                 }
             }
+            before = now;
         }
-        before = now;
+        largest
     }
-    largest
 }
 
 fn without_blend(settings: &SwitchSettings) -> SwitchSettings {
@@ -280,9 +290,13 @@ fn steps_of(skeleton: &Skeleton, clips: &[Clip], order: Order) -> (f32, f32) {
     for clip in clips {
         for settings in rules() {
             for side in [0.0, 2.0] {
-                let all = (skeleton, clip, &levels);
-                with = with.max(largest_step(all, &settings, side));
-                without = without.max(largest_step(all, &without_blend(&settings), side));
+                let case = Approach {
+                    skeleton,
+                    clip,
+                    levels: &levels,
+                };
+                with = with.max(case.largest_step(&settings, side));
+                without = without.max(case.largest_step(&without_blend(&settings), side));
             }
         }
     }
@@ -319,14 +333,19 @@ fn nothing_jumps_in_captures() {
 fn nothing_jumps_on_random_skeletons() {
     for seed in 0..12 {
         let (skeleton, clip, levels) = random_levels(seed);
+        let case = Approach {
+            skeleton: &skeleton,
+            clip: &clip,
+            levels: &levels,
+        };
         for settings in rules() {
-            let step = largest_step((&skeleton, &clip, &levels), &settings, seed as f32);
+            let step = case.largest_step(&settings, seed as f32);
             assert!(step < 1.0, "seed {seed}: {step} pixels");
             // The library measures the same from the front.
             let at_once = without_blend(&settings);
             for settings in [settings, at_once] {
-                let step = largest_step((&skeleton, &clip, &levels), &settings, 0.0);
-                let found = levels.largest_step((&skeleton, &clip), &settings).unwrap();
+                let step = case.largest_step(&settings, 0.0);
+                let found = levels.largest_step(&skeleton, &clip, &settings).unwrap();
                 assert!(
                     (found - step).abs() <= 0.1 * step + 0.02,
                     "seed {seed}: {found} {step}"
@@ -446,7 +465,7 @@ fn a_chain_without_motion_has_finite_bands_and_is_measured() {
                 assert!(before <= start && start <= full && full <= end, "{band:?}");
                 before = end;
             }
-            let step = levels.largest_step((&skeleton, &clip), &settings).unwrap();
+            let step = levels.largest_step(&skeleton, &clip, &settings).unwrap();
             assert!(step.is_finite() && step < 1.0, "{joints} joints: {step}");
         }
     }
@@ -463,7 +482,7 @@ fn a_camera_that_comes_from_very_far_arrives() {
             rule: Rule::Energy { furthest },
             ..SwitchSettings::default()
         };
-        let step = levels.largest_step((&skeleton, &clip), &settings).unwrap();
+        let step = levels.largest_step(&skeleton, &clip, &settings).unwrap();
         assert!(step.is_finite(), "{furthest}: {step}");
     }
 }

@@ -49,9 +49,9 @@ impl Report {
         let clips: Vec<_> = self.source.clips.iter().step_by(every).collect();
         let bar = output::progress("switching", clips.len() as u64);
         for clip in clips.into_iter().progress_with(bar) {
-            let motion = (&self.source.skeleton, clip);
-            let blended = self.levels.largest_step(motion, &self.settings)?;
-            let jump = self.levels.largest_step(motion, &at_once)?;
+            let skeleton = &self.source.skeleton;
+            let blended = self.levels.largest_step(skeleton, clip, &self.settings)?;
+            let jump = self.levels.largest_step(skeleton, clip, &at_once)?;
             self.steps.blended = self.steps.blended.max(blended);
             self.steps.at_once = self.steps.at_once.max(jump);
         }
