@@ -280,7 +280,7 @@ fn searches(set: &ClipSet, minutes: &[f64]) {
             pairs = builder.bands().map(|band| band.pairs()).sum::<u64>();
             let windows = windows(&builder);
             let started = Instant::now();
-            distances = search(&builder, (&windows, threads));
+            distances = search(&builder, &windows, threads);
             seconds.push(started.elapsed().as_secs_f64());
         }
         let growth = before.map_or(String::new(), |(m, s): (f64, f64)| {
@@ -313,7 +313,7 @@ fn windows(builder: &GraphBuilder<'_>) -> Vec<Windows> {
 }
 
 /// Searches all bands, and returns the number of distances that were computed.
-fn search(builder: &GraphBuilder<'_>, (windows, threads): (&[Windows], usize)) -> u64 {
+fn search(builder: &GraphBuilder<'_>, windows: &[Windows], threads: usize) -> u64 {
     let search = PrunedSearch::new(builder.search(), windows.iter().collect(), threads);
     let jobs: Vec<_> = BandJobs::new(builder.bands()).collect();
     let found = search.minima_of_jobs(&jobs, threads).unwrap();

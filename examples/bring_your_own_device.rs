@@ -79,7 +79,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         let query = Query::new(&baked, &settings);
         let mut session = query.start(throw.request(), &mut context);
         throw.playhead.pose(baked.graph(), &mut pose);
-        let spheres = scene::instances(&baked, &pose, (&throw.attack, 0.0));
+        let spheres = scene::instances(&baked, &pose, scene::ball(&throw.attack, 0.0));
         let ticket = renderer.frame("out/guest_0.png", &spheres, |cmd| {
             culler.record(cmd, 0, &session.cull_input())
         })??;
@@ -106,7 +106,8 @@ fn main() -> Result<(), Box<dyn Error>> {
         // The frames after that play the answer; here the one in which the ball is nearest.
         let nearest = answer.clearance().time;
         answer.motion.sample(baked.graph(), nearest, &mut pose);
-        let spheres = scene::instances(&baked, &pose, (&throw.attack, nearest));
+        let ball = scene::ball(&throw.attack, nearest);
+        let spheres = scene::instances(&baked, &pose, ball);
         renderer.frame("out/guest_1.png", &spheres, |_| ())?;
 
         culler.destroy(&mut memory);

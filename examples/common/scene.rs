@@ -27,7 +27,7 @@ pub fn baked() -> Result<BakedGraph, Box<dyn Error>> {
 }
 
 /// Where the ball is: before it is thrown, where it will start; nowhere after its flight.
-fn ball(attack: &Attack, seconds: f32) -> Option<(Vec3, f32)> {
+pub fn ball(attack: &Attack, seconds: f32) -> Option<(Vec3, f32)> {
     let keys = attack.spheres()[0].keys();
     let mut pairs = keys.windows(2);
     let pair = pairs.find(|pair| seconds <= pair[1].t)?;
@@ -37,19 +37,14 @@ fn ball(attack: &Attack, seconds: f32) -> Option<(Vec3, f32)> {
 }
 
 /// The body's spheres in a pose, and the ball at that moment; what is further away comes first.
-pub fn instances(
-    baked: &BakedGraph,
-    pose: &Pose,
-    (attack, seconds): (&Attack, f32),
-) -> Vec<Instance> {
+pub fn instances(baked: &BakedGraph, pose: &Pose, ball: Option<(Vec3, f32)>) -> Vec<Instance> {
     let mut joints = Vec::new();
     forward_kinematics(baked.graph().skeleton(), pose, &mut joints);
     let body = baked.body().spheres.iter();
     let mut spheres: Vec<_> = body
         .map(|one| (one.centre(&joints), one.radius, [0.35, 0.55, 0.85]))
         .collect();
-    spheres
-        .extend(ball(attack, seconds).map(|(center, radius)| (center, radius, [0.9, 0.3, 0.15])));
+    spheres.extend(ball.map(|(center, radius)| (center, radius, [0.9, 0.3, 0.15])));
     let camera = Quat::from_rotation_x(0.25) * Quat::from_rotation_y(-0.7);
     let seen = |center: Vec3| camera * (center - Vec3::new(0.0, 0.9, 0.0));
     spheres.sort_by(|a, b| seen(a.0).z.total_cmp(&seen(b.0).z));
