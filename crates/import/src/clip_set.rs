@@ -70,7 +70,9 @@ pub fn read_clips(
     let first_path = { loaded.iter().find(|one| is_used(one)) }.map(|first| first.path);
     let loaded = match (&used, first_path) {
         (Some(used), Some(first)) if options.retarget => {
-            retarget_others(loaded, (used, first), &mut failed)
+            let (kept, others) = retarget_others(loaded, used, first);
+            failed.extend(others);
+            kept
         }
         (Some(used), Some(first)) => {
             let (loaded, others): (Vec<_>, Vec<_>) = loaded.into_iter().partition(is_used);
@@ -262,18 +264,18 @@ impl Loaded<'_> {
     }
 }
 
-/// Puts the motions of other skeletons on the used one. Those whose names do not agree have failed.
+/// Puts the motions of other skeletons on the used one, which is that of the file `first`. Those whose names do not agree have failed.
 fn retarget_others<'a>(
     loaded: Vec<Loaded<'a>>,
-    (used, first): (&Skeleton, &Path),
-    failed: &mut Vec<Failed>,
-) -> Vec<Loaded<'a>> {
+    used: &Skeleton,
+    first: &Path,
+) -> (Vec<Loaded<'a>>, Vec<Failed>) {
     let retargeted = in_parallel(0, loaded.len(), |index| {
         let motion = &loaded[index].motion;
         let is_other = !used.differences(&motion.skeleton).is_empty();
         is_other.then(|| motion.retargeted(used))
     });
-    let mut kept = Vec::new();
+    let (mut kept, mut failed) = (Vec::new(), Vec::new());
     for (mut one, retargeted) in loaded.into_iter().zip(retargeted) {
         let error = match retargeted {
             None => {
@@ -302,7 +304,7 @@ fn retarget_others<'a>(
             error,
         });
     }
-    kept
+    (kept, failed)
 }
 
 /// The skeleton that most motions have; of equally frequent ones the first.
