@@ -17,7 +17,7 @@ fn a_candidate_that_was_chosen_plays_the_answers_motion() {
     let baked = embedded();
     let maps = MapChoices::slabs(baked);
     let (events, _) = with_query_worker(&maps, &QueryWorkerDesc::default(), |worker| {
-        let mut fighter = Fighter::new(&maps, worker, (waiting(), 3));
+        let mut fighter = Fighter::new(&maps, worker, waiting()).with_seed(3);
         let mut events = Vec::new();
         for _ in 0..4 {
             fighter.advance(0.4);
@@ -63,7 +63,7 @@ fn slabs_of_another_height_cull_the_next_throw_on_every_path() {
         ..QueryWorkerDesc::default()
     };
     let ((), heard) = with_query_worker(&choices, &desc, |worker| {
-        let mut fighter = Fighter::new(&choices, worker, (waiting(), 5));
+        let mut fighter = Fighter::new(&choices, worker, waiting()).with_seed(5);
         let grids: Vec<(MapChoice, MapGrid)> = choices.grids().collect();
         let heights: Vec<f32> = grids.iter().map(|(_, grid)| grid.slab_height).collect();
         assert_eq!(heights, [0.05, 0.10, 0.20, 0.30, 0.30]);
@@ -99,7 +99,7 @@ fn maps_that_cannot_be_drawn_are_said_and_the_baked_ones_cull() {
     let choices = MapChoices::new(embedded(), [MapGrid::default(), thin]);
     assert_eq!(choices.grids().count(), 2, "the baked ones only once");
     let (events, _) = with_query_worker(&choices, &QueryWorkerDesc::default(), |worker| {
-        let mut fighter = Fighter::new(&choices, worker, (waiting(), 1));
+        let mut fighter = Fighter::new(&choices, worker, waiting()).with_seed(1);
         fighter.choose_maps(MapChoice(1));
         throw_at(&mut fighter);
         assert_eq!(fighter.last().unwrap().maps, MapGrid::default());

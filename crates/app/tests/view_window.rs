@@ -198,7 +198,7 @@ fn what_the_window_shows_is_what_is_drawn_without_one() {
         };
         let maps = MapChoices::slabs(baked);
         let (shot, _) = with_query_worker(&maps, &QueryWorkerDesc::default(), |worker| {
-            let mut fighter = Fighter::new(&maps, worker, (settings, 1));
+            let mut fighter = Fighter::new(&maps, worker, settings).with_seed(1);
             fighter.wear(Some(outfit.clone()));
             let mut orbit = Orbit::around_fighter(fighter.focus());
             let mut thrown = false;
@@ -338,7 +338,7 @@ fn a_duel_in_the_window_is_what_is_fought_and_drawn_without_one() {
         seed: 1,
         ..DuelSettings::default()
     };
-    let mut live_duel = LiveDuel::new((embedded(), &grid), &settings).unwrap();
+    let mut live_duel = LiveDuel::new(embedded(), &grid, &settings).unwrap();
     let outfit = outfit(embedded().graph());
     live_duel.wear(Some(outfit.clone()));
     let mut last = None;

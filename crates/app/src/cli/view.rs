@@ -138,9 +138,14 @@ impl From<WindowError> for Failure {
 
 pub(crate) fn run(args: &Args, device: &DeviceArgs, as_json: bool) -> Result<Done, Failure> {
     cancel::listen();
+    let display = Display {
+        args,
+        device,
+        as_json,
+    };
     if args.crowd.crowd {
         let mut view = CrowdView::new(args.crowd.live_crowd(&args.mesh)?);
-        args.show(&mut view, device, as_json)?;
+        display.show(&mut view)?;
         return Ok(Done::ok(String::new()));
     }
     let baked = args.graph.load()?.graph;
@@ -154,11 +159,11 @@ pub(crate) fn run(args: &Args, device: &DeviceArgs, as_json: bool) -> Result<Don
         let drive = Drive::new(&baked, args.seed);
         let mut drive = drive.map_err(|error| Failure::Usage(error.to_string()))?;
         drive.wear(outfit);
-        args.show(&mut DriveView::new(drive), device, as_json)?;
+        display.show(&mut DriveView::new(drive))?;
         return Ok(Done::ok(String::new()));
     }
     if args.duel {
-        return args.duel((&baked, outfit), device, as_json);
+        return display.duel(&baked, outfit);
     }
     let mut settings = FighterSettings {
         culling: args.cull,
@@ -175,9 +180,9 @@ pub(crate) fn run(args: &Args, device: &DeviceArgs, as_json: bool) -> Result<Don
     };
     let maps = MapChoices::slabs(&baked);
     let (shown, heard) = with_query_worker(&maps, &desc, |worker| {
-        let mut fighter = Fighter::new(&maps, worker, (settings, args.seed));
+        let mut fighter = Fighter::new(&maps, worker, settings).with_seed(args.seed);
         fighter.wear(outfit);
-        args.show(&mut FighterView::new(fighter), device, as_json)
+        display.show(&mut FighterView::new(fighter))
     });
     heard.iter().for_each(complain);
     shown?;
@@ -193,41 +198,44 @@ fn complain(message: &Message) {
     eprintln!("validation: {message:?}");
 }
 
-impl Args {
-    fn duel(
-        &self,
-        (baked, outfit): (&BakedGraph, Option<Arc<Outfit>>),
-        device: &DeviceArgs,
-        as_json: bool,
-    ) -> Result<Done, Failure> {
+/// How the window is opened and what it prints.
+struct Display<'a> {
+    args: &'a Args,
+    device: &'a DeviceArgs,
+    as_json: bool,
+}
+
+impl Display<'_> {
+    fn duel(&self, baked: &BakedGraph, outfit: Option<Arc<Outfit>>) -> Result<Done, Failure> {
         let grid = AttackGrid::new(baked, &AttackGridSettings::default());
         let settings = DuelSettings {
-            seed: self.seed,
+            seed: self.args.seed,
             ..DuelSettings::default()
         };
-        let live_duel = LiveDuel::new((baked, &grid), &settings);
+        let live_duel = LiveDuel::new(baked, &grid, &settings);
         let mut live_duel = live_duel.map_err(|error| Failure::Usage(error.to_string()))?;
         live_duel.wear(outfit);
-        self.show(&mut DuelView::new(live_duel), device, as_json)?;
+        self.show(&mut DuelView::new(live_duel))?;
         Ok(Done::ok(String::new()))
     }
 
-    fn show(&self, view: &mut dyn View, device: &DeviceArgs, as_json: bool) -> Result<(), Failure> {
+    fn show(&self, view: &mut dyn View) -> Result<(), Failure> {
+        let args = self.args;
         let desc = WindowDesc {
-            size: self.size,
-            device: choice(device),
-            validation: device.validation,
-            samples: self.samples,
-            panels: !self.plain,
-            in_step: !self.uncapped,
-            step: self.step,
-            frames: self.frames,
-            screenshot: self.screenshot.clone(),
-            clicks: self.click.clone(),
+            size: args.size,
+            device: choice(self.device),
+            validation: self.device.validation,
+            samples: args.samples,
+            panels: !args.plain,
+            in_step: !args.uncapped,
+            step: args.step,
+            frames: args.frames,
+            screenshot: args.screenshot.clone(),
+            clicks: args.click.clone(),
             stops: || cancel::check().is_err(),
             ..WindowDesc::default()
         };
-        let mut hear = |event: &Event| hear(event, as_json);
+        let mut hear = |event: &Event| hear(event, self.as_json);
         Ok(open(view, &desc, &mut hear)?)
     }
 }

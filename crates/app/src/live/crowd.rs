@@ -39,7 +39,7 @@ impl CameraPath {
 
     /// The camera after some seconds, for a column of some length in metres; `None` for [`CameraPath::Free`].
     #[must_use]
-    pub fn camera(self, (crowd, long): (&Crowd, f32), seconds: f32) -> Option<Camera> {
+    pub fn camera(self, crowd: &Crowd, long: f32, seconds: f32) -> Option<Camera> {
         let head = crowd.camera();
         match self {
             Self::Head => Some(head),
@@ -125,7 +125,7 @@ impl LiveCrowd {
     #[must_use]
     pub fn camera(&self) -> Option<Camera> {
         self.path
-            .camera((&self.crowd, self.crowd.long()), self.seconds)
+            .camera(&self.crowd, self.crowd.long(), self.seconds)
     }
 
     /// Milliseconds to pose the crowd in the last pictures, the latest one last.

@@ -12,16 +12,25 @@ use sabaki::query::{CullPath, Query, QueryContext, Request};
 
 /// Cullers, each created when it is first needed.
 pub(super) struct Cullers {
+    context: QueryContext,
     desc: HeadlessDesc,
     device: Option<Result<Headless, String>>,
-    /// Cullers on the device, by choice of maps and path.
-    resident: Vec<((MapChoice, CullPath), Culler)>,
+    /// Cullers on the device.
+    resident: Vec<(CullerKey, Culler)>,
     cpu: cpu::Culler,
+}
+
+/// What a culler is made for.
+#[derive(Clone, Copy, PartialEq)]
+struct CullerKey {
+    maps: MapChoice,
+    path: CullPath,
 }
 
 impl Cullers {
     pub(super) fn new(desc: &QueryWorkerDesc) -> Self {
         Self {
+            context: QueryContext::default(),
             desc: HeadlessDesc {
                 device: desc.device.clone(),
                 validation: desc.validation,
@@ -38,7 +47,7 @@ impl Cullers {
         &mut self,
         baked: &BakedGraph,
         request: &WorkerRequest,
-        (context, response): (&mut QueryContext, &mut WorkerResponse),
+        response: &mut WorkerResponse,
     ) {
         let query = Query::new(baked, &request.settings);
         let request = Request {
@@ -52,36 +61,42 @@ impl Cullers {
             trouble,
             ..
         } = response;
-        let mut session = query.start(request, context);
+        // Taken out while the session uses it.
+        let mut context = std::mem::take(&mut self.context);
+        let mut session = query.start(request, &mut context);
         let Ok(()) = session.run(answer, |input, counts| {
-            if let Err(why) = self.count((*culling, *maps), input, counts) {
+            let key = CullerKey {
+                maps: *maps,
+                path: *culling,
+            };
+            if let Err(why) = self.count(key, input, counts) {
                 *trouble = Some(why);
                 *culling = CullPath::Cpu;
                 self.cpu.count(input, counts);
             }
             Ok::<_, Infallible>(())
         });
+        self.context = context;
     }
 
     fn count(
         &mut self,
-        (culling, maps): (CullPath, MapChoice),
+        key: CullerKey,
         input: &CullInput<'_>,
         counts: &mut Vec<Overlap>,
     ) -> Result<(), String> {
-        if !culling.needs_device() {
+        if !key.path.needs_device() {
             self.cpu.count(input, counts);
             return Ok(());
         }
         let open = || Headless::new(&self.desc).map_err(|error| error.to_string());
         let device = self.device.get_or_insert_with(open);
         let device = device.as_mut().map_err(|why| why.clone())?;
-        let key = (maps, culling);
         let place = self.resident.iter().position(|(of, _)| *of == key);
         let place = match place {
             Some(place) => place,
             None => {
-                let culler = make(device, culling, input).map_err(|error| error.to_string())?;
+                let culler = make(device, key.path, input).map_err(|error| error.to_string())?;
                 self.resident.push((key, culler));
                 self.resident.len() - 1
             }

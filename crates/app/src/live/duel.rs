@@ -40,7 +40,8 @@ impl<'a> LiveDuel<'a> {
     /// # Errors
     /// Those of [`Duel::new`].
     pub fn new(
-        (baked, grid): (&'a BakedGraph, &'a AttackGrid),
+        baked: &'a BakedGraph,
+        grid: &'a AttackGrid,
         settings: &DuelSettings,
     ) -> Result<Self, DuelError> {
         let mut live_duel = Self {

@@ -7,11 +7,11 @@ use std::sync::Arc;
 
 use glam::Vec3;
 
-use super::aim::{Ball, BallSettings, aim};
+use super::aim::{BallSettings, Click};
 use super::event::Event;
 use super::map_choices::{MapChoice, MapChoices};
 use super::query_worker::QueryWorker;
-use super::throw::Throw;
+use super::throw::{OpenThrow, Throw};
 use super::walker::Walker;
 use super::worker_request::{WorkerRequest, WorkerResponse};
 use sabaki::anim::{JointTransform, Pose, forward_kinematics};
@@ -20,8 +20,7 @@ use sabaki::maps::BakedGraph;
 use sabaki::math::{Rigid2, Sphere};
 use sabaki::query::{AttackError, CullPath, QuerySettings};
 use sabaki_draw::scene::{
-    Camera, DodgeSettings, Figure, Light, Look, MapStyle, Mesh, Nearest, Outfit, Shot, Skin,
-    SkinnedBody,
+    Camera, Figure, Light, Look, MapStyle, Mesh, Nearest, Outfit, Shot, Skin, SkinnedBody,
 };
 
 /// Settings that may change while the simulation runs.
@@ -62,7 +61,7 @@ enum Act {
     Walks,
     /// A ball was thrown this many seconds ago; the answer is missing.
     Asks {
-        open: Box<Open>,
+        open: Box<OpenThrow>,
         since: f32,
     },
     /// Shows the last throw, this many seconds after its click.
@@ -70,14 +69,6 @@ enum Act {
         t: f32,
         seen: Seen,
     },
-}
-
-/// A throw without its answer.
-struct Open {
-    number: u32,
-    ball: Ball,
-    playhead: Playhead,
-    settings: QuerySettings,
 }
 
 /// What has been shown of a ball.
@@ -119,12 +110,12 @@ const OTHER: Vec3 = Vec3::new(0.95, 0.42, 0.02);
 const HIPS: f32 = 0.92;
 
 impl<'a> Fighter<'a> {
-    /// Creates a fighter in the graph's first pose, at the origin. `seed` determines its walk.
+    /// Creates a fighter in the graph's first pose, at the origin.
     #[must_use]
     pub fn new(
         choices: &'a MapChoices<'a>,
         worker: QueryWorker,
-        (settings, seed): (FighterSettings, u64),
+        settings: FighterSettings,
     ) -> Self {
         let baked = choices.baked();
         let graph = baked.graph();
@@ -138,7 +129,7 @@ impl<'a> Fighter<'a> {
             other: figure.clone().coloured(OTHER),
             figure,
             outfit: None,
-            walker: Walker::new(seed),
+            walker: Walker::new(0),
             playhead: Playhead::at(graph, EdgeId(0), 0.0, Rigid2::IDENTITY),
             act: Act::Walks,
             last: None,
@@ -148,6 +139,13 @@ impl<'a> Fighter<'a> {
             times: VecDeque::new(),
             events: Vec::new(),
         }
+    }
+
+    /// Sets the seed that determines its walk. Default: 0.
+    #[must_use]
+    pub fn with_seed(mut self, seed: u64) -> Self {
+        self.walker = Walker::new(seed);
+        self
     }
 
     /// The fighter's graph.
@@ -258,11 +256,13 @@ impl<'a> Fighter<'a> {
             self.events.push(Event::Ignored { number });
             return Ok(());
         }
-        let ball = aim(
-            (self.baked, self.playhead),
-            (camera, ray),
-            &self.settings.ball,
-        )?;
+        let click = Click {
+            baked: self.baked,
+            playhead: self.playhead,
+            camera,
+            ray,
+        };
+        let ball = click.ball(&self.settings.ball)?;
         (self.replay, self.picked) = (None, None);
         self.throws += 1;
         self.events.push(Event::Throw {
@@ -274,7 +274,7 @@ impl<'a> Fighter<'a> {
             speed: self.settings.ball.speed,
             radius: self.settings.ball.radius,
         });
-        let open = Open {
+        let open = OpenThrow {
             number: self.throws,
             ball,
             playhead: self.playhead,
@@ -317,14 +317,12 @@ impl<'a> Fighter<'a> {
         let graph = self.baked.graph();
         let mut over = None;
         match &mut self.act {
-            Act::Walks => self
-                .walker
-                .advance(graph, &mut self.playhead, (seconds, false)),
+            Act::Walks => self.walker.advance(graph, &mut self.playhead, seconds),
             // Beyond the next node the walk might leave the path that the answer starts from.
             Act::Asks { since, .. } => {
                 let before = self.playhead.frame;
                 self.walker
-                    .advance(graph, &mut self.playhead, (seconds, true));
+                    .advance_to_node(graph, &mut self.playhead, seconds);
                 *since += (self.playhead.frame - before) / graph.frame_rate() as f32;
             }
             Act::Dodges { t, .. } => {
@@ -376,14 +374,9 @@ impl<'a> Fighter<'a> {
         if self.times.len() > TIMES {
             self.times.pop_front();
         }
-        let shown = DodgeSettings {
-            ghost: false,
-            ..DodgeSettings::default()
-        };
-        let case = (open.ball.clone(), open.playhead);
         // The baked maps, if the chosen ones cannot be drawn.
         let baked = self.choices.get(response.maps).unwrap_or(self.baked);
-        let mut throw = Throw::new(baked, case, (response, open.settings), &shown);
+        let mut throw = Throw::new(baked, open, response);
         throw.dodge = throw.dodge.with_skin(self.skin().cloned());
         let t = *since;
         self.events.push(throw.event());
@@ -441,7 +434,7 @@ impl<'a> Fighter<'a> {
         if let (Some(t), Some(last)) = (self.moment(), &self.last) {
             let mut shot = last.dodge.shot(t, camera);
             match &self.picked {
-                Some((_, motion)) if t >= 0.0 => self.add_picked((motion, t), &mut shot),
+                Some((_, motion)) if t >= 0.0 => self.add_picked(motion, t, &mut shot),
                 _ if self.settings.ghost => last.dodge.add_ghost(t, &mut shot),
                 _ => {}
             }
@@ -483,7 +476,7 @@ impl<'a> Fighter<'a> {
         Some(&self.outfit.as_ref()?.skins[0])
     }
 
-    fn add_picked(&self, (motion, t): (&Motion, f32), shot: &mut Shot) {
+    fn add_picked(&self, motion: &Motion, t: f32, shot: &mut Shot) {
         let (graph, mut pose, mut joints) = (self.baked.graph(), Pose::default(), Vec::new());
         motion.sample(graph, t, &mut pose);
         forward_kinematics(graph.skeleton(), &pose, &mut joints);

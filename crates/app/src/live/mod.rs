@@ -18,7 +18,7 @@ mod throw;
 mod walker;
 mod worker_request;
 
-pub use aim::{Ball, BallSettings, aim};
+pub use aim::{Ball, BallSettings};
 pub use clock::Clock;
 pub use crowd::{CameraPath, LiveCrowd, LiveCrowdError};
 pub use drive::{Drive, DriveScore};

@@ -7,7 +7,7 @@ use super::cullers::Cullers;
 use super::map_choices::{MapChoice, MapChoices};
 use super::worker_request::{QueryWorkerDesc, WorkerRequest, WorkerResponse};
 use crate::headless::Message;
-use sabaki::query::{Answer, QueryContext};
+use sabaki::query::Answer;
 
 /// A task for the thread.
 #[derive(Debug)]
@@ -71,7 +71,6 @@ pub fn with_query_worker<T>(
                 maps,
                 delay: desc.delay,
                 cullers: Cullers::new(desc),
-                context: QueryContext::default(),
                 gone,
             };
             thread.work(&to_do, &from_answerer);
@@ -91,7 +90,6 @@ struct WorkerThread<'a> {
     maps: &'a MapChoices<'a>,
     delay: Duration,
     cullers: Cullers,
-    context: QueryContext,
     /// Disconnected when the worker is dropped.
     gone: Receiver<()>,
 }
@@ -136,8 +134,7 @@ impl WorkerThread<'_> {
             self.maps.baked()
         });
         let started = Instant::now();
-        self.cullers
-            .answer(baked, request, (&mut self.context, &mut response));
+        self.cullers.answer(baked, request, &mut response);
         response.seconds = started.elapsed().as_secs_f64();
         response
     }

@@ -27,21 +27,28 @@ pub struct Throw<'a> {
     pub maps: MapGrid,
 }
 
+/// A thrown ball without its answer.
+pub(super) struct OpenThrow {
+    pub(super) number: u32,
+    pub(super) ball: Ball,
+    pub(super) playhead: Playhead,
+    pub(super) settings: QuerySettings,
+}
+
 impl<'a> Throw<'a> {
     /// From the click to the response; `baked` with the maps that were asked by.
-    #[must_use]
-    pub fn new(
-        baked: &'a BakedGraph,
-        (ball, playhead): (Ball, Playhead),
-        (response, settings): (WorkerResponse, QuerySettings),
-        shown: &DodgeSettings,
-    ) -> Self {
+    pub(super) fn new(baked: &'a BakedGraph, open: &OpenThrow, response: WorkerResponse) -> Self {
+        let (ball, playhead) = (open.ball.clone(), open.playhead);
+        let shown = DodgeSettings {
+            ghost: false,
+            ..DodgeSettings::default()
+        };
         let answered = AnsweredAttack {
             playhead,
             attack: &ball.attack,
             answer: &response.answer,
         };
-        let dodge = Dodge::new(baked, answered, shown);
+        let dodge = Dodge::new(baked, answered, &shown);
         let mut motion = response.answer.motion.clone();
         motion.extend(baked.graph(), dodge.span()[1]);
         Self {
@@ -49,7 +56,7 @@ impl<'a> Throw<'a> {
             ball,
             playhead,
             response,
-            settings,
+            settings: open.settings,
             dodge,
             motion,
             maps: baked.atlas().grid(),

@@ -1,6 +1,6 @@
 use glam::{Vec2, Vec3};
 
-use sabaki::graph::{EdgeId, EdgeMotion, Motion, MotionGraph, NodeId, Playhead, MotionStep};
+use sabaki::graph::{EdgeId, EdgeMotion, Motion, MotionGraph, MotionStep, NodeId, Playhead};
 
 /// Walks a graph for ever: mostly along the clips, sometimes along a transition, and back home from far away.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -30,22 +30,19 @@ impl Walker {
         }
     }
 
-    /// Advances by some seconds; `until_node` stops at the next node.
-    pub fn advance(
-        &mut self,
-        graph: &MotionGraph,
-        playhead: &mut Playhead,
-        (seconds, until_node): (f32, bool),
-    ) {
+    /// Advances by some seconds, but at most to the next node.
+    pub fn advance_to_node(&self, graph: &MotionGraph, playhead: &mut Playhead, seconds: f32) {
+        playhead.frame += seconds.max(0.0) * graph.frame_rate() as f32;
+        let frames = graph.edge(playhead.edge).frames as f32;
+        playhead.frame = playhead.frame.min(frames);
+    }
+
+    /// Advances by some seconds.
+    pub fn advance(&mut self, graph: &MotionGraph, playhead: &mut Playhead, seconds: f32) {
         playhead.frame += seconds.max(0.0) * graph.frame_rate() as f32;
         loop {
-            let frames = graph.edge(playhead.edge).frames as f32;
-            let over = playhead.frame - frames;
+            let over = playhead.frame - graph.edge(playhead.edge).frames as f32;
             if over < 0.0 {
-                return;
-            }
-            if until_node {
-                playhead.frame = frames;
                 return;
             }
             let next = self.choose(graph, playhead);

@@ -7,7 +7,7 @@
 //!
 //! let maps = MapChoices::slabs(baked);
 //! let (shown, _) = with_query_worker(&maps, &QueryWorkerDesc::default(), |worker| {
-//!     let fighter = Fighter::new(&maps, worker, (FighterSettings::default(), 1));
+//!     let fighter = Fighter::new(&maps, worker, FighterSettings::default());
 //!     run(&mut FighterView::new(fighter), &WindowDesc::default(), &mut |_| {})
 //! });
 //! shown?;
