@@ -25,6 +25,12 @@ struct Scene {
     switching: Switching,
 }
 
+/// A crowd and the lines that it has written.
+struct Posed<'a, 'b> {
+    crowd: &'a mut HybridCrowd<'b>,
+    out: &'a [F32x16],
+}
+
 impl Scene {
     fn new() -> Self {
         let graph = small().graph();
@@ -94,12 +100,8 @@ impl Scene {
     }
 
     /// How far the worst point of a member is from where it should be, and who posed it.
-    fn check(
-        &self,
-        (crowd, out): (&mut HybridCrowd<'_>, &[F32x16]),
-        member: MemberId,
-        form: Form,
-    ) -> (f64, bool) {
+    fn check(&self, posed: Posed<'_, '_>, member: MemberId, form: Form) -> (f64, bool) {
+        let Posed { crowd, out } = posed;
         let slice = crowd.pose_slice(member).unwrap();
         let detail = crowd.detail(member).unwrap();
         let drawn = self.drawn(crowd.playhead(member).unwrap(), detail);
@@ -140,7 +142,11 @@ fn members_are_where_their_playheads_are() {
             out.resize(crowd.lines(), F32x16::ZERO);
             crowd.pose(&mut out).unwrap();
             for (&member, before) in members.iter().zip(&mut before) {
-                let (worst, by_graph) = scene.check((&mut crowd, &out), member, output.form);
+                let posed = Posed {
+                    crowd: &mut crowd,
+                    out: &out,
+                };
+                let (worst, by_graph) = scene.check(posed, member, output.form);
                 // Quaternions and matrices are blended differently.
                 let blend = crowd.detail(member).unwrap().fract();
                 if output.form == Form::Matrices || blend == 0.0 {
@@ -184,7 +190,11 @@ fn an_answer_is_played_and_then_the_member_walks_on() {
         crowd.look_from(far).unwrap();
         out.resize(crowd.lines(), F32x16::ZERO);
         crowd.pose(&mut out).unwrap();
-        let (worst, by) = scene.check((&mut crowd, &out), members[3], Form::Matrices);
+        let posed = Posed {
+            crowd: &mut crowd,
+            out: &out,
+        };
+        let (worst, by) = scene.check(posed, members[3], Form::Matrices);
         assert!(worst < NEAR, "{worst} m after {seconds} s by {by:?}");
         if seconds < motion.duration() {
             let expected = motion.playhead(graph, seconds);

@@ -30,7 +30,10 @@ fn grid() -> &'static AttackGrid {
     GRID.get_or_init(|| AttackGrid::new(embedded(), &AttackGridSettings::default()))
 }
 
-fn fight((seed, rounds): (u64, usize), grid: &AttackGrid, query: &QuerySettings) -> Fought {
+/// Number of exchanges of a duel.
+const ROUNDS: usize = 6;
+
+fn fight(seed: u64, grid: &AttackGrid, query: &QuerySettings) -> Fought {
     let settings = DuelSettings {
         seed,
         ..DuelSettings::default()
@@ -38,7 +41,7 @@ fn fight((seed, rounds): (u64, usize), grid: &AttackGrid, query: &QuerySettings)
     let mut duel = Duel::new(embedded(), grid, &settings).unwrap();
     let (mut context, mut answer) = (QueryContext::default(), Answer::default());
     let query = Query::new(embedded(), query);
-    while duel.exchanges().len() < rounds {
+    while duel.exchanges().len() < ROUNDS {
         let (turn, before) = (duel.turn(), duel.exchanges().len());
         let challenge = duel.challenge().unwrap();
         assert_eq!(challenge.attacker, turn);
@@ -67,14 +70,14 @@ fn fight((seed, rounds): (u64, usize), grid: &AttackGrid, query: &QuerySettings)
 
 fn some() -> &'static [Fought; 3] {
     static FOUGHT: OnceLock<[Fought; 3]> = OnceLock::new();
-    FOUGHT.get_or_init(|| [1, 2, 3].map(|seed| fight((seed, 6), grid(), &QuerySettings::default())))
+    FOUGHT.get_or_init(|| [1, 2, 3].map(|seed| fight(seed, grid(), &QuerySettings::default())))
 }
 
 #[test]
 fn there_are_hits_and_dodges_and_the_score_counts_them() {
     let (mut hits, mut dodges) = (0, 0);
     for fought in some() {
-        assert_eq!(fought.exchanges.len(), 6);
+        assert_eq!(fought.exchanges.len(), ROUNDS);
         let count = |side: Side, avoided: bool| {
             let of =
                 |exchange: &&Exchange| exchange.attacker == side && exchange.avoided == avoided;
@@ -227,7 +230,7 @@ fn the_same_seed_fights_the_same_duel_on_any_number_of_threads() {
         threads: 3,
         ..QuerySettings::default()
     };
-    let again = fight((1, 6), &other, &query);
+    let again = fight(1, &other, &query);
     assert!(again.exchanges == some()[0].exchanges);
     assert!(again.fighters == some()[0].fighters);
     assert_eq!(again.seconds.to_bits(), some()[0].seconds.to_bits());

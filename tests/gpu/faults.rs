@@ -154,13 +154,7 @@ impl Harness {
     }
 
     /// Holds a culling path to its promise in a whole query: whatever fails, the answer is `owed`.
-    fn hold_query<C>(
-        &mut self,
-        make: impl Fn(&Context, &mut dyn Memory) -> Result<C, GpuError>,
-        cull: impl Fn(&mut Headless, &mut C, &CullInput<'_>) -> Result<Vec<Overlap>, GpuError>,
-        destroy: impl Fn(C, &mut dyn Memory),
-        (case, owed): (&Case, &Answer),
-    ) {
+    fn hold_query(&mut self, desc: &CullerDesc<'_>, case: &Case, owed: &Answer) {
         let (device, memory) = (&self.device, &self.memory);
         let work = || {
             let mut made = None;
@@ -168,12 +162,12 @@ impl Harness {
                 let context = device.borrow().context()?.clone();
                 let culler = match &mut made {
                     Some(culler) => culler,
-                    none => none.insert(make(&context, &mut *memory.borrow_mut())?),
+                    none => none.insert(Culler::new(&context, &mut *memory.borrow_mut(), desc)?),
                 };
-                cull(&mut device.borrow_mut(), culler, input)
+                device.borrow_mut().cull(culler, input)
             });
             if let Some(culler) = made {
-                destroy(culler, &mut *memory.borrow_mut());
+                culler.destroy(&mut *memory.borrow_mut());
             }
             Ok(asked)
         };
@@ -455,12 +449,7 @@ fn a_query_is_answered_all_the_same_whichever_call_fails() {
                 counted: Counted::FOR_A_CHOICE,
                 ..way.desc(atlas)
             };
-            harness.hold_query(
-                |context, memory| Culler::new(context, memory, &desc),
-                |device, culler, input| device.cull(culler, input),
-                |culler, memory| culler.destroy(memory),
-                (case, owed),
-            );
+            harness.hold_query(&desc, case, owed);
         }
     }
     let faults = harness.finish();

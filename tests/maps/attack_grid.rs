@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 use common::baked::embedded;
 use glam::Vec3;
 use sabaki::anim::{Pose, forward_kinematics};
-use sabaki::graph::{Motion, NodeId, Playhead, MotionStep};
+use sabaki::graph::{Motion, MotionStep, NodeId, Playhead};
 use sabaki::maps::{AttackGrid, AttackGridSettings, BakedGraph, PathSettings};
 use sabaki::math::Rigid2;
 
@@ -33,14 +33,23 @@ fn fine(horizon: f32) -> AttackGridSettings {
     }
 }
 
+/// A contact of an attack, and when it comes.
+struct Blow {
+    strike: u32,
+    seconds: f32,
+    centre: Vec3,
+    radius: f32,
+}
+
 /// Files a contact wherever it belongs, by the plainest means.
-fn file(
-    place: (Vec3, f32),
-    (strike, seconds): (u32, f32),
-    settings: &AttackGridSettings,
-    best: &mut Best,
-) {
-    let (side, (centre, radius)) = (settings.cell, place);
+fn file(blow: &Blow, settings: &AttackGridSettings, best: &mut Best) {
+    let side = settings.cell;
+    let &Blow {
+        strike,
+        seconds,
+        centre,
+        radius,
+    } = blow;
     let low = ((centre - radius) / side).floor() - 2.0;
     for x in 0..8 {
         for y in 0..8 {
@@ -75,13 +84,13 @@ fn search(baked: &BakedGraph, grid: &AttackGrid, node: NodeId) -> Best {
             for contact in grid.contacts(index) {
                 let wait = frames + contact.frame;
                 if wait >= notice {
-                    let place = (placement.point(contact.centre), contact.radius);
-                    file(
-                        place,
-                        (index as u32, wait as f32 / rate),
-                        settings,
-                        &mut best,
-                    );
+                    let blow = Blow {
+                        strike: index as u32,
+                        seconds: wait as f32 / rate,
+                        centre: placement.point(contact.centre),
+                        radius: contact.radius,
+                    };
+                    file(&blow, settings, &mut best);
                 }
             }
         }
