@@ -173,9 +173,9 @@ unsafe extern "C" fn sabaki_record(
             (given_mut(culler, "culler")?, given(place, "place")?, keys)
         };
         let attack = attack_of(keys)?;
-        let playhead = culler.playhead(place)?;
+        let request = Request::new(culler.playhead(place)?, &attack);
         // SAFETY: the caller's command buffer, and it vouches for the slot.
-        unsafe { culler.record(slot, commands as u64, (playhead, attack)) }?;
+        unsafe { culler.record(slot, commands as u64, request) }?;
         Ok(OK)
     })
 }
@@ -341,12 +341,12 @@ impl Culler {
         &mut self,
         slot: u32,
         commands: u64,
-        (playhead, attack): (Playhead, Attack),
+        request: Request<'_>,
     ) -> Result<(), Failure> {
         let query = Query::new(&self.baked, &self.settings);
         let place = self.slots.get_mut(slot as usize).ok_or_else(no_slot)?;
         (place.waiting, place.ticket, place.answered) = (None, None, false);
-        let session = query.start(Request::new(playhead, &attack), &mut place.context);
+        let session = query.start(request, &mut place.context);
         let (input, cmd) = (session.cull_input(), command_buffer(commands));
         // SAFETY: the caller vouches for the command buffer and the slot.
         let recorded = unsafe { self.device.record(cmd, slot, &input) };

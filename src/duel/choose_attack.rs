@@ -8,7 +8,7 @@ use glam::Vec3;
 use super::challenge::Challenge;
 use super::duel_state::Duel;
 use crate::anim::{JointTransform, Pose, forward_kinematics};
-use crate::graph::{EdgeId, Motion, Playhead, MotionStep};
+use crate::graph::{EdgeId, Motion, MotionStep, Playhead};
 use crate::maps::AttackOption;
 use crate::query::Attack;
 
@@ -31,7 +31,7 @@ impl Duel<'_> {
         let me = self.fighters[attacker.index()].ahead(graph, self.now);
         let them = self.fighters[attacker.other().index()].ahead(graph, self.now);
         let mut options: Vec<Choice> = Vec::new();
-        for option in self.attacks((&me, &them), 0.0) {
+        for option in self.attacks(&me, &them, 0.0) {
             let strike = self.grid.attack_move(self.baked, option.path).edge;
             let recent = self.used.iter().rev().take(REMEMBERED);
             let used = recent.filter(|&&used| used == strike).count() as f32;
@@ -47,13 +47,13 @@ impl Duel<'_> {
     }
 
     /// Whether the grid has an attack at the next node after a time, seconds.
-    pub(super) fn reaches(&self, motions: (&Motion, &Motion), seconds: f32) -> bool {
-        !self.attacks(motions, seconds).is_empty()
+    pub(super) fn reaches(&self, me: &Motion, them: &Motion, seconds: f32) -> bool {
+        !self.attacks(me, them, seconds).is_empty()
     }
 
     /// The attacks that the grid of the next node after `seconds` has for the positions of the opponent's trunk and thighs. Each path is
     /// listed once.
-    fn attacks(&self, (me, them): (&Motion, &Motion), seconds: f32) -> Vec<AttackOption> {
+    fn attacks(&self, me: &Motion, them: &Motion, seconds: f32) -> Vec<AttackOption> {
         /// Usual time from a node to the impact, seconds.
         const USUAL: f32 = 0.6;
         let graph = self.baked.graph();

@@ -7,7 +7,7 @@ use glam::Vec2;
 use super::duel_state::Duel;
 use super::side::Side;
 use crate::anim::EventKind;
-use crate::graph::{EdgeMotion, Motion, MotionGraph, NodeId, MotionStep};
+use crate::graph::{EdgeMotion, Motion, MotionGraph, MotionStep, NodeId};
 use crate::math::Rigid2;
 use crate::query::MoveSettings;
 use crate::query::moves::MoveSpan;
@@ -93,7 +93,8 @@ impl Duel<'_> {
         self.search.run(graph, span, &settings, |id| found.push(id));
         let steps = |id| {
             let edges = self.search.edges_backwards(id);
-            let mut steps: Vec<MotionStep> = edges.map(|edge| MotionStep { edge, rate: 1.0 }).collect();
+            let mut steps: Vec<MotionStep> =
+                edges.map(|edge| MotionStep { edge, rate: 1.0 }).collect();
             steps.reverse();
             steps
         };
@@ -113,7 +114,7 @@ impl Duel<'_> {
         let apart = (away.length() - reach).abs();
         let facing = heading_error(me * Rigid2::new(bearing, 0.0, 0.0), away).abs();
         let border = (me.ground().length() - 0.6 * self.settings.arena).max(0.0);
-        let can_strike = side == self.turn && self.reaches((motion, other), seconds);
+        let can_strike = side == self.turn && self.reaches(motion, other, seconds);
         apart + 0.6 * facing + 2.0 * border + looks(graph, motion, seconds)
             - if can_strike { 0.3 } else { 0.0 }
     }

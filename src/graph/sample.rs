@@ -30,7 +30,7 @@ impl<'a> Sides<'a> {
     pub(super) fn of(graph: &'a MotionGraph, edge: &Edge, frame: f32) -> Option<Self> {
         let moment = graph.edge_moment(edge, frame);
         let target = moment.target?;
-        let at = |(clip, frame)| graph.clip(clip).at(frame);
+        let at = |position: ClipPosition| graph.clip(position.clip).at(position.frame);
         Some(Self {
             skeleton: &graph.skeleton,
             source: at(moment.source),
@@ -187,11 +187,18 @@ impl RowKernel for BlendedGroups<'_, '_> {
     }
 }
 
-/// Clip frames that an edge plays at one moment.
+/// A position in a clip.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct ClipPosition {
+    pub(crate) clip: ClipId,
+    pub(crate) frame: f32,
+}
+
+/// Positions in clips that an edge plays at one moment.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct EdgeMoment {
-    /// Clip in which the edge starts, and its frame.
-    pub(crate) source: (ClipId, f32),
+    /// Position in the clip in which the edge starts.
+    pub(crate) source: ClipPosition,
     /// Target side, if the edge is a transition.
     pub(crate) target: Option<TargetMoment>,
 }
@@ -199,7 +206,8 @@ pub(crate) struct EdgeMoment {
 /// Target side of a transition.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct TargetMoment {
-    pub(crate) at: (ClipId, f32),
+    /// Position in the target clip.
+    pub(crate) at: ClipPosition,
     /// Transform from the target clip's space to the source clip's space.
     pub(crate) align: Rigid2,
     pub(crate) weight: f32,
@@ -214,19 +222,25 @@ impl MotionGraph {
         }
     }
 
-    /// Clip frames that an edge plays `frame` frames after its start.
+    /// Positions in clips that an edge plays `frame` frames after its start.
     pub(crate) fn edge_moment(&self, edge: &Edge, frame: f32) -> EdgeMoment {
         let (from, to) = (self.node(edge.from), self.node(edge.to));
         let target = match edge.motion {
             EdgeMotion::Clip => None,
             EdgeMotion::Transition { align, .. } => Some(TargetMoment {
-                at: (to.clip, (to.frame - edge.frames) as f32 + frame),
+                at: ClipPosition {
+                    clip: to.clip,
+                    frame: (to.frame - edge.frames) as f32 + frame,
+                },
                 align,
                 weight: 1.0 - blend_weight(frame / edge.frames as f32),
             }),
         };
         EdgeMoment {
-            source: (from.clip, from.frame as f32 + frame),
+            source: ClipPosition {
+                clip: from.clip,
+                frame: from.frame as f32 + frame,
+            },
             target,
         }
     }

@@ -93,19 +93,19 @@ impl BodyRows {
     /// spheres of later bones, which those bones overwrite afterwards.
     #[inline(always)]
     fn place(&self, bone: &Bone, joint: &JointTransform, mut out: [&mut [f32]; 3]) {
-        let turn = glam::Mat3::from_quat(joint.rotation).to_cols_array_2d();
-        let origin = joint.translation.to_array();
+        let [a, b, c] = glam::Mat3::from_quat(joint.rotation).to_cols_array_2d();
+        let columns = [a, b, c, joint.translation.to_array()];
         let row = self.radii.len();
         for first in (bone.first..bone.end).step_by(LANES) {
             let end = (first + LANES).min(row);
             if end - first < LANES {
-                self.place_one_by_one(first..end, (turn, origin), out);
+                self.place_one_by_one(first..end, columns, out);
                 return;
             }
             let [x, y, z] = &self.offsets;
             let (x, y, z) = (lanes(x, first), lanes(y, first), lanes(z, first));
             for (axis, row) in out.iter_mut().enumerate() {
-                let factors = [turn[0][axis], turn[1][axis], turn[2][axis], origin[axis]];
+                let factors = columns.map(|column| column[axis]);
                 let mut placed = [0.0; LANES];
                 for lane in 0..LANES {
                     let along = factors[0] * x[lane] + factors[1] * y[lane];
@@ -116,18 +116,19 @@ impl BodyRows {
         }
     }
 
+    /// Transforms some spheres by the columns of a joint's matrix.
     #[inline(always)]
     fn place_one_by_one(
         &self,
         spheres: std::ops::Range<usize>,
-        (turn, origin): ([[f32; 3]; 3], [f32; 3]),
+        columns: [[f32; 3]; 4],
         out: [&mut [f32]; 3],
     ) {
         let [x, y, z] = &self.offsets;
         for index in spheres {
             for axis in 0..3 {
-                let along = turn[0][axis] * x[index] + turn[1][axis] * y[index];
-                out[axis][index] = along + turn[2][axis] * z[index] + origin[axis];
+                let along = columns[0][axis] * x[index] + columns[1][axis] * y[index];
+                out[axis][index] = along + columns[2][axis] * z[index] + columns[3][axis];
             }
         }
     }

@@ -5,7 +5,7 @@ use glam::{Vec2, Vec3};
 
 use super::Body;
 use crate::anim::{Clip, Pose, Skeleton, forward_kinematics};
-use crate::graph::{EdgeId, MotionGraph};
+use crate::graph::{ClipPosition, EdgeId, MotionGraph};
 use crate::math::{Rigid2, in_parallel};
 
 /// A cylinder with a vertical axis, in metres.
@@ -94,10 +94,10 @@ impl ClipCylinders {
         }
     }
 
-    fn of_frame(&self, (clip, frame): (crate::graph::ClipId, f32)) -> BoundingCylinder {
-        let frames = &self.clips[clip.index()];
+    fn of_frame(&self, position: ClipPosition) -> BoundingCylinder {
+        let frames = &self.clips[position.clip.index()];
         let last = frames.len() - 1;
-        let frame = frame.clamp(0.0, last as f32);
+        let frame = position.frame.clamp(0.0, last as f32);
         let lower = frame as usize;
         frames[lower].lerp(frames[(lower + 1).min(last)], frame - lower as f32)
     }

@@ -4,10 +4,12 @@
 //! window in which travel is measured. The window then extends beyond the edge's ends into the
 //! frames before and after it in the clip. An edge is still only if the whole window is still.
 
+use std::ops::RangeInclusive;
+
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
-use crate::anim::{JointId, Limbs, Pose, forward_kinematics};
+use crate::anim::{Clip, JointId, Limbs, Pose, forward_kinematics};
 use crate::graph::{EdgeId, EdgeMotion, MotionGraph};
 
 /// Thresholds for slow, fast and still motion.
@@ -51,13 +53,10 @@ pub struct Retimable {
 /// other edges.
 #[must_use]
 pub(crate) fn retimable_edges(graph: &MotionGraph, settings: &RetimeSettings) -> Vec<Retimable> {
-    let limbs: Vec<JointId> = Limbs::of(graph.skeleton()).all().collect();
-    let tracks: Vec<Vec<Vec<Vec3>>> = (0..graph.clips().len())
-        .map(|clip| limb_track(graph, clip, &limbs, settings.relative_to_root))
-        .collect();
+    let tracks = LimbTracks::new(graph, settings);
     graph
         .edge_ids()
-        .map(|edge| classify(&travel(graph, edge, &tracks, settings), settings))
+        .map(|edge| classify(&tracks.travel(edge), settings))
         .collect()
 }
 
@@ -82,76 +81,92 @@ fn classify(travel: &Travel, settings: &RetimeSettings) -> Retimable {
     }
 }
 
-/// Positions of each limb in each frame: `[limb][frame]`.
-fn limb_track(
-    graph: &MotionGraph,
-    clip: usize,
-    limbs: &[JointId],
-    relative: bool,
-) -> Vec<Vec<Vec3>> {
-    let clip = &graph.clips()[clip];
-    let (mut pose, mut joints) = (Pose::default(), Vec::new());
-    let mut tracks = vec![Vec::with_capacity(clip.frames()); limbs.len()];
-    for frame in 0..clip.frames() {
-        clip.pose(frame, &mut pose);
-        forward_kinematics(graph.skeleton(), &pose, &mut joints);
-        let origin = if relative {
-            joints[0].translation
-        } else {
-            Vec3::ZERO
-        };
-        for (track, limb) in tracks.iter_mut().zip(limbs) {
-            track.push(joints[limb.index()].translation - origin);
-        }
-    }
-    tracks
+/// Positions of hands and feet in the clips of a graph.
+struct LimbTracks<'a> {
+    graph: &'a MotionGraph,
+    settings: &'a RetimeSettings,
+    limbs: Vec<JointId>,
+    /// `[clip][limb][frame]`.
+    clips: Vec<Vec<Vec<Vec3>>>,
 }
 
-fn travel(
-    graph: &MotionGraph,
-    edge: EdgeId,
-    tracks: &[Vec<Vec<Vec3>>],
-    settings: &RetimeSettings,
-) -> Travel {
-    let edge = graph.edge(edge);
-    let (from, to) = (graph.node(edge.from), graph.node(edge.to));
-    // A transition plays the end of its source's frames and the start of its target's. The larger
-    // travel counts.
-    let stretches = match edge.motion {
-        EdgeMotion::Clip => vec![(from.clip, from.frame, to.frame)],
-        EdgeMotion::Transition { .. } => {
-            vec![
-                (from.clip, from.frame, from.frame + edge.frames),
-                (to.clip, to.frame - edge.frames, to.frame),
-            ]
-        }
-    };
-    let window = ((settings.window * graph.frame_rate()).round() as usize).max(1);
-    let mut worst = Travel {
-        window: 0.0,
-        total: 0.0,
-    };
-    for (clip, first, last) in stretches {
-        for track in &tracks[clip.index()] {
-            let (first, last) = widen(first as usize, last as usize, window, track.len() - 1);
-            let steps: Vec<f32> = track[first..=last]
-                .windows(2)
-                .map(|pair| pair[0].distance(pair[1]))
-                .collect();
-            let in_window = steps
-                .windows(window.min(steps.len()).max(1))
-                .map(|w| w.iter().sum());
-            worst.window = in_window.fold(worst.window, f32::max);
-            worst.total = worst.total.max(steps.iter().sum());
-        }
+impl<'a> LimbTracks<'a> {
+    fn new(graph: &'a MotionGraph, settings: &'a RetimeSettings) -> Self {
+        let mut tracks = Self {
+            graph,
+            settings,
+            limbs: Limbs::of(graph.skeleton()).all().collect(),
+            clips: Vec::new(),
+        };
+        tracks.clips = graph.clips().iter().map(|clip| tracks.of(clip)).collect();
+        tracks
     }
-    worst
+
+    /// Positions of each limb in each frame of a clip: `[limb][frame]`.
+    fn of(&self, clip: &Clip) -> Vec<Vec<Vec3>> {
+        let Self { graph, limbs, .. } = self;
+        let (mut pose, mut joints) = (Pose::default(), Vec::new());
+        let mut tracks = vec![Vec::with_capacity(clip.frames()); limbs.len()];
+        for frame in 0..clip.frames() {
+            clip.pose(frame, &mut pose);
+            forward_kinematics(graph.skeleton(), &pose, &mut joints);
+            let origin = if self.settings.relative_to_root {
+                joints[0].translation
+            } else {
+                Vec3::ZERO
+            };
+            for (track, limb) in tracks.iter_mut().zip(limbs) {
+                track.push(joints[limb.index()].translation - origin);
+            }
+        }
+        tracks
+    }
+
+    fn travel(&self, edge: EdgeId) -> Travel {
+        let Self {
+            graph, settings, ..
+        } = self;
+        let edge = graph.edge(edge);
+        let (from, to) = (graph.node(edge.from), graph.node(edge.to));
+        // A transition plays the end of its source's frames and the start of its target's. The larger
+        // travel counts.
+        let stretches = match edge.motion {
+            EdgeMotion::Clip => vec![(from.clip, from.frame, to.frame)],
+            EdgeMotion::Transition { .. } => {
+                vec![
+                    (from.clip, from.frame, from.frame + edge.frames),
+                    (to.clip, to.frame - edge.frames, to.frame),
+                ]
+            }
+        };
+        let window = ((settings.window * graph.frame_rate()).round() as usize).max(1);
+        let mut worst = Travel {
+            window: 0.0,
+            total: 0.0,
+        };
+        for (clip, first, last) in stretches {
+            for track in &self.clips[clip.index()] {
+                let frames = widen(first as usize..=last as usize, window, track.len() - 1);
+                let steps: Vec<f32> = track[frames]
+                    .windows(2)
+                    .map(|pair| pair[0].distance(pair[1]))
+                    .collect();
+                let in_window = steps
+                    .windows(window.min(steps.len()).max(1))
+                    .map(|w| w.iter().sum());
+                worst.window = in_window.fold(worst.window, f32::max);
+                worst.total = worst.total.max(steps.iter().sum());
+            }
+        }
+        worst
+    }
 }
 
 /// Extends a range of frames evenly to at least `window` frames, within the clip.
-fn widen(first: usize, last: usize, window: usize, end: usize) -> (usize, usize) {
+fn widen(frames: RangeInclusive<usize>, window: usize, end: usize) -> RangeInclusive<usize> {
+    let (first, last) = frames.into_inner();
     let missing = window.saturating_sub(last - first);
     let first = first.saturating_sub(missing.div_ceil(2));
     let last = (first + window).max(last).min(end);
-    (first.min(last.saturating_sub(window)), last)
+    first.min(last.saturating_sub(window))..=last
 }

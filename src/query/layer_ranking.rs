@@ -170,7 +170,7 @@ mod tests {
 
     use super::*;
     use crate::anim::Envelope;
-    use crate::graph::Playhead;
+    use crate::graph::{ClipPosition, Playhead};
     use crate::math::Rigid2;
     use crate::query::warp::fixture::baked;
 
@@ -210,7 +210,8 @@ mod tests {
             let attack = Attack::new(vec![vec![key(0.1, root - along), key(0.7, root + along)]]).unwrap();
             let envelope = Envelope { start: 0.1, full: 0.3, release: 1.0, end: 1.4 };
             let first = baked.entry_track(0).unwrap().first;
-            let layer = Layer::new((evasion.clip, (first + early) as f32), 1.0, envelope);
+            let position = ClipPosition { clip: evasion.clip, frame: (first + early) as f32 };
+            let layer = Layer::new(position, 1.0, envelope);
             let mut ranking = LayerRanking::default();
             ranking.look_at(baked, &motion, AttackContact { attack: &attack, seconds: 0.4 });
             let layered = LayeredEvasion { layer: &layer, evasion: 0 };

@@ -10,7 +10,7 @@ use super::entries::{EntryScratch, USEFUL, rate_of};
 use super::layer_ranking::{AttackContact, LayerRanking, LayeredEvasion};
 use super::state::QueryState;
 use crate::anim::Envelope;
-use crate::graph::Layer;
+use crate::graph::{ClipPosition, Layer};
 use crate::maps::KnownEntry;
 
 /// Playback rates that are tried.
@@ -141,7 +141,11 @@ impl Start {
                 release,
                 end: release + WAY_OUT,
             };
-            let layer = Layer::new((start.clip, target.frame as f32), rate, envelope);
+            let position = ClipPosition {
+                clip: start.clip,
+                frame: target.frame as f32,
+            };
+            let layer = Layer::new(position, rate, envelope);
             let layered = LayeredEvasion {
                 layer: &layer,
                 evasion,

@@ -6,10 +6,11 @@ impl MotionGraph {
     /// Whether the foot of a leg is planted at a frame of an edge. In a transition the side with the larger weight decides.
     pub(crate) fn foot_stands(&self, edge: EdgeId, frame: f32, leg: usize) -> bool {
         let moment = self.edge_moment(self.edge(edge), frame);
-        let (clip, frame) = match moment.target {
+        let position = match moment.target {
             Some(target) if target.weight > 0.5 => target.at,
             _ => moment.source,
         };
-        leg < self.feet.legs.len() && self.feet.stands(clip, leg, frame.max(0.0) as u32)
+        let frame = position.frame.max(0.0) as u32;
+        leg < self.feet.legs.len() && self.feet.stands(position.clip, leg, frame)
     }
 }

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use super::Motion;
 use crate::anim::{Envelope, JointId, Pose, slerp};
-use crate::graph::{ClipId, MotionGraph};
+use crate::graph::{ClipId, ClipPosition, MotionGraph};
 
 /// Part of a clip that the upper body plays: spine, arms and head. Pelvis and legs go on.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -30,12 +30,12 @@ pub struct Layer {
 const MOST_TILT: f32 = 0.35;
 
 impl Layer {
-    /// Creates a layer.
+    /// Creates a layer that plays a clip from `start` on.
     #[must_use]
-    pub(crate) fn new((clip, frame): (ClipId, f32), rate: f32, envelope: Envelope) -> Self {
+    pub(crate) fn new(start: ClipPosition, rate: f32, envelope: Envelope) -> Self {
         Self {
-            clip,
-            frame,
+            clip: start.clip,
+            frame: start.frame,
             rate,
             envelope,
             cut: None,

@@ -12,8 +12,8 @@ use crate::anim::{
     Clip, ClipDesc, Envelope, Event, EventKind, JointId, Pose, Skeleton, forward_kinematics,
 };
 use crate::graph::{
-    ClipSource, EdgeMotion, Entry, GraphSettings, Layer, Motion, MotionGraph, Playhead, build,
-    rotation_vector,
+    ClipPosition, ClipSource, EdgeMotion, Entry, GraphSettings, Layer, Motion, MotionGraph,
+    Playhead, build, rotation_vector,
 };
 use crate::math::Rigid2;
 
@@ -267,7 +267,11 @@ fn a_layer_is_plausible_within_the_limits_of_the_played_motion() {
             release: 2.0,
             end: 3.0,
         };
-        let layer = Layer::new((target.clip, target.frame as f32), speed, envelope);
+        let position = ClipPosition {
+            clip: target.clip,
+            frame: target.frame as f32,
+        };
+        let layer = Layer::new(position, speed, envelope);
         let before = playhead(&now);
         let mut motion = Motion::new(&graph, before, &[]);
         motion.extend(&graph, 2.0);

@@ -6,7 +6,7 @@ use glam::{Quat, Vec3};
 
 use crate::anim::{
     Clip, ClipDesc, Event, EventKind, Joint, JointId, JointKind, JointTransform, Leg, Pose,
-    Skeleton, forward_kinematics, reach,
+    Skeleton, forward_kinematics,
 };
 use crate::graph::{self, ClipSource, GraphSettings};
 use crate::maps::{BakeSettings, BakedGraph, Baker, PathSettings};
