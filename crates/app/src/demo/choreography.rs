@@ -3,7 +3,7 @@
 
 use glam::{Vec2, Vec3};
 
-use super::feet::{Air, Foot, Spot, Swing, Way, air_track};
+use super::feet::{Air, AirWay, Foot, Spot, Swing, Way};
 use super::guard::{guard, guard_spot};
 use super::keys::{Body, ROWS, Track};
 use super::rhythm::Rhythm;
@@ -104,48 +104,22 @@ impl Choreography {
 
     /// Steps a foot to its place in guard, starting `delay` after the last key, within `duration`.
     pub(super) fn step(&mut self, side: usize, delay: f32, duration: f32) -> &mut Self {
-        self.step_off(side, delay, duration, Vec3::ZERO)
+        self.foot(side, delay, duration).step_off(Vec3::ZERO)
     }
 
-    /// As [`Choreography::step`], to another place: (left, turn left, forward) from that in guard.
-    pub(super) fn step_off(
-        &mut self,
-        side: usize,
-        delay: f32,
-        duration: f32,
-        off: Vec3,
-    ) -> &mut Self {
-        let mut spot = own_spot(side, self.southpaw, &self.rhythm);
-        spot.toe += Vec2::new(off.x, off.z);
-        spot.yaw += off.y;
-        let far = self.ways[side].spot().toe.distance(self.placed(spot).toe);
-        let lift = 0.035 + 0.07 * far.min(0.8);
-        self.swing(side, delay, duration, spot, lift)
+    /// A movement of a foot that starts `delay` after the last key and takes `duration`.
+    pub(super) fn foot(&mut self, side: usize, delay: f32, duration: f32) -> FootMove<'_> {
+        FootMove {
+            choreography: self,
+            side,
+            delay,
+            duration,
+        }
     }
 
-    /// Leaps with a foot to its place in guard, higher than a step.
-    pub(super) fn leap(&mut self, side: usize, delay: f32, duration: f32, lift: f32) -> &mut Self {
-        let spot = own_spot(side, self.southpaw, &self.rhythm);
-        self.swing(side, delay, duration, spot, lift)
-    }
-
-    /// Turns a foot on its ball to an angle relative to guard, in radians to the left.
-    pub(super) fn pivot(&mut self, side: usize, delay: f32, duration: f32, turn: f32) -> &mut Self {
-        let toe = self.ways[side].spot().toe;
-        let yaw = own_spot(side, self.southpaw, &self.rhythm).yaw + self.place.y + turn;
-        self.push(side, delay, duration, Spot { toe, yaw }, 0.0, &[])
-    }
-
-    /// Moves a foot through the air along `keys` and back to its place in guard.
-    pub(super) fn kick(
-        &mut self,
-        side: usize,
-        delay: f32,
-        duration: f32,
-        keys: &[Air],
-    ) -> &mut Self {
-        let spot = self.placed(own_spot(side, self.southpaw, &self.rhythm));
-        self.push(side, delay, duration, spot, 0.05, keys)
+    /// Place of a foot in this clip's guard, in home.
+    fn own_spot(&self, side: usize) -> Spot {
+        own_spot(side, self.southpaw, &self.rhythm)
     }
 
     fn placed(&self, spot: Spot) -> Spot {
@@ -155,50 +129,6 @@ impl Choreography {
             yaw: turned,
             ..spot.placed(self.home())
         }
-    }
-
-    fn swing(
-        &mut self,
-        side: usize,
-        delay: f32,
-        duration: f32,
-        spot: Spot,
-        lift: f32,
-    ) -> &mut Self {
-        let to = self.placed(spot);
-        self.push(side, delay, duration, to, lift, &[])
-    }
-
-    fn push(
-        &mut self,
-        side: usize,
-        delay: f32,
-        duration: f32,
-        to: Spot,
-        lift: f32,
-        keys: &[Air],
-    ) -> &mut Self {
-        let from = self.ways[side].spot();
-        let start = (self.now + delay).max(self.ways[side].busy_until());
-        let air = (!keys.is_empty()).then(|| air_track(from, to, duration, keys, self.home()));
-        // Turning on the ball keeps the weight; a kick gives nearly all of it to the other foot, a wide step or a leap
-        // carries it along.
-        let far = (from.toe.distance(to.toe) / 0.45).min(1.0);
-        let share = match (&air, lift) {
-            (Some(_), _) => 0.62,
-            (None, 0.0) => 0.0,
-            (None, _) => 0.28 - 0.22 * far,
-        };
-        self.shares[side].push(share);
-        self.ways[side].push(Swing {
-            start,
-            end: start + duration,
-            from,
-            to,
-            lift,
-            air,
-        });
-        self
     }
 
     /// Starts an event `delay` after the last key.
@@ -279,6 +209,91 @@ impl Choreography {
             }
         }
         Vec3::new(shift.x, 0.0, shift.y)
+    }
+}
+
+/// A movement of one foot.
+pub(super) struct FootMove<'a> {
+    choreography: &'a mut Choreography,
+    side: usize,
+    /// Time from the last key to the start, in seconds.
+    delay: f32,
+    /// Seconds.
+    duration: f32,
+}
+
+impl<'a> FootMove<'a> {
+    /// Steps to another place: (left, turn left, forward) from that in guard.
+    pub(super) fn step_off(self, off: Vec3) -> &'a mut Choreography {
+        let mut spot = self.choreography.own_spot(self.side);
+        spot.toe += Vec2::new(off.x, off.z);
+        spot.yaw += off.y;
+        let to = self.choreography.placed(spot);
+        let far = self.choreography.ways[self.side]
+            .spot()
+            .toe
+            .distance(to.toe);
+        let lift = 0.035 + 0.07 * far.min(0.8);
+        self.push(to, lift, &[])
+    }
+
+    /// Leaps to the place in guard, higher than a step.
+    pub(super) fn leap(self, lift: f32) -> &'a mut Choreography {
+        let to = self
+            .choreography
+            .placed(self.choreography.own_spot(self.side));
+        self.push(to, lift, &[])
+    }
+
+    /// Turns the foot on its ball to an angle relative to guard, in radians to the left.
+    pub(super) fn pivot(self, turn: f32) -> &'a mut Choreography {
+        let toe = self.choreography.ways[self.side].spot().toe;
+        let yaw = self.choreography.own_spot(self.side).yaw + self.choreography.place.y + turn;
+        self.push(Spot { toe, yaw }, 0.0, &[])
+    }
+
+    /// Moves the foot through the air along `keys` and back to its place in guard.
+    pub(super) fn kick(self, keys: &[Air]) -> &'a mut Choreography {
+        let to = self
+            .choreography
+            .placed(self.choreography.own_spot(self.side));
+        self.push(to, 0.05, keys)
+    }
+
+    fn push(self, to: Spot, lift: f32, keys: &[Air]) -> &'a mut Choreography {
+        let Self {
+            choreography,
+            side,
+            delay,
+            duration,
+        } = self;
+        let from = choreography.ways[side].spot();
+        let start = (choreography.now + delay).max(choreography.ways[side].busy_until());
+        let way = AirWay {
+            from,
+            to,
+            duration,
+            home: choreography.home(),
+        };
+        let air = (!keys.is_empty()).then(|| way.track(keys));
+        // Turning on the ball keeps the weight; a kick gives nearly all of it to the other foot, a wide step or a leap
+        // carries it along.
+        let far = (from.toe.distance(to.toe) / 0.45).min(1.0);
+        let share = match (&air, lift) {
+            (Some(_), _) => 0.62,
+            (None, 0.0) => 0.0,
+            (None, _) => 0.28 - 0.22 * far,
+        };
+        choreography.shares[side].push(share);
+        choreography.ways[side].push(Swing {
+            start,
+            end: start + duration,
+            from,
+            to,
+            lift,
+            air,
+        });
+        choreography
     }
 }
 

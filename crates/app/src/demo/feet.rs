@@ -115,36 +115,56 @@ pub(super) struct Swing {
     pub(super) air: Option<Track<4>>,
 }
 
-/// The track of a kick: rows are ankle, knee, (yaw, pitch, free), (point, 0, 0).
-pub(super) fn air_track(
-    from: Spot,
-    to: Spot,
-    duration: f32,
-    keys: &[Air],
-    home: Rigid2,
-) -> Track<4> {
-    let end = |spot: Spot, knee: Vec3, point: f32| {
-        let yaw = Vec3::new(spot.yaw, 0.0, 0.0);
-        [spot.foot(0.0).ankle, knee, yaw, Vec3::new(point, 0.0, 0.0)]
-    };
-    let mut rows = Vec::with_capacity(keys.len() + 2);
-    let first = keys.first().map_or(Vec3::Z, |key| home.vector(key.knee));
-    let last = keys.last().map_or(Vec3::Z, |key| home.vector(key.knee));
-    rows.push((0.0, end(from, first, 0.2)));
-    for key in keys {
-        let yaw = from.yaw + (to.yaw - from.yaw) * key.after / duration;
-        rows.push((
-            key.after,
-            [
-                home.point(key.ankle),
-                home.vector(key.knee),
-                Vec3::new(yaw, 0.0, 1.0),
-                Vec3::new(key.point, 0.0, 0.0),
-            ],
-        ));
+impl Air {
+    /// The same with the foot extended by `point`, in radians.
+    pub(super) fn pointed(self, point: f32) -> Self {
+        Self { point, ..self }
     }
-    rows.push((duration, end(to, last, 0.0)));
-    Track::new(rows)
+}
+
+/// A kick from spot to spot.
+#[derive(Clone, Copy)]
+pub(super) struct AirWay {
+    pub(super) from: Spot,
+    pub(super) to: Spot,
+    /// Seconds.
+    pub(super) duration: f32,
+    /// Space of the keys, in the world.
+    pub(super) home: Rigid2,
+}
+
+impl AirWay {
+    /// The track of the kick: rows are ankle, knee, (yaw, pitch, free), (point, 0, 0).
+    pub(super) fn track(self, keys: &[Air]) -> Track<4> {
+        let Self {
+            from,
+            to,
+            duration,
+            home,
+        } = self;
+        let end = |spot: Spot, knee: Vec3, point: f32| {
+            let yaw = Vec3::new(spot.yaw, 0.0, 0.0);
+            [spot.foot(0.0).ankle, knee, yaw, Vec3::new(point, 0.0, 0.0)]
+        };
+        let mut rows = Vec::with_capacity(keys.len() + 2);
+        let first = keys.first().map_or(Vec3::Z, |key| home.vector(key.knee));
+        let last = keys.last().map_or(Vec3::Z, |key| home.vector(key.knee));
+        rows.push((0.0, end(from, first, 0.2)));
+        for key in keys {
+            let yaw = from.yaw + (to.yaw - from.yaw) * key.after / duration;
+            rows.push((
+                key.after,
+                [
+                    home.point(key.ankle),
+                    home.vector(key.knee),
+                    Vec3::new(yaw, 0.0, 1.0),
+                    Vec3::new(key.point, 0.0, 0.0),
+                ],
+            ));
+        }
+        rows.push((duration, end(to, last, 0.0)));
+        Track::new(rows)
+    }
 }
 
 impl Swing {

@@ -113,7 +113,7 @@ impl<const N: usize> Track<N> {
                 let rise = (values[key][row] - values[key - 1][row]) / before;
                 let next = (values[key + 1][row] - values[key][row]) / after;
                 slopes[key][row] = Vec3::from_array(std::array::from_fn(|axis| {
-                    slope(rise[axis], next[axis], before, after)
+                    slope([rise[axis], next[axis]], [before, after])
                 }));
             }
         }
@@ -143,8 +143,8 @@ impl<const N: usize> Track<N> {
     }
 }
 
-/// The weighted harmonic mean of two slopes: zero at an extreme.
-fn slope(rise: f32, next: f32, before: f32, after: f32) -> f32 {
+/// The weighted harmonic mean of the slopes of two intervals with these durations: zero at an extreme.
+fn slope([rise, next]: [f32; 2], [before, after]: [f32; 2]) -> f32 {
     if rise * next <= 0.0 {
         return 0.0;
     }

@@ -9,13 +9,13 @@ use super::skeleton::{LEFT, RIGHT, sign};
 /// All clips of this family.
 pub(super) fn choreographies(choreographies: &mut Vec<Choreography>) {
     let ways = [
-        ("shuffle_forward", 0.0, 0.28),
-        ("shuffle_back", 0.0, -0.28),
-        ("shuffle_left", 0.28, 0.0),
-        ("shuffle_right", -0.28, 0.0),
+        ("shuffle_forward", [0.0, 0.28]),
+        ("shuffle_back", [0.0, -0.28]),
+        ("shuffle_left", [0.28, 0.0]),
+        ("shuffle_right", [-0.28, 0.0]),
     ];
-    for (number, (name, left, forward)) in (20..).zip(ways) {
-        choreographies.push(shuffles(name, number, left, forward));
+    for (number, (name, way)) in (20..).zip(ways) {
+        choreographies.push(shuffles(name, number, way));
     }
     choreographies.push(walk("walk_forward", 24, 0.36));
     choreographies.push(walk("walk_back", 25, -0.30));
@@ -26,8 +26,38 @@ pub(super) fn choreographies(choreographies: &mut Vec<Choreography>) {
     choreographies.push(retreat_and_return());
 }
 
-/// One shuffle: the foot on the side of the way goes first, the other follows.
-pub(super) fn shuffle(s: &mut Choreography, left: f32, forward: f32, turn: f32, quick: f32) {
+/// One shuffle.
+#[derive(Clone, Copy)]
+pub(super) struct Shuffle {
+    /// Metres.
+    pub(super) left: f32,
+    /// Metres.
+    pub(super) forward: f32,
+    /// Radians to the left.
+    pub(super) turn: f32,
+    /// Factor of its times. Default: 1.
+    pub(super) quick: f32,
+}
+
+impl Default for Shuffle {
+    fn default() -> Self {
+        Self {
+            left: 0.0,
+            forward: 0.0,
+            turn: 0.0,
+            quick: 1.0,
+        }
+    }
+}
+
+/// Adds a shuffle: the foot on the side of the way goes first, the other follows.
+pub(super) fn shuffle(s: &mut Choreography, shuffle: Shuffle) {
+    let Shuffle {
+        left,
+        forward,
+        turn,
+        quick,
+    } = shuffle;
     let leads_left = if left.abs() > forward.abs() {
         left > 0.0
     } else {
@@ -48,11 +78,19 @@ pub(super) fn shuffle(s: &mut Choreography, left: f32, forward: f32, turn: f32, 
     s.pose(0.24 * quick, |b| b.pelvis.y -= 0.012);
 }
 
-fn shuffles(name: &str, number: u32, left: f32, forward: f32) -> Choreography {
+/// Three shuffles of different sizes, by (left, forward) metres.
+fn shuffles(name: &str, number: u32, [left, forward]: [f32; 2]) -> Choreography {
     let mut s = Choreography::new(name, Rhythm::varied(number));
     s.guard(0.6);
     for size in [1.0, 1.25, 0.8] {
-        shuffle(&mut s, left * size, forward * size, 0.0, 1.0);
+        shuffle(
+            &mut s,
+            Shuffle {
+                left: left * size,
+                forward: forward * size,
+                ..Shuffle::default()
+            },
+        );
         s.guard(0.45);
     }
     s.guard(0.7);
@@ -80,7 +118,7 @@ fn walk(name: &str, number: u32, stride: f32) -> Choreography {
         } else {
             Vec3::new(narrow, straight, ahead)
         };
-        s.step_off(side, 0.06, STEP - 0.1, off);
+        s.foot(side, 0.06, STEP - 0.1).step_off(off);
         let swing = 0.5 * sign(side) * stride;
         s.pose(STEP, |b| {
             if !last {
@@ -127,7 +165,15 @@ fn circle(name: &str, number: u32, side: usize) -> Choreography {
     s.guard(0.6);
     let (left, turn) = (0.3 * sign(side), -0.23 * sign(side));
     for quick in [1.0, 0.95, 1.1, 1.0] {
-        shuffle(&mut s, left, 0.03, turn, quick);
+        shuffle(
+            &mut s,
+            Shuffle {
+                left,
+                forward: 0.03,
+                turn,
+                quick,
+            },
+        );
         s.guard(0.3);
     }
     s.guard(0.7);
@@ -138,12 +184,26 @@ fn retreat_and_return() -> Choreography {
     let mut s = Choreography::new("retreat_and_return", Rhythm::varied(30));
     s.guard(0.6);
     for back in [0.3, 0.34] {
-        shuffle(&mut s, 0.0, -back, 0.0, 0.85);
+        shuffle(
+            &mut s,
+            Shuffle {
+                forward: -back,
+                quick: 0.85,
+                ..Shuffle::default()
+            },
+        );
         s.guard(0.15);
     }
     s.guard(0.6);
     for forward in [0.26, 0.3, 0.2] {
-        shuffle(&mut s, 0.0, forward, 0.0, 0.95);
+        shuffle(
+            &mut s,
+            Shuffle {
+                forward,
+                quick: 0.95,
+                ..Shuffle::default()
+            },
+        );
         s.guard(0.22);
     }
     s.guard(0.7);

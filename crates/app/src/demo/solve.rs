@@ -49,16 +49,30 @@ pub(super) fn solve(body: &Body, feet: [Foot; 2], shift: Vec3) -> Solved {
 
     let mut root = home.point(body.pelvis) + shift;
     for side in [LEFT, RIGHT] {
-        root.y = root.y.min(highest(root, world[HIPS], side, &feet[side]));
+        let hip = world[HIPS] * hip_offset(side);
+        root.y = root.y.min(highest(root, hip, &feet[side]));
     }
     for side in [LEFT, RIGHT] {
-        solve_leg(&mut world, root, side, &feet[side], home);
+        solve_leg(
+            &mut world,
+            LegTarget {
+                root,
+                home,
+                foot: feet[side],
+            },
+            side,
+        );
     }
     let chest = root + world[HIPS] * SPINE_OFFSET + world[SPINE] * CHEST_OFFSET;
     for side in [LEFT, RIGHT] {
         let near = chest + world[CHEST] * body.hands[side];
         let target = near.lerp(home.point(body.reach[side]), body.reaching[side]);
-        solve_arm(&mut world, chest, side, target, body.elbows[side]);
+        let target = ArmTarget {
+            chest,
+            wrist: target,
+            lifted: body.elbows[side],
+        };
+        solve_arm(&mut world, target, side);
     }
     Solved {
         root,
@@ -77,9 +91,9 @@ fn limited(from: Quat, to: Quat, angle: f32) -> Quat {
     }
 }
 
-/// The height of the root above which a foot on the ground cannot be reached even with its heel raised.
-fn highest(root: Vec3, hips: Quat, side: usize, foot: &Foot) -> f32 {
-    let hip = hips * hip_offset(side);
+/// The height of the root above which a foot on the ground cannot be reached even with its heel raised. `hip` is the leg's hip relative
+/// to the root.
+fn highest(root: Vec3, hip: Vec3, foot: &Foot) -> f32 {
     let ankle = raised(foot, HEEL_MAX).ankle;
     let away = (root + hip - ankle).with_y(0.0).length();
     let reach = STRAIGHT * (THIGH_LENGTH + SHIN_LENGTH);
@@ -118,15 +132,23 @@ fn within_reach(hip: Vec3, foot: &Foot) -> Foot {
     raised(foot, high)
 }
 
-fn solve_leg(world: &mut [Quat; JOINTS], root: Vec3, side: usize, foot: &Foot, home: Rigid2) {
+/// What a leg reaches for.
+struct LegTarget {
+    root: Vec3,
+    home: Rigid2,
+    foot: Foot,
+}
+
+fn solve_leg(world: &mut [Quat; JOINTS], target: LegTarget, side: usize) {
+    let LegTarget { root, home, foot } = target;
     let first = leg(side);
     let hip = root + world[HIPS] * hip_offset(side);
-    let foot = within_reach(hip, foot);
+    let foot = within_reach(hip, &foot);
     let outward = world[HIPS] * Vec3::X * (0.12 * sign(side));
     let forward = Quat::from_rotation_y(foot.yaw) * Vec3::Z;
     let standing = (forward * 0.65 + world[HIPS] * Vec3::Z * 0.35 + outward).normalize_or(Vec3::Z);
     let knee = standing.lerp(foot.knee.normalize_or(home.vector(Vec3::Z)), foot.free);
-    let (upper, lower) = two_bones(hip, foot.ankle, knee, THIGH_LENGTH, SHIN_LENGTH);
+    let (upper, lower) = two_bones([hip, foot.ankle], knee, [THIGH_LENGTH, SHIN_LENGTH]);
     // At rest legs hang along -Y and knees point to +Z.
     let bone = |bend: &Bend| basis(bend.hinge, -bend.along);
     world[first] = bone(&upper);
@@ -137,7 +159,20 @@ fn solve_leg(world: &mut [Quat; JOINTS], root: Vec3, side: usize, foot: &Foot, h
     world[first + FOOT + 1] = world[first + FOOT];
 }
 
-fn solve_arm(world: &mut [Quat; JOINTS], chest: Vec3, side: usize, wrist: Vec3, lifted: f32) {
+/// What an arm reaches for.
+struct ArmTarget {
+    chest: Vec3,
+    wrist: Vec3,
+    /// Angle of the elbow from hanging to the side, in radians.
+    lifted: f32,
+}
+
+fn solve_arm(world: &mut [Quat; JOINTS], target: ArmTarget, side: usize) {
+    let ArmTarget {
+        chest,
+        wrist,
+        lifted,
+    } = target;
     let (first, s) = (arm(side), sign(side));
     let collar = chest + world[CHEST] * shoulder_offset(side);
     // The collar bone follows the hand a little.
@@ -152,7 +187,7 @@ fn solve_arm(world: &mut [Quat; JOINTS], chest: Vec3, side: usize, wrist: Vec3, 
     let whole = UPPER_ARM_LENGTH + FOREARM_LENGTH;
     let length = softened(to.length(), ARM_SOFT, whole).max(0.28 * whole);
     let wrist = shoulder + to.normalize_or(rest) * length;
-    let (upper, lower) = two_bones(shoulder, wrist, elbow, UPPER_ARM_LENGTH, FOREARM_LENGTH);
+    let (upper, lower) = two_bones([shoulder, wrist], elbow, [UPPER_ARM_LENGTH, FOREARM_LENGTH]);
     // At rest arms stretch along ±X and elbows point to -Z.
     let bone = |bend: &Bend| basis(bend.along * s, -bend.hinge * s);
     world[first + UPPER_ARM] = bone(&upper);
@@ -179,9 +214,9 @@ struct Bend {
     hinge: Vec3,
 }
 
-/// Two bones from `root` towards `end`, the joint between them towards `pole`. Where the end is out of reach, the
+/// Two bones of these lengths from `root` towards `end`, the joint between them towards `pole`. Where the end is out of reach, the
 /// limb points there nearly straight.
-fn two_bones(root: Vec3, end: Vec3, pole: Vec3, first: f32, second: f32) -> (Bend, Bend) {
+fn two_bones([root, end]: [Vec3; 2], pole: Vec3, [first, second]: [f32; 2]) -> (Bend, Bend) {
     let whole = first + second;
     let to = end - root;
     let length = to.length().clamp(0.2 * whole, STRAIGHT * whole);

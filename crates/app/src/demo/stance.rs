@@ -64,7 +64,8 @@ fn idle_restless(rhythm: Rhythm) -> Choreography {
         b.hands[RIGHT].z += 0.05;
     });
     s.guard(0.35);
-    s.step_off(RIGHT, 0.2, 0.22, Vec3::new(-0.05, 0.0, -0.03));
+    s.foot(RIGHT, 0.2, 0.22)
+        .step_off(Vec3::new(-0.05, 0.0, -0.03));
     s.guard(0.7);
     s.pose(0.3, |b| b.pelvis.y -= 0.035);
     s.guard(0.35);
@@ -107,7 +108,10 @@ fn switch_stance(rhythm: Rhythm) -> Choreography {
 fn hop_over(s: &mut Choreography) {
     s.pose(0.16, |b| b.pelvis.y -= 0.05);
     s.switch();
-    s.leap(LEFT, 0.0, 0.30, 0.07).leap(RIGHT, 0.03, 0.30, 0.07);
+    s.foot(LEFT, 0.0, 0.30)
+        .leap(0.07)
+        .foot(RIGHT, 0.03, 0.30)
+        .leap(0.07);
     s.pose(0.17, |b| {
         b.pelvis.y += 0.025;
         b.hips.y *= 0.2;

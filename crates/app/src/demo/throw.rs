@@ -88,7 +88,7 @@ pub fn throw(
 ) -> Result<Throw, AttackError> {
     let mut random = random_of(seed, index);
     let playhead = random_moment(baked, &mut random);
-    let attack = ball_at(baked, playhead, settings, &mut random)?;
+    let attack = settings.ball(baked, playhead, &mut random)?;
     Ok(Throw { playhead, attack })
 }
 
@@ -204,31 +204,34 @@ fn random_moment(baked: &BakedGraph, random: &mut impl Rng) -> Playhead {
     Playhead::at(graph, place.0, place.1, Rigid2::IDENTITY)
 }
 
-fn ball_at(
-    baked: &BakedGraph,
-    playhead: Playhead,
-    settings: &ThrowSettings,
-    random: &mut impl Rng,
-) -> Result<Attack, AttackError> {
-    let spheres = baked.body().spheres.len();
-    let sphere = random.random_range(0..spheres);
-    let mut between = |(low, high): (f32, f32)| low + (high - low) * random.random::<f32>();
-    let (lead, speed, radius) = (
-        between(settings.lead),
-        between(settings.speed),
-        between(settings.radius),
-    );
-    let distance = between(settings.distance);
-    let target = centres(baked, playhead, lead + distance / speed).0[sphere];
-    let (around, up) = (
-        between((0.0, std::f32::consts::TAU)),
-        between((-settings.slope, settings.slope)),
-    );
-    let flight = Vec3::new(around.sin() * up.cos(), up.sin(), around.cos() * up.cos());
-    let key = |metres: f32| SphereKey {
-        t: lead + (metres + distance) / speed,
-        center: target + flight * metres,
-        radius,
-    };
-    Attack::new(vec![vec![key(-distance), key(settings.beyond)]])
+impl ThrowSettings {
+    /// A random ball that is aimed at a character.
+    fn ball(
+        &self,
+        baked: &BakedGraph,
+        playhead: Playhead,
+        random: &mut impl Rng,
+    ) -> Result<Attack, AttackError> {
+        let spheres = baked.body().spheres.len();
+        let sphere = random.random_range(0..spheres);
+        let mut between = |(low, high): (f32, f32)| low + (high - low) * random.random::<f32>();
+        let (lead, speed, radius) = (
+            between(self.lead),
+            between(self.speed),
+            between(self.radius),
+        );
+        let distance = between(self.distance);
+        let target = centres(baked, playhead, lead + distance / speed).0[sphere];
+        let (around, up) = (
+            between((0.0, std::f32::consts::TAU)),
+            between((-self.slope, self.slope)),
+        );
+        let flight = Vec3::new(around.sin() * up.cos(), up.sin(), around.cos() * up.cos());
+        let key = |metres: f32| SphereKey {
+            t: lead + (metres + distance) / speed,
+            center: target + flight * metres,
+            radius,
+        };
+        Attack::new(vec![vec![key(-distance), key(self.beyond)]])
+    }
 }

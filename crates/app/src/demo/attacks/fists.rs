@@ -37,7 +37,7 @@ pub(super) fn cross(s: &mut Choreography, size: f32) {
         b.chest.y -= 0.06;
     });
     s.begin(0.0);
-    s.pivot(RIGHT, 0.0, 0.17, 0.6);
+    s.foot(RIGHT, 0.0, 0.17).pivot(0.6);
     s.pose(0.18, |b| {
         b.pelvis += Vec3::new(0.03, -0.035, 0.09);
         b.hips.y += 0.62;
@@ -50,7 +50,7 @@ pub(super) fn cross(s: &mut Choreography, size: f32) {
         b.hands[LEFT] = Vec3::new(0.09, 0.2, 0.2);
     });
     s.hold(0.05);
-    s.pivot(RIGHT, 0.0, 0.26, 0.0);
+    s.foot(RIGHT, 0.0, 0.26).pivot(0.0);
     s.pose(0.26, |b| b.reach[RIGHT].z = 0.45);
     s.struck(striking_arm(RIGHT));
     s.guard(0.18);
@@ -67,7 +67,7 @@ pub(super) fn hook(s: &mut Choreography, size: f32) {
         b.elbows[LEFT] = 0.9;
     });
     s.begin(0.0);
-    s.pivot(LEFT, 0.0, 0.18, -0.75);
+    s.foot(LEFT, 0.0, 0.18).pivot(-0.75);
     s.pose(0.15, |b| {
         b.pelvis += Vec3::new(-0.01, -0.02, 0.03);
         b.hips.y -= 0.35;
@@ -86,7 +86,7 @@ pub(super) fn hook(s: &mut Choreography, size: f32) {
         b.reaching[LEFT] = 0.9;
         b.elbows[LEFT] = 1.4;
     });
-    s.pivot(LEFT, 0.02, 0.28, 0.0);
+    s.foot(LEFT, 0.02, 0.28).pivot(0.0);
     s.guard(0.3).struck(striking_arm(LEFT));
     s.guard(0.12);
 }
@@ -102,7 +102,7 @@ pub(super) fn uppercut(s: &mut Choreography, size: f32) {
         b.elbows[RIGHT] = 0.2;
     });
     s.begin(0.0);
-    s.pivot(RIGHT, 0.02, 0.16, 0.5);
+    s.foot(RIGHT, 0.02, 0.16).pivot(0.5);
     s.pose(0.18, |b| {
         b.pelvis += Vec3::new(0.03, 0.015, 0.07);
         b.hips.y += 0.5;
@@ -114,7 +114,7 @@ pub(super) fn uppercut(s: &mut Choreography, size: f32) {
         b.hands[LEFT] = Vec3::new(0.1, 0.21, 0.22);
     });
     s.hold(0.05);
-    s.pivot(RIGHT, 0.0, 0.26, 0.0);
+    s.foot(RIGHT, 0.0, 0.26).pivot(0.0);
     s.guard(0.28).struck(striking_arm(RIGHT));
     s.guard(0.12);
 }

@@ -4,7 +4,7 @@ mod fists;
 mod kicks;
 
 use super::choreography::Choreography;
-use super::locomotion::shuffle;
+use super::locomotion::{Shuffle, shuffle};
 use super::rhythm::Rhythm;
 use super::skeleton::{LEFT, RIGHT};
 use fists::{backfist, body_jab, cross, hook, jab, uppercut};
@@ -58,7 +58,13 @@ fn step_in_jab() -> Choreography {
     s.partway(0.12, 0.1, |b| b.pelvis.y -= 0.03);
     jab(&mut s, 1.0);
     s.guard(0.5);
-    shuffle(&mut s, 0.0, -0.3, 0.0, 1.0);
+    shuffle(
+        &mut s,
+        Shuffle {
+            forward: -0.3,
+            ..Shuffle::default()
+        },
+    );
     s.guard(0.8);
     s
 }

@@ -3,7 +3,7 @@
 use glam::Vec3;
 
 use super::super::choreography::Choreography;
-use super::super::locomotion::shuffle;
+use super::super::locomotion::{Shuffle, shuffle};
 use super::super::rhythm::Rhythm;
 use super::super::skeleton::{LEFT, RIGHT, striking_arm};
 use super::trunk::{duck, slip, slipped, sway_back, weave};
@@ -27,7 +27,7 @@ fn sway_and_counter() -> Choreography {
         sway_back(&mut s, size);
         s.evaded();
         s.begin(0.04);
-        s.pivot(RIGHT, 0.04, 0.17, 0.6);
+        s.foot(RIGHT, 0.04, 0.17).pivot(0.6);
         s.pose(0.22, |b| {
             b.pelvis += Vec3::new(0.03, -0.03, 0.1);
             b.hips.y += 0.6;
@@ -39,7 +39,7 @@ fn sway_and_counter() -> Choreography {
             b.hands[LEFT] = Vec3::new(0.09, 0.2, 0.2);
         });
         s.hold(0.04);
-        s.pivot(RIGHT, 0.0, 0.26, 0.0);
+        s.foot(RIGHT, 0.0, 0.26).pivot(0.0);
         s.pose(0.3, |_| {});
         s.struck(striking_arm(RIGHT));
         s.guard(0.6);
@@ -65,7 +65,14 @@ fn advance_and_slip() -> Choreography {
     let mut s = Choreography::new("advance_and_slip", Rhythm::varied(142));
     s.guard(0.5);
     for side in [RIGHT, LEFT] {
-        shuffle(&mut s, 0.0, 0.24, 0.0, 0.95);
+        shuffle(
+            &mut s,
+            Shuffle {
+                forward: 0.24,
+                quick: 0.95,
+                ..Shuffle::default()
+            },
+        );
         s.guard(0.2).begin(0.0);
         slip(&mut s, side, 0.9);
         s.evaded().guard(0.6);
@@ -77,7 +84,15 @@ fn circle_and_duck() -> Choreography {
     let mut s = Choreography::new("circle_and_duck", Rhythm::varied(143));
     s.guard(0.5);
     for (left, turn) in [(0.27, -0.2), (-0.27, 0.2)] {
-        shuffle(&mut s, left, 0.02, turn, 0.95);
+        shuffle(
+            &mut s,
+            Shuffle {
+                left,
+                forward: 0.02,
+                turn,
+                quick: 0.95,
+            },
+        );
         s.guard(0.2).begin(0.0);
         duck(&mut s, 0.85);
         s.evaded().guard(0.6);
@@ -89,7 +104,14 @@ fn retreat_and_weave() -> Choreography {
     let mut s = Choreography::new("retreat_and_weave", Rhythm::varied(144));
     s.guard(0.5);
     for side in [LEFT, RIGHT] {
-        shuffle(&mut s, 0.0, -0.25, 0.0, 0.95);
+        shuffle(
+            &mut s,
+            Shuffle {
+                forward: -0.25,
+                quick: 0.95,
+                ..Shuffle::default()
+            },
+        );
         s.guard(0.2).begin(0.0);
         weave(&mut s, side, 0.95);
         s.evaded().guard(0.6);

@@ -47,7 +47,10 @@ pub(super) fn side_step(s: &mut Choreography, side: usize, far: f32) {
 /// Both feet off the ground, straight back, metres.
 pub(super) fn leap_back(s: &mut Choreography, far: f32) {
     s.travel(0.0, -far, 0.0);
-    s.leap(LEFT, 0.10, 0.36, 0.10).leap(RIGHT, 0.13, 0.38, 0.08);
+    s.foot(LEFT, 0.10, 0.36)
+        .leap(0.10)
+        .foot(RIGHT, 0.13, 0.38)
+        .leap(0.08);
     s.partway(0.12, 0.06, |b| {
         b.pelvis.y -= 0.07;
         b.chest.x += 0.08;
@@ -106,8 +109,9 @@ pub(super) fn pivot_away(s: &mut Choreography, k: f32) {
 /// The rear foot swings back and the body turns edge on: what was aimed at the chest goes by in front of it.
 pub(super) fn fade_turn(s: &mut Choreography, k: f32) {
     s.travel(-0.04, -0.16 * k, 0.0);
-    s.step_off(RIGHT, 0.0, 0.26, Vec3::new(0.12, -0.6, -0.14));
-    s.pivot(LEFT, 0.06, 0.22, -0.55);
+    s.foot(RIGHT, 0.0, 0.26)
+        .step_off(Vec3::new(0.12, -0.6, -0.14));
+    s.foot(LEFT, 0.06, 0.22).pivot(-0.55);
     s.pose(0.27, |b| {
         b.pelvis += Vec3::new(0.07, -0.06, -0.06);
         b.hips += Vec3::new(-0.05, -0.85 * k, 0.0);
@@ -126,8 +130,10 @@ pub(super) fn fade_turn(s: &mut Choreography, k: f32) {
 pub(super) fn jump_side(s: &mut Choreography, side: usize, far: f32) {
     let d = sign(side);
     s.travel(far * d, -0.03, -0.1 * d);
-    s.leap(side, 0.10, 0.36, 0.11)
-        .leap(1 - side, 0.15, 0.37, 0.10);
+    s.foot(side, 0.10, 0.36)
+        .leap(0.11)
+        .foot(1 - side, 0.15, 0.37)
+        .leap(0.10);
     s.partway(0.13, 0.08, |b| {
         b.pelvis.y -= 0.09;
         b.chest += Vec3::new(0.1, 0.0, 0.10 * d);
@@ -167,7 +173,8 @@ pub(super) fn angle_back(s: &mut Choreography, side: usize, k: f32) {
 /// The front leg leaves its place, the hips go back; the head hardly moves.
 pub(super) fn draw_leg_back(s: &mut Choreography, k: f32) {
     s.travel(-0.02, -0.13 * k, 0.0);
-    s.step_off(LEFT, 0.0, 0.24, Vec3::new(0.0, 0.05, -0.24 * k));
+    s.foot(LEFT, 0.0, 0.24)
+        .step_off(Vec3::new(0.0, 0.05, -0.24 * k));
     s.pose(0.25, |b| {
         b.pelvis += Vec3::new(-0.01, -0.02, -0.09 * k);
         b.hips.x += 0.22;
@@ -183,8 +190,10 @@ pub(super) fn draw_leg_back(s: &mut Choreography, k: f32) {
 
 /// Both knees up, over what sweeps the ground.
 pub(super) fn hop_over(s: &mut Choreography, k: f32) {
-    s.leap(LEFT, 0.13, 0.42, 0.30 * k)
-        .leap(RIGHT, 0.15, 0.42, 0.30 * k);
+    s.foot(LEFT, 0.13, 0.42)
+        .leap(0.30 * k)
+        .foot(RIGHT, 0.15, 0.42)
+        .leap(0.30 * k);
     s.pose(0.13, |b| {
         b.pelvis.y -= 0.09;
         b.chest.x += 0.12;
