@@ -57,9 +57,10 @@ pub(crate) fn measure(
             let mut times = Vec::new();
             for throw in &chosen {
                 cancel::check()?;
+                let sample = Sample { baked, throw, size };
                 let of_throw = match path {
-                    CullPath::Exact => exact(baked, throw, size)?,
-                    _ => counted(baked, throw, size, culling.on(path))?,
+                    CullPath::Exact => sample.exact()?,
+                    _ => sample.counted(culling.on(path))?,
                 };
                 if !of_throw.is_empty() {
                     times.push(percentile(of_throw, 0.5));
@@ -86,55 +87,63 @@ fn all_candidates(most_evasions: usize) -> QuerySettings {
     settings
 }
 
-/// Times the exact test of this number of candidates, in milliseconds; empty if the query has fewer.
-fn exact(baked: &BakedGraph, throw: &Throw, size: usize) -> Result<Vec<f64>, Failure> {
-    let settings = all_candidates(size);
-    let query = Query::new(baked, &settings);
-    let (mut context, mut answer) = (QueryContext::default(), Answer::default());
-    timed(|| {
-        let request = Request {
-            evaluation: Evaluation::Exhaustive,
-            ..throw.request()
-        };
-        let mut session = query.start(request, &mut context);
-        let enough = session.cull_input().candidates.len() >= size;
-        Ok(enough.then(|| {
-            let started = Instant::now();
-            let _ = session.submit(&[], &mut answer);
-            started.elapsed().as_secs_f64()
-        }))
-    })
+/// What is timed: so many candidates of a throw.
+#[derive(Clone, Copy)]
+struct Sample<'a> {
+    baked: &'a BakedGraph,
+    throw: &'a Throw,
+    /// Number of candidates.
+    size: usize,
 }
 
-/// Times counting the overlaps of this number of candidates, in milliseconds.
-fn counted(
-    baked: &BakedGraph,
-    throw: &Throw,
-    size: usize,
-    mut culling: OnePath<'_>,
-) -> Result<Vec<f64>, Failure> {
-    let settings = all_candidates(usize::MAX);
-    let mut context = QueryContext::default();
-    let query = Query::new(baked, &settings);
-    let session = query.start(throw.request(), &mut context);
-    let input = session.cull_input();
-    let candidates: Vec<_> = input
-        .candidates
-        .iter()
-        .cycle()
-        .take(size)
-        .copied()
-        .collect();
-    let input = CullInput {
-        candidates: &candidates,
-        ..input
-    };
-    let mut overlaps = Vec::new();
-    timed(|| {
-        let started = Instant::now();
-        culling.count(&input, &mut overlaps)?;
-        Ok(Some(started.elapsed().as_secs_f64()))
-    })
+impl Sample<'_> {
+    /// Times the exact test of the candidates, in milliseconds; empty if the query has fewer.
+    fn exact(self) -> Result<Vec<f64>, Failure> {
+        let Self { baked, throw, size } = self;
+        let settings = all_candidates(size);
+        let query = Query::new(baked, &settings);
+        let (mut context, mut answer) = (QueryContext::default(), Answer::default());
+        timed(|| {
+            let request = Request {
+                evaluation: Evaluation::Exhaustive,
+                ..throw.request()
+            };
+            let mut session = query.start(request, &mut context);
+            let enough = session.cull_input().candidates.len() >= size;
+            Ok(enough.then(|| {
+                let started = Instant::now();
+                let _ = session.submit(&[], &mut answer);
+                started.elapsed().as_secs_f64()
+            }))
+        })
+    }
+
+    /// Times counting the overlaps of the candidates, in milliseconds.
+    fn counted(self, mut culling: OnePath<'_>) -> Result<Vec<f64>, Failure> {
+        let Self { baked, throw, size } = self;
+        let settings = all_candidates(usize::MAX);
+        let mut context = QueryContext::default();
+        let query = Query::new(baked, &settings);
+        let session = query.start(throw.request(), &mut context);
+        let input = session.cull_input();
+        let candidates: Vec<_> = input
+            .candidates
+            .iter()
+            .cycle()
+            .take(size)
+            .copied()
+            .collect();
+        let input = CullInput {
+            candidates: &candidates,
+            ..input
+        };
+        let mut overlaps = Vec::new();
+        timed(|| {
+            let started = Instant::now();
+            culling.count(&input, &mut overlaps)?;
+            Ok(Some(started.elapsed().as_secs_f64()))
+        })
+    }
 }
 
 /// Milliseconds of several runs of `work`, which returns its seconds, or `None` if it cannot run. The

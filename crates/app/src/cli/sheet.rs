@@ -2,7 +2,7 @@
 //! and what they share.
 
 use plotters::style::RGBColor;
-use sabaki::internal::{CullCandidate, Drawing, MaskMap, Slab, SlabMaps, raster};
+use sabaki::internal::{CullCandidate, Drawing, FixedTransform2, MaskMap, Slab, SlabMaps, raster};
 use sabaki::maps::MapGrid;
 use sabaki::query::cull::CullInput;
 
@@ -50,6 +50,8 @@ struct Column<'a> {
     maps: &'a SlabMaps,
     /// The attack's inner map in the frame of its drawing, by slice.
     attack: MaskMap,
+    /// From the attack's frame to that of the maps.
+    transform: FixedTransform2,
 }
 
 /// Texels of the attack's frame.
@@ -63,7 +65,7 @@ struct Window {
 /// the candidate's maps moved and turned into place.
 pub(crate) fn draw(input: &CullInput<'_>, candidate: &CullCandidate) -> Picture {
     let columns = columns(input, candidate);
-    let window = window(&columns, candidate);
+    let window = window(&columns);
     let width = (window.u.1 - window.u.0) as u32 * ZOOM;
     let height = (window.v.1 - window.v.0) as u32 * ZOOM;
     let across = NAMES + columns.len() as u32 * (width + GAP);
@@ -84,7 +86,7 @@ pub(crate) fn draw(input: &CullInput<'_>, candidate: &CullCandidate) -> Picture 
         picture.text((x as i32, 5), &heights, look);
         for row in 0..ROWS.len() {
             let y = HEAD + row as u32 * (height + GAP);
-            let colour = |u, v| colour(row, column, candidate, u, v);
+            let colour = |u, v| column.colour(row, [u, v]);
             picture.place([x, y], &cell(window, colour));
         }
     }
@@ -111,6 +113,7 @@ fn columns<'a>(input: &CullInput<'a>, candidate: &CullCandidate) -> Vec<Column<'
             slab: Slab(number),
             maps,
             attack: attack_map(input, candidate, Slab(number)),
+            transform: candidate.transform,
         })
         .collect();
     let touched = |column: &Column<'_>| column.attack.count() > 0;
@@ -140,14 +143,14 @@ fn attack_map(input: &CullInput<'_>, candidate: &CullCandidate, slab: Slab) -> M
     map
 }
 
-/// The texels of the attack's frame around all maps of the candidate.
-fn window(columns: &[Column<'_>], candidate: &CullCandidate) -> Window {
+/// The texels of the attack's frame around all maps.
+fn window(columns: &[Column<'_>]) -> Window {
     /// Further than any evasion's maps reach from the attack's first texel.
     const FAR: i32 = 400;
     let lit = |u: i32, v: i32| {
         columns
             .iter()
-            .any(|column| region(column, candidate, u, v) != (0, false))
+            .any(|column| column.region([u, v]) != (0, false))
     };
     let all = (-FAR..FAR).flat_map(|v| (-FAR..FAR).map(move |u| (u, v)));
     let (mut low, mut high) = ((FAR, FAR), (-FAR, -FAR));
@@ -164,33 +167,36 @@ fn window(columns: &[Column<'_>], candidate: &CullCandidate) -> Window {
     }
 }
 
-/// The slices in which the texel falls on the body map, and whether it falls on the evasion map.
-fn region(column: &Column<'_>, candidate: &CullCandidate, u: i32, v: i32) -> (u64, bool) {
-    let (x, z) = candidate.transform.texel(u, v);
-    let (body, evasion) = (&column.maps.body, &column.maps.evasion);
-    (
-        body.get(x - body.rect().u, z - body.rect().v),
-        evasion.get(x - evasion.rect().u, z - evasion.rect().v),
-    )
-}
+impl Column<'_> {
+    /// The slices in which the texel falls on the body map, and whether it falls on the evasion map.
+    fn region(&self, [u, v]: [i32; 2]) -> (u64, bool) {
+        let (x, z) = self.transform.texel(u, v);
+        let (body, evasion) = (&self.maps.body, &self.maps.evasion);
+        (
+            body.get(x - body.rect().u, z - body.rect().v),
+            evasion.get(x - evasion.rect().u, z - evasion.rect().v),
+        )
+    }
 
-fn colour(row: usize, column: &Column<'_>, candidate: &CullCandidate, u: i32, v: i32) -> [u8; 3] {
-    let (body, evasion) = region(column, candidate, u, v);
-    let attack = column.attack.get(u, v);
-    let layers: &[(bool, [u8; 3])] = match row {
-        0 => &[(body != 0, BODY)],
-        1 => &[(evasion, EVASION)],
-        2 => &[(attack != 0, ATTACK)],
-        _ => &[
-            (attack & body != 0, HIT),
-            (attack != 0 && evasion, AVOIDED),
-            (attack != 0, ATTACK),
-            (body != 0, BODY),
-            (evasion, EVASION),
-        ],
-    };
-    let top = layers.iter().find(|(lit, _)| *lit);
-    top.map_or(CELL, |&(_, colour)| colour)
+    /// Colour of a texel in a row of the sheet.
+    fn colour(&self, row: usize, [u, v]: [i32; 2]) -> [u8; 3] {
+        let (body, evasion) = self.region([u, v]);
+        let attack = self.attack.get(u, v);
+        let layers: &[(bool, [u8; 3])] = match row {
+            0 => &[(body != 0, BODY)],
+            1 => &[(evasion, EVASION)],
+            2 => &[(attack != 0, ATTACK)],
+            _ => &[
+                (attack & body != 0, HIT),
+                (attack != 0 && evasion, AVOIDED),
+                (attack != 0, ATTACK),
+                (body != 0, BODY),
+                (evasion, EVASION),
+            ],
+        };
+        let top = layers.iter().find(|(lit, _)| *lit);
+        top.map_or(CELL, |&(_, colour)| colour)
+    }
 }
 
 fn heights(slab: Slab, grid: MapGrid) -> String {

@@ -100,13 +100,14 @@ impl View for FighterView<'_> {
 
     fn panel(&mut self, ui: &mut egui::Ui, _: &mut Clock) {
         self.state(ui);
-        section(ui, "Last query", true, |ui| self.last(ui));
-        section(ui, "Candidates", true, |ui| {
+        section("Last query").show(ui, |ui| self.last(ui));
+        section("Candidates").show(ui, |ui| {
             candidates(ui, &mut self.fighter, &mut self.listed);
         });
-        section(ui, "Throw", true, |ui| self.throw(ui));
-        section(ui, "Query", true, |ui| self.query(ui));
-        section(ui, "Maps", false, |ui| self.maps(ui));
+        section("Throw").show(ui, |ui| self.throw(ui));
+        section("Query").show(ui, |ui| self.query(ui));
+        let maps = section("Maps").default_open(false);
+        maps.show(ui, |ui| self.maps(ui));
     }
 
     fn label(&self, painter: &egui::Painter, seen: &Seen) {
@@ -141,10 +142,8 @@ impl View for FighterView<'_> {
 }
 
 /// A collapsible part of the panel.
-fn section(ui: &mut egui::Ui, name: &str, open: bool, fill: impl FnOnce(&mut egui::Ui)) {
-    CollapsingHeader::new(RichText::new(name).strong())
-        .default_open(open)
-        .show(ui, fill);
+fn section(name: &str) -> CollapsingHeader {
+    CollapsingHeader::new(RichText::new(name).strong()).default_open(true)
 }
 
 impl FighterView<'_> {
