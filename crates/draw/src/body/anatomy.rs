@@ -61,9 +61,13 @@ impl Anatomy {
         let wanted = Wanted {
             skeleton,
             standing,
+            trunk: &trunk,
+            head,
+            legs,
+            arms,
             directions: vec![None; skeleton.len()],
         }
-        .fill(&trunk, head, legs, arms);
+        .fill();
         let frames = straightened(skeleton, standing, &wanted);
         let at = |id: JointId| frames[id.index()].translation;
         let lowest = { toes.iter() }
@@ -132,17 +136,22 @@ fn furthest(skeleton: &Skeleton, from: JointId) -> JointId {
 struct Wanted<'a> {
     skeleton: &'a Skeleton,
     standing: &'a [JointTransform],
+    trunk: &'a [JointId],
+    head: JointId,
+    legs: [Leg; 2],
+    arms: [Leg; 2],
     directions: Vec<Option<Vec3>>,
 }
 
 impl Wanted<'_> {
-    fn fill(
-        mut self,
-        trunk: &[JointId],
-        head: JointId,
-        legs: [Leg; 2],
-        arms: [Leg; 2],
-    ) -> Vec<Option<Vec3>> {
+    fn fill(mut self) -> Vec<Option<Vec3>> {
+        let Self {
+            trunk,
+            head,
+            legs,
+            arms,
+            ..
+        } = self;
         let (pelvis, chest) = (trunk[0], trunk[trunk.len() - 1]);
         self.path(pelvis, chest, Vec3::Y);
         self.path(chest, head, Vec3::new(0.0, 1.0, 0.08));

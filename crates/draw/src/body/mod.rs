@@ -32,7 +32,7 @@ pub fn human_body(target: BindTarget<'_>, look: &Look) -> Option<BoundMesh> {
     let (low, high) = human.bounds();
     let distance = |place| human.distance(place);
     let net = surface_net(Grid { low, high, cell }, &distance);
-    let weights = weights::weights(&anatomy, &human, &net, cell);
+    let weights = net.weights(&anatomy, &human, cell);
     let vertices: Vec<MeshVertex> = { net.places.iter().zip(weights) }
         .map(|(&place, (bones, weights))| {
             let [red, green, blue] = whole(human.colour(place));

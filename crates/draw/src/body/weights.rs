@@ -12,47 +12,49 @@ use super::surface_net::Net;
 /// Distance that weights spread over, as a share of the height.
 const SPREAD: f32 = 0.022;
 
-/// Four bones and their weights for each vertex.
-pub(super) fn weights(
-    anatomy: &Anatomy,
-    human: &Shapes,
-    net: &Net,
-    cell: f32,
-) -> Vec<([u16; 4], [u16; 4])> {
-    let mut neighbours = vec![Vec::new(); net.places.len()];
-    for &[a, b, c] in &net.triangles {
-        for (from, to) in [(a, b), (b, c), (c, a)] {
-            neighbours[from as usize].push(to as usize);
-            neighbours[to as usize].push(from as usize);
+impl Net {
+    /// Four bones and their weights for each vertex. `cell` is the side of the grid's cells, in metres.
+    pub(super) fn weights(
+        &self,
+        anatomy: &Anatomy,
+        human: &Shapes,
+        cell: f32,
+    ) -> Vec<([u16; 4], [u16; 4])> {
+        let mut neighbours = vec![Vec::new(); self.places.len()];
+        for &[a, b, c] in &self.triangles {
+            for (from, to) in [(a, b), (b, c), (c, a)] {
+                neighbours[from as usize].push(to as usize);
+                neighbours[to as usize].push(from as usize);
+            }
         }
-    }
-    let start = |place| match human.nearest(place).carrier {
-        Carrier::Joint(joint) => joint,
-        Carrier::Trunk => anatomy.of_trunk(place),
-    };
-    let mut all: Vec<BTreeMap<u16, f32>> = { net.places.iter() }
-        .map(|&place| BTreeMap::from([(start(place).0, 1.0)]))
-        .collect();
-    // Each step spreads by about 0.8 cells.
-    let steps = (SPREAD * anatomy.height / (0.8 * cell)).powi(2).ceil() as usize;
-    for _ in 0..steps {
-        let next = neighbours.iter().enumerate().map(|(vertex, around)| {
-            let share = 0.75 / around.len().max(1) as f32;
-            let mut mixed: BTreeMap<u16, f32> = BTreeMap::new();
-            for (&joint, &weight) in &all[vertex] {
-                *mixed.entry(joint).or_default() += 0.25 * weight;
-            }
-            for &other in around {
-                for (&joint, &weight) in &all[other] {
-                    *mixed.entry(joint).or_default() += share * weight;
+        let start = |place| match human.nearest(place).carrier {
+            Carrier::Joint(joint) => joint,
+            Carrier::Trunk => anatomy.of_trunk(place),
+        };
+        let mut all: Vec<BTreeMap<u16, f32>> = { self.places.iter() }
+            .map(|&place| BTreeMap::from([(start(place).0, 1.0)]))
+            .collect();
+        // Each step spreads by about 0.8 cells.
+        let steps = (SPREAD * anatomy.height / (0.8 * cell)).powi(2).ceil() as usize;
+        for _ in 0..steps {
+            let next = neighbours.iter().enumerate().map(|(vertex, around)| {
+                let share = 0.75 / around.len().max(1) as f32;
+                let mut mixed: BTreeMap<u16, f32> = BTreeMap::new();
+                for (&joint, &weight) in &all[vertex] {
+                    *mixed.entry(joint).or_default() += 0.25 * weight;
                 }
-            }
-            mixed.retain(|_, weight| *weight > 1e-3);
-            mixed
-        });
-        all = next.collect();
+                for &other in around {
+                    for (&joint, &weight) in &all[other] {
+                        *mixed.entry(joint).or_default() += share * weight;
+                    }
+                }
+                mixed.retain(|_, weight| *weight > 1e-3);
+                mixed
+            });
+            all = next.collect();
+        }
+        all.iter().map(four).collect()
     }
-    all.iter().map(four).collect()
 }
 
 /// The four largest weights with a sum of 65,535.

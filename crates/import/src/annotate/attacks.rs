@@ -113,14 +113,15 @@ impl<'a> Stroke<'a> {
         if self.lift(contact, start, end) < self.settings.min_height {
             return None;
         }
-        let score = self.score(start, peak, contact, end);
-        (score >= self.settings.min_score).then_some(Strike {
+        let strike = Strike {
             joint: self.joint,
             start,
             contact,
             end,
-            score,
-        })
+            score: 0.0,
+        };
+        let score = self.score(&strike, peak);
+        (score >= self.settings.min_score).then_some(Strike { score, ..strike })
     }
 
     fn is_peak(&self, frame: usize) -> bool {
@@ -171,7 +172,14 @@ impl<'a> Stroke<'a> {
         self.height[contact] - least(around.iter().copied())
     }
 
-    fn score(&self, start: usize, peak: usize, contact: usize, end: usize) -> f32 {
+    /// The score of a strike whose speed is largest in frame `peak`.
+    fn score(&self, strike: &Strike, peak: usize) -> f32 {
+        let &Strike {
+            start,
+            contact,
+            end,
+            ..
+        } = strike;
         let after = (contact + self.body.frames(NEAR_CONTACT))
             .min(end)
             .max(peak);

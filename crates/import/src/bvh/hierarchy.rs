@@ -163,7 +163,9 @@ impl Tree<'_, '_> {
     }
 
     fn offset(&mut self, joint: usize, word: Word<'_>) -> Result<(), BvhError> {
-        self.check_place(joint, "OFFSET", self.joints[joint].offset.is_some(), word)?;
+        if self.joints[joint].offset.is_some() {
+            return Err(self.misplaced(joint, "OFFSET", word));
+        }
         let mut offset = DVec3::ZERO;
         for axis in 0..3 {
             offset[axis] = self.lexer.number("a number of OFFSET")?;
@@ -173,8 +175,9 @@ impl Tree<'_, '_> {
     }
 
     fn channels(&mut self, joint: usize, word: Word<'_>) -> Result<(), BvhError> {
-        let late = self.joints[joint].channels.is_some() || self.joints[joint].has_children;
-        self.check_place(joint, "CHANNELS", late, word)?;
+        if self.joints[joint].channels.is_some() || self.joints[joint].has_children {
+            return Err(self.misplaced(joint, "CHANNELS", word));
+        }
         let word = self.lexer.word();
         let count = word.and_then(|word| word.text.parse().ok());
         let Some(count @ 0..=6) = count else {
@@ -212,20 +215,10 @@ impl Tree<'_, '_> {
         Ok(())
     }
 
-    fn check_place(
-        &self,
-        joint: usize,
-        keyword: &'static str,
-        misplaced: bool,
-        word: Word<'_>,
-    ) -> Result<(), BvhError> {
-        if !misplaced {
-            return Ok(());
-        }
+    fn misplaced(&self, joint: usize, keyword: &'static str, word: Word<'_>) -> BvhError {
         let joint = self.name(joint);
-        Err(self
-            .lexer
-            .error(word.at, BvhProblem::Misplaced { keyword, joint }))
+        self.lexer
+            .error(word.at, BvhProblem::Misplaced { keyword, joint })
     }
 
     fn unclosed(&self, joint: usize, word: Option<Word<'_>>) -> BvhError {
