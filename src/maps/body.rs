@@ -82,7 +82,7 @@ impl Body {
             for end in [parent, id] {
                 at_joints[end.index()] = at_joints[end.index()].max(radius);
             }
-            along(&mut spheres, parent, joint.offset, radius);
+            spheres.extend(along(parent, joint.offset, radius));
         }
         let shared = skeleton.ids().zip(&at_joints).filter(|(_, r)| **r > 0.0);
         spheres.extend(shared.map(|(joint, &radius)| BodySphere {
@@ -168,17 +168,17 @@ impl Body {
     }
 }
 
-/// Adds the spheres of a bone, except those at its two ends.
-fn along(spheres: &mut Vec<BodySphere>, joint: JointId, bone: Vec3, radius: f32) {
+/// The spheres of a bone, except those at its two ends.
+fn along(joint: JointId, bone: Vec3, radius: f32) -> impl Iterator<Item = BodySphere> {
     let pieces = (bone.length() / (radius * shares::SPACING)).ceil().max(1.0) as usize;
-    spheres.extend((1..pieces).map(|i| {
+    (1..pieces).map(move |i| {
         let offset = bone * (i as f32 / pieces as f32);
         BodySphere {
             joint,
             offset,
             radius,
         }
-    }));
+    })
 }
 
 /// Height of the skeleton: the longest chain of trunk and head bones, plus the longest leg.

@@ -64,7 +64,7 @@ pub(crate) use paths::PathReport;
 pub use paths::PathSettings;
 pub(crate) use paths::{NodePath, PathId, PathTable};
 pub use prop::Prop;
-pub(crate) use raster::blocks_near;
+pub(crate) use raster::BlockAxis;
 pub(crate) use region_maps::{RegionMaps, SlabMaps};
 pub(crate) use retime::Retimable;
 pub use retime::RetimeSettings;

@@ -72,14 +72,23 @@ fn fill(disc: Disc, map: &mut BitMap) {
     });
 }
 
-/// Range of blocks along one axis that a disc may cover. `side` is a block's side in sub-texels,
-/// `count` the number of blocks. The blocks are close enough to the disc that squared distances fit
-/// 32 bits.
-#[inline(always)]
-pub(crate) fn blocks_near(centre: i32, radius: i32, (side, count): (i32, usize)) -> Range<usize> {
-    let centre = centre.clamp(-FAR, FAR);
-    let block = |place: i32| place.div_euclid(side).clamp(0, count as i32);
-    block(centre - radius) as usize..block(centre + radius + side) as usize
+/// Blocks of texels along one axis of a map.
+#[derive(Clone, Copy)]
+pub(crate) struct BlockAxis {
+    /// Side of a block, in sub-texels.
+    pub(crate) side: i32,
+    pub(crate) count: usize,
+}
+
+impl BlockAxis {
+    /// Range of blocks that a disc may cover. They are close enough to the disc that squared distances fit 32 bits.
+    #[inline(always)]
+    pub(crate) fn near(self, centre: i32, radius: i32) -> Range<usize> {
+        let Self { side, count } = self;
+        let centre = centre.clamp(-FAR, FAR);
+        let block = |place: i32| place.div_euclid(side).clamp(0, count as i32);
+        block(centre - radius) as usize..block(centre + radius + side) as usize
+    }
 }
 
 /// Maximum coordinate of a disc, in sub-texels. Maps lie far closer to the origin, and sums of

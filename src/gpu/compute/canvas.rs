@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use crate::{
-    maps::{Disc, MapRect, SUB_TEXELS, blocks_near},
+    maps::{BlockAxis, Disc, MapRect, SUB_TEXELS},
     query::cull::TimedDisc,
 };
 
@@ -100,8 +100,9 @@ impl Sheet {
             };
             let [width, height] =
                 [COLUMNS, ROWS].map(|side| (side as i32 * SUB_TEXELS) >> shape.shift);
-            let columns = blocks_near(disc.x, disc.radius, (width, shape.columns()));
-            let rows = blocks_near(disc.z, disc.radius, (height, shape.rows()));
+            let blocks = |side, count| BlockAxis { side, count };
+            let columns = blocks(width, shape.columns()).near(disc.x, disc.radius);
+            let rows = blocks(height, shape.rows()).near(disc.z, disc.radius);
             if columns.is_empty() || rows.is_empty() {
                 continue;
             }

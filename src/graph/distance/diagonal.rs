@@ -35,6 +35,15 @@ pub(in crate::graph) struct Compared<'a> {
     pub(in crate::graph) isa: Isa,
 }
 
+/// Windows of the first cloud that are compared along one diagonal.
+#[derive(Clone, Copy)]
+pub(in crate::graph) struct DiagonalRows<'a> {
+    /// Sorted; they belong to the strip and have a window of the second cloud beside them.
+    pub(in crate::graph) rows: &'a [u32],
+    /// Window of the second cloud less that of the first.
+    pub(in crate::graph) shift: isize,
+}
+
 impl Diagonals {
     /// Copies the points of the windows `rows` of `a`.
     pub(in crate::graph) fn load(&mut self, a: &Windows, rows: Range<usize>) {
@@ -60,12 +69,11 @@ impl Diagonals {
         self.frames = frames;
     }
 
-    /// Calls `found(row, d)` with the squared distance of the windows `row` and `row + shift`, in square metres, for each of
-    /// `rows`, which are sorted, belong to the strip, and have a window of `b` beside them.
+    /// Calls `found(row, d)` with the squared distance of the windows `row` and `row + shift`, in square metres, for each of the rows.
     pub(in crate::graph) fn for_each(
         &mut self,
         compared: Compared<'_>,
-        (rows, shift): (&[u32], isize),
+        DiagonalRows { rows, shift }: DiagonalRows<'_>,
         mut found: impl FnMut(usize, f32),
     ) {
         let window = compared.a.window();

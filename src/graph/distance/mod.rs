@@ -22,7 +22,7 @@ mod windows;
 
 use glam::Vec3;
 
-pub(super) use diagonal::{Compared, Diagonals};
+pub(super) use diagonal::{Compared, DiagonalRows, Diagonals};
 pub use map::DistanceMap;
 use windows::WindowSums;
 pub use windows::Windows;

@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 use super::candidates::{Candidate, Candidates};
 use super::margin::{EventMargin, Side};
 use super::parts::ClipParts;
-use crate::graph::distance::{Compared, Diagonals, Windows};
+use crate::graph::distance::{Compared, DiagonalRows, Diagonals, Windows};
 use crate::graph::search::{NearWindows, WindowCell};
 use crate::math::{Isa, in_parallel};
 
@@ -143,7 +143,7 @@ impl Scratch {
             let shift = shift(&cells[0]);
             rows.clear();
             rows.extend(cells.iter().map(|cell| cell.row));
-            diagonals.for_each(compared, (rows, shift), |row, square| {
+            diagonals.for_each(compared, DiagonalRows { rows, shift }, |row, square| {
                 let cell = WindowCell {
                     row: row as u32,
                     column: (row as isize + shift) as u32,

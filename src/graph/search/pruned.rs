@@ -11,7 +11,7 @@ use super::minima::CloseMinima;
 use super::near::{NearSearch, WindowCell};
 use super::{MapBand, Minimum, SearchSettings};
 use crate::graph::GraphError;
-use crate::graph::distance::{Compared, Diagonals, Windows};
+use crate::graph::distance::{Compared, DiagonalRows, Diagonals, Windows};
 use crate::math::{Isa, in_parallel};
 
 /// Number of rows that are searched together, at most.
@@ -227,7 +227,8 @@ impl BandSearch<'_> {
             let shift = cells[0].column as isize - cells[0].row as isize;
             own.clear();
             own.extend(cells.iter().map(|cell| cell.row));
-            diagonals.for_each(self.compared, (own, shift), |row, distance| {
+            let own = DiagonalRows { rows: own, shift };
+            diagonals.for_each(self.compared, own, |row, distance| {
                 let column = (row as isize + shift) as usize;
                 squared[(row - rows.start + 2) * columns + column] = distance;
             });

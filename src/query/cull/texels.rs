@@ -7,7 +7,7 @@ use std::ops::Range;
 
 use super::drawing::{AttackDrawing, AttackLayer, TimedDisc};
 use super::overlap::Counted;
-use crate::maps::{Disc, MapRect, SUB_TEXELS, Slab, blocks_near};
+use crate::maps::{BlockAxis, Disc, MapRect, SUB_TEXELS, Slab};
 use crate::math::Isa;
 
 /// Side of a block, texels.
@@ -199,10 +199,9 @@ impl Canvas {
     #[inline(always)]
     fn draw(&mut self, disc: Disc, bit: MaskBit) {
         let radius = disc.radius.min(Disc::MAX_RADIUS);
-        let (rows, columns) = (
-            blocks_near(disc.z, radius, (SIDE, self.bands.len())),
-            blocks_near(disc.x, radius, (SIDE, self.columns)),
-        );
+        let [rows, columns] =
+            [self.bands.len(), self.columns].map(|count| BlockAxis { side: SIDE, count });
+        let (rows, columns) = (rows.near(disc.z, radius), columns.near(disc.x, radius));
         if columns.is_empty() {
             return;
         }
