@@ -31,17 +31,51 @@ struct Row {
 fn settings() -> Vec<(&'static str, MapGrid)> {
     vec![
         ("paper", MapGrid::PAPER),
-        ("planes", planes(1, 0.30, 0.02, 1)),
-        ("sliced", planes(8, 0.30, 0.02, 1)),
-        ("sliced", planes(8, 0.05, 0.02, 1)),
-        ("sliced", planes(32, 0.10, 0.02, 1)),
+        ("planes", planes(1, 0.30)),
+        ("sliced", planes(8, 0.30)),
+        ("sliced", planes(8, 0.05)),
+        ("sliced", planes(32, 0.10)),
         ("default", MapGrid::default()),
-        ("64 slices", planes(64, 0.05, 0.02, 1)),
-        ("fine texels", planes(32, 0.05, 0.01, 1)),
-        ("fine bodies", planes(32, 0.05, 0.01, 2)),
-        ("finer bodies", planes(32, 0.05, 0.0075, 2)),
-        ("both", planes(64, 0.05, 0.0075, 2)),
-        ("finest", planes(64, 0.05, 0.005, 2)),
+        ("64 slices", planes(64, 0.05)),
+        (
+            "fine texels",
+            MapGrid {
+                texel: 0.01,
+                ..planes(32, 0.05)
+            },
+        ),
+        (
+            "fine bodies",
+            MapGrid {
+                texel: 0.01,
+                attack_pitch: 2,
+                ..planes(32, 0.05)
+            },
+        ),
+        (
+            "finer bodies",
+            MapGrid {
+                texel: 0.0075,
+                attack_pitch: 2,
+                ..planes(32, 0.05)
+            },
+        ),
+        (
+            "both",
+            MapGrid {
+                texel: 0.0075,
+                attack_pitch: 2,
+                ..planes(64, 0.05)
+            },
+        ),
+        (
+            "finest",
+            MapGrid {
+                texel: 0.005,
+                attack_pitch: 2,
+                ..planes(64, 0.05)
+            },
+        ),
     ]
 }
 

@@ -28,20 +28,23 @@ impl MapArgs {
     pub(crate) fn grid(&self) -> MapGrid {
         match self.paper_maps {
             true => MapGrid::PAPER,
-            false => planes(self.slices, self.slab, self.texel, self.attack_pitch),
+            false => MapGrid {
+                texel: self.texel,
+                attack_pitch: self.attack_pitch,
+                ..planes(self.slices, self.slab)
+            },
         }
     }
 }
 
 /// A grid whose slices cover the same time as the default ones.
-pub(crate) fn planes(slices: u32, slab_height: f32, texel: f32, attack_pitch: u32) -> MapGrid {
+pub(crate) fn planes(slices: u32, slab_height: f32) -> MapGrid {
     MapGrid {
-        texel,
-        attack_pitch,
         slab_height,
         section: Section::Plane,
         slices,
         // Ignored where there is one slice.
         slice_seconds: MapGrid::default().seconds() / slices.max(2) as f32,
+        ..MapGrid::default()
     }
 }
