@@ -10,7 +10,7 @@ use crate::anim::EventKind;
 use crate::graph::{EdgeMotion, Motion, MotionGraph, MotionStep, NodeId};
 use crate::math::Rigid2;
 use crate::query::MoveSettings;
-use crate::query::moves::MoveSpan;
+use crate::query::moves::MoveSearchDesc;
 
 /// A motion, and its cost.
 struct RatedMotion {
@@ -86,11 +86,12 @@ impl Duel<'_> {
             ..MoveSettings::default()
         };
         let (mut found, graph) = (Vec::new(), self.baked.graph());
-        let span = MoveSpan {
+        let desc = MoveSearchDesc {
             start: node,
             seconds: seconds.max(0.1),
+            settings,
         };
-        self.search.run(graph, span, &settings, |id| found.push(id));
+        self.search.run(graph, desc, |id| found.push(id));
         let steps = |id| {
             let edges = self.search.edges_backwards(id);
             let mut steps: Vec<MotionStep> =

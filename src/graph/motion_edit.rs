@@ -48,11 +48,12 @@ impl Motion {
     pub fn blend_from(&mut self, graph: &MotionGraph, played: Played<'_>, blend: f32) {
         let mut scratch = std::mem::take(&mut self.scratch);
         let step = (1.0 / graph.frame_rate()) as f32;
+        scratch.step = step;
         let later = [played.seconds, played.seconds + step * played.rate];
         for (seconds, pose) in later.into_iter().zip(&mut scratch.from) {
             played.motion.sample(graph, seconds, pose);
         }
-        self.blend_from_scratch(graph, scratch, [blend, step]);
+        self.blend_from_scratch(graph, scratch, blend);
     }
 
     /// Starts with two poses that were seen `seconds` apart: it goes on from the second one with their speed, and loses the difference
@@ -73,15 +74,12 @@ impl Motion {
         for (rotation, before) in later.rotations.iter_mut().zip(&before.rotations) {
             *rotation = (*rotation * before.conjugate() * *rotation).normalize();
         }
-        self.blend_from_scratch(graph, scratch, [blend, seconds]);
+        scratch.step = seconds;
+        self.blend_from_scratch(graph, scratch, blend);
     }
 
-    fn blend_from_scratch(
-        &mut self,
-        graph: &MotionGraph,
-        mut scratch: EntryScratch,
-        [blend, step]: [f32; 2],
-    ) {
+    fn blend_from_scratch(&mut self, graph: &MotionGraph, mut scratch: EntryScratch, blend: f32) {
+        let step = scratch.step;
         self.extend(graph, step);
         let begun = self.inertias().partition_point(|one| one.start <= 0.0);
         self.inertias[..self.entered].rotate_left(begun);
@@ -96,7 +94,7 @@ impl Motion {
         self.inertias[..=entered].rotate_right(1);
         let inertia = &mut self.inertias[0];
         inertia.set_times(0.0, blend.max(step));
-        inertia.measure(graph, &mut scratch, step);
+        inertia.measure(graph, &mut scratch);
         self.entered += 1;
         self.scratch = scratch;
     }

@@ -32,31 +32,33 @@ pub fn blend_weight(s: f32) -> f32 {
     (2.0 * s - 3.0) * s * s + 1.0
 }
 
-impl Transition {
-    /// The transitions in both directions at a minimum of the distance map of clips `a` and `b`. A
-    /// direction is left out if its source clip has no frame before the window.
-    pub(super) fn both_ways(
+impl Minimum {
+    /// The transitions in both directions at this minimum of the distance map of clips `a` and `b`. A direction is left out if its source
+    /// clip has no frame before the window.
+    pub(super) fn transitions(
+        &self,
         a: usize,
         b: usize,
-        minimum: &Minimum,
         window: usize,
-    ) -> impl Iterator<Item = Self> {
+    ) -> impl Iterator<Item = Transition> {
         let one_way = move |source_clip, source: usize, target_clip, target: usize| {
-            (source > 0 && target > 0).then(|| Self {
+            (source > 0 && target > 0).then(|| Transition {
                 source_clip,
                 source_frame: source - 1,
                 target_clip,
                 target_frame: target + window - 1,
                 frames: window,
-                distance: minimum.distance,
+                distance: self.distance,
             })
         };
-        let (at_a, at_b) = (minimum.a as usize, minimum.b as usize);
+        let (at_a, at_b) = (self.a as usize, self.b as usize);
         let there = one_way(a, at_a, b, at_b);
         let back = one_way(b, at_b, a, at_a);
         there.into_iter().chain(back)
     }
+}
 
+impl Transition {
     /// The frames of both clips that the blend plays, without the frame before it.
     pub(super) fn windows<'a>(&self, clouds: &'a [PointCloud]) -> WindowPair<'a> {
         WindowPair {

@@ -1,6 +1,6 @@
 use super::ask::Query;
 use super::candidate::{Candidate, CandidateKind};
-use super::moves::MoveSpan;
+use super::moves::MoveSearchDesc;
 use super::retime::Rate;
 use super::state::QueryState;
 
@@ -17,12 +17,12 @@ pub(super) fn gather_moves(query: Query<'_>, state: &mut QueryState) {
         ..
     } = state;
     let seconds = (request.attack.end() - request.wait).min(LONGEST_MOVE);
-    let span = MoveSpan {
+    let desc = MoveSearchDesc {
         start: request.node,
         seconds,
+        settings: query.settings.moves,
     };
-    let settings = &query.settings.moves;
-    *search += moves.run(query.baked.graph(), span, settings, |path| {
+    *search += moves.run(query.baked.graph(), desc, |path| {
         candidates.list.push(Candidate {
             kind: CandidateKind::Move(path),
             rate: Rate::UNCHANGED,

@@ -60,12 +60,13 @@ struct State {
     before: Option<(MoveId, EdgeId)>,
 }
 
-/// Start and duration of moves.
+/// Start and duration of moves, and limits of the search for them.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct MoveSpan {
+pub(crate) struct MoveSearchDesc {
     pub(crate) start: NodeId,
     /// Duration, in seconds.
     pub(crate) seconds: f32,
+    pub(crate) settings: MoveSettings,
 }
 
 /// A search for moves. Its memory is kept from one search to the next.
@@ -77,6 +78,8 @@ pub(crate) struct MoveSearch {
     seen: FxHashSet<[i32; 6]>,
     ends: Vec<u32>,
     report: SearchReport,
+    /// Limits of the current search.
+    settings: MoveSettings,
 }
 
 /// Cell size for times, frames.
@@ -88,14 +91,15 @@ impl MoveSearch {
     pub(crate) fn run(
         &mut self,
         graph: &MotionGraph,
-        span: MoveSpan,
-        settings: &MoveSettings,
+        desc: MoveSearchDesc,
         mut found: impl FnMut(MoveId),
     ) -> SearchReport {
         self.clear();
-        let frames = (span.seconds * graph.frame_rate() as f32).ceil().max(1.0) as u32;
+        self.settings = desc.settings;
+        let settings = &desc.settings;
+        let frames = (desc.seconds * graph.frame_rate() as f32).ceil().max(1.0) as u32;
         self.states.push(State {
-            node: span.start,
+            node: desc.start,
             frames: 0,
             to_start: Rigid2::IDENTITY,
             before: None,
@@ -111,14 +115,14 @@ impl MoveSearch {
                 self.report.followed += open.len().min(settings.width);
                 self.report.cut += open.len().saturating_sub(settings.width);
                 for index in evenly(&open, settings.width) {
-                    self.extend(graph, index, settings);
+                    self.extend(graph, index);
                 }
             }
             self.layers[time] = open;
             time += 1;
         }
         found(natural);
-        self.hand_out(graph, settings, natural, &mut found);
+        self.hand_out(graph, natural, &mut found);
         self.report
     }
 
@@ -176,12 +180,12 @@ impl MoveSearch {
         MoveId(self.states.len() as u32 - 1)
     }
 
-    fn extend(&mut self, graph: &MotionGraph, index: u32, settings: &MoveSettings) {
+    fn extend(&mut self, graph: &MotionGraph, index: u32) {
         let node = self.states[index as usize].node;
         for edge in graph.edges_from(node) {
             let next = self.push(graph, MoveId(index), edge);
             let state = self.states[next.0 as usize];
-            if self.seen.insert(key(graph, &state, settings)) {
+            if self.seen.insert(key(graph, &state, &self.settings)) {
                 self.place(state.frames, next.0);
             } else {
                 self.states.pop();
@@ -191,18 +195,12 @@ impl MoveSearch {
     }
 
     /// Returns a limited number of paths, evenly spread by the distance that they travel.
-    fn hand_out(
-        &mut self,
-        graph: &MotionGraph,
-        settings: &MoveSettings,
-        natural: MoveId,
-        found: &mut impl FnMut(MoveId),
-    ) {
+    fn hand_out(&mut self, graph: &MotionGraph, natural: MoveId, found: &mut impl FnMut(MoveId)) {
         let mut ends = std::mem::take(&mut self.ends);
         let from = ground(graph, &self.states[0]);
         let travelled = |&index: &u32| ground(graph, &self.states[index as usize]).distance(from);
         ends.sort_unstable_by(|a, b| travelled(a).total_cmp(&travelled(b)).then(a.cmp(b)));
-        let room = settings.candidates.saturating_sub(1);
+        let room = self.settings.candidates.saturating_sub(1);
         self.report.cut += ends.len().saturating_sub(room);
         for end in evenly(&ends, room) {
             if !self.same_edges(MoveId(end), natural) {

@@ -62,6 +62,8 @@ pub(super) struct Inertia {
 /// Scratch: poses of both motions at the cut and a moment later.
 #[derive(Clone, Debug, Default)]
 pub(super) struct EntryScratch {
+    /// Time between the two poses of each motion, in seconds.
+    pub(super) step: f32,
     pub(super) from: [Pose; 2],
     pub(super) to: [Pose; 2],
 }
@@ -72,10 +74,11 @@ impl Inertia {
         (self.start, self.seconds) = (start, seconds);
     }
 
-    /// Computes the offsets from `poses.to` to `poses.from` at the cut. The second pose of each is `step` seconds later.
-    pub(super) fn measure(&mut self, graph: &MotionGraph, poses: &mut EntryScratch, step: f32) {
+    /// Computes the offsets from `poses.to` to `poses.from` at the cut.
+    pub(super) fn measure(&mut self, graph: &MotionGraph, poses: &mut EntryScratch) {
         let skeleton = graph.skeleton();
-        let EntryScratch { from, to } = poses;
+        let EntryScratch { from, to, step } = poses;
+        let step = *step;
         self.root = Decay::new(from[0].root - to[0].root, from[1].root - to[1].root, step);
         self.joints.clear();
         let rotations =

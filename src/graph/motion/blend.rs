@@ -12,6 +12,7 @@ impl Motion {
     pub fn enter(&mut self, graph: &MotionGraph, seconds: f32, entry: &Entry) {
         let mut scratch = std::mem::take(&mut self.scratch);
         let step = (1.0 / graph.frame_rate()) as f32;
+        scratch.step = step;
         self.extend(graph, seconds + step);
         self.sample(graph, seconds, &mut scratch.from[0]);
         self.sample(graph, seconds + step, &mut scratch.from[1]);
@@ -27,7 +28,7 @@ impl Motion {
         }
         let inertia = &mut self.inertias[self.entered];
         inertia.set_times(seconds, entry.blend.max(step));
-        inertia.measure(graph, &mut scratch, step);
+        inertia.measure(graph, &mut scratch);
         self.entered += 1;
         self.scratch = scratch;
     }

@@ -82,7 +82,7 @@ impl TransitionList {
     fn close_map(&mut self) -> Result<(), GraphError> {
         let (a, b) = self.map;
         for minimum in self.minima.take() {
-            let both = Transition::both_ways(a, b, &minimum, self.settings.window);
+            let both = minimum.transitions(a, b, self.settings.window);
             self.transitions.extend(both);
         }
         GraphSettings::check_found(self.transitions.len())
