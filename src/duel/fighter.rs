@@ -1,5 +1,5 @@
 use crate::anim::Pose;
-use crate::graph::{Motion, MotionGraph, Playhead, MotionStep};
+use crate::graph::{Motion, MotionGraph, MotionStep, Playhead};
 use crate::math::Rigid2;
 
 /// The motion of one fighter, from the duel's start on.

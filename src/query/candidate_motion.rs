@@ -1,6 +1,6 @@
 use super::answer::{Answer, CandidateReport, EnteredAt};
 use super::retime::retimed;
-use crate::graph::{Motion, Playhead, MotionStep};
+use crate::graph::{Motion, MotionStep, Playhead};
 use crate::maps::BakedGraph;
 
 impl Answer {

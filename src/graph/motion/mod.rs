@@ -8,7 +8,7 @@ pub use layer::Layer;
 pub(crate) use layer::{heading, layer_tilt};
 
 use super::inertia::{EntryScratch, Inertia};
-use super::{EdgeId, EventId, MotionGraph, Playhead, MotionStep};
+use super::{EdgeId, EventId, MotionGraph, MotionStep, Playhead};
 use crate::anim::Warp;
 
 /// A continuous motion through the graph: the rest of an edge, then the steps of a path, then the

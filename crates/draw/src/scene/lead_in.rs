@@ -1,6 +1,6 @@
 //! A motion that leads to a given state of a character.
 
-use sabaki::graph::{Edge, EdgeId, EdgeMotion, Motion, MotionGraph, Playhead, MotionStep};
+use sabaki::graph::{Edge, EdgeId, EdgeMotion, Motion, MotionGraph, MotionStep, Playhead};
 
 /// Motion that ends at `playhead` after at least `seconds`, and its duration.
 pub(super) fn lead_in(graph: &MotionGraph, playhead: Playhead, seconds: f32) -> (Motion, f32) {
