@@ -1,7 +1,8 @@
 //! What a bench prints at its end: a table with its columns side by side, the same as JSON, and two records compared.
 //!
 //! `cargo bench --bench NAME`, with these options after `--`:
-//! `--json FILE` writes the record, `--seconds S` sets the time for each row (default 3), and
+//! `--json FILE` writes the record, `--seconds S` sets the time for each row (default 3), `--rows WORDS` measures only rows whose
+//! names contain the words, and
 //! `--compare OLD.json NEW.json` measures nothing and compares two records.
 
 use std::fmt::{Display, Write};
@@ -50,14 +51,21 @@ struct Times {
 /// A bench that is being measured.
 pub(crate) struct Report {
     record: Record,
+    settings: Settings,
+}
+
+/// What is measured, and for how long.
+struct Settings {
     /// For each row.
     time: Duration,
+    /// Only rows whose names contain it are measured.
+    rows: String,
 }
 
 enum Options {
     Measure {
         json: Option<PathBuf>,
-        time: Duration,
+        settings: Settings,
     },
     Compare(PathBuf, PathBuf),
 }
@@ -67,8 +75,8 @@ impl Report {
     pub(crate) fn main(bench: &str, measure: impl FnOnce(&mut Self)) -> ExitCode {
         let done = Options::parse().and_then(|options| match options {
             Options::Compare(old, new) => compare(&old, &new),
-            Options::Measure { json, time } => {
-                let mut report = Self::new(bench, time);
+            Options::Measure { json, settings } => {
+                let mut report = Self::new(bench, settings);
                 measure(&mut report);
                 let text = report.record.text();
                 match json {
@@ -89,7 +97,7 @@ impl Report {
         }
     }
 
-    fn new(bench: &str, time: Duration) -> Self {
+    fn new(bench: &str, settings: Settings) -> Self {
         let motions = match std::env::var_os("SABAKI_MOCAP") {
             Some(_) => "fight of SABAKI_MOCAP",
             None => "embedded",
@@ -103,7 +111,7 @@ impl Report {
                 motions: motions.to_owned(),
                 tables: Vec::new(),
             },
-            time,
+            settings,
         }
     }
 
@@ -126,6 +134,10 @@ impl Report {
     /// All columns take turns until the time is over, so that what disturbs the machine disturbs them alike. A turn
     /// is as many calls as fit into two milliseconds, at least one. The first turn of each is not counted.
     pub(crate) fn row<T>(&mut self, name: impl Display, mut run: impl FnMut(usize) -> T) {
+        let name = name.to_string();
+        if !name.contains(&self.settings.rows) {
+            return;
+        }
         const TURN: Duration = Duration::from_millis(2);
         const LEAST_ROUNDS: usize = 3;
         let Some(table) = self.record.tables.last_mut() else {
@@ -146,7 +158,7 @@ impl Report {
                 calls.iter_mut().for_each(Vec::clear);
                 started = Instant::now();
             }
-            if round >= LEAST_ROUNDS && started.elapsed() >= self.time {
+            if round >= LEAST_ROUNDS && started.elapsed() >= self.settings.time {
                 break;
             }
         }
@@ -156,16 +168,17 @@ impl Report {
             .map(|times| format!("{} ms", digits(times.median)));
         let medians: Vec<String> = medians.collect();
         eprintln!("{}, {name}: {}", table.title, medians.join(", "));
-        table.rows.push(Row {
-            name: name.to_string(),
-            times,
-        });
+        table.rows.push(Row { name, times });
     }
 }
 
 impl Options {
     fn parse() -> Result<Self, String> {
-        let (mut json, mut time) = (None, Duration::from_secs(3));
+        let mut json = None;
+        let mut settings = Settings {
+            time: Duration::from_secs(3),
+            rows: String::new(),
+        };
         // Cargo says itself that this is a bench.
         let mut args = std::env::args().skip(1).filter(|arg| arg != "--bench");
         while let Some(arg) = args.next() {
@@ -176,12 +189,17 @@ impl Options {
                 "--seconds" => {
                     let seconds = value()?.parse().ok();
                     let seconds = seconds.and_then(|s| Duration::try_from_secs_f64(s).ok());
-                    time = seconds.ok_or("--seconds needs a number of seconds, 0 or more")?;
+                    settings.time =
+                        seconds.ok_or("--seconds needs a number of seconds, 0 or more")?;
                 }
-                other => return Err(format!("{other}: known are --json, --seconds, --compare")),
+                "--rows" => settings.rows = value()?,
+                other => {
+                    let known = "--json, --seconds, --rows, --compare";
+                    return Err(format!("{other}: known are {known}"));
+                }
             }
         }
-        Ok(Self::Measure { json, time })
+        Ok(Self::Measure { json, settings })
     }
 }
 
