@@ -1,12 +1,12 @@
 // Keeps the texels of the attack's map that fall on a set texel of a candidate's map; the stencil test then keeps
 // those that the attack touches, and the occlusion query counts them.
-// CPU twin: src/avoid/cull/cpu.rs.
+// CPU twin: src/query/cull/cpu.rs.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "candidate.glsl"
 
 void main() {
-    if (!is_set()) {
+    if (texel_bits() == 0u) {
         discard;
     }
 }

@@ -4,7 +4,7 @@
 #extension GL_GOOGLE_include_directive : require
 #include "target.glsl"
 
-layout(location = 0) in uvec2 corner; // texels of the target
+layout(location = 0) in uvec2 corner; // parts of texels of the target, as its side
 layout(location = 1) in ivec4 turn;   // from texels of the target to those of the map
 layout(location = 2) in uvec4 map;    // as in candidate.glsl
 

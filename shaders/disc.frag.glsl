@@ -1,5 +1,5 @@
 // Keeps the texels that a disc covers; what they mean is for the stencil test to say.
-// CPU twin: `Disc::covers` in src/region/disc.rs.
+// CPU twin: `Disc::covers` in src/maps/disc.rs.
 #version 460
 
 const int SUB_TEXELS = 16;

@@ -1,5 +1,5 @@
 // A quad a texel larger than a disc, cut off at the rectangle of the map that the disc belongs to.
-// CPU twin: `for_each_texel` in src/region/raster.rs.
+// CPU twin: `for_each_texel` in src/maps/raster.rs.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "target.glsl"

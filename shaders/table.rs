@@ -12,7 +12,7 @@ pub(crate) const CANDIDATE_FRAG: Shader = Shader {
     bindings: &[
         Binding { set: 0, binding: 0, stride: 4 },
     ],
-    words: &words::<728>(include_bytes!("spirv/candidate.frag.spv")),
+    words: &words::<765>(include_bytes!("spirv/candidate.frag.spv")),
 };
 
 pub(crate) const CANDIDATE_VERT: Shader = Shader {
@@ -87,7 +87,7 @@ pub(crate) const TALLY_FRAG: Shader = Shader {
         Binding { set: 0, binding: 0, stride: 4 },
         Binding { set: 0, binding: 1, stride: 4 },
     ],
-    words: &words::<801>(include_bytes!("spirv/tally.frag.spv")),
+    words: &words::<875>(include_bytes!("spirv/tally.frag.spv")),
 };
 
 #[allow(non_snake_case)]

@@ -1,6 +1,6 @@
 // Counts the texels of the attack's map that fall on a set texel of a candidate's map: those that the attack touches, for
 // the stencil test comes first. In place of an occlusion query.
-// CPU twin: src/avoid/cull/cpu.rs.
+// CPU twin: src/query/cull/cpu.rs.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "candidate.glsl"
@@ -12,7 +12,9 @@ layout(set = 0, binding = 1, std430) buffer Counts {
 };
 
 void main() {
-    if (is_set()) {
-        atomicAdd(counts[map.w >> 5], 1u);
+    // Of two maps, no texel is of both: the second one has the next count.
+    uint bits = texel_bits();
+    if (bits != 0u) {
+        atomicAdd(counts[(map.w >> 6) + (bits >> 1)], 1u);
     }
 }

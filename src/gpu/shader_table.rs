@@ -65,11 +65,12 @@ pub(crate) struct TargetSide {
 #[repr(C)]
 #[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
 pub(crate) struct BoxCorner {
-    /// Texels of the target.
+    /// Quarters of texels of the target.
     pub(crate) corner: [u16; 2],
     /// From texels of the target to those of the map.
     pub(crate) turn: [i32; 4],
-    /// Width and height in one, first bit, bits a row; log2 of bits a texel, and from bit 5 on the number that is counted.
+    /// Width and height in one, first bit, bits a row; log2 of bits a texel, in bit 5 whether a texel is of two maps, and from bit 6 on the
+    /// number that is counted.
     pub(crate) map: [u32; 4],
 }
 

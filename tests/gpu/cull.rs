@@ -9,7 +9,9 @@ use common::cull_cases::{self, Way};
 use common::maps::attack_of;
 use common::{FALLBACK_FORMATS, Random, device, device_on, drifting, finish};
 use sabaki::gpu::{Counting, CullerDesc, GpuError, StencilSettings, Terms};
-use sabaki::internal::{AttackDrawing, CullCandidate, MapRect, RegionId, Slab};
+use sabaki::internal::{
+    AttackDrawing, AttackLayer, CullCandidate, Disc, MapRect, RegionId, Slab, TimedDisc,
+};
 use sabaki::maps::MapGrid;
 use sabaki::query::cull::{Counted, CullInput, Overlap};
 
@@ -49,11 +51,13 @@ fn thousands_of_drawn_candidates_agree() {
     for (grid, seed) in GRIDS.into_iter().zip(20..) {
         let mut random = Random(seed);
         let atlas = atlas_on(grid, &mut random, 20);
-        let desc = CullerDesc {
-            max_candidates: 64,
-            ..Way::STENCIL.desc(&atlas)
-        };
-        let mut culler = culler(&mut device, &desc);
+        let mut cullers = [Way::STENCIL, Way::ATOMICS].map(|way| {
+            let desc = CullerDesc {
+                max_candidates: 64,
+                ..way.desc(&atlas)
+            };
+            culler(&mut device, &desc)
+        });
         let (mut met, mut met_outer, mut met_evasion, mut missed) = (0, 0, 0, 0);
         for _ in 0..10 {
             let (attack, candidates) = any_input(&mut random, &atlas, 100);
@@ -67,16 +71,96 @@ fn thousands_of_drawn_candidates_agree() {
             met_outer += expected.iter().filter(|one| one.outer > 0).count();
             met_evasion += expected.iter().filter(|one| one.evasion > 0).count();
             missed += expected.iter().filter(|one| one.body == 0).count();
-            assert_eq!(device.cull(&mut culler, &input).unwrap(), expected);
+            for culler in &mut cullers {
+                assert_eq!(device.cull(culler, &input).unwrap(), expected);
+            }
         }
         // The test means something only if there is some of each.
         assert!(
             met > 40 && met_outer > 40 && met_evasion > 40 && missed > 100,
             "{grid:?}: {met} {met_outer} {met_evasion} {missed}"
         );
-        culler.destroy(device.memory().unwrap());
+        for culler in cullers {
+            culler.destroy(device.memory().unwrap());
+        }
     }
     finish(device);
+}
+
+/// Candidates are drawn along a band, and not where their maps miss it.
+#[test]
+fn attacks_that_cross_at_any_angle_agree() {
+    let mut device = device();
+    for (grid, seed) in GRIDS.into_iter().zip(70..) {
+        let mut random = Random(seed);
+        let atlas = atlas_on(grid, &mut random, 20);
+        let mut cullers =
+            [Way::STENCIL, Way::ATOMICS].map(|way| culler(&mut device, &way.desc(&atlas)));
+        let (mut met, mut missed) = (0, 0);
+        for _ in 0..12 {
+            let rect = MapRect {
+                u: random.int(-60, 0),
+                v: random.int(-60, 0),
+                width: random.int(40, 130) as u32,
+                height: random.int(40, 130) as u32,
+            };
+            let attack = band(&mut random, grid, rect);
+            let candidates = candidates(&mut random, &atlas, rect, 150);
+            let input = CullInput {
+                atlas: &atlas,
+                attack: &attack,
+                candidates: &candidates,
+            };
+            let expected = counted(&input);
+            let meets = |one: &&Overlap| one.body > 0 || one.evasion > 0;
+            met += expected.iter().filter(meets).count();
+            missed += expected.iter().filter(|one| one.outer == 0).count();
+            for culler in &mut cullers {
+                assert_eq!(device.cull(culler, &input).unwrap(), expected, "{grid:?}");
+            }
+        }
+        // The test means something only if there is some of each.
+        assert!(met > 100 && missed > 100, "{grid:?}: {met} {missed}");
+        for culler in cullers {
+            culler.destroy(device.memory().unwrap());
+        }
+    }
+    finish(device);
+}
+
+/// A sphere that crosses some slabs along a line, partly outside of its rectangle.
+fn band(random: &mut Random, grid: MapGrid, rect: MapRect) -> AttackDrawing {
+    const STEPS: i32 = 40;
+    let mut attack = AttackDrawing {
+        rect,
+        ..AttackDrawing::default()
+    };
+    let ends = [rect.width, rect.height].map(|side| {
+        let side = 16 * side as i32;
+        [0, 1].map(|_| random.int(-100, side + 100))
+    });
+    let radius = random.int(10, 120);
+    for slab in 0..4 {
+        let mut discs = |radius: i32| {
+            let first = attack.discs.len() as u32;
+            attack.discs.extend((0..STEPS).map(|step| {
+                let [x, z] = ends.map(|[start, end]| start + (end - start) * step / STEPS);
+                TimedDisc {
+                    disc: Disc { x, z, radius },
+                    slice: step as u32 * grid.slices / STEPS as u32,
+                }
+            }));
+            first..attack.discs.len() as u32
+        };
+        let (inner, outer) = (discs(radius), discs(radius + 20));
+        attack.layers.push(AttackLayer {
+            slab: Slab(slab),
+            clock: 0,
+            inner,
+            outer,
+        });
+    }
+    attack
 }
 
 #[test]

@@ -2,7 +2,7 @@
 //! Candidates meet an attack in the same few texels, often all of them in one tile. Then everything is moved down until the border
 //! between two tiles divides the boxes.
 
-use super::boxes::CORNERS;
+use super::boxes::{CORNERS, UNITS};
 use crate::{
     gpu::shader_table::{BoxCorner, PlacedDisc},
     maps::SUB_TEXELS,
@@ -32,15 +32,16 @@ impl Balance {
         self.rows.resize(rows as usize + 1, 0);
         let boxes = corners.len() / CORNERS;
         for corners in corners.chunks_exact(CORNERS).step_by(1 + boxes / SAMPLE) {
-            let (low, high) = (corners[0].corner, corners[CORNERS - 1].corner);
-            for y in parts(low[1], high[1]) {
-                for x in parts(low[0], high[0]) {
+            let [left, right] = extent(corners, 0).map(|at| at.min(columns));
+            let [top, bottom] = extent(corners, 1).map(|at| at.min(rows));
+            for y in parts(top, bottom) {
+                for x in parts(left, right) {
                     self.tiles[y.0 * across + x.0] += y.1 * x.1;
                 }
             }
-            let width = i64::from(high[0] - low[0]);
-            self.rows[usize::from(low[1])] += width;
-            self.rows[usize::from(high[1])] -= width;
+            let width = i64::from(right - left);
+            self.rows[top as usize] += width;
+            self.rows[bottom as usize] -= width;
         }
         let all: u64 = self.tiles.iter().sum();
         let most = self.tiles.iter().copied().max().unwrap_or(0);
@@ -58,9 +59,15 @@ impl Balance {
     }
 }
 
+/// First texel along one axis of the rectangle around a box, and the one after its last.
+fn extent(corners: &[BoxCorner], axis: usize) -> [u32; 2] {
+    let all = corners.iter().map(|one| u32::from(one.corner[axis]));
+    let (low, high) = (all.clone().min(), all.max());
+    [low.unwrap_or(0) / UNITS, high.unwrap_or(0).div_ceil(UNITS)]
+}
+
 /// Tiles along one axis that contain texels from `low` to before `high`, with the number of these texels in each.
-fn parts(low: u16, high: u16) -> impl Iterator<Item = (usize, u64)> {
-    let (low, high) = (u32::from(low), u32::from(high));
+fn parts(low: u32, high: u32) -> impl Iterator<Item = (usize, u64)> {
     (low / TILE..high.div_ceil(TILE)).map(move |tile| {
         let texels = high.min((tile + 1) * TILE) - low.max(tile * TILE);
         (tile as usize, texels.into())
@@ -75,7 +82,7 @@ impl BoxCorner {
         // Sums may wrap on the way; what they end as fits.
         *x = x.wrapping_sub(b.wrapping_mul(twice));
         *z = z.wrapping_sub(a.wrapping_mul(twice));
-        self.corner[1] += rows as u16;
+        self.corner[1] += (rows * UNITS) as u16;
     }
 }
 
@@ -93,8 +100,8 @@ mod tests {
     use super::*;
 
     fn boxes(list: &[[u16; 4]]) -> Vec<BoxCorner> {
-        let corner = |corner| BoxCorner {
-            corner,
+        let corner = |corner: [u16; 2]| BoxCorner {
+            corner: corner.map(|texel| texel * UNITS as u16),
             turn: [0; 4],
             map: [0; 4],
         };

@@ -2,6 +2,10 @@
 
 /// Number of corners of a box.
 pub(super) const CORNERS: usize = 4;
+/// Units of a corner's place in a texel.
+pub(super) const UNITS: u32 = 4;
+/// Largest side of a target, in texels: places in it are numbers of 16 bits.
+pub(super) const MOST_SIDE: u32 = u16::MAX as u32 / UNITS;
 /// Number of indices of a box: two triangles.
 pub(super) const INDICES: u32 = 6;
 /// Maximum number of boxes in one draw.

@@ -3,13 +3,15 @@
 //! Source: Masaoka & Oshita, section 5.3: the attack is drawn once into the stencil of each slab.
 //! Differs: each slice of time has a stencil, too. A target has eight planes, one for each stencil bit. Cells are packed into the first
 //! plane while there is room, then into the next one. If all eight are full, another pass starts with an empty target. A cell that is
-//! larger than the target is divided.
+//! larger than the target is divided. Where the discs of a cell form a band across its rectangle, candidates are drawn along the band
+//! (`slant.rs`).
 
 use std::ops::Range;
 
 use super::{
     maps::Part,
     shelves::{Place, Shelves},
+    slant::Slant,
 };
 use crate::{
     gpu::{GpuError, error::within, shader_table::PlacedDisc},
@@ -42,7 +44,11 @@ pub(super) struct Cell {
     pub(super) slice: u32,
     /// Rectangle relative to that of the attack.
     pub(super) rect: MapRect,
-    /// Position in the target.
+    /// Rectangle that boxes may lie in; it contains `rect`, and no other cell of the plane.
+    room: MapRect,
+    /// Rectangle of the discs, turned where it is smaller then.
+    pub(super) slant: Slant,
+    /// Position of the rectangle in the target.
     pub(super) place: Place,
     /// Range in [`AttackDrawing::discs`]. Some discs may lie outside the cell.
     discs: Range<u32>,
@@ -66,6 +72,8 @@ impl Layer {
             layer: self.index,
             slice,
             rect: MapRect::default(),
+            room: MapRect::default(),
+            slant: Slant::default(),
             place: Place::default(),
             discs: self.discs.clone(),
         }
@@ -122,7 +130,7 @@ impl Source {
     /// Source that a part of a candidate is counted in.
     pub(super) fn of(part: Part, slices: u32) -> Self {
         match part {
-            Part::Body => Self::Inner,
+            Part::Body | Part::Both => Self::Inner,
             Part::Outer => Self::Outer,
             Part::Evasion if slices > 1 => Self::Any,
             Part::Evasion => Self::Inner,
@@ -201,6 +209,20 @@ impl Cells {
         let rects = all.iter().map(|one| around(one, attack));
         let whole = rects.fold(MapRect::default(), MapRect::union);
         let [columns, rows] = room.target;
+        let slant = Slant::around(all.iter().map(|one| one.disc), whole);
+        let slant = slant.map(|slant| (slant, slant.bounds().union(whole)));
+        if let Some((slant, around)) = slant
+            && around.width <= columns
+            && around.height <= rows
+        {
+            self.cells.push(Cell {
+                rect: whole,
+                room: around,
+                slant,
+                ..cell
+            });
+            return;
+        }
         for v in (0..whole.height).step_by(rows as usize) {
             for u in (0..whole.width).step_by(columns as usize) {
                 let rect = MapRect {
@@ -215,6 +237,8 @@ impl Cells {
                 }
                 self.cells.push(Cell {
                     rect,
+                    room: rect,
+                    slant: Slant::straight(rect),
                     ..cell.clone()
                 });
             }
@@ -224,10 +248,10 @@ impl Cells {
     /// Assigns a plane and a position to each cell.
     fn place(&mut self, room: Room) {
         self.cells
-            .sort_unstable_by_key(|cell| std::cmp::Reverse(cell.rect.height));
-        let texels = |cell: &Cell| u64::from(cell.rect.width) * u64::from(cell.rect.height);
+            .sort_unstable_by_key(|cell| std::cmp::Reverse(cell.room.height));
+        let texels = |cell: &Cell| u64::from(cell.room.width) * u64::from(cell.room.height);
         let area: u64 = self.cells.iter().map(texels).sum();
-        let widest = self.cells.iter().map(|cell| cell.rect.width).max();
+        let widest = self.cells.iter().map(|cell| cell.room.width).max();
         // Nearly square, as that needs the fewest of a device's tiles, and of whole tiles.
         let columns = ((area as f64).sqrt() as u32)
             .max(widest.unwrap_or(0))
@@ -236,11 +260,15 @@ impl Cells {
         let sides = [columns, room.target[1]];
         let (mut shelves, mut plane) = (Shelves::default(), 0);
         for cell in &mut self.cells {
-            let size = [cell.rect.width, cell.rect.height];
-            cell.place = shelves.place(size, sides).unwrap_or_else(|| {
+            let size = [cell.room.width, cell.room.height];
+            let place = shelves.place(size, sides).unwrap_or_else(|| {
                 plane += 1;
                 shelves.first(size)
             });
+            cell.place = Place {
+                x: place.x + (cell.rect.u - cell.room.u) as u32,
+                y: place.y + (cell.rect.v - cell.room.v) as u32,
+            };
             cell.plane = plane;
         }
         let key = |cell: &Cell| {

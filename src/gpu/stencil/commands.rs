@@ -5,8 +5,7 @@ use std::ops::Range;
 use ash::vk;
 
 use super::{
-    boxes::CORNERS,
-    boxes::{BOXES, INDICES},
+    boxes::{BOXES, CORNERS, INDICES, UNITS},
     cells::Pass,
     drawing::{self, Rendering},
     gathered::Query,
@@ -276,7 +275,7 @@ impl StencilPath {
         let (context, parts) = (&self.context, &self.parts);
         let (device, pipeline) = (context.device(), &parts.candidates);
         let constants = TargetSide {
-            side: parts.target.side,
+            side: parts.target.side.map(|side| side * UNITS),
         };
         // SAFETY: the caller vouches for `cmd`; all handles are this path's.
         unsafe {

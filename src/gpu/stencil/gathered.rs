@@ -1,7 +1,7 @@
 //! Input of a cull in the layout of the device: the cells of the attack, and for each query the boxes in which candidates are drawn.
 //!
 //! Source: Masaoka & Oshita, section 5.3. Differs: a box covers only those texels of an attack's map that the candidate's map of the
-//! same slab, clock and slice can reach. If there are none, there is no query.
+//! same slab, clock and slice can reach, and lies along the attack. If there are none, there is no query.
 
 use std::ops::Range;
 
@@ -9,18 +9,20 @@ use super::{
     balance::Balance,
     boxes::CORNERS,
     cells::{Cell, Cells, Room, Source},
-    maps::{CandidateMap, MapBits, Maps, Part, Reach},
+    maps::{CandidateMap, Maps, Part},
+    way_back::WayBack,
 };
 use crate::{
     gpu::{GpuError, device_path::CullRequest, error::within, shader_table::BoxCorner},
-    maps::{FixedTransform2, MapRect},
-    query::cull::{Counted, CullCandidate},
+    query::cull::CullCandidate,
 };
 
-/// First bit of a box's number in `map.w` (`shaders/include/candidate.glsl`), above log2 of the bits of a texel.
-const NUMBER_SHIFT: u32 = 5;
-/// Maximum number of numbers in these bits.
-pub(super) const MOST_BOXES: u32 = 1 << (32 - NUMBER_SHIFT);
+/// Bit of `map.w` (`shaders/include/candidate.glsl`) that says that a texel is of two maps, above log2 of the bits of a texel.
+const OF_TWO_MAPS: u32 = 1 << 5;
+/// First bit of a box's number in `map.w`.
+const NUMBER_SHIFT: u32 = 6;
+/// Maximum number of boxes: there are numbers for two counts of each.
+pub(super) const MOST_BOXES: u32 = 1 << (31 - NUMBER_SHIFT);
 
 /// Capacity of a culler.
 #[derive(Clone, Copy, Debug)]
@@ -28,19 +30,12 @@ pub(super) struct Capacity {
     pub(super) candidates: u32,
     pub(super) discs: u32,
     pub(super) boxes: u32,
+    /// Number of counts of a cull.
+    pub(super) counts: u32,
     /// Number of queries in a pool.
     pub(super) queries: u32,
     /// Sides of the target, in texels.
     pub(super) target: [u32; 2],
-}
-
-/// Whether a part is counted.
-fn has(counted: Counted, part: Part) -> bool {
-    match part {
-        Part::Body => counted.body,
-        Part::Outer => counted.outer,
-        Part::Evasion => counted.evasion,
-    }
 }
 
 /// Boxes of one plane, which are drawn together.
@@ -50,7 +45,7 @@ pub(super) struct Draw {
     pub(super) boxes: Range<u32>,
 }
 
-/// One count, or a part of it if there are several passes.
+/// One count, or a part of it if there are several passes. Without draws it is counted by those of the query before it.
 #[derive(Clone, Debug)]
 pub(super) struct Query {
     pub(super) pass: u32,
@@ -91,7 +86,7 @@ impl Gathered {
             target: capacity.target,
             discs: capacity.discs,
         };
-        let parts = || Part::ALL.into_iter().filter(|&part| has(counted, part));
+        let parts = || maps.parts(counted);
         let of = |part| Source::of(part, maps.slices());
         self.cells.fill(input.attack, room, |source| {
             parts().any(|part| of(part) == source)
@@ -157,10 +152,13 @@ impl Gathered {
                     .intersection(group.rect)
                     .is_empty()
                 {
+                    let number = (self.queries.len() as u32) << NUMBER_SHIFT;
+                    let is_of_two_maps = part.counts().len() > 1;
+                    let flag = if is_of_two_maps { OF_TWO_MAPS } else { 0 };
                     let placed = PlacedMap {
                         map,
                         way,
-                        query: self.queries.len() as u32,
+                        number: number | flag,
                     };
                     let cells = group.cells.start as usize..group.cells.end as usize;
                     placed.push_boxes(&self.cells.cells[cells], &mut self.corners);
@@ -176,12 +174,16 @@ impl Gathered {
                 }
             }
             if self.draws.len() > first {
-                self.queries.push(Query {
-                    pass,
-                    candidate: index,
-                    part,
-                    draws: first as u32..self.draws.len() as u32,
-                });
+                let (mut start, end) = (first as u32, self.draws.len() as u32);
+                for &part in part.counts() {
+                    self.queries.push(Query {
+                        pass,
+                        candidate: index,
+                        part,
+                        draws: start..end,
+                    });
+                    start = end;
+                }
             }
         }
     }
@@ -200,118 +202,38 @@ struct QueryKind {
 struct PlacedMap<'a> {
     map: CandidateMap<'a>,
     way: &'a WayBack,
-    /// Number of the query that counts it.
-    query: u32,
+    /// Number of the query that counts it, as in `map.w`.
+    number: u32,
 }
 
 impl PlacedMap<'_> {
     /// Adds the boxes in which the map can overlap the attack's cells.
     fn push_boxes(&self, cells: &[Cell], corners: &mut Vec<BoxCorner>) {
-        let Self { map, way, query } = *self;
+        let Self { map, way, number } = *self;
         for cell in cells {
             let Some(reach) = map.reaches.get(1 + cell.slice as usize) else {
                 continue;
             };
-            let shared = way.around(reach).intersection(cell.rect);
-            if shared.is_empty() {
-                continue;
-            }
             // In the target, where the first texel of the attack's rectangle may lie outside.
             let origin = [
                 cell.place.x as i32 - cell.rect.u,
                 cell.place.y as i32 - cell.rect.v,
             ];
-            let low = [origin[0] + shared.u, origin[1] + shared.v];
-            let high = [low[0] + shared.width as i32, low[1] + shared.height as i32];
+            let Some(places) = way.shared(reach, cell, origin) else {
+                continue;
+            };
             let turn = way.onto(map.bits, origin);
             let bits = [
                 map.bits.width | map.bits.height << 16,
                 map.bits.first_bit + cell.slice,
                 map.bits.row_bits,
-                map.bits.texel_bits_log2 | query << NUMBER_SHIFT,
+                map.bits.texel_bits_log2 | number,
             ];
-            let places = [low, [high[0], low[1]], [low[0], high[1]], high];
-            corners.extend(places.map(|place| BoxCorner {
-                corner: place.map(|texel| texel as u16),
+            corners.extend(places.map(|corner| BoxCorner {
+                corner,
                 turn,
                 map: bits,
             }));
         }
     }
 }
-
-/// Transform from an evasion's frame to the attack's maps in single precision, for boxes that are slightly too large.
-#[derive(Clone, Copy, Debug)]
-struct WayBack {
-    cos: f32,
-    sin: f32,
-    /// Translation in the evasion's frame, in texels.
-    from: [f32; 2],
-    /// The inverse transform, or `None` if the rotation is 0.
-    exists: bool,
-    turn: FixedTransform2,
-}
-
-impl WayBack {
-    /// Margin around a map, in texels: half a texel from centre to border, and the error of single precision.
-    const MARGIN: f32 = 1.0;
-
-    fn new(turn: FixedTransform2) -> Self {
-        let (a, b) = (turn.a as f32, turn.b as f32);
-        let one = (1u32 << (FixedTransform2::SHIFT - 1)) as f32;
-        let squared = a * a + b * b;
-        let scale = one / squared.max(1.0);
-        Self {
-            cos: a * scale,
-            sin: b * scale,
-            from: [turn.tx, turn.tz].map(|place| place as f32 / (2.0 * one)),
-            exists: squared > 0.25 * one * one,
-            turn,
-        }
-    }
-
-    /// `FixedTransform2::texel` with the positions of both maps in the translation: from texels of the target, in which the attack's first
-    /// texel is at `origin`, to texels of the map. Intermediate sums may wrap; the result fits.
-    fn onto(&self, map: &MapBits, [x, y]: [i32; 2]) -> [i32; 4] {
-        let FixedTransform2 { a, b, tx, tz } = self.turn;
-        let placed = |start: i32, along: i32, across: i32, texel: i32| {
-            start
-                .wrapping_sub(along.wrapping_mul(2 * x))
-                .wrapping_sub(across.wrapping_mul(2 * y))
-                .wrapping_sub(texel << FixedTransform2::SHIFT)
-        };
-        [a, b, placed(tx, a, b, map.u), placed(tz, -b, a, map.v)]
-    }
-
-    /// Bounding rectangle of all texel centres that the transform may move into a rectangle.
-    fn around(&self, reach: &Reach) -> MapRect {
-        if reach.is_empty() {
-            return MapRect::default();
-        }
-        if !self.exists {
-            return EVERYWHERE;
-        }
-        let [x, z] = [0, 1].map(|axis| reach.middle[axis] - self.from[axis]);
-        let half = [
-            self.cos.abs() * reach.half[0] + self.sin.abs() * reach.half[1] + Self::MARGIN,
-            self.sin.abs() * reach.half[0] + self.cos.abs() * reach.half[1] + Self::MARGIN,
-        ];
-        let middle = [self.cos * x - self.sin * z, self.sin * x + self.cos * z];
-        let low = [0, 1].map(|axis| (middle[axis] - half[axis]).floor() as i32);
-        let high = [0, 1].map(|axis| (middle[axis] + half[axis]).ceil() as i32);
-        MapRect {
-            u: low[0],
-            v: low[1],
-            width: (high[0] - low[0]) as u32,
-            height: (high[1] - low[1]) as u32,
-        }
-    }
-}
-
-/// Larger than the side of any attack's map.
-const EVERYWHERE: MapRect = MapRect {
-    u: -(1 << 20),
-    v: -(1 << 20),
-    width: 1 << 21,
-    height: 1 << 21,
-};

@@ -1,9 +1,10 @@
 //! The evasions' maps as shaders read them, and the bounding rectangle of each slice.
 
+use super::pairs::Pairs;
 use crate::{
-    gpu::{GpuError, error::within},
-    maps::{MapRect, MaskMap, PackedAtlas, PackedMap, RegionAtlas, Slab, SlabMaps},
-    query::cull::CullCandidate,
+    gpu::{Counting, GpuError, error::within},
+    maps::{MapRect, MaskMap, PackedAtlas, PackedMap, PackedMaps, RegionAtlas, Slab, SlabMaps},
+    query::cull::{Counted, CullCandidate},
 };
 
 /// Kind of a slab's map.
@@ -12,10 +13,22 @@ pub(super) enum Part {
     Body,
     Outer,
     Evasion,
+    /// Body and evasion map in one ([`Pairs`]).
+    Both,
 }
 
 impl Part {
-    pub(super) const ALL: [Self; 3] = [Self::Body, Self::Outer, Self::Evasion];
+    const ALL: [Self; 4] = [Self::Body, Self::Outer, Self::Evasion, Self::Both];
+
+    /// Parts of an overlap that a map of this kind is counted into, in the order of their numbers.
+    pub(super) fn counts(self) -> &'static [Self] {
+        match self {
+            Self::Body => &[Self::Body],
+            Self::Outer => &[Self::Outer],
+            Self::Evasion => &[Self::Evasion],
+            Self::Both => &[Self::Body, Self::Evasion],
+        }
+    }
 }
 
 /// Position of a map in its frame, and of its bits in the atlas's words: `[row][column][slice]`.
@@ -51,41 +64,72 @@ pub(super) struct Maps {
     /// The words are freed once they have been staged.
     packed: PackedAtlas,
     /// `[map of the packed atlas][part]`.
-    bits: Vec<MapBits>,
+    bits: Vec<[MapBits; 4]>,
     /// `[map of the packed atlas][part][whole, then by slice]`.
     reaches: Vec<Reach>,
     slices: usize,
     regions: usize,
+    /// Whether body and evasion maps are counted at once.
+    are_pairs: bool,
 }
 
 impl Maps {
-    pub(super) fn new(atlas: &RegionAtlas) -> Result<Self, GpuError> {
+    pub(super) fn new(atlas: &RegionAtlas, counting: Counting) -> Result<Self, GpuError> {
         let slices = atlas.grid().slices as usize;
-        let packed = atlas.pack();
+        let mut packed = atlas.pack();
+        let pairs = match slices {
+            1 => Pairs::new(atlas),
+            _ => None,
+        };
+        let are_pairs = pairs.is_some() && counting == Counting::Atomics;
+        let bits: Vec<[MapBits; 3]> = match pairs {
+            Some(pairs) => {
+                packed.words = pairs.words;
+                pairs.bits
+            }
+            None => packed
+                .maps
+                .iter()
+                .map(|maps| mask_bits(maps, packed.lanes))
+                .collect(),
+        };
         within(
             "bits of maps on the device",
             32 * packed.words.len() as u64,
             u64::from(u32::MAX),
         )?;
-        let log2 = 4 + packed.lanes.max(1);
-        let of_slab = packed.maps.iter().flat_map(|maps| {
-            [
-                map_bits(maps.body, log2),
-                map_bits(maps.outer, log2),
-                map_bits(maps.evasion, 0),
-            ]
-        });
-        let bits = of_slab.collect();
         let mut reaches = Vec::new();
         let slabs = atlas.regions().iter().flat_map(|region| &region.slabs);
         slabs.for_each(|slab| push_reaches(slab, slices, &mut reaches));
         Ok(Self {
             packed,
-            bits,
+            // Both maps begin with the body's.
+            bits: bits
+                .into_iter()
+                .map(|[body, outer, evasion]| [body, outer, evasion, body])
+                .collect(),
             reaches,
             slices,
             regions: atlas.regions().len(),
+            are_pairs,
         })
+    }
+
+    /// Maximum number of counts that a box adds to.
+    pub(super) fn counts_of_a_box(&self) -> u32 {
+        1 + u32::from(self.are_pairs)
+    }
+
+    /// Kinds of maps that are drawn for what is counted.
+    pub(super) fn parts(&self, counted: Counted) -> impl Iterator<Item = Part> + use<> {
+        let both = self.are_pairs && counted.body && counted.evasion;
+        let is_drawn = move |part: &Part| match part {
+            Part::Body => counted.body && !both,
+            Part::Outer => counted.outer,
+            Part::Evasion => counted.evasion && !both,
+            Part::Both => both,
+        };
+        Part::ALL.into_iter().filter(is_drawn)
     }
 
     /// Bits of all maps, until [`Maps::forget_words`] frees them.
@@ -125,13 +169,23 @@ impl Maps {
     ) -> Option<CandidateMap<'_>> {
         let entry = self.packed.find(candidate.region, slab)?;
         let each = self.slices + 1;
-        let first = (entry as usize * 3 + part as usize) * each;
-        let bits = &self.bits[entry as usize * 3 + part as usize];
+        let first = (entry as usize * Part::ALL.len() + part as usize) * each;
+        let bits = &self.bits[entry as usize][part as usize];
         Some(CandidateMap {
             bits,
             reaches: &self.reaches[first..first + each],
         })
     }
+}
+
+/// Maps of masks: body, outer, evasion.
+fn mask_bits(maps: &PackedMaps, lanes: u32) -> [MapBits; 3] {
+    let log2 = 4 + lanes.max(1);
+    [
+        map_bits(maps.body, log2),
+        map_bits(maps.outer, log2),
+        map_bits(maps.evasion, 0),
+    ]
 }
 
 fn map_bits(map: PackedMap, texel_bits_log2: u32) -> MapBits {
@@ -154,6 +208,8 @@ fn push_reaches(slab: &SlabMaps, slices: usize, reaches: &mut Vec<Reach>) {
     // All of the evasion map's texels are of its only slice.
     let whole = Reach::of(slab.evasion.rect());
     reaches.extend(std::iter::repeat_n(whole, slices + 1));
+    let both = Reach::of(slab.body.rect().union(slab.evasion.rect()));
+    reaches.extend(std::iter::repeat_n(both, slices + 1));
 }
 
 /// Bounding rectangle of each slice.

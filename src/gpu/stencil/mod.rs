@@ -12,13 +12,16 @@ mod drawing;
 mod gathered;
 mod maps;
 mod packing;
+mod pairs;
 mod path;
 mod rasterizer;
 mod readback;
 mod rules;
 mod shelves;
+mod slant;
 mod slot;
 mod tally;
+mod way_back;
 
 pub use batch::Batch;
 pub(super) use path::StencilPath;

@@ -4,7 +4,7 @@
 //! is drawn over it, moved and turned into place, and an occlusion query counts the samples that pass. Differs: one query
 //! spans all slabs and slices of a candidate, whose cells lie in one target (`cells.rs`). A second query counts its outer
 //! map, which proves misses, and a third one its evasion map, for the score. Fragments may count instead of queries
-//! (`tally.rs`).
+//! (`tally.rs`); a map of one slice then has body and evasion texels, and is drawn once for both (`pairs.rs`).
 
 use ash::vk;
 
@@ -78,14 +78,14 @@ impl StencilPath {
         if counting == Counting::Atomics && !context.features().fragment_atomics {
             return Err(GpuError::Missing(vec!["fragmentStoresAndAtomics"]));
         }
-        let capacity = Self::capacity(context, desc);
+        let maps = Maps::new(desc.atlas, counting)?;
         let mut path = Self {
             context: context.clone(),
             parts: Parts::default(),
             entries: vec![Entry::default()],
-            maps: Maps::new(desc.atlas)?,
+            capacity: Self::capacity(context, desc, &maps),
+            maps,
             counting,
-            capacity,
         };
         match path.fill(memory, desc) {
             Ok(()) => {
@@ -101,15 +101,15 @@ impl StencilPath {
     }
 
     /// What a description asks for, as far as the device allows.
-    fn capacity(context: &Context, desc: &CullerDesc<'_>) -> Capacity {
+    fn capacity(context: &Context, desc: &CullerDesc<'_>, maps: &Maps) -> Capacity {
         let settings = desc.stencil;
-        // Places in a target are numbers of 16 bits with a sign.
-        let most = context.max_target_side().min(1 << 14);
+        let most = context.max_target_side().min(boxes::MOST_SIDE);
         let boxes = settings.max_boxes.min(MOST_BOXES);
         Capacity {
             candidates: desc.max_candidates,
             discs: settings.max_discs,
             boxes,
+            counts: boxes * maps.counts_of_a_box(),
             queries: settings.max_queries.min(boxes).max(1),
             target: settings.target.map(|side| side.clamp(1, most)),
         }
@@ -117,9 +117,10 @@ impl StencilPath {
 
     /// Bytes of memory that a culler of this description takes, with the staging buffer of the maps.
     pub(in crate::gpu) fn bytes(context: &Context, desc: &CullerDesc<'_>) -> Result<u64, GpuError> {
-        let capacity = Self::capacity(context, desc);
         let counting = Self::counting(context, desc);
-        let maps = 8 * Maps::new(desc.atlas)?.words().len() as u64;
+        let maps = Maps::new(desc.atlas, counting)?;
+        let capacity = Self::capacity(context, desc, &maps);
+        let maps = 8 * maps.words().len() as u64;
         let indices = 2 * boxes::indices().len() as u64;
         let [columns, rows] = capacity.target.map(u64::from);
         let texel = match context.stencil_format() {
@@ -232,7 +233,7 @@ impl DevicePath for StencilPath {
         slot.note_queries(&gathered.queries);
         let corners = match self.counting {
             Counting::Queries => &gathered.corners,
-            Counting::Atomics => &by_plane.corners,
+            Counting::Atomics => by_plane.corners(&gathered.corners),
         };
         let discs = bytemuck::cast_slice(&gathered.cells.discs);
         slot.discs.write(&self.context, 0, discs)?;
@@ -265,6 +266,8 @@ impl DevicePath for StencilPath {
                 Part::Body => &mut overlap.body,
                 Part::Outer => &mut overlap.outer,
                 Part::Evasion => &mut overlap.evasion,
+                // Queries are of single parts.
+                Part::Both => continue,
             };
             *sum = sum.saturating_add(count);
         }

@@ -65,14 +65,13 @@ impl Slot {
         self.corners = vertices("boxes", corners)?;
         let counts = CountsDesc {
             name: &format!("{name}: counts"),
-            // No query is without a box.
-            words: capacity.boxes.into(),
+            words: capacity.counts.into(),
             usage: vk::BufferUsageFlags::empty(),
         };
         self.counts = Counts::new(device, &counts)?;
         if counting == Counting::Atomics {
             let name = format!("{name}: sums");
-            self.sums.fill(device, &name, capacity.boxes)?;
+            self.sums.fill(device, &name, capacity.counts)?;
         }
         Ok(())
     }
@@ -82,11 +81,12 @@ impl Slot {
         let discs = u64::from(capacity.discs) * size_of::<PlacedDisc>() as u64;
         let boxes = u64::from(capacity.boxes);
         let corners = boxes * (CORNERS * size_of::<BoxCorner>()) as u64;
+        let counts = 4 * u64::from(capacity.counts);
         let sums = match counting {
             Counting::Queries => 0,
-            Counting::Atomics => 4 * boxes,
+            Counting::Atomics => counts,
         };
-        discs + corners + HEADER + 4 * boxes + sums
+        discs + corners + HEADER + counts + sums
     }
 
     /// Stores candidate and part of each query of a cull.

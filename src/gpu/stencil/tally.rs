@@ -24,8 +24,8 @@ const _: () = assert!(TALLY_FRAG.bindings.len() == 2);
 /// Boxes in the order of drawing, plane by plane. The memory is reused.
 #[derive(Debug, Default)]
 pub(super) struct ByPlane {
-    /// Four corners of each box.
-    pub(super) corners: Vec<BoxCorner>,
+    /// Four corners of each box. Empty where the boxes are in this order already.
+    corners: Vec<BoxCorner>,
     /// Boxes of each plane.
     pub(super) boxes: Vec<Range<u32>>,
 }
@@ -38,14 +38,18 @@ impl ByPlane {
         for draw in draws {
             self.boxes[draw.plane as usize].end += draw.boxes.end - draw.boxes.start;
         }
+        let is_sorted = draws.is_sorted_by_key(|draw| draw.plane);
         let mut first = 0;
         for boxes in &mut self.boxes {
             let count = boxes.end;
             // Filled up to `end` below.
-            *boxes = first..first;
+            *boxes = first..first + if is_sorted { count } else { 0 };
             first += count;
         }
         self.corners.clear();
+        if is_sorted {
+            return;
+        }
         self.corners
             .resize(corners.len(), bytemuck::Zeroable::zeroed());
         for draw in draws {
@@ -54,6 +58,14 @@ impl ByPlane {
             let to = boxes.end as usize * CORNERS;
             self.corners[to..][..from.len()].copy_from_slice(&corners[from]);
             boxes.end += draw.boxes.end - draw.boxes.start;
+        }
+    }
+
+    /// The corners in the order of drawing, given those of [`ByPlane::fill`].
+    pub(super) fn corners<'a>(&'a self, filled: &'a [BoxCorner]) -> &'a [BoxCorner] {
+        match self.corners.is_empty() {
+            true => filled,
+            false => &self.corners,
         }
     }
 }

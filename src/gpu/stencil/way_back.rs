@@ -1,0 +1,119 @@
+//! From an evasion's frame back to the attack's maps: where a candidate is drawn.
+
+use super::{
+    boxes::{CORNERS, UNITS},
+    cells::Cell,
+    maps::{MapBits, Reach},
+    slant::Slant,
+};
+use crate::maps::{FixedTransform2, MapRect};
+
+/// Transform from an evasion's frame to the attack's maps in single precision, for boxes that are slightly too large.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct WayBack {
+    cos: f32,
+    sin: f32,
+    /// Translation in the evasion's frame, in texels.
+    from: [f32; 2],
+    /// The inverse transform, or `None` if the rotation is 0.
+    exists: bool,
+    turn: FixedTransform2,
+}
+
+impl WayBack {
+    /// Margin around a map, in texels: half a texel from centre to border, and the error of single precision.
+    const MARGIN: f32 = 1.0;
+
+    pub(super) fn new(turn: FixedTransform2) -> Self {
+        let (a, b) = (turn.a as f32, turn.b as f32);
+        let one = (1u32 << (FixedTransform2::SHIFT - 1)) as f32;
+        let squared = a * a + b * b;
+        let scale = one / squared.max(1.0);
+        Self {
+            cos: a * scale,
+            sin: b * scale,
+            from: [turn.tx, turn.tz].map(|place| place as f32 / (2.0 * one)),
+            exists: squared > 0.25 * one * one,
+            turn,
+        }
+    }
+
+    /// `FixedTransform2::texel` with the positions of both maps in the translation: from texels of the target, in which the attack's first
+    /// texel is at `origin`, to texels of the map. Intermediate sums may wrap; the result fits.
+    pub(super) fn onto(&self, map: &MapBits, [x, y]: [i32; 2]) -> [i32; 4] {
+        let FixedTransform2 { a, b, tx, tz } = self.turn;
+        let placed = |start: i32, along: i32, across: i32, texel: i32| {
+            start
+                .wrapping_sub(along.wrapping_mul(2 * x))
+                .wrapping_sub(across.wrapping_mul(2 * y))
+                .wrapping_sub(texel << FixedTransform2::SHIFT)
+        };
+        [a, b, placed(tx, a, b, map.u), placed(tz, -b, a, map.v)]
+    }
+
+    /// Corners of the box in which the map and a cell can overlap, in the target's units.
+    pub(super) fn shared(
+        &self,
+        reach: &Reach,
+        cell: &Cell,
+        origin: [i32; 2],
+    ) -> Option<[[u16; 2]; CORNERS]> {
+        let shared = self.part(reach, &cell.slant)?;
+        let place = |at: f32, origin: i32| {
+            let at = (at * UNITS as f32).round() as i32;
+            (at + origin * UNITS as i32) as u16
+        };
+        let corners = shared.corners();
+        Some(corners.map(|at| [place(at[0], origin[0]), place(at[1], origin[1])]))
+    }
+
+    /// The part of a rectangle in the attack's maps that a map can reach.
+    fn part(&self, reach: &Reach, slant: &Slant) -> Option<Slant> {
+        if reach.is_empty() {
+            return None;
+        }
+        if !self.exists {
+            return Some(*slant);
+        }
+        let ([x, z], [width, height]) = (reach.middle, reach.half);
+        let outline = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]];
+        slant.shared(outline.map(|[a, b]| self.back([x + a * width, z + b * height])))
+    }
+
+    /// A place of the evasion's frame, in the attack's.
+    fn back(&self, place: [f32; 2]) -> [f32; 2] {
+        let [x, z] = [0, 1].map(|axis| place[axis] - self.from[axis]);
+        [self.cos * x - self.sin * z, self.sin * x + self.cos * z]
+    }
+
+    /// Bounding rectangle of all texel centres that the transform may move into a rectangle.
+    pub(super) fn around(&self, reach: &Reach) -> MapRect {
+        if reach.is_empty() {
+            return MapRect::default();
+        }
+        if !self.exists {
+            return EVERYWHERE;
+        }
+        let half = [
+            self.cos.abs() * reach.half[0] + self.sin.abs() * reach.half[1] + Self::MARGIN,
+            self.sin.abs() * reach.half[0] + self.cos.abs() * reach.half[1] + Self::MARGIN,
+        ];
+        let middle = self.back(reach.middle);
+        let low = [0, 1].map(|axis| (middle[axis] - half[axis]).floor() as i32);
+        let high = [0, 1].map(|axis| (middle[axis] + half[axis]).ceil() as i32);
+        MapRect {
+            u: low[0],
+            v: low[1],
+            width: (high[0] - low[0]) as u32,
+            height: (high[1] - low[1]) as u32,
+        }
+    }
+}
+
+/// Larger than the side of any attack's map.
+const EVERYWHERE: MapRect = MapRect {
+    u: -(1 << 20),
+    v: -(1 << 20),
+    width: 1 << 21,
+    height: 1 << 21,
+};
