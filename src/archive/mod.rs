@@ -5,9 +5,10 @@
 //! 8   4  format version, u32 little-endian
 //! 12  4  CRC-32 of all following bytes, u32 little-endian
 //! 16  16 version of the crate that wrote the file, as text padded with zeros; since format 4
-//! 32  …  the graph, serialized by postcard
+//! 32  72 lengths of the nine sections, u64 little-endian each; since format 9
+//! 104 …  the sections: parts of the graph, serialized by postcard
 //! ```
-//! A file is checked in two steps. The checksum detects damage. Every index is then checked against
+//! Sections are read on several threads. A file is checked in two steps. The checksum detects damage. Every index is then checked against
 //! the range that it refers to, so that a malicious file is rejected too. Loading takes at most
 //! [`MOST_PER_BYTE`] bytes of memory for each byte of the file, plus [`MOST_BESIDE`]; this covers
 //! the file, the graph and its computed tables. Files that would need more are rejected.
@@ -21,6 +22,7 @@ use std::path::{Path, PathBuf};
 use thiserror::Error;
 
 use crate::maps::BakedGraph;
+use crate::math::both;
 
 pub use atomic_write::write_atomically;
 
@@ -28,7 +30,7 @@ pub use atomic_write::write_atomically;
 pub const LARGEST_FILE: u64 = 1_000_000_000;
 
 const MAGIC: [u8; 8] = *b"sabaki\r\n";
-const VERSION: u32 = 8;
+const VERSION: u32 = 9;
 /// Length of magic, version and checksum, in bytes.
 const CHECKED: usize = 16;
 const WRITER: usize = 16;
@@ -96,7 +98,14 @@ pub enum ArchiveError {
 /// # Errors
 /// Memory is exhausted.
 pub fn to_bytes(baked: &BakedGraph) -> Result<Vec<u8>, postcard::Error> {
-    let mut bytes = postcard::to_extend(baked, vec![0; HEADER])?;
+    let sections = baked.to_sections()?;
+    let mut bytes = vec![0; HEADER];
+    for section in &sections {
+        bytes.extend((section.len() as u64).to_le_bytes());
+    }
+    for section in sections {
+        bytes.extend(section);
+    }
     for (byte, letter) in bytes[CHECKED..HEADER]
         .iter_mut()
         .zip(env!("CARGO_PKG_VERSION").bytes())
@@ -166,18 +175,38 @@ pub fn from_bytes(bytes: &[u8], path: &Path) -> Result<BakedGraph, ArchiveError>
             writer: writer(bytes, version),
         });
     }
-    let body = bytes.get(HEADER..).unwrap_or_default();
-    if bytes.len() < HEADER || crc32fast::hash(&bytes[CHECKED..]) != checksum {
+    if bytes.len() < HEADER {
         return Err(ArchiveError::Checksum { path: path() });
     }
     let contents = |what: String| ArchiveError::Contents { path: path(), what };
-    let (baked, rest): (BakedGraph, _) =
-        postcard::take_from_bytes(body).map_err(|error| contents(error.to_string()))?;
-    if !rest.is_empty() {
-        return Err(contents(format!("{} bytes follow its end", rest.len())));
+    // Damaged bytes are told by the checksum, whatever they are taken for meanwhile.
+    let (is_whole, graph) = both(
+        || crc32fast::hash(&bytes[CHECKED..]) == checksum,
+        || BakedGraph::from_sections(sections(&bytes[HEADER..])?),
+    );
+    if !is_whole {
+        return Err(ArchiveError::Checksum { path: path() });
     }
     let most = MOST_PER_BYTE * bytes.len() as u64 + MOST_BESIDE;
-    baked.restored_within(most).map_err(contents)
+    let restored = graph.and_then(|graph| graph.restored_within(most));
+    restored.map_err(contents)
+}
+
+/// The sections that follow the header.
+fn sections(bytes: &[u8]) -> Result<[&[u8]; BakedGraph::SECTIONS], String> {
+    const SHORT: &str = "a section is longer than the file";
+    let (lengths, mut left) = bytes
+        .split_first_chunk::<{ 8 * BakedGraph::SECTIONS }>()
+        .ok_or(SHORT)?;
+    let mut sections = [&[][..]; BakedGraph::SECTIONS];
+    for (section, length) in sections.iter_mut().zip(lengths.as_chunks().0) {
+        let length = usize::try_from(u64::from_le_bytes(*length)).map_err(|_| SHORT)?;
+        (*section, left) = left.split_at_checked(length).ok_or(SHORT)?;
+    }
+    match left.len() {
+        0 => Ok(sections),
+        more => Err(format!("{more} bytes follow its end")),
+    }
 }
 
 /// Reads a baked file.
@@ -195,6 +224,8 @@ pub fn read(path: &Path) -> Result<BakedGraph, ArchiveError> {
     let mut head = (&file).take(MAGIC.len() as u64);
     head.read_to_end(&mut bytes).map_err(io)?;
     if is_baked(&bytes) {
+        let length = file.metadata().map_err(io)?.len().min(LARGEST_FILE);
+        bytes.reserve_exact(length as usize);
         let mut rest = (&file).take(LARGEST_FILE);
         rest.read_to_end(&mut bytes).map_err(io)?;
         if bytes.len() as u64 > LARGEST_FILE {

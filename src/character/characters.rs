@@ -39,7 +39,8 @@ pub struct Characters {
 }
 
 impl Characters {
-    /// No characters yet. The tables for steering are made of the graph's clips.
+    /// No characters yet. The tables for steering are made of the graph's clips, and the graph is prepared
+    /// ([`BakedGraph::prepare`]), so that no step has to.
     ///
     /// # Errors
     /// A graph whose every moment has an event; a query setting out of range.
@@ -54,6 +55,7 @@ impl Characters {
         if steering.len() == 0 {
             return Err(CharacterError::NothingToPlay);
         }
+        baked.prepare();
         let pool = WorkerPool::new(thread_count(settings.threads));
         let workers = (0..pool.threads()).map(|_| Mutex::default()).collect();
         Ok(Self {

@@ -6,7 +6,7 @@ use super::events::EventCover;
 use super::feet::Feet;
 use super::ids::{ClipId, EdgeId, EventId, NodeId};
 use crate::anim::{Chain, Clip, EventKind, Facing, JointId, Leg, Rig, Skeleton};
-use crate::math::{Rigid2, in_parallel};
+use crate::math::{Rigid2, fill};
 
 /// A pose where motion can branch.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
@@ -199,6 +199,13 @@ impl MotionGraph {
         (self.first_edge[node.index()]..self.first_edge[node.index() + 1]).map(EdgeId)
     }
 
+    /// The edge with a number among those that start at `node`.
+    #[inline]
+    pub(crate) fn edge_from(&self, node: NodeId, number: u32) -> Option<EdgeId> {
+        let edge = self.first_edge[node.index()].checked_add(number)?;
+        (edge < self.first_edge[node.index() + 1]).then_some(EdgeId(edge))
+    }
+
     /// Edges that play an event of `kind`, with the event.
     pub fn edges_with(&self, kind: EventKind) -> impl Iterator<Item = (EdgeId, EventId)> + '_ {
         self.edge_ids().filter_map(move |id| {
@@ -257,9 +264,11 @@ impl MotionGraph {
     /// [`MotionGraph::placement`] of each node.
     pub(crate) fn placements(&self) -> Vec<Rigid2> {
         let facing = Facing::of(&self.skeleton);
-        in_parallel(0, self.nodes.len(), |node| {
+        let mut placements = vec![Rigid2::IDENTITY; self.nodes.len()];
+        fill(&mut placements, |node| {
             self.placement_facing(facing, self.nodes[node])
-        })
+        });
+        placements
     }
 
     /// Edges that play a clip outside all events: also no part of an event, which is an edge where events overlap.

@@ -46,7 +46,7 @@ pub(super) fn largest(nodes: usize, weighted: &[WeightedEdge]) -> Option<Vec<boo
 /// For each node, the number of its strongly connected component.
 ///
 /// `edges` are pairs of nodes, and `nodes` is the number of nodes.
-pub(super) fn components(nodes: usize, edges: &[(u32, u32)]) -> Vec<u32> {
+fn components(nodes: usize, edges: &[(u32, u32)]) -> Vec<u32> {
     Tarjan::new(nodes, edges).run()
 }
 

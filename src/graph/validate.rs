@@ -1,9 +1,11 @@
 //! Checks a graph that was read from a file.
 
 use super::{
-    ClipId, Edge, EdgeMotion, GraphEvent, GraphSettings, MotionGraph, Node, events, prune,
+    ClipId, Edge, EdgeMotion, EdgesInto, GraphEvent, GraphSettings, MotionGraph, Node, NodeId,
+    events,
 };
 use crate::anim::{Clip, Skeleton};
+use crate::math::{both, in_parallel};
 
 impl MotionGraph {
     /// Checks that every index is in range, every edge fits its clips, and every node can be
@@ -26,16 +28,16 @@ impl MotionGraph {
                 && e.last < frames(e.clip)
                 && e.joints.iter().all(|joint| joint.index() < joints)
         };
-        // The order matters: each check relies on those before it.
-        let checks: [(&dyn Fn() -> bool, &str); 10] = [
-            (
-                &|| GraphSettings::FRAME_RATES.contains(&self.frame_rate),
-                "the frame rate is not possible",
-            ),
-            (
-                &|| self.clips.iter().all(clip_ok),
-                "a clip is damaged or of another frame rate",
-            ),
+        if !GraphSettings::FRAME_RATES.contains(&self.frame_rate) {
+            return Err("the frame rate is not possible".to_owned());
+        }
+        let clips_are_sound = || {
+            let is_sound = |clip: usize| clip_ok(&self.clips[clip]);
+            let sound = in_parallel(0, self.clips.len(), is_sound);
+            sound.iter().all(|&is_sound| is_sound)
+        };
+        // The order matters: each check relies on those before it, but none on what the clips' frames hold.
+        let checks: [(&(dyn Fn() -> bool + Sync), &str); 8] = [
             (&|| !self.nodes.is_empty(), "it has no nodes"),
             (
                 &|| self.nodes.iter().all(|node| node.frame < frames(node.clip)),
@@ -63,10 +65,13 @@ impl MotionGraph {
                 "from some node another cannot be reached",
             ),
         ];
-        checks
-            .iter()
-            .find(|(holds, _)| !holds())
-            .map_or(Ok(()), |(_, what)| Err((*what).to_owned()))
+        let first_wrong = || checks.iter().find(|(holds, _)| !holds());
+        let (is_sound, wrong) = both(clips_are_sound, first_wrong);
+        match wrong {
+            _ if !is_sound => Err("a clip is damaged or of another frame rate".to_owned()),
+            Some((_, what)) => Err((*what).to_owned()),
+            None => Ok(()),
+        }
     }
 
     /// Whether every node has at least one edge and the index refers to exactly its edges.
@@ -83,10 +88,28 @@ impl MotionGraph {
             })
     }
 
+    /// Whether the first node reaches every node, and every node reaches it.
     fn is_connected(&self) -> bool {
-        let ends: Vec<(u32, u32)> = self.edges.iter().map(|e| (e.from.0, e.to.0)).collect();
-        let components = prune::components(self.nodes.len(), &ends);
-        components.windows(2).all(|pair| pair[0] == pair[1])
+        let forwards = |node: NodeId| self.edges_from(node).map(|edge| self.edge(edge).to);
+        let into = EdgesInto::new(self);
+        let backwards = |node: NodeId| into.of(node).iter().map(|&edge| self.edge(edge).from);
+        self.reaches_all(forwards) && self.reaches_all(backwards)
+    }
+
+    /// Whether a search from the first node on finds every node.
+    fn reaches_all<N: Iterator<Item = NodeId>>(&self, next: impl Fn(NodeId) -> N) -> bool {
+        let mut seen = vec![false; self.nodes.len()];
+        let (mut open, mut count) = (vec![NodeId(0)], 1);
+        seen[0] = true;
+        while let Some(node) = open.pop() {
+            for to in next(node) {
+                if !std::mem::replace(&mut seen[to.index()], true) {
+                    count += 1;
+                    open.push(to);
+                }
+            }
+        }
+        count == self.nodes.len()
     }
 
     fn edge_fits(&self, edge: &Edge) -> bool {

@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::coarse::CoarseRegion;
 use super::region_maps::{AttackMaps, RegionMaps, SlabMaps};
 use super::{MapGrid, MapRect, Slab};
+use crate::math::in_parallel;
 
 /// Index of an evasion's maps in a [`RegionAtlas`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
@@ -54,10 +55,9 @@ impl RegionAtlas {
     pub(crate) fn coarse(&self) -> &[CoarseRegion] {
         let grid = self.grid;
         self.coarse.get_or_init(|| {
-            let regions = self.regions.iter();
-            regions
-                .map(|region| CoarseRegion::new(region, grid))
-                .collect()
+            in_parallel(0, self.regions.len(), |region| {
+                CoarseRegion::new(&self.regions[region], grid)
+            })
         })
     }
 

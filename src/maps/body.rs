@@ -3,6 +3,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{BodySphere, Prop};
 use crate::anim::{Clip, JointId, JointKind, JointTransform, Pose, Skeleton};
+use crate::math::in_parallel;
 
 /// The body as spheres on its bones, with the props that it holds.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -141,8 +142,9 @@ impl Body {
             .iter()
             .map(|joint| joint.offset.length())
             .collect();
-        let mut pose = Pose::default();
-        for clip in clips {
+        let of_clip = |clip: usize| {
+            let (clip, mut pose) = (&clips[clip], Pose::default());
+            let mut longest = vec![0f32; skeleton.len()];
             let frames = if clip.moves_joints() {
                 clip.frames()
             } else {
@@ -150,9 +152,15 @@ impl Body {
             };
             for frame in 0..frames {
                 clip.pose(frame, &mut pose);
-                for (bone, translation) in bones.iter_mut().zip(&pose.translations) {
+                for (bone, translation) in longest.iter_mut().zip(&pose.translations) {
                     *bone = bone.max(translation.length());
                 }
+            }
+            longest
+        };
+        for longest in in_parallel(0, clips.len(), of_clip) {
+            for (bone, longest) in bones.iter_mut().zip(longest) {
+                *bone = bone.max(longest);
             }
         }
         let chain = |joint| -> f32 {

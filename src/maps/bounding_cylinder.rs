@@ -2,14 +2,16 @@
 //! than a sphere, and are available at any moment of the graph without evaluating a pose.
 
 use glam::{Vec2, Vec3};
+use serde::{Deserialize, Serialize};
 
 use super::Body;
 use crate::anim::{Clip, Pose, Skeleton, forward_kinematics};
 use crate::graph::{ClipPosition, EdgeId, MotionGraph};
+use crate::math::byte_list::{self, Bytes};
 use crate::math::{Rigid2, in_parallel};
 
 /// A cylinder with a vertical axis, in metres.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct BoundingCylinder {
     /// X and z coordinates of the axis.
     pub(crate) axis: Vec2,
@@ -18,7 +20,41 @@ pub(crate) struct BoundingCylinder {
     pub(crate) high: f32,
 }
 
+impl Bytes<20> for BoundingCylinder {
+    fn to_bytes(self) -> [u8; 20] {
+        let [x, z] = self.axis.to_array();
+        let mut bytes = [0; 20];
+        let numbers = [x, z, self.radius, self.low, self.high];
+        for (bytes, number) in bytes.as_chunks_mut().0.iter_mut().zip(numbers) {
+            *bytes = number.to_le_bytes();
+        }
+        bytes
+    }
+
+    fn from_bytes(bytes: [u8; 20]) -> Self {
+        let numbers = bytes.as_chunks().0;
+        let number = |index: usize| f32::from_le_bytes(numbers[index]);
+        Self {
+            axis: Vec2::new(number(0), number(1)),
+            radius: number(2),
+            low: number(3),
+            high: number(4),
+        }
+    }
+}
+
 impl BoundingCylinder {
+    /// Whether a body can be in the cylinder: asked of what is read from a file.
+    fn is_sound(self, furthest: f32) -> bool {
+        let near = |value: f32| value.abs() <= furthest;
+        near(self.axis.x)
+            && near(self.axis.y)
+            && near(self.low)
+            && self.low <= self.high
+            && self.high <= furthest
+            && (0.0..=furthest).contains(&self.radius)
+    }
+
     /// Cylinder around the body in one pose.
     fn around(body: &Body, centres: &[Vec3]) -> Self {
         let (mut low, mut high) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
@@ -62,20 +98,32 @@ impl BoundingCylinder {
 }
 
 /// The cylinders of all frames of all clips.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(super) struct ClipCylinders {
-    /// Cylinders, `[clip][frame]`.
-    clips: Vec<Vec<BoundingCylinder>>,
+    /// Cylinders of one clip after the other.
+    #[serde(with = "byte_list")]
+    frames: Vec<BoundingCylinder>,
+    /// Index of each clip's first cylinder. The last entry is the number of cylinders.
+    first: Vec<u32>,
 }
 
 impl ClipCylinders {
     pub(super) fn new(graph: &MotionGraph, body: &Body) -> Self {
         let clips = graph.clips();
+        let of = |clip: usize| of_clip(graph.skeleton(), body, &clips[clip]);
         Self {
-            clips: in_parallel(0, clips.len(), |clip| {
-                of_clip(graph.skeleton(), body, &clips[clip])
-            }),
+            frames: in_parallel(0, clips.len(), of).concat(),
+            first: firsts(clips),
         }
+    }
+
+    /// Whether each frame of each clip has a cylinder, of a body that reaches no further from its root than `reach`.
+    pub(super) fn fits(&self, clips: &[Clip], reach: f32) -> bool {
+        // A root lies within this distance, also where a file was written in another precision.
+        let furthest = 4.0 * Skeleton::FURTHEST + 2.0 * reach;
+        self.first == firsts(clips)
+            && self.first.last().map(|&end| end as usize) == Some(self.frames.len())
+            && self.frames.iter().all(|of| of.is_sound(furthest))
     }
 
     /// Cylinder around the body at a frame of an edge, in the space of the clip in which the edge
@@ -95,12 +143,22 @@ impl ClipCylinders {
     }
 
     fn of_frame(&self, position: ClipPosition) -> BoundingCylinder {
-        let frames = &self.clips[position.clip.index()];
+        let first = &self.first[position.clip.index()..];
+        let frames = &self.frames[first[0] as usize..first[1] as usize];
         let last = frames.len() - 1;
         let frame = position.frame.clamp(0.0, last as f32);
         let lower = frame as usize;
         frames[lower].lerp(frames[(lower + 1).min(last)], frame - lower as f32)
     }
+}
+
+/// Index of each clip's first frame among those of all clips, and their number.
+fn firsts(clips: &[Clip]) -> Vec<u32> {
+    let mut firsts = vec![0];
+    for clip in clips {
+        firsts.push(firsts[firsts.len() - 1] + clip.frames() as u32);
+    }
+    firsts
 }
 
 fn of_clip(skeleton: &Skeleton, body: &Body, clip: &Clip) -> Vec<BoundingCylinder> {

@@ -1,7 +1,7 @@
 //! Coarse maps that tell which slices a block of texels can meet. They reject nearly all of an
 //! attack's blocks, so that only the remaining blocks need texel look-ups.
 
-use super::{MapGrid, MapRect, MaskMap, RegionMaps, SlabMaps};
+use super::{BitMap, MapGrid, MapRect, MaskMap, RegionMaps, SlabMaps};
 
 /// The coarse maps and bounding rectangles of one region.
 #[derive(Clone, Debug, Default)]
@@ -70,7 +70,7 @@ impl CoarseMap {
     const REACH: i32 = 3;
 
     pub(super) fn new(maps: &SlabMaps, grid: MapGrid) -> Self {
-        let (rect, lanes) = (maps.rect(), grid.lanes());
+        let rect = maps.rect();
         let shift = 2 + grid.attack_pitch.trailing_zeros();
         if rect.is_empty() {
             return Self::default();
@@ -79,35 +79,105 @@ impl CoarseMap {
         // A border of cells covers points outside the maps that reach into them.
         let cells = |texels: u32| (texels + 2 * cell).div_ceil(cell);
         let (columns, rows) = (cells(rect.width), cells(rect.height));
-        let count = (columns * rows) as usize;
         let mut coarse = Self {
             shift,
             u: rect.u - cell as i32,
             v: rect.v - cell as i32,
             columns,
             rows,
-            outer: vec![0; lanes * count],
-            body: vec![0; lanes * count],
-            evasion: vec![0; count],
+            ..Self::default()
         };
-        for (map, is_body) in [(&maps.body, true), (&maps.outer, false)] {
-            let width = map.rect().width as usize * map.lanes();
-            for (row, texels) in map.masks().chunks(width.max(1)).enumerate() {
-                for (column, mask) in texels.chunks(map.lanes()).enumerate() {
-                    if mask.iter().any(|&word| word != 0) {
-                        let cells = coarse.around(map.rect(), [column as i32, row as i32]);
-                        coarse.spread(cells, mask, is_body);
+        coarse.body = coarse.masks(&maps.body, grid.lanes());
+        coarse.outer = coarse.masks(&maps.outer, grid.lanes());
+        coarse.evasion = coarse.bits(&maps.evasion);
+        coarse
+    }
+
+    /// Coarse map of a map over time with masks of `lanes` words, `[lane][row][column]`. Whole rows of texels are joined first: in each texel of a row of cells
+    /// stand the bits of all texels above and below it that the cells reach. The texels of that row are then joined into cells.
+    fn masks(&self, map: &MaskMap, lanes: usize) -> Vec<u32> {
+        let rect = map.rect();
+        let (columns, cells) = (self.columns as usize, (self.columns * self.rows) as usize);
+        let width = rect.width as usize * lanes;
+        let mut out = vec![0; lanes * cells];
+        if width == 0 {
+            return out;
+        }
+        let mut joined = vec![0u32; width];
+        for row in 0..self.rows {
+            if !self.join_rows(row, map.masks(), rect, &mut joined) {
+                continue;
+            }
+            for (column, mask) in joined.chunks_exact(lanes).enumerate() {
+                let first = row as usize * columns;
+                for cell in self.cells(column as i32 + rect.u - self.u, self.columns) {
+                    for (lane, word) in mask.iter().enumerate() {
+                        out[lane * cells + first + cell] |= word;
                     }
                 }
             }
         }
-        let rect = maps.evasion.rect();
-        maps.evasion.for_each(|column, row| {
-            for cell in coarse.around(rect, [column, row]).into_iter().flatten() {
-                coarse.evasion[cell] = 1;
+        out
+    }
+
+    /// Coarse map of a map with one bit for each texel, `[row][column]`.
+    fn bits(&self, map: &BitMap) -> Vec<u32> {
+        let (rect, columns) = (map.rect(), self.columns as usize);
+        let mut out = vec![0; columns * self.rows as usize];
+        if map.words_per_row() == 0 {
+            return out;
+        }
+        let mut joined = vec![0u32; map.words_per_row()];
+        for row in 0..self.rows {
+            if !self.join_rows(row, map.words(), rect, &mut joined) {
+                continue;
             }
-        });
-        coarse
+            for (index, &word) in joined.iter().enumerate() {
+                let mut left = word;
+                while left != 0 {
+                    let column = 32 * index as i32 + left.trailing_zeros() as i32;
+                    left &= left - 1;
+                    for cell in self.cells(column + rect.u - self.u, self.columns) {
+                        out[row as usize * columns + cell] = 1;
+                    }
+                }
+            }
+        }
+        out
+    }
+
+    /// Joins the rows of a map that a row of cells reaches, word by word. Returns whether there are any.
+    fn join_rows(&self, row: u32, words: &[u32], rect: MapRect, out: &mut [u32]) -> bool {
+        out.fill(0);
+        // With cells of 4 texels, cell i covers 4 i to 4 i + 4 and reaches the texels 4 i - 3 to 4
+        // i + 6.
+        let (reach, row) = (self.reach(), row as i32);
+        let offset = rect.v - self.v;
+        let first = (row << self.shift) - reach - offset;
+        let end = ((row + 1) << self.shift) + reach - offset;
+        let within = |texel: i32| texel.clamp(0, rect.height as i32) as usize;
+        let rows = within(first)..within(end);
+        let any = !rows.is_empty();
+        for line in words[rows.start * out.len()..rows.end * out.len()].chunks_exact(out.len()) {
+            for (joined, word) in out.iter_mut().zip(line) {
+                *joined |= word;
+            }
+        }
+        any
+    }
+
+    /// Reach of a cell, in texels.
+    fn reach(&self) -> i32 {
+        Self::REACH << (self.shift - 2)
+    }
+
+    /// Cells of `count` that reach a texel along one axis: at most three.
+    fn cells(&self, texel: i32, count: u32) -> std::ops::Range<usize> {
+        let within = |cell: i32| cell.clamp(0, count as i32) as usize;
+        let reach = self.reach();
+        let first = (texel - reach) >> self.shift;
+        let last = (texel + reach) >> self.shift;
+        within(first)..within(last + 1)
     }
 
     /// Slices of the outer map in one lane, `[row][column]`.
@@ -128,43 +198,81 @@ impl CoarseMap {
     pub(crate) fn evasion(&self) -> &[u32] {
         &self.evasion
     }
+}
 
-    /// Adds a texel's mask to the cells within its reach.
-    fn spread(&mut self, within: [Option<usize>; 9], mask: &[u32], is_body: bool) {
-        let cells = self.evasion.len();
-        for cell in within.into_iter().flatten() {
-            let target = if is_body {
-                &mut self.body
-            } else {
-                &mut self.outer
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    /// A rectangle and some texels in it, with a slice each.
+    fn texels() -> impl Strategy<Value = (MapRect, Vec<[u32; 3]>)> {
+        let rect = (-40..40i32, -40..40i32, 0..50u32, 1..50u32);
+        let texels = prop::collection::vec(prop::array::uniform3(0..1000u32), 0..12);
+        (rect, texels).prop_map(|((u, v, width, height), texels)| {
+            let rect = MapRect {
+                u,
+                v,
+                width,
+                height,
             };
-            for (lane, word) in mask.iter().enumerate() {
-                target[lane * cells + cell] |= word;
+            let within = |[column, row, slice]: [u32; 3]| [column % width, row % height, slice];
+            match width {
+                0 => (MapRect::default(), Vec::new()),
+                _ => (rect, texels.into_iter().map(within).collect()),
             }
-        }
+        })
     }
 
-    /// Cells that are within reach of a texel: at most three along each axis.
-    fn around(&self, rect: MapRect, [column, row]: [i32; 2]) -> [Option<usize>; 9] {
-        let (column, row) = (column + rect.u - self.u, row + rect.v - self.v);
-        // With cells of 4 texels, cell i covers 4 i to 4 i + 4 and reaches the texels 4 i - 3 to 4
-        // i + 6.
-        let reach = Self::REACH << (self.shift - 2);
-        let first = |texel: i32| (texel - reach) >> self.shift;
-        let last = |texel: i32| (texel + reach) >> self.shift;
-        let mut cells = [None; 9];
-        for dv in 0..3 {
-            for du in 0..3 {
-                let (u, v) = (first(column) + du, first(row) + dv);
-                let within = u <= last(column)
-                    && v <= last(row)
-                    && (0..self.columns as i32).contains(&u)
-                    && (0..self.rows as i32).contains(&v);
-                if within {
-                    cells[(dv * 3 + du) as usize] = Some((v * self.columns as i32 + u) as usize);
+    proptest! {
+        #[test]
+        fn a_cell_holds_the_bits_of_all_texels_within_its_reach(
+            (of_body, of_outer, of_evasion) in (texels(), texels(), texels()),
+            slices in prop::sample::select(vec![1u32, 32, 40]),
+            pitch in 0..3u32,
+        ) {
+            let grid = MapGrid { slices, attack_pitch: 1 << pitch, ..MapGrid::default() };
+            let mut maps = SlabMaps::empty(grid.lanes());
+            let masks = |(rect, texels): &(MapRect, Vec<[u32; 3]>)| {
+                let mut map = MaskMap::new(*rect, grid.lanes());
+                for &[column, row, slice] in texels {
+                    map.set(column as i32, row as i32, slice % slices);
                 }
+                map
+            };
+            (maps.body, maps.outer) = (masks(&of_body), masks(&of_outer));
+            maps.evasion = BitMap::new(of_evasion.0);
+            for &[column, row, _] in &of_evasion.1 {
+                maps.evasion.set(column as i32, row as i32);
+            }
+            let coarse = CoarseMap::new(&maps, grid);
+            let cell = 1 << coarse.shift;
+            let reach = 3 << pitch;
+            for at in 0..(coarse.columns * coarse.rows) as i32 {
+                let corner = [
+                    coarse.u + at % coarse.columns as i32 * cell,
+                    coarse.v + at / coarse.columns as i32 * cell,
+                ];
+                let is_near = |rect: MapRect, [column, row, _]: [u32; 3]| {
+                    let texel = [rect.u + column as i32, rect.v + row as i32];
+                    (0..2).all(|axis| {
+                        (corner[axis] - reach..corner[axis] + cell + reach).contains(&texel[axis])
+                    })
+                };
+                let expected = |(rect, texels): &(MapRect, Vec<[u32; 3]>), lane: usize| {
+                    let near = texels.iter().filter(|&&texel| is_near(*rect, texel));
+                    let slices = near.map(|texel| texel[2] % slices);
+                    let own = slices.filter(|&slice| slice as usize / 32 == lane);
+                    own.fold(0, |mask, slice| mask | 1u32 << (slice % 32))
+                };
+                for lane in 0..grid.lanes() {
+                    prop_assert_eq!(coarse.body(lane)[at as usize], expected(&of_body, lane));
+                    prop_assert_eq!(coarse.outer(lane)[at as usize], expected(&of_outer, lane));
+                }
+                let any = of_evasion.1.iter().any(|&texel| is_near(of_evasion.0, texel));
+                prop_assert_eq!(coarse.evasion()[at as usize], u32::from(any));
             }
         }
-        cells
     }
 }

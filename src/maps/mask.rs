@@ -1,6 +1,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::MapRect;
+use crate::math::sparse_words;
 
 /// A map over time: each texel has a mask with one bit for each slice.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -9,6 +10,7 @@ pub struct MaskMap {
     /// Number of words in a mask.
     lanes: u32,
     /// Masks, `[row][column][lane]`.
+    #[serde(with = "sparse_words")]
     masks: Vec<u32>,
 }
 
@@ -74,19 +76,18 @@ impl MaskMap {
         let mut columns = vec![0; row_words];
         let mut rows = vec![0; rect.height as usize * lanes];
         for (row, texels) in self.masks.chunks(row_words.max(1)).enumerate() {
-            for (word, mask) in texels.iter().enumerate() {
-                columns[word] |= mask;
-                rows[row * lanes + word % lanes] |= mask;
+            for (column, word) in columns.iter_mut().zip(texels) {
+                *column |= word;
+            }
+            for (lane, joined) in rows[row * lanes..(row + 1) * lanes].iter_mut().enumerate() {
+                *joined = joined_lane(texels, (lane, lanes));
             }
         }
-        let around = |slice: usize| {
-            let has = |mask: &[u32]| mask[slice / 32] >> (slice % 32) & 1 == 1;
-            let ends = |masks: &[u32]| {
-                let first = masks.chunks(lanes).position(has)?;
-                let last = masks.chunks(lanes).rposition(has)?;
-                Some((first as i32, (last - first + 1) as u32))
-            };
-            let ((u, width), (v, height)) = (ends(&columns)?, ends(&rows)?);
+        let [columns, rows] = [columns, rows].map(|masks| slice_ends(&masks, lanes));
+        let of_slice = |slice: usize| {
+            let [columns, rows] =
+                [&columns, &rows].map(|ends: &Vec<_>| ends.get(slice).copied().flatten());
+            let ((u, width), (v, height)) = (columns?, rows?);
             Some(MapRect {
                 u: rect.u + u,
                 v: rect.v + v,
@@ -95,7 +96,7 @@ impl MaskMap {
             })
         };
         (0..slices as usize)
-            .map(|slice| around(slice).unwrap_or_default())
+            .map(|slice| of_slice(slice).unwrap_or_default())
             .collect()
     }
 
@@ -121,9 +122,90 @@ impl MaskMap {
         self.lanes == lanes
             && lanes > 0
             && self.masks.len() as u64 == texels * u64::from(lanes)
-            && self
-                .masks
-                .chunks(lanes as usize)
-                .all(|mask| mask[lanes as usize - 1] & unused == 0)
+            && joined_lane(&self.masks, (lanes as usize - 1, lanes as usize)) & unused == 0
+    }
+}
+
+/// For each slice, the first mask that has its bit, and the number of masks from there to the last that has it. `None` where none has.
+fn slice_ends(masks: &[u32], lanes: usize) -> Vec<Option<(i32, u32)>> {
+    let [first, last] = [false, true].map(|from_behind| {
+        let (mut found, mut seen) = (vec![None; 32 * lanes], vec![0; lanes]);
+        let count = masks.len() / lanes;
+        for at in 0..count {
+            let index = if from_behind { count - 1 - at } else { at };
+            for (lane, seen) in seen.iter_mut().enumerate() {
+                let mut new = masks[index * lanes + lane] & !*seen;
+                *seen |= new;
+                while new != 0 {
+                    found[32 * lane + new.trailing_zeros() as usize] = Some(index);
+                    new &= new - 1;
+                }
+            }
+        }
+        found
+    });
+    let ends = first.into_iter().zip(last);
+    ends.map(|(first, last)| Some((first? as i32, (last? - first? + 1) as u32)))
+        .collect()
+}
+
+/// All bits of one lane of `lanes`.
+fn joined_lane(masks: &[u32], (lane, lanes): (usize, usize)) -> u32 {
+    // With one or two lanes, which is all that there are, these loops are done many words at a time.
+    match (lane, lanes) {
+        (_, 1) => masks.iter().fold(0, |joined, word| joined | word),
+        (_, 2) => {
+            let both = masks.as_chunks::<2>().0.iter();
+            both.fold([0; 2], |[a, b], mask| [a | mask[0], b | mask[1]])[lane]
+        }
+        _ => {
+            let of_lane = masks.iter().skip(lane).step_by(lanes);
+            of_lane.fold(0, |joined, word| joined | word)
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    proptest! {
+        #[test]
+        fn the_rectangle_of_a_slice_is_the_smallest_around_its_texels(
+            [u, v] in prop::array::uniform2(-9..9i32),
+            [width, height] in prop::array::uniform2(1..20u32),
+            slices in prop::sample::select(vec![1u32, 31, 32, 40, 64]),
+            texels in prop::collection::vec(prop::array::uniform3(0..1000u32), 0..30),
+        ) {
+            let lanes = slices.div_ceil(32) as usize;
+            let mut map = MaskMap::new(MapRect { u, v, width, height }, lanes);
+            let texels: Vec<[u32; 3]> = { texels.iter() }
+                .map(|[column, row, slice]| [column % width, row % height, slice % slices])
+                .collect();
+            for &[column, row, slice] in &texels {
+                map.set(column as i32, row as i32, slice);
+            }
+            prop_assert!(map.is_sound(slices));
+            let highest = texels.iter().map(|texel| texel[2]).max();
+            for fewer in (lanes as u32 * 32 - 31)..=slices {
+                prop_assert_eq!(map.is_sound(fewer), highest.is_none_or(|slice| slice < fewer));
+            }
+            let rects = map.slice_rects(slices);
+            prop_assert_eq!(rects.len(), slices as usize);
+            for (slice, rect) in (0..).zip(rects) {
+                let of_slice = texels.iter().filter(|texel| texel[2] == slice);
+                let expected = of_slice.fold(MapRect::default(), |around, &[column, row, _]| {
+                    around.union(MapRect {
+                        u: u + column as i32,
+                        v: v + row as i32,
+                        width: 1,
+                        height: 1,
+                    })
+                });
+                prop_assert_eq!(rect, expected, "slice {}", slice);
+            }
+        }
     }
 }

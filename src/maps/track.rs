@@ -95,6 +95,26 @@ impl BodyTrack {
         track
     }
 
+    /// A track of given centres, without hulls: for tests.
+    #[cfg(test)]
+    pub(super) fn of_centres(ticks: &[&[Vec3]]) -> Self {
+        let spheres = ticks.first().map_or(0, |centres| centres.len());
+        let mut rows = Vec::new();
+        for centres in ticks {
+            for axis in 0..3 {
+                let first = rows.len();
+                rows.extend(centres.iter().map(|centre| centre[axis]));
+                rows.resize(first + Self::padded(spheres), 0.0);
+            }
+        }
+        Self {
+            spheres,
+            ticks: ticks.len(),
+            rows,
+            hulls: Hulls::default(),
+        }
+    }
+
     /// Memory of a sample, in bytes.
     pub(super) fn tick_bytes(body: &Body) -> usize {
         12 * Self::padded(body.spheres.len())

@@ -91,11 +91,7 @@ impl Isa {
 }
 
 #[derive(Clone, Copy)]
-pub(crate) struct PortableRows(());
-
-impl PortableRows {
-    pub(crate) const READER: Self = Self(());
-}
+struct PortableRows(());
 
 impl RowReader for PortableRows {
     #[inline(always)]

@@ -1,11 +1,14 @@
 //! Rigid transforms of the ground plane; the choice of an instruction set; lanes; threads; rounding.
 
+pub(crate) mod byte_list;
 pub(crate) mod code_rows;
 mod isa;
 pub(crate) mod lanes;
 mod parallel;
 mod rigid2;
 mod round;
+pub(crate) mod section;
+pub(crate) mod sparse_words;
 mod sphere;
 mod worker_pool;
 
@@ -17,6 +20,7 @@ pub(crate) use lanes::{
     DistinctRows, Kernel, KeyColumns, KeyRows, KeyUnit, Lanes, PartWrite, RowLines, RowSet,
     Sixteen, StridedLines, UnitHalves, prefetch_for_write,
 };
+pub(crate) use parallel::{both, fill};
 pub use parallel::{in_parallel, thread_count};
 pub use rigid2::Rigid2;
 pub use round::{floor, round};

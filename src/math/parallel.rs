@@ -44,6 +44,33 @@ pub fn in_parallel<T: Send>(
     runs.into_iter().flat_map(|(_, run)| run).collect()
 }
 
+/// Sets each value of a list to that of `work`, by as many threads as the machine has.
+pub(crate) fn fill<T: Send>(list: &mut [T], work: impl Fn(usize) -> T + Sync) {
+    let length = list.len().div_ceil(thread_count(0)).max(1);
+    std::thread::scope(|scope| {
+        for (part, values) in list.chunks_mut(length).enumerate() {
+            let work = &work;
+            scope.spawn(move || {
+                for (value, index) in values.iter_mut().zip(part * length..) {
+                    *value = work(index);
+                }
+            });
+        }
+    });
+}
+
+/// Does two things at a time, on two threads.
+pub(crate) fn both<A: Send, B>(a: impl FnOnce() -> A + Send, b: impl FnOnce() -> B) -> (A, B) {
+    std::thread::scope(|scope| {
+        let a = scope.spawn(a);
+        let b = b();
+        match a.join() {
+            Ok(a) => (a, b),
+            Err(panic) => std::panic::resume_unwind(panic),
+        }
+    })
+}
+
 /// How many threads a setting asks for: 0 for as many as the machine has.
 #[must_use]
 pub fn thread_count(setting: usize) -> usize {
@@ -56,6 +83,17 @@ pub fn thread_count(setting: usize) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_list_is_filled_and_two_things_are_done() {
+        for count in [0, 1, 5, 100] {
+            let mut squares = vec![0; count];
+            fill(&mut squares, |index| index * index);
+            let expected: Vec<usize> = (0..count).map(|index| index * index).collect();
+            assert_eq!(squares, expected);
+        }
+        assert_eq!(both(|| 1, || 2), (1, 2));
+    }
 
     #[test]
     fn results_come_in_order_for_any_number_of_threads() {

@@ -8,6 +8,7 @@ mod determinism;
 mod entries;
 mod exits;
 mod feet;
+mod first_use;
 mod layers;
 mod obstacles;
 mod pause;

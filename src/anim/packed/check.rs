@@ -2,7 +2,8 @@
 
 use super::{MOST_ROOT_BITS, NO_LANE, PackedClip, SEGMENT, Segment, StoredPacked, lanes};
 use crate::anim::Skeleton;
-use crate::math::code_rows::{CODES, MOST_BITS, PortableRows, ROW_BYTES};
+use crate::math::Isa;
+use crate::math::code_rows::{CODES, MOST_BITS, ROW_BYTES, RowKernel, RowReader, Vectors};
 
 impl From<PackedClip> for StoredPacked {
     fn from(clip: PackedClip) -> Self {
@@ -91,23 +92,12 @@ impl PackedClip {
     }
 
     fn has_sound_rotations(&self) -> bool {
-        let groups = self.groups().rotations;
-        let mut before = vec![[[0f32; CODES]; 4]; groups];
-        (0..self.frames()).all(|frame| {
-            let frame_bytes = self.frame(frame);
-            let mut at = 0;
-            before.iter_mut().zip(0..).all(|(before, group)| {
-                let here = frame_bytes.group(PortableRows::READER, group, &mut at);
-                let used = self.lanes().len() - CODES * group;
-                let last = std::mem::replace(before, here);
-                let product = |a: &[[f32; CODES]; 4], lane: usize| -> f32 {
-                    (0..4).map(|row| a[row][lane] * here[row][lane]).sum()
-                };
-                (0..used.min(CODES)).all(|lane| {
-                    product(&here, lane) > 0.0 && (frame == 0 || product(&last, lane) > 0.0)
-                })
-            })
-        })
+        self.has_sound_rotations_on(Isa::best())
+    }
+
+    /// All instruction sets find the same.
+    fn has_sound_rotations_on(&self, isa: Isa) -> bool {
+        isa.read_rows(SoundRotations(self))
     }
 
     fn has_near_places(&self) -> bool {
@@ -123,4 +113,45 @@ impl PackedClip {
                     .all(|joint| Skeleton::is_near(moment.translation(joint)))
         })
     }
+}
+
+/// Whether no rotation is 0, and none lies on the other side of the one before it.
+struct SoundRotations<'a>(&'a PackedClip);
+
+impl RowKernel for SoundRotations<'_> {
+    type Out = bool;
+
+    #[inline(always)]
+    fn run<R: RowReader>(self, reader: R) -> bool {
+        let Self(clip) = self;
+        let groups = clip.groups().rotations;
+        let mut before: Vec<Vectors<CODES>> = vec![[[0f32; CODES]; 4]; groups];
+        let mut is_sound = true;
+        for frame in 0..clip.frames() {
+            let frame_bytes = clip.frame(frame);
+            let mut at = 0;
+            for (group, before) in before.iter_mut().enumerate() {
+                let here = frame_bytes.group(reader, group, &mut at);
+                let last = if frame == 0 { here } else { *before };
+                *before = here;
+                let used = clip.lanes().len() - CODES * group;
+                let (own, turned) = (products(&here, &here), products(&last, &here));
+                for lane in 0..CODES {
+                    is_sound &= lane >= used || (own[lane] > 0.0 && turned[lane] > 0.0);
+                }
+            }
+        }
+        is_sound
+    }
+}
+
+#[inline(always)]
+fn products(a: &Vectors<CODES>, b: &Vectors<CODES>) -> [f32; CODES] {
+    let mut out = [0.0; CODES];
+    for (a, b) in a.iter().zip(b) {
+        for lane in 0..CODES {
+            out[lane] += a[lane] * b[lane];
+        }
+    }
+    out
 }

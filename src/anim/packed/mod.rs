@@ -29,6 +29,7 @@ mod write;
 use serde::{Deserialize, Serialize};
 
 use super::{JointKind, Skeleton};
+use crate::math::byte_list;
 use crate::math::code_rows::CODES;
 pub use encode::CompressionSettings;
 pub(super) use encode::largest_errors;
@@ -70,6 +71,7 @@ struct StoredPacked {
     errors: [f32; 2],
     /// Joint of each lane of the rotations.
     lanes: Vec<u16>,
+    #[serde(with = "byte_list")]
     bytes: Vec<u8>,
 }
 

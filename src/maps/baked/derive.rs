@@ -1,19 +1,25 @@
 //! The tables that are computed from the parts of a graph, and that files do not store.
 
 use super::BakedGraph;
-use crate::graph::{Edge, MotionGraph, NodeId};
-use crate::maps::bounding_cylinder::{BoundingCylinder, ClipCylinders};
+use crate::graph::{EdgesInto, MotionGraph, NodeId};
 use crate::maps::entries::EntryTracks;
-use crate::maps::grid::{Grid, GridSource};
-use crate::maps::{BodyRows, BodyTrack, Evasion, RegionMaps, TrackStart};
+use crate::maps::grid::{GridCells, GridSize};
+use crate::maps::{BodyRows, BodyTrack, Evasion, OnFirstUse, RegionMaps, TrackStart};
 use crate::math::in_parallel;
+
+/// Tables that depend on neither what paths hold nor other maps of the same evasions.
+pub(super) struct Tables {
+    frames_to_evasion: Vec<u32>,
+    body_rows: BodyRows,
+    grid: GridCells,
+    entry_tracks: EntryTracks,
+}
 
 impl BakedGraph {
     /// Estimated memory of the tables that files do not store, in bytes. It is computed from
     /// untrusted data before any allocation.
     pub(super) fn derived_bytes(&self) -> u64 {
         let of = |count: usize, bytes: usize| count as u64 * bytes as u64;
-        let frames: usize = self.graph.clips().iter().map(|clip| clip.frames()).sum();
         let tracks: u64 = self
             .evasions
             .iter()
@@ -27,7 +33,6 @@ impl BakedGraph {
         let entries = EntryTracks::bytes(&self.graph, &self.body, &self.evasions, &self.entries);
         tracks
             + entries
-            + of(frames, size_of::<BoundingCylinder>())
             + of(
                 self.atlas.regions().len() * self.atlas.grid().slices as usize,
                 64,
@@ -36,51 +41,73 @@ impl BakedGraph {
             + of(spheres, 128)
     }
 
-    pub(super) fn derived(mut self) -> Self {
+    /// Computes the tables that files do not store. Placements and paths are known.
+    pub(super) fn derived(self) -> Self {
+        let tables = self.tables(self.paths.count());
+        self.with_tables(tables)
+    }
+
+    /// Computes the tables that depend on nothing but the number of paths.
+    pub(super) fn tables(&self, paths: usize) -> Tables {
         let _span = tracing::trace_span!("bake: derive tables").entered();
-        {
-            let _span = tracing::trace_span!("bake: coarse maps").entered();
-            self.derive_from_maps();
-        }
-        self.frames_to_evasion = frames_to_evasion(&self.graph, &self.evasions);
-        self.reach = self.body.reach(self.graph.skeleton(), self.graph.clips());
-        self.body_rows = BodyRows::new(&self.body);
-        self.cylinders = {
-            let _span = tracing::trace_span!("bake: bounding cylinders").entered();
-            ClipCylinders::new(&self.graph, &self.body)
-        };
-        let seconds = |evasion: &Evasion| self.graph.seconds(evasion.edge);
-        let track = |evasion: usize| {
-            let evasion = &self.evasions[evasion];
-            let start = TrackStart {
-                edge: evasion.edge,
-                frame: 0.0,
-                placement: evasion.placement,
-            };
-            let seconds = seconds(evasion).max(Self::TRACK_SECONDS);
-            BodyTrack::along(&self.graph, &self.body, start, seconds)
-        };
-        let tracks = tracing::trace_span!("bake: body tracks").entered();
-        self.tracks = in_parallel(0, self.evasions.len(), track);
-        self.entry_tracks =
-            EntryTracks::new(&self.graph, &self.body, &self.evasions, &self.entries);
-        drop(tracks);
-        let end = |evasion| (seconds(evasion) * BodyTrack::RATE).round() as usize;
-        let evasions = self.tracks.iter().zip(self.evasions.iter().map(end));
-        let source = GridSource {
-            body: &self.body,
+        // Computed here, so that the first query does not have to.
+        let _ = self.atlas.coarse();
+        let size = GridSize {
             reach: self.reach,
-            evasions: evasions.collect(),
-            paths: &self.paths,
+            evasions: self.evasions.len(),
+            paths,
         };
-        let _span = tracing::trace_span!("bake: make the grid").entered();
-        self.grid = Grid::new(&source, self.grid_settings);
+        Tables {
+            frames_to_evasion: frames_to_evasion(&self.graph, &self.evasions),
+            body_rows: BodyRows::new(&self.body),
+            grid: GridCells::new(size, self.grid_settings),
+            entry_tracks: EntryTracks::new(&self.graph, self.evasions.len(), &self.entries),
+        }
+    }
+
+    /// Takes tables, and makes room for what is computed later.
+    pub(super) fn with_tables(mut self, tables: Tables) -> Self {
+        self.frames_to_evasion = tables.frames_to_evasion;
+        self.body_rows = tables.body_rows;
+        self.entry_tracks = tables.entry_tracks;
+        self.derive_from_maps();
+        let on_first_use = || std::iter::repeat_with(OnFirstUse::default);
+        self.tracks = on_first_use().take(self.evasions.len()).collect();
+        self.grid = tables.grid;
+        if self.evasions.len() <= Self::PREPARED_EVASIONS {
+            self.prepare();
+        }
         self
+    }
+
+    /// Maximum number of evasions whose tables are computed when a graph is baked or loaded.
+    const PREPARED_EVASIONS: usize = 32;
+
+    /// Computes everything that queries otherwise compute when they first need it: for each evasion the body's spheres over time and
+    /// the cells that it vacates. That takes a few milliseconds an evasion, shared among all CPU cores. Graphs with at most 32
+    /// evasions are prepared when they are baked or loaded. For larger ones call this, on any thread, if no query may take that
+    /// time or allocate memory. Answers do not depend on it.
+    pub fn prepare(&self) {
+        let _span = tracing::trace_span!("bake: prepare evasions").entered();
+        in_parallel(0, self.evasions.len(), |evasion| {
+            let _ = (self.track(evasion), self.entry_track(evasion));
+        });
+        self.grid().prepare();
+    }
+
+    /// Body spheres during and after an evasion.
+    pub(super) fn sampled_track(&self, evasion: &Evasion) -> BodyTrack {
+        let start = TrackStart {
+            edge: evasion.edge,
+            frame: 0.0,
+            placement: evasion.placement,
+        };
+        let seconds = self.graph.seconds(evasion.edge).max(Self::TRACK_SECONDS);
+        BodyTrack::along(&self.graph, &self.body, start, seconds)
     }
 
     /// Computes the tables that depend on the maps.
     pub(super) fn derive_from_maps(&mut self) {
-        // Computed here, so that the first query does not have to.
         let _ = self.atlas.coarse();
         let texels =
             |maps: &RegionMaps| maps.slabs.iter().map(|maps| maps.evasion.count()).collect();
@@ -91,13 +118,7 @@ impl BakedGraph {
 /// Minimum number of frames from each node to an evasion's start: Dijkstra's algorithm from all
 /// starts, against the edges' direction.
 fn frames_to_evasion(graph: &MotionGraph, evasions: &[Evasion]) -> Vec<u32> {
-    // The edges into each node, one node after the other.
-    let mut into: Vec<&Edge> = graph.edges().iter().collect();
-    into.sort_by_key(|edge| edge.to);
-    let of = |node: NodeId| {
-        let first = into.partition_point(|edge| edge.to < node);
-        into[first..].iter().take_while(move |edge| edge.to == node)
-    };
+    let into = EdgesInto::new(graph);
     let mut frames = vec![u32::MAX; graph.nodes().len()];
     let mut open = std::collections::BinaryHeap::new();
     for evasion in evasions {
@@ -109,7 +130,7 @@ fn frames_to_evasion(graph: &MotionGraph, evasions: &[Evasion]) -> Vec<u32> {
         if so_far > frames[node as usize] {
             continue;
         }
-        for edge in of(NodeId(node)) {
+        for edge in into.of(NodeId(node)).iter().map(|&edge| graph.edge(edge)) {
             let total = so_far.saturating_add(edge.frames);
             let known = &mut frames[edge.from.index()];
             if total < *known {

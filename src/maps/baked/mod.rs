@@ -1,16 +1,17 @@
 mod derive;
 mod restore;
+mod sections;
 
 use serde::{Deserialize, Serialize};
 
 use super::attack_move::attack_spheres;
 use super::bounding_cylinder::{BoundingCylinder, ClipCylinders};
 use super::entries::{EntryReport, EntryTable, EntryTrack, EntryTracks, KnownEntry, Stance};
-use super::grid::{Grid, GridSettings};
+use super::grid::{Grid, GridCells, GridSettings};
 use super::paths::{PathSettings, PathSource, PathTable, build as find_paths};
 use super::{
-    AttackMove, Body, BodyRows, BodyTrack, Evasion, MovingSphere, RegionAtlas, RegionId, Retimable,
-    Slab,
+    AttackMove, Body, BodyRows, BodyTrack, Evasion, MovingSphere, OnFirstUse, RegionAtlas,
+    RegionId, Retimable, Slab,
 };
 use crate::anim::{Facing, JointTransform, Pose, forward_kinematics};
 use crate::graph::{EdgeId, EdgeMotion, Entry, Motion, MotionGraph, NodeId, Playhead};
@@ -31,10 +32,10 @@ pub struct BakedGraph {
     paths: PathTable,
     grid_settings: GridSettings,
     #[serde(skip)]
-    grid: Grid,
+    grid: GridCells,
     /// Body spheres over time, by evasion.
     #[serde(skip)]
-    tracks: Vec<BodyTrack>,
+    tracks: Vec<OnFirstUse<BodyTrack>>,
     /// Data derived from the entries.
     #[serde(skip)]
     entry_tracks: EntryTracks,
@@ -46,7 +47,6 @@ pub struct BakedGraph {
     reach: f32,
     #[serde(skip)]
     body_rows: BodyRows,
-    #[serde(skip)]
     cylinders: ClipCylinders,
     /// Number of texels of each region's evasion maps, by slab.
     #[serde(skip)]
@@ -88,6 +88,7 @@ impl BakedGraph {
         } = parts;
         let goals: Vec<EdgeId> = evasions.iter().map(|evasion| evasion.edge).collect();
         let placements = graph.placements();
+        let reach = body.reach(graph.skeleton(), graph.clips());
         let source = PathSource {
             graph: &graph,
             retimable: &retimable,
@@ -98,8 +99,11 @@ impl BakedGraph {
             let _span = tracing::trace_span!("bake: find paths").entered();
             find_paths(source, paths)
         };
-        let (grid, tracks) = (Grid::default(), Vec::new());
-        let (frames_to_evasion, reach) = (Vec::new(), 0.0);
+        let cylinders = {
+            let _span = tracing::trace_span!("bake: bounding cylinders").entered();
+            ClipCylinders::new(&graph, &body)
+        };
+        let (grid, tracks) = (GridCells::default(), Vec::new());
         Self {
             graph,
             body,
@@ -113,10 +117,10 @@ impl BakedGraph {
             grid,
             tracks,
             entry_tracks: EntryTracks::default(),
-            frames_to_evasion,
+            frames_to_evasion: Vec::new(),
             reach,
             body_rows: BodyRows::default(),
-            cylinders: ClipCylinders::default(),
+            cylinders,
             evasion_texels: Vec::new(),
             placements,
         }
@@ -184,15 +188,18 @@ impl BakedGraph {
     /// Paths, filed by the cells that the body leaves when it takes them.
     #[must_use]
     #[doc(hidden)]
-    pub fn grid(&self) -> &Grid {
-        &self.grid
+    pub fn grid(&self) -> Grid<'_> {
+        Grid {
+            baked: self,
+            cells: &self.grid,
+        }
     }
 
     /// Body spheres during and after an evasion, by its index in [`BakedGraph::evasions`].
     #[must_use]
     #[doc(hidden)]
     pub fn track(&self, evasion: usize) -> &BodyTrack {
-        &self.tracks[evasion]
+        self.tracks[evasion].get_or_make(|| self.sampled_track(&self.evasions[evasion]))
     }
 
     /// Entries into evasions at a moment of a motion, each as it would be played at rate 1.
@@ -285,7 +292,19 @@ impl BakedGraph {
     /// Body spheres from the first frame at which an evasion can be entered, or `None` if it cannot be entered.
     #[must_use]
     pub(crate) fn entry_track(&self, evasion: usize) -> Option<&EntryTrack> {
-        self.entry_tracks.tracks.get(evasion)?.as_ref()
+        let slot = self.entry_tracks.tracks.get(evasion)?;
+        let make = || {
+            let first = self.entries.first_target(evasion)?;
+            let stance = self.entry_stance(first);
+            let target = &self.entries.targets()[first];
+            let evasion = &self.evasions[evasion];
+            Some(EntryTrack::new(
+                (&self.graph, &self.body),
+                (evasion, target),
+                stance,
+            ))
+        };
+        slot.get_or_make(make).as_ref()
     }
 
     /// Stance of a body, for [`Stance::align`].

@@ -4,8 +4,9 @@ use super::BakedGraph;
 use crate::anim::{EventKind, Skeleton};
 use crate::graph::EdgeId;
 use crate::maps::Evasion;
+use crate::maps::grid::GridCells;
 use crate::maps::paths::PathsBeside;
-use crate::math::Rigid2;
+use crate::math::{Rigid2, both};
 
 impl BakedGraph {
     /// Checks all data and indices that were read from a file, and computes the tables that files
@@ -61,24 +62,36 @@ impl BakedGraph {
         }
         self.atlas.check().map_err(str::to_owned)?;
         self.entries.check(&self.graph, &self.evasions)?;
+        if self.evasions.len() > GridCells::MOST_EVASIONS {
+            return Err("it has too many evasions".to_owned());
+        }
         let needed = self.derived_bytes();
         if needed > bytes {
             return Err(format!(
                 "it would need {needed} bytes of memory, and {bytes} are the most for its size"
             ));
         }
+        self.reach = self.body.reach(self.graph.skeleton(), self.graph.clips());
+        if !self.cylinders.fits(self.graph.clips(), self.reach) {
+            return Err("the bounding cylinders are not those of the clips' frames".to_owned());
+        }
         self.placements = self.graph.placements();
         let paths = std::mem::take(&mut self.paths);
-        self.paths = {
+        let (paths, tables) = {
             let _span = tracing::trace_span!("load: restore paths").entered();
             let beside = PathsBeside {
                 retimable: &self.retimable,
                 evasions: &self.evasions,
                 placements: &self.placements,
             };
-            paths.restored(&self.graph, beside)?
+            let count = paths.count();
+            both(
+                || paths.restored(&self.graph, beside),
+                || self.tables(count),
+            )
         };
-        Ok(self.derived())
+        self.paths = paths?;
+        Ok(self.with_tables(tables))
     }
 
     fn evasion_fits(&self, evasion: &Evasion) -> bool {

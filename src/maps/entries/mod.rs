@@ -41,9 +41,10 @@ pub(crate) use stance::Stance;
 pub use stretches::Stretches;
 use targets::ClipFrame;
 
-use super::{Body, BodyTrack, Evasion, TrackStart};
+use super::{Body, BodyTrack, Evasion, OnFirstUse, TrackStart};
 use crate::anim::Facing;
 use crate::graph::{ClipId, EdgeId, EdgeMotion, MotionGraph, Playhead};
+use crate::math::byte_list::Bytes;
 use crate::math::{Rigid2, in_parallel};
 
 /// Settings of the search for entries.
@@ -112,6 +113,18 @@ pub(crate) struct KnownEntry {
     how: u8,
 }
 
+impl Bytes<3> for KnownEntry {
+    fn to_bytes(self) -> [u8; 3] {
+        let [low, high] = self.target.to_le_bytes();
+        [low, high, self.how]
+    }
+
+    fn from_bytes([low, high, how]: [u8; 3]) -> Self {
+        let target = u16::from_le_bytes([low, high]);
+        Self { target, how }
+    }
+}
+
 impl KnownEntry {
     fn new(target: u16, (blend, pin, rate): (usize, Option<usize>, usize)) -> Self {
         let pin = pin.map_or(0, |leg| leg + 1);
@@ -175,6 +188,13 @@ impl EntryTable {
     #[must_use]
     pub(crate) fn targets(&self) -> &[EntryTarget] {
         &self.targets
+    }
+
+    /// Index of an evasion's first target, or `None` if it cannot be entered.
+    pub(super) fn first_target(&self, evasion: usize) -> Option<usize> {
+        let of = |target: &EntryTarget| usize::from(target.evasion);
+        let first = self.targets.partition_point(|target| of(target) < evasion);
+        (self.targets.get(first).map(of) == Some(evasion)).then_some(first)
     }
 
     /// Whether the table is empty.
@@ -310,7 +330,7 @@ pub(crate) struct EntryTrack {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct EntryTracks {
     /// Track of each evasion, or `None` if it cannot be entered.
-    pub(super) tracks: Vec<Option<EntryTrack>>,
+    pub(super) tracks: Vec<OnFirstUse<Option<EntryTrack>>>,
     /// Stance at each target, in the space of its clip.
     pub(super) stances: Vec<Stance>,
     /// Stance at each target of an exit, in the space of its clip.
@@ -319,43 +339,47 @@ pub(super) struct EntryTracks {
     pub(super) facing: Option<Facing>,
 }
 
+impl EntryTrack {
+    /// The track from the first target of an evasion on, at which the body has this stance.
+    pub(super) fn new(
+        (graph, body): (&MotionGraph, &Body),
+        (evasion, first): (&Evasion, &EntryTarget),
+        stance: &Stance,
+    ) -> Self {
+        let placement = stance.placement;
+        let start = TrackStart {
+            edge: first.edge,
+            frame: first.edge_frame as f32,
+            placement,
+        };
+        let seconds = EntryTracks::seconds(graph, evasion, first);
+        Self {
+            track: BodyTrack::along(graph, body, start, seconds),
+            first: first.frame,
+            placement,
+        }
+    }
+}
+
 impl EntryTracks {
     /// Time that tracks continue after the evasion's end, in seconds.
     const BEYOND: f32 = 0.5;
 
-    pub(super) fn new(
-        graph: &MotionGraph,
-        body: &Body,
-        evasions: &[Evasion],
-        table: &EntryTable,
-    ) -> Self {
+    pub(super) fn new(graph: &MotionGraph, evasions: usize, table: &EntryTable) -> Self {
         let facing = Facing::of(graph.skeleton());
         let at = |edge: EdgeId, edge_frame: u32| {
             let at = ClipFrame::of(graph, edge, edge_frame);
             Stance::of_frame(graph, facing, at.node())
         };
-        let stance = |target: &EntryTarget| at(target.edge, target.edge_frame);
+        let stance = |target: usize| {
+            let target = &table.targets[target];
+            at(target.edge, target.edge_frame)
+        };
         let exits = table.exits.targets();
         let exit_stance = |target: usize| at(exits[target].edge, exits[target].edge_frame);
-        let of_evasion = |evasion: usize| {
-            let of = |target: &&EntryTarget| usize::from(target.evasion) == evasion;
-            let first = table.targets.iter().find(of)?;
-            let placement = stance(first).placement;
-            let start = TrackStart {
-                edge: first.edge,
-                frame: first.edge_frame as f32,
-                placement,
-            };
-            let seconds = Self::seconds(graph, &evasions[evasion], first);
-            Some(EntryTrack {
-                track: BodyTrack::along(graph, body, start, seconds),
-                first: first.frame,
-                placement,
-            })
-        };
         Self {
-            tracks: in_parallel(0, evasions.len(), of_evasion),
-            stances: table.targets.iter().map(stance).collect(),
+            tracks: (0..evasions).map(|_| OnFirstUse::default()).collect(),
+            stances: in_parallel(0, table.targets.len(), stance),
             exit_stances: in_parallel(0, exits.len(), exit_stance),
             facing: Some(facing),
         }

@@ -1,12 +1,14 @@
 use serde::{Deserialize, Serialize};
 
 use super::KnownEntry;
+use crate::math::byte_list;
 
 /// A list of entries for each moment, which are those of the [`EntryTable`](super::EntryTable).
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct MomentLists {
     /// End of each moment's list in `entries`.
     ends: Vec<u32>,
+    #[serde(with = "byte_list")]
     entries: Vec<KnownEntry>,
 }
 

@@ -111,7 +111,9 @@ impl<'a> Layers<'a> {
                 .min(PathSettings::MOST_OF_ALL / graph.nodes().len().max(1))
                 .div_euclid(longest + 1)
                 .max(1),
-            steps: steps(graph, source.placements),
+            steps: { graph.edge_ids() }
+                .map(|edge| step(graph, source.placements, edge))
+                .collect(),
             starts,
         }
     }
@@ -243,14 +245,9 @@ fn better(a: &Draft, b: &Draft) -> std::cmp::Ordering {
 /// fewer transitions.
 const TRANSITION_COST: f32 = 0.02;
 
-/// For each edge, the character's frame at its end, relative to that at its start.
-pub(super) fn steps(graph: &MotionGraph, placements: &[Rigid2]) -> Vec<Rigid2> {
-    graph
-        .edge_ids()
-        .map(|id| {
-            let edge = graph.edge(id);
-            let (from, to) = (placements[edge.from.index()], placements[edge.to.index()]);
-            from.inverse() * graph.clip_change(id) * to
-        })
-        .collect()
+/// The character's frame at an edge's end, relative to that at its start.
+pub(super) fn step(graph: &MotionGraph, placements: &[Rigid2], id: EdgeId) -> Rigid2 {
+    let edge = graph.edge(id);
+    let (from, to) = (placements[edge.from.index()], placements[edge.to.index()]);
+    from.inverse() * graph.clip_change(id) * to
 }

@@ -1,10 +1,10 @@
 //! Rebuilds the path data that is derived on load and not stored in the file.
 
-use super::build::steps;
-use super::{Link, NodePath, PathId, PathTable};
+use super::build::step;
+use super::{NodePath, PathId, PathTable};
 use crate::graph::{EdgeId, MotionGraph, NodeId};
 use crate::maps::{Evasion, Retimable};
-use crate::math::Rigid2;
+use crate::math::{Rigid2, fill};
 
 /// What paths depend on beside their graph.
 #[derive(Clone, Copy)]
@@ -31,101 +31,148 @@ impl PathTable {
         {
             return Err("the paths are not those of the graph's nodes".to_owned());
         }
-        let paths = Restorer {
-            table: &self,
-            graph,
-            retimable: beside.retimable,
-            evasions: beside.evasions,
-            steps: steps(graph, beside.placements),
-            paths: vec![None; self.links.len()],
-        }
-        .run()
-        .ok_or_else(|| "a path leads nowhere, or to itself".to_owned())?;
-        let of = |node: usize| &paths[self.first[node] as usize..self.first[node + 1] as usize];
-        let sorted = (0..graph.nodes().len()).all(|node| of(node).is_sorted_by_key(|p| p.frames));
-        if !sorted {
-            return Err("a node's paths are not in the order of their length".to_owned());
-        }
+        let paths = Restorer::new(&self, graph, beside).run()?;
         Ok(Self { paths, ..self })
     }
 }
 
 struct Restorer<'a> {
     table: &'a PathTable,
-    graph: &'a MotionGraph,
-    retimable: &'a [Retimable],
     evasions: &'a [Evasion],
-    steps: Vec<Rigid2>,
-    paths: Vec<Option<NodePath>>,
+    graph: &'a MotionGraph,
+    steps: Vec<Step>,
+    paths: Vec<NodePath>,
+    /// Paths that wait for the rest of the last one, and the nodes from which they start.
+    open: Vec<(u32, NodeId)>,
 }
 
-/// Decoded form of a [`Link`].
-enum Meaning {
-    /// The evasion starts at the node.
-    Start(u32),
-    /// The path starts with an edge and continues with another path.
-    Edge(EdgeId, PathId),
+/// What an edge adds to a path.
+#[derive(Clone, Copy)]
+struct Step {
+    to: NodeId,
+    /// Length, in frames; 0 for an edge that is too long for a path.
+    frames: u16,
+    retimable: Retimable,
+    /// Character's frame at the edge's end, relative to that at its start.
+    placement: Rigid2,
 }
 
-impl Restorer<'_> {
-    /// Rebuilds all paths, or returns `None` if a link points outside the table or a path contains
-    /// itself.
-    fn run(mut self) -> Option<Vec<NodePath>> {
-        let mut owners = Vec::with_capacity(self.paths.len());
-        for (node, ends) in (0..).zip(self.table.first.windows(2)) {
-            owners.extend(std::iter::repeat_n(
-                NodeId(node),
-                (ends[1] - ends[0]) as usize,
-            ));
-        }
-        let mut open: Vec<u32> = Vec::new();
-        for index in 0..self.paths.len() as u32 {
-            open.push(index);
-            while let Some(&path) = open.last() {
-                if self.paths[path as usize].is_none() {
-                    match self.meaning(owners[path as usize], self.table.links[path as usize])? {
-                        Meaning::Start(evasion) => {
-                            self.paths[path as usize] = Some(NodePath::start(evasion));
-                        }
-                        Meaning::Edge(edge, rest) => match self.paths[rest.0 as usize] {
-                            Some(known) => {
-                                self.paths[path as usize] = self.extended(edge, rest, &known);
-                                self.paths[path as usize]?;
-                            }
-                            // Every path is longer than its rest, so a chain has at most `u16::MAX`
-                            // paths. A path that contains itself exceeds this.
-                            None if open.len() > usize::from(u16::MAX) => return None,
-                            None => {
-                                open.push(rest.0);
-                                continue;
-                            }
-                        },
-                    }
-                }
-                open.pop();
+const NO_STEP: Step = Step {
+    to: NodeId(0),
+    frames: 0,
+    retimable: Retimable {
+        faster: false,
+        slower: false,
+    },
+    placement: Rigid2::IDENTITY,
+};
+
+/// A path that is not known yet. No evasion has this index.
+const UNKNOWN: NodePath = NodePath {
+    next: None,
+    evasion: u32::MAX,
+    frames: 0,
+    faster: 0,
+    slower: 0,
+    placement: Rigid2::IDENTITY,
+};
+
+/// What is known of a path after one more look at it.
+enum Found {
+    Path(NodePath),
+    /// The path goes on with another one, from this node on, which has to be found first.
+    Rest(u32, NodeId),
+}
+
+const NOWHERE: &str = "a path leads nowhere, or to itself";
+
+impl<'a> Restorer<'a> {
+    fn new(table: &'a PathTable, graph: &'a MotionGraph, beside: PathsBeside<'a>) -> Self {
+        let mut steps = vec![NO_STEP; graph.edges().len()];
+        fill(&mut steps, |edge| {
+            let id = EdgeId(edge as u32);
+            let edge = graph.edge(id);
+            Step {
+                to: edge.to,
+                frames: u16::try_from(edge.frames).unwrap_or(0),
+                retimable: beside.retimable[id.index()],
+                placement: step(graph, beside.placements, id),
             }
+        });
+        Self {
+            table,
+            evasions: beside.evasions,
+            graph,
+            steps,
+            paths: vec![UNKNOWN; table.links.len()],
+            open: Vec::new(),
         }
-        self.paths.into_iter().collect()
     }
 
-    fn meaning(&self, node: NodeId, link: Link) -> Option<Meaning> {
+    /// Rebuilds all paths, or says what is wrong: a link that points outside the table, a path that contains itself, or a node
+    /// whose paths are not in the order of their length.
+    ///
+    /// Nodes are taken from the last to the first: most paths go on along their clip, and the next node of a clip is the next in
+    /// number.
+    fn run(mut self) -> Result<Vec<NodePath>, String> {
+        for node in (0..self.graph.nodes().len() as u32).rev().map(NodeId) {
+            let [first, end] = self.ends(node);
+            for index in first..end {
+                if self.paths[index as usize].evasion == UNKNOWN.evasion {
+                    self.find(index, node).ok_or(NOWHERE)?;
+                }
+            }
+            if !self.paths[first as usize..end as usize].is_sorted_by_key(|path| path.frames) {
+                return Err("a node's paths are not in the order of their length".to_owned());
+            }
+        }
+        Ok(self.paths)
+    }
+
+    /// First path of a node, and the end of its paths.
+    fn ends(&self, node: NodeId) -> [u32; 2] {
+        let first = &self.table.first[node.index()..];
+        [first[0], first[1]]
+    }
+
+    /// Finds a path of a node, and the paths that it goes on with.
+    fn find(&mut self, index: u32, node: NodeId) -> Option<()> {
+        self.open.push((index, node));
+        while let Some(&(path, node)) = self.open.last() {
+            match self.look(path, node)? {
+                Found::Path(found) => {
+                    self.paths[path as usize] = found;
+                    self.open.pop();
+                }
+                // Every path is longer than its rest, so a chain has at most `u16::MAX` paths. A path that contains itself exceeds this.
+                Found::Rest(..) if self.open.len() > usize::from(u16::MAX) => return None,
+                Found::Rest(rest, to) => self.open.push((rest, to)),
+            }
+        }
+        Some(())
+    }
+
+    #[inline]
+    fn look(&self, path: u32, node: NodeId) -> Option<Found> {
+        let link = self.table.links[path as usize];
         let Some(number) = link.edge.checked_sub(1) else {
             let evasion = self.evasions.get(link.rest as usize)?;
             let starts_here = self.graph.edge(evasion.edge).from == node;
-            return starts_here.then_some(Meaning::Start(link.rest));
+            return starts_here.then_some(Found::Path(NodePath::start(link.rest)));
         };
-        let edge = self.graph.edges_from(node).nth(number as usize)?;
-        let to = self.graph.edge(edge).to.index();
-        let rest = self.table.first[to].checked_add(link.rest)?;
-        (rest < self.table.first[to + 1]).then_some(Meaning::Edge(edge, PathId(rest)))
-    }
-
-    fn extended(&self, edge: EdgeId, rest: PathId, known: &NodePath) -> Option<NodePath> {
-        let frames = u16::try_from(self.graph.edge(edge).frames).ok()?;
-        known.after(
-            (edge, rest),
-            (frames, self.retimable[edge.index()]),
-            self.steps[edge.index()],
-        )
+        let edge = self.graph.edge_from(node, number)?;
+        let step = &self.steps[edge.index()];
+        let [first, end] = self.ends(step.to);
+        let rest = first.checked_add(link.rest).filter(|&rest| rest < end)?;
+        let known = &self.paths[rest as usize];
+        if known.evasion == UNKNOWN.evasion {
+            return Some(Found::Rest(rest, step.to));
+        }
+        if step.frames == 0 {
+            return None;
+        }
+        let edge_of = (step.frames, step.retimable);
+        let path = known.after((edge, PathId(rest)), edge_of, step.placement)?;
+        Some(Found::Path(path))
     }
 }

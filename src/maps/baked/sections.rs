@@ -1,0 +1,114 @@
+//! The parts of a baked graph that files hold one by one, so that they are read at the same time.
+
+use serde::{Deserialize, Serialize};
+
+use super::BakedGraph;
+use crate::graph::MotionGraph;
+use crate::maps::bounding_cylinder::ClipCylinders;
+use crate::maps::entries::{EntryTable, EntryTracks};
+use crate::maps::grid::{GridCells, GridSettings};
+use crate::maps::paths::PathTable;
+use crate::maps::{AttackMove, Body, BodyRows, Evasion, RegionAtlas, Retimable};
+use crate::math::{both, section};
+
+/// All parts that are small.
+#[derive(Deserialize)]
+struct Rest {
+    body: Body,
+    retimable: Vec<Retimable>,
+    evasions: Vec<Evasion>,
+    attack_moves: Vec<AttackMove>,
+    grid_settings: GridSettings,
+}
+
+/// [`Rest`] of a graph that is written.
+#[derive(Serialize)]
+struct RestOf<'a> {
+    body: &'a Body,
+    retimable: &'a [Retimable],
+    evasions: &'a [Evasion],
+    attack_moves: &'a [AttackMove],
+    grid_settings: &'a GridSettings,
+}
+
+impl BakedGraph {
+    /// Number of parts.
+    pub(crate) const SECTIONS: usize = MotionGraph::SECTIONS + 5;
+
+    /// Serializes the parts of the graph.
+    pub(crate) fn to_sections(&self) -> Result<[Vec<u8>; Self::SECTIONS], postcard::Error> {
+        let [rest, clips, edges, feet] = self.graph.to_sections()?;
+        let beside = RestOf {
+            body: &self.body,
+            retimable: &self.retimable,
+            evasions: &self.evasions,
+            attack_moves: &self.attack_moves,
+            grid_settings: &self.grid_settings,
+        };
+        Ok([
+            rest,
+            clips,
+            edges,
+            feet,
+            section::to_bytes(&beside)?,
+            section::to_bytes(&self.atlas)?,
+            section::to_bytes(&self.entries)?,
+            section::to_bytes(&self.paths)?,
+            section::to_bytes(&self.cylinders)?,
+        ])
+    }
+
+    /// Reads the parts of a graph. [`BakedGraph::restored`] checks them.
+    pub(crate) fn from_sections(
+        [
+            graph_rest,
+            clips,
+            edges,
+            feet,
+            rest,
+            atlas,
+            entries,
+            paths,
+            cylinders,
+        ]: [&[u8]; Self::SECTIONS],
+    ) -> Result<Self, String> {
+        let (graph, (atlas, entries, paths, cylinders)) = both(
+            || MotionGraph::from_sections([graph_rest, clips, edges, feet]),
+            || {
+                (
+                    section::from_bytes::<RegionAtlas>(atlas),
+                    section::from_bytes::<EntryTable>(entries),
+                    section::from_bytes::<PathTable>(paths),
+                    section::from_bytes::<ClipCylinders>(cylinders),
+                )
+            },
+        );
+        let Rest {
+            body,
+            retimable,
+            evasions,
+            attack_moves,
+            grid_settings,
+        } = section::from_bytes(rest)?;
+        Ok(Self {
+            graph: graph?,
+            body,
+            atlas: atlas?,
+            retimable,
+            evasions,
+            attack_moves,
+            entries: entries?,
+            paths: paths?,
+            grid_settings,
+            cylinders: cylinders?,
+            grid: GridCells::default(),
+            tracks: Vec::new(),
+            entry_tracks: EntryTracks::default(),
+            frames_to_evasion: Vec::new(),
+            reach: 0.0,
+            body_rows: BodyRows::default(),
+            evasion_texels: Vec::new(),
+            placements: Vec::new(),
+        })
+    }
+}

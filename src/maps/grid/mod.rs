@@ -1,0 +1,314 @@
+//! Finds the paths from a node that take the body out of a cell of space.
+//!
+//! Source: Masaoka & Oshita, section 4.1. They place a grid of cells around each node and file each
+//! path that ends in an evasion in the cells that the body occupies at the evasion's start but not
+//! at its end. Differs: relative to the place where an evasion starts, these cells are the same for
+//! every path. They are stored once for each evasion, heading and part of a cell
+//! ([`Grid::HEADINGS`], [`Grid::PARTS`]). A path stores an index into them and an offset. That
+//! takes 8 bytes for each path instead of one entry for each path and cell ([`Grid::flat_bytes`]).
+//!
+//! The cells of an evasion, and the index of a path, are computed when they are first asked for. They depend on nothing but the graph.
+
+mod column;
+mod touched;
+mod vacated;
+
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use serde::{Deserialize, Serialize};
+
+pub use column::CellColumn;
+pub use touched::TouchedCells;
+use vacated::{EvasionEnds, HEADINGS, KINDS, PARTS, VacatedCells, VacatedKinds};
+
+use super::{BakedGraph, BodyTrack, NodePath, OnFirstUse, PathId};
+use crate::math::{floor, in_parallel};
+
+/// Settings of a [`Grid`].
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct GridSettings {
+    /// Side of a cell, in metres, from 0.05 to 1. Default 0.10. The side is doubled until the cells
+    /// of all evasions fit a fixed memory limit, which only very large bodies or thousands of
+    /// evasions exceed.
+    pub cell: f32,
+}
+
+impl Default for GridSettings {
+    fn default() -> Self {
+        Self { cell: 0.10 }
+    }
+}
+
+/// Cells of a path: an evasion, the kind of its cells, and an offset in cells.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Filed {
+    evasion: u32,
+    kind: u32,
+    x: i32,
+    z: i32,
+}
+
+impl Filed {
+    /// Maximum offset, in cells. No column lies as far from a node's root as that.
+    const FURTHEST: i32 = (1 << 13) - 1;
+
+    /// Numbers of bits. The highest bit of all is set.
+    const KIND: u32 = 9;
+    const OFFSET: u32 = 14;
+
+    fn packed(self) -> u64 {
+        let offset =
+            |value: i32| (value.clamp(-Self::FURTHEST, Self::FURTHEST) + Self::FURTHEST + 1) as u64;
+        let places = offset(self.x) << Self::OFFSET | offset(self.z);
+        let kind = u64::from(self.kind) << (2 * Self::OFFSET);
+        1 << 63 | u64::from(self.evasion) << (Self::KIND + 2 * Self::OFFSET) | kind | places
+    }
+
+    #[inline]
+    fn unpacked(packed: u64) -> Self {
+        let bits = |first: u32, count: u32| (packed >> first & ((1 << count) - 1)) as u32;
+        let offset = |first: u32| bits(first, Self::OFFSET) as i32 - Self::FURTHEST - 1;
+        Self {
+            evasion: bits(Self::KIND + 2 * Self::OFFSET, 26),
+            kind: bits(2 * Self::OFFSET, Self::KIND),
+            x: offset(Self::OFFSET),
+            z: offset(0),
+        }
+    }
+}
+
+/// What was computed of the grids of all nodes.
+#[derive(Debug, Default)]
+pub(super) struct GridCells {
+    cell: f32,
+    /// Cells of each evasion.
+    evasions: Vec<OnFirstUse<VacatedKinds>>,
+    /// [`Filed::packed`] of each path, or 0 as long as it was not asked for.
+    filed: Vec<AtomicU64>,
+}
+
+impl Clone for GridCells {
+    fn clone(&self) -> Self {
+        let filed = |of: &AtomicU64| AtomicU64::new(of.load(Ordering::Relaxed));
+        Self {
+            cell: self.cell,
+            evasions: self.evasions.clone(),
+            filed: self.filed.iter().map(filed).collect(),
+        }
+    }
+}
+
+impl PartialEq for GridCells {
+    /// The rest follows from the graph.
+    fn eq(&self, other: &Self) -> bool {
+        self.cell == other.cell
+    }
+}
+
+/// What the side of a cell and the number of cells depend on.
+#[derive(Clone, Copy)]
+pub(super) struct GridSize {
+    /// Maximum distance of any part of the body from the root, in metres.
+    pub reach: f32,
+    pub evasions: usize,
+    pub paths: usize,
+}
+
+impl GridCells {
+    /// Maximum number of evasions.
+    pub(super) const MOST_EVASIONS: usize = 1 << 26;
+
+    pub(super) fn new(size: GridSize, settings: GridSettings) -> Self {
+        Self {
+            cell: Self::fitting_cell(size, settings.cell.clamp(0.05, 1.0)),
+            evasions: (0..size.evasions).map(|_| OnFirstUse::default()).collect(),
+            filed: (0..size.paths).map(|_| AtomicU64::new(0)).collect(),
+        }
+    }
+
+    /// Maximum number of columns of all evasions: 128 MB.
+    const MOST_COLUMNS: f32 = (1 << 24) as f32;
+
+    /// Side of a cell. It is doubled until the columns of all evasions fit [`GridCells::MOST_COLUMNS`],
+    /// which only very large bodies or thousands of evasions exceed.
+    fn fitting_cell(size: GridSize, cell: f32) -> f32 {
+        let count = KINDS as f32 * size.evasions as f32;
+        let columns = |cell: f32| {
+            let side = (2.0 * size.reach / cell + 3.0).min(2.0 * CellColumn::FURTHEST as f32 + 1.0);
+            count * side * side
+        };
+        std::iter::successors(Some(cell), |cell| Some(2.0 * cell))
+            .take(64)
+            .find(|&cell| columns(cell) <= Self::MOST_COLUMNS)
+            .unwrap_or(cell)
+    }
+
+    fn file(&self, path: &NodePath) -> Filed {
+        let turns = path.placement.heading() / std::f32::consts::TAU;
+        let heading = ((turns - floor(turns) as f32) * HEADINGS as f32) as u32;
+        let place = |metres: f32| {
+            let cells = metres / self.cell;
+            let whole = floor(cells);
+            let part = ((cells - whole as f32) * PARTS as f32) as u32;
+            (whole, part.min(PARTS - 1))
+        };
+        let ((x, x_part), (z, z_part)) = (place(path.placement.x), place(path.placement.z));
+        let kind = (heading.min(HEADINGS - 1) * PARTS + x_part) * PARTS + z_part;
+        Filed {
+            evasion: path.evasion,
+            kind,
+            x,
+            z,
+        }
+    }
+}
+
+/// The grids of all nodes.
+#[derive(Clone, Copy, Debug)]
+pub struct Grid<'a> {
+    pub(super) baked: &'a BakedGraph,
+    pub(super) cells: &'a GridCells,
+}
+
+impl<'a> Grid<'a> {
+    /// Number of headings that have their own cells.
+    pub const HEADINGS: u32 = HEADINGS;
+
+    /// Number of parts of a cell along x and along z that have their own cells.
+    pub const PARTS: u32 = PARTS;
+
+    /// Computes the cells of all evasions, and files all paths.
+    pub(super) fn prepare(self) {
+        in_parallel(0, self.cells.evasions.len(), |evasion| {
+            self.evasion(evasion);
+        });
+        in_parallel(0, self.cells.filed.len(), |path| {
+            self.filed(PathId(path as u32));
+        });
+    }
+
+    #[inline]
+    fn evasion(self, evasion: usize) -> &'a VacatedKinds {
+        self.cells.evasions[evasion].get_or_make(|| {
+            let edge = self.baked.evasions()[evasion].edge;
+            let seconds = self.baked.graph().seconds(edge);
+            let ends = EvasionEnds {
+                body: self.baked.body(),
+                track: self.baked.track(evasion),
+                end: (seconds * BodyTrack::RATE).round() as usize,
+            };
+            VacatedKinds::new(ends, self.cells.cell)
+        })
+    }
+
+    #[inline]
+    fn filed(self, path: PathId) -> Filed {
+        let slot = &self.cells.filed[path.0 as usize];
+        match slot.load(Ordering::Relaxed) {
+            0 => {
+                let packed = self.cells.file(self.baked.paths().path(path)).packed();
+                // Every thread that comes here stores the same.
+                slot.store(packed, Ordering::Relaxed);
+                Filed::unpacked(packed)
+            }
+            packed => Filed::unpacked(packed),
+        }
+    }
+
+    /// Place of a path's cells, and the cells of its evasion.
+    #[inline]
+    fn vacated(self, path: PathId) -> (Filed, &'a VacatedCells, &'a [u64]) {
+        let filed = self.filed(path);
+        let of_evasion = self.evasion(filed.evasion as usize);
+        let cells = &of_evasion.kinds[filed.kind as usize];
+        (filed, cells, &of_evasion.heights)
+    }
+
+    /// Side of a cell, in metres.
+    #[must_use]
+    pub fn cell(self) -> f32 {
+        self.cells.cell
+    }
+
+    /// Cells of `column` that a path vacates. The column is in the node's frame.
+    #[must_use]
+    #[inline]
+    pub fn vacates(self, path: PathId, column: CellColumn) -> u64 {
+        let (filed, vacated, heights) = self.vacated(path);
+        vacated
+            .position(column.x - filed.x, column.z - filed.z)
+            .map_or(0, |at| heights[at] & column.heights)
+    }
+
+    /// Whether a path vacates a cell of `columns`, which must be sorted ([`TouchedCells::merge`]).
+    #[must_use]
+    pub fn vacates_any(self, path: PathId, columns: &[CellColumn]) -> bool {
+        let (filed, vacated, heights) = self.vacated(path);
+        let first = filed.x + vacated.x;
+        let start = columns.partition_point(|column| column.x < first);
+        columns[start..]
+            .iter()
+            .take_while(|column| column.x < first + vacated.width as i32)
+            .any(|column| {
+                vacated
+                    .position(column.x - filed.x, column.z - filed.z)
+                    .is_some_and(|at| heights[at] & column.heights != 0)
+            })
+    }
+
+    /// All cells that a path vacates, in the frame of its node.
+    pub fn cells(self, path: PathId) -> impl Iterator<Item = CellColumn> + use<'a> {
+        let (filed, vacated, heights) = self.vacated(path);
+        (0..vacated.width).flat_map(move |x| {
+            (0..vacated.depth).map(move |z| CellColumn {
+                x: filed.x + vacated.x + x as i32,
+                z: filed.z + vacated.z + z as i32,
+                heights: heights[(vacated.first + x * vacated.depth + z) as usize],
+            })
+        })
+    }
+
+    /// Memory of the grids of all evasions, in bytes. It computes them.
+    #[must_use]
+    pub fn bytes(self) -> usize {
+        let of = |evasion: usize| {
+            let cells = self.evasion(evasion);
+            size_of_val(cells.kinds.as_slice()) + size_of_val(cells.heights.as_slice())
+        };
+        let evasions: usize = (0..self.cells.evasions.len()).map(of).sum();
+        evasions + size_of_val(self.cells.filed.as_slice())
+    }
+
+    /// Memory of the same data as a list of paths for each cell of each node, with two bytes for
+    /// each entry.
+    #[must_use]
+    pub fn flat_bytes(self) -> usize {
+        let cells = |path: usize| -> usize {
+            let (_, vacated, heights) = self.vacated(PathId(path as u32));
+            let first = vacated.first as usize;
+            let heights = &heights[first..first + (vacated.width * vacated.depth) as usize];
+            heights.iter().map(|h| h.count_ones() as usize).sum()
+        };
+        2 * (0..self.cells.filed.len()).map(cells).sum::<usize>()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    proptest! {
+        #[test]
+        fn what_is_packed_is_unpacked(
+            evasion in 0..GridCells::MOST_EVASIONS as u32,
+            kind in 0..KINDS,
+            [x, z] in prop::array::uniform2(-Filed::FURTHEST..=Filed::FURTHEST),
+        ) {
+            let filed = Filed { evasion, kind, x, z };
+            prop_assert!(filed.packed() != 0);
+            prop_assert_eq!(Filed::unpacked(filed.packed()), filed);
+        }
+    }
+}

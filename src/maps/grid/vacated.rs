@@ -1,0 +1,258 @@
+//! The cells that an evasion vacates, for each heading and part of a cell in which it may start.
+
+use super::CellColumn;
+use crate::maps::{Body, BodyTrack};
+use crate::math::{Isa, Rigid2, floor};
+
+/// Number of headings that have their own cells.
+pub(super) const HEADINGS: u32 = 72;
+
+/// Number of parts of a cell along x and along z that have their own cells.
+pub(super) const PARTS: u32 = 2;
+
+/// Number of headings and parts, each of which has its own cells.
+pub(super) const KINDS: u32 = HEADINGS * PARTS * PARTS;
+
+/// The cells that an evasion vacates, relative to the cell that it starts in.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct VacatedCells {
+    pub(super) x: i32,
+    pub(super) z: i32,
+    pub(super) width: u32,
+    pub(super) depth: u32,
+    /// Index of the first entry in `heights`, `[x][z]`.
+    pub(super) first: u32,
+}
+
+impl VacatedCells {
+    #[inline]
+    pub(super) fn position(&self, x: i32, z: i32) -> Option<usize> {
+        let (x, z) = (x.wrapping_sub(self.x) as u32, z.wrapping_sub(self.z) as u32);
+        (x < self.width && z < self.depth)
+            .then(|| self.first as usize + (x * self.depth + z) as usize)
+    }
+}
+
+/// The cells that one evasion vacates.
+#[derive(Clone, Debug)]
+pub(super) struct VacatedKinds {
+    /// Cells of each kind.
+    pub(super) kinds: Vec<VacatedCells>,
+    pub(super) heights: Vec<u64>,
+}
+
+/// A body at the start and at the end of an evasion.
+#[derive(Clone, Copy)]
+pub(super) struct EvasionEnds<'a> {
+    pub(super) body: &'a Body,
+    pub(super) track: &'a BodyTrack,
+    /// Sample of the track at which the evasion ends.
+    pub(super) end: usize,
+}
+
+impl VacatedKinds {
+    pub(super) fn new(ends: EvasionEnds<'_>, cell: f32) -> Self {
+        let mut found = Self {
+            kinds: Vec::with_capacity(KINDS as usize),
+            heights: Vec::new(),
+        };
+        let (mut start, mut end) = (ReachedColumns::default(), ReachedColumns::default());
+        for kind in 0..KINDS {
+            let placement = placement(kind, cell);
+            let whole = [-CellColumn::FURTHEST, CellColumn::FURTHEST];
+            start.find((ends, 0), (placement, cell), [whole; 2]);
+            let cells = start.around(found.heights.len());
+            let room = found.heights.len() + (cells.width * cells.depth) as usize;
+            found.heights.resize(room, 0);
+            let bounds = [(cells.x, cells.width), (cells.z, cells.depth)];
+            let bounds = bounds.map(|(first, count)| [first, first + count as i32 - 1]);
+            end.find((ends, ends.end), (placement, cell), bounds);
+            for (at, heights) in start.heights(&cells) {
+                found.heights[at] |= heights;
+            }
+            for (at, heights) in end.heights(&cells) {
+                found.heights[at] &= !heights;
+            }
+            found.kinds.push(cells);
+        }
+        found
+    }
+}
+
+/// Place and heading that stand for a kind, in the middle of its part of cell `(0, 0)`.
+fn placement(kind: u32, cell: f32) -> Rigid2 {
+    let part = |index: u32| (index as f32 + 0.5) / PARTS as f32 * cell;
+    let heading = (kind / (PARTS * PARTS)) as f32 + 0.5;
+    Rigid2::new(
+        heading / HEADINGS as f32 * std::f32::consts::TAU,
+        part(kind / PARTS % PARTS),
+        part(kind % PARTS),
+    )
+}
+
+/// The columns that the spheres of a body reach, one row for each number. A column that several spheres reach is there several times.
+#[derive(Default)]
+struct ReachedColumns {
+    places: Vec<[i32; 2]>,
+    /// Height of the sphere's centre, in metres.
+    middle: Vec<f32>,
+    /// Square of half of the sphere's height in the column, in square metres.
+    half_squared: Vec<f32>,
+    /// First and last bit of the column's cells.
+    bits: [Vec<u32>; 2],
+}
+
+impl ReachedColumns {
+    /// Finds the columns at one sample of an evasion, within `bounds` along x and along z, both ends included.
+    fn find(
+        &mut self,
+        (ends, tick): (EvasionEnds<'_>, usize),
+        (placement, cell): (Rigid2, f32),
+        bounds: [[i32; 2]; 2],
+    ) {
+        self.places.clear();
+        self.middle.clear();
+        self.half_squared.clear();
+        for (index, sphere) in ends.body.spheres.iter().enumerate() {
+            let centre = placement.point(ends.track.centre(tick, index));
+            let radius = sphere.radius;
+            let span = |value: f32, [low, high]: [i32; 2]| {
+                let of = |value| CellColumn::index(value, cell);
+                of(value - radius).max(low)..=of(value + radius).min(high)
+            };
+            for x in span(centre.x, bounds[0]) {
+                let dx = CellColumn::apart(centre.x, cell, x);
+                for z in span(centre.z, bounds[1]) {
+                    let dz = CellColumn::apart(centre.z, cell, z);
+                    let left = radius * radius - dx * dx - dz * dz;
+                    if left <= 0.0 {
+                        continue;
+                    }
+                    self.places.push([x, z]);
+                    self.middle.push(centre.y);
+                    self.half_squared.push(left);
+                }
+            }
+        }
+        self.find_bits(cell);
+    }
+
+    /// [`CellColumn::bits`] of all columns, many at a time.
+    fn find_bits(&mut self, cell: f32) {
+        let [low, high] = &mut self.bits;
+        low.resize(self.places.len(), 0);
+        high.resize(self.places.len(), 0);
+        let bits = low.iter_mut().zip(high);
+        let spheres = self.middle.iter().zip(&self.half_squared);
+        Isa::best().run(
+            #[inline(always)]
+            || {
+                for ((low, high), (&middle, &left)) in bits.zip(spheres) {
+                    let half = left.sqrt();
+                    let bit = |height: f32| {
+                        floor(height / cell)
+                            .saturating_add(CellColumn::BELOW)
+                            .clamp(0, 63) as u32
+                    };
+                    (*low, *high) = (bit(middle - half), bit(middle + half));
+                }
+            },
+        );
+    }
+
+    /// The smallest rectangle around the columns, whose heights begin at `first`.
+    fn around(&self, first: usize) -> VacatedCells {
+        let ends = |axis: usize| {
+            let values = || self.places.iter().map(|place| place[axis]);
+            let (low, high) = (values().min().unwrap_or(0), values().max().unwrap_or(-1));
+            (low, (high - low + 1) as u32)
+        };
+        let ((x, width), (z, depth)) = (ends(0), ends(1));
+        VacatedCells {
+            x,
+            z,
+            width,
+            depth,
+            first: first as u32,
+        }
+    }
+
+    /// Positions in `cells` and heights of the columns that lie in it.
+    fn heights<'a>(
+        &'a self,
+        cells: &'a VacatedCells,
+    ) -> impl Iterator<Item = (usize, u64)> + use<'a> {
+        let [low, high] = &self.bits;
+        let bits = low.iter().zip(high);
+        let columns = self.places.iter().zip(bits);
+        columns.filter_map(|(&[x, z], (&low, &high))| {
+            let heights = CellColumn::between(low, high);
+            cells.position(x, z).map(|at| (at, heights))
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeMap;
+
+    use glam::Vec3;
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::math::Sphere;
+
+    /// Heights by column, of the body at one sample.
+    fn occupied(
+        (ends, tick): (EvasionEnds<'_>, usize),
+        kind: u32,
+        cell: f32,
+    ) -> BTreeMap<(i32, i32), u64> {
+        let placement = placement(kind, cell);
+        let mut columns = BTreeMap::new();
+        for (index, sphere) in ends.body.spheres.iter().enumerate() {
+            let centre = placement.point(ends.track.centre(tick, index));
+            let sphere = Sphere::new(centre, sphere.radius);
+            CellColumn::for_each_reached(sphere, cell, i32::MAX, |column| {
+                *columns.entry((column.x, column.z)).or_default() |= column.heights;
+            });
+        }
+        columns
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(24))]
+        #[test]
+        fn they_are_those_of_the_start_without_those_of_the_end(
+            spheres in prop::collection::vec((prop::array::uniform3(-1.5f32..1.5), 0.01f32..0.4), 1..12),
+            moves in prop::array::uniform3(-0.5f32..0.5),
+            cell in 0.05f32..0.3,
+        ) {
+            let body = Body::new(spheres.iter().map(|&(_, radius)| crate::maps::BodySphere {
+                joint: crate::anim::JointId(0),
+                offset: Vec3::ZERO,
+                radius,
+            }).collect());
+            let places: Vec<Vec3> = spheres.iter().map(|(place, _)| Vec3::from_array(*place)).collect();
+            let moved: Vec<Vec3> = places.iter().map(|place| *place + Vec3::from_array(moves)).collect();
+            let track = BodyTrack::of_centres(&[&places, &moved]);
+            let ends = EvasionEnds { body: &body, track: &track, end: 1 };
+            let found = VacatedKinds::new(ends, cell);
+            for kind in (0..KINDS).step_by(7) {
+                let [mut start, end] = [0, 1].map(|tick| occupied((ends, tick), kind, cell));
+                for (column, heights) in &mut start {
+                    *heights &= !end.get(column).copied().unwrap_or(0);
+                }
+                let cells = found.kinds[kind as usize];
+                for x in cells.x - 2..cells.x + cells.width as i32 + 2 {
+                    for z in cells.z - 2..cells.z + cells.depth as i32 + 2 {
+                        let expected = start.remove(&(x, z)).unwrap_or(0);
+                        let heights = cells.position(x, z).map_or(0, |at| found.heights[at]);
+                        prop_assert_eq!(heights, expected, "{} {}", x, z);
+                    }
+                }
+                prop_assert!(start.is_empty());
+            }
+        }
+    }
+}

@@ -1,0 +1,125 @@
+//! Promise: what a large graph computes when it is first needed changes no answer, and once it is prepared a query that has memory
+//! from other queries allocates nothing.
+#![allow(clippy::unwrap_used, clippy::expect_used)]
+
+use sabaki_testing as common;
+
+use std::path::Path;
+use std::sync::OnceLock;
+
+use common::clips::{small_skeleton, swinging_clip};
+use common::memory::allocations;
+use sabaki::anim::{Event, EventKind};
+use sabaki::archive;
+use sabaki::graph::{self, ClipSource, GraphSettings};
+use sabaki::maps::{BakeSettings, BakedGraph, Baker, MapGrid};
+use sabaki::query::{Answer, Enumerate, Query, QueryContext, QuerySettings};
+use sabaki_app::demo::throw::{Throw, ThrowSettings, throw};
+
+/// A graph of more evasions than are prepared by loading.
+fn bytes() -> &'static [u8] {
+    static BYTES: OnceLock<Vec<u8>> = OnceLock::new();
+    BYTES.get_or_init(|| {
+        let skeleton = small_skeleton();
+        let clips = [0.3, 0.4, 1.1, 0.6].map(|seed| swinging_clip(&skeleton, 450, seed));
+        let events: Vec<Event> = (0..40)
+            .map(|index| Event {
+                clip: index % 4,
+                kind: EventKind::Evasion,
+                start: 0.5 + 1.3 * (index / 4) as f64,
+                end: 0.9 + 1.3 * (index / 4) as f64,
+                joints: Vec::new(),
+            })
+            .collect();
+        let source = ClipSource {
+            skeleton: &skeleton,
+            clips: &clips,
+            events: &events,
+        };
+        let settings = GraphSettings {
+            frame_rate: 15.0,
+            threshold: 3.0,
+            separation: 0.1,
+            ..GraphSettings::default()
+        };
+        let graph = graph::build(source, &settings).unwrap().0;
+        let settings = BakeSettings {
+            maps: MapGrid {
+                texel: 0.1,
+                slab_height: 0.3,
+                slices: 4,
+                slice_seconds: 0.25,
+                ..MapGrid::default()
+            },
+            ..BakeSettings::default()
+        };
+        let baker = Baker::new(graph, settings).unwrap();
+        let baked = baker.finish_on_cpu().unwrap();
+        assert!(baked.evasions().len() > 32);
+        archive::to_bytes(&baked).unwrap()
+    })
+}
+
+fn loaded() -> BakedGraph {
+    archive::from_bytes(bytes(), Path::new("many.sabaki")).unwrap()
+}
+
+fn prepared() -> BakedGraph {
+    let baked = loaded();
+    baked.prepare();
+    baked
+}
+
+fn throws(baked: &BakedGraph) -> Vec<Throw> {
+    let one = |index| throw(baked, &ThrowSettings::default(), 3, index);
+    (0..40).map(|index| one(index).unwrap()).collect()
+}
+
+#[test]
+fn answers_do_not_depend_on_what_is_prepared() {
+    let (lazy, ready) = (loaded(), prepared());
+    assert_eq!(lazy, ready);
+    let throws = throws(&ready);
+    let settings = QuerySettings {
+        enumerate: Enumerate::TouchedCells,
+        ..QuerySettings::default()
+    };
+    let answers = |baked: &BakedGraph| -> Vec<String> {
+        let query = Query::new(baked, &settings);
+        let (mut context, mut answer) = (QueryContext::default(), Answer::default());
+        let of = |throw: &Throw| {
+            query.answer(throw.request(), &mut context, &mut answer);
+            format!("{:?} {:?}", answer.candidates, answer.clearance())
+        };
+        throws.iter().map(of).collect()
+    };
+    // Several threads that need the same at the same time find the same.
+    let [a, b, c] = std::thread::scope(|scope| {
+        let own = [&lazy, &lazy, &ready].map(|baked| scope.spawn(|| answers(baked)));
+        own.map(|thread| thread.join().unwrap())
+    });
+    assert!(a == c && b == c);
+    assert_eq!(archive::to_bytes(&lazy).unwrap(), bytes());
+}
+
+#[test]
+fn after_preparing_a_query_allocates_nothing_wherever_it_begins() {
+    let ready = prepared();
+    let throws = throws(&ready);
+    let settings = QuerySettings::default();
+    let (mut context, mut answer) = (QueryContext::default(), Answer::default());
+    let mut round = |baked: &BakedGraph| {
+        let query = Query::new(baked, &settings);
+        let before = allocations();
+        for throw in &throws {
+            query.answer(throw.request(), &mut context, &mut answer);
+        }
+        allocations() - before
+    };
+    // The context gets its memory from another graph of the same contents.
+    assert!(round(&ready) > 0);
+    let (lazy, ready) = (loaded(), prepared());
+    assert_eq!(round(&ready), 0);
+    assert!(round(&lazy) > 0, "the counter counts");
+    assert_eq!(round(&lazy), 0);
+}
