@@ -22,7 +22,6 @@ use std::path::{Path, PathBuf};
 use thiserror::Error;
 
 use crate::maps::BakedGraph;
-use crate::math::both;
 
 pub use atomic_write::write_atomically;
 
@@ -175,18 +174,11 @@ pub fn from_bytes(bytes: &[u8], path: &Path) -> Result<BakedGraph, ArchiveError>
             writer: writer(bytes, version),
         });
     }
-    if bytes.len() < HEADER {
+    if bytes.len() < HEADER || crc32fast::hash(&bytes[CHECKED..]) != checksum {
         return Err(ArchiveError::Checksum { path: path() });
     }
     let contents = |what: String| ArchiveError::Contents { path: path(), what };
-    // Damaged bytes are told by the checksum, whatever they are taken for meanwhile.
-    let (is_whole, graph) = both(
-        || crc32fast::hash(&bytes[CHECKED..]) == checksum,
-        || BakedGraph::from_sections(sections(&bytes[HEADER..])?),
-    );
-    if !is_whole {
-        return Err(ArchiveError::Checksum { path: path() });
-    }
+    let graph = sections(&bytes[HEADER..]).and_then(BakedGraph::from_sections);
     let most = MOST_PER_BYTE * bytes.len() as u64 + MOST_BESIDE;
     let restored = graph.and_then(|graph| graph.restored_within(most));
     restored.map_err(contents)

@@ -89,6 +89,7 @@ impl BakedGraph {
     /// time or allocate memory. Answers do not depend on it.
     pub fn prepare(&self) {
         let _span = tracing::trace_span!("bake: prepare evasions").entered();
+        let _ = self.graph.rig();
         in_parallel(0, self.evasions.len(), |evasion| {
             let _ = (self.track(evasion), self.entry_track(evasion));
         });
