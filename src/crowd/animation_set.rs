@@ -1,10 +1,11 @@
 use glam::Vec3;
 
 use super::error::CrowdError;
+use super::frame_keys::FrameKeys;
 use super::key_bank::{ClipRange, KeyBank, TrackPlaces};
 use super::level_clips::{LevelClips, Stored};
 use super::level_step::{LevelStep, steps};
-use super::quantise::keys_per_frame;
+use super::quantise::count_keys;
 use super::tracks::{MotionKeys, Tracks};
 use crate::anim::{Clip, ClipId, JointId, Skeleton};
 use crate::lod::{Level, LevelId, LevelMotion, LevelTrack, Levels, Translations};
@@ -115,6 +116,7 @@ impl AnimationSet {
             levels,
         } = *desc;
         let mut tracks = Tracks::new(desc);
+        let mut frames = FrameKeys::default();
         let mut ranges: Vec<ClipRange> = Vec::with_capacity(clips.len() + layers.len());
         for (index, clip) in clips.iter().chain(layers).enumerate() {
             let motions = levels
@@ -125,17 +127,28 @@ impl AnimationSet {
                 motions = motions.into_iter().map(additive).collect();
             }
             // As many keys on every level, so that a moment is the same number on all of them.
-            let per_frame = motions.iter().map(keys_per_frame).max().unwrap_or(1);
-            for (level, motion) in motions.iter().enumerate() {
-                tracks.add(level, index, &MotionKeys { motion, per_frame });
+            let mut keys_of_frames = vec![1; clip.frames() - 1];
+            for motion in &motions {
+                count_keys(motion, &mut keys_of_frames);
             }
-            let keys = (clip.frames() - 1) * per_frame + 1;
-            let rate = clip.frame_rate() * per_frame as f64;
-            ranges.push(ClipRange::after(ranges.last(), keys, rate));
+            for (level, motion) in motions.iter().enumerate() {
+                let keys_of_frames = &keys_of_frames;
+                tracks.add(
+                    level,
+                    index,
+                    &MotionKeys {
+                        motion,
+                        keys_of_frames,
+                    },
+                );
+            }
+            frames.add(&keys_of_frames);
+            let range = ClipRange::after(ranges.last(), &keys_of_frames, clip.frame_rate());
+            ranges.push(range);
         }
         tracks.store_places();
         let places = TrackPlaces::new(&tracks);
-        let keys = KeyBank::new(&tracks, &ranges, &places);
+        let keys = KeyBank::new(&tracks, &ranges, &places).with_frames(frames);
         if keys.rows.len() > u32::MAX as usize {
             return Err(CrowdError::TooManyKeys);
         }

@@ -58,10 +58,11 @@ impl Mix {
     }
 }
 
-/// Groups of one kind that stand together.
+/// Groups of one level and mixture that stand together, whatever their clips.
 #[derive(Clone, Debug)]
 pub(super) struct Bucket {
-    pub(super) kind: GroupKind,
+    pub(super) level: LevelId,
+    pub(super) mix: Mix,
     pub(super) groups: Range<usize>,
     pub(super) offset: usize,
     /// Of each group.
@@ -80,7 +81,8 @@ impl GroupKind {
 /// Groups of one bucket in one chunk.
 #[derive(Clone, Debug)]
 pub(super) struct Piece {
-    pub(super) kind: GroupKind,
+    pub(super) level: LevelId,
+    pub(super) mix: Mix,
     pub(super) groups: Range<usize>,
     pub(super) lines: Range<usize>,
 }

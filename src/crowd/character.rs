@@ -106,7 +106,7 @@ pub struct ClipMix {
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(64))]
 pub(super) struct CharacterState {
-    /// Position in the clip at crowd time 0, in intervals between keys. Double precision, so that no error adds up.
+    /// Position in the clip at crowd time 0, in frames. Double precision, so that no error adds up.
     phase: f64,
     /// Seconds of the clip per second.
     speed: f32,
@@ -154,6 +154,7 @@ impl MixState {
     fn lane<'a>(&self, animations: &'a AnimationSet, base: f64) -> LaneClip<'a> {
         let range = animations.range(self.clip);
         LaneClip {
+            clip: self.clip,
             range,
             start: range.wrapped(self.phase + range.per_second(self.speed) * base),
             speed: self.speed,
@@ -250,10 +251,10 @@ impl CharacterState {
         LevelId(self.detail as u16)
     }
 
-    /// Position in the clip at a time, as a share of the clip.
+    /// Position among the keys of the clip at a time, as a share of all of them.
     pub(super) fn share(&self, animations: &AnimationSet, now: f64) -> f32 {
         let LaneClip { range, start, .. } = self.own().lane(animations, now);
-        start / range.intervals as f32
+        animations.keys.frames.position(range, start) / range.intervals as f32
     }
 
     /// The character's clips for a group whose clock stands at 0 at `base`.

@@ -22,7 +22,8 @@ impl Schedule {
                 if from < to {
                     let line = |group: usize| bucket.offset + group * bucket.lines;
                     self.pieces.push(Piece {
-                        kind: bucket.kind,
+                        level: bucket.level,
+                        mix: bucket.mix,
                         groups: bucket.groups.start + from..bucket.groups.start + to,
                         lines: line(from)..line(to),
                     });
@@ -53,7 +54,7 @@ impl Schedule {
     pub(super) fn is_held(&self, piece: &Piece, hold: Hold) -> bool {
         let is_old = |group: usize| self.visible[group] == 0 || self.was_visible[group];
         hold.frames > 0
-            && piece.kind.level >= hold.from
+            && piece.level >= hold.from
             && piece.groups.end <= self.first_late
             && piece.groups.clone().all(is_old)
     }

@@ -12,6 +12,8 @@ pub(super) struct Debt {
     pub(super) hidden: usize,
     /// Number of characters that were moved to other groups.
     pub(super) late: usize,
+    /// Groups whose characters were not near each other in time in the first frame: some are not with narrow registers.
+    apart: Option<usize>,
 }
 
 impl Debt {
@@ -24,6 +26,7 @@ impl Debt {
 
     pub(super) fn of_a_frame(&mut self, apart: usize) {
         let joints = self.joints.max(0) as usize;
+        let apart = apart.saturating_sub(*self.apart.get_or_insert(apart));
         self.owed += Self::APART * apart + Self::LATE * self.late + joints + self.hidden;
     }
 

@@ -2,6 +2,7 @@ use super::bucket::{GroupKind, Mix};
 use super::character::CharacterState;
 use super::key_bank::ClipRange;
 use super::moment::{Cycle, Moment};
+use crate::anim::ClipId;
 use crate::lod::LevelId;
 use crate::math::{F32x16, Lanes};
 
@@ -18,12 +19,12 @@ pub(super) struct Group {
     pub(super) detail: F32x16,
 }
 
-/// Positions in clips, in intervals between keys.
+/// Positions in clips, in frames.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Clock {
     /// When the crowd's clock stands at 0.
     start: F32x16,
-    /// Intervals per second.
+    /// Frames per second.
     speed: F32x16,
 }
 
@@ -37,8 +38,12 @@ pub(super) struct GroupCold {
     pub(super) ids: [u32; F32x16::LANES],
     /// Rows of all clips before each character's own.
     pub(super) rows: [u32; F32x16::LANES],
-    /// Intervals of each character's clip.
+    /// Frames of all clips before each character's own.
+    pub(super) frames: [u32; F32x16::LANES],
+    /// Intervals between frames of each character's clip.
     pub(super) length: F32x16,
+    /// Whether each of these clips has one key for each frame.
+    pub(super) is_even: bool,
     pub(super) fade: ClipLines,
     pub(super) layer: ClipLines,
 }
@@ -46,10 +51,34 @@ pub(super) struct GroupCold {
 /// Clips that are mixed in. A character without one has its first clip again, with a weight of 0.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct ClipLines {
+    pub(super) shared: SharedClip,
     pub(super) weight: F32x16,
     pub(super) clock: Clock,
     pub(super) rows: [u32; F32x16::LANES],
+    pub(super) frames: [u32; F32x16::LANES],
     pub(super) length: F32x16,
+    pub(super) is_even: bool,
+}
+
+/// The clip that all lanes play.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum SharedClip {
+    /// No lane has been written.
+    Unknown,
+    One(ClipId),
+    /// Lanes play different clips.
+    None,
+}
+
+impl SharedClip {
+    /// The clip that is played if one more lane plays `clip`.
+    fn with(self, clip: ClipId) -> Self {
+        match self {
+            Self::Unknown => Self::One(clip),
+            Self::One(own) if own == clip => self,
+            _ => Self::None,
+        }
+    }
 }
 
 impl Group {
@@ -118,7 +147,9 @@ impl GroupCold {
         offset: 0,
         ids: [Group::NOBODY; F32x16::LANES],
         rows: [0; F32x16::LANES],
+        frames: [0; F32x16::LANES],
         length: F32x16([1.0; F32x16::LANES]),
+        is_even: true,
         fade: ClipLines::EMPTY,
         layer: ClipLines::EMPTY,
     };
@@ -126,7 +157,9 @@ impl GroupCold {
     /// Writes a character's clips into a lane: those that the group mixes.
     pub(super) fn write(&mut self, lane: usize, clips: &LaneClips<'_>) {
         self.rows[lane] = clips.own.range.row as u32;
-        self.length.0[lane] = clips.own.range.intervals as f32;
+        self.frames[lane] = clips.own.range.frame as u32;
+        self.length.0[lane] = clips.own.range.frames as f32;
+        self.is_even &= clips.own.range.is_even();
         if self.kind.mix.fades {
             self.fade.write(lane, &clips.fade);
         }
@@ -138,6 +171,7 @@ impl GroupCold {
     /// Copies everything that a lane holds to another lane.
     pub(super) fn copy_lane(&mut self, from: usize, to: usize) {
         self.rows[to] = self.rows[from];
+        self.frames[to] = self.frames[from];
         self.length.0[to] = self.length.0[from];
         self.fade.copy_lane(from, to);
         self.layer.copy_lane(from, to);
@@ -151,22 +185,29 @@ impl GroupCold {
 
 impl ClipLines {
     const EMPTY: Self = Self {
+        shared: SharedClip::Unknown,
         weight: F32x16::ZERO,
         clock: Clock::STOPPED,
         rows: [0; F32x16::LANES],
+        frames: [0; F32x16::LANES],
         length: F32x16([1.0; F32x16::LANES]),
+        is_even: true,
     };
 
     fn write(&mut self, lane: usize, clip: &LaneClip<'_>) {
+        self.shared = self.shared.with(clip.clip);
         self.weight.0[lane] = clip.weight;
         self.clock.start.0[lane] = clip.start;
         self.clock.speed.0[lane] = clip.range.per_second(clip.speed) as f32;
         self.rows[lane] = clip.range.row as u32;
-        self.length.0[lane] = clip.range.intervals as f32;
+        self.frames[lane] = clip.range.frame as u32;
+        self.length.0[lane] = clip.range.frames as f32;
+        self.is_even &= clip.range.is_even();
     }
 
     fn copy_lane(&mut self, from: usize, to: usize) {
         self.rows[to] = self.rows[from];
+        self.frames[to] = self.frames[from];
         for line in [
             &mut self.weight,
             &mut self.clock.start,
@@ -181,8 +222,9 @@ impl ClipLines {
 /// A clip as a lane plays it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct LaneClip<'a> {
+    pub(super) clip: ClipId,
     pub(super) range: &'a ClipRange,
-    /// Position when the groups' clock stands at 0, in intervals.
+    /// Position when the groups' clock stands at 0, in frames.
     pub(super) start: f32,
     /// Seconds of the clip per second.
     pub(super) speed: f32,

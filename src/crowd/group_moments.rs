@@ -1,14 +1,165 @@
 //! Where the characters of a group are in their clips.
 
-use super::group::ClipLines;
-use super::key_bank::ClipRange;
-use super::moment::{Cycle, Near, Weights};
+use std::ops::Range;
+
+use super::group::{ClipLines, Clock, SharedClip};
+use super::key_bank::KeyPlace;
+use super::moment::{Cycle, Moment, Near, Reach, Weights};
 use super::run::Run;
+use super::sampling::WindowPlace;
 use crate::math::{F32x16, KeyRows, Lanes};
 
 /// Groups whose moments are found before the first of them is posed. Where a group is in its clip is a long chain of steps, each of
 /// which waits for the one before: those of several groups are done at once.
 pub(super) const AHEAD: usize = 8;
+
+/// Clips of sixteen characters, and when each plays its own.
+struct ClockLines<'a> {
+    clock: &'a Clock,
+    length: &'a F32x16,
+    /// Frames of all clips before each one's own.
+    frames: &'a [u32; F32x16::LANES],
+    /// Whether each clip has one key for each frame.
+    is_even: bool,
+}
+
+/// Groups whose moments are found together.
+#[derive(Clone, Copy)]
+pub(super) struct Batch {
+    /// Turn of the first of them.
+    pub(super) begun: usize,
+    /// At most [`AHEAD`].
+    pub(super) count: usize,
+}
+
+impl Batch {
+    /// The turn after the last one of a full batch.
+    #[inline(always)]
+    pub(super) fn after(self) -> usize {
+        self.begun + AHEAD
+    }
+
+    /// Where their moments are: two batches take turns.
+    #[inline(always)]
+    pub(super) fn places(self) -> Range<usize> {
+        let first = self.begun % (2 * AHEAD);
+        first..first + self.count
+    }
+
+    #[inline(always)]
+    pub(super) fn of(self, moments: &[Moments]) -> &[Moments] {
+        &moments[self.places()]
+    }
+}
+
+/// The groups that are posed, and those that are posed after them.
+#[derive(Clone, Copy)]
+pub(super) struct Batches {
+    pub(super) now: Batch,
+    pub(super) next: Batch,
+    /// Whether the keys of the first group of `now` that is read one by one have been asked for.
+    pub(super) is_fetched: bool,
+}
+
+impl Batches {
+    /// Goes on to the groups after these.
+    #[inline(always)]
+    pub(super) fn advance(&mut self, is_fetched: bool) {
+        self.now = self.next;
+        self.is_fetched = is_fetched;
+    }
+
+    /// The visible groups of each reach.
+    #[inline(always)]
+    pub(super) fn by_reach(&self, moments: &[Moments]) -> [Picked; Reach::COUNT] {
+        let mut picked = [Picked::NONE; Reach::COUNT];
+        for place in self.now.places() {
+            let own = &moments[place];
+            if own.is_visible {
+                picked[own.reach as usize].add_now(place);
+            }
+        }
+        for place in self.next.places() {
+            let own = &moments[place];
+            if own.is_visible {
+                picked[own.reach as usize].add_next(place);
+            }
+        }
+        picked
+    }
+
+    /// All visible groups.
+    #[inline(always)]
+    pub(super) fn visible(&self, moments: &[Moments]) -> Picked {
+        let mut picked = Picked::NONE;
+        for place in self.now.places() {
+            if moments[place].is_visible {
+                picked.add_now(place);
+            }
+        }
+        for place in self.next.places() {
+            if moments[place].is_visible {
+                picked.add_next(place);
+            }
+        }
+        picked
+    }
+}
+
+/// Some of the groups that are posed, and the first of those after them.
+#[derive(Clone, Copy)]
+pub(super) struct Picked {
+    places: [u8; AHEAD + 1],
+    now: u8,
+    all: u8,
+}
+
+impl Picked {
+    const NONE: Self = Self {
+        places: [0; AHEAD + 1],
+        now: 0,
+        all: 0,
+    };
+
+    #[inline(always)]
+    fn add_now(&mut self, place: usize) {
+        self.places[usize::from(self.now)] = place as u8;
+        self.now += 1;
+        self.all = self.now;
+    }
+
+    #[inline(always)]
+    fn add_next(&mut self, place: usize) {
+        if self.all == self.now {
+            self.places[usize::from(self.now)] = place as u8;
+            self.all += 1;
+        }
+    }
+
+    /// Number of those that are posed now.
+    #[inline(always)]
+    pub(super) fn now(&self) -> usize {
+        usize::from(self.now)
+    }
+
+    /// Where the moments are of those that are posed now, and of the one after them.
+    #[inline(always)]
+    pub(super) fn places(&self) -> &[u8] {
+        &self.places[..usize::from(self.all)]
+    }
+
+    /// Where the moments are of the group at a turn; of the last one for the turn after it.
+    #[inline(always)]
+    pub(super) fn place(&self, turn: usize) -> usize {
+        usize::from(self.places[turn.min(usize::from(self.all) - 1)])
+    }
+
+    /// Whether there is one after those that are posed now.
+    #[inline(always)]
+    pub(super) fn goes_on(&self) -> bool {
+        self.all > self.now
+    }
+}
 
 /// Where a group is in its clips, and what of it is shown. In lines, so that the same memory serves every instruction set.
 #[derive(Clone, Copy, Debug)]
@@ -19,16 +170,20 @@ pub(super) struct Moments {
     interval: F32x16,
     /// Bits of [`Weights::pair`].
     weights: F32x16,
-    /// Where each part is that is near.
+    /// Where each part is that is near: key of the first column.
     starts: [usize; F32x16::LANES],
+    /// From column to column.
+    stride: usize,
     /// Bits of [`Near::places`].
     places: F32x16,
-    /// All parts are near.
-    pub(super) all_near: bool,
+    /// Of the part whose lanes are furthest from each other.
+    pub(super) reach: Reach,
     /// Nobody is on the way to another level.
     pub(super) is_posed: bool,
     /// Some character is inside the frustum.
     pub(super) is_visible: bool,
+    /// All play one clip, but are not near each other in time.
+    pub(super) is_apart: bool,
 }
 
 impl Moments {
@@ -37,10 +192,12 @@ impl Moments {
         interval: F32x16::ZERO,
         weights: F32x16::ZERO,
         starts: [0; F32x16::LANES],
+        stride: 0,
         places: F32x16::ZERO,
-        all_near: false,
+        reach: Reach::Apart,
         is_posed: false,
         is_visible: false,
+        is_apart: false,
     };
 
     #[inline(always)]
@@ -50,53 +207,108 @@ impl Moments {
         }
     }
 
-    /// Where a part is, of a group that is near.
+    /// Where a part is, of a group that is near, and where the next such group is.
     #[inline(always)]
-    pub(super) fn near<L: Lanes>(&self, part: usize) -> Near<L> {
-        Near {
-            start: self.starts[part],
+    pub(super) fn windows<L: Lanes>(&self, next: &Self, part: usize) -> WindowPlace<L> {
+        let place = |moments: &Self| KeyPlace {
+            first: moments.starts[part],
+            stride: moments.stride,
+        };
+        WindowPlace {
+            at: place(self),
+            next: place(next),
             places: L::load_words(&self.places, part),
         }
     }
 }
 
 impl Run<'_> {
-    /// Finds where a group is. `near` is the clip that its characters share.
+    /// Finds where a group is.
     #[inline(always)]
-    pub(super) fn find_moments<L: Lanes>(
-        &self,
-        index: usize,
-        near: Option<(&ClipRange, Cycle<L>)>,
-        to: &mut Moments,
-    ) {
+    pub(super) fn find_moments<L: Lanes>(&self, index: usize, to: &mut Moments) {
         let group = &self.groups[index];
         to.group = index;
         to.is_posed = self.level.shows::<L>(&group.detail, 0);
         to.is_visible = self.visible[index] != 0;
-        let mut all_near = near.is_some();
-        for part in 0..L::PARTS {
-            let moment = match near {
-                Some((range, cycle)) => {
-                    let moment = group.clock.moment(part, self.now, cycle);
-                    match Near::new(range, cycle, moment.interval) {
-                        Some(near) => {
-                            to.starts[part] = near.start;
-                            L::from_bits(near.places).store(&mut to.places, part);
-                        }
-                        None => all_near = false,
-                    }
-                    moment
-                }
-                None => {
-                    let cycle = Cycle::new(L::load(&self.cold[index].length, part));
-                    group.clock.moment(part, self.now, cycle)
-                }
+        let Some(clip) = self.near[index] else {
+            let cold = &self.cold[index];
+            let lines = ClockLines {
+                clock: &group.clock,
+                length: &cold.length,
+                frames: &cold.frames,
+                is_even: cold.is_even,
             };
+            let moments = self.moments::<L>(&lines, &mut to.interval);
+            for part in 0..L::PARTS {
+                let weights = Weights::new(moments[part].share);
+                L::from_bits(weights.pair).store(&mut to.weights, part);
+            }
+            (to.reach, to.is_apart) = (Reach::Apart, false);
+            return;
+        };
+        let range = &self.ranges[clip.index()];
+        let frames = range.frame_cycle.lanes::<L>();
+        let mut found = L::parts(Moment::zero());
+        for part in 0..L::PARTS {
+            found[part] = group.clock.moment(part, self.now, frames);
+        }
+        if !range.is_even() {
+            let before = [range.frame as u32; F32x16::LANES];
+            self.between_keys::<L>(&before, &mut found);
+        }
+        let (place, keys) = (self.keys.place(range, 0), range.key_cycle.lanes::<L>());
+        let mut reach = Reach::Narrow;
+        for part in 0..L::PARTS {
+            let moment = found[part];
+            let near = Near::new(range, keys, moment.interval);
+            to.starts[part] = place.first + near.start;
+            L::from_bits(near.places).store(&mut to.places, part);
+            reach = reach.max(near.reach);
             moment.interval.store(&mut to.interval, part);
             let weights = Weights::new(moment.share);
             L::from_bits(weights.pair).store(&mut to.weights, part);
         }
-        to.all_near = all_near;
+        to.stride = place.stride;
+        to.reach = reach;
+        to.is_apart = reach == Reach::Apart;
+    }
+
+    /// Where sixteen characters are in clips of their own; `intervals` receives the intervals between keys.
+    #[inline(always)]
+    fn moments<L: Lanes>(
+        &self,
+        lines: &ClockLines<'_>,
+        intervals: &mut F32x16,
+    ) -> L::Parts<Moment<L>> {
+        let mut found = L::parts(Moment::zero());
+        for part in 0..L::PARTS {
+            let cycle = Cycle::new(L::load(lines.length, part));
+            found[part] = lines.clock.moment(part, self.now, cycle);
+        }
+        if !lines.is_even {
+            self.between_keys::<L>(lines.frames, &mut found);
+        }
+        for part in 0..L::PARTS {
+            found[part].interval.store(intervals, part);
+        }
+        found
+    }
+
+    /// Moments between frames become moments between keys. `before` are the frames of all clips before each lane's own.
+    #[inline(always)]
+    fn between_keys<L: Lanes>(
+        &self,
+        before: &[u32; F32x16::LANES],
+        moments: &mut L::Parts<Moment<L>>,
+    ) {
+        let mut frames = F32x16::ZERO;
+        for part in 0..L::PARTS {
+            moments[part].interval.store(&mut frames, part);
+        }
+        let keys = self.keys.frames.of(&frames, before);
+        for part in 0..L::PARTS {
+            moments[part] = keys.moment(part, moments[part].share);
+        }
     }
 
     /// The rows of a group's first clips.
@@ -105,21 +317,67 @@ impl Run<'_> {
         self.rows_at(&self.cold[moments.group].rows, &moments.interval)
     }
 
+    /// Where characters are in clips that are mixed in.
+    #[inline(always)]
+    pub(super) fn clip_moments<L: Lanes>(&self, clips: &ClipLines) -> ClipMoments<L> {
+        let lines = ClockLines {
+            clock: &clips.clock,
+            length: &clips.length,
+            frames: &clips.frames,
+            is_even: clips.is_even,
+        };
+        let mut intervals = F32x16::ZERO;
+        let moments = self.moments::<L>(&lines, &mut intervals);
+        ClipMoments { intervals, moments }
+    }
+
     /// The rows of clips that are mixed in, and how far characters are between two of them.
     #[inline(always)]
-    pub(super) fn clip_rows<L: Lanes>(&self, clips: &ClipLines) -> ClipRows<'_, L> {
-        let (mut intervals, zero) = (F32x16::ZERO, L::splat(0.0));
-        let mut weights = L::parts(Weights::new(zero));
-        for part in 0..L::PARTS {
-            let cycle = Cycle::new(L::load(&clips.length, part));
-            let moment = clips.clock.moment(part, self.now, cycle);
-            moment.interval.store(&mut intervals, part);
-            weights[part] = Weights::new(moment.share);
-        }
+    pub(super) fn clip_rows<L: Lanes>(
+        &self,
+        clips: &ClipLines,
+        moments: &ClipMoments<L>,
+    ) -> ClipRows<'_, L> {
         ClipRows {
-            rows: self.rows_at(&clips.rows, &intervals),
-            weights,
+            rows: self.rows_at(&clips.rows, &moments.intervals),
+            weights: moments.weights(),
         }
+    }
+
+    /// The same of characters that mix in one clip, near each other in time.
+    #[inline(always)]
+    pub(super) fn clip_windows<L: Lanes>(
+        &self,
+        clips: &ClipLines,
+        moments: &ClipMoments<L>,
+    ) -> Option<ClipWindows<L>> {
+        let SharedClip::One(clip) = clips.shared else {
+            return None;
+        };
+        let range = &self.ranges[clip.index()];
+        let (keys, place) = (range.key_cycle.lanes::<L>(), self.keys.place(range, 0));
+        let mut windows = L::parts(WindowPlace {
+            at: place,
+            next: place,
+            places: L::splat_words(0),
+        });
+        for part in 0..L::PARTS {
+            let near = Near::new(range, keys, moments.moments[part].interval);
+            if near.reach == Reach::Apart {
+                return None;
+            }
+            let first = place.first + near.start;
+            let at = KeyPlace { first, ..place };
+            windows[part] = WindowPlace {
+                at,
+                next: at,
+                places: near.places,
+            };
+        }
+        Some(ClipWindows {
+            windows,
+            weights: moments.weights(),
+        })
     }
 
     /// The rows of sixteen characters whose clips have so many rows before their own.
@@ -132,6 +390,31 @@ impl Run<'_> {
         }
         KeyRows::new(&self.keys.rows, starts, units)
     }
+}
+
+/// Where characters are in clips that are mixed in.
+pub(super) struct ClipMoments<L: Lanes> {
+    /// Between keys.
+    intervals: F32x16,
+    moments: L::Parts<Moment<L>>,
+}
+
+impl<L: Lanes> ClipMoments<L> {
+    #[inline(always)]
+    fn weights(&self) -> L::Parts<Weights<L>> {
+        let mut weights = L::parts(Weights::new(L::splat(0.0)));
+        for part in 0..L::PARTS {
+            weights[part] = Weights::new(self.moments[part].share);
+        }
+        weights
+    }
+}
+
+/// Wide windows of characters that mix in one clip.
+#[derive(Clone, Copy)]
+pub(super) struct ClipWindows<L: Lanes> {
+    pub(super) windows: L::Parts<WindowPlace<L>>,
+    pub(super) weights: L::Parts<Weights<L>>,
 }
 
 /// The rows of one clip for each character.

@@ -6,12 +6,10 @@ use bytemuck::Zeroable;
 
 use super::chain::Posing;
 use super::fetch::Fetch;
-use super::group_moments::{AHEAD, Moments};
+use super::group_moments::{AHEAD, Batch, Batches, Moments, Picked};
 use super::joint_math::JointMath;
-use super::key_bank::ClipRange;
 use super::matrices::Matrices;
-use super::mixed::MixedRows;
-use super::moment::Cycle;
+use super::mixed::{MixedRows, MixedWork};
 use super::output::{Form, Layout, Output, WriteMode};
 use super::rotations::Rotations;
 use super::run::{Run, RunMemory, Turn};
@@ -103,24 +101,27 @@ impl Run<'_> {
         to: &mut T,
     ) -> usize {
         let mut apart = 0;
-        let cycle = self.near.map(|range| (range, Cycle::<L>::of(range)));
-        for begun in (0..self.turns()).step_by(AHEAD) {
-            let count = self.find_batch::<L>(begun, cycle, scratch);
+        let mut batches = self.first_batches::<L>(scratch);
+        while batches.now.count > 0 {
+            batches.next = self.find_batch::<L>(batches.now.after(), scratch);
+            for moments in batches.now.of(&scratch.moments) {
+                apart += usize::from(moments.is_apart);
+            }
+            let [narrow, wide, read] = batches.by_reach(&scratch.moments);
+            // Keys that are read one by one are asked for some time before.
+            if !(read.places().is_empty() || batches.is_fetched && read.now() > 0) {
+                self.rows(&scratch.moments[read.place(0)])
+                    .prefetch_all(self.bank);
+            }
             // In loops of their own: the first is short then.
-            let mut is_read = [false; AHEAD];
-            let moments = &scratch.moments[..count];
-            for (moments, is_read) in moments.iter().zip(&mut is_read) {
-                apart += usize::from(self.near.is_some() && !moments.all_near);
-                if moments.is_visible && moments.all_near {
-                    let out = to.group(moments.group, self.group_lines(), &mut scratch.spare);
-                    self.pose_near::<L, P, T::Group<'_>>(moments, out, &mut scratch.models);
-                } else {
-                    *is_read = moments.is_visible;
-                }
+            self.pose_near_groups::<L, P, T, false>(&narrow, scratch, to);
+            if wide.now() > 0 {
+                self.pose_near_groups::<L, P, T, true>(&wide, scratch, to);
             }
-            if is_read != [false; AHEAD] {
-                self.pose_read_groups::<L, P, T>(&is_read, scratch, to);
+            if read.now() > 0 {
+                self.pose_read_groups::<L, P, T>(&read, scratch, to);
             }
+            batches.advance(read.goes_on());
         }
         apart
     }
@@ -133,14 +134,20 @@ impl Run<'_> {
         to: &mut T,
     ) -> usize {
         let mut apart = 0;
-        let cycle = self.near.map(|range| (range, Cycle::<L>::of(range)));
-        let mut rows = [MixedRows::<L>::NONE; AHEAD];
-        for begun in (0..self.turns()).step_by(AHEAD) {
-            let count = self.find_batch::<L>(begun, cycle, scratch);
-            for moments in &scratch.moments[..count] {
-                apart += usize::from(self.near.is_some() && !moments.all_near);
+        let mut rows = [MixedRows::<L>::NONE; AHEAD + 1];
+        let mut batches = self.first_batches::<L>(scratch);
+        while batches.now.count > 0 {
+            batches.next = self.find_batch::<L>(batches.now.after(), scratch);
+            for moments in batches.now.of(&scratch.moments) {
+                apart += usize::from(moments.is_apart);
             }
-            self.pose_mixed::<L, P, T>(&mut rows[..count], scratch, to);
+            let mut work = MixedWork {
+                groups: batches.visible(&scratch.moments),
+                is_fetched: batches.is_fetched,
+                rows: &mut rows,
+            };
+            self.pose_mixed::<L, P, T>(&mut work, scratch, to);
+            batches.advance(work.groups.goes_on());
         }
         apart
     }
@@ -158,53 +165,59 @@ impl Run<'_> {
         self.output.group_len(self.bank.joints.len())
     }
 
-    /// Finds the moments of the next groups; returns how many there are.
+    /// The first groups, and none after them.
     #[inline(always)]
-    fn find_batch<L: Lanes>(
-        &self,
-        begun: usize,
-        near: Option<(&ClipRange, Cycle<L>)>,
-        scratch: &mut Scratch,
-    ) -> usize {
+    fn first_batches<L: Lanes>(&self, scratch: &mut Scratch) -> Batches {
+        let now = self.find_batch::<L>(0, scratch);
+        Batches {
+            now,
+            next: Batch { count: 0, ..now },
+            is_fetched: false,
+        }
+    }
+
+    /// Finds the moments of the groups from the one at this turn on.
+    #[inline(always)]
+    fn find_batch<L: Lanes>(&self, begun: usize, scratch: &mut Scratch) -> Batch {
         let Turn { first, step } = self.turn;
-        let count = AHEAD.min(self.turns() - begun);
-        for (turn, moments) in (begun..).zip(&mut scratch.moments[..count]) {
-            self.find_moments(first + turn * step, near, moments);
+        let count = AHEAD.min(self.turns().saturating_sub(begun));
+        let batch = Batch { begun, count };
+        let moments = &mut scratch.moments[batch.places()];
+        for (turn, moments) in (begun..).zip(moments) {
+            self.find_moments::<L>(first + turn * step, moments);
         }
-        count
+        batch
     }
 
-    /// A group whose characters share their loads.
+    /// Groups whose characters share their loads.
     #[inline(always)]
-    fn pose_near<L: Lanes, P: JointMath, T: Target>(
+    fn pose_near_groups<L: Lanes, P: JointMath, T: RunTarget, const WIDE: bool>(
         &self,
-        moments: &Moments,
-        mut out: T,
-        models: &mut [F32x16],
+        groups: &Picked,
+        scratch: &mut Scratch,
+        to: &mut T,
     ) {
-        for part in 0..L::PARTS {
-            let Some(window) = self.window::<L>(moments, part) else {
-                return;
-            };
-            let playing = Playing::new(window, moments.weights(part));
-            let mut posing = self.posing::<L, P, T>(moments, &mut out, models);
-            posing.joints::<L, _, KeyRows<'_>>(part, playing, None);
+        for turn in 0..groups.now() {
+            let moments = &scratch.moments[groups.place(turn)];
+            let next = &scratch.moments[groups.place(turn + 1)];
+            let mut out = to.group(moments.group, self.group_lines(), &mut scratch.spare);
+            for part in 0..L::PARTS {
+                let window = Window::<L, WIDE>::new(self.keys, moments.windows(next, part));
+                let playing = Playing::new(window, moments.weights(part));
+                let models = &mut scratch.models;
+                let mut posing = self.posing::<L, P, T::Group<'_>>(moments, &mut out, models);
+                posing.joints::<L, _, KeyRows<'_>>(part, playing, None);
+            }
+            let models = self.models::<P>(&mut scratch.models);
+            out.write::<L, P>(self.bank.joints.len(), models);
         }
-        out.write::<L, P>(self.bank.joints.len(), self.models::<P>(models));
-    }
-
-    /// The keys of characters that share their loads.
-    #[inline(always)]
-    pub(super) fn window<L: Lanes>(&self, moments: &Moments, part: usize) -> Option<Window<'_, L>> {
-        let range = self.near?;
-        Some(Window::new(self.keys, range, moments.near(part)))
     }
 
     /// Groups whose characters are read one by one. The keys of each group are asked for while the one before is posed.
     #[inline(always)]
     fn pose_read_groups<L: Lanes, P: JointMath, T: RunTarget>(
         &self,
-        is_read: &[bool; AHEAD],
+        groups: &Picked,
         scratch: &mut Scratch,
         to: &mut T,
     ) {
@@ -214,20 +227,15 @@ impl Run<'_> {
             spare,
             moments: ahead,
         } = scratch;
-        let mut rows = [KeyRows::none(&self.keys.rows); AHEAD];
-        let (mut indices, mut count) = ([0; AHEAD], 0);
-        for index in 0..AHEAD {
-            if is_read[index] {
-                // Some groups before they are used: numbers that were stored together are not read one by one at once.
-                rows[count] = self.rows(&ahead[index]);
-                indices[count] = index;
-                count += 1;
-            }
+        let mut rows = [KeyRows::none(&self.keys.rows); AHEAD + 1];
+        let places = groups.places();
+        for (rows, &place) in rows.iter_mut().zip(places) {
+            // Some groups before they are used: numbers that were stored together are not read one by one at once.
+            *rows = self.rows(&ahead[usize::from(place)]);
         }
-        rows[0].prefetch_all(self.bank);
-        for turn in 0..count {
-            let rows = &rows[turn..count];
-            let moments = &ahead[indices[turn]];
+        for turn in 0..groups.now() {
+            let moments = &ahead[groups.place(turn)];
+            let rows = &rows[turn..places.len()];
             let mut out = to.group(moments.group, self.group_lines(), spare);
             for part in 0..L::PARTS {
                 let from = RowsPart {

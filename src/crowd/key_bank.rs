@@ -1,17 +1,19 @@
 //! The keys of all clips, as the kernels read them.
 //!
 //! A clip is a list of tracks, and a track a list of columns: four for a rotation, none to six for a position. A column has
-//! one 16-bit key for each frame. The same keys stand twice: column by column, for characters that are near each other in
+//! one 16-bit key for each frame, and more where a joint turns fast. The same keys stand twice: column by column, for characters that are near each other in
 //! time and share their loads, and key by key in rows, for those that are not. In a row four keys are a quad: a rotation is
 //! one, a position up to two.
 
+use super::frame_keys::FrameKeys;
+use super::moment::Cycle;
 use super::quantise::Keys;
 use super::tracks::{Place, Tracks};
 use crate::math::{KeyUnit, UnitHalves};
 
 /// Keys that a column repeats from its beginning after its end: a window that starts at the last interval goes on at the
 /// first, and no window ends beyond its column.
-const SPARE: usize = 32;
+const SPARE: usize = 64;
 
 /// The keys of all clips.
 #[derive(Clone, Debug, Default)]
@@ -24,6 +26,8 @@ pub(super) struct KeyBank {
     column_count: usize,
     /// Units of a row.
     pub(super) row_units: usize,
+    /// When the keys are.
+    pub(super) frames: FrameKeys,
 }
 
 /// A clip's intervals, on every level the same.
@@ -33,10 +37,33 @@ pub(super) struct ClipRange {
     pub(super) row: usize,
     /// Keys of one column of all clips before it.
     column: usize,
+    /// Frames of all clips before it, without the last one of each.
+    pub(super) frame: usize,
+    /// Intervals between frames; at least one.
+    pub(super) frames: usize,
     /// Intervals between keys; at least one.
     pub(super) intervals: usize,
-    /// Intervals per second.
+    /// Frames per second.
     pub(super) rate: f64,
+    /// `frames` and `intervals` for kernels.
+    pub(super) frame_cycle: Cycle<f32>,
+    pub(super) key_cycle: Cycle<f32>,
+}
+
+/// Where a key of a clip stands in each column.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct KeyPlace {
+    /// In the first column.
+    pub(super) first: usize,
+    /// From column to column.
+    pub(super) stride: usize,
+}
+
+impl KeyPlace {
+    #[inline(always)]
+    pub(super) fn of_column(self, column: usize) -> usize {
+        self.first + column * self.stride
+    }
 }
 
 /// Where tracks stand among the columns and in a row.
@@ -51,33 +78,49 @@ pub(super) struct TrackPlaces {
 }
 
 impl ClipRange {
-    /// The clip after `before`, of so many keys and keys per second.
-    pub(super) fn after(before: Option<&Self>, keys: usize, rate: f64) -> Self {
-        let (row, column) = match before {
-            Some(range) => (range.row + range.keys(), range.column + range.stride()),
-            None => (0, 0),
+    /// The clip after `before`, of so many keys from each frame to the next, and frames per second.
+    pub(super) fn after(before: Option<&Self>, keys_of_frames: &[u32], rate: f64) -> Self {
+        let (row, column, frame) = match before {
+            Some(range) => (
+                range.row + range.keys(),
+                range.column + range.stride(),
+                range.frame + range.frames,
+            ),
+            None => (0, 0, 0),
         };
+        let keys: u32 = keys_of_frames.iter().sum();
+        let (frames, intervals) = (keys_of_frames.len().max(1), keys.max(1) as usize);
         Self {
             row,
             column,
-            intervals: (keys - 1).max(1),
+            frame,
+            frames,
+            intervals,
             rate,
+            frame_cycle: Cycle::of(frames),
+            key_cycle: Cycle::of(intervals),
         }
     }
 
-    /// Intervals in so many seconds.
+    /// Whether each frame has one key.
+    #[inline(always)]
+    pub(super) fn is_even(&self) -> bool {
+        self.frames == self.intervals
+    }
+
+    /// Frames in so many seconds.
     pub(super) fn per_second(&self, seconds: f32) -> f64 {
         f64::from(seconds) * self.rate
     }
 
-    /// A position in intervals as a time, in seconds.
+    /// A position in frames as a time, in seconds.
     pub(super) fn seconds(&self, at: f32) -> f32 {
         (f64::from(at) / self.rate) as f32
     }
 
-    /// A position in intervals, wrapped into the clip; 0 for what is not finite.
+    /// A position in frames, wrapped into the clip; 0 for what is not finite.
     pub(super) fn wrapped(&self, at: f64) -> f32 {
-        let length = self.intervals as f64;
+        let length = self.frames as f64;
         let rest = at - (at / length).floor() * length;
         if rest > 0.0 {
             rest.min(length) as f32
@@ -162,14 +205,23 @@ impl KeyBank {
         bank
     }
 
-    /// The first key of a clip's column.
-    pub(super) fn column(&self, range: &ClipRange, column: usize) -> usize {
-        range.column * self.column_count + column * range.stride()
+    /// The same with the keys of the clips' frames.
+    pub(super) fn with_frames(self, frames: FrameKeys) -> Self {
+        Self { frames, ..self }
+    }
+
+    /// A key of a clip in its first column.
+    #[inline(always)]
+    pub(super) fn place(&self, range: &ClipRange, key: usize) -> KeyPlace {
+        KeyPlace {
+            first: range.column * self.column_count + key,
+            stride: range.stride(),
+        }
     }
 
     /// Size of all keys, in bytes.
     pub(super) fn bytes(&self) -> usize {
-        size_of_val(&*self.columns) + size_of_val(&*self.rows)
+        size_of_val(&*self.columns) + size_of_val(&*self.rows) + self.frames.bytes()
     }
 }
 

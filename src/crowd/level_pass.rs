@@ -135,7 +135,7 @@ impl Kernel for LevelPass<'_> {
         let mut found = LevelSum::default();
         let mut hints = [0; 2];
         for bucket in &schedule.buckets {
-            let own = f32::from(bucket.kind.level.0);
+            let own = f32::from(bucket.level.0);
             let mut sums = L::parts(L::splat(0.0));
             for index in bucket.groups.clone() {
                 let group = &mut schedule.groups[index];

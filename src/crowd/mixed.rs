@@ -2,11 +2,14 @@
 //! their first clips where they are not near each other in time.
 
 use super::fetch::Fetch;
-use super::group_moments::{ClipRows, Moments};
+use super::group_moments::{AHEAD, ClipRows, ClipWindows, Moments, Picked};
 use super::joint_math::JointMath;
 use super::level_clips::LevelClips;
+use super::moment::Reach;
 use super::run::Run;
-use super::sampling::{AnyColumns, Faded, Layer, Layered, MixedIn, Playing, ReadRows, RowsPart};
+use super::sampling::{
+    AnyColumns, Faded, Layer, Layered, MixedIn, Playing, ReadRows, RowsPart, Window,
+};
 use super::scratch::Scratch;
 use super::write::{RunTarget, Target};
 use crate::math::{F32x16, KeyRows, Lanes};
@@ -14,19 +17,19 @@ use crate::math::{F32x16, KeyRows, Lanes};
 /// The rows of a group.
 #[derive(Clone, Copy)]
 pub(super) struct MixedRows<'a, L: Lanes> {
-    /// Index of the group among those whose moments are known.
-    index: usize,
     /// `None` where characters share their loads.
     own: Option<KeyRows<'a>>,
     faded: Option<ClipRows<'a, L>>,
+    /// In place of the rows of second clips, where characters share their loads of these, too.
+    faded_near: Option<ClipWindows<L>>,
     layer: Option<ClipRows<'a, L>>,
 }
 
 impl<L: Lanes> MixedRows<'_, L> {
     pub(super) const NONE: Self = Self {
-        index: 0,
         own: None,
         faded: None,
+        faded_near: None,
         layer: None,
     };
 }
@@ -46,12 +49,23 @@ impl<L: Lanes> Fetch for MixedRows<'_, L> {
     }
 }
 
+/// Groups that are posed.
+pub(super) struct MixedWork<'a, 'b, L: Lanes> {
+    pub(super) groups: Picked,
+    /// Whether the keys of the first of them have been asked for.
+    pub(super) is_fetched: bool,
+    /// Memory for the rows of these groups, and of the one after them.
+    pub(super) rows: &'a mut [MixedRows<'b, L>; AHEAD + 1],
+}
+
 /// A group that is posed.
 struct MixedGroup<'a, L: Lanes> {
     moments: &'a Moments,
     rows: &'a MixedRows<'a, L>,
     /// Those of the group that is posed after it.
     next: Option<&'a MixedRows<'a, L>>,
+    /// The moments of the group that is posed after it.
+    windows: &'a Moments,
     columns: &'a mut [Vec<F32x16>; 3],
 }
 
@@ -60,7 +74,7 @@ impl Run<'_> {
     #[inline(always)]
     pub(super) fn pose_mixed<'a, L: Lanes, P: JointMath, T: RunTarget>(
         &'a self,
-        rows: &mut [MixedRows<'a, L>],
+        work: &mut MixedWork<'_, 'a, L>,
         scratch: &mut Scratch,
         to: &mut T,
     ) {
@@ -70,25 +84,27 @@ impl Run<'_> {
             spare,
             moments: ahead,
         } = scratch;
-        let mut count = 0;
-        for (index, moments) in ahead[..rows.len()].iter().enumerate() {
-            if moments.is_visible {
-                // Some groups before they are used: numbers that were stored together are not read one by one at once.
-                rows[count].index = index;
-                self.mixed_rows(moments, &mut rows[count]);
-                count += 1;
-            }
+        let MixedWork {
+            groups,
+            is_fetched,
+            rows,
+        } = work;
+        let places = groups.places();
+        for (rows, &place) in rows.iter_mut().zip(places) {
+            // Some groups before they are used: numbers that were stored together are not read one by one at once.
+            self.mixed_rows(&ahead[usize::from(place)], rows);
         }
-        if count > 0 {
+        if !(places.is_empty() || *is_fetched && groups.now() > 0) {
             rows[0].prefetch_all(self.bank);
         }
-        for turn in 0..count {
-            let rows = &rows[turn..count];
-            let moments = &ahead[rows[0].index];
+        for turn in 0..groups.now() {
+            let moments = &ahead[groups.place(turn)];
+            let rows = &rows[turn..places.len()];
             let group = MixedGroup {
                 moments,
                 rows: &rows[0],
                 next: rows.get(1),
+                windows: &ahead[groups.place(turn + 1)],
                 columns,
             };
             let out = to.group(moments.group, self.group_lines(), spare);
@@ -101,14 +117,24 @@ impl Run<'_> {
     fn mixed_rows<'a, L: Lanes>(&'a self, moments: &Moments, to: &mut MixedRows<'a, L>) {
         let cold = &self.cold[moments.group];
         to.own = None;
-        if !moments.all_near {
+        if moments.reach == Reach::Apart {
             to.own = Some(self.rows(moments));
         }
         if self.mix.fades {
-            to.faded = Some(self.clip_rows::<L>(&cold.fade));
+            let second = self.clip_moments::<L>(&cold.fade);
+            to.faded_near = match moments.reach {
+                Reach::Apart => None,
+                _ if self.mix.is_layered => None,
+                _ => self.clip_windows(&cold.fade, &second),
+            };
+            to.faded = match to.faded_near {
+                Some(_) => None,
+                None => Some(self.clip_rows(&cold.fade, &second)),
+            };
         }
         if self.mix.is_layered {
-            to.layer = Some(self.clip_rows::<L>(&cold.layer));
+            let layer = self.clip_moments::<L>(&cold.layer);
+            to.layer = Some(self.clip_rows(&cold.layer, &layer));
         }
     }
 
@@ -123,6 +149,7 @@ impl Run<'_> {
             moments,
             rows,
             next: fetch,
+            windows,
             columns: [first, second, third],
         } = group;
         let (bank, cold) = (self.bank, &self.cold[moments.group]);
@@ -145,6 +172,18 @@ impl Run<'_> {
                 rows: own_rows,
                 part,
             };
+            let place = moments.windows(windows, part);
+            if let Some(near) = &rows.faded_near {
+                let columns = Window::<L, true>::new(self.keys, near.windows[part]);
+                let fade = MixedIn {
+                    clip: Playing::new(columns, near.weights[part]),
+                    weight: L::load(&cold.fade.weight, part),
+                };
+                let window = Window::<L, true>::new(self.keys, place);
+                let own = Playing::new(window, weights);
+                posing.joints::<L, _, _>(part, Faded { own, fade }, fetch);
+                continue;
+            }
             let fade_from = RowsPart {
                 rows: fade_rows,
                 ..own_from
@@ -157,25 +196,29 @@ impl Run<'_> {
                 clip: Playing::new(ReadRows::new::<L>(fade_from, second), faded[part]),
                 weight: L::load(&cold.fade.weight, part),
             };
-            let shared = match rows.own {
-                Some(_) => None,
-                None => self.window::<L>(moments, part),
+            let own = match moments.reach {
+                Reach::Narrow => AnyColumns::Near(Window::new(self.keys, place)),
+                Reach::Wide => AnyColumns::Wide(Window::new(self.keys, place)),
+                Reach::Apart => AnyColumns::Read(ReadRows::new::<L>(own_from, first)),
             };
             if !self.mix.is_layered {
                 // The commonest mixture has a kernel for each kind of columns.
-                if let Some(window) = shared {
-                    let own = Playing::new(window, weights);
-                    posing.joints::<L, _, _>(part, Faded { own, fade }, fetch);
-                } else {
-                    let own = Playing::new(ReadRows::new::<L>(own_from, first), weights);
-                    posing.joints::<L, _, _>(part, Faded { own, fade }, fetch);
+                match own {
+                    AnyColumns::Near(window) => {
+                        let own = Playing::new(window, weights);
+                        posing.joints::<L, _, _>(part, Faded { own, fade }, fetch);
+                    }
+                    AnyColumns::Wide(window) => {
+                        let own = Playing::new(window, weights);
+                        posing.joints::<L, _, _>(part, Faded { own, fade }, fetch);
+                    }
+                    AnyColumns::Read(rows) => {
+                        let own = Playing::new(rows, weights);
+                        posing.joints::<L, _, _>(part, Faded { own, fade }, fetch);
+                    }
                 }
                 continue;
             }
-            let own = match shared {
-                Some(window) => AnyColumns::Shared(window),
-                None => AnyColumns::Read(ReadRows::new::<L>(own_from, first)),
-            };
             let own = Playing::new(own, weights);
             let layer = Layer {
                 clip: Playing::new(ReadRows::new::<L>(layer_from, third), layered[part]),

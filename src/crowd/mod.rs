@@ -46,6 +46,7 @@ mod external_pose;
 mod fetch;
 mod frame;
 mod frame_input;
+mod frame_keys;
 mod group;
 mod group_moments;
 mod grouping;

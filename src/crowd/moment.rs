@@ -4,19 +4,50 @@ use super::key_bank::ClipRange;
 use super::quantise::ONE;
 use crate::math::Lanes;
 
-/// The interval between keys that each lane is in, as a float, and how far in it, from 0 to 1.
+/// The interval between frames, or between keys, that each lane is in, as a float, and how far in it, from 0 to 1.
 #[derive(Clone, Copy)]
 pub(super) struct Moment<L> {
     pub(super) interval: L,
     pub(super) share: L,
 }
 
+impl<L: Lanes> Moment<L> {
+    #[inline(always)]
+    pub(super) fn zero() -> Self {
+        let zero = L::splat(0.0);
+        Self {
+            interval: zero,
+            share: zero,
+        }
+    }
+}
+
 /// How many intervals a clip has, for each lane.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Cycle<L> {
     length: L,
     /// One divided by it.
     inverse: L,
+}
+
+impl Cycle<f32> {
+    /// So many intervals.
+    pub(super) fn of(length: usize) -> Self {
+        let length = length as f32;
+        Self {
+            length,
+            inverse: 1.0 / length,
+        }
+    }
+
+    /// The same for all lanes.
+    #[inline(always)]
+    pub(super) fn lanes<L: Lanes>(self) -> Cycle<L> {
+        Cycle {
+            length: L::splat(self.length),
+            inverse: L::splat(self.inverse),
+        }
+    }
 }
 
 impl<L: Lanes> Cycle<L> {
@@ -25,16 +56,6 @@ impl<L: Lanes> Cycle<L> {
         Self {
             length,
             inverse: L::splat(1.0) / length,
-        }
-    }
-
-    /// Of one clip for all lanes.
-    #[inline(always)]
-    pub(super) fn of(range: &ClipRange) -> Self {
-        let length = range.intervals as f32;
-        Self {
-            length: L::splat(length),
-            inverse: L::splat(1.0 / length),
         }
     }
 
@@ -67,6 +88,21 @@ impl<L: Lanes> Cycle<L> {
     }
 }
 
+/// How far lanes are from each other in time.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Reach {
+    /// Within [`Lanes::REACH`] intervals.
+    Narrow,
+    /// Within [`Lanes::WIDE_REACH`] intervals.
+    Wide,
+    /// Further, or in different clips.
+    Apart,
+}
+
+impl Reach {
+    pub(super) const COUNT: usize = 3;
+}
+
 /// Where lanes are that are near each other in time.
 #[derive(Clone, Copy)]
 pub(super) struct Near<L: Lanes> {
@@ -74,12 +110,13 @@ pub(super) struct Near<L: Lanes> {
     pub(super) start: usize,
     /// How many keys further each is: see [`Lanes::window_places`].
     pub(super) places: L::Words,
+    pub(super) reach: Reach,
 }
 
 impl<L: Lanes> Near<L> {
-    /// `None` where the lanes are not within [`Lanes::REACH`] intervals of each other.
+    /// Of places that are [apart](Reach::Apart) only that is known.
     #[inline(always)]
-    pub(super) fn new(range: &ClipRange, cycle: Cycle<L>, interval: L) -> Option<Self> {
+    pub(super) fn new(range: &ClipRange, cycle: Cycle<L>, interval: L) -> Self {
         // From the lane that is furthest behind; the first lane is only near it.
         let first = interval.first();
         let half = (range.intervals / 2) as f32;
@@ -96,13 +133,17 @@ impl<L: Lanes> Near<L> {
         // Beyond the last interval there is one key more: the clip's last.
         let beyond = places - L::splat((range.intervals - start) as f32 - 1.0);
         let places = places + beyond.max(L::splat(0.0)).min(L::splat(1.0));
-        if !places.all_below(L::REACH as f32) {
-            return None;
-        }
-        Some(Self {
+        let is_within = |reach: usize| places.all_below(reach as f32);
+        let reach = match (is_within(L::REACH), is_within(L::WIDE_REACH)) {
+            (true, _) => Reach::Narrow,
+            (false, true) => Reach::Wide,
+            (false, false) => Reach::Apart,
+        };
+        Self {
             start,
             places: L::window_places(places),
-        })
+            reach,
+        }
     }
 }
 

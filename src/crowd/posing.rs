@@ -68,7 +68,7 @@ impl Crowd {
                 let mut out = lock(&parts[chunk].0);
                 for piece in schedule.part(chunk) {
                     let own = out.split_off_front(piece.lines.len(), piece.groups.len());
-                    let level = piece.kind.level;
+                    let level = piece.level;
                     let run = Run {
                         keys: &animations.keys,
                         bank: &animations.banks[level.index()],
@@ -86,8 +86,9 @@ impl Crowd {
                             }
                             false => Turn { first: 0, step: 1 },
                         },
-                        near: piece.kind.near.map(|clip| animations.range(clip)),
-                        mix: piece.kind.mix,
+                        ranges: &animations.ranges,
+                        near: &schedule.near[piece.groups.clone()],
+                        mix: piece.mix,
                         groups: &schedule.groups[piece.groups.clone()],
                         visible: &schedule.visible[piece.groups.clone()],
                         cold: &schedule.cold[piece.groups.clone()],

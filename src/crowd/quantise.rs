@@ -75,11 +75,7 @@ pub(super) fn quantise(motion: &LevelMotion, tracks: &TracksOfLevel<'_>, keys: &
         return;
     }
     let mut poses = vec![WantedAndPlayed::ORIGIN; motion.tracks.len()];
-    for key in 0..(motion.frames - 1) * tracks.keys_per_frame + 1 {
-        let moment = BetweenFrames {
-            frame: key / tracks.keys_per_frame,
-            share: (key % tracks.keys_per_frame) as f64 / tracks.keys_per_frame as f64,
-        };
+    for (key, moment) in key_moments(tracks.keys_of_frames).enumerate() {
         for (index, track) in motion.tracks.iter().enumerate() {
             let above = motion.parents[index].map(|parent| poses[usize::from(parent)]);
             let above = above.unwrap_or(WantedAndPlayed::ORIGIN);
@@ -103,7 +99,8 @@ pub(super) fn quantise(motion: &LevelMotion, tracks: &TracksOfLevel<'_>, keys: &
 pub(super) struct TracksOfLevel<'a> {
     /// Of each joint, in the level's order.
     pub(super) indices: &'a [usize],
-    pub(super) keys_per_frame: usize,
+    /// Keys from each frame of the clip to the next.
+    pub(super) keys_of_frames: &'a [u32],
 }
 
 impl Keys {
@@ -146,16 +143,32 @@ fn round(turn: DQuat, before: Option<&[i16; 4]>) -> [i16; 4] {
         .map(|component| (component * f64::from(ONE)).round() as i16)
 }
 
-/// As many as it takes for no two neighbours to be further apart than [`WIDEST`].
-pub(super) fn keys_per_frame(motion: &LevelMotion) -> usize {
-    let pairs = motion
-        .tracks
+/// Raises the numbers of keys from each frame to the next: so many that no two neighbours are further apart than [`WIDEST`].
+pub(super) fn count_keys(motion: &LevelMotion, keys_of_frames: &mut [u32]) {
+    for track in &motion.tracks {
+        for (pair, keys) in track.rotations.windows(2).zip(&mut *keys_of_frames) {
+            let needed = (pair[0].angle_between(pair[1]) / WIDEST).ceil() as u32;
+            *keys = needed.max(*keys);
+        }
+    }
+}
+
+/// Where the keys of a clip are between its frames; the last key is its last frame.
+fn key_moments(keys_of_frames: &[u32]) -> impl Iterator<Item = BetweenFrames> {
+    let last = BetweenFrames {
+        frame: keys_of_frames.len(),
+        share: 0.0,
+    };
+    let between = keys_of_frames
         .iter()
-        .flat_map(|track| track.rotations.windows(2));
-    let widest = pairs
-        .map(|pair| pair[0].angle_between(pair[1]))
-        .fold(0.0, f32::max);
-    (widest / WIDEST).ceil().max(1.0) as usize
+        .enumerate()
+        .flat_map(|(frame, &keys)| {
+            (0..keys).map(move |key| BetweenFrames {
+                frame,
+                share: f64::from(key) / f64::from(keys),
+            })
+        });
+    between.chain([last])
 }
 
 fn rotation_at(rotations: &[Quat], at: BetweenFrames) -> DQuat {

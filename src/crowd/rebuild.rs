@@ -39,9 +39,9 @@ enum Stage {
 
 impl Rebuild {
     /// Frames in which the keys are noted.
-    const KEY_FRAMES: usize = 8;
+    const KEY_FRAMES: usize = 10;
     /// Frames in which groups are filled.
-    const FILL_FRAMES: usize = 12;
+    const FILL_FRAMES: usize = 24;
 
     /// Memory for so many characters.
     pub(super) fn reserve(&mut self, characters: usize, chunks: usize) {

@@ -7,6 +7,7 @@ use super::level_clips::LevelClips;
 use super::level_step::LevelStep;
 use super::output::Output;
 use super::scratch::Scratch;
+use crate::anim::ClipId;
 use crate::math::{F32x16, RowSet};
 
 /// Groups that are posed on one level in one way.
@@ -14,8 +15,10 @@ pub(super) struct Run<'a> {
     pub(super) keys: &'a KeyBank,
     pub(super) bank: &'a LevelClips,
     pub(super) level: Level<'a>,
-    /// The clip of all of them, where they are near each other in time; else each has its own.
-    pub(super) near: Option<&'a ClipRange>,
+    /// Those of all clips.
+    pub(super) ranges: &'a [ClipRange],
+    /// Of each group the clip of all its characters, where they are near each other in time; else each has its own.
+    pub(super) near: &'a [Option<ClipId>],
     /// What is mixed into the clips of some of them.
     pub(super) mix: Mix,
     pub(super) groups: &'a [Group],

@@ -1,11 +1,11 @@
 //! A clip read at the moments of a register's characters.
 
-use super::key_bank::{ClipRange, KeyBank, UnitRead};
+use super::key_bank::{KeyBank, KeyPlace, UnitRead};
 use super::level_clips::{LevelClips, LevelJoint};
-use super::moment::{Near, Weights};
+use super::moment::Weights;
 use super::quat_lanes::{Local, QuatLanes};
 use super::tracks::{Place, PlaceRange};
-use crate::math::{F32x16, KeyColumns, KeyRows, KeyUnit, Lanes};
+use crate::math::{F32x16, KeyColumns, KeyRows, KeyUnit, Lanes, NextColumns};
 
 /// What gives the motion of one joint after the other, in the level's order.
 pub(super) trait Source<L: Lanes> {
@@ -25,45 +25,64 @@ pub(super) trait Columns<L: Lanes> {
     fn place(&mut self, joint: &LevelJoint, quad: usize) -> [L::Words; 3];
 }
 
-/// Columns of lanes that are near each other in time: one load fetches what all of them need.
-pub(super) struct Window<'a, L: Lanes> {
-    keys: &'a [i16],
-    start: usize,
-    stride: usize,
-    places: L::Words,
+/// Where the windows of lanes are that are near each other in time.
+#[derive(Clone, Copy)]
+pub(super) struct WindowPlace<L: Lanes> {
+    /// The key of the lane that is furthest behind.
+    pub(super) at: KeyPlace,
+    /// Where the windows are that are needed next.
+    pub(super) next: KeyPlace,
+    /// How many keys further each lane is: see [`Lanes::window_places`].
+    pub(super) places: L::Words,
 }
 
-impl<'a, L: Lanes> Window<'a, L> {
+/// Columns of lanes that are near each other in time: one load, or two of wide windows, fetches what all of them need.
+pub(super) struct Window<'a, L: Lanes, const WIDE: bool> {
+    keys: &'a [i16],
+    place: WindowPlace<L>,
+}
+
+impl<'a, L: Lanes, const WIDE: bool> Window<'a, L, WIDE> {
     #[inline(always)]
-    pub(super) fn new(keys: &'a KeyBank, range: &ClipRange, near: Near<L>) -> Self {
+    pub(super) fn new(keys: &'a KeyBank, place: WindowPlace<L>) -> Self {
         Self {
             keys: &keys.columns,
-            start: keys.column(range, 0) + near.start,
-            stride: range.stride(),
-            places: near.places,
+            place,
         }
     }
 
     #[inline(always)]
     fn columns(&self, column: usize) -> KeyColumns<'a> {
+        let WindowPlace { at, next, .. } = self.place;
         KeyColumns {
             table: self.keys,
-            start: self.start + column * self.stride,
-            stride: self.stride,
+            start: at.of_column(column),
+            stride: at.stride,
+            next: NextColumns {
+                start: next.of_column(column),
+                stride: next.stride,
+            },
+        }
+    }
+
+    #[inline(always)]
+    fn read<const N: usize>(&self, column: usize) -> [L::Words; N] {
+        match WIDE {
+            true => L::wide_windows(self.columns(column), self.place.places),
+            false => L::windows(self.columns(column), self.place.places),
         }
     }
 }
 
-impl<L: Lanes> Columns<L> for Window<'_, L> {
+impl<L: Lanes, const WIDE: bool> Columns<L> for Window<'_, L, WIDE> {
     #[inline(always)]
     fn rotation(&mut self, joint: &LevelJoint) -> [L::Words; 4] {
-        L::windows(self.columns(joint.column), self.places)
+        self.read(joint.column)
     }
 
     #[inline(always)]
     fn place(&mut self, joint: &LevelJoint, quad: usize) -> [L::Words; 3] {
-        let column = joint.column + KeyUnit::QUAD + 3 * quad;
-        L::windows(self.columns(column), self.places)
+        self.read(joint.column + KeyUnit::QUAD + 3 * quad)
     }
 }
 
@@ -246,7 +265,8 @@ impl<L: Lanes, C: Columns<L>> Source<L> for Playing<L, C> {
 
 /// Columns of characters that share their loads or do not.
 pub(super) enum AnyColumns<'a, L: Lanes> {
-    Shared(Window<'a, L>),
+    Near(Window<'a, L, false>),
+    Wide(Window<'a, L, true>),
     Read(ReadRows<'a>),
 }
 
@@ -254,7 +274,8 @@ impl<L: Lanes> Columns<L> for AnyColumns<'_, L> {
     #[inline(always)]
     fn rotation(&mut self, joint: &LevelJoint) -> [L::Words; 4] {
         match self {
-            Self::Shared(columns) => columns.rotation(joint),
+            Self::Near(columns) => columns.rotation(joint),
+            Self::Wide(columns) => columns.rotation(joint),
             Self::Read(columns) => Columns::<L>::rotation(columns, joint),
         }
     }
@@ -262,34 +283,37 @@ impl<L: Lanes> Columns<L> for AnyColumns<'_, L> {
     #[inline(always)]
     fn place(&mut self, joint: &LevelJoint, quad: usize) -> [L::Words; 3] {
         match self {
-            Self::Shared(columns) => columns.place(joint, quad),
+            Self::Near(columns) => columns.place(joint, quad),
+            Self::Wide(columns) => columns.place(joint, quad),
             Self::Read(columns) => Columns::<L>::place(columns, joint, quad),
         }
     }
 }
 
 /// A clip that is mixed in, and how much of it.
-pub(super) struct MixedIn<'a, L: Lanes> {
-    pub(super) clip: Playing<L, ReadRows<'a>>,
+pub(super) struct MixedIn<L: Lanes, C> {
+    pub(super) clip: Playing<L, C>,
     pub(super) weight: L,
 }
 
 /// A clip, and a second one to cross-fade to.
-pub(super) struct Faded<'a, L: Lanes, S> {
+pub(super) struct Faded<L: Lanes, S, C> {
     pub(super) own: S,
-    pub(super) fade: MixedIn<'a, L>,
+    pub(super) fade: MixedIn<L, C>,
 }
 
-impl<L: Lanes, S: Source<L>> Source<L> for Faded<'_, L, S> {
+impl<L: Lanes, S: Source<L>, C: Columns<L>> Source<L> for Faded<L, S, C> {
     #[inline(always)]
     fn next(&mut self, joint: &LevelJoint) -> Local<L> {
         let mut local = self.own.next(joint);
         let MixedIn { clip, weight } = &mut self.fade;
         let other = clip.next(joint);
         local.turn = local.turn.towards_between_keys(other.turn, *weight);
-        for axis in 0..3 {
-            let (from, to) = (local.place[axis], other.place[axis]);
-            local.place[axis] = (to - from).mul_add(*weight, from);
+        if joint.place.quads() > 0 {
+            for axis in 0..3 {
+                let (from, to) = (local.place[axis], other.place[axis]);
+                local.place[axis] = (to - from).mul_add(*weight, from);
+            }
         }
         local
     }

@@ -6,6 +6,7 @@ use super::character::CharacterState;
 use super::group::{Group, GroupCold};
 use super::output::{Layout, Output};
 use super::slot::{MOST_LATE, Slot};
+use crate::anim::ClipId;
 use crate::math::{DistinctRows, F32x16};
 
 /// The order of a crowd.
@@ -13,6 +14,8 @@ use crate::math::{DistinctRows, F32x16};
 pub(super) struct Schedule {
     pub(super) groups: Vec<Group>,
     pub(super) cold: Vec<GroupCold>,
+    /// [`GroupKind::near`] of each group.
+    pub(super) near: Vec<Option<ClipId>>,
     /// Lanes of each group that are inside the frustum, a bit each. A group without any is not posed.
     pub(super) visible: Vec<u16>,
     /// Whether each group was visible in the frame before, and so its pose is at most as old as it may be.
@@ -67,6 +70,7 @@ impl Schedule {
         let groups = Self::most_groups(characters);
         reserve(&mut self.groups, groups);
         reserve(&mut self.cold, groups);
+        reserve(&mut self.near, groups);
         reserve(&mut self.visible, groups);
         reserve(&mut self.was_visible, groups);
         reserve(&mut self.parked, groups);
@@ -93,18 +97,23 @@ impl Schedule {
         let lines = sorting
             .output
             .group_len(sorting.animations.joints(kind.level));
+        let GroupKind { level, near, mix } = kind;
         match self.buckets.last_mut() {
-            Some(bucket) if bucket.kind == kind && index != self.first_late => {
+            Some(bucket)
+                if (bucket.level, bucket.mix) == (level, mix) && index != self.first_late =>
+            {
                 bucket.groups.end = index + 1;
             }
             _ => self.buckets.push(Bucket {
-                kind,
+                level,
+                mix,
                 groups: index..index + 1,
                 offset: self.lines,
                 lines,
             }),
         }
         self.groups.push(Group::EMPTY);
+        self.near.push(near);
         self.visible.push(u16::MAX);
         self.was_visible.push(false);
         self.cold.push(GroupCold {

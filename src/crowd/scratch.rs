@@ -24,7 +24,7 @@ impl Scratch {
     /// Enough for any level: threads shall not allocate later.
     pub(super) fn of(animations: &AnimationSet) -> Self {
         let mut scratch = Self {
-            moments: vec![Moments::BLANK; AHEAD],
+            moments: vec![Moments::BLANK; 2 * AHEAD],
             ..Self::default()
         };
         for bank in &animations.banks {

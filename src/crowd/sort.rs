@@ -19,8 +19,9 @@ use crate::math::F32x16;
 /// Bits of a key, from the lowest: character ([`ID_BITS`]), position in the clip, what is played (22).
 const TIME_BITS: u32 = 14;
 
-/// Sixteen characters within so many intervals share their loads, and go on doing so for a while.
-const NEAR: u64 = 12;
+/// Sixteen characters within so many intervals share their loads, and go on doing so for a while: the widest windows reach 62
+/// intervals.
+const NEAR: u64 = 40;
 
 /// How much is done at once.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -57,6 +58,7 @@ impl Schedule {
     pub(super) fn begin(&mut self, sorting: &mut Sorting<'_>) {
         self.groups.clear();
         self.cold.clear();
+        self.near.clear();
         self.visible.clear();
         self.was_visible.clear();
         self.parked.clear();

@@ -143,7 +143,7 @@ impl Tracks {
     pub(super) fn add(&mut self, level: usize, clip: usize, motion: &MotionKeys<'_>) {
         let of_level = TracksOfLevel {
             indices: &self.of_levels[level],
-            keys_per_frame: motion.per_frame,
+            keys_of_frames: motion.keys_of_frames,
         };
         quantise(motion.motion, &of_level, &mut self.keys[clip]);
     }
@@ -224,6 +224,6 @@ impl PlaceRange {
 #[derive(Clone, Copy)]
 pub(super) struct MotionKeys<'a> {
     pub(super) motion: &'a LevelMotion,
-    /// Keys for each frame.
-    pub(super) per_frame: usize,
+    /// Keys from each frame to the next.
+    pub(super) keys_of_frames: &'a [u32],
 }

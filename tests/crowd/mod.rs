@@ -4,3 +4,4 @@ mod extremes;
 mod frame;
 mod pose;
 mod rebuild;
+mod sharing;

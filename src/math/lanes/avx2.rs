@@ -6,7 +6,7 @@
 use std::arch::x86_64::*;
 use std::ops::{Add, Div, Mul, Sub};
 
-use super::{F32x16, FURTHER, KeyColumns, KeyRows, Lanes, PartWrite, Sixteen, UnitHalves};
+use super::{F32x16, KeyColumns, KeyRows, Lanes, PartWrite, Sixteen, UnitHalves};
 
 #[derive(Clone, Copy)]
 pub(super) struct Avx2(__m256);
@@ -46,6 +46,7 @@ impl Lanes for Avx2 {
 
     const COUNT: usize = 8;
     const REACH: usize = 7;
+    const WIDE_REACH: usize = 14;
 
     #[inline(always)]
     fn parts<T: Copy>(value: T) -> [T; Self::PARTS] {
@@ -209,15 +210,46 @@ impl Lanes for Avx2 {
         let (table, stride) = (columns.reaching::<N>(Self::WINDOW), columns.stride);
         let mut found = [Self::splat_words(0); N];
         for (index, words) in found.iter_mut().enumerate() {
-            // SAFETY: the machine has AVX2; the table has 32 keys from here on, of which 8 are read. What is asked for may
-            // be anywhere.
+            columns.prefetch_next(index);
+            // SAFETY: the machine has AVX2; the table has 32 keys from here on, of which 8 are read.
             *words = unsafe {
                 let from = table.as_ptr().add(index * stride).cast();
-                _mm_prefetch::<_MM_HINT_T0>(
-                    table.as_ptr().wrapping_add(index * stride + FURTHER).cast(),
-                );
                 let keys = _mm256_broadcastsi128_si256(_mm_loadu_si128(from));
                 _mm256_shuffle_epi8(keys, places)
+            };
+        }
+        found
+    }
+
+    #[inline(always)]
+    fn wide_windows<const N: usize>(columns: KeyColumns<'_>, places: __m256i) -> [__m256i; N] {
+        let (table, stride) = (columns.reaching::<N>(Self::WIDE_WINDOW), columns.stride);
+        let mut found = [Self::splat_words(0); N];
+        // SAFETY: the machine has AVX2.
+        let [low, high] = unsafe {
+            // A byte with its highest bit set takes a 0. Eight keys hold the pairs of seven places; the next seven places are
+            // in the eight keys that begin at the last of those.
+            let first = _mm256_and_si256(places, _mm256_set1_epi32(0xff));
+            let is_high = _mm256_cmpgt_epi32(first, _mm256_set1_epi32(2 * Self::REACH as i32 - 1));
+            let further = _mm256_sub_epi8(places, _mm256_set1_epi8(2 * Self::REACH as i8));
+            let is_low = _mm256_andnot_si256(is_high, _mm256_set1_epi8(-1));
+            [
+                _mm256_or_si256(places, is_high),
+                _mm256_or_si256(further, is_low),
+            ]
+        };
+        for (index, words) in found.iter_mut().enumerate() {
+            columns.prefetch_next(index);
+            // SAFETY: the machine has AVX2; the table has 64 keys from here on, of which 15 are read.
+            *words = unsafe {
+                let from = table.as_ptr().add(index * stride);
+                let near = _mm256_broadcastsi128_si256(_mm_loadu_si128(from.cast()));
+                let far = _mm_loadu_si128(from.add(Self::REACH).cast());
+                let far = _mm256_broadcastsi128_si256(far);
+                _mm256_or_si256(
+                    _mm256_shuffle_epi8(near, low),
+                    _mm256_shuffle_epi8(far, high),
+                )
             };
         }
         found

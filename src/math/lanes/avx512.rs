@@ -7,7 +7,7 @@
 use std::arch::x86_64::*;
 use std::ops::{Add, Div, Mul, Sub};
 
-use super::{F32x16, FURTHER, KeyColumns, KeyRows, Lanes, PartWrite, Sixteen, UnitHalves};
+use super::{F32x16, KeyColumns, KeyRows, Lanes, PartWrite, Sixteen, UnitHalves};
 
 #[derive(Clone, Copy)]
 pub(super) struct Avx512(__m512);
@@ -36,6 +36,7 @@ impl Lanes for Avx512 {
 
     const COUNT: usize = 16;
     const REACH: usize = 31;
+    const WIDE_REACH: usize = 63;
 
     #[inline(always)]
     fn parts<T: Copy>(value: T) -> [T; Self::PARTS] {
@@ -194,14 +195,28 @@ impl Lanes for Avx512 {
         let (table, stride) = (columns.reaching::<N>(Self::WINDOW), columns.stride);
         let mut found = [Self::splat_words(0); N];
         for (index, words) in found.iter_mut().enumerate() {
-            // SAFETY: the machine has AVX-512F and BW; the table has 32 keys from here on. What is asked for may be
-            // anywhere.
+            columns.prefetch_next(index);
+            // SAFETY: the machine has AVX-512F and BW; the table has 32 keys from here on.
             *words = unsafe {
                 let from = table.as_ptr().add(index * stride).cast();
-                _mm_prefetch::<_MM_HINT_T0>(
-                    table.as_ptr().wrapping_add(index * stride + FURTHER).cast(),
-                );
                 _mm512_permutexvar_epi16(places, _mm512_loadu_si512(from))
+            };
+        }
+        found
+    }
+
+    #[inline(always)]
+    fn wide_windows<const N: usize>(columns: KeyColumns<'_>, places: __m512i) -> [__m512i; N] {
+        let (table, stride) = (columns.reaching::<N>(Self::WIDE_WINDOW), columns.stride);
+        let mut found = [Self::splat_words(0); N];
+        for (index, words) in found.iter_mut().enumerate() {
+            columns.prefetch_next(index);
+            // SAFETY: the machine has AVX-512F and BW; the table has 64 keys from here on.
+            *words = unsafe {
+                let from = table.as_ptr().add(index * stride);
+                let low = _mm512_loadu_si512(from.cast());
+                let high = _mm512_loadu_si512(from.add(Self::WINDOW).cast());
+                _mm512_permutex2var_epi16(low, places, high)
             };
         }
         found

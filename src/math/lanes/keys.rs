@@ -24,6 +24,15 @@ pub(crate) struct KeyColumns<'a> {
     pub(crate) table: &'a [i16],
     pub(crate) start: usize,
     pub(crate) stride: usize,
+    /// Windows that are needed next, and asked for.
+    pub(crate) next: NextColumns,
+}
+
+/// Columns of keys that need not exist.
+#[derive(Clone, Copy)]
+pub(crate) struct NextColumns {
+    pub(crate) start: usize,
+    pub(crate) stride: usize,
 }
 
 impl KeyColumns<'_> {
@@ -36,6 +45,15 @@ impl KeyColumns<'_> {
         assert!(self.stride <= table.len());
         assert!(table.len() >= (N - 1) * self.stride + reach);
         table
+    }
+
+    /// Asks for the lines of a window that is needed next.
+    #[inline(always)]
+    #[cfg(target_arch = "x86_64")]
+    pub(super) fn prefetch_next(&self, index: usize) {
+        let next = self.next.start.wrapping_add(index * self.next.stride);
+        let first = self.table.as_ptr().wrapping_add(next);
+        prefetch(first.wrapping_add(2 * F32x16::LANES - 1));
     }
 }
 

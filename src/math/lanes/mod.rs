@@ -24,7 +24,7 @@ use bytemuck::{Pod, Zeroable};
 use super::Isa;
 #[cfg(target_arch = "x86_64")]
 use super::isa::{run_avx2, run_avx512};
-pub(crate) use keys::{KeyColumns, KeyRows, KeyUnit};
+pub(crate) use keys::{KeyColumns, KeyRows, KeyUnit, NextColumns};
 use lines::prefetch;
 pub(crate) use lines::{RowLines, Sixteen, StridedLines, prefetch_for_write};
 pub(crate) use row_set::{DistinctRows, RowSet};
@@ -56,6 +56,10 @@ pub(crate) trait Lanes:
     const REACH: usize;
     /// How many keys each of [`Lanes::windows`] reads at most.
     const WINDOW: usize = 2 * F32x16::LANES;
+    /// How many places each of [`Lanes::wide_windows`] has.
+    const WIDE_REACH: usize;
+    /// How many keys each of [`Lanes::wide_windows`] reads at most.
+    const WIDE_WINDOW: usize = 2 * Self::WINDOW;
     /// How many of these make a line.
     const PARTS: usize = F32x16::LANES / Self::COUNT;
 
@@ -105,15 +109,23 @@ pub(crate) trait Lanes:
     fn from_bits(words: Self::Words) -> Self;
     /// Packs two 16-bit numbers below 2^15 into each word, `high` into its upper half.
     fn pair(low: Self::Words, high: Self::Words) -> Self::Words;
-    /// For whole numbers from 0 to below [`Lanes::REACH`], what [`Lanes::windows`] takes.
+    /// For whole numbers from 0 to below [`Lanes::REACH`], what [`Lanes::windows`] takes; for those below
+    /// [`Lanes::WIDE_REACH`], what [`Lanes::wide_windows`] takes.
     fn window_places(places: Self) -> Self::Words;
     /// From each of `N` windows, the key at each lane's place in the lower half of a word, and the next key in the upper
-    /// half. Asks for the keys that windows a little further on would need: they are too far apart for the machine to
-    /// foresee.
+    /// half. Asks for the windows that are needed next: they are too far apart for the machine to foresee.
     ///
     /// # Panics
     /// Where the table ends before [`Lanes::WINDOW`] keys of the last window.
     fn windows<const N: usize>(columns: KeyColumns<'_>, places: Self::Words) -> [Self::Words; N];
+    /// The same from windows that reach further, each of which takes longer.
+    ///
+    /// # Panics
+    /// Where the table ends before [`Lanes::WIDE_WINDOW`] keys of the last window.
+    fn wide_windows<const N: usize>(
+        columns: KeyColumns<'_>,
+        places: Self::Words,
+    ) -> [Self::Words; N];
     /// Reads a unit of sixteen rows, and of the rows after them, as words like those of [`Lanes::windows`]. `put` is given
     /// an index from 0 to 3 for the first quad's keys and from 4 to 7 for the second one's, a part, and that part's
     /// words. Only the quads that are wanted are handed out.
@@ -140,11 +152,6 @@ pub(crate) struct PartWrite {
     pub(crate) part: usize,
     pub(crate) is_streamed: bool,
 }
-
-/// How far beyond a window's first key others are asked for: the second line from there, which is needed when windows
-/// have gone on.
-#[cfg(target_arch = "x86_64")]
-const FURTHER: usize = 4 * F32x16::LANES;
 
 /// Work that is written over [`Lanes`].
 pub(crate) trait Kernel {

@@ -7,6 +7,7 @@ use super::{F32x16, KeyColumns, KeyRows, KeyUnit, Lanes, PartWrite, Sixteen, Uni
 
 const COUNT: usize = 4;
 const REACH: usize = 2 * F32x16::LANES - 1;
+const WIDE_REACH: usize = 4 * F32x16::LANES - 1;
 
 #[derive(Clone, Copy)]
 pub(super) struct Portable([f32; COUNT]);
@@ -60,6 +61,7 @@ impl Lanes for Portable {
     const COUNT: usize = COUNT;
     /// One key after the other is loaded: they may be anywhere.
     const REACH: usize = REACH;
+    const WIDE_REACH: usize = WIDE_REACH;
 
     #[inline(always)]
     fn parts<T: Copy>(value: T) -> [T; Self::PARTS] {
@@ -198,6 +200,27 @@ impl Lanes for Portable {
                     #[inline(always)]
                     |lane| {
                         let place = places[lane] as usize % REACH;
+                        word(table[place], table[place + 1])
+                    },
+                )
+            },
+        )
+    }
+
+    #[inline(always)]
+    fn wide_windows<const N: usize>(
+        columns: KeyColumns<'_>,
+        places: [u32; COUNT],
+    ) -> [[u32; COUNT]; N] {
+        let table = columns.reaching::<N>(Self::WIDE_WINDOW);
+        from_fn(
+            #[inline(always)]
+            |index| {
+                let table = &table[index * columns.stride..][..Self::WIDE_WINDOW];
+                from_fn(
+                    #[inline(always)]
+                    |lane| {
+                        let place = places[lane] as usize % WIDE_REACH;
                         word(table[place], table[place + 1])
                     },
                 )

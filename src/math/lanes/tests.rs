@@ -48,9 +48,29 @@ impl Kernel for Everything<'_> {
                 table: self.table,
                 start: 5,
                 stride: 70,
+                next: NextColumns {
+                    start: 9,
+                    stride: 70,
+                },
             };
             let places = |part| L::window_places(few(part));
             let words = |part| L::windows::<3>(columns, places(part))[window];
+            keep(&|part| L::dot_pairs(words(part), L::splat_words(5 << 16 | 3)));
+        }
+        // Below the reach of the narrowest wide window.
+        let more = |part| (a(part) * a(part)).floor();
+        for window in 0..3 {
+            let columns = KeyColumns {
+                table: self.table,
+                start: 5,
+                stride: 70,
+                next: NextColumns {
+                    start: 9,
+                    stride: 70,
+                },
+            };
+            let places = |part| L::window_places(more(part));
+            let words = |part| L::wide_windows::<3>(columns, places(part))[window];
             keep(&|part| L::dot_pairs(words(part), L::splat_words(5 << 16 | 3)));
         }
         keep(&|part| L::from_bits(L::load_words(&self.numbers[0], part)));
@@ -182,7 +202,7 @@ fn every_instruction_set_gives_the_same_bits() {
 
 #[test]
 fn what_lanes_give_is_plain_arithmetic() {
-    let (numbers, table) = (numbers(), [0i16; 200]);
+    let (numbers, table) = (numbers(), [0i16; 220]);
     let out = Isa::Portable.on_lanes(Everything {
         numbers: &numbers,
         table: &table,
@@ -261,19 +281,27 @@ fn products_are_fused_where_the_machine_can() {
 }
 
 /// The last of so many windows begins so late in a table of 100 keys.
-struct Late(usize);
+struct Late {
+    first: usize,
+    is_wide: bool,
+}
 
 impl Kernel for Late {
     type Out = usize;
 
     #[inline(always)]
     fn run<L: Lanes>(self) -> usize {
-        let stride = self.0 / 2;
+        let stride = self.first / 2;
         let columns = KeyColumns {
             table: &[1; 100],
-            start: self.0 - 2 * stride,
+            start: self.first - 2 * stride,
             stride,
+            next: NextColumns { start: 0, stride },
         };
+        if self.is_wide {
+            let found = L::wide_windows::<3>(columns, L::splat_words(0));
+            return found.len() + 100 - L::WIDE_WINDOW;
+        }
         let found = L::windows::<3>(columns, L::splat_words(0));
         found.len() + 100 - L::WINDOW
     }
@@ -282,11 +310,73 @@ impl Kernel for Late {
 #[test]
 fn windows_end_with_the_table() {
     for isa in Isa::available() {
-        let reaches = |late| std::panic::catch_unwind(|| isa.on_lanes(Late(late))).ok();
-        let last = reaches(10).unwrap() - 3;
-        assert!(reaches(last).is_some(), "{isa:?}");
-        for late in [last + 1, last + 2, 100, 101, usize::MAX] {
-            assert!(reaches(late).is_none(), "{isa:?}, {late}");
+        for is_wide in [false, true] {
+            let reaches =
+                |first| std::panic::catch_unwind(|| isa.on_lanes(Late { first, is_wide })).ok();
+            let last = reaches(10).unwrap() - 3;
+            assert!(reaches(last).is_some(), "{isa:?}");
+            for late in [last + 1, last + 2, 100, 101, usize::MAX] {
+                assert!(reaches(late).is_none(), "{isa:?}, {late}");
+            }
+        }
+    }
+}
+
+/// Words at each place of wide windows, from places that differ by lane.
+struct Places<'a> {
+    table: &'a [i16],
+    places: F32x16,
+}
+
+impl Kernel for Places<'_> {
+    /// Words of two windows, and of the reach.
+    type Out = (usize, [[u32; 16]; 2]);
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) -> Self::Out {
+        let columns = KeyColumns {
+            table: self.table,
+            start: 3,
+            stride: 101,
+            next: NextColumns {
+                start: 3,
+                stride: 101,
+            },
+        };
+        let mut out = [F32x16::ZERO; 2];
+        for part in 0..L::PARTS {
+            let places = L::load(&self.places, part).min(L::splat(L::WIDE_REACH as f32 - 1.0));
+            let words = L::wide_windows::<2>(columns, L::window_places(places));
+            for (line, words) in out.iter_mut().zip(words) {
+                L::from_bits(words).store(line, part);
+            }
+        }
+        (L::WIDE_REACH, out.map(|line| line.0.map(f32::to_bits)))
+    }
+}
+
+#[test]
+fn wide_windows_have_all_places() {
+    let table: Vec<i16> = (0..300).map(|index| (index * 1237) as i16).collect();
+    for isa in Isa::available() {
+        for turn in 0..64 {
+            let places = F32x16(std::array::from_fn(|lane| ((turn + 5 * lane) % 63) as f32));
+            let (reach, found) = isa.on_lanes(Places {
+                table: &table,
+                places,
+            });
+            for (window, line) in found.iter().enumerate() {
+                for (lane, &word) in line.iter().enumerate() {
+                    let place = (places.0[lane] as usize).min(reach - 1);
+                    let at = 3 + 101 * window + place;
+                    let [low, high] = [table[at], table[at + 1]].map(|key| u32::from(key as u16));
+                    assert_eq!(
+                        word,
+                        high << 16 | low,
+                        "{isa:?}, lane {lane}, place {place}"
+                    );
+                }
+            }
         }
     }
 }
