@@ -23,7 +23,8 @@ pub struct Budget {
     pub measure: Measure,
     /// Screen error of the previous frame, in pixels. The bands then move per frame at most as far as the camera of
     /// [`SwitchSettings::camera_speed`] or by 1% of their distance, whichever is more, so that a suddenly smaller budget is met some frames later.
-    /// `None`: the bands move at once.
+    /// Bands beyond all characters come no further than they must, so that they are back soon. `None`: the bands move at once, and the error
+    /// is the smallest one.
     pub before: Option<f32>,
 }
 
@@ -52,8 +53,10 @@ pub struct Plan {
 /// Finds the screen error for a [`Budget`] in each frame. It allocates nothing after the first one.
 #[derive(Clone, Debug, Default)]
 pub struct Planner {
-    /// Number of characters in each bucket or a nearer one.
+    /// Number of characters in each bucket or a nearer one, for those from the nearest character's to the furthest one's.
     counts: Vec<u32>,
+    /// The bucket of the nearest character.
+    first: usize,
     switching: Switching,
 }
 
@@ -72,6 +75,12 @@ fn bucket(distance: f32) -> usize {
     }
 }
 
+/// The geometric mean of two errors; `None` where they are about the same.
+fn between(low: f32, high: f32) -> Option<f32> {
+    let middle = (low * high).sqrt();
+    (low < middle && middle < high && high / low >= 1.0001).then_some(middle)
+}
+
 impl Planner {
     /// Finds the smallest screen error within the budget for characters at `distances` from the camera, in metres.
     /// [`Planner::switching`] then has the bands of this error.
@@ -87,24 +96,31 @@ impl Planner {
         budget.check()?;
         self.count(distances);
         let mut price = |pixels: f32| self.price(levels, budget, pixels);
-        let (mut low, mut high) = PIXELS;
-        let pixels = if price(low)? <= budget.milliseconds {
-            low
-        } else {
+        let (mut low, mut high) = budget.range(levels);
+        let finest = price(low)?;
+        let pixels = if finest > budget.milliseconds {
             // The middle of two neighbouring floats is one of them.
-            loop {
-                let middle = (low * high).sqrt();
-                if !(low < middle && middle < high) || high / low < 1.0001 {
-                    break high;
-                }
+            while let Some(middle) = between(low, high) {
                 if price(middle)? <= budget.milliseconds {
                     high = middle;
                 } else {
                     low = middle;
                 }
             }
+            high
+        } else if budget.before.is_none() {
+            low
+        } else {
+            // No smaller than what makes no character finer: the bands can then come nearer as soon as they must.
+            while let Some(middle) = between(low, high) {
+                if price(middle)? < finest {
+                    high = middle;
+                } else {
+                    low = middle;
+                }
+            }
+            low
         };
-        let pixels = budget.slowed(pixels, levels);
         let milliseconds = price(pixels)?;
         Ok(Plan {
             pixels,
@@ -120,10 +136,18 @@ impl Planner {
     }
 
     fn count(&mut self, distances: &[f32]) {
-        self.counts.clear();
-        self.counts.resize(BUCKETS, 0);
+        let (mut first, mut last) = (BUCKETS, 0);
         for &distance in distances {
-            self.counts[bucket(distance)] += 1;
+            let bucket = bucket(distance);
+            first = first.min(bucket);
+            last = last.max(bucket);
+        }
+        self.first = first;
+        self.counts.clear();
+        self.counts.reserve(BUCKETS);
+        self.counts.resize((last + 1).saturating_sub(first), 0);
+        for &distance in distances {
+            self.counts[bucket(distance) - first] += 1;
         }
         let mut sum = 0;
         for count in &mut self.counts {
@@ -132,16 +156,27 @@ impl Planner {
         }
     }
 
+    /// Number of characters in a bucket or a nearer one.
+    fn up_to(&self, bucket: usize) -> u32 {
+        match bucket.checked_sub(self.first) {
+            None => 0,
+            Some(index) => {
+                let last = self.counts.last().copied().unwrap_or_default();
+                self.counts.get(index).copied().unwrap_or(last)
+            }
+        }
+    }
+
     /// Upper bound of the number of characters nearer than `distance`.
     fn nearer(&self, distance: f32) -> u32 {
-        self.counts[bucket(distance)]
+        self.up_to(bucket(distance))
     }
 
     /// Lower bound of the number of characters nearer than `distance`.
     fn surely_nearer(&self, distance: f32) -> u32 {
         match bucket(distance) {
             0 => 0,
-            bucket => self.counts[bucket - 1],
+            bucket => self.up_to(bucket - 1),
         }
     }
 
@@ -161,7 +196,7 @@ impl Planner {
             blend,
         } = budget.cost;
         let coarsest = levels.levels.last().map_or(0, |level| level.kept.len());
-        let all = f64::from(self.counts[BUCKETS - 1]);
+        let all = f64::from(self.up_to(BUCKETS - 1));
         let mut nanoseconds = all * (f64::from(character) + f64::from(joint) * coarsest as f64);
         for band in self.switching.bands() {
             // Each level keeps one joint less than the one before.
@@ -201,13 +236,14 @@ impl Budget {
         }
     }
 
-    /// Limits how far the bands move from the previous frame's. Their distances are linear in the inverse of the error.
+    /// The errors that may be chosen, from the smallest to the largest: the bands move only so far from the previous frame's. Their
+    /// distances are linear in the inverse of the error.
     ///
     /// A point moves by at most the error, a few pixels, while a band passes it. At the camera's speed alone the furthest band would
     /// take minutes to arrive.
-    fn slowed(&self, wanted: f32, levels: &Levels) -> f32 {
+    fn range(&self, levels: &Levels) -> (f32, f32) {
         let Some(before) = self.before.filter(|&before| before > 0.0) else {
-            return wanted;
+            return PIXELS;
         };
         let errors = levels
             .levels
@@ -215,11 +251,12 @@ impl Budget {
             .map(|level| self.measure.of(&level.error));
         let worst = self.switching.view.pixels_at_one_metre() * errors.fold(0.0, f32::max);
         let most = (self.switching.travel() / worst).max(Self::SHARE / before);
-        let inverse = (1.0 / wanted).clamp(1.0 / before - most, 1.0 / before + most);
-        if inverse > 1.0 / PIXELS.1 {
-            1.0 / inverse
-        } else {
-            PIXELS.1
-        }
+        let least_inverse = 1.0 / before - most;
+        let high = match least_inverse > 1.0 / PIXELS.1 {
+            true => 1.0 / least_inverse,
+            false => PIXELS.1,
+        };
+        let low = 1.0 / (1.0 / before + most);
+        (low.clamp(PIXELS.0, PIXELS.1), high.max(PIXELS.0))
     }
 }
