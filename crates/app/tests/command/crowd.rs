@@ -27,9 +27,12 @@ fn crowd_json_has_its_keys() {
         let levels = document["levels"].as_u64().unwrap() as usize;
         let rows = document["rows"].as_array().unwrap();
         // Poses without levels and by distance, and frames of four cameras, on all registers and one thread or two; frames with hold; rows and
-        // instances; 1, 8 and 200 clips; a fade and a layer; each level.
+        // instances; 1, 8 and 200 clips; a fade and a layer; one thread and two beside a busy one; each level.
         let everywhere = 6 * 2 * Isa::available().count();
-        assert_eq!(rows.len(), everywhere + 6 + 2 + 3 + 2 + levels - 1);
+        assert_eq!(rows.len(), everywhere + 6 + 2 + 3 + 2 + 2 + levels - 1);
+        let busy = rows.iter().filter(|row| row["busy_threads"] == 1);
+        let threads: Vec<u64> = busy.map(|row| row["threads"].as_u64().unwrap()).collect();
+        assert_eq!(threads, [1, 2]);
         for (key, values) in [
             ("what", &["pose", "frame"][..]),
             ("camera", &["still", "walk", "run", "jump"]),

@@ -18,6 +18,8 @@ use crate::cli::Failure;
 const FRAMES: u32 = 2000;
 /// Number of frames before, from which the costs are learned.
 const LEARNING: u32 = 240;
+/// Error on the screen of the first frame, in pixels: few joints, so that costs are learned within the budget.
+const FIRST_PIXELS: f32 = 8.0;
 /// The default budget as a share of the time to pose all joints.
 const SHARE: f64 = 0.8;
 
@@ -43,7 +45,7 @@ impl Scene {
             cost: plain.cost(args),
             switching: SwitchSettings::default(),
             measure: Measure::Greatest,
-            before: None,
+            before: Some(FIRST_PIXELS),
         };
         let cost = budget.cost;
         let case = Case {

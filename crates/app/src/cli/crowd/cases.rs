@@ -29,6 +29,8 @@ pub(super) struct Case {
     pub(super) mixed: Mixed,
     /// Frames for which the coarser half of the levels keeps a pose after its own.
     pub(super) hold: u16,
+    /// Threads that are always busy beside: one for each core but one.
+    pub(super) busy: usize,
 }
 
 /// Numbers of frames of hold that are measured.
@@ -119,6 +121,14 @@ impl Args {
             mixed,
             ..plain
         }));
+        if most > 1 {
+            // One thread and all of them, while all cores but one are taken.
+            cases.extend([1, most].map(|threads| Case {
+                threads,
+                busy: most - 1,
+                ..plain
+            }));
+        }
         let each = (1..levels).map(|level| Case {
             lod: Lod::Level(level as u16),
             ..plain
@@ -140,6 +150,7 @@ impl Case {
             cut: None,
             mixed: Mixed::Nothing,
             hold: 0,
+            busy: 0,
         }
     }
 }

@@ -2,6 +2,7 @@
 //! number of threads, in one run.
 
 mod budget_run;
+mod busy;
 mod cases;
 mod held;
 mod row;

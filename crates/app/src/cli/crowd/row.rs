@@ -37,7 +37,7 @@ impl Row {
     }
 
     /// How many times as fast as posing all joints in blocks, on the same instruction set and number of threads; of cut
-    /// clips, as one of them.
+    /// clips, as one of them; beside busy threads, as on one thread.
     pub(super) fn against_plain(&self, rows: &[Self]) -> f64 {
         let plain = Case {
             what: What::Pose,
@@ -46,6 +46,10 @@ impl Row {
             cut: self.case.cut.map(|_| CUTS[0]),
             mixed: Mixed::Nothing,
             hold: 0,
+            threads: match self.case.busy {
+                0 => self.case.threads,
+                _ => 1,
+            },
             ..self.case
         };
         let plain = rows.iter().find(|row| row.case == plain);
@@ -66,6 +70,7 @@ impl Row {
             "lod": self.case.lod.name(),
             "isa": self.isa(),
             "threads": self.case.threads,
+            "busy_threads": self.case.busy,
             "hold_frames": self.case.hold,
             "hold_error_pixels": self.held.as_ref().map(|held| json!({
                 "greatest": held.greatest_pixels,

@@ -14,6 +14,7 @@ use sabaki::crowd::{
 use sabaki::lod::{LevelSettings, Levels, Measure, Rule, SwitchSettings, Switching};
 use sabaki::math::{F32x16, Rigid2};
 
+use super::busy::BusyThreads;
 use super::cases::{CUT_SECONDS, Case, Lod, Mixed, Motion, What};
 use super::row::Row;
 use super::{Args, usage};
@@ -164,6 +165,7 @@ impl Scene {
         let (mut crowd, joints) = self.crowd(args, case)?;
         let mut out = vec![F32x16::ZERO; crowd.max_output_len(crowd.len())];
         let mut times = Vec::with_capacity(args.frames as usize);
+        let _busy = BusyThreads::new(case.busy);
         for frame in 0..args.frames + WARM_UP {
             let started = Instant::now();
             self.step(&mut crowd, (case, frame), &mut out)?;
