@@ -23,6 +23,9 @@ const LOOK: f32 = 0.25;
 /// How far ahead the body's own motion is looked at, in seconds.
 const POSE_AHEAD: f32 = 0.1;
 
+/// How many times as fast a body is shifted that would stay in an obstacle otherwise.
+const HURRY: f32 = 5.0;
+
 /// A posed body among obstacles.
 #[derive(Clone, Copy)]
 struct Squeeze<'a> {
@@ -58,8 +61,8 @@ impl CharacterState {
         let near = |one: &Obstacle, reach: f32| {
             one.distance(root, dt) < reach + SKIN + LOOK * one.velocity().length()
         };
-        worker.obstacles.retain(|one| near(one, reach + way));
-        if worker.obstacles.is_empty() {
+        let is_near = |reach: f32, all: &[Obstacle]| all.iter().any(|one| near(one, reach));
+        if !is_near(reach + way, &worker.obstacles) {
             return;
         }
         worker.pose_body(world.baked, (&playing.motion, playing.seconds + ahead));
@@ -77,7 +80,12 @@ impl CharacterState {
         ];
         let step = world.settings.push * dt;
         let reach = now_widest.max(later_widest + way);
-        worker.obstacles.retain(|one| near(one, reach + step));
+        if !is_near(reach + step, &worker.obstacles) {
+            return;
+        }
+        // Those too that a way out may lead into.
+        let furthest = Squeeze::FURTHEST.max(HURRY * step);
+        worker.obstacles.retain(|one| near(one, reach + furthest));
         let squeeze = Squeeze {
             obstacles: &worker.obstacles,
             centres: &worker.centres,
@@ -93,6 +101,7 @@ impl CharacterState {
         };
         let shift = squeeze.shift([dt, dt + LOOK], step);
         let shift = squeeze.towards(&later, shift, [dt, dt + POSE_AHEAD], step);
+        let shift = squeeze.hurried(shift, dt, step);
         if shift == Vec2::ZERO {
             return;
         }
@@ -139,12 +148,24 @@ impl Squeeze<'_> {
         }
     }
 
+    /// The shift, longer where the body would stay in something that is left by a step [`HURRY`] times as long.
+    fn hurried(&self, shift: Vec2, now: f32, step: f32) -> Vec2 {
+        if self.deepest((shift, now), SKIN).metres <= SKIN {
+            return shift;
+        }
+        let settled = self
+            .settle(shift, now)
+            .or_else(|| self.settle(Vec2::ZERO, now));
+        let free = settled.or_else(|| self.escape(now));
+        free.map_or(shift, |free| free.clamp_length_max(HURRY * step))
+    }
+
     /// Removes the deepest entry until none is left; `None` if some are left.
     fn settle(&self, start: Vec2, seconds: f32) -> Option<Vec2> {
         const TURNS: usize = 20;
         let mut shift = start;
         for _ in 0..TURNS {
-            let deepest = self.deepest(shift, seconds);
+            let deepest = self.deepest((shift, seconds), 0.0);
             if deepest.metres <= 0.0 {
                 return Some(shift);
             }
@@ -155,14 +176,14 @@ impl Squeeze<'_> {
 
     /// The shortest shift to a free place; `None` if none is within [`Squeeze::FURTHEST`]. Of those at one distance the freest.
     fn escape(&self, seconds: f32) -> Option<Vec2> {
-        const RINGS: usize = 16;
+        const RINGS: usize = 24;
         const WAYS: usize = 24;
         (1..=RINGS).find_map(|ring| {
             let far = Self::FURTHEST * ring as f32 / RINGS as f32;
             let ways = (0..WAYS).map(|way| {
                 let shift =
                     Vec2::from_angle(way as f32 * std::f32::consts::TAU / WAYS as f32) * far;
-                (self.deepest(shift, seconds).metres, shift)
+                (self.deepest((shift, seconds), -self.widest).metres, shift)
             });
             let freest = ways.min_by(|a, b| a.0.total_cmp(&b.0));
             freest
@@ -172,13 +193,13 @@ impl Squeeze<'_> {
     }
 
     /// Longest shift to a free place, in metres.
-    const FURTHEST: f32 = 0.8;
+    const FURTHEST: f32 = 1.2;
 
-    /// The deepest entry of the shifted body.
-    fn deepest(&self, shift: Vec2, seconds: f32) -> Depth {
+    /// The deepest entry of the body, shifted, at a time; one of `least` metres if none is deeper.
+    fn deepest(&self, (shift, seconds): (Vec2, f32), least: f32) -> Depth {
         let shift = Vec3::new(shift.x, 0.0, shift.y);
         let mut deepest = Depth {
-            metres: -self.widest,
+            metres: least,
             out: Vec2::ZERO,
         };
         for obstacle in self.obstacles {
@@ -251,6 +272,31 @@ mod tests {
         assert_eq!(shift(Vec2::new(0.5, 0.0), &[wall]), Vec2::ZERO);
         let out = shift(Vec2::new(0.15, 0.0), &[wall]);
         assert!((out - Vec2::new(0.05 + SKIN, 0.0)).length() < 1e-3, "{out}");
+    }
+
+    #[test]
+    fn a_limb_that_is_deeper_than_a_step_is_out_after_one() {
+        let wall = Obstacle::half_space(Vec3::ZERO, Vec3::X).unwrap();
+        let at = Vec2::new(-0.1, 0.0);
+        let slow = shift(at, &[wall]);
+        assert!((slow.length() - STEP).abs() < 1e-4, "{slow}");
+        let sphere = BodySphere {
+            joint: JointId::ROOT,
+            offset: Vec3::ZERO,
+            radius: RADIUS,
+        };
+        let squeeze = Squeeze {
+            obstacles: &[wall],
+            centres: &centres(at),
+            spheres: &[sphere; 3],
+            root: Vec3::new(at.x, 0.9, at.y),
+            widest: 0.8,
+        };
+        let hurried = squeeze.hurried(slow, FRAME, STEP);
+        assert!(depth(at + hurried, &[wall], FRAME) < 1e-4, "{hurried}");
+        // Not further than it has to, and not at all where it is out.
+        assert!(hurried.length() < 0.31, "{hurried}");
+        assert_eq!(squeeze.hurried(hurried, FRAME, STEP), hurried);
     }
 
     #[test]

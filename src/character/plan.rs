@@ -17,7 +17,7 @@ use crate::graph::Motion;
 use crate::maps::SphereKey;
 use crate::query::clearance::{Clearance, ExactTest, Extent};
 use crate::query::obstacle::ObstacleTest;
-use crate::query::{Attack, Query, Request, evasions_end};
+use crate::query::{Attack, PlanScope, Query, Request, evasions_end};
 
 /// The moment that a plan is made for.
 struct Moment {
@@ -116,12 +116,12 @@ impl CharacterState {
             return;
         };
         let was_retry = self.retry_at.is_some();
-        let goes_on = self.continued(
+        let (goes_on, _) = self.continued(
             world,
             moment,
             self.playing.motion.rest(graph, moment.seconds),
         );
-        let kept = test(world, (goes_on, &attack), scratch);
+        let mut kept = test(world, (goes_on, &attack), scratch);
         if kept.is_clean() {
             self.retry_at = None;
             self.hold(moment, &attack, None);
@@ -135,26 +135,37 @@ impl CharacterState {
         }
         let mut least = None;
         let margin = world.settings.margin;
-        let tries = [
-            (margin, None),
-            (margin, Some(LATE)),
-            (0.0, None),
-            (0.0, Some(LATE)),
-        ];
-        let differing = if margin > 0.0 { 4 } else { 2 };
-        let found = tries.into_iter().take(differing).find_map(|widened| {
+        // Where a blend spoils what avoids the wider attack, one that avoids the plain attack may do.
+        let tries = [(margin, None), (margin, Some(LATE)), (0.0, None)];
+        let count = match margin > 0.0 && scratch.ahead.is_empty() {
+            true => 3,
+            false => 2,
+        };
+        let found = tries.into_iter().take(count).find_map(|widened| {
             let wider = combined(moment, near, widened)?;
-            let tested = self.ask(world, (moment, [&attack, &wider]), scratch);
+            let (margin, late) = widened;
+            let scope = PlanScope {
+                plain: &attack,
+                margin,
+                evasions_only: late.is_some(),
+            };
+            let mut tested = self.ask(world, (moment, &wider, scope), scratch);
             if tested.is_clean() {
                 return Some(tested);
             }
-            least = least_harm(least.take(), tested);
+            if !scratch.ahead.is_empty() {
+                tested.measure(world, &attack, scratch);
+                least = least_harm(least.take(), tested);
+            }
             None
         });
         let Some(found) = found else {
             self.retry_at = Some(world.now + f64::from(world.settings.retry));
-            match least.filter(|_| !scratch.ahead.is_empty()) {
-                Some(least) => self.take_least_harm(world, (moment, &attack), [kept, least]),
+            match least {
+                Some(least) => {
+                    kept.measure(world, &attack, scratch);
+                    self.take_least_harm(world, (moment, &attack), [kept, least]);
+                }
                 None if !was_retry => self.events.push((world.now, CharacterEventKind::Cannot)),
                 None => {}
             }
@@ -194,11 +205,11 @@ impl CharacterState {
         }
     }
 
-    /// The answer to the wider attack, tested against the other one.
+    /// The answer to the wider attack, tested against the plain one.
     fn ask(
         &self,
         world: &World<'_>,
-        (moment, [attack, wider]): (&Moment, [&Attack; 2]),
+        (moment, wider, scope): (&Moment, &Attack, PlanScope<'_>),
         scratch: &mut PlanScratch,
     ) -> TestedMotion {
         let graph = world.baked.graph();
@@ -213,24 +224,31 @@ impl CharacterState {
             obstacles,
             ..Request::of_motion(graph, playing, wider)
         };
-        Query::new(world.baked, &world.settings.query).answer(request, context, answer);
-        let found = self.continued(world, moment, answer.motion.clone());
-        test(world, (found, attack), scratch)
+        let query = Query::new(world.baked, &world.settings.query);
+        query.answer_plan((request, scope), context, answer);
+        let (found, is_blended) = self.continued(world, moment, answer.motion.clone());
+        if answer.avoided && !is_blended && !scope.evasions_only {
+            let known = answer.clearance();
+            let metres = known.metres + scope.margin;
+            return known_clean(world, found, (scope.plain, Clearance { metres, ..known }));
+        }
+        test(world, (found, scope.plain), scratch)
     }
 
-    /// Joins a motion to what is played, where that is bent or has another rate at its start.
-    fn continued(&self, world: &World<'_>, moment: &Moment, mut motion: Motion) -> Motion {
+    /// Joins a motion to what is played, where that is bent or has another rate at its start. Says whether it was.
+    fn continued(&self, world: &World<'_>, moment: &Moment, mut motion: Motion) -> (Motion, bool) {
         let is_bent = |motion: &Motion| motion.warp().is_some_and(|warp| warp.acts_at(0.0));
         let bent = self
             .playing
             .motion
             .warp()
             .is_some_and(|warp| warp.acts_at(moment.seconds));
-        if self.playing.rate != 1.0 || bent != is_bent(&motion) {
+        let is_blended = self.playing.rate != 1.0 || bent != is_bent(&motion);
+        if is_blended {
             let played = self.playing.played_until(moment.seconds);
             motion.blend_from(world.baked.graph(), played, BLEND);
         }
-        motion
+        (motion, is_blended)
     }
 
     /// Steering waits until the threats have passed and the evasion has ended, or been left.
@@ -287,6 +305,25 @@ impl TestedMotion {
     fn harm(&self) -> f32 {
         self.entered.max(-self.clearance.metres)
     }
+
+    /// Measures the deepest hit and the most harmful entry.
+    fn measure(&mut self, world: &World<'_>, attack: &Attack, scratch: &mut PlanScratch) {
+        let test = ExactTest::new(world.baked, attack);
+        self.clearance = test.on_motion(&self.motion, &mut scratch.body);
+        self.entered = self.harm_by_obstacles(world, f32::INFINITY, scratch);
+    }
+
+    /// Largest harm by an obstacle, or one above `enough`, in metres; 0 for none.
+    fn harm_by_obstacles(&self, world: &World<'_>, enough: f32, scratch: &mut PlanScratch) -> f32 {
+        let test = ObstacleTest {
+            baked: world.baked,
+            obstacles: &scratch.ahead,
+            seconds: (0.0, self.end),
+            enough,
+        };
+        let entered = test.on_motion(&self.motion, &mut scratch.entered);
+        entered.map_or(0.0, |entered| entered.harm)
+    }
 }
 
 /// The one with the least harm.
@@ -297,7 +334,25 @@ fn least_harm(before: Option<TestedMotion>, other: TestedMotion) -> Option<Teste
     }
 }
 
-/// Tests a motion, which is extended until the attack's end.
+/// The motion of an answer that its query has tested.
+fn known_clean(
+    world: &World<'_>,
+    mut motion: Motion,
+    (attack, clearance): (&Attack, Clearance),
+) -> TestedMotion {
+    let graph = world.baked.graph();
+    motion.extend(graph, attack.end() + 0.1);
+    let end = evasions_end(graph, &motion, attack.end());
+    motion.extend(graph, end);
+    TestedMotion {
+        motion,
+        clearance,
+        entered: 0.0,
+        end,
+    }
+}
+
+/// Tests a motion, which is extended until the attack's end, until it is known whether it is clean.
 fn test(
     world: &World<'_>,
     (mut motion, attack): (Motion, &Attack),
@@ -306,26 +361,20 @@ fn test(
     let graph = world.baked.graph();
     motion.extend(graph, attack.end() + 0.1);
     let test = ExactTest {
-        extent: match scratch.ahead.is_empty() {
-            true => Extent::UNTIL_HIT,
-            false => Extent::WHOLE,
-        },
+        extent: Extent::UNTIL_HIT,
         ..ExactTest::new(world.baked, attack)
     };
     let clearance = test.on_motion(&motion, &mut scratch.body);
     let end = evasions_end(graph, &motion, attack.end());
     motion.extend(graph, end);
-    let obstacles = ObstacleTest {
-        baked: world.baked,
-        obstacles: &scratch.ahead,
-        seconds: (0.0, end),
-        enough: f32::INFINITY,
-    };
-    let entered = obstacles.on_motion(&motion, &mut scratch.entered);
-    TestedMotion {
+    let mut tested = TestedMotion {
         motion,
         clearance,
-        entered: entered.map_or(0.0, |entered| entered.harm),
+        entered: 0.0,
         end,
+    };
+    if clearance.is_clean() {
+        tested.entered = tested.harm_by_obstacles(world, 0.0, scratch);
     }
+    tested
 }

@@ -90,6 +90,7 @@ impl Duel<'_> {
             start: node,
             seconds: seconds.max(0.1),
             settings,
+            is_blocked: &|_, _| false,
         };
         self.search.run(graph, desc, |id| found.push(id));
         let steps = |id| {

@@ -1,7 +1,7 @@
 //! The exact tests of the candidates of one query.
 
 use super::candidate::CandidateKind;
-use super::clearance::{Clearance, Extent};
+use super::clearance::{Clearance, ExactTest, Extent, Sampling};
 use super::evaluated::Evaluated;
 use super::evaluation::Evaluation;
 use super::evaluation_input::{EvaluationInput, worse};
@@ -179,6 +179,43 @@ impl Tests<'_, '_> {
             }
         }
         self.results.depths = depths;
+    }
+
+    /// Finds the `count` shallowest hits of the attack that enter no obstacle and may be bent, and measures them. Those that enter one stay
+    /// at a bound of their clearance.
+    pub(super) fn least_deep_free(&mut self, order: &[Bound], count: usize) {
+        /// Number of hits that are looked at.
+        const MOST: usize = 16;
+        let warp = &self.input.query.settings.warp;
+        let deepest = warp.deepest + self.input.state.request.margin;
+        let mut found = 0;
+        for &Bound { value, index } in order.iter().take(MOST) {
+            if found == count || -value > deepest {
+                break;
+            }
+            let Some(before) = self.results.evaluated[index] else {
+                continue;
+            };
+            let body = self.results.workers.body();
+            let entered = self.input.candidate_entered(index, 0.0, body);
+            if entered.is_some() {
+                let clearance = worse(before.clearance, entered);
+                self.results.evaluated[index] = Some(self.input.result(index, clearance));
+                continue;
+            }
+            let build = |motion: &mut Motion| self.input.motion(index, motion);
+            // Whether a bend avoids the attack is tested at every sample.
+            let test = ExactTest {
+                sampling: Sampling::CoarseFirst,
+                ..self.input.exact_test(Extent::WHOLE)
+            };
+            let clearance = test.on_built_motion(body, build);
+            self.results.evaluated[index] = Some(Evaluated {
+                is_final: true,
+                ..self.input.result(index, clearance)
+            });
+            found += 1;
+        }
     }
 
     /// The clearance of a posed motion over the whole attack. It may be larger where it is below `enough`.

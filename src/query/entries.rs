@@ -4,7 +4,7 @@
 //! natural motion and playback rates at which the evasion is under way at the attack's contact.
 
 use super::ask::Query;
-use super::attack::Attack;
+use super::blocked::{is_sought, keep_free};
 use super::candidate::{Candidate, CandidateKind};
 use super::clearance::{ExactTest, Extent, MotionBody, SAMPLE_RATE, Sampling};
 use super::entry_candidate::EntryCandidate;
@@ -67,10 +67,9 @@ pub(super) fn gather_entries(query: Query<'_>, state: &mut QueryState, scratch: 
             jump.add_rates(query, &mut state.entries);
         }
     }
-    keep_even(
-        &mut state.entries,
-        most_entries(uses, &state.request.attack),
-    );
+    let until = scratch.free_until(baked, &state.request);
+    keep_free(baked, state, until);
+    keep_even(&mut state.entries, most_entries(uses, &state.request));
     let list = &mut state.candidates.list;
     list.extend(state.entries.iter().zip(0..).map(|(one, index)| Candidate {
         kind: CandidateKind::Entry(index),
@@ -113,6 +112,17 @@ impl EntryScratch {
         let found = (!found.is_clean()).then_some(found.time);
         self.contact = Some(found);
         found
+    }
+
+    /// Time until which the natural motion enters no obstacle, as far as its root shows it, in seconds.
+    pub(super) fn free_until(&mut self, baked: &BakedGraph, request: &ActiveRequest) -> f32 {
+        if !is_sought(request) {
+            return f32::INFINITY;
+        }
+        let motion = self.natural(baked, request);
+        let seconds = (0.0, request.attack.end());
+        let hit = request.obstacles.on_motion((baked, motion), seconds, 0.0);
+        hit.map_or(f32::INFINITY, |hit| hit.time)
     }
 
     /// The natural motion of the request.
@@ -204,13 +214,18 @@ impl Jump<'_> {
 }
 
 /// Maximum number of entries. It is lower than in the settings for attacks with very many spheres or a duration of minutes.
-fn most_entries(uses: &EntryUse, attack: &Attack) -> usize {
+fn most_entries(uses: &EntryUse, request: &ActiveRequest) -> usize {
+    /// Maximum number among obstacles, whose tests cost more.
+    const AMONG_OBSTACLES: usize = 40;
     /// Maximum number of samples of spheres of all entries together.
     const MOST_SAMPLES: f32 = 500_000.0;
+    let attack = &request.attack;
+    let most = match is_sought(request) {
+        true => uses.most.min(AMONG_OBSTACLES),
+        false => uses.most,
+    };
     let samples = attack.spheres().len() as f32 * (attack.end() - attack.start()) * SAMPLE_RATE;
-    uses.most
-        .min((MOST_SAMPLES / samples.max(1.0)) as usize)
-        .max(1)
+    most.min((MOST_SAMPLES / samples.max(1.0)) as usize).max(1)
 }
 
 /// Keeps at most `most` entries, evenly spread.

@@ -5,6 +5,7 @@
 //! whether they are hit, or come near enough to win.
 
 use super::candidate_tests::{Bound, Results, Tests};
+use super::clearance::Clearance;
 use super::entries::EntryScratch;
 use super::evaluated::Evaluated;
 use super::evaluation::Evaluation;
@@ -118,43 +119,67 @@ impl<'s, 'a> ExactEvaluator<'s, 'a> {
             warper,
         } = self;
         let (input, results) = (tests.input, &mut *tests.results);
-        let settings = &input.query.settings;
+        let (settings, request) = (&input.query.settings, &input.state.request);
+        least_deep_first(order, &results.evaluated);
+        let is_free = |bound: &Bound| {
+            // Among obstacles only those that enter none were measured.
+            let one = results.evaluated[bound.index];
+            !input.is_among_obstacles() || one.is_some_and(|one| one.is_final)
+        };
+        order.retain(is_free);
+        order.truncate(settings.warp.candidates);
         let case = WarpCase {
             baked: input.query.baked,
-            attack: &input.state.request.attack,
+            attack: &request.attack,
             settings: &settings.warp,
         };
-        least_deep_first(order, &results.evaluated);
-        for &Bound { value, index } in order.iter().take(settings.warp.candidates) {
-            let hit = results.evaluated[index].map(|one| one.clearance)?;
-            if -value > settings.warp.deepest {
-                break;
+        let plain = WarpCase {
+            attack: &request.plain,
+            ..case
+        };
+        let turns = [(case, 0.0), (plain, request.margin)];
+        let turns = turns
+            .into_iter()
+            .take(if request.margin > 0.0 { 2 } else { 1 });
+        for (case, margin) in turns {
+            for &Bound { value, index } in order.iter() {
+                let hit = results.evaluated[index].map(|one| one.clearance)?;
+                if -value - margin > settings.warp.deepest {
+                    break;
+                }
+                input.motion(index, motion);
+                if value + margin >= 0.0 {
+                    // The attack without the margin misses it as it is.
+                    return Some(index);
+                }
+                let tested = Tested {
+                    clearance: Clearance {
+                        metres: hit.metres + margin,
+                        ..hit
+                    },
+                    body: results.workers.body(),
+                };
+                let Some(warped) = warper.warp(case, motion, tested) else {
+                    continue;
+                };
+                let body = results.workers.body();
+                if input.entered(motion, 0.0, &mut body.obstacles).is_some() {
+                    continue;
+                }
+                // Of the request's attack, which is wider by the margin.
+                let clearance = Clearance {
+                    metres: warped.clearance.metres - margin,
+                    ..warped.clearance
+                };
+                let score = input.score(index, clearance.metres);
+                results.evaluated[index] = Some(Evaluated {
+                    clearance,
+                    score: Some(score.warped(warped.effort, &settings.weights)),
+                    is_final: true,
+                    warp: motion.warp().copied(),
+                });
+                return Some(index);
             }
-            input.motion(index, motion);
-            let body = results.workers.body();
-            if input.entered(motion, 0.0, &mut body.obstacles).is_some() {
-                continue;
-            }
-            let tested = Tested {
-                clearance: hit,
-                body: results.workers.body(),
-            };
-            let Some(warped) = warper.warp(case, motion, tested) else {
-                continue;
-            };
-            let body = results.workers.body();
-            if input.entered(motion, 0.0, &mut body.obstacles).is_some() {
-                continue;
-            }
-            let clearance = warped.clearance;
-            let score = input.score(index, clearance.metres);
-            results.evaluated[index] = Some(Evaluated {
-                clearance,
-                score: Some(score.warped(warped.effort, &settings.weights)),
-                is_final: true,
-                warp: motion.warp().copied(),
-            });
-            return Some(index);
         }
         None
     }
@@ -219,6 +244,10 @@ impl<'s, 'a> ExactEvaluator<'s, 'a> {
         }
         least_deep_first(order, &tests.results.evaluated);
         let count = tests.input.query.settings.warp.candidates.max(1);
+        if tests.input.is_among_obstacles() {
+            tests.least_deep_free(order, count);
+            return;
+        }
         tests.least_deep(order, count);
         tests.settle_hits();
     }

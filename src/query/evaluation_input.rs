@@ -41,6 +41,11 @@ impl EvaluationInput<'_> {
             && self.overlap(index).is_some_and(|overlap| overlap.body > 0)
     }
 
+    /// Whether there are obstacles.
+    pub(super) fn is_among_obstacles(&self) -> bool {
+        !self.state.request.obstacles.all().is_empty()
+    }
+
     /// Whether an evasion starts while the offset of an earlier motion still fades out. Maps and tracks do not show that body.
     fn starts_in_blend(&self, index: usize) -> bool {
         match self.state.candidates.list[index].kind {
@@ -95,14 +100,30 @@ impl EvaluationInput<'_> {
         }
     }
 
-    /// Tests a candidate as cheaply as it can be: against obstacles only if the attack misses it.
+    /// Tests a candidate as cheaply as it can be: against obstacles exactly only if the attack misses it.
     pub(super) fn test(&self, index: usize, extent: Extent, body: &mut MotionBody) -> Clearance {
+        if let Some(hit) = self.move_blocked(index, body) {
+            return hit.as_clearance();
+        }
         let clearance = self.test_attack(index, extent, body);
         let may_win = clearance.is_clean() && clearance.metres < extent.below;
-        if self.state.request.obstacles.is_empty() || !may_win {
+        if !self.is_among_obstacles() || !may_win {
             return clearance;
         }
         self.beside_obstacles((index, clearance), 0.0, body)
+    }
+
+    /// Where a move enters an obstacle, as far as its root shows it.
+    fn move_blocked(&self, index: usize, body: &mut MotionBody) -> Option<ObstacleHit> {
+        if !self.is_among_obstacles() || self.move_of(index).is_none() {
+            return None;
+        }
+        let motion = &mut body.obstacles.motion;
+        self.motion(index, motion);
+        let request = &self.state.request;
+        let seconds = (0.0, request.attack.end());
+        let obstacles = &request.obstacles;
+        obstacles.on_motion((self.query.baked, motion), seconds, 0.0)
     }
 
     /// The clearance of a candidate, or minus its harm by obstacles where that is less. The search for the most harmful entry stops at
@@ -123,7 +144,7 @@ impl EvaluationInput<'_> {
         enough: f32,
         body: &mut MotionBody,
     ) -> Option<ObstacleHit> {
-        if self.state.request.obstacles.is_empty() {
+        if !self.is_among_obstacles() {
             return None;
         }
         let scratch = &mut body.obstacles;
@@ -142,18 +163,24 @@ impl EvaluationInput<'_> {
         scratch: &mut ObstacleScratch,
     ) -> Option<ObstacleHit> {
         let (baked, request) = (self.query.baked, &self.state.request);
-        if request.obstacles.is_empty() {
+        if !self.is_among_obstacles() {
             return None;
         }
         let end = evasions_end(baked.graph(), motion, request.attack.end());
         motion.extend(baked.graph(), end);
+        let quick = request
+            .obstacles
+            .on_motion((baked, motion), (0.0, end), enough);
+        if quick.is_some() {
+            return quick;
+        }
         let test = ObstacleTest {
             baked,
-            obstacles: &request.obstacles,
+            obstacles: request.obstacles.all(),
             seconds: (0.0, end),
             enough,
         };
-        test.on_motion(motion, scratch)
+        test.on_shared_motion(motion, scratch)
     }
 
     /// Tests a candidate against the attack alone. An evasion is tested on its baked body track, a move at every fourth sample first.
@@ -165,7 +192,16 @@ impl EvaluationInput<'_> {
             }
             CandidateKind::Entry(entry) => {
                 let entry = &self.state.entries[entry as usize];
-                self.exact_test(extent).on_entry(entry, body, build)
+                // What is chosen is tested at every sample again.
+                let sampling = match self.is_among_obstacles() {
+                    true => Sampling::CoarseFirst,
+                    false => Sampling::Each,
+                };
+                let test = ExactTest {
+                    sampling,
+                    ..self.exact_test(extent)
+                };
+                test.on_entry(entry, body, build)
             }
             CandidateKind::Evasion { path, start } => {
                 let request = &self.state.request;

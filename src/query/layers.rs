@@ -45,6 +45,10 @@ pub(super) fn gather_layers(query: Query<'_>, state: &mut QueryState, scratch: &
     if settings.entries.layers == 0 || !entries.has_layers() {
         return;
     }
+    // Pelvis and legs go on into what the natural motion enters.
+    if scratch.free_until(baked, &state.request) < f32::INFINITY {
+        return;
+    }
     let Some(contact) = scratch.contact(baked, &state.request) else {
         return;
     };

@@ -9,6 +9,7 @@
 pub(crate) mod answer;
 mod ask;
 mod attack;
+mod blocked;
 mod candidate;
 mod candidate_motion;
 mod candidate_tests;
@@ -56,6 +57,7 @@ pub use evaluation::Evaluation;
 pub(crate) use evaluation_input::evasions_end;
 pub(crate) use moves::MoveSettings;
 pub use obstacle::{Obstacle, ObstacleError};
+pub(crate) use request::PlanScope;
 pub use request::Request;
 pub use retime::RateSettings;
 pub use score::{Score, Weights};

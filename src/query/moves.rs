@@ -4,6 +4,7 @@
 //! lead to nearly the same posture at nearly the same place and time, only one is followed. The search follows a limited number of
 //! paths at a time, evenly chosen, and counts the paths that it cuts off.
 
+use glam::Vec3;
 use rustc_hash::FxHashSet;
 use serde::{Deserialize, Serialize};
 
@@ -61,12 +62,15 @@ struct State {
 }
 
 /// Start and duration of moves, and limits of the search for them.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct MoveSearchDesc {
+#[derive(Clone, Copy)]
+pub(crate) struct MoveSearchDesc<'a> {
     pub(crate) start: NodeId,
     /// Duration, in seconds.
     pub(crate) seconds: f32,
     pub(crate) settings: MoveSettings,
+    /// Whether a root, in the space of the first clip, cannot be at a place at a time, in seconds since the start. Paths that lead there are not
+    /// followed.
+    pub(crate) is_blocked: &'a dyn Fn(Vec3, f32) -> bool,
 }
 
 /// A search for moves. Its memory is kept from one search to the next.
@@ -91,7 +95,7 @@ impl MoveSearch {
     pub(crate) fn run(
         &mut self,
         graph: &MotionGraph,
-        desc: MoveSearchDesc,
+        desc: MoveSearchDesc<'_>,
         mut found: impl FnMut(MoveId),
     ) -> SearchReport {
         self.clear();
@@ -115,7 +119,7 @@ impl MoveSearch {
                 self.report.followed += open.len().min(settings.width);
                 self.report.cut += open.len().saturating_sub(settings.width);
                 for index in evenly(&open, settings.width) {
-                    self.extend(graph, index);
+                    self.extend(graph, &desc, index);
                 }
             }
             self.layers[time] = open;
@@ -180,11 +184,16 @@ impl MoveSearch {
         MoveId(self.states.len() as u32 - 1)
     }
 
-    fn extend(&mut self, graph: &MotionGraph, index: u32) {
+    fn extend(&mut self, graph: &MotionGraph, desc: &MoveSearchDesc<'_>, index: u32) {
         let node = self.states[index as usize].node;
         for edge in graph.edges_from(node) {
             let next = self.push(graph, MoveId(index), edge);
             let state = self.states[next.0 as usize];
+            let seconds = (f64::from(state.frames) / graph.frame_rate()) as f32;
+            if (desc.is_blocked)(root(graph, &state), seconds) {
+                self.states.pop();
+                continue;
+            }
             if self.seen.insert(key(graph, &state, &self.settings)) {
                 self.place(state.frames, next.0);
             } else {
@@ -215,10 +224,14 @@ impl MoveSearch {
     }
 }
 
-fn ground(graph: &MotionGraph, state: &State) -> glam::Vec2 {
+fn root(graph: &MotionGraph, state: &State) -> Vec3 {
     let node = graph.node(state.node);
     let root = graph.clip(node.clip).root(node.frame as usize);
-    let place = state.to_start.point(root);
+    state.to_start.point(root)
+}
+
+fn ground(graph: &MotionGraph, state: &State) -> glam::Vec2 {
+    let place = root(graph, state);
     glam::Vec2::new(place.x, place.z)
 }
 

@@ -3,7 +3,7 @@ use glam::Vec3;
 use super::attack::Attack;
 use super::clearance::PlacedEvasion;
 use super::evaluation::Evaluation;
-use super::obstacle::Obstacle;
+use super::obstacle::{NearObstacles, Obstacle};
 use super::retime::Durations;
 use crate::graph::{EdgeId, Motion, MotionGraph, NodeId, Played, Playhead};
 use crate::maps::{BakedGraph, NodePath, PathId};
@@ -60,7 +60,7 @@ pub(super) struct ActiveRequest {
     /// The offset that still fades out; otherwise empty.
     pub blend: Motion,
     pub evaluation: Evaluation,
-    pub obstacles: Vec<Obstacle>,
+    pub obstacles: NearObstacles,
     /// The next node.
     pub node: NodeId,
     /// Time until the playhead is there, seconds.
@@ -69,6 +69,23 @@ pub(super) struct ActiveRequest {
     pub available: f32,
     /// The character's frame (root on the ground, facing +Z) at the node, in the world.
     pub node_frame: Rigid2,
+    /// The attack without the margin that the request's has; of meaning only with a margin.
+    pub plain: Attack,
+    /// The margin, in metres; 0 for none.
+    pub margin: f32,
+    /// Whether only paths to an evasion are candidates.
+    pub evasions_only: bool,
+}
+
+/// How a plan differs from an ordinary query.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct PlanScope<'a> {
+    /// The attack of the request without its margin. Where no motion avoids the request's attack, one that avoids this one is chosen.
+    pub plain: &'a Attack,
+    /// By how much the radii of the request's attack are larger, in metres.
+    pub margin: f32,
+    /// Whether only paths to an evasion are candidates, because an earlier query has tested the others.
+    pub evasions_only: bool,
 }
 
 impl Default for ActiveRequest {
@@ -82,11 +99,14 @@ impl Default for ActiveRequest {
             attack: Attack::empty(),
             blend: Motion::default(),
             evaluation: Evaluation::Lazy,
-            obstacles: Vec::new(),
+            obstacles: NearObstacles::default(),
             node: NodeId(0),
             wait: 0.0,
             available: 0.0,
             node_frame: Rigid2::IDENTITY,
+            plain: Attack::empty(),
+            margin: 0.0,
+            evasions_only: false,
         }
     }
 }
@@ -97,10 +117,12 @@ impl ActiveRequest {
         let graph = baked.graph();
         let playhead = request.playhead.sanitized(graph);
         self.attack.clone_from(request.attack);
+        (self.margin, self.evasions_only) = (0.0, false);
         self.playhead = playhead;
         self.evaluation = request.evaluation;
-        self.obstacles.clear();
-        self.obstacles.extend_from_slice(request.obstacles);
+        let root = graph.sample_edge_root(playhead.edge, playhead.frame);
+        let middle = playhead.clip_to_world.point(root);
+        self.obstacles.set(baked, request.obstacles, middle);
         self.blend.clear();
         if let Some((motion, seconds)) = request.playing {
             self.set_blend(baked.graph(), (motion, seconds));
@@ -109,6 +131,12 @@ impl ActiveRequest {
         self.wait = playhead.seconds_to_next_node(graph);
         self.available = self.attack.start() - self.wait;
         self.node_frame = playhead.next_clip_to_world(graph) * baked.placement(self.node);
+    }
+
+    /// Limits the request to what a plan asks for.
+    pub(super) fn limit(&mut self, scope: PlanScope<'_>) {
+        self.plain.clone_from(scope.plain);
+        (self.margin, self.evasions_only) = (scope.margin, scope.evasions_only);
     }
 
     /// Keeps the offset that fades out. A layer of the upper body becomes such an offset.

@@ -35,7 +35,8 @@ pub(super) fn select(
 ) -> Option<Selection> {
     let _span = tracing::trace_span!("query: test and choose").entered();
     let is_grid = state.source == Source::Grid;
-    let (mut has_layers, mut has_entries, mut has_moves) = (false, false, false);
+    let only = state.request.evasions_only && !state.candidates.list.is_empty();
+    let (mut has_layers, mut has_entries, mut has_moves) = (only, only, only);
     let mut reconsidered = 0;
     scratch.start(state);
     let walks = scratch.entries.walks(query, &state.request);

@@ -14,6 +14,7 @@ use std::convert::Infallible;
 
 use super::answer::Answer;
 use super::ask::Query;
+use super::blocked::reject_blocked;
 use super::candidate::Candidate;
 use super::context::{QueryContext, Scratch};
 use super::cull::{CullInput, Overlap, cpu};
@@ -21,7 +22,7 @@ use super::enumerate::Enumerate;
 use super::gather::Gather;
 use super::place::PlaceCandidates;
 use super::report::Report;
-use super::request::Request;
+use super::request::{PlanScope, Request};
 use super::select::select;
 use super::source::Source;
 use super::state::QueryState;
@@ -83,6 +84,23 @@ impl<'a> Query<'a> {
             culler,
         } = context;
         Session::start(*self, request, (state, scratch)).run_on_cpu(&mut culler.0, answer);
+    }
+
+    /// Answers a request of a plan. Where nothing avoids its attack, the answer may avoid the attack without the margin.
+    pub(crate) fn answer_plan(
+        &self,
+        (request, scope): (Request<'_>, PlanScope<'_>),
+        context: &mut QueryContext,
+        answer: &mut Answer,
+    ) {
+        let QueryContext {
+            state,
+            scratch,
+            culler,
+        } = context;
+        let mut session = Session::start(*self, request, (state, scratch));
+        session.state.request.limit(scope);
+        session.run_on_cpu(&mut culler.0, answer);
     }
 }
 
@@ -252,6 +270,7 @@ impl<'a> Session<'a> {
             },
         };
         gather.run(self.state, &mut self.scratch.gather);
+        reject_blocked(self.query, self.state);
         self.state.candidates.put_known_last();
         self.place(false);
     }

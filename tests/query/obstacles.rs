@@ -1,4 +1,5 @@
-//! Promise: the test of a motion against obstacles finds what a look at every sphere at every sample finds.
+//! Promise: the test of a motion against obstacles finds what a look at every sphere at every sample finds; an answer that avoids the attack
+//! among obstacles enters none.
 #![allow(clippy::unwrap_used)]
 
 use sabaki_testing as common;
@@ -10,10 +11,11 @@ use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 use sabaki::anim::{Pose, forward_kinematics};
 use sabaki::graph::{EdgeId, Motion, Playhead};
-use sabaki::internal::{ObstacleScratch, ObstacleTest, Played};
+use sabaki::internal::{ExactTest, MotionBody, ObstacleScratch, ObstacleTest, Played};
 use sabaki::maps::BakedGraph;
 use sabaki::math::Rigid2;
-use sabaki::query::Obstacle;
+use sabaki::query::{Answer, Obstacle, Query, QueryContext, QuerySettings, Request};
+use sabaki_app::demo::throw::{ThrowSettings, throw};
 
 /// One obstacle of each kind near a place, some of which move.
 fn obstacles(random: &mut Pcg64Mcg, near: Vec3) -> Vec<Obstacle> {
@@ -125,4 +127,57 @@ fn entries_into_obstacles_are_those_of_a_naive_search() {
 fn entries_into_obstacles_are_those_of_a_naive_search_on_real_capture() {
     let Some(baked) = fight() else { return };
     agrees(baked);
+}
+
+/// Answers among many obstacles, each tested again by the naive search and the exact test.
+fn answers_are_free(baked: &BakedGraph) {
+    let graph = baked.graph();
+    let mut random = Pcg64Mcg::seed_from_u64(37);
+    let (mut context, mut answer) = (QueryContext::default(), Answer::default());
+    let settings = QuerySettings::default();
+    let (mut avoided, mut hit) = (0, 0);
+    for index in 0..60 {
+        let throw = throw(baked, &ThrowSettings::default(), 41, index).unwrap();
+        let root = Motion::new(graph, throw.playhead, &[]).root(graph, 0.0);
+        let discs = (0..40).map(|_| {
+            let way = Vec2::from_angle(random.random_range(0.0..6.3));
+            let far = random.random_range(0.9..4.0);
+            Obstacle::disc(Vec2::new(root.x, root.z) + way * far, 0.2).unwrap()
+        });
+        let solids: Vec<Obstacle> = discs.map(|disc| disc.weighing(1.0).unwrap()).collect();
+        let request = Request {
+            obstacles: &solids,
+            ..throw.request()
+        };
+        Query::new(baked, &settings).answer(request, &mut context, &mut answer);
+        if !answer.avoided {
+            hit += 1;
+            continue;
+        }
+        avoided += 1;
+        let mut motion = answer.motion.clone();
+        motion.extend(graph, throw.attack.end() + 0.1);
+        let test = ExactTest::new(baked, &throw.attack);
+        let clearance = test.on_motion(&motion, &mut MotionBody::default());
+        assert!(clearance.metres > -0.005, "attack {index}: {clearance:?}");
+        let test = ObstacleTest {
+            baked,
+            obstacles: &solids,
+            seconds: (0.0, throw.attack.end()),
+            enough: f32::INFINITY,
+        };
+        assert_eq!(naive(&test, &motion), 0.0, "attack {index}");
+    }
+    assert!(avoided > 5 && hit > 5, "{avoided} {hit}");
+}
+
+#[test]
+fn answers_among_obstacles_enter_none() {
+    answers_are_free(embedded());
+}
+
+#[test]
+fn answers_among_obstacles_enter_none_on_real_capture() {
+    let Some(baked) = fight() else { return };
+    answers_are_free(baked);
 }

@@ -126,7 +126,7 @@ impl<'a> ExactTest<'a> {
     }
 
     /// The smallest distance on a motion that enters an evasion: on its track from the end of the blend to the track's end, posed
-    /// before and after. `build` writes the motion, where that is needed.
+    /// before and after. `build` writes the motion, where that is needed. The posed part is sampled as the test asks.
     pub(in crate::query) fn on_entry(
         &self,
         candidate: &EntryCandidate,
@@ -157,7 +157,7 @@ impl<'a> ExactTest<'a> {
         let is_covered = self.attack.start() >= from && self.attack.end() <= to;
         if !is_covered && !sweep.is_over() {
             build(parts.motion);
-            let mut body = parts.posed.on(self.baked, parts.motion, Sampling::Each);
+            let mut body = parts.posed.on(self.baked, parts.motion, self.sampling);
             sweep.run(&mut body, TimeWindow::of_motion(0.0, from));
             sweep.run(&mut body, TimeWindow::of_motion(to, f32::INFINITY));
         }

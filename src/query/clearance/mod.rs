@@ -16,4 +16,5 @@ pub use closest::closest;
 pub use exact_test::{ExactTest, PlacedEvasion};
 pub use extent::{Extent, SAMPLE_RATE, Sampling};
 pub use posed_body::MotionBody;
+pub(in crate::query) use posed_body::PoseKey;
 pub use result::Clearance;

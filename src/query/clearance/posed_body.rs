@@ -60,7 +60,17 @@ struct Ends<const ROWS: usize> {
 const MOST_ENDS: usize = 4;
 
 /// Key of a pose: edge, frame, and placement in the world.
-type PoseKey = [u32; 6];
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(in crate::query) struct PoseKey([u32; 6]);
+
+impl PoseKey {
+    pub(in crate::query) fn of(playhead: Playhead) -> Self {
+        let place = playhead.clip_to_world;
+        let [frame, cos, sin, x, z] =
+            [playhead.frame, place.cos(), place.sin(), place.x, place.z].map(f32::to_bits);
+        Self([playhead.edge.0, frame, cos, sin, x, z])
+    }
+}
 
 /// Number of poses that are kept. It is enough for the moves of a query.
 const MOST_KNOWN: usize = 4096;
@@ -95,7 +105,10 @@ impl PosedRows {
 
     /// Start of the rows of a pose.
     fn rows_of(&mut self, baked: &BakedGraph, playhead: Playhead) -> usize {
-        let start = *self.known.entry(key(playhead)).or_insert(self.rows.len());
+        let start = *self
+            .known
+            .entry(PoseKey::of(playhead))
+            .or_insert(self.rows.len());
         if start == self.rows.len() {
             playhead.pose(baked.graph(), &mut self.pose);
             self.push(baked);
@@ -118,13 +131,6 @@ impl PosedRows {
     }
 }
 
-fn key(playhead: Playhead) -> PoseKey {
-    let place = playhead.clip_to_world;
-    let [frame, cos, sin, x, z] =
-        [playhead.frame, place.cos(), place.sin(), place.x, place.z].map(f32::to_bits);
-    [playhead.edge.0, frame, cos, sin, x, z]
-}
-
 impl MotionBody {
     /// Borrows all parts.
     pub(super) fn parts(&mut self) -> MotionBodyParts<'_> {
@@ -138,6 +144,7 @@ impl MotionBody {
     /// Forgets all poses. This must be called before a test on another graph.
     pub(in crate::query) fn forget(&mut self) {
         self.posed.forget();
+        self.obstacles.forget();
     }
 }
 

@@ -1,12 +1,15 @@
 //! Obstacles: walls, furniture, ledges and other bodies that no motion may enter.
 
+mod cells;
 mod column;
 mod distance;
+mod near;
 mod test;
 
 use glam::{Vec2, Vec3};
 use thiserror::Error;
 
+pub(in crate::query) use near::{NearObstacles, TrackPart};
 pub use test::{ObstacleHit, ObstacleScratch, ObstacleTest};
 
 /// Largest number of corners of a polygon.

@@ -6,13 +6,14 @@
 //! from the axis as the obstacle is.
 
 use glam::{Vec2, Vec3};
+use rustc_hash::FxHashMap;
 
 use super::Obstacle;
 use super::column::{Column, Heights};
 use crate::anim::{JointTransform, Pose, forward_kinematics};
 use crate::graph::Motion;
 use crate::maps::BakedGraph;
-use crate::query::clearance::Clearance;
+use crate::query::clearance::{Clearance, PoseKey};
 
 /// Scratch of the test.
 #[derive(Clone, Debug, Default)]
@@ -23,11 +24,68 @@ pub struct ObstacleScratch {
     /// Distance that the axis has gone until each sample, in metres.
     gone: Vec<f32>,
     near: Vec<NearSample>,
-    pose: Pose,
-    joints: Vec<JointTransform>,
-    centres: Vec<Vec3>,
+    posed: PosedCentres,
     /// How far each sphere of the posed body reaches from the column's axis, in metres.
     extents: Vec<f32>,
+}
+
+/// The body's spheres in the poses that several motions have in common.
+#[derive(Clone, Debug, Default)]
+struct PosedCentres {
+    pose: Pose,
+    joints: Vec<JointTransform>,
+    posed: Vec<Vec3>,
+    /// Start of each pose in `centres`.
+    known: FxHashMap<PoseKey, usize>,
+    centres: Vec<Vec3>,
+}
+
+impl PosedCentres {
+    /// Number of poses that are kept.
+    const MOST: usize = 1024;
+
+    /// Centres of the spheres `seconds` after the motion's start.
+    fn at(&mut self, baked: &BakedGraph, (motion, seconds): (&Motion, f32)) -> &[Vec3] {
+        if motion.is_composed(seconds) {
+            self.pose(baked, (motion, seconds));
+            return &self.posed;
+        }
+        let key = PoseKey::of(motion.playhead(baked.graph(), seconds));
+        let count = baked.body().spheres.len();
+        let start = match self.known.get(&key) {
+            Some(&start) => start,
+            None => {
+                if self.known.len() == Self::MOST {
+                    self.forget();
+                }
+                self.pose(baked, (motion, seconds));
+                let start = self.centres.len();
+                self.centres.extend_from_slice(&self.posed);
+                self.known.insert(key, start);
+                start
+            }
+        };
+        &self.centres[start..start + count]
+    }
+
+    fn pose(&mut self, baked: &BakedGraph, (motion, seconds): (&Motion, f32)) {
+        let graph = baked.graph();
+        motion.sample(graph, seconds, &mut self.pose);
+        forward_kinematics(graph.skeleton(), &self.pose, &mut self.joints);
+        baked.body().centres(&self.joints, &mut self.posed);
+    }
+
+    fn forget(&mut self) {
+        self.known.clear();
+        self.centres.clear();
+    }
+}
+
+impl ObstacleScratch {
+    /// Forgets all poses. This must be called before a test on another graph.
+    pub(in crate::query) fn forget(&mut self) {
+        self.posed.forget();
+    }
 }
 
 /// A sample at which an obstacle touches the body's column.
@@ -50,6 +108,28 @@ pub struct ObstacleTest<'a> {
     pub seconds: (f32, f32),
     /// The test stops once an entry's harm exceeds this, in metres: 0 stops at the first entry, infinity finds the most harmful one.
     pub enough: f32,
+}
+
+/// A circle on the ground around all columns of a motion.
+#[derive(Clone, Copy, Debug)]
+struct Around {
+    middle: Vec2,
+    radius: f32,
+}
+
+impl Around {
+    fn of(columns: &[Column], widest: f32) -> Self {
+        let axes = columns.iter().map(|column| column.axis);
+        let low = axes.clone().fold(Vec2::INFINITY, Vec2::min);
+        let high = axes.clone().fold(Vec2::NEG_INFINITY, Vec2::max);
+        let middle = 0.5 * (low + high);
+        let away = axes.map(|axis| axis.distance_squared(middle));
+        Self {
+            middle,
+            // More than the columns need, for rounding.
+            radius: away.fold(0.0, f32::max).sqrt() + widest + 1e-3,
+        }
+    }
 }
 
 /// Where a motion enters an obstacle.
@@ -80,6 +160,16 @@ impl ObstacleTest<'_> {
 
     /// The worst entry; `None` if none is entered. The motion must last until the end.
     pub fn on_motion(&self, motion: &Motion, scratch: &mut ObstacleScratch) -> Option<ObstacleHit> {
+        scratch.forget();
+        self.on_shared_motion(motion, scratch)
+    }
+
+    /// The same for one of several motions in the graph: poses that they have in common are computed once.
+    pub(in crate::query) fn on_shared_motion(
+        &self,
+        motion: &Motion,
+        scratch: &mut ObstacleScratch,
+    ) -> Option<ObstacleHit> {
         if self.obstacles.is_empty() {
             return None;
         }
@@ -112,18 +202,13 @@ impl ObstacleTest<'_> {
     ) -> usize {
         let ObstacleScratch {
             near,
-            pose,
-            joints,
-            centres,
+            posed,
             extents,
             columns,
             ..
         } = scratch;
-        let graph = self.baked.graph();
         let seconds = self.seconds.0 + tick as f32 / Self::RATE;
-        motion.sample(graph, seconds, pose);
-        forward_kinematics(graph.skeleton(), pose, joints);
-        self.baked.body().centres(joints, centres);
+        let centres = posed.at(self.baked, (motion, seconds));
         let (axis, spheres) = (columns[tick as usize].axis, &self.baked.body().spheres);
         extents.clear();
         extents.extend(
@@ -165,7 +250,7 @@ impl ObstacleTest<'_> {
         next
     }
 
-    /// Lists the samples at which an obstacle is within reach, by time.
+    /// Lists the samples at which an obstacle is within reach, by time. `heights` contain the body at all samples.
     fn find_near(&self, motion: &Motion, scratch: &mut ObstacleScratch) {
         let ObstacleScratch {
             columns,
@@ -188,8 +273,13 @@ impl ObstacleTest<'_> {
             columns.push(column);
             gone.push(sum);
         }
+        let around = Around::of(columns, widest);
         for (index, obstacle) in self.obstacles.iter().enumerate() {
             let speed = obstacle.velocity.length() / Self::RATE;
+            let moved = speed * ticks as f32;
+            if obstacle.metres_from_line(around.middle, heights, from) > around.radius + moved {
+                continue;
+            }
             let mut tick = 0;
             while tick < ticks {
                 let seconds = from + tick as f32 / Self::RATE;

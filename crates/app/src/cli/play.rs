@@ -239,10 +239,14 @@ impl Report {
                 "steps": times.timed_steps,
             },
             "plan_ms": {
-                "median": number(times.plan_ms[0][0]),
-                "p99": number(times.plan_ms[0][1]),
-                "median_100_obstacles": number(times.plan_ms[1][0]),
-                "p99_100_obstacles": number(times.plan_ms[1][1]),
+                "median": number(times.plan[0].all[0]),
+                "p99": number(times.plan[0].all[1]),
+                "median_needed": number(times.plan[0].needed[0]),
+                "p99_needed": number(times.plan[0].needed[1]),
+                "median_100_obstacles": number(times.plan[1].all[0]),
+                "p99_100_obstacles": number(times.plan[1].all[1]),
+                "median_needed_100_obstacles": number(times.plan[1].needed[0]),
+                "p99_needed_100_obstacles": number(times.plan[1].needed[1]),
             },
             "us_per_character": number(times.us_per_character),
         })

@@ -1,0 +1,122 @@
+//! Candidates that enter an obstacle, as far as the baked tracks of their evasions show it quickly. They are not drawn, counted or posed.
+
+use super::ask::Query;
+use super::candidate::{CandidateKind, KnownHit};
+use super::cull::Overlap;
+use super::entry_candidate::EntryCandidate;
+use super::evaluated::Evaluated;
+use super::evaluation::Evaluation;
+use super::obstacle::{ObstacleHit, TrackPart};
+use super::request::ActiveRequest;
+use super::state::QueryState;
+use crate::maps::{BakedGraph, PathId};
+
+/// Stores the evasions that enter an obstacle as known hits.
+pub(super) fn reject_blocked(query: Query<'_>, state: &mut QueryState) {
+    let QueryState {
+        request,
+        candidates,
+        ..
+    } = state;
+    if !is_sought(request) {
+        return;
+    }
+    let blends_until = request.blend.blends_until();
+    let known = &mut candidates.known;
+    let before = known.len();
+    for candidate in &candidates.list {
+        let CandidateKind::Evasion { path, start } = candidate.kind else {
+            continue;
+        };
+        let at = known[..before].binary_search_by_key(&path, |hit| hit.path);
+        let is_tested = at.is_ok_and(|at| known[at].evaluated.is_some());
+        // Tracks do not show a body that blends.
+        if is_tested || start < blends_until {
+            continue;
+        }
+        let Some(hit) = evasion_blocked(query.baked, request, (path, start)) else {
+            continue;
+        };
+        let evaluated = Some(Evaluated {
+            clearance: hit.as_clearance(),
+            score: None,
+            is_final: false,
+            warp: None,
+        });
+        match at {
+            Ok(at) => known[at].evaluated = evaluated,
+            Err(_) => known.push(KnownHit {
+                path,
+                overlap: Overlap::default(),
+                evaluated,
+            }),
+        }
+    }
+    known.sort_unstable_by_key(|hit| hit.path);
+}
+
+/// Drops the entered evasions that enter an obstacle, except one if all do. `natural_until` is the time until which the natural motion
+/// enters none, in seconds.
+pub(super) fn keep_free(baked: &BakedGraph, state: &mut QueryState, natural_until: f32) {
+    let QueryState {
+        request, entries, ..
+    } = state;
+    if !is_sought(request) {
+        return;
+    }
+    let mut least: Option<(f32, EntryCandidate)> = None;
+    entries.retain(|entry| {
+        if entry.delay > natural_until {
+            return false;
+        }
+        let Some(hit) = entry_blocked(baked, request, entry) else {
+            return true;
+        };
+        if least.is_none_or(|(harm, _)| hit.harm < harm) {
+            least = Some((hit.harm, *entry));
+        }
+        false
+    });
+    if entries.is_empty() {
+        entries.extend(least.map(|(_, entry)| entry));
+    }
+}
+
+/// Whether blocked candidates are left out. An exhaustive evaluation measures them all.
+pub(super) fn is_sought(request: &ActiveRequest) -> bool {
+    request.evaluation == Evaluation::Lazy && !request.obstacles.all().is_empty()
+}
+
+fn evasion_blocked(
+    baked: &BakedGraph,
+    request: &ActiveRequest,
+    (path, start): (PathId, f32),
+) -> Option<ObstacleHit> {
+    let evasion = request.evasion(baked, path, start);
+    let index = baked.paths().path(path).evasion as usize;
+    let graph = baked.graph();
+    let seconds = graph.seconds(baked.evasions()[index].edge);
+    request.obstacles.on_track(&TrackPart {
+        track: evasion.track,
+        placement: evasion.placement,
+        origin: start,
+        rate: 1.0,
+        seconds: (start, start + seconds),
+    })
+}
+
+fn entry_blocked(
+    baked: &BakedGraph,
+    request: &ActiveRequest,
+    candidate: &EntryCandidate,
+) -> Option<ObstacleHit> {
+    let entered = baked.entry_track(candidate.evasion)?;
+    let (delay, rate) = (candidate.delay, candidate.entry.rate);
+    request.obstacles.on_track(&TrackPart {
+        track: &entered.track,
+        placement: candidate.placement,
+        origin: delay - candidate.ahead / rate,
+        rate,
+        seconds: (delay + candidate.entry.blend, delay + candidate.left / rate),
+    })
+}

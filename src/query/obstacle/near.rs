@@ -1,0 +1,310 @@
+//! A quick look for entries into obstacles: a few spheres of the body at a few moments.
+//!
+//! Beyond the paper. Baked tracks hold the body during evasions, so that nothing is posed, and [`ObstacleCells`] name the few obstacles
+//! that a sphere may touch. What is found is an entry. Where none is found, the exact test decides.
+
+use glam::{Vec2, Vec3};
+
+use super::cells::{CellRange, ObstacleCells};
+use super::{Obstacle, ObstacleHit};
+use crate::anim::JointId;
+use crate::graph::Motion;
+use crate::maps::{BakedGraph, BodyTrack};
+use crate::math::Rigid2;
+
+/// Obstacles by cells, and the spheres that are tested.
+#[derive(Clone, Debug, Default)]
+pub(in crate::query) struct NearObstacles {
+    obstacles: Vec<Obstacle>,
+    cells: ObstacleCells,
+    /// Spheres of the trunk.
+    spheres: Vec<TrunkSphere>,
+    /// A ball around the root that the body contains.
+    at_root: Option<TrunkSphere>,
+}
+
+/// A sphere of the body.
+#[derive(Clone, Copy, Debug)]
+struct TrunkSphere {
+    index: usize,
+    radius: f32,
+}
+
+/// The body on a baked track.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::query) struct TrackPart<'a> {
+    pub track: &'a BodyTrack,
+    /// Transform from the track's frame to the world.
+    pub placement: Rigid2,
+    /// Time of the track's first sample, in seconds since the query.
+    pub origin: f32,
+    pub rate: f32,
+    /// The part that is played, in seconds since the query.
+    pub seconds: (f32, f32),
+}
+
+impl NearObstacles {
+    /// Time between two samples, in seconds.
+    const STEP: f32 = 0.15;
+    /// Number of spheres of a track that are tested.
+    const SPHERES: usize = 3;
+    /// Time for which the cells contain moving obstacles, in seconds. Later they may be missed.
+    const LONGEST: f32 = 4.0;
+
+    /// All obstacles.
+    pub(in crate::query) fn all(&self) -> &[Obstacle] {
+        &self.obstacles
+    }
+
+    /// Replaces the obstacles; `middle` is the position of the body.
+    pub(in crate::query) fn set(
+        &mut self,
+        baked: &BakedGraph,
+        obstacles: &[Obstacle],
+        middle: Vec3,
+    ) {
+        self.obstacles.clear();
+        self.obstacles.extend_from_slice(obstacles);
+        if obstacles.is_empty() {
+            return;
+        }
+        self.choose_spheres(baked);
+        let tested = self.spheres.iter().chain(&self.at_root);
+        let radius = tested.map(|sphere| sphere.radius);
+        let range = CellRange {
+            middle,
+            radius: radius.fold(0.0, f32::max),
+            seconds: Self::LONGEST,
+        };
+        self.cells.fill(&self.obstacles, range);
+    }
+
+    /// Chooses thick spheres, evenly among all of them.
+    fn choose_spheres(&mut self, baked: &BakedGraph) {
+        let spheres = &baked.body().spheres;
+        let thickest = spheres.iter().map(|sphere| sphere.radius);
+        let thickest = thickest.fold(0.0, f32::max);
+        let all = spheres.iter().enumerate();
+        let thick = all.clone().filter(|(_, one)| one.radius > 0.8 * thickest);
+        let count = thick.clone().count();
+        let every = (count / Self::SPHERES).max(1);
+        self.spheres.clear();
+        let chosen = thick.step_by(every).take(Self::SPHERES);
+        self.spheres.extend(chosen.map(|(index, one)| TrunkSphere {
+            index,
+            radius: one.radius,
+        }));
+        let at_root = all.filter(|(_, one)| one.joint == JointId::ROOT);
+        let inside = at_root.map(|(index, one)| TrunkSphere {
+            index,
+            radius: one.radius - one.offset.length(),
+        });
+        self.at_root = inside
+            .max_by(|a, b| a.radius.total_cmp(&b.radius))
+            .filter(|ball| ball.radius > 0.0);
+    }
+
+    /// An entry on a track; `None` if none is found.
+    pub(in crate::query) fn on_track(&self, part: &TrackPart<'_>) -> Option<ObstacleHit> {
+        let (from, to) = part.seconds;
+        let samples = ((to - from) / Self::STEP).max(0.0) as usize;
+        (0..=samples).find_map(|sample| {
+            let seconds = from + sample as f32 * Self::STEP;
+            let tick = (seconds - part.origin) * part.rate * BodyTrack::RATE;
+            // The nearest sample, and its time.
+            let tick = (tick.max(0.0).round() as usize).min(part.track.ticks() - 1);
+            let seconds = part.origin + tick as f32 / BodyTrack::RATE / part.rate;
+            let hits = self.spheres.iter().filter_map(|&sphere| {
+                let centre = part.placement.point(part.track.centre(tick, sphere.index));
+                self.at(centre, sphere, seconds)
+            });
+            hits.max_by(|a, b| a.harm.total_cmp(&b.harm))
+        })
+    }
+
+    /// The first entry of a motion between two times whose harm is more than `enough`; `None` if none is found.
+    pub(in crate::query) fn on_motion(
+        &self,
+        (baked, motion): (&BakedGraph, &Motion),
+        (from, to): (f32, f32),
+        enough: f32,
+    ) -> Option<ObstacleHit> {
+        let ball = self.at_root?;
+        let samples = ((to - from) / Self::STEP).max(0.0) as usize;
+        (0..=samples).find_map(|sample| {
+            let seconds = from + sample as f32 * Self::STEP;
+            let root = motion.root(baked.graph(), seconds);
+            self.at(root, ball, seconds).filter(|hit| hit.harm > enough)
+        })
+    }
+
+    /// The entry of a body whose root is at a place; `None` if none is found.
+    pub(in crate::query) fn of_root(&self, root: Vec3, seconds: f32) -> Option<ObstacleHit> {
+        self.at(root, self.at_root?, seconds)
+    }
+
+    /// The deepest entry of a sphere.
+    fn at(&self, centre: Vec3, sphere: TrunkSphere, seconds: f32) -> Option<ObstacleHit> {
+        let near = self.cells.near(Vec2::new(centre.x, centre.z));
+        let harms = near.iter().filter_map(|&index| {
+            let obstacle = &self.obstacles[index as usize];
+            let depth = sphere.radius - obstacle.metres(centre, seconds);
+            (depth > 0.0).then_some(depth * obstacle.weight)
+        });
+        harms.max_by(f32::total_cmp).map(|harm| ObstacleHit {
+            harm,
+            time: seconds,
+            sphere: sphere.index,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use rand::{RngExt, SeedableRng};
+    use rand_pcg::Pcg64Mcg;
+
+    use super::*;
+    use crate::anim::{Pose, forward_kinematics};
+    use crate::graph::Playhead;
+    use crate::query::obstacle::{ObstacleScratch, ObstacleTest};
+    use crate::query::warp::fixture::baked;
+
+    /// One obstacle of each kind within some metres of the origin, which moves at up to `speed`.
+    fn obstacles(random: &mut Pcg64Mcg, speed: f32) -> Vec<Obstacle> {
+        let mut number = |most: f32| random.random_range(-most..most);
+        let mut place = || Vec3::new(number(3.0), 1.0 + number(0.8), number(3.0));
+        let places = [(); 6].map(|()| place());
+        let ground = |at: usize| Vec2::new(places[at].x, places[at].z);
+        let corners = [Vec2::ZERO, Vec2::X, Vec2::ONE].map(|corner| ground(4) + 0.5 * corner);
+        let solids = [
+            Obstacle::half_space(places[0], -places[0].with_y(0.2)),
+            Obstacle::block(places[1], Vec3::new(0.2, 0.4, 0.3), places[0].x),
+            Obstacle::capsule(places[2], places[3], 0.1),
+            Obstacle::polygon(&corners),
+            Obstacle::disc(ground(5), 0.3),
+        ];
+        solids
+            .map(|solid| {
+                let velocity = Vec3::new(number(1.0), number(0.3), number(1.0)) * speed;
+                solid.unwrap().moving(velocity).unwrap().later(0.3, 0.02)
+            })
+            .to_vec()
+    }
+
+    #[test]
+    fn cells_name_every_obstacle_that_a_sphere_touches() {
+        let mut random = Pcg64Mcg::seed_from_u64(5);
+        let mut cells = ObstacleCells::default();
+        let (mut touched, mut named, mut all) = (0, 0, 0);
+        for round in 0..200 {
+            let obstacles = obstacles(&mut random, (round % 3) as f32);
+            let (middle, radius, seconds) = (Vec3::new(0.3, 1.0, -0.2), 0.12, 2.0);
+            let range = CellRange {
+                middle,
+                radius,
+                seconds,
+            };
+            cells.fill(&obstacles, range);
+            for _ in 0..40 {
+                let mut number = |most: f32| random.random_range(-most..most);
+                let point = Vec3::new(number(6.0), 1.0 + number(1.0), number(6.0));
+                let time = 1.0 + number(1.0);
+                let near = cells.near(Vec2::new(point.x, point.z));
+                for (index, obstacle) in obstacles.iter().enumerate() {
+                    let touches = obstacle.distance(point, time) < radius;
+                    assert!(
+                        !touches || near.contains(&(index as u32)),
+                        "{obstacle:?} {point}"
+                    );
+                    touched += usize::from(touches);
+                }
+                named += near.len();
+                all += obstacles.len();
+            }
+        }
+        assert!(touched > 500 && named < all / 2, "{touched} {named} {all}");
+    }
+
+    #[test]
+    fn what_is_found_on_tracks_and_motions_is_an_entry() {
+        let baked = baked();
+        let (graph, body) = (baked.graph(), baked.body());
+        let mut random = Pcg64Mcg::seed_from_u64(9);
+        let mut near = NearObstacles::default();
+        let (mut found, mut free) = (0, 0);
+        for round in 0..150 {
+            let obstacles = obstacles(&mut random, (round % 3) as f32);
+            near.set(baked, &obstacles, Vec3::ZERO);
+            let place = Rigid2::new(round as f32, 0.2, -0.3);
+            let evasion = round % baked.evasions().len();
+            let track = baked.track(evasion);
+            let part = TrackPart {
+                track,
+                placement: place,
+                origin: 0.4,
+                rate: 1.0,
+                seconds: (0.4, 1.2),
+            };
+            let on_track = near.on_track(&part);
+            if let Some(hit) = on_track {
+                let tick = ((hit.time - 0.4) * BodyTrack::RATE).round() as usize;
+                let centre = place.point(track.centre(tick, hit.sphere));
+                let radius = body.spheres[hit.sphere].radius;
+                let depths = obstacles
+                    .iter()
+                    .map(|one| radius - one.distance(centre, hit.time));
+                let harm = depths.fold(f32::NEG_INFINITY, f32::max) * 4.0;
+                assert!((harm - hit.harm).abs() < 1e-4, "{harm} {hit:?}");
+            }
+            let playhead = Playhead::at(graph, crate::graph::EdgeId(round as u32), 0.0, place);
+            let mut motion = Motion::new(graph, playhead, &[]);
+            motion.extend(graph, 2.0);
+            let on_motion = near.on_motion((baked, &motion), (0.0, 1.5), 0.0);
+            if let Some(hit) = on_motion {
+                let (mut pose, mut joints, mut centres) = (Pose::default(), Vec::new(), Vec::new());
+                motion.sample(graph, hit.time, &mut pose);
+                forward_kinematics(graph.skeleton(), &pose, &mut joints);
+                body.centres(&joints, &mut centres);
+                let radius = body.spheres[hit.sphere].radius;
+                let depths = obstacles
+                    .iter()
+                    .map(|one| radius - one.distance(centres[hit.sphere], hit.time));
+                let harm = depths.fold(f32::NEG_INFINITY, f32::max) * 4.0;
+                assert!(hit.harm > 0.0 && harm >= hit.harm - 1e-4, "{harm} {hit:?}");
+            }
+            for hit in [on_track, on_motion] {
+                found += usize::from(hit.is_some());
+                free += usize::from(hit.is_none());
+            }
+        }
+        assert!(found > 30 && free > 30, "{found} {free}");
+    }
+
+    #[test]
+    fn shared_poses_change_no_result() {
+        let baked = baked();
+        let graph = baked.graph();
+        let mut random = Pcg64Mcg::seed_from_u64(13);
+        let mut shared = ObstacleScratch::default();
+        let mut entered = 0;
+        for round in 0..60 {
+            let obstacles = obstacles(&mut random, (round % 2) as f32);
+            // Few places, so that poses come again.
+            let place = Rigid2::new((round % 2) as f32, 0.0, 0.0);
+            let edge = crate::graph::EdgeId(round as u32 % 3);
+            let mut motion = Motion::new(graph, Playhead::at(graph, edge, 0.0, place), &[]);
+            motion.extend(graph, 2.0);
+            let test = ObstacleTest {
+                baked,
+                obstacles: &obstacles,
+                seconds: (0.0, 1.5),
+                enough: f32::INFINITY,
+            };
+            let alone = test.on_motion(&motion, &mut ObstacleScratch::default());
+            assert_eq!(test.on_shared_motion(&motion, &mut shared), alone);
+            entered += usize::from(alone.is_some());
+        }
+        assert!(entered > 10, "{entered}");
+    }
+}
