@@ -23,8 +23,9 @@ const LOOK: f32 = 0.25;
 /// How far ahead the body's own motion is looked at, in seconds.
 const POSE_AHEAD: f32 = 0.1;
 
-/// How many times as fast a body is shifted that would stay in an obstacle otherwise.
-const HURRY: f32 = 5.0;
+/// How many times as fast a body is shifted, at most, that would stay in an obstacle otherwise. Between moving obstacles that close in, the
+/// nearest free place may be decimetres away.
+const HURRY: f32 = 12.0;
 
 /// A posed body among obstacles.
 #[derive(Clone, Copy)]

@@ -20,7 +20,7 @@ pub struct CharacterSettings {
     /// Distance that plans keep from obstacles if they can, in metres. Default 0.02.
     pub obstacle_margin: f32,
     /// Fastest shift by which a body is kept out of obstacles, in metres per second. Default 6. Only what would stay in one otherwise is shifted
-    /// up to five times as fast.
+    /// faster, by as much as it takes up to twelve times.
     pub push: f32,
     /// Radius of the disc that each character is to the others, in metres; 0 if they do not avoid each other. Default 0.
     pub body_radius: f32,
