@@ -51,8 +51,8 @@ impl FrameKeys {
             first: F32x16::ZERO,
             count: F32x16::ZERO,
         };
-        for lane in 0..F32x16::LANES {
-            let own = self.0[before[lane] as usize + frames.0[lane] as usize];
+        for (lane, &before) in before.iter().enumerate() {
+            let own = self.0[before as usize + frames.0[lane] as usize];
             keys.first.0[lane] = own.first;
             keys.count.0[lane] = own.count;
         }

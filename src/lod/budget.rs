@@ -75,7 +75,7 @@ fn bucket(distance: f32) -> usize {
     }
 }
 
-/// The geometric mean of two errors; `None` where they are about the same.
+/// The geometric mean of two errors; `None` where they are about the same. The mean of two neighbouring floats is one of them.
 fn between(low: f32, high: f32) -> Option<f32> {
     let middle = (low * high).sqrt();
     (low < middle && middle < high && high / low >= 1.0001).then_some(middle)
@@ -96,30 +96,36 @@ impl Planner {
         budget.check()?;
         self.count(distances);
         let mut price = |pixels: f32| self.price(levels, budget, pixels);
-        let (mut low, mut high) = budget.range(levels);
-        let finest = price(low)?;
-        let pixels = if finest > budget.milliseconds {
-            // The middle of two neighbouring floats is one of them.
-            while let Some(middle) = between(low, high) {
-                if price(middle)? <= budget.milliseconds {
-                    high = middle;
-                } else {
-                    low = middle;
+        let (least, most) = budget.range(levels);
+        let finest = price(least)?;
+        let pixels = if finest <= budget.milliseconds {
+            if budget.before.is_none() || finest != price(PIXELS.0)? {
+                least
+            } else {
+                // No smaller than what makes no character finer: the bands can then come nearer as soon as they must.
+                let (mut low, mut high) = (least, most);
+                while let Some(middle) = between(low, high) {
+                    if price(middle)? == finest {
+                        low = middle;
+                    } else {
+                        high = middle;
+                    }
                 }
+                low
             }
-            high
-        } else if budget.before.is_none() {
-            low
+        } else if price(most)? > budget.milliseconds {
+            most
         } else {
-            // No smaller than what makes no character finer: the bands can then come nearer as soon as they must.
+            // The same steps whatever the range, so that the same error is found.
+            let (mut low, mut high) = PIXELS;
             while let Some(middle) = between(low, high) {
-                if price(middle)? < finest {
+                if middle >= most || middle > least && price(middle)? <= budget.milliseconds {
                     high = middle;
                 } else {
                     low = middle;
                 }
             }
-            low
+            high.min(most)
         };
         let milliseconds = price(pixels)?;
         Ok(Plan {

@@ -130,6 +130,38 @@ fn a_sudden_budget_does_not_move_bands_faster_than_a_camera_or_by_a_hundredth() 
 }
 
 #[test]
+fn bands_beyond_all_characters_come_no_further_than_they_must() {
+    let (_, _, levels) = random_levels(4);
+    let distances = crowd(&mut Random::new(9), 2000);
+    let choices = |switching: &Switching| -> Vec<Choice> {
+        let all = distances.iter();
+        all.map(|&distance| switching.choose(distance, None))
+            .collect()
+    };
+    let mut planner = Planner::default();
+    let smallest = planner.plan(&levels, &distances, &budget(1e3)).unwrap();
+    let finest = choices(planner.switching());
+    let mut pixels = 20.0;
+    for _ in 0..2000 {
+        let budget = Budget {
+            before: Some(pixels),
+            ..budget(1e3)
+        };
+        let plan = planner.plan(&levels, &distances, &budget).unwrap();
+        assert!(plan.is_met);
+        pixels = plan.pixels;
+    }
+    assert!(pixels > 2.0 * smallest.pixels, "{pixels} {smallest:?}");
+    assert_eq!(choices(planner.switching()), finest);
+    let settings = SwitchSettings {
+        rule: screen_error(1.1 * pixels),
+        ..SwitchSettings::default()
+    };
+    let coarser = Switching::new(&levels, &settings).unwrap();
+    assert_ne!(choices(&coarser), finest, "{pixels}");
+}
+
+#[test]
 fn a_crowd_of_none_and_a_lone_joint_have_plans() {
     let (_, _, levels) = random_levels(4);
     let plan = Planner::default().plan(&levels, &[], &budget(0.0)).unwrap();
