@@ -1,11 +1,13 @@
 //! Renders a crowd: a column of characters, posed straight into the memory that the device draws from.
 
 use std::fmt::Write;
+use std::time::Instant;
 
 use sabaki::graph::GraphError;
 use sabaki::maps::Body;
 use sabaki_app::demo::{self, Motions};
 use sabaki_app::film::Film;
+use sabaki_app::percentile::percentile;
 use sabaki_draw::StageDesc;
 use sabaki_draw::scene::{Crowd, FormationSettings, Performer};
 use serde_json::json;
@@ -67,10 +69,11 @@ pub(super) fn run(args: &Args, kind: Kind, device: &DeviceArgs) -> Result<Writte
         delay: (100.0 * step).round() as u16,
         pictures: Vec::new(),
     };
+    let mut times = Times::default();
     for _ in 0..pictures {
         cancel::check()?;
-        film.pictures
-            .push(picture(args, &mut crowd, &mut canvas)?.into_pixels());
+        let picture = picture(args, (&mut crowd, &mut canvas), &mut times)?;
+        film.pictures.push(picture.into_pixels());
         crowd.advance(step);
         bar.inc(1);
     }
@@ -85,11 +88,18 @@ pub(super) fn run(args: &Args, kind: Kind, device: &DeviceArgs) -> Result<Writte
         crowd.len(),
         crowd.levels()
     );
+    let [pose, draw] = [times.pose, times.draw].map(|times| percentile(times, 0.5));
+    let _ = writeln!(
+        text,
+        "a picture, median: {pose:.2} ms to pose, {draw:.1} ms until it is drawn and read back"
+    );
     Ok(Written {
         bytes,
         pictures: film.pictures.len(),
         text,
         more: vec![
+            ("pose_ms", json!(pose)),
+            ("draw_ms", json!(draw)),
             ("characters", json!(crowd.len())),
             ("levels", json!(census)),
         ],
@@ -125,12 +135,27 @@ impl CrowdArgs {
     }
 }
 
-fn picture(args: &Args, crowd: &mut Crowd, canvas: &mut Canvas) -> Result<Picture, Failure> {
+/// Milliseconds that each picture took.
+#[derive(Default)]
+struct Times {
+    pose: Vec<f64>,
+    draw: Vec<f64>,
+}
+
+fn picture(
+    args: &Args,
+    (crowd, canvas): (&mut Crowd, &mut Canvas),
+    times: &mut Times,
+) -> Result<Picture, Failure> {
     let camera = crowd.camera();
+    let begun = Instant::now();
     crowd.look_from(&camera, args.size).map_err(usage)?;
     crowd.pose(canvas.poses()?).map_err(usage)?;
+    times.pose.push(1e3 * begun.elapsed().as_secs_f64());
     let (shot, shown) = crowd.shot(camera, args.size).map_err(usage)?;
+    let begun = Instant::now();
     let mut picture = canvas.paint(&shot, Some(&shown))?;
+    times.draw.push(1e3 * begun.elapsed().as_secs_f64());
     if !args.plain {
         let look = TextLook {
             height: text_height(args.size[0]),
