@@ -2,6 +2,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use glam::Vec3;
 
+use super::crowd_poses::CrowdPoses;
 use super::error::CharacterError;
 use super::event::CharacterEvent;
 use super::goal::Goal;
@@ -30,8 +31,9 @@ pub struct Characters {
     pub(super) threats: Vec<KnownThreat>,
     pub(super) next_threat: u64,
     pub(super) now: f64,
-    pool: WorkerPool,
-    workers: Vec<Mutex<Worker>>,
+    pub(super) pool: WorkerPool,
+    pub(super) workers: Vec<Mutex<Worker>>,
+    pub(super) crowd: Option<CrowdPoses>,
     bodies: Vec<OtherBody>,
     urgent: Vec<Urgent>,
     pose: Pose,
@@ -69,6 +71,7 @@ impl Characters {
             now: 0.0,
             pool,
             workers,
+            crowd: None,
             bodies: Vec::new(),
             urgent: Vec::new(),
             pose: Pose::default(),
@@ -404,7 +407,7 @@ impl Characters {
             .ok_or(unknown)
     }
 
-    fn with_state<T>(
+    pub(super) fn with_state<T>(
         &self,
         id: CharacterId,
         read: impl FnOnce(&CharacterState) -> T,

@@ -1,6 +1,7 @@
 use thiserror::Error;
 
 use super::ids::ThreatId;
+use crate::crowd::CrowdError;
 
 /// Why a call to [`Characters`](super::Characters) is refused.
 #[derive(Clone, Debug, PartialEq, Error)]
@@ -34,4 +35,13 @@ pub enum CharacterError {
         /// Length of the buffer.
         found: usize,
     },
+    /// [`Characters::use_crowd`](super::Characters::use_crowd) was not called.
+    #[error("there is no crowd that poses all characters: call use_crowd first")]
+    NoCrowd,
+    /// The character was not there when all were posed last.
+    #[error("the character was not there when all were posed")]
+    NotPosed,
+    /// The crowd that poses all characters.
+    #[error(transparent)]
+    Crowd(#[from] CrowdError),
 }

@@ -8,6 +8,12 @@ pub struct CharacterId {
 }
 
 impl CharacterId {
+    /// Index of its place among the characters. The place of one that is gone is used again.
+    #[must_use]
+    pub fn index(self) -> u32 {
+        self.index
+    }
+
     /// As one number, for interfaces to other languages.
     #[must_use]
     pub fn to_bits(self) -> u64 {

@@ -29,48 +29,40 @@
 //! plan. Walls, furniture and other bodies are [`Obstacle`](crate::query::Obstacle)s that each step is given: no plan enters one, steering
 //! goes around them, and the body is kept out of them. Nothing pops: whatever takes over starts where the character is, and the difference fades out.
 //!
-//! # Hybrid crowds
-//! Many characters of one motion graph: members near the camera, and members that avoid something, are posed by the graph; all others
-//! by the crowd's kernels, on levels of detail.
-//!
-//! Beyond both papers, which this module combines. A member is always a position in the graph ([`Playhead`](crate::graph::Playhead)),
-//! so every member can answer an attack, and goes on along natural edges. Within a clip the crowd plays the same clip from the same
-//! time at the same place. Transitions between clips are posed by the graph, with the joints of the member's level. A member
-//! therefore moves smoothly when its poser changes.
+//! # Crowds
+//! Thousands of characters are posed by [`Characters::pose_all`]: those far from the camera by the kernels of [`crowd`](crate::crowd), on
+//! levels of detail, those near it and those that turn, blend or dodge by the graph. All stand in one buffer, in one format.
 //!
 //! ```no_run
-//! # use sabaki::character::HybridCrowd;
-//! # use sabaki::crowd::MemberId;
-//! # use sabaki::maps::BakedGraph;
-//! # use sabaki::query::{Answer, Attack, Query, QueryContext, QuerySettings, Request};
-//! # fn frame(baked: &BakedGraph, attack: &Attack, crowd: &mut HybridCrowd<'_>, member: MemberId)
-//! # -> Result<(), Box<dyn std::error::Error>> {
-//! // A member is attacked: it plays the answer, near or far.
-//! let settings = QuerySettings::default();
-//! let (mut context, mut answer) = (QueryContext::default(), Answer::default());
-//! if let Some(playhead) = crowd.playhead(member) {
-//!     Query::new(baked, &settings).answer(Request::new(playhead, attack), &mut context, &mut answer);
-//!     crowd.play(member, &answer.motion);
-//! }
-//! // Every frame.
-//! crowd.advance(1.0 / 60.0)?;
-//! crowd.look_from(glam::Vec3::new(0.0, 1.6, 8.0))?;
-//! let mut out = vec![sabaki::math::F32x16::ZERO; crowd.lines()];
-//! crowd.pose(&mut out)?;
+//! # use sabaki::character::{CharacterError, CharacterId, Characters, CrowdPoseSettings};
+//! # use sabaki::lod::{LevelSettings, Levels, SwitchSettings, Switching};
+//! # fn frame(fighters: &mut Characters, me: CharacterId) -> Result<(), Box<dyn std::error::Error>> {
+//! let baked = fighters.baked().clone();
+//! let graph = baked.graph();
+//! let levels = Levels::build(graph.skeleton(), graph.clips(), &LevelSettings::default())?;
+//! let switching = Switching::new(&levels, &SwitchSettings::default())?;
+//! fighters.use_crowd(&levels, CrowdPoseSettings { near: 5.0, switching, ..CrowdPoseSettings::default() })?;
+//! // As long as there are no more than 1000 characters, this is enough.
+//! let mut out = vec![sabaki::math::F32x16::ZERO; fighters.max_output_len(1000)];
+//! // Every frame:
+//! fighters.step(1.0 / 60.0, &[], &mut Vec::new());
+//! fighters.pose_all(glam::Vec3::new(0.0, 1.6, 8.0), &mut out)?;
+//! let x = fighters.pose_slice(me)?.number(&out, 0, 3);
 //! # Ok(())
 //! # }
 //! ```
 
 mod characters;
+mod crowd_poses;
 mod error;
 mod event;
 mod goal;
-mod hybrid_crowd;
 mod ids;
 mod keep_out;
 mod obstacles;
 mod plan;
 mod playing;
+mod pose_all;
 mod saved;
 mod scratch;
 mod settings;
@@ -82,10 +74,10 @@ mod threat;
 mod world;
 
 pub use characters::Characters;
+pub use crowd_poses::CrowdPoseSettings;
 pub use error::CharacterError;
 pub use event::{CharacterEvent, CharacterEventKind};
 pub use goal::Goal;
-pub use hybrid_crowd::{HybridCrowd, HybridCrowdSettings};
 pub use ids::{CharacterId, ThreatId};
 pub use saved::CharactersState;
 pub use settings::CharacterSettings;

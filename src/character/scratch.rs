@@ -2,6 +2,7 @@ use glam::Vec3;
 
 use super::steer::SteerScratch;
 use crate::anim::{JointTransform, Pose, forward_kinematics};
+use crate::crowd::ExternalPose;
 use crate::graph::Motion;
 use crate::maps::BakedGraph;
 use crate::query::clearance::MotionBody;
@@ -20,6 +21,7 @@ pub(super) struct Worker {
     pub later_centres: Vec<Vec3>,
     /// Obstacles near the character that is stepped.
     pub obstacles: Vec<Obstacle>,
+    pub external: ExternalPose,
 }
 
 impl Worker {

@@ -7,8 +7,7 @@ use crate::anim::ClipId;
 use crate::lod::LevelId;
 use crate::math::Rigid2;
 
-/// A member of a [`Crowd`](super::Crowd) or a [`HybridCrowd`](crate::character::HybridCrowd): characters are numbered in the order in
-/// which they were added.
+/// A member of a [`Crowd`](super::Crowd): characters are numbered in the order in which they were added.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct MemberId(pub u32);
 

@@ -1,5 +1,5 @@
 //! Tests of `sabaki::character`.
-mod hybrid_crowd;
+mod crowd_poses;
 mod obstacles;
 mod save;
 mod steer;

@@ -30,6 +30,13 @@ impl Motion {
         }
     }
 
+    /// Playback rate after `seconds`; 0 where the motion stands at its end.
+    pub(crate) fn rate(&self, seconds: f32) -> f32 {
+        let seconds = self.moment(seconds);
+        let index = self.pieces.partition_point(|piece| piece.end < seconds);
+        self.pieces.get(index).map_or(0.0, |piece| piece.rate)
+    }
+
     /// Writes the pose after `seconds` to `out`, in the world.
     pub fn sample(&self, graph: &MotionGraph, seconds: f32, out: &mut Pose) {
         self.sample_unbent(graph, seconds, out);

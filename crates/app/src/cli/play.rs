@@ -5,8 +5,8 @@ use std::sync::Arc;
 use sabaki::character::CharacterError;
 use sabaki::math::in_parallel;
 use sabaki_app::play::{
-    CrowdedTimes, IdleReport, Outcome, PLAN_MILLISECONDS, PLANS_PER_STEP, Scenario, Scenarios,
-    Sight, SteerReport, Surroundings, crowded, idle, steering,
+    CROWD, CrowdedTimes, IdleReport, Outcome, PLAN_MILLISECONDS, PLANS_PER_STEP, Scenario,
+    Scenarios, Sight, SteerReport, Surroundings, crowded, idle, steering,
 };
 use serde_json::{Value, json};
 
@@ -249,6 +249,13 @@ impl Report {
                 "p99_needed_100_obstacles": number(times.plan[1].needed[1]),
             },
             "us_per_character": number(times.us_per_character),
+            "crowd": {
+                "characters": CROWD,
+                "us_step": number(times.crowd.step),
+                "us_pose_one_by_one": number(times.crowd.one_by_one),
+                "us_pose_all": number(times.crowd.all_at_once),
+                "posed_by_crowd": number(times.crowd.by_crowd),
+            },
         })
     }
 
@@ -274,7 +281,8 @@ impl Report {
              figure of eight: {:.2} m off at the 95th percentile, {:.2} m at most\n\
              idle: {:.0} events an hour; {:.1}% of the time repeats what was played within 10 s\n\
              walls and opponents: {} attacks in which the body entered one, by {:.1} mm at most; cornered {} times\n\
-             200 new threats in one step: {:.1} ms; with {PLANS_PER_STEP} plans a step {:.1} ms at most; a character's frame takes {:.1} microseconds\n",
+             200 new threats in one step: {:.1} ms; with {PLANS_PER_STEP} plans a step {:.1} ms at most; a character's frame takes {:.1} microseconds\n\
+             {CROWD} characters: each takes {:.1} microseconds to step and {:.2} to pose, by itself {:.2}; the crowd's kernels pose {:.0}%\n",
             1e3 * largest,
             100.0 * self.feints_kept(),
             100.0 * steer.speed_error,
@@ -290,6 +298,10 @@ impl Report {
             times.batch_200_ms,
             times.budget_200_ms,
             times.us_per_character,
+            times.crowd.step,
+            times.crowd.all_at_once,
+            times.crowd.one_by_one,
+            100.0 * times.crowd.by_crowd,
         )
     }
 }

@@ -6,10 +6,12 @@ use std::time::Instant;
 use glam::{Vec2, Vec3};
 use sabaki::character::{
     CharacterError, CharacterEvent, CharacterEventKind, CharacterId, CharacterSettings, Characters,
-    Goal, Threat,
+    CrowdPoseSettings, Goal, Threat,
 };
+use sabaki::crowd::CrowdError;
+use sabaki::lod::{LevelSettings, Levels, SwitchSettings, Switching};
 use sabaki::maps::BakedGraph;
-use sabaki::math::Rigid2;
+use sabaki::math::{F32x16, Rigid2};
 use sabaki::query::Obstacle;
 
 use super::{FRAME, joints_of, percentile};
@@ -31,7 +33,25 @@ pub struct CrowdedTimes {
     pub plan: [PlanTimes; 2],
     /// Mean time of a frame in which 200 characters are steered and posed on one thread, for each, in microseconds.
     pub us_per_character: f32,
+    /// Poses of many characters at once.
+    pub crowd: CrowdTimes,
 }
+
+/// Mean times of a frame of [`CROWD`] characters that walk, on one thread, for each character, in microseconds.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct CrowdTimes {
+    /// A step.
+    pub step: f32,
+    /// Poses, one character after the other with all joints.
+    pub one_by_one: f32,
+    /// Poses of all at once on levels of detail, seen from the edge of the crowd.
+    pub all_at_once: f32,
+    /// Share of the latter that the crowd's kernels pose.
+    pub by_crowd: f32,
+}
+
+/// Characters of [`CrowdTimes`].
+pub const CROWD: usize = 1_000;
 
 /// Times of steps in which one character looks at a new threat, in milliseconds. A step counts whole, with all queries of the plan.
 #[derive(Clone, Copy, Debug, Default)]
@@ -63,7 +83,7 @@ pub fn crowded(baked: &Arc<BakedGraph>, threads: usize) -> Result<CrowdedTimes, 
         ..CharacterSettings::default()
     };
     let (mut joints, mut events) = (Vec::new(), Vec::new());
-    let (mut characters, ids) = walking(baked, settings)?;
+    let (mut characters, ids) = walking(baked, settings, COUNT)?;
     let started = Instant::now();
     for frame in 0..STEERED {
         for (index, &id) in ids.iter().enumerate() {
@@ -82,7 +102,7 @@ pub fn crowded(baked: &Arc<BakedGraph>, threads: usize) -> Result<CrowdedTimes, 
         ..CharacterSettings::default()
     };
     let mut times = Vec::new();
-    let (mut characters, ids) = walking(baked, settings)?;
+    let (mut characters, ids) = walking(baked, settings, COUNT)?;
     for _ in 0..BATCHES {
         threaten_all(&mut characters, &ids)?;
         let started = Instant::now();
@@ -93,7 +113,7 @@ pub fn crowded(baked: &Arc<BakedGraph>, threads: usize) -> Result<CrowdedTimes, 
         plans_per_step: PLANS_PER_STEP,
         ..settings
     };
-    let (mut characters, ids) = walking(baked, settings)?;
+    let (mut characters, ids) = walking(baked, settings, COUNT)?;
     threaten_all(&mut characters, &ids)?;
     let mut steps = Vec::new();
     for _ in 0..COUNT / PLANS_PER_STEP {
@@ -106,7 +126,7 @@ pub fn crowded(baked: &Arc<BakedGraph>, threads: usize) -> Result<CrowdedTimes, 
         plan_milliseconds: PLAN_MILLISECONDS,
         ..settings
     };
-    let (mut characters, ids) = walking(baked, settings)?;
+    let (mut characters, ids) = walking(baked, settings, COUNT)?;
     threaten_all(&mut characters, &ids)?;
     let (mut timed, mut planned) = (Vec::new(), 0);
     while planned < COUNT && timed.len() < COUNT {
@@ -124,7 +144,52 @@ pub fn crowded(baked: &Arc<BakedGraph>, threads: usize) -> Result<CrowdedTimes, 
         budget_200_ms: percentile(steps.clone(), 1.0),
         budget_steps: steps.len(),
         us_per_character: us,
+        crowd: crowd_times(baked)?,
     })
+}
+
+/// Steps and poses many characters that walk.
+fn crowd_times(baked: &Arc<BakedGraph>) -> Result<CrowdTimes, CharacterError> {
+    const FRAMES: usize = 100;
+    let (mut characters, ids) = walking(baked, CharacterSettings::default(), CROWD)?;
+    let graph = baked.graph();
+    let levels = Levels::build(graph.skeleton(), graph.clips(), &LevelSettings::default());
+    let levels = levels.map_err(CrowdError::from)?;
+    let switching =
+        Switching::new(&levels, &SwitchSettings::default()).map_err(CrowdError::from)?;
+    let settings = CrowdPoseSettings {
+        switching,
+        ..CrowdPoseSettings::default()
+    };
+    characters.use_crowd(&levels, settings)?;
+    let mut out = vec![F32x16::ZERO; characters.max_output_len(ids.len())];
+    let eye = Vec3::new(-5.0, 1.7, -5.0);
+    let (mut joints, mut events) = (Vec::new(), Vec::new());
+    let mut times = CrowdTimes::default();
+    let each = |started: Instant| started.elapsed().as_secs_f32() * 1e6 / (FRAMES * CROWD) as f32;
+    for frame in 0..FRAMES {
+        for (index, &id) in ids.iter().enumerate() {
+            if (frame + index) % 60 == 0 {
+                characters.steer(id, walk((frame + 7 * index) as f32 * 0.7))?;
+            }
+        }
+        let started = Instant::now();
+        characters.step(FRAME, &[], &mut events);
+        times.step += each(started);
+        let started = Instant::now();
+        for &id in &ids {
+            joints_of(&mut characters, id, &mut joints)?;
+        }
+        times.one_by_one += each(started);
+        let started = Instant::now();
+        characters.pose_all(eye, &mut out)?;
+        times.all_at_once += each(started);
+        for &id in &ids {
+            let by_crowd = characters.is_posed_by_crowd(id)?;
+            times.by_crowd += f32::from(u8::from(by_crowd)) / (FRAMES * CROWD) as f32;
+        }
+    }
+    Ok(times)
 }
 
 /// Throws a ball at each character, after they have walked on for a while.
@@ -160,10 +225,11 @@ type Walking = (Characters, Vec<CharacterId>);
 fn walking(
     baked: &Arc<BakedGraph>,
     settings: CharacterSettings,
+    count: usize,
 ) -> Result<Walking, CharacterError> {
     let mut characters = Characters::new(Arc::clone(baked), settings)?;
     let mut ids = Vec::new();
-    for index in 0..COUNT {
+    for index in 0..count {
         let (x, z) = ((index % 20) as f32 * 10.0, (index / 20) as f32 * 10.0);
         let id = characters.spawn(Rigid2::new(index as f32, x, z))?;
         characters.steer(id, walk(index as f32))?;

@@ -10,7 +10,7 @@ use sabaki::anim::JointTransform;
 use sabaki::character::{CharacterError, CharacterId, Characters};
 use sabaki::graph::{EdgeMotion, MotionGraph, Playhead};
 
-pub use crowded::{CrowdedTimes, PLAN_MILLISECONDS, PLANS_PER_STEP, crowded};
+pub use crowded::{CROWD, CrowdTimes, CrowdedTimes, PLAN_MILLISECONDS, PLANS_PER_STEP, crowded};
 pub use idle::{IdleReport, idle};
 pub use room::Surroundings;
 pub use steering::{SteerReport, steering};

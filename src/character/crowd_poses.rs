@@ -1,0 +1,244 @@
+//! Which characters the crowd's kernels pose, on levels of detail, and which the motion graph: those near the camera, and those whose
+//! pose is composed.
+//!
+//! Beyond both papers, which it combines. While a character plays one clip, the crowd plays the same clip from the same time at the same
+//! place. Transitions, blends, warps and layers are posed by the graph, with the joints of the character's level. So nothing jumps
+//! when the poser changes.
+
+use std::sync::Arc;
+
+use super::state::CharacterState;
+use crate::anim::{ClipId, JointId};
+use crate::crowd::{
+    AnimationSet, Character, Crowd, CrowdError, CrowdSettings, ExternalGroups, Layout, LevelId,
+    MemberId, Placement, PoseSlice,
+};
+use crate::graph::{EdgeMotion, MotionGraph, Playhead};
+use crate::lod::{Levels, Switching};
+use crate::math::F32x16;
+
+/// How [`Characters::pose_all`](super::Characters::pose_all) poses.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct CrowdPoseSettings {
+    /// Output format of all characters; instruction set, threads and held poses of those that the crowd poses.
+    pub crowd: CrowdSettings,
+    /// Distance from the camera within which the graph poses characters, in metres. Default 0.
+    pub near: f32,
+    /// Choice of the level of detail by distance.
+    pub switching: Switching,
+}
+
+/// The crowd, with one member for each place of a character.
+pub(super) struct CrowdPoses {
+    pub settings: CrowdPoseSettings,
+    pub animations: Arc<AnimationSet>,
+    pub crowd: Crowd,
+    pub members: Vec<Member>,
+    /// Joints of the finest level, in its order.
+    pub kept: Vec<JointId>,
+    /// Characters that the graph poses, in the order of the output.
+    pub singles: Vec<u32>,
+    /// Length of what the crowd wrote last.
+    pub crowd_len: usize,
+}
+
+#[derive(Clone, Copy)]
+pub(super) struct Member {
+    /// Level plus blend.
+    pub detail: f32,
+    pub poser: Poser,
+}
+
+/// What poses a member.
+#[derive(Clone, Copy, PartialEq)]
+pub(super) enum Poser {
+    /// Nothing: there is no character, or it was not posed yet.
+    Nothing,
+    /// The graph. Index among all that it poses.
+    Graph(u32),
+    /// The crowd, which plays this.
+    Crowd(Shown),
+}
+
+/// What the crowd plays for a character.
+#[derive(Clone, Copy, PartialEq)]
+pub(super) struct Shown {
+    clip: ClipId,
+    /// Position in the clip at time 0 of the characters, in seconds.
+    phase: f64,
+    speed: f32,
+    placement: Placement,
+}
+
+impl CrowdPoses {
+    pub(super) fn new(
+        graph: &MotionGraph,
+        levels: &Levels,
+        settings: CrowdPoseSettings,
+    ) -> Result<Self, CrowdError> {
+        let animations = AnimationSet::new(graph.skeleton(), graph.clips(), &levels.levels)?;
+        let animations = Arc::new(animations);
+        Ok(Self {
+            crowd: Crowd::new(Arc::clone(&animations), settings.crowd),
+            settings,
+            animations,
+            members: Vec::new(),
+            kept: levels.levels[0].kept.clone(),
+            singles: Vec::new(),
+            crowd_len: 0,
+        })
+    }
+
+    /// Makes a member for each place.
+    pub(super) fn grow(&mut self, places: usize) -> Result<(), CrowdError> {
+        while self.members.len() < places {
+            let id = self.crowd.add(&Character::default())?;
+            self.crowd.deactivate(id)?;
+            self.members.push(Member {
+                detail: 0.0,
+                poser: Poser::Nothing,
+            });
+        }
+        Ok(())
+    }
+
+    /// Chooses level and poser of a character, and tells the crowd.
+    pub(super) fn choose(
+        &mut self,
+        index: usize,
+        seen: Option<&Seen<'_>>,
+    ) -> Result<(), CrowdError> {
+        let id = MemberId(index as u32);
+        let member = &mut self.members[index];
+        let before = member.poser;
+        let Some(seen) = seen else {
+            member.poser = Poser::Nothing;
+            return match before {
+                Poser::Crowd(_) => self.crowd.deactivate(id),
+                _ => Ok(()),
+            };
+        };
+        let switching = &self.settings.switching;
+        let choice = switching.choose(seen.distance, Some(LevelId(member.detail as u16)));
+        let detail = f32::from(choice.level.0) + choice.blend;
+        let has_changed = detail != std::mem::replace(&mut member.detail, detail);
+        let shown = (seen.distance >= self.settings.near).then(|| seen.shown());
+        let Some(mut shown) = shown.flatten() else {
+            member.poser = Poser::Graph(self.singles.len() as u32);
+            self.singles.push(index as u32);
+            return match before {
+                Poser::Crowd(_) => self.crowd.deactivate(id),
+                _ => Ok(()),
+            };
+        };
+        match before {
+            Poser::Crowd(before) if before.goes_on_as(&shown, seen.now) => {
+                shown.phase = before.phase;
+                if shown.placement != before.placement {
+                    self.crowd.place(id, &shown.placement)?;
+                }
+                if has_changed {
+                    self.crowd.set_detail(id, choice.level, choice.blend)?;
+                }
+            }
+            _ => {
+                let character = Character {
+                    clip: shown.clip,
+                    level: choice.level,
+                    blend: choice.blend,
+                    time: shown.time(seen.now) as f32,
+                    speed: shown.speed,
+                    placement: shown.placement,
+                    fade: None,
+                    layer: None,
+                };
+                self.crowd.set(id, &character)?;
+            }
+        }
+        member.poser = Poser::Crowd(shown);
+        Ok(())
+    }
+
+    /// Characters of the graph that are written together, and the lines that they take.
+    pub(super) fn group(&self) -> (usize, usize) {
+        let output = self.settings.crowd.output;
+        let joints = self.animations.joints(LevelId(0));
+        match output.layout {
+            Layout::Instances => (1, output.row_len(joints)),
+            Layout::Blocks | Layout::Rows => (F32x16::LANES, output.group_len(joints)),
+        }
+    }
+
+    /// The largest length of the output for so many characters.
+    pub(super) fn max_len(&self, characters: usize) -> usize {
+        let (members, lines) = self.group();
+        let by_crowd = self.crowd.max_output_len(characters);
+        match self.settings.crowd.output.layout {
+            Layout::Instances => by_crowd,
+            Layout::Blocks | Layout::Rows => by_crowd + characters.div_ceil(members) * lines,
+        }
+    }
+
+    pub(super) fn slice(&self, index: usize, single: u32) -> PoseSlice {
+        let (offset, index) = match self.settings.crowd.output.layout {
+            Layout::Instances => (0, index),
+            Layout::Blocks | Layout::Rows => (self.crowd_len, single as usize),
+        };
+        let output = self.settings.crowd.output;
+        self.animations
+            .external_slice(ExternalGroups { output, offset }, index)
+    }
+}
+
+/// A character as the camera sees it.
+pub(super) struct Seen<'a> {
+    pub graph: &'a MotionGraph,
+    pub state: &'a CharacterState,
+    pub playhead: Playhead,
+    pub distance: f32,
+    pub now: f64,
+}
+
+impl Seen<'_> {
+    /// What the crowd can play for it; `None` where the pose is composed.
+    fn shown(&self) -> Option<Shown> {
+        let playing = &self.state.playing;
+        let edge = self.graph.edge(self.playhead.edge);
+        if edge.motion != EdgeMotion::Clip || playing.motion.is_composed(playing.seconds) {
+            return None;
+        }
+        let from = self.graph.node(edge.from);
+        // The crowd wraps to the start of a clip at its very end.
+        let frames = self.graph.clip(from.clip).frames() - 1;
+        let last = frames as f32 * (1.0 - f32::EPSILON);
+        let frame = (from.frame as f32 + self.playhead.frame).min(last);
+        let speed = match self.state.is_released {
+            true => 0.0,
+            false => playing.rate * playing.motion.rate(playing.seconds),
+        };
+        Some(Shown {
+            clip: from.clip,
+            phase: f64::from(frame) / self.graph.frame_rate() - f64::from(speed) * self.now,
+            speed,
+            placement: Placement {
+                ground: self.playhead.clip_to_world,
+                height: 0.0,
+            },
+        })
+    }
+}
+
+impl Shown {
+    fn time(&self, now: f64) -> f64 {
+        self.phase + f64::from(self.speed) * now
+    }
+
+    /// Whether this is still what is to be played.
+    fn goes_on_as(&self, other: &Self, now: f64) -> bool {
+        /// Largest error of the time in the clip, in seconds.
+        const NEAR: f64 = 5e-6;
+        self.clip == other.clip
+            && self.speed == other.speed
+            && (self.time(now) - other.time(now)).abs() < NEAR
+    }
+}

@@ -1,0 +1,196 @@
+//! Poses of all characters at once, in one buffer: those that the crowd poses, then those that the graph poses.
+
+use std::sync::{Mutex, PoisonError};
+
+use glam::Vec3;
+
+use super::characters::Characters;
+use super::crowd_poses::{CrowdPoseSettings, CrowdPoses, Member, Poser, Seen};
+use super::error::CharacterError;
+use super::ids::CharacterId;
+use super::scratch::Worker;
+use super::slot::{Slot, lock};
+use crate::anim::forward_kinematics;
+use crate::crowd::{CrowdError, ExternalGroups, ExternalTarget, Layout, MemberId, PoseSlice};
+use crate::graph::MotionGraph;
+use crate::lod::Levels;
+use crate::math::F32x16;
+
+impl Characters {
+    /// Makes [`Characters::pose_all`] possible. `levels` are built from the graph's skeleton and clips.
+    ///
+    /// # Errors
+    /// Levels of another skeleton or other clips.
+    pub fn use_crowd(
+        &mut self,
+        levels: &Levels,
+        settings: CrowdPoseSettings,
+    ) -> Result<(), CharacterError> {
+        self.crowd = Some(CrowdPoses::new(self.baked.graph(), levels, settings)?);
+        Ok(())
+    }
+
+    /// Length of a buffer that [`Characters::pose_all`] can always write to, while no more than so many characters have existed at once.
+    /// 0 without [`Characters::use_crowd`].
+    #[must_use]
+    pub fn max_output_len(&self, characters: usize) -> usize {
+        let crowd = self.crowd.as_ref();
+        crowd.map_or(0, |poses| poses.max_len(characters))
+    }
+
+    /// Writes the poses of all characters, as they are after the last step, to `out`, in the crowd's output format. Levels are chosen by
+    /// the distance from the camera at `eye`, in metres. In [`Layout::Instances`] the row of a character is that of its
+    /// [`CharacterId::index`].
+    ///
+    /// # Errors
+    /// No [`Characters::use_crowd`] before; an output that is too small; more characters than a crowd can have.
+    pub fn pose_all(&mut self, eye: Vec3, out: &mut [F32x16]) -> Result<(), CharacterError> {
+        let _span = tracing::trace_span!("characters: pose all").entered();
+        let poses = self.crowd.as_mut().ok_or(CharacterError::NoCrowd)?;
+        let graph = self.baked.graph();
+        poses.grow(self.slots.len())?;
+        poses.singles.clear();
+        poses.crowd.set_time(self.now);
+        for (index, slot) in self.slots.iter_mut().enumerate() {
+            let slot = slot.get_mut().unwrap_or_else(PoisonError::into_inner);
+            let seen = slot.state.as_deref().map(|state| {
+                let playing = &state.playing;
+                let root = playing.motion.root(graph, playing.seconds);
+                Seen {
+                    graph,
+                    state,
+                    playhead: playing.motion.playhead(graph, playing.seconds),
+                    distance: root.distance(eye),
+                    now: self.now,
+                }
+            });
+            poses.choose(index, seen.as_ref())?;
+        }
+        poses.crowd_len = poses.crowd.output_len();
+        let (members, lines) = poses.group();
+        let needed = match poses.settings.crowd.output.layout {
+            Layout::Instances => poses.crowd_len,
+            Layout::Blocks | Layout::Rows => {
+                poses.crowd_len + poses.singles.len().div_ceil(members) * lines
+            }
+        };
+        if out.len() < needed {
+            let found = out.len();
+            return Err(CrowdError::TooSmall { needed, found }.into());
+        }
+        poses.crowd.pose(out)?;
+        let by_graph = ByGraph {
+            graph,
+            poses,
+            slots: &self.slots,
+        };
+        let groups = Mutex::new(by_graph.groups(out));
+        let workers = &self.workers;
+        self.pool.run(&|thread: usize| {
+            let mut worker = lock(&workers[thread]);
+            loop {
+                // The lock is held for this statement alone.
+                let next = lock(&groups).next();
+                let Some((singles, lines)) = next else {
+                    return;
+                };
+                by_graph.write(singles, lines, &mut worker);
+            }
+        });
+        Ok(())
+    }
+
+    /// The place of a character's pose in the output of the last [`Characters::pose_all`].
+    ///
+    /// # Errors
+    /// An unknown character; one that was not posed.
+    pub fn pose_slice(&self, id: CharacterId) -> Result<PoseSlice, CharacterError> {
+        let (poses, member) = self.member(id)?;
+        match member.poser {
+            Poser::Nothing => Err(CharacterError::NotPosed),
+            Poser::Graph(single) => Ok(poses.slice(id.index as usize, single)),
+            Poser::Crowd(_) => Ok(poses.crowd.pose_slice(MemberId(id.index))?),
+        }
+    }
+
+    /// The level of detail on which a character was posed. The fraction blends to the next level.
+    ///
+    /// # Errors
+    /// Those of [`Characters::pose_slice`].
+    pub fn detail(&self, id: CharacterId) -> Result<f32, CharacterError> {
+        Ok(self.member(id)?.1.detail)
+    }
+
+    /// Whether the crowd's kernels posed a character in the last [`Characters::pose_all`], and not the graph.
+    ///
+    /// # Errors
+    /// Those of [`Characters::pose_slice`].
+    pub fn is_posed_by_crowd(&self, id: CharacterId) -> Result<bool, CharacterError> {
+        Ok(matches!(self.member(id)?.1.poser, Poser::Crowd(_)))
+    }
+
+    fn member(&self, id: CharacterId) -> Result<(&CrowdPoses, Member), CharacterError> {
+        self.with_state(id, |_| ())?;
+        let poses = self.crowd.as_ref().ok_or(CharacterError::NoCrowd)?;
+        let member = poses.members.get(id.index as usize);
+        Ok((poses, *member.ok_or(CharacterError::NotPosed)?))
+    }
+}
+
+/// The characters that the graph poses.
+struct ByGraph<'a> {
+    graph: &'a MotionGraph,
+    poses: &'a CrowdPoses,
+    slots: &'a [Mutex<Slot>],
+}
+
+impl<'a> ByGraph<'a> {
+    /// Characters that are written together, each time with the lines that are theirs.
+    fn groups<'b>(
+        &self,
+        out: &'b mut [F32x16],
+    ) -> impl Iterator<Item = (&'a [u32], &'b mut [F32x16])> + use<'a, 'b> {
+        let (members, lines) = self.poses.group();
+        let is_by_row = self.poses.settings.crowd.output.layout == Layout::Instances;
+        let first = if is_by_row { 0 } else { self.poses.crowd_len };
+        let mut chunks = out[first..].chunks_exact_mut(lines);
+        let mut next_row = 0;
+        self.poses.singles.chunks(members).filter_map(move |group| {
+            let skipped = if is_by_row {
+                let row = group[0] as usize;
+                row - std::mem::replace(&mut next_row, row + 1)
+            } else {
+                0
+            };
+            Some((group, chunks.nth(skipped)?))
+        })
+    }
+
+    fn write(&self, singles: &[u32], lines: &mut [F32x16], worker: &mut Worker) {
+        let output = self.poses.settings.crowd.output;
+        let animations = &self.poses.animations;
+        for (lane, &index) in singles.iter().enumerate() {
+            let slot = lock(&self.slots[index as usize]);
+            let Some(state) = slot.state.as_deref() else {
+                continue;
+            };
+            let playing = &state.playing;
+            playing
+                .motion
+                .sample(self.graph, playing.seconds, &mut worker.pose);
+            forward_kinematics(self.graph.skeleton(), &worker.pose, &mut worker.joints);
+            let kept = self.poses.kept.iter();
+            worker.external.joints.clear();
+            let joints = &worker.joints;
+            let kept = kept.map(|id| joints[id.index()]);
+            worker.external.joints.extend(kept);
+            let groups = ExternalGroups { output, offset: 0 };
+            let target = ExternalTarget {
+                slice: animations.external_slice(groups, lane),
+                out: lines,
+                detail: self.poses.members[index as usize].detail,
+            };
+            animations.write_external(&mut worker.external, target);
+        }
+    }
+}

@@ -1,0 +1,277 @@
+//! Promise: in the buffer of all poses each character is where it is, on its level of detail, whoever poses it; nothing depends on
+//! threads, and a place that is used again shows its new character.
+
+use std::sync::Arc;
+
+use glam::{Affine3A, DVec3, Vec3};
+use sabaki::anim::{Pose, forward_kinematics};
+use sabaki::character::{
+    CharacterError, CharacterId, CharacterSettings, Characters, CrowdPoseSettings, Goal,
+};
+use sabaki::crowd::{CrowdSettings, Form, Layout, Output};
+use sabaki::internal::affine;
+use sabaki::lod::{LevelId, LevelSettings, Levels, Rule, SwitchSettings, Switching};
+use sabaki::math::{F32x16, Rigid2};
+use sabaki_testing::crowd::{forms, joint_of};
+use sabaki_testing::random::Random;
+
+use super::world::{FRAME, baked, ball, characters};
+
+/// Largest error of a point within 10 cm of a joint, in metres.
+const NEAR: f64 = 4e-4;
+/// The same on levels without some joints, for what the crowd poses: where a joint between is removed, a foot goes straight from frame
+/// to frame, and not along its arc.
+const COARSE: f64 = 2.5e-3;
+
+struct Scene {
+    levels: Levels,
+    switching: Switching,
+}
+
+impl Scene {
+    fn new() -> Self {
+        let baked = baked();
+        let graph = baked.graph();
+        let settings = LevelSettings::default();
+        let levels = Levels::build(graph.skeleton(), graph.clips(), &settings).unwrap();
+        let settings = SwitchSettings {
+            rule: Rule::Energy { furthest: 12.0 },
+            ..SwitchSettings::default()
+        };
+        let switching = Switching::new(&levels, &settings).unwrap();
+        assert!(switching.bands().len() > 2, "{switching:?}");
+        Self { levels, switching }
+    }
+
+    /// Characters everywhere on the ground: some stand, others walk, turn, or avoid balls.
+    fn characters(&self, crowd: CrowdSettings, threads: usize) -> Characters {
+        let mut characters = characters(CharacterSettings {
+            threads,
+            ..CharacterSettings::default()
+        });
+        let settings = CrowdPoseSettings {
+            crowd,
+            near: 3.0,
+            switching: self.switching.clone(),
+        };
+        characters.use_crowd(&self.levels, settings).unwrap();
+        characters
+    }
+
+    /// The joints of the finest level where a character has them, drawn on its level.
+    fn drawn(&self, characters: &Characters, id: CharacterId) -> Vec<Affine3A> {
+        let (mut pose, mut joints) = (Pose::default(), Vec::new());
+        characters.local_pose(id, &mut pose).unwrap();
+        forward_kinematics(characters.baked().graph().skeleton(), &pose, &mut joints);
+        let exact: Vec<Affine3A> = joints.iter().map(affine).collect();
+        let detail = characters.detail(id).unwrap();
+        let levels = &self.levels.levels;
+        let (own, blend) = (detail as usize, detail.fract());
+        let kept = levels[own].kept.iter();
+        let mut kept: Vec<Affine3A> = kept.map(|id| exact[id.index()]).collect();
+        if blend > 0.0 {
+            let blends = self.levels.blend(LevelId(own as u16)).unwrap();
+            blends.apply(blend, &mut kept);
+        }
+        let seats = levels[own].seats.iter();
+        seats
+            .map(|seat| kept[usize::from(seat.carrier)] * affine(&seat.offset))
+            .collect()
+    }
+
+    /// How far the worst point of a character is from where it should be, in metres.
+    fn worst(
+        &self,
+        (characters, out): (&Characters, &[F32x16]),
+        id: CharacterId,
+        form: Form,
+    ) -> f64 {
+        let slice = characters.pose_slice(id).unwrap();
+        let drawn = self.drawn(characters, id);
+        let level = &self.levels.levels[usize::from(slice.level.0)];
+        let mut worst: f64 = 0.0;
+        for (joint, id) in level.kept.iter().enumerate() {
+            let found = joint_of(out, &slice, form, joint);
+            for point in [DVec3::ZERO, DVec3::X * 0.1, DVec3::Y * 0.1] {
+                let expected = drawn[id.index()].transform_point3(point.as_vec3());
+                let apart = found.transform_point3(point).distance(expected.as_dvec3());
+                assert!(!apart.is_nan());
+                worst = worst.max(apart);
+            }
+        }
+        worst
+    }
+}
+
+fn spawn(characters: &mut Characters, count: usize) -> Vec<CharacterId> {
+    let one = |index: usize| {
+        let turn = index as f32;
+        let place = Rigid2::new(
+            turn,
+            3.0 * (index % 12) as f32 - 18.0,
+            (index / 12) as f32 * 3.0 - 12.0,
+        );
+        let id = characters.spawn(place).unwrap();
+        let velocity = Vec3::new(turn.sin(), 0.0, turn.cos()) * 1.2;
+        if index % 4 != 0 {
+            let goal = Goal::Walk {
+                velocity,
+                facing: None,
+            };
+            characters.steer(id, goal).unwrap();
+        }
+        id
+    };
+    (0..count).map(one).collect()
+}
+
+#[test]
+fn each_character_is_where_it_is_whoever_poses_it() {
+    let scene = Scene::new();
+    for output in forms() {
+        let settings = CrowdSettings {
+            output,
+            ..CrowdSettings::default()
+        };
+        let mut characters = scene.characters(settings, 2);
+        let ids = spawn(&mut characters, 60);
+        let mut random = Random::new(4);
+        let mut out = vec![F32x16::ZERO; characters.max_output_len(ids.len())];
+        let mut before = vec![false; ids.len()];
+        let (mut seen, mut changes) = ([0, 0], 0);
+        for frame in 0..60 {
+            if frame % 10 == 0 {
+                let id = ids[frame % ids.len()];
+                let ball = ball(&mut characters, id, &mut random);
+                characters.threaten(ball).unwrap();
+            }
+            characters.step(FRAME, &[], &mut Vec::new());
+            // A camera that flies across.
+            let eye = Vec3::new(frame as f32 * 0.5 - 20.0, 1.6, 0.0);
+            characters.pose_all(eye, &mut out).unwrap();
+            for (&id, before) in ids.iter().zip(&mut before) {
+                let by_crowd = characters.is_posed_by_crowd(id).unwrap();
+                let detail = characters.detail(id).unwrap();
+                let most = if by_crowd && detail >= 1.0 {
+                    COARSE
+                } else {
+                    NEAR
+                };
+                // Quaternions and matrices are blended differently.
+                let blend = detail.fract();
+                if output.form == Form::Matrices || blend == 0.0 {
+                    let worst = scene.worst((&characters, &out), id, output.form);
+                    assert!(
+                        worst < most,
+                        "{output:?}, frame {frame}: {worst} m, by the crowd: {by_crowd}"
+                    );
+                }
+                seen[usize::from(by_crowd)] += 1;
+                changes += usize::from(*before != by_crowd);
+                *before = by_crowd;
+            }
+        }
+        assert!(
+            seen[0] > 300 && seen[1] > 1000 && changes > 80,
+            "{seen:?}, {changes} changes"
+        );
+    }
+}
+
+#[test]
+fn poses_do_not_depend_on_threads() {
+    let scene = Scene::new();
+    let written = [1, 3].map(|threads| {
+        let crowd = CrowdSettings {
+            threads,
+            ..CrowdSettings::default()
+        };
+        let mut characters = scene.characters(crowd, threads);
+        let ids = spawn(&mut characters, 60);
+        let mut out = vec![F32x16::ZERO; characters.max_output_len(ids.len())];
+        for _ in 0..40 {
+            characters.step(FRAME, &[], &mut Vec::new());
+            characters
+                .pose_all(Vec3::new(0.0, 1.6, -14.0), &mut out)
+                .unwrap();
+        }
+        let numbers = |&id: &CharacterId| {
+            let slice = characters.pose_slice(id).unwrap();
+            let joints: Vec<u16> = (0..slice.joints as u16).collect();
+            let mut to = vec![0.0; 12 * joints.len()];
+            slice.copy_joints(&out, &joints, &mut to);
+            to
+        };
+        ids.iter().map(numbers).collect::<Vec<_>>()
+    });
+    assert!(written[0] == written[1]);
+}
+
+#[test]
+fn instances_stand_at_the_row_of_their_place() {
+    let scene = Scene::new();
+    let output = Output {
+        layout: Layout::Instances,
+        ..Output::default()
+    };
+    let mut characters = scene.characters(
+        CrowdSettings {
+            output,
+            ..CrowdSettings::default()
+        },
+        1,
+    );
+    let mut ids = spawn(&mut characters, 20);
+    let mut out = vec![F32x16::ZERO; characters.max_output_len(20)];
+    characters.step(FRAME, &[], &mut Vec::new());
+    characters.pose_all(Vec3::ZERO, &mut out).unwrap();
+    // A place that is used again.
+    characters.despawn(ids[7]).unwrap();
+    assert!(characters.pose_slice(ids[7]).is_err());
+    characters.step(FRAME, &[], &mut Vec::new());
+    characters.pose_all(Vec3::ZERO, &mut out).unwrap();
+    ids[7] = characters.spawn(Rigid2::new(0.5, 40.0, 40.0)).unwrap();
+    characters.step(FRAME, &[], &mut Vec::new());
+    characters.pose_all(Vec3::ZERO, &mut out).unwrap();
+    let row = 16 * output.row_len(characters.baked().graph().skeleton().len());
+    for &id in &ids {
+        assert_eq!(
+            characters.pose_slice(id).unwrap().start,
+            row * id.index() as usize
+        );
+        assert!(scene.worst((&characters, &out), id, Form::Matrices) < NEAR);
+    }
+}
+
+#[test]
+fn what_cannot_be_posed_is_an_error() {
+    let scene = Scene::new();
+    let mut characters = characters(CharacterSettings::default());
+    let ids = spawn(&mut characters, 3);
+    assert_eq!(characters.max_output_len(3), 0);
+    let without = characters.pose_all(Vec3::ZERO, &mut []);
+    assert_eq!(without, Err(CharacterError::NoCrowd));
+    characters
+        .use_crowd(&scene.levels, CrowdPoseSettings::default())
+        .unwrap();
+    assert_eq!(characters.pose_slice(ids[0]), Err(CharacterError::NotPosed));
+    assert!(characters.pose_all(Vec3::ZERO, &mut []).is_err());
+    let mut out = vec![F32x16::ZERO; characters.max_output_len(3)];
+    characters.pose_all(Vec3::ZERO, &mut out).unwrap();
+    assert!(characters.pose_slice(ids[0]).is_ok());
+    let saved = characters.save().unwrap();
+    characters.load(&saved).unwrap();
+    characters.pose_all(Vec3::NAN, &mut out).unwrap();
+    let mut levels = Levels::build(
+        Arc::clone(characters.baked()).graph().skeleton(),
+        Arc::clone(characters.baked()).graph().clips(),
+        &LevelSettings::default(),
+    )
+    .unwrap();
+    levels.levels.clear();
+    assert!(
+        characters
+            .use_crowd(&levels, CrowdPoseSettings::default())
+            .is_err()
+    );
+}
