@@ -17,7 +17,7 @@
 //! | --- | --- |
 //! | `capi` | the C interface (`sabaki.h`), with the feature `capi` |
 //! | `gpu` | culling on the host's Vulkan device, with the feature `vulkan` |
-//! | [`character`] | characters that are steered and threatened in a game; crowds whose near members are posed by the graph |
+//! | [`character`] | characters that are steered and threatened in a game, thousands of which are posed at once |
 //! | [`duel`] | two characters of one graph that attack and avoid in turn |
 //! | [`query`] | one query: attack, candidates, retiming, culling, exact test, score, answer |
 //! | [`maps`] | body and attack spheres, height slabs, time slices, the rasterizer that the shaders mirror, paths and grids, [`maps::BakedGraph`] |

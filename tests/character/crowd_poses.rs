@@ -1,7 +1,7 @@
 //! Promise: in the buffer of all poses each character is where it is, on its level of detail, whoever poses it; nothing depends on
 //! threads, and a place that is used again shows its new character.
 
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use glam::{Affine3A, DVec3, Vec3};
 use sabaki::anim::{Pose, forward_kinematics};
@@ -29,6 +29,11 @@ struct Scene {
 }
 
 impl Scene {
+    fn shared() -> &'static Self {
+        static SCENE: OnceLock<Scene> = OnceLock::new();
+        SCENE.get_or_init(Self::new)
+    }
+
     fn new() -> Self {
         let baked = baked();
         let graph = baked.graph();
@@ -127,7 +132,7 @@ fn spawn(characters: &mut Characters, count: usize) -> Vec<CharacterId> {
 
 #[test]
 fn each_character_is_where_it_is_whoever_poses_it() {
-    let scene = Scene::new();
+    let scene = Scene::shared();
     for output in forms() {
         let settings = CrowdSettings {
             output,
@@ -180,7 +185,7 @@ fn each_character_is_where_it_is_whoever_poses_it() {
 
 #[test]
 fn poses_do_not_depend_on_threads() {
-    let scene = Scene::new();
+    let scene = Scene::shared();
     let written = [1, 3].map(|threads| {
         let crowd = CrowdSettings {
             threads,
@@ -209,7 +214,7 @@ fn poses_do_not_depend_on_threads() {
 
 #[test]
 fn instances_stand_at_the_row_of_their_place() {
-    let scene = Scene::new();
+    let scene = Scene::shared();
     let output = Output {
         layout: Layout::Instances,
         ..Output::default()
@@ -245,7 +250,7 @@ fn instances_stand_at_the_row_of_their_place() {
 
 #[test]
 fn what_cannot_be_posed_is_an_error() {
-    let scene = Scene::new();
+    let scene = Scene::shared();
     let mut characters = characters(CharacterSettings::default());
     let ids = spawn(&mut characters, 3);
     assert_eq!(characters.max_output_len(3), 0);

@@ -20,8 +20,8 @@ const FRAMES: u32 = 2000;
 const LEARNING: u32 = 240;
 /// Error on the screen of the first frame, in pixels: few joints, so that costs are learned within the budget.
 const FIRST_PIXELS: f32 = 8.0;
-/// The default budget as a share of the time to pose all joints.
-const SHARE: f64 = 0.8;
+/// The default budget in times of a frame whose levels are chosen by `--error`, without a plan.
+const SHARE: f64 = 1.5;
 
 /// What the frames took, and how far bodies were from where they should be.
 pub(super) struct BudgetRun {
@@ -38,8 +38,14 @@ impl Scene {
     /// Runs through the column with the budget that was asked for. `rows` tell what joints cost.
     pub(super) fn run_in_budget(&self, args: &Args, rows: &[Row]) -> Result<BudgetRun, Failure> {
         let plain = PlainRows::of(rows, self.animations.levels());
-        let all = plain.finest.map_or(1.0, |row| row.ms);
-        let budget_ms = args.budget.map_or(SHARE * all, f64::from);
+        let case = Case {
+            what: What::Frame(Motion::Run),
+            lod: Lod::Distance,
+            ..Case::plain()
+        };
+        let unplanned = rows.iter().find(|row| row.case == case);
+        let unplanned = unplanned.map_or(1.0, |row| row.ms);
+        let budget_ms = args.budget.map_or(SHARE * unplanned, f64::from);
         let mut budget = Budget {
             milliseconds: budget_ms as f32,
             cost: plain.cost(args),
@@ -49,8 +55,8 @@ impl Scene {
         };
         let cost = budget.cost;
         let case = Case {
-            what: What::Frame(Motion::Run),
-            ..Case::plain()
+            lod: Lod::Off,
+            ..case
         };
         let (mut planner, mut monitor) = (Planner::default(), CostMonitor::default());
         let (mut crowd, _) = self.crowd(args, case)?;
