@@ -58,6 +58,7 @@ impl Scene {
             crowd,
             near: 3.0,
             switching: self.switching.clone(),
+            blend_error: 0.0,
         };
         characters.use_crowd(&self.levels, settings).unwrap();
         characters
@@ -181,6 +182,41 @@ fn each_character_is_where_it_is_whoever_poses_it() {
             "{seen:?}, {changes} changes"
         );
     }
+}
+
+#[test]
+fn a_blend_is_left_out_only_where_it_is_too_small_to_be_seen() {
+    let scene = Scene::shared();
+    let mut seen = [0, 0];
+    let by_crowd = [0.0, 0.01].map(|blend_error| {
+        let mut characters = characters(CharacterSettings::default());
+        let settings = CrowdPoseSettings {
+            switching: scene.switching.clone(),
+            blend_error,
+            ..CrowdPoseSettings::default()
+        };
+        characters.use_crowd(&scene.levels, settings).unwrap();
+        let ids = spawn(&mut characters, 40);
+        let mut out = vec![F32x16::ZERO; characters.max_output_len(ids.len())];
+        let eye = Vec3::new(0.0, 1.6, -20.0);
+        let mut by_crowd = 0;
+        for _ in 0..60 {
+            characters.step(FRAME, &[], &mut Vec::new());
+            characters.pose_all(eye, &mut out).unwrap();
+            for &id in &ids {
+                let place = characters.place(id).unwrap();
+                let distance = eye.distance(Vec3::new(place.x, 1.0, place.z)) + 1.0;
+                let worst = scene.worst((&characters, &out), id, Form::Matrices);
+                let most = COARSE + f64::from(blend_error * distance);
+                assert!(worst < most, "{worst} m at {distance} m");
+                seen[usize::from(worst > COARSE)] += 1;
+                by_crowd += usize::from(characters.is_posed_by_crowd(id).unwrap());
+            }
+        }
+        by_crowd
+    });
+    assert!(by_crowd[1] > by_crowd[0] + 100, "{by_crowd:?}");
+    assert!(seen[1] > 20, "{seen:?}");
 }
 
 #[test]

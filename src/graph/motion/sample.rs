@@ -59,6 +59,22 @@ impl Motion {
             || self.warp.is_some_and(|warp| warp.acts_at(seconds))
     }
 
+    /// The farthest that a joint may be at `seconds` from where the playhead's pose has it, in metres; infinite under a layer or a warp.
+    /// For `reach` and the scratch see [`Inertia::farthest`](crate::graph::inertia::Inertia::farthest).
+    pub(crate) fn farthest_from_playhead(
+        &self,
+        graph: &MotionGraph,
+        seconds: f32,
+        reach: (&[f32], &mut Vec<f32>),
+    ) -> f32 {
+        if self.is_layered(seconds) || self.warp.is_some_and(|warp| warp.acts_at(seconds)) {
+            return f32::INFINITY;
+        }
+        let moment = self.moment(seconds);
+        self.inertia(moment)
+            .map_or(0.0, |left| left.farthest(graph, moment, reach))
+    }
+
     /// The time that is played, where a warp shifts it.
     pub(super) fn moment(&self, seconds: f32) -> f32 {
         self.warp.map_or(seconds, |warp| warp.moment(seconds))
