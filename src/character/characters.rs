@@ -115,6 +115,7 @@ impl Characters {
                     generation: 0,
                     state: None,
                     urgency: None,
+                    blend: None,
                 };
                 self.slots.push(Mutex::new(slot));
                 self.slots.len() as u32 - 1

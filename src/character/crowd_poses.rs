@@ -8,7 +8,7 @@
 use std::sync::Arc;
 
 use super::state::CharacterState;
-use crate::anim::{ClipId, JointId, Skeleton};
+use crate::anim::{ClipId, JointId};
 use crate::crowd::{
     AnimationSet, Character, Crowd, CrowdError, CrowdSettings, ExternalGroups, Layout, LevelId,
     MemberId, Placement, PoseSlice,
@@ -26,8 +26,8 @@ pub struct CrowdPoseSettings {
     pub near: f32,
     /// Choice of the level of detail by distance.
     pub switching: Switching,
-    /// What is left of a blend is not drawn where it moves no joint by more than this share of the distance from the camera. The crowd then
-    /// poses the character. Default 0.002, which is 2 pixels of 1080 lines at 60 degrees; 0 draws all blends to their end.
+    /// What is left of a blend is not drawn where it moves joints by less than about this share of the distance from the camera, nor is a
+    /// transition between clips that are so near. The crowd then poses the character. Default 0.002, which is 2 pixels of 1080 lines at 60 degrees; 0 draws all blends to their end.
     pub blend_error: f32,
 }
 
@@ -50,10 +50,6 @@ pub(super) struct CrowdPoses {
     pub members: Vec<Member>,
     /// Joints of the finest level, in its order.
     pub kept: Vec<JointId>,
-    /// From each joint of the skeleton to the farthest that it carries, in metres.
-    reach: Vec<f32>,
-    /// Scratch: how far each joint may be moved.
-    chain: Vec<f32>,
     /// Characters that the graph poses, in the order of the output.
     pub singles: Vec<u32>,
     /// Length of what the crowd wrote last.
@@ -102,8 +98,6 @@ impl CrowdPoses {
             animations,
             members: Vec::new(),
             kept: levels.levels[0].kept.clone(),
-            reach: reach(graph.skeleton()),
-            chain: Vec::new(),
             singles: Vec::new(),
             crowd_len: 0,
         })
@@ -142,21 +136,17 @@ impl CrowdPoses {
         let choice = switching.choose(seen.distance, Some(LevelId(member.detail as u16)));
         let detail = f32::from(choice.level.0) + choice.blend;
         let has_changed = detail != std::mem::replace(&mut member.detail, detail);
-        let playing = &seen.state.playing;
-        let is_far = seen.distance >= self.settings.near && {
-            let reach = (&self.reach[..], &mut self.chain);
-            let motion = &playing.motion;
-            motion.farthest_from_playhead(seen.graph, playing.seconds, reach)
-                <= self.settings.blend_error * seen.distance
-        };
-        let Some(mut shown) = is_far.then(|| seen.shown()).flatten() else {
+        let is_small = seen.distance >= self.settings.near
+            && seen.left_out + seen.crossed() <= self.settings.blend_error * seen.distance;
+        if !is_small {
             member.poser = Poser::Graph(self.singles.len() as u32);
             self.singles.push(index as u32);
             return match before {
                 Poser::Crowd(_) => self.crowd.deactivate(id),
                 _ => Ok(()),
             };
-        };
+        }
+        let mut shown = seen.shown();
         match before {
             Poser::Crowd(before) if before.goes_on_as(&shown, seen.now) => {
                 shown.phase = before.phase;
@@ -222,35 +212,48 @@ pub(super) struct Seen<'a> {
     pub state: &'a CharacterState,
     pub playhead: Playhead,
     pub distance: f32,
+    /// About how far a joint is from where the crowd would have it, but for a transition, in metres.
+    pub left_out: f32,
     pub now: f64,
 }
 
 impl Seen<'_> {
-    /// What the crowd can play for it; `None` in a transition.
-    fn shown(&self) -> Option<Shown> {
-        let playing = &self.state.playing;
-        let edge = self.graph.edge(self.playhead.edge);
-        if edge.motion != EdgeMotion::Clip {
-            return None;
+    /// About how far a joint is, in a transition, from where the nearer of both clips has it, in metres: half of what the clips are
+    /// apart, times four for the joint that is farthest.
+    fn crossed(&self) -> f32 {
+        match self.graph.edge(self.playhead.edge).motion {
+            EdgeMotion::Clip => 0.0,
+            EdgeMotion::Transition { distance, .. } => 2.0 * distance,
         }
-        let from = self.graph.node(edge.from);
+    }
+
+    /// What the crowd plays for it: in a transition the nearer of both clips.
+    fn shown(&self) -> Shown {
+        let edge = self.graph.edge(self.playhead.edge);
+        let moment = self.graph.edge_moment(edge, self.playhead.frame);
+        let clip_to_world = self.playhead.clip_to_world;
+        let (at, ground) = match moment.target {
+            Some(target) if target.weight > 0.5 => (target.at, clip_to_world * target.align),
+            _ => (moment.source, clip_to_world),
+        };
         // The crowd wraps to the start of a clip at its very end.
-        let frames = self.graph.clip(from.clip).frames() - 1;
+        let frames = self.graph.clip(at.clip).frames() - 1;
         let last = frames as f32 * (1.0 - f32::EPSILON);
-        let frame = (from.frame as f32 + self.playhead.frame).min(last);
+        let playing = &self.state.playing;
         let speed = match self.state.is_released {
             true => 0.0,
             false => playing.rate * playing.motion.rate(playing.seconds),
         };
-        Some(Shown {
-            clip: from.clip,
-            phase: f64::from(frame) / self.graph.frame_rate() - f64::from(speed) * self.now,
+        let seconds = f64::from(at.frame.min(last)) / self.graph.frame_rate();
+        Shown {
+            clip: at.clip,
+            phase: seconds - f64::from(speed) * self.now,
             speed,
             placement: Placement {
-                ground: self.playhead.clip_to_world,
+                ground,
                 height: 0.0,
             },
-        })
+        }
     }
 }
 
@@ -267,17 +270,4 @@ impl Shown {
             && self.speed == other.speed
             && (self.time(now) - other.time(now)).abs() < NEAR
     }
-}
-
-/// From each joint to the farthest joint that it carries, and 0.1 m of flesh, in metres.
-fn reach(skeleton: &Skeleton) -> Vec<f32> {
-    let mut reach = vec![0.1; skeleton.len()];
-    for (index, joint) in skeleton.joints().iter().enumerate().rev() {
-        if let Some(parent) = joint.parent {
-            let length = joint.offset.length() + reach[index];
-            let parent = &mut reach[parent.index()];
-            *parent = length.max(*parent);
-        }
-    }
-    reach
 }

@@ -9,7 +9,8 @@ use super::crowd_poses::{CrowdPoseSettings, CrowdPoses, Member, Poser, Seen};
 use super::error::CharacterError;
 use super::ids::CharacterId;
 use super::scratch::Worker;
-use super::slot::{Slot, lock};
+use super::slot::{Blend, Slot, lock};
+use super::state::CharacterState;
 use crate::anim::forward_kinematics;
 use crate::crowd::{CrowdError, ExternalGroups, ExternalTarget, Layout, MemberId, PoseSlice};
 use crate::graph::MotionGraph;
@@ -53,6 +54,11 @@ impl Characters {
         poses.crowd.set_time(self.now);
         for (index, slot) in self.slots.iter_mut().enumerate() {
             let slot = slot.get_mut().unwrap_or_else(PoisonError::into_inner);
+            let age = slot.state.as_deref().and_then(|state| {
+                let playing = &state.playing;
+                playing.motion.blend_age(playing.seconds)
+            });
+            let blended = slot.blended(age);
             let seen = slot.state.as_deref().map(|state| {
                 let playing = &state.playing;
                 let root = playing.motion.root(graph, playing.seconds);
@@ -61,6 +67,10 @@ impl Characters {
                     state,
                     playhead: playing.motion.playhead(graph, playing.seconds),
                     distance: root.distance(eye),
+                    left_out: match playing.motion.is_bent(playing.seconds) {
+                        true => f32::INFINITY,
+                        false => blended,
+                    },
                     now: self.now,
                 }
             });
@@ -170,15 +180,17 @@ impl<'a> ByGraph<'a> {
         let output = self.poses.settings.crowd.output;
         let animations = &self.poses.animations;
         for (lane, &index) in singles.iter().enumerate() {
-            let slot = lock(&self.slots[index as usize]);
+            let mut slot = lock(&self.slots[index as usize]);
             let Some(state) = slot.state.as_deref() else {
                 continue;
             };
-            let playing = &state.playing;
-            playing
-                .motion
-                .sample(self.graph, playing.seconds, &mut worker.pose);
+            let (motion, seconds) = (&state.playing.motion, state.playing.seconds);
+            motion.sample(self.graph, seconds, &mut worker.pose);
             forward_kinematics(self.graph.skeleton(), &worker.pose, &mut worker.joints);
+            if let Some(age) = motion.blend_age(seconds) {
+                let metres = self.blended_by(state, worker);
+                slot.blend = Some(Blend { age, metres });
+            }
             let kept = self.poses.kept.iter();
             worker.external.joints.clear();
             let joints = &worker.joints;
@@ -192,5 +204,16 @@ impl<'a> ByGraph<'a> {
             };
             animations.write_external(&mut worker.external, target);
         }
+    }
+
+    /// How far the farthest joint is from where it is without a blend, in metres.
+    fn blended_by(&self, state: &CharacterState, worker: &mut Worker) -> f32 {
+        let (motion, seconds) = (&state.playing.motion, state.playing.seconds);
+        let (pose, joints) = (&mut worker.unblended, &mut worker.unblended_joints);
+        motion.playhead(self.graph, seconds).pose(self.graph, pose);
+        forward_kinematics(self.graph.skeleton(), pose, joints);
+        let pairs = worker.joints.iter().zip(&*joints);
+        let apart = pairs.map(|(a, b)| a.translation.distance_squared(b.translation));
+        apart.fold(0.0, f32::max).sqrt()
     }
 }

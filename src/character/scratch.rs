@@ -22,6 +22,9 @@ pub(super) struct Worker {
     /// Obstacles near the character that is stepped.
     pub obstacles: Vec<Obstacle>,
     pub external: ExternalPose,
+    /// The pose without its blend.
+    pub unblended: Pose,
+    pub unblended_joints: Vec<JointTransform>,
 }
 
 impl Worker {

@@ -18,6 +18,38 @@ pub(super) struct Slot {
     /// Time until a new threat may reach the body, during a step.
     #[serde(skip)]
     pub(super) urgency: Option<f32>,
+    /// The blend that was posed last.
+    #[serde(skip)]
+    pub(super) blend: Option<Blend>,
+}
+
+/// A blend as it was posed last.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Blend {
+    /// Time since its start, in seconds.
+    pub age: f32,
+    /// How far the farthest joint was from where it is without the blend, in metres.
+    pub metres: f32,
+}
+
+impl Slot {
+    /// About how far a blend of an age moves a joint: as far as when it was posed last, later in the same blend. Infinite for another one.
+    pub(super) fn blended(&mut self, age: Option<f32>) -> f32 {
+        let Some(age) = age else {
+            self.blend = None;
+            return 0.0;
+        };
+        match self.blend.as_mut().filter(|blend| blend.age <= age) {
+            Some(blend) => {
+                blend.age = age;
+                blend.metres
+            }
+            None => {
+                self.blend = None;
+                f32::INFINITY
+            }
+        }
+    }
 }
 
 /// Calls `work` for each place, on all threads.

@@ -155,11 +155,6 @@ impl FootDecay {
         }
     }
 
-    /// How far the foot is moved at most, in metres.
-    pub(super) fn way(&self, weights: Weights) -> f32 {
-        self.place.at(weights).length() + self.lift * weights.lift
-    }
-
     /// The same in a space that is turned.
     pub(super) fn turn(&mut self, by: Rigid2) {
         self.place.turn(by);

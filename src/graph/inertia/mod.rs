@@ -157,29 +157,6 @@ impl Inertia {
         self.root.at(self.weights(seconds))
     }
 
-    /// The farthest that a joint may be from where the new motion alone has it, in metres. `reach`: from each joint to what it carries, in
-    /// metres, parents first. `chain` is scratch.
-    pub(super) fn farthest(
-        &self,
-        graph: &MotionGraph,
-        seconds: f32,
-        (reach, chain): (&[f32], &mut Vec<f32>),
-    ) -> f32 {
-        let weights = self.weights(seconds);
-        chain.clear();
-        let mut farthest: f32 = 0.0;
-        let parts = self.joints.iter().zip(reach);
-        for ((turn, reach), joint) in parts.zip(graph.skeleton().joints()) {
-            let above = joint.parent.map_or(0.0, |parent| chain[parent.index()]);
-            let moved = above + turn.at(weights).length() * reach;
-            farthest = farthest.max(moved);
-            chain.push(moved);
-        }
-        let feet = self.feet.iter().map(|foot| foot.way(weights));
-        let places = self.places.iter().map(|place| place.at(weights).length());
-        self.root.at(weights).length() + feet.fold(farthest, f32::max) + places.sum::<f32>()
-    }
-
     /// Adds the offsets at `seconds` to the pose of the new motion.
     pub(super) fn apply(&self, graph: &MotionGraph, seconds: f32, pose: &mut Pose) {
         /// Maximum number of legs.

@@ -54,25 +54,18 @@ impl Motion {
 
     /// Whether the pose at `seconds` is not that of the playhead alone: a blend, a layer or a warp acts.
     pub(crate) fn is_composed(&self, seconds: f32) -> bool {
-        self.is_blending(seconds)
-            || self.is_layered(seconds)
-            || self.warp.is_some_and(|warp| warp.acts_at(seconds))
+        self.is_blending(seconds) || self.is_bent(seconds)
     }
 
-    /// The farthest that a joint may be at `seconds` from where the playhead's pose has it, in metres; infinite under a layer or a warp.
-    /// For `reach` and the scratch see [`Inertia::farthest`](crate::graph::inertia::Inertia::farthest).
-    pub(crate) fn farthest_from_playhead(
-        &self,
-        graph: &MotionGraph,
-        seconds: f32,
-        reach: (&[f32], &mut Vec<f32>),
-    ) -> f32 {
-        if self.is_layered(seconds) || self.warp.is_some_and(|warp| warp.acts_at(seconds)) {
-            return f32::INFINITY;
-        }
+    /// Whether a layer or a warp acts at `seconds`.
+    pub(crate) fn is_bent(&self, seconds: f32) -> bool {
+        self.is_layered(seconds) || self.warp.is_some_and(|warp| warp.acts_at(seconds))
+    }
+
+    /// Time since the start of the blend that lasts at `seconds`.
+    pub(crate) fn blend_age(&self, seconds: f32) -> Option<f32> {
         let moment = self.moment(seconds);
-        self.inertia(moment)
-            .map_or(0.0, |left| left.farthest(graph, moment, reach))
+        Some(moment - self.inertia(moment)?.start)
     }
 
     /// The time that is played, where a warp shifts it.
