@@ -15,9 +15,9 @@ use super::threat::{Threat, Window};
 use super::world::{KnownThreat, World};
 use crate::graph::Motion;
 use crate::maps::SphereKey;
-use crate::query::clearance::{Clearance, ExactTest, Extent};
+use crate::query::clearance::{Clearance, ExactTest, Extent, Sampling};
 use crate::query::obstacle::ObstacleTest;
-use crate::query::{Attack, PlanScope, Query, Request, evasions_end};
+use crate::query::{Attack, Obstacle, PlanScope, Query, Request, evasions_end};
 
 /// The moment that a plan is made for.
 struct Moment {
@@ -227,10 +227,17 @@ impl CharacterState {
         let query = Query::new(world.baked, &world.settings.query);
         query.answer_plan((request, scope), context, answer);
         let (found, is_blended) = self.continued(world, moment, answer.motion.clone());
+        let known = answer.clearance();
+        let metres = known.metres + scope.margin;
+        let known = Clearance { metres, ..known };
         if answer.avoided && !is_blended && !scope.evasions_only {
-            let known = answer.clearance();
-            let metres = known.metres + scope.margin;
-            return known_clean(world, found, (scope.plain, Clearance { metres, ..known }));
+            return known_result(world, found, (scope.plain, known));
+        }
+        // What is measured later needs no test.
+        let weights = scratch.ahead.iter().map(Obstacle::weight);
+        let spared = weights.fold(0.0, f32::max) * world.settings.obstacle_margin;
+        if !is_blended && !scratch.ahead.is_empty() && metres < -spared {
+            return known_result(world, found, (scope.plain, known));
         }
         test(world, (found, scope.plain), scratch)
     }
@@ -308,7 +315,10 @@ impl TestedMotion {
 
     /// Measures the deepest hit and the most harmful entry.
     fn measure(&mut self, world: &World<'_>, attack: &Attack, scratch: &mut PlanScratch) {
-        let test = ExactTest::new(world.baked, attack);
+        let test = ExactTest {
+            sampling: Sampling::CoarseFirst,
+            ..ExactTest::new(world.baked, attack)
+        };
         self.clearance = test.on_motion(&self.motion, &mut scratch.body);
         self.entered = self.harm_by_obstacles(world, f32::INFINITY, scratch);
     }
@@ -334,8 +344,8 @@ fn least_harm(before: Option<TestedMotion>, other: TestedMotion) -> Option<Teste
     }
 }
 
-/// The motion of an answer that its query has tested.
-fn known_clean(
+/// The motion of an answer whose clearance its query has found, with what it enters left out.
+fn known_result(
     world: &World<'_>,
     mut motion: Motion,
     (attack, clearance): (&Attack, Clearance),

@@ -4,6 +4,7 @@ mod cells;
 mod column;
 mod distance;
 mod near;
+mod posed_spheres;
 mod test;
 
 use glam::{Vec2, Vec3};
@@ -212,6 +213,11 @@ impl Obstacle {
     /// Velocity, in metres per second.
     pub(crate) fn velocity(&self) -> Vec3 {
         self.velocity
+    }
+
+    /// See [`Obstacle::weighing`].
+    pub(crate) fn weight(&self) -> f32 {
+        self.weight
     }
 
     fn new(shape: Shape) -> Self {

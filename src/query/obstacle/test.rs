@@ -5,15 +5,14 @@
 //! obstacles cost one distance. The body is posed at the samples that are left, and of its spheres those are tested that reach as far
 //! from the axis as the obstacle is.
 
-use glam::{Vec2, Vec3};
-use rustc_hash::FxHashMap;
+use glam::Vec2;
 
 use super::Obstacle;
 use super::column::{Column, Heights};
-use crate::anim::{JointTransform, Pose, forward_kinematics};
+use super::posed_spheres::{Extents, PosedSpheres};
 use crate::graph::Motion;
 use crate::maps::BakedGraph;
-use crate::query::clearance::{Clearance, PoseKey};
+use crate::query::clearance::Clearance;
 
 /// Scratch of the test.
 #[derive(Clone, Debug, Default)]
@@ -24,61 +23,8 @@ pub struct ObstacleScratch {
     /// Distance that the axis has gone until each sample, in metres.
     gone: Vec<f32>,
     near: Vec<NearSample>,
-    posed: PosedCentres,
-    /// How far each sphere of the posed body reaches from the column's axis, in metres.
-    extents: Vec<f32>,
-}
-
-/// The body's spheres in the poses that several motions have in common.
-#[derive(Clone, Debug, Default)]
-struct PosedCentres {
-    pose: Pose,
-    joints: Vec<JointTransform>,
-    posed: Vec<Vec3>,
-    /// Start of each pose in `centres`.
-    known: FxHashMap<PoseKey, usize>,
-    centres: Vec<Vec3>,
-}
-
-impl PosedCentres {
-    /// Number of poses that are kept.
-    const MOST: usize = 1024;
-
-    /// Centres of the spheres `seconds` after the motion's start.
-    fn at(&mut self, baked: &BakedGraph, (motion, seconds): (&Motion, f32)) -> &[Vec3] {
-        if motion.is_composed(seconds) {
-            self.pose(baked, (motion, seconds));
-            return &self.posed;
-        }
-        let key = PoseKey::of(motion.playhead(baked.graph(), seconds));
-        let count = baked.body().spheres.len();
-        let start = match self.known.get(&key) {
-            Some(&start) => start,
-            None => {
-                if self.known.len() == Self::MOST {
-                    self.forget();
-                }
-                self.pose(baked, (motion, seconds));
-                let start = self.centres.len();
-                self.centres.extend_from_slice(&self.posed);
-                self.known.insert(key, start);
-                start
-            }
-        };
-        &self.centres[start..start + count]
-    }
-
-    fn pose(&mut self, baked: &BakedGraph, (motion, seconds): (&Motion, f32)) {
-        let graph = baked.graph();
-        motion.sample(graph, seconds, &mut self.pose);
-        forward_kinematics(graph.skeleton(), &self.pose, &mut self.joints);
-        baked.body().centres(&self.joints, &mut self.posed);
-    }
-
-    fn forget(&mut self) {
-        self.known.clear();
-        self.centres.clear();
-    }
+    posed: PosedSpheres,
+    extents: Extents,
 }
 
 impl ObstacleScratch {
@@ -208,42 +154,35 @@ impl ObstacleTest<'_> {
             ..
         } = scratch;
         let seconds = self.seconds.0 + tick as f32 / Self::RATE;
-        let centres = posed.at(self.baked, (motion, seconds));
-        let (axis, spheres) = (columns[tick as usize].axis, &self.baked.body().spheres);
-        extents.clear();
-        extents.extend(
-            centres
-                .iter()
-                .zip(spheres)
-                .map(|(centre, part)| Vec2::new(centre.x, centre.z).distance(axis) + part.radius),
-        );
-        let widest = extents
-            .iter()
-            .fold(0.0, |widest: f32, &extent| widest.max(extent));
+        let body = posed.at(self.baked, (motion, seconds));
+        let spheres = &self.baked.body().spheres;
+        extents.measure(self.baked, &body, columns[tick as usize].axis);
         let same = near[at..].iter().take_while(|one| one.tick == tick);
         let mut next = at;
         for one in same {
             next += 1;
             let obstacle = &self.obstacles[one.obstacle as usize];
-            let known = worst.map_or(0.0, |worst| worst.harm);
-            if (widest - one.metres) * obstacle.weight <= known {
-                continue;
-            }
-            for (sphere, ((centre, part), extent)) in
-                centres.iter().zip(spheres).zip(&*extents).enumerate()
-            {
-                let known = worst.map_or(0.0, |worst| worst.harm);
-                if (extent - one.metres) * obstacle.weight <= known {
+            let reaches = |extent: f32, known: f32| (extent - one.metres) * obstacle.weight > known;
+            for block in 0..extents.widest.len() {
+                let harm = |worst: &Option<ObstacleHit>| worst.map_or(0.0, |worst| worst.harm);
+                if !reaches(extents.widest[block], harm(worst)) {
                     continue;
                 }
-                let metres = obstacle.distance(*centre, seconds) - part.radius;
-                let harm = -metres * obstacle.weight;
-                if harm > known {
-                    *worst = Some(ObstacleHit {
-                        harm,
-                        time: seconds,
-                        sphere,
-                    });
+                for sphere in extents.of_block(block, spheres.len()) {
+                    let known = harm(worst);
+                    if !reaches(extents.all[sphere], known) {
+                        continue;
+                    }
+                    let part = &spheres[sphere];
+                    let metres = obstacle.distance(part.centre(body.joints), seconds) - part.radius;
+                    let harm = -metres * obstacle.weight;
+                    if harm > known {
+                        *worst = Some(ObstacleHit {
+                            harm,
+                            time: seconds,
+                            sphere,
+                        });
+                    }
                 }
             }
         }

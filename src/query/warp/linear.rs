@@ -7,10 +7,14 @@ use glam::Vec3;
 
 use crate::anim::{Bend, Rig};
 
-/// Number of parameters of a [`Bend`]: spine, pelvis, four ends, and time.
-pub(super) const N: usize = 3 * GROUPS + 1;
-/// Number of vectors among them.
+/// Number of parameters of a [`Bend`], spine, pelvis, four ends, and time, padded to whole vectors. The padding is 0.
+pub(super) const N: usize = (TIME + 1).next_multiple_of(LANES);
+/// Position of the parameter of time.
+const TIME: usize = 3 * GROUPS;
+/// Number of vectors among the parameters.
 const GROUPS: usize = 2 + Rig::LIMBS;
+/// Number of products that are summed together.
+const LANES: usize = 8;
 
 /// Parameters of a bend as shares of their bounds, or derivatives with respect to them.
 pub(super) type Numbers = [f32; N];
@@ -79,7 +83,7 @@ impl Gradient {
         for (part, vector) in numbers.chunks_exact_mut(3).zip(vectors.chain(ends)) {
             part.copy_from_slice(&vector.to_array());
         }
-        numbers[N - 1] = self.ahead * scales.ahead;
+        numbers[TIME] = self.ahead * scales.ahead;
         numbers
     }
 }
@@ -91,35 +95,62 @@ pub(super) fn bend_of(numbers: &Numbers, scales: &Scales) -> Bend {
         spine: vector(0) * scales.spine,
         pelvis: vector(1) * scales.pelvis,
         ends: std::array::from_fn(|limb| vector(2 + limb) * scales.ends[limb]),
-        ahead: numbers[N - 1] * scales.ahead,
+        ahead: numbers[TIME] * scales.ahead,
     }
 }
 
 pub(super) fn dot(a: &Numbers, b: &Numbers) -> f32 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
+    let [a, b] = [a, b].map(|numbers| numbers.as_chunks::<LANES>().0);
+    let mut sums = [0.0; LANES];
+    for (a, b) in a.iter().zip(b) {
+        for lane in 0..LANES {
+            sums[lane] += a[lane] * b[lane];
+        }
+    }
+    let [a, b, c, d, e, f, g, h] = sums;
+    ((a + e) + (b + f)) + ((c + g) + (d + h))
+}
+
+/// The correction of a row so far, and the inverse of its slope's square.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Factor {
+    value: f32,
+    /// 0 for a row without a slope, which is left out.
+    inverse: f32,
+}
+
+impl Factor {
+    fn of(row: &Row) -> Self {
+        let squared = dot(&row.slope, &row.slope);
+        let inverse = if squared > 1e-12 { 1.0 / squared } else { 0.0 };
+        Self {
+            value: 0.0,
+            inverse,
+        }
+    }
 }
 
 /// The parameters with the smallest sum of squares for which each vector has a length of at most 1 and all rows are satisfied. If no
 /// parameters satisfy all rows, the result nearly satisfies them. `factors` is scratch.
-pub(super) fn least_numbers(rows: &[Row], factors: &mut Vec<f32>) -> Numbers {
+pub(super) fn least_numbers(rows: &[Row], factors: &mut Vec<Factor>) -> Numbers {
     /// Maximum number of iterations.
     const SWEEPS: usize = 60;
     const STILL: f32 = 1e-5;
     let mut numbers = [0.0; N];
     let mut beyond = [0.0; N];
     factors.clear();
-    factors.resize(rows.len(), 0.0);
+    factors.extend(rows.iter().map(Factor::of));
     for _ in 0..SWEEPS {
         let before = numbers;
         for (row, factor) in rows.iter().zip(factors.iter_mut()) {
-            let squared = dot(&row.slope, &row.slope);
-            if squared > 1e-12 {
-                let more = (row.least - dot(&row.slope, &numbers)) / squared;
-                let next = (*factor + more).max(0.0);
+            let more = (row.least - dot(&row.slope, &numbers)) * factor.inverse;
+            let next = (factor.value + more).max(0.0);
+            let change = next - factor.value;
+            if change != 0.0 {
                 for (number, slope) in numbers.iter_mut().zip(&row.slope) {
-                    *number += (next - *factor) * slope;
+                    *number += change * slope;
                 }
-                *factor = next;
+                factor.value = next;
             }
         }
         for (part, beyond) in numbers.chunks_mut(3).zip(beyond.chunks_mut(3)) {
@@ -162,7 +193,7 @@ mod tests {
     use proptest::prelude::*;
 
     fn numbers() -> impl Strategy<Value = Numbers> {
-        prop::array::uniform19(-1.0f32..1.0)
+        prop::array::uniform24(-1.0f32..1.0)
     }
 
     proptest! {

@@ -28,7 +28,7 @@ use case::{SAMPLES, Task, Wish};
 use check::{CheckScratch, MotionCheck};
 use contacts::{Contact, ContactSearch};
 use goal::Goal;
-use linear::{Linearization, N, Numbers, Row, bend_of, least_numbers, worst};
+use linear::{Factor, Linearization, N, Numbers, Row, bend_of, least_numbers, worst};
 use ticks::Tick;
 
 /// Solver of warps, with its scratch.
@@ -39,7 +39,7 @@ pub(crate) struct Warper {
     used: usize,
     contacts: Vec<Contact>,
     rows: Vec<Row>,
-    factors: Vec<f32>,
+    factors: Vec<Factor>,
     plain: Motion,
     check: CheckScratch,
 }
