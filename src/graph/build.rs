@@ -74,27 +74,46 @@ impl<'a> GraphBuilder<'a> {
     /// # Errors
     /// The clips, events or settings are invalid.
     pub fn new(source: ClipSource<'a>, settings: &'a GraphSettings) -> Result<Self, GraphError> {
+        Self::onto(source, settings, GraphRecord::default())
+    }
+
+    /// Like [`GraphBuilder::new`], but takes over the results of an earlier build, so that only those of other clips are computed. The
+    /// graph is the same.
+    ///
+    /// # Errors
+    /// The errors of [`GraphBuilder::new`].
+    pub fn onto(
+        source: ClipSource<'a>,
+        settings: &'a GraphSettings,
+        mut earlier: GraphRecord,
+    ) -> Result<Self, GraphError> {
         if source.clips.is_empty() {
             return Err(GraphError::NoClips);
         }
         let weights = settings.checked_weights(source.skeleton.len())?;
         check_joints(source)?;
         settings.check_size(source)?;
-        let clips = clips(source, settings)?;
+        let record = GraphRecord::new(source, settings);
+        let common = record.clips_of(&earlier);
+        let clips = clips(source, settings, |clip| earlier.take_clip(&common, clip))?;
         let events = events::in_frames(source, &clips, settings.frame_rate)?;
-        let clouds: Vec<PointCloud> = clips
-            .iter()
-            .map(|clip| PointCloud::new(source.skeleton, clip, &weights))
-            .collect();
+        let _span = tracing::trace_span!("bake: measure clips").entered();
         let window = settings.frames(settings.window);
-        let windows = clouds
-            .iter()
-            .map(|cloud| Windows::new(cloud, window))
-            .collect();
-        let feet = Feet::new(source.skeleton, &clips, &settings.feet);
+        let measured = in_parallel(settings.threads, clips.len(), |clip| {
+            let cloud = PointCloud::new(source.skeleton, &clips[clip], &weights);
+            let windows = Windows::new(&cloud, window);
+            (cloud, windows)
+        });
+        let (clouds, windows) = measured.into_iter().unzip();
+        let feet = Feet::new(source.skeleton, &clips, (&settings.feet, settings.threads));
         Ok(Self {
-            record: GraphRecord::new(source, settings),
-            known: Known::default(),
+            record,
+            known: Known {
+                minima: KnownMinima::new(common.clone(), earlier.bands),
+                darts: earlier.darts,
+                links: KnownLinks::new(common.clone(), earlier.links),
+                clips: common,
+            },
             source,
             settings,
             feet,
@@ -103,19 +122,6 @@ impl<'a> GraphBuilder<'a> {
             clouds,
             windows,
         })
-    }
-
-    /// Takes over the results of an earlier build, so that only those of other clips are computed. The graph is the same.
-    #[must_use]
-    pub fn onto(mut self, earlier: GraphRecord) -> Self {
-        let clips = self.record.clips_of(&earlier);
-        self.known = Known {
-            minima: KnownMinima::new(clips.clone(), earlier.bands),
-            darts: earlier.darts,
-            links: KnownLinks::new(clips.clone(), earlier.links),
-            clips,
-        };
-        self
     }
 
     /// The clips whose results are taken over.
@@ -217,6 +223,7 @@ impl<'a> GraphBuilder<'a> {
     ) -> Result<(MotionGraph, BuildReport, GraphRecord), GraphError> {
         let mut record = std::mem::take(&mut self.record);
         record.bands = found.take_bands();
+        record.compressed = self.clips.iter().cloned().map(Some).collect();
         let distances = found.distances();
         let mut transitions = found.finish()?;
         let by_clip = EventsByClip::new(&self.events, self.clips.len());
@@ -257,6 +264,7 @@ impl<'a> GraphBuilder<'a> {
             distances,
             darting: darting + links.darting,
             links,
+            threads: self.settings.threads,
         };
         let (graph, report) = self.assemble(&transitions, counts)?;
         Ok((graph, report, record))
@@ -326,17 +334,30 @@ impl<'a> GraphBuilder<'a> {
     }
 }
 
-/// The clips at the graph's frame rate, compressed if the settings say so.
-fn clips(source: ClipSource<'_>, settings: &GraphSettings) -> Result<Vec<Clip>, ClipError> {
+/// The clips at the graph's frame rate, compressed if the settings say so; those that are known are not compressed again.
+fn clips(
+    source: ClipSource<'_>,
+    settings: &GraphSettings,
+    mut known: impl FnMut(usize) -> Option<Clip>,
+) -> Result<Vec<Clip>, ClipError> {
     let _span = tracing::trace_span!("bake: compress clips").entered();
-    let clips = in_parallel(settings.threads, source.clips.len(), |index| {
-        let clip = source.clips[index].resampled(settings.frame_rate)?;
-        Ok(match &settings.compression {
-            Some(compression) => clip.compressed(source.skeleton, compression),
-            None => clip,
+    let mut known: Vec<Option<Clip>> = (0..source.clips.len()).map(&mut known).collect();
+    let made = in_parallel(settings.threads, known.len(), |index| {
+        let is_new = known[index].is_none();
+        is_new.then(|| {
+            let clip = source.clips[index].resampled(settings.frame_rate)?;
+            Ok::<_, ClipError>(match &settings.compression {
+                Some(compression) => clip.compressed(source.skeleton, compression),
+                None => clip,
+            })
         })
     });
-    clips.into_iter().collect()
+    for (known, made) in known.iter_mut().zip(made) {
+        if let Some(made) = made {
+            *known = Some(made?);
+        }
+    }
+    Ok(known.into_iter().flatten().collect())
 }
 
 fn check_joints(source: ClipSource<'_>) -> Result<(), GraphError> {

@@ -1,13 +1,14 @@
 use super::{Feet, FeetSettings, LegBlend, Plant, plan, plants::PlantSearch};
 use crate::anim::{Clip, Leg, Skeleton};
 use crate::graph::{GraphSettings, MotionGraph};
+use crate::math::in_parallel;
 
 impl Feet {
     /// Legs and plants of clips.
     pub(in crate::graph) fn new(
         skeleton: &Skeleton,
         clips: &[Clip],
-        settings: &FeetSettings,
+        (settings, threads): (&FeetSettings, usize),
     ) -> Self {
         let legs = Leg::all(skeleton);
         let search = PlantSearch {
@@ -15,10 +16,10 @@ impl Feet {
             legs: &legs,
             settings,
         };
-        let plants = clips.iter().flat_map(|clip| search.run(clip)).collect();
+        let plants = in_parallel(threads, clips.len(), |clip| search.run(&clips[clip]));
         Self {
             legs,
-            plants,
+            plants: plants.into_iter().flatten().collect(),
             ..Self::default()
         }
     }

@@ -1,12 +1,14 @@
 //! Chooses the links that let more moments reach an evasion, closest links first.
 
+use std::ops::RangeInclusive;
+
 use super::candidates::Candidate;
 use super::report::GoalReport;
 use super::search::LinkSearch;
 use super::settings::LinkGoal;
 use crate::anim::EventKind;
 use crate::graph::Transition;
-use crate::graph::waits::{Waits, within};
+use crate::graph::waits::{WaitChange, Waits, within};
 use crate::math::in_parallel;
 
 /// Number of passes over the goals. Later passes include moments that earlier links added to the
@@ -28,8 +30,9 @@ pub(super) fn choose(search: &mut LinkSearch<'_>) -> Vec<GoalReport> {
     }
     let goals = search.settings.goals.clone();
     let mut before = Vec::new();
+    let mut progress = GoalProgress::new(search, &evasions);
     for _ in 0..ROUNDS {
-        let Some(mut progress) = GoalProgress::new(search, &evasions) else {
+        let Some(progress) = &mut progress else {
             break;
         };
         if before.is_empty() {
@@ -42,15 +45,17 @@ pub(super) fn choose(search: &mut LinkSearch<'_>) -> Vec<GoalReport> {
         if search.links.len() == links {
             break;
         }
+        progress.count(search);
     }
-    let after = GoalProgress::new(search, &evasions);
     goals
         .iter()
         .enumerate()
         .map(|(index, goal)| GoalReport {
             goal: *goal,
             before: before.get(index).copied().unwrap_or(0.0),
-            reached: after.as_ref().map_or(0.0, |progress| progress.share(index)),
+            reached: progress
+                .as_ref()
+                .map_or(0.0, |progress| progress.share(index)),
         })
         .collect()
 }
@@ -65,12 +70,53 @@ struct GoalProgress {
     all: usize,
     least_gain: usize,
     goals: Vec<GoalState>,
-    /// For each [`BLOCK`] moments, whether the gain of a link may have changed that reads them.
-    changed: Vec<bool>,
+    changed: Changed,
 }
 
 /// Number of moments that are marked as changed together.
 const BLOCK: usize = 64;
+
+/// For each [`BLOCK`] moments, what has changed since all was cleared.
+#[derive(Default)]
+struct Changed {
+    blocks: usize,
+    /// Waits for each evasion, `[evasion][block]`.
+    waits: Vec<bool>,
+    /// Number of evasions that a goal counts.
+    counts: Vec<bool>,
+}
+
+impl Changed {
+    fn new(moments: usize, evasions: usize) -> Self {
+        let blocks = moments / BLOCK + 1;
+        Self {
+            blocks,
+            waits: vec![false; blocks * evasions],
+            counts: vec![false; blocks],
+        }
+    }
+
+    fn clear(&mut self) {
+        self.waits.fill(false);
+        self.counts.fill(false);
+    }
+
+    /// Marks the wait of a moment for an evasion.
+    fn mark(&mut self, evasion: usize, moment: u32) {
+        self.waits[evasion * self.blocks + moment as usize / BLOCK] = true;
+    }
+
+    fn has(&self, evasion: usize, moments: RangeInclusive<u32>) -> bool {
+        let first = evasion * self.blocks;
+        let blocks = *moments.start() as usize / BLOCK..=*moments.end() as usize / BLOCK;
+        blocks.into_iter().any(|block| self.waits[first + block])
+    }
+
+    fn has_counts(&self, moments: RangeInclusive<u32>) -> bool {
+        let blocks = *moments.start() as usize / BLOCK..=*moments.end() as usize / BLOCK;
+        self.counts[blocks].contains(&true)
+    }
+}
 
 struct GoalState {
     goal: LinkGoal,
@@ -88,10 +134,7 @@ impl GoalProgress {
         if evasions.is_empty() {
             return None;
         }
-        let mut counted = search.moments.component(&search.jumps)?;
-        for (moment, goes_on) in search.moments.goes_on().into_iter().enumerate() {
-            counted[moment] &= goes_on && counted[moment + 1];
-        }
+        let counted = counted(search)?;
         let frame_rate = search.source.settings.frame_rate;
         let goals: Vec<GoalState> = search
             .settings
@@ -100,7 +143,7 @@ impl GoalProgress {
             .map(|&goal| GoalState {
                 goal,
                 limit: within(goal.seconds, frame_rate),
-                evasions: vec![0; counted.len()],
+                evasions: Vec::new(),
                 met: 0,
             })
             .collect();
@@ -108,27 +151,43 @@ impl GoalProgress {
         let mut progress = Self {
             waits: Waits::new(&search.moments, &search.jumps, horizon),
             evasions: evasions.to_vec(),
-            all: counted.iter().filter(|&&counted| counted).count(),
+            all: 0,
             least_gain: ((search.settings.least_gain * frame_rate).round() as usize).max(1),
-            changed: vec![false; counted.len() / BLOCK + 1],
+            changed: Changed::new(counted.len(), evasions.len()),
             counted,
             goals,
         };
-        for goal in &mut progress.goals {
-            goal.met = if goal.goal.evasions == 0 {
-                progress.all
-            } else {
-                0
-            };
-        }
-        for &event in evasions {
-            let [start, _] = search.ends(&search.source.events[event]);
-            let (goals, counted) = (&mut progress.goals, &progress.counted);
-            progress.waits.add_goal(start, |moment, old, new| {
-                record(goals, counted, WaitChange { moment, old, new });
-            });
-        }
+        let starts: Vec<u32> = { evasions.iter() }
+            .map(|&event| search.ends(&search.source.events[event])[0])
+            .collect();
+        let threads = search.source.settings.threads;
+        progress.waits.add_goals(&starts, threads);
+        progress.count(search);
         Some(progress)
+    }
+
+    /// Counts anew after links have been added. The waits are known.
+    fn count(&mut self, search: &LinkSearch<'_>) {
+        if let Some(counted) = counted(search) {
+            self.counted = counted;
+        }
+        let (counted, waits, evasions) = (&self.counted, &self.waits, self.evasions.len());
+        self.all = counted.iter().filter(|&&counted| counted).count();
+        for goal in &mut self.goals {
+            let reached = |moment: usize| {
+                let soon = |&evasion: &usize| waits.is_below(evasion, moment + 1, goal.limit);
+                match counted[moment] {
+                    true => (0..evasions).filter(soon).count() as u16,
+                    false => 0,
+                }
+            };
+            goal.evasions = in_parallel(search.source.settings.threads, counted.len(), reached);
+            let wanted = goal.goal.evasions;
+            let met = counted.iter().zip(&goal.evasions);
+            let met =
+                met.filter(|(counted, reached)| **counted && usize::from(**reached) >= wanted);
+            goal.met = met.count();
+        }
     }
 
     /// Share of the counted moments that meet a goal.
@@ -136,15 +195,26 @@ impl GoalProgress {
         self.goals[goal].met as f64 / self.all.max(1) as f64
     }
 
-    /// Whether the gain of a candidate may have changed since [`GoalProgress::changed`] was cleared.
-    fn may_differ(&self, search: &LinkSearch<'_>, goal: usize, candidate: &Candidate) -> bool {
+    /// Whether a candidate that helped, or did not, may do otherwise now, since [`GoalProgress::changed`] was cleared.
+    ///
+    /// A gain grows only where the wait behind the link falls: waits before it that fall, and more evasions there, leave less to gain.
+    fn may_differ(
+        &self,
+        search: &LinkSearch<'_>,
+        (goal, helped): (usize, bool),
+        candidate: &Candidate,
+    ) -> bool {
+        let Some(evasion) = self.position(candidate.event) else {
+            return false;
+        };
         let jump = search.moments.jump(&candidate.link);
         let first = jump.from.saturating_sub(self.goals[goal].limit);
-        let before = first as usize / BLOCK..=jump.from as usize / BLOCK;
         // The first frame of a clip follows no other, and its changes are not reported.
         candidate.link.target_frame == 0
-            || self.changed[jump.to as usize / BLOCK]
-            || self.changed[before].contains(&true)
+            || self.changed.has(evasion, jump.to..=jump.to)
+            || helped
+                && (self.changed.has(evasion, first..=jump.from)
+                    || self.changed.has_counts(first..=jump.from))
     }
 
     /// Number of moments before a link that do not meet the goal and would reach the link's evasion
@@ -194,13 +264,13 @@ impl GoalProgress {
                 self.gain(search, goal, &batch[index]) >= self.least_gain
             });
             let tested = batch.iter().zip(&helps_now).filter(|(_, helps)| **helps);
-            self.changed.fill(false);
+            self.changed.clear();
             let links: Vec<Transition> = tested.map(|(candidate, _)| candidate.link).collect();
             let mut darts = search.darts(&links).into_iter();
             for (candidate, helped) in batch.iter().zip(helps_now) {
                 let known = if helped { darts.next() } else { None };
                 let gains = || self.gain(search, goal, candidate) >= self.least_gain;
-                let helps = match self.may_differ(search, goal, candidate) {
+                let helps = match self.may_differ(search, (goal, helped), candidate) {
                     true => gains(),
                     false => helped,
                 };
@@ -222,10 +292,11 @@ impl GoalProgress {
     fn take(&mut self, search: &LinkSearch<'_>, candidate: &Candidate) {
         let (goals, counted, changed) = (&mut self.goals, &self.counted, &mut self.changed);
         let jump = search.moments.jump(&candidate.link);
-        self.waits.add_jump(jump, |moment, old, new| {
-            changed[moment as usize / BLOCK] = true;
-            changed[(moment as usize).saturating_sub(1) / BLOCK] = true;
-            record(goals, counted, WaitChange { moment, old, new });
+        self.waits.add_jump(jump, |change| {
+            changed.mark(change.evasion, change.moment);
+            if let Some(before) = record(goals, counted, change) {
+                changed.counts[before / BLOCK] = true;
+            }
         });
     }
 
@@ -234,27 +305,29 @@ impl GoalProgress {
     }
 }
 
-/// A change of the wait for an evasion at a moment, in frames.
-#[derive(Clone, Copy)]
-struct WaitChange {
-    moment: u32,
-    old: u32,
-    new: u32,
+/// The moments of the graph that have a next frame in their clip.
+fn counted(search: &LinkSearch<'_>) -> Option<Vec<bool>> {
+    let mut counted = search.moments.component(&search.jumps)?;
+    for (moment, goes_on) in search.moments.goes_on().into_iter().enumerate() {
+        counted[moment] &= goes_on && counted[moment + 1];
+    }
+    Some(counted)
 }
 
-/// Updates the goals after the wait for an evasion at `moment` fell from `old` to `new` frames. The
-/// moment before it in the clip waits one frame longer.
-fn record(goals: &mut [GoalState], counted: &[bool], change: WaitChange) {
-    let WaitChange { moment, old, new } = change;
-    let Some(before) = (moment as usize).checked_sub(1).filter(|&b| counted[b]) else {
-        return;
-    };
+/// Updates the goals after a wait at a moment fell. The moment before it in the clip waits one frame longer: it is returned if a goal
+/// counts one evasion more there.
+fn record(goals: &mut [GoalState], counted: &[bool], change: WaitChange) -> Option<usize> {
+    let WaitChange { old, new, .. } = change;
+    let before = { (change.moment as usize).checked_sub(1) }.filter(|&before| counted[before])?;
+    let mut changed = None;
     for goal in goals {
         if new < goal.limit && old >= goal.limit {
             goal.evasions[before] += 1;
+            changed = Some(before);
             if usize::from(goal.evasions[before]) == goal.goal.evasions {
                 goal.met += 1;
             }
         }
     }
+    changed
 }

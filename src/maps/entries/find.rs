@@ -8,7 +8,9 @@ use super::layer_test::LayerTest;
 use super::layers::LayerSource;
 use super::limits::{DEPARTURES, MeasuredMotion, MotionLimits, head};
 use super::near_stances::NearStances;
-use super::record::{EarlierEntries, EntryRecord, KnownTests, PairTest, TestBasis, TestTable};
+use super::record::{
+    Beyond, EarlierEntries, EntryRecord, KnownTests, MomentTests, PairTest, TestBasis, TestTable,
+};
 use super::slack::Slack;
 use super::targets::{ClipFrame, ClipPlaces, natural, targets};
 use super::{BLENDS, EXIT_BLENDS, EntrySettings, EntryTable, KnownEntry, RATES, Stance};
@@ -41,7 +43,7 @@ impl EntryTable {
         }
         let earlier = earlier.with(settings);
         let places = ClipPlaces::new(graph);
-        let measured = MeasuredMotion::of(graph, threads);
+        let mut measured = MeasuredMotion::of(graph, threads);
         let limits = measured.limits(&settings.plausible);
         let targets = targets(graph, evasions, settings, &places);
         let step = settings.moment_step;
@@ -68,8 +70,10 @@ impl EntryTable {
             ..EntryRecord::default()
         };
         if let Some(earlier) = earlier {
-            entries.known = Some(earlier.known(&earlier.record.entries, entries.basis()));
-            exits.known = Some(earlier.known(&earlier.record.exits, exits.basis()));
+            let of_entries = earlier.known(&earlier.record.entries, entries.basis());
+            let of_exits = earlier.known(&earlier.record.exits, exits.basis());
+            entries.know(Some(of_entries));
+            exits.know(Some(of_exits));
             layers.known = Some(earlier.known(&earlier.record.layers, layers.basis(&entries)));
         }
         let search = MomentSearch {
@@ -142,7 +146,16 @@ struct MomentFound {
     exits: Vec<KnownEntry>,
     layers: Vec<KnownEntry>,
     /// The tests of entries, exits and layers.
-    tests: [Vec<PairTest>; 3],
+    tests: [MomentTests; 3],
+}
+
+impl MomentFound {
+    fn not_played() -> Self {
+        Self {
+            tests: [const { (Vec::new(), Beyond::NOT_PLAYED) }; 3],
+            ..Self::default()
+        }
+    }
 }
 
 impl MomentSearch<'_> {
@@ -170,21 +183,101 @@ impl MomentSearch<'_> {
     }
 
     fn at(&self, place: (usize, u32), scratch: &mut Scratch<'_>) -> MomentFound {
-        let Some(from) = self.entries.depart(place, &mut scratch.sampler) else {
-            return MomentFound::default();
+        let Some(before) = self.entries.playhead(place) else {
+            return MomentFound::not_played();
         };
-        let entries = { self.entries }.entries(&from, self.settings.most as usize, scratch);
-        let of_entries = std::mem::take(&mut scratch.tests);
-        let exits = self.exits.exits(&from, scratch);
-        let of_exits = std::mem::take(&mut scratch.tests);
-        let layers = self.entries.layers(&from, self.layers, scratch);
-        let of_layers = std::mem::take(&mut scratch.tests);
-        MomentFound {
-            entries,
-            exits,
-            layers,
-            tests: [of_entries, of_exits, of_layers],
+        let stays = scratch.sampler.stays_in_clip(before, LeftMotion::FRAMES);
+        let reused = stays.then(|| self.reused(place, before, scratch));
+        let [entries, exits, layers] = reused.unwrap_or_default();
+        let found = MomentFound {
+            entries: entries
+                .iter()
+                .flatten()
+                .filter_map(|it| it.entry())
+                .collect(),
+            exits: exits.iter().flatten().filter_map(|it| it.entry()).collect(),
+            layers: layers
+                .iter()
+                .flatten()
+                .filter_map(|it| it.entry())
+                .collect(),
+            tests: Default::default(),
+        };
+        if let [Some(entries), Some(exits), Some(layers)] = [&entries, &exits, &layers] {
+            let tests = [entries, exits, layers].map(|tests| (tests.clone(), Beyond::default()));
+            return MomentFound { tests, ..found };
         }
+        let from = self.entries.depart(place, before, &mut scratch.sampler);
+        self.search(&from, (found, [entries, exits, layers]), scratch)
+    }
+
+    /// What an earlier bake found at a moment that stays in its clip: the tests of entries and layers by target, those of exits in the order of
+    /// exits.
+    fn reused(
+        &self,
+        place: (usize, u32),
+        before: Playhead,
+        scratch: &mut Scratch<'_>,
+    ) -> [Option<Vec<PairTest>>; 3] {
+        let Self { entries, exits, .. } = self;
+        let at = (ClipId(place.0 as u32), place.1 / scratch.step);
+        let has_new = [entries, exits].iter().any(|finder| finder.has_new());
+        let stance = has_new.then(|| entries.stance(place));
+        let [of_entries, of_exits] = [entries, exits].map(|finder| {
+            let known = finder.known.as_ref()?;
+            let tests = known.all(at)?;
+            let is_near = stance
+                .as_ref()
+                .is_some_and(|at| finder.has_new_near(at, scratch));
+            (!is_near).then_some((tests, known))
+        });
+        let is_complete = |tests: &[PairTest], most: usize| {
+            tests.iter().filter(|test| test.how().is_some()).count() < most
+        };
+        let most = self.settings.most as usize;
+        let of_entries = of_entries
+            .filter(|(_, known)| known.has_departures(entries.limits))
+            .filter(|(tests, known)| known.has_same() || is_complete(tests, most))
+            .map(|(tests, _)| tests);
+        let of_exits = of_exits.filter(|(_, known)| known.has_all());
+        let of_exits = of_exits.map(|(mut tests, _)| {
+            tests.sort_by_key(|test| test.rank());
+            tests
+        });
+        let of_layers = self.layers.known.as_ref().and_then(|known| {
+            let is_known = known.has_same() && scratch.layers.stays_in_clip(before);
+            is_known.then(|| known.all(at))?
+        });
+        [of_entries, of_exits, of_layers]
+    }
+
+    /// Searches what is not reused.
+    fn search(
+        &self,
+        from: &Departed,
+        (mut found, reused): (MomentFound, [Option<Vec<PairTest>>; 3]),
+        scratch: &mut Scratch<'_>,
+    ) -> MomentFound {
+        let [entries, exits, layers] = reused;
+        let is_new = [&entries, &exits, &layers].map(Option::is_none);
+        let mut tests =
+            [entries, exits, layers].map(|tests| (tests.unwrap_or_default(), Beyond::default()));
+        if is_new[0] {
+            found.entries = self
+                .entries
+                .entries(from, self.settings.most as usize, scratch);
+            tests[0] = (std::mem::take(&mut scratch.tests), from.beyond);
+        }
+        if is_new[1] {
+            found.exits = self.exits.exits(from, scratch);
+            tests[1] = (std::mem::take(&mut scratch.tests), from.beyond);
+        }
+        if is_new[2] {
+            let beyond;
+            (found.layers, beyond) = self.entries.layers(from, self.layers, scratch);
+            tests[2] = (std::mem::take(&mut scratch.tests), beyond);
+        }
+        MomentFound { tests, ..found }
     }
 }
 
@@ -280,11 +373,15 @@ pub(super) struct Finder<'a> {
     facing: Facing,
     stances: Vec<Stance>,
     near: NearStances,
+    /// Those of the targets that an earlier bake did not have.
+    near_new: NearStances,
     /// Hips and head of each target after the last of [`DEPARTURES`].
     points: Vec<Points>,
     ways: Ways,
     /// The motion that starts at each target, by rate.
     entered: Vec<Vec<EnteredMotion>>,
+    /// What is played after the end of each target's clip.
+    beyond: Vec<Beyond>,
     /// The tests of an earlier bake.
     known: Option<KnownTests<'a>>,
 }
@@ -297,6 +394,8 @@ pub(super) struct Departed {
     /// The frame before it.
     pub(super) before: Playhead,
     left: LeftMotion,
+    /// What is played after the end of the clip.
+    pub(super) beyond: Beyond,
     stance: Stance,
     standing: Vec<bool>,
     ways: [Points; 2],
@@ -328,6 +427,14 @@ impl<'a> Finder<'a> {
             let entered = |&rate: &f32| sampler.entered(&targets[target], rate, frames);
             ways.rates.iter().map(entered).collect()
         });
+        let beyond = |entered: &Vec<EnteredMotion>| {
+            let frames = || entered.iter().flat_map(|motion| &motion.frames);
+            match entered.iter().all(|motion| motion.stays_in_clip) {
+                true => Beyond::default(),
+                false => Beyond::of(frames().map(|frame| &frame.pose)),
+            }
+        };
+        let beyond = entered.iter().map(beyond).collect();
         let after = f64::from(DEPARTURES[DEPARTURES.len() - 1]) * graph.frame_rate();
         let head = head(graph.skeleton());
         let facing = Facing::of(graph.skeleton());
@@ -348,10 +455,12 @@ impl<'a> Finder<'a> {
             head,
             facing,
             near: NearStances::new(&stances, legs, [ROOT_APART, FOOT_APART]),
+            near_new: NearStances::default(),
             stances,
             points: targets.iter().map(points).collect(),
             ways,
             entered,
+            beyond,
             targets,
             known: None,
         }
@@ -362,36 +471,92 @@ impl<'a> Finder<'a> {
         TestBasis {
             limits: self.limits,
             targets: &self.targets,
+            beyond: &self.beyond,
         }
+    }
+
+    /// The playhead at a frame of a clip; `None` if the graph does not play it.
+    pub(super) fn playhead(&self, (clip, frame): (usize, u32)) -> Option<Playhead> {
+        let (edge, edge_frame) = self.places.find(ClipId(clip as u32), frame)?;
+        Some(Playhead {
+            edge,
+            frame: edge_frame as f32,
+            clip_to_world: Rigid2::IDENTITY,
+        })
+    }
+
+    /// The frame after a frame of a clip.
+    fn next(&self, (clip, frame): (usize, u32)) -> Node {
+        let clip = ClipId(clip as u32);
+        let last = self.graph.clip(clip).frames() as u32 - 1;
+        Node {
+            clip,
+            frame: (frame + 1).min(last),
+        }
+    }
+
+    /// The stance one frame after a frame of a clip, and which feet stand.
+    fn stance(&self, place: (usize, u32)) -> (Stance, Vec<bool>) {
+        let (graph, at) = (self.graph, self.next(place));
+        let legs = graph.feet().legs().len().min(Stance::LEGS);
+        let standing = (0..legs).map(|leg| graph.feet().stands(at.clip, leg, at.frame));
+        let stance = Stance::of_frame(graph, self.facing, at);
+        (stance, standing.collect())
     }
 
     /// Samples what the tests need of the motion that is left one frame after a frame of a clip. It depends on no target.
     pub(super) fn depart(
         &self,
-        (clip, frame): (usize, u32),
+        place: (usize, u32),
+        before: Playhead,
         sampler: &mut FrameSampler<'_>,
-    ) -> Option<Departed> {
-        let (graph, clip) = (self.graph, ClipId(clip as u32));
-        let (edge, edge_frame) = self.places.find(clip, frame)?;
-        let before = Playhead {
-            edge,
-            frame: edge_frame as f32,
-            clip_to_world: Rigid2::IDENTITY,
-        };
-        let legs = graph.feet().legs().len().min(Stance::LEGS);
-        let now = frame + 1;
-        let at = now.min(graph.clip(clip).frames() as u32 - 1);
-        Some(Departed {
-            clip,
-            now,
+    ) -> Departed {
+        let (graph, frame) = (self.graph, place.1);
+        let at = self.next(place);
+        let (stance, standing) = self.stance(place);
+        let left = sampler.left(before);
+        Departed {
+            clip: at.clip,
+            now: frame + 1,
             before,
-            left: sampler.left(before),
-            stance: Stance::of_frame(graph, self.facing, Node { clip, frame: at }),
-            standing: (0..legs)
-                .map(|leg| graph.feet().stands(clip, leg, at))
-                .collect(),
-            ways: [frame, at].map(|frame| Points::of((graph, self.head), clip, frame)),
-        })
+            beyond: match left.stays_in_clip {
+                true => Beyond::default(),
+                false => Beyond::of(left.frames.iter().map(|frame| &frame.pose)),
+            },
+            left,
+            stance,
+            standing,
+            ways: [frame, at.frame].map(|frame| Points::of((graph, self.head), at.clip, frame)),
+        }
+    }
+
+    /// Takes over the tests of an earlier bake.
+    fn know(&mut self, known: Option<KnownTests<'a>>) {
+        let new = known.iter().flat_map(|known| &known.new);
+        let new: Vec<Stance> = new.map(|&target| self.stances[target]).collect();
+        let legs = self.graph.feet().legs().len().min(Stance::LEGS);
+        self.near_new = NearStances::new(&new, legs, [ROOT_APART, FOOT_APART]);
+        self.known = known;
+    }
+
+    /// Whether there are targets that an earlier bake did not have.
+    fn has_new(&self) -> bool {
+        self.known
+            .as_ref()
+            .is_some_and(|known| !known.new.is_empty())
+    }
+
+    /// Whether [`Finder::align`] may align one of the targets that an earlier bake did not have.
+    fn has_new_near(
+        &self,
+        (stance, standing): &(Stance, Vec<bool>),
+        scratch: &mut Scratch<'_>,
+    ) -> bool {
+        if !self.has_new() || self.near_new.is_empty() {
+            return self.has_new();
+        }
+        self.near_new.find(stance, standing, &mut scratch.near);
+        scratch.near.contains(&true)
     }
 
     /// Finds entries of a frame of a clip.
@@ -498,17 +663,13 @@ impl<'a> Finder<'a> {
         (target, aligned): (usize, Aligned),
         scratch: &mut Scratch<'_>,
     ) -> Option<(usize, usize)> {
-        let stays = |entered: &EnteredMotion| entered.stays_in_clip;
-        if !from.left.stays_in_clip || !self.entered[target].iter().all(stays) {
-            return self.tested(from, (target, aligned), &mut scratch.examiner);
-        }
-        let moment = (from.clip, (from.now - 1) / scratch.step);
+        let place = (from.clip, (from.now - 1) / scratch.step);
         let known = self.known.as_ref();
-        let known = known.and_then(|known| known.find(moment, target));
+        let known = known.and_then(|known| known.find((place, from.beyond), target));
         let test = known.unwrap_or_else(|| {
             scratch.examiner.slack = Slack::default();
             let how = self.tested(from, (target, aligned), &mut scratch.examiner);
-            PairTest::new(target, how, &scratch.examiner.slack)
+            PairTest::new(target, (how, aligned.pin), &scratch.examiner.slack)
         });
         scratch.tests.push(test);
         test.how()

@@ -1,7 +1,7 @@
 //! Search for the exits of all moments.
 
 use super::find::{Aligned, Departed, Finder, Scratch};
-use super::record::TestTable;
+use super::record::{Beyond, MomentTests, TestTable};
 use super::stretches::PlayedFrames;
 use super::{EntryTable, KnownEntry, MomentLists};
 use crate::graph::ClipId;
@@ -30,11 +30,16 @@ impl EntryTable {
                 places.extend(moments.map(place));
             }
         }
-        let found = in_parallel(threads, places.len(), |number| {
+        type Found = (Vec<KnownEntry>, MomentTests);
+        let found = in_parallel(threads, places.len(), |number| -> Found {
             let mut scratch = Scratch::new(graph, self.step);
-            let from = exits.depart(places[number].1, &mut scratch.sampler);
-            let found = from.map(|from| exits.exits(&from, &mut scratch));
-            (found.unwrap_or_default(), scratch.tests)
+            let place = places[number].1;
+            let Some(before) = exits.playhead(place) else {
+                return (Vec::new(), (Vec::new(), Beyond::NOT_PLAYED));
+            };
+            let from = exits.depart(place, before, &mut scratch.sampler);
+            let found = exits.exits(&from, &mut scratch);
+            (found, (scratch.tests, from.beyond))
         });
         let mut found = places
             .iter()
@@ -50,7 +55,7 @@ impl EntryTable {
                 }
                 None => {
                     lists.push(self.exits.lists.of(moment));
-                    table.push(Vec::new());
+                    table.push((Vec::new(), Beyond::NOT_PLAYED));
                 }
             }
         }
@@ -93,9 +98,13 @@ impl Finder<'_> {
                 continue;
             }
             let how = self.plausible(from, (target, aligned), scratch);
-            found.extend(
-                how.map(|(blend, _)| KnownEntry::new(target as u16, (blend, aligned.pin, 0))),
-            );
+            let Some((blend, _)) = how else {
+                continue;
+            };
+            if let Some(test) = scratch.tests.last_mut() {
+                test.set_rank(found.len());
+            }
+            found.push(KnownEntry::new(target as u16, (blend, aligned.pin, 0)));
         }
         found
     }
