@@ -8,7 +8,7 @@ use std::collections::BTreeSet;
 
 use super::component::largest_component;
 use super::distance::Windows;
-use super::feet::{Aligner, DartKey, DartTest, PlantedClips};
+use super::feet::{Aligner, DartKey, DartTest, FootPlanList, FootPlans, PlantedClips, sorted};
 use super::links::{self, KnownLinks, LinkSource};
 use super::record::{ClipMatch, GraphRecord, KnownMinima};
 use super::report::{BuildCounts, BuiltGraphs};
@@ -64,7 +64,7 @@ pub struct GraphBuilder<'a> {
 struct Known {
     clips: ClipMatch,
     minima: KnownMinima,
-    darts: Vec<(DartKey, bool)>,
+    darts: FootPlanList,
     links: KnownLinks,
 }
 
@@ -257,7 +257,7 @@ impl<'a> GraphBuilder<'a> {
                 links::add((source, &mut darts), &self.known.links, &mut transitions);
             links
         };
-        record.darts = darts.map_or_else(Vec::new, DartTest::into_results);
+        let plans = darts.map_or_else(FootPlans::default, DartTest::into_results);
         let counts = BuildCounts {
             transitions: under_threshold,
             window_pairs: self.bands().map(|band| band.pairs()).sum(),
@@ -266,7 +266,8 @@ impl<'a> GraphBuilder<'a> {
             links,
             threads: self.settings.threads,
         };
-        let (graph, report) = self.assemble(&transitions, counts)?;
+        let (graph, report) = self.assemble((&transitions, &plans), counts)?;
+        record.darts = sorted(plans);
         Ok((graph, report, record))
     }
 
@@ -299,7 +300,7 @@ impl<'a> GraphBuilder<'a> {
     /// Assembles the graph, keeps its largest component and reports what was left out.
     fn assemble(
         mut self,
-        transitions: &[Transition],
+        (transitions, plans): (&[Transition], &FootPlans),
         counts: BuildCounts,
     ) -> Result<(MotionGraph, BuildReport), GraphError> {
         let _span = tracing::trace_span!("bake: assemble the graph").entered();
@@ -310,6 +311,7 @@ impl<'a> GraphBuilder<'a> {
             events: std::mem::take(&mut self.events),
             aligner: self.aligner(),
             transitions,
+            plans,
             frame_rate: settings.frame_rate,
             threads: settings.threads,
         };
@@ -319,7 +321,7 @@ impl<'a> GraphBuilder<'a> {
             seconds: source.clips.iter().map(Clip::duration).sum(),
             threshold: settings.threshold,
         })?;
-        let graph = graph.with_feet(self.feet, settings);
+        let graph = graph.with_feet((self.feet, plans), settings);
         let graphs = BuiltGraphs {
             full: &full,
             kept: &graph,
@@ -401,6 +403,8 @@ struct Parts<'a> {
     events: Vec<GraphEvent>,
     aligner: Aligner<'a>,
     transitions: &'a [Transition],
+    /// How transitions move their feet, if that is known.
+    plans: &'a FootPlans,
     frame_rate: f64,
     threads: usize,
 }
@@ -474,12 +478,17 @@ impl Parts<'_> {
     }
 
     fn blend(&self, t: &Transition, nodes: &[Node]) -> Edge {
+        let known = self.plans.get(&DartKey::of(t));
+        let align = match known {
+            Some(Some(plan)) => plan.align,
+            _ => self.aligner.align(t),
+        };
         Edge {
             from: node_id(nodes, node(t.source_clip, t.source_frame)),
             to: node_id(nodes, node(t.target_clip, t.target_frame)),
             frames: t.frames as u32,
             motion: EdgeMotion::Transition {
-                align: self.aligner.align(t),
+                align,
                 distance: t.distance,
             },
             event: None,

@@ -47,13 +47,11 @@ impl MotionGraph {
         waits.add_goals(&starts, threads);
         let goes_on = moments.goes_on();
         let of_limit = |(&seconds, &limit): (&f64, &u32)| {
+            let below = waits.counts_below(limit, threads);
             // The moment before another one of its clip waits one frame longer.
-            let reached = |moment: usize| {
-                let soon = |&evasion: &usize| waits.is_below(evasion, moment + 1, limit);
-                match goes_on[moment] {
-                    true => (0..starts.len()).filter(soon).count(),
-                    false => 0,
-                }
+            let reached = |moment: usize| match goes_on[moment] {
+                true => usize::from(below[moment + 1]),
+                false => 0,
             };
             let counted = (0..played.len()).filter(|&moment| played[moment]);
             let mut counts: Vec<usize> = counted.map(reached).collect();

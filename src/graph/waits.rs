@@ -77,9 +77,22 @@ impl Waits {
         wait(self.frames[evasion][moment as usize])
     }
 
-    /// Whether the wait of a moment for an evasion is below a number of frames.
-    pub(super) fn is_below(&self, evasion: usize, moment: usize, frames: u32) -> bool {
-        wait(self.frames[evasion][moment]) < frames
+    /// For each moment, the number of evasions for which the wait is below a number of frames.
+    pub(super) fn counts_below(&self, frames: u32, threads: usize) -> Vec<u16> {
+        /// Number of moments whose waits are counted together.
+        const PART: usize = 4096;
+        let (moments, frames) = (self.follows.len(), frames.min(self.horizon + 1) as u16);
+        let parts = in_parallel(threads, moments.div_ceil(PART), |part| {
+            let own = part * PART..((part + 1) * PART).min(moments);
+            let mut counts = vec![0; own.len()];
+            for waits in &self.frames {
+                for (count, &wait) in counts.iter_mut().zip(&waits[own.clone()]) {
+                    *count += u16::from(wait < frames);
+                }
+            }
+            counts
+        });
+        parts.concat()
     }
 
     /// Adds evasions that start at some moments.

@@ -1,3 +1,4 @@
+use super::darts::FootPlans;
 use super::{Feet, FeetSettings, LegBlend, Plant, plan, plants::PlantSearch};
 use crate::anim::{Clip, Leg, Skeleton};
 use crate::graph::{GraphSettings, MotionGraph};
@@ -33,12 +34,16 @@ impl MotionGraph {
         &self.feet
     }
 
-    /// Takes the plants of `feet` and, if the settings ask for it, plans the feet of all transitions. This is the last step of
-    /// building a graph.
-    pub(in crate::graph) fn with_feet(mut self, feet: Feet, settings: &GraphSettings) -> Self {
+    /// Takes the plants of `feet` and, if the settings ask for it, plans the feet of all transitions whose plans are not known. This is the
+    /// last step of building a graph.
+    pub(in crate::graph) fn with_feet(
+        mut self,
+        (feet, plans): (Feet, &FootPlans),
+        settings: &GraphSettings,
+    ) -> Self {
         self.feet = feet;
         if settings.feet.keep && !self.feet.legs.is_empty() {
-            (self.feet.blends, self.feet.root_drops) = plan::all(&self, settings.threads);
+            (self.feet.blends, self.feet.root_drops) = plan::all(&self, (plans, settings.threads));
         }
         self
     }

@@ -8,6 +8,7 @@ use super::search::LinkSearch;
 use super::settings::LinkGoal;
 use crate::anim::EventKind;
 use crate::graph::Transition;
+use crate::graph::moments::Jump;
 use crate::graph::waits::{WaitChange, Waits, within};
 use crate::math::in_parallel;
 
@@ -23,12 +24,14 @@ pub(super) fn choose(search: &mut LinkSearch<'_>) -> Vec<GoalReport> {
             event.kind == EventKind::Evasion && event.first < event.last
         })
         .collect();
-    let mut candidates;
+    let candidates;
     {
         let _span = tracing::trace_span!("bake: find links").entered();
         (candidates, search.record) = search.candidates.find_known(&evasions, search.known);
     }
     let goals = search.settings.goals.clone();
+    let offers = Offer::all(search, &evasions, &candidates);
+    let mut left: Vec<u32> = (0..offers.len() as u32).collect();
     let mut before = Vec::new();
     let mut progress = GoalProgress::new(search, &evasions);
     for _ in 0..ROUNDS {
@@ -40,7 +43,7 @@ pub(super) fn choose(search: &mut LinkSearch<'_>) -> Vec<GoalReport> {
         }
         let links = search.links.len();
         for goal in 0..goals.len() {
-            candidates = progress.take_for(goal, search, candidates);
+            left = progress.take_for((goal, &offers), search, left);
         }
         if search.links.len() == links {
             break;
@@ -60,11 +63,38 @@ pub(super) fn choose(search: &mut LinkSearch<'_>) -> Vec<GoalReport> {
         .collect()
 }
 
+/// A possible link, in the order of their costs.
+struct Offer {
+    link: Transition,
+    jump: Jump,
+    /// Index of the evasion that it leads to.
+    evasion: u32,
+    /// First moment of the clip that it leaves.
+    clip_start: u32,
+    /// Whether it leads to the first frame of a clip.
+    is_to_start: bool,
+}
+
+impl Offer {
+    /// Those of the candidates that lead to an evasion.
+    fn all(search: &LinkSearch<'_>, evasions: &[usize], candidates: &[Candidate]) -> Vec<Self> {
+        let offer = |candidate: &Candidate| {
+            let link = candidate.link;
+            Some(Self {
+                jump: search.moments.jump(&link),
+                evasion: evasions.binary_search(&candidate.event).ok()? as u32,
+                clip_start: search.moments.of_clip(link.source_clip).start as u32,
+                is_to_start: link.target_frame == 0,
+                link,
+            })
+        };
+        candidates.iter().filter_map(offer).collect()
+    }
+}
+
 /// Progress of the goals, by moment.
 struct GoalProgress {
     waits: Waits,
-    /// Indices of the events that are evasions, in the order of `waits`.
-    evasions: Vec<usize>,
     /// Moments of the graph that have a next frame in their clip.
     counted: Vec<bool>,
     all: usize,
@@ -150,7 +180,6 @@ impl GoalProgress {
         let horizon = goals.iter().map(|goal| goal.limit).max().unwrap_or(0);
         let mut progress = Self {
             waits: Waits::new(&search.moments, &search.jumps, horizon),
-            evasions: evasions.to_vec(),
             all: 0,
             least_gain: ((search.settings.least_gain * frame_rate).round() as usize).max(1),
             changed: Changed::new(counted.len(), evasions.len()),
@@ -171,17 +200,16 @@ impl GoalProgress {
         if let Some(counted) = counted(search) {
             self.counted = counted;
         }
-        let (counted, waits, evasions) = (&self.counted, &self.waits, self.evasions.len());
+        let counted = &self.counted;
         self.all = counted.iter().filter(|&&counted| counted).count();
         for goal in &mut self.goals {
-            let reached = |moment: usize| {
-                let soon = |&evasion: &usize| waits.is_below(evasion, moment + 1, goal.limit);
-                match counted[moment] {
-                    true => (0..evasions).filter(soon).count() as u16,
-                    false => 0,
-                }
+            let threads = search.source.settings.threads;
+            let below = self.waits.counts_below(goal.limit, threads);
+            let reached = |moment: usize| match counted[moment] {
+                true => below[moment + 1],
+                false => 0,
             };
-            goal.evasions = in_parallel(search.source.settings.threads, counted.len(), reached);
+            goal.evasions = (0..counted.len()).map(reached).collect();
             let wanted = goal.goal.evasions;
             let met = counted.iter().zip(&goal.evasions);
             let met =
@@ -198,19 +226,11 @@ impl GoalProgress {
     /// Whether a candidate that helped, or did not, may do otherwise now, since [`GoalProgress::changed`] was cleared.
     ///
     /// A gain grows only where the wait behind the link falls: waits before it that fall, and more evasions there, leave less to gain.
-    fn may_differ(
-        &self,
-        search: &LinkSearch<'_>,
-        (goal, helped): (usize, bool),
-        candidate: &Candidate,
-    ) -> bool {
-        let Some(evasion) = self.position(candidate.event) else {
-            return false;
-        };
-        let jump = search.moments.jump(&candidate.link);
+    fn may_differ(&self, (goal, helped): (usize, bool), offer: &Offer) -> bool {
+        let (evasion, jump) = (offer.evasion as usize, offer.jump);
         let first = jump.from.saturating_sub(self.goals[goal].limit);
         // The first frame of a clip follows no other, and its changes are not reported.
-        candidate.link.target_frame == 0
+        offer.is_to_start
             || self.changed.has(evasion, jump.to..=jump.to)
             || helped
                 && (self.changed.has(evasion, first..=jump.from)
@@ -219,39 +239,34 @@ impl GoalProgress {
 
     /// Number of moments before a link that do not meet the goal and would reach the link's evasion
     /// in time.
-    fn gain(&self, search: &LinkSearch<'_>, goal: usize, candidate: &Candidate) -> usize {
-        let Some(evasion) = self.position(candidate.event) else {
-            return 0;
-        };
-        let goal = &self.goals[goal];
-        let jump = search.moments.jump(&candidate.link);
+    fn gain(&self, goal: usize, offer: &Offer) -> usize {
+        let (goal, evasion, jump) = (&self.goals[goal], offer.evasion as usize, offer.jump);
         let after_link = self.waits.of(evasion, jump.to).saturating_add(jump.frames);
-        let before = search.moments.of_clip(candidate.link.source_clip).start;
         let lacks = |moment: usize| {
             self.counted[moment]
                 && usize::from(goal.evasions[moment]) < goal.goal.evasions
                 && self.waits.of(evasion, moment as u32 + 1) >= goal.limit
         };
         // Walk back from the link to the first moment that is too early.
-        (before..jump.from as usize)
+        (offer.clip_start as usize..jump.from as usize)
             .rev()
             .zip(after_link + 1..=goal.limit)
             .filter(|&(moment, _)| lacks(moment))
             .count()
     }
 
-    /// Takes the candidates that help with a goal, one after the other, until it is reached, and returns those that do not.
+    /// Takes the links that help with a goal, one after the other, until it is reached, and returns those that do not.
     fn take_for(
         &mut self,
-        goal: usize,
+        (goal, offers): (usize, &[Offer]),
         search: &mut LinkSearch<'_>,
-        candidates: Vec<Candidate>,
-    ) -> Vec<Candidate> {
-        /// Number of candidates that are tested together, before those ahead of them are taken.
+        offered: Vec<u32>,
+    ) -> Vec<u32> {
+        /// Number of links that are tested together, before those ahead of them are taken.
         const BATCH: usize = 4096;
         let share = self.goals[goal].goal.share;
-        let mut left = Vec::with_capacity(candidates.len());
-        for batch in candidates.chunks(BATCH) {
+        let mut left = Vec::with_capacity(offered.len());
+        for batch in offered.chunks(BATCH) {
             let is_reached = |progress: &Self, search: &LinkSearch<'_>| {
                 progress.share(goal) >= share || search.links.len() >= search.most()
             };
@@ -261,47 +276,44 @@ impl GoalProgress {
             }
             // Most of those that help now will help when it is their turn.
             let helps_now = in_parallel(search.source.settings.threads, batch.len(), |index| {
-                self.gain(search, goal, &batch[index]) >= self.least_gain
+                self.gain(goal, &offers[batch[index] as usize]) >= self.least_gain
             });
             let tested = batch.iter().zip(&helps_now).filter(|(_, helps)| **helps);
             self.changed.clear();
-            let links: Vec<Transition> = tested.map(|(candidate, _)| candidate.link).collect();
+            let links: Vec<Transition> = tested
+                .map(|(&index, _)| offers[index as usize].link)
+                .collect();
             let mut darts = search.darts(&links).into_iter();
-            for (candidate, helped) in batch.iter().zip(helps_now) {
+            for (&index, helped) in batch.iter().zip(helps_now) {
+                let offer = &offers[index as usize];
                 let known = if helped { darts.next() } else { None };
-                let gains = || self.gain(search, goal, candidate) >= self.least_gain;
-                let helps = match self.may_differ(search, (goal, helped), candidate) {
-                    true => gains(),
+                let helps = match self.may_differ((goal, helped), offer) {
+                    true => self.gain(goal, offer) >= self.least_gain,
                     false => helped,
                 };
                 if !helps || is_reached(self, search) {
-                    left.push(*candidate);
+                    left.push(index);
                     continue;
                 }
-                let darts = known.unwrap_or_else(|| search.darts(&[candidate.link])[0]);
+                let darts = known.unwrap_or_else(|| search.darts(&[offer.link])[0]);
                 search.darting += usize::from(darts);
                 if !darts {
-                    self.take(search, candidate);
-                    search.take(candidate.link);
+                    self.take(offer.jump);
+                    search.take(offer.link);
                 }
             }
         }
         left
     }
 
-    fn take(&mut self, search: &LinkSearch<'_>, candidate: &Candidate) {
+    fn take(&mut self, jump: Jump) {
         let (goals, counted, changed) = (&mut self.goals, &self.counted, &mut self.changed);
-        let jump = search.moments.jump(&candidate.link);
         self.waits.add_jump(jump, |change| {
             changed.mark(change.evasion, change.moment);
             if let Some(before) = record(goals, counted, change) {
                 changed.counts[before / BLOCK] = true;
             }
         });
-    }
-
-    fn position(&self, event: usize) -> Option<usize> {
-        self.evasions.binary_search(&event).ok()
     }
 }
 

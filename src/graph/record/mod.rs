@@ -17,7 +17,7 @@ use serde::{Deserialize, Serialize};
 pub use clips::ClipMatch;
 
 use super::GraphSettings;
-use super::feet::DartKey;
+use super::feet::FootPlanList;
 use super::links::LinkRecord;
 use super::search::{MapBand, Minimum};
 use super::source::ClipSource;
@@ -41,8 +41,8 @@ pub struct GraphRecord {
     pub(super) compressed: Vec<Option<Clip>>,
     /// Bands with minima, in the order of the search.
     pub(super) bands: Vec<BandRecord>,
-    /// Transitions that were tested for darting feet, sorted, and whether a foot darts.
-    pub(super) darts: Vec<(DartKey, bool)>,
+    /// Transitions that were tested for darting feet, and how they move their feet.
+    pub(super) darts: FootPlanList,
     pub(super) links: LinkRecord,
 }
 
