@@ -152,7 +152,7 @@ struct MomentFound {
 impl MomentFound {
     fn not_played() -> Self {
         Self {
-            tests: [const { (Vec::new(), Beyond::NOT_PLAYED) }; 3],
+            tests: std::array::from_fn(|_| MomentTests::not_played()),
             ..Self::default()
         }
     }
@@ -162,7 +162,7 @@ impl MomentSearch<'_> {
     /// Searches all moments.
     fn all(&self, threads: usize) -> impl Iterator<Item = MomentFound> + use<> {
         /// Number of moments that share scratch.
-        const BATCH: usize = 16;
+        const BATCH: usize = 64;
         let (graph, step) = (self.entries.graph, self.settings.moment_step);
         let frames = graph.clips().iter().map(|clip| clip.frames() as u32);
         let moments: Vec<(usize, u32)> = { frames.enumerate() }
@@ -188,96 +188,96 @@ impl MomentSearch<'_> {
         };
         let stays = scratch.sampler.stays_in_clip(before, LeftMotion::FRAMES);
         let reused = stays.then(|| self.reused(place, before, scratch));
-        let [entries, exits, layers] = reused.unwrap_or_default();
-        let found = MomentFound {
-            entries: entries
-                .iter()
-                .flatten()
-                .filter_map(|it| it.entry())
-                .collect(),
-            exits: exits.iter().flatten().filter_map(|it| it.entry()).collect(),
-            layers: layers
-                .iter()
-                .flatten()
-                .filter_map(|it| it.entry())
-                .collect(),
-            tests: Default::default(),
-        };
-        if let [Some(entries), Some(exits), Some(layers)] = [&entries, &exits, &layers] {
-            let tests = [entries, exits, layers].map(|tests| (tests.clone(), Beyond::default()));
-            return MomentFound { tests, ..found };
+        match reused.unwrap_or_default() {
+            [Some(entries), Some(exits), Some(layers)] => MomentFound {
+                entries: entries.entries(),
+                exits: exits.exits(),
+                layers: layers.entries(),
+                tests: [entries, exits, layers],
+            },
+            reused => {
+                let from = self.entries.depart(place, before, &mut scratch.sampler);
+                self.search(&from, reused, scratch)
+            }
         }
-        let from = self.entries.depart(place, before, &mut scratch.sampler);
-        self.search(&from, (found, [entries, exits, layers]), scratch)
     }
 
-    /// What an earlier bake found at a moment that stays in its clip: the tests of entries and layers by target, those of exits in the order of
-    /// exits.
+    /// What an earlier bake found at a moment that stays in its clip.
     fn reused(
         &self,
         place: (usize, u32),
         before: Playhead,
         scratch: &mut Scratch<'_>,
-    ) -> [Option<Vec<PairTest>>; 3] {
+    ) -> [Option<MomentTests>; 3] {
         let Self { entries, exits, .. } = self;
         let at = (ClipId(place.0 as u32), place.1 / scratch.step);
         let has_new = [entries, exits].iter().any(|finder| finder.has_new());
-        let stance = has_new.then(|| entries.stance(place));
+        let from = has_new.then(|| entries.leaving(place));
         let [of_entries, of_exits] = [entries, exits].map(|finder| {
             let known = finder.known.as_ref()?;
             let tests = known.all(at)?;
-            let is_near = stance
-                .as_ref()
-                .is_some_and(|at| finder.has_new_near(at, scratch));
+            let (near, furthest) = (&mut scratch.near, tests.furthest);
+            let is_near =
+                { from.as_ref() }.is_some_and(|from| finder.has_new_near(from, furthest, near));
             (!is_near).then_some((tests, known))
         });
-        let is_complete = |tests: &[PairTest], most: usize| {
-            tests.iter().filter(|test| test.how().is_some()).count() < most
-        };
         let most = self.settings.most as usize;
         let of_entries = of_entries
             .filter(|(_, known)| known.has_departures(entries.limits))
-            .filter(|(tests, known)| known.has_same() || is_complete(tests, most))
-            .map(|(tests, _)| tests);
+            .filter(|(tests, known)| known.has_same() || tests.entries().len() < most);
         let of_exits = of_exits.filter(|(_, known)| known.has_all());
-        let of_exits = of_exits.map(|(mut tests, _)| {
-            tests.sort_by_key(|test| test.rank());
-            tests
-        });
         let of_layers = self.layers.known.as_ref().and_then(|known| {
             let is_known = known.has_same() && scratch.layers.stays_in_clip(before);
             is_known.then(|| known.all(at))?
         });
-        [of_entries, of_exits, of_layers]
+        let tests = |(tests, _)| tests;
+        [of_entries.map(tests), of_exits.map(tests), of_layers]
     }
 
     /// Searches what is not reused.
     fn search(
         &self,
         from: &Departed,
-        (mut found, reused): (MomentFound, [Option<Vec<PairTest>>; 3]),
+        [entries, exits, layers]: [Option<MomentTests>; 3],
         scratch: &mut Scratch<'_>,
     ) -> MomentFound {
-        let [entries, exits, layers] = reused;
-        let is_new = [&entries, &exits, &layers].map(Option::is_none);
-        let mut tests =
-            [entries, exits, layers].map(|tests| (tests.unwrap_or_default(), Beyond::default()));
-        if is_new[0] {
-            found.entries = self
-                .entries
-                .entries(from, self.settings.most as usize, scratch);
-            tests[0] = (std::mem::take(&mut scratch.tests), from.beyond);
+        let mut found = MomentFound::default();
+        let entries = match entries {
+            Some(tests) => {
+                found.entries = tests.entries();
+                tests
+            }
+            None => {
+                let most = self.settings.most as usize;
+                found.entries = self.entries.entries(from, most, scratch);
+                scratch.take_tests(from.beyond)
+            }
+        };
+        let exits = match exits {
+            Some(tests) => {
+                found.exits = tests.exits();
+                tests
+            }
+            None => {
+                found.exits = self.exits.exits(from, scratch);
+                scratch.take_tests(from.beyond)
+            }
+        };
+        let layers = match layers {
+            Some(tests) => {
+                found.layers = tests.entries();
+                tests
+            }
+            None => {
+                let beyond;
+                (found.layers, beyond) = self.entries.layers(from, self.layers, scratch);
+                scratch.take_tests(beyond)
+            }
+        };
+        MomentFound {
+            tests: [entries, exits, layers],
+            ..found
         }
-        if is_new[1] {
-            found.exits = self.exits.exits(from, scratch);
-            tests[1] = (std::mem::take(&mut scratch.tests), from.beyond);
-        }
-        if is_new[2] {
-            let beyond;
-            (found.layers, beyond) = self.entries.layers(from, self.layers, scratch);
-            tests[2] = (std::mem::take(&mut scratch.tests), beyond);
-        }
-        MomentFound { tests, ..found }
     }
 }
 
@@ -324,6 +324,8 @@ pub(super) struct Scratch<'a> {
     pub(super) step: u32,
     /// Tests that a later bake may take over.
     pub(super) tests: Vec<PairTest>,
+    /// Cost of the exit that was considered last, or infinite if all were.
+    pub(super) furthest: f32,
     /// Whether each target is near.
     pub(super) near: Vec<bool>,
 }
@@ -333,10 +335,22 @@ impl<'a> Scratch<'a> {
         Self {
             step,
             tests: Vec::new(),
+            furthest: f32::INFINITY,
             near: Vec::new(),
             sampler: FrameSampler::new(graph),
             examiner: Examiner::new(graph),
             layers: LayerTest::new(graph),
+        }
+    }
+}
+
+impl Scratch<'_> {
+    /// The tests of a moment that was searched.
+    pub(super) fn take_tests(&mut self, beyond: Beyond) -> MomentTests {
+        MomentTests {
+            tests: std::mem::take(&mut self.tests),
+            beyond,
+            furthest: std::mem::replace(&mut self.furthest, f32::INFINITY),
         }
     }
 }
@@ -388,14 +402,19 @@ pub(super) struct Finder<'a> {
 
 /// A frame of a clip that is left.
 pub(super) struct Departed {
-    pub(super) clip: ClipId,
-    /// The frame at which the cut is made.
-    pub(super) now: u32,
+    pub(super) at: Leaving,
     /// The frame before it.
     pub(super) before: Playhead,
     left: LeftMotion,
     /// What is played after the end of the clip.
     pub(super) beyond: Beyond,
+}
+
+/// The part of a frame that is left by which targets are aligned.
+pub(super) struct Leaving {
+    pub(super) clip: ClipId,
+    /// The frame at which the cut is made.
+    pub(super) now: u32,
     stance: Stance,
     standing: Vec<bool>,
     ways: [Points; 2],
@@ -485,23 +504,20 @@ impl<'a> Finder<'a> {
         })
     }
 
-    /// The frame after a frame of a clip.
-    fn next(&self, (clip, frame): (usize, u32)) -> Node {
-        let clip = ClipId(clip as u32);
-        let last = self.graph.clip(clip).frames() as u32 - 1;
-        Node {
-            clip,
-            frame: (frame + 1).min(last),
-        }
-    }
-
-    /// The stance one frame after a frame of a clip, and which feet stand.
-    fn stance(&self, place: (usize, u32)) -> (Stance, Vec<bool>) {
-        let (graph, at) = (self.graph, self.next(place));
+    /// The frame one after a frame of a clip.
+    fn leaving(&self, (clip, frame): (usize, u32)) -> Leaving {
+        let (graph, clip) = (self.graph, ClipId(clip as u32));
+        let now = frame + 1;
+        let at = now.min(graph.clip(clip).frames() as u32 - 1);
         let legs = graph.feet().legs().len().min(Stance::LEGS);
-        let standing = (0..legs).map(|leg| graph.feet().stands(at.clip, leg, at.frame));
-        let stance = Stance::of_frame(graph, self.facing, at);
-        (stance, standing.collect())
+        let standing = (0..legs).map(|leg| graph.feet().stands(clip, leg, at));
+        Leaving {
+            clip,
+            now,
+            stance: Stance::of_frame(graph, self.facing, Node { clip, frame: at }),
+            standing: standing.collect(),
+            ways: [frame, at].map(|frame| Points::of((graph, self.head), clip, frame)),
+        }
     }
 
     /// Samples what the tests need of the motion that is left one frame after a frame of a clip. It depends on no target.
@@ -511,22 +527,15 @@ impl<'a> Finder<'a> {
         before: Playhead,
         sampler: &mut FrameSampler<'_>,
     ) -> Departed {
-        let (graph, frame) = (self.graph, place.1);
-        let at = self.next(place);
-        let (stance, standing) = self.stance(place);
         let left = sampler.left(before);
         Departed {
-            clip: at.clip,
-            now: frame + 1,
+            at: self.leaving(place),
             before,
             beyond: match left.stays_in_clip {
                 true => Beyond::default(),
                 false => Beyond::of(left.frames.iter().map(|frame| &frame.pose)),
             },
             left,
-            stance,
-            standing,
-            ways: [frame, at.frame].map(|frame| Points::of((graph, self.head), at.clip, frame)),
         }
     }
 
@@ -546,17 +555,19 @@ impl<'a> Finder<'a> {
             .is_some_and(|known| !known.new.is_empty())
     }
 
-    /// Whether [`Finder::align`] may align one of the targets that an earlier bake did not have.
-    fn has_new_near(
-        &self,
-        (stance, standing): &(Stance, Vec<bool>),
-        scratch: &mut Scratch<'_>,
-    ) -> bool {
-        if !self.has_new() || self.near_new.is_empty() {
-            return self.has_new();
+    /// Whether a target that the earlier bake did not have can be aligned at no more than a cost.
+    fn has_new_near(&self, from: &Leaving, cost: f32, near: &mut Vec<bool>) -> bool {
+        let Some(known) = self.known.as_ref().filter(|_| self.has_new()) else {
+            return false;
+        };
+        near.clear();
+        near.resize(known.new.len(), true);
+        if !self.near_new.is_empty() {
+            self.near_new.find(&from.stance, &from.standing, near);
         }
-        self.near_new.find(stance, standing, &mut scratch.near);
-        scratch.near.contains(&true)
+        let near = known.new.iter().zip(near.iter()).filter(|(_, near)| **near);
+        let mut aligned = near.filter_map(|(&target, _)| self.align(from, target));
+        aligned.any(|aligned| aligned.cost <= cost)
     }
 
     /// Finds entries of a frame of a clip.
@@ -570,7 +581,7 @@ impl<'a> Finder<'a> {
             if !scratch.near[target] {
                 continue;
             }
-            let Some(aligned) = self.align(from, target) else {
+            let Some(aligned) = self.align(&from.at, target) else {
                 continue;
             };
             if !aligned.goes_on {
@@ -589,7 +600,7 @@ impl<'a> Finder<'a> {
     /// Writes for each target whether [`Finder::align`] may align it.
     pub(super) fn find_near(&self, from: &Departed, near: &mut Vec<bool>) {
         match self.near.is_empty() {
-            false => self.near.find(&from.stance, &from.standing, near),
+            false => self.near.find(&from.at.stance, &from.at.standing, near),
             // A body without feet.
             true => {
                 near.clear();
@@ -599,7 +610,7 @@ impl<'a> Finder<'a> {
     }
 
     /// Aligns a target, or returns `None` if it is where the motion goes anyway or too far away.
-    pub(super) fn align(&self, from: &Departed, target: usize) -> Option<Aligned> {
+    pub(super) fn align(&self, from: &Leaving, target: usize) -> Option<Aligned> {
         let at = &self.targets[target];
         let ahead = i64::from(at.frame) - i64::from(from.now);
         if at.clip == from.clip && ahead.abs() <= 3 {
@@ -663,7 +674,7 @@ impl<'a> Finder<'a> {
         (target, aligned): (usize, Aligned),
         scratch: &mut Scratch<'_>,
     ) -> Option<(usize, usize)> {
-        let place = (from.clip, (from.now - 1) / scratch.step);
+        let place = (from.at.clip, (from.at.now - 1) / scratch.step);
         let known = self.known.as_ref();
         let known = known.and_then(|known| known.find((place, from.beyond), target));
         let test = known.unwrap_or_else(|| {
@@ -688,7 +699,7 @@ impl<'a> Finder<'a> {
             left: &from.left,
             entered: &entered[rate],
             align: aligned.align,
-            stands: from.standing.contains(&true),
+            stands: from.at.standing.contains(&true),
             toe_slows: self.toe_slows,
         };
         let mut test = examiner.cut(cut(0));

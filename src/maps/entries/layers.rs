@@ -125,12 +125,12 @@ impl Finder<'_> {
             let made = base.insert(test.base(from.before, &source.limits));
             beyond = made.checksums();
         }
-        let place = (from.clip, (from.now - 1) / scratch.step);
+        let place = (from.at.clip, (from.at.now - 1) / scratch.step);
         for target in spread(source.targets.len()) {
             if found.len() == MOST {
                 break;
             }
-            let is_own = self.targets[target].clip == from.clip;
+            let is_own = self.targets[target].clip == from.at.clip;
             let evasion = usize::from(source.targets[target].evasion);
             if is_own || !source.layerable[evasion] {
                 continue;

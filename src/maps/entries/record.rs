@@ -43,6 +43,8 @@ pub(super) struct TestTable {
     targets: Vec<TargetKey>,
     /// For each moment, what is played after the end of its clip.
     beyond: Vec<Beyond>,
+    /// For each moment, the cost beyond which targets were not considered.
+    furthest: Vec<f32>,
     /// For each moment, the end of its tests.
     ends: Vec<u32>,
     /// Tests of each moment, sorted by target.
@@ -141,11 +143,12 @@ impl TestTable {
     }
 
     /// Appends the tests of the next moment.
-    pub(super) fn push(&mut self, (mut tests, beyond): MomentTests) {
-        tests.sort_unstable();
-        self.tests.extend_from_slice(&tests);
+    pub(super) fn push(&mut self, mut found: MomentTests) {
+        found.tests.sort_unstable();
+        self.tests.append(&mut found.tests);
         self.ends.push(self.tests.len() as u32);
-        self.beyond.push(beyond);
+        self.beyond.push(found.beyond);
+        self.furthest.push(found.furthest);
     }
 
     fn of(&self, moment: usize) -> &[PairTest] {
@@ -158,8 +161,38 @@ impl TestTable {
     }
 }
 
-/// The tests of a moment, and what is played after the end of its clip.
-pub(super) type MomentTests = (Vec<PairTest>, Beyond);
+/// The tests of a moment.
+#[derive(Clone, Debug, Default)]
+pub(super) struct MomentTests {
+    pub(super) tests: Vec<PairTest>,
+    /// What is played after the end of the clip.
+    pub(super) beyond: Beyond,
+    /// Targets beyond this cost were not considered.
+    pub(super) furthest: f32,
+}
+
+impl MomentTests {
+    /// Those of a moment that the graph does not play.
+    pub(super) fn not_played() -> Self {
+        Self {
+            beyond: Beyond::NOT_PLAYED,
+            ..Self::default()
+        }
+    }
+
+    /// The entries or layers that they allow.
+    pub(super) fn entries(&self) -> Vec<KnownEntry> {
+        self.tests.iter().filter_map(|test| test.entry()).collect()
+    }
+
+    /// The exits that they allow, by rank.
+    pub(super) fn exits(&self) -> Vec<KnownEntry> {
+        let found = self.tests.iter().filter(|test| test.how().is_some());
+        let mut found: Vec<&PairTest> = found.collect();
+        found.sort_by_key(|test| test.rank());
+        found.into_iter().filter_map(|test| test.entry()).collect()
+    }
+}
 
 /// The tests of one kind that an earlier bake made.
 pub(super) struct KnownTests<'a> {
@@ -294,13 +327,18 @@ impl KnownTests<'_> {
     }
 
     /// All tests of a moment that stays in its clip; `None` if one of them is not known.
-    pub(super) fn all(&self, place: (ClipId, u32)) -> Option<Vec<PairTest>> {
-        let tests = self.of(place, Beyond::default())?.iter();
+    pub(super) fn all(&self, (clip, moment): (ClipId, u32)) -> Option<MomentTests> {
+        let tests = self.of((clip, moment), Beyond::default())?.iter();
         let test = |test: &PairTest| {
             let target = self.now[usize::from(test.target)]?;
             let suffices = self.needed.suffices(test.slack);
             suffices.then_some(PairTest { target, ..*test })
         };
-        tests.map(test).collect()
+        let first = self.first_moment[clip.index()]?;
+        Some(MomentTests {
+            tests: tests.map(test).collect::<Option<_>>()?,
+            beyond: Beyond::default(),
+            furthest: *self.table.furthest.get((first + moment) as usize)?,
+        })
     }
 }
