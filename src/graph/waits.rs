@@ -247,6 +247,14 @@ mod tests {
                     (0..moments.len() as u32).map(|moment| waits.of(evasion, moment)).collect();
                 prop_assert_eq!(found, expected);
             }
+            for limit in 0..horizon + 3 {
+                let below = |moment: u32| {
+                    let reached = |evasion: &usize| waits.of(*evasion, moment) < limit;
+                    (0..starts.len()).filter(reached).count() as u16
+                };
+                let expected: Vec<u16> = (0..moments.len() as u32).map(below).collect();
+                prop_assert_eq!(waits.counts_below(limit, 2), expected);
+            }
         }
     }
 }

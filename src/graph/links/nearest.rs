@@ -251,7 +251,8 @@ mod tests {
     use crate::graph::feet::Aligner;
     use crate::graph::links::lengths::Lengths;
     use crate::graph::links::source::LinkSource;
-    use crate::graph::{ClipId, GraphEvent, GraphSettings, LinkSettings, PointCloud};
+    use crate::graph::record::GraphRecord;
+    use crate::graph::{ClipId, ClipSource, GraphEvent, GraphSettings, LinkSettings, PointCloud};
     use glam::{Quat, Vec3};
 
     const CLIPS: u32 = 5;
@@ -372,5 +373,76 @@ mod tests {
             }
         }
         assert!(lengths.len() > 1, "no range is short: {lengths:?}");
+    }
+
+    #[test]
+    fn links_of_an_earlier_search_are_taken_over() {
+        let skeleton = skeleton();
+        let clips: Vec<Clip> = (0..CLIPS).map(|seed| clip(&skeleton, seed)).collect();
+        let clouds: Vec<PointCloud> = { clips.iter() }
+            .map(|clip| PointCloud::new(&skeleton, clip, &[1.0; 4]))
+            .collect();
+        let settings = GraphSettings::default();
+        let lengths = Lengths::new(&settings, &LinkSettings::default());
+        let windows: Vec<Windows> = { clouds.iter() }
+            .map(|cloud| Windows::new(cloud, lengths.window))
+            .collect();
+        let events = events();
+        let source = LinkSource {
+            clips: &clips,
+            aligner: Aligner {
+                clouds: &clouds,
+                feet: None,
+            },
+            windows: &windows,
+            events: &events,
+            settings: &settings,
+        };
+        let candidates = Candidates::new(source, lengths);
+        let input = ClipSource {
+            skeleton: &skeleton,
+            clips: &clips,
+            events: &[],
+        };
+        let same = GraphRecord::new(input, &settings);
+        let same = same.clips_of(&same);
+        let all: Vec<usize> = (0..events.len()).collect();
+        let find = |joins: Joins, allowed: &[bool], most: usize| {
+            let mut nearest = NearestLinks::new(joins);
+            nearest.joins.begin(&candidates, allowed);
+            let same = nearest.joins.is_same.iter().filter(|same| **same).count();
+            let found = [Side::Before, Side::After].map(|side| {
+                let wanted = Wanted {
+                    events: &all,
+                    side,
+                    allowed,
+                    most,
+                };
+                let found = nearest.find(&candidates, wanted);
+                let key = |it: &Candidate| (it.link, it.event, it.cost.to_bits());
+                found.iter().flatten().map(key).collect::<Vec<_>>()
+            });
+            (found, nearest.joins.record, same)
+        };
+        let allowed = |moment: u32, changed: u32| match moment / FRAMES == changed {
+            true => moment % 5 != 1,
+            false => moment % 7 != 3,
+        };
+        let allowed = |changed: u32| -> Vec<bool> {
+            (0..CLIPS * FRAMES)
+                .map(|moment| allowed(moment, changed))
+                .collect()
+        };
+        for most in [1, 3, 16, 1000] {
+            let (_, record, _) = find(Joins::default(), &allowed(CLIPS), most);
+            for changed in 0..=CLIPS {
+                let (expected, _, none) = find(Joins::default(), &allowed(changed), most);
+                let onto = Joins::onto(&same, &record);
+                let (found, _, kept) = find(onto, &allowed(changed), most);
+                assert!(found == expected, "{most} links, clip {changed} changes");
+                let others = CLIPS as usize - usize::from(changed < CLIPS);
+                assert_eq!([none, kept], [0, others]);
+            }
+        }
     }
 }

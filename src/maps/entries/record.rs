@@ -342,3 +342,23 @@ impl KnownTests<'_> {
         })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_test_holds_the_entry_that_it_allows() {
+        let slack = Slack::default();
+        for (blend, rate, pin, rank) in [(0, 0, None, 0), (3, 0, Some(3), 2), (2, 2, Some(0), 1)] {
+            let mut test = PairTest::new(7, (Some((blend, rate)), pin), &slack);
+            test.set_rank(rank);
+            assert_eq!(test.how(), Some((blend, rate)));
+            assert_eq!(usize::from(test.rank()), rank);
+            let entry = KnownEntry::new(7, (blend, pin, rate));
+            assert_eq!(test.entry(), Some(entry));
+        }
+        let test = PairTest::new(7, (None, Some(1)), &slack);
+        assert_eq!((test.how(), test.entry(), test.rank()), (None, None, 0));
+    }
+}
