@@ -7,6 +7,7 @@ use super::frames::{EnteredMotion, FrameSampler, LeftMotion};
 use super::layer_test::LayerTest;
 use super::layers::LayerSource;
 use super::limits::{DEPARTURES, MeasuredMotion, MotionLimits, head};
+use super::moment_search::MomentSearch;
 use super::near_stances::NearStances;
 use super::record::{
     Beyond, EarlierEntries, EntryRecord, KnownTests, MomentTests, PairTest, TestBasis, TestTable,
@@ -131,156 +132,6 @@ pub(crate) struct EntrySearch<'a> {
     pub(crate) earlier: &'a EarlierEntries,
 }
 
-/// The search at each moment.
-struct MomentSearch<'a> {
-    entries: &'a Finder<'a>,
-    exits: &'a Finder<'a>,
-    layers: &'a LayerSource<'a>,
-    settings: &'a EntrySettings,
-}
-
-/// What was found at a moment.
-#[derive(Default)]
-struct MomentFound {
-    entries: Vec<KnownEntry>,
-    exits: Vec<KnownEntry>,
-    layers: Vec<KnownEntry>,
-    /// The tests of entries, exits and layers.
-    tests: [MomentTests; 3],
-}
-
-impl MomentFound {
-    fn not_played() -> Self {
-        Self {
-            tests: std::array::from_fn(|_| MomentTests::not_played()),
-            ..Self::default()
-        }
-    }
-}
-
-impl MomentSearch<'_> {
-    /// Searches all moments.
-    fn all(&self, threads: usize) -> impl Iterator<Item = MomentFound> + use<> {
-        /// Number of moments that share scratch.
-        const BATCH: usize = 64;
-        let (graph, step) = (self.entries.graph, self.settings.moment_step);
-        let frames = graph.clips().iter().map(|clip| clip.frames() as u32);
-        let moments: Vec<(usize, u32)> = { frames.enumerate() }
-            .flat_map(|(clip, frames)| {
-                (0..frames)
-                    .step_by(step as usize)
-                    .map(move |frame| (clip, frame))
-            })
-            .collect();
-        let found = in_parallel(threads, moments.len().div_ceil(BATCH), |batch| {
-            let mut scratch = Scratch::new(graph, step);
-            let end = ((batch + 1) * BATCH).min(moments.len());
-            let own = moments[batch * BATCH..end].iter();
-            own.map(|&place| self.at(place, &mut scratch))
-                .collect::<Vec<_>>()
-        });
-        found.into_iter().flatten()
-    }
-
-    fn at(&self, place: (usize, u32), scratch: &mut Scratch<'_>) -> MomentFound {
-        let Some(before) = self.entries.playhead(place) else {
-            return MomentFound::not_played();
-        };
-        let stays = scratch.sampler.stays_in_clip(before, LeftMotion::FRAMES);
-        let reused = stays.then(|| self.reused(place, before, scratch));
-        match reused.unwrap_or_default() {
-            [Some(entries), Some(exits), Some(layers)] => MomentFound {
-                entries: entries.entries(),
-                exits: exits.exits(),
-                layers: layers.entries(),
-                tests: [entries, exits, layers],
-            },
-            reused => {
-                let from = self.entries.depart(place, before, &mut scratch.sampler);
-                self.search(&from, reused, scratch)
-            }
-        }
-    }
-
-    /// What an earlier bake found at a moment that stays in its clip.
-    fn reused(
-        &self,
-        place: (usize, u32),
-        before: Playhead,
-        scratch: &mut Scratch<'_>,
-    ) -> [Option<MomentTests>; 3] {
-        let Self { entries, exits, .. } = self;
-        let at = (ClipId(place.0 as u32), place.1 / scratch.step);
-        let has_new = [entries, exits].iter().any(|finder| finder.has_new());
-        let from = has_new.then(|| entries.leaving(place));
-        let [of_entries, of_exits] = [entries, exits].map(|finder| {
-            let known = finder.known.as_ref()?;
-            let tests = known.all(at)?;
-            let (near, furthest) = (&mut scratch.near, tests.furthest);
-            let is_near =
-                { from.as_ref() }.is_some_and(|from| finder.has_new_near(from, furthest, near));
-            (!is_near).then_some((tests, known))
-        });
-        let most = self.settings.most as usize;
-        let of_entries = of_entries
-            .filter(|(_, known)| known.has_departures(entries.limits))
-            .filter(|(tests, known)| known.has_same() || tests.entries().len() < most);
-        let of_exits = of_exits.filter(|(_, known)| known.has_all());
-        let of_layers = self.layers.known.as_ref().and_then(|known| {
-            let is_known = known.has_same() && scratch.layers.stays_in_clip(before);
-            is_known.then(|| known.all(at))?
-        });
-        let tests = |(tests, _)| tests;
-        [of_entries.map(tests), of_exits.map(tests), of_layers]
-    }
-
-    /// Searches what is not reused.
-    fn search(
-        &self,
-        from: &Departed,
-        [entries, exits, layers]: [Option<MomentTests>; 3],
-        scratch: &mut Scratch<'_>,
-    ) -> MomentFound {
-        let mut found = MomentFound::default();
-        let entries = match entries {
-            Some(tests) => {
-                found.entries = tests.entries();
-                tests
-            }
-            None => {
-                let most = self.settings.most as usize;
-                found.entries = self.entries.entries(from, most, scratch);
-                scratch.take_tests(from.beyond)
-            }
-        };
-        let exits = match exits {
-            Some(tests) => {
-                found.exits = tests.exits();
-                tests
-            }
-            None => {
-                found.exits = self.exits.exits(from, scratch);
-                scratch.take_tests(from.beyond)
-            }
-        };
-        let layers = match layers {
-            Some(tests) => {
-                found.layers = tests.entries();
-                tests
-            }
-            None => {
-                let beyond;
-                (found.layers, beyond) = self.entries.layers(from, self.layers, scratch);
-                scratch.take_tests(beyond)
-            }
-        };
-        MomentFound {
-            tests: [entries, exits, layers],
-            ..found
-        }
-    }
-}
-
 /// A permutation of the numbers below `count` in which each prefix is spread evenly.
 pub(super) fn spread(count: usize) -> impl Iterator<Item = usize> {
     let is_coprime = |step: &usize| {
@@ -397,7 +248,7 @@ pub(super) struct Finder<'a> {
     /// What is played after the end of each target's clip.
     beyond: Vec<Beyond>,
     /// The tests of an earlier bake.
-    known: Option<KnownTests<'a>>,
+    pub(super) known: Option<KnownTests<'a>>,
 }
 
 /// A frame of a clip that is left.
@@ -505,7 +356,7 @@ impl<'a> Finder<'a> {
     }
 
     /// The frame one after a frame of a clip.
-    fn leaving(&self, (clip, frame): (usize, u32)) -> Leaving {
+    pub(super) fn leaving(&self, (clip, frame): (usize, u32)) -> Leaving {
         let (graph, clip) = (self.graph, ClipId(clip as u32));
         let now = frame + 1;
         let at = now.min(graph.clip(clip).frames() as u32 - 1);
@@ -549,14 +400,14 @@ impl<'a> Finder<'a> {
     }
 
     /// Whether there are targets that an earlier bake did not have.
-    fn has_new(&self) -> bool {
+    pub(super) fn has_new(&self) -> bool {
         self.known
             .as_ref()
             .is_some_and(|known| !known.new.is_empty())
     }
 
     /// Whether a target that the earlier bake did not have can be aligned at no more than a cost.
-    fn has_new_near(&self, from: &Leaving, cost: f32, near: &mut Vec<bool>) -> bool {
+    pub(super) fn has_new_near(&self, from: &Leaving, cost: f32, near: &mut Vec<bool>) -> bool {
         let Some(known) = self.known.as_ref().filter(|_| self.has_new()) else {
             return false;
         };
@@ -571,7 +422,12 @@ impl<'a> Finder<'a> {
     }
 
     /// Finds entries of a frame of a clip.
-    fn entries(&self, from: &Departed, most: usize, scratch: &mut Scratch<'_>) -> Vec<KnownEntry> {
+    pub(super) fn entries(
+        &self,
+        from: &Departed,
+        most: usize,
+        scratch: &mut Scratch<'_>,
+    ) -> Vec<KnownEntry> {
         let mut found = Vec::new();
         self.find_near(from, &mut scratch.near);
         for target in spread(self.targets.len()) {

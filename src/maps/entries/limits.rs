@@ -14,7 +14,7 @@ use crate::anim::{Clip, JointId, JointTransform, Pose, Skeleton, forward_kinemat
 use crate::graph::MotionGraph;
 use crate::math::in_parallel;
 
-/// Percentiles and bounds that define plausible motion.
+/// Percentiles and bounds that define plausible motion. Percentiles are rounded to 16 steps between a power of two and the next.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PlausibilitySettings {
     /// Percentile of each joint's angular velocity and acceleration, and of the toes' speed. Default 99.9.
