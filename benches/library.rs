@@ -194,9 +194,7 @@ fn onto(set: &ClipSet, minutes: f64) {
             ..GraphSettings::default()
         };
         let started = Instant::now();
-        let builder = GraphBuilder::new(source, &settings)
-            .unwrap()
-            .onto(earlier.0);
+        let builder = GraphBuilder::onto(source, &settings, earlier.0).unwrap();
         let clips = builder.clips_taken_over().clone();
         let found = { builder.find_transitions(|_| Ok::<_, sabaki::graph::GraphError>(())) };
         let (graph, _, of_graph) = builder.build_recorded(found.unwrap()).unwrap();

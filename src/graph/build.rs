@@ -8,7 +8,7 @@ use std::collections::BTreeSet;
 
 use super::component::largest_component;
 use super::distance::Windows;
-use super::feet::{Aligner, DartKey, DartTest, PlantedClips};
+use super::feet::{Aligner, DartKey, DartTest, FootPlanList, FootPlans, PlantedClips, sorted};
 use super::links::{self, KnownLinks, LinkSource};
 use super::record::{ClipMatch, GraphRecord, KnownMinima};
 use super::report::{BuildCounts, BuiltGraphs};
@@ -64,7 +64,7 @@ pub struct GraphBuilder<'a> {
 struct Known {
     clips: ClipMatch,
     minima: KnownMinima,
-    darts: Vec<(DartKey, bool)>,
+    darts: FootPlanList,
     links: KnownLinks,
 }
 
@@ -74,27 +74,46 @@ impl<'a> GraphBuilder<'a> {
     /// # Errors
     /// The clips, events or settings are invalid.
     pub fn new(source: ClipSource<'a>, settings: &'a GraphSettings) -> Result<Self, GraphError> {
+        Self::onto(source, settings, GraphRecord::default())
+    }
+
+    /// Like [`GraphBuilder::new`], but takes over the results of an earlier build, so that only those of other clips are computed. The
+    /// graph is the same.
+    ///
+    /// # Errors
+    /// The errors of [`GraphBuilder::new`].
+    pub fn onto(
+        source: ClipSource<'a>,
+        settings: &'a GraphSettings,
+        mut earlier: GraphRecord,
+    ) -> Result<Self, GraphError> {
         if source.clips.is_empty() {
             return Err(GraphError::NoClips);
         }
         let weights = settings.checked_weights(source.skeleton.len())?;
         check_joints(source)?;
         settings.check_size(source)?;
-        let clips = clips(source, settings)?;
+        let record = GraphRecord::new(source, settings);
+        let common = record.clips_of(&earlier);
+        let clips = clips(source, settings, |clip| earlier.take_clip(&common, clip))?;
         let events = events::in_frames(source, &clips, settings.frame_rate)?;
-        let clouds: Vec<PointCloud> = clips
-            .iter()
-            .map(|clip| PointCloud::new(source.skeleton, clip, &weights))
-            .collect();
+        let _span = tracing::trace_span!("bake: measure clips").entered();
         let window = settings.frames(settings.window);
-        let windows = clouds
-            .iter()
-            .map(|cloud| Windows::new(cloud, window))
-            .collect();
-        let feet = Feet::new(source.skeleton, &clips, &settings.feet);
+        let measured = in_parallel(settings.threads, clips.len(), |clip| {
+            let cloud = PointCloud::new(source.skeleton, &clips[clip], &weights);
+            let windows = Windows::new(&cloud, window);
+            (cloud, windows)
+        });
+        let (clouds, windows) = measured.into_iter().unzip();
+        let feet = Feet::new(source.skeleton, &clips, (&settings.feet, settings.threads));
         Ok(Self {
-            record: GraphRecord::new(source, settings),
-            known: Known::default(),
+            record,
+            known: Known {
+                minima: KnownMinima::new(common.clone(), earlier.bands),
+                darts: earlier.darts,
+                links: KnownLinks::new(common.clone(), earlier.links),
+                clips: common,
+            },
             source,
             settings,
             feet,
@@ -103,19 +122,6 @@ impl<'a> GraphBuilder<'a> {
             clouds,
             windows,
         })
-    }
-
-    /// Takes over the results of an earlier build, so that only those of other clips are computed. The graph is the same.
-    #[must_use]
-    pub fn onto(mut self, earlier: GraphRecord) -> Self {
-        let clips = self.record.clips_of(&earlier);
-        self.known = Known {
-            minima: KnownMinima::new(clips.clone(), earlier.bands),
-            darts: earlier.darts,
-            links: KnownLinks::new(clips.clone(), earlier.links),
-            clips,
-        };
-        self
     }
 
     /// The clips whose results are taken over.
@@ -217,6 +223,7 @@ impl<'a> GraphBuilder<'a> {
     ) -> Result<(MotionGraph, BuildReport, GraphRecord), GraphError> {
         let mut record = std::mem::take(&mut self.record);
         record.bands = found.take_bands();
+        record.compressed = self.clips.iter().cloned().map(Some).collect();
         let distances = found.distances();
         let mut transitions = found.finish()?;
         let by_clip = EventsByClip::new(&self.events, self.clips.len());
@@ -250,15 +257,17 @@ impl<'a> GraphBuilder<'a> {
                 links::add((source, &mut darts), &self.known.links, &mut transitions);
             links
         };
-        record.darts = darts.map_or_else(Vec::new, DartTest::into_results);
+        let plans = darts.map_or_else(FootPlans::default, DartTest::into_results);
         let counts = BuildCounts {
             transitions: under_threshold,
             window_pairs: self.bands().map(|band| band.pairs()).sum(),
             distances,
             darting: darting + links.darting,
             links,
+            threads: self.settings.threads,
         };
-        let (graph, report) = self.assemble(&transitions, counts)?;
+        let (graph, report) = self.assemble((&transitions, &plans), counts)?;
+        record.darts = sorted(plans);
         Ok((graph, report, record))
     }
 
@@ -291,7 +300,7 @@ impl<'a> GraphBuilder<'a> {
     /// Assembles the graph, keeps its largest component and reports what was left out.
     fn assemble(
         mut self,
-        transitions: &[Transition],
+        (transitions, plans): (&[Transition], &FootPlans),
         counts: BuildCounts,
     ) -> Result<(MotionGraph, BuildReport), GraphError> {
         let _span = tracing::trace_span!("bake: assemble the graph").entered();
@@ -302,6 +311,7 @@ impl<'a> GraphBuilder<'a> {
             events: std::mem::take(&mut self.events),
             aligner: self.aligner(),
             transitions,
+            plans,
             frame_rate: settings.frame_rate,
             threads: settings.threads,
         };
@@ -311,7 +321,7 @@ impl<'a> GraphBuilder<'a> {
             seconds: source.clips.iter().map(Clip::duration).sum(),
             threshold: settings.threshold,
         })?;
-        let graph = graph.with_feet(self.feet, settings);
+        let graph = graph.with_feet((self.feet, plans), settings);
         let graphs = BuiltGraphs {
             full: &full,
             kept: &graph,
@@ -326,17 +336,30 @@ impl<'a> GraphBuilder<'a> {
     }
 }
 
-/// The clips at the graph's frame rate, compressed if the settings say so.
-fn clips(source: ClipSource<'_>, settings: &GraphSettings) -> Result<Vec<Clip>, ClipError> {
+/// The clips at the graph's frame rate, compressed if the settings say so; those that are known are not compressed again.
+fn clips(
+    source: ClipSource<'_>,
+    settings: &GraphSettings,
+    mut known: impl FnMut(usize) -> Option<Clip>,
+) -> Result<Vec<Clip>, ClipError> {
     let _span = tracing::trace_span!("bake: compress clips").entered();
-    let clips = in_parallel(settings.threads, source.clips.len(), |index| {
-        let clip = source.clips[index].resampled(settings.frame_rate)?;
-        Ok(match &settings.compression {
-            Some(compression) => clip.compressed(source.skeleton, compression),
-            None => clip,
+    let mut known: Vec<Option<Clip>> = (0..source.clips.len()).map(&mut known).collect();
+    let made = in_parallel(settings.threads, known.len(), |index| {
+        let is_new = known[index].is_none();
+        is_new.then(|| {
+            let clip = source.clips[index].resampled(settings.frame_rate)?;
+            Ok::<_, ClipError>(match &settings.compression {
+                Some(compression) => clip.compressed(source.skeleton, compression),
+                None => clip,
+            })
         })
     });
-    clips.into_iter().collect()
+    for (known, made) in known.iter_mut().zip(made) {
+        if let Some(made) = made {
+            *known = Some(made?);
+        }
+    }
+    Ok(known.into_iter().flatten().collect())
 }
 
 fn check_joints(source: ClipSource<'_>) -> Result<(), GraphError> {
@@ -380,6 +403,8 @@ struct Parts<'a> {
     events: Vec<GraphEvent>,
     aligner: Aligner<'a>,
     transitions: &'a [Transition],
+    /// How transitions move their feet, if that is known.
+    plans: &'a FootPlans,
     frame_rate: f64,
     threads: usize,
 }
@@ -453,12 +478,17 @@ impl Parts<'_> {
     }
 
     fn blend(&self, t: &Transition, nodes: &[Node]) -> Edge {
+        let known = self.plans.get(&DartKey::of(t));
+        let align = match known {
+            Some(Some(plan)) => plan.align,
+            _ => self.aligner.align(t),
+        };
         Edge {
             from: node_id(nodes, node(t.source_clip, t.source_frame)),
             to: node_id(nodes, node(t.target_clip, t.target_frame)),
             frames: t.frames as u32,
             motion: EdgeMotion::Transition {
-                align: self.aligner.align(t),
+                align,
                 distance: t.distance,
             },
             event: None,

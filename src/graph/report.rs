@@ -62,6 +62,8 @@ pub(super) struct BuildCounts {
     pub(super) window_pairs: u64,
     pub(super) distances: u64,
     pub(super) links: LinkReport,
+    /// Number of threads that compute the statistics.
+    pub(super) threads: usize,
 }
 
 impl BuildReport {
@@ -90,9 +92,7 @@ impl BuildReport {
             window_pairs: counts.window_pairs,
             distances: counts.distances,
             links: counts.links,
-            responsiveness: Self::SOON
-                .map(|seconds| kept.responsiveness(seconds))
-                .to_vec(),
+            responsiveness: kept.responsiveness_within(&Self::SOON, counts.threads),
             dropped: Dropped::between(full, kept),
         }
     }

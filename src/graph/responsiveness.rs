@@ -23,28 +23,47 @@ impl MotionGraph {
     #[must_use]
     #[doc(hidden)]
     pub fn responsiveness(&self, seconds: f64) -> Responsiveness {
-        let limit = within(seconds, self.frame_rate);
+        self.responsiveness_within(&[seconds], 1)[0]
+    }
+
+    /// [`MotionGraph::responsiveness`] for several times, by so many threads.
+    pub(super) fn responsiveness_within(
+        &self,
+        seconds: &[f64],
+        threads: usize,
+    ) -> Vec<Responsiveness> {
+        let limits: Vec<u32> = { seconds.iter() }
+            .map(|&seconds| within(seconds, self.frame_rate))
+            .collect();
         let (moments, jumps, played) = moments::of_graph(self);
-        let mut waits = Waits::new(&moments, &jumps, limit);
-        let mut reached = vec![0usize; moments.len()];
-        for (edge, _) in self.edges_with(EventKind::Evasion) {
+        let horizon = limits.iter().copied().max().unwrap_or(0);
+        let mut waits = Waits::new(&moments, &jumps, horizon);
+        let evasions = self.edges_with(EventKind::Evasion);
+        let starts = evasions.map(|(edge, _)| {
             let start = self.node(self.edge(edge).from);
-            let start = moments.at(start.clip.index(), start.frame as usize);
-            waits.add_goal(start, |moment, old, new| {
-                if new < limit && old >= limit {
-                    reached[moment as usize - 1] += 1;
-                }
-            });
-        }
-        let counted = reached.iter().zip(&played).filter(|(_, played)| **played);
-        let mut counts: Vec<usize> = counted.map(|(count, _)| *count).collect();
-        counts.sort_unstable();
-        let share = |sum: usize| sum as f64 / counts.len().max(1) as f64;
-        Responsiveness {
-            seconds,
-            share: share(counts.iter().filter(|&&count| count > 0).count()),
-            mean: share(counts.iter().sum()),
-            median: counts.get(counts.len() / 2).copied().unwrap_or(0),
-        }
+            moments.at(start.clip.index(), start.frame as usize)
+        });
+        let starts: Vec<u32> = starts.collect();
+        waits.add_goals(&starts, threads);
+        let goes_on = moments.goes_on();
+        let of_limit = |(&seconds, &limit): (&f64, &u32)| {
+            let below = waits.counts_below(limit, threads);
+            // The moment before another one of its clip waits one frame longer.
+            let reached = |moment: usize| match goes_on[moment] {
+                true => usize::from(below[moment + 1]),
+                false => 0,
+            };
+            let counted = (0..played.len()).filter(|&moment| played[moment]);
+            let mut counts: Vec<usize> = counted.map(reached).collect();
+            counts.sort_unstable();
+            let share = |sum: usize| sum as f64 / counts.len().max(1) as f64;
+            Responsiveness {
+                seconds,
+                share: share(counts.iter().filter(|&&count| count > 0).count()),
+                mean: share(counts.iter().sum()),
+                median: counts.get(counts.len() / 2).copied().unwrap_or(0),
+            }
+        };
+        seconds.iter().zip(&limits).map(of_limit).collect()
     }
 }

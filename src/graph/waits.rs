@@ -1,10 +1,9 @@
 //! Computes how soon each moment reaches each evasion's start: Dijkstra's algorithm against the
-//! motion's direction, up to a horizon. New jumps can be added incrementally.
-
-use std::cmp::Reverse;
-use std::collections::BinaryHeap;
+//! motion's direction, up to a horizon, with a bucket for each number of frames (Dial, "Algorithm 360",
+//! 1969). New jumps can be added incrementally.
 
 use super::moments::{Jump, Moments};
+use crate::math::in_parallel;
 
 /// Number of whole frames that fit into a time.
 pub(super) fn within(seconds: f64, frame_rate: f64) -> u32 {
@@ -23,8 +22,31 @@ pub(super) struct Waits {
     into: Vec<Vec<Jump>>,
     /// Waits, `[evasion][moment]`, or `u16::MAX` if the wait is beyond the horizon.
     frames: Vec<Vec<u16>>,
-    /// Queue of the search: frames and moment.
-    open: BinaryHeap<Reverse<(u32, u32)>>,
+    open: Queue,
+}
+
+/// Moments whose wait may fall, by their new wait.
+#[derive(Debug, Default)]
+struct Queue {
+    moments: Vec<Vec<u32>>,
+    count: usize,
+}
+
+/// A wait that fell, in frames.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct WaitChange {
+    pub(super) evasion: usize,
+    pub(super) moment: u32,
+    pub(super) old: u32,
+    pub(super) new: u32,
+}
+
+/// What the waits for one evasion depend on.
+#[derive(Clone, Copy)]
+struct Ways<'a> {
+    horizon: u32,
+    follows: &'a [bool],
+    into: &'a [Vec<Jump>],
 }
 
 impl Waits {
@@ -45,7 +67,7 @@ impl Waits {
             follows,
             into,
             frames: Vec::new(),
-            open: BinaryHeap::new(),
+            open: Queue::default(),
         }
     }
 
@@ -55,41 +77,111 @@ impl Waits {
         wait(self.frames[evasion][moment as usize])
     }
 
-    /// Adds an evasion that starts at moment `start`. When the wait of a moment that follows
-    /// another moment of its clip falls, `lowered(moment, from, to)` is called.
-    pub(super) fn add_goal(&mut self, start: u32, mut lowered: impl FnMut(u32, u32, u32)) {
-        let moments = self.follows.len();
-        self.frames.push(vec![u16::MAX; moments]);
-        self.open.push(Reverse((0, start)));
-        self.lower(self.frames.len() - 1, &mut lowered);
+    /// For each moment, the number of evasions for which the wait is below a number of frames.
+    pub(super) fn counts_below(&self, frames: u32, threads: usize) -> Vec<u16> {
+        /// Number of moments whose waits are counted together.
+        const PART: usize = 4096;
+        let (moments, frames) = (self.follows.len(), frames.min(self.horizon + 1) as u16);
+        let parts = in_parallel(threads, moments.div_ceil(PART), |part| {
+            let own = part * PART..((part + 1) * PART).min(moments);
+            let mut counts = vec![0; own.len()];
+            for waits in &self.frames {
+                for (count, &wait) in counts.iter_mut().zip(&waits[own.clone()]) {
+                    *count += u16::from(wait < frames);
+                }
+            }
+            counts
+        });
+        parts.concat()
     }
 
-    /// Adds a jump.
-    pub(super) fn add_jump(&mut self, jump: Jump, mut lowered: impl FnMut(u32, u32, u32)) {
+    /// Adds evasions that start at some moments.
+    pub(super) fn add_goals(&mut self, starts: &[u32], threads: usize) {
+        let ways = self.ways();
+        let added = in_parallel(threads, starts.len(), |index| {
+            let mut waits = vec![u16::MAX; ways.follows.len()];
+            let mut open = Queue::default();
+            open.push((0, starts[index]), ways.horizon);
+            ways.lower((&mut waits, &mut open), 0, |_, _, _| ());
+            waits
+        });
+        self.frames.extend(added);
+    }
+
+    /// Adds a jump. When the wait of a moment that follows another moment of its clip falls, `lowered` is called.
+    pub(super) fn add_jump(&mut self, jump: Jump, mut lowered: impl FnMut(WaitChange)) {
         self.into[jump.to as usize].push(jump);
-        for evasion in 0..self.frames.len() {
-            let frames = self.of(evasion, jump.to).saturating_add(jump.frames);
-            self.open.push(Reverse((frames, jump.from)));
-            self.lower(evasion, &mut lowered);
+        let ways = Ways {
+            horizon: self.horizon,
+            follows: &self.follows,
+            into: &self.into,
+        };
+        for (evasion, waits) in self.frames.iter_mut().enumerate() {
+            let frames = wait(waits[jump.to as usize]).saturating_add(jump.frames);
+            if frames >= wait(waits[jump.from as usize]) {
+                continue;
+            }
+            self.open.push((frames, jump.from), ways.horizon);
+            ways.lower((waits, &mut self.open), frames, |moment, old, new| {
+                lowered(WaitChange {
+                    evasion,
+                    moment,
+                    old,
+                    new,
+                });
+            });
         }
     }
 
-    /// Lowers the waits until an evasion's start, from what is in the queue on.
-    fn lower(&mut self, evasion: usize, lowered: &mut impl FnMut(u32, u32, u32)) {
-        let waits = &mut self.frames[evasion];
-        while let Some(Reverse((frames, moment))) = self.open.pop() {
+    fn ways(&self) -> Ways<'_> {
+        Ways {
+            horizon: self.horizon,
+            follows: &self.follows,
+            into: &self.into,
+        }
+    }
+}
+
+impl Queue {
+    fn push(&mut self, (frames, moment): (u32, u32), horizon: u32) {
+        if frames > horizon {
+            return;
+        }
+        if self.moments.len() <= frames as usize {
+            self.moments.resize_with(frames as usize + 1, Vec::new);
+        }
+        self.moments[frames as usize].push(moment);
+        self.count += 1;
+    }
+}
+
+impl Ways<'_> {
+    /// Lowers the waits until an evasion's start, from what is in the queue on. No wait in it is below `least`.
+    fn lower(
+        self,
+        (waits, open): (&mut [u16], &mut Queue),
+        least: u32,
+        mut lowered: impl FnMut(u32, u32, u32),
+    ) {
+        let mut frames = least;
+        while open.count > 0 {
+            let Some(moment) = open.moments[frames as usize].pop() else {
+                frames += 1;
+                continue;
+            };
+            open.count -= 1;
             let old = wait(waits[moment as usize]);
-            if frames >= old || frames > self.horizon {
+            if frames >= old {
                 continue;
             }
             waits[moment as usize] = frames as u16;
             if self.follows[moment as usize] {
                 lowered(moment, old, frames);
-                self.open.push(Reverse((frames + 1, moment - 1)));
+                open.push((frames + 1, moment - 1), self.horizon);
             }
-            let jumps = self.into[moment as usize].iter();
-            self.open
-                .extend(jumps.map(|jump| Reverse((frames + jump.frames, jump.from))));
+            for jump in &self.into[moment as usize] {
+                open.push((frames + jump.frames, jump.from), self.horizon);
+            }
         }
     }
 }
@@ -145,17 +237,23 @@ mod tests {
                 jumps.into_iter().map(|(from, to, frames)| Jump { from, to, frames }).collect();
             let early = early.min(jumps.len());
             let mut waits = Waits::new(&moments, &jumps[..early], horizon);
-            for start in starts {
-                waits.add_goal(start, |_, _, _| {});
-            }
+            waits.add_goals(&starts, 2);
             for jump in &jumps[early..] {
-                waits.add_jump(*jump, |_, old, new| assert!(new < old && new <= horizon));
+                waits.add_jump(*jump, |it| assert!(it.new < it.old && it.new <= horizon));
             }
             for (evasion, start) in starts.into_iter().enumerate() {
                 let expected = naive(&moments, &jumps, start, horizon);
                 let found: Vec<u32> =
                     (0..moments.len() as u32).map(|moment| waits.of(evasion, moment)).collect();
                 prop_assert_eq!(found, expected);
+            }
+            for limit in 0..horizon + 3 {
+                let below = |moment: u32| {
+                    let reached = |evasion: &usize| waits.of(*evasion, moment) < limit;
+                    (0..starts.len()).filter(reached).count() as u16
+                };
+                let expected: Vec<u16> = (0..moments.len() as u32).map(below).collect();
+                prop_assert_eq!(waits.counts_below(limit, 2), expected);
             }
         }
     }

@@ -55,7 +55,7 @@ fn bake(set: &ClipSet, part: &Part, threads: usize, earlier: &(GraphRecord, Entr
         ..GraphSettings::default()
     };
     let (of_graph, of_entries) = earlier.clone();
-    let builder = GraphBuilder::new(source, &settings).unwrap().onto(of_graph);
+    let builder = GraphBuilder::onto(source, &settings, of_graph).unwrap();
     let clips = builder.clips_taken_over().clone();
     let taken_over = clips.count();
     let found = builder

@@ -1,13 +1,15 @@
+use super::darts::FootPlans;
 use super::{Feet, FeetSettings, LegBlend, Plant, plan, plants::PlantSearch};
 use crate::anim::{Clip, Leg, Skeleton};
 use crate::graph::{GraphSettings, MotionGraph};
+use crate::math::in_parallel;
 
 impl Feet {
     /// Legs and plants of clips.
     pub(in crate::graph) fn new(
         skeleton: &Skeleton,
         clips: &[Clip],
-        settings: &FeetSettings,
+        (settings, threads): (&FeetSettings, usize),
     ) -> Self {
         let legs = Leg::all(skeleton);
         let search = PlantSearch {
@@ -15,10 +17,10 @@ impl Feet {
             legs: &legs,
             settings,
         };
-        let plants = clips.iter().flat_map(|clip| search.run(clip)).collect();
+        let plants = in_parallel(threads, clips.len(), |clip| search.run(&clips[clip]));
         Self {
             legs,
-            plants,
+            plants: plants.into_iter().flatten().collect(),
             ..Self::default()
         }
     }
@@ -32,12 +34,16 @@ impl MotionGraph {
         &self.feet
     }
 
-    /// Takes the plants of `feet` and, if the settings ask for it, plans the feet of all transitions. This is the last step of
-    /// building a graph.
-    pub(in crate::graph) fn with_feet(mut self, feet: Feet, settings: &GraphSettings) -> Self {
+    /// Takes the plants of `feet` and, if the settings ask for it, plans the feet of all transitions whose plans are not known. This is the
+    /// last step of building a graph.
+    pub(in crate::graph) fn with_feet(
+        mut self,
+        (feet, plans): (Feet, &FootPlans),
+        settings: &GraphSettings,
+    ) -> Self {
         self.feet = feet;
         if settings.feet.keep && !self.feet.legs.is_empty() {
-            (self.feet.blends, self.feet.root_drops) = plan::all(&self, settings.threads);
+            (self.feet.blends, self.feet.root_drops) = plan::all(&self, (plans, settings.threads));
         }
         self
     }

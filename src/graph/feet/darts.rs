@@ -6,7 +6,7 @@
 use rustc_hash::FxHashMap;
 use serde::{Deserialize, Serialize};
 
-use super::plan;
+use super::{LegBlend, plan};
 use crate::anim::{Chain, Clip, Pose, Skeleton};
 use crate::graph::motion_graph::KnownRig;
 use crate::graph::{
@@ -39,18 +39,54 @@ pub(in crate::graph) struct DartTest {
     limit: f32,
     threads: usize,
     /// Results of an earlier bake.
-    known: FxHashMap<DartKey, bool>,
+    known: FootPlans,
     /// Results of this one.
-    results: FxHashMap<DartKey, bool>,
+    results: FootPlans,
+}
+
+/// How transitions move their feet; `None` for those in which a foot darts.
+pub(in crate::graph) type FootPlans = FxHashMap<DartKey, Option<FootPlan>>;
+
+/// The plans as they are recorded, sorted.
+pub(in crate::graph) type FootPlanList = Vec<(DartKey, Option<FootPlan>)>;
+
+/// The plans, sorted.
+pub(in crate::graph) fn sorted(plans: FootPlans) -> FootPlanList {
+    let mut list: FootPlanList = plans.into_iter().collect();
+    list.sort_unstable_by_key(|(key, _)| *key);
+    list
+}
+
+/// How a transition moves its feet.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(in crate::graph) struct FootPlan {
+    /// Transform from the space of the target clip to that of the source clip.
+    pub(in crate::graph) align: Rigid2,
+    /// Blend of each leg.
+    pub(super) legs: Box<[Option<LegBlend>]>,
+    pub(super) root_drop: f32,
 }
 
 impl DartKey {
-    fn of(transition: &Transition) -> Self {
+    pub(in crate::graph) fn of(transition: &Transition) -> Self {
         let place = |clip: usize, frame: usize| [clip as u32, frame as u32];
         Self {
             source: place(transition.source_clip, transition.source_frame),
             target: place(transition.target_clip, transition.target_frame),
             frames: transition.frames as u32,
+        }
+    }
+
+    /// The transition of an edge.
+    pub(super) fn of_edge(graph: &MotionGraph, edge: &Edge) -> Self {
+        let place = |node: NodeId| {
+            let Node { clip, frame } = graph.node(node);
+            [clip.0, frame]
+        };
+        Self {
+            source: place(edge.from),
+            target: place(edge.to),
+            frames: edge.frames,
         }
     }
 
@@ -104,23 +140,21 @@ impl DartTest {
             graph,
             limit,
             threads: settings.threads,
-            known: FxHashMap::default(),
-            results: FxHashMap::default(),
+            known: FootPlans::default(),
+            results: FootPlans::default(),
         })
     }
 
     /// Takes over the results of an earlier bake.
-    pub(in crate::graph) fn take_over(&mut self, clips: &ClipMatch, results: Vec<(DartKey, bool)>) {
+    pub(in crate::graph) fn take_over(&mut self, clips: &ClipMatch, results: FootPlanList) {
         let known = results.into_iter();
-        let known = known.filter_map(|(key, darts)| Some((key.now(clips)?, darts)));
+        let known = known.filter_map(|(key, plan)| Some((key.now(clips)?, plan)));
         self.known = known.collect();
     }
 
-    /// All results, sorted.
-    pub(in crate::graph) fn into_results(self) -> Vec<(DartKey, bool)> {
-        let mut results: Vec<(DartKey, bool)> = self.results.into_iter().collect();
-        results.sort_unstable();
-        results
+    /// All results.
+    pub(in crate::graph) fn into_results(self) -> FootPlans {
+        self.results
     }
 
     /// For each of some transitions, whether a foot darts in it. `align` aligns a transition's target. The result does not depend on the
@@ -132,17 +166,23 @@ impl DartTest {
     ) -> Vec<bool> {
         let keys: Vec<DartKey> = transitions.iter().map(DartKey::of).collect();
         let new: Vec<Transition> = { transitions.iter().zip(&keys) }
-            .filter(|(_, key)| !self.known.contains_key(key))
+            .filter(|(_, key)| !self.known.contains_key(key) && !self.results.contains_key(key))
             .map(|(transition, _)| *transition)
             .collect();
-        let mut tested = self.test(&new, align).into_iter();
-        let result = |key: &DartKey| match self.known.get(key) {
-            Some(&known) => known,
-            None => tested.next().unwrap_or(false),
-        };
-        let darts: Vec<bool> = keys.iter().map(result).collect();
-        self.results
-            .extend(keys.into_iter().zip(darts.iter().copied()));
+        let tested = self.test(&new, align);
+        let mut tested = new.iter().map(DartKey::of).zip(tested).peekable();
+        let mut darts = Vec::with_capacity(keys.len());
+        for key in keys {
+            let result = match tested.next_if(|(tested, _)| *tested == key) {
+                Some((_, result)) => Some(result),
+                None => self.known.remove(&key),
+            };
+            let result = match result {
+                Some(result) => self.results.entry(key).or_insert(result),
+                None => self.results.entry(key).or_default(),
+            };
+            darts.push(result.is_none());
+        }
         darts
     }
 
@@ -150,14 +190,14 @@ impl DartTest {
         &mut self,
         transitions: &[Transition],
         align: impl Fn(&Transition) -> Rigid2 + Sync,
-    ) -> Vec<bool> {
+    ) -> Vec<Option<FootPlan>> {
         let aligned = in_parallel(self.threads, transitions.len(), |index| {
             align(&transitions[index])
         });
         let graph = &mut self.graph;
         graph.nodes.clear();
         graph.edges.clear();
-        for (transition, align) in transitions.iter().zip(aligned) {
+        for (transition, &align) in transitions.iter().zip(&aligned) {
             let from = NodeId(graph.nodes.len() as u32);
             graph.edges.push(Edge {
                 from,
@@ -178,12 +218,19 @@ impl DartTest {
                 node(transition.target_clip, transition.target_frame),
             ]);
         }
-        (graph.feet.blends, graph.feet.root_drops) = plan::all(graph, self.threads);
+        let plans = FootPlans::default();
+        (graph.feet.blends, graph.feet.root_drops) = plan::all(graph, (&plans, self.threads));
+        let (feet, legs) = (&self.graph.feet, self.graph.feet.legs.len());
         in_parallel(self.threads, transitions.len(), |index| {
             let limit = self
                 .limit
                 .max(RATIO * self.fastest_of_clips(&transitions[index]));
-            is_faster(&self.graph, EdgeId(index as u32), limit)
+            let darts = is_faster(&self.graph, EdgeId(index as u32), limit);
+            (!darts).then(|| FootPlan {
+                align: aligned[index],
+                legs: feet.blends[index * legs..(index + 1) * legs].into(),
+                root_drop: feet.root_drops[index],
+            })
         })
     }
 

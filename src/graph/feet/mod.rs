@@ -23,7 +23,7 @@ use serde::{Deserialize, Serialize};
 
 pub(in crate::graph) use align::Aligner;
 pub(crate) use blend::LegBlend;
-pub(super) use darts::{DartKey, DartTest, PlantedClips};
+pub(super) use darts::{DartKey, DartTest, FootPlanList, FootPlans, PlantedClips, sorted};
 pub use settings::FeetSettings;
 pub use slide::FootSlide;
 

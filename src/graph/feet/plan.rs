@@ -3,6 +3,7 @@
 use glam::Vec3;
 
 use super::LegBlend;
+use super::darts::{DartKey, FootPlans};
 use super::keep::{foot, root_drop_share};
 use crate::anim::free_distance;
 use crate::graph::sample::Sides;
@@ -20,19 +21,45 @@ const MAX_ROOT_DROP: f32 = 0.04;
 /// reach.
 const MIN_DROP_SHARE: f32 = 0.2;
 
-/// Blends of all edges, `[edge][leg]`, and the maximum lowering of the root on each edge.
-pub(super) fn all(graph: &MotionGraph, threads: usize) -> (Vec<Option<LegBlend>>, Vec<f32>) {
+/// Blends of all edges, `[edge][leg]`, and the maximum lowering of the root on each edge. Some plans may be known.
+pub(super) fn all(
+    graph: &MotionGraph,
+    (known, threads): (&FootPlans, usize),
+) -> (Vec<Option<LegBlend>>, Vec<f32>) {
+    let known = |edge: &Edge| match edge.motion {
+        EdgeMotion::Transition { .. } if !known.is_empty() => {
+            known.get(&DartKey::of_edge(graph, edge))?.as_ref()
+        }
+        _ => None,
+    };
     let planned = in_parallel(threads, graph.edges.len(), |edge| {
         let edge = graph.edge(EdgeId(edge as u32));
-        let planner = Planner { graph, edge };
-        let blends = planner.plan();
-        let drop = planner.max_root_drop(&blends);
-        (blends, drop)
+        let is_new = edge.motion != EdgeMotion::Clip && known(edge).is_none();
+        is_new.then(|| {
+            let planner = Planner { graph, edge };
+            let blends = planner.plan();
+            let drop = planner.max_root_drop(&blends);
+            (blends, drop)
+        })
     });
-    let (mut blends, mut root_drops) = (Vec::new(), Vec::new());
-    for (of_edge, drop) in planned {
-        blends.extend(of_edge);
-        root_drops.push(drop);
+    let (edges, legs) = (graph.edges.len(), graph.feet.legs.len());
+    let mut blends = Vec::with_capacity(edges * legs);
+    let mut root_drops = Vec::with_capacity(edges);
+    for (edge, planned) in graph.edges.iter().zip(planned) {
+        match (planned, known(edge)) {
+            (Some((of_edge, drop)), _) => {
+                blends.extend(of_edge);
+                root_drops.push(drop);
+            }
+            (None, Some(known)) => {
+                blends.extend_from_slice(&known.legs);
+                root_drops.push(known.root_drop);
+            }
+            (None, None) => {
+                blends.extend(std::iter::repeat_n(None, legs));
+                root_drops.push(0.0);
+            }
+        }
     }
     (blends, root_drops)
 }

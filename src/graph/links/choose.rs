@@ -1,12 +1,15 @@
 //! Chooses the links that let more moments reach an evasion, closest links first.
 
+use std::ops::RangeInclusive;
+
 use super::candidates::Candidate;
 use super::report::GoalReport;
 use super::search::LinkSearch;
 use super::settings::LinkGoal;
 use crate::anim::EventKind;
 use crate::graph::Transition;
-use crate::graph::waits::{Waits, within};
+use crate::graph::moments::Jump;
+use crate::graph::waits::{WaitChange, Waits, within};
 use crate::math::in_parallel;
 
 /// Number of passes over the goals. Later passes include moments that earlier links added to the
@@ -21,15 +24,18 @@ pub(super) fn choose(search: &mut LinkSearch<'_>) -> Vec<GoalReport> {
             event.kind == EventKind::Evasion && event.first < event.last
         })
         .collect();
-    let mut candidates;
+    let candidates;
     {
         let _span = tracing::trace_span!("bake: find links").entered();
         (candidates, search.record) = search.candidates.find_known(&evasions, search.known);
     }
     let goals = search.settings.goals.clone();
+    let offers = Offer::all(search, &evasions, &candidates);
+    let mut left: Vec<u32> = (0..offers.len() as u32).collect();
     let mut before = Vec::new();
+    let mut progress = GoalProgress::new(search, &evasions);
     for _ in 0..ROUNDS {
-        let Some(mut progress) = GoalProgress::new(search, &evasions) else {
+        let Some(progress) = &mut progress else {
             break;
         };
         if before.is_empty() {
@@ -37,40 +43,110 @@ pub(super) fn choose(search: &mut LinkSearch<'_>) -> Vec<GoalReport> {
         }
         let links = search.links.len();
         for goal in 0..goals.len() {
-            candidates = progress.take_for(goal, search, candidates);
+            left = progress.take_for((goal, &offers), search, left);
         }
         if search.links.len() == links {
             break;
         }
+        progress.count(search);
     }
-    let after = GoalProgress::new(search, &evasions);
     goals
         .iter()
         .enumerate()
         .map(|(index, goal)| GoalReport {
             goal: *goal,
             before: before.get(index).copied().unwrap_or(0.0),
-            reached: after.as_ref().map_or(0.0, |progress| progress.share(index)),
+            reached: progress
+                .as_ref()
+                .map_or(0.0, |progress| progress.share(index)),
         })
         .collect()
+}
+
+/// A possible link, in the order of their costs.
+struct Offer {
+    link: Transition,
+    jump: Jump,
+    /// Index of the evasion that it leads to.
+    evasion: u32,
+    /// First moment of the clip that it leaves.
+    clip_start: u32,
+    /// Whether it leads to the first frame of a clip.
+    is_to_start: bool,
+}
+
+impl Offer {
+    /// Those of the candidates that lead to an evasion.
+    fn all(search: &LinkSearch<'_>, evasions: &[usize], candidates: &[Candidate]) -> Vec<Self> {
+        let offer = |candidate: &Candidate| {
+            let link = candidate.link;
+            Some(Self {
+                jump: search.moments.jump(&link),
+                evasion: evasions.binary_search(&candidate.event).ok()? as u32,
+                clip_start: search.moments.of_clip(link.source_clip).start as u32,
+                is_to_start: link.target_frame == 0,
+                link,
+            })
+        };
+        candidates.iter().filter_map(offer).collect()
+    }
 }
 
 /// Progress of the goals, by moment.
 struct GoalProgress {
     waits: Waits,
-    /// Indices of the events that are evasions, in the order of `waits`.
-    evasions: Vec<usize>,
     /// Moments of the graph that have a next frame in their clip.
     counted: Vec<bool>,
     all: usize,
     least_gain: usize,
     goals: Vec<GoalState>,
-    /// For each [`BLOCK`] moments, whether the gain of a link may have changed that reads them.
-    changed: Vec<bool>,
+    changed: Changed,
 }
 
 /// Number of moments that are marked as changed together.
 const BLOCK: usize = 64;
+
+/// For each [`BLOCK`] moments, what has changed since all was cleared.
+#[derive(Default)]
+struct Changed {
+    blocks: usize,
+    /// Waits for each evasion, `[evasion][block]`.
+    waits: Vec<bool>,
+    /// Number of evasions that a goal counts.
+    counts: Vec<bool>,
+}
+
+impl Changed {
+    fn new(moments: usize, evasions: usize) -> Self {
+        let blocks = moments / BLOCK + 1;
+        Self {
+            blocks,
+            waits: vec![false; blocks * evasions],
+            counts: vec![false; blocks],
+        }
+    }
+
+    fn clear(&mut self) {
+        self.waits.fill(false);
+        self.counts.fill(false);
+    }
+
+    /// Marks the wait of a moment for an evasion.
+    fn mark(&mut self, evasion: usize, moment: u32) {
+        self.waits[evasion * self.blocks + moment as usize / BLOCK] = true;
+    }
+
+    fn has(&self, evasion: usize, moments: RangeInclusive<u32>) -> bool {
+        let first = evasion * self.blocks;
+        let blocks = *moments.start() as usize / BLOCK..=*moments.end() as usize / BLOCK;
+        blocks.into_iter().any(|block| self.waits[first + block])
+    }
+
+    fn has_counts(&self, moments: RangeInclusive<u32>) -> bool {
+        let blocks = *moments.start() as usize / BLOCK..=*moments.end() as usize / BLOCK;
+        self.counts[blocks].contains(&true)
+    }
+}
 
 struct GoalState {
     goal: LinkGoal,
@@ -88,10 +164,7 @@ impl GoalProgress {
         if evasions.is_empty() {
             return None;
         }
-        let mut counted = search.moments.component(&search.jumps)?;
-        for (moment, goes_on) in search.moments.goes_on().into_iter().enumerate() {
-            counted[moment] &= goes_on && counted[moment + 1];
-        }
+        let counted = counted(search)?;
         let frame_rate = search.source.settings.frame_rate;
         let goals: Vec<GoalState> = search
             .settings
@@ -100,35 +173,49 @@ impl GoalProgress {
             .map(|&goal| GoalState {
                 goal,
                 limit: within(goal.seconds, frame_rate),
-                evasions: vec![0; counted.len()],
+                evasions: Vec::new(),
                 met: 0,
             })
             .collect();
         let horizon = goals.iter().map(|goal| goal.limit).max().unwrap_or(0);
         let mut progress = Self {
             waits: Waits::new(&search.moments, &search.jumps, horizon),
-            evasions: evasions.to_vec(),
-            all: counted.iter().filter(|&&counted| counted).count(),
+            all: 0,
             least_gain: ((search.settings.least_gain * frame_rate).round() as usize).max(1),
-            changed: vec![false; counted.len() / BLOCK + 1],
+            changed: Changed::new(counted.len(), evasions.len()),
             counted,
             goals,
         };
-        for goal in &mut progress.goals {
-            goal.met = if goal.goal.evasions == 0 {
-                progress.all
-            } else {
-                0
-            };
-        }
-        for &event in evasions {
-            let [start, _] = search.ends(&search.source.events[event]);
-            let (goals, counted) = (&mut progress.goals, &progress.counted);
-            progress.waits.add_goal(start, |moment, old, new| {
-                record(goals, counted, WaitChange { moment, old, new });
-            });
-        }
+        let starts: Vec<u32> = { evasions.iter() }
+            .map(|&event| search.ends(&search.source.events[event])[0])
+            .collect();
+        let threads = search.source.settings.threads;
+        progress.waits.add_goals(&starts, threads);
+        progress.count(search);
         Some(progress)
+    }
+
+    /// Counts anew after links have been added. The waits are known.
+    fn count(&mut self, search: &LinkSearch<'_>) {
+        if let Some(counted) = counted(search) {
+            self.counted = counted;
+        }
+        let counted = &self.counted;
+        self.all = counted.iter().filter(|&&counted| counted).count();
+        for goal in &mut self.goals {
+            let threads = search.source.settings.threads;
+            let below = self.waits.counts_below(goal.limit, threads);
+            let reached = |moment: usize| match counted[moment] {
+                true => below[moment + 1],
+                false => 0,
+            };
+            goal.evasions = (0..counted.len()).map(reached).collect();
+            let wanted = goal.goal.evasions;
+            let met = counted.iter().zip(&goal.evasions);
+            let met =
+                met.filter(|(counted, reached)| **counted && usize::from(**reached) >= wanted);
+            goal.met = met.count();
+        }
     }
 
     /// Share of the counted moments that meet a goal.
@@ -136,52 +223,50 @@ impl GoalProgress {
         self.goals[goal].met as f64 / self.all.max(1) as f64
     }
 
-    /// Whether the gain of a candidate may have changed since [`GoalProgress::changed`] was cleared.
-    fn may_differ(&self, search: &LinkSearch<'_>, goal: usize, candidate: &Candidate) -> bool {
-        let jump = search.moments.jump(&candidate.link);
+    /// Whether a candidate that helped, or did not, may do otherwise now, since [`GoalProgress::changed`] was cleared.
+    ///
+    /// A gain grows only where the wait behind the link falls: waits before it that fall, and more evasions there, leave less to gain.
+    fn may_differ(&self, (goal, helped): (usize, bool), offer: &Offer) -> bool {
+        let (evasion, jump) = (offer.evasion as usize, offer.jump);
         let first = jump.from.saturating_sub(self.goals[goal].limit);
-        let before = first as usize / BLOCK..=jump.from as usize / BLOCK;
         // The first frame of a clip follows no other, and its changes are not reported.
-        candidate.link.target_frame == 0
-            || self.changed[jump.to as usize / BLOCK]
-            || self.changed[before].contains(&true)
+        offer.is_to_start
+            || self.changed.has(evasion, jump.to..=jump.to)
+            || helped
+                && (self.changed.has(evasion, first..=jump.from)
+                    || self.changed.has_counts(first..=jump.from))
     }
 
     /// Number of moments before a link that do not meet the goal and would reach the link's evasion
     /// in time.
-    fn gain(&self, search: &LinkSearch<'_>, goal: usize, candidate: &Candidate) -> usize {
-        let Some(evasion) = self.position(candidate.event) else {
-            return 0;
-        };
-        let goal = &self.goals[goal];
-        let jump = search.moments.jump(&candidate.link);
+    fn gain(&self, goal: usize, offer: &Offer) -> usize {
+        let (goal, evasion, jump) = (&self.goals[goal], offer.evasion as usize, offer.jump);
         let after_link = self.waits.of(evasion, jump.to).saturating_add(jump.frames);
-        let before = search.moments.of_clip(candidate.link.source_clip).start;
         let lacks = |moment: usize| {
             self.counted[moment]
                 && usize::from(goal.evasions[moment]) < goal.goal.evasions
                 && self.waits.of(evasion, moment as u32 + 1) >= goal.limit
         };
         // Walk back from the link to the first moment that is too early.
-        (before..jump.from as usize)
+        (offer.clip_start as usize..jump.from as usize)
             .rev()
             .zip(after_link + 1..=goal.limit)
             .filter(|&(moment, _)| lacks(moment))
             .count()
     }
 
-    /// Takes the candidates that help with a goal, one after the other, until it is reached, and returns those that do not.
+    /// Takes the links that help with a goal, one after the other, until it is reached, and returns those that do not.
     fn take_for(
         &mut self,
-        goal: usize,
+        (goal, offers): (usize, &[Offer]),
         search: &mut LinkSearch<'_>,
-        candidates: Vec<Candidate>,
-    ) -> Vec<Candidate> {
-        /// Number of candidates that are tested together, before those ahead of them are taken.
+        offered: Vec<u32>,
+    ) -> Vec<u32> {
+        /// Number of links that are tested together, before those ahead of them are taken.
         const BATCH: usize = 4096;
         let share = self.goals[goal].goal.share;
-        let mut left = Vec::with_capacity(candidates.len());
-        for batch in candidates.chunks(BATCH) {
+        let mut left = Vec::with_capacity(offered.len());
+        for batch in offered.chunks(BATCH) {
             let is_reached = |progress: &Self, search: &LinkSearch<'_>| {
                 progress.share(goal) >= share || search.links.len() >= search.most()
             };
@@ -191,70 +276,70 @@ impl GoalProgress {
             }
             // Most of those that help now will help when it is their turn.
             let helps_now = in_parallel(search.source.settings.threads, batch.len(), |index| {
-                self.gain(search, goal, &batch[index]) >= self.least_gain
+                self.gain(goal, &offers[batch[index] as usize]) >= self.least_gain
             });
             let tested = batch.iter().zip(&helps_now).filter(|(_, helps)| **helps);
-            self.changed.fill(false);
-            let links: Vec<Transition> = tested.map(|(candidate, _)| candidate.link).collect();
+            self.changed.clear();
+            let links: Vec<Transition> = tested
+                .map(|(&index, _)| offers[index as usize].link)
+                .collect();
             let mut darts = search.darts(&links).into_iter();
-            for (candidate, helped) in batch.iter().zip(helps_now) {
+            for (&index, helped) in batch.iter().zip(helps_now) {
+                let offer = &offers[index as usize];
                 let known = if helped { darts.next() } else { None };
-                let gains = || self.gain(search, goal, candidate) >= self.least_gain;
-                let helps = match self.may_differ(search, goal, candidate) {
-                    true => gains(),
+                let helps = match self.may_differ((goal, helped), offer) {
+                    true => self.gain(goal, offer) >= self.least_gain,
                     false => helped,
                 };
                 if !helps || is_reached(self, search) {
-                    left.push(*candidate);
+                    left.push(index);
                     continue;
                 }
-                let darts = known.unwrap_or_else(|| search.darts(&[candidate.link])[0]);
+                let darts = known.unwrap_or_else(|| search.darts(&[offer.link])[0]);
                 search.darting += usize::from(darts);
                 if !darts {
-                    self.take(search, candidate);
-                    search.take(candidate.link);
+                    self.take(offer.jump);
+                    search.take(offer.link);
                 }
             }
         }
         left
     }
 
-    fn take(&mut self, search: &LinkSearch<'_>, candidate: &Candidate) {
+    fn take(&mut self, jump: Jump) {
         let (goals, counted, changed) = (&mut self.goals, &self.counted, &mut self.changed);
-        let jump = search.moments.jump(&candidate.link);
-        self.waits.add_jump(jump, |moment, old, new| {
-            changed[moment as usize / BLOCK] = true;
-            changed[(moment as usize).saturating_sub(1) / BLOCK] = true;
-            record(goals, counted, WaitChange { moment, old, new });
+        self.waits.add_jump(jump, |change| {
+            changed.mark(change.evasion, change.moment);
+            if let Some(before) = record(goals, counted, change) {
+                changed.counts[before / BLOCK] = true;
+            }
         });
     }
+}
 
-    fn position(&self, event: usize) -> Option<usize> {
-        self.evasions.binary_search(&event).ok()
+/// The moments of the graph that have a next frame in their clip.
+fn counted(search: &LinkSearch<'_>) -> Option<Vec<bool>> {
+    let mut counted = search.moments.component(&search.jumps)?;
+    for (moment, goes_on) in search.moments.goes_on().into_iter().enumerate() {
+        counted[moment] &= goes_on && counted[moment + 1];
     }
+    Some(counted)
 }
 
-/// A change of the wait for an evasion at a moment, in frames.
-#[derive(Clone, Copy)]
-struct WaitChange {
-    moment: u32,
-    old: u32,
-    new: u32,
-}
-
-/// Updates the goals after the wait for an evasion at `moment` fell from `old` to `new` frames. The
-/// moment before it in the clip waits one frame longer.
-fn record(goals: &mut [GoalState], counted: &[bool], change: WaitChange) {
-    let WaitChange { moment, old, new } = change;
-    let Some(before) = (moment as usize).checked_sub(1).filter(|&b| counted[b]) else {
-        return;
-    };
+/// Updates the goals after a wait at a moment fell. The moment before it in the clip waits one frame longer: it is returned if a goal
+/// counts one evasion more there.
+fn record(goals: &mut [GoalState], counted: &[bool], change: WaitChange) -> Option<usize> {
+    let WaitChange { old, new, .. } = change;
+    let before = { (change.moment as usize).checked_sub(1) }.filter(|&before| counted[before])?;
+    let mut changed = None;
     for goal in goals {
         if new < goal.limit && old >= goal.limit {
             goal.evasions[before] += 1;
+            changed = Some(before);
             if usize::from(goal.evasions[before]) == goal.goal.evasions {
                 goal.met += 1;
             }
         }
     }
+    changed
 }

@@ -2,15 +2,16 @@
 //! out.
 
 use super::candidates::Candidate;
+use super::join_record::JoinRecord;
 use super::margin::Side;
 use super::nearest::{NearestLinks, Wanted};
 use super::report::{LinkObstacle, UnlinkedEvent};
 use super::search::LinkSearch;
 
 /// Links events to the graph's largest component until no further event can be linked. Returns the
-/// events that could not be linked.
-pub(super) fn join(search: &mut LinkSearch<'_>) -> Vec<UnlinkedEvent> {
-    let mut nearest = NearestLinks::default();
+/// events that could not be linked, and a record of the links that were found.
+pub(super) fn join(search: &mut LinkSearch<'_>) -> (Vec<UnlinkedEvent>, JoinRecord) {
+    let mut nearest = NearestLinks::new(search.known.joins());
     let playable = |index: &usize| {
         let event = &search.source.events[*index];
         event.first < event.last
@@ -25,11 +26,12 @@ pub(super) fn join(search: &mut LinkSearch<'_>) -> Vec<UnlinkedEvent> {
                     let [first, last] = search.ends(&search.source.events[event]);
                     !(core[first as usize] && core[last as usize])
                 });
+                nearest.joins.begin(&search.candidates, &core);
                 to_core(search, &mut nearest, (&open, &core));
             }
         }
         if search.links.len() == before {
-            return unlinked(search, &open);
+            return (unlinked(search, &open), nearest.joins.record);
         }
     }
 }

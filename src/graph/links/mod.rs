@@ -14,6 +14,7 @@ mod candidates;
 mod choose;
 mod free_frames;
 mod join;
+mod join_record;
 mod lengths;
 mod margin;
 mod nearest;
@@ -62,7 +63,7 @@ pub(super) fn add(
         darts,
         darting: 0,
     };
-    let unlinked = {
+    let (unlinked, joined) = {
         let _span = tracing::trace_span!("bake: join events").entered();
         join::join(&mut search)
     };
@@ -82,5 +83,6 @@ pub(super) fn add(
         unlinked,
     };
     transitions.append(&mut search.links);
+    search.record.joins = joined;
     (report, search.record)
 }

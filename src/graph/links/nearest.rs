@@ -1,19 +1,24 @@
 //! The closest links of many events, without most of the distances: lower bounds show which windows are farther apart than the links
 //! that were found before.
 
-use std::borrow::Cow;
+use std::cmp::Ordering;
 use std::collections::BTreeMap;
+use std::sync::OnceLock;
 
 use super::candidates::{Candidate, Candidates};
+use super::join_record::Joins;
 use super::margin::{EventMargin, Side};
 use super::parts::ClipParts;
 use crate::graph::distance::{Compared, DiagonalRows, Diagonals, Windows};
 use crate::graph::search::{NearWindows, WindowCell};
 use crate::math::{Isa, in_parallel};
 
-/// Windows of all clips of one length, and their bounds.
+/// Windows of clips of one length, and their bounds, each made when it is first searched.
 struct ClipWindows<'a> {
-    windows: Cow<'a, [Windows]>,
+    length: usize,
+    /// Windows of all clips, if the graph has them of this length.
+    own: Option<&'a [Windows]>,
+    made: Vec<OnceLock<Windows>>,
     near: NearWindows,
 }
 
@@ -28,8 +33,10 @@ struct Scratch {
 }
 
 /// Windows of all clips, by their length.
-#[derive(Default)]
-pub(super) struct NearestLinks<'a>(BTreeMap<usize, ClipWindows<'a>>);
+pub(super) struct NearestLinks<'a> {
+    lengths: BTreeMap<usize, ClipWindows<'a>>,
+    pub(super) joins: Joins,
+}
 
 /// Events on one side of which links are searched.
 #[derive(Clone, Copy)]
@@ -44,6 +51,14 @@ pub(super) struct Wanted<'a> {
 }
 
 impl<'a> NearestLinks<'a> {
+    /// Links of an earlier bake may be known.
+    pub(super) fn new(joins: Joins) -> Self {
+        Self {
+            lengths: BTreeMap::new(),
+            joins,
+        }
+    }
+
     /// Finds the links of each event whose windows are closest, closest first, before they are refined. In each clip there is at most one
     /// of each event for each `spread` frames.
     pub(super) fn find(
@@ -56,34 +71,76 @@ impl<'a> NearestLinks<'a> {
             .collect();
         for margin in margins.iter().flatten() {
             let of_length = || ClipWindows::new(candidates, margin.window);
-            self.0.entry(margin.window).or_insert_with(of_length);
+            self.lengths.entry(margin.window).or_insert_with(of_length);
         }
         let threads = candidates.source.settings.threads;
-        in_parallel(threads, margins.len(), |index| match &margins[index] {
-            Some(margin) => self.0[&margin.window].links(candidates, margin, &wanted),
-            None => Vec::new(),
-        })
+        let (joins, most) = (&self.joins, wanted.most);
+        let all: Vec<usize> = (0..joins.is_same.len()).collect();
+        let others: Vec<usize> = { all.iter().copied() }
+            .filter(|&clip| !joins.is_same[clip])
+            .collect();
+        // What is known, and the clips that are searched.
+        let known = in_parallel(threads, margins.len(), |index| {
+            let known = joins.known(candidates, (margins[index].as_ref()?, most));
+            Some(match known {
+                Some(known) => (known, others.as_slice()),
+                None => (Vec::new(), all.as_slice()),
+            })
+        });
+        for (&length, windows) in &self.lengths {
+            let own = margins.iter().zip(&known);
+            let own =
+                own.filter(|(margin, _)| margin.as_ref().is_some_and(|it| it.window == length));
+            let clips = own.filter_map(|(_, known)| Some(known.as_ref()?.1));
+            let clips = clips.max_by_key(|clips| clips.len()).unwrap_or(&[]);
+            in_parallel(threads, clips.len(), |index| {
+                let own = windows.windows(candidates, clips[index]);
+                windows.near.prepare(clips[index], own);
+            });
+        }
+        let found = in_parallel(threads, margins.len(), |index| {
+            match (&margins[index], &known[index]) {
+                (Some(margin), Some((known, clips))) => {
+                    let start = (known.clone(), *clips);
+                    self.lengths[&margin.window].links(candidates, (margin, &wanted), start)
+                }
+                _ => Vec::new(),
+            }
+        });
+        for (margin, found) in margins.iter().zip(&found) {
+            if let Some(margin) = margin {
+                self.joins.add(candidates, (margin, most), found);
+            }
+        }
+        found
     }
 }
 
 impl<'a> ClipWindows<'a> {
-    /// The closest links of one range.
+    /// The closest links of one range: those that are known, and those to some clips.
     fn links(
         &self,
         candidates: &Candidates<'_>,
-        margin: &EventMargin,
-        wanted: &Wanted<'_>,
+        (margin, wanted): (&EventMargin, &Wanted<'_>),
+        (mut found, clips): (Vec<Candidate>, &[usize]),
     ) -> Vec<Candidate> {
+        let limit_of = |found: &[Candidate]| match found.last() {
+            Some(last) if found.len() == wanted.most => last.cost,
+            _ => candidates.lengths.loosest,
+        };
+        let mut limit = limit_of(&found);
+        if clips.is_empty() {
+            return found;
+        }
         let range = self.near.range(&margin.windows);
         let rows = margin.windows.count();
         let mut scratch = Scratch::default();
         scratch.diagonals.load(&margin.windows, 0..rows);
-        let mut found: Vec<Candidate> = Vec::new();
-        let mut limit = candidates.lengths.loosest;
-        for (clip, windows) in self.windows.iter().enumerate() {
+        for &clip in clips {
             scratch.near.clear();
+            let windows = self.windows(candidates, clip);
             let near = &mut scratch.near;
-            self.near.find((&range, rows), (clip, limit), near);
+            self.near.find((&range, rows), (clip, windows, limit), near);
             if scratch.near.is_empty() {
                 continue;
             }
@@ -99,32 +156,64 @@ impl<'a> ClipWindows<'a> {
             }
             let near = parts.best.into_iter().flatten();
             found.extend(near.filter(|candidate| candidate.cost <= limit));
-            // The sort is stable, so that ties keep the order of clips and frames.
-            found.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+            found.sort_by(|a, b| order(a, b, wanted.side));
             found.truncate(wanted.most);
-            if found.len() == wanted.most {
-                limit = found.last().map_or(limit, |last| last.cost);
-            }
+            limit = limit_of(&found);
         }
         found
     }
 
     fn new(candidates: &Candidates<'a>, length: usize) -> Self {
+        /// Number of clips that the bounds are chosen for.
+        const SAMPLES: usize = 64;
         let source = &candidates.source;
-        let threads = source.settings.threads;
-        let windows = match length == candidates.lengths.window {
-            true => Cow::Borrowed(source.windows),
-            false => Cow::Owned(in_parallel(threads, source.aligner.clouds.len(), |clip| {
-                Windows::new(&source.aligner.clouds[clip], length)
-            })),
-        };
+        let clips = source.aligner.clouds.len();
         let lengths = &candidates.lengths;
+        let own = (length == lengths.window).then_some(source.windows);
+        let made: Vec<OnceLock<Windows>> = (0..clips).map(|_| OnceLock::new()).collect();
+        let step = clips.div_ceil(SAMPLES).max(1);
+        let samples: Vec<&Windows> = (0..clips)
+            .step_by(step)
+            .map(|clip| windows(candidates, (own, &made), (clip, length)))
+            .collect();
         let least = lengths.threshold.min(lengths.loosest);
         Self {
-            near: NearWindows::new(&windows, least, threads),
-            windows,
+            length,
+            own,
+            near: NearWindows::new(&samples, clips, least),
+            made,
         }
     }
+
+    fn windows<'s>(&'s self, candidates: &Candidates<'_>, clip: usize) -> &'s Windows {
+        windows(candidates, (self.own, &self.made), (clip, self.length))
+    }
+}
+
+/// The windows of a clip of a length.
+fn windows<'w>(
+    candidates: &Candidates<'_>,
+    (own, made): (Option<&'w [Windows]>, &'w [OnceLock<Windows>]),
+    (clip, length): (usize, usize),
+) -> &'w Windows {
+    match own {
+        Some(own) => &own[clip],
+        None => {
+            made[clip].get_or_init(|| Windows::new(&candidates.source.aligner.clouds[clip], length))
+        }
+    }
+}
+
+/// The order of links: by cost, and those of one cost by the clip and the frame of their far end.
+fn order(a: &Candidate, b: &Candidate, side: Side) -> Ordering {
+    let far = |candidate: &Candidate| {
+        let link = &candidate.link;
+        match side {
+            Side::Before => (link.source_clip, link.source_frame),
+            Side::After => (link.target_clip, link.target_frame),
+        }
+    };
+    a.cost.total_cmp(&b.cost).then_with(|| far(a).cmp(&far(b)))
 }
 
 impl Scratch {
@@ -162,7 +251,8 @@ mod tests {
     use crate::graph::feet::Aligner;
     use crate::graph::links::lengths::Lengths;
     use crate::graph::links::source::LinkSource;
-    use crate::graph::{ClipId, GraphEvent, GraphSettings, LinkSettings, PointCloud};
+    use crate::graph::record::GraphRecord;
+    use crate::graph::{ClipId, ClipSource, GraphEvent, GraphSettings, LinkSettings, PointCloud};
     use glam::{Quat, Vec3};
 
     const CLIPS: u32 = 5;
@@ -245,7 +335,6 @@ mod tests {
             settings: &settings,
         };
         let candidates = Candidates::new(source, lengths);
-        let mut nearest = NearestLinks::default();
         let all: Vec<usize> = (0..events.len()).collect();
         let allowed: Vec<bool> = (0..CLIPS * FRAMES).map(|moment| moment % 7 != 3).collect();
         let mut lengths = std::collections::BTreeSet::new();
@@ -267,6 +356,8 @@ mod tests {
                 .collect();
             assert!(expected.iter().any(|links| links.len() > 20));
             for most in [1, 3, 16, usize::MAX] {
+                let mut nearest = NearestLinks::new(Joins::default());
+                nearest.joins.begin(&candidates, &allowed);
                 let wanted = Wanted {
                     events: &all,
                     side,
@@ -282,5 +373,76 @@ mod tests {
             }
         }
         assert!(lengths.len() > 1, "no range is short: {lengths:?}");
+    }
+
+    #[test]
+    fn links_of_an_earlier_search_are_taken_over() {
+        let skeleton = skeleton();
+        let clips: Vec<Clip> = (0..CLIPS).map(|seed| clip(&skeleton, seed)).collect();
+        let clouds: Vec<PointCloud> = { clips.iter() }
+            .map(|clip| PointCloud::new(&skeleton, clip, &[1.0; 4]))
+            .collect();
+        let settings = GraphSettings::default();
+        let lengths = Lengths::new(&settings, &LinkSettings::default());
+        let windows: Vec<Windows> = { clouds.iter() }
+            .map(|cloud| Windows::new(cloud, lengths.window))
+            .collect();
+        let events = events();
+        let source = LinkSource {
+            clips: &clips,
+            aligner: Aligner {
+                clouds: &clouds,
+                feet: None,
+            },
+            windows: &windows,
+            events: &events,
+            settings: &settings,
+        };
+        let candidates = Candidates::new(source, lengths);
+        let input = ClipSource {
+            skeleton: &skeleton,
+            clips: &clips,
+            events: &[],
+        };
+        let same = GraphRecord::new(input, &settings);
+        let same = same.clips_of(&same);
+        let all: Vec<usize> = (0..events.len()).collect();
+        let find = |joins: Joins, allowed: &[bool], most: usize| {
+            let mut nearest = NearestLinks::new(joins);
+            nearest.joins.begin(&candidates, allowed);
+            let same = nearest.joins.is_same.iter().filter(|same| **same).count();
+            let found = [Side::Before, Side::After].map(|side| {
+                let wanted = Wanted {
+                    events: &all,
+                    side,
+                    allowed,
+                    most,
+                };
+                let found = nearest.find(&candidates, wanted);
+                let key = |it: &Candidate| (it.link, it.event, it.cost.to_bits());
+                found.iter().flatten().map(key).collect::<Vec<_>>()
+            });
+            (found, nearest.joins.record, same)
+        };
+        let allowed = |moment: u32, changed: u32| match moment / FRAMES == changed {
+            true => moment % 5 != 1,
+            false => moment % 7 != 3,
+        };
+        let allowed = |changed: u32| -> Vec<bool> {
+            (0..CLIPS * FRAMES)
+                .map(|moment| allowed(moment, changed))
+                .collect()
+        };
+        for most in [1, 3, 16, 1000] {
+            let (_, record, _) = find(Joins::default(), &allowed(CLIPS), most);
+            for changed in 0..=CLIPS {
+                let (expected, _, none) = find(Joins::default(), &allowed(changed), most);
+                let onto = Joins::onto(&same, &record);
+                let (found, _, kept) = find(onto, &allowed(changed), most);
+                assert!(found == expected, "{most} links, clip {changed} changes");
+                let others = CLIPS as usize - usize::from(changed < CLIPS);
+                assert_eq!([none, kept], [0, others]);
+            }
+        }
     }
 }

@@ -4,6 +4,7 @@ use rustc_hash::FxHashMap;
 use serde::{Deserialize, Serialize};
 
 use super::candidates::{Candidate, Candidates, MOST};
+use super::join_record::{JoinRecord, Joins};
 use super::margin::EventMargin;
 use crate::graph::ClipMatch;
 
@@ -14,14 +15,15 @@ pub(in crate::graph) struct LinkRecord {
     ranges: Vec<EventFrames>,
     /// For each clip and each of its parts, closest first, before their distances are refined.
     clips: Vec<Vec<Vec<NearLink>>>,
+    pub(super) joins: JoinRecord,
 }
 
 /// An event: its clip and frames.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
-struct EventFrames {
-    clip: u32,
-    first: u32,
-    last: u32,
+pub(super) struct EventFrames {
+    pub(super) clip: u32,
+    pub(super) first: u32,
+    pub(super) last: u32,
 }
 
 /// A link, whose blend follows from its distance.
@@ -52,6 +54,11 @@ pub(super) struct KnownRanges {
 impl KnownLinks {
     pub(in crate::graph) fn new(clips: ClipMatch, record: LinkRecord) -> Self {
         Self { clips, record }
+    }
+
+    /// The links of events that the graph would drop.
+    pub(super) fn joins(&self) -> Joins {
+        Joins::onto(&self.clips, &self.record.joins)
     }
 
     pub(super) fn ranges(
@@ -103,7 +110,7 @@ impl KnownLinks {
 }
 
 impl EventFrames {
-    fn of(candidates: &Candidates<'_>, range: &EventMargin) -> Self {
+    pub(super) fn of(candidates: &Candidates<'_>, range: &EventMargin) -> Self {
         let event = &candidates.source.events[range.event];
         Self {
             clip: event.clip.0,
@@ -137,6 +144,7 @@ impl LinkRecord {
                 .map(|range| EventFrames::of(candidates, range))
                 .collect(),
             clips: clips.iter().map(of_clip).collect(),
+            ..Self::default()
         }
     }
 }

@@ -1,5 +1,5 @@
-//! Results of a bake that a later bake of nearly the same clips takes over: minima of distance maps, tests for darting feet, the closest
-//! links.
+//! Results of a bake that a later bake of nearly the same clips takes over: compressed clips, minima of distance maps, tests for darting
+//! feet, the closest links.
 //!
 //! Each of these results depends on the contents of one or two clips, their events and the settings, and on nothing else. The record names
 //! a clip by a checksum of its contents, so that it also serves where clips were added, changed or removed.
@@ -17,11 +17,11 @@ use serde::{Deserialize, Serialize};
 pub use clips::ClipMatch;
 
 use super::GraphSettings;
-use super::feet::DartKey;
+use super::feet::FootPlanList;
 use super::links::LinkRecord;
 use super::search::{MapBand, Minimum};
 use super::source::ClipSource;
-use crate::anim::{Event, Skeleton};
+use crate::anim::{Clip, Event, Skeleton};
 use crate::math::in_parallel;
 
 /// Checksums of a clip and its events.
@@ -37,10 +37,12 @@ pub(crate) struct ClipKey {
 pub struct GraphRecord {
     basis: Option<Basis>,
     pub(super) clips: Vec<ClipKey>,
+    /// The clips as the graph has them.
+    pub(super) compressed: Vec<Option<Clip>>,
     /// Bands with minima, in the order of the search.
     pub(super) bands: Vec<BandRecord>,
-    /// Transitions that were tested for darting feet, sorted, and whether a foot darts.
-    pub(super) darts: Vec<(DartKey, bool)>,
+    /// Transitions that were tested for darting feet, and how they move their feet.
+    pub(super) darts: FootPlanList,
     pub(super) links: LinkRecord,
 }
 
@@ -82,6 +84,12 @@ impl GraphRecord {
             clips: keys(source, settings.threads),
             ..Self::default()
         }
+    }
+
+    /// The compressed clip that a clip of a later bake has in common with the bake of this record.
+    pub(super) fn take_clip(&mut self, common: &ClipMatch, clip: usize) -> Option<Clip> {
+        let earlier = common.earlier(clip)? as usize;
+        { self.compressed.get_mut(earlier) }.and_then(|slot| slot.take())
     }
 
     /// The clips of this record that an earlier one has, too; none if that was made with other settings, for another skeleton or by another

@@ -1,10 +1,11 @@
 //! Pairs of windows that a lower bound does not show to be far apart.
 
 use std::ops::Range;
+use std::sync::OnceLock;
 
 use super::bounds::{Features, NODE, NODES, Projection};
 use crate::graph::distance::Windows;
-use crate::math::{Isa, in_parallel};
+use crate::math::Isa;
 
 /// A window pair.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -86,8 +87,8 @@ pub(in crate::graph) struct NearWindows {
     projection: Projection,
     /// Distance for which the balls are made, in metres.
     least: f32,
-    clips: Vec<Features>,
-    columns: Vec<usize>,
+    /// The projected windows of each clip, made when it is first searched.
+    clips: Vec<OnceLock<Features>>,
 }
 
 /// A range of frames whose windows are compared with those of clips.
@@ -95,18 +96,24 @@ pub(in crate::graph) struct NearWindows {
 pub(in crate::graph) struct NearRange(Features);
 
 impl NearWindows {
-    /// Prepares the windows of clips, which have the same joints and windows of one length. Few pairs are found in vain for
-    /// distances of `least` metres and more.
-    pub(in crate::graph) fn new(windows: &[Windows], least: f32, threads: usize) -> Self {
-        let projection = Projection::new(&windows.iter().collect::<Vec<_>>());
+    /// Prepares the search of the windows of `clips` clips, which have the joints of `samples` and windows of their length. Few pairs are
+    /// found in vain in clips like those of `samples`, for distances of `least` metres and more.
+    pub(in crate::graph) fn new(samples: &[&Windows], clips: usize, least: f32) -> Self {
         Self {
-            clips: in_parallel(threads, windows.len(), |clip| {
-                Features::new(&projection, &windows[clip], least)
-            }),
-            columns: windows.iter().map(Windows::count).collect(),
-            projection,
+            clips: (0..clips).map(|_| OnceLock::new()).collect(),
+            projection: Projection::new(samples),
             least,
         }
+    }
+
+    /// The windows of a clip.
+    fn prepared(&self, clip: usize, windows: &Windows) -> &Features {
+        self.clips[clip].get_or_init(|| Features::new(&self.projection, windows, self.least))
+    }
+
+    /// Prepares the windows of a clip, which is otherwise done when it is first searched.
+    pub(in crate::graph) fn prepare(&self, clip: usize, windows: &Windows) {
+        let _ = self.prepared(clip, windows);
     }
 
     /// Prepares the windows of a range.
@@ -114,21 +121,22 @@ impl NearWindows {
         NearRange(Features::new(&self.projection, windows, self.least))
     }
 
-    /// Finds all pairs of a window of `range`, of which there are `rows`, and a window of a clip whose distance is below `limit`, in
-    /// metres, and some others.
+    /// Finds all pairs of a window of `range`, of which there are `rows`, and one of the windows of a clip whose distance is below
+    /// `limit`, in metres, and some others.
     pub(in crate::graph) fn find(
         &self,
         (range, rows): (&NearRange, usize),
-        (clip, limit): (usize, f32),
+        (clip, windows, limit): (usize, &Windows, f32),
         near: &mut Vec<WindowCell>,
     ) {
+        let of_clip = self.prepared(clip, windows);
         let search = NearSearch {
-            features: [&range.0, &self.clips[clip]],
+            features: [&range.0, of_clip],
             limit: limit * limit,
             // A little more than that, against rounding.
             beyond: (limit - self.least).max(0.0) + 1e-5 * limit,
             gap: None,
-            columns: self.columns[clip],
+            columns: windows.count(),
         };
         Isa::best().run(
             #[inline(always)]

@@ -7,8 +7,11 @@ use super::frames::{EnteredMotion, FrameSampler, LeftMotion};
 use super::layer_test::LayerTest;
 use super::layers::LayerSource;
 use super::limits::{DEPARTURES, MeasuredMotion, MotionLimits, head};
+use super::moment_search::MomentSearch;
 use super::near_stances::NearStances;
-use super::record::{EarlierEntries, EntryRecord, KnownTests, PairTest, TestBasis, TestTable};
+use super::record::{
+    Beyond, EarlierEntries, EntryRecord, KnownTests, MomentTests, PairTest, TestBasis, TestTable,
+};
 use super::slack::Slack;
 use super::targets::{ClipFrame, ClipPlaces, natural, targets};
 use super::{BLENDS, EXIT_BLENDS, EntrySettings, EntryTable, KnownEntry, RATES, Stance};
@@ -41,7 +44,7 @@ impl EntryTable {
         }
         let earlier = earlier.with(settings);
         let places = ClipPlaces::new(graph);
-        let measured = MeasuredMotion::of(graph, threads);
+        let mut measured = MeasuredMotion::of(graph, threads);
         let limits = measured.limits(&settings.plausible);
         let targets = targets(graph, evasions, settings, &places);
         let step = settings.moment_step;
@@ -68,8 +71,10 @@ impl EntryTable {
             ..EntryRecord::default()
         };
         if let Some(earlier) = earlier {
-            entries.known = Some(earlier.known(&earlier.record.entries, entries.basis()));
-            exits.known = Some(earlier.known(&earlier.record.exits, exits.basis()));
+            let of_entries = earlier.known(&earlier.record.entries, entries.basis());
+            let of_exits = earlier.known(&earlier.record.exits, exits.basis());
+            entries.know(Some(of_entries));
+            exits.know(Some(of_exits));
             layers.known = Some(earlier.known(&earlier.record.layers, layers.basis(&entries)));
         }
         let search = MomentSearch {
@@ -127,67 +132,6 @@ pub(crate) struct EntrySearch<'a> {
     pub(crate) earlier: &'a EarlierEntries,
 }
 
-/// The search at each moment.
-struct MomentSearch<'a> {
-    entries: &'a Finder<'a>,
-    exits: &'a Finder<'a>,
-    layers: &'a LayerSource<'a>,
-    settings: &'a EntrySettings,
-}
-
-/// What was found at a moment.
-#[derive(Default)]
-struct MomentFound {
-    entries: Vec<KnownEntry>,
-    exits: Vec<KnownEntry>,
-    layers: Vec<KnownEntry>,
-    /// The tests of entries, exits and layers.
-    tests: [Vec<PairTest>; 3],
-}
-
-impl MomentSearch<'_> {
-    /// Searches all moments.
-    fn all(&self, threads: usize) -> impl Iterator<Item = MomentFound> + use<> {
-        /// Number of moments that share scratch.
-        const BATCH: usize = 16;
-        let (graph, step) = (self.entries.graph, self.settings.moment_step);
-        let frames = graph.clips().iter().map(|clip| clip.frames() as u32);
-        let moments: Vec<(usize, u32)> = { frames.enumerate() }
-            .flat_map(|(clip, frames)| {
-                (0..frames)
-                    .step_by(step as usize)
-                    .map(move |frame| (clip, frame))
-            })
-            .collect();
-        let found = in_parallel(threads, moments.len().div_ceil(BATCH), |batch| {
-            let mut scratch = Scratch::new(graph, step);
-            let end = ((batch + 1) * BATCH).min(moments.len());
-            let own = moments[batch * BATCH..end].iter();
-            own.map(|&place| self.at(place, &mut scratch))
-                .collect::<Vec<_>>()
-        });
-        found.into_iter().flatten()
-    }
-
-    fn at(&self, place: (usize, u32), scratch: &mut Scratch<'_>) -> MomentFound {
-        let Some(from) = self.entries.depart(place, &mut scratch.sampler) else {
-            return MomentFound::default();
-        };
-        let entries = { self.entries }.entries(&from, self.settings.most as usize, scratch);
-        let of_entries = std::mem::take(&mut scratch.tests);
-        let exits = self.exits.exits(&from, scratch);
-        let of_exits = std::mem::take(&mut scratch.tests);
-        let layers = self.entries.layers(&from, self.layers, scratch);
-        let of_layers = std::mem::take(&mut scratch.tests);
-        MomentFound {
-            entries,
-            exits,
-            layers,
-            tests: [of_entries, of_exits, of_layers],
-        }
-    }
-}
-
 /// A permutation of the numbers below `count` in which each prefix is spread evenly.
 pub(super) fn spread(count: usize) -> impl Iterator<Item = usize> {
     let is_coprime = |step: &usize| {
@@ -231,6 +175,8 @@ pub(super) struct Scratch<'a> {
     pub(super) step: u32,
     /// Tests that a later bake may take over.
     pub(super) tests: Vec<PairTest>,
+    /// Cost of the exit that was considered last, or infinite if all were.
+    pub(super) furthest: f32,
     /// Whether each target is near.
     pub(super) near: Vec<bool>,
 }
@@ -240,10 +186,22 @@ impl<'a> Scratch<'a> {
         Self {
             step,
             tests: Vec::new(),
+            furthest: f32::INFINITY,
             near: Vec::new(),
             sampler: FrameSampler::new(graph),
             examiner: Examiner::new(graph),
             layers: LayerTest::new(graph),
+        }
+    }
+}
+
+impl Scratch<'_> {
+    /// The tests of a moment that was searched.
+    pub(super) fn take_tests(&mut self, beyond: Beyond) -> MomentTests {
+        MomentTests {
+            tests: std::mem::take(&mut self.tests),
+            beyond,
+            furthest: std::mem::replace(&mut self.furthest, f32::INFINITY),
         }
     }
 }
@@ -280,23 +238,34 @@ pub(super) struct Finder<'a> {
     facing: Facing,
     stances: Vec<Stance>,
     near: NearStances,
+    /// Those of the targets that an earlier bake did not have.
+    near_new: NearStances,
     /// Hips and head of each target after the last of [`DEPARTURES`].
     points: Vec<Points>,
     ways: Ways,
     /// The motion that starts at each target, by rate.
     entered: Vec<Vec<EnteredMotion>>,
+    /// What is played after the end of each target's clip.
+    beyond: Vec<Beyond>,
     /// The tests of an earlier bake.
-    known: Option<KnownTests<'a>>,
+    pub(super) known: Option<KnownTests<'a>>,
 }
 
 /// A frame of a clip that is left.
 pub(super) struct Departed {
-    pub(super) clip: ClipId,
-    /// The frame at which the cut is made.
-    pub(super) now: u32,
+    pub(super) at: Leaving,
     /// The frame before it.
     pub(super) before: Playhead,
     left: LeftMotion,
+    /// What is played after the end of the clip.
+    pub(super) beyond: Beyond,
+}
+
+/// The part of a frame that is left by which targets are aligned.
+pub(super) struct Leaving {
+    pub(super) clip: ClipId,
+    /// The frame at which the cut is made.
+    pub(super) now: u32,
     stance: Stance,
     standing: Vec<bool>,
     ways: [Points; 2],
@@ -328,6 +297,14 @@ impl<'a> Finder<'a> {
             let entered = |&rate: &f32| sampler.entered(&targets[target], rate, frames);
             ways.rates.iter().map(entered).collect()
         });
+        let beyond = |entered: &Vec<EnteredMotion>| {
+            let frames = || entered.iter().flat_map(|motion| &motion.frames);
+            match entered.iter().all(|motion| motion.stays_in_clip) {
+                true => Beyond::default(),
+                false => Beyond::of(frames().map(|frame| &frame.pose)),
+            }
+        };
+        let beyond = entered.iter().map(beyond).collect();
         let after = f64::from(DEPARTURES[DEPARTURES.len() - 1]) * graph.frame_rate();
         let head = head(graph.skeleton());
         let facing = Facing::of(graph.skeleton());
@@ -348,10 +325,12 @@ impl<'a> Finder<'a> {
             head,
             facing,
             near: NearStances::new(&stances, legs, [ROOT_APART, FOOT_APART]),
+            near_new: NearStances::default(),
             stances,
             points: targets.iter().map(points).collect(),
             ways,
             entered,
+            beyond,
             targets,
             known: None,
         }
@@ -362,40 +341,93 @@ impl<'a> Finder<'a> {
         TestBasis {
             limits: self.limits,
             targets: &self.targets,
+            beyond: &self.beyond,
+        }
+    }
+
+    /// The playhead at a frame of a clip; `None` if the graph does not play it.
+    pub(super) fn playhead(&self, (clip, frame): (usize, u32)) -> Option<Playhead> {
+        let (edge, edge_frame) = self.places.find(ClipId(clip as u32), frame)?;
+        Some(Playhead {
+            edge,
+            frame: edge_frame as f32,
+            clip_to_world: Rigid2::IDENTITY,
+        })
+    }
+
+    /// The frame one after a frame of a clip.
+    pub(super) fn leaving(&self, (clip, frame): (usize, u32)) -> Leaving {
+        let (graph, clip) = (self.graph, ClipId(clip as u32));
+        let now = frame + 1;
+        let at = now.min(graph.clip(clip).frames() as u32 - 1);
+        let legs = graph.feet().legs().len().min(Stance::LEGS);
+        let standing = (0..legs).map(|leg| graph.feet().stands(clip, leg, at));
+        Leaving {
+            clip,
+            now,
+            stance: Stance::of_frame(graph, self.facing, Node { clip, frame: at }),
+            standing: standing.collect(),
+            ways: [frame, at].map(|frame| Points::of((graph, self.head), clip, frame)),
         }
     }
 
     /// Samples what the tests need of the motion that is left one frame after a frame of a clip. It depends on no target.
     pub(super) fn depart(
         &self,
-        (clip, frame): (usize, u32),
+        place: (usize, u32),
+        before: Playhead,
         sampler: &mut FrameSampler<'_>,
-    ) -> Option<Departed> {
-        let (graph, clip) = (self.graph, ClipId(clip as u32));
-        let (edge, edge_frame) = self.places.find(clip, frame)?;
-        let before = Playhead {
-            edge,
-            frame: edge_frame as f32,
-            clip_to_world: Rigid2::IDENTITY,
-        };
-        let legs = graph.feet().legs().len().min(Stance::LEGS);
-        let now = frame + 1;
-        let at = now.min(graph.clip(clip).frames() as u32 - 1);
-        Some(Departed {
-            clip,
-            now,
+    ) -> Departed {
+        let left = sampler.left(before);
+        Departed {
+            at: self.leaving(place),
             before,
-            left: sampler.left(before),
-            stance: Stance::of_frame(graph, self.facing, Node { clip, frame: at }),
-            standing: (0..legs)
-                .map(|leg| graph.feet().stands(clip, leg, at))
-                .collect(),
-            ways: [frame, at].map(|frame| Points::of((graph, self.head), clip, frame)),
-        })
+            beyond: match left.stays_in_clip {
+                true => Beyond::default(),
+                false => Beyond::of(left.frames.iter().map(|frame| &frame.pose)),
+            },
+            left,
+        }
+    }
+
+    /// Takes over the tests of an earlier bake.
+    fn know(&mut self, known: Option<KnownTests<'a>>) {
+        let new = known.iter().flat_map(|known| &known.new);
+        let new: Vec<Stance> = new.map(|&target| self.stances[target]).collect();
+        let legs = self.graph.feet().legs().len().min(Stance::LEGS);
+        self.near_new = NearStances::new(&new, legs, [ROOT_APART, FOOT_APART]);
+        self.known = known;
+    }
+
+    /// Whether there are targets that an earlier bake did not have.
+    pub(super) fn has_new(&self) -> bool {
+        self.known
+            .as_ref()
+            .is_some_and(|known| !known.new.is_empty())
+    }
+
+    /// Whether a target that the earlier bake did not have can be aligned at no more than a cost.
+    pub(super) fn has_new_near(&self, from: &Leaving, cost: f32, near: &mut Vec<bool>) -> bool {
+        let Some(known) = self.known.as_ref().filter(|_| self.has_new()) else {
+            return false;
+        };
+        near.clear();
+        near.resize(known.new.len(), true);
+        if !self.near_new.is_empty() {
+            self.near_new.find(&from.stance, &from.standing, near);
+        }
+        let near = known.new.iter().zip(near.iter()).filter(|(_, near)| **near);
+        let mut aligned = near.filter_map(|(&target, _)| self.align(from, target));
+        aligned.any(|aligned| aligned.cost <= cost)
     }
 
     /// Finds entries of a frame of a clip.
-    fn entries(&self, from: &Departed, most: usize, scratch: &mut Scratch<'_>) -> Vec<KnownEntry> {
+    pub(super) fn entries(
+        &self,
+        from: &Departed,
+        most: usize,
+        scratch: &mut Scratch<'_>,
+    ) -> Vec<KnownEntry> {
         let mut found = Vec::new();
         self.find_near(from, &mut scratch.near);
         for target in spread(self.targets.len()) {
@@ -405,7 +437,7 @@ impl<'a> Finder<'a> {
             if !scratch.near[target] {
                 continue;
             }
-            let Some(aligned) = self.align(from, target) else {
+            let Some(aligned) = self.align(&from.at, target) else {
                 continue;
             };
             if !aligned.goes_on {
@@ -424,7 +456,7 @@ impl<'a> Finder<'a> {
     /// Writes for each target whether [`Finder::align`] may align it.
     pub(super) fn find_near(&self, from: &Departed, near: &mut Vec<bool>) {
         match self.near.is_empty() {
-            false => self.near.find(&from.stance, &from.standing, near),
+            false => self.near.find(&from.at.stance, &from.at.standing, near),
             // A body without feet.
             true => {
                 near.clear();
@@ -434,7 +466,7 @@ impl<'a> Finder<'a> {
     }
 
     /// Aligns a target, or returns `None` if it is where the motion goes anyway or too far away.
-    pub(super) fn align(&self, from: &Departed, target: usize) -> Option<Aligned> {
+    pub(super) fn align(&self, from: &Leaving, target: usize) -> Option<Aligned> {
         let at = &self.targets[target];
         let ahead = i64::from(at.frame) - i64::from(from.now);
         if at.clip == from.clip && ahead.abs() <= 3 {
@@ -498,17 +530,13 @@ impl<'a> Finder<'a> {
         (target, aligned): (usize, Aligned),
         scratch: &mut Scratch<'_>,
     ) -> Option<(usize, usize)> {
-        let stays = |entered: &EnteredMotion| entered.stays_in_clip;
-        if !from.left.stays_in_clip || !self.entered[target].iter().all(stays) {
-            return self.tested(from, (target, aligned), &mut scratch.examiner);
-        }
-        let moment = (from.clip, (from.now - 1) / scratch.step);
+        let place = (from.at.clip, (from.at.now - 1) / scratch.step);
         let known = self.known.as_ref();
-        let known = known.and_then(|known| known.find(moment, target));
+        let known = known.and_then(|known| known.find((place, from.beyond), target));
         let test = known.unwrap_or_else(|| {
             scratch.examiner.slack = Slack::default();
             let how = self.tested(from, (target, aligned), &mut scratch.examiner);
-            PairTest::new(target, how, &scratch.examiner.slack)
+            PairTest::new(target, (how, aligned.pin), &scratch.examiner.slack)
         });
         scratch.tests.push(test);
         test.how()
@@ -527,7 +555,7 @@ impl<'a> Finder<'a> {
             left: &from.left,
             entered: &entered[rate],
             align: aligned.align,
-            stands: from.standing.contains(&true),
+            stands: from.at.standing.contains(&true),
             toe_slows: self.toe_slows,
         };
         let mut test = examiner.cut(cut(0));

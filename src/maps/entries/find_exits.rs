@@ -1,7 +1,7 @@
 //! Search for the exits of all moments.
 
 use super::find::{Aligned, Departed, Finder, Scratch};
-use super::record::TestTable;
+use super::record::{MomentTests, TestTable};
 use super::stretches::PlayedFrames;
 use super::{EntryTable, KnownEntry, MomentLists};
 use crate::graph::ClipId;
@@ -30,11 +30,16 @@ impl EntryTable {
                 places.extend(moments.map(place));
             }
         }
-        let found = in_parallel(threads, places.len(), |number| {
+        type Found = (Vec<KnownEntry>, MomentTests);
+        let found = in_parallel(threads, places.len(), |number| -> Found {
             let mut scratch = Scratch::new(graph, self.step);
-            let from = exits.depart(places[number].1, &mut scratch.sampler);
-            let found = from.map(|from| exits.exits(&from, &mut scratch));
-            (found.unwrap_or_default(), scratch.tests)
+            let place = places[number].1;
+            let Some(before) = exits.playhead(place) else {
+                return (Vec::new(), MomentTests::not_played());
+            };
+            let from = exits.depart(place, before, &mut scratch.sampler);
+            let found = exits.exits(&from, &mut scratch);
+            (found, scratch.take_tests(from.beyond))
         });
         let mut found = places
             .iter()
@@ -50,7 +55,7 @@ impl EntryTable {
                 }
                 None => {
                     lists.push(self.exits.lists.of(moment));
-                    table.push(Vec::new());
+                    table.push(MomentTests::not_played());
                 }
             }
         }
@@ -70,20 +75,24 @@ impl Finder<'_> {
         /// Exits of one moment lead to frames so far apart in their clip, at least.
         const APART: u32 = 10;
         let mut found: Vec<KnownEntry> = Vec::new();
+        scratch.furthest = f32::INFINITY;
         self.find_near(from, &mut scratch.near);
         let near = scratch.near.iter().enumerate();
         let near = near.filter_map(|(target, &near)| near.then_some(target));
         let mut nearest: Vec<(f32, usize, Aligned)> = near
             .filter_map(|target| {
-                let aligned = self.align(from, target)?;
+                let aligned = self.align(&from.at, target)?;
                 Some((aligned.cost, target, aligned))
             })
             .collect();
         nearest.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-        for (rank, (_, target, aligned)) in nearest.into_iter().enumerate() {
+        let mut considered = 0.0;
+        for (rank, (cost, target, aligned)) in nearest.into_iter().enumerate() {
             if found.len() == MOST || rank >= EXAMINED && (!found.is_empty() || rank >= LAST) {
+                scratch.furthest = considered;
                 break;
             }
+            considered = cost;
             let at = self.targets[target];
             let is_alike = |known: &KnownEntry| {
                 let other = self.targets[usize::from(known.target)];
@@ -93,9 +102,13 @@ impl Finder<'_> {
                 continue;
             }
             let how = self.plausible(from, (target, aligned), scratch);
-            found.extend(
-                how.map(|(blend, _)| KnownEntry::new(target as u16, (blend, aligned.pin, 0))),
-            );
+            let Some((blend, _)) = how else {
+                continue;
+            };
+            if let Some(test) = scratch.tests.last_mut() {
+                test.set_rank(found.len());
+            }
+            found.push(KnownEntry::new(target as u16, (blend, aligned.pin, 0)));
         }
         found
     }

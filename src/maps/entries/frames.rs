@@ -22,7 +22,7 @@ pub(super) struct Frame {
 /// A motion that is left: the frames before the cut, at it, and after it.
 #[derive(Clone, Debug)]
 pub(super) struct LeftMotion {
-    pub(super) frames: [Frame; 3],
+    pub(super) frames: [Frame; Self::FRAMES],
     /// Rotation vector of each joint between the first two frames.
     pub(super) turns: Vec<Vec3>,
     /// Whether all frames are of one clip.
@@ -53,6 +53,11 @@ pub(super) struct FrameSampler<'a> {
 struct Place {
     clip: ClipId,
     frame: f32,
+}
+
+impl LeftMotion {
+    /// Number of frames.
+    pub(super) const FRAMES: usize = 3;
 }
 
 impl Frame {

@@ -10,6 +10,7 @@ use super::examine::Examiner;
 use super::frames::{FrameSampler, turns};
 use super::joint_steps::{JointLimits, JointSteps};
 use super::limits::{MotionLimits, goes_on, head};
+use super::record::Beyond;
 use super::slack::Slack;
 use crate::anim::{Envelope, JointId, Pose, slerp};
 use crate::graph::{ClipId, MotionGraph, Playhead, layer_tilt};
@@ -228,6 +229,10 @@ impl<'a> LayerTest<'a> {
 }
 
 impl LayerBase {
+    pub(super) fn checksums(&self) -> Beyond {
+        Beyond::of(self.poses.iter())
+    }
+
     /// Whether a joint that has some rotations from the third frame on is plausible.
     fn fits(
         &self,

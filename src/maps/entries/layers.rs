@@ -5,7 +5,7 @@ use glam::{Quat, Vec3};
 use super::find::{Departed, Finder, Scratch, spread};
 use super::layer_test::{LayerBase, LayerTest};
 use super::limits::{MotionLimits, head};
-use super::record::{KnownTests, PairTest, TestBasis};
+use super::record::{Beyond, KnownTests, PairTest, TestBasis};
 use super::slack::Slack;
 use super::{BLENDS, EntryTarget, KnownEntry, RATES};
 use crate::anim::{JointId, Pose, forward_kinematics};
@@ -74,6 +74,8 @@ impl<'a> LayerSource<'a> {
         TestBasis {
             limits: &self.limits,
             targets: &entries.targets,
+            // Layers play the target's clip alone.
+            beyond: &[],
         }
     }
 
@@ -90,7 +92,7 @@ impl<'a> LayerSource<'a> {
                 .last();
             (blend, fastest.unwrap_or(0))
         });
-        PairTest::new(target, how, &test.slack)
+        PairTest::new(target, (how, None), &test.slack)
     }
 }
 
@@ -108,41 +110,41 @@ fn head_over_pelvis(graph: &MotionGraph, clip: ClipId, frame: u32) -> Vec3 {
 const MOST: usize = 32;
 
 impl Finder<'_> {
-    /// Finds the layered evasions of a frame of a clip, among the targets of the evasions that can be layered.
+    /// Finds the layered evasions of a frame of a clip, among the targets of the evasions that can be layered, and what is played after the
+    /// end of the clip.
     pub(super) fn layers(
         &self,
         from: &Departed,
         source: &LayerSource<'_>,
         scratch: &mut Scratch<'_>,
-    ) -> Vec<KnownEntry> {
-        let (mut found, mut base) = (Vec::new(), None);
+    ) -> (Vec<KnownEntry>, Beyond) {
+        let mut found = Vec::new();
         let test = &mut scratch.layers;
-        let stays = test.stays_in_clip(from.before);
-        let known = source.known.as_ref().filter(|_| stays);
-        let moment = (from.clip, (from.now - 1) / scratch.step);
+        let (mut base, mut beyond) = (None, Beyond::default());
+        if !test.stays_in_clip(from.before) {
+            let made = base.insert(test.base(from.before, &source.limits));
+            beyond = made.checksums();
+        }
+        let place = (from.at.clip, (from.at.now - 1) / scratch.step);
         for target in spread(source.targets.len()) {
             if found.len() == MOST {
                 break;
             }
-            let is_own = self.targets[target].clip == from.clip;
+            let is_own = self.targets[target].clip == from.at.clip;
             let evasion = usize::from(source.targets[target].evasion);
             if is_own || !source.layerable[evasion] {
                 continue;
             }
-            let known = known.and_then(|known| known.find(moment, target));
+            let known = source.known.as_ref();
+            let known = known.and_then(|known| known.find((place, beyond), target));
             let tested = known.unwrap_or_else(|| {
                 let base = base.get_or_insert_with(|| test.base(from.before, &source.limits));
                 source.tested(target, base, test)
             });
-            if stays {
-                scratch.tests.push(tested);
-            }
-            let how = tested.how();
-            found.extend(
-                how.map(|(blend, fastest)| KnownEntry::new(target as u16, (blend, None, fastest))),
-            );
+            scratch.tests.push(tested);
+            found.extend(tested.entry());
         }
         found.sort_unstable_by_key(|layer| layer.target);
-        found
+        (found, beyond)
     }
 }

@@ -2,6 +2,8 @@
 //!
 //! The limits are percentiles over all frames of the clips: angular velocity and acceleration of each joint, departure of hips and head
 //! from constant velocity, and speed of the toes. A motion within all limits is called plausible.
+//!
+//! Limits are rounded to steps of 3 to 6%, so that a few clips more or less hardly ever change them.
 
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
@@ -12,7 +14,7 @@ use crate::anim::{Clip, JointId, JointTransform, Pose, Skeleton, forward_kinemat
 use crate::graph::MotionGraph;
 use crate::math::in_parallel;
 
-/// Percentiles and bounds that define plausible motion.
+/// Percentiles and bounds that define plausible motion. Percentiles are rounded to 16 steps between a power of two and the next.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PlausibilitySettings {
     /// Percentile of each joint's angular velocity and acceleration, and of the toes' speed. Default 99.9.
@@ -182,18 +184,28 @@ impl Sample {
     }
 }
 
-/// Percentile of values in ascending order, 0 if there are none.
-fn percentile(values: &[f32], percent: f32) -> f32 {
-    let last = values.len().saturating_sub(1) as f32;
-    let at = (last * percent / 100.0).round() as usize;
-    values.get(at).copied().unwrap_or(0.0)
+/// Percentile of values, which are put in another order, 0 if there are none.
+fn percentile(values: &mut [f32], percent: f32) -> f32 {
+    let last = values.len().saturating_sub(1);
+    let at = ((last as f32 * percent / 100.0).round() as usize).min(last);
+    match values {
+        [] => 0.0,
+        values => *values.select_nth_unstable_by(at, f32::total_cmp).1,
+    }
+}
+
+/// Rounds a positive number to one of 16 steps between a power of two and the next.
+fn rounded(value: f32) -> f32 {
+    const LOW: u32 = f32::MANTISSA_DIGITS - 1 - 4;
+    let half = 1 << (LOW - 1);
+    f32::from_bits((value.to_bits() + half) >> LOW << LOW)
 }
 
 /// What is measured in the clips. The limits are percentiles of it.
 pub(super) struct MeasuredMotion {
     joints: usize,
     /// Speeds of each joint, accelerations of each joint, departures of the hips and of the head after each of [`DEPARTURES`], and speeds of
-    /// the toes; each in ascending order.
+    /// the toes.
     lists: Vec<Vec<f32>>,
 }
 
@@ -213,9 +225,7 @@ impl MeasuredMotion {
                 .iter()
                 .map(|of_clip| of_clip.lists[list].as_slice())
                 .collect();
-            let mut all = parts.concat();
-            all.sort_unstable_by(f32::total_cmp);
-            all
+            parts.concat()
         });
         Self { joints, lists }
     }
@@ -267,15 +277,20 @@ impl MeasuredMotion {
 
     /// The limits of some settings.
     #[must_use]
-    pub(super) fn limits(&self, settings: &PlausibilitySettings) -> MotionLimits {
-        let (joints, others) = self.lists.split_at(2 * self.joints);
-        let of_joints: Vec<f32> = joints
-            .iter()
-            .map(|values| percentile(values, settings.joints))
-            .collect();
-        let (speeds, accelerations) = of_joints.split_at(self.joints);
-        let departure = |list: usize| percentile(&others[list], settings.departure);
-        let toe_speed = percentile(&others[2 * DEPARTURES.len()], settings.joints);
+    pub(super) fn limits(&mut self, settings: &PlausibilitySettings) -> MotionLimits {
+        let departures = 2 * self.joints..2 * self.joints + 2 * DEPARTURES.len();
+        let lists = self.lists.iter_mut().enumerate();
+        let limits = lists.map(|(list, values)| {
+            let percent = match departures.contains(&list) {
+                true => settings.departure,
+                false => settings.joints,
+            };
+            rounded(percentile(values, percent))
+        });
+        let limits: Vec<f32> = limits.collect();
+        let (speeds, accelerations) = limits[..departures.start].split_at(self.joints);
+        let departure = |list: usize| limits[departures.start + list];
+        let toe_speed = limits[departures.end];
         MotionLimits {
             joint_speed: speeds.to_vec(),
             joint_acceleration: accelerations.to_vec(),
@@ -299,9 +314,23 @@ mod tests {
 
     #[test]
     fn percentiles_are_those_of_sorted_values() {
-        let values: Vec<f32> = (0..=1000).map(|value| value as f32).collect();
-        assert_eq!(percentile(&values, 99.9), 999.0);
-        assert_eq!(percentile(&values, 50.0), 500.0);
-        assert_eq!(percentile(&[], 99.0), 0.0);
+        let mut values: Vec<f32> = (0..=1000).map(|value| (value * 7 % 1001) as f32).collect();
+        assert_eq!(percentile(&mut values, 99.9), 999.0);
+        assert_eq!(percentile(&mut values, 50.0), 500.0);
+        assert_eq!(percentile(&mut values, 100.0), 1000.0);
+        assert_eq!(percentile(&mut [], 99.0), 0.0);
+    }
+
+    #[test]
+    fn limits_are_rounded_to_the_nearest_step() {
+        assert_eq!(rounded(0.0), 0.0);
+        assert_eq!(
+            [1.0, 1.03, 1.04, 1.99].map(rounded),
+            [1.0, 1.0, 1.0625, 2.0]
+        );
+        for value in (1..5000).map(|value| 0.01 * value as f32) {
+            assert!((rounded(value) / value - 1.0).abs() < 0.0313, "{value}");
+            assert_eq!(rounded(rounded(value)), rounded(value));
+        }
     }
 }

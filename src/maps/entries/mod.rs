@@ -15,6 +15,7 @@ mod layer_test;
 mod layers;
 mod limits;
 mod moment_lists;
+mod moment_search;
 mod near_stances;
 mod record;
 mod report;

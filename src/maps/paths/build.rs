@@ -37,20 +37,51 @@ struct Drafts {
     by_frames: Vec<u32>,
 }
 
+/// Number of nodes that share scratch.
+const BATCH: usize = 256;
+
+/// Paths of one length of some nodes, and the statistics of [`PathReport`].
+#[derive(Default)]
+struct LayerPaths {
+    kept: Vec<Draft>,
+    /// End of each node's paths in `kept`.
+    ends: Vec<usize>,
+    alike: u64,
+    cut: u64,
+}
+
+/// Memory of the selection of paths.
+#[derive(Default)]
+struct Scratch {
+    found: Vec<Draft>,
+    keyed: Vec<([i32; 6], Draft)>,
+    ranked: Vec<(u32, Draft)>,
+}
+
 /// Finds the paths from every node of a graph.
 pub(in crate::maps) fn build(source: PathSource<'_>, settings: &PathSettings) -> PathTable {
     let layers = Layers::new(source, settings);
     let mut nodes = vec![Drafts::default(); source.graph.nodes().len()];
     let mut report = PathReport::default();
     for frames in 0..=layers.longest {
-        let found = in_parallel(settings.threads, nodes.len(), |index| {
-            layers.paths(&nodes, NodeId(index as u32), frames)
+        let found = in_parallel(settings.threads, nodes.len().div_ceil(BATCH), |batch| {
+            let (mut scratch, mut found) = (Scratch::default(), LayerPaths::default());
+            let end = ((batch + 1) * BATCH).min(nodes.len());
+            for node in batch * BATCH..end {
+                layers.find(&nodes, (NodeId(node as u32), frames), &mut scratch);
+                layers.select(&mut scratch, &mut found);
+            }
+            found
         });
-        for (drafts, (layer, of_node)) in nodes.iter_mut().zip(found) {
-            drafts.by_frames.push(drafts.all.len() as u32);
-            drafts.all.extend(layer);
-            report.alike += of_node.alike;
-            report.cut += of_node.cut;
+        for (nodes, found) in nodes.chunks_mut(BATCH).zip(&found) {
+            let mut first = 0;
+            for (drafts, &end) in nodes.iter_mut().zip(&found.ends) {
+                drafts.by_frames.push(drafts.all.len() as u32);
+                drafts.all.extend_from_slice(&found.kept[first..end]);
+                first = end;
+            }
+            report.alike += found.alike;
+            report.cut += found.cut;
         }
     }
     report.kept = nodes.iter().map(|drafts| drafts.all.len() as u64).sum();
@@ -118,9 +149,10 @@ impl<'a> Layers<'a> {
         }
     }
 
-    /// Paths of exactly `frames` frames from a node.
-    fn paths(&self, nodes: &[Drafts], node: NodeId, frames: usize) -> (Vec<Draft>, PathReport) {
-        let mut found = Vec::new();
+    /// Finds the paths of exactly `frames` frames from a node.
+    fn find(&self, nodes: &[Drafts], (node, frames): (NodeId, usize), scratch: &mut Scratch) {
+        let found = &mut scratch.found;
+        found.clear();
         let starts = self.starts[node.index()].iter().filter(|_| frames == 0);
         found.extend(starts.map(|&evasion| Draft {
             link: Link {
@@ -149,7 +181,6 @@ impl<'a> Layers<'a> {
                 self.extended(edge, link, &rest.all[position])
             }));
         }
-        self.select(found)
     }
 
     /// Path that starts with `edge` and continues with `rest`.
@@ -175,39 +206,44 @@ impl<'a> Layers<'a> {
 
     /// Selects the paths to keep: the best one of each group of similar paths, limited to `most` in
     /// turns: first the best of each evasion, then the second best of each, and so on.
-    fn select(&self, found: Vec<Draft>) -> (Vec<Draft>, PathReport) {
-        let mut report = PathReport::default();
+    fn select(&self, scratch: &mut Scratch, layer: &mut LayerPaths) {
+        let Scratch {
+            found,
+            keyed,
+            ranked,
+        } = scratch;
         let all = found.len();
-        let mut keyed: Vec<([i32; 6], Draft)> = found
-            .into_iter()
-            .map(|draft| (self.key(&draft.path), draft))
-            .collect();
-        keyed.sort_by(|a, b| a.0.cmp(&b.0).then_with(|| better(&a.1, &b.1)));
-        keyed.dedup_by_key(|(key, _)| *key);
-        report.alike = (all - keyed.len()) as u64;
-        let different = keyed.into_iter().map(|(_, draft)| draft);
-        if report.alike as usize + self.most >= all {
-            return (different.collect(), report);
+        if all > 1 {
+            keyed.clear();
+            keyed.extend(found.iter().map(|draft| (self.key(&draft.path), *draft)));
+            // No two paths are equally good, so that their order is known.
+            keyed.sort_unstable_by(|a, b| a.0.cmp(&b.0).then_with(|| better(&a.1, &b.1)));
+            keyed.dedup_by_key(|(key, _)| *key);
+            layer.alike += (all - keyed.len()) as u64;
+            found.clear();
+            found.extend(keyed.iter().map(|(_, draft)| *draft));
         }
-        let mut found: Vec<Draft> = different.collect();
-        found.sort_by(|a, b| {
-            a.path
-                .evasion
-                .cmp(&b.path.evasion)
-                .then_with(|| better(a, b))
-        });
-        let mut ranked: Vec<(u32, Draft)> = Vec::with_capacity(found.len());
-        for draft in found {
-            let rank = match ranked.last() {
-                Some((rank, last)) if last.path.evasion == draft.path.evasion => rank + 1,
-                _ => 0,
-            };
-            ranked.push((rank, draft));
+        if found.len() > self.most {
+            found.sort_unstable_by(|a, b| {
+                let evasions = a.path.evasion.cmp(&b.path.evasion);
+                evasions.then_with(|| better(a, b))
+            });
+            ranked.clear();
+            for draft in found.iter() {
+                let rank = match ranked.last() {
+                    Some((rank, last)) if last.path.evasion == draft.path.evasion => rank + 1,
+                    _ => 0,
+                };
+                ranked.push((rank, *draft));
+            }
+            ranked.sort_unstable_by(|a, b| a.0.cmp(&b.0).then_with(|| better(&a.1, &b.1)));
+            layer.cut += (ranked.len() - self.most) as u64;
+            ranked.truncate(self.most);
+            found.clear();
+            found.extend(ranked.iter().map(|(_, draft)| *draft));
         }
-        ranked.sort_by(|a, b| a.0.cmp(&b.0).then_with(|| better(&a.1, &b.1)));
-        report.cut = (ranked.len() - self.most) as u64;
-        ranked.truncate(self.most);
-        (ranked.into_iter().map(|(_, draft)| draft).collect(), report)
+        layer.kept.extend_from_slice(found);
+        layer.ends.push(layer.kept.len());
     }
 
     /// Key that is equal for similar paths of one length.

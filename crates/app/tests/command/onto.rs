@@ -134,6 +134,10 @@ fn nothing_is_taken_over_from_other_settings_or_a_record_that_cannot_be_used() {
         );
     };
     warned(bake(at, "onto.sabaki", &args), "damaged");
+    let mut older = sound.clone();
+    older[8..12].fill(0);
+    fs::write(&record, older).unwrap();
+    warned(bake(at, "onto.sabaki", &args), "of another version");
     fs::remove_file(&record).unwrap();
     warned(bake(at, "onto.sabaki", &args), "missing");
     let refused = sabaki(

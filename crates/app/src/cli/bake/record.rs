@@ -8,10 +8,13 @@ use serde::{Deserialize, Serialize};
 use super::super::Failure;
 use super::sealed::{self, Kind, Seal};
 
+/// Version of the form of records. It changes with what is recorded.
+const VERSION: u32 = 2;
+
 /// Seal of the file.
 const SEAL: Seal = Seal {
     kind: Kind::Record,
-    plan: 0,
+    plan: VERSION,
 };
 
 /// Results that a later bake takes over.

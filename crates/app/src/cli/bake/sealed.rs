@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! 0   8  mark of the kind of file
-//! 8   4  checksum of the plan that the file belongs to, u32 little-endian
+//! 8   4  checksum of the plan that the file belongs to, or version of a record, u32 little-endian
 //! 12  4  CRC-32 of all following bytes, u32 little-endian
 //! 16  …  the contents, serialized by postcard
 //! ```
@@ -20,7 +20,7 @@ use super::super::Failure;
 #[derive(Clone, Copy)]
 pub(super) struct Seal {
     pub(super) kind: Kind,
-    /// Checksum of the plan; 0 for files that any plan may use.
+    /// Checksum of the plan; 0 for files that any plan may use. Of records it is the version of their form.
     pub(super) plan: u32,
 }
 
@@ -47,6 +47,8 @@ pub(super) enum Unusable {
     Damaged,
     #[error("of another plan")]
     OtherPlan,
+    #[error("of another version")]
+    OtherVersion,
     #[error("not readable ({0})")]
     Io(#[from] std::io::Error),
 }
@@ -97,7 +99,10 @@ pub(super) fn read<T: DeserializeOwned>(path: &Path, seal: Seal) -> Result<(T, u
         return Err(Unusable::Damaged);
     }
     if of_plan != seal.plan.to_le_bytes() {
-        return Err(Unusable::OtherPlan);
+        return Err(match seal.kind {
+            Kind::Record => Unusable::OtherVersion,
+            Kind::Points | Kind::Shard => Unusable::OtherPlan,
+        });
     }
     match postcard::take_from_bytes(contents) {
         Ok((found, [])) => Ok((found, crc32)),

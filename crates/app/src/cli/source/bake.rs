@@ -161,7 +161,7 @@ impl Bake<'_> {
     fn run(self, find: &Find<'_>) -> Result<Baked, Failure> {
         cancel::listen();
         let started = Instant::now();
-        let builder = GraphBuilder::new(self.source, &self.graph)?.onto(self.earlier.graph);
+        let builder = GraphBuilder::onto(self.source, &self.graph, self.earlier.graph)?;
         let clips = builder.clips_taken_over().clone();
         let transitions = find(&builder)?;
         let bar = output::progress("adding links", 4);

@@ -1,0 +1,160 @@
+//! Search for the entries, exits and layers of each moment. What an earlier bake found at a moment is taken over where nothing that it depends
+//! on has changed.
+
+use super::find::{Departed, Finder, Scratch};
+use super::frames::LeftMotion;
+use super::layers::LayerSource;
+use super::record::MomentTests;
+use super::{EntrySettings, KnownEntry};
+use crate::graph::{ClipId, Playhead};
+use crate::math::in_parallel;
+
+/// The search at each moment.
+pub(super) struct MomentSearch<'a> {
+    pub(super) entries: &'a Finder<'a>,
+    pub(super) exits: &'a Finder<'a>,
+    pub(super) layers: &'a LayerSource<'a>,
+    pub(super) settings: &'a EntrySettings,
+}
+
+/// What was found at a moment.
+#[derive(Default)]
+pub(super) struct MomentFound {
+    pub(super) entries: Vec<KnownEntry>,
+    pub(super) exits: Vec<KnownEntry>,
+    pub(super) layers: Vec<KnownEntry>,
+    /// The tests of entries, exits and layers.
+    pub(super) tests: [MomentTests; 3],
+}
+
+impl MomentFound {
+    fn not_played() -> Self {
+        Self {
+            tests: std::array::from_fn(|_| MomentTests::not_played()),
+            ..Self::default()
+        }
+    }
+}
+
+impl MomentSearch<'_> {
+    /// Searches all moments.
+    pub(super) fn all(&self, threads: usize) -> impl Iterator<Item = MomentFound> + use<> {
+        /// Number of moments that share scratch.
+        const BATCH: usize = 64;
+        let (graph, step) = (self.entries.graph, self.settings.moment_step);
+        let frames = graph.clips().iter().map(|clip| clip.frames() as u32);
+        let moments: Vec<(usize, u32)> = { frames.enumerate() }
+            .flat_map(|(clip, frames)| {
+                (0..frames)
+                    .step_by(step as usize)
+                    .map(move |frame| (clip, frame))
+            })
+            .collect();
+        let found = in_parallel(threads, moments.len().div_ceil(BATCH), |batch| {
+            let mut scratch = Scratch::new(graph, step);
+            let end = ((batch + 1) * BATCH).min(moments.len());
+            let own = moments[batch * BATCH..end].iter();
+            own.map(|&place| self.at(place, &mut scratch))
+                .collect::<Vec<_>>()
+        });
+        found.into_iter().flatten()
+    }
+
+    fn at(&self, place: (usize, u32), scratch: &mut Scratch<'_>) -> MomentFound {
+        let Some(before) = self.entries.playhead(place) else {
+            return MomentFound::not_played();
+        };
+        let stays = scratch.sampler.stays_in_clip(before, LeftMotion::FRAMES);
+        let reused = stays.then(|| self.reused(place, before, scratch));
+        match reused.unwrap_or_default() {
+            [Some(entries), Some(exits), Some(layers)] => MomentFound {
+                entries: entries.entries(),
+                exits: exits.exits(),
+                layers: layers.entries(),
+                tests: [entries, exits, layers],
+            },
+            reused => {
+                let from = self.entries.depart(place, before, &mut scratch.sampler);
+                self.search(&from, reused, scratch)
+            }
+        }
+    }
+
+    /// What an earlier bake found at a moment that stays in its clip.
+    fn reused(
+        &self,
+        place: (usize, u32),
+        before: Playhead,
+        scratch: &mut Scratch<'_>,
+    ) -> [Option<MomentTests>; 3] {
+        let Self { entries, exits, .. } = self;
+        let at = (ClipId(place.0 as u32), place.1 / scratch.step);
+        let has_new = [entries, exits].iter().any(|finder| finder.has_new());
+        let from = has_new.then(|| entries.leaving(place));
+        let [of_entries, of_exits] = [entries, exits].map(|finder| {
+            let known = finder.known.as_ref()?;
+            let tests = known.all(at)?;
+            let (near, furthest) = (&mut scratch.near, tests.furthest);
+            let is_near =
+                { from.as_ref() }.is_some_and(|from| finder.has_new_near(from, furthest, near));
+            (!is_near).then_some((tests, known))
+        });
+        let most = self.settings.most as usize;
+        let of_entries = of_entries
+            .filter(|(_, known)| known.has_departures(entries.limits))
+            .filter(|(tests, known)| known.has_same() || tests.entries().len() < most);
+        let of_exits = of_exits.filter(|(_, known)| known.has_all());
+        let of_layers = self.layers.known.as_ref().and_then(|known| {
+            let is_known = known.has_same() && scratch.layers.stays_in_clip(before);
+            is_known.then(|| known.all(at))?
+        });
+        let tests = |(tests, _)| tests;
+        [of_entries.map(tests), of_exits.map(tests), of_layers]
+    }
+
+    /// Searches what is not reused.
+    fn search(
+        &self,
+        from: &Departed,
+        [entries, exits, layers]: [Option<MomentTests>; 3],
+        scratch: &mut Scratch<'_>,
+    ) -> MomentFound {
+        let mut found = MomentFound::default();
+        let entries = match entries {
+            Some(tests) => {
+                found.entries = tests.entries();
+                tests
+            }
+            None => {
+                let most = self.settings.most as usize;
+                found.entries = self.entries.entries(from, most, scratch);
+                scratch.take_tests(from.beyond)
+            }
+        };
+        let exits = match exits {
+            Some(tests) => {
+                found.exits = tests.exits();
+                tests
+            }
+            None => {
+                found.exits = self.exits.exits(from, scratch);
+                scratch.take_tests(from.beyond)
+            }
+        };
+        let layers = match layers {
+            Some(tests) => {
+                found.layers = tests.entries();
+                tests
+            }
+            None => {
+                let beyond;
+                (found.layers, beyond) = self.entries.layers(from, self.layers, scratch);
+                scratch.take_tests(beyond)
+            }
+        };
+        MomentFound {
+            tests: [entries, exits, layers],
+            ..found
+        }
+    }
+}
