@@ -119,7 +119,7 @@ fn spawn(characters: &mut Characters, count: usize) -> Vec<CharacterId> {
         );
         let id = characters.spawn(place).unwrap();
         let velocity = Vec3::new(turn.sin(), 0.0, turn.cos()) * 1.2;
-        if index % 4 != 0 {
+        if !index.is_multiple_of(4) {
             let goal = Goal::Walk {
                 velocity,
                 facing: None,
