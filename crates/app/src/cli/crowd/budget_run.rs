@@ -21,7 +21,7 @@ const LEARNING: u32 = 240;
 /// Error on the screen of the first frame, in pixels: few joints, so that costs are learned within the budget.
 const FIRST_PIXELS: f32 = 8.0;
 /// The default budget in times of a frame whose levels are chosen by `--error`, without a plan.
-const SHARE: f64 = 1.5;
+const SHARE: f64 = 2.0;
 
 /// What the frames took, and how far bodies were from where they should be.
 pub(super) struct BudgetRun {

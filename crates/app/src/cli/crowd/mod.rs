@@ -38,7 +38,7 @@ pub(crate) struct Args {
     /// Largest error on the screen where levels depend on distance, in pixels at 1080 lines and 60 degrees.
     #[arg(long, value_name = "PIXELS", default_value_t = 2.0)]
     error: f32,
-    /// Milliseconds that a frame may take while the camera runs through the crowd. Default: 1.5 times a frame with levels by `--error`.
+    /// Milliseconds that a frame may take while the camera runs through the crowd. Default: twice the time of a frame with levels by `--error`.
     #[arg(long, value_name = "MILLISECONDS")]
     budget: Option<f32>,
     /// Writes quaternions and positions instead of matrices.
