@@ -1,8 +1,10 @@
 //! What the device's tests share: a headless device that listens to validation, and a small random
 //! generator.
 
+use std::sync::Once;
+
 use sabaki::gpu::Terms;
-use sabaki::gpu::ash::vk;
+use sabaki::gpu::ash::{self, vk};
 use sabaki::internal::{Disc, Drawing, MapRect, SUB_TEXELS};
 use sabaki_app::headless::{DeviceChoice, Headless, HeadlessDesc};
 
@@ -12,11 +14,29 @@ pub fn device() -> Headless {
 }
 
 pub fn desc() -> HeadlessDesc {
+    keep_loaded();
     HeadlessDesc {
         device: DeviceChoice::Software,
         validation: true,
         ..HeadlessDesc::default()
     }
+}
+
+/// Makes an instance that lives as long as the process. Otherwise the loader would unload drivers and layers whenever no test has an
+/// instance, while their threads may still run.
+fn keep_loaded() {
+    static KEPT: Once = Once::new();
+    KEPT.call_once(|| {
+        // SAFETY: the system's Vulkan loader, which is never unloaded.
+        let Ok(entry) = (unsafe { ash::Entry::load() }) else {
+            return;
+        };
+        let layers = [c"VK_LAYER_KHRONOS_validation".as_ptr()];
+        let info = vk::InstanceCreateInfo::default().enabled_layer_names(&layers);
+        // SAFETY: the arguments are valid for the call. Where there is no driver or no layer, the test's own instance says so.
+        let _never_destroyed = unsafe { entry.create_instance(&info, None) };
+        std::mem::forget(entry);
+    });
 }
 
 /// Terms on which stencil targets do without S8_UINT, and the format that they then have.
