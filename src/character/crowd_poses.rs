@@ -127,10 +127,7 @@ impl CrowdPoses {
         let before = member.poser;
         let Some(seen) = seen else {
             member.poser = Poser::Nothing;
-            return match before {
-                Poser::Crowd(_) => self.crowd.deactivate(id),
-                _ => Ok(()),
-            };
+            return self.leave_crowd(id, before);
         };
         let switching = &self.settings.switching;
         let choice = switching.choose(seen.distance, Some(LevelId(member.detail as u16)));
@@ -141,10 +138,7 @@ impl CrowdPoses {
         if !is_small {
             member.poser = Poser::Graph(self.singles.len() as u32);
             self.singles.push(index as u32);
-            return match before {
-                Poser::Crowd(_) => self.crowd.deactivate(id),
-                _ => Ok(()),
-            };
+            return self.leave_crowd(id, before);
         }
         let mut shown = seen.shown();
         match before {
@@ -175,6 +169,14 @@ impl CrowdPoses {
         Ok(())
     }
 
+    /// The crowd no longer poses a member that it posed before.
+    fn leave_crowd(&mut self, id: MemberId, before: Poser) -> Result<(), CrowdError> {
+        match before {
+            Poser::Crowd(_) => self.crowd.deactivate(id),
+            Poser::Nothing | Poser::Graph(_) => Ok(()),
+        }
+    }
+
     /// Characters of the graph that are written together, and the lines that they take.
     pub(super) fn group(&self) -> (usize, usize) {
         let output = self.settings.crowd.output;
@@ -187,11 +189,15 @@ impl CrowdPoses {
 
     /// The largest length of the output for so many characters.
     pub(super) fn max_len(&self, characters: usize) -> usize {
+        self.len_with(self.crowd.max_output_len(characters), characters)
+    }
+
+    /// Length of the output of the crowd and of characters that the graph poses.
+    pub(super) fn len_with(&self, by_crowd: usize, by_graph: usize) -> usize {
         let (members, lines) = self.group();
-        let by_crowd = self.crowd.max_output_len(characters);
         match self.settings.crowd.output.layout {
             Layout::Instances => by_crowd,
-            Layout::Blocks | Layout::Rows => by_crowd + characters.div_ceil(members) * lines,
+            Layout::Blocks | Layout::Rows => by_crowd + by_graph.div_ceil(members) * lines,
         }
     }
 

@@ -77,13 +77,7 @@ impl Characters {
             poses.choose(index, seen.as_ref())?;
         }
         poses.crowd_len = poses.crowd.output_len();
-        let (members, lines) = poses.group();
-        let needed = match poses.settings.crowd.output.layout {
-            Layout::Instances => poses.crowd_len,
-            Layout::Blocks | Layout::Rows => {
-                poses.crowd_len + poses.singles.len().div_ceil(members) * lines
-            }
-        };
+        let needed = poses.len_with(poses.crowd_len, poses.singles.len());
         if out.len() < needed {
             let found = out.len();
             return Err(CrowdError::TooSmall { needed, found }.into());

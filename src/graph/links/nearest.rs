@@ -311,38 +311,66 @@ mod tests {
         .to_vec()
     }
 
+    /// What links are searched in.
+    struct Scene {
+        skeleton: Skeleton,
+        clips: Vec<Clip>,
+        clouds: Vec<PointCloud>,
+        windows: Vec<Windows>,
+        events: Vec<GraphEvent>,
+        settings: GraphSettings,
+    }
+
+    impl Scene {
+        fn new() -> Self {
+            let skeleton = skeleton();
+            let clips: Vec<Clip> = (0..CLIPS).map(|seed| clip(&skeleton, seed)).collect();
+            let clouds: Vec<PointCloud> = { clips.iter() }
+                .map(|clip| PointCloud::new(&skeleton, clip, &[1.0; 4]))
+                .collect();
+            let settings = GraphSettings::default();
+            let window = Lengths::new(&settings, &LinkSettings::default()).window;
+            let windows = clouds.iter().map(|cloud| Windows::new(cloud, window));
+            Self {
+                windows: windows.collect(),
+                events: events(),
+                skeleton,
+                clips,
+                clouds,
+                settings,
+            }
+        }
+
+        fn candidates(&self) -> Candidates<'_> {
+            let source = LinkSource {
+                clips: &self.clips,
+                aligner: Aligner {
+                    clouds: &self.clouds,
+                    feet: None,
+                },
+                windows: &self.windows,
+                events: &self.events,
+                settings: &self.settings,
+            };
+            Candidates::new(
+                source,
+                Lengths::new(&self.settings, &LinkSettings::default()),
+            )
+        }
+    }
+
     #[test]
     fn bounds_leave_out_no_link() {
-        let skeleton = skeleton();
-        let clips: Vec<Clip> = (0..CLIPS).map(|seed| clip(&skeleton, seed)).collect();
-        let clouds: Vec<PointCloud> = { clips.iter() }
-            .map(|clip| PointCloud::new(&skeleton, clip, &[1.0; 4]))
-            .collect();
-        let settings = GraphSettings::default();
-        let lengths = Lengths::new(&settings, &LinkSettings::default());
-        let windows: Vec<Windows> = { clouds.iter() }
-            .map(|cloud| Windows::new(cloud, lengths.window))
-            .collect();
-        let events = events();
-        let source = LinkSource {
-            clips: &clips,
-            aligner: Aligner {
-                clouds: &clouds,
-                feet: None,
-            },
-            windows: &windows,
-            events: &events,
-            settings: &settings,
-        };
-        let candidates = Candidates::new(source, lengths);
-        let all: Vec<usize> = (0..events.len()).collect();
+        let scene = Scene::new();
+        let candidates = scene.candidates();
+        let all: Vec<usize> = (0..scene.events.len()).collect();
         let allowed: Vec<bool> = (0..CLIPS * FRAMES).map(|moment| moment % 7 != 3).collect();
         let mut lengths = std::collections::BTreeSet::new();
         for side in [Side::Before, Side::After] {
             let margins = all.iter().map(|&event| candidates.margin(event, side));
             let mut naive = |margin: EventMargin| {
                 let mut expected: Vec<Candidate> = Vec::new();
-                for (clip, cloud) in clouds.iter().enumerate() {
+                for (clip, cloud) in scene.clouds.iter().enumerate() {
                     let windows = Windows::new(cloud, margin.window);
                     let parts = candidates.between(&margin, (clip, &windows), Some(&allowed));
                     expected.extend(parts.into_iter().flatten());
@@ -377,36 +405,16 @@ mod tests {
 
     #[test]
     fn links_of_an_earlier_search_are_taken_over() {
-        let skeleton = skeleton();
-        let clips: Vec<Clip> = (0..CLIPS).map(|seed| clip(&skeleton, seed)).collect();
-        let clouds: Vec<PointCloud> = { clips.iter() }
-            .map(|clip| PointCloud::new(&skeleton, clip, &[1.0; 4]))
-            .collect();
-        let settings = GraphSettings::default();
-        let lengths = Lengths::new(&settings, &LinkSettings::default());
-        let windows: Vec<Windows> = { clouds.iter() }
-            .map(|cloud| Windows::new(cloud, lengths.window))
-            .collect();
-        let events = events();
-        let source = LinkSource {
-            clips: &clips,
-            aligner: Aligner {
-                clouds: &clouds,
-                feet: None,
-            },
-            windows: &windows,
-            events: &events,
-            settings: &settings,
-        };
-        let candidates = Candidates::new(source, lengths);
+        let scene = Scene::new();
+        let candidates = scene.candidates();
         let input = ClipSource {
-            skeleton: &skeleton,
-            clips: &clips,
+            skeleton: &scene.skeleton,
+            clips: &scene.clips,
             events: &[],
         };
-        let same = GraphRecord::new(input, &settings);
+        let same = GraphRecord::new(input, &scene.settings);
         let same = same.clips_of(&same);
-        let all: Vec<usize> = (0..events.len()).collect();
+        let all: Vec<usize> = (0..scene.events.len()).collect();
         let find = |joins: Joins, allowed: &[bool], most: usize| {
             let mut nearest = NearestLinks::new(joins);
             nearest.joins.begin(&candidates, allowed);

@@ -86,11 +86,7 @@ pub fn crowded(baked: &Arc<BakedGraph>, threads: usize) -> Result<CrowdedTimes, 
     let (mut characters, ids) = walking(baked, settings, COUNT)?;
     let started = Instant::now();
     for frame in 0..STEERED {
-        for (index, &id) in ids.iter().enumerate() {
-            if (frame + index) % 60 == 0 {
-                characters.steer(id, walk((frame + 7 * index) as f32 * 0.7))?;
-            }
-        }
+        turn_in_turn(&mut characters, &ids, frame)?;
         characters.step(FRAME, &[], &mut events);
         for &id in &ids {
             joints_of(&mut characters, id, &mut joints)?;
@@ -168,11 +164,7 @@ fn crowd_times(baked: &Arc<BakedGraph>) -> Result<CrowdTimes, CharacterError> {
     let mut times = CrowdTimes::default();
     let each = |started: Instant| started.elapsed().as_secs_f32() * 1e6 / (FRAMES * CROWD) as f32;
     for frame in 0..FRAMES {
-        for (index, &id) in ids.iter().enumerate() {
-            if (frame + index) % 60 == 0 {
-                characters.steer(id, walk((frame + 7 * index) as f32 * 0.7))?;
-            }
-        }
+        turn_in_turn(&mut characters, &ids, frame)?;
         let started = Instant::now();
         characters.step(FRAME, &[], &mut events);
         times.step += each(started);
@@ -217,6 +209,20 @@ fn walk(heading: f32) -> Goal {
         velocity: Vec3::new(heading.sin(), 0.0, heading.cos()) * 1.3,
         facing: None,
     }
+}
+
+/// Gives each character a new direction every second, some in each frame.
+fn turn_in_turn(
+    characters: &mut Characters,
+    ids: &[CharacterId],
+    frame: usize,
+) -> Result<(), CharacterError> {
+    for (index, &id) in ids.iter().enumerate() {
+        if (frame + index).is_multiple_of(60) {
+            characters.steer(id, walk((frame + 7 * index) as f32 * 0.7))?;
+        }
+    }
+    Ok(())
 }
 
 type Walking = (Characters, Vec<CharacterId>);
