@@ -1,0 +1,228 @@
+//! A renderer in wgpu, and sabaki as its guest: one frame draws the character and the ball that is thrown at it, and culls the ways
+//! to dodge in the same submission. A later frame draws the dodge. `cargo run --package sabaki-wgpu --example dodge`
+#![allow(clippy::unwrap_used, clippy::expect_used)]
+
+#[path = "../../../examples/common/scene.rs"]
+mod scene;
+
+use std::error::Error;
+
+use pollster::block_on;
+use sabaki::anim::Pose;
+use sabaki::gpu::{BatchEntry, CullerDesc};
+use sabaki::query::{Answer, CullPath, Query, QueryContext, QuerySettings, Step, cull::cpu};
+use sabaki_app::demo::throw::{ThrowSettings, throw};
+use sabaki_wgpu::Host;
+use scene::{Instance, MOST_INSTANCES};
+
+const SIDE: u32 = 640;
+const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let options = wgpu::InstanceDescriptor {
+        backends: wgpu::Backends::VULKAN,
+        ..wgpu::InstanceDescriptor::new_without_display_handle()
+    };
+    let adapter = block_on(wgpu::Instance::new(options).request_adapter(&Default::default()))?;
+
+    // The renderer's device, with what sabaki uses switched on.
+    let (host, queue) = Host::open(&adapter, &wgpu::DeviceDescriptor::default())?;
+    let renderer = Renderer::new(host.device().clone(), queue);
+    let baked = scene::baked()?;
+    let mut culler = host.culler(&CullerDesc::new(CullPath::Compute, baked.atlas()))?;
+
+    // Frame 0: a ball comes. The ways to dodge it are culled while the frame is drawn.
+    let near = ThrowSettings {
+        distance: (2.0, 2.0),
+        ..ThrowSettings::default()
+    };
+    let throw = throw(&baked, &near, 12, 3)?;
+    let settings = QuerySettings::default();
+    let (mut context, mut answer) = (QueryContext::default(), Answer::default());
+    let query = Query::new(&baked, &settings);
+    let mut session = query.start(throw.request(), &mut context);
+    let mut batch = [BatchEntry {
+        slot: 0,
+        input: session.cull_input(),
+        ticket: None,
+    }];
+    // SAFETY: slot 0 is free, and the frame submits the commands.
+    let cull = unsafe { culler.record(&mut batch) }?;
+    let ticket = batch[0].ticket.ok_or("nothing was recorded")?;
+    let mut pose = Pose::default();
+    throw.playhead.pose(baked.graph(), &mut pose);
+    let spheres = scene::instances(&baked, &pose, scene::ball(&throw.attack, 0.0));
+    renderer.frame("out/wgpu_0.png", &spheres, Some(cull))?;
+
+    // Later: the counts are there, or else the CPU counts the same.
+    let mut overlaps = Vec::new();
+    let there = culler.poll(ticket, &mut overlaps)?;
+    if !there {
+        cpu::count(&session.cull_input(), &mut overlaps);
+    }
+    println!(
+        "counted by the device: {there}; {} candidates",
+        overlaps.len()
+    );
+    if session.submit(&overlaps, &mut answer) == Step::Recount {
+        session.run_on_cpu(&mut cpu::Culler::default(), &mut answer);
+    }
+    println!(
+        "avoided: {}, by {:.3} m",
+        answer.avoided,
+        answer.clearance().metres
+    );
+
+    // The frames after that play the answer; here the one in which the ball is nearest.
+    let nearest = answer.clearance().time;
+    answer.motion.sample(baked.graph(), nearest, &mut pose);
+    let spheres = scene::instances(&baked, &pose, scene::ball(&throw.attack, nearest));
+    renderer.frame("out/wgpu_1.png", &spheres, None)
+}
+
+/// A small renderer in wgpu: spheres into a texture, the texture into a PNG. It knows nothing of sabaki.
+struct Renderer {
+    device: wgpu::Device,
+    queue: wgpu::Queue,
+    pipeline: wgpu::RenderPipeline,
+    instances: wgpu::Buffer,
+    picture: wgpu::Texture,
+    pixels: wgpu::Buffer,
+}
+
+impl Renderer {
+    fn new(device: wgpu::Device, queue: wgpu::Queue) -> Self {
+        use wgpu::{BufferUsages, TextureUsages};
+        let buffer = |size, usage| {
+            device.create_buffer(&wgpu::BufferDescriptor {
+                label: None,
+                size,
+                usage,
+                mapped_at_creation: false,
+            })
+        };
+        let instances = (MOST_INSTANCES * size_of::<Instance>()) as u64;
+        Self {
+            instances: buffer(instances, BufferUsages::VERTEX | BufferUsages::COPY_DST),
+            pixels: buffer(
+                u64::from(4 * SIDE * SIDE),
+                BufferUsages::MAP_READ | BufferUsages::COPY_DST,
+            ),
+            picture: device.create_texture(&wgpu::TextureDescriptor {
+                label: None,
+                size: extent(),
+                mip_level_count: 1,
+                sample_count: 1,
+                dimension: wgpu::TextureDimension::D2,
+                format: FORMAT,
+                usage: TextureUsages::RENDER_ATTACHMENT | TextureUsages::COPY_SRC,
+                view_formats: &[],
+            }),
+            pipeline: pipeline(&device),
+            device,
+            queue,
+        }
+    }
+
+    /// Draws a frame, submits it together with the guest's commands, and waits for the picture.
+    fn frame(
+        &self,
+        path: &str,
+        spheres: &[Instance],
+        guest: Option<wgpu::CommandBuffer>,
+    ) -> Result<(), Box<dyn Error>> {
+        let bytes: Vec<u8> = spheres
+            .as_flattened()
+            .iter()
+            .flat_map(|value| value.to_le_bytes())
+            .collect();
+        self.queue.write_buffer(&self.instances, 0, &bytes);
+        let mut encoder = self.device.create_command_encoder(&Default::default());
+        self.draw(&mut encoder, spheres.len() as u32);
+        encoder.copy_texture_to_buffer(
+            self.picture.as_image_copy(),
+            wgpu::TexelCopyBufferInfo {
+                buffer: &self.pixels,
+                layout: wgpu::TexelCopyBufferLayout {
+                    offset: 0,
+                    bytes_per_row: Some(4 * SIDE),
+                    rows_per_image: None,
+                },
+            },
+            extent(),
+        );
+        self.queue
+            .submit(guest.into_iter().chain([encoder.finish()]));
+        let read = self.pixels.slice(..);
+        read.map_async(wgpu::MapMode::Read, |mapped| mapped.unwrap());
+        self.device.poll(wgpu::PollType::wait_indefinitely())?;
+        scene::write_png(path, SIDE, &read.get_mapped_range()?)?;
+        self.pixels.unmap();
+        Ok(())
+    }
+
+    fn draw(&self, encoder: &mut wgpu::CommandEncoder, spheres: u32) {
+        let grey = wgpu::Color {
+            r: 0.55,
+            g: 0.58,
+            b: 0.6,
+            a: 1.0,
+        };
+        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            color_attachments: &[Some(wgpu::RenderPassColorAttachment {
+                view: &self.picture.create_view(&Default::default()),
+                depth_slice: None,
+                resolve_target: None,
+                ops: wgpu::Operations {
+                    load: wgpu::LoadOp::Clear(grey),
+                    store: wgpu::StoreOp::Store,
+                },
+            })],
+            ..Default::default()
+        });
+        pass.set_pipeline(&self.pipeline);
+        pass.set_vertex_buffer(0, self.instances.slice(..));
+        pass.draw(0..4, 0..spheres);
+    }
+}
+
+fn extent() -> wgpu::Extent3d {
+    wgpu::Extent3d {
+        width: SIDE,
+        height: SIDE,
+        depth_or_array_layers: 1,
+    }
+}
+
+fn pipeline(device: &wgpu::Device) -> wgpu::RenderPipeline {
+    let module =
+        device.create_shader_module(wgpu::include_wgsl!("../../../examples/common/spheres.wgsl"));
+    device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+        label: None,
+        layout: None,
+        vertex: wgpu::VertexState {
+            module: &module,
+            entry_point: None,
+            compilation_options: Default::default(),
+            buffers: &[Some(wgpu::VertexBufferLayout {
+                array_stride: size_of::<Instance>() as u64,
+                step_mode: wgpu::VertexStepMode::Instance,
+                attributes: &wgpu::vertex_attr_array![0 => Float32x4, 1 => Float32x3],
+            })],
+        },
+        primitive: wgpu::PrimitiveState {
+            topology: wgpu::PrimitiveTopology::TriangleStrip,
+            ..Default::default()
+        },
+        depth_stencil: None,
+        multisample: Default::default(),
+        fragment: Some(wgpu::FragmentState {
+            module: &module,
+            entry_point: None,
+            compilation_options: Default::default(),
+            targets: &[Some(FORMAT.into())],
+        }),
+        multiview_mask: None,
+        cache: None,
+    })
+}
