@@ -41,6 +41,7 @@ pub(crate) fn run(device: &DeviceArgs, as_json: bool) -> Result<Done, Failure> {
         source,
     })?;
     let baked = source::embedded()?;
+    baked.graph.prepare();
     let mut culling = Culling::new(culling::open(device), baked.graph.atlas());
     let throws = throws(&baked.graph)?;
     let passes = passes(&baked.graph, &throws, &mut culling)?;

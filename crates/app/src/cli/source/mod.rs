@@ -29,7 +29,14 @@ pub(crate) struct GraphArgs {
 }
 
 impl GraphArgs {
+    /// Loads or builds the graph, and prepares it, so that no query that is measured or seen computes what later ones use.
     pub(crate) fn load(&self) -> Result<Baked, Failure> {
+        let baked = self.unprepared()?;
+        baked.graph.prepare();
+        Ok(baked)
+    }
+
+    fn unprepared(&self) -> Result<Baked, Failure> {
         match (&self.baked, self.clips.clips.is_empty()) {
             (_, true) if self.clips.events.is_some() => {
                 Err(Failure::Usage("--events needs --clips".to_owned()))
