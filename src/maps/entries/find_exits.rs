@@ -1,6 +1,7 @@
 //! Search for the exits of all moments.
 
-use super::find::{Aligned, Departed, Finder, Scratch};
+use super::align::Aligned;
+use super::finder::{Departed, Finder, Scratch};
 use super::record::{MomentTests, TestTable};
 use super::stretches::PlayedFrames;
 use super::{EntryTable, KnownEntry, MomentLists};

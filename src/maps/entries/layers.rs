@@ -2,11 +2,12 @@
 
 use glam::{Quat, Vec3};
 
-use super::find::{Departed, Finder, Scratch, spread};
+use super::finder::{Departed, Finder, Scratch};
 use super::layer_test::{LayerBase, LayerTest};
 use super::limits::{MotionLimits, head};
 use super::record::{Beyond, KnownTests, PairTest, TestBasis};
 use super::slack::Slack;
+use super::spread::spread;
 use super::{BLENDS, EntryTarget, KnownEntry, RATES};
 use crate::anim::{JointId, Pose, forward_kinematics};
 use crate::graph::{ClipId, MotionGraph, heading};

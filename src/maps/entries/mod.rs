@@ -5,10 +5,12 @@
 //! clips is paired with each moment of each evasion and of its lead-in. A pair is kept if the blended motion stays within the limits that
 //! are measured in the clips ([`MotionLimits`]). An entry takes four bytes.
 
+mod align;
 mod examine;
 mod exits;
 mod find;
 mod find_exits;
+mod finder;
 mod frames;
 mod joint_steps;
 mod layer_test;
@@ -20,6 +22,7 @@ mod near_stances;
 mod record;
 mod report;
 mod slack;
+mod spread;
 mod stance;
 mod stretches;
 mod targets;

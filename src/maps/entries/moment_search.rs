@@ -1,7 +1,7 @@
 //! Search for the entries, exits and layers of each moment. What an earlier bake found at a moment is taken over where nothing that it depends
 //! on has changed.
 
-use super::find::{Departed, Finder, Scratch};
+use super::finder::{Departed, Finder, Scratch};
 use super::frames::LeftMotion;
 use super::layers::LayerSource;
 use super::record::MomentTests;

@@ -1,0 +1,160 @@
+//! Aligns targets with the frame that is left, and rules out those that are too far away.
+
+use glam::Vec3;
+
+use super::Stance;
+use super::finder::{Departed, Finder};
+use super::limits::DEPARTURES;
+use crate::anim::{JointId, Pose, forward_kinematics};
+use crate::graph::{ClipId, MotionGraph, Node};
+use crate::math::Rigid2;
+
+/// Maximum horizontal distance of root and feet, in metres. Most pairs beyond it fail the later tests, which are slower.
+pub(super) const ROOT_APART: f32 = 0.25;
+pub(super) const FOOT_APART: f32 = 0.45;
+/// A foot is pinned by preference if it stands so many frames after the target too.
+const STAYS: u32 = 4;
+
+/// Positions of hips and head in a frame of a clip.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Points {
+    hip: Vec3,
+    head: Vec3,
+}
+
+impl Points {
+    /// `head` is the graph's, which is not looked for in each frame.
+    pub(super) fn of((graph, head): (&MotionGraph, JointId), clip: ClipId, frame: u32) -> Self {
+        let (mut pose, mut joints) = (Pose::default(), Vec::new());
+        graph.clip(clip).pose(frame as usize, &mut pose);
+        forward_kinematics(graph.skeleton(), &pose, &mut joints);
+        Self {
+            hip: pose.root,
+            head: joints[head.index()].translation,
+        }
+    }
+}
+
+/// The part of a frame that is left by which targets are aligned.
+pub(super) struct Leaving {
+    pub(super) clip: ClipId,
+    /// The frame at which the cut is made.
+    pub(super) now: u32,
+    stance: Stance,
+    pub(super) standing: Vec<bool>,
+    ways: [Points; 2],
+}
+
+/// How a target is aligned.
+#[derive(Clone, Copy)]
+pub(super) struct Aligned {
+    pub(super) pin: Option<usize>,
+    pub(super) align: Rigid2,
+    /// Departure of hips and head and distance of the feet, in metres.
+    pub(super) cost: f32,
+    /// Whether hips and head go on well enough for a short blend.
+    pub(super) goes_on: bool,
+}
+
+impl Finder<'_> {
+    /// The frame one after a frame of a clip.
+    pub(super) fn leaving(&self, (clip, frame): (usize, u32)) -> Leaving {
+        let (graph, clip) = (self.graph, ClipId(clip as u32));
+        let now = frame + 1;
+        let at = now.min(graph.clip(clip).frames() as u32 - 1);
+        let legs = graph.feet().legs().len().min(Stance::LEGS);
+        let standing = (0..legs).map(|leg| graph.feet().stands(clip, leg, at));
+        Leaving {
+            clip,
+            now,
+            stance: Stance::of_frame(graph, self.facing, Node { clip, frame: at }),
+            standing: standing.collect(),
+            ways: [frame, at].map(|frame| Points::of((graph, self.head), clip, frame)),
+        }
+    }
+
+    /// Whether a target that the earlier bake did not have can be aligned at no more than a cost.
+    pub(super) fn has_new_near(&self, from: &Leaving, cost: f32, near: &mut Vec<bool>) -> bool {
+        let Some(known) = self.known.as_ref().filter(|_| self.has_new()) else {
+            return false;
+        };
+        near.clear();
+        near.resize(known.new.len(), true);
+        if !self.near_new.is_empty() {
+            self.near_new.find(&from.stance, &from.standing, near);
+        }
+        let near = known.new.iter().zip(near.iter()).filter(|(_, near)| **near);
+        let mut aligned = near.filter_map(|(&target, _)| self.align(from, target));
+        aligned.any(|aligned| aligned.cost <= cost)
+    }
+
+    /// Writes for each target whether [`Finder::align`] may align it.
+    pub(super) fn find_near(&self, from: &Departed, near: &mut Vec<bool>) {
+        match self.near.is_empty() {
+            false => self.near.find(&from.at.stance, &from.at.standing, near),
+            // A body without feet.
+            true => {
+                near.clear();
+                near.resize(self.targets.len(), true);
+            }
+        }
+    }
+
+    /// Aligns a target, or returns `None` if it is where the motion goes anyway or too far away.
+    pub(super) fn align(&self, from: &Leaving, target: usize) -> Option<Aligned> {
+        let at = &self.targets[target];
+        let ahead = i64::from(at.frame) - i64::from(from.now);
+        if at.clip == from.clip && ahead.abs() <= 3 {
+            return None;
+        }
+        let (apart, pin) = self.pin((&from.stance, &from.standing), target)?;
+        let align = from.stance.align(&self.stances[target], pin);
+        let (departed, goes_on) = self.departed(from.ways, target, align);
+        Some(Aligned {
+            pin,
+            align,
+            cost: apart + departed,
+            goes_on,
+        })
+    }
+
+    /// Departure of hips and head from constant velocity, in metres, and whether it is small enough: after the longest blend of an entry the
+    /// body is where the target's clip has it, so that no pose of the blend is needed to tell.
+    fn departed(&self, [before, now]: [Points; 2], target: usize, align: Rigid2) -> (f32, bool) {
+        let last = DEPARTURES.len() - 1;
+        let frames = (DEPARTURES[last] * self.graph.frame_rate() as f32).round();
+        let then = self.points[target];
+        let off = |before: Vec3, now: Vec3, then: Vec3| {
+            align.point(then) - (now + (now - before) * frames)
+        };
+        let hip = off(before.hip, now.hip, then.hip).with_y(0.0).length();
+        let head = off(before.head, now.head, then.head).length();
+        let fits =
+            hip <= self.limits.hip_departure[last] && head <= self.limits.head_departure[last];
+        (hip + head, fits)
+    }
+
+    /// What stays in place: of the feet that stand in both motions (if there is none, of those that stand) the one that leaves root and the
+    /// other feet least far apart; `None` where all leave them too far.
+    fn pin(
+        &self,
+        (stance, standing): (&Stance, &[bool]),
+        target: usize,
+    ) -> Option<(f32, Option<usize>)> {
+        let (other, at) = (&self.stances[target], &self.targets[target]);
+        let stays =
+            |leg: usize| standing[leg] && self.graph.feet().stands(at.clip, leg, at.frame + STAYS);
+        let any_stays = (0..standing.len()).any(stays);
+        let standing_legs = (0..standing.len())
+            .filter(|&leg| standing[leg] && (stays(leg) || !any_stays))
+            .map(Some);
+        let none = (!standing.contains(&true)).then_some(None);
+        let pins = standing_legs.chain(none);
+        let costs = pins.filter_map(|pin| {
+            let (root, feet) = stance.apart(other, stance.align(other, pin));
+            let furthest = feet[..standing.len()].iter().copied().fold(0.0, f32::max);
+            (root <= ROOT_APART && furthest <= FOOT_APART).then_some((root + 0.3 * furthest, pin))
+        });
+        costs.min_by(|a, b| a.0.total_cmp(&b.0))
+    }
+}

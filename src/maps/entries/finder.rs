@@ -1,0 +1,304 @@
+//! The search for cuts from one frame to some others.
+
+use super::align::{Aligned, FOOT_APART, Leaving, Points, ROOT_APART};
+use super::examine::{Cut, Examiner};
+use super::frames::{EnteredMotion, FrameSampler, LeftMotion};
+use super::layer_test::LayerTest;
+use super::limits::{DEPARTURES, MotionLimits, head};
+use super::near_stances::NearStances;
+use super::record::{Beyond, KnownTests, MomentTests, PairTest, TestBasis};
+use super::slack::Slack;
+use super::spread::spread;
+use super::targets::{ClipFrame, ClipPlaces};
+use super::{BLENDS, EXIT_BLENDS, KnownEntry, RATES, Stance};
+use crate::anim::{Facing, JointId};
+use crate::graph::{ClipId, MotionGraph, Playhead};
+use crate::math::{Rigid2, in_parallel};
+
+pub(super) struct Scratch<'a> {
+    pub(super) sampler: FrameSampler<'a>,
+    pub(super) examiner: Examiner,
+    pub(super) layers: LayerTest<'a>,
+    /// Interval of moments, in frames.
+    pub(super) step: u32,
+    /// Tests that a later bake may take over.
+    pub(super) tests: Vec<PairTest>,
+    /// Cost of the exit that was considered last, or infinite if all were.
+    pub(super) furthest: f32,
+    /// Whether each target is near.
+    pub(super) near: Vec<bool>,
+}
+
+impl<'a> Scratch<'a> {
+    pub(super) fn new(graph: &'a MotionGraph, step: u32) -> Self {
+        Self {
+            step,
+            tests: Vec::new(),
+            furthest: f32::INFINITY,
+            near: Vec::new(),
+            sampler: FrameSampler::new(graph),
+            examiner: Examiner::new(graph),
+            layers: LayerTest::new(graph),
+        }
+    }
+}
+
+impl Scratch<'_> {
+    /// The tests of a moment that was searched.
+    pub(super) fn take_tests(&mut self, beyond: Beyond) -> MomentTests {
+        MomentTests {
+            tests: std::mem::take(&mut self.tests),
+            beyond,
+            furthest: std::mem::replace(&mut self.furthest, f32::INFINITY),
+        }
+    }
+}
+
+/// How cuts lead to targets.
+#[derive(Clone, Copy)]
+pub(super) struct Ways {
+    /// Durations of the blend, the one that is wanted most first, in seconds.
+    blends: &'static [f32],
+    /// Playback rates.
+    rates: &'static [f32],
+}
+
+impl Ways {
+    pub(super) const ENTRIES: Self = Self {
+        blends: &BLENDS,
+        rates: &RATES,
+    };
+    pub(super) const EXITS: Self = Self {
+        blends: &EXIT_BLENDS,
+        rates: &[1.0],
+    };
+}
+
+/// The search among some frames.
+pub(super) struct Finder<'a> {
+    pub(super) graph: &'a MotionGraph,
+    pub(super) limits: &'a MotionLimits,
+    /// Whether a toe may be faster than the limit, if it was when a motion is left.
+    pub(super) toe_slows: bool,
+    pub(super) places: &'a ClipPlaces,
+    pub(super) targets: Vec<ClipFrame>,
+    pub(super) head: JointId,
+    pub(super) facing: Facing,
+    pub(super) stances: Vec<Stance>,
+    pub(super) near: NearStances,
+    /// Those of the targets that an earlier bake did not have.
+    pub(super) near_new: NearStances,
+    /// Hips and head of each target after the last of [`DEPARTURES`].
+    pub(super) points: Vec<Points>,
+    ways: Ways,
+    /// The motion that starts at each target, by rate.
+    entered: Vec<Vec<EnteredMotion>>,
+    /// What is played after the end of each target's clip.
+    beyond: Vec<Beyond>,
+    /// The tests of an earlier bake.
+    pub(super) known: Option<KnownTests<'a>>,
+}
+
+/// A frame of a clip that is left.
+pub(super) struct Departed {
+    pub(super) at: Leaving,
+    /// The frame before it.
+    pub(super) before: Playhead,
+    left: LeftMotion,
+    /// What is played after the end of the clip.
+    pub(super) beyond: Beyond,
+}
+
+impl<'a> Finder<'a> {
+    pub(super) fn new(
+        (graph, limits): (&'a MotionGraph, &'a MotionLimits),
+        places: &'a ClipPlaces,
+        targets: Vec<ClipFrame>,
+        (ways, threads): (Ways, usize),
+    ) -> Self {
+        let frame_rate = graph.frame_rate() as f32;
+        let longest = ways.blends.iter().copied().fold(0.0, f32::max);
+        let frames = Examiner::frames(frame_rate, (longest * frame_rate).ceil() as usize);
+        let entered = in_parallel(threads, targets.len(), |target| {
+            let mut sampler = FrameSampler::new(graph);
+            let entered = |&rate: &f32| sampler.entered(&targets[target], rate, frames);
+            ways.rates.iter().map(entered).collect()
+        });
+        let beyond = |entered: &Vec<EnteredMotion>| {
+            let frames = || entered.iter().flat_map(|motion| &motion.frames);
+            match entered.iter().all(|motion| motion.stays_in_clip) {
+                true => Beyond::default(),
+                false => Beyond::of(frames().map(|frame| &frame.pose)),
+            }
+        };
+        let beyond = entered.iter().map(beyond).collect();
+        let after = f64::from(DEPARTURES[DEPARTURES.len() - 1]) * graph.frame_rate();
+        let head = head(graph.skeleton());
+        let facing = Facing::of(graph.skeleton());
+        let points = |target: &ClipFrame| {
+            let last = graph.clip(target.clip).frames() as u32 - 1;
+            let frame = (target.frame + after.round() as u32).min(last);
+            Points::of((graph, head), target.clip, frame)
+        };
+        let stances: Vec<Stance> = { targets.iter() }
+            .map(|target| Stance::of_frame(graph, facing, target.node()))
+            .collect();
+        let legs = graph.feet().legs().len().min(Stance::LEGS);
+        Self {
+            graph,
+            limits,
+            toe_slows: false,
+            places,
+            head,
+            facing,
+            near: NearStances::new(&stances, legs, [ROOT_APART, FOOT_APART]),
+            near_new: NearStances::default(),
+            stances,
+            points: targets.iter().map(points).collect(),
+            ways,
+            entered,
+            beyond,
+            targets,
+            known: None,
+        }
+    }
+
+    /// What the tests depend on.
+    pub(super) fn basis(&self) -> TestBasis<'_> {
+        TestBasis {
+            limits: self.limits,
+            targets: &self.targets,
+            beyond: &self.beyond,
+        }
+    }
+
+    /// The playhead at a frame of a clip; `None` if the graph does not play it.
+    pub(super) fn playhead(&self, (clip, frame): (usize, u32)) -> Option<Playhead> {
+        let (edge, edge_frame) = self.places.find(ClipId(clip as u32), frame)?;
+        Some(Playhead {
+            edge,
+            frame: edge_frame as f32,
+            clip_to_world: Rigid2::IDENTITY,
+        })
+    }
+
+    /// Samples what the tests need of the motion that is left one frame after a frame of a clip. It depends on no target.
+    pub(super) fn depart(
+        &self,
+        place: (usize, u32),
+        before: Playhead,
+        sampler: &mut FrameSampler<'_>,
+    ) -> Departed {
+        let left = sampler.left(before);
+        Departed {
+            at: self.leaving(place),
+            before,
+            beyond: match left.stays_in_clip {
+                true => Beyond::default(),
+                false => Beyond::of(left.frames.iter().map(|frame| &frame.pose)),
+            },
+            left,
+        }
+    }
+
+    /// Takes over the tests of an earlier bake.
+    pub(super) fn know(&mut self, known: Option<KnownTests<'a>>) {
+        let new = known.iter().flat_map(|known| &known.new);
+        let new: Vec<Stance> = new.map(|&target| self.stances[target]).collect();
+        let legs = self.graph.feet().legs().len().min(Stance::LEGS);
+        self.near_new = NearStances::new(&new, legs, [ROOT_APART, FOOT_APART]);
+        self.known = known;
+    }
+
+    /// The search among the same frames for what the clips show at least once. Nothing is taken over.
+    pub(super) fn within_utmost(self, utmost: &'a MotionLimits) -> Self {
+        Self {
+            limits: utmost,
+            toe_slows: true,
+            known: None,
+            ..self
+        }
+    }
+
+    /// Whether there are targets that an earlier bake did not have.
+    pub(super) fn has_new(&self) -> bool {
+        self.known
+            .as_ref()
+            .is_some_and(|known| !known.new.is_empty())
+    }
+
+    /// Finds entries of a frame of a clip.
+    pub(super) fn entries(
+        &self,
+        from: &Departed,
+        most: usize,
+        scratch: &mut Scratch<'_>,
+    ) -> Vec<KnownEntry> {
+        let mut found = Vec::new();
+        self.find_near(from, &mut scratch.near);
+        for target in spread(self.targets.len()) {
+            if found.len() == most {
+                break;
+            }
+            if !scratch.near[target] {
+                continue;
+            }
+            let Some(aligned) = self.align(&from.at, target) else {
+                continue;
+            };
+            if !aligned.goes_on {
+                continue;
+            }
+            let Some((blend, fastest)) = self.plausible(from, (target, aligned), scratch) else {
+                continue;
+            };
+            let how = (blend, aligned.pin, fastest);
+            found.push(KnownEntry::new(target as u16, how));
+        }
+        found.sort_unstable_by_key(|entry| entry.target);
+        found
+    }
+
+    /// The first plausible blend of a cut, and the fastest plausible rate.
+    pub(super) fn plausible(
+        &self,
+        from: &Departed,
+        (target, aligned): (usize, Aligned),
+        scratch: &mut Scratch<'_>,
+    ) -> Option<(usize, usize)> {
+        let place = (from.at.clip, (from.at.now - 1) / scratch.step);
+        let known = self.known.as_ref();
+        let known = known.and_then(|known| known.find((place, from.beyond), target));
+        let test = known.unwrap_or_else(|| {
+            scratch.examiner.slack = Slack::default();
+            let how = self.tested(from, (target, aligned), &mut scratch.examiner);
+            PairTest::new(target, (how, aligned.pin), &scratch.examiner.slack)
+        });
+        scratch.tests.push(test);
+        test.how()
+    }
+
+    fn tested(
+        &self,
+        from: &Departed,
+        (target, aligned): (usize, Aligned),
+        examiner: &mut Examiner,
+    ) -> Option<(usize, usize)> {
+        let (entered, Ways { blends, rates }) = (&self.entered[target], self.ways);
+        let cut = |rate: usize| Cut {
+            graph: self.graph,
+            limits: self.limits,
+            left: &from.left,
+            entered: &entered[rate],
+            align: aligned.align,
+            stands: from.at.standing.contains(&true),
+            toe_slows: self.toe_slows,
+        };
+        let mut test = examiner.cut(cut(0));
+        let blend = blends.iter().position(|&blend| test.is_plausible(blend))?;
+        let fastest = (1..rates.len())
+            .take_while(|&rate| examiner.cut(cut(rate)).is_plausible(blends[blend]))
+            .last();
+        Some((blend, fastest.unwrap_or(0)))
+    }
+}
