@@ -295,14 +295,7 @@ impl BakedGraph {
         let slot = self.entry_tracks.tracks.get(evasion)?;
         let make = || {
             let first = self.entries.first_target(evasion)?;
-            let stance = self.entry_stance(first);
-            let target = &self.entries.targets()[first];
-            let evasion = &self.evasions[evasion];
-            Some(EntryTrack::new(
-                (&self.graph, &self.body),
-                (evasion, target),
-                stance,
-            ))
+            Some(EntryTrack::new(self, first))
         };
         slot.get_or_make(make).as_ref()
     }

@@ -5,8 +5,9 @@ use glam::Vec3;
 use super::Stance;
 use super::finder::{Departed, Finder};
 use super::limits::DEPARTURES;
+use super::targets::ClipFrame;
 use crate::anim::{JointId, Pose, forward_kinematics};
-use crate::graph::{ClipId, MotionGraph, Node};
+use crate::graph::{MotionGraph, Node};
 use crate::math::Rigid2;
 
 /// Maximum horizontal distance of root and feet, in metres. Most pairs beyond it fail the later tests, which are slower.
@@ -24,9 +25,9 @@ pub(super) struct Points {
 
 impl Points {
     /// `head` is the graph's, which is not looked for in each frame.
-    pub(super) fn of((graph, head): (&MotionGraph, JointId), clip: ClipId, frame: u32) -> Self {
+    pub(super) fn of(graph: &MotionGraph, head: JointId, at: Node) -> Self {
         let (mut pose, mut joints) = (Pose::default(), Vec::new());
-        graph.clip(clip).pose(frame as usize, &mut pose);
+        graph.clip(at.clip).pose(at.frame as usize, &mut pose);
         forward_kinematics(graph.skeleton(), &pose, &mut joints);
         Self {
             hip: pose.root,
@@ -37,9 +38,8 @@ impl Points {
 
 /// The part of a frame that is left by which targets are aligned.
 pub(super) struct Leaving {
-    pub(super) clip: ClipId,
-    /// The frame at which the cut is made.
-    pub(super) now: u32,
+    /// The frame before the one at which the cut is made.
+    pub(super) before: ClipFrame,
     stance: Stance,
     pub(super) standing: Vec<bool>,
     ways: [Points; 2],
@@ -48,6 +48,8 @@ pub(super) struct Leaving {
 /// How a target is aligned.
 #[derive(Clone, Copy)]
 pub(super) struct Aligned {
+    /// Index of the target.
+    pub(super) target: usize,
     pub(super) pin: Option<usize>,
     pub(super) align: Rigid2,
     /// Departure of hips and head and distance of the feet, in metres.
@@ -58,18 +60,17 @@ pub(super) struct Aligned {
 
 impl Finder<'_> {
     /// The frame one after a frame of a clip.
-    pub(super) fn leaving(&self, (clip, frame): (usize, u32)) -> Leaving {
-        let (graph, clip) = (self.graph, ClipId(clip as u32));
-        let now = frame + 1;
-        let at = now.min(graph.clip(clip).frames() as u32 - 1);
+    pub(super) fn leaving(&self, before: ClipFrame) -> Leaving {
+        let (graph, clip) = (self.graph, before.clip);
+        let at = (before.frame + 1).min(graph.clip(clip).frames() as u32 - 1);
         let legs = graph.feet().legs().len().min(Stance::LEGS);
         let standing = (0..legs).map(|leg| graph.feet().stands(clip, leg, at));
         Leaving {
-            clip,
-            now,
+            before,
             stance: Stance::of_frame(graph, self.facing, Node { clip, frame: at }),
             standing: standing.collect(),
-            ways: [frame, at].map(|frame| Points::of((graph, self.head), clip, frame)),
+            ways: [before.frame, at]
+                .map(|frame| Points::of(graph, self.head, Node { clip, frame })),
         }
     }
 
@@ -103,14 +104,15 @@ impl Finder<'_> {
     /// Aligns a target, or returns `None` if it is where the motion goes anyway or too far away.
     pub(super) fn align(&self, from: &Leaving, target: usize) -> Option<Aligned> {
         let at = &self.targets[target];
-        let ahead = i64::from(at.frame) - i64::from(from.now);
-        if at.clip == from.clip && ahead.abs() <= 3 {
+        let now = from.before.frame + 1;
+        if at.clip == from.before.clip && at.frame.abs_diff(now) <= 3 {
             return None;
         }
-        let (apart, pin) = self.pin((&from.stance, &from.standing), target)?;
+        let (apart, pin) = self.pin(from, target)?;
         let align = from.stance.align(&self.stances[target], pin);
         let (departed, goes_on) = self.departed(from.ways, target, align);
         Some(Aligned {
+            target,
             pin,
             align,
             cost: apart + departed,
@@ -136,11 +138,8 @@ impl Finder<'_> {
 
     /// What stays in place: of the feet that stand in both motions (if there is none, of those that stand) the one that leaves root and the
     /// other feet least far apart; `None` where all leave them too far.
-    fn pin(
-        &self,
-        (stance, standing): (&Stance, &[bool]),
-        target: usize,
-    ) -> Option<(f32, Option<usize>)> {
+    fn pin(&self, from: &Leaving, target: usize) -> Option<(f32, Option<usize>)> {
+        let (stance, standing) = (&from.stance, &from.standing);
         let (other, at) = (&self.stances[target], &self.targets[target]);
         let stays =
             |leg: usize| standing[leg] && self.graph.feet().stands(at.clip, leg, at.frame + STAYS);

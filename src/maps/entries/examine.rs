@@ -7,7 +7,7 @@ use glam::{Quat, Vec3};
 
 use super::frames::{EnteredMotion, Frame, LeftMotion};
 use super::joint_steps::{JointLimits, JointSteps};
-use super::limits::{MotionLimits, departures, goes_on, head};
+use super::limits::{MotionLimits, departures, head};
 use super::slack::Slack;
 use crate::anim::{Chain, JointId, JointTransform, Pose, Skeleton};
 use crate::graph::{Decay, FootDecay, MotionGraph, Weights};
@@ -157,9 +157,7 @@ impl CutTest<'_> {
     fn hips_go_on(&mut self) -> bool {
         let limits = self.cut.limits.hips();
         let mut slack = self.examiner.slack;
-        let fit = goes_on((self.rate, &mut slack), limits, |frame| {
-            self.root(frame).with_y(0.0)
-        });
+        let fit = limits.fit(self.rate, &mut slack, |frame| self.root(frame).with_y(0.0));
         self.examiner.slack = slack;
         fit
     }
@@ -167,7 +165,7 @@ impl CutTest<'_> {
     fn head_goes_on(&mut self) -> bool {
         let limits = self.cut.limits.head();
         let mut slack = self.examiner.slack;
-        let fit = goes_on((self.rate, &mut slack), limits, |frame| self.head(frame));
+        let fit = limits.fit(self.rate, &mut slack, |frame| self.head(frame));
         self.examiner.slack = slack;
         fit
     }
@@ -304,7 +302,7 @@ impl CutTest<'_> {
             true => self.own_toe_speed(),
             false => 0.0,
         };
-        let fastest = self.cut.limits.toe_speed.max(own);
+        let fastest = self.cut.limits.toe_speed_or(own);
         let mut slide = 0.0;
         for frame in 2..frames {
             let now = self.toes(frame);
@@ -314,14 +312,13 @@ impl CutTest<'_> {
                 longest = longest.max(way.length());
                 slower = slower.min(way.with_y(0.0).length());
             }
-            let limit = (fastest, self.cut.limits.id_of_toe_speed());
-            if !self.examiner.slack.fits(longest * self.rate, limit) {
+            if !self.examiner.slack.fits(longest * self.rate, fastest) {
                 return false;
             }
             slide += slower;
             before = now;
         }
-        let limit = (self.cut.limits.slide, self.cut.limits.id_of_slide());
+        let limit = self.cut.limits.slide();
         !self.cut.stands || self.examiner.slack.fits(slide, limit)
     }
 

@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::targets::ClipFrame;
 use super::{KnownEntry, MomentLists};
 use crate::graph::{EdgeId, EdgeMotion, MotionGraph};
 
@@ -14,9 +15,12 @@ pub(crate) struct ExitTarget {
     pub edge_frame: u32,
 }
 
-impl From<(EdgeId, u32)> for ExitTarget {
-    fn from((edge, edge_frame): (EdgeId, u32)) -> Self {
-        Self { edge, edge_frame }
+impl From<&ClipFrame> for ExitTarget {
+    fn from(at: &ClipFrame) -> Self {
+        Self {
+            edge: at.edge,
+            edge_frame: at.edge_frame,
+        }
     }
 }
 

@@ -1,6 +1,6 @@
 //! Search for the entries and exits of all moments.
 
-use super::finder::{Finder, Ways};
+use super::finder::{Finder, SearchBasis, Ways};
 use super::layers::LayerSource;
 use super::limits::MeasuredMotion;
 use super::moment_search::MomentSearch;
@@ -40,12 +40,16 @@ impl EntryTable {
         let frames = targets
             .iter()
             .map(|target| ClipFrame::of(graph, target.edge, target.edge_frame));
-        let how = (Ways::ENTRIES, threads);
-        let mut entries = Finder::new((graph, &limits), &places, frames.collect(), how);
-        let how = (Ways::EXITS, threads);
+        let search = SearchBasis {
+            graph,
+            limits: &limits,
+            places: &places,
+            threads,
+        };
+        let mut entries = Finder::new(search, frames.collect(), Ways::ENTRIES);
         let frames = natural(graph, settings.target_step);
-        let mut exits = Finder::new((graph, &limits), &places, frames, how);
-        let mut layers = LayerSource::new((graph, evasions), &targets, &limits);
+        let mut exits = Finder::new(search, frames, Ways::EXITS);
+        let mut layers = LayerSource::new(search, evasions, &targets);
         let mut record = EntryRecord {
             settings: Some(*settings),
             first_moment: table.first_moment.clone(),
@@ -77,11 +81,7 @@ impl EntryTable {
             record.exits.push(exits);
             record.layers.push(layers);
         }
-        table.exits.targets = exits
-            .targets
-            .iter()
-            .map(|target| (target.edge, target.edge_frame).into())
-            .collect();
+        table.exits.targets = exits.targets.iter().map(Into::into).collect();
         let utmost = measured.limits(&settings.plausible.utmost());
         let mut exits = exits.within_utmost(&utmost);
         exits.known = earlier.map(|it| it.known(&it.record.last_exits, exits.basis()));

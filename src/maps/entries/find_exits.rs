@@ -5,7 +5,7 @@ use super::finder::{Departed, Finder, Scratch};
 use super::record::{MomentTests, TestTable};
 use super::stretches::PlayedFrames;
 use super::{EntryTable, KnownEntry, MomentLists};
-use crate::graph::ClipId;
+use crate::graph::{ClipId, Node};
 use crate::math::in_parallel;
 
 impl EntryTable {
@@ -19,26 +19,27 @@ impl EntryTable {
     ) -> TestTable {
         let (graph, step) = (exits.graph, self.step as usize);
         let longest = (f64::from(longest) * graph.frame_rate()) as usize;
-        // Moments, and their clips and frames.
-        let mut places: Vec<(u32, (usize, u32))> = Vec::new();
+        // Moments, and their frames.
+        let mut places: Vec<(u32, Node)> = Vec::new();
         for clip in (0..graph.clips().len()).map(|clip| ClipId(clip as u32)) {
             let first = self.moments_of(clip).start;
             let mut stretches = PlayedFrames::of(graph, exits.places, clip).stretches(self);
             stretches.retain(|stretch| stretch.len() > longest);
             for stretch in stretches {
                 let moments = stretch.start.div_ceil(step)..stretch.end.div_ceil(step);
-                let place = |at: usize| (first + at as u32, (clip.index(), (at * step) as u32));
-                places.extend(moments.map(place));
+                places.extend(moments.map(|moment| {
+                    let frame = (moment * step) as u32;
+                    (first + moment as u32, Node { clip, frame })
+                }));
             }
         }
         type Found = (Vec<KnownEntry>, MomentTests);
         let found = in_parallel(threads, places.len(), |number| -> Found {
-            let mut scratch = Scratch::new(graph, self.step);
-            let place = places[number].1;
-            let Some(before) = exits.playhead(place) else {
+            let mut scratch = Scratch::new(graph);
+            let Some(before) = exits.places.find(places[number].1) else {
                 return (Vec::new(), MomentTests::not_played());
             };
-            let from = exits.depart(place, before, &mut scratch.sampler);
+            let from = exits.depart(before, &mut scratch.sampler);
             let found = exits.exits(&from, &mut scratch);
             (found, scratch.take_tests(from.beyond))
         });
@@ -80,21 +81,18 @@ impl Finder<'_> {
         self.find_near(from, &mut scratch.near);
         let near = scratch.near.iter().enumerate();
         let near = near.filter_map(|(target, &near)| near.then_some(target));
-        let mut nearest: Vec<(f32, usize, Aligned)> = near
-            .filter_map(|target| {
-                let aligned = self.align(&from.at, target)?;
-                Some((aligned.cost, target, aligned))
-            })
+        let mut nearest: Vec<Aligned> = near
+            .filter_map(|target| self.align(&from.at, target))
             .collect();
-        nearest.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        nearest.sort_unstable_by(|a, b| a.cost.total_cmp(&b.cost).then(a.target.cmp(&b.target)));
         let mut considered = 0.0;
-        for (rank, (cost, target, aligned)) in nearest.into_iter().enumerate() {
+        for (rank, aligned) in nearest.into_iter().enumerate() {
             if found.len() == MOST || rank >= EXAMINED && (!found.is_empty() || rank >= LAST) {
                 scratch.furthest = considered;
                 break;
             }
-            considered = cost;
-            let at = self.targets[target];
+            considered = aligned.cost;
+            let at = self.targets[aligned.target];
             let is_alike = |known: &KnownEntry| {
                 let other = self.targets[usize::from(known.target)];
                 other.clip == at.clip && other.frame.abs_diff(at.frame) < APART
@@ -102,14 +100,13 @@ impl Finder<'_> {
             if found.iter().any(is_alike) {
                 continue;
             }
-            let how = self.plausible(from, (target, aligned), scratch);
-            let Some((blend, _)) = how else {
+            let Some(exit) = self.plausible(from, aligned, scratch) else {
                 continue;
             };
             if let Some(test) = scratch.tests.last_mut() {
                 test.set_rank(found.len());
             }
-            found.push(KnownEntry::new(target as u16, (blend, aligned.pin, 0)));
+            found.push(exit);
         }
         found
     }

@@ -3,24 +3,23 @@
 use super::align::{Aligned, FOOT_APART, Leaving, Points, ROOT_APART};
 use super::examine::{Cut, Examiner};
 use super::frames::{EnteredMotion, FrameSampler, LeftMotion};
+use super::known_tests::KnownTests;
 use super::layer_test::LayerTest;
 use super::limits::{DEPARTURES, MotionLimits, head};
 use super::near_stances::NearStances;
-use super::record::{Beyond, KnownTests, MomentTests, PairTest, TestBasis};
+use super::record::{Beyond, MomentTests, PairTest, TestBasis};
 use super::slack::Slack;
 use super::spread::spread;
 use super::targets::{ClipFrame, ClipPlaces};
-use super::{BLENDS, EXIT_BLENDS, KnownEntry, RATES, Stance};
+use super::{BLENDS, EXIT_BLENDS, EntryWay, KnownEntry, RATES, Stance};
 use crate::anim::{Facing, JointId};
-use crate::graph::{ClipId, MotionGraph, Playhead};
-use crate::math::{Rigid2, in_parallel};
+use crate::graph::{MotionGraph, Node};
+use crate::math::in_parallel;
 
 pub(super) struct Scratch<'a> {
     pub(super) sampler: FrameSampler<'a>,
     pub(super) examiner: Examiner,
     pub(super) layers: LayerTest<'a>,
-    /// Interval of moments, in frames.
-    pub(super) step: u32,
     /// Tests that a later bake may take over.
     pub(super) tests: Vec<PairTest>,
     /// Cost of the exit that was considered last, or infinite if all were.
@@ -30,9 +29,8 @@ pub(super) struct Scratch<'a> {
 }
 
 impl<'a> Scratch<'a> {
-    pub(super) fn new(graph: &'a MotionGraph, step: u32) -> Self {
+    pub(super) fn new(graph: &'a MotionGraph) -> Self {
         Self {
-            step,
             tests: Vec::new(),
             furthest: f32::INFINITY,
             near: Vec::new(),
@@ -74,6 +72,16 @@ impl Ways {
     };
 }
 
+/// What all searches of a bake read.
+#[derive(Clone, Copy)]
+pub(super) struct SearchBasis<'a> {
+    pub(super) graph: &'a MotionGraph,
+    pub(super) limits: &'a MotionLimits,
+    pub(super) places: &'a ClipPlaces,
+    /// Number of threads, 0 for one per CPU core.
+    pub(super) threads: usize,
+}
+
 /// The search among some frames.
 pub(super) struct Finder<'a> {
     pub(super) graph: &'a MotionGraph,
@@ -102,24 +110,18 @@ pub(super) struct Finder<'a> {
 /// A frame of a clip that is left.
 pub(super) struct Departed {
     pub(super) at: Leaving,
-    /// The frame before it.
-    pub(super) before: Playhead,
     left: LeftMotion,
     /// What is played after the end of the clip.
     pub(super) beyond: Beyond,
 }
 
 impl<'a> Finder<'a> {
-    pub(super) fn new(
-        (graph, limits): (&'a MotionGraph, &'a MotionLimits),
-        places: &'a ClipPlaces,
-        targets: Vec<ClipFrame>,
-        (ways, threads): (Ways, usize),
-    ) -> Self {
+    pub(super) fn new(search: SearchBasis<'a>, targets: Vec<ClipFrame>, ways: Ways) -> Self {
+        let graph = search.graph;
         let frame_rate = graph.frame_rate() as f32;
         let longest = ways.blends.iter().copied().fold(0.0, f32::max);
         let frames = Examiner::frames(frame_rate, (longest * frame_rate).ceil() as usize);
-        let entered = in_parallel(threads, targets.len(), |target| {
+        let entered = in_parallel(search.threads, targets.len(), |target| {
             let mut sampler = FrameSampler::new(graph);
             let entered = |&rate: &f32| sampler.entered(&targets[target], rate, frames);
             ways.rates.iter().map(entered).collect()
@@ -138,7 +140,8 @@ impl<'a> Finder<'a> {
         let points = |target: &ClipFrame| {
             let last = graph.clip(target.clip).frames() as u32 - 1;
             let frame = (target.frame + after.round() as u32).min(last);
-            Points::of((graph, head), target.clip, frame)
+            let clip = target.clip;
+            Points::of(graph, head, Node { clip, frame })
         };
         let stances: Vec<Stance> = { targets.iter() }
             .map(|target| Stance::of_frame(graph, facing, target.node()))
@@ -146,9 +149,9 @@ impl<'a> Finder<'a> {
         let legs = graph.feet().legs().len().min(Stance::LEGS);
         Self {
             graph,
-            limits,
+            limits: search.limits,
             toe_slows: false,
-            places,
+            places: search.places,
             head,
             facing,
             near: NearStances::new(&stances, legs, [ROOT_APART, FOOT_APART]),
@@ -172,27 +175,11 @@ impl<'a> Finder<'a> {
         }
     }
 
-    /// The playhead at a frame of a clip; `None` if the graph does not play it.
-    pub(super) fn playhead(&self, (clip, frame): (usize, u32)) -> Option<Playhead> {
-        let (edge, edge_frame) = self.places.find(ClipId(clip as u32), frame)?;
-        Some(Playhead {
-            edge,
-            frame: edge_frame as f32,
-            clip_to_world: Rigid2::IDENTITY,
-        })
-    }
-
     /// Samples what the tests need of the motion that is left one frame after a frame of a clip. It depends on no target.
-    pub(super) fn depart(
-        &self,
-        place: (usize, u32),
-        before: Playhead,
-        sampler: &mut FrameSampler<'_>,
-    ) -> Departed {
-        let left = sampler.left(before);
+    pub(super) fn depart(&self, before: ClipFrame, sampler: &mut FrameSampler<'_>) -> Departed {
+        let left = sampler.left(before.playhead());
         Departed {
-            at: self.leaving(place),
-            before,
+            at: self.leaving(before),
             beyond: match left.stays_in_clip {
                 true => Beyond::default(),
                 false => Beyond::of(left.frames.iter().map(|frame| &frame.pose)),
@@ -249,56 +236,51 @@ impl<'a> Finder<'a> {
             if !aligned.goes_on {
                 continue;
             }
-            let Some((blend, fastest)) = self.plausible(from, (target, aligned), scratch) else {
-                continue;
-            };
-            let how = (blend, aligned.pin, fastest);
-            found.push(KnownEntry::new(target as u16, how));
+            found.extend(self.plausible(from, aligned, scratch));
         }
         found.sort_unstable_by_key(|entry| entry.target);
         found
     }
 
-    /// The first plausible blend of a cut, and the fastest plausible rate.
+    /// The cut to a target, if it is plausible.
     pub(super) fn plausible(
         &self,
         from: &Departed,
-        (target, aligned): (usize, Aligned),
+        to: Aligned,
         scratch: &mut Scratch<'_>,
-    ) -> Option<(usize, usize)> {
-        let place = (from.at.clip, (from.at.now - 1) / scratch.step);
+    ) -> Option<KnownEntry> {
         let known = self.known.as_ref();
-        let known = known.and_then(|known| known.find((place, from.beyond), target));
+        let place = from.at.before.node();
+        let known = known.and_then(|known| known.find(place, from.beyond, to.target));
         let test = known.unwrap_or_else(|| {
             scratch.examiner.slack = Slack::default();
-            let how = self.tested(from, (target, aligned), &mut scratch.examiner);
-            PairTest::new(target, (how, aligned.pin), &scratch.examiner.slack)
+            let way = self.tested(from, to, &mut scratch.examiner);
+            PairTest::new(to.target, way, &scratch.examiner.slack)
         });
         scratch.tests.push(test);
-        test.how()
+        test.entry()
     }
 
-    fn tested(
-        &self,
-        from: &Departed,
-        (target, aligned): (usize, Aligned),
-        examiner: &mut Examiner,
-    ) -> Option<(usize, usize)> {
-        let (entered, Ways { blends, rates }) = (&self.entered[target], self.ways);
+    /// The first plausible blend of a cut, and the fastest plausible rate.
+    fn tested(&self, from: &Departed, to: Aligned, examiner: &mut Examiner) -> Option<EntryWay> {
+        let (entered, Ways { blends, rates }) = (&self.entered[to.target], self.ways);
         let cut = |rate: usize| Cut {
             graph: self.graph,
             limits: self.limits,
             left: &from.left,
             entered: &entered[rate],
-            align: aligned.align,
+            align: to.align,
             stands: from.at.standing.contains(&true),
             toe_slows: self.toe_slows,
         };
         let mut test = examiner.cut(cut(0));
         let blend = blends.iter().position(|&blend| test.is_plausible(blend))?;
-        let fastest = (1..rates.len())
-            .take_while(|&rate| examiner.cut(cut(rate)).is_plausible(blends[blend]))
-            .last();
-        Some((blend, fastest.unwrap_or(0)))
+        let faster = (1..rates.len())
+            .take_while(|&rate| examiner.cut(cut(rate)).is_plausible(blends[blend]));
+        Some(EntryWay {
+            blend,
+            rate: faster.last().unwrap_or(0),
+            pin: to.pin,
+        })
     }
 }

@@ -3,7 +3,7 @@
 use glam::{Quat, Vec3};
 
 use super::limits::MotionLimits;
-use super::slack::{LimitId, Slack};
+use super::slack::{Limit, Slack};
 use crate::anim::JointId;
 use crate::graph::rotation_vector;
 
@@ -28,9 +28,9 @@ fn small_turn(rotation: Quat) -> Vec3 {
 #[derive(Clone, Copy)]
 pub(super) struct JointLimits {
     /// Square of the rotation between two frames, in radians.
-    step: (f32, LimitId),
+    step: Limit,
     /// Square of the difference between two such rotations, in radians.
-    change: (f32, LimitId),
+    change: Limit,
 }
 
 impl JointLimits {
@@ -39,8 +39,14 @@ impl JointLimits {
         let step = limits.joint_speed[joint.index()] / rate;
         let change = limits.joint_acceleration[joint.index()] / (rate * rate);
         Self {
-            step: (step * step, speed),
-            change: (change * change, acceleration),
+            step: Limit {
+                value: step * step,
+                id: speed,
+            },
+            change: Limit {
+                value: change * change,
+                id: acceleration,
+            },
         }
     }
 }

@@ -9,11 +9,11 @@ use super::BLENDS;
 use super::examine::Examiner;
 use super::frames::{FrameSampler, turns};
 use super::joint_steps::{JointLimits, JointSteps};
-use super::limits::{MotionLimits, goes_on, head};
+use super::limits::{MotionLimits, head};
 use super::record::Beyond;
 use super::slack::Slack;
 use crate::anim::{Envelope, JointId, Pose, slerp};
-use crate::graph::{ClipId, MotionGraph, Playhead, layer_tilt};
+use crate::graph::{MotionGraph, Node, Playhead, layer_tilt};
 
 /// Scratch of the test of layers in one graph.
 pub(super) struct LayerTest<'a> {
@@ -33,7 +33,10 @@ pub(super) struct LayerTest<'a> {
 }
 
 /// The motion that goes on after a frame, without a layer.
-pub(super) struct LayerBase {
+pub(super) struct LayerBase<'a> {
+    limits: &'a MotionLimits,
+    /// Frames per second.
+    rate: f32,
     poses: Vec<Pose>,
     /// Rotation vector of each joint between the first two frames.
     turns: Vec<Vec3>,
@@ -44,8 +47,7 @@ pub(super) struct LayerBase {
 /// One layer on a motion.
 #[derive(Clone, Copy)]
 struct Layered<'a> {
-    base: &'a LayerBase,
-    limits: &'a MotionLimits,
+    base: &'a LayerBase<'a>,
     /// Poses of the clip that is layered, from the second frame of the base on.
     wanted: &'a [Pose],
     envelope: Envelope,
@@ -81,15 +83,11 @@ impl<'a> LayerTest<'a> {
     }
 
     /// Poses of a clip from a frame on, at a playback rate.
-    pub(super) fn wanted(
-        graph: &MotionGraph,
-        (clip, frame): (ClipId, u32),
-        rate: f32,
-    ) -> Vec<Pose> {
+    pub(super) fn wanted(graph: &MotionGraph, from: Node, rate: f32) -> Vec<Pose> {
         let poses = (1..Self::frames(graph.frame_rate() as f32)).map(|after| {
             let mut pose = Pose::default();
-            let at = frame as f32 + (after - 1) as f32 * rate;
-            graph.clip(clip).sample(at, &mut pose);
+            let at = from.frame as f32 + (after - 1) as f32 * rate;
+            graph.clip(from.clip).sample(at, &mut pose);
             pose
         });
         poses.collect()
@@ -101,10 +99,12 @@ impl<'a> LayerTest<'a> {
     }
 
     /// Samples the motion that goes on after a frame, without a layer.
-    pub(super) fn base(&mut self, before: Playhead, limits: &MotionLimits) -> LayerBase {
+    pub(super) fn base<'l>(&mut self, before: Playhead, limits: &'l MotionLimits) -> LayerBase<'l> {
         let rate = self.rate;
         let poses = self.sampler.goes_on(before, Self::frames(rate));
         let mut base = LayerBase {
+            limits,
+            rate,
             turns: turns(&poses[0], &poses[1]),
             poses,
             fits: Default::default(),
@@ -113,8 +113,7 @@ impl<'a> LayerTest<'a> {
             let (frames, mut slack) = (self.tested(blend), Slack::default());
             let fit = self.kept.iter().all(|&joint| {
                 let rotation = |frame: usize| base.poses[frame].rotations[joint.index()];
-                let limits = JointLimits::of(limits, joint, rate);
-                base.fits((joint, limits), (2..frames).map(rotation), &mut slack)
+                base.fits(joint, (2..frames).map(rotation), &mut slack)
             });
             (fit, slack)
         });
@@ -129,14 +128,13 @@ impl<'a> LayerTest<'a> {
     /// Whether a layer, which fades in within the blend of an index of [`BLENDS`], is plausible: its joints, and the departure of its head.
     pub(super) fn is_plausible(
         &mut self,
-        (base, limits): (&LayerBase, &MotionLimits),
+        base: &LayerBase<'_>,
         wanted: &[Pose],
         blend: usize,
     ) -> bool {
         let start = 1.0 / self.rate;
         let layered = Layered {
             base,
-            limits,
             wanted,
             envelope: Envelope {
                 start,
@@ -160,12 +158,10 @@ impl<'a> LayerTest<'a> {
 
     /// Whether the joints that the layer moves are plausible in the first frames.
     fn joints_fit(&mut self, layered: Layered<'_>, frames: usize) -> bool {
-        let rate = self.rate;
-        let limits = |joint| JointLimits::of(layered.limits, joint, rate);
         let slack = &mut self.slack;
         let failed = self.free.iter().position(|&joint| {
-            let rotations = (2..frames).map(|frame| layered.rotation(joint, (frame, rate)));
-            !layered.base.fits((joint, limits(joint)), rotations, slack)
+            let rotations = (2..frames).map(|frame| layered.rotation(joint, frame));
+            !layered.base.fits(joint, rotations, slack)
         });
         if let Some(failed) = failed {
             // It will often fail again.
@@ -176,7 +172,7 @@ impl<'a> LayerTest<'a> {
         let (slack, poses) = (&mut self.slack, &self.poses);
         self.graph.rig().spine().iter().all(|&joint| {
             let rotations = (2..frames).map(|frame| poses[frame].rotations[joint.index()]);
-            { layered.base }.fits((joint, limits(joint)), rotations, slack)
+            layered.base.fits(joint, rotations, slack)
         })
     }
 
@@ -189,24 +185,21 @@ impl<'a> LayerTest<'a> {
         let (rig, pose) = (self.graph.rig(), &mut self.poses[frame]);
         pose.rotations.resize(joints, Quat::IDENTITY);
         for &joint in rig.spine() {
-            pose.rotations[joint.index()] = layered.rotation(joint, (frame, self.rate));
+            pose.rotations[joint.index()] = layered.rotation(joint, frame);
         }
         let root = JointId::ROOT.index();
         let pelvis = layered.base.poses[frame].rotations[root];
         pose.rotations[root] = pelvis;
         if let Some(wanted) = layered.wanted(frame) {
-            let weight = layered.weight(frame, self.rate);
+            let weight = layered.weight(frame);
             let tilt = layer_tilt(pelvis, wanted.rotations[root]) * weight;
             rig.turn_spine(tilt, pose);
         }
     }
 
     fn head_goes_on(&mut self, layered: Layered<'_>) -> bool {
-        let limits = layered.limits.head();
-        let (rate, mut slack) = (self.rate, self.slack);
-        let fit = goes_on((rate, &mut slack), limits, |frame| {
-            self.head(layered, frame)
-        });
+        let (limits, mut slack) = (layered.base.limits.head(), self.slack);
+        let fit = limits.fit(self.rate, &mut slack, |frame| self.head(layered, frame));
         self.slack = slack;
         fit
     }
@@ -219,7 +212,7 @@ impl<'a> LayerTest<'a> {
             let (own, place) = layered.base.poses[frame].local(skeleton, joint);
             let rotation = match rig.part(joint).is_above_pelvis() {
                 true if rig.spine().contains(&joint) => self.poses[frame].rotations[joint.index()],
-                true => layered.rotation(joint, (frame, self.rate)),
+                true => layered.rotation(joint, frame),
                 false => own,
             };
             point = rotation * point + place;
@@ -228,7 +221,7 @@ impl<'a> LayerTest<'a> {
     }
 }
 
-impl LayerBase {
+impl LayerBase<'_> {
     pub(super) fn checksums(&self) -> Beyond {
         Beyond::of(self.poses.iter())
     }
@@ -236,7 +229,7 @@ impl LayerBase {
     /// Whether a joint that has some rotations from the third frame on is plausible.
     fn fits(
         &self,
-        (joint, limits): (JointId, JointLimits),
+        joint: JointId,
         mut rotations: impl Iterator<Item = Quat>,
         slack: &mut Slack,
     ) -> bool {
@@ -245,6 +238,7 @@ impl LayerBase {
             turn: self.turns[joint.index()],
             slack: *slack,
         };
+        let limits = JointLimits::of(self.limits, joint, self.rate);
         let fit = rotations.all(|rotation| steps.fits(rotation, limits));
         *slack = steps.slack;
         fit
@@ -252,8 +246,8 @@ impl LayerBase {
 }
 
 impl<'a> Layered<'a> {
-    fn weight(&self, frame: usize, rate: f32) -> f32 {
-        self.envelope.weight(frame as f32 / rate)
+    fn weight(&self, frame: usize) -> f32 {
+        self.envelope.weight(frame as f32 / self.base.rate)
     }
 
     fn wanted(&self, frame: usize) -> Option<&'a Pose> {
@@ -261,9 +255,9 @@ impl<'a> Layered<'a> {
     }
 
     /// Rotation of a joint that the layer moves, before the spine takes over the pelvis' tilt.
-    fn rotation(&self, joint: JointId, (frame, rate): (usize, f32)) -> Quat {
+    fn rotation(&self, joint: JointId, frame: usize) -> Quat {
         let own = self.base.poses[frame].rotations[joint.index()];
-        match (self.wanted(frame), self.weight(frame, rate)) {
+        match (self.wanted(frame), self.weight(frame)) {
             (Some(wanted), weight) if weight > 0.0 => {
                 slerp(own, wanted.rotations[joint.index()], weight)
             }

@@ -2,15 +2,17 @@
 
 use glam::{Quat, Vec3};
 
-use super::finder::{Departed, Finder, Scratch};
+use super::finder::{Departed, Finder, Scratch, SearchBasis};
+use super::known_tests::KnownTests;
 use super::layer_test::{LayerBase, LayerTest};
 use super::limits::{MotionLimits, head};
-use super::record::{Beyond, KnownTests, PairTest, TestBasis};
+use super::record::{Beyond, PairTest, TestBasis};
 use super::slack::Slack;
 use super::spread::spread;
-use super::{BLENDS, EntryTarget, KnownEntry, RATES};
+use super::targets::ClipFrame;
+use super::{BLENDS, EntryTarget, EntryWay, KnownEntry, RATES};
 use crate::anim::{JointId, Pose, forward_kinematics};
-use crate::graph::{ClipId, MotionGraph, heading};
+use crate::graph::{MotionGraph, Node, heading};
 use crate::maps::Evasion;
 
 /// Distance that an evasion has to move the head over the pelvis to be layered, in metres.
@@ -30,20 +32,24 @@ pub(super) struct LayerSource<'a> {
 
 impl<'a> LayerSource<'a> {
     pub(super) fn new(
-        (graph, evasions): (&MotionGraph, &[Evasion]),
+        search: SearchBasis<'_>,
+        evasions: &[Evasion],
         targets: &'a [EntryTarget],
-        limits: &MotionLimits,
     ) -> Self {
+        let graph = search.graph;
         let leans = |evasion: &Evasion| {
             let edge = graph.edge(evasion.edge);
             let start = graph.node(edge.from);
-            let at = |frame: u32| head_over_pelvis(graph, start.clip, start.frame + frame);
+            let at = |frame: u32| {
+                let frame = start.frame + frame;
+                head_over_pelvis(graph, Node { frame, ..start })
+            };
             let first = at(0);
             (1..=edge.frames).any(|frame| at(frame).distance(first) > LEANS)
         };
         let has_upper_body = graph.rig().has_upper_body();
         // The joints of the spine share a tilt, also those that the clips do not move.
-        let mut limits = limits.clone();
+        let mut limits = search.limits.clone();
         for values in [&mut limits.joint_speed, &mut limits.joint_acceleration] {
             let spine = graph.rig().spine();
             let most = spine.iter().map(|joint| values[joint.index()]);
@@ -55,9 +61,9 @@ impl<'a> LayerSource<'a> {
             .map(|evasion| has_upper_body && leans(evasion))
             .collect();
         let wanted = |target: &EntryTarget| {
-            let clip = graph.node(graph.edge(target.edge).from).clip;
+            let from = ClipFrame::of(graph, target.edge, target.edge_frame).node();
             RATES.map(|rate| match layerable[usize::from(target.evasion)] {
-                true => LayerTest::wanted(graph, (clip, target.frame), rate),
+                true => LayerTest::wanted(graph, from, rate),
                 false => Vec::new(),
             })
         };
@@ -81,26 +87,27 @@ impl<'a> LayerSource<'a> {
     }
 
     /// The test of a target.
-    fn tested(&self, target: usize, base: &LayerBase, test: &mut LayerTest<'_>) -> PairTest {
+    fn tested(&self, target: usize, base: &LayerBase<'_>, test: &mut LayerTest<'_>) -> PairTest {
         test.slack = Slack::default();
-        let mut plausible = |blend: usize, rate: usize| {
-            test.is_plausible((base, &self.limits), &self.wanted[target][rate], blend)
-        };
+        let mut plausible =
+            |blend: usize, rate: usize| test.is_plausible(base, &self.wanted[target][rate], blend);
         let blend = (0..BLENDS.len()).find(|&blend| plausible(blend, 0));
-        let how = blend.map(|blend| {
-            let fastest = (1..RATES.len())
-                .take_while(|&rate| plausible(blend, rate))
-                .last();
-            (blend, fastest.unwrap_or(0))
+        let way = blend.map(|blend| {
+            let faster = (1..RATES.len()).take_while(|&rate| plausible(blend, rate));
+            EntryWay {
+                blend,
+                rate: faster.last().unwrap_or(0),
+                pin: None,
+            }
         });
-        PairTest::new(target, (how, None), &test.slack)
+        PairTest::new(target, way, &test.slack)
     }
 }
 
 /// Position of the head relative to the pelvis, turned by the pelvis' heading.
-fn head_over_pelvis(graph: &MotionGraph, clip: ClipId, frame: u32) -> Vec3 {
+fn head_over_pelvis(graph: &MotionGraph, at: Node) -> Vec3 {
     let (mut pose, mut joints) = (Pose::default(), Vec::new());
-    graph.clip(clip).pose(frame as usize, &mut pose);
+    graph.clip(at.clip).pose(at.frame as usize, &mut pose);
     forward_kinematics(graph.skeleton(), &pose, &mut joints);
     let turn: Quat = heading(pose.rotations[JointId::ROOT.index()]);
     let over = joints[head(graph.skeleton()).index()].translation - pose.root;
@@ -122,24 +129,24 @@ impl Finder<'_> {
         let mut found = Vec::new();
         let test = &mut scratch.layers;
         let (mut base, mut beyond) = (None, Beyond::default());
-        if !test.stays_in_clip(from.before) {
-            let made = base.insert(test.base(from.before, &source.limits));
+        let own = from.at.before;
+        if !test.stays_in_clip(own.playhead()) {
+            let made = base.insert(test.base(own.playhead(), &source.limits));
             beyond = made.checksums();
         }
-        let place = (from.at.clip, (from.at.now - 1) / scratch.step);
         for target in spread(source.targets.len()) {
             if found.len() == MOST {
                 break;
             }
-            let is_own = self.targets[target].clip == from.at.clip;
+            let is_own = self.targets[target].clip == own.clip;
             let evasion = usize::from(source.targets[target].evasion);
             if is_own || !source.layerable[evasion] {
                 continue;
             }
             let known = source.known.as_ref();
-            let known = known.and_then(|known| known.find((place, beyond), target));
+            let known = known.and_then(|known| known.find(own.node(), beyond, target));
             let tested = known.unwrap_or_else(|| {
-                let base = base.get_or_insert_with(|| test.base(from.before, &source.limits));
+                let base = base.get_or_insert_with(|| test.base(own.playhead(), &source.limits));
                 source.tested(target, base, test)
             });
             scratch.tests.push(tested);

@@ -9,7 +9,7 @@ use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
 use super::frames::turns;
-use super::slack::{LimitId, Slack};
+use super::slack::{Limit, LimitId, Slack};
 use crate::anim::{Clip, JointId, JointTransform, Pose, Skeleton, forward_kinematics};
 use crate::graph::MotionGraph;
 use crate::math::in_parallel;
@@ -106,16 +106,27 @@ impl MotionLimits {
     }
 
     fn departures(&self, [early, late]: [f32; 2], place: usize) -> DepartureLimits {
-        let id = |place: usize| LimitId::new(2 * self.joint_speed.len() + place);
-        [(early, id(place)), (late, id(place + 1))]
+        let limit = |value: f32, place: usize| Limit {
+            value,
+            id: LimitId::new(2 * self.joint_speed.len() + place),
+        };
+        DepartureLimits([limit(early, place), limit(late, place + 1)])
     }
 
-    pub(super) fn id_of_toe_speed(&self) -> LimitId {
-        LimitId::new(2 * self.joint_speed.len() + 4)
+    /// The limit of a toe's speed, or a faster one in its place.
+    pub(super) fn toe_speed_or(&self, faster: f32) -> Limit {
+        Limit {
+            value: self.toe_speed.max(faster),
+            id: LimitId::new(2 * self.joint_speed.len() + 4),
+        }
     }
 
-    pub(super) fn id_of_slide(&self) -> LimitId {
-        LimitId::new(2 * self.joint_speed.len() + 5)
+    /// The limit of the slide.
+    pub(super) fn slide(&self) -> Limit {
+        Limit {
+            value: self.slide,
+            id: LimitId::new(2 * self.joint_speed.len() + 5),
+        }
     }
 
     /// The factor by which each limit differs from that of `earlier`; `None` if these are of another skeleton.
@@ -139,7 +150,24 @@ impl MotionLimits {
 }
 
 /// The limits of a departure after each of [`DEPARTURES`].
-pub(super) type DepartureLimits = [(f32, LimitId); 2];
+#[derive(Clone, Copy)]
+pub(super) struct DepartureLimits([Limit; 2]);
+
+impl DepartureLimits {
+    /// Whether a point of a motion departs no further than the limits from where it goes at constant velocity between the first two frames.
+    pub(super) fn fit(
+        self,
+        rate: f32,
+        slack: &mut Slack,
+        mut point: impl FnMut(usize) -> Vec3,
+    ) -> bool {
+        let mut both = departures(rate).into_iter().zip(self.0);
+        both.all(|(frames, limit)| {
+            let ends = [0, 1, 1 + frames].map(&mut point);
+            slack.fits(departure(ends, frames).length(), limit)
+        })
+    }
+}
 
 /// Distance of a point from where its velocity between `before` and `now` would have taken it.
 pub(super) fn departure([before, now, then]: [Vec3; 3], frames: usize) -> Vec3 {
@@ -149,19 +177,6 @@ pub(super) fn departure([before, now, then]: [Vec3; 3], frames: usize) -> Vec3 {
 /// Frames at which departures are measured.
 pub(super) fn departures(frame_rate: f32) -> [usize; 2] {
     DEPARTURES.map(|seconds| (seconds * frame_rate).round() as usize)
-}
-
-/// Whether a point of a motion departs no further than the limits from where it goes at constant velocity between the first two frames.
-pub(super) fn goes_on(
-    (rate, slack): (f32, &mut Slack),
-    limits: DepartureLimits,
-    mut point: impl FnMut(usize) -> Vec3,
-) -> bool {
-    let mut both = departures(rate).into_iter().zip(limits);
-    both.all(|(frames, limit)| {
-        let ends = [0, 1, 1 + frames].map(&mut point);
-        slack.fits(departure(ends, frames).length(), limit)
-    })
 }
 
 /// The part of a clip's frame that the limits depend on.

@@ -5,8 +5,9 @@ use super::finder::{Departed, Finder, Scratch};
 use super::frames::LeftMotion;
 use super::layers::LayerSource;
 use super::record::MomentTests;
+use super::targets::ClipFrame;
 use super::{EntrySettings, KnownEntry};
-use crate::graph::{ClipId, Playhead};
+use crate::graph::{ClipId, Node};
 use crate::math::in_parallel;
 
 /// The search at each moment.
@@ -43,29 +44,30 @@ impl MomentSearch<'_> {
         const BATCH: usize = 64;
         let (graph, step) = (self.entries.graph, self.settings.moment_step);
         let frames = graph.clips().iter().map(|clip| clip.frames() as u32);
-        let moments: Vec<(usize, u32)> = { frames.enumerate() }
-            .flat_map(|(clip, frames)| {
-                (0..frames)
-                    .step_by(step as usize)
-                    .map(move |frame| (clip, frame))
+        let moments: Vec<Node> = { frames.zip(0..) }
+            .flat_map(|(frames, clip)| {
+                let frames = (0..frames).step_by(step as usize);
+                let clip = ClipId(clip);
+                frames.map(move |frame| Node { clip, frame })
             })
             .collect();
         let found = in_parallel(threads, moments.len().div_ceil(BATCH), |batch| {
-            let mut scratch = Scratch::new(graph, step);
+            let mut scratch = Scratch::new(graph);
             let end = ((batch + 1) * BATCH).min(moments.len());
             let own = moments[batch * BATCH..end].iter();
-            own.map(|&place| self.at(place, &mut scratch))
+            own.map(|&frame| self.at(frame, &mut scratch))
                 .collect::<Vec<_>>()
         });
         found.into_iter().flatten()
     }
 
-    fn at(&self, place: (usize, u32), scratch: &mut Scratch<'_>) -> MomentFound {
-        let Some(before) = self.entries.playhead(place) else {
+    fn at(&self, frame: Node, scratch: &mut Scratch<'_>) -> MomentFound {
+        let Some(before) = self.entries.places.find(frame) else {
             return MomentFound::not_played();
         };
-        let stays = scratch.sampler.stays_in_clip(before, LeftMotion::FRAMES);
-        let reused = stays.then(|| self.reused(place, before, scratch));
+        let (sampler, playhead) = (&mut scratch.sampler, before.playhead());
+        let stays = sampler.stays_in_clip(playhead, LeftMotion::FRAMES);
+        let reused = stays.then(|| self.reused(before, scratch));
         match reused.unwrap_or_default() {
             [Some(entries), Some(exits), Some(layers)] => MomentFound {
                 entries: entries.entries(),
@@ -74,26 +76,20 @@ impl MomentSearch<'_> {
                 tests: [entries, exits, layers],
             },
             reused => {
-                let from = self.entries.depart(place, before, &mut scratch.sampler);
+                let from = self.entries.depart(before, &mut scratch.sampler);
                 self.search(&from, reused, scratch)
             }
         }
     }
 
     /// What an earlier bake found at a moment that stays in its clip.
-    fn reused(
-        &self,
-        place: (usize, u32),
-        before: Playhead,
-        scratch: &mut Scratch<'_>,
-    ) -> [Option<MomentTests>; 3] {
+    fn reused(&self, before: ClipFrame, scratch: &mut Scratch<'_>) -> [Option<MomentTests>; 3] {
         let Self { entries, exits, .. } = self;
-        let at = (ClipId(place.0 as u32), place.1 / scratch.step);
         let has_new = [entries, exits].iter().any(|finder| finder.has_new());
-        let from = has_new.then(|| entries.leaving(place));
+        let from = has_new.then(|| entries.leaving(before));
         let [of_entries, of_exits] = [entries, exits].map(|finder| {
             let known = finder.known.as_ref()?;
-            let tests = known.all(at)?;
+            let tests = known.all(before.node())?;
             let (near, furthest) = (&mut scratch.near, tests.furthest);
             let is_near =
                 { from.as_ref() }.is_some_and(|from| finder.has_new_near(from, furthest, near));
@@ -105,8 +101,8 @@ impl MomentSearch<'_> {
             .filter(|(tests, known)| known.has_same() || tests.entries().len() < most);
         let of_exits = of_exits.filter(|(_, known)| known.has_all());
         let of_layers = self.layers.known.as_ref().and_then(|known| {
-            let is_known = known.has_same() && scratch.layers.stays_in_clip(before);
-            is_known.then(|| known.all(at))?
+            let is_known = known.has_same() && scratch.layers.stays_in_clip(before.playhead());
+            is_known.then(|| known.all(before.node()))?
         });
         let tests = |(tests, _)| tests;
         [of_entries.map(tests), of_exits.map(tests), of_layers]

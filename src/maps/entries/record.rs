@@ -6,15 +6,15 @@
 
 use std::hash::Hasher;
 
-use rustc_hash::{FxHashMap, FxHashSet, FxHasher};
+use rustc_hash::FxHasher;
 use serde::{Deserialize, Serialize};
 
 use super::limits::MotionLimits;
-use super::slack::{NeededCodes, Slack, SlackCode};
+use super::slack::{Slack, SlackCode};
 use super::targets::ClipFrame;
-use super::{EntrySettings, KnownEntry};
+use super::{EntrySettings, EntryWay, KnownEntry};
 use crate::anim::Pose;
-use crate::graph::{ClipId, ClipMatch};
+use crate::graph::ClipMatch;
 
 /// Tests of all cuts and layers of a bake.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -39,12 +39,12 @@ pub(crate) struct EarlierEntries {
 /// The tests of one kind.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(super) struct TestTable {
-    limits: MotionLimits,
-    targets: Vec<TargetKey>,
+    pub(super) limits: MotionLimits,
+    pub(super) targets: Vec<TargetKey>,
     /// For each moment, what is played after the end of its clip.
-    beyond: Vec<Beyond>,
+    pub(super) beyond: Vec<Beyond>,
     /// For each moment, the cost beyond which targets were not considered.
-    furthest: Vec<f32>,
+    pub(super) furthest: Vec<f32>,
     /// For each moment, the end of its tests.
     ends: Vec<u32>,
     /// Tests of each moment, sorted by target.
@@ -53,10 +53,10 @@ pub(super) struct TestTable {
 
 /// A target.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
-struct TargetKey {
-    clip: u32,
-    frame: u32,
-    beyond: Beyond,
+pub(super) struct TargetKey {
+    pub(super) clip: u32,
+    pub(super) frame: u32,
+    pub(super) beyond: Beyond,
 }
 
 /// Checksums of the frames of a motion that goes on after the end of its clip; none if it ends before.
@@ -88,7 +88,7 @@ pub(super) struct PairTest {
     pub(super) target: u16,
     /// 0: not plausible. From the lowest bit on: 1 + blend + 4 * rate, the leg whose foot stays in place, and the rank among exits.
     how: u16,
-    slack: SlackCode,
+    pub(super) slack: SlackCode,
 }
 
 /// Bits of [`PairTest::how`].
@@ -96,14 +96,11 @@ const PIN: u32 = 4;
 const RANK: u32 = 8;
 
 impl PairTest {
-    /// The test of a target with the indices of the first plausible blend and of the fastest plausible rate.
-    pub(super) fn new(
-        target: usize,
-        (how, pin): (Option<(usize, usize)>, Option<usize>),
-        slack: &Slack,
-    ) -> Self {
-        let pin = pin.map_or(0, |leg| leg + 1);
-        let how = how.map_or(0, |(blend, rate)| 1 + blend + 4 * rate + (pin << PIN));
+    /// The test of a target, and how it can be entered if it is plausible.
+    pub(super) fn new(target: usize, way: Option<EntryWay>, slack: &Slack) -> Self {
+        let how = way.map_or(0, |EntryWay { blend, rate, pin }| {
+            1 + blend + 4 * rate + (pin.map_or(0, |leg| leg + 1) << PIN)
+        });
         Self {
             target: target as u16,
             how: how as u16,
@@ -111,9 +108,25 @@ impl PairTest {
         }
     }
 
-    pub(super) fn how(self) -> Option<(usize, usize)> {
+    /// How the target can be entered; `None` if it is not plausible.
+    pub(super) fn way(self) -> Option<EntryWay> {
         let how = usize::from((self.how & 15).checked_sub(1)?);
-        Some((how % 4, how / 4))
+        Some(EntryWay {
+            blend: how % 4,
+            rate: how / 4,
+            pin: usize::from(self.how >> PIN & 15).checked_sub(1),
+        })
+    }
+
+    /// The same test of a target of another index.
+    pub(super) fn of_target(self, target: u16) -> Self {
+        Self { target, ..self }
+    }
+
+    /// The same test without its rank.
+    pub(super) fn unranked(self) -> Self {
+        let how = self.how & ((1 << RANK) - 1);
+        Self { how, ..self }
     }
 
     /// Sets the rank among the exits of a moment.
@@ -127,9 +140,7 @@ impl PairTest {
 
     /// The entry that the test allows.
     pub(super) fn entry(self) -> Option<KnownEntry> {
-        let (blend, rate) = self.how()?;
-        let pin = usize::from(self.how >> PIN & 15).checked_sub(1);
-        Some(KnownEntry::new(self.target, (blend, pin, rate)))
+        Some(KnownEntry::new(self.target, self.way()?))
     }
 }
 
@@ -151,7 +162,8 @@ impl TestTable {
         self.furthest.push(found.furthest);
     }
 
-    fn of(&self, moment: usize) -> &[PairTest] {
+    /// The tests of a moment.
+    pub(super) fn of(&self, moment: usize) -> &[PairTest] {
         let start = moment
             .checked_sub(1)
             .and_then(|before| self.ends.get(before));
@@ -187,28 +199,11 @@ impl MomentTests {
 
     /// The exits that they allow, by rank.
     pub(super) fn exits(&self) -> Vec<KnownEntry> {
-        let found = self.tests.iter().filter(|test| test.how().is_some());
+        let found = self.tests.iter().filter(|test| test.way().is_some());
         let mut found: Vec<&PairTest> = found.collect();
         found.sort_by_key(|test| test.rank());
         found.into_iter().filter_map(|test| test.entry()).collect()
     }
-}
-
-/// The tests of one kind that an earlier bake made.
-pub(super) struct KnownTests<'a> {
-    table: &'a TestTable,
-    /// For each clip of this bake the first of its moments in the earlier one.
-    first_moment: Vec<Option<u32>>,
-    /// For each target of this bake its index in the earlier one.
-    targets: Vec<Option<u16>>,
-    /// For each target of the earlier bake its index in this one.
-    now: Vec<Option<u16>>,
-    /// Targets that the earlier bake did not have.
-    pub(super) new: Vec<usize>,
-    /// Whether this bake has the frames of all targets of the earlier one.
-    has_all: bool,
-    /// Least codes with which a test is taken over.
-    needed: NeededCodes,
 }
 
 /// What the tests of one kind depend on.
@@ -221,7 +216,7 @@ pub(super) struct TestBasis<'a> {
 }
 
 impl TestBasis<'_> {
-    fn keys(&self) -> impl Iterator<Item = TargetKey> + '_ {
+    pub(super) fn keys(&self) -> impl Iterator<Item = TargetKey> + '_ {
         self.targets
             .iter()
             .enumerate()
@@ -233,116 +228,6 @@ impl TestBasis<'_> {
     }
 }
 
-impl EarlierEntries {
-    /// Returns `self` if it was made with some settings.
-    pub(super) fn with(&self, settings: &EntrySettings) -> Option<&Self> {
-        (self.record.settings == Some(*settings)).then_some(self)
-    }
-
-    /// The tests of one kind.
-    pub(super) fn known<'a>(
-        &'a self,
-        table: &'a TestTable,
-        basis: TestBasis<'_>,
-    ) -> KnownTests<'a> {
-        let clips = &self.clips;
-        let places: FxHashMap<TargetKey, u16> = { table.targets.iter().zip(0..) }
-            .filter_map(|(&key, index)| {
-                let clip = clips.now(key.clip)?;
-                Some((TargetKey { clip, ..key }, index))
-            })
-            .collect();
-        let first_moment = |clip: usize| {
-            let earlier = clips.earlier(clip)? as usize;
-            self.record.first_moment.get(earlier).copied()
-        };
-        let targets: Vec<Option<u16>> = basis.keys().map(|key| places.get(&key).copied()).collect();
-        let mut now = vec![None; table.targets.len()];
-        for (index, earlier) in targets.iter().enumerate() {
-            if let Some(earlier) = earlier {
-                now[usize::from(*earlier)] = Some(index as u16);
-            }
-        }
-        let frames: FxHashSet<(u32, u32)> = basis.keys().map(|key| (key.clip, key.frame)).collect();
-        let has_frame = |key: &TargetKey| {
-            let clip = clips.now(key.clip);
-            clip.is_some_and(|clip| frames.contains(&(clip, key.frame)))
-        };
-        KnownTests {
-            has_all: table.targets.iter().all(has_frame),
-            first_moment: (0..clips.len()).map(first_moment).collect(),
-            new: (0..targets.len())
-                .filter(|&target| targets[target].is_none())
-                .collect(),
-            targets,
-            now,
-            needed: { basis.limits }
-                .change_since(&table.limits)
-                .map_or_else(NeededCodes::unknown, |factors| NeededCodes::new(&factors)),
-            table,
-        }
-    }
-}
-
-impl KnownTests<'_> {
-    /// The tests of a moment of a clip.
-    fn of(&self, (clip, moment): (ClipId, u32), beyond: Beyond) -> Option<&[PairTest]> {
-        let first = self.first_moment.get(clip.index()).copied().flatten()?;
-        let moment = (first + moment) as usize;
-        let is_same = self.table.beyond.get(moment) == Some(&beyond);
-        is_same.then(|| self.table.of(moment))
-    }
-
-    /// The test of a target at a moment of a clip.
-    pub(super) fn find(
-        &self,
-        (place, beyond): ((ClipId, u32), Beyond),
-        target: usize,
-    ) -> Option<PairTest> {
-        let earlier = self.targets[target]?;
-        let tests = self.of(place, beyond)?;
-        let at = tests.binary_search_by_key(&earlier, |test| test.target);
-        let mut test = tests[at.ok()?];
-        test.how &= (1 << RANK) - 1;
-        self.needed.suffices(test.slack).then_some(PairTest {
-            target: target as u16,
-            ..test
-        })
-    }
-
-    /// Whether this bake has the frames of all targets of the earlier one.
-    pub(super) fn has_all(&self) -> bool {
-        self.has_all
-    }
-
-    /// Whether both bakes have the same targets.
-    pub(super) fn has_same(&self) -> bool {
-        self.new.is_empty() && self.targets.len() == self.now.len()
-    }
-
-    /// Whether the earlier bake had the departures of some limits.
-    pub(super) fn has_departures(&self, limits: &MotionLimits) -> bool {
-        let of = |limits: &MotionLimits| [limits.hip_departure, limits.head_departure];
-        of(limits) == of(&self.table.limits)
-    }
-
-    /// All tests of a moment that stays in its clip; `None` if one of them is not known.
-    pub(super) fn all(&self, (clip, moment): (ClipId, u32)) -> Option<MomentTests> {
-        let tests = self.of((clip, moment), Beyond::default())?.iter();
-        let test = |test: &PairTest| {
-            let target = self.now[usize::from(test.target)]?;
-            let suffices = self.needed.suffices(test.slack);
-            suffices.then_some(PairTest { target, ..*test })
-        };
-        let first = self.first_moment[clip.index()]?;
-        Some(MomentTests {
-            tests: tests.map(test).collect::<Option<_>>()?,
-            beyond: Beyond::default(),
-            furthest: *self.table.furthest.get((first + moment) as usize)?,
-        })
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -351,14 +236,16 @@ mod tests {
     fn a_test_holds_the_entry_that_it_allows() {
         let slack = Slack::default();
         for (blend, rate, pin, rank) in [(0, 0, None, 0), (3, 0, Some(3), 2), (2, 2, Some(0), 1)] {
-            let mut test = PairTest::new(7, (Some((blend, rate)), pin), &slack);
+            let way = EntryWay { blend, rate, pin };
+            let mut test = PairTest::new(7, Some(way), &slack);
             test.set_rank(rank);
-            assert_eq!(test.how(), Some((blend, rate)));
+            assert_eq!(test.way(), Some(way));
             assert_eq!(usize::from(test.rank()), rank);
-            let entry = KnownEntry::new(7, (blend, pin, rate));
-            assert_eq!(test.entry(), Some(entry));
+            assert_eq!(test.entry(), Some(KnownEntry::new(7, way)));
+            assert_eq!(test.unranked().way(), Some(way));
+            assert_eq!(test.unranked().rank(), 0);
         }
-        let test = PairTest::new(7, (None, Some(1)), &slack);
-        assert_eq!((test.how(), test.entry(), test.rank()), (None, None, 0));
+        let test = PairTest::new(7, None, &slack);
+        assert_eq!((test.way(), test.entry(), test.rank()), (None, None, 0));
     }
 }

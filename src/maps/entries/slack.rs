@@ -16,6 +16,13 @@ impl LimitId {
     }
 }
 
+/// A limit, or what follows from it, by which a value is compared.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Limit {
+    pub(super) value: f32,
+    pub(super) id: LimitId,
+}
+
 /// The comparisons of some tests with their limits. A ratio is the square of a value divided by that of its limit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Slack {
@@ -72,14 +79,14 @@ impl Slack {
     }
 
     /// Whether a value is within a limit.
-    pub(super) fn fits(&mut self, value: f32, (limit, id): (f32, LimitId)) -> bool {
-        let share = value / limit;
-        self.note(value <= limit, share * share, id)
+    pub(super) fn fits(&mut self, value: f32, limit: Limit) -> bool {
+        let share = value / limit.value;
+        self.note(value <= limit.value, share * share, limit.id)
     }
 
     /// Whether a value is within a limit, from their squares.
-    pub(super) fn square_fits(&mut self, square: f32, (limit, id): (f32, LimitId)) -> bool {
-        self.note(square <= limit, square / limit, id)
+    pub(super) fn square_fits(&mut self, square: f32, limit: Limit) -> bool {
+        self.note(square <= limit.value, square / limit.value, limit.id)
     }
 
     /// Notes the comparisons of another test, which was passed or failed.
@@ -173,8 +180,13 @@ mod tests {
         values.map(|values| {
             slack.start();
             let mut places = (0..LIMITS).zip(values);
-            let fits = places
-                .all(|(place, value)| slack.fits(value, (limits[place], LimitId::new(place))));
+            let fits = places.all(|(place, value)| {
+                let limit = Limit {
+                    value: limits[place],
+                    id: LimitId::new(place),
+                };
+                slack.fits(value, limit)
+            });
             if fits {
                 slack.pass();
             }

@@ -1,8 +1,9 @@
 //! Frames of the clips that can be entered.
 
 use super::{EntrySettings, EntryTarget};
-use crate::graph::{ClipId, EdgeId, EdgeMotion, MotionGraph, Node};
+use crate::graph::{ClipId, EdgeId, EdgeMotion, MotionGraph, Node, Playhead};
 use crate::maps::Evasion;
+use crate::math::Rigid2;
 
 /// A frame of a clip, and the edge that plays it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -22,6 +23,15 @@ impl ClipFrame {
             frame: from.frame + edge_frame,
             edge,
             edge_frame,
+        }
+    }
+
+    /// The playhead at the frame, in the space of the clip.
+    pub(super) fn playhead(&self) -> Playhead {
+        Playhead {
+            edge: self.edge,
+            frame: self.edge_frame as f32,
+            clip_to_world: Rigid2::IDENTITY,
         }
     }
 
@@ -59,12 +69,18 @@ impl ClipPlaces {
         &self.edges[clip.index()]
     }
 
-    /// Edge that plays a frame, and the position on it in frames.
-    pub(super) fn find(&self, clip: ClipId, frame: u32) -> Option<(EdgeId, u32)> {
+    /// Finds the edge that plays a frame.
+    pub(super) fn find(&self, at: Node) -> Option<ClipFrame> {
+        let Node { clip, frame } = at;
         let list = &self.edges[clip.index()];
         let after = list.partition_point(|&(first, _, _)| first <= frame);
         let &(first, end, edge) = list.get(after.checked_sub(1)?)?;
-        (frame < end).then_some((edge, frame - first))
+        (frame < end).then_some(ClipFrame {
+            clip,
+            frame,
+            edge,
+            edge_frame: frame - first,
+        })
     }
 }
 
@@ -102,18 +118,17 @@ fn targets_at_steps(
         // Where the lead-in is not in the graph, it cannot be played.
         let earliest = start.frame.saturating_sub(frames(settings.lead_in));
         let step = settings.target_step.max(1);
-        while frame >= earliest + step && places.find(start.clip, frame - step).is_some() {
+        let place = |frame: u32| places.find(Node { frame, ..start });
+        while frame >= earliest + step && place(frame - step).is_some() {
             frame -= step;
         }
         while frame < last && targets.len() < usize::from(u16::MAX) {
-            if let Some((edge, edge_frame)) = places.find(start.clip, frame) {
-                targets.push(EntryTarget {
-                    evasion: index as u16,
-                    frame,
-                    edge,
-                    edge_frame,
-                });
-            }
+            targets.extend(place(frame).map(|at| EntryTarget {
+                evasion: index as u16,
+                frame,
+                edge: at.edge,
+                edge_frame: at.edge_frame,
+            }));
             frame += step;
         }
     }

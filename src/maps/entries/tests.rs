@@ -12,8 +12,8 @@ use crate::anim::{
     Clip, ClipDesc, Envelope, Event, EventKind, JointId, Pose, Skeleton, forward_kinematics,
 };
 use crate::graph::{
-    ClipPosition, ClipSource, EdgeMotion, Entry, GraphSettings, Layer, Motion, MotionGraph,
-    Playhead, build, rotation_vector,
+    ClipPosition, ClipSource, EdgeMotion, Entry, GraphSettings, Layer, Motion, MotionGraph, build,
+    rotation_vector,
 };
 use crate::math::Rigid2;
 
@@ -171,14 +171,6 @@ fn places(graph: &MotionGraph) -> Vec<ClipFrame> {
         .collect()
 }
 
-fn playhead(at: &ClipFrame) -> Playhead {
-    Playhead {
-        edge: at.edge,
-        frame: at.edge_frame as f32,
-        clip_to_world: Rigid2::IDENTITY,
-    }
-}
-
 /// The places of a test: where a motion is left, and where it is entered.
 fn ends(places: &[ClipFrame], number: u32) -> [ClipFrame; 2] {
     let number = number as usize;
@@ -203,7 +195,7 @@ fn a_cut_is_plausible_within_the_limits_of_the_played_motion() {
                 rate: [1.0, 1.25, 1.5][number as usize % 3],
                 blend,
             };
-            let before = playhead(&now);
+            let before = now.playhead();
             let mut motion = Motion::new(&graph, before, &[]);
             motion.enter(&graph, 1.0 / rate, &entry);
             motion.extend(&graph, 2.0);
@@ -272,7 +264,7 @@ fn a_layer_is_plausible_within_the_limits_of_the_played_motion() {
             frame: target.frame as f32,
         };
         let layer = Layer::new(position, speed, envelope);
-        let before = playhead(&now);
+        let before = now.playhead();
         let mut motion = Motion::new(&graph, before, &[]);
         motion.extend(&graph, 2.0);
         let frames = (blend * rate).ceil() as usize;
@@ -284,11 +276,11 @@ fn a_layer_is_plausible_within_the_limits_of_the_played_motion() {
         let joint_share = played.joints(&plain, frames + 3);
         let head = played.departure(head(graph.skeleton()), plain.head_departure, false);
         let share = joint_share.max(head);
-        let wanted = LayerTest::wanted(&graph, (target.clip, target.frame), speed);
+        let wanted = LayerTest::wanted(&graph, target.node(), speed);
         let mut fits = |scale: f32| {
             let limits = limits(joints, scale);
             let base = test.base(before, &limits);
-            test.is_plausible((&base, &limits), &wanted, index)
+            test.is_plausible(&base, &wanted, index)
         };
         assert!(fits(share * 1.005), "layer {number}: {joint_share} {head}");
         assert!(!fits(share * 0.995), "layer {number}: {joint_share} {head}");

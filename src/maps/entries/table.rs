@@ -1,0 +1,169 @@
+//! The entries, exits and layers of all moments.
+
+use std::ops::Range;
+
+use serde::{Deserialize, Serialize};
+
+use super::exits::ExitTable;
+use super::{EntryTarget, KnownEntry, MomentLists, MotionLimits};
+use crate::graph::{ClipId, EdgeMotion, MotionGraph, Playhead};
+use crate::maps::Evasion;
+
+/// Entries of all moments.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(crate) struct EntryTable {
+    pub(super) limits: MotionLimits,
+    /// Interval of moments, in frames.
+    pub(super) step: u32,
+    pub(super) targets: Vec<EntryTarget>,
+    /// First moment of each clip. The last item is the number of moments.
+    pub(super) first_moment: Vec<u32>,
+    pub(super) entries: MomentLists,
+    /// Number of moments with the maximum number of entries.
+    pub(super) cut: u64,
+    pub(super) exits: ExitTable,
+    /// Layered evasions. Their targets are those of the entries.
+    pub(super) layers: MomentLists,
+}
+
+impl EntryTable {
+    /// Limits of motion, measured in the clips.
+    #[must_use]
+    pub(crate) fn limits(&self) -> &MotionLimits {
+        &self.limits
+    }
+
+    /// All frames that can be entered, sorted by evasion and frame.
+    #[must_use]
+    pub(crate) fn targets(&self) -> &[EntryTarget] {
+        &self.targets
+    }
+
+    /// Index of an evasion's first target, or `None` if it cannot be entered.
+    pub(in crate::maps) fn first_target(&self, evasion: usize) -> Option<usize> {
+        let of = |target: &EntryTarget| usize::from(target.evasion);
+        let first = self.targets.partition_point(|target| of(target) < evasion);
+        (self.targets.get(first).map(of) == Some(evasion)).then_some(first)
+    }
+
+    /// Whether the table is empty.
+    #[must_use]
+    pub(crate) fn is_empty(&self) -> bool {
+        self.entries.len() == 0
+    }
+
+    /// Entries of the moment that is nearest to a playhead. In a transition the side with the larger weight determines the moment.
+    #[must_use]
+    pub(crate) fn at(&self, graph: &MotionGraph, playhead: Playhead) -> &[KnownEntry] {
+        let moment = self.moment(graph, playhead);
+        moment.map_or(&[], |moment| self.entries.of(moment))
+    }
+
+    /// The frames that exits lead to.
+    #[must_use]
+    pub(crate) fn exits(&self) -> &ExitTable {
+        &self.exits
+    }
+
+    /// Exits of the moment that is nearest to a playhead, the least departure first.
+    #[must_use]
+    pub(crate) fn exits_at(&self, graph: &MotionGraph, playhead: Playhead) -> &[KnownEntry] {
+        let moment = self.moment(graph, playhead);
+        moment.map_or(&[], |moment| self.exits.lists.of(moment))
+    }
+
+    /// Whether any moment has a layered evasion.
+    #[must_use]
+    pub(crate) fn has_layers(&self) -> bool {
+        self.layers.len() > 0
+    }
+
+    /// Layered evasions of the moment that is nearest to a playhead.
+    #[must_use]
+    pub(crate) fn layers_at(&self, graph: &MotionGraph, playhead: Playhead) -> &[KnownEntry] {
+        let moment = self.moment(graph, playhead);
+        moment.map_or(&[], |moment| self.layers.of(moment))
+    }
+
+    /// The moments of a clip.
+    pub(super) fn moments_of(&self, clip: ClipId) -> Range<u32> {
+        self.first_moment[clip.index()]..self.first_moment[clip.index() + 1]
+    }
+
+    /// The moment that is nearest to a playhead.
+    fn moment(&self, graph: &MotionGraph, playhead: Playhead) -> Option<u32> {
+        if self.entries.moments() == 0 {
+            return None;
+        }
+        let edge = graph.edge(playhead.edge);
+        let (from, to) = (graph.node(edge.from), graph.node(edge.to));
+        let is_late = 2.0 * playhead.frame > edge.frames as f32;
+        let (clip, frame) = match edge.motion {
+            EdgeMotion::Transition { .. } if is_late => (
+                to.clip,
+                to.frame as f32 - (edge.frames as f32 - playhead.frame),
+            ),
+            _ => (from.clip, from.frame as f32 + playhead.frame),
+        };
+        let moments = self.moments_of(clip);
+        let nearest = (frame.max(0.0) / self.step as f32).round() as u32;
+        let last = moments.len().checked_sub(1)? as u32;
+        Some(moments.start + nearest.min(last))
+    }
+
+    /// Checks all indices.
+    pub(in crate::maps) fn check(
+        &self,
+        graph: &MotionGraph,
+        evasions: &[Evasion],
+    ) -> Result<(), String> {
+        let moments_of = |clip: usize| {
+            let frames = graph.clips()[clip].frames() as u32;
+            self.first_moment[clip + 1].checked_sub(self.first_moment[clip])
+                == Some(frames.div_ceil(self.step.max(1)))
+        };
+        let clips = graph.clips().len();
+        let has_moments = self.first_moment.len() == clips + 1
+            && self.first_moment[0] == 0
+            && (0..clips).all(moments_of);
+        let moments = self.first_moment.last().map_or(0, |&count| count as usize);
+        let is_none = self.step == 0
+            && self.entries == MomentLists::default()
+            && self.targets.is_empty()
+            && self.exits == ExitTable::default()
+            && self.layers == MomentLists::default();
+        let target_fits = |target: &EntryTarget| {
+            let evasion = evasions.get(usize::from(target.evasion));
+            let edge = graph.edges().get(target.edge.index());
+            let (Some(evasion), Some(edge)) = (evasion, edge) else {
+                return false;
+            };
+            let [from, goal] =
+                [edge.from, graph.edge(evasion.edge).from].map(|node| graph.node(node));
+            edge.motion == EdgeMotion::Clip
+                && target.edge_frame < edge.frames
+                && (from.clip, from.frame + target.edge_frame) == (goal.clip, target.frame)
+        };
+        let legs = graph.feet().legs().len();
+        let entry_fits = |entry: &KnownEntry| {
+            usize::from(entry.target) < self.targets.len()
+                && entry.pin().is_none_or(|leg| leg < legs)
+        };
+        let fits = is_none
+            || has_moments
+                && self.targets.iter().all(target_fits)
+                && self
+                    .targets
+                    .is_sorted_by_key(|target| (target.evasion, target.frame))
+                && self.entries.fits(moments, entry_fits)
+                && self.exits.fits(graph, moments)
+                && self.layers.fits(moments, |layer| {
+                    usize::from(layer.target) < self.targets.len()
+                })
+                && self.limits.is_sound(graph.skeleton());
+        match fits {
+            true => Ok(()),
+            false => Err("an entry names a moment or an evasion that is none".to_owned()),
+        }
+    }
+}
