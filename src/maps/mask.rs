@@ -80,7 +80,7 @@ impl MaskMap {
                 *column |= word;
             }
             for (lane, joined) in rows[row * lanes..(row + 1) * lanes].iter_mut().enumerate() {
-                *joined = joined_lane(texels, (lane, lanes));
+                *joined = joined_lane(texels, lane, lanes);
             }
         }
         let [columns, rows] = [columns, rows].map(|masks| slice_ends(&masks, lanes));
@@ -122,7 +122,7 @@ impl MaskMap {
         self.lanes == lanes
             && lanes > 0
             && self.masks.len() as u64 == texels * u64::from(lanes)
-            && joined_lane(&self.masks, (lanes as usize - 1, lanes as usize)) & unused == 0
+            && joined_lane(&self.masks, lanes as usize - 1, lanes as usize) & unused == 0
     }
 }
 
@@ -150,7 +150,7 @@ fn slice_ends(masks: &[u32], lanes: usize) -> Vec<Option<(i32, u32)>> {
 }
 
 /// All bits of one lane of `lanes`.
-fn joined_lane(masks: &[u32], (lane, lanes): (usize, usize)) -> u32 {
+fn joined_lane(masks: &[u32], lane: usize, lanes: usize) -> u32 {
     // With one or two lanes, which is all that there are, these loops are done many words at a time.
     match (lane, lanes) {
         (_, 1) => masks.iter().fold(0, |joined, word| joined | word),

@@ -50,23 +50,51 @@ pub(super) struct EvasionEnds<'a> {
     pub(super) end: usize,
 }
 
+/// A body at one sample of an evasion.
+#[derive(Clone, Copy)]
+struct BodySample<'a> {
+    body: &'a Body,
+    track: &'a BodyTrack,
+    sample: usize,
+}
+
+impl<'a> EvasionEnds<'a> {
+    /// The body at the start and at the end.
+    fn samples(self) -> [BodySample<'a>; 2] {
+        [0, self.end].map(|sample| BodySample {
+            body: self.body,
+            track: self.track,
+            sample,
+        })
+    }
+}
+
+/// Cells, and the place and heading among them that stand for a kind.
+#[derive(Clone, Copy)]
+struct PlacedCells {
+    placement: Rigid2,
+    /// Size of a cell, in metres.
+    cell: f32,
+}
+
 impl VacatedKinds {
     pub(super) fn new(ends: EvasionEnds<'_>, cell: f32) -> Self {
         let mut found = Self {
             kinds: Vec::with_capacity(KINDS as usize),
             heights: Vec::new(),
         };
+        let [first, last] = ends.samples();
         let (mut start, mut end) = (ReachedColumns::default(), ReachedColumns::default());
         for kind in 0..KINDS {
-            let placement = placement(kind, cell);
+            let cells_of_kind = PlacedCells::of_kind(kind, cell);
             let whole = [-CellColumn::FURTHEST, CellColumn::FURTHEST];
-            start.find((ends, 0), (placement, cell), [whole; 2]);
+            start.find(first, cells_of_kind, [whole; 2]);
             let cells = start.around(found.heights.len());
             let room = found.heights.len() + (cells.width * cells.depth) as usize;
             found.heights.resize(room, 0);
             let bounds = [(cells.x, cells.width), (cells.z, cells.depth)];
             let bounds = bounds.map(|(first, count)| [first, first + count as i32 - 1]);
-            end.find((ends, ends.end), (placement, cell), bounds);
+            end.find(last, cells_of_kind, bounds);
             for (at, heights) in start.heights(&cells) {
                 found.heights[at] |= heights;
             }
@@ -79,15 +107,18 @@ impl VacatedKinds {
     }
 }
 
-/// Place and heading that stand for a kind, in the middle of its part of cell `(0, 0)`.
-fn placement(kind: u32, cell: f32) -> Rigid2 {
-    let part = |index: u32| (index as f32 + 0.5) / PARTS as f32 * cell;
-    let heading = (kind / (PARTS * PARTS)) as f32 + 0.5;
-    Rigid2::new(
-        heading / HEADINGS as f32 * std::f32::consts::TAU,
-        part(kind / PARTS % PARTS),
-        part(kind % PARTS),
-    )
+impl PlacedCells {
+    /// The middle of a kind's part of cell `(0, 0)`, and of its headings.
+    fn of_kind(kind: u32, cell: f32) -> Self {
+        let part = |index: u32| (index as f32 + 0.5) / PARTS as f32 * cell;
+        let heading = (kind / (PARTS * PARTS)) as f32 + 0.5;
+        let placement = Rigid2::new(
+            heading / HEADINGS as f32 * std::f32::consts::TAU,
+            part(kind / PARTS % PARTS),
+            part(kind % PARTS),
+        );
+        Self { placement, cell }
+    }
 }
 
 /// The columns that the spheres of a body reach, one row for each number. A column that several spheres reach is there several times.
@@ -103,18 +134,14 @@ struct ReachedColumns {
 }
 
 impl ReachedColumns {
-    /// Finds the columns at one sample of an evasion, within `bounds` along x and along z, both ends included.
-    fn find(
-        &mut self,
-        (ends, tick): (EvasionEnds<'_>, usize),
-        (placement, cell): (Rigid2, f32),
-        bounds: [[i32; 2]; 2],
-    ) {
+    /// Finds the columns that a body reaches, within `bounds` along x and along z, both ends included.
+    fn find(&mut self, at: BodySample<'_>, cells: PlacedCells, bounds: [[i32; 2]; 2]) {
+        let PlacedCells { placement, cell } = cells;
         self.places.clear();
         self.middle.clear();
         self.half_squared.clear();
-        for (index, sphere) in ends.body.spheres.iter().enumerate() {
-            let centre = placement.point(ends.track.centre(tick, index));
+        for (index, sphere) in at.body.spheres.iter().enumerate() {
+            let centre = placement.point(at.track.centre(at.sample, index));
             let radius = sphere.radius;
             let span = |value: f32, [low, high]: [i32; 2]| {
                 let of = |value| CellColumn::index(value, cell);
@@ -203,15 +230,11 @@ mod tests {
     use crate::math::Sphere;
 
     /// Heights by column, of the body at one sample.
-    fn occupied(
-        (ends, tick): (EvasionEnds<'_>, usize),
-        kind: u32,
-        cell: f32,
-    ) -> BTreeMap<(i32, i32), u64> {
-        let placement = placement(kind, cell);
+    fn occupied(at: BodySample<'_>, cells: PlacedCells) -> BTreeMap<(i32, i32), u64> {
+        let PlacedCells { placement, cell } = cells;
         let mut columns = BTreeMap::new();
-        for (index, sphere) in ends.body.spheres.iter().enumerate() {
-            let centre = placement.point(ends.track.centre(tick, index));
+        for (index, sphere) in at.body.spheres.iter().enumerate() {
+            let centre = placement.point(at.track.centre(at.sample, index));
             let sphere = Sphere::new(centre, sphere.radius);
             CellColumn::for_each_reached(sphere, cell, i32::MAX, |column| {
                 *columns.entry((column.x, column.z)).or_default() |= column.heights;
@@ -239,7 +262,8 @@ mod tests {
             let ends = EvasionEnds { body: &body, track: &track, end: 1 };
             let found = VacatedKinds::new(ends, cell);
             for kind in (0..KINDS).step_by(7) {
-                let [mut start, end] = [0, 1].map(|tick| occupied((ends, tick), kind, cell));
+                let cells = PlacedCells::of_kind(kind, cell);
+                let [mut start, end] = ends.samples().map(|at| occupied(at, cells));
                 for (column, heights) in &mut start {
                     *heights &= !end.get(column).copied().unwrap_or(0);
                 }

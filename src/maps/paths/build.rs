@@ -4,7 +4,7 @@
 //! the edge's end. If paths are built in the order of n, the shorter paths already exist. Each
 //! length n needs one pass over the edges, regardless of the number of routes.
 
-use super::{Link, NodePath, PathId, PathReport, PathSettings, PathTable};
+use super::{EdgeStep, Link, NodePath, PathId, PathReport, PathSettings, PathTable};
 use crate::graph::{EdgeId, EdgeMotion, MotionGraph, NodeId};
 use crate::maps::Retimable;
 use crate::math::{Rigid2, in_parallel};
@@ -63,12 +63,12 @@ pub(in crate::maps) fn build(source: PathSource<'_>, settings: &PathSettings) ->
     let layers = Layers::new(source, settings);
     let mut nodes = vec![Drafts::default(); source.graph.nodes().len()];
     let mut report = PathReport::default();
-    for frames in 0..=layers.longest {
+    for _ in 0..=layers.longest {
         let found = in_parallel(settings.threads, nodes.len().div_ceil(BATCH), |batch| {
             let (mut scratch, mut found) = (Scratch::default(), LayerPaths::default());
             let end = ((batch + 1) * BATCH).min(nodes.len());
             for node in batch * BATCH..end {
-                layers.find(&nodes, (NodeId(node as u32), frames), &mut scratch);
+                layers.find(&nodes, NodeId(node as u32), &mut scratch);
                 layers.select(&mut scratch, &mut found);
             }
             found
@@ -149,8 +149,9 @@ impl<'a> Layers<'a> {
         }
     }
 
-    /// Finds the paths of exactly `frames` frames from a node.
-    fn find(&self, nodes: &[Drafts], (node, frames): (NodeId, usize), scratch: &mut Scratch) {
+    /// Finds the next longer paths from a node: those of one frame more than the longest that were found so far.
+    fn find(&self, nodes: &[Drafts], node: NodeId, scratch: &mut Scratch) {
+        let frames = nodes[node.index()].by_frames.len();
         let found = &mut scratch.found;
         found.clear();
         let starts = self.starts[node.index()].iter().filter(|_| frames == 0);
@@ -187,6 +188,11 @@ impl<'a> Layers<'a> {
     fn extended(&self, edge: EdgeId, link: Link, rest: &Draft) -> Option<Draft> {
         let graph = self.source.graph;
         let frames = u16::try_from(graph.edge(edge).frames).ok()?;
+        let step = EdgeStep {
+            frames,
+            retimable: self.source.retimable[edge.index()],
+            placement: self.steps[edge.index()],
+        };
         let looks = match graph.edge(edge).motion {
             EdgeMotion::Clip => 0.0,
             EdgeMotion::Transition { distance, .. } => TRANSITION_COST + distance,
@@ -195,11 +201,7 @@ impl<'a> Layers<'a> {
             link,
             // The final index of `rest` is not known yet. The index among its node's paths stands
             // in for it.
-            path: rest.path.after(
-                (edge, PathId(link.rest)),
-                (frames, self.source.retimable[edge.index()]),
-                self.steps[edge.index()],
-            )?,
+            path: rest.path.after(edge, PathId(link.rest), step)?,
             cost: rest.cost + looks,
         })
     }

@@ -92,6 +92,16 @@ pub struct NodePath {
     pub placement: Rigid2,
 }
 
+/// What an edge adds to the paths from its end.
+#[derive(Clone, Copy)]
+struct EdgeStep {
+    /// Length, in frames.
+    frames: u16,
+    retimable: Retimable,
+    /// Character's frame at the edge's end, relative to that at its start.
+    placement: Rigid2,
+}
+
 impl NodePath {
     /// Path without edges: the evasion starts at the node.
     fn start(evasion: u32) -> Self {
@@ -118,22 +128,19 @@ impl NodePath {
         ]
     }
 
-    /// Returns this path with an edge in front of it. `frames` is the edge's length, `step` its
-    /// displacement. Returns `None` if the path would have too many frames.
-    fn after(
-        self,
-        next: (EdgeId, PathId),
-        (frames, retimable): (u16, Retimable),
-        step: Rigid2,
-    ) -> Option<Self> {
+    /// Returns this path, whose index is `own`, with an edge in front of it. Returns `None` if the path would have too many frames.
+    fn after(self, edge: EdgeId, own: PathId, step: EdgeStep) -> Option<Self> {
+        let EdgeStep {
+            frames, retimable, ..
+        } = step;
         let of = |changes: bool| if changes { frames } else { 0 };
         Some(Self {
-            next: Some(next),
+            next: Some((edge, own)),
             evasion: self.evasion,
             frames: self.frames.checked_add(frames)?,
             faster: self.faster + of(retimable.faster),
             slower: self.slower + of(retimable.slower),
-            placement: step * self.placement,
+            placement: step.placement * self.placement,
         })
     }
 }

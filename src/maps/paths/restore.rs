@@ -1,7 +1,7 @@
 //! Rebuilds the path data that is derived on load and not stored in the file.
 
 use super::build::step;
-use super::{NodePath, PathId, PathTable};
+use super::{EdgeStep, NodePath, PathId, PathTable};
 use crate::graph::{EdgeId, MotionGraph, NodeId};
 use crate::maps::{Evasion, Retimable};
 use crate::math::{Rigid2, fill};
@@ -46,25 +46,24 @@ struct Restorer<'a> {
     open: Vec<(u32, NodeId)>,
 }
 
-/// What an edge adds to a path.
+/// What an edge leads to.
 #[derive(Clone, Copy)]
 struct Step {
     to: NodeId,
-    /// Length, in frames; 0 for an edge that is too long for a path.
-    frames: u16,
-    retimable: Retimable,
-    /// Character's frame at the edge's end, relative to that at its start.
-    placement: Rigid2,
+    /// What it adds to paths. It has 0 frames if it is too long for a path.
+    adds: EdgeStep,
 }
 
 const NO_STEP: Step = Step {
     to: NodeId(0),
-    frames: 0,
-    retimable: Retimable {
-        faster: false,
-        slower: false,
+    adds: EdgeStep {
+        frames: 0,
+        retimable: Retimable {
+            faster: false,
+            slower: false,
+        },
+        placement: Rigid2::IDENTITY,
     },
-    placement: Rigid2::IDENTITY,
 };
 
 /// A path that is not known yet. No evasion has this index.
@@ -94,9 +93,11 @@ impl<'a> Restorer<'a> {
             let edge = graph.edge(id);
             Step {
                 to: edge.to,
-                frames: u16::try_from(edge.frames).unwrap_or(0),
-                retimable: beside.retimable[id.index()],
-                placement: step(graph, beside.placements, id),
+                adds: EdgeStep {
+                    frames: u16::try_from(edge.frames).unwrap_or(0),
+                    retimable: beside.retimable[id.index()],
+                    placement: step(graph, beside.placements, id),
+                },
             }
         });
         Self {
@@ -168,11 +169,10 @@ impl<'a> Restorer<'a> {
         if known.evasion == UNKNOWN.evasion {
             return Some(Found::Rest(rest, step.to));
         }
-        if step.frames == 0 {
+        if step.adds.frames == 0 {
             return None;
         }
-        let edge_of = (step.frames, step.retimable);
-        let path = known.after((edge, PathId(rest)), edge_of, step.placement)?;
+        let path = known.after(edge, PathId(rest), step.adds)?;
         Some(Found::Path(path))
     }
 }
