@@ -1,24 +1,23 @@
 //! Builds a strongly connected motion graph from clips and events.
 //!
-//! Source: Kovar, Gleicher & Pighin (2002), sections 3.1–3.3; Masaoka & Oshita, section 4.4. An
-//! event is one edge, and no transition blends it. Where events overlap, further edges play the parts between their ends.
+//! Source: Kovar, Gleicher & Pighin (2002), sections 3.1–3.3; Masaoka & Oshita, section 4.4. No transition blends an event.
 
 use std::borrow::Cow;
-use std::collections::BTreeSet;
 
 use super::component::largest_component;
 use super::distance::Windows;
-use super::feet::{Aligner, DartKey, DartTest, FootPlanList, FootPlans, PlantedClips, sorted};
+use super::feet::{Aligner, DartTest, FootPlanList, FootPlans, PlantedClips, sorted};
 use super::links::{self, KnownLinks, LinkSource};
+use super::parts::Parts;
 use super::record::{ClipMatch, GraphRecord, KnownMinima};
 use super::report::{BuildCounts, BuiltGraphs};
 use super::search::{BandJobs, MapBand, PrunedSearch, SearchSettings, TransitionList};
 use super::source::ClipSource;
 use super::{
-    BuildReport, ClipId, Edge, EdgeMotion, EventId, Feet, GraphError, GraphEvent, GraphSettings,
-    MotionGraph, Node, NodeId, PointCloud, Transition, events,
+    BuildReport, Feet, GraphError, GraphEvent, GraphSettings, MotionGraph, PointCloud, Transition,
+    events,
 };
-use crate::anim::{Clip, ClipError, Skeleton};
+use crate::anim::{Clip, ClipError};
 use crate::math::{in_parallel, thread_count};
 
 /// Builds a motion graph from `source`.
@@ -105,7 +104,7 @@ impl<'a> GraphBuilder<'a> {
             (cloud, windows)
         });
         let (clouds, windows) = measured.into_iter().unzip();
-        let feet = Feet::new(source.skeleton, &clips, (&settings.feet, settings.threads));
+        let feet = Feet::new(source.skeleton, &clips, settings);
         Ok(Self {
             record,
             known: Known {
@@ -249,12 +248,12 @@ impl<'a> GraphBuilder<'a> {
             windows: &self.windows,
             events: &events::merged(&self.events),
             settings: self.settings,
+            known: &self.known.links,
         };
         let links = {
             let _span = tracing::trace_span!("bake: add links").entered();
             let links;
-            (links, record.links) =
-                links::add((source, &mut darts), &self.known.links, &mut transitions);
+            (links, record.links) = links::add(source, &mut darts, &mut transitions);
             links
         };
         let plans = darts.map_or_else(FootPlans::default, DartTest::into_results);
@@ -266,7 +265,7 @@ impl<'a> GraphBuilder<'a> {
             links,
             threads: self.settings.threads,
         };
-        let (graph, report) = self.assemble((&transitions, &plans), counts)?;
+        let (graph, report) = self.assemble(&transitions, &plans, counts)?;
         record.darts = sorted(plans);
         Ok((graph, report, record))
     }
@@ -300,7 +299,8 @@ impl<'a> GraphBuilder<'a> {
     /// Assembles the graph, keeps its largest component and reports what was left out.
     fn assemble(
         mut self,
-        (transitions, plans): (&[Transition], &FootPlans),
+        transitions: &[Transition],
+        plans: &FootPlans,
         counts: BuildCounts,
     ) -> Result<(MotionGraph, BuildReport), GraphError> {
         let _span = tracing::trace_span!("bake: assemble the graph").entered();
@@ -321,7 +321,7 @@ impl<'a> GraphBuilder<'a> {
             seconds: source.clips.iter().map(Clip::duration).sum(),
             threshold: settings.threshold,
         })?;
-        let graph = graph.with_feet((self.feet, plans), settings);
+        let graph = graph.with_feet(self.feet, plans, settings);
         let graphs = BuiltGraphs {
             full: &full,
             kept: &graph,
@@ -393,127 +393,5 @@ impl<'a> EventsByClip<'a> {
     fn is_cut(&self, transition: &Transition) -> bool {
         let clips = [transition.source_clip, transition.target_clip];
         { clips.iter().flat_map(|&clip| &self.0[clip]) }.any(|event| transition.cuts(event))
-    }
-}
-
-/// Data from which the graph is assembled.
-struct Parts<'a> {
-    skeleton: &'a Skeleton,
-    clips: Vec<Clip>,
-    events: Vec<GraphEvent>,
-    aligner: Aligner<'a>,
-    transitions: &'a [Transition],
-    /// How transitions move their feet, if that is known.
-    plans: &'a FootPlans,
-    frame_rate: f64,
-    threads: usize,
-}
-
-impl Parts<'_> {
-    /// Assembles all nodes and edges, including those that the largest component leaves out.
-    fn assemble(self) -> MotionGraph {
-        let nodes = self.nodes();
-        let mut edges: Vec<Edge> = self.event_edges(&nodes).collect();
-        let of_events: BTreeSet<(NodeId, NodeId)> =
-            edges.iter().map(|edge| (edge.from, edge.to)).collect();
-        let of_clips = nodes.windows(2).zip(0..).filter_map(|(pair, index)| {
-            let ends = (NodeId(index), NodeId(index + 1));
-            let is_new = pair[0].clip == pair[1].clip && !of_events.contains(&ends);
-            is_new.then(|| clip_edge(&nodes, ends.0, ends.1))
-        });
-        edges.extend(of_clips);
-        edges.extend(in_parallel(self.threads, self.transitions.len(), |index| {
-            self.blend(&self.transitions[index], &nodes)
-        }));
-        MotionGraph {
-            skeleton: self.skeleton.clone(),
-            frame_rate: self.frame_rate,
-            clips: self.clips,
-            events: self.events,
-            nodes,
-            edges,
-            first_edge: Vec::new(),
-            feet: Feet::default(),
-            rig: super::motion_graph::KnownRig::default(),
-        }
-        .with_index()
-    }
-
-    /// Nodes at the ends of clips, events and transitions, sorted.
-    fn nodes(&self) -> Vec<Node> {
-        let mut places = BTreeSet::new();
-        for (index, clip) in self.clips.iter().enumerate() {
-            places.extend([node(index, 0), node(index, clip.frames() - 1)]);
-        }
-        for event in &self.events {
-            places.extend([event.first, event.last].map(|frame| Node {
-                clip: event.clip,
-                frame,
-            }));
-        }
-        for t in self.transitions {
-            places.extend([
-                node(t.source_clip, t.source_frame),
-                node(t.target_clip, t.target_frame),
-            ]);
-        }
-        places.into_iter().collect()
-    }
-
-    /// The edges of events that have motion.
-    fn event_edges<'a>(&'a self, nodes: &'a [Node]) -> impl Iterator<Item = Edge> + 'a {
-        let playable = self.events.iter().zip(0..);
-        let playable = playable.filter(|(event, _)| event.first < event.last);
-        playable.map(|(event, index)| {
-            let ends = [event.first, event.last].map(|frame| Node {
-                clip: event.clip,
-                frame,
-            });
-            let [from, to] = ends.map(|end| node_id(nodes, end));
-            Edge {
-                event: Some(EventId(index)),
-                ..clip_edge(nodes, from, to)
-            }
-        })
-    }
-
-    fn blend(&self, t: &Transition, nodes: &[Node]) -> Edge {
-        let known = self.plans.get(&DartKey::of(t));
-        let align = match known {
-            Some(Some(plan)) => plan.align,
-            _ => self.aligner.align(t),
-        };
-        Edge {
-            from: node_id(nodes, node(t.source_clip, t.source_frame)),
-            to: node_id(nodes, node(t.target_clip, t.target_frame)),
-            frames: t.frames as u32,
-            motion: EdgeMotion::Transition {
-                align,
-                distance: t.distance,
-            },
-            event: None,
-        }
-    }
-}
-
-/// Edge that plays the clip between two of its nodes, without an event.
-fn clip_edge(nodes: &[Node], from: NodeId, to: NodeId) -> Edge {
-    Edge {
-        from,
-        to,
-        frames: nodes[to.index()].frame - nodes[from.index()].frame,
-        motion: EdgeMotion::Clip,
-        event: None,
-    }
-}
-
-fn node_id(nodes: &[Node], place: Node) -> NodeId {
-    NodeId(nodes.partition_point(|other| *other < place) as u32)
-}
-
-fn node(clip: usize, frame: usize) -> Node {
-    Node {
-        clip: ClipId(clip as u32),
-        frame: frame as u32,
     }
 }

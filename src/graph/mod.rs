@@ -19,6 +19,7 @@ mod moments;
 pub(crate) mod motion;
 pub(crate) mod motion_edit;
 mod motion_graph;
+mod parts;
 mod playhead;
 mod prune;
 pub(crate) mod record;

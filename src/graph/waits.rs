@@ -30,6 +30,8 @@ pub(super) struct Waits {
 struct Queue {
     moments: Vec<Vec<u32>>,
     count: usize,
+    /// Shortest wait of the moments, in frames.
+    least: usize,
 }
 
 /// A wait that fell, in frames.
@@ -101,8 +103,8 @@ impl Waits {
         let added = in_parallel(threads, starts.len(), |index| {
             let mut waits = vec![u16::MAX; ways.follows.len()];
             let mut open = Queue::default();
-            open.push((0, starts[index]), ways.horizon);
-            ways.lower((&mut waits, &mut open), 0, |_, _, _| ());
+            open.push(0, starts[index], ways.horizon);
+            ways.lower(&mut waits, &mut open, |_, _, _| ());
             waits
         });
         self.frames.extend(added);
@@ -121,8 +123,8 @@ impl Waits {
             if frames >= wait(waits[jump.from as usize]) {
                 continue;
             }
-            self.open.push((frames, jump.from), ways.horizon);
-            ways.lower((waits, &mut self.open), frames, |moment, old, new| {
+            self.open.push(frames, jump.from, ways.horizon);
+            ways.lower(waits, &mut self.open, |moment, old, new| {
                 lowered(WaitChange {
                     evasion,
                     moment,
@@ -143,33 +145,44 @@ impl Waits {
 }
 
 impl Queue {
-    fn push(&mut self, (frames, moment): (u32, u32), horizon: u32) {
+    /// Adds a moment with its new wait, unless that is beyond the horizon.
+    fn push(&mut self, frames: u32, moment: u32, horizon: u32) {
         if frames > horizon {
             return;
         }
-        if self.moments.len() <= frames as usize {
-            self.moments.resize_with(frames as usize + 1, Vec::new);
+        let at = frames as usize;
+        if self.moments.len() <= at {
+            self.moments.resize_with(at + 1, Vec::new);
         }
-        self.moments[frames as usize].push(moment);
+        self.moments[at].push(moment);
+        self.least = match self.count {
+            0 => at,
+            _ => self.least.min(at),
+        };
         self.count += 1;
+    }
+
+    /// Takes a moment with the shortest wait. Returns both.
+    fn pop(&mut self) -> Option<(u32, u32)> {
+        if self.count == 0 {
+            return None;
+        }
+        loop {
+            match self.moments[self.least].pop() {
+                Some(moment) => {
+                    self.count -= 1;
+                    return Some((moment, self.least as u32));
+                }
+                None => self.least += 1,
+            }
+        }
     }
 }
 
 impl Ways<'_> {
-    /// Lowers the waits until an evasion's start, from what is in the queue on. No wait in it is below `least`.
-    fn lower(
-        self,
-        (waits, open): (&mut [u16], &mut Queue),
-        least: u32,
-        mut lowered: impl FnMut(u32, u32, u32),
-    ) {
-        let mut frames = least;
-        while open.count > 0 {
-            let Some(moment) = open.moments[frames as usize].pop() else {
-                frames += 1;
-                continue;
-            };
-            open.count -= 1;
+    /// Lowers the waits until an evasion's start, from what is in the queue on.
+    fn lower(self, waits: &mut [u16], open: &mut Queue, mut lowered: impl FnMut(u32, u32, u32)) {
+        while let Some((moment, frames)) = open.pop() {
             let old = wait(waits[moment as usize]);
             if frames >= old {
                 continue;
@@ -177,10 +190,10 @@ impl Ways<'_> {
             waits[moment as usize] = frames as u16;
             if self.follows[moment as usize] {
                 lowered(moment, old, frames);
-                open.push((frames + 1, moment - 1), self.horizon);
+                open.push(frames + 1, moment - 1, self.horizon);
             }
             for jump in &self.into[moment as usize] {
-                open.push((frames + jump.frames, jump.from), self.horizon);
+                open.push(frames + jump.frames, jump.from, self.horizon);
             }
         }
     }

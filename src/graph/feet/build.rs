@@ -1,5 +1,5 @@
 use super::darts::FootPlans;
-use super::{Feet, FeetSettings, LegBlend, Plant, plan, plants::PlantSearch};
+use super::{Feet, LegBlend, Plant, plan, plants::PlantSearch};
 use crate::anim::{Clip, Leg, Skeleton};
 use crate::graph::{GraphSettings, MotionGraph};
 use crate::math::in_parallel;
@@ -9,15 +9,17 @@ impl Feet {
     pub(in crate::graph) fn new(
         skeleton: &Skeleton,
         clips: &[Clip],
-        (settings, threads): (&FeetSettings, usize),
+        settings: &GraphSettings,
     ) -> Self {
         let legs = Leg::all(skeleton);
         let search = PlantSearch {
             skeleton,
             legs: &legs,
-            settings,
+            settings: &settings.feet,
         };
-        let plants = in_parallel(threads, clips.len(), |clip| search.run(&clips[clip]));
+        let plants = in_parallel(settings.threads, clips.len(), |clip| {
+            search.run(&clips[clip])
+        });
         Self {
             legs,
             plants: plants.into_iter().flatten().collect(),
@@ -38,12 +40,13 @@ impl MotionGraph {
     /// last step of building a graph.
     pub(in crate::graph) fn with_feet(
         mut self,
-        (feet, plans): (Feet, &FootPlans),
+        feet: Feet,
+        plans: &FootPlans,
         settings: &GraphSettings,
     ) -> Self {
         self.feet = feet;
         if settings.feet.keep && !self.feet.legs.is_empty() {
-            (self.feet.blends, self.feet.root_drops) = plan::all(&self, (plans, settings.threads));
+            (self.feet.blends, self.feet.root_drops) = plan::all(&self, plans, settings.threads);
         }
         self
     }

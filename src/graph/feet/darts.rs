@@ -219,7 +219,7 @@ impl DartTest {
             ]);
         }
         let plans = FootPlans::default();
-        (graph.feet.blends, graph.feet.root_drops) = plan::all(graph, (&plans, self.threads));
+        (graph.feet.blends, graph.feet.root_drops) = plan::all(graph, &plans, self.threads);
         let (feet, legs) = (&self.graph.feet, self.graph.feet.legs.len());
         in_parallel(self.threads, transitions.len(), |index| {
             let limit = self

@@ -24,7 +24,8 @@ const MIN_DROP_SHARE: f32 = 0.2;
 /// Blends of all edges, `[edge][leg]`, and the maximum lowering of the root on each edge. Some plans may be known.
 pub(super) fn all(
     graph: &MotionGraph,
-    (known, threads): (&FootPlans, usize),
+    known: &FootPlans,
+    threads: usize,
 ) -> (Vec<Option<LegBlend>>, Vec<f32>) {
     let known = |edge: &Edge| match edge.motion {
         EdgeMotion::Transition { .. } if !known.is_empty() => {

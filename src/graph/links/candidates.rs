@@ -3,13 +3,13 @@
 use super::free_frames::FreeFrames;
 use super::lengths::Lengths;
 use super::margin::{EventMargin, Side};
-use super::parts::ClipParts;
-use super::record::{KnownLinks, LinkRecord};
+use super::parts::RangeSearch;
+use super::record::LinkRecord;
 use super::source::LinkSource;
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 
-use crate::graph::distance::{DistanceMap, Windows};
+use crate::graph::distance::Windows;
 use crate::graph::moments::Moments;
 use crate::graph::{PointCloud, Transition};
 use crate::math::in_parallel;
@@ -29,6 +29,18 @@ pub(super) struct Candidate {
     pub(super) cost: f32,
     /// Number of frames of the windows that its distance was measured of.
     pub(super) compared: usize,
+}
+
+/// A window beside an event, one of a clip, and their distance.
+#[derive(Clone, Copy)]
+pub(super) struct WindowPair {
+    /// First frame of the window beside the event.
+    pub(super) beside: usize,
+    pub(super) clip: usize,
+    /// First frame of the clip's window.
+    pub(super) start: usize,
+    /// In metres.
+    pub(super) distance: f32,
 }
 
 /// Sorts the links of a part, which has one of each event at most, and keeps the closest.
@@ -73,17 +85,14 @@ impl<'a> Candidates<'a> {
 
     /// Finds the closest links before `events`, like [`Candidates::find`], and records them. Those that an earlier bake found are not
     /// searched again.
-    pub(super) fn find_known(
-        &self,
-        events: &[usize],
-        known: &KnownLinks,
-    ) -> (Vec<Candidate>, LinkRecord) {
+    pub(super) fn find_known(&self, events: &[usize]) -> (Vec<Candidate>, LinkRecord) {
+        let known = self.source.known;
         let margins = self.margins(events, Side::Before);
         let all: Vec<&EventMargin> = margins.iter().collect();
-        let ranges = known.ranges(self, &margins);
+        let ranges = known.ranges(&margins);
         let new: Vec<&EventMargin> = ranges.new.iter().map(|&index| &margins[index]).collect();
         let found = self.of_clips(|clip| {
-            let Some(mut parts) = known.parts(self, (&margins, &ranges), clip) else {
+            let Some(mut parts) = known.parts(self, &ranges, clip) else {
                 return self.of_clip(&all, clip, None);
             };
             if !new.is_empty() {
@@ -95,7 +104,7 @@ impl<'a> Candidates<'a> {
             parts.iter_mut().for_each(keep_closest);
             parts
         });
-        let record = LinkRecord::new(self, &margins, &found);
+        let record = LinkRecord::new(&margins, &found);
         (self.sorted(&found), record)
     }
 
@@ -150,7 +159,12 @@ impl<'a> Candidates<'a> {
             let windows = windows.entry(length).or_insert_with(|| {
                 Cow::Owned(Windows::new(&self.source.aligner.clouds[clip], length))
             });
-            let found = self.between(margin, (clip, windows), allowed);
+            let search = RangeSearch {
+                candidates: self,
+                margin,
+                allowed,
+            };
+            let found = search.between(clip, windows);
             for (part, found) in of_parts.iter_mut().zip(found) {
                 part.extend(found);
             }
@@ -159,32 +173,14 @@ impl<'a> Candidates<'a> {
         of_parts
     }
 
-    /// Closest link between a range and each part of a clip, given the clip's windows of the range's length. Its distance is that of the
-    /// windows, even if the blend has another length.
-    pub(super) fn between(
-        &self,
-        margin: &EventMargin,
-        (clip, windows): (usize, &Windows),
-        allowed: Option<&[bool]>,
-    ) -> Vec<Option<Candidate>> {
-        let mut parts = ClipParts::new(self, (margin, clip), allowed);
-        DistanceMap::new(&margin.windows, windows).for_each_row(|row, squares| {
-            for (start, &square) in squares.iter().enumerate() {
-                parts.take((row, start), square);
-            }
-        });
-        parts.best
-    }
-
-    /// Link between the window that starts at frame `beside` of the event's clip and the window
-    /// that starts at frame `start` of another clip, or `None` if it does not fit or is too far.
-    pub(super) fn candidate(
-        &self,
-        margin: &EventMargin,
-        beside: usize,
-        (clip, start): (usize, usize),
-        distance: f32,
-    ) -> Option<Candidate> {
+    /// Link between two windows, or `None` if it does not fit or is too far.
+    pub(super) fn candidate(&self, margin: &EventMargin, pair: WindowPair) -> Option<Candidate> {
+        let WindowPair {
+            beside,
+            clip,
+            start,
+            distance,
+        } = pair;
         let own_clip = self.source.events[margin.event].clip.index();
         let ((source_clip, source_start), (target_clip, target_start)) = match margin.side {
             Side::Before => ((clip, start), (own_clip, beside)),

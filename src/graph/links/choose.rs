@@ -27,13 +27,11 @@ pub(super) fn choose(search: &mut LinkSearch<'_>) -> Vec<GoalReport> {
     let candidates;
     {
         let _span = tracing::trace_span!("bake: find links").entered();
-        (candidates, search.record) = search.candidates.find_known(&evasions, search.known);
+        (candidates, search.record) = search.candidates.find_known(&evasions);
     }
     let goals = search.settings.goals.clone();
-    let offers = Offer::all(search, &evasions, &candidates);
-    let mut left: Vec<u32> = (0..offers.len() as u32).collect();
     let mut before = Vec::new();
-    let mut progress = GoalProgress::new(search, &evasions);
+    let mut progress = GoalProgress::new(search, &evasions, &candidates);
     for _ in 0..ROUNDS {
         let Some(progress) = &mut progress else {
             break;
@@ -43,7 +41,7 @@ pub(super) fn choose(search: &mut LinkSearch<'_>) -> Vec<GoalReport> {
         }
         let links = search.links.len();
         for goal in 0..goals.len() {
-            left = progress.take_for((goal, &offers), search, left);
+            progress.take_for(goal, search);
         }
         if search.links.len() == links {
             break;
@@ -94,6 +92,10 @@ impl Offer {
 
 /// Progress of the goals, by moment.
 struct GoalProgress {
+    /// All possible links, closest first.
+    offers: Vec<Offer>,
+    /// Indices of those that were not taken.
+    left: Vec<u32>,
     waits: Waits,
     /// Moments of the graph that have a next frame in their clip.
     counted: Vec<bool>,
@@ -160,7 +162,7 @@ struct GoalState {
 
 impl GoalProgress {
     /// Returns `None` if there is no graph or no evasion.
-    fn new(search: &LinkSearch<'_>, evasions: &[usize]) -> Option<Self> {
+    fn new(search: &LinkSearch<'_>, evasions: &[usize], candidates: &[Candidate]) -> Option<Self> {
         if evasions.is_empty() {
             return None;
         }
@@ -178,7 +180,10 @@ impl GoalProgress {
             })
             .collect();
         let horizon = goals.iter().map(|goal| goal.limit).max().unwrap_or(0);
+        let offers = Offer::all(search, evasions, candidates);
         let mut progress = Self {
+            left: (0..offers.len() as u32).collect(),
+            offers,
             waits: Waits::new(&search.moments, &search.jumps, horizon),
             all: 0,
             least_gain: ((search.settings.least_gain * frame_rate).round() as usize).max(1),
@@ -226,7 +231,7 @@ impl GoalProgress {
     /// Whether a candidate that helped, or did not, may do otherwise now, since [`GoalProgress::changed`] was cleared.
     ///
     /// A gain grows only where the wait behind the link falls: waits before it that fall, and more evasions there, leave less to gain.
-    fn may_differ(&self, (goal, helped): (usize, bool), offer: &Offer) -> bool {
+    fn may_differ(&self, goal: usize, helped: bool, offer: &Offer) -> bool {
         let (evasion, jump) = (offer.evasion as usize, offer.jump);
         let first = jump.from.saturating_sub(self.goals[goal].limit);
         // The first frame of a clip follows no other, and its changes are not reported.
@@ -255,55 +260,51 @@ impl GoalProgress {
             .count()
     }
 
-    /// Takes the links that help with a goal, one after the other, until it is reached, and returns those that do not.
-    fn take_for(
-        &mut self,
-        (goal, offers): (usize, &[Offer]),
-        search: &mut LinkSearch<'_>,
-        offered: Vec<u32>,
-    ) -> Vec<u32> {
+    /// Takes the links that help with a goal, one after the other, until it is reached.
+    fn take_for(&mut self, goal: usize, search: &mut LinkSearch<'_>) {
         /// Number of links that are tested together, before those ahead of them are taken.
         const BATCH: usize = 4096;
         let share = self.goals[goal].goal.share;
-        let mut left = Vec::with_capacity(offered.len());
+        let offered = std::mem::take(&mut self.left);
+        self.left.reserve(offered.len());
         for batch in offered.chunks(BATCH) {
             let is_reached = |progress: &Self, search: &LinkSearch<'_>| {
                 progress.share(goal) >= share || search.links.len() >= search.most()
             };
             if is_reached(self, search) {
-                left.extend_from_slice(batch);
+                self.left.extend_from_slice(batch);
                 continue;
             }
             // Most of those that help now will help when it is their turn.
             let helps_now = in_parallel(search.source.settings.threads, batch.len(), |index| {
-                self.gain(goal, &offers[batch[index] as usize]) >= self.least_gain
+                self.gain(goal, &self.offers[batch[index] as usize]) >= self.least_gain
             });
             let tested = batch.iter().zip(&helps_now).filter(|(_, helps)| **helps);
             self.changed.clear();
             let links: Vec<Transition> = tested
-                .map(|(&index, _)| offers[index as usize].link)
+                .map(|(&index, _)| self.offers[index as usize].link)
                 .collect();
             let mut darts = search.darts(&links).into_iter();
             for (&index, helped) in batch.iter().zip(helps_now) {
-                let offer = &offers[index as usize];
+                let offer = &self.offers[index as usize];
                 let known = if helped { darts.next() } else { None };
-                let helps = match self.may_differ((goal, helped), offer) {
+                let helps = match self.may_differ(goal, helped, offer) {
                     true => self.gain(goal, offer) >= self.least_gain,
                     false => helped,
                 };
                 if !helps || is_reached(self, search) {
-                    left.push(index);
+                    self.left.push(index);
                     continue;
                 }
-                let darts = known.unwrap_or_else(|| search.darts(&[offer.link])[0]);
+                let (link, jump) = (offer.link, offer.jump);
+                let darts = known.unwrap_or_else(|| search.darts(&[link])[0]);
                 search.darting += usize::from(darts);
                 if !darts {
-                    self.take(offer.jump);
-                    search.take(offer.link);
+                    self.take(jump);
+                    search.take(link);
                 }
             }
         }
-        left
     }
 
     fn take(&mut self, jump: Jump) {

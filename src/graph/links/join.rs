@@ -11,7 +11,7 @@ use super::search::LinkSearch;
 /// Links events to the graph's largest component until no further event can be linked. Returns the
 /// events that could not be linked, and a record of the links that were found.
 pub(super) fn join(search: &mut LinkSearch<'_>) -> (Vec<UnlinkedEvent>, JoinRecord) {
-    let mut nearest = NearestLinks::new(search.known.joins());
+    let mut nearest = NearestLinks::new(search.source.known.joins());
     let playable = |index: &usize| {
         let event = &search.source.events[*index];
         event.first < event.last
@@ -27,7 +27,13 @@ pub(super) fn join(search: &mut LinkSearch<'_>) -> (Vec<UnlinkedEvent>, JoinReco
                     !(core[first as usize] && core[last as usize])
                 });
                 nearest.joins.begin(&search.candidates, &core);
-                to_core(search, &mut nearest, (&open, &core));
+                let wanted = Wanted {
+                    events: &open,
+                    side: Side::Before,
+                    allowed: &core,
+                    most: 16,
+                };
+                to_core(search, &mut nearest, wanted);
             }
         }
         if search.links.len() == before {
@@ -55,21 +61,10 @@ fn first_cycle(search: &mut LinkSearch<'_>, open: &[usize]) {
     }
 }
 
-/// Links each event that has both a link from the component and a link to it.
-fn to_core<'a>(
-    search: &mut LinkSearch<'a>,
-    nearest: &mut NearestLinks<'a>,
-    (open, core): (&[usize], &[bool]),
-) {
-    let [links_in, links_out] = [Side::Before, Side::After].map(|side| {
-        let wanted = Wanted {
-            events: open,
-            side,
-            allowed: core,
-            most: 16,
-        };
-        closest(search, nearest, wanted)
-    });
+/// Links each event that has both a link from the component and a link to it, whichever side is wanted first.
+fn to_core<'a>(search: &mut LinkSearch<'a>, nearest: &mut NearestLinks<'a>, wanted: Wanted<'_>) {
+    let [links_in, links_out] =
+        [Side::Before, Side::After].map(|side| closest(search, nearest, Wanted { side, ..wanted }));
     for ends in links_in.into_iter().zip(links_out) {
         if let (Some(link_in), Some(link_out)) = ends {
             search.take(link_in.link);

@@ -6,9 +6,8 @@
 use rustc_hash::FxHashMap;
 use serde::{Deserialize, Serialize};
 
-use super::candidates::{Candidate, Candidates};
-use super::margin::{EventMargin, Side};
-use super::record::EventFrames;
+use super::candidates::{Candidate, Candidates, WindowPair};
+use super::margin::{EventFrames, EventMargin, Side};
 use crate::graph::ClipMatch;
 
 /// The closest links of events that the graph would drop.
@@ -38,6 +37,17 @@ struct JoinLink {
     beside: u32,
     start: u32,
     distance: f32,
+}
+
+impl JoinLink {
+    fn windows(&self) -> WindowPair {
+        WindowPair {
+            beside: self.beside as usize,
+            clip: self.clip as usize,
+            start: self.start as usize,
+            distance: self.distance,
+        }
+    }
 }
 
 /// The links that an earlier bake found, and those of this one.
@@ -101,10 +111,10 @@ impl Joins {
         self.record.allowed.push(allowed.to_vec());
     }
 
-    fn key(&self, candidates: &Candidates<'_>, (margin, most): (&EventMargin, usize)) -> SearchKey {
+    fn key(&self, margin: &EventMargin, most: usize) -> SearchKey {
         SearchKey {
             round: self.record.allowed.len() as u32,
-            event: EventFrames::of(candidates, margin),
+            event: margin.frames,
             is_before: margin.side == Side::Before,
             most: u32::try_from(most).unwrap_or(u32::MAX),
         }
@@ -114,29 +124,22 @@ impl Joins {
     pub(super) fn known(
         &self,
         candidates: &Candidates<'_>,
-        (margin, most): (&EventMargin, usize),
+        margin: &EventMargin,
+        most: usize,
     ) -> Option<Vec<Candidate>> {
-        let links = self.found.get(&self.key(candidates, (margin, most)))?;
+        let links = self.found.get(&self.key(margin, most))?;
         let is_kept = |link: &&JoinLink| self.is_same.get(link.clip as usize) == Some(&true);
         let kept: Vec<&JoinLink> = links.iter().filter(is_kept).collect();
         // Where there were more, some may have been left out.
         if kept.len() < links.len() && links.len() >= most {
             return None;
         }
-        let candidate = |link: &JoinLink| {
-            let far = (link.clip as usize, link.start as usize);
-            candidates.candidate(margin, link.beside as usize, far, link.distance)
-        };
+        let candidate = |link: &JoinLink| candidates.candidate(margin, link.windows());
         kept.into_iter().map(candidate).collect()
     }
 
     /// Records what was found.
-    pub(super) fn add(
-        &mut self,
-        candidates: &Candidates<'_>,
-        (margin, most): (&EventMargin, usize),
-        found: &[Candidate],
-    ) {
+    pub(super) fn add(&mut self, margin: &EventMargin, most: usize, found: &[Candidate]) {
         let link = |candidate: &Candidate| {
             let link = &candidate.link;
             let source = link.source_frame + 1;
@@ -153,7 +156,7 @@ impl Joins {
                 distance: link.distance,
             }
         };
-        let key = self.key(candidates, (margin, most));
+        let key = self.key(margin, most);
         let links = found.iter().map(link).collect();
         self.record.found.push((key, links));
     }

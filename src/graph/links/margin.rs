@@ -1,5 +1,7 @@
 //! The ranges of frames beside events where links may end or start.
 
+use serde::{Deserialize, Serialize};
+
 use super::candidates::Candidates;
 use crate::graph::GraphEvent;
 use crate::graph::distance::Windows;
@@ -13,9 +15,18 @@ pub(super) enum Side {
     After,
 }
 
+/// An event: its clip and frames.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+pub(super) struct EventFrames {
+    pub(super) clip: u32,
+    pub(super) first: u32,
+    pub(super) last: u32,
+}
+
 /// The range of frames beside an event where links may end or start.
 pub(super) struct EventMargin {
     pub(super) event: usize,
+    pub(super) frames: EventFrames,
     pub(super) side: Side,
     /// Points of the range, in windows of `window` frames.
     pub(super) windows: Windows,
@@ -56,6 +67,11 @@ impl Candidates<'_> {
         let cloud = &self.source.aligner.clouds[event.clip.index()];
         Some(EventMargin {
             event: index,
+            frames: EventFrames {
+                clip: event.clip.0,
+                first: event.first,
+                last: event.last,
+            },
             side,
             windows: Windows::new(&cloud.part(start..start + window + lead), window),
             window,

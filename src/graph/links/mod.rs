@@ -12,6 +12,7 @@
 
 mod candidates;
 mod choose;
+mod clip_windows;
 mod free_frames;
 mod join;
 mod join_record;
@@ -42,8 +43,8 @@ use super::{PointCloud, Transition};
 ///
 /// Links in which a foot darts are avoided. Returns what was added, and a record for a later bake.
 pub(super) fn add(
-    (source, darts): (LinkSource<'_>, &mut Option<DartTest>),
-    known: &KnownLinks,
+    source: LinkSource<'_>,
+    darts: &mut Option<DartTest>,
     transitions: &mut Vec<Transition>,
 ) -> (LinkReport, LinkRecord) {
     let Some(settings) = &source.settings.links else {
@@ -58,7 +59,6 @@ pub(super) fn add(
         moments,
         jumps,
         links: Vec::new(),
-        known,
         record: LinkRecord::default(),
         darts,
         darting: 0,

@@ -1,36 +1,13 @@
-//! The closest links of many events, without most of the distances: lower bounds show which windows are farther apart than the links
-//! that were found before.
+//! The closest links of many events.
 
-use std::cmp::Ordering;
 use std::collections::BTreeMap;
-use std::sync::OnceLock;
 
 use super::candidates::{Candidate, Candidates};
+use super::clip_windows::{ClipWindows, KnownStart};
 use super::join_record::Joins;
 use super::margin::{EventMargin, Side};
-use super::parts::ClipParts;
-use crate::graph::distance::{Compared, DiagonalRows, Diagonals, Windows};
-use crate::graph::search::{NearWindows, WindowCell};
-use crate::math::{Isa, in_parallel};
-
-/// Windows of clips of one length, and their bounds, each made when it is first searched.
-struct ClipWindows<'a> {
-    length: usize,
-    /// Windows of all clips, if the graph has them of this length.
-    own: Option<&'a [Windows]>,
-    made: Vec<OnceLock<Windows>>,
-    near: NearWindows,
-}
-
-/// Memory of a search.
-#[derive(Default)]
-struct Scratch {
-    diagonals: Diagonals,
-    near: Vec<WindowCell>,
-    rows: Vec<u32>,
-    /// Near pairs and their squared distances.
-    squares: Vec<(WindowCell, f32)>,
-}
+use super::parts::RangeSearch;
+use crate::math::in_parallel;
 
 /// Windows of all clips, by their length.
 pub(super) struct NearestLinks<'a> {
@@ -79,168 +56,42 @@ impl<'a> NearestLinks<'a> {
         let others: Vec<usize> = { all.iter().copied() }
             .filter(|&clip| !joins.is_same[clip])
             .collect();
-        // What is known, and the clips that are searched.
         let known = in_parallel(threads, margins.len(), |index| {
-            let known = joins.known(candidates, (margins[index].as_ref()?, most));
-            Some(match known {
-                Some(known) => (known, others.as_slice()),
-                None => (Vec::new(), all.as_slice()),
+            let known = joins.known(candidates, margins[index].as_ref()?, most);
+            Some(KnownStart {
+                clips: if known.is_some() { &others } else { &all },
+                links: known.unwrap_or_default(),
             })
         });
         for (&length, windows) in &self.lengths {
             let own = margins.iter().zip(&known);
             let own =
                 own.filter(|(margin, _)| margin.as_ref().is_some_and(|it| it.window == length));
-            let clips = own.filter_map(|(_, known)| Some(known.as_ref()?.1));
+            let clips = own.filter_map(|(_, known)| Some(known.as_ref()?.clips));
             let clips = clips.max_by_key(|clips| clips.len()).unwrap_or(&[]);
             in_parallel(threads, clips.len(), |index| {
-                let own = windows.windows(candidates, clips[index]);
-                windows.near.prepare(clips[index], own);
+                windows.prepare(clips[index]);
             });
         }
         let found = in_parallel(threads, margins.len(), |index| {
             match (&margins[index], &known[index]) {
-                (Some(margin), Some((known, clips))) => {
-                    let start = (known.clone(), *clips);
-                    self.lengths[&margin.window].links(candidates, (margin, &wanted), start)
+                (Some(margin), Some(start)) => {
+                    let search = RangeSearch {
+                        candidates,
+                        margin,
+                        allowed: Some(wanted.allowed),
+                    };
+                    self.lengths[&margin.window].links(search, most, start)
                 }
                 _ => Vec::new(),
             }
         });
         for (margin, found) in margins.iter().zip(&found) {
             if let Some(margin) = margin {
-                self.joins.add(candidates, (margin, most), found);
+                self.joins.add(margin, most, found);
             }
         }
         found
-    }
-}
-
-impl<'a> ClipWindows<'a> {
-    /// The closest links of one range: those that are known, and those to some clips.
-    fn links(
-        &self,
-        candidates: &Candidates<'_>,
-        (margin, wanted): (&EventMargin, &Wanted<'_>),
-        (mut found, clips): (Vec<Candidate>, &[usize]),
-    ) -> Vec<Candidate> {
-        let limit_of = |found: &[Candidate]| match found.last() {
-            Some(last) if found.len() == wanted.most => last.cost,
-            _ => candidates.lengths.loosest,
-        };
-        let mut limit = limit_of(&found);
-        if clips.is_empty() {
-            return found;
-        }
-        let range = self.near.range(&margin.windows);
-        let rows = margin.windows.count();
-        let mut scratch = Scratch::default();
-        scratch.diagonals.load(&margin.windows, 0..rows);
-        for &clip in clips {
-            scratch.near.clear();
-            let windows = self.windows(candidates, clip);
-            let near = &mut scratch.near;
-            self.near.find((&range, rows), (clip, windows, limit), near);
-            if scratch.near.is_empty() {
-                continue;
-            }
-            let compared = Compared {
-                a: &margin.windows,
-                b: windows,
-                isa: Isa::best(),
-            };
-            scratch.measure(compared);
-            let mut parts = ClipParts::new(candidates, (margin, clip), Some(wanted.allowed));
-            for &(cell, square) in &scratch.squares {
-                parts.take((cell.row as usize, cell.column as usize), square);
-            }
-            let near = parts.best.into_iter().flatten();
-            found.extend(near.filter(|candidate| candidate.cost <= limit));
-            found.sort_by(|a, b| order(a, b, wanted.side));
-            found.truncate(wanted.most);
-            limit = limit_of(&found);
-        }
-        found
-    }
-
-    fn new(candidates: &Candidates<'a>, length: usize) -> Self {
-        /// Number of clips that the bounds are chosen for.
-        const SAMPLES: usize = 64;
-        let source = &candidates.source;
-        let clips = source.aligner.clouds.len();
-        let lengths = &candidates.lengths;
-        let own = (length == lengths.window).then_some(source.windows);
-        let made: Vec<OnceLock<Windows>> = (0..clips).map(|_| OnceLock::new()).collect();
-        let step = clips.div_ceil(SAMPLES).max(1);
-        let samples: Vec<&Windows> = (0..clips)
-            .step_by(step)
-            .map(|clip| windows(candidates, (own, &made), (clip, length)))
-            .collect();
-        let least = lengths.threshold.min(lengths.loosest);
-        Self {
-            length,
-            own,
-            near: NearWindows::new(&samples, clips, least),
-            made,
-        }
-    }
-
-    fn windows<'s>(&'s self, candidates: &Candidates<'_>, clip: usize) -> &'s Windows {
-        windows(candidates, (self.own, &self.made), (clip, self.length))
-    }
-}
-
-/// The windows of a clip of a length.
-fn windows<'w>(
-    candidates: &Candidates<'_>,
-    (own, made): (Option<&'w [Windows]>, &'w [OnceLock<Windows>]),
-    (clip, length): (usize, usize),
-) -> &'w Windows {
-    match own {
-        Some(own) => &own[clip],
-        None => {
-            made[clip].get_or_init(|| Windows::new(&candidates.source.aligner.clouds[clip], length))
-        }
-    }
-}
-
-/// The order of links: by cost, and those of one cost by the clip and the frame of their far end.
-fn order(a: &Candidate, b: &Candidate, side: Side) -> Ordering {
-    let far = |candidate: &Candidate| {
-        let link = &candidate.link;
-        match side {
-            Side::Before => (link.source_clip, link.source_frame),
-            Side::After => (link.target_clip, link.target_frame),
-        }
-    };
-    a.cost.total_cmp(&b.cost).then_with(|| far(a).cmp(&far(b)))
-}
-
-impl Scratch {
-    /// Computes the squared distances of the near pairs, in the order of a distance map.
-    fn measure(&mut self, compared: Compared<'_>) {
-        let Self {
-            diagonals,
-            near,
-            rows,
-            squares,
-        } = self;
-        squares.clear();
-        let shift = |cell: &WindowCell| cell.column as isize - cell.row as isize;
-        near.sort_unstable_by_key(|cell| (shift(cell), cell.row));
-        for cells in near.chunk_by(|a, b| shift(a) == shift(b)) {
-            let shift = shift(&cells[0]);
-            rows.clear();
-            rows.extend(cells.iter().map(|cell| cell.row));
-            diagonals.for_each(compared, DiagonalRows { rows, shift }, |row, square| {
-                let cell = WindowCell {
-                    row: row as u32,
-                    column: (row as isize + shift) as u32,
-                };
-                squares.push((cell, square));
-            });
-        }
-        squares.sort_unstable_by_key(|(cell, _)| *cell);
     }
 }
 
@@ -248,7 +99,9 @@ impl Scratch {
 mod tests {
     use super::*;
     use crate::anim::{Clip, ClipDesc, EventKind, Joint, JointId, JointKind, Skeleton};
+    use crate::graph::distance::Windows;
     use crate::graph::feet::Aligner;
+    use crate::graph::links::KnownLinks;
     use crate::graph::links::lengths::Lengths;
     use crate::graph::links::source::LinkSource;
     use crate::graph::record::GraphRecord;
@@ -319,6 +172,7 @@ mod tests {
         windows: Vec<Windows>,
         events: Vec<GraphEvent>,
         settings: GraphSettings,
+        known: KnownLinks,
     }
 
     impl Scene {
@@ -338,6 +192,7 @@ mod tests {
                 clips,
                 clouds,
                 settings,
+                known: KnownLinks::default(),
             }
         }
 
@@ -351,6 +206,7 @@ mod tests {
                 windows: &self.windows,
                 events: &self.events,
                 settings: &self.settings,
+                known: &self.known,
             };
             Candidates::new(
                 source,
@@ -372,7 +228,12 @@ mod tests {
                 let mut expected: Vec<Candidate> = Vec::new();
                 for (clip, cloud) in scene.clouds.iter().enumerate() {
                     let windows = Windows::new(cloud, margin.window);
-                    let parts = candidates.between(&margin, (clip, &windows), Some(&allowed));
+                    let search = RangeSearch {
+                        candidates: &candidates,
+                        margin: &margin,
+                        allowed: Some(&allowed),
+                    };
+                    let parts = search.between(clip, &windows);
                     expected.extend(parts.into_iter().flatten());
                 }
                 expected.sort_by(|a, b| a.cost.total_cmp(&b.cost));

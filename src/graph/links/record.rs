@@ -3,9 +3,9 @@
 use rustc_hash::FxHashMap;
 use serde::{Deserialize, Serialize};
 
-use super::candidates::{Candidate, Candidates, MOST};
+use super::candidates::{Candidate, Candidates, MOST, WindowPair};
 use super::join_record::{JoinRecord, Joins};
-use super::margin::EventMargin;
+use super::margin::{EventFrames, EventMargin};
 use crate::graph::ClipMatch;
 
 /// The closest links between the ranges before evasions and each part of each clip.
@@ -16,14 +16,6 @@ pub(in crate::graph) struct LinkRecord {
     /// For each clip and each of its parts, closest first, before their distances are refined.
     clips: Vec<Vec<Vec<NearLink>>>,
     pub(super) joins: JoinRecord,
-}
-
-/// An event: its clip and frames.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
-pub(super) struct EventFrames {
-    pub(super) clip: u32,
-    pub(super) first: u32,
-    pub(super) last: u32,
 }
 
 /// A link, whose blend follows from its distance.
@@ -43,8 +35,9 @@ pub(in crate::graph) struct KnownLinks {
     record: LinkRecord,
 }
 
-/// Which ranges of a bake an earlier one had.
-pub(super) struct KnownRanges {
+/// The ranges of a bake, and which of them an earlier one had.
+pub(super) struct KnownRanges<'a> {
+    ranges: &'a [EventMargin],
     /// For each range of the record its index among those of this bake.
     now: Vec<Option<usize>>,
     /// Indices of the ranges that the record lacks.
@@ -61,13 +54,9 @@ impl KnownLinks {
         Joins::onto(&self.clips, &self.record.joins)
     }
 
-    pub(super) fn ranges(
-        &self,
-        candidates: &Candidates<'_>,
-        ranges: &[EventMargin],
-    ) -> KnownRanges {
+    pub(super) fn ranges<'r>(&self, ranges: &'r [EventMargin]) -> KnownRanges<'r> {
         let places: FxHashMap<EventFrames, usize> = { ranges.iter().enumerate() }
-            .map(|(index, range)| (EventFrames::of(candidates, range), index))
+            .map(|(index, range)| (range.frames, index))
             .collect();
         let place = |range: &EventFrames| {
             let clip = self.clips.now(range.clip)?;
@@ -79,6 +68,7 @@ impl KnownLinks {
             is_known[index] = true;
         }
         KnownRanges {
+            ranges,
             now,
             new: (0..ranges.len())
                 .filter(|&index| !is_known[index])
@@ -91,15 +81,19 @@ impl KnownLinks {
     pub(super) fn parts(
         &self,
         candidates: &Candidates<'_>,
-        (ranges, known): (&[EventMargin], &KnownRanges),
+        known: &KnownRanges<'_>,
         clip: usize,
     ) -> Option<Vec<Vec<Candidate>>> {
         let parts = self.record.clips.get(self.clips.earlier(clip)? as usize)?;
         let candidate = |link: &NearLink| {
-            let range = &ranges[known.now.get(link.range as usize).copied().flatten()?];
-            let beside = (link.target_frame as usize + 1).checked_sub(range.window)?;
-            let start = link.source_frame as usize + 1;
-            candidates.candidate(range, beside, (clip, start), link.distance)
+            let range = &known.ranges[known.now.get(link.range as usize).copied().flatten()?];
+            let pair = WindowPair {
+                beside: (link.target_frame as usize + 1).checked_sub(range.window)?,
+                clip,
+                start: link.source_frame as usize + 1,
+                distance: link.distance,
+            };
+            candidates.candidate(range, pair)
         };
         let of_part = |part: &Vec<NearLink>| {
             let found: Vec<Candidate> = part.iter().filter_map(candidate).collect();
@@ -109,24 +103,9 @@ impl KnownLinks {
     }
 }
 
-impl EventFrames {
-    pub(super) fn of(candidates: &Candidates<'_>, range: &EventMargin) -> Self {
-        let event = &candidates.source.events[range.event];
-        Self {
-            clip: event.clip.0,
-            first: event.first,
-            last: event.last,
-        }
-    }
-}
-
 impl LinkRecord {
     /// The record of the closest links of each part of each clip.
-    pub(super) fn new(
-        candidates: &Candidates<'_>,
-        ranges: &[EventMargin],
-        clips: &[Vec<Vec<Candidate>>],
-    ) -> Self {
+    pub(super) fn new(ranges: &[EventMargin], clips: &[Vec<Vec<Candidate>>]) -> Self {
         let link = |candidate: &Candidate| {
             let range = ranges.partition_point(|range| range.event < candidate.event);
             NearLink {
@@ -139,10 +118,7 @@ impl LinkRecord {
         let of_part = |part: &Vec<Candidate>| part.iter().map(link).collect();
         let of_clip = |parts: &Vec<Vec<Candidate>>| parts.iter().map(of_part).collect();
         Self {
-            ranges: ranges
-                .iter()
-                .map(|range| EventFrames::of(candidates, range))
-                .collect(),
+            ranges: ranges.iter().map(|range| range.frames).collect(),
             clips: clips.iter().map(of_clip).collect(),
             ..Self::default()
         }

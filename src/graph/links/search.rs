@@ -1,5 +1,5 @@
 use super::candidates::Candidates;
-use super::record::{KnownLinks, LinkRecord};
+use super::record::LinkRecord;
 use super::settings::LinkSettings;
 use super::source::LinkSource;
 use crate::anim::Clip;
@@ -17,8 +17,7 @@ pub(super) struct LinkSearch<'a> {
     pub(super) jumps: Vec<Jump>,
     /// All links so far.
     pub(super) links: Vec<Transition>,
-    /// Links that an earlier bake found, and those of this one.
-    pub(super) known: &'a KnownLinks,
+    /// Links of this build.
     pub(super) record: LinkRecord,
     pub(super) darts: &'a mut Option<DartTest>,
     /// Number of links that were not taken because a foot darts.

@@ -1,3 +1,4 @@
+use super::KnownLinks;
 use crate::anim::Clip;
 use crate::graph::distance::Windows;
 use crate::graph::feet::Aligner;
@@ -16,4 +17,6 @@ pub(in crate::graph) struct LinkSource<'a> {
     pub(in crate::graph) events: &'a [GraphEvent],
     /// Settings of the graph.
     pub(in crate::graph) settings: &'a GraphSettings,
+    /// Links of an earlier build.
+    pub(in crate::graph) known: &'a KnownLinks,
 }

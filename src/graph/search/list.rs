@@ -74,7 +74,7 @@ impl TransitionList {
     pub(in crate::graph) fn finish(mut self) -> Result<Vec<Transition>, GraphError> {
         self.close_map()?;
         let most = GraphSettings::MOST_TRANSITIONS;
-        keep_closest(&mut self.transitions, (self.settings.window, most));
+        keep_closest(&mut self.transitions, self.settings.window, most);
         GraphSettings::check_transitions(self.transitions.len())?;
         Ok(self.transitions)
     }
@@ -91,7 +91,7 @@ impl TransitionList {
 
 /// If there are more than `most` transitions, keeps the closest of each stretch of `length` frames of a source clip, the same number
 /// of all stretches. Their order stays.
-fn keep_closest(transitions: &mut Vec<Transition>, (length, most): (usize, usize)) {
+fn keep_closest(transitions: &mut Vec<Transition>, length: usize, most: usize) {
     if transitions.len() <= most {
         return;
     }
@@ -132,11 +132,11 @@ mod tests {
         };
         let all: Vec<Transition> = (0..600).map(transition).collect();
         let mut same = all.clone();
-        keep_closest(&mut same, (10, 600));
+        keep_closest(&mut same, 10, 600);
         assert_eq!(same, all);
         // Twelve stretches keep eight each.
         let mut few = all.clone();
-        keep_closest(&mut few, (10, 100));
+        keep_closest(&mut few, 10, 100);
         let expected = all.iter().filter(|own| {
             let stretch = |t: &Transition| (t.source_clip, t.source_frame / 10);
             let beside = all.iter().filter(|other| stretch(other) == stretch(own));

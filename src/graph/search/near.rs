@@ -40,31 +40,31 @@ impl NearSearch<'_> {
     pub(super) fn find(&self, rows: Range<usize>, near: &mut Vec<WindowCell>) {
         for node in rows.start / NODE..rows.end.div_ceil(NODE) {
             let own = rows.start.max(node * NODE)..rows.end.min((node + 1) * NODE);
-            self.find_of_node((node, own), near);
+            self.find_of_node(node, own, near);
         }
     }
 
     /// Finds the pairs of the windows `rows`, which belong to one ball.
     #[inline(always)]
-    fn find_of_node(&self, (node, rows): (usize, Range<usize>), near: &mut Vec<WindowCell>) {
+    fn find_of_node(&self, node: usize, rows: Range<usize>, near: &mut Vec<WindowCell>) {
         let [a, b] = self.features;
         let ball = a.ball(node);
         for group in self.first_column(rows.start) / NODE / NODES..b.groups() {
-            let balls = b.near_balls(&ball, (group, self.beyond));
+            let balls = b.near_balls(&ball, group, self.beyond);
             if balls == 0 {
                 continue;
             }
             for row in rows.clone() {
                 let window = a.window(row);
                 let first = self.first_column(row);
-                let mut balls = balls & b.near_balls(&window, (group, self.beyond));
+                let mut balls = balls & b.near_balls(&window, group, self.beyond);
                 while balls != 0 {
                     let other = group * NODES + balls.trailing_zeros() as usize;
                     balls &= balls - 1;
                     if other >= b.nodes() || (other + 1) * NODE <= first {
                         continue;
                     }
-                    let mut columns = b.near_windows(&window.centre, (other, self.limit));
+                    let mut columns = b.near_windows(&window.centre, other, self.limit);
                     while columns != 0 {
                         let column = other * NODE + columns.trailing_zeros() as usize;
                         columns &= columns - 1;
@@ -91,9 +91,23 @@ pub(in crate::graph) struct NearWindows {
     clips: Vec<OnceLock<Features>>,
 }
 
-/// A range of frames whose windows are compared with those of clips.
+/// The windows of a range of frames, prepared for finding those of clips that are near.
 #[derive(Debug)]
-pub(in crate::graph) struct NearRange(Features);
+pub(in crate::graph) struct NearRange {
+    features: Features,
+    /// Number of windows.
+    rows: usize,
+    /// Distance for which the balls are made, in metres.
+    least: f32,
+}
+
+/// The windows of one clip, prepared.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::graph) struct NearClip<'a> {
+    features: &'a Features,
+    /// Number of windows.
+    columns: usize,
+}
 
 impl NearWindows {
     /// Prepares the search of the windows of `clips` clips, which have the joints of `samples` and windows of their length. Few pairs are
@@ -106,41 +120,44 @@ impl NearWindows {
         }
     }
 
-    /// The windows of a clip.
-    fn prepared(&self, clip: usize, windows: &Windows) -> &Features {
-        self.clips[clip].get_or_init(|| Features::new(&self.projection, windows, self.least))
-    }
-
-    /// Prepares the windows of a clip, which is otherwise done when it is first searched.
-    pub(in crate::graph) fn prepare(&self, clip: usize, windows: &Windows) {
-        let _ = self.prepared(clip, windows);
+    /// Prepares the windows of a clip, once.
+    pub(in crate::graph) fn clip(&self, clip: usize, windows: &Windows) -> NearClip<'_> {
+        let made = || Features::new(&self.projection, windows, self.least);
+        NearClip {
+            features: self.clips[clip].get_or_init(made),
+            columns: windows.count(),
+        }
     }
 
     /// Prepares the windows of a range.
     pub(in crate::graph) fn range(&self, windows: &Windows) -> NearRange {
-        NearRange(Features::new(&self.projection, windows, self.least))
+        NearRange {
+            features: Features::new(&self.projection, windows, self.least),
+            rows: windows.count(),
+            least: self.least,
+        }
     }
+}
 
-    /// Finds all pairs of a window of `range`, of which there are `rows`, and one of the windows of a clip whose distance is below
-    /// `limit`, in metres, and some others.
+impl NearRange {
+    /// Finds all pairs of a window of the range and one of a clip whose distance is below `limit`, in metres, and some others.
     pub(in crate::graph) fn find(
         &self,
-        (range, rows): (&NearRange, usize),
-        (clip, windows, limit): (usize, &Windows, f32),
+        clip: NearClip<'_>,
+        limit: f32,
         near: &mut Vec<WindowCell>,
     ) {
-        let of_clip = self.prepared(clip, windows);
         let search = NearSearch {
-            features: [&range.0, of_clip],
+            features: [&self.features, clip.features],
             limit: limit * limit,
             // A little more than that, against rounding.
             beyond: (limit - self.least).max(0.0) + 1e-5 * limit,
             gap: None,
-            columns: windows.count(),
+            columns: clip.columns,
         };
         Isa::best().run(
             #[inline(always)]
-            || search.find(0..rows, near),
+            || search.find(0..self.rows, near),
         );
     }
 }

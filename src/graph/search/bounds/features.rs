@@ -253,7 +253,8 @@ impl Features {
     pub(in crate::graph::search) fn near_balls(
         &self,
         ball: &Ball,
-        (group, beyond): (usize, f32),
+        group: usize,
+        beyond: f32,
     ) -> u32 {
         let balls = &self.balls[group];
         let squared = balls.centres.squared(&ball.centre);
@@ -271,7 +272,8 @@ impl Features {
     pub(in crate::graph::search) fn near_windows(
         &self,
         window: &Query,
-        (node, limit): (usize, f32),
+        node: usize,
+        limit: f32,
     ) -> u32 {
         let squared = self.tiles[node].squared(window);
         let mut bits = [0; NODE];
