@@ -6,6 +6,8 @@
 //!
 //! No step is fused, so that every instruction set gives the same levels, which are those of [`Switching::choose`].
 
+use std::ops::Range;
+
 use glam::Vec3;
 
 use super::bucket::Parked;
@@ -55,7 +57,7 @@ impl Ramps {
 
     /// The ramps that are neither 0 nor 1 for all distances from `near` to `far`; `hint` is where the search begins.
     #[inline(always)]
-    fn between(&self, (near, far): (f32, f32), hint: &mut usize) -> (usize, usize) {
+    fn between(&self, near: f32, far: f32, hint: &mut usize) -> Range<usize> {
         let count = self.full.len();
         let mut low = (*hint).min(count);
         while low > 0 && self.full[low - 1] > near {
@@ -69,13 +71,16 @@ impl Ramps {
         while high < count && self.start[high] < far {
             high += 1;
         }
-        (low, high)
+        low..high
     }
 
     #[inline(always)]
-    fn sum<L: Lanes>(&self, distance: L, (low, high): (usize, usize)) -> L {
-        let mut sum = L::splat(low as f32);
-        for (&start, &full) in self.start[low..high].iter().zip(&self.full[low..high]) {
+    fn sum<L: Lanes>(&self, distance: L, ramps: &Range<usize>) -> L {
+        let mut sum = L::splat(ramps.start as f32);
+        for (&start, &full) in self.start[ramps.clone()]
+            .iter()
+            .zip(&self.full[ramps.clone()])
+        {
             let gone = (distance - L::splat(start)) / L::splat(full - start);
             sum = sum + gone.max(L::splat(0.0)).min(L::splat(1.0));
         }
@@ -149,16 +154,17 @@ impl Kernel for LevelPass<'_> {
                 if frame.switching.is_none() {
                     continue;
                 }
-                let (distance, reach) = distances::<L>(&at, frame.eye);
-                let (ends, mut is_finer) = (ramps.coarsest.between(reach, &mut hints[0]), false);
+                let (distance, near, far) = distances::<L>(&at, frame.eye);
+                let (ends, mut is_finer) =
+                    (ramps.coarsest.between(near, far, &mut hints[0]), false);
                 let sticky = match ramps.has_hysteresis {
-                    true => Some(ramps.finest.between(reach, &mut hints[1])),
+                    true => Some(ramps.finest.between(near, far, &mut hints[1])),
                     false => None,
                 };
                 for part in 0..L::PARTS {
                     let distance = L::load(&distance, part);
-                    let mut detail = ramps.coarsest.sum(distance, ends);
-                    if let Some(sticky) = sticky {
+                    let mut detail = ramps.coarsest.sum(distance, &ends);
+                    if let Some(sticky) = &sticky {
                         let before = L::load(&group.detail, part).floor();
                         detail = before.max(ramps.finest.sum(distance, sticky)).min(detail);
                     }
@@ -232,7 +238,7 @@ fn gathered(own: [F32x16; 3], ids: &[u32; F32x16::LANES], positions: &[Vec3]) ->
 
 /// Distances from `eye`, and the least and the greatest of them. What is not a number becomes 0.
 #[inline(always)]
-fn distances<L: Lanes>(at: &[F32x16; 3], eye: Vec3) -> (F32x16, (f32, f32)) {
+fn distances<L: Lanes>(at: &[F32x16; 3], eye: Vec3) -> (F32x16, f32, f32) {
     let mut distances = F32x16::ZERO;
     let (mut near, mut minus_far) = (f32::INFINITY, f32::INFINITY);
     for part in 0..L::PARTS {
@@ -244,7 +250,7 @@ fn distances<L: Lanes>(at: &[F32x16; 3], eye: Vec3) -> (F32x16, (f32, f32)) {
         near = near.min(distance.least());
         minus_far = minus_far.min((L::splat(0.0) - distance).least());
     }
-    (distances, (near, -minus_far))
+    (distances, near, -minus_far)
 }
 
 /// A bit for each lane whose sphere is not outside one of the planes.

@@ -1,16 +1,18 @@
 //! Sorting in passes of eleven bits, lowest first: linear in the number of keys, and the same time
 //! whatever their order.
 
+use std::ops::Range;
+
 /// Bits of a pass.
 pub(super) const DIGIT: u32 = 11;
 const VALUES: usize = 1 << DIGIT;
 
-/// Sorts by the bits from `low` to below `high`; equal ones stay in their order. `spare` is of any length.
-pub(super) fn sort(keys: &mut Vec<u64>, spare: &mut Vec<u64>, (low, high): (u32, u32)) {
+/// Sorts by some bits of the keys; equal ones stay in their order. `spare` is of any length.
+pub(super) fn sort(keys: &mut Vec<u64>, spare: &mut Vec<u64>, bits: Range<u32>) {
     spare.resize(keys.len(), 0);
-    for shift in (low..high).step_by(DIGIT as usize) {
-        let bits = DIGIT.min(high - shift);
-        let digit = |key: u64| (key >> shift) as usize & ((1 << bits) - 1);
+    for shift in bits.clone().step_by(DIGIT as usize) {
+        let width = DIGIT.min(bits.end - shift);
+        let digit = |key: u64| (key >> shift) as usize & ((1 << width) - 1);
         let mut places = [0u32; VALUES];
         for &key in keys.iter() {
             places[digit(key)] += 1;
@@ -48,7 +50,7 @@ mod tests {
                 let mut expected = keys.clone();
                 let mask = (1u128 << high) - (1u128 << low);
                 expected.sort_by_key(|&key| u128::from(key) & mask);
-                sort(&mut keys, &mut spare, (low, high));
+                sort(&mut keys, &mut spare, low..high);
                 assert_eq!(keys, expected, "{count} keys, bits {low} to {high}");
             }
         }

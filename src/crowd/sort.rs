@@ -99,7 +99,7 @@ impl Schedule {
     pub(super) fn sort_digit(&mut self, digit: u32, sorting: &Sorting<'_>) {
         let low = ID_BITS + digit * radix_sort::DIGIT;
         let high = sorting.key_bits().min(low + radix_sort::DIGIT);
-        radix_sort::sort(&mut self.keys, &mut self.spare, (low, high));
+        radix_sort::sort(&mut self.keys, &mut self.spare, low..high);
     }
 
     /// Fills groups in the order of the keys, until the groups and keys come to `most`; returns whether all keys are done.

@@ -80,15 +80,15 @@ pub fn write_answer(target: Target<'_>, answered: Answered<'_>) -> std::io::Resu
     let [motion, facts] =
         [ending, "json"].map(|extension| folder.join(format!("{name}.{extension}")));
     let graph = baked.graph();
-    let played = whole_motion(baked, answer, &question.attack);
-    let clip = as_clip(graph, &played).map_err(std::io::Error::other)?;
+    let (played, seconds) = whole_motion(baked, answer, &question.attack);
+    let clip = as_clip(graph, &played, seconds).map_err(std::io::Error::other)?;
     write_atomically(&motion, |file| match format {
         MotionFormat::Bvh => bvh::write(file, graph.skeleton(), &clip, METRES_PER_UNIT),
         MotionFormat::Glb => {
             let source = ClipSource {
                 skeleton: graph.skeleton(),
                 clips: std::slice::from_ref(&clip),
-                events: &events(graph, &played.0, clip.duration()),
+                events: &events(graph, &played, clip.duration()),
             };
             gltf::write_labelled(file, source)
         }
@@ -124,7 +124,7 @@ fn events(graph: &MotionGraph, motion: &Motion, seconds: f64) -> Vec<Event> {
     played.filter(|event| event.start < event.end).collect()
 }
 
-fn as_clip(graph: &MotionGraph, (motion, seconds): &(Motion, f32)) -> Result<Clip, ClipError> {
+fn as_clip(graph: &MotionGraph, motion: &Motion, seconds: f32) -> Result<Clip, ClipError> {
     let mut desc = ClipDesc {
         name: "answer".to_owned(),
         frame_rate: f64::from(SAMPLE_RATE),

@@ -128,22 +128,25 @@ impl Chart<'_> {
             let (least, most) = ends.unwrap_or((value, value));
             Some((least.min(value), most.max(value)))
         });
-        ends_of(self.scale, ends.unwrap_or((1.0, 1.0)))
+        let (least, most) = ends.unwrap_or((1.0, 1.0));
+        self.scale.ends(least, most)
     }
 }
 
 /// What a logarithmic axis shows values as that are not above 0.
 const LEAST: f64 = 1e-6;
 
-/// Whole powers of ten, or from 0 to a little more than the largest value.
-fn ends_of(scale: Scale, (least, most): (f64, f64)) -> (f64, f64) {
-    match scale {
-        Scale::Linear if most.is_finite() && most > 0.0 => (0.0, 1.04 * most),
-        Scale::Linear => (0.0, 1.0),
-        Scale::Log => {
-            let low = least.log10().floor();
-            let high = most.log10().ceil().max(low + 1.0);
-            (10f64.powf(low), 10f64.powf(high))
+impl Scale {
+    /// The ends of an axis: whole powers of ten, or 0 and a little more than the largest value.
+    fn ends(self, least: f64, most: f64) -> (f64, f64) {
+        match self {
+            Self::Linear if most.is_finite() && most > 0.0 => (0.0, 1.04 * most),
+            Self::Linear => (0.0, 1.0),
+            Self::Log => {
+                let low = least.log10().floor();
+                let high = most.log10().ceil().max(low + 1.0);
+                (10f64.powf(low), 10f64.powf(high))
+            }
         }
     }
 }
@@ -166,17 +169,17 @@ mod tests {
     #[test]
     fn an_axis_holds_every_value() {
         for most in [1e-6, 0.37, 1.0, 9.99, 10.0, 18.0, 79.5, 123_456.0] {
-            let (low, high) = ends_of(Scale::Linear, (0.0, most));
+            let (low, high) = Scale::Linear.ends(0.0, most);
             assert!(low == 0.0 && high > most && high < 1.1 * most, "{most}");
-            let (low, high) = ends_of(Scale::Log, (most / 3.0, most));
+            let (low, high) = Scale::Log.ends(most / 3.0, most);
             assert!(
                 low <= most / 3.0 && high >= most && high <= 100.0 * most,
                 "{most}"
             );
         }
-        assert_eq!(ends_of(Scale::Linear, (0.0, 0.0)), (0.0, 1.0));
-        assert_eq!(ends_of(Scale::Linear, (f64::NAN, f64::NAN)), (0.0, 1.0));
-        assert_eq!(ends_of(Scale::Log, (1.0, 1.0)), (1.0, 10.0));
+        assert_eq!(Scale::Linear.ends(0.0, 0.0), (0.0, 1.0));
+        assert_eq!(Scale::Linear.ends(f64::NAN, f64::NAN), (0.0, 1.0));
+        assert_eq!(Scale::Log.ends(1.0, 1.0), (1.0, 10.0));
         let labels = [0.0, 0.25, 3.0, 40.0, 0.001].map(number);
         assert_eq!(labels, ["0", "0.25", "3", "40", "0.001"]);
     }

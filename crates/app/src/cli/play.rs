@@ -6,7 +6,7 @@ use sabaki::character::CharacterError;
 use sabaki::math::in_parallel;
 use sabaki_app::play::{
     CROWD, CrowdedTimes, IdleReport, Outcome, PLAN_MILLISECONDS, PLANS_PER_STEP, Scenario,
-    Scenarios, Sight, SteerReport, Surroundings, crowded, idle, steering,
+    Scenarios, Sight, SteerReport, Surroundings, crowded, idle,
 };
 use serde_json::{Value, json};
 
@@ -88,7 +88,7 @@ pub(crate) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
     let refused = |error: CharacterError| Failure::Usage(error.to_string());
     cancel::listen();
     let bar = output::progress("playing", args.threats * ROWS.len() as u64);
-    let scenarios = Scenarios::new(&baked).map_err(refused)?;
+    let scenarios = Scenarios::new(&baked, args.seed).map_err(refused)?;
     let mut rows = Vec::new();
     for (name, scenario) in ROWS {
         let of = |index: usize| {
@@ -98,7 +98,7 @@ pub(crate) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
                 _ => 0,
             };
             let scenario = Scenario { delay, ..scenario };
-            let outcome = scenarios.run(scenario, (args.seed, index as u64));
+            let outcome = scenarios.run(scenario, index as u64);
             bar.inc(1);
             outcome.map_err(refused)
         };
@@ -111,8 +111,8 @@ pub(crate) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
     let changers = (args.threats as usize).clamp(4, 100);
     let report = Report {
         rows,
-        steer: steering(&baked, (args.seed, changers), threads).map_err(refused)?,
-        idle: idle(&baked, (4, 300.0), threads).map_err(refused)?,
+        steer: scenarios.steer(changers, threads).map_err(refused)?,
+        idle: idle(&baked, threads).map_err(refused)?,
         times: crowded(&baked, threads).map_err(refused)?,
     };
     bar.finish_and_clear();

@@ -19,22 +19,20 @@ pub struct IdleReport {
     pub drift: f32,
 }
 
-/// Lets `count` characters stand for `seconds` each.
+/// Lets four characters stand for five minutes each.
 ///
 /// # Errors
 /// A graph in which nothing can be played.
-pub fn idle(
-    baked: &Arc<BakedGraph>,
-    (count, seconds): (usize, f32),
-    threads: usize,
-) -> Result<IdleReport, CharacterError> {
-    let frames = (seconds / FRAME) as usize;
-    let runs = in_parallel(threads, count, |index| stand(baked, index, frames));
+pub fn idle(baked: &Arc<BakedGraph>, threads: usize) -> Result<IdleReport, CharacterError> {
+    const COUNT: usize = 4;
+    const SECONDS: f32 = 300.0;
+    let frames = (SECONDS / FRAME) as usize;
+    let runs = in_parallel(threads, COUNT, |index| stand(baked, index, frames));
     let mut report = IdleReport::default();
     for run in runs {
         let [begun, repeated, drift] = run?;
-        report.events_per_hour += begun * 3600.0 / (seconds * count as f32);
-        report.repeated += repeated / (frames * count) as f32;
+        report.events_per_hour += begun * 3600.0 / (SECONDS * COUNT as f32);
+        report.repeated += repeated / (frames * COUNT) as f32;
         report.drift = report.drift.max(drift);
     }
     Ok(report)

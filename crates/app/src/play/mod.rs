@@ -13,7 +13,7 @@ use sabaki::graph::{EdgeMotion, MotionGraph, Playhead};
 pub use crowded::{CROWD, CrowdTimes, CrowdedTimes, PLAN_MILLISECONDS, PLANS_PER_STEP, crowded};
 pub use idle::{IdleReport, idle};
 pub use room::Surroundings;
-pub use steering::{SteerReport, steering};
+pub use steering::SteerReport;
 pub use threats::{Outcome, Scenario, Scenarios, Sight};
 
 /// Duration of a frame, in seconds.

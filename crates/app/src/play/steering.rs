@@ -4,12 +4,12 @@ use std::f32::consts::TAU;
 use std::sync::Arc;
 
 use glam::{Vec2, Vec3};
-use rand::RngExt;
+use rand::{Rng, RngExt};
 use sabaki::character::{CharacterError, CharacterId, CharacterSettings, Characters, Goal};
 use sabaki::maps::BakedGraph;
 use sabaki::math::{Rigid2, in_parallel};
 
-use super::{FRAME, joints_of, percentile};
+use super::{FRAME, Scenarios, joints_of, percentile};
 use crate::demo::throw::random_of;
 
 /// What was measured.
@@ -36,35 +36,33 @@ const CHANGES: usize = 10;
 /// Half of the time over which velocity is averaged: half a stride, in frames.
 const HALF: usize = 15;
 
-/// Steers `count` characters through random changes, and one along a figure of eight.
-///
-/// # Errors
-/// A graph in which nothing can be played.
-pub fn steering(
-    baked: &Arc<BakedGraph>,
-    (seed, count): (u64, usize),
-    threads: usize,
-) -> Result<SteerReport, CharacterError> {
-    let speeds = speeds(baked);
-    let runs = in_parallel(threads, count, |index| {
-        changes(baked, &speeds, (seed, index as u64))
-    });
-    let (mut errors, mut settled) = (Vec::new(), Vec::new());
-    for run in runs {
-        let run = run?;
-        errors.extend(run.0);
-        settled.extend(run.1);
+impl Scenarios {
+    /// Steers `count` characters through random changes, and one along a figure of eight.
+    ///
+    /// # Errors
+    /// A graph in which nothing can be played.
+    pub fn steer(&self, count: usize, threads: usize) -> Result<SteerReport, CharacterError> {
+        let speeds = speeds(&self.baked);
+        let runs = in_parallel(threads, count, |index| {
+            changes(&self.baked, &speeds, random_of(self.seed, index as u64))
+        });
+        let (mut errors, mut settled) = (Vec::new(), Vec::new());
+        for run in runs {
+            let run = run?;
+            errors.extend(run.0);
+            settled.extend(run.1);
+        }
+        let path = figure_of_eight(&self.baked)?;
+        let never = settled.iter().filter(|&&seconds| seconds >= HELD).count();
+        Ok(SteerReport {
+            speed_error: errors.iter().sum::<f32>() / errors.len().max(1) as f32,
+            unsettled: never as f32 / settled.len().max(1) as f32,
+            settle_median: percentile(settled.clone(), 0.5),
+            settle_p95: percentile(settled, 0.95),
+            path_error: percentile(path.clone(), 0.95),
+            path_error_max: percentile(path, 1.0),
+        })
     }
-    let path = figure_of_eight(baked)?;
-    let never = settled.iter().filter(|&&seconds| seconds >= HELD).count();
-    Ok(SteerReport {
-        speed_error: errors.iter().sum::<f32>() / errors.len().max(1) as f32,
-        unsettled: never as f32 / settled.len().max(1) as f32,
-        settle_median: percentile(settled.clone(), 0.5),
-        settle_p95: percentile(settled, 0.95),
-        path_error: percentile(path.clone(), 0.95),
-        path_error_max: percentile(path, 1.0),
-    })
 }
 
 /// Speeds of the walks and runs of the clips: means over half a second without events, above 0.6 m/s.
@@ -93,9 +91,8 @@ fn speeds(baked: &BakedGraph) -> Vec<f32> {
 fn changes(
     baked: &Arc<BakedGraph>,
     speeds: &[f32],
-    (seed, index): (u64, u64),
+    mut random: impl Rng,
 ) -> Result<(Vec<f32>, Vec<f32>), CharacterError> {
-    let mut random = random_of(seed, index);
     let mut characters = Characters::new(Arc::clone(baked), CharacterSettings::default())?;
     let id = characters.spawn(Rigid2::IDENTITY)?;
     let (mut roots, mut wanted) = (Vec::new(), Vec::new());
@@ -110,7 +107,9 @@ fn changes(
         };
         characters.steer(id, goal)?;
         wanted.push(Vec2::new(velocity.x, velocity.z));
-        record(&mut characters, (id, frames), &mut roots)?;
+        for _ in 0..frames {
+            record(&mut characters, id, &mut roots)?;
+        }
     }
     let velocity = |at: usize| {
         let (from, to) = (at.saturating_sub(HALF), (at + HALF).min(roots.len() - 1));
@@ -134,19 +133,17 @@ fn changes(
     Ok((errors, settled))
 }
 
-/// Plays frames and records the root on the ground before each.
+/// Records the root on the ground and plays a frame.
 fn record(
     characters: &mut Characters,
-    (id, frames): (CharacterId, usize),
+    id: CharacterId,
     roots: &mut Vec<Vec2>,
 ) -> Result<(), CharacterError> {
-    let (mut joints, mut events) = (Vec::new(), Vec::new());
-    for _ in 0..frames {
-        joints_of(characters, id, &mut joints)?;
-        let root = joints[0].translation;
-        roots.push(Vec2::new(root.x, root.z));
-        characters.step(FRAME, &[], &mut events);
-    }
+    let mut joints = Vec::new();
+    joints_of(characters, id, &mut joints)?;
+    let root = joints[0].translation;
+    roots.push(Vec2::new(root.x, root.z));
+    characters.step(FRAME, &[], &mut Vec::new());
     Ok(())
 }
 
@@ -165,7 +162,7 @@ fn figure_of_eight(baked: &Arc<BakedGraph>) -> Result<Vec<f32>, CharacterError> 
     let id = characters.spawn(Rigid2::new(0.785, 0.0, 0.0))?;
     let (mut roots, mut at) = (Vec::new(), 0);
     for _ in 0..(60.0 / FRAME) as usize {
-        record(&mut characters, (id, 1), &mut roots)?;
+        record(&mut characters, id, &mut roots)?;
         let root = roots[roots.len() - 1];
         // The path crosses itself: only what lies ahead is looked at.
         let apart = |index: &usize| path[index % POINTS].distance(root);

@@ -71,9 +71,10 @@ pub struct Outcome {
 /// The part of a flight that is seen by [`Sight::Flying`], in metres.
 const LAST: f32 = 3.0;
 
-/// Runs attacks on one graph.
+/// Random attacks and steering on one graph.
 pub struct Scenarios {
-    baked: Arc<BakedGraph>,
+    pub(super) baked: Arc<BakedGraph>,
+    pub(super) seed: u64,
     /// Characters that no thread uses: those of the game, and those that look ahead.
     idle: Mutex<Vec<[Characters; 2]>>,
     blank: CharactersState,
@@ -106,25 +107,22 @@ struct Run<'a> {
 impl Scenarios {
     /// # Errors
     /// A graph in which nothing can be played.
-    pub fn new(baked: &Arc<BakedGraph>) -> Result<Self, CharacterError> {
+    pub fn new(baked: &Arc<BakedGraph>, seed: u64) -> Result<Self, CharacterError> {
         let blank = Characters::new(Arc::clone(baked), CharacterSettings::default())?.state();
         Ok(Self {
             baked: Arc::clone(baked),
+            seed,
             idle: Mutex::default(),
             blank,
             throws: ThrowSettings::default(),
         })
     }
 
-    /// The `index`th attack of a seed.
+    /// The `index`th attack of the seed.
     ///
     /// # Errors
     /// Those of the characters.
-    pub fn run(
-        &self,
-        scenario: Scenario,
-        (seed, index): (u64, u64),
-    ) -> Result<Outcome, CharacterError> {
+    pub fn run(&self, scenario: Scenario, index: u64) -> Result<Outcome, CharacterError> {
         let new = || Characters::new(Arc::clone(&self.baked), CharacterSettings::default());
         let kept = self
             .idle
@@ -135,7 +133,7 @@ impl Scenarios {
             Some(pair) => pair,
             None => [new()?, new()?],
         };
-        let outcome = self.run_with(&mut pair, scenario, (seed, index));
+        let outcome = self.run_with(&mut pair, scenario, index);
         self.idle
             .lock()
             .unwrap_or_else(PoisonError::into_inner)
@@ -147,14 +145,14 @@ impl Scenarios {
         &self,
         [game, ahead]: &mut [Characters; 2],
         scenario: Scenario,
-        (seed, index): (u64, u64),
+        index: u64,
     ) -> Result<Outcome, CharacterError> {
-        let mut random = random_of(seed, index);
+        let mut random = random_of(self.seed, index);
         game.restore(self.blank.clone())?;
         game.set_delay(scenario.delay);
         ahead.set_delay(scenario.delay);
         let id = game.spawn(Rigid2::IDENTITY)?;
-        let room = Room::new(scenario.around, &mut random_of(seed ^ 0x5eed, index));
+        let room = Room::new(scenario.around, &mut random_of(self.seed ^ 0x5eed, index));
         let room = room.map_err(|_| CharacterError::Value("the room"))?;
         let heading = random.random::<f32>() * TAU;
         let speed = 0.8 + 1.2 * random.random::<f32>();

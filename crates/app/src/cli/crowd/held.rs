@@ -1,12 +1,11 @@
 //! How far held characters are from where they should be, on the screen.
 
 use glam::Vec3;
-use sabaki::crowd::{Crowd, MemberId};
+use sabaki::crowd::MemberId;
 use sabaki::lod::View;
-use sabaki::math::F32x16;
 
 use super::cases::{Case, What};
-use super::scene::{Scene, WARM_UP};
+use super::scene::{Posed, Scene, WARM_UP};
 use super::{Args, usage};
 use crate::cli::Failure;
 
@@ -25,25 +24,15 @@ pub(super) struct HeldError {
     pub(super) mean_pixels: f64,
 }
 
-/// A crowd and the memory of its poses.
-struct Posed {
-    crowd: Crowd,
-    out: Vec<F32x16>,
-}
-
 impl Scene {
     /// Plays the case with and without hold side by side.
     pub(super) fn held_error(&self, args: &Args, case: Case) -> Result<HeldError, Failure> {
-        let make = |case: Case| -> Result<Posed, Failure> {
-            let (crowd, _) = self.crowd(args, case)?;
-            let out = vec![F32x16::ZERO; crowd.max_output_len(crowd.len())];
-            Ok(Posed { crowd, out })
-        };
+        let make = |case| self.crowd(args, case).map(|(crowd, _)| Posed::new(crowd));
         let (mut held, mut free) = (make(case)?, make(Case { hold: 0, ..case })?);
         let (mut greatest, mut sum, mut count) = (0.0f64, 0.0, 0usize);
         for frame in 0..WARM_UP + FRAMES {
             for posed in [&mut held, &mut free] {
-                self.step(&mut posed.crowd, (case, frame), &mut posed.out)?;
+                self.step(posed, case, frame)?;
             }
             if frame < WARM_UP {
                 continue;

@@ -162,13 +162,14 @@ impl Scene {
     }
 
     pub(super) fn measure(&self, args: &Args, case: Case) -> Result<Row, Failure> {
-        let (mut crowd, joints) = self.crowd(args, case)?;
-        let mut out = vec![F32x16::ZERO; crowd.max_output_len(crowd.len())];
+        let (crowd, joints) = self.crowd(args, case)?;
+        let joints = joints as f64 / crowd.len() as f64;
+        let mut posed = Posed::new(crowd);
         let mut times = Vec::with_capacity(args.frames as usize);
         let _busy = BusyThreads::new(case.busy);
         for frame in 0..args.frames + WARM_UP {
             let started = Instant::now();
-            self.step(&mut crowd, (case, frame), &mut out)?;
+            self.step(&mut posed, case, frame)?;
             if frame >= WARM_UP {
                 times.push(started.elapsed().as_secs_f64() * 1e3);
             }
@@ -178,7 +179,7 @@ impl Scene {
         Ok(Row {
             case,
             clips: self.animations.clips(),
-            joints: joints as f64 / crowd.len() as f64,
+            joints,
             ms: times[times.len() / 2],
             held: held.transpose()?,
         })
@@ -189,12 +190,8 @@ impl Scene {
         Vec3::new(0.0, 0.0, -motion.walked(frame as f32 * SECONDS as f32))
     }
 
-    pub(super) fn step(
-        &self,
-        crowd: &mut Crowd,
-        (case, frame): (Case, u32),
-        out: &mut [F32x16],
-    ) -> Result<(), Failure> {
+    pub(super) fn step(&self, posed: &mut Posed, case: Case, frame: u32) -> Result<(), Failure> {
+        let Posed { crowd, out } = posed;
         let What::Frame(motion) = case.what else {
             crowd.advance(SECONDS);
             return crowd.pose(out).map_err(usage);
@@ -206,6 +203,21 @@ impl Scene {
             ..Frame::default()
         };
         crowd.frame(&frame, out).map(drop).map_err(usage)
+    }
+}
+
+/// A crowd and the memory of its poses.
+pub(super) struct Posed {
+    pub(super) crowd: Crowd,
+    pub(super) out: Vec<F32x16>,
+}
+
+impl Posed {
+    pub(super) fn new(crowd: Crowd) -> Self {
+        Self {
+            out: vec![F32x16::ZERO; crowd.max_output_len(crowd.len())],
+            crowd,
+        }
     }
 }
 

@@ -72,7 +72,7 @@ pub(super) fn run(args: &Args, kind: Kind, device: &DeviceArgs) -> Result<Writte
     let mut times = Times::default();
     for _ in 0..pictures {
         cancel::check()?;
-        let picture = picture(args, (&mut crowd, &mut canvas), &mut times)?;
+        let picture = times.picture(args, &mut crowd, &mut canvas)?;
         film.pictures.push(picture.into_pixels());
         crowd.advance(step);
         bar.inc(1);
@@ -142,26 +142,30 @@ struct Times {
     draw: Vec<f64>,
 }
 
-fn picture(
-    args: &Args,
-    (crowd, canvas): (&mut Crowd, &mut Canvas),
-    times: &mut Times,
-) -> Result<Picture, Failure> {
-    let camera = crowd.camera();
-    let begun = Instant::now();
-    crowd.look_from(&camera, args.size).map_err(usage)?;
-    crowd.pose(canvas.poses()?).map_err(usage)?;
-    times.pose.push(1e3 * begun.elapsed().as_secs_f64());
-    let (shot, shown) = crowd.shot(camera, args.size).map_err(usage)?;
-    let begun = Instant::now();
-    let mut picture = canvas.paint(&shot, Some(&shown))?;
-    times.draw.push(1e3 * begun.elapsed().as_secs_f64());
-    if !args.plain {
-        let look = TextLook {
-            height: text_height(args.size[0]),
-            colour: INK,
-        };
-        picture.text((10, 8), &format!("{} characters", crowd.len()), look);
+impl Times {
+    /// Draws a picture and adds how long it took.
+    fn picture(
+        &mut self,
+        args: &Args,
+        crowd: &mut Crowd,
+        canvas: &mut Canvas,
+    ) -> Result<Picture, Failure> {
+        let camera = crowd.camera();
+        let begun = Instant::now();
+        crowd.look_from(&camera, args.size).map_err(usage)?;
+        crowd.pose(canvas.poses()?).map_err(usage)?;
+        self.pose.push(1e3 * begun.elapsed().as_secs_f64());
+        let (shot, shown) = crowd.shot(camera, args.size).map_err(usage)?;
+        let begun = Instant::now();
+        let mut picture = canvas.paint(&shot, Some(&shown))?;
+        self.draw.push(1e3 * begun.elapsed().as_secs_f64());
+        if !args.plain {
+            let look = TextLook {
+                height: text_height(args.size[0]),
+                colour: INK,
+            };
+            picture.text((10, 8), &format!("{} characters", crowd.len()), look);
+        }
+        Ok(picture)
     }
-    Ok(picture)
 }
