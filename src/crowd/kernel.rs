@@ -4,9 +4,10 @@ use std::marker::PhantomData;
 
 use bytemuck::Zeroable;
 
+use super::batches::{AHEAD, Batch, Batches, Picked};
 use super::chain::Posing;
 use super::fetch::Fetch;
-use super::group_moments::{AHEAD, Batch, Batches, Moments, Picked};
+use super::group_moments::Moments;
 use super::joint_math::JointMath;
 use super::matrices::Matrices;
 use super::mixed::{MixedRows, MixedWork};

@@ -1,8 +1,9 @@
 //! Groups of sixteen characters with a second clip or an additive layer: their keys are read character by character, those of
 //! their first clips where they are not near each other in time.
 
+use super::batches::{AHEAD, Picked};
 use super::fetch::Fetch;
-use super::group_moments::{AHEAD, ClipRows, ClipWindows, Moments, Picked};
+use super::group_moments::{ClipRows, ClipWindows, Moments};
 use super::joint_math::JointMath;
 use super::level_clips::LevelClips;
 use super::moment::Reach;

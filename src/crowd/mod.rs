@@ -35,6 +35,7 @@
 //! Architecture invariant: nothing here knows what else a character may be doing (graph, avoidance) or what draws it.
 
 mod animation_set;
+mod batches;
 mod bucket;
 mod chain;
 mod change;

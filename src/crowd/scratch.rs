@@ -1,7 +1,8 @@
 //! Memory of the threads that pose.
 
 use super::animation_set::AnimationSet;
-use super::group_moments::{AHEAD, Moments};
+use super::batches::AHEAD;
+use super::group_moments::Moments;
 use super::joint_math::JointMath;
 use super::level_clips::LevelClips;
 use super::matrices::Matrices;

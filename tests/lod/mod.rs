@@ -1,6 +1,8 @@
 //! Tests of `sabaki::lod`.
 mod alloc;
 mod budget;
+mod chains;
+mod drawn;
 mod energy;
 mod levels;
 mod motion;

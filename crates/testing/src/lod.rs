@@ -6,7 +6,7 @@ use glam::{DVec3, Quat, Vec3};
 use sabaki::anim::{
     Clip, ClipDesc, Joint, JointId, JointKind, JointTransform, Pose, Skeleton, forward_kinematics,
 };
-use sabaki::lod::{LevelSettings, Levels, LodError, Measure, Order, Rule};
+use sabaki::lod::{LevelSettings, Levels, LodError, Measure, Order, Rule, SwitchSettings};
 use sabaki_import::{ReadOptions, read_clip};
 
 use super::random::Random;
@@ -183,6 +183,14 @@ pub fn screen_error(pixels: f32) -> Rule {
         pixels,
         measure: Measure::Greatest,
     }
+}
+
+/// Energy to 60 m and errors of 1 pixel, with blending.
+pub fn rules() -> [SwitchSettings; 2] {
+    [Rule::Energy { furthest: 60.0 }, screen_error(1.0)].map(|rule| SwitchSettings {
+        rule,
+        ..SwitchSettings::default()
+    })
 }
 
 pub fn setting_of(error: LodError) -> &'static str {
