@@ -30,7 +30,7 @@ impl BakedGraph {
             })
             .sum();
         let spheres = self.body.spheres.len() + self.body.props.len();
-        let entries = EntryTracks::bytes(&self.graph, &self.body, &self.evasions, &self.entries);
+        let entries = EntryTracks::bytes(self);
         tracks
             + entries
             + of(

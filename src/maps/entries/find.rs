@@ -5,7 +5,7 @@ use super::layers::LayerSource;
 use super::limits::MeasuredMotion;
 use super::moment_search::MomentSearch;
 use super::record::{EarlierEntries, EntryRecord, TestTable};
-use super::targets::{ClipFrame, ClipPlaces, natural, targets};
+use super::targets::{ClipFrame, ClipPlaces, natural};
 use super::{EntrySettings, EntryTable};
 use crate::graph::MotionGraph;
 use crate::maps::Evasion;
@@ -30,22 +30,22 @@ impl EntryTable {
         let places = ClipPlaces::new(graph);
         let mut measured = MeasuredMotion::of(graph, threads);
         let limits = measured.limits(&settings.plausible);
-        let targets = targets(graph, evasions, settings, &places);
         let step = settings.moment_step;
         let mut table = Self {
             step,
             first_moment: first_moments(graph, step),
             ..Self::default()
         };
-        let frames = targets
-            .iter()
-            .map(|target| ClipFrame::of(graph, target.edge, target.edge_frame));
         let search = SearchBasis {
             graph,
             limits: &limits,
             places: &places,
             threads,
         };
+        let targets = search.targets(evasions, settings);
+        let frames = targets
+            .iter()
+            .map(|target| ClipFrame::of(graph, target.edge, target.edge_frame));
         let mut entries = Finder::new(search, frames.collect(), Ways::ENTRIES);
         let frames = natural(graph, settings.target_step);
         let mut exits = Finder::new(search, frames, Ways::EXITS);

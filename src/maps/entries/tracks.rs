@@ -4,7 +4,7 @@ use super::targets::ClipFrame;
 use super::{EntryTable, EntryTarget, Stance};
 use crate::anim::Facing;
 use crate::graph::{EdgeId, MotionGraph};
-use crate::maps::{BakedGraph, Body, BodyTrack, Evasion, OnFirstUse, TrackStart};
+use crate::maps::{BakedGraph, BodyTrack, Evasion, OnFirstUse, TrackStart};
 use crate::math::{Rigid2, in_parallel};
 
 /// Body spheres from the first frame at which an evasion can be entered.
@@ -83,22 +83,18 @@ impl EntryTracks {
     }
 
     /// Estimated memory of the tracks, in bytes.
-    pub(in crate::maps) fn bytes(
-        graph: &MotionGraph,
-        body: &Body,
-        evasions: &[Evasion],
-        table: &EntryTable,
-    ) -> u64 {
+    pub(in crate::maps) fn bytes(baked: &BakedGraph) -> u64 {
+        let table = baked.entries();
         let stances = table.targets.len() + table.exits.targets().len();
         let mut bytes = (stances * size_of::<Stance>()) as u64;
         let mut last = None;
         for target in &table.targets {
-            let Some(evasion) = evasions.get(usize::from(target.evasion)) else {
+            let Some(evasion) = baked.evasions().get(usize::from(target.evasion)) else {
                 continue;
             };
             if last.replace(target.evasion) != Some(target.evasion) {
-                let ticks = Self::seconds(graph, evasion, target) * BodyTrack::RATE + 2.0;
-                bytes += ticks as u64 * BodyTrack::tick_bytes(body) as u64;
+                let ticks = Self::seconds(baked.graph(), evasion, target) * BodyTrack::RATE + 2.0;
+                bytes += ticks as u64 * BodyTrack::tick_bytes(baked.body()) as u64;
             }
         }
         bytes
