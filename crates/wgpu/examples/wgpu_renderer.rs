@@ -1,5 +1,5 @@
 //! A renderer in wgpu, and sabaki as its guest: one frame draws the character and the ball that is thrown at it, and culls the ways
-//! to dodge in the same submission. A later frame draws the dodge. `cargo run --package sabaki-wgpu --example dodge`
+//! to dodge in the same submission. A later frame draws the dodge. `cargo run --example wgpu_renderer`
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 #[path = "../../../examples/common/scene.rs"]
