@@ -14,10 +14,8 @@ use std::error::Error;
 use ash::vk;
 use plain_memory::PlainMemory;
 use renderer::Renderer;
-use sabaki::anim::Pose;
 use sabaki::gpu::{Context, ContextDesc, Culler, CullerDesc, Terms, check};
 use sabaki::query::{Answer, CullPath, Query, QueryContext, QuerySettings, Step, cull::cpu};
-use sabaki_app::demo::throw::{ThrowSettings, throw};
 
 fn main() -> Result<(), Box<dyn Error>> {
     // SAFETY: everything is made and used in order, and destroyed in the opposite one when the device has finished.
@@ -68,18 +66,12 @@ fn main() -> Result<(), Box<dyn Error>> {
         let renderer = Renderer::new(&device, &mut memory, queue_family)?;
 
         // Frame 0: a ball comes. The ways to dodge it are culled while the frame is drawn.
-        let near = ThrowSettings {
-            distance: (2.0, 2.0),
-            ..ThrowSettings::default()
-        };
-        let throw = throw(&baked, &near, 12, 3)?;
+        let throw = scene::thrown(&baked)?;
         let settings = QuerySettings::default();
-        let (mut context, mut answer, mut pose) =
-            (QueryContext::default(), Answer::default(), Pose::default());
+        let (mut context, mut answer) = (QueryContext::default(), Answer::default());
         let query = Query::new(&baked, &settings);
         let mut session = query.start(throw.request(), &mut context);
-        throw.playhead.pose(baked.graph(), &mut pose);
-        let spheres = scene::instances(&baked, &pose, scene::ball(&throw.attack, 0.0));
+        let spheres = scene::before(&baked, &throw);
         let ticket = renderer.frame("out/guest_0.png", &spheres, |cmd| {
             culler.record(cmd, 0, &session.cull_input())
         })??;
@@ -90,24 +82,13 @@ fn main() -> Result<(), Box<dyn Error>> {
         if !there {
             cpu::count(&session.cull_input(), &mut overlaps);
         }
-        println!(
-            "counted by the device: {there}; {} candidates",
-            overlaps.len()
-        );
         if session.submit(&overlaps, &mut answer) == Step::Recount {
             session.run_on_cpu(&mut cpu::Culler::default(), &mut answer);
         }
-        println!(
-            "avoided: {}, by {:.3} m",
-            answer.avoided,
-            answer.clearance().metres
-        );
+        scene::print(there, overlaps.len(), &answer);
 
         // The frames after that play the answer; here the one in which the ball is nearest.
-        let nearest = answer.clearance().time;
-        answer.motion.sample(baked.graph(), nearest, &mut pose);
-        let ball = scene::ball(&throw.attack, nearest);
-        let spheres = scene::instances(&baked, &pose, ball);
+        let spheres = scene::nearest(&baked, &throw, &answer);
         renderer.frame("out/guest_1.png", &spheres, |_| ())?;
 
         culler.destroy(&mut memory);

@@ -1,4 +1,5 @@
-//! What the example draws: a character of spheres, a ball, and their shadows. Nothing of Vulkan.
+//! What the examples of renderers share: a ball that is thrown, and what is drawn of it: a character of spheres, the ball, and their
+//! shadows. Nothing of Vulkan.
 
 use std::{error::Error, fs, io::BufWriter};
 
@@ -6,8 +7,11 @@ use glam::{Quat, Vec3};
 use sabaki::anim::{Pose, forward_kinematics};
 use sabaki::graph::{self, ClipSource, GraphSettings};
 use sabaki::maps::{BakeSettings, BakedGraph, Baker};
-use sabaki::query::Attack;
-use sabaki_app::demo;
+use sabaki::query::{Answer, Attack};
+use sabaki_app::demo::{
+    self,
+    throw::{Throw, ThrowSettings, throw},
+};
 
 /// A sphere in camera space: x, y, radius, lowness; red, green, blue, and padding.
 pub type Instance = [f32; 8];
@@ -26,8 +30,41 @@ pub fn baked() -> Result<BakedGraph, Box<dyn Error>> {
     Ok(Baker::new(graph, BakeSettings::default())?.finish_on_cpu()?)
 }
 
+/// A ball from two metres away.
+pub fn thrown(baked: &BakedGraph) -> Result<Throw, Box<dyn Error>> {
+    let near = ThrowSettings {
+        distance: (2.0, 2.0),
+        ..ThrowSettings::default()
+    };
+    Ok(throw(baked, &near, 12, 3)?)
+}
+
+/// What is drawn before the ball flies.
+pub fn before(baked: &BakedGraph, throw: &Throw) -> Vec<Instance> {
+    let mut pose = Pose::default();
+    throw.playhead.pose(baked.graph(), &mut pose);
+    instances(baked, &pose, ball(&throw.attack, 0.0))
+}
+
+/// What is drawn of an answer when the ball is nearest.
+pub fn nearest(baked: &BakedGraph, throw: &Throw, answer: &Answer) -> Vec<Instance> {
+    let (mut pose, seconds) = (Pose::default(), answer.clearance().time);
+    answer.motion.sample(baked.graph(), seconds, &mut pose);
+    instances(baked, &pose, ball(&throw.attack, seconds))
+}
+
+/// Prints how the candidates were counted, and the answer.
+pub fn print(by_device: bool, candidates: usize, answer: &Answer) {
+    println!("counted by the device: {by_device}; {candidates} candidates");
+    println!(
+        "avoided: {}, by {:.3} m",
+        answer.avoided,
+        answer.clearance().metres
+    );
+}
+
 /// Where the ball is: before it is thrown, where it will start; nowhere after its flight.
-pub fn ball(attack: &Attack, seconds: f32) -> Option<(Vec3, f32)> {
+fn ball(attack: &Attack, seconds: f32) -> Option<(Vec3, f32)> {
     let keys = attack.spheres()[0].keys();
     let mut pairs = keys.windows(2);
     let pair = pairs.find(|pair| seconds <= pair[1].t)?;
@@ -37,7 +74,7 @@ pub fn ball(attack: &Attack, seconds: f32) -> Option<(Vec3, f32)> {
 }
 
 /// The body's spheres in a pose, and the ball at that moment; what is further away comes first.
-pub fn instances(baked: &BakedGraph, pose: &Pose, ball: Option<(Vec3, f32)>) -> Vec<Instance> {
+fn instances(baked: &BakedGraph, pose: &Pose, ball: Option<(Vec3, f32)>) -> Vec<Instance> {
     let mut joints = Vec::new();
     forward_kinematics(baked.graph().skeleton(), pose, &mut joints);
     let body = baked.body().spheres.iter();

@@ -8,10 +8,8 @@ mod scene;
 use std::error::Error;
 
 use pollster::block_on;
-use sabaki::anim::Pose;
 use sabaki::gpu::{BatchEntry, CullerDesc};
 use sabaki::query::{Answer, CullPath, Query, QueryContext, QuerySettings, Step, cull::cpu};
-use sabaki_app::demo::throw::{ThrowSettings, throw};
 use sabaki_wgpu::Host;
 use scene::{Instance, MOST_INSTANCES};
 
@@ -32,11 +30,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let mut culler = host.culler(&CullerDesc::new(CullPath::Compute, baked.atlas()))?;
 
     // Frame 0: a ball comes. The ways to dodge it are culled while the frame is drawn.
-    let near = ThrowSettings {
-        distance: (2.0, 2.0),
-        ..ThrowSettings::default()
-    };
-    let throw = throw(&baked, &near, 12, 3)?;
+    let throw = scene::thrown(&baked)?;
     let settings = QuerySettings::default();
     let (mut context, mut answer) = (QueryContext::default(), Answer::default());
     let query = Query::new(&baked, &settings);
@@ -49,9 +43,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     // SAFETY: slot 0 is free, and the frame submits the commands.
     let cull = unsafe { culler.record(&mut batch) }?;
     let ticket = batch[0].ticket.ok_or("nothing was recorded")?;
-    let mut pose = Pose::default();
-    throw.playhead.pose(baked.graph(), &mut pose);
-    let spheres = scene::instances(&baked, &pose, scene::ball(&throw.attack, 0.0));
+    let spheres = scene::before(&baked, &throw);
     renderer.frame("out/wgpu_0.png", &spheres, Some(cull))?;
 
     // Later: the counts are there, or else the CPU counts the same.
@@ -60,23 +52,13 @@ fn main() -> Result<(), Box<dyn Error>> {
     if !there {
         cpu::count(&session.cull_input(), &mut overlaps);
     }
-    println!(
-        "counted by the device: {there}; {} candidates",
-        overlaps.len()
-    );
     if session.submit(&overlaps, &mut answer) == Step::Recount {
         session.run_on_cpu(&mut cpu::Culler::default(), &mut answer);
     }
-    println!(
-        "avoided: {}, by {:.3} m",
-        answer.avoided,
-        answer.clearance().metres
-    );
+    scene::print(there, overlaps.len(), &answer);
 
     // The frames after that play the answer; here the one in which the ball is nearest.
-    let nearest = answer.clearance().time;
-    answer.motion.sample(baked.graph(), nearest, &mut pose);
-    let spheres = scene::instances(&baked, &pose, scene::ball(&throw.attack, nearest));
+    let spheres = scene::nearest(&baked, &throw, &answer);
     renderer.frame("out/wgpu_1.png", &spheres, None)
 }
 

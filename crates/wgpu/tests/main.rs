@@ -4,29 +4,15 @@
 
 use sabaki_testing as common;
 
-use std::{
-    convert::Infallible,
-    future::Future,
-    pin::pin,
-    task::{Poll, Waker},
-};
+use std::convert::Infallible;
 
 use common::{answer::answer_throw, baked::embedded, cull_cases::Way};
+use pollster::block_on;
 use sabaki::gpu::{BatchEntry, CullerDesc, GpuError};
 use sabaki::query::cull::{CullInput, Overlap};
 use sabaki::query::{Answer, CullPath, Evaluation, Query, QueryContext, QuerySettings};
 use sabaki_app::demo::throw::{ThrowSettings, throw};
 use sabaki_wgpu::{Host, HostError, HostedCuller};
-
-fn block_on<F: Future>(future: F) -> F::Output {
-    let mut future = pin!(future);
-    let mut context = std::task::Context::from_waker(Waker::noop());
-    loop {
-        if let Poll::Ready(output) = future.as_mut().poll(&mut context) {
-            return output;
-        }
-    }
-}
 
 fn adapter() -> wgpu::Adapter {
     let instance = wgpu::Instance::new(wgpu::InstanceDescriptor {

@@ -20,7 +20,7 @@ const SIDES: u32 = 4;
 const GAP: u32 = 6;
 
 pub(super) fn run(args: &Args, kind: Kind, device: &DeviceArgs) -> Result<Written, Failure> {
-    let baked = args.graph.load()?;
+    let baked = args.graph.load_unprepared()?;
     let graph = baked.graph.graph();
     let (skeleton, clips) = (graph.skeleton(), graph.clips());
     let wardrobe = args.mesh.load(skeleton, clips)?;

@@ -31,12 +31,13 @@ pub(crate) struct GraphArgs {
 impl GraphArgs {
     /// Loads or builds the graph, and prepares it, so that no query that is measured or seen computes what later ones use.
     pub(crate) fn load(&self) -> Result<Baked, Failure> {
-        let baked = self.unprepared()?;
+        let baked = self.load_unprepared()?;
         baked.graph.prepare();
         Ok(baked)
     }
 
-    fn unprepared(&self) -> Result<Baked, Failure> {
+    /// Loads or builds the graph for a command that asks no query.
+    pub(crate) fn load_unprepared(&self) -> Result<Baked, Failure> {
         match (&self.baked, self.clips.clips.is_empty()) {
             (_, true) if self.clips.events.is_some() => {
                 Err(Failure::Usage("--events needs --clips".to_owned()))
