@@ -24,7 +24,7 @@ pub use clip::{Clip, ClipDesc, ClipError};
 pub use clip_id::ClipId;
 pub use event::{Event, EventKind};
 pub(crate) use facing::Facing;
-pub(crate) use ik::free_distance;
+pub(crate) use ik::{Knee, LegGoal, free_distance};
 pub use kinematics::{JointTransform, forward_kinematics};
 pub(crate) use leg::Chain;
 pub(crate) use leg::Leg;

@@ -3,7 +3,7 @@
 use glam::{Quat, Vec3};
 use serde::{Deserialize, Serialize};
 
-use crate::anim::{Chain, JointTransform, Leg, Pose, Skeleton};
+use crate::anim::{Chain, JointTransform, Knee, Leg, LegGoal, Pose, Skeleton};
 use crate::math::Rigid2;
 
 /// An offset that decays to 0: its initial value and its initial rate of change per second.
@@ -84,6 +84,10 @@ pub(crate) struct FootDecay {
     lift: f32,
     /// Height of the toe at the cut, in metres.
     floor: f32,
+    /// Axis about which the shin rotates to straighten the knee, in the hip's frame; zero if both legs are straight at the cut.
+    hinge: Vec3,
+    /// Smallest sine of the knee's flexion at the cut; 0 if no knee is bent the wrong way.
+    flexion: f32,
 }
 
 /// Minimum distance that a foot moves to be lifted, in metres.
@@ -97,38 +101,82 @@ fn toe_in_ankle(skeleton: &Skeleton, pose: &Pose, leg: &Leg) -> Vec3 {
     chain.within(leg.toe_or_foot(), leg.foot).translation
 }
 
-/// The frame of a leg's foot with its origin at the toe.
-pub(crate) fn foot_at_toe(skeleton: &Skeleton, pose: &Pose, leg: &Leg) -> JointTransform {
-    let ankle = Chain::of(skeleton, pose).global(leg.foot);
-    JointTransform {
-        translation: ankle.point(toe_in_ankle(skeleton, pose, leg)),
-        ..ankle
+/// A leg of a pose.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct LegPose {
+    /// The foot's frame with its origin at the toe.
+    pub(crate) at_toe: JointTransform,
+    /// [`Leg::knee_hinge`].
+    pub(crate) hinge: Vec3,
+}
+
+/// Where a blend puts a leg.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct LegTarget {
+    /// The foot's frame with its origin at the toe.
+    at_toe: JointTransform,
+    /// Axis of the knee in the hip's frame; zero if it is unknown.
+    hinge: Vec3,
+    /// Smallest sine of the knee's flexion about the hinge.
+    flexion: f32,
+}
+
+impl LegPose {
+    pub(crate) const ORIGIN: Self = Self {
+        at_toe: JointTransform::IDENTITY,
+        hinge: Vec3::ZERO,
+    };
+
+    pub(crate) fn of(skeleton: &Skeleton, pose: &Pose, leg: &Leg) -> Self {
+        let ankle = Chain::of(skeleton, pose).global(leg.foot);
+        Self {
+            at_toe: JointTransform {
+                translation: ankle.point(toe_in_ankle(skeleton, pose, leg)),
+                ..ankle
+            },
+            hinge: leg.knee_hinge(skeleton, pose),
+        }
     }
 }
 
 impl Leg {
-    /// Bends this leg of `pose` so that the frame of the foot at the toe becomes `at_toe`.
-    pub(crate) fn reach_at_toe(
-        &self,
-        skeleton: &Skeleton,
-        pose: &mut Pose,
-        at_toe: JointTransform,
-    ) {
+    /// Bends this leg of `pose` to where a blend puts it. A knee that the blend bends the wrong way is straightened first.
+    pub(crate) fn follow(&self, skeleton: &Skeleton, pose: &mut Pose, target: LegTarget) {
+        let LegTarget {
+            at_toe,
+            hinge,
+            flexion,
+        } = target;
+        if hinge != Vec3::ZERO {
+            self.limit_knee(skeleton, pose, (hinge, flexion));
+        }
         let JointTransform {
             rotation,
             translation,
         } = at_toe;
-        let ankle = JointTransform {
+        let foot = JointTransform {
             rotation,
             translation: translation - rotation * toe_in_ankle(skeleton, pose, self),
         };
-        self.reach(skeleton, pose, ankle);
+        let knee = Knee::Forward(hinge);
+        self.reach_goal(skeleton, pose, LegGoal { foot, knee });
     }
 }
 
+/// Sum of the sines of the knees' flexions from which their hinge is known.
+const KNOWN: f32 = 0.4;
+
 impl FootDecay {
-    /// Decay from the frames of a foot in one motion to those in another, at the cut and `step` seconds later.
-    pub(crate) fn new(from: [JointTransform; 2], to: [JointTransform; 2], step: f32) -> Self {
+    /// Decay from a leg in one motion to that in another, at the cut and `step` seconds later.
+    pub(crate) fn new(left: [LegPose; 2], entered: [LegPose; 2], step: f32) -> Self {
+        let [from, to] = [left, entered].map(|legs| legs.map(|leg| leg.at_toe));
+        let hinges = left.into_iter().chain(entered).map(|leg| leg.hinge);
+        let hinge: Vec3 = hinges.clone().sum();
+        let hinge = match hinge.length() > KNOWN {
+            true => hinge.normalize(),
+            false => Vec3::ZERO,
+        };
+        let flexion = hinges.fold(0.0, |least, other| f32::min(least, other.dot(hinge)));
         let apart = |at: usize| from[at].translation - to[at].translation;
         let way = apart(0).with_y(0.0).length();
         let (share, most) = LIFT;
@@ -141,17 +189,23 @@ impl FootDecay {
             ),
             lift: share * (way - DRAGGED).clamp(0.0, most / share),
             floor: from[0].translation.y,
+            hinge,
+            flexion,
         }
     }
 
-    /// Adds the offset to a foot of the new motion, given by its frame at the toe.
-    pub(crate) fn moved(&self, at_toe: JointTransform, weights: Weights) -> JointTransform {
+    /// Adds the offset to a leg of the new motion.
+    pub(crate) fn moved(&self, LegPose { at_toe, hinge }: LegPose, weights: Weights) -> LegTarget {
         let lift = Vec3::Y * (self.lift * weights.lift);
         let mut place = at_toe.translation + self.place.at(weights) + lift;
         place.y = place.y.max(at_toe.translation.y.min(self.floor));
-        JointTransform {
-            rotation: self.rotation.rotated(at_toe.rotation, weights),
-            translation: place,
+        LegTarget {
+            at_toe: JointTransform {
+                rotation: self.rotation.rotated(at_toe.rotation, weights),
+                translation: place,
+            },
+            hinge: self.hinge,
+            flexion: self.flexion.min(hinge.dot(self.hinge)),
         }
     }
 
@@ -166,6 +220,9 @@ impl FootDecay {
             && self.rotation.is_finite()
             && self.lift.is_finite()
             && self.floor.is_finite()
+            && self.hinge.is_finite()
+            && (self.hinge == Vec3::ZERO || self.hinge.is_normalized())
+            && self.flexion.is_finite()
     }
 }
 

@@ -5,7 +5,8 @@
 //! offsets of rotations are rotation vectors with three quintics each, not an angle about one axis, and their initial acceleration is 0.
 //! Feet have offsets in the space of the motion, and the legs follow by inverse kinematics. The offset of a foot is that of its toe, about
 //! which it also turns: a foot whose toe is planted at the same place in both motions pivots on it. A foot that has to move takes a step,
-//! and no toe is lower than in the lower one of both motions.
+//! and no toe is lower than in the lower one of both motions. No knee is bent the wrong way further than in one of both motions: offsets of
+//! fast legs would do that.
 
 mod decay;
 
@@ -13,10 +14,10 @@ use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
 use super::{EdgeId, MotionGraph, Playhead};
-use crate::anim::{JointTransform, Pose};
+use crate::anim::Pose;
 use crate::math::Rigid2;
 
-pub(crate) use decay::{Decay, FootDecay, Weights, foot_at_toe, rotation_vector};
+pub(crate) use decay::{Decay, FootDecay, LegPose, Weights, rotation_vector};
 
 /// Position in the graph at which a motion continues without an edge that leads there.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -90,7 +91,7 @@ impl Inertia {
         );
         self.feet.clear();
         for leg in graph.feet().legs() {
-            let foot = |pose: &Pose| foot_at_toe(skeleton, pose, leg);
+            let foot = |pose: &Pose| LegPose::of(skeleton, pose, leg);
             let (from, to) = (
                 [foot(&from[0]), foot(&from[1])],
                 [foot(&to[0]), foot(&to[1])],
@@ -163,9 +164,9 @@ impl Inertia {
         const MOST: usize = 8;
         let (skeleton, weights) = (graph.skeleton(), self.weights(seconds));
         let legs = graph.feet().legs();
-        let mut feet = [JointTransform::IDENTITY; MOST];
+        let mut feet = [LegPose::ORIGIN; MOST];
         for (leg, foot) in legs.iter().zip(&mut feet) {
-            *foot = foot_at_toe(skeleton, pose, leg);
+            *foot = LegPose::of(skeleton, pose, leg);
         }
         pose.root += self.root.at(weights);
         for (rotation, decay) in pose.rotations.iter_mut().zip(&self.joints) {
@@ -178,7 +179,7 @@ impl Inertia {
             }
         }
         for ((leg, decay), foot) in legs.iter().zip(&self.feet).zip(feet) {
-            leg.reach_at_toe(skeleton, pose, decay.moved(foot, weights));
+            leg.follow(skeleton, pose, decay.moved(foot, weights));
         }
     }
 }

@@ -6,7 +6,7 @@ use super::limits::head;
 use super::targets::ClipFrame;
 use crate::anim::{Chain, JointId, JointTransform, Pose, Skeleton};
 use crate::graph::{
-    ClipId, EdgeMotion, Entry, Motion, MotionGraph, Playhead, foot_at_toe, rotation_vector,
+    ClipId, EdgeMotion, Entry, LegPose, Motion, MotionGraph, Playhead, rotation_vector,
 };
 use crate::math::Rigid2;
 
@@ -15,8 +15,8 @@ use crate::math::Rigid2;
 pub(super) struct Frame {
     pub(super) pose: Pose,
     pub(super) head: Vec3,
-    /// The frame of each leg's foot, with its origin at the toe.
-    pub(super) feet: Vec<JointTransform>,
+    /// Each leg, in the order of the graph's.
+    pub(super) feet: Vec<LegPose>,
 }
 
 /// A motion that is left: the frames before the cut, at it, and after it.
@@ -66,14 +66,14 @@ impl Frame {
         let feet = graph.feet().legs().iter();
         Self {
             head: head_of(skeleton, head, &pose),
-            feet: feet.map(|leg| foot_at_toe(skeleton, &pose, leg)).collect(),
+            feet: feet.map(|leg| LegPose::of(skeleton, &pose, leg)).collect(),
             pose,
         }
     }
 
     /// Positions of the toes.
     pub(super) fn toes(&self) -> impl Iterator<Item = Vec3> + '_ {
-        self.feet.iter().map(|foot| foot.translation)
+        self.feet.iter().map(|leg| leg.at_toe.translation)
     }
 }
 

@@ -4,7 +4,7 @@ use glam::{Quat, Vec3};
 
 use super::CutTest;
 use crate::anim::{Chain, JointId, JointTransform, Pose};
-use crate::graph::{Decay, FootDecay};
+use crate::graph::{Decay, FootDecay, LegPose};
 use crate::maps::entries::frames::Frame;
 
 impl CutTest<'_> {
@@ -35,9 +35,12 @@ impl CutTest<'_> {
             return;
         }
         let (left, entered) = (&self.cut.left.frames, &self.cut.entered.frames);
-        let back = |foot: JointTransform| JointTransform {
-            rotation: self.back.rotation() * foot.rotation,
-            translation: self.back.point(foot.translation),
+        let back = |leg: LegPose| LegPose {
+            at_toe: JointTransform {
+                rotation: self.back.rotation() * leg.at_toe.rotation,
+                translation: self.back.point(leg.at_toe.translation),
+            },
+            ..leg
         };
         let step = self.step();
         let feet = (0..self.cut.graph.feet().legs().len()).map(|leg| {
@@ -66,7 +69,7 @@ impl CutTest<'_> {
         let feet = &self.cut.entered.frames[frame - 1].feet;
         let legs = self.cut.graph.feet().legs();
         for ((leg, &foot), decay) in legs.iter().zip(feet).zip(&self.examiner.offsets.feet) {
-            leg.reach_at_toe(skeleton, pose, decay.moved(foot, weights));
+            leg.follow(skeleton, pose, decay.moved(foot, weights));
         }
     }
 

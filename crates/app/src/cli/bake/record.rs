@@ -9,7 +9,7 @@ use super::super::Failure;
 use super::sealed::{self, Kind, Seal};
 
 /// Version of the form of records. It changes with what is recorded.
-const VERSION: u32 = 2;
+const VERSION: u32 = 3;
 
 /// Seal of the file.
 const SEAL: Seal = Seal {
