@@ -252,7 +252,9 @@ impl KneePlane {
         let hinge = self.forward.reject_from_normalized(self.thigh);
         let told = smooth_step(hinge.length() / TELLS);
         let hinge = hinge.normalize_or(self.thigh.any_orthonormal_vector());
-        let plane = self.shin.cross(self.thigh).normalize_or(hinge);
+        // Of a straight leg it is what rounding leaves, which may point along the thigh too.
+        let plane = self.shin.cross(self.thigh);
+        let plane = plane.reject_from_normalized(self.thigh).normalize_or(hinge);
         if wanted <= now {
             return plane;
         }
