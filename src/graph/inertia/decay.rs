@@ -3,7 +3,7 @@
 use glam::{Quat, Vec3};
 use serde::{Deserialize, Serialize};
 
-use crate::anim::{Chain, JointTransform, Knee, Leg, LegGoal, Pose, Skeleton};
+use crate::anim::{Chain, JointTransform, Knee, KneeLimit, Leg, LegGoal, Pose, Skeleton};
 use crate::math::Rigid2;
 
 /// An offset that decays to 0: its initial value and its initial rate of change per second.
@@ -84,10 +84,8 @@ pub(crate) struct FootDecay {
     lift: f32,
     /// Height of the toe at the cut, in metres.
     floor: f32,
-    /// Axis about which the shin rotates to straighten the knee, in the hip's frame; zero if both legs are straight at the cut.
-    hinge: Vec3,
-    /// Smallest sine of the knee's flexion at the cut; 0 if no knee is bent the wrong way.
-    flexion: f32,
+    /// Of both motions' knees at the cut. The hinge is unknown if all are straight.
+    knee: KneeLimit,
 }
 
 /// Minimum distance that a foot moves to be lifted, in metres.
@@ -115,10 +113,7 @@ pub(crate) struct LegPose {
 pub(crate) struct LegTarget {
     /// The foot's frame with its origin at the toe.
     at_toe: JointTransform,
-    /// Axis of the knee in the hip's frame; zero if it is unknown.
-    hinge: Vec3,
-    /// Smallest sine of the knee's flexion about the hinge.
-    flexion: f32,
+    knee: KneeLimit,
 }
 
 impl LegPose {
@@ -142,23 +137,16 @@ impl LegPose {
 impl Leg {
     /// Bends this leg of `pose` to where a blend puts it. A knee that the blend bends the wrong way is straightened first.
     pub(crate) fn follow(&self, skeleton: &Skeleton, pose: &mut Pose, target: LegTarget) {
-        let LegTarget {
-            at_toe,
-            hinge,
-            flexion,
-        } = target;
-        if hinge != Vec3::ZERO {
-            self.limit_knee(skeleton, pose, (hinge, flexion));
-        }
+        self.limit_knee(skeleton, pose, target.knee);
         let JointTransform {
             rotation,
             translation,
-        } = at_toe;
+        } = target.at_toe;
         let foot = JointTransform {
             rotation,
             translation: translation - rotation * toe_in_ankle(skeleton, pose, self),
         };
-        let knee = Knee::Forward(hinge);
+        let knee = Knee::Forward(target.knee.hinge);
         self.reach_goal(skeleton, pose, LegGoal { foot, knee });
     }
 }
@@ -189,8 +177,7 @@ impl FootDecay {
             ),
             lift: share * (way - DRAGGED).clamp(0.0, most / share),
             floor: from[0].translation.y,
-            hinge,
-            flexion,
+            knee: KneeLimit { hinge, flexion },
         }
     }
 
@@ -204,8 +191,10 @@ impl FootDecay {
                 rotation: self.rotation.rotated(at_toe.rotation, weights),
                 translation: place,
             },
-            hinge: self.hinge,
-            flexion: self.flexion.min(hinge.dot(self.hinge)),
+            knee: KneeLimit {
+                flexion: self.knee.flexion.min(hinge.dot(self.knee.hinge)),
+                ..self.knee
+            },
         }
     }
 
@@ -220,9 +209,7 @@ impl FootDecay {
             && self.rotation.is_finite()
             && self.lift.is_finite()
             && self.floor.is_finite()
-            && self.hinge.is_finite()
-            && (self.hinge == Vec3::ZERO || self.hinge.is_normalized())
-            && self.flexion.is_finite()
+            && self.knee.is_sound()
     }
 }
 
