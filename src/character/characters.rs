@@ -10,7 +10,7 @@ use super::ids::{CharacterId, ThreatId};
 use super::obstacles::{OtherBody, find_bodies};
 use super::scratch::Worker;
 use super::settings::CharacterSettings;
-use super::slot::{Slot, Urgent, lock, most_urgent, on_all, on_urgent};
+use super::slot::{PlanQueue, Shared, Slot, Urgent, lock, most_urgent};
 use super::state::CharacterState;
 use super::steer::Steering;
 use super::threat::Threat;
@@ -280,20 +280,26 @@ impl Characters {
             now: self.now,
             dt,
         };
-        let shared = (&self.slots[..], &self.workers[..]);
-        on_all(&mut self.pool, shared, |index, slot, worker| {
+        let shared = Shared {
+            slots: &self.slots,
+            workers: &self.workers,
+        };
+        shared.each(&mut self.pool, |index, slot, worker| {
             let state = slot.state.as_deref_mut();
             slot.urgency = state.and_then(|state| state.begin(index as u32, &world, worker));
         });
-        most_urgent(shared.0, self.settings.plans_per_step, &mut self.urgent);
-        let urgent = (&self.urgent[..], 1e-3 * self.settings.plan_milliseconds);
-        on_urgent(&mut self.pool, shared, urgent, |index, slot, worker| {
+        most_urgent(shared.slots, self.settings.plans_per_step, &mut self.urgent);
+        let queue = PlanQueue {
+            urgent: &self.urgent,
+            seconds: 1e-3 * self.settings.plan_milliseconds,
+        };
+        shared.each_of(queue, &mut self.pool, |index, slot, worker| {
             let _span = tracing::trace_span!("character: plan", character = index).entered();
             if let Some(state) = &mut slot.state {
                 state.avoid(index as u32, &world, worker);
             }
         });
-        on_all(&mut self.pool, shared, |index, slot, worker| {
+        shared.each(&mut self.pool, |index, slot, worker| {
             if let Some(state) = &mut slot.state {
                 state.step(index as u32, &world, worker);
             }

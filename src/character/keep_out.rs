@@ -66,9 +66,12 @@ impl CharacterState {
         if !is_near(reach + way, &worker.obstacles) {
             return;
         }
-        worker.pose_body(world.baked, (&playing.motion, playing.seconds + ahead));
+        worker.pose_body(
+            world.baked,
+            playing.motion.moment_at(playing.seconds + ahead),
+        );
         std::mem::swap(&mut worker.centres, &mut worker.later_centres);
-        worker.pose_body(world.baked, (&playing.motion, playing.seconds));
+        worker.pose_body(world.baked, playing.motion.moment_at(playing.seconds));
         // Only a sphere that reaches as far from the root as an obstacle is can enter it.
         let widest = |centres: &[Vec3], root: Vec3| {
             let extents = centres.iter().zip(&body.spheres);
@@ -151,7 +154,7 @@ impl Squeeze<'_> {
 
     /// The shift, longer where the body would stay in something that is left by a step [`HURRY`] times as long.
     fn hurried(&self, shift: Vec2, now: f32, step: f32) -> Vec2 {
-        if self.deepest((shift, now), SKIN).metres <= SKIN {
+        if self.deepest(shift, now, SKIN).metres <= SKIN {
             return shift;
         }
         let settled = self
@@ -166,7 +169,7 @@ impl Squeeze<'_> {
         const TURNS: usize = 20;
         let mut shift = start;
         for _ in 0..TURNS {
-            let deepest = self.deepest((shift, seconds), 0.0);
+            let deepest = self.deepest(shift, seconds, 0.0);
             if deepest.metres <= 0.0 {
                 return Some(shift);
             }
@@ -184,7 +187,7 @@ impl Squeeze<'_> {
             let ways = (0..WAYS).map(|way| {
                 let shift =
                     Vec2::from_angle(way as f32 * std::f32::consts::TAU / WAYS as f32) * far;
-                (self.deepest((shift, seconds), -self.widest).metres, shift)
+                (self.deepest(shift, seconds, -self.widest).metres, shift)
             });
             let freest = ways.min_by(|a, b| a.0.total_cmp(&b.0));
             freest
@@ -196,8 +199,8 @@ impl Squeeze<'_> {
     /// Longest shift to a free place, in metres.
     const FURTHEST: f32 = 1.2;
 
-    /// The deepest entry of the body, shifted, at a time; one of `least` metres if none is deeper.
-    fn deepest(&self, (shift, seconds): (Vec2, f32), least: f32) -> Depth {
+    /// The deepest entry of the body, shifted on the ground, at a time; one of `least` metres if none is deeper.
+    fn deepest(&self, shift: Vec2, seconds: f32, least: f32) -> Depth {
         let shift = Vec3::new(shift.x, 0.0, shift.y);
         let mut deepest = Depth {
             metres: least,

@@ -11,7 +11,7 @@ use rustc_hash::FxHasher;
 use super::event::CharacterEventKind;
 use super::scratch::{PlanScratch, Worker};
 use super::state::{CharacterState, Pending};
-use super::threat::{Threat, Window};
+use super::threat::Window;
 use super::world::{KnownThreat, World};
 use crate::graph::Motion;
 use crate::maps::SphereKey;
@@ -25,6 +25,28 @@ struct Moment {
     at: f64,
     /// Since the start of what is played.
     seconds: f32,
+}
+
+/// A threat that may reach the body within the horizon, and when.
+struct NearThreat<'a> {
+    known: &'a KnownThreat,
+    window: Window,
+}
+
+/// What one plan answers.
+struct Planning<'a> {
+    world: &'a World<'a>,
+    moment: Moment,
+    near: Vec<NearThreat<'a>>,
+}
+
+/// How the threats become the attack of one query.
+#[derive(Clone, Copy)]
+struct Attempt {
+    /// Added to the radii, in metres.
+    margin: f32,
+    /// Evasions start when the attack does: it begins so long before each threat is nearest, in seconds. `None`: when the threat comes near.
+    late: Option<f32>,
 }
 
 /// Blend of a takeover from another playback rate or from a bent pose, in seconds.
@@ -46,7 +68,7 @@ impl CharacterState {
         // Zeros alone would hash to 0, which stands for no threats.
         1u8.hash(&mut hasher);
         let mut nearest = f32::INFINITY;
-        for (known, window) in self.near(index, world, &moment) {
+        for NearThreat { known, window } in self.near(index, world, &moment) {
             (known.id.0, known.version).hash(&mut hasher);
             nearest = nearest.min(window.nearest);
         }
@@ -73,11 +95,14 @@ impl CharacterState {
             scratch.ahead.push(obstacle.later(ahead, 0.0));
             scratch.wider.push(obstacle.later(ahead, margin));
         }
-        let near: Vec<(&Threat, Window)> = { self.near(index, world, &moment) }
-            .map(|(known, window)| (&known.threat, window))
-            .collect();
+        let near = self.near(index, world, &moment).collect();
         self.seen = self.next_seen;
-        self.answer(world, (&moment, &near), scratch);
+        let planning = Planning {
+            world,
+            moment,
+            near,
+        };
+        self.answer(&planning, scratch);
     }
 
     /// The moment at which an answer is taken over.
@@ -95,33 +120,30 @@ impl CharacterState {
         index: u32,
         world: &'s World<'w>,
         moment: &'s Moment,
-    ) -> impl Iterator<Item = (&'w KnownThreat, Window)> + use<'s, 'w> {
+    ) -> impl Iterator<Item = NearThreat<'w>> + use<'s, 'w> {
         let horizon = world.settings.horizon;
         let threats = world.threats.iter();
         let mine = threats.filter(move |known| known.threat.concerns(index));
         mine.filter_map(move |known| {
             let window = self.window(world, moment.at, &known.threat)?;
-            (window.nearest < horizon && window.end > 0.0).then_some((known, window))
+            let is_near = window.nearest < horizon && window.end > 0.0;
+            is_near.then_some(NearThreat { known, window })
         })
     }
 
-    fn answer(
-        &mut self,
-        world: &World<'_>,
-        (moment, near): (&Moment, &[(&Threat, Window)]),
-        scratch: &mut PlanScratch,
-    ) {
-        let graph = world.baked.graph();
-        let Some(attack) = combined(moment, near, (0.0, None)) else {
+    fn answer(&mut self, planning: &Planning<'_>, scratch: &mut PlanScratch) {
+        let Planning { world, moment, .. } = planning;
+        let Some(attack) = planning.attack(Attempt::PLAIN) else {
             return;
         };
-        let was_retry = self.retry_at.is_some();
-        let (goes_on, _) = self.continued(
+        let test = PlanTest {
             world,
-            moment,
-            self.playing.motion.rest(graph, moment.seconds),
-        );
-        let mut kept = test(world, (goes_on, &attack), scratch);
+            attack: &attack,
+        };
+        let was_retry = self.retry_at.is_some();
+        let playing = &self.playing.motion;
+        let rest = playing.rest(world.baked.graph(), moment.seconds);
+        let mut kept = test.until_hit(self.continued(planning, rest).motion, scratch);
         if kept.is_clean() {
             self.retry_at = None;
             self.hold(moment, &attack, None);
@@ -133,28 +155,25 @@ impl CharacterState {
             }
             return;
         }
+        let is_among_obstacles = !scratch.ahead.is_empty();
         let mut least = None;
-        let margin = world.settings.margin;
-        // Where a blend spoils what avoids the wider attack, one that avoids the plain attack may do.
-        let tries = [(margin, None), (margin, Some(LATE)), (0.0, None)];
-        let count = match margin > 0.0 && scratch.ahead.is_empty() {
-            true => 3,
-            false => 2,
-        };
-        let found = tries.into_iter().take(count).find_map(|widened| {
-            let wider = combined(moment, near, widened)?;
-            let (margin, late) = widened;
+        let found = Attempt::all(world.settings.margin, is_among_obstacles).find_map(|attempt| {
+            let wider = planning.attack(attempt)?;
             let scope = PlanScope {
                 plain: &attack,
-                margin,
-                evasions_only: late.is_some(),
+                margin: attempt.margin,
+                evasions_only: attempt.late.is_some(),
             };
-            let mut tested = self.ask(world, (moment, &wider, scope), scratch);
+            let request = PlanRequest {
+                wider: &wider,
+                scope,
+            };
+            let mut tested = self.ask(planning, &request, scratch);
             if tested.is_clean() {
                 return Some(tested);
             }
-            if !scratch.ahead.is_empty() {
-                tested.measure(world, &attack, scratch);
+            if is_among_obstacles {
+                test.measure(&mut tested, scratch);
                 least = least_harm(least.take(), tested);
             }
             None
@@ -163,8 +182,8 @@ impl CharacterState {
             self.retry_at = Some(world.now + f64::from(world.settings.retry));
             match least {
                 Some(least) => {
-                    kept.measure(world, &attack, scratch);
-                    self.take_least_harm(world, (moment, &attack), [kept, least]);
+                    test.measure(&mut kept, scratch);
+                    self.take_least_harm(planning, &attack, [kept, least]);
                 }
                 None if !was_retry => self.events.push((world.now, CharacterEventKind::Cannot)),
                 None => {}
@@ -185,65 +204,71 @@ impl CharacterState {
     /// Takes the second motion if it is less harmful than what is played, and says so.
     fn take_least_harm(
         &mut self,
-        world: &World<'_>,
-        (moment, attack): (&Moment, &Attack),
+        planning: &Planning<'_>,
+        attack: &Attack,
         [kept, other]: [TestedMotion; 2],
     ) {
         /// Another motion is taken only if its harm is less by this, in metres.
         const GAIN: f32 = 0.02;
+        let (now, moment) = (planning.world.now, &planning.moment);
         let is_less = other.harm() + GAIN < kept.harm();
         let least = if is_less { other } else { kept };
         let cornered = CharacterEventKind::Cornered {
             hit: -least.clearance.metres,
             entered: least.entered,
         };
-        self.events.push((world.now, cornered));
+        self.events.push((now, cornered));
         if is_less {
             self.has_plan = true;
             self.hold(moment, attack, Some(least.end));
-            self.take(moment, least.motion, world.now);
+            self.take(moment, least.motion, now);
         }
     }
 
     /// The answer to the wider attack, tested against the plain one.
     fn ask(
         &self,
-        world: &World<'_>,
-        (moment, wider, scope): (&Moment, &Attack, PlanScope<'_>),
+        planning: &Planning<'_>,
+        request: &PlanRequest<'_>,
         scratch: &mut PlanScratch,
     ) -> TestedMotion {
-        let graph = world.baked.graph();
+        let (world, &PlanRequest { wider, scope }) = (planning.world, request);
         let PlanScratch {
             context,
             answer,
             wider: obstacles,
             ..
         } = scratch;
-        let playing = (&self.playing.motion, moment.seconds);
+        let playing = self.playing.motion.moment_at(planning.moment.seconds);
         let request = Request {
             obstacles,
-            ..Request::of_motion(graph, playing, wider)
+            ..Request::of_motion(world.baked.graph(), playing, wider)
         };
         let query = Query::new(world.baked, &world.settings.query);
-        query.answer_plan((request, scope), context, answer);
-        let (found, is_blended) = self.continued(world, moment, answer.motion.clone());
+        query.answer_plan(request, scope, context, answer);
+        let found = self.continued(planning, answer.motion.clone());
         let known = answer.clearance();
         let metres = known.metres + scope.margin;
         let known = Clearance { metres, ..known };
-        if answer.avoided && !is_blended && !scope.evasions_only {
-            return known_result(world, found, (scope.plain, known));
+        let test = PlanTest {
+            world,
+            attack: scope.plain,
+        };
+        if answer.avoided && !found.is_blended && !scope.evasions_only {
+            return test.known(found.motion, known);
         }
         // What is measured later needs no test.
         let weights = scratch.ahead.iter().map(Obstacle::weight);
         let spared = weights.fold(0.0, f32::max) * world.settings.obstacle_margin;
-        if !is_blended && !scratch.ahead.is_empty() && metres < -spared {
-            return known_result(world, found, (scope.plain, known));
+        if !found.is_blended && !scratch.ahead.is_empty() && metres < -spared {
+            return test.known(found.motion, known);
         }
-        test(world, (found, scope.plain), scratch)
+        test.until_hit(found.motion, scratch)
     }
 
-    /// Joins a motion to what is played, where that is bent or has another rate at its start. Says whether it was.
-    fn continued(&self, world: &World<'_>, moment: &Moment, mut motion: Motion) -> (Motion, bool) {
+    /// Joins a motion to what is played, where that is bent or has another rate at its start.
+    fn continued(&self, planning: &Planning<'_>, mut motion: Motion) -> JoinedMotion {
+        let Planning { world, moment, .. } = planning;
         let is_bent = |motion: &Motion| motion.warp().is_some_and(|warp| warp.acts_at(0.0));
         let bent = self
             .playing
@@ -255,7 +280,7 @@ impl CharacterState {
             let played = self.playing.played_until(moment.seconds);
             motion.blend_from(world.baked.graph(), played, BLEND);
         }
-        (motion, is_blended)
+        JoinedMotion { motion, is_blended }
     }
 
     /// Steering waits until the threats have passed and the evasion has ended, or been left.
@@ -274,23 +299,56 @@ impl CharacterState {
     }
 }
 
-/// All threats as one attack, which begins at the moment, with radii that are larger by a margin; `None` if they make none. Evasions
-/// start when the attack does: with `late`, it begins so long before each threat is nearest.
-fn combined(
-    moment: &Moment,
-    near: &[(&Threat, Window)],
-    (margin, late): (f32, Option<f32>),
-) -> Option<Attack> {
-    let mut keys: Vec<Vec<SphereKey>> = Vec::new();
-    for (threat, window) in near {
-        let late = late.map_or(0.0, |late| window.nearest - late);
-        let window = Window {
-            start: window.start.max(late.min(window.end - 1e-3)),
-            ..*window
+impl Attempt {
+    /// The threats as they are.
+    const PLAIN: Self = Self {
+        margin: 0.0,
+        late: None,
+    };
+
+    /// What is tried, in this order, with a margin in metres. Where a blend spoils what avoids the wider attack, one that avoids the plain
+    /// attack may do.
+    fn all(margin: f32, is_among_obstacles: bool) -> impl Iterator<Item = Self> {
+        let early = Self { margin, late: None };
+        let late = Self {
+            margin,
+            late: Some(LATE),
         };
-        threat.keys((moment.at, window), margin, &mut keys);
+        let has_plain = margin > 0.0 && !is_among_obstacles;
+        [early, late]
+            .into_iter()
+            .chain(has_plain.then_some(Self::PLAIN))
     }
-    Attack::new(keys).ok()
+}
+
+impl Planning<'_> {
+    /// All threats as one attack, which begins at the moment; `None` if they make none.
+    fn attack(&self, attempt: Attempt) -> Option<Attack> {
+        let mut keys: Vec<Vec<SphereKey>> = Vec::new();
+        for NearThreat { known, window } in &self.near {
+            let late = attempt.late.map_or(0.0, |late| window.nearest - late);
+            let window = Window {
+                start: window.start.max(late.min(window.end - 1e-3)),
+                ..*window
+            };
+            known.threat.keys(&window, attempt.margin, &mut keys);
+        }
+        Attack::new(keys).ok()
+    }
+}
+
+/// One query of a plan.
+struct PlanRequest<'a> {
+    /// The attack with the margin.
+    wider: &'a Attack,
+    scope: PlanScope<'a>,
+}
+
+/// A motion that goes on from what is played.
+struct JoinedMotion {
+    motion: Motion,
+    /// Whether what was played fades out in it.
+    is_blended: bool,
 }
 
 /// A motion, tested against threats and obstacles.
@@ -312,28 +370,6 @@ impl TestedMotion {
     fn harm(&self) -> f32 {
         self.entered.max(-self.clearance.metres)
     }
-
-    /// Measures the deepest hit and the most harmful entry.
-    fn measure(&mut self, world: &World<'_>, attack: &Attack, scratch: &mut PlanScratch) {
-        let test = ExactTest {
-            sampling: Sampling::CoarseFirst,
-            ..ExactTest::new(world.baked, attack)
-        };
-        self.clearance = test.on_motion(&self.motion, &mut scratch.body);
-        self.entered = self.harm_by_obstacles(world, f32::INFINITY, scratch);
-    }
-
-    /// Largest harm by an obstacle, or one above `enough`, in metres; 0 for none.
-    fn harm_by_obstacles(&self, world: &World<'_>, enough: f32, scratch: &mut PlanScratch) -> f32 {
-        let test = ObstacleTest {
-            baked: world.baked,
-            obstacles: &scratch.ahead,
-            seconds: (0.0, self.end),
-            enough,
-        };
-        let entered = test.on_motion(&self.motion, &mut scratch.entered);
-        entered.map_or(0.0, |entered| entered.harm)
-    }
 }
 
 /// The one with the least harm.
@@ -344,47 +380,62 @@ fn least_harm(before: Option<TestedMotion>, other: TestedMotion) -> Option<Teste
     }
 }
 
-/// The motion of an answer whose clearance its query has found, with what it enters left out.
-fn known_result(
-    world: &World<'_>,
-    mut motion: Motion,
-    (attack, clearance): (&Attack, Clearance),
-) -> TestedMotion {
-    let graph = world.baked.graph();
-    motion.extend(graph, attack.end() + 0.1);
-    let end = evasions_end(graph, &motion, attack.end());
-    motion.extend(graph, end);
-    TestedMotion {
-        motion,
-        clearance,
-        entered: 0.0,
-        end,
-    }
+/// Tests motions against an attack and the obstacles of a plan.
+#[derive(Clone, Copy)]
+struct PlanTest<'a> {
+    world: &'a World<'a>,
+    attack: &'a Attack,
 }
 
-/// Tests a motion, which is extended until the attack's end, until it is known whether it is clean.
-fn test(
-    world: &World<'_>,
-    (mut motion, attack): (Motion, &Attack),
-    scratch: &mut PlanScratch,
-) -> TestedMotion {
-    let graph = world.baked.graph();
-    motion.extend(graph, attack.end() + 0.1);
-    let test = ExactTest {
-        extent: Extent::UNTIL_HIT,
-        ..ExactTest::new(world.baked, attack)
-    };
-    let clearance = test.on_motion(&motion, &mut scratch.body);
-    let end = evasions_end(graph, &motion, attack.end());
-    motion.extend(graph, end);
-    let mut tested = TestedMotion {
-        motion,
-        clearance,
-        entered: 0.0,
-        end,
-    };
-    if clearance.is_clean() {
-        tested.entered = tested.harm_by_obstacles(world, 0.0, scratch);
+impl PlanTest<'_> {
+    /// A motion whose clearance is known, with what it enters left out.
+    fn known(&self, mut motion: Motion, clearance: Clearance) -> TestedMotion {
+        let graph = self.world.baked.graph();
+        motion.extend(graph, self.attack.end() + 0.1);
+        let end = evasions_end(graph, &motion, self.attack.end());
+        motion.extend(graph, end);
+        TestedMotion {
+            motion,
+            clearance,
+            entered: 0.0,
+            end,
+        }
     }
-    tested
+
+    /// Tests a motion, which is extended until the attack's end, until it is known whether it is clean.
+    fn until_hit(&self, mut motion: Motion, scratch: &mut PlanScratch) -> TestedMotion {
+        motion.extend(self.world.baked.graph(), self.attack.end() + 0.1);
+        let test = ExactTest {
+            extent: Extent::UNTIL_HIT,
+            ..ExactTest::new(self.world.baked, self.attack)
+        };
+        let clearance = test.on_motion(&motion, &mut scratch.body);
+        let mut tested = self.known(motion, clearance);
+        if clearance.is_clean() {
+            tested.entered = self.entered(&tested, 0.0, scratch);
+        }
+        tested
+    }
+
+    /// Measures the deepest hit and the most harmful entry.
+    fn measure(&self, tested: &mut TestedMotion, scratch: &mut PlanScratch) {
+        let test = ExactTest {
+            sampling: Sampling::CoarseFirst,
+            ..ExactTest::new(self.world.baked, self.attack)
+        };
+        tested.clearance = test.on_motion(&tested.motion, &mut scratch.body);
+        tested.entered = self.entered(tested, f32::INFINITY, scratch);
+    }
+
+    /// Largest harm by an obstacle, or one above `enough`, in metres; 0 for none.
+    fn entered(&self, tested: &TestedMotion, enough: f32, scratch: &mut PlanScratch) -> f32 {
+        let test = ObstacleTest {
+            baked: self.world.baked,
+            obstacles: &scratch.ahead,
+            seconds: (0.0, tested.end),
+            enough,
+        };
+        let entered = test.on_motion(&tested.motion, &mut scratch.entered);
+        entered.map_or(0.0, |entered| entered.harm)
+    }
 }

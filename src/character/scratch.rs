@@ -3,7 +3,7 @@ use glam::Vec3;
 use super::steer::SteerScratch;
 use crate::anim::{JointTransform, Pose, forward_kinematics};
 use crate::crowd::ExternalPose;
-use crate::graph::Motion;
+use crate::graph::MotionMoment;
 use crate::maps::BakedGraph;
 use crate::query::clearance::MotionBody;
 use crate::query::obstacle::ObstacleScratch;
@@ -28,10 +28,10 @@ pub(super) struct Worker {
 }
 
 impl Worker {
-    /// Writes the sphere centres of the body at a moment of a motion to `centres`, in the world, in metres.
-    pub(super) fn pose_body(&mut self, baked: &BakedGraph, (motion, seconds): (&Motion, f32)) {
+    /// Writes the sphere centres of the body at a moment to `centres`, in the world, in metres.
+    pub(super) fn pose_body(&mut self, baked: &BakedGraph, moment: MotionMoment<'_>) {
         let graph = baked.graph();
-        motion.sample(graph, seconds, &mut self.pose);
+        moment.motion.sample(graph, moment.seconds, &mut self.pose);
         forward_kinematics(graph.skeleton(), &self.pose, &mut self.joints);
         baked.body().centres(&self.joints, &mut self.centres);
     }

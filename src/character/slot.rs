@@ -52,51 +52,68 @@ impl Slot {
     }
 }
 
-/// Calls `work` for each place, on all threads.
-pub(super) fn on_all(
-    pool: &mut WorkerPool,
-    (slots, workers): (&[Mutex<Slot>], &[Mutex<Worker>]),
-    work: impl Fn(usize, &mut Slot, &mut Worker) + Sync,
-) {
-    let next = AtomicUsize::new(0);
-    pool.run(&|thread: usize| {
-        let mut worker = lock(&workers[thread]);
-        loop {
-            let index = next.fetch_add(1, Ordering::Relaxed);
-            let Some(slot) = slots.get(index) else {
-                return;
-            };
-            work(index, &mut lock(slot), &mut worker);
-        }
-    });
+/// The places, and the scratch of the threads that share them.
+#[derive(Clone, Copy)]
+pub(super) struct Shared<'a> {
+    pub slots: &'a [Mutex<Slot>],
+    pub workers: &'a [Mutex<Worker>],
 }
 
-/// Calls `work` for some of the places, in their order, on all threads; not for those that begin later than `seconds` after the call,
-/// except the first.
-pub(super) fn on_urgent(
-    pool: &mut WorkerPool,
-    (slots, workers): (&[Mutex<Slot>], &[Mutex<Worker>]),
-    (urgent, seconds): (&[Urgent], f32),
-    work: impl Fn(usize, &mut Slot, &mut Worker) + Sync,
-) {
-    if urgent.is_empty() {
-        return;
-    }
-    let (next, begun) = (AtomicUsize::new(0), Instant::now());
-    pool.run(&|thread: usize| {
-        let mut worker = lock(&workers[thread]);
-        loop {
-            let at = next.fetch_add(1, Ordering::Relaxed);
-            let Some(urgent) = urgent.get(at) else {
-                return;
-            };
-            if at > 0 && seconds > 0.0 && begun.elapsed().as_secs_f32() > seconds {
-                return;
+impl Shared<'_> {
+    /// Calls `work` for each place, on all threads.
+    pub(super) fn each(
+        self,
+        pool: &mut WorkerPool,
+        work: impl Fn(usize, &mut Slot, &mut Worker) + Sync,
+    ) {
+        let next = AtomicUsize::new(0);
+        pool.run(&|thread: usize| {
+            let mut worker = lock(&self.workers[thread]);
+            loop {
+                let index = next.fetch_add(1, Ordering::Relaxed);
+                let Some(slot) = self.slots.get(index) else {
+                    return;
+                };
+                work(index, &mut lock(slot), &mut worker);
             }
-            let index = urgent.index;
-            work(index, &mut lock(&slots[index]), &mut worker);
+        });
+    }
+
+    /// Calls `work` for the places of a queue, in its order, on all threads.
+    pub(super) fn each_of(
+        self,
+        queue: PlanQueue<'_>,
+        pool: &mut WorkerPool,
+        work: impl Fn(usize, &mut Slot, &mut Worker) + Sync,
+    ) {
+        if queue.urgent.is_empty() {
+            return;
         }
-    });
+        let (next, begun) = (AtomicUsize::new(0), Instant::now());
+        let is_over = || queue.seconds > 0.0 && begun.elapsed().as_secs_f32() > queue.seconds;
+        pool.run(&|thread: usize| {
+            let mut worker = lock(&self.workers[thread]);
+            loop {
+                let at = next.fetch_add(1, Ordering::Relaxed);
+                let Some(urgent) = queue.urgent.get(at) else {
+                    return;
+                };
+                if at > 0 && is_over() {
+                    return;
+                }
+                let index = urgent.index;
+                work(index, &mut lock(&self.slots[index]), &mut worker);
+            }
+        });
+    }
+}
+
+/// The characters that plan in a step.
+#[derive(Clone, Copy)]
+pub(super) struct PlanQueue<'a> {
+    pub urgent: &'a [Urgent],
+    /// Those are left out whose turn comes later than so long after the start, except the first, in seconds; 0 for no limit.
+    pub seconds: f32,
 }
 
 /// A character that has to plan.

@@ -6,12 +6,13 @@ use super::goal::Goal;
 use super::ids::ThreatId;
 use super::playing::Playing;
 use super::scratch::Worker;
-use super::steer::{SteerState, SteerStep};
+use super::steer::{SteerState, SteerStep, SteeredBody};
 use super::steer_around::Side;
 use super::threat::{Threat, Window};
 use super::world::World;
 use crate::graph::Motion;
 use crate::maps::BakedGraph;
+use crate::math::Sphere;
 use crate::query::clearance::closest;
 
 /// One character, whole.
@@ -131,9 +132,12 @@ impl CharacterState {
             aim: self.steer_around(world, &worker.obstacles),
             dt: world.dt,
         };
-        let body = (&mut self.playing, &mut self.steer);
+        let mut body = SteeredBody {
+            playing: &mut self.playing,
+            state: &mut self.steer,
+        };
         if is_evading {
-            if !step.aim.stands() && world.steering.leave(&step, body, &mut worker.steer) {
+            if !step.aim.stands() && world.steering.leave(&step, &mut body, &mut worker.steer) {
                 self.held_until = world.now;
                 self.has_plan = false;
             }
@@ -141,9 +145,9 @@ impl CharacterState {
         }
         if self.has_plan {
             self.has_plan = false;
-            body.1.search_now();
+            body.state.search_now();
         }
-        world.steering.step(&step, body, &mut worker.steer);
+        world.steering.step(&step, &mut body, &mut worker.steer);
     }
 
     /// Steers, and lets `dt` pass.
@@ -185,8 +189,8 @@ impl CharacterState {
                 .motion
                 .root(graph, self.playing.seconds + ahead + t)
         };
-        let first = threat.window(from, (root(0.0), reach + 1.0))?;
-        threat.window(from, (root(first.nearest), reach))
+        let first = threat.window(from, Sphere::new(root(0.0), reach + 1.0))?;
+        threat.window(from, Sphere::new(root(first.nearest), reach))
     }
 
     /// Measures how near the threats came in this step.
@@ -241,7 +245,7 @@ impl CharacterState {
     fn touch(&mut self, world: &World<'_>, worker: &mut Worker) {
         let (body, end) = (world.baked.body(), world.now + f64::from(world.dt));
         let playing = &self.playing;
-        worker.pose_body(world.baked, (&playing.motion, playing.seconds));
+        worker.pose_body(world.baked, playing.motion.moment_at(playing.seconds));
         let centres = &mut worker.centres;
         if self.centres.len() != centres.len() {
             self.centres.clone_from(centres);

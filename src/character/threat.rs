@@ -29,7 +29,9 @@ pub struct Threat {
 /// The time in which a threat may reach a body.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Window {
-    /// Seconds from the moment that was asked for; 0 or more.
+    /// The other times count from here, on the characters' clock, in seconds.
+    pub from: f64,
+    /// 0 or more.
     pub start: f32,
     /// Time at which it is nearest to the body's middle.
     pub nearest: f32,
@@ -87,9 +89,8 @@ impl Threat {
         self.spheres.iter().map(reach).fold(0.0, f32::max)
     }
 
-    /// When it may reach a body whose middle `root` is and which reaches `reach` far, counted from `from`; `None` if it is past or
-    /// passes too far away.
-    pub(super) fn window(&self, from: f64, (root, reach): (Vec3, f32)) -> Option<Window> {
+    /// When it may reach a body within a sphere, counted from `from`; `None` if it is past or passes too far away.
+    pub(super) fn window(&self, from: f64, body: Sphere) -> Option<Window> {
         /// A body moves this far to meet or to avoid a threat, in metres.
         const ROOM: f32 = 1.0;
         /// A body needs this long to move away, in seconds.
@@ -99,17 +100,18 @@ impl Threat {
         if last <= first {
             return None;
         }
-        let apart = |t: f32| (self.at(from + f64::from(t)) - root).length();
-        let nearest = self.nearest((first, last), &apart);
+        let apart = |t: f32| (self.at(from + f64::from(t)) - body.centre).length();
+        let nearest = self.nearest([first, last], &apart);
         let metres = apart(nearest) - self.radius();
-        if metres > reach + ROOM {
+        if metres > body.radius + ROOM {
             return None;
         }
         let speed = self.velocity.length().max(0.1);
-        let around = reach + self.radius() + 0.5;
+        let around = body.radius + self.radius() + 0.5;
         let before = (around / speed).clamp(REACTION, 2.0);
         let after = ((around + ROOM) / speed).clamp(0.1, 2.0);
         Some(Window {
+            from,
             start: (nearest - before).max(first),
             nearest,
             end: (nearest + after).min(last).max(first + 1e-3),
@@ -118,7 +120,7 @@ impl Threat {
     }
 
     /// Time at which it is nearest, by a search over a grid and its halving: flights are short.
-    fn nearest(&self, (first, last): (f32, f32), apart: &impl Fn(f32) -> f32) -> f32 {
+    fn nearest(&self, [first, last]: [f32; 2], apart: &impl Fn(f32) -> f32) -> f32 {
         const STEPS: usize = 64;
         let (mut from, mut to) = (first, last);
         for _ in 0..3 {
@@ -133,13 +135,8 @@ impl Threat {
         0.5 * (from + to)
     }
 
-    /// Keys of its spheres in a window, their times counted from `from`, with radii that are larger by `margin`.
-    pub(super) fn keys(
-        &self,
-        (from, window): (f64, Window),
-        margin: f32,
-        out: &mut Vec<Vec<SphereKey>>,
-    ) {
+    /// Adds the keys of its spheres in a window, with radii that are larger by `margin` metres.
+    pub(super) fn keys(&self, window: &Window, margin: f32, out: &mut Vec<Vec<SphereKey>>) {
         /// Time between keys of a curved flight, in seconds.
         const CURVED: f32 = 0.05;
         let steps = match self.gravity {
@@ -152,7 +149,7 @@ impl Threat {
                 let t = window.start + (window.end - window.start) * share;
                 SphereKey {
                     t,
-                    center: self.at(from + f64::from(t)) + sphere.centre,
+                    center: self.at(window.from + f64::from(t)) + sphere.centre,
                     radius: sphere.radius + margin,
                 }
             };

@@ -30,7 +30,7 @@ impl Challenge {
     #[must_use]
     pub fn request(&self) -> Request<'_> {
         Request {
-            playing: Some((&self.playing, 0.0)),
+            playing: Some(self.playing.moment_at(0.0)),
             ..Request::new(self.playhead, &self.attack)
         }
     }

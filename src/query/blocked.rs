@@ -34,7 +34,7 @@ pub(super) fn reject_blocked(query: Query<'_>, state: &mut QueryState) {
         if is_tested || start < blends_until {
             continue;
         }
-        let Some(hit) = evasion_blocked(query.baked, request, (path, start)) else {
+        let Some(hit) = evasion_blocked(query.baked, request, path, start) else {
             continue;
         };
         let evaluated = Some(Evaluated {
@@ -90,7 +90,8 @@ pub(super) fn is_sought(request: &ActiveRequest) -> bool {
 fn evasion_blocked(
     baked: &BakedGraph,
     request: &ActiveRequest,
-    (path, start): (PathId, f32),
+    path: PathId,
+    start: f32,
 ) -> Option<ObstacleHit> {
     let evasion = request.evasion(baked, path, start);
     let index = baked.paths().path(path).evasion as usize;

@@ -263,9 +263,8 @@ impl Tests<'_, '_> {
         let test = self.input.exact_test(Extent::WHOLE);
         let body = self.results.workers.body();
         let clearance = test.on_shared_motion(motion, body);
-        let clearance = self
-            .input
-            .beside_obstacles((chosen, clearance), f32::INFINITY, body);
+        let entered = self.input.candidate_entered(chosen, f32::INFINITY, body);
+        let clearance = worse(clearance, entered);
         self.results.evaluated[chosen] = Some(Evaluated {
             is_final: true,
             ..self.input.result(chosen, clearance)

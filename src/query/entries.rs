@@ -120,8 +120,10 @@ impl EntryScratch {
             return f32::INFINITY;
         }
         let motion = self.natural(baked, request);
-        let seconds = (0.0, request.attack.end());
-        let hit = request.obstacles.on_motion((baked, motion), seconds, 0.0);
+        let root = |seconds: f32| motion.root(baked.graph(), seconds);
+        let hit = request
+            .obstacles
+            .on_way(root, [0.0, request.attack.end()], 0.0);
         hit.map_or(f32::INFINITY, |hit| hit.time)
     }
 

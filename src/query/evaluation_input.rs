@@ -110,7 +110,7 @@ impl EvaluationInput<'_> {
         if !self.is_among_obstacles() || !may_win {
             return clearance;
         }
-        self.beside_obstacles((index, clearance), 0.0, body)
+        worse(clearance, self.candidate_entered(index, 0.0, body))
     }
 
     /// Where a move enters an obstacle, as far as its root shows it.
@@ -121,23 +121,12 @@ impl EvaluationInput<'_> {
         let motion = &mut body.obstacles.motion;
         self.motion(index, motion);
         let request = &self.state.request;
-        let seconds = (0.0, request.attack.end());
+        let root = |seconds: f32| motion.root(self.query.baked.graph(), seconds);
         let obstacles = &request.obstacles;
-        obstacles.on_motion((self.query.baked, motion), seconds, 0.0)
+        obstacles.on_way(root, [0.0, request.attack.end()], 0.0)
     }
 
-    /// The clearance of a candidate, or minus its harm by obstacles where that is less. The search for the most harmful entry stops at
-    /// a harm above `enough`, in metres.
-    pub(super) fn beside_obstacles(
-        &self,
-        (index, clearance): (usize, Clearance),
-        enough: f32,
-        body: &mut MotionBody,
-    ) -> Clearance {
-        worse(clearance, self.candidate_entered(index, enough, body))
-    }
-
-    /// [`EvaluationInput::entered`] of a candidate.
+    /// The most harmful entry of a candidate into an obstacle. The search stops at a harm above `enough`, in metres.
     pub(super) fn candidate_entered(
         &self,
         index: usize,
@@ -168,9 +157,8 @@ impl EvaluationInput<'_> {
         }
         let end = evasions_end(baked.graph(), motion, request.attack.end());
         motion.extend(baked.graph(), end);
-        let quick = request
-            .obstacles
-            .on_motion((baked, motion), (0.0, end), enough);
+        let root = |seconds: f32| motion.root(baked.graph(), seconds);
+        let quick = request.obstacles.on_way(root, [0.0, end], enough);
         if quick.is_some() {
             return quick;
         }
@@ -222,7 +210,10 @@ impl EvaluationInput<'_> {
     pub(super) fn test_whole(&self, index: usize, body: &mut MotionBody) -> Clearance {
         let test = self.exact_test(Extent::WHOLE);
         let clearance = test.on_built_motion(body, |motion| self.motion(index, motion));
-        self.beside_obstacles((index, clearance), f32::INFINITY, body)
+        worse(
+            clearance,
+            self.candidate_entered(index, f32::INFINITY, body),
+        )
     }
 
     /// Writes a candidate's whole motion, from now until one sample after the attack's end or later.

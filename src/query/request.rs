@@ -5,7 +5,7 @@ use super::clearance::PlacedEvasion;
 use super::evaluation::Evaluation;
 use super::obstacle::{NearObstacles, Obstacle};
 use super::retime::Durations;
-use crate::graph::{EdgeId, Motion, MotionGraph, NodeId, Played, Playhead};
+use crate::graph::{EdgeId, Motion, MotionGraph, MotionMoment, NodeId, Played, Playhead};
 use crate::maps::{BakedGraph, NodePath, PathId};
 use crate::math::Rigid2;
 
@@ -16,9 +16,8 @@ pub struct Request<'a> {
     pub playhead: Playhead,
     /// Attack in the same world; its clock starts now.
     pub attack: &'a Attack,
-    /// The motion that is playing and the time since its start, in seconds. Needed only during a blend: its offset then fades out in
-    /// every candidate. Default: none.
-    pub playing: Option<(&'a Motion, f32)>,
+    /// What is playing. Needed only during a blend: its offset then fades out in every candidate. Default: none.
+    pub playing: Option<MotionMoment<'a>>,
     /// How many candidates are tested exactly. Default: [`Evaluation::Lazy`].
     pub evaluation: Evaluation,
     /// Solids that no candidate may enter, where they are now. Default: none.
@@ -38,16 +37,13 @@ impl<'a> Request<'a> {
         }
     }
 
-    /// For a character that plays a motion since `seconds`.
+    /// For a character that is at a moment of a motion.
     #[must_use]
-    pub fn of_motion(
-        graph: &MotionGraph,
-        (motion, seconds): (&'a Motion, f32),
-        attack: &'a Attack,
-    ) -> Self {
+    pub fn of_motion(graph: &MotionGraph, playing: MotionMoment<'a>, attack: &'a Attack) -> Self {
+        let playhead = playing.motion.playhead(graph, playing.seconds);
         Self {
-            playing: Some((motion, seconds)),
-            ..Self::new(motion.playhead(graph, seconds), attack)
+            playing: Some(playing),
+            ..Self::new(playhead, attack)
         }
     }
 }
@@ -124,8 +120,8 @@ impl ActiveRequest {
         let middle = playhead.clip_to_world.point(root);
         self.obstacles.set(baked, request.obstacles, middle);
         self.blend.clear();
-        if let Some((motion, seconds)) = request.playing {
-            self.set_blend(baked.graph(), (motion, seconds));
+        if let Some(playing) = request.playing {
+            self.set_blend(baked.graph(), playing);
         }
         self.node = playhead.next_node(graph);
         self.wait = playhead.seconds_to_next_node(graph);
@@ -140,9 +136,10 @@ impl ActiveRequest {
     }
 
     /// Keeps the offset that fades out. A layer of the upper body becomes such an offset.
-    fn set_blend(&mut self, graph: &MotionGraph, (motion, seconds): (&Motion, f32)) {
+    fn set_blend(&mut self, graph: &MotionGraph, playing: MotionMoment<'_>) {
         /// Time in which a layer fades out, in seconds.
         const LAYER: f32 = 0.25;
+        let MotionMoment { motion, seconds } = playing;
         if !motion.is_layered(seconds) {
             self.blend.continue_blend(motion, seconds);
             return;

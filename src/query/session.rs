@@ -57,7 +57,7 @@ impl<'a> Query<'a> {
     where
         'a: 's,
     {
-        Session::start(*self, request, (&mut context.state, &mut context.scratch))
+        Session::start(*self, request, &mut context.state, &mut context.scratch)
     }
 
     /// Takes up a session that was dropped before it was done. Use the query that started it.
@@ -83,13 +83,14 @@ impl<'a> Query<'a> {
             scratch,
             culler,
         } = context;
-        Session::start(*self, request, (state, scratch)).run_on_cpu(&mut culler.0, answer);
+        Session::start(*self, request, state, scratch).run_on_cpu(&mut culler.0, answer);
     }
 
     /// Answers a request of a plan. Where nothing avoids its attack, the answer may avoid the attack without the margin.
     pub(crate) fn answer_plan(
         &self,
-        (request, scope): (Request<'_>, PlanScope<'_>),
+        request: Request<'_>,
+        scope: PlanScope<'_>,
         context: &mut QueryContext,
         answer: &mut Answer,
     ) {
@@ -98,7 +99,7 @@ impl<'a> Query<'a> {
             scratch,
             culler,
         } = context;
-        let mut session = Session::start(*self, request, (state, scratch));
+        let mut session = Session::start(*self, request, state, scratch);
         session.state.request.limit(scope);
         session.run_on_cpu(&mut culler.0, answer);
     }
@@ -108,7 +109,8 @@ impl<'a> Session<'a> {
     fn start(
         query: Query<'a>,
         request: Request<'_>,
-        (state, scratch): (&'a mut QueryState, &'a mut Scratch),
+        state: &'a mut QueryState,
+        scratch: &'a mut Scratch,
     ) -> Self {
         state.request.set(query.baked, request);
         state.candidates.known.clear();

@@ -178,7 +178,7 @@ fn an_attack_in_the_middle_of_a_blend_is_answered_from_there() {
             sphere.keys().iter().map(later).collect()
         });
         let second = Attack::new(spheres.collect()).unwrap();
-        let request = Request::of_motion(graph, (&first.motion, now), &second);
+        let request = Request::of_motion(graph, first.motion.moment_at(now), &second);
         query.answer(request, &mut context, &mut answer);
         let here = [(&first.motion, now), (&answer.motion, 0.0)].map(|(m, t)| centres(baked, m, t));
         let furthest = { here[0].iter().zip(&here[1]) }.map(|(a, b)| a.distance(*b));

@@ -174,7 +174,11 @@ fn an_attack_during_a_layer_is_answered_from_there() {
     for (thrown, first) in layered() {
         let layer = *first.motion.layer().unwrap();
         let now = 0.5 * (layer.envelope.start + layer.envelope.full);
-        let request = Request::of_motion(baked.graph(), (&first.motion, now), &thrown.throw.attack);
+        let request = Request::of_motion(
+            baked.graph(),
+            first.motion.moment_at(now),
+            &thrown.throw.attack,
+        );
         query.answer(request, &mut context, &mut answer);
         let here = [(&first.motion, now), (&answer.motion, 0.0)].map(|(m, t)| centres(baked, m, t));
         let ways = here[0].iter().zip(&here[1]).map(|(a, b)| a.distance(*b));

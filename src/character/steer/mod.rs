@@ -108,6 +108,12 @@ pub(super) struct SteerStep<'a> {
     pub dt: f32,
 }
 
+/// A character that is steered.
+pub(super) struct SteeredBody<'a> {
+    pub playing: &'a mut Playing,
+    pub state: &'a mut SteerState,
+}
+
 /// Where a character is and how it moves, in the world.
 struct Now {
     stance: Stance,
@@ -194,9 +200,10 @@ impl Steering {
     pub(super) fn step(
         &self,
         step: &SteerStep<'_>,
-        (playing, state): (&mut Playing, &mut SteerState),
+        body: &mut SteeredBody<'_>,
         scratch: &mut SteerScratch,
     ) {
+        let SteeredBody { playing, state } = body;
         let graph = step.baked.graph();
         playing.ensure(graph, step.dt);
         state.search_in -= step.dt;
@@ -205,7 +212,7 @@ impl Steering {
         let moment = current.map(|current| self.table.moments[current]);
         let is_new = step.aim.differs(&state.last_aim());
         let ends = moment.is_none_or(|moment| moment.seconds_left(graph) < 0.05);
-        let is_idle = step.aim.stands() && self.faces(step, (playing, moment.as_ref()));
+        let is_idle = step.aim.stands() && step.faces(playing, moment.as_ref());
         if let Some(moment) = moment.filter(|_| is_idle) {
             state.remember(&moment, step);
         }
@@ -215,7 +222,7 @@ impl Steering {
             state.search_in = step.settings.interval;
             state.aim = step.aim.velocity.to_array();
             state.facing = step.aim.facing;
-            let now = self.now(step, (playing, moment.as_ref()), scratch);
+            let now = step.now(playing, moment.as_ref(), scratch);
             let wanted = wanted(&step.aim, &now).row();
             let allowed = |moment: &Moment| {
                 !is_idle || moment.is_calm && moment.left > 20 && !state.has_played(moment)
@@ -228,7 +235,8 @@ impl Steering {
             if let Some((found, apart)) = found
                 && apart + step.settings.gain < kept
             {
-                self.jump(step, (playing, found), (&now, &mut scratch.spare));
+                let entry = step.entry(&self.table.moments[found], &now);
+                playing.enter(graph, &entry, &mut scratch.spare);
             }
         }
         self.turn(step, playing);
@@ -238,9 +246,10 @@ impl Steering {
     pub(super) fn leave(
         &self,
         step: &SteerStep<'_>,
-        (playing, state): (&mut Playing, &mut SteerState),
+        body: &mut SteeredBody<'_>,
         scratch: &mut SteerScratch,
     ) -> bool {
+        let SteeredBody { playing, state } = body;
         let graph = step.baked.graph();
         // This may move the motion's start.
         playing.ensure(graph, step.dt);
@@ -248,7 +257,7 @@ impl Steering {
         if playing.motion.is_composed(seconds) {
             return false;
         }
-        let now = self.now(step, (playing, None), scratch);
+        let now = step.now(playing, None, scratch);
         let wanted = wanted(&step.aim, &now).row();
         let apart = |exit: &Entry| {
             let playhead = exit.playhead();
@@ -264,49 +273,6 @@ impl Steering {
         playing.motion.enter(graph, seconds, &nearest);
         state.search_in = step.settings.interval;
         true
-    }
-
-    /// Whether a character faces the way that is asked for, or none is.
-    fn faces(&self, step: &SteerStep<'_>, (playing, moment): (&Playing, Option<&Moment>)) -> bool {
-        /// What faces this near to the wanted heading stays, in radians.
-        const NEAR: f32 = 0.15;
-        let (Some(wanted), Some(moment)) = (step.aim.heading(), moment) else {
-            return true;
-        };
-        let graph = step.baked.graph();
-        let turned = playing
-            .motion
-            .playhead(graph, playing.seconds)
-            .clip_to_world;
-        wrapped(wanted - turned.heading() - moment.heading).abs() < NEAR
-    }
-
-    fn now(
-        &self,
-        step: &SteerStep<'_>,
-        (playing, moment): (&Playing, Option<&Moment>),
-        scratch: &mut SteerScratch,
-    ) -> Now {
-        let graph = step.baked.graph();
-        let frame = (1.0 / graph.frame_rate()) as f32;
-        let SteerScratch { pose, joints, .. } = scratch;
-        let mut at = |seconds: f32| -> Stance {
-            playing.motion.sample(graph, seconds, pose);
-            forward_kinematics(graph.skeleton(), pose, joints);
-            step.baked.stance(joints)
-        };
-        let [stance, next] = [playing.seconds, playing.seconds + frame].map(&mut at);
-        let turned = playing
-            .motion
-            .playhead(graph, playing.seconds)
-            .clip_to_world;
-        Now {
-            stance,
-            heading: moment.map_or(stance.placement.heading(), |moment| {
-                turned.heading() + moment.heading
-            }),
-            features: Features::of_body(&stance, [&stance, &next], frame),
-        }
     }
 
     /// A motion that goes on from two poses of any origin, which were seen `seconds` apart, at the moment that is nearest to them.
@@ -356,37 +322,6 @@ impl Steering {
         best
     }
 
-    /// Plays a moment from now on.
-    fn jump(
-        &self,
-        step: &SteerStep<'_>,
-        (playing, found): (&mut Playing, usize),
-        (now, spare): (&Now, &mut Motion),
-    ) {
-        let moment = &self.table.moments[found];
-        let kept = now.heading - moment.heading;
-        let off = match step.aim.facing {
-            None if !step.aim.stands() && moment.velocity.length() > 0.3 => {
-                heading_of(step.aim.velocity) - (heading_of(moment.velocity) + kept)
-            }
-            _ => { step.aim.heading() }.map_or(0.0, |heading| heading - now.heading),
-        };
-        let most = step.settings.jump_turn;
-        let turn = kept + wrapped(off).clamp(-most, most);
-        let turned = Rigid2::new(turn, 0.0, 0.0);
-        let root = turned.point(Vec3::new(moment.root.x, 0.0, moment.root.y));
-        let at = now.stance.root;
-        let place = Rigid2::new(0.0, at.x - root.x, at.z - root.z) * turned;
-        let entry = Entry {
-            edge: moment.edge,
-            frame: moment.edge_frame as f32,
-            clip_to_world: place,
-            rate: 1.0,
-            blend: step.settings.blend,
-        };
-        playing.enter(step.baked.graph(), &entry, spare);
-    }
-
     /// Turns what is played towards the aim, and sets its rate.
     fn turn(&self, step: &SteerStep<'_>, playing: &mut Playing) {
         /// Time in which an error is removed, in seconds.
@@ -426,6 +361,71 @@ impl Steering {
         };
         let change = RATE_CHANGE * step.dt;
         playing.rate += (rate - playing.rate).clamp(-change, change);
+    }
+}
+
+impl SteerStep<'_> {
+    /// Whether a character faces the way that is asked for, or none is.
+    fn faces(&self, playing: &Playing, moment: Option<&Moment>) -> bool {
+        /// What faces this near to the wanted heading stays, in radians.
+        const NEAR: f32 = 0.15;
+        let (Some(wanted), Some(moment)) = (self.aim.heading(), moment) else {
+            return true;
+        };
+        let graph = self.baked.graph();
+        let turned = playing
+            .motion
+            .playhead(graph, playing.seconds)
+            .clip_to_world;
+        wrapped(wanted - turned.heading() - moment.heading).abs() < NEAR
+    }
+
+    /// The body as it is. `moment` is the one that it plays, if the table has it.
+    fn now(&self, playing: &Playing, moment: Option<&Moment>, scratch: &mut SteerScratch) -> Now {
+        let graph = self.baked.graph();
+        let frame = (1.0 / graph.frame_rate()) as f32;
+        let SteerScratch { pose, joints, .. } = scratch;
+        let mut at = |seconds: f32| -> Stance {
+            playing.motion.sample(graph, seconds, pose);
+            forward_kinematics(graph.skeleton(), pose, joints);
+            self.baked.stance(joints)
+        };
+        let [stance, next] = [playing.seconds, playing.seconds + frame].map(&mut at);
+        let turned = playing
+            .motion
+            .playhead(graph, playing.seconds)
+            .clip_to_world;
+        Now {
+            stance,
+            heading: moment.map_or(stance.placement.heading(), |moment| {
+                turned.heading() + moment.heading
+            }),
+            features: Features::of_body(&stance, [&stance, &next], frame),
+        }
+    }
+
+    /// The entry into a moment, turned towards the aim.
+    fn entry(&self, moment: &Moment, now: &Now) -> Entry {
+        let kept = now.heading - moment.heading;
+        let off = match self.aim.facing {
+            None if !self.aim.stands() && moment.velocity.length() > 0.3 => {
+                heading_of(self.aim.velocity) - (heading_of(moment.velocity) + kept)
+            }
+            _ => { self.aim.heading() }.map_or(0.0, |heading| heading - now.heading),
+        };
+        let most = self.settings.jump_turn;
+        let turn = kept + wrapped(off).clamp(-most, most);
+        let turned = Rigid2::new(turn, 0.0, 0.0);
+        let root = turned.point(Vec3::new(moment.root.x, 0.0, moment.root.y));
+        let at = now.stance.root;
+        let place = Rigid2::new(0.0, at.x - root.x, at.z - root.z) * turned;
+        Entry {
+            edge: moment.edge,
+            frame: moment.edge_frame as f32,
+            clip_to_world: place,
+            rate: 1.0,
+            blend: self.settings.blend,
+        }
     }
 }
 

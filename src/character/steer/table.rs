@@ -185,9 +185,11 @@ impl Table {
             if left < longest + 1 {
                 continue;
             }
-            let clip_range = (run.start, frame + left);
             let features = features(&posed, frame, frame_rate);
-            let (velocity, heading) = stride(&posed, (frame, clip_range), frame_rate);
+            let half = (STRIDE * frame_rate).round() as usize;
+            let from = frame.saturating_sub(half).max(run.start);
+            let to = (frame + half).min(frame + left);
+            let (velocity, heading) = stride(&posed[from..=to], frame_rate);
             let calm = features.ways[1].length() < 0.08
                 && velocity.length() < 0.15
                 && features.turns[1].abs() < 0.15;
@@ -251,18 +253,14 @@ fn features(posed: &[Stance], frame: usize, frame_rate: f32) -> Features {
     }
 }
 
-/// Mean velocity and heading around a frame, within a range of frames of the clip.
-fn stride(
-    posed: &[Stance],
-    (frame, (first, last)): (usize, (usize, usize)),
-    frame_rate: f32,
-) -> (Vec2, f32) {
-    let half = (STRIDE * frame_rate).round() as usize;
-    let from = frame.saturating_sub(half).max(first);
-    let to = (frame + half).min(last);
-    let moved = posed[to].root - posed[from].root;
-    let seconds = (to - from).max(1) as f32 / frame_rate;
-    let facing = posed[from..=to]
+/// Mean velocity and heading of some frames that follow each other.
+fn stride(posed: &[Stance], frame_rate: f32) -> (Vec2, f32) {
+    let moved = match posed {
+        [first, .., last] => last.root - first.root,
+        _ => Vec3::ZERO,
+    };
+    let seconds = (posed.len() - 1).max(1) as f32 / frame_rate;
+    let facing = posed
         .iter()
         .map(|stance| Vec2::new(stance.placement.sin(), stance.placement.cos()));
     let facing = facing.sum::<Vec2>();

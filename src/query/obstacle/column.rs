@@ -6,7 +6,7 @@
 use glam::{Vec2, Vec3};
 
 use super::{Obstacle, Shape};
-use crate::graph::Motion;
+use crate::graph::MotionMoment;
 use crate::maps::BakedGraph;
 
 /// The column around the body at one sample of a motion.
@@ -37,12 +37,9 @@ impl Column {
     /// How far a body leaves the interpolated cylinder in a transition, at most, in metres.
     const TRANSITION_SLACK: f32 = 0.2;
 
-    /// The column `seconds` after the motion's start; `heights` grow by it.
-    pub(super) fn new(
-        baked: &BakedGraph,
-        (motion, seconds): (&Motion, f32),
-        heights: &mut Heights,
-    ) -> Self {
+    /// The column at a moment; `heights` grow by it.
+    pub(super) fn new(baked: &BakedGraph, moment: MotionMoment<'_>, heights: &mut Heights) -> Self {
+        let MotionMoment { motion, seconds } = moment;
         let graph = baked.graph();
         if motion.is_composed(seconds) {
             let (root, reach) = (motion.root(graph, seconds), baked.reach());

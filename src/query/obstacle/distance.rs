@@ -25,7 +25,7 @@ impl Obstacle {
                 metres: normal.dot(point - *on),
                 normal: *normal,
             },
-            Shape::Block { center, half, turn } => of_block(point - *center, (*half, *turn)),
+            Shape::Block { center, half, turn } => of_block(point - *center, *half, *turn),
             Shape::Capsule { from, to, radius } => {
                 let along = *to - *from;
                 let square = along.length_squared();
@@ -98,7 +98,8 @@ fn from_axis(apart: Vec3, radius: f32) -> Nearest {
     }
 }
 
-fn of_block(apart: Vec3, (half, turn): (Vec3, Vec2)) -> Nearest {
+/// `turn` is cosine and sine of the heading.
+fn of_block(apart: Vec3, half: Vec3, turn: Vec2) -> Nearest {
     let (cos, sin) = (turn.x, turn.y);
     let turned = Vec3::new(
         cos * apart.x - sin * apart.z,

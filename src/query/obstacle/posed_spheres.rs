@@ -9,7 +9,7 @@ use glam::Vec2;
 use rustc_hash::FxHashMap;
 
 use crate::anim::{JointTransform, Pose, forward_kinematics};
-use crate::graph::Motion;
+use crate::graph::MotionMoment;
 use crate::maps::{BakedGraph, BodyTrack};
 use crate::math::Isa;
 use crate::query::clearance::PoseKey;
@@ -53,14 +53,11 @@ impl PosedSpheres {
     /// Number of poses that are kept.
     const MOST: usize = 1024;
 
-    /// The body `seconds` after the motion's start.
-    pub(super) fn at(
-        &mut self,
-        baked: &BakedGraph,
-        (motion, seconds): (&Motion, f32),
-    ) -> PosedBody<'_> {
+    /// The body at a moment.
+    pub(super) fn at(&mut self, baked: &BakedGraph, moment: MotionMoment<'_>) -> PosedBody<'_> {
+        let MotionMoment { motion, seconds } = moment;
         if motion.is_composed(seconds) {
-            self.pose(baked, (motion, seconds));
+            self.pose(baked, moment);
             return PosedBody {
                 joints: &self.joints,
                 rows: &self.rows,
@@ -73,7 +70,7 @@ impl PosedSpheres {
                 if self.known.len() == Self::MOST {
                     self.forget();
                 }
-                self.pose(baked, (motion, seconds));
+                self.pose(baked, moment);
                 let number = self.known.len();
                 self.known_joints.extend_from_slice(&self.joints);
                 self.known_rows.extend_from_slice(&self.rows);
@@ -95,9 +92,9 @@ impl PosedSpheres {
         self.known_rows.clear();
     }
 
-    fn pose(&mut self, baked: &BakedGraph, (motion, seconds): (&Motion, f32)) {
+    fn pose(&mut self, baked: &BakedGraph, moment: MotionMoment<'_>) {
         let graph = baked.graph();
-        motion.sample(graph, seconds, &mut self.pose);
+        moment.motion.sample(graph, moment.seconds, &mut self.pose);
         forward_kinematics(graph.skeleton(), &self.pose, &mut self.joints);
         self.rows.clear();
         baked.body_rows().push(&self.joints, &mut self.rows);

@@ -23,6 +23,8 @@ pub struct ObstacleScratch {
     /// Distance that the axis has gone until each sample, in metres.
     gone: Vec<f32>,
     near: Vec<NearSample>,
+    /// The worst entry so far.
+    worst: Option<ObstacleHit>,
     posed: PosedSpheres,
     extents: Extents,
 }
@@ -120,7 +122,7 @@ impl ObstacleTest<'_> {
             return None;
         }
         self.find_near(motion, scratch);
-        let mut worst: Option<ObstacleHit> = None;
+        scratch.worst = None;
         let mut at = 0;
         // The sample at which the axis is nearest is tested first: where one is entered, this one is usually.
         let nearest = scratch
@@ -129,32 +131,26 @@ impl ObstacleTest<'_> {
             .enumerate()
             .min_by(|a, b| a.1.metres.total_cmp(&b.1.metres))
             .map(|(at, _)| at)?;
-        let tick = scratch.near[nearest].tick;
-        self.sample(motion, (nearest, tick), (scratch, &mut worst));
-        while at < scratch.near.len() && worst.is_none_or(|worst| worst.harm <= self.enough) {
-            let tick = scratch.near[at].tick;
-            let range = self.sample(motion, (at, tick), (scratch, &mut worst));
-            at = range;
+        self.sample(motion, nearest, scratch);
+        while at < scratch.near.len() && scratch.worst.is_none_or(|hit| hit.harm <= self.enough) {
+            at = self.sample(motion, at, scratch);
         }
-        worst
+        scratch.worst
     }
 
-    /// Poses a sample and tests the obstacles that are near then, from position `at` of the list on. Returns the position after them.
-    fn sample(
-        &self,
-        motion: &Motion,
-        (at, tick): (usize, u32),
-        (scratch, worst): (&mut ObstacleScratch, &mut Option<ObstacleHit>),
-    ) -> usize {
+    /// Poses the sample at position `at` of the list and tests the obstacles that are near then. Returns the position after them.
+    fn sample(&self, motion: &Motion, at: usize, scratch: &mut ObstacleScratch) -> usize {
         let ObstacleScratch {
             near,
+            worst,
             posed,
             extents,
             columns,
             ..
         } = scratch;
+        let tick = near[at].tick;
         let seconds = self.seconds.0 + tick as f32 / Self::RATE;
-        let body = posed.at(self.baked, (motion, seconds));
+        let body = posed.at(self.baked, motion.moment_at(seconds));
         let spheres = &self.baked.body().spheres;
         extents.measure(self.baked, &body, columns[tick as usize].axis);
         let same = near[at..].iter().take_while(|one| one.tick == tick);
@@ -205,7 +201,7 @@ impl ObstacleTest<'_> {
         let (mut sum, mut widest, mut heights) = (0.0, 0.0f32, Heights::NONE);
         for tick in 0..ticks {
             let seconds = from + tick as f32 / Self::RATE;
-            let column = Column::new(self.baked, (motion, seconds), &mut heights);
+            let column = Column::new(self.baked, motion.moment_at(seconds), &mut heights);
             let before = columns.last();
             sum += before.map_or(0.0, |last: &Column| last.axis.distance(column.axis));
             widest = widest.max(column.radius);
