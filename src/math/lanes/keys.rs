@@ -124,6 +124,7 @@ impl<'a> KeyRows<'a> {
 
     /// A unit of one lane's row, and of the row after it.
     #[inline(always)]
+    #[cfg(any(test, not(target_arch = "x86_64")))]
     pub(super) fn units(&self, lane: usize, unit: usize) -> [&'a KeyUnit; 2] {
         assert!(unit < self.length);
         let own = self.starts[lane].wrapping_add(unit);

@@ -12,8 +12,11 @@ mod avx2;
 mod avx512;
 mod keys;
 mod lines;
+#[cfg(any(test, not(target_arch = "x86_64")))]
 mod portable;
 mod row_set;
+#[cfg(target_arch = "x86_64")]
+mod sse2;
 #[cfg(test)]
 mod tests;
 
@@ -187,6 +190,9 @@ impl Isa {
                     )
                 }
             }
+            #[cfg(target_arch = "x86_64")]
+            _ => kernel.run::<sse2::Sse2>(),
+            #[cfg(not(target_arch = "x86_64"))]
             _ => kernel.run::<portable::Portable>(),
         }
     }

@@ -2,6 +2,30 @@
 
 use super::*;
 
+/// The lanes of an instruction set, or those that need none.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Kind {
+    Plain,
+    Of(Isa),
+}
+
+impl Kind {
+    fn all() -> impl Iterator<Item = Self> {
+        std::iter::once(Self::Plain).chain(Isa::available().map(Self::Of))
+    }
+
+    fn run<K: Kernel>(self, kernel: K) -> K::Out {
+        match self {
+            Self::Plain => kernel.run::<portable::Portable>(),
+            Self::Of(isa) => isa.on_lanes(kernel),
+        }
+    }
+
+    fn is_fused(self) -> bool {
+        matches!(self, Self::Of(Isa::Avx2 | Isa::Avx512))
+    }
+}
+
 /// Some of everything, written over lanes: what it gives must be the same bits on all registers.
 struct Everything<'a> {
     numbers: &'a [F32x16; 16],
@@ -131,17 +155,17 @@ fn units_are_read_from_each_row_and_the_one_after_it() {
     let starts = std::array::from_fn(|lane| (lane * 3 % (count - 1) * length) as u32);
     for unit in 0..length {
         for wanted in [[true, true], [true, false], [false, true]] {
-            for isa in Isa::available() {
+            for kind in Kind::all() {
                 let rows = KeyRows::new(&table, starts, length);
                 let halves = UnitHalves { unit, wanted };
-                let found = isa.on_lanes(Units { rows, halves });
+                let found = kind.run(Units { rows, halves });
                 for (key, line) in found.iter().enumerate() {
                     for (lane, &found) in line.iter().enumerate() {
                         let own = starts[lane] as usize + unit;
                         let [low, high] = [own, own + length].map(|unit| table[unit].0[key]);
                         let word = u32::from(high as u16) << 16 | u32::from(low as u16);
                         let expected = if wanted[key / 4] { word } else { u32::MAX };
-                        assert_eq!(found, expected, "{isa:?}, key {key}, lane {lane}");
+                        assert_eq!(found, expected, "{kind:?}, key {key}, lane {lane}");
                     }
                 }
             }
@@ -158,16 +182,16 @@ fn rows_end_with_the_table() {
     };
     assert!(rows(20, 5) && rows(0, 15) && rows(30, 0));
     assert!(!rows(21, 5) && !rows(0, 16) && !rows(u32::MAX, 1));
-    for isa in Isa::available() {
+    for kind in Kind::all() {
         let beyond = std::panic::catch_unwind(|| {
             let rows = KeyRows::new(&table, [0; 16], 5);
             let halves = UnitHalves {
                 unit: 5,
                 wanted: [true; 2],
             };
-            isa.on_lanes(Units { rows, halves })
+            kind.run(Units { rows, halves })
         });
-        assert!(beyond.is_err(), "{isa:?}");
+        assert!(beyond.is_err(), "{kind:?}");
     }
 }
 
@@ -186,16 +210,16 @@ fn bits(lines: &[F32x16]) -> Vec<[u32; 16]> {
 #[test]
 fn every_instruction_set_gives_the_same_bits() {
     let table: Vec<i16> = (0..300).map(|index| (index * 1237) as i16).collect();
-    let run = |isa: Isa| {
-        isa.on_lanes(Everything {
+    let run = |kind: Kind| {
+        kind.run(Everything {
             numbers: &numbers(),
             table: &table,
         })
     };
-    let portable = run(Isa::Portable);
-    for isa in Isa::available() {
-        for (index, (found, expected)) in bits(&run(isa)).iter().zip(bits(&portable)).enumerate() {
-            assert_eq!(*found, expected, "{isa:?}, line {index}");
+    let portable = run(Kind::Plain);
+    for kind in Kind::all() {
+        for (index, (found, expected)) in bits(&run(kind)).iter().zip(bits(&portable)).enumerate() {
+            assert_eq!(*found, expected, "{kind:?}, line {index}");
         }
     }
 }
@@ -203,7 +227,7 @@ fn every_instruction_set_gives_the_same_bits() {
 #[test]
 fn what_lanes_give_is_plain_arithmetic() {
     let (numbers, table) = (numbers(), [0i16; 220]);
-    let out = Isa::Portable.on_lanes(Everything {
+    let out = Kind::Plain.run(Everything {
         numbers: &numbers,
         table: &table,
     });
@@ -264,19 +288,21 @@ impl Kernel for Fused<'_> {
 #[test]
 fn products_are_fused_where_the_machine_can() {
     let [a, b, c, ..] = numbers();
-    for isa in Isa::available().filter(|&isa| isa != Isa::Portable) {
-        let out = isa.on_lanes(Fused(&[a, b, c]));
+    for kind in Kind::all().filter(|kind| kind.is_fused()) {
+        let out = kind.run(Fused(&[a, b, c]));
         for lane in 0..16 {
             let (a, b, c) = (a.0[lane], b.0[lane], c.0[lane]);
-            assert_eq!(out[0].0[lane], a.mul_add(b, c), "{isa:?}");
-            assert_eq!(out[1].0[lane], (-a).mul_add(b, c), "{isa:?}");
+            assert_eq!(out[0].0[lane], a.mul_add(b, c), "{kind:?}");
+            assert_eq!(out[1].0[lane], (-a).mul_add(b, c), "{kind:?}");
         }
     }
-    let out = Isa::Portable.on_lanes(Fused(&[a, b, c]));
-    for lane in 0..16 {
-        let (a, b, c) = (a.0[lane], b.0[lane], c.0[lane]);
-        assert!((out[0].0[lane] - (a * b + c)).abs() < 1e-5);
-        assert!((out[1].0[lane] - (c - a * b)).abs() < 1e-5);
+    for kind in Kind::all().filter(|kind| !kind.is_fused()) {
+        let out = kind.run(Fused(&[a, b, c]));
+        for lane in 0..16 {
+            let (a, b, c) = (a.0[lane], b.0[lane], c.0[lane]);
+            assert!((out[0].0[lane] - (a * b + c)).abs() < 1e-5);
+            assert!((out[1].0[lane] - (c - a * b)).abs() < 1e-5);
+        }
     }
 }
 
@@ -309,14 +335,14 @@ impl Kernel for Late {
 
 #[test]
 fn windows_end_with_the_table() {
-    for isa in Isa::available() {
+    for kind in Kind::all() {
         for is_wide in [false, true] {
             let reaches =
-                |first| std::panic::catch_unwind(|| isa.on_lanes(Late { first, is_wide })).ok();
+                |first| std::panic::catch_unwind(|| kind.run(Late { first, is_wide })).ok();
             let last = reaches(10).unwrap() - 3;
-            assert!(reaches(last).is_some(), "{isa:?}");
+            assert!(reaches(last).is_some(), "{kind:?}");
             for late in [last + 1, last + 2, 100, 101, usize::MAX] {
-                assert!(reaches(late).is_none(), "{isa:?}, {late}");
+                assert!(reaches(late).is_none(), "{kind:?}, {late}");
             }
         }
     }
@@ -358,10 +384,10 @@ impl Kernel for Places<'_> {
 #[test]
 fn wide_windows_have_all_places() {
     let table: Vec<i16> = (0..300).map(|index| (index * 1237) as i16).collect();
-    for isa in Isa::available() {
+    for kind in Kind::all() {
         for turn in 0..64 {
             let places = F32x16(std::array::from_fn(|lane| ((turn + 5 * lane) % 63) as f32));
-            let (reach, found) = isa.on_lanes(Places {
+            let (reach, found) = kind.run(Places {
                 table: &table,
                 places,
             });
@@ -373,7 +399,7 @@ fn wide_windows_have_all_places() {
                     assert_eq!(
                         word,
                         high << 16 | low,
-                        "{isa:?}, lane {lane}, place {place}"
+                        "{kind:?}, lane {lane}, place {place}"
                     );
                 }
             }
