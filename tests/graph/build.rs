@@ -75,15 +75,12 @@ fn events_are_never_cut_or_blended() {
 
 #[test]
 fn the_same_for_any_number_of_threads() {
-    let with = |threads| {
-        embedded_graph(&GraphSettings {
-            threads,
-            ..GraphSettings::default()
-        })
-    };
-    let one = with(1);
-    assert_eq!(one, with(2));
-    assert_eq!(one, with(7));
+    // The shared bake has a thread for each core; that of one thread is compared by its bytes elsewhere.
+    let many = embedded_graph(&GraphSettings {
+        threads: 7,
+        ..GraphSettings::default()
+    });
+    assert_eq!(&many, embedded().graph());
 }
 
 #[test]

@@ -12,9 +12,21 @@ use sabaki::math::Rigid2;
 use sabaki_app::demo;
 use sabaki_testing::clips::{small_skeleton, swinging_clip};
 
+/// What is built of motions with events that overlap.
+struct Overlapping {
+    graph: MotionGraph,
+    report: BuildReport,
+    events: Vec<Event>,
+}
+
 /// The embedded motions. Of the first evasion the second half is also the first half of an attack; within the first attack of another clip
 /// lies an evasion that starts with it.
-fn overlapping() -> (MotionGraph, BuildReport, Vec<Event>) {
+fn overlapping() -> &'static Overlapping {
+    static BUILT: OnceLock<Overlapping> = OnceLock::new();
+    BUILT.get_or_init(build_overlapping)
+}
+
+fn build_overlapping() -> Overlapping {
     let motions = demo::motions().unwrap();
     let mut events = motions.events.clone();
     let evasion = events
@@ -45,20 +57,28 @@ fn overlapping() -> (MotionGraph, BuildReport, Vec<Event>) {
         events: &events,
     };
     let (graph, report) = graph::build(source, &GraphSettings::default()).unwrap();
-    (graph, report, events)
+    Overlapping {
+        graph,
+        report,
+        events,
+    }
 }
 
 fn baked() -> &'static Arc<BakedGraph> {
     static BAKED: OnceLock<Arc<BakedGraph>> = OnceLock::new();
     BAKED.get_or_init(|| {
-        let baker = Baker::new(overlapping().0, BakeSettings::default()).unwrap();
+        let baker = Baker::new(overlapping().graph.clone(), BakeSettings::default()).unwrap();
         Arc::new(baker.finish_on_cpu().unwrap())
     })
 }
 
 #[test]
 fn each_event_is_one_edge_and_no_transition_blends_a_part_of_one() {
-    let (graph, report, events) = overlapping();
+    let Overlapping {
+        graph,
+        report,
+        events,
+    } = overlapping();
     graph.validate().unwrap();
     assert_eq!(graph.events().len(), events.len());
     assert!(report.links.unlinked.is_empty());
@@ -96,7 +116,7 @@ fn each_event_is_one_edge_and_no_transition_blends_a_part_of_one() {
 
 #[test]
 fn natural_edges_play_no_part_of_an_event_and_all_else() {
-    let (graph, ..) = overlapping();
+    let Overlapping { graph, .. } = overlapping();
     let frames = |edge: &graph::Edge| {
         let from = graph.node(edge.from);
         (from.frame..from.frame + edge.frames).map(move |frame| (from.clip, frame))
@@ -125,7 +145,7 @@ fn natural_edges_play_no_part_of_an_event_and_all_else() {
 
 #[test]
 fn the_clip_goes_on_through_events_that_overlap() {
-    let (graph, ..) = overlapping();
+    let Overlapping { graph, .. } = overlapping();
     for first in graph.events() {
         let start = |edge: &graph::Edge| graph.node(edge.from);
         let edge = graph.edge_ids().find(|&id| {

@@ -259,13 +259,13 @@ fn looks(event: &CharacterEvent) -> bool {
     )
 }
 
-/// Times of the steps in which one character looks at a new threat among obstacles.
+/// Times of the steps in which one character looks at a new threat among obstacles. All rounds are in one pool, as in a game.
 fn plan_times(baked: &Arc<BakedGraph>, obstacles: usize) -> Result<PlanTimes, CharacterError> {
     const ROUNDS: usize = 200;
     let (mut joints, mut events) = (Vec::new(), Vec::new());
     let (mut times, mut needed) = (Vec::new(), Vec::new());
+    let mut game = Characters::new(Arc::clone(baked), CharacterSettings::default())?;
     for round in 0..ROUNDS {
-        let mut game = Characters::new(Arc::clone(baked), CharacterSettings::default())?;
         let id = game.spawn(Rigid2::new(round as f32, 0.0, 0.0))?;
         game.steer(id, walk(round as f32 * 0.7))?;
         for _ in 0..40 + round % 30 {
@@ -283,11 +283,13 @@ fn plan_times(baked: &Arc<BakedGraph>, obstacles: usize) -> Result<PlanTimes, Ch
         game.step(FRAME, &discs, &mut events);
         let from = Vec3::new(3.0, 0.2, 1.0);
         let ball = Threat::ball(game.now() + 0.4, middle + from, -from * 3.0, 0.1);
-        game.threaten(ball)?;
+        let ball = game.threaten(ball)?;
         events.clear();
         let started = Instant::now();
         game.step(FRAME, &discs, &mut events);
         let milliseconds = started.elapsed().as_secs_f32() * 1e3;
+        game.remove(ball)?;
+        game.despawn(id)?;
         if events.iter().any(looks) {
             times.push(milliseconds);
             let is_kept =
