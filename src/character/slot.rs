@@ -66,17 +66,8 @@ impl Shared<'_> {
         pool: &mut WorkerPool,
         work: impl Fn(usize, &mut Slot, &mut Worker) + Sync,
     ) {
-        let next = AtomicUsize::new(0);
-        pool.run(&|thread: usize| {
-            let mut worker = lock(&self.workers[thread]);
-            loop {
-                let index = next.fetch_add(1, Ordering::Relaxed);
-                let Some(slot) = self.slots.get(index) else {
-                    return;
-                };
-                work(index, &mut lock(slot), &mut worker);
-            }
-        });
+        let count = self.slots.len();
+        self.in_turn(pool, |turn| (turn < count).then_some(turn), work);
     }
 
     /// Calls `work` for the places of a queue, in its order, on all threads.
@@ -89,19 +80,26 @@ impl Shared<'_> {
         if queue.urgent.is_empty() {
             return;
         }
-        let (next, begun) = (AtomicUsize::new(0), Instant::now());
+        let begun = Instant::now();
         let is_over = || queue.seconds > 0.0 && begun.elapsed().as_secs_f32() > queue.seconds;
+        let place = |turn: usize| {
+            let urgent = queue.urgent.get(turn)?;
+            (turn == 0 || !is_over()).then_some(urgent.index)
+        };
+        self.in_turn(pool, place, work);
+    }
+
+    /// Calls `work` for the place of each turn until there is none, on all threads.
+    fn in_turn(
+        self,
+        pool: &mut WorkerPool,
+        place: impl Fn(usize) -> Option<usize> + Sync,
+        work: impl Fn(usize, &mut Slot, &mut Worker) + Sync,
+    ) {
+        let next = AtomicUsize::new(0);
         pool.run(&|thread: usize| {
             let mut worker = lock(&self.workers[thread]);
-            loop {
-                let at = next.fetch_add(1, Ordering::Relaxed);
-                let Some(urgent) = queue.urgent.get(at) else {
-                    return;
-                };
-                if at > 0 && is_over() {
-                    return;
-                }
-                let index = urgent.index;
+            while let Some(index) = place(next.fetch_add(1, Ordering::Relaxed)) {
                 work(index, &mut lock(&self.slots[index]), &mut worker);
             }
         });

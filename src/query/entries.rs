@@ -120,10 +120,8 @@ impl EntryScratch {
             return f32::INFINITY;
         }
         let motion = self.natural(baked, request);
-        let root = |seconds: f32| motion.root(baked.graph(), seconds);
-        let hit = request
-            .obstacles
-            .on_way(root, [0.0, request.attack.end()], 0.0);
+        let end = motion.moment_at(request.attack.end());
+        let hit = request.obstacles.until(baked.graph(), end, 0.0);
         hit.map_or(f32::INFINITY, |hit| hit.time)
     }
 

@@ -121,9 +121,9 @@ impl EvaluationInput<'_> {
         let motion = &mut body.obstacles.motion;
         self.motion(index, motion);
         let request = &self.state.request;
-        let root = |seconds: f32| motion.root(self.query.baked.graph(), seconds);
+        let end = motion.moment_at(request.attack.end());
         let obstacles = &request.obstacles;
-        obstacles.on_way(root, [0.0, request.attack.end()], 0.0)
+        obstacles.until(self.query.baked.graph(), end, 0.0)
     }
 
     /// The most harmful entry of a candidate into an obstacle. The search stops at a harm above `enough`, in metres.
@@ -157,8 +157,8 @@ impl EvaluationInput<'_> {
         }
         let end = evasions_end(baked.graph(), motion, request.attack.end());
         motion.extend(baked.graph(), end);
-        let root = |seconds: f32| motion.root(baked.graph(), seconds);
-        let quick = request.obstacles.on_way(root, [0.0, end], enough);
+        let until = motion.moment_at(end);
+        let quick = request.obstacles.until(baked.graph(), until, enough);
         if quick.is_some() {
             return quick;
         }

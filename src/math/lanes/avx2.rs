@@ -29,17 +29,6 @@ operator!(Sub, sub, _mm256_sub_ps);
 operator!(Mul, mul, _mm256_mul_ps);
 operator!(Div, div, _mm256_div_ps);
 
-/// The numbers of one part of a line.
-#[inline(always)]
-fn part_of(line: &F32x16, part: usize) -> &[f32] {
-    &line.0[part * Avx2::COUNT..][..Avx2::COUNT]
-}
-
-#[inline(always)]
-fn part_of_mut(line: &mut F32x16, part: usize) -> &mut [f32] {
-    &mut line.0[part * Avx2::COUNT..][..Avx2::COUNT]
-}
-
 impl Lanes for Avx2 {
     type Words = __m256i;
     type Parts<T: Copy> = [T; Self::PARTS];
@@ -62,20 +51,20 @@ impl Lanes for Avx2 {
     #[inline(always)]
     fn load(line: &F32x16, part: usize) -> Self {
         // SAFETY: the machine has AVX; half a line is 32 bytes and aligned so.
-        Self(unsafe { _mm256_load_ps(part_of(line, part).as_ptr()) })
+        Self(unsafe { _mm256_load_ps(line.part::<{ Self::COUNT }>(part).as_ptr()) })
     }
 
     #[inline(always)]
     fn store(self, line: &mut F32x16, part: usize) {
         // SAFETY: the machine has AVX; half a line is 32 bytes and aligned so.
-        unsafe { _mm256_store_ps(part_of_mut(line, part).as_mut_ptr(), self.0) }
+        unsafe { _mm256_store_ps(line.part_mut::<{ Self::COUNT }>(part).as_mut_ptr(), self.0) }
     }
 
     #[inline(always)]
     fn stream(self, line: &mut F32x16, part: usize) {
         // SAFETY: the machine has AVX; half a line is 32 bytes and aligned so, and not read by
         // another thread before the fence that the trait asks for.
-        unsafe { _mm256_stream_ps(part_of_mut(line, part).as_mut_ptr(), self.0) }
+        unsafe { _mm256_stream_ps(line.part_mut::<{ Self::COUNT }>(part).as_mut_ptr(), self.0) }
     }
 
     #[inline(always)]

@@ -42,6 +42,19 @@ impl F32x16 {
     pub const LANES: usize = 16;
     /// All lanes 0.
     pub const ZERO: Self = Self([0.0; Self::LANES]);
+
+    /// The numbers of one part, of so many lanes.
+    #[inline(always)]
+    #[cfg(target_arch = "x86_64")]
+    fn part<const COUNT: usize>(&self, part: usize) -> &[f32] {
+        &self.0[part * COUNT..][..COUNT]
+    }
+
+    #[inline(always)]
+    #[cfg(target_arch = "x86_64")]
+    fn part_mut<const COUNT: usize>(&mut self, part: usize) -> &mut [f32] {
+        &mut self.0[part * COUNT..][..COUNT]
+    }
 }
 
 /// A vector register of [`Lanes::COUNT`] numbers.

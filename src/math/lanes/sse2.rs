@@ -26,17 +26,6 @@ operator!(Sub, sub, _mm_sub_ps);
 operator!(Mul, mul, _mm_mul_ps);
 operator!(Div, div, _mm_div_ps);
 
-/// The numbers of one part of a line.
-#[inline(always)]
-fn part_of(line: &F32x16, part: usize) -> &[f32] {
-    &line.0[part * Sse2::COUNT..][..Sse2::COUNT]
-}
-
-#[inline(always)]
-fn part_of_mut(line: &mut F32x16, part: usize) -> &mut [f32] {
-    &mut line.0[part * Sse2::COUNT..][..Sse2::COUNT]
-}
-
 /// `then` where the mask is set, otherwise `other`.
 #[inline(always)]
 fn select(mask: __m128, then: __m128, other: __m128) -> __m128 {
@@ -44,35 +33,8 @@ fn select(mask: __m128, then: __m128, other: __m128) -> __m128 {
     unsafe { _mm_or_ps(_mm_and_ps(mask, then), _mm_andnot_ps(mask, other)) }
 }
 
-/// The key at each lane's place, which is below `reach`, and the next one.
-///
-/// # Safety
-/// There are keys from `from` to `from + reach`.
-#[inline(always)]
-unsafe fn keys_at(from: *const i16, places: [usize; 4]) -> __m128i {
-    // SAFETY: two keys at places that are below the reach.
-    let pairs = places.map(
-        #[inline(always)]
-        |place| unsafe { from.add(place).cast::<i32>().read_unaligned() },
-    );
-    // SAFETY: every x86-64 has SSE2.
-    unsafe { _mm_set_epi32(pairs[3], pairs[2], pairs[1], pairs[0]) }
-}
-
 impl Sse2 {
-    /// The places of all lanes, at most `reach - 1`.
-    #[inline(always)]
-    fn places(words: __m128i, reach: usize) -> [usize; 4] {
-        let most = reach - 1;
-        let mut places = [0u32; 4];
-        // SAFETY: the array is as large as the register.
-        unsafe { _mm_storeu_si128(places.as_mut_ptr().cast(), words) };
-        places.map(
-            #[inline(always)]
-            |place| (place as usize).min(most),
-        )
-    }
-
+    /// The key at each lane's place of a window, and the next one.
     #[inline(always)]
     fn windows_of<const N: usize>(
         columns: KeyColumns<'_>,
@@ -80,12 +42,25 @@ impl Sse2 {
         window: usize,
     ) -> [__m128i; N] {
         let (table, stride) = (columns.reaching::<N>(window), columns.stride);
-        let places = Self::places(places, window - 1);
+        let mut lanes = [0u32; 4];
+        // SAFETY: the array is as large as the register.
+        unsafe { _mm_storeu_si128(lanes.as_mut_ptr().cast(), places) };
+        let places = lanes.map(
+            #[inline(always)]
+            |place| (place as usize).min(window - 2),
+        );
         let mut found = [Self::splat_words(0); N];
         for (index, words) in found.iter_mut().enumerate() {
             columns.prefetch_next(index);
-            // SAFETY: the table has `window` keys from here on; places are below `window - 1`.
-            *words = unsafe { keys_at(table.as_ptr().add(index * stride), places) };
+            // SAFETY: the table has `window` keys from here on, of which two are read from each place; every x86-64 has SSE2.
+            *words = unsafe {
+                let from = table.as_ptr().add(index * stride);
+                let [a, b, c, d] = places.map(
+                    #[inline(always)]
+                    |place| from.add(place).cast::<i32>().read_unaligned(),
+                );
+                _mm_set_epi32(d, c, b, a)
+            };
         }
         found
     }
@@ -114,20 +89,20 @@ impl Lanes for Sse2 {
     #[inline(always)]
     fn load(line: &F32x16, part: usize) -> Self {
         // SAFETY: a quarter of a line is 16 bytes and aligned so.
-        Self(unsafe { _mm_load_ps(part_of(line, part).as_ptr()) })
+        Self(unsafe { _mm_load_ps(line.part::<{ Self::COUNT }>(part).as_ptr()) })
     }
 
     #[inline(always)]
     fn store(self, line: &mut F32x16, part: usize) {
         // SAFETY: a quarter of a line is 16 bytes and aligned so.
-        unsafe { _mm_store_ps(part_of_mut(line, part).as_mut_ptr(), self.0) }
+        unsafe { _mm_store_ps(line.part_mut::<{ Self::COUNT }>(part).as_mut_ptr(), self.0) }
     }
 
     #[inline(always)]
     fn stream(self, line: &mut F32x16, part: usize) {
         // SAFETY: a quarter of a line is 16 bytes and aligned so, and not read by another thread before the fence that the trait
         // asks for.
-        unsafe { _mm_stream_ps(part_of_mut(line, part).as_mut_ptr(), self.0) }
+        unsafe { _mm_stream_ps(line.part_mut::<{ Self::COUNT }>(part).as_mut_ptr(), self.0) }
     }
 
     #[inline(always)]

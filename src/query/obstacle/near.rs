@@ -8,6 +8,7 @@ use glam::{Vec2, Vec3};
 use super::cells::{CellRange, ObstacleCells};
 use super::{Obstacle, ObstacleHit};
 use crate::anim::JointId;
+use crate::graph::{MotionGraph, MotionMoment};
 use crate::maps::{BakedGraph, BodyTrack};
 use crate::math::Rigid2;
 
@@ -121,20 +122,19 @@ impl NearObstacles {
         })
     }
 
-    /// The first entry of a body between two times whose harm is more than `enough`; `None` if none is found. `root` gives the position of
-    /// its root at a time.
-    pub(in crate::query) fn on_way(
+    /// The first entry of a motion, until a moment of it, whose harm is more than `enough`; `None` if none is found.
+    pub(in crate::query) fn until(
         &self,
-        root: impl Fn(f32) -> Vec3,
-        [from, to]: [f32; 2],
+        graph: &MotionGraph,
+        end: MotionMoment<'_>,
         enough: f32,
     ) -> Option<ObstacleHit> {
         let ball = self.at_root?;
-        let samples = ((to - from) / Self::STEP).max(0.0) as usize;
+        let samples = (end.seconds / Self::STEP).max(0.0) as usize;
         (0..=samples).find_map(|sample| {
-            let seconds = from + sample as f32 * Self::STEP;
-            self.at(root(seconds), ball, seconds)
-                .filter(|hit| hit.harm > enough)
+            let seconds = sample as f32 * Self::STEP;
+            let root = end.motion.root(graph, seconds);
+            self.at(root, ball, seconds).filter(|hit| hit.harm > enough)
         })
     }
 
@@ -261,8 +261,8 @@ mod tests {
             let playhead = Playhead::at(graph, crate::graph::EdgeId(round as u32), 0.0, place);
             let mut motion = Motion::new(graph, playhead, &[]);
             motion.extend(graph, 2.0);
-            let on_way = near.on_way(|seconds| motion.root(graph, seconds), [0.0, 1.5], 0.0);
-            if let Some(hit) = on_way {
+            let on_motion = near.until(graph, motion.moment_at(1.5), 0.0);
+            if let Some(hit) = on_motion {
                 let (mut pose, mut joints, mut centres) = (Pose::default(), Vec::new(), Vec::new());
                 motion.sample(graph, hit.time, &mut pose);
                 forward_kinematics(graph.skeleton(), &pose, &mut joints);
@@ -274,7 +274,7 @@ mod tests {
                 let harm = depths.fold(f32::NEG_INFINITY, f32::max) * 4.0;
                 assert!(hit.harm > 0.0 && harm >= hit.harm - 1e-4, "{harm} {hit:?}");
             }
-            for hit in [on_track, on_way] {
+            for hit in [on_track, on_motion] {
                 found += usize::from(hit.is_some());
                 free += usize::from(hit.is_none());
             }
