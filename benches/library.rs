@@ -1,6 +1,7 @@
 //! The search for transitions in libraries of growing length, and with `bake` whole bakes of them, stage by stage:
 //! `cargo bench --bench library -- 10 60 600`, `cargo bench --bench library -- bake 10 60` (minutes); with `plot=FILE.svg` the growth
-//! of bakes is drawn. `cargo bench --bench library -- onto 60` adds one clip to a bake.
+//! of bakes is drawn. `cargo bench --bench library -- onto 60` adds one clip to a bake. `cargo bench --bench library -- files=DIR 60`
+//! writes the clips and the events to files, for the command's bakes.
 //!
 //! No library of hours is at hand: these are made of the clips in `SABAKI_MOCAP/fight` and their mirror images, by cutting, by
 //! changes of speed, and by turning each joint about a random axis, in each pass over the clips by other angles of 12° in the mean
@@ -21,18 +22,18 @@ use std::time::Instant;
 
 use growth::Bake;
 use library::{Library, MadeClips};
-use sabaki::anim::Clip;
+use sabaki::anim::{Clip, ClipDesc};
 use sabaki::archive;
 use sabaki::character::{CharacterSettings, Characters};
 use sabaki::graph::{ClipSource, GraphSettings};
 use sabaki::internal::{
-    BandJobs, DistanceMap, EntryRecord, GraphBuilder, GraphRecord, PrunedSearch, Windows,
+    BandJobs, DistanceMap, GraphBuilder, GraphRecord, PrunedSearch, TableRecord, Windows,
 };
 use sabaki::maps::{BakeSettings, BakedGraph, Baker};
 use sabaki::query::cull::cpu;
 use sabaki::query::{Answer, Query, QueryContext, QuerySettings};
 use sabaki_app::demo::throw::{ThrowSettings, throw};
-use sabaki_import::{ClipSet, ReadOptions, read_clips};
+use sabaki_import::{ClipSet, EventsFile, ReadOptions, bvh, read_clips};
 use stages::StageClock;
 
 /// Standard deviation of the joints' turns, in degrees.
@@ -70,14 +71,20 @@ fn main() {
         minutes.iter().for_each(|&minutes| onto(&set, minutes));
         return;
     }
+    let after =
+        |name: &str| std::env::args().find_map(|arg| arg.strip_prefix(name).map(PathBuf::from));
+    if let Some(folder) = after("files=") {
+        minutes
+            .iter()
+            .for_each(|&minutes| files(&set, minutes, &folder));
+        return;
+    }
     match asked("bake") {
         true => {
             let bakes = bakes(&set, &minutes);
             println!();
             growth::print(&bakes);
-            let plot =
-                std::env::args().find_map(|arg| arg.strip_prefix("plot=").map(PathBuf::from));
-            if let Some(path) = plot {
+            if let Some(path) = after("plot=") {
                 growth::draw(&path, &bakes).unwrap();
             }
         }
@@ -94,6 +101,31 @@ fn library(set: &ClipSet) -> Library<'_> {
         turn: TURN.to_radians(),
         evasions: EVASIONS,
     }
+}
+
+/// Writes a library as BVH files in `FOLDER/MINUTES/clips`, and its events as `FOLDER/MINUTES/events.json`.
+fn files(set: &ClipSet, minutes: f64, folder: &Path) {
+    const METRES_PER_UNIT: f64 = 0.01;
+    let made = library(set).of(60.0 * minutes);
+    let folder = folder.join(minutes.to_string());
+    std::fs::create_dir_all(folder.join("clips")).unwrap();
+    let named = |(index, clip): (usize, &Clip)| {
+        let desc = ClipDesc {
+            name: format!("{index:05}.bvh"),
+            ..clip.desc()
+        };
+        Clip::new(&set.skeleton, desc).unwrap()
+    };
+    let named: Vec<Clip> = made.clips.iter().enumerate().map(named).collect();
+    for clip in &named {
+        let file = std::fs::File::create(folder.join("clips").join(clip.name())).unwrap();
+        let mut file = std::io::BufWriter::new(file);
+        bvh::write(&mut file, &set.skeleton, clip, METRES_PER_UNIT).unwrap();
+    }
+    let events = EventsFile::of(&made.events, &named, &set.skeleton).unwrap();
+    let text = serde_json::to_string(&events).unwrap();
+    std::fs::write(folder.join("events.json"), text).unwrap();
+    println!("{}: {} clips", folder.display(), named.len());
 }
 
 /// Prints and returns what whole bakes take.
@@ -183,7 +215,7 @@ fn onto(set: &ClipSet, minutes: f64) {
         event.clip -= usize::from(event.clip > left_out);
     }
     println!("\n{minutes} minutes, {} clips:", all.clips.len());
-    let bake = |name: &str, made: &MadeClips, earlier: (GraphRecord, EntryRecord)| {
+    let bake = |name: &str, made: &MadeClips, earlier: (GraphRecord, TableRecord)| {
         let source = ClipSource {
             skeleton: &set.skeleton,
             clips: &made.clips,
@@ -198,16 +230,16 @@ fn onto(set: &ClipSet, minutes: f64) {
         let clips = builder.clips_taken_over().clone();
         let found = { builder.find_transitions(|_| Ok::<_, sabaki::graph::GraphError>(())) };
         let (graph, _, of_graph) = builder.build_recorded(found.unwrap()).unwrap();
-        let baker = Baker::new(graph, BakeSettings::default()).unwrap();
-        let baker = baker.onto(earlier.1, clips);
+        let settings = BakeSettings::default();
+        let baker = Baker::onto(graph, settings, earlier.1, clips).unwrap();
         let maps = baker.draw_on_cpu();
-        let (baked, of_entries) = baker.finish_recorded(maps).unwrap();
+        let (baked, of_tables) = baker.finish_recorded(maps).unwrap();
         let seconds = started.elapsed().as_secs_f64();
         println!("{name}: {seconds:.2} s");
         print_stages();
         (
             archive::to_bytes(&baked).unwrap(),
-            (of_graph, of_entries),
+            (of_graph, of_tables),
             seconds,
         )
     };

@@ -32,10 +32,11 @@ pub use crate::lod::settings::{Branch, Carrier, Flexion, Inertia};
 pub use crate::lod::switching::Band;
 pub use crate::maps::atlas::RegionId;
 pub use crate::maps::attack_grid::{AttackGridReport, AttackOption, Contact};
+pub use crate::maps::bake::TableRecord;
 pub use crate::maps::collect::DrawnMaps;
 pub use crate::maps::disc::{Disc, SUB_TEXELS};
 pub use crate::maps::entries::{
-    EntryRecord, EntryReport, EntrySettings, PlausibilitySettings, Stretches,
+    EntryRecord, EntryReport, EntrySettings, MomentShare, PlausibilitySettings, Stretches,
 };
 pub use crate::maps::fixed_transform::FixedTransform2;
 pub use crate::maps::grid::{CellColumn, Grid, GridSettings, TouchedCells};

@@ -6,9 +6,10 @@
 
 use super::bake_settings::{BakeError, BakeSettings};
 use super::baked::BakedParts;
-use super::collect::{DrawingOwner, DrawnMaps, Kind, MapCollector};
+use super::collect::{DrawingOwner, DrawnMaps, MapCollector};
 use super::drawings::{self, DrawingSource, EventDrawings, TooHigh};
-use super::entries::{EarlierEntries, EntryRecord, EntrySearch};
+use super::entries::{EarlierEntries, EntryRecord, EntrySearch, MomentShare};
+use super::map_record::{EventMaps, KnownMaps, MapKey, MapRecord};
 use super::raster;
 use super::retime::retimable_edges;
 use super::{
@@ -18,6 +19,7 @@ use super::{
 use crate::anim::EventKind;
 use crate::graph::{ClipMatch, EdgeId, GraphEvent, MotionGraph};
 use crate::math::{Rigid2, in_parallel};
+use serde::{Deserialize, Serialize};
 
 /// A bake whose drawings are prepared and whose maps are not yet drawn.
 #[derive(Clone, Debug)]
@@ -31,7 +33,32 @@ pub struct Baker {
     every_frame: Vec<Drawing>,
     any_frame: Vec<Drawing>,
     collector: MapCollector,
+    /// What the maps of each event depend on, evasions first; `None` if that is more than its clip.
+    keys: Vec<Option<MapKey>>,
     earlier: EarlierEntries,
+}
+
+/// Maps and tests of entries that a later bake takes over.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct TableRecord {
+    /// Tests of entries, exits and layers.
+    pub entries: EntryRecord,
+    maps: MapRecord,
+}
+
+impl From<EntryRecord> for TableRecord {
+    fn from(entries: EntryRecord) -> Self {
+        Self {
+            entries,
+            ..Self::default()
+        }
+    }
+}
+
+/// The maps of an event, or its drawings.
+enum Prepared {
+    Known(EventMaps),
+    New(EventDrawings),
 }
 
 impl Baker {
@@ -40,6 +67,25 @@ impl Baker {
     /// # Errors
     /// A setting is out of range, or an event's maps would be too large.
     pub fn new(graph: MotionGraph, settings: BakeSettings) -> Result<Self, BakeError> {
+        Self::onto(
+            graph,
+            settings,
+            TableRecord::default(),
+            ClipMatch::default(),
+        )
+    }
+
+    /// Like [`Baker::new`], but takes over the maps and the tests of an earlier bake, which has `clips`, too. The baked graph is the same.
+    ///
+    /// # Errors
+    /// The errors of [`Baker::new`].
+    #[doc(hidden)]
+    pub fn onto(
+        graph: MotionGraph,
+        settings: BakeSettings,
+        earlier: TableRecord,
+        clips: ClipMatch,
+    ) -> Result<Self, BakeError> {
         let maps = settings.maps;
         if !maps.is_sound() {
             return Err(BakeError::Grid {
@@ -64,70 +110,83 @@ impl Baker {
         if !body.is_sound(graph.skeleton()) {
             return Err(BakeError::Body);
         }
-        let of_kind = |kind| graph.edges_with(kind).map(|(edge, _)| edge).collect();
         let mut baker = Self {
-            evasions: of_kind(EventKind::Evasion),
-            attacks: of_kind(EventKind::Attack),
+            evasions: edges_of(&graph, EventKind::Evasion),
+            attacks: edges_of(&graph, EventKind::Attack),
             body,
             settings,
             every_frame: Vec::new(),
             any_frame: Vec::new(),
             collector: MapCollector::new(maps),
+            keys: Vec::new(),
             earlier: EarlierEntries::default(),
             graph,
         };
-        for (kind, drawings) in baker.events()? {
-            let event = baker.collector.event(kind, &drawings);
-            for (part, drawing) in drawings.every_frame {
-                baker
-                    .collector
-                    .every_frame
-                    .push(DrawingOwner { event, part });
-                baker.every_frame.push(drawing);
-            }
-            for (part, drawing) in drawings.any_frame {
-                baker.collector.any_frame.push(DrawingOwner { event, part });
-                baker.any_frame.push(drawing);
-            }
+        let known = KnownMaps::onto(earlier.maps, &clips, (&baker.body, maps));
+        for (kind, key, prepared) in baker.events(&known)? {
+            baker.keys.push(key);
+            baker.add(kind, prepared);
         }
+        baker.earlier = EarlierEntries {
+            record: earlier.entries,
+            clips,
+        };
         Ok(baker)
     }
 
-    /// Takes over the tests of an earlier bake, which has `clips`, too. The baked graph is the same.
-    #[must_use]
-    #[doc(hidden)]
-    pub fn onto(self, record: EntryRecord, clips: ClipMatch) -> Self {
-        Self {
-            earlier: EarlierEntries { record, clips },
-            ..self
+    /// Adds an event.
+    fn add(&mut self, kind: EventKind, prepared: Prepared) {
+        let drawings = match prepared {
+            Prepared::Known(maps) => return self.collector.known(maps),
+            Prepared::New(drawings) => drawings,
+        };
+        let collector = &mut self.collector;
+        let event = collector.event(kind, &drawings);
+        for (part, drawing) in drawings.every_frame {
+            collector.every_frame.push(DrawingOwner { event, part });
+            self.every_frame.push(drawing);
+        }
+        for (part, drawing) in drawings.any_frame {
+            collector.any_frame.push(DrawingOwner { event, part });
+            self.any_frame.push(drawing);
         }
     }
 
-    /// Prepares the drawings of all events, evasions first.
-    fn events(&self) -> Result<Vec<(Kind, EventDrawings)>, BakeError> {
+    /// Prepares the drawings of all events whose maps are not known, evasions first.
+    fn events(
+        &self,
+        known: &KnownMaps,
+    ) -> Result<Vec<(EventKind, Option<MapKey>, Prepared)>, BakeError> {
         let source = DrawingSource {
             graph: &self.graph,
             body: &self.body,
             grid: self.settings.maps,
         };
-        let evasions = self.evasions.len();
-        let count = evasions + self.attacks.len();
-        let drawn = in_parallel(self.settings.threads, count, |index| {
-            let (kind, edge) = match index.checked_sub(evasions) {
-                None => (Kind::Evasion, self.evasions[index]),
-                Some(attack) => (Kind::Attack, self.attacks[attack]),
+        let edges: Vec<EdgeId> = { self.evasions.iter().chain(&self.attacks) }
+            .copied()
+            .collect();
+        let prepared = in_parallel(self.settings.threads, edges.len(), |index| {
+            let edge = edges[index];
+            let kind = match index < self.evasions.len() {
+                true => EventKind::Evasion,
+                false => EventKind::Attack,
             };
             let Some(event) = self.graph.edge(edge).event else {
-                return Ok((kind, EventDrawings::default()));
+                return Ok((kind, None, Prepared::New(EventDrawings::default())));
             };
             let event = self.graph.event(event);
+            let key = MapKey::new(source, edge, event);
+            if let Some(maps) = key.as_ref().and_then(|key| known.of(key)) {
+                return Ok((kind, key, Prepared::Known(maps.clone())));
+            }
             let drawings = match kind {
-                Kind::Evasion => drawings::of_evasion(source, edge, event),
-                Kind::Attack => drawings::of_attack(source, event),
+                EventKind::Evasion => drawings::of_evasion(source, edge, event),
+                EventKind::Attack => drawings::of_attack(source, event),
             };
-            Ok((kind, self.checked(event, drawings)?))
+            let drawings = self.checked(event, drawings)?;
+            Ok((kind, key, Prepared::New(drawings)))
         });
-        drawn.into_iter().collect()
+        prepared.into_iter().collect()
     }
 
     /// Returns an error if the drawings do not fit fixed-point maps.
@@ -209,36 +268,32 @@ impl Baker {
     /// # Errors
     /// The errors of [`Baker::finish`].
     #[doc(hidden)]
-    pub fn finish_recorded(self, maps: DrawnMaps) -> Result<(BakedGraph, EntryRecord), BakeError> {
-        let atlas = self.atlas(&maps)?;
-        let placement = |edge: EdgeId| -> Rigid2 {
-            let from = self.graph.node(self.graph.edge(edge).from);
-            self.graph.placement(from.clip, from.frame)
-        };
-        let regions = (0..).map(RegionId);
-        let evasions = self.evasions.iter().zip(regions);
-        let evasions = evasions
-            .map(|(&edge, region)| Evasion {
-                edge,
-                region,
-                placement: placement(edge),
-            })
+    pub fn finish_recorded(
+        mut self,
+        maps: DrawnMaps,
+    ) -> Result<(BakedGraph, TableRecord), BakeError> {
+        let maps = self.gathered(&maps)?;
+        let keys = std::mem::take(&mut self.keys);
+        let recorded = { keys.into_iter().zip(&maps) }
+            .filter_map(|(key, maps)| Some((key?, maps.clone())))
             .collect();
+        let recorded = MapRecord::new((self.body.clone(), self.settings.maps), recorded);
+        let atlas = self.atlas(maps);
         let attacks = self.attacks.iter();
         let attack_moves = attacks
             .map(|&edge| AttackMove {
                 edge,
-                placement: placement(edge),
+                placement: placement(&self.graph, edge),
             })
             .collect();
         let retimable = retimable_edges(&self.graph, &self.settings.retime);
-        let evasions: Vec<Evasion> = evasions;
+        let evasions = evasions_of(&self.graph, &self.evasions);
         let search = EntrySearch {
             settings: &self.settings.entries,
             threads: self.settings.threads,
             earlier: &self.earlier,
         };
-        let (entries, record) = {
+        let (entries, of_entries) = {
             let _span = tracing::trace_span!("bake: find entries").entered();
             EntryTable::find(&self.graph, &evasions, search)
         };
@@ -252,16 +307,69 @@ impl Baker {
             entries,
         };
         let baked = BakedGraph::new(parts, &self.settings.paths, self.settings.grid);
+        let record = TableRecord {
+            entries: of_entries,
+            maps: recorded,
+        };
         Ok((baked, record))
     }
 
-    fn atlas(&self, maps: &DrawnMaps) -> Result<RegionAtlas, BakeError> {
+    /// The maps of all events.
+    fn gathered(&self, maps: &DrawnMaps) -> Result<Vec<EventMaps>, BakeError> {
         let every = maps.every_frame.iter().map(|maps| maps.body.rect());
         check(every, &self.every_frame)?;
         check(maps.any_frame.iter().map(BitMap::rect), &self.any_frame)?;
-        let (regions, attacks) = self.collector.gather(maps);
-        Ok(RegionAtlas::new(self.settings.maps, regions, attacks))
+        Ok(self.collector.gather(maps))
     }
+
+    fn atlas(&self, maps: Vec<EventMaps>) -> RegionAtlas {
+        let (mut regions, mut attacks) = (Vec::new(), Vec::new());
+        for maps in maps {
+            match maps {
+                EventMaps::Evasion(maps) => regions.push(maps),
+                EventMaps::Attack(maps) => attacks.push(maps),
+            }
+        }
+        RegionAtlas::new(self.settings.maps, regions, attacks)
+    }
+}
+
+impl EntryRecord {
+    /// Tests the entries of a share of all moments of a graph. [`EntryRecord::of_shares`] puts the records of all shares together, and
+    /// [`Baker::onto`] takes that over.
+    #[must_use]
+    #[doc(hidden)]
+    pub fn of_graph(graph: &MotionGraph, settings: &BakeSettings, share: MomentShare) -> Self {
+        let evasions = evasions_of(graph, &edges_of(graph, EventKind::Evasion));
+        let search = EntrySearch {
+            settings: &settings.entries,
+            threads: settings.threads,
+            earlier: &EarlierEntries::default(),
+        };
+        Self::of_share(graph, &evasions, share, search)
+    }
+}
+
+/// The edges of all events of a kind.
+fn edges_of(graph: &MotionGraph, kind: EventKind) -> Vec<EdgeId> {
+    graph.edges_with(kind).map(|(edge, _)| edge).collect()
+}
+
+/// The evasions that some edges play. Each has the maps of its position.
+fn evasions_of(graph: &MotionGraph, edges: &[EdgeId]) -> Vec<Evasion> {
+    let regions = (0..).map(RegionId);
+    let evasion = |(&edge, region)| Evasion {
+        edge,
+        region,
+        placement: placement(graph, edge),
+    };
+    edges.iter().zip(regions).map(evasion).collect()
+}
+
+/// The character's frame at an edge's start, in the space of its clip.
+fn placement(graph: &MotionGraph, edge: EdgeId) -> Rigid2 {
+    let from = graph.node(graph.edge(edge).from);
+    graph.placement(from.clip, from.frame)
 }
 
 impl BakedGraph {
@@ -276,7 +384,8 @@ impl BakedGraph {
             ..BakeSettings::default()
         };
         let baker = Baker::new(self.graph().clone(), settings)?;
-        Ok(self.with_atlas(baker.atlas(&baker.draw_on_cpu())?))
+        let maps = baker.gathered(&baker.draw_on_cpu())?;
+        Ok(self.with_atlas(baker.atlas(maps)))
     }
 }
 

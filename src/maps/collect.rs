@@ -1,10 +1,12 @@
 //! Collects drawn maps into the maps of regions. Each drawing is assigned to its event, slab and
 //! slice, and all slices of a slab are merged into masks in the smallest rectangle.
 
-use super::drawings::{EventDrawings, Part};
+use super::drawings::{EventDrawings, Part, SlabRange};
+use super::map_record::EventMaps;
 use super::raster::EvasionMaps;
 use super::region_maps::{AttackMaps, RegionMaps, SlabMaps};
 use super::{BitMap, MapGrid, MapRect, MaskMap, Slab};
+use crate::anim::EventKind;
 
 /// The maps that a rasterizer drew for a [`Baker`](super::Baker).
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -15,13 +17,6 @@ pub struct DrawnMaps {
     pub any_frame: Vec<BitMap>,
 }
 
-/// Kind of an event.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Kind {
-    Evasion,
-    Attack,
-}
-
 /// Event and part that a drawing belongs to.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct DrawingOwner {
@@ -30,13 +25,18 @@ pub(super) struct DrawingOwner {
     pub part: Part,
 }
 
-/// An event whose maps are not yet drawn.
-#[derive(Clone, Copy, Debug)]
-struct PendingEvent {
-    kind: Kind,
-    first_slab: Slab,
-    slabs: usize,
-    seconds: f32,
+/// An event, and where its maps come from.
+#[derive(Clone, Debug)]
+enum PendingEvent {
+    /// They are not drawn yet.
+    Drawn {
+        kind: EventKind,
+        slabs: SlabRange,
+        /// Time from the event's start that the slices cover, in seconds.
+        seconds: f32,
+    },
+    /// An earlier bake drew them.
+    Known(EventMaps),
 }
 
 /// All events of a bake, with the event of each drawing.
@@ -59,24 +59,27 @@ impl MapCollector {
         }
     }
 
-    /// Adds an event and returns its index.
-    pub(super) fn event(&mut self, kind: Kind, drawings: &EventDrawings) -> usize {
-        self.events.push(PendingEvent {
+    /// Adds an event whose maps will be drawn, and returns its index.
+    pub(super) fn event(&mut self, kind: EventKind, drawings: &EventDrawings) -> usize {
+        self.events.push(PendingEvent::Drawn {
             kind,
-            first_slab: Slab(drawings.slabs.low),
-            slabs: drawings.slabs.count,
+            slabs: drawings.slabs,
             seconds: drawings.seconds,
         });
         self.events.len() - 1
     }
 
-    /// Maps of all evasions and of all attacks. `maps` holds one map for each drawing.
-    pub(super) fn gather(&self, maps: &DrawnMaps) -> (Vec<RegionMaps>, Vec<AttackMaps>) {
+    /// Adds an event whose maps are known.
+    pub(super) fn known(&mut self, maps: EventMaps) {
+        self.events.push(PendingEvent::Known(maps));
+    }
+
+    /// Maps of all events. `maps` holds one map for each drawing.
+    pub(super) fn gather(&self, maps: &DrawnMaps) -> Vec<EventMaps> {
         let mut every = self.every_frame.iter().zip(&maps.every_frame).peekable();
         let mut any = self.any_frame.iter().zip(&maps.any_frame).peekable();
-        let (mut regions, mut attacks) = (Vec::new(), Vec::new());
-        for (index, event) in self.events.iter().enumerate() {
-            let mut slabs = vec![SlabDrawings::default(); event.slabs];
+        let mut of_event = |index: usize, count: usize| {
+            let mut slabs = vec![SlabDrawings::default(); count];
             while let Some((member, maps)) = every.next_if(|(member, _)| member.event == index) {
                 let slab = &mut slabs[member.part.slab];
                 match member.part.slice {
@@ -93,24 +96,36 @@ impl MapCollector {
                 let slice = member.part.slice.unwrap_or(0);
                 slabs[member.part.slab].outer.push((slice, map));
             }
-            let first_slab = event.first_slab;
-            match event.kind {
-                Kind::Evasion => regions.push(RegionMaps {
+            slabs
+        };
+        let gathered = self.events.iter().enumerate().map(|(index, event)| {
+            let (kind, slabs, seconds) = match event {
+                PendingEvent::Known(maps) => return maps.clone(),
+                PendingEvent::Drawn {
+                    kind,
+                    slabs,
+                    seconds,
+                } => (*kind, *slabs, *seconds),
+            };
+            let first_slab = Slab(slabs.low);
+            let slabs = of_event(index, slabs.count);
+            match kind {
+                EventKind::Evasion => EventMaps::Evasion(RegionMaps {
                     first_slab,
                     slabs: slabs.iter().map(|slab| slab.region(self.grid)).collect(),
-                    seconds: event.seconds,
+                    seconds,
                 }),
-                Kind::Attack => attacks.push(AttackMaps {
+                EventKind::Attack => EventMaps::Attack(AttackMaps {
                     first_slab,
                     slabs: slabs.iter().map(SlabDrawings::attack).collect(),
                 }),
             }
-        }
-        (regions, attacks)
+        });
+        gathered.collect()
     }
 }
 
-/// SlabDrawings maps of one slab, by slice.
+/// The drawn maps of one slab, by slice.
 #[derive(Clone, Debug, Default)]
 struct SlabDrawings<'a> {
     body: Vec<(u32, &'a BitMap)>,

@@ -77,6 +77,22 @@ pub(super) struct DrawingSource<'a> {
     pub grid: MapGrid,
 }
 
+impl DrawingSource<'_> {
+    /// Number of slices of an evasion, and their duration in seconds.
+    fn slices(&self, edge: EdgeId) -> (u32, f32) {
+        match self.grid.is_timed() {
+            true => (self.grid.slices, self.grid.slice_seconds),
+            false => (1, self.graph.seconds(edge)),
+        }
+    }
+
+    /// Time from its start for which an evasion's drawings need its motion, in seconds.
+    pub(super) fn seconds(&self, edge: EdgeId) -> f32 {
+        let (slices, slice_seconds) = self.slices(edge);
+        slices as f32 * slice_seconds + 3.0 / BodyTrack::RATE
+    }
+}
+
 /// A range of slabs.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct SlabRange {
@@ -102,13 +118,9 @@ pub(super) fn of_evasion(
     let DrawingSource { graph, body, grid } = source;
     let placement = graph.placement(event.clip, event.first);
     let frames = body_frames(source, event, placement.inverse());
-    let (slices, slice_seconds) = if grid.is_timed() {
-        (grid.slices, grid.slice_seconds)
-    } else {
-        (1, graph.seconds(edge))
-    };
+    let (slices, slice_seconds) = source.slices(edge);
     let seconds = slices as f32 * slice_seconds;
-    let beyond = seconds + 3.0 / BodyTrack::RATE;
+    let beyond = source.seconds(edge);
     let start = TrackStart {
         edge,
         frame: 0.0,

@@ -7,7 +7,7 @@
 pub(crate) mod atlas;
 pub(crate) mod attack_grid;
 pub(crate) mod attack_move;
-mod bake;
+pub(crate) mod bake;
 mod bake_settings;
 mod baked;
 mod body;
@@ -24,6 +24,7 @@ pub(crate) mod fixed_transform;
 pub(crate) mod grid;
 mod hulls;
 pub(crate) mod map;
+mod map_record;
 pub(crate) mod mask;
 mod moving_sphere;
 mod on_first_use;

@@ -7,7 +7,7 @@ use common::captures::captures;
 use sabaki::anim::{Clip, Event};
 use sabaki::archive;
 use sabaki::graph::{ClipSource, GraphError, GraphSettings};
-use sabaki::internal::{EntryRecord, GraphBuilder, GraphRecord};
+use sabaki::internal::{GraphBuilder, GraphRecord, TableRecord};
 use sabaki::maps::{BakeSettings, Baker};
 use sabaki_import::ClipSet;
 
@@ -40,11 +40,11 @@ impl Part {
 /// What a bake gives.
 struct Made {
     bytes: Vec<u8>,
-    record: (GraphRecord, EntryRecord),
+    record: (GraphRecord, TableRecord),
     taken_over: usize,
 }
 
-fn bake(set: &ClipSet, part: &Part, threads: usize, earlier: &(GraphRecord, EntryRecord)) -> Made {
+fn bake(set: &ClipSet, part: &Part, threads: usize, earlier: &(GraphRecord, TableRecord)) -> Made {
     let source = ClipSource {
         skeleton: &set.skeleton,
         clips: &part.clips,
@@ -54,7 +54,7 @@ fn bake(set: &ClipSet, part: &Part, threads: usize, earlier: &(GraphRecord, Entr
         threads,
         ..GraphSettings::default()
     };
-    let (of_graph, of_entries) = earlier.clone();
+    let (of_graph, of_tables) = earlier.clone();
     let builder = GraphBuilder::onto(source, &settings, of_graph).unwrap();
     let clips = builder.clips_taken_over().clone();
     let taken_over = clips.count();
@@ -66,12 +66,12 @@ fn bake(set: &ClipSet, part: &Part, threads: usize, earlier: &(GraphRecord, Entr
         threads,
         ..BakeSettings::default()
     };
-    let baker = Baker::new(graph, settings).unwrap().onto(of_entries, clips);
+    let baker = Baker::onto(graph, settings, of_tables, clips).unwrap();
     let maps = baker.draw_on_cpu();
-    let (baked, of_entries) = baker.finish_recorded(maps).unwrap();
+    let (baked, of_tables) = baker.finish_recorded(maps).unwrap();
     Made {
         bytes: archive::to_bytes(&baked).unwrap(),
-        record: (of_graph, of_entries),
+        record: (of_graph, of_tables),
         taken_over,
     }
 }

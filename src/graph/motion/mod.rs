@@ -135,6 +135,11 @@ impl Motion {
         }
     }
 
+    /// The edges that it plays, in order.
+    pub(crate) fn edges(&self) -> impl Iterator<Item = EdgeId> + '_ {
+        self.pieces.iter().map(|piece| piece.playhead.edge)
+    }
+
     /// Becomes another motion, in the memory that it has.
     pub(crate) fn copy_from(&mut self, other: &Self) {
         self.pieces.clone_from(&other.pieces);

@@ -35,6 +35,16 @@ impl ClipMatch {
         found
     }
 
+    /// Two bakes of the same clips.
+    #[must_use]
+    pub fn same(clips: usize) -> Self {
+        let all: Vec<Option<u32>> = (0..clips as u32).map(Some).collect();
+        Self {
+            earlier: all.clone(),
+            now: all,
+        }
+    }
+
     /// Number of clips of this bake.
     pub(crate) fn len(&self) -> usize {
         self.earlier.len()

@@ -5,8 +5,9 @@ use super::layers::LayerSource;
 use super::limits::MeasuredMotion;
 use super::moment_search::MomentSearch;
 use super::record::{EarlierEntries, EntryRecord, TestTable};
+use super::share::MomentShare;
 use super::targets::{ClipFrame, ClipPlaces, natural};
-use super::{EntrySettings, EntryTable};
+use super::{EntrySettings, EntryTable, EntryTarget};
 use crate::graph::MotionGraph;
 use crate::maps::Evasion;
 
@@ -30,12 +31,6 @@ impl EntryTable {
         let places = ClipPlaces::new(graph);
         let mut measured = MeasuredMotion::of(graph, threads);
         let limits = measured.limits(&settings.plausible);
-        let step = settings.moment_step;
-        let mut table = Self {
-            step,
-            first_moment: first_moments(graph, step),
-            ..Self::default()
-        };
         let search = SearchBasis {
             graph,
             limits: &limits,
@@ -43,44 +38,24 @@ impl EntryTable {
             threads,
         };
         let targets = search.targets(evasions, settings);
-        let frames = targets
-            .iter()
-            .map(|target| ClipFrame::of(graph, target.edge, target.edge_frame));
-        let mut entries = Finder::new(search, frames.collect(), Ways::ENTRIES);
-        let frames = natural(graph, settings.target_step);
-        let mut exits = Finder::new(search, frames, Ways::EXITS);
-        let mut layers = LayerSource::new(search, evasions, &targets);
-        let mut record = EntryRecord {
-            settings: Some(*settings),
-            first_moment: table.first_moment.clone(),
-            entries: TestTable::new(entries.basis()),
-            exits: TestTable::new(exits.basis()),
-            layers: TestTable::new(layers.basis(&entries)),
-            ..EntryRecord::default()
+        let mut goals = Goals::new(search, evasions, &targets, settings);
+        let mut record = goals.record();
+        let mut table = Self {
+            step: settings.moment_step,
+            first_moment: record.first_moment.clone(),
+            ..Self::default()
         };
         if let Some(earlier) = earlier {
-            let of_entries = earlier.known(&earlier.record.entries, entries.basis());
-            let of_exits = earlier.known(&earlier.record.exits, exits.basis());
-            entries.know(Some(of_entries));
-            exits.know(Some(of_exits));
-            layers.known = Some(earlier.known(&earlier.record.layers, layers.basis(&entries)));
+            goals.know(earlier);
         }
-        let search = MomentSearch {
-            entries: &entries,
-            exits: &exits,
-            layers: &layers,
-            settings,
-        };
-        for found in search.all(threads) {
+        for found in goals.search().of(MomentShare::ALL, threads) {
             table.cut += u64::from(found.entries.len() == settings.most as usize);
             table.entries.push(&found.entries);
             table.exits.lists.push(&found.exits);
             table.layers.push(&found.layers);
-            let [entries, exits, layers] = found.tests;
-            record.entries.push(entries);
-            record.exits.push(exits);
-            record.layers.push(layers);
+            record.push(found.tests);
         }
+        let exits = goals.exits;
         table.exits.targets = exits.targets.iter().map(Into::into).collect();
         let utmost = measured.limits(&settings.plausible.utmost());
         let mut exits = exits.within_utmost(&utmost);
@@ -88,6 +63,96 @@ impl EntryTable {
         record.last_exits = table.shorten_stretches(&exits, settings.unbranched, threads);
         (table.limits, table.targets) = (limits, targets);
         (table, record)
+    }
+}
+
+impl EntryRecord {
+    /// Tests a share of all moments. [`EntryRecord::of_shares`] puts the records of all shares together.
+    pub(crate) fn of_share(
+        graph: &MotionGraph,
+        evasions: &[Evasion],
+        share: MomentShare,
+        EntrySearch {
+            settings, threads, ..
+        }: EntrySearch<'_>,
+    ) -> Self {
+        if settings.moment_step == 0 || evasions.is_empty() {
+            return Self::default();
+        }
+        let places = ClipPlaces::new(graph);
+        let limits = MeasuredMotion::of(graph, threads).limits(&settings.plausible);
+        let search = SearchBasis {
+            graph,
+            limits: &limits,
+            places: &places,
+            threads,
+        };
+        let targets = search.targets(evasions, settings);
+        let goals = Goals::new(search, evasions, &targets, settings);
+        let mut record = goals.record();
+        for found in goals.search().of(share, threads) {
+            record.push(found.tests);
+        }
+        record
+    }
+}
+
+/// What entries, exits and layers of each moment may lead to.
+struct Goals<'a> {
+    settings: &'a EntrySettings,
+    entries: Finder<'a>,
+    exits: Finder<'a>,
+    layers: LayerSource<'a>,
+}
+
+impl<'a> Goals<'a> {
+    fn new(
+        search: SearchBasis<'a>,
+        evasions: &[Evasion],
+        targets: &'a [EntryTarget],
+        settings: &'a EntrySettings,
+    ) -> Self {
+        let graph = search.graph;
+        let frames = targets
+            .iter()
+            .map(|target| ClipFrame::of(graph, target.edge, target.edge_frame));
+        Self {
+            settings,
+            entries: Finder::new(search, frames.collect(), Ways::ENTRIES),
+            exits: Finder::new(search, natural(graph, settings.target_step), Ways::EXITS),
+            layers: LayerSource::new(search, evasions, targets),
+        }
+    }
+
+    /// A record without tests.
+    fn record(&self) -> EntryRecord {
+        EntryRecord {
+            settings: Some(*self.settings),
+            first_moment: first_moments(self.entries.graph, self.settings.moment_step),
+            entries: TestTable::new(self.entries.basis()),
+            exits: TestTable::new(self.exits.basis()),
+            layers: TestTable::new(self.layers.basis(&self.entries)),
+            ..EntryRecord::default()
+        }
+    }
+
+    /// Takes over the tests of an earlier bake.
+    fn know(&mut self, earlier: &'a EarlierEntries) {
+        let record = &earlier.record;
+        let of_entries = earlier.known(&record.entries, self.entries.basis());
+        let of_exits = earlier.known(&record.exits, self.exits.basis());
+        self.entries.know(Some(of_entries));
+        self.exits.know(Some(of_exits));
+        self.layers.known = Some(earlier.known(&record.layers, self.layers.basis(&self.entries)));
+    }
+
+    fn search(&self) -> MomentSearch<'_> {
+        MomentSearch {
+            entries: &self.entries,
+            exits: &self.exits,
+            layers: &self.layers,
+            settings: self.settings,
+        }
     }
 }
 

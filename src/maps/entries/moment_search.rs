@@ -5,6 +5,7 @@ use super::finder::{Departed, Finder, Scratch};
 use super::frames::LeftMotion;
 use super::layers::LayerSource;
 use super::record::MomentTests;
+use super::share::MomentShare;
 use super::targets::ClipFrame;
 use super::{EntrySettings, KnownEntry};
 use crate::graph::{ClipId, Node};
@@ -38,10 +39,12 @@ impl MomentFound {
 }
 
 impl MomentSearch<'_> {
-    /// Searches all moments.
-    pub(super) fn all(&self, threads: usize) -> impl Iterator<Item = MomentFound> + use<> {
-        /// Number of moments that share scratch.
-        const BATCH: usize = 64;
+    /// Searches a share of all moments.
+    pub(super) fn of(
+        &self,
+        share: MomentShare,
+        threads: usize,
+    ) -> impl Iterator<Item = MomentFound> + use<> {
         let (graph, step) = (self.entries.graph, self.settings.moment_step);
         let frames = graph.clips().iter().map(|clip| clip.frames() as u32);
         let moments: Vec<Node> = { frames.zip(0..) }
@@ -51,10 +54,10 @@ impl MomentSearch<'_> {
                 frames.map(move |frame| Node { clip, frame })
             })
             .collect();
-        let found = in_parallel(threads, moments.len().div_ceil(BATCH), |batch| {
+        let batches: Vec<&[Node]> = share.of(&moments).collect();
+        let found = in_parallel(threads, batches.len(), |batch| {
             let mut scratch = Scratch::new(graph);
-            let end = ((batch + 1) * BATCH).min(moments.len());
-            let own = moments[batch * BATCH..end].iter();
+            let own = batches[batch].iter();
             own.map(|&frame| self.at(frame, &mut scratch))
                 .collect::<Vec<_>>()
         });

@@ -29,6 +29,15 @@ pub struct EntryRecord {
     pub(super) layers: TestTable,
 }
 
+impl EntryRecord {
+    /// Appends the tests of the next moment: of entries, exits and layers.
+    pub(super) fn push(&mut self, [entries, exits, layers]: [MomentTests; 3]) {
+        self.entries.push(entries);
+        self.exits.push(exits);
+        self.layers.push(layers);
+    }
+}
+
 /// The record of an earlier bake, and the clips that both have.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct EarlierEntries {
@@ -160,6 +169,29 @@ impl TestTable {
         self.ends.push(self.tests.len() as u32);
         self.beyond.push(found.beyond);
         self.furthest.push(found.furthest);
+    }
+
+    /// A table of the same targets and limits without tests.
+    pub(super) fn without_tests(&self) -> Self {
+        Self {
+            limits: self.limits.clone(),
+            targets: self.targets.clone(),
+            ..Self::default()
+        }
+    }
+
+    /// Whether both tables have the same targets and limits.
+    pub(super) fn is_of(&self, other: &Self) -> bool {
+        self.limits == other.limits && self.targets == other.targets
+    }
+
+    /// What is known of a moment.
+    pub(super) fn moment(&self, moment: usize) -> Option<MomentTests> {
+        Some(MomentTests {
+            tests: self.of(moment).to_vec(),
+            beyond: *self.beyond.get(moment)?,
+            furthest: *self.furthest.get(moment)?,
+        })
     }
 
     /// The tests of a moment.

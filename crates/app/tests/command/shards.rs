@@ -25,6 +25,12 @@ fn shard(folder: &Path, index: usize, more: &[&str]) -> Value {
     sabaki(folder, &[&args[..], more].concat()).json(0)
 }
 
+fn entries(folder: &Path, share: usize, more: &[&str]) -> Value {
+    let share = share.to_string();
+    let args = ["bake", "entries", "plan", &share, "--json"];
+    sabaki(folder, &[&args[..], more].concat()).json(0)
+}
+
 /// The file that one process writes.
 fn in_one_process(folder: &Path) -> Vec<u8> {
     let (clips, events) = clips();
@@ -85,6 +91,68 @@ fn the_joined_file_is_that_of_one_process() {
     assert!(report["report"]["window_pairs"].as_u64() == Some(pairs.iter().sum()));
     let expected = in_one_process(at);
     assert!(fs::read(elsewhere.join("joined.sabaki")).unwrap() == expected);
+    // With the tests of entries shared, too.
+    let refused = sabaki(at, &["bake", "entries", "plan", "0"]);
+    refused.is_refused(&["graph", "missing", "sabaki bake graph plan"]);
+    let graph = || sabaki(at, &["bake", "graph", "plan", "--json"]).json(0);
+    assert_eq!(graph()["was_there"], false);
+    assert_eq!(graph()["was_there"], true);
+    for (share, threads) in [(1, "2"), (4, "1"), (0, "3"), (3, "0"), (2, "1")] {
+        let args = ["--threads", threads];
+        assert_eq!(entries(at, share, &args)["was_there"], false);
+        assert_eq!(entries(at, share, &args)["was_there"], true);
+    }
+    fs::remove_file(elsewhere.join("joined.sabaki")).unwrap();
+    let with_entries = sabaki(&elsewhere, &args).json(0);
+    assert!(fs::read(elsewhere.join("joined.sabaki")).unwrap() == expected);
+    assert_eq!(with_entries["report"], report["report"]);
+}
+
+#[test]
+fn entries_or_a_graph_that_are_missing_or_damaged_are_named_with_their_command() {
+    let folder = folder();
+    let at = folder.path();
+    plan(at);
+    sabaki(at, &["bake", "graph", "plan"]).is_refused(&["shard 0 is missing"]);
+    (0..SHARDS).for_each(|index| drop(shard(at, index, &[])));
+    sabaki(at, &["bake", "graph", "plan"]).is(0);
+    (0..SHARDS).for_each(|share| drop(entries(at, share, &[])));
+    let expected = joined(at);
+    let file = |share: usize| at.join("plan/entries").join(share.to_string());
+    let sound = fs::read(file(2)).unwrap();
+    fs::remove_file(file(0)).unwrap();
+    let mut bytes = sound.clone();
+    *bytes.last_mut().unwrap() ^= 4;
+    fs::write(file(2), bytes).unwrap();
+    fs::write(file(3), &sound).unwrap();
+    let refused = sabaki(at, &["bake", "join", "plan", "--out", "never.sabaki"]);
+    let expected_words = [
+        "entries 0 are missing: sabaki bake entries plan 0",
+        "entries 2 are damaged: sabaki bake entries plan 2",
+        "entries 3 are damaged: sabaki bake entries plan 3",
+        "3 of 5 shards are lacking",
+    ];
+    let lines = expected_words.map(|words| format!("sabaki: {words}"));
+    assert_eq!(
+        (refused.code, refused.stderr.trim()),
+        (2, &*lines.join("\n"))
+    );
+    for share in [0, 2, 3] {
+        assert_eq!(entries(at, share, &[])["was_there"], false);
+    }
+    assert!(fs::read(file(2)).unwrap() == sound);
+    assert!(joined(at) == expected);
+    let graph = at.join("plan/graph");
+    let mut bytes = fs::read(&graph).unwrap();
+    bytes[100] ^= 1;
+    fs::write(&graph, bytes).unwrap();
+    let words = ["graph", "damaged", "sabaki bake graph plan"];
+    sabaki(at, &["bake", "join", "plan", "--out", "never.sabaki"]).is_refused(&words);
+    assert_eq!(
+        sabaki(at, &["bake", "graph", "plan", "--json"]).json(0)["was_there"],
+        false
+    );
+    assert!(joined(at) == expected);
 }
 
 #[test]
@@ -204,7 +272,7 @@ fn steps_without_a_plan_or_a_shard_are_refused() {
 }
 
 #[test]
-fn the_script_for_slurm_names_shards_and_join() {
+fn the_script_for_slurm_names_all_steps() {
     let folder = folder();
     let at = folder.path();
     plan(at);
@@ -224,8 +292,13 @@ fn the_script_for_slurm_names_shards_and_join() {
     let script = sabaki(at, &args).is(0).stdout;
     for words in [
         "--array=0-4",
-        "--dependency=\"afterok:$shards\"",
+        "--dependency=afterok:$1",
+        "$(after \"$shards\")",
+        "$(after \"$graph\")",
+        "$(after \"$entries\")",
         "bake shard ",
+        "bake graph ",
+        "bake entries ",
         " \"$SLURM_ARRAY_TASK_ID\"",
         "bake join ",
         "it'\\''s.sabaki'",

@@ -24,10 +24,13 @@ pub(super) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
     let clips = planned_clips(&bake)?;
     output::check_is_no_input("--out", &args.out, &clips.files())?;
     bake.manifest().check_inputs()?;
-    let baked = source::from_clips_with(&clips, |builder| {
-        bake.check_points(builder)?;
-        bake.transitions(builder)
-    })?;
+    let baked = match bake.shared_entries()? {
+        Some((built, entries)) => source::from_graph(&clips, built, entries)?,
+        None => source::from_clips_with(&clips, |builder| {
+            bake.check_points(builder)?;
+            bake.transitions(builder)
+        })?,
+    };
     Report {
         baked: &baked,
         out: &args.out,
@@ -37,7 +40,7 @@ pub(super) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
 }
 
 /// The clips that the arguments of the plan name.
-fn planned_clips(bake: &SharedBake) -> Result<ClipArgs, Failure> {
+pub(super) fn planned_clips(bake: &SharedBake) -> Result<ClipArgs, Failure> {
     let manifest = bake.manifest();
     let words = { ["sabaki"].into_iter() }.chain(manifest.arguments.iter().map(String::as_str));
     match Cli::try_parse_from(words) {

@@ -1,5 +1,7 @@
 //! `sabaki bake`: in one process, or in steps that several machines share.
 
+mod entries;
+mod graph;
 mod join;
 mod manifest;
 mod partition;
@@ -8,6 +10,7 @@ pub(super) mod record;
 mod sealed;
 mod shard;
 mod shared_bake;
+mod shared_entries;
 mod submit;
 
 use std::path::{Path, PathBuf};
@@ -53,6 +56,10 @@ enum Step {
     Plan(Box<plan::Args>),
     /// Computes one shard of a plan; does nothing if it is there and sound.
     Shard(shard::Args),
+    /// Builds the graph from all shards, so that the tests of its entries can be shared, too.
+    Graph(graph::Args),
+    /// Tests the entries of one share of the graph; does nothing if they are there and sound.
+    Entries(entries::Args),
     /// Finishes a bake whose shards are computed. The file equals that of one process to the byte.
     Join(join::Args),
     /// Submits the shards of a plan, and the join, to a queue.
@@ -63,6 +70,8 @@ pub(crate) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
     match (&args.step, &args.out) {
         (Some(Step::Plan(args)), _) => plan::run(args, as_json),
         (Some(Step::Shard(args)), _) => shard::run(args, as_json),
+        (Some(Step::Graph(args)), _) => graph::run(args, as_json),
+        (Some(Step::Entries(args)), _) => entries::run(args, as_json),
         (Some(Step::Join(args)), _) => join::run(args, as_json),
         (Some(Step::Submit(args)), _) => submit::run(args, as_json),
         (None, Some(out)) => in_one_process(args, out, as_json),

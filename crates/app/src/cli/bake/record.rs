@@ -2,14 +2,14 @@
 
 use std::path::{Path, PathBuf};
 
-use sabaki::internal::{EntryRecord, GraphRecord};
+use sabaki::internal::{GraphRecord, TableRecord};
 use serde::{Deserialize, Serialize};
 
 use super::super::Failure;
 use super::sealed::{self, Kind, Seal};
 
 /// Version of the form of records. It changes with what is recorded.
-const VERSION: u32 = 3;
+const VERSION: u32 = 4;
 
 /// Seal of the file.
 const SEAL: Seal = Seal {
@@ -21,7 +21,7 @@ const SEAL: Seal = Seal {
 #[derive(Debug, Default, Serialize, Deserialize)]
 pub(crate) struct BakeRecord {
     pub(crate) graph: GraphRecord,
-    pub(crate) entries: EntryRecord,
+    pub(crate) tables: TableRecord,
 }
 
 impl BakeRecord {

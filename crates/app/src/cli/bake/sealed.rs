@@ -31,6 +31,10 @@ pub(super) enum Kind {
     Points,
     /// Minima of a shard's bands.
     Shard,
+    /// Graph of a plan.
+    Graph,
+    /// Tests of the entries of a share of all moments.
+    Entries,
     /// Record of a bake.
     Record,
 }
@@ -58,6 +62,8 @@ impl Kind {
         match self {
             Self::Points => b"sabakip\n",
             Self::Shard => b"sabakis\n",
+            Self::Graph => b"sabakig\n",
+            Self::Entries => b"sabakie\n",
             Self::Record => b"sabakir\n",
         }
     }
@@ -101,7 +107,7 @@ pub(super) fn read<T: DeserializeOwned>(path: &Path, seal: Seal) -> Result<(T, u
     if of_plan != seal.plan.to_le_bytes() {
         return Err(match seal.kind {
             Kind::Record => Unusable::OtherVersion,
-            Kind::Points | Kind::Shard => Unusable::OtherPlan,
+            Kind::Points | Kind::Shard | Kind::Graph | Kind::Entries => Unusable::OtherPlan,
         });
     }
     match postcard::take_from_bytes(contents) {

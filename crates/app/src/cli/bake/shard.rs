@@ -25,12 +25,7 @@ pub(super) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
     let started = Instant::now();
     let bake = SharedBake::open(&args.folder)?;
     let (shard, shards) = (args.shard, bake.shards());
-    if shard >= shards {
-        return Err(Failure::Usage(format!(
-            "shard {shard}: the plan has the shards 0 to {}",
-            shards - 1
-        )));
-    }
+    bake.check_number(shard)?;
     let outcome = bake.compute(shard, args.threads)?;
     let seconds = started.elapsed().as_secs_f64();
     let (pairs, clips) = (bake.pairs(shard), bake.clips_of(shard).len());

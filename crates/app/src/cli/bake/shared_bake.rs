@@ -5,6 +5,7 @@
 //! clips/I       points of clip I, which the search reads
 //! shards/I      number of the shard, and the minima of its bands
 //! ```
+//! [`shared_entries`](super::shared_entries) has the files of the second half.
 //! Files are complete or not there, and each has a checksum. A process needs no other process: it may be killed, or run twice.
 
 use std::path::{Path, PathBuf};
@@ -98,9 +99,24 @@ impl SharedBake {
         &self.manifest
     }
 
+    pub(super) fn folder(&self) -> &Path {
+        &self.folder
+    }
+
     /// Number of shards.
     pub(super) fn shards(&self) -> usize {
         self.manifest.shards
+    }
+
+    /// Checks that there is a shard of a number.
+    pub(super) fn check_number(&self, shard: usize) -> Result<(), Failure> {
+        let last = self.shards() - 1;
+        match shard <= last {
+            true => Ok(()),
+            false => Err(Failure::Usage(format!(
+                "shard {shard}: the plan has the shards 0 to {last}"
+            ))),
+        }
     }
 
     /// Number of window pairs of a shard.
@@ -143,7 +159,7 @@ impl SharedBake {
         let distances = found.iter().map(|found| found.computed).sum();
         let found: Vec<Vec<Minimum>> = found.into_iter().map(|found| found.minima).collect();
         let contents = sealed::encode(&(shard, &found))?;
-        sealed::write(&self.shard_file(shard), self.seal(), &contents)?;
+        sealed::write(&self.shard_file(shard), self.seal(Kind::Shard), &contents)?;
         Ok(ShardOutcome::Computed {
             minima: found.iter().map(Vec::len).sum(),
             distances,
@@ -202,7 +218,7 @@ impl SharedBake {
 
     fn read_shard(&self, shard: usize) -> Result<Vec<Vec<Minimum>>, Unusable> {
         let ((of_shard, minima), _): ((usize, Vec<Vec<Minimum>>), _) =
-            sealed::read(&self.shard_file(shard), self.seal())?;
+            sealed::read(&self.shard_file(shard), self.seal(Kind::Shard))?;
         let bands: Vec<MapBand> = self.partition.bands(shard).collect();
         let search = &self.manifest.search;
         let fits =
@@ -227,10 +243,10 @@ impl SharedBake {
         }
     }
 
-    /// Seal of the files of shards.
-    fn seal(&self) -> Seal {
+    /// Seal of files of this plan.
+    pub(super) fn seal(&self, kind: Kind) -> Seal {
         Seal {
-            kind: Kind::Shard,
+            kind,
             plan: self.plan,
         }
     }

@@ -1,4 +1,4 @@
-//! `sabaki bake submit`: hands the shards of a plan to a queue.
+//! `sabaki bake submit`: hands all steps of a plan to a queue.
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -18,7 +18,8 @@ pub(crate) struct Args {
     /// Graph file that the join writes.
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
-    /// Submits to Slurm: an array job whose indices are the shards, and a join that waits for all of them.
+    /// Submits to Slurm: an array job whose indices are the shards, the graph, an array job that tests its entries, and the join. Each
+    /// waits for the one before.
     #[arg(long, required = true)]
     slurm: bool,
     /// Prints the script instead of running it.
@@ -57,20 +58,23 @@ pub(super) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
         )));
     }
     let jobs = text(&ran.stdout);
-    let Some((shards, join)) = jobs.split_once(char::is_whitespace) else {
+    let names: Vec<&str> = jobs.split_whitespace().collect();
+    let [shards, graph, entries, join] = names[..] else {
         return Err(Failure::Usage(format!("sbatch said: {jobs}")));
     };
     Ok(Done::ok(match as_json {
-        true => Done::json(&json!({ "shards_job": shards, "join_job": join, "script": path })),
+        true => Done::json(&json!({
+            "shards_job": shards, "graph_job": graph, "entries_job": entries, "join_job": join, "script": path,
+        })),
         false => format!(
-            "job {shards}: {} shards; job {join}: the join, which writes {}\n",
-            bake.shards(),
-            args.out.display()
+            "job {shards}: {count} shards; job {graph}: the graph; job {entries}: its entries in {count} shares; job {join}: the join, which writes {}\n",
+            args.out.display(),
+            count = bake.shards(),
         ),
     }))
 }
 
-/// The script that submits both jobs and prints their numbers.
+/// The script that submits all jobs and prints their numbers.
 fn script(args: &Args, shards: usize) -> Result<String, Failure> {
     let absolute = |path: &Path| {
         let found = std::path::absolute(path).map_err(|source| Failure::Open {
@@ -85,7 +89,8 @@ fn script(args: &Args, shards: usize) -> Result<String, Failure> {
     let folder = absolute(&args.folder)?;
     let out = quoted(&absolute(&args.out)?);
     let log = |name: &str| quoted(&format!("{folder}/logs/{name}"));
-    let (shard_log, join_log) = (log("shard-%a"), log("join"));
+    let [shard_log, graph_log, entries_log, join_log] =
+        ["shard-%a", "graph", "entries-%a", "join"].map(log);
     let folder = quoted(&folder);
     let options: String = args
         .options
@@ -95,20 +100,36 @@ fn script(args: &Args, shards: usize) -> Result<String, Failure> {
     let last = shards - 1;
     Ok(format!(
         r#"#!/bin/sh
-# Submits the shards of a plan of sabaki to Slurm as an array job, and the join, which waits for all of them.
+# Submits all steps of a plan of sabaki to Slurm: the shards as an array job, the graph, its entries as an array job, and the join. Each
+# waits for the one before.
 set -eu
+after() {{
+    echo "--dependency=afterok:$1 --kill-on-invalid-dep=yes"
+}}
 shards=$(sbatch --parsable --job-name=sabaki-shards --array=0-{last} --requeue --output={shard_log} --open-mode=append{options} <<'END'
 #!/bin/sh
 exec {program} bake shard {folder} "$SLURM_ARRAY_TASK_ID" --threads "${{SLURM_CPUS_PER_TASK:-1}}"
 END
 )
 shards=${{shards%%;*}}
-join=$(sbatch --parsable --job-name=sabaki-join --dependency="afterok:$shards" --kill-on-invalid-dep=yes --requeue --output={join_log}{options} <<'END'
+graph=$(sbatch --parsable --job-name=sabaki-graph $(after "$shards") --requeue --output={graph_log} --open-mode=append{options} <<'END'
+#!/bin/sh
+exec {program} bake graph {folder}
+END
+)
+graph=${{graph%%;*}}
+entries=$(sbatch --parsable --job-name=sabaki-entries $(after "$graph") --array=0-{last} --requeue --output={entries_log} --open-mode=append{options} <<'END'
+#!/bin/sh
+exec {program} bake entries {folder} "$SLURM_ARRAY_TASK_ID" --threads "${{SLURM_CPUS_PER_TASK:-1}}"
+END
+)
+entries=${{entries%%;*}}
+join=$(sbatch --parsable --job-name=sabaki-join $(after "$entries") --requeue --output={join_log}{options} <<'END'
 #!/bin/sh
 exec {program} bake join {folder} --out {out}
 END
 )
-echo "$shards ${{join%%;*}}"
+echo "$shards $graph $entries ${{join%%;*}}"
 "#
     ))
 }

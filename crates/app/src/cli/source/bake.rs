@@ -3,10 +3,14 @@
 use std::path::Path;
 use std::time::Instant;
 
-use sabaki::graph::{ClipSource, GraphSettings};
-use sabaki::internal::{GraphBuilder, SearchProgress, TransitionList};
+use indicatif::ProgressBar;
+use sabaki::graph::{BuildReport, ClipSource, GraphSettings, MotionGraph};
+use sabaki::internal::{
+    ClipMatch, EntryRecord, GraphBuilder, GraphRecord, SearchProgress, TableRecord, TransitionList,
+};
 use sabaki::maps::{BakeSettings, Baker};
 use sabaki_app::demo;
+use serde::{Deserialize, Serialize};
 
 use super::super::bake::record::BakeRecord;
 use super::super::figure::Figure;
@@ -39,6 +43,19 @@ pub(crate) struct BakeInput {
 }
 
 impl BakeInput {
+    fn bake(&self, args: &ClipArgs) -> Bake<'_> {
+        Bake {
+            source: self.source(),
+            graph: args.graph_settings(),
+            settings: BakeSettings {
+                body: self.figure.body.clone(),
+                props: self.figure.props.clone(),
+                maps: args.maps.grid(),
+                ..BakeSettings::default()
+            },
+        }
+    }
+
     pub(crate) fn read(args: &ClipArgs) -> Result<Self, Failure> {
         let options = sabaki_import::ReadOptions {
             keep_going: args.keep_going,
@@ -85,7 +102,7 @@ pub(crate) fn from_clips(args: &ClipArgs) -> Result<Baked, Failure> {
 
 /// Bakes the clips of `args` and takes over the results of an earlier bake.
 pub(crate) fn from_clips_onto(args: &ClipArgs, earlier: BakeRecord) -> Result<Baked, Failure> {
-    bake_clips(args, &find_here, earlier)
+    bake_clips(args, |bake| bake.run(&find_here, earlier))
 }
 
 /// Bakes the clips of `args` with the transitions that `find` returns.
@@ -93,35 +110,45 @@ pub(crate) fn from_clips_with(
     args: &ClipArgs,
     find: impl Fn(&GraphBuilder<'_>) -> Result<TransitionList, Failure>,
 ) -> Result<Baked, Failure> {
-    bake_clips(args, &find, BakeRecord::default())
+    bake_clips(args, |bake| bake.run(&find, BakeRecord::default()))
 }
 
-fn bake_clips(args: &ClipArgs, find: &Find<'_>, earlier: BakeRecord) -> Result<Baked, Failure> {
+/// Builds the graph of the clips of `args` with the transitions that `find` returns.
+pub(crate) fn graph_of_clips(
+    args: &ClipArgs,
+    find: impl Fn(&GraphBuilder<'_>) -> Result<TransitionList, Failure>,
+) -> Result<BuiltGraph, Failure> {
+    let input = BakeInput::read(args)?;
+    let bake = input.bake(args);
+    let stages = Stages::new();
+    let found = bake.graph(&find, GraphRecord::default(), &stages);
+    let (built, ..) = found.map_err(|failure| within(args, failure))?;
+    stages.bar.finish_and_clear();
+    Ok(built)
+}
+
+/// Bakes the clips of `args`, whose graph is built and whose entries are tested.
+pub(crate) fn from_graph(
+    args: &ClipArgs,
+    built: BuiltGraph,
+    entries: EntryRecord,
+) -> Result<Baked, Failure> {
+    bake_clips(args, |bake| {
+        let earlier = EarlierTables {
+            clips: ClipMatch::same(built.graph.clips().len()),
+            tables: entries.into(),
+        };
+        bake.tables(built, earlier, &Stages::new())
+    })
+}
+
+fn bake_clips(
+    args: &ClipArgs,
+    bake: impl FnOnce(Bake<'_>) -> Result<Baked, Failure>,
+) -> Result<Baked, Failure> {
     let started = Instant::now();
     let input = BakeInput::read(args)?;
-    let settings = BakeSettings {
-        body: input.figure.body.clone(),
-        props: input.figure.props.clone(),
-        maps: args.maps.grid(),
-        ..BakeSettings::default()
-    };
-    let baked = Bake {
-        source: input.source(),
-        graph: args.graph_settings(),
-        settings,
-        earlier,
-    }
-    .run(find);
-    // Not one of them is at fault, but the first says which of many runs it was.
-    let mut baked = baked.map_err(|failure| match (failure, args.clips.as_slice()) {
-        (failure @ Failure::Shards { .. }, _) | (failure, []) => failure,
-        (failure, [only]) => failure.within(only),
-        (failure, [first, more @ ..]) => failure.within(Path::new(&format!(
-            "{} and {} more",
-            first.display(),
-            more.len()
-        ))),
-    })?;
+    let mut baked = bake(input.bake(args)).map_err(|failure| within(args, failure))?;
     if let Some(made) = &mut baked.made {
         let of_figure = input.figure.warnings.iter().cloned();
         made.warnings
@@ -131,6 +158,19 @@ fn bake_clips(args: &ClipArgs, find: &Find<'_>, earlier: BakeRecord) -> Result<B
         made.seconds = started.elapsed().as_secs_f64();
     }
     Ok(baked)
+}
+
+/// Says of which clips a failure is. Not one of them is at fault, but the first says which of many runs it was.
+fn within(args: &ClipArgs, failure: Failure) -> Failure {
+    match (failure, args.clips.as_slice()) {
+        (failure @ Failure::Shards { .. }, _) | (failure, []) => failure,
+        (failure, [only]) => failure.within(only),
+        (failure, [first, more @ ..]) => failure.within(Path::new(&format!(
+            "{} and {} more",
+            first.display(),
+            more.len()
+        ))),
+    }
 }
 
 /// Bakes the embedded motions.
@@ -144,9 +184,43 @@ pub(crate) fn embedded() -> Result<Baked, Failure> {
         },
         graph: GraphSettings::default(),
         settings: BakeSettings::default(),
-        earlier: BakeRecord::default(),
     }
-    .run(&find_here)
+    .run(&find_here, BakeRecord::default())
+}
+
+/// A graph, and how it was built.
+#[derive(Serialize, Deserialize)]
+pub(crate) struct BuiltGraph {
+    pub(crate) graph: MotionGraph,
+    pub(crate) report: BuildReport,
+}
+
+/// Stages of a bake after the search, shown by a bar.
+struct Stages {
+    started: Instant,
+    bar: ProgressBar,
+}
+
+impl Stages {
+    fn new() -> Self {
+        cancel::listen();
+        Self {
+            started: Instant::now(),
+            bar: output::progress("adding links", 4),
+        }
+    }
+
+    /// Ends a stage.
+    ///
+    /// # Errors
+    /// [`Failure::Cancelled`] after Ctrl-C.
+    fn done(&self, stage: &str, next: &'static str) -> Result<(), Failure> {
+        self.bar.inc(1);
+        self.bar.set_message(next);
+        let seconds = self.started.elapsed().as_secs_f64();
+        tracing::info!("{stage} after {seconds:.3} s");
+        cancel::check()
+    }
 }
 
 /// Input and settings of a bake.
@@ -154,35 +228,62 @@ struct Bake<'a> {
     source: ClipSource<'a>,
     graph: GraphSettings,
     settings: BakeSettings,
-    earlier: BakeRecord,
+}
+
+/// What an earlier bake recorded of maps and entries, and the clips that both have.
+struct EarlierTables {
+    tables: TableRecord,
+    clips: ClipMatch,
 }
 
 impl Bake<'_> {
-    fn run(self, find: &Find<'_>) -> Result<Baked, Failure> {
-        cancel::listen();
+    fn run(self, find: &Find<'_>, earlier: BakeRecord) -> Result<Baked, Failure> {
         let started = Instant::now();
-        let builder = GraphBuilder::onto(self.source, &self.graph, self.earlier.graph)?;
+        let stages = Stages::new();
+        let (built, of_graph, clips) = self.graph(find, earlier.graph, &stages)?;
+        let taken_over = clips.count();
+        let earlier = EarlierTables {
+            tables: earlier.tables,
+            clips,
+        };
+        let mut baked = self.tables(built, earlier, &stages)?;
+        if let Some(made) = &mut baked.made {
+            made.record.graph = of_graph;
+            made.taken_over = taken_over;
+            made.seconds = started.elapsed().as_secs_f64();
+        }
+        Ok(baked)
+    }
+
+    /// Builds the graph. Returns a record of it, too, and the clips that `earlier` had.
+    fn graph(
+        &self,
+        find: &Find<'_>,
+        earlier: GraphRecord,
+        stages: &Stages,
+    ) -> Result<(BuiltGraph, GraphRecord, ClipMatch), Failure> {
+        let builder = GraphBuilder::onto(self.source, &self.graph, earlier)?;
         let clips = builder.clips_taken_over().clone();
         let transitions = find(&builder)?;
-        let bar = output::progress("adding links", 4);
-        let done = |stage: &str, next: &'static str| {
-            bar.inc(1);
-            bar.set_message(next);
-            let seconds = started.elapsed().as_secs_f64();
-            tracing::info!("{stage} after {seconds:.3} s");
-            cancel::check()
-        };
-        done("transitions found", "adding links")?;
-        let (graph, report, of_graph) = builder.build_recorded(transitions)?;
+        stages.done("transitions found", "adding links")?;
+        let (graph, report, record) = builder.build_recorded(transitions)?;
+        stages.done("links added and graph built", "drawing maps")?;
+        Ok((BuiltGraph { graph, report }, record, clips))
+    }
+    /// Computes maps, entries, paths and tables of a graph.
+    fn tables(
+        self,
+        BuiltGraph { graph, report }: BuiltGraph,
+        earlier: EarlierTables,
+        stages: &Stages,
+    ) -> Result<Baked, Failure> {
         let feet = graph.foot_slide(MEASURED);
-        done("links added and graph built", "drawing maps")?;
-        let taken_over = clips.count();
-        let baker = Baker::new(graph, self.settings)?.onto(self.earlier.entries, clips);
+        let baker = Baker::onto(graph, self.settings, earlier.tables, earlier.clips)?;
         let maps = baker.draw_on_cpu();
-        done("maps drawn", "filing paths and entries")?;
-        let (graph, entries) = baker.finish_recorded(maps)?;
-        done("paths and grid made", "done")?;
-        bar.finish_and_clear();
+        stages.done("maps drawn", "filing paths and entries")?;
+        let (graph, tables) = baker.finish_recorded(maps)?;
+        stages.done("paths and grid made", "done")?;
+        stages.bar.finish_and_clear();
         let mut warnings = Vec::new();
         if graph.evasions().is_empty() {
             let labelled = report.events.0;
@@ -196,14 +297,14 @@ impl Bake<'_> {
             made: Some(Made {
                 report,
                 feet,
-                seconds: started.elapsed().as_secs_f64(),
+                seconds: stages.started.elapsed().as_secs_f64(),
                 warnings,
                 figure: Figure::default(),
                 left_out: Vec::new(),
-                taken_over,
+                taken_over: 0,
                 record: BakeRecord {
-                    graph: of_graph,
-                    entries,
+                    graph: GraphRecord::default(),
+                    tables,
                 },
             }),
         })

@@ -5,7 +5,10 @@ mod bake;
 mod statistics;
 
 pub(crate) use args::{ClipArgs, ReadArgs};
-pub(crate) use bake::{BakeInput, embedded, from_clips, from_clips_onto, from_clips_with};
+pub(crate) use bake::{
+    BakeInput, BuiltGraph, embedded, from_clips, from_clips_onto, from_clips_with, from_graph,
+    graph_of_clips,
+};
 pub(crate) use statistics::{describe, statistics};
 
 use std::path::{Path, PathBuf};

@@ -1,0 +1,104 @@
+//! The maps of events that a later bake takes over.
+//!
+//! The maps of an attack depend on its clip, the body and the grid. Those of an evasion depend on the motion after it, too: they are taken
+//! over where that motion stays in the evasion's clip and the graph's nodes divide the clip as before.
+
+use rustc_hash::FxHashMap;
+use serde::{Deserialize, Serialize};
+
+use super::drawings::DrawingSource;
+use super::region_maps::{AttackMaps, RegionMaps};
+use super::{Body, BodyTrack, MapGrid};
+use crate::anim::{EventKind, JointId};
+use crate::graph::{ClipMatch, EdgeId, EdgeMotion, GraphEvent, Motion, Playhead};
+use crate::math::Rigid2;
+
+/// The maps of all events of a bake.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(super) struct MapRecord {
+    basis: Option<(Body, MapGrid)>,
+    maps: Vec<(MapKey, EventMaps)>,
+}
+
+/// The maps of an event.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) enum EventMaps {
+    Evasion(RegionMaps),
+    Attack(AttackMaps),
+}
+
+/// What the maps of an event depend on, beside the contents of its clip.
+#[derive(Clone, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+pub(super) struct MapKey {
+    kind: EventKind,
+    clip: u32,
+    /// First and last frame.
+    frames: [u32; 2],
+    joints: Vec<JointId>,
+    /// First frame and number of frames of each edge that an evasion's motion plays.
+    edges: Vec<[u32; 2]>,
+}
+
+impl MapKey {
+    /// Returns `None` if the maps depend on other clips, too.
+    pub(super) fn new(source: DrawingSource<'_>, edge: EdgeId, event: &GraphEvent) -> Option<Self> {
+        /// Time by which a track may be longer than what is asked for, in seconds.
+        const LONGER: f32 = 2.0 / BodyTrack::RATE;
+        let graph = source.graph;
+        let mut key = Self {
+            kind: event.kind,
+            clip: event.clip.0,
+            frames: [event.first, event.last],
+            joints: event.joints.clone(),
+            edges: Vec::new(),
+        };
+        if event.kind == EventKind::Evasion {
+            let playhead = Playhead {
+                edge,
+                frame: 0.0,
+                clip_to_world: Rigid2::IDENTITY,
+            };
+            let mut motion = Motion::new(graph, playhead, &[]);
+            motion.extend(graph, source.seconds(edge) + LONGER);
+            for edge in motion.edges().map(|edge| graph.edge(edge)) {
+                let from = graph.node(edge.from);
+                let is_own = edge.motion == EdgeMotion::Clip && from.clip == event.clip;
+                is_own.then(|| key.edges.push([from.frame, edge.frames]))?;
+            }
+        }
+        Some(key)
+    }
+}
+
+/// The maps that an earlier bake drew, by what they depend on.
+#[derive(Debug, Default)]
+pub(super) struct KnownMaps(FxHashMap<MapKey, EventMaps>);
+
+impl KnownMaps {
+    /// Takes over the maps of a record, if they are of this body and this grid.
+    pub(super) fn onto(record: MapRecord, clips: &ClipMatch, basis: (&Body, MapGrid)) -> Self {
+        let is_same = { record.basis.as_ref() }.is_some_and(|(body, grid)| (body, *grid) == basis);
+        if !is_same {
+            return Self::default();
+        }
+        let maps = record.maps.into_iter().filter_map(|(key, maps)| {
+            let clip = clips.now(key.clip)?;
+            Some((MapKey { clip, ..key }, maps))
+        });
+        Self(maps.collect())
+    }
+
+    pub(super) fn of(&self, key: &MapKey) -> Option<&EventMaps> {
+        self.0.get(key)
+    }
+}
+
+impl MapRecord {
+    /// Records the maps of a body on a grid.
+    pub(super) fn new(basis: (Body, MapGrid), maps: Vec<(MapKey, EventMaps)>) -> Self {
+        Self {
+            basis: Some(basis),
+            maps,
+        }
+    }
+}
