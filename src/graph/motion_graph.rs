@@ -194,16 +194,14 @@ impl MotionGraph {
         (0..self.edges.len() as u32).map(EdgeId)
     }
 
+    /// The first edge of each node, and the number of edges.
+    pub(crate) fn first_edges(&self) -> &[u32] {
+        &self.first_edge
+    }
+
     /// Edges that start at `node`.
     pub fn edges_from(&self, node: NodeId) -> impl Iterator<Item = EdgeId> + use<> {
         (self.first_edge[node.index()]..self.first_edge[node.index() + 1]).map(EdgeId)
-    }
-
-    /// The edge with a number among those that start at `node`.
-    #[inline]
-    pub(crate) fn edge_from(&self, node: NodeId, number: u32) -> Option<EdgeId> {
-        let edge = self.first_edge[node.index()].checked_add(number)?;
-        (edge < self.first_edge[node.index() + 1]).then_some(EdgeId(edge))
     }
 
     /// Edges that play an event of `kind`, with the event.

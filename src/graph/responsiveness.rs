@@ -44,7 +44,7 @@ impl MotionGraph {
             moments.at(start.clip.index(), start.frame as usize)
         });
         let starts: Vec<u32> = starts.collect();
-        waits.add_goals(&starts, threads);
+        waits.set_goals(&starts, threads);
         let goes_on = moments.goes_on();
         let of_limit = |(&seconds, &limit): (&f64, &u32)| {
             let below = waits.counts_below(limit, threads);

@@ -20,9 +20,31 @@ pub(super) struct Waits {
     follows: Vec<bool>,
     /// For each moment, the jumps that end there.
     into: Vec<Vec<Jump>>,
-    /// Waits, `[evasion][moment]`, or `u16::MAX` if the wait is beyond the horizon.
-    frames: Vec<Vec<u16>>,
+    /// Number of evasions.
+    evasions: usize,
+    /// Waits, `[block of moments][evasion][moment]`, or `u16::MAX` if the wait is beyond the horizon. Those of one moment are near each
+    /// other, as are those of one evasion along a clip.
+    frames: Vec<u16>,
     open: Queue,
+}
+
+/// Number of moments of a block.
+const BLOCK: usize = 64;
+
+/// The waits for one evasion.
+struct OfEvasion<'a> {
+    waits: &'a mut [u16],
+    /// Index of the first block.
+    first: usize,
+    /// Distance of a block to the next.
+    step: usize,
+}
+
+impl OfEvasion<'_> {
+    fn at(&mut self, moment: u32) -> &mut u16 {
+        let moment = moment as usize;
+        &mut self.waits[moment / BLOCK * self.step + self.first + moment % BLOCK]
+    }
 }
 
 /// Moments whose wait may fall, by their new wait.
@@ -68,6 +90,7 @@ impl Waits {
             horizon: horizon.min(u32::from(u16::MAX) - 1),
             follows,
             into,
+            evasions: 0,
             frames: Vec::new(),
             open: Queue::default(),
         }
@@ -76,38 +99,61 @@ impl Waits {
     /// Number of frames from a moment to an evasion's start, or `u32::MAX` if it is beyond the
     /// horizon.
     pub(super) fn of(&self, evasion: usize, moment: u32) -> u32 {
-        wait(self.frames[evasion][moment as usize])
+        let moment = moment as usize;
+        let block = moment / BLOCK * self.evasions + evasion;
+        wait(self.frames[block * BLOCK + moment % BLOCK])
     }
 
     /// For each moment, the number of evasions for which the wait is below a number of frames.
     pub(super) fn counts_below(&self, frames: u32, threads: usize) -> Vec<u16> {
-        /// Number of moments whose waits are counted together.
-        const PART: usize = 4096;
         let (moments, frames) = (self.follows.len(), frames.min(self.horizon + 1) as u16);
-        let parts = in_parallel(threads, moments.div_ceil(PART), |part| {
-            let own = part * PART..((part + 1) * PART).min(moments);
-            let mut counts = vec![0; own.len()];
-            for waits in &self.frames {
-                for (count, &wait) in counts.iter_mut().zip(&waits[own.clone()]) {
+        if self.evasions == 0 {
+            return vec![0; moments];
+        }
+        let mut counts = in_parallel(threads, moments.div_ceil(BLOCK), |block| {
+            let mut counts = [0; BLOCK];
+            let size = BLOCK * self.evasions;
+            let own = &self.frames[block * size..(block + 1) * size];
+            for waits in own.as_chunks::<BLOCK>().0 {
+                for (count, &wait) in counts.iter_mut().zip(waits) {
                     *count += u16::from(wait < frames);
                 }
             }
             counts
-        });
-        parts.concat()
+        })
+        .concat();
+        counts.truncate(moments);
+        counts
     }
 
-    /// Adds evasions that start at some moments.
-    pub(super) fn add_goals(&mut self, starts: &[u32], threads: usize) {
-        let ways = self.ways();
-        let added = in_parallel(threads, starts.len(), |index| {
-            let mut waits = vec![u16::MAX; ways.follows.len()];
-            let mut open = Queue::default();
-            open.push(0, starts[index], ways.horizon);
-            ways.lower(&mut waits, &mut open, |_, _, _| ());
-            waits
-        });
-        self.frames.extend(added);
+    /// Sets the evasions, which start at some moments.
+    pub(super) fn set_goals(&mut self, starts: &[u32], threads: usize) {
+        /// Number of evasions that are computed before their waits move to their place.
+        const TOGETHER: usize = 32;
+        let blocks = self.follows.len().div_ceil(BLOCK);
+        self.evasions = starts.len();
+        self.frames = vec![u16::MAX; blocks * BLOCK * starts.len()];
+        for (part, starts) in starts.chunks(TOGETHER).enumerate() {
+            let ways = self.ways();
+            let found = in_parallel(threads, starts.len(), |index| {
+                let mut waits = vec![u16::MAX; blocks * BLOCK];
+                let mut own = OfEvasion {
+                    waits: &mut waits,
+                    first: 0,
+                    step: BLOCK,
+                };
+                let mut open = Queue::default();
+                open.push(0, starts[index], ways.horizon);
+                ways.lower(&mut own, &mut open, |_, _, _| ());
+                waits
+            });
+            for (evasion, waits) in (part * TOGETHER..).zip(found) {
+                for (block, waits) in waits.as_chunks::<BLOCK>().0.iter().enumerate() {
+                    let first = (block * self.evasions + evasion) * BLOCK;
+                    self.frames[first..first + BLOCK].copy_from_slice(waits);
+                }
+            }
+        }
     }
 
     /// Adds a jump. When the wait of a moment that follows another moment of its clip falls, `lowered` is called.
@@ -118,13 +164,18 @@ impl Waits {
             follows: &self.follows,
             into: &self.into,
         };
-        for (evasion, waits) in self.frames.iter_mut().enumerate() {
-            let frames = wait(waits[jump.to as usize]).saturating_add(jump.frames);
-            if frames >= wait(waits[jump.from as usize]) {
+        for evasion in 0..self.evasions {
+            let mut waits = OfEvasion {
+                waits: &mut self.frames,
+                first: evasion * BLOCK,
+                step: self.evasions * BLOCK,
+            };
+            let frames = wait(*waits.at(jump.to)).saturating_add(jump.frames);
+            if frames >= wait(*waits.at(jump.from)) {
                 continue;
             }
             self.open.push(frames, jump.from, ways.horizon);
-            ways.lower(waits, &mut self.open, |moment, old, new| {
+            ways.lower(&mut waits, &mut self.open, |moment, old, new| {
                 lowered(WaitChange {
                     evasion,
                     moment,
@@ -181,13 +232,19 @@ impl Queue {
 
 impl Ways<'_> {
     /// Lowers the waits until an evasion's start, from what is in the queue on.
-    fn lower(self, waits: &mut [u16], open: &mut Queue, mut lowered: impl FnMut(u32, u32, u32)) {
+    fn lower(
+        self,
+        waits: &mut OfEvasion<'_>,
+        open: &mut Queue,
+        mut lowered: impl FnMut(u32, u32, u32),
+    ) {
         while let Some((moment, frames)) = open.pop() {
-            let old = wait(waits[moment as usize]);
+            let known = waits.at(moment);
+            let old = wait(*known);
             if frames >= old {
                 continue;
             }
-            waits[moment as usize] = frames as u16;
+            *known = frames as u16;
             if self.follows[moment as usize] {
                 lowered(moment, old, frames);
                 open.push(frames + 1, moment - 1, self.horizon);
@@ -250,7 +307,7 @@ mod tests {
                 jumps.into_iter().map(|(from, to, frames)| Jump { from, to, frames }).collect();
             let early = early.min(jumps.len());
             let mut waits = Waits::new(&moments, &jumps[..early], horizon);
-            waits.add_goals(&starts, 2);
+            waits.set_goals(&starts, 2);
             for jump in &jumps[early..] {
                 waits.add_jump(*jump, |it| assert!(it.new < it.old && it.new <= horizon));
             }

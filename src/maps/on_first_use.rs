@@ -5,6 +5,11 @@ use std::sync::OnceLock;
 pub(crate) struct OnFirstUse<T>(OnceLock<T>);
 
 impl<T> OnFirstUse<T> {
+    /// A value that is known.
+    pub(crate) fn known(value: T) -> Self {
+        Self(OnceLock::from(value))
+    }
+
     /// The value. `make` must give the same whenever it is called.
     #[inline]
     pub(crate) fn get_or_make(&self, make: impl FnOnce() -> T) -> &T {

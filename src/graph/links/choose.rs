@@ -195,7 +195,7 @@ impl GoalProgress {
             .map(|&event| search.ends(&search.source.events[event])[0])
             .collect();
         let threads = search.source.settings.threads;
-        progress.waits.add_goals(&starts, threads);
+        progress.waits.set_goals(&starts, threads);
         progress.count(search);
         Some(progress)
     }
@@ -269,7 +269,7 @@ impl GoalProgress {
         self.left.reserve(offered.len());
         for batch in offered.chunks(BATCH) {
             let is_reached = |progress: &Self, search: &LinkSearch<'_>| {
-                progress.share(goal) >= share || search.links.len() >= search.most()
+                progress.share(goal) >= share || search.links.len() >= search.most
             };
             if is_reached(self, search) {
                 self.left.extend_from_slice(batch);

@@ -59,6 +59,7 @@ pub(super) fn add(
         moments,
         jumps,
         links: Vec::new(),
+        most: LinkSearch::most(source.clips, settings),
         record: LinkRecord::default(),
         darts,
         darting: 0,

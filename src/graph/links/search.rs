@@ -20,6 +20,8 @@ pub(super) struct LinkSearch<'a> {
     /// Links of this build.
     pub(super) record: LinkRecord,
     pub(super) darts: &'a mut Option<DartTest>,
+    /// Maximum number of links.
+    pub(super) most: usize,
     /// Number of links that were not taken because a foot darts.
     pub(super) darting: usize,
 }
@@ -44,10 +46,10 @@ impl LinkSearch<'_> {
         [event.first, event.last].map(|frame| self.moments.at(event.clip.index(), frame as usize))
     }
 
-    /// Maximum number of links.
-    pub(super) fn most(&self) -> usize {
-        let seconds: f64 = self.source.clips.iter().map(Clip::duration).sum();
-        (seconds * self.settings.most_per_second) as usize
+    /// Maximum number of links of some clips.
+    pub(super) fn most(clips: &[Clip], settings: &LinkSettings) -> usize {
+        let seconds: f64 = clips.iter().map(Clip::duration).sum();
+        (seconds * settings.most_per_second) as usize
     }
 
     pub(super) fn longest(&self) -> usize {

@@ -93,6 +93,7 @@ impl BakedGraph {
         in_parallel(0, self.evasions.len(), |evasion| {
             let _ = (self.track(evasion), self.entry_track(evasion));
         });
+        self.paths.prepare();
         self.grid().prepare();
     }
 

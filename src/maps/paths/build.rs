@@ -4,9 +4,9 @@
 //! the edge's end. If paths are built in the order of n, the shorter paths already exist. Each
 //! length n needs one pass over the edges, regardless of the number of routes.
 
-use super::{EdgeStep, Link, NodePath, PathId, PathReport, PathSettings, PathTable};
+use super::{EdgeStep, Link, NodeOfPath, NodePath, PathId, PathReport, PathSettings, PathTable};
 use crate::graph::{EdgeId, EdgeMotion, MotionGraph, NodeId};
-use crate::maps::Retimable;
+use crate::maps::{OnFirstUse, Retimable};
 use crate::math::{Rigid2, in_parallel};
 
 /// Input of the path search.
@@ -98,15 +98,21 @@ fn table(graph: &MotionGraph, nodes: &[Drafts], report: PathReport) -> PathTable
         let end = table.first[table.first.len() - 1] + drafts.all.len() as u32;
         table.first.push(end);
     }
-    for draft in nodes.iter().flat_map(|drafts| &drafts.all) {
-        let of_target = |edge: EdgeId| table.first[graph.edge(edge).to.index()];
-        let next = draft.path.next;
-        table.links.push(draft.link);
-        table.paths.push(NodePath {
-            next: next.map(|(edge, rest)| (edge, PathId(of_target(edge) + rest.0))),
-            ..draft.path
+    for drafts in nodes {
+        let paths = drafts.all.iter().map(|draft| {
+            let of_target = |edge: EdgeId| table.first[graph.edge(edge).to.index()];
+            let next = draft.path.next;
+            NodePath {
+                next: next.map(|(edge, rest)| (edge, PathId(of_target(edge) + rest.0))),
+                ..draft.path
+            }
         });
+        table.paths.push(OnFirstUse::known(paths.collect()));
+        table
+            .links
+            .extend(drafts.all.iter().map(|draft| draft.link));
     }
+    table.nodes = NodeOfPath::new(&table.first);
     table
 }
 
@@ -129,7 +135,7 @@ impl<'a> Layers<'a> {
         let graph = source.graph;
         let longest = (settings.horizon * graph.frame_rate() as f32)
             .round()
-            .clamp(0.0, f32::from(u16::MAX)) as usize;
+            .clamp(0.0, f32::from(u16::MAX - 1)) as usize;
         let mut starts = vec![Vec::new(); graph.nodes().len()];
         for (&goal, index) in source.goals.iter().zip(0..) {
             starts[graph.edge(goal).from.index()].push(index);

@@ -16,10 +16,11 @@ use serde::{Deserialize, Serialize};
 
 pub(super) use build::{PathSource, build};
 pub(super) use restore::PathsBeside;
+use restore::Restorer;
 
-use super::Retimable;
+use super::{OnFirstUse, Retimable};
 use crate::graph::{EdgeId, NodeId};
-use crate::math::{Rigid2, floor};
+use crate::math::{Rigid2, floor, in_parallel};
 
 /// Settings of the path search.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -93,7 +94,7 @@ pub struct NodePath {
 }
 
 /// What an edge adds to the paths from its end.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 struct EdgeStep {
     /// Length, in frames.
     frames: u16,
@@ -145,16 +146,28 @@ impl NodePath {
     }
 }
 
-/// The paths of all nodes.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+/// The paths of all nodes. Those of a table from a file are restored node by node, when they are first asked for.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct PathTable {
     /// Index of each node's first path. The last entry is the number of paths. The paths of a node
     /// are sorted by length.
     first: Vec<u32>,
     links: Vec<Link>,
     report: PathReport,
+    /// Paths of each node.
     #[serde(skip)]
-    paths: Vec<NodePath>,
+    paths: Vec<OnFirstUse<Box<[NodePath]>>>,
+    #[serde(skip)]
+    restorer: Restorer,
+    #[serde(skip)]
+    nodes: NodeOfPath,
+}
+
+impl PartialEq for PathTable {
+    /// The rest follows from the graph.
+    fn eq(&self, other: &Self) -> bool {
+        (&self.first, &self.links, self.report) == (&other.first, &other.links, other.report)
+    }
 }
 
 /// A path as it is stored in files.
@@ -170,11 +183,12 @@ struct Link {
 impl PathTable {
     /// Paths from a node, sorted by length.
     #[must_use]
+    #[inline]
     pub fn of(&self, node: NodeId) -> &[NodePath] {
-        &self.paths[self.first[node.index()] as usize..self.first[node.index() + 1] as usize]
+        self.paths[node.index()].get_or_make(|| self.restorer.paths(self, node))
     }
 
-    /// Number of paths, also before they are restored.
+    /// Number of paths.
     pub(super) fn count(&self) -> usize {
         self.links.len()
     }
@@ -187,8 +201,10 @@ impl PathTable {
 
     /// The path with an id.
     #[must_use]
+    #[inline]
     pub fn path(&self, id: PathId) -> &NodePath {
-        &self.paths[id.0 as usize]
+        let node = self.nodes.of(&self.first, id);
+        &self.of(node)[(id.0 - self.first[node.index()]) as usize]
     }
 
     /// Edges of a path, without the evasion's edge.
@@ -201,17 +217,59 @@ impl PathTable {
         })
     }
 
+    /// Restores all paths.
+    pub(super) fn prepare(&self) {
+        in_parallel(0, self.paths.len(), |node| {
+            let _ = self.of(NodeId(node as u32));
+        });
+    }
+
     /// Statistics of the path search.
     #[must_use]
     pub fn report(&self) -> PathReport {
         self.report
     }
 
-    /// Memory of the table, in bytes.
+    /// Memory of the table with all paths, in bytes.
     #[must_use]
     pub fn bytes(&self) -> usize {
         size_of_val(self.first.as_slice())
             + size_of_val(self.links.as_slice())
-            + size_of_val(self.paths.as_slice())
+            + self.count() * size_of::<NodePath>()
+    }
+}
+
+/// Finds the node of a path by its index.
+#[derive(Clone, Debug, Default)]
+struct NodeOfPath {
+    /// The node of every [`NodeOfPath::STEP`]th path.
+    nodes: Vec<u32>,
+}
+
+impl NodeOfPath {
+    const STEP: usize = 32;
+
+    fn new(first: &[u32]) -> Self {
+        let ends = first.get(1..).unwrap_or(&[]);
+        let mut node = 0;
+        let count = ends.last().map_or(0, |&end| end as usize);
+        let nodes = (0..count).step_by(Self::STEP).map(|path| {
+            while ends[node] as usize <= path {
+                node += 1;
+            }
+            node as u32
+        });
+        Self {
+            nodes: nodes.collect(),
+        }
+    }
+
+    #[inline]
+    fn of(&self, first: &[u32], PathId(path): PathId) -> NodeId {
+        let mut node = self.nodes[path as usize / Self::STEP];
+        while first[node as usize + 1] <= path {
+            node += 1;
+        }
+        NodeId(node)
     }
 }

@@ -1,10 +1,14 @@
-//! Rebuilds the path data that is derived on load and not stored in the file.
+//! Restores the paths of a table that was read from a file.
+//!
+//! All links are checked when the file is read: every path leads to an evasion. Of each path only its number of frames is computed then.
+
+use std::sync::atomic::{AtomicBool, AtomicU16, Ordering};
 
 use super::build::step;
-use super::{EdgeStep, NodePath, PathId, PathTable};
+use super::{EdgeStep, NodeOfPath, NodePath, PathId, PathTable};
 use crate::graph::{EdgeId, MotionGraph, NodeId};
-use crate::maps::{Evasion, Retimable};
-use crate::math::{Rigid2, fill};
+use crate::maps::{Evasion, OnFirstUse, Retimable};
+use crate::math::{Rigid2, fill, in_parallel};
 
 /// What paths depend on beside their graph.
 #[derive(Clone, Copy)]
@@ -15,8 +19,11 @@ pub(in crate::maps) struct PathsBeside<'a> {
     pub(in crate::maps) placements: &'a [Rigid2],
 }
 
+const NOWHERE: &str = "a path leads nowhere, or to itself";
+const UNSORTED: &str = "a node's paths are not in the order of their length";
+
 impl PathTable {
-    /// Rebuilds the paths of a table from a file and checks them against the graph.
+    /// Checks the paths of a table from a file against the graph, so that they can be restored.
     pub(in crate::maps) fn restored(
         self,
         graph: &MotionGraph,
@@ -31,23 +38,46 @@ impl PathTable {
         {
             return Err("the paths are not those of the graph's nodes".to_owned());
         }
-        let paths = Restorer::new(&self, graph, beside).run()?;
-        Ok(Self { paths, ..self })
+        let restorer = Restorer::new(graph, beside);
+        let check = Check {
+            table: &self,
+            restorer: &restorer,
+            starts: { beside.evasions.iter() }
+                .map(|evasion| graph.edge(evasion.edge).from)
+                .collect(),
+            frames: { self.links.iter() }
+                .map(|_| AtomicU16::new(UNKNOWN))
+                .collect(),
+        };
+        check.run()?;
+        Ok(Self {
+            paths: std::iter::repeat_with(OnFirstUse::default)
+                .take(graph.nodes().len())
+                .collect(),
+            nodes: NodeOfPath::new(&self.first),
+            restorer,
+            ..self
+        })
+    }
+
+    /// First path of a node, and the end of its paths.
+    #[inline]
+    fn ends(&self, node: NodeId) -> [u32; 2] {
+        let first = &self.first[node.index()..];
+        [first[0], first[1]]
     }
 }
 
-struct Restorer<'a> {
-    table: &'a PathTable,
-    evasions: &'a [Evasion],
-    graph: &'a MotionGraph,
+/// What paths are restored from.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Restorer {
+    /// First edge of each node, and the number of edges.
+    first_edge: Vec<u32>,
     steps: Vec<Step>,
-    paths: Vec<NodePath>,
-    /// Paths that wait for the rest of the last one, and the nodes from which they start.
-    open: Vec<(u32, NodeId)>,
 }
 
 /// What an edge leads to.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 struct Step {
     to: NodeId,
     /// What it adds to paths. It has 0 frames if it is too long for a path.
@@ -66,27 +96,16 @@ const NO_STEP: Step = Step {
     },
 };
 
-/// A path that is not known yet. No evasion has this index.
-const UNKNOWN: NodePath = NodePath {
-    next: None,
-    evasion: u32::MAX,
-    frames: 0,
-    faster: 0,
-    slower: 0,
-    placement: Rigid2::IDENTITY,
-};
-
-/// What is known of a path after one more look at it.
-enum Found {
-    Path(NodePath),
-    /// The path goes on with another one, from this node on, which has to be found first.
-    Rest(u32, NodeId),
+/// How a path goes on: by an edge, and from its end by another path.
+#[derive(Clone, Copy)]
+struct Next {
+    edge: EdgeId,
+    rest: u32,
+    to: NodeId,
 }
 
-const NOWHERE: &str = "a path leads nowhere, or to itself";
-
-impl<'a> Restorer<'a> {
-    fn new(table: &'a PathTable, graph: &'a MotionGraph, beside: PathsBeside<'a>) -> Self {
+impl Restorer {
+    fn new(graph: &MotionGraph, beside: PathsBeside<'_>) -> Self {
         let mut steps = vec![NO_STEP; graph.edges().len()];
         fill(&mut steps, |edge| {
             let id = EdgeId(edge as u32);
@@ -101,78 +120,146 @@ impl<'a> Restorer<'a> {
             }
         });
         Self {
-            table,
-            evasions: beside.evasions,
-            graph,
+            first_edge: graph.first_edges().to_vec(),
             steps,
-            paths: vec![UNKNOWN; table.links.len()],
-            open: Vec::new(),
         }
     }
 
-    /// Rebuilds all paths, or says what is wrong: a link that points outside the table, a path that contains itself, or a node
-    /// whose paths are not in the order of their length.
+    /// The paths of a node. All links were checked.
+    pub(super) fn paths(&self, table: &PathTable, node: NodeId) -> Box<[NodePath]> {
+        let [first, end] = table.ends(node);
+        // Edges of the path, the last one first.
+        let mut edges: Vec<Next> = Vec::new();
+        let path = |path: u32| {
+            edges.clear();
+            let (mut at, mut from) = (path, node);
+            while let Some(next) = self.next(table, at, from) {
+                edges.push(next);
+                (at, from) = (next.rest, next.to);
+            }
+            let mut path = NodePath::start(table.links[at as usize].rest);
+            while let Some(Next { edge, rest, .. }) = edges.pop() {
+                let longer = path.after(edge, PathId(rest), self.steps[edge.index()].adds);
+                path = longer.unwrap_or(path);
+            }
+            path
+        };
+        (first..end).map(path).collect()
+    }
+
+    /// How a path from a node goes on, or `None` if its evasion starts there.
+    #[inline]
+    fn next(&self, table: &PathTable, path: u32, node: NodeId) -> Option<Next> {
+        let link = table.links[path as usize];
+        let edge = EdgeId(self.first_edge[node.index()] + link.edge.checked_sub(1)?);
+        let to = self.steps[edge.index()].to;
+        Some(Next {
+            edge,
+            rest: table.first[to.index()] + link.rest,
+            to,
+        })
+    }
+}
+
+/// Number of frames of a path that is not known yet.
+const UNKNOWN: u16 = u16::MAX;
+
+/// A check of all links.
+struct Check<'a> {
+    table: &'a PathTable,
+    restorer: &'a Restorer,
+    /// The node at which each evasion starts.
+    starts: Vec<NodeId>,
+    /// Number of frames of each path.
+    frames: Vec<AtomicU16>,
+}
+
+impl Check<'_> {
+    /// Says what is wrong: a link that points outside the table, a path that contains itself, or a node whose paths are not in the order
+    /// of their length.
     ///
     /// Nodes are taken from the last to the first: most paths go on along their clip, and the next node of a clip is the next in
     /// number.
-    fn run(mut self) -> Result<Vec<NodePath>, String> {
-        for node in (0..self.graph.nodes().len() as u32).rev().map(NodeId) {
-            let [first, end] = self.ends(node);
-            for index in first..end {
-                if self.paths[index as usize].evasion == UNKNOWN.evasion {
-                    self.find(index, node).ok_or(NOWHERE)?;
-                }
-            }
-            if !self.paths[first as usize..end as usize].is_sorted_by_key(|path| path.frames) {
-                return Err("a node's paths are not in the order of their length".to_owned());
-            }
+    fn run(&self) -> Result<(), String> {
+        /// Number of nodes that are checked together.
+        const PART: usize = 1024;
+        let nodes = self.table.first.len() - 1;
+        let is_wrong = AtomicBool::new(false);
+        let wrong = in_parallel(0, nodes.div_ceil(PART), |part| {
+            let mut open = Vec::new();
+            let end = nodes - part * PART;
+            let own = end.saturating_sub(PART)..end;
+            let nodes = own.rev().map(|node| NodeId(node as u32));
+            nodes
+                .take_while(|_| !is_wrong.load(Ordering::Relaxed))
+                .find_map(|node| {
+                    let wrong = self.node(node, &mut open).err()?;
+                    is_wrong.store(true, Ordering::Relaxed);
+                    Some(wrong)
+                })
+        });
+        match wrong.into_iter().flatten().next() {
+            Some(wrong) => Err(wrong.to_owned()),
+            None => Ok(()),
         }
-        Ok(self.paths)
     }
 
-    /// First path of a node, and the end of its paths.
-    fn ends(&self, node: NodeId) -> [u32; 2] {
-        let first = &self.table.first[node.index()..];
-        [first[0], first[1]]
-    }
-
-    /// Finds a path of a node, and the paths that it goes on with.
-    fn find(&mut self, index: u32, node: NodeId) -> Option<()> {
-        self.open.push((index, node));
-        while let Some(&(path, node)) = self.open.last() {
-            match self.look(path, node)? {
-                Found::Path(found) => {
-                    self.paths[path as usize] = found;
-                    self.open.pop();
-                }
-                // Every path is longer than its rest, so a chain has at most `u16::MAX` paths. A path that contains itself exceeds this.
-                Found::Rest(..) if self.open.len() > usize::from(u16::MAX) => return None,
-                Found::Rest(rest, to) => self.open.push((rest, to)),
+    fn node(&self, node: NodeId, open: &mut Vec<OpenPath>) -> Result<(), &'static str> {
+        let [first, end] = self.table.ends(node);
+        let mut longest = 0;
+        for path in first..end {
+            let frames = self.frames_of(path, node, open).ok_or(NOWHERE)?;
+            if frames < longest {
+                return Err(UNSORTED);
             }
+            longest = frames;
         }
-        Some(())
+        Ok(())
     }
 
-    #[inline]
-    fn look(&self, path: u32, node: NodeId) -> Option<Found> {
-        let link = self.table.links[path as usize];
-        let Some(number) = link.edge.checked_sub(1) else {
-            let evasion = self.evasions.get(link.rest as usize)?;
-            let starts_here = self.graph.edge(evasion.edge).from == node;
-            return starts_here.then_some(Found::Path(NodePath::start(link.rest)));
+    /// Number of frames of a path of a node; `None` if it leads nowhere.
+    fn frames_of(&self, path: u32, node: NodeId, open: &mut Vec<OpenPath>) -> Option<u16> {
+        open.clear();
+        let (mut path, mut node) = (path, node);
+        let mut frames = loop {
+            match self.frames[path as usize].load(Ordering::Relaxed) {
+                UNKNOWN => {}
+                known => break known,
+            }
+            let link = self.table.links[path as usize];
+            let Some(number) = link.edge.checked_sub(1) else {
+                let starts_here = self.starts.get(link.rest as usize) == Some(&node);
+                starts_here.then(|| self.frames[path as usize].store(0, Ordering::Relaxed))?;
+                break 0;
+            };
+            let first = &self.restorer.first_edge[node.index()..];
+            let edge = first[0]
+                .checked_add(number)
+                .filter(|&edge| edge < first[1])?;
+            let Step { to, adds } = self.restorer.steps[edge as usize];
+            let [first, end] = self.table.ends(to);
+            let rest = first.checked_add(link.rest).filter(|&rest| rest < end)?;
+            // Every path is longer than its rest, so a chain has at most `u16::MAX` paths. A path that contains itself exceeds this.
+            if adds.frames == 0 || open.len() >= usize::from(u16::MAX) {
+                return None;
+            }
+            open.push(OpenPath {
+                path,
+                frames: adds.frames,
+            });
+            (path, node) = (rest, to);
         };
-        let edge = self.graph.edge_from(node, number)?;
-        let step = &self.steps[edge.index()];
-        let [first, end] = self.ends(step.to);
-        let rest = first.checked_add(link.rest).filter(|&rest| rest < end)?;
-        let known = &self.paths[rest as usize];
-        if known.evasion == UNKNOWN.evasion {
-            return Some(Found::Rest(rest, step.to));
+        while let Some(longer) = open.pop() {
+            frames = { frames.checked_add(longer.frames) }.filter(|&frames| frames < UNKNOWN)?;
+            self.frames[longer.path as usize].store(frames, Ordering::Relaxed);
         }
-        if step.adds.frames == 0 {
-            return None;
-        }
-        let path = known.after(edge, PathId(rest), step.adds)?;
-        Some(Found::Path(path))
+        Some(frames)
     }
+}
+
+/// A path whose rest is not known yet.
+struct OpenPath {
+    path: u32,
+    /// Number of frames of its first edge.
+    frames: u16,
 }

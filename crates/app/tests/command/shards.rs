@@ -113,7 +113,12 @@ fn entries_or_a_graph_that_are_missing_or_damaged_are_named_with_their_command()
     let folder = folder();
     let at = folder.path();
     plan(at);
-    sabaki(at, &["bake", "graph", "plan"]).is_refused(&["shard 0 is missing"]);
+    let refused = sabaki(at, &["bake", "graph", "plan"]);
+    let first = "sabaki: shard 0 is missing: sabaki bake shard plan 0";
+    assert_eq!(
+        (refused.code, refused.stderr.lines().next()),
+        (2, Some(first))
+    );
     (0..SHARDS).for_each(|index| drop(shard(at, index, &[])));
     sabaki(at, &["bake", "graph", "plan"]).is(0);
     (0..SHARDS).for_each(|share| drop(entries(at, share, &[])));
