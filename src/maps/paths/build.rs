@@ -4,7 +4,7 @@
 //! the edge's end. If paths are built in the order of n, the shorter paths already exist. Each
 //! length n needs one pass over the edges, regardless of the number of routes.
 
-use super::{EdgeStep, Link, NodeOfPath, NodePath, PathId, PathReport, PathSettings, PathTable};
+use super::{Link, NodeOfPath, NodePath, PathId, PathReport, PathSettings, PathTable, alike_cell};
 use crate::graph::{EdgeId, EdgeMotion, MotionGraph, NodeId};
 use crate::maps::{OnFirstUse, Retimable};
 use crate::math::{Rigid2, in_parallel};
@@ -20,21 +20,34 @@ pub(in crate::maps) struct PathSource<'a> {
     pub goals: &'a [EdgeId],
 }
 
-/// A candidate path.
+/// A candidate path, whose number of frames is that of its layer.
 #[derive(Clone, Copy)]
 struct Draft {
     link: Link,
-    path: NodePath,
+    evasion: u32,
+    /// Number of frames that may be played faster, and slower.
+    faster: u16,
+    slower: u16,
+    placement: Rigid2,
     /// Sum of the transitions' costs. Lower is better.
     cost: f32,
 }
 
-/// Paths of one node that were found so far.
-#[derive(Clone, Default)]
-struct Drafts {
-    all: Vec<Draft>,
-    /// Index in `all` of the first path of each number of frames.
-    by_frames: Vec<u32>,
+/// The paths of one number of frames.
+#[derive(Default)]
+struct Layer {
+    drafts: Vec<Draft>,
+    /// The paths of each node, and the end of those of the last.
+    nodes: Vec<OfNode>,
+}
+
+/// The paths of a node in a layer.
+#[derive(Clone, Copy, Default)]
+struct OfNode {
+    /// Index of the first one in [`Layer::drafts`].
+    first: u32,
+    /// Number of shorter paths of the node.
+    shorter: u32,
 }
 
 /// Number of nodes that share scratch.
@@ -45,7 +58,7 @@ const BATCH: usize = 256;
 struct LayerPaths {
     kept: Vec<Draft>,
     /// End of each node's paths in `kept`.
-    ends: Vec<usize>,
+    ends: Vec<u32>,
     alike: u64,
     cut: u64,
 }
@@ -60,57 +73,100 @@ struct Scratch {
 
 /// Finds the paths from every node of a graph.
 pub(in crate::maps) fn build(source: PathSource<'_>, settings: &PathSettings) -> PathTable {
-    let layers = Layers::new(source, settings);
-    let mut nodes = vec![Drafts::default(); source.graph.nodes().len()];
-    let mut report = PathReport::default();
-    for _ in 0..=layers.longest {
-        let found = in_parallel(settings.threads, nodes.len().div_ceil(BATCH), |batch| {
+    let search = Layers::new(source, settings);
+    let nodes = source.graph.nodes().len();
+    let (mut layers, mut report) = (Vec::<Layer>::new(), PathReport::default());
+    for _ in 0..=search.longest {
+        let found = in_parallel(settings.threads, nodes.div_ceil(BATCH), |batch| {
             let (mut scratch, mut found) = (Scratch::default(), LayerPaths::default());
-            let end = ((batch + 1) * BATCH).min(nodes.len());
+            let end = ((batch + 1) * BATCH).min(nodes);
             for node in batch * BATCH..end {
-                layers.find(&nodes, NodeId(node as u32), &mut scratch);
-                layers.select(&mut scratch, &mut found);
+                search.find(&layers, NodeId(node as u32), &mut scratch);
+                search.select(&mut scratch, &mut found);
             }
             found
         });
-        for (nodes, found) in nodes.chunks_mut(BATCH).zip(&found) {
-            let mut first = 0;
-            for (drafts, &end) in nodes.iter_mut().zip(&found.ends) {
-                drafts.by_frames.push(drafts.all.len() as u32);
-                drafts.all.extend_from_slice(&found.kept[first..end]);
-                first = end;
-            }
+        for found in &found {
             report.alike += found.alike;
             report.cut += found.cut;
+            report.kept += found.kept.len() as u64;
         }
+        let next = Layer::new(layers.last(), &found);
+        layers.push(next);
     }
-    report.kept = nodes.iter().map(|drafts| drafts.all.len() as u64).sum();
-    table(source.graph, &nodes, report)
+    table(source.graph, &layers, report)
 }
 
-fn table(graph: &MotionGraph, nodes: &[Drafts], report: PathReport) -> PathTable {
+impl Layer {
+    /// The layer after `before`, with paths that were found for all nodes in turn.
+    fn new(before: Option<&Self>, found: &[LayerPaths]) -> Self {
+        let mut layer = Self::default();
+        let shorter = |node: usize| before.map_or(0, |before| before.up_to(node));
+        for found in found {
+            let first = layer.drafts.len() as u32;
+            let mut start = first;
+            for end in &found.ends {
+                layer.nodes.push(OfNode {
+                    first: start,
+                    shorter: shorter(layer.nodes.len()),
+                });
+                start = first + end;
+            }
+            layer.drafts.extend_from_slice(&found.kept);
+        }
+        layer.nodes.push(OfNode {
+            first: layer.drafts.len() as u32,
+            shorter: 0,
+        });
+        layer
+    }
+
+    /// Number of paths of a node that are no longer than those of this layer.
+    fn up_to(&self, node: usize) -> u32 {
+        let [own, next] = [self.nodes[node], self.nodes[node + 1]];
+        own.shorter + next.first - own.first
+    }
+
+    /// The paths of a node, each with its index among all paths of the node.
+    fn of(&self, node: NodeId) -> impl Iterator<Item = (u32, &Draft)> {
+        let [own, next] = [0, 1].map(|after| self.nodes[node.index() + after]);
+        let drafts = &self.drafts[own.first as usize..next.first as usize];
+        (own.shorter..).zip(drafts)
+    }
+}
+
+fn table(graph: &MotionGraph, layers: &[Layer], report: PathReport) -> PathTable {
     let mut table = PathTable {
         report,
         first: vec![0],
         ..PathTable::default()
     };
-    for drafts in nodes {
-        let end = table.first[table.first.len() - 1] + drafts.all.len() as u32;
-        table.first.push(end);
+    let last = layers.last();
+    for node in 0..graph.nodes().len() {
+        let count = last.map_or(0, |last| last.up_to(node));
+        table.first.push(table.first[node] + count);
     }
-    for drafts in nodes {
-        let paths = drafts.all.iter().map(|draft| {
-            let of_target = |edge: EdgeId| table.first[graph.edge(edge).to.index()];
-            let next = draft.path.next;
-            NodePath {
-                next: next.map(|(edge, rest)| (edge, PathId(of_target(edge) + rest.0))),
-                ..draft.path
+    for node in (0..graph.nodes().len() as u32).map(NodeId) {
+        let mut paths = Vec::new();
+        for (layer, frames) in layers.iter().zip(0..) {
+            for (_, draft) in layer.of(node) {
+                let next = draft.link.edge.checked_sub(1).map(|number| {
+                    let edge = EdgeId(graph.first_edges()[node.index()] + number);
+                    let first = table.first[graph.edge(edge).to.index()];
+                    (edge, PathId(first + draft.link.rest))
+                });
+                table.links.push(draft.link);
+                paths.push(NodePath {
+                    next,
+                    evasion: draft.evasion,
+                    frames,
+                    faster: draft.faster,
+                    slower: draft.slower,
+                    placement: draft.placement,
+                });
             }
-        });
-        table.paths.push(OnFirstUse::known(paths.collect()));
-        table
-            .links
-            .extend(drafts.all.iter().map(|draft| draft.link));
+        }
+        table.paths.push(OnFirstUse::known(paths.into()));
     }
     table.nodes = NodeOfPath::new(&table.first);
     table
@@ -155,9 +211,9 @@ impl<'a> Layers<'a> {
         }
     }
 
-    /// Finds the next longer paths from a node: those of one frame more than the longest that were found so far.
-    fn find(&self, nodes: &[Drafts], node: NodeId, scratch: &mut Scratch) {
-        let frames = nodes[node.index()].by_frames.len();
+    /// Finds the next longer paths from a node: those of one frame more than all layers that are known.
+    fn find(&self, layers: &[Layer], node: NodeId, scratch: &mut Scratch) {
+        let frames = layers.len();
         let found = &mut scratch.found;
         found.clear();
         let starts = self.starts[node.index()].iter().filter(|_| frames == 0);
@@ -166,50 +222,48 @@ impl<'a> Layers<'a> {
                 edge: 0,
                 rest: evasion,
             },
-            path: NodePath::start(evasion),
+            evasion,
+            faster: 0,
+            slower: 0,
+            placement: Rigid2::IDENTITY,
             cost: 0.0,
         }));
         let graph = self.source.graph;
-        for (edge, number) in graph.edges_from(node).zip(1..) {
-            let Some(left) = frames.checked_sub(graph.edge(edge).frames as usize) else {
+        for (id, number) in graph.edges_from(node).zip(1..) {
+            let edge = graph.edge(id);
+            let Some(left) = frames.checked_sub(edge.frames as usize) else {
                 continue;
             };
-            let rest = &nodes[graph.edge(edge).to.index()];
-            let first = rest.by_frames[left] as usize;
-            let end = rest
-                .by_frames
-                .get(left + 1)
-                .map_or(rest.all.len(), |&end| end as usize);
-            found.extend((first..end).filter_map(|position| {
-                let link = Link {
-                    edge: number,
-                    rest: position as u32,
-                };
-                self.extended(edge, link, &rest.all[position])
-            }));
+            let rests = layers.get(left).into_iter();
+            found.extend(
+                rests
+                    .flat_map(|layer| layer.of(edge.to))
+                    .map(|(rest, draft)| {
+                        let link = Link { edge: number, rest };
+                        self.extended(id, link, draft)
+                    }),
+            );
         }
     }
 
-    /// Path that starts with `edge` and continues with `rest`.
-    fn extended(&self, edge: EdgeId, link: Link, rest: &Draft) -> Option<Draft> {
-        let graph = self.source.graph;
-        let frames = u16::try_from(graph.edge(edge).frames).ok()?;
-        let step = EdgeStep {
-            frames,
-            retimable: self.source.retimable[edge.index()],
-            placement: self.steps[edge.index()],
-        };
-        let looks = match graph.edge(edge).motion {
+    /// Path that starts with an edge and continues with `rest`.
+    fn extended(&self, id: EdgeId, link: Link, rest: &Draft) -> Draft {
+        let edge = self.source.graph.edge(id);
+        let retimable = self.source.retimable[id.index()];
+        // No longer than the longest path.
+        let of = |changes: bool| if changes { edge.frames as u16 } else { 0 };
+        let looks = match edge.motion {
             EdgeMotion::Clip => 0.0,
             EdgeMotion::Transition { distance, .. } => TRANSITION_COST + distance,
         };
-        Some(Draft {
+        Draft {
             link,
-            // The final index of `rest` is not known yet. The index among its node's paths stands
-            // in for it.
-            path: rest.path.after(edge, PathId(link.rest), step)?,
+            evasion: rest.evasion,
+            faster: rest.faster + of(retimable.faster),
+            slower: rest.slower + of(retimable.slower),
+            placement: self.steps[id.index()] * rest.placement,
             cost: rest.cost + looks,
-        })
+        }
     }
 
     /// Selects the paths to keep: the best one of each group of similar paths, limited to `most` in
@@ -223,7 +277,7 @@ impl<'a> Layers<'a> {
         let all = found.len();
         if all > 1 {
             keyed.clear();
-            keyed.extend(found.iter().map(|draft| (self.key(&draft.path), *draft)));
+            keyed.extend(found.iter().map(|draft| (self.key(draft), *draft)));
             // No two paths are equally good, so that their order is known.
             keyed.sort_unstable_by(|a, b| a.0.cmp(&b.0).then_with(|| better(&a.1, &b.1)));
             keyed.dedup_by_key(|(key, _)| *key);
@@ -233,13 +287,13 @@ impl<'a> Layers<'a> {
         }
         if found.len() > self.most {
             found.sort_unstable_by(|a, b| {
-                let evasions = a.path.evasion.cmp(&b.path.evasion);
+                let evasions = a.evasion.cmp(&b.evasion);
                 evasions.then_with(|| better(a, b))
             });
             ranked.clear();
             for draft in found.iter() {
                 let rank = match ranked.last() {
-                    Some((rank, last)) if last.path.evasion == draft.path.evasion => rank + 1,
+                    Some((rank, last)) if last.evasion == draft.evasion => rank + 1,
                     _ => 0,
                 };
                 ranked.push((rank, *draft));
@@ -251,11 +305,11 @@ impl<'a> Layers<'a> {
             found.extend(ranked.iter().map(|(_, draft)| *draft));
         }
         layer.kept.extend_from_slice(found);
-        layer.ends.push(layer.kept.len());
+        layer.ends.push(layer.kept.len() as u32);
     }
 
     /// Key that is equal for similar paths of one length.
-    fn key(&self, path: &NodePath) -> [i32; 6] {
+    fn key(&self, path: &Draft) -> [i32; 6] {
         // Paths count as different if their retimable durations differ by a fifth of a second, or
         // if only one of them can be retimed.
         let fifth = ((self.source.graph.frame_rate() / 5.0) as u16).max(1);
@@ -263,8 +317,12 @@ impl<'a> Layers<'a> {
             0 => -1,
             some => i32::from(some / fifth),
         };
-        let [x, z, heading] =
-            path.alike_cell(self.settings.alike_distance, self.settings.alike_angle);
+        let PathSettings {
+            alike_distance,
+            alike_angle,
+            ..
+        } = *self.settings;
+        let [x, z, heading] = alike_cell(path.placement, alike_distance, alike_angle);
         let evasion = path.evasion as i32;
         [
             evasion,

@@ -119,14 +119,7 @@ impl NodePath {
     /// Cell of the place and heading at the evasion's start: x, z and heading.
     #[must_use]
     pub fn alike_cell(&self, distance: f32, angle: f32) -> [i32; 3] {
-        /// Minimum cell size. It keeps the cell indices finite.
-        const SHORTEST: f32 = 1e-3;
-        let cell = |value: f32, side: f32| floor(value / side.max(SHORTEST));
-        [
-            cell(self.placement.x, distance),
-            cell(self.placement.z, distance),
-            cell(self.placement.heading(), angle),
-        ]
+        alike_cell(self.placement, distance, angle)
     }
 
     /// Returns this path, whose index is `own`, with an edge in front of it. Returns `None` if the path would have too many frames.
@@ -144,6 +137,18 @@ impl NodePath {
             placement: step.placement * self.placement,
         })
     }
+}
+
+/// Cell of a place and heading: x, z and heading.
+fn alike_cell(placement: Rigid2, distance: f32, angle: f32) -> [i32; 3] {
+    /// Minimum cell size. It keeps the cell indices finite.
+    const SHORTEST: f32 = 1e-3;
+    let cell = |value: f32, side: f32| floor(value / side.max(SHORTEST));
+    [
+        cell(placement.x, distance),
+        cell(placement.z, distance),
+        cell(placement.heading(), angle),
+    ]
 }
 
 /// The paths of all nodes. Those of a table from a file are restored node by node, when they are first asked for.

@@ -1,6 +1,10 @@
-//! Computes how soon each moment reaches each evasion's start: Dijkstra's algorithm against the
-//! motion's direction, up to a horizon, with a bucket for each number of frames (Dial, "Algorithm 360",
-//! 1969). New jumps can be added incrementally.
+//! Computes how soon each moment reaches each evasion's start, up to a horizon: breadth first, for many evasions at once ([`reach`]). New
+//! jumps are added by Dijkstra's algorithm against the motion's direction, with a bucket for each number of frames (Dial, "Algorithm 360",
+//! 1969).
+
+mod reach;
+
+use reach::{Reach, Steps};
 
 use super::moments::{Jump, Moments};
 use crate::math::in_parallel;
@@ -128,30 +132,19 @@ impl Waits {
 
     /// Sets the evasions, which start at some moments.
     pub(super) fn set_goals(&mut self, starts: &[u32], threads: usize) {
-        /// Number of evasions that are computed before their waits move to their place.
-        const TOGETHER: usize = 32;
-        let blocks = self.follows.len().div_ceil(BLOCK);
-        self.evasions = starts.len();
-        self.frames = vec![u16::MAX; blocks * BLOCK * starts.len()];
-        for (part, starts) in starts.chunks(TOGETHER).enumerate() {
-            let ways = self.ways();
-            let found = in_parallel(threads, starts.len(), |index| {
-                let mut waits = vec![u16::MAX; blocks * BLOCK];
-                let mut own = OfEvasion {
-                    waits: &mut waits,
-                    first: 0,
-                    step: BLOCK,
-                };
-                let mut open = Queue::default();
-                open.push(0, starts[index], ways.horizon);
-                ways.lower(&mut own, &mut open, |_, _, _| ());
-                waits
-            });
-            for (evasion, waits) in (part * TOGETHER..).zip(found) {
-                for (block, waits) in waits.as_chunks::<BLOCK>().0.iter().enumerate() {
-                    let first = (block * self.evasions + evasion) * BLOCK;
-                    self.frames[first..first + BLOCK].copy_from_slice(waits);
-                }
+        let groups = starts.chunks(Reach::EVASIONS);
+        let size = self.follows.len().div_ceil(BLOCK) * BLOCK * starts.len();
+        (self.evasions, self.frames) = (starts.len(), vec![u16::MAX; size]);
+        let steps = Steps::new(&self.follows, &self.into, self.horizon);
+        for (group, starts) in groups.enumerate() {
+            let mut reach = Reach::new(&steps, starts);
+            let first = group * Reach::EVASIONS;
+            for frames in 0..=self.horizon {
+                reach.extend(&steps, frames, threads);
+                reach.for_each_new(frames, |moment, evasion| {
+                    let block = moment / BLOCK * self.evasions + first + evasion;
+                    self.frames[block * BLOCK + moment % BLOCK] = frames as u16;
+                });
             }
         }
     }
@@ -183,14 +176,6 @@ impl Waits {
                     new,
                 });
             });
-        }
-    }
-
-    fn ways(&self) -> Ways<'_> {
-        Ways {
-            horizon: self.horizon,
-            follows: &self.follows,
-            into: &self.into,
         }
     }
 }
