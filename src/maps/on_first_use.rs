@@ -10,6 +10,12 @@ impl<T> OnFirstUse<T> {
         Self(OnceLock::from(value))
     }
 
+    /// The value, if it is there.
+    #[inline]
+    pub(crate) fn get(&self) -> Option<&T> {
+        self.0.get()
+    }
+
     /// The value. `make` must give the same whenever it is called.
     #[inline]
     pub(crate) fn get_or_make(&self, make: impl FnOnce() -> T) -> &T {

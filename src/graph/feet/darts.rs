@@ -3,6 +3,8 @@
 //! A transition may blend poses whose feet are far apart, for example a kick and a stance. The planned step between them may then be
 //! faster than any step of the clips. Such transitions are left out of the graph.
 
+use std::sync::OnceLock;
+
 use rustc_hash::FxHashMap;
 use serde::{Deserialize, Serialize};
 
@@ -33,8 +35,8 @@ pub(in crate::graph) struct DartKey {
 pub(in crate::graph) struct DartTest {
     /// Graph of the clips, with the tested transitions as its only edges.
     graph: MotionGraph,
-    /// Speed of the fastest toe from each frame of each clip to the next one, in metres per second.
-    clips: Vec<Vec<f32>>,
+    /// Speed of the fastest toe from each frame of each clip to the next one, in metres per second; of the clips that were needed.
+    clips: Vec<OnceLock<Vec<f32>>>,
     /// Speed up to which no foot darts, in metres per second.
     limit: f32,
     threads: usize,
@@ -134,9 +136,7 @@ impl DartTest {
             rig: KnownRig::default(),
         };
         Some(Self {
-            clips: in_parallel(settings.threads, clips.len(), |clip| {
-                clip_speeds(&graph, clip)
-            }),
+            clips: vec![OnceLock::new(); clips.len()],
             graph,
             limit,
             threads: settings.threads,
@@ -243,9 +243,10 @@ impl DartTest {
                 transition.target_frame - transition.frames,
             ),
         ];
-        let speeds = ends
-            .iter()
-            .flat_map(|&(clip, first)| self.clips[clip][first..].iter().take(transition.frames));
+        let speeds = ends.iter().flat_map(|&(clip, first)| {
+            let speeds = self.clips[clip].get_or_init(|| clip_speeds(&self.graph, clip));
+            speeds[first..].iter().take(transition.frames)
+        });
         speeds.copied().fold(0.0, f32::max)
     }
 }

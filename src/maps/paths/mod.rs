@@ -222,10 +222,11 @@ impl PathTable {
         })
     }
 
-    /// Restores all paths.
+    /// Restores all paths. Nodes are taken from the last to the first: most paths go on along their clip, and the next node of a clip is
+    /// the next in number.
     pub(super) fn prepare(&self) {
         in_parallel(0, self.paths.len(), |node| {
-            let _ = self.of(NodeId(node as u32));
+            let _ = self.of(NodeId((self.paths.len() - 1 - node) as u32));
         });
     }
 

@@ -125,7 +125,7 @@ impl Restorer {
         }
     }
 
-    /// The paths of a node. All links were checked.
+    /// The paths of a node, whose links were all checked. The rests of them that are known are not restored again.
     pub(super) fn paths(&self, table: &PathTable, node: NodeId) -> Box<[NodePath]> {
         let [first, end] = table.ends(node);
         // Edges of the path, the last one first.
@@ -133,11 +133,16 @@ impl Restorer {
         let path = |path: u32| {
             edges.clear();
             let (mut at, mut from) = (path, node);
-            while let Some(next) = self.next(table, at, from) {
+            let mut path = loop {
+                let Some(next) = self.next(table, at, from) else {
+                    break NodePath::start(table.links[at as usize].rest);
+                };
                 edges.push(next);
                 (at, from) = (next.rest, next.to);
-            }
-            let mut path = NodePath::start(table.links[at as usize].rest);
+                if let Some(known) = table.paths[from.index()].get() {
+                    break known[(at - table.first[from.index()]) as usize];
+                }
+            };
             while let Some(Next { edge, rest, .. }) = edges.pop() {
                 let longer = path.after(edge, PathId(rest), self.steps[edge.index()].adds);
                 path = longer.unwrap_or(path);
