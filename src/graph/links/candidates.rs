@@ -3,6 +3,7 @@
 use super::free_frames::FreeFrames;
 use super::lengths::Lengths;
 use super::margin::{EventMargin, Side};
+use super::near_margins::NearMargins;
 use super::parts::RangeSearch;
 use super::record::LinkRecord;
 use super::source::LinkSource;
@@ -44,7 +45,7 @@ pub(super) struct WindowPair {
 }
 
 /// Sorts the links of a part, which has one of each event at most, and keeps the closest.
-fn keep_closest(part: &mut Vec<Candidate>) {
+pub(super) fn keep_closest(part: &mut Vec<Candidate>) {
     part.sort_by(|a, b| a.cost.total_cmp(&b.cost).then(a.event.cmp(&b.event)));
     part.truncate(MOST);
 }
@@ -88,21 +89,12 @@ impl<'a> Candidates<'a> {
     pub(super) fn find_known(&self, events: &[usize]) -> (Vec<Candidate>, LinkRecord) {
         let known = self.source.known;
         let margins = self.margins(events, Side::Before);
-        let all: Vec<&EventMargin> = margins.iter().collect();
+        let near = NearMargins::new(self, &margins);
+        let all: Vec<usize> = (0..margins.len()).collect();
         let ranges = known.ranges(&margins);
-        let new: Vec<&EventMargin> = ranges.new.iter().map(|&index| &margins[index]).collect();
-        let found = self.of_clips(|clip| {
-            let Some(mut parts) = known.parts(self, &ranges, clip) else {
-                return self.of_clip(&all, clip, None);
-            };
-            if !new.is_empty() {
-                let found = self.of_clip(&new, clip, None);
-                for (part, found) in parts.iter_mut().zip(found) {
-                    part.extend(found);
-                }
-            }
-            parts.iter_mut().for_each(keep_closest);
-            parts
+        let found = self.of_clips(|clip| match known.parts(self, &ranges, clip) {
+            Some(parts) => near.add_closest(&ranges.new, clip, parts),
+            None => near.add_closest(&all, clip, self.parts(clip)),
         });
         let record = LinkRecord::new(&margins, &found);
         (self.sorted(&found), record)
@@ -139,8 +131,14 @@ impl<'a> Candidates<'a> {
         found
     }
 
+    /// The parts of a clip, without links.
+    fn parts(&self, clip: usize) -> Vec<Vec<Candidate>> {
+        let frames = self.source.aligner.clouds[clip].frames();
+        vec![Vec::new(); frames.div_ceil(self.lengths.spread)]
+    }
+
     /// Closest links between ranges and each part of a clip, before they are refined.
-    fn of_clip(
+    pub(super) fn of_clip(
         &self,
         margins: &[&EventMargin],
         clip: usize,
@@ -150,10 +148,7 @@ impl<'a> Candidates<'a> {
         let mut windows: BTreeMap<usize, Cow<'_, Windows>> = BTreeMap::new();
         let own = Cow::Borrowed(&self.source.windows[clip]);
         windows.insert(self.lengths.window, own);
-        let parts = self.source.aligner.clouds[clip]
-            .frames()
-            .div_ceil(self.lengths.spread);
-        let mut of_parts = vec![Vec::new(); parts];
+        let mut of_parts = self.parts(clip);
         for margin in margins {
             let length = margin.window;
             let windows = windows.entry(length).or_insert_with(|| {

@@ -5,11 +5,11 @@ use std::cmp::Ordering;
 use std::sync::OnceLock;
 
 use super::candidates::{Candidate, Candidates};
-use super::margin::Side;
+use super::margin::{EventMargin, Side};
 use super::parts::{ClipParts, RangeSearch};
 use crate::graph::PointCloud;
 use crate::graph::distance::{Compared, DiagonalRows, Diagonals, Windows};
-use crate::graph::search::{NearWindows, WindowCell};
+use crate::graph::search::{NearRange, NearWindows, WindowCell};
 use crate::math::Isa;
 
 /// Windows of one length of all clips, each made when it is first searched.
@@ -36,15 +36,24 @@ pub(super) struct ClipWindows<'a> {
     near: NearWindows,
 }
 
-/// Links of one event that are known, and the clips that are searched.
+/// Links of one event that are known.
 pub(super) struct KnownStart<'a> {
     pub(super) links: Vec<Candidate>,
-    pub(super) clips: &'a [usize],
+    /// The clips to which they are known: these are not searched.
+    pub(super) clips: &'a [bool],
+}
+
+/// A range, prepared, and its links that were found so far.
+struct OpenRange<'a> {
+    search: RangeSearch<'a>,
+    range: NearRange,
+    known: &'a [bool],
+    found: Vec<Candidate>,
 }
 
 /// Memory of a search.
 #[derive(Default)]
-struct Scratch {
+pub(super) struct Scratch {
     diagonals: Diagonals,
     near: Vec<WindowCell>,
     rows: Vec<u32>,
@@ -80,36 +89,67 @@ impl<'a> ClipWindows<'a> {
         self.near.clip(clip, self.windows.of(clip));
     }
 
-    /// The closest links of one range, at most so many: those that are known, and those to some clips.
+    /// The closest links of some ranges, at most so many of each: those that are known, and those to the other clips. All ranges are compared
+    /// with one clip after the other, which thus is in a cache.
     pub(super) fn links(
         &self,
-        search: RangeSearch<'_>,
+        ranges: Vec<(RangeSearch<'_>, &KnownStart<'_>)>,
         most: usize,
-        start: &KnownStart<'_>,
-    ) -> Vec<Candidate> {
-        let (margin, mut found) = (search.margin, start.links.clone());
-        let limit_of = |found: &[Candidate]| match found.last() {
-            Some(last) if found.len() == most => last.cost,
-            _ => search.candidates.lengths.loosest,
-        };
-        let mut limit = limit_of(&found);
-        if start.clips.is_empty() {
-            return found;
+    ) -> Vec<Vec<Candidate>> {
+        let mut open = Vec::new();
+        for (search, start) in ranges {
+            open.push(OpenRange {
+                range: self.range(search.margin),
+                known: start.clips,
+                found: start.links.clone(),
+                search,
+            });
         }
-        let range = self.near.range(&margin.windows);
         let mut scratch = Scratch::default();
-        scratch
-            .diagonals
-            .load(&margin.windows, 0..margin.windows.count());
-        for &clip in start.clips {
-            let windows = self.windows.of(clip);
-            scratch.near.clear();
-            range.find(self.near.clip(clip, windows), limit, &mut scratch.near);
-            if scratch.near.is_empty() {
-                continue;
+        for clip in 0..self.windows.made.len() {
+            for range in open.iter_mut().filter(|range| !range.known[clip]) {
+                let (found, side) = (&mut range.found, range.search.margin.side);
+                let limit = match found.last() {
+                    Some(last) if found.len() == most => last.cost,
+                    _ => range.search.candidates.lengths.loosest,
+                };
+                let before = found.len();
+                let near = self.near(range.search, &range.range, clip, limit, &mut scratch);
+                found.extend(
+                    near.filter(|(_, candidate)| candidate.cost <= limit)
+                        .map(|(_, it)| it),
+                );
+                if found.len() > before {
+                    found.sort_by(|a, b| order(a, b, side));
+                    found.truncate(most);
+                }
             }
+        }
+        open.into_iter().map(|range| range.found).collect()
+    }
+
+    /// Prepares a range.
+    pub(super) fn range(&self, margin: &EventMargin) -> NearRange {
+        self.near.range(&margin.windows)
+    }
+
+    /// The closest link of a range to each part of a clip, with the part; links of costs above `limit` may be missing.
+    pub(super) fn near<'s>(
+        &self,
+        search: RangeSearch<'s>,
+        range: &NearRange,
+        clip: usize,
+        limit: f32,
+        scratch: &mut Scratch,
+    ) -> impl Iterator<Item = (usize, Candidate)> + use<'s> {
+        let (own, windows) = (&search.margin.windows, self.windows.of(clip));
+        scratch.near.clear();
+        range.find(self.near.clip(clip, windows), limit, &mut scratch.near);
+        let mut best = Vec::new();
+        if !scratch.near.is_empty() {
+            scratch.diagonals.load(own, 0..own.count());
             scratch.measure(Compared {
-                a: &margin.windows,
+                a: own,
                 b: windows,
                 isa: Isa::best(),
             });
@@ -117,13 +157,10 @@ impl<'a> ClipWindows<'a> {
             for &(cell, square) in &scratch.squares {
                 parts.take(cell, square);
             }
-            let near = parts.best.into_iter().flatten();
-            found.extend(near.filter(|candidate| candidate.cost <= limit));
-            found.sort_by(|a, b| order(a, b, margin.side));
-            found.truncate(most);
-            limit = limit_of(&found);
+            best = parts.best;
         }
-        found
+        let best = best.into_iter().enumerate();
+        best.filter_map(|(part, found)| Some((part, found?)))
     }
 }
 

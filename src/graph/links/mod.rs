@@ -13,11 +13,14 @@
 mod candidates;
 mod choose;
 mod clip_windows;
+#[cfg(test)]
+mod fixture;
 mod free_frames;
 mod join;
 mod join_record;
 mod lengths;
 mod margin;
+mod near_margins;
 mod nearest;
 mod parts;
 mod record;

@@ -43,6 +43,8 @@ impl<'a> NearestLinks<'a> {
         candidates: &Candidates<'a>,
         wanted: Wanted<'_>,
     ) -> Vec<Vec<Candidate>> {
+        /// Number of ranges that are compared with a clip one after the other.
+        const TOGETHER: usize = 32;
         let margins: Vec<Option<EventMargin>> = { wanted.events.iter() }
             .map(|&event| candidates.margin(event, wanted.side))
             .collect();
@@ -52,40 +54,49 @@ impl<'a> NearestLinks<'a> {
         }
         let threads = candidates.source.settings.threads;
         let (joins, most) = (&self.joins, wanted.most);
-        let all: Vec<usize> = (0..joins.is_same.len()).collect();
-        let others: Vec<usize> = { all.iter().copied() }
-            .filter(|&clip| !joins.is_same[clip])
-            .collect();
-        let known = in_parallel(threads, margins.len(), |index| {
+        let none = vec![false; joins.is_same.len()];
+        let starts = in_parallel(threads, margins.len(), |index| {
             let known = joins.known(candidates, margins[index].as_ref()?, most);
             Some(KnownStart {
-                clips: if known.is_some() { &others } else { &all },
+                clips: if known.is_some() {
+                    &joins.is_same
+                } else {
+                    &none
+                },
                 links: known.unwrap_or_default(),
             })
         });
+        let search = |index: usize| {
+            let margin = margins[index].as_ref()?;
+            let search = RangeSearch {
+                candidates,
+                margin,
+                allowed: Some(wanted.allowed),
+            };
+            Some((search, starts[index].as_ref()?))
+        };
+        let mut found = vec![Vec::new(); margins.len()];
         for (&length, windows) in &self.lengths {
-            let own = margins.iter().zip(&known);
-            let own =
-                own.filter(|(margin, _)| margin.as_ref().is_some_and(|it| it.window == length));
-            let clips = own.filter_map(|(_, known)| Some(known.as_ref()?.clips));
-            let clips = clips.max_by_key(|clips| clips.len()).unwrap_or(&[]);
-            in_parallel(threads, clips.len(), |index| {
-                windows.prepare(clips[index]);
-            });
-        }
-        let found = in_parallel(threads, margins.len(), |index| {
-            match (&margins[index], &known[index]) {
-                (Some(margin), Some(start)) => {
-                    let search = RangeSearch {
-                        candidates,
-                        margin,
-                        allowed: Some(wanted.allowed),
-                    };
-                    self.lengths[&margin.window].links(search, most, start)
+            let has_length = |margin: &Option<EventMargin>| {
+                margin.as_ref().is_some_and(|it| it.window == length)
+            };
+            let own = (0..margins.len()).filter(|&index| has_length(&margins[index]));
+            let own: Vec<usize> = own.collect();
+            let starts = || own.iter().filter_map(|&index| starts[index].as_ref());
+            in_parallel(threads, none.len(), |clip| {
+                if starts().any(|start| !start.clips[clip]) {
+                    windows.prepare(clip);
                 }
-                _ => Vec::new(),
+            });
+            let parts: Vec<&[usize]> = own.chunks(TOGETHER).collect();
+            let of_parts = in_parallel(threads, parts.len(), |part| {
+                let ranges = parts[part].iter().copied().filter_map(search);
+                windows.links(ranges.collect(), most)
+            });
+            for (index, links) in own.into_iter().zip(of_parts.into_iter().flatten()) {
+                found[index] = links;
             }
-        });
+        }
         for (margin, found) in margins.iter().zip(&found) {
             if let Some(margin) = margin {
                 self.joins.add(margin, most, found);
@@ -98,122 +109,10 @@ impl<'a> NearestLinks<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::anim::{Clip, ClipDesc, EventKind, Joint, JointId, JointKind, Skeleton};
+    use crate::graph::ClipSource;
     use crate::graph::distance::Windows;
-    use crate::graph::feet::Aligner;
-    use crate::graph::links::KnownLinks;
-    use crate::graph::links::lengths::Lengths;
-    use crate::graph::links::source::LinkSource;
+    use crate::graph::links::fixture::{CLIPS, FRAMES, Scene};
     use crate::graph::record::GraphRecord;
-    use crate::graph::{ClipId, ClipSource, GraphEvent, GraphSettings, LinkSettings, PointCloud};
-    use glam::{Quat, Vec3};
-
-    const CLIPS: u32 = 5;
-    const FRAMES: u32 = 150;
-
-    fn skeleton() -> Skeleton {
-        let joint = |index: u16| Joint {
-            name: format!("joint {index}"),
-            parent: index.checked_sub(1).map(JointId),
-            offset: Vec3::new(0.0, 0.4, 0.1),
-            kind: JointKind::Moving,
-        };
-        Skeleton::new((0..4).map(joint).collect()).unwrap()
-    }
-
-    fn clip(skeleton: &Skeleton, seed: u32) -> Clip {
-        let phase = |joint: u32, frame: u32| {
-            let pace = 0.05 + 0.02 * ((seed + joint) % 3) as f32;
-            pace * frame as f32 + seed as f32
-        };
-        let rotation = |joint: u32, frame: u32| {
-            Quat::from_rotation_x(0.5 * phase(joint, frame).sin())
-                * Quat::from_rotation_z(0.4 * phase(joint + 1, frame).cos())
-        };
-        let desc = ClipDesc {
-            name: format!("clip {seed}"),
-            frame_rate: 30.0,
-            roots: (0..FRAMES)
-                .map(|frame| Vec3::new(0.01 * frame as f32, 1.0, 0.0))
-                .collect(),
-            rotations: (0..FRAMES)
-                .flat_map(|frame| (0..4).map(move |joint| rotation(joint, frame)))
-                .collect(),
-            translations: Vec::new(),
-        };
-        Clip::new(skeleton, desc).unwrap()
-    }
-
-    /// Events that leave room for windows of full length, and for shorter ones.
-    fn events() -> Vec<GraphEvent> {
-        let event = |(clip, [first, last]): (u32, [u32; 2])| GraphEvent {
-            clip: ClipId(clip),
-            kind: EventKind::Evasion,
-            first,
-            last,
-            joints: Vec::new(),
-        };
-        [
-            (0, [40, 60]),
-            (1, [30, 50]),
-            (1, [57, 70]),
-            (3, [80, 100]),
-            (3, [106, 120]),
-        ]
-        .map(event)
-        .to_vec()
-    }
-
-    /// What links are searched in.
-    struct Scene {
-        skeleton: Skeleton,
-        clips: Vec<Clip>,
-        clouds: Vec<PointCloud>,
-        windows: Vec<Windows>,
-        events: Vec<GraphEvent>,
-        settings: GraphSettings,
-        known: KnownLinks,
-    }
-
-    impl Scene {
-        fn new() -> Self {
-            let skeleton = skeleton();
-            let clips: Vec<Clip> = (0..CLIPS).map(|seed| clip(&skeleton, seed)).collect();
-            let clouds: Vec<PointCloud> = { clips.iter() }
-                .map(|clip| PointCloud::new(&skeleton, clip, &[1.0; 4]))
-                .collect();
-            let settings = GraphSettings::default();
-            let window = Lengths::new(&settings, &LinkSettings::default()).window;
-            let windows = clouds.iter().map(|cloud| Windows::new(cloud, window));
-            Self {
-                windows: windows.collect(),
-                events: events(),
-                skeleton,
-                clips,
-                clouds,
-                settings,
-                known: KnownLinks::default(),
-            }
-        }
-
-        fn candidates(&self) -> Candidates<'_> {
-            let source = LinkSource {
-                clips: &self.clips,
-                aligner: Aligner {
-                    clouds: &self.clouds,
-                    feet: None,
-                },
-                windows: &self.windows,
-                events: &self.events,
-                settings: &self.settings,
-                known: &self.known,
-            };
-            Candidates::new(
-                source,
-                Lengths::new(&self.settings, &LinkSettings::default()),
-            )
-        }
-    }
 
     #[test]
     fn bounds_leave_out_no_link() {

@@ -20,7 +20,7 @@ use serde::{Deserialize, Serialize};
 pub use jobs::BandJobs;
 pub use list::TransitionList;
 pub use minima::Minimum;
-pub(super) use near::{NearWindows, WindowCell};
+pub(super) use near::{NearRange, NearWindows, WindowCell};
 pub use pruned::{BandMinima, PrunedSearch, SearchScratch};
 
 use super::GraphError;

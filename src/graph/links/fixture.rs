@@ -1,0 +1,119 @@
+//! A few clips and events, for tests.
+
+use glam::{Quat, Vec3};
+
+use super::KnownLinks;
+use super::candidates::Candidates;
+use super::lengths::Lengths;
+use super::source::LinkSource;
+use crate::anim::{Clip, ClipDesc, EventKind, Joint, JointId, JointKind, Skeleton};
+use crate::graph::distance::Windows;
+use crate::graph::feet::Aligner;
+use crate::graph::{ClipId, GraphEvent, GraphSettings, LinkSettings, PointCloud};
+
+pub(super) const CLIPS: u32 = 5;
+pub(super) const FRAMES: u32 = 150;
+
+fn skeleton() -> Skeleton {
+    let joint = |index: u16| Joint {
+        name: format!("joint {index}"),
+        parent: index.checked_sub(1).map(JointId),
+        offset: Vec3::new(0.0, 0.4, 0.1),
+        kind: JointKind::Moving,
+    };
+    Skeleton::new((0..4).map(joint).collect()).unwrap()
+}
+
+fn clip(skeleton: &Skeleton, seed: u32) -> Clip {
+    let phase = |joint: u32, frame: u32| {
+        let pace = 0.05 + 0.02 * ((seed + joint) % 3) as f32;
+        pace * frame as f32 + seed as f32
+    };
+    let rotation = |joint: u32, frame: u32| {
+        Quat::from_rotation_x(0.5 * phase(joint, frame).sin())
+            * Quat::from_rotation_z(0.4 * phase(joint + 1, frame).cos())
+    };
+    let desc = ClipDesc {
+        name: format!("clip {seed}"),
+        frame_rate: 30.0,
+        roots: (0..FRAMES)
+            .map(|frame| Vec3::new(0.01 * frame as f32, 1.0, 0.0))
+            .collect(),
+        rotations: (0..FRAMES)
+            .flat_map(|frame| (0..4).map(move |joint| rotation(joint, frame)))
+            .collect(),
+        translations: Vec::new(),
+    };
+    Clip::new(skeleton, desc).unwrap()
+}
+
+/// Events that leave room for windows of full length, and for shorter ones.
+fn events() -> Vec<GraphEvent> {
+    let event = |(clip, [first, last]): (u32, [u32; 2])| GraphEvent {
+        clip: ClipId(clip),
+        kind: EventKind::Evasion,
+        first,
+        last,
+        joints: Vec::new(),
+    };
+    [
+        (0, [40, 60]),
+        (1, [30, 50]),
+        (1, [57, 70]),
+        (3, [80, 100]),
+        (3, [106, 120]),
+    ]
+    .map(event)
+    .to_vec()
+}
+
+/// What links are searched in.
+pub(super) struct Scene {
+    pub(super) skeleton: Skeleton,
+    pub(super) clips: Vec<Clip>,
+    pub(super) clouds: Vec<PointCloud>,
+    pub(super) windows: Vec<Windows>,
+    pub(super) events: Vec<GraphEvent>,
+    pub(super) settings: GraphSettings,
+    pub(super) known: KnownLinks,
+}
+
+impl Scene {
+    pub(super) fn new() -> Self {
+        let skeleton = skeleton();
+        let clips: Vec<Clip> = (0..CLIPS).map(|seed| clip(&skeleton, seed)).collect();
+        let clouds: Vec<PointCloud> = { clips.iter() }
+            .map(|clip| PointCloud::new(&skeleton, clip, &[1.0; 4]))
+            .collect();
+        let settings = GraphSettings::default();
+        let window = Lengths::new(&settings, &LinkSettings::default()).window;
+        let windows = clouds.iter().map(|cloud| Windows::new(cloud, window));
+        Self {
+            windows: windows.collect(),
+            events: events(),
+            skeleton,
+            clips,
+            clouds,
+            settings,
+            known: KnownLinks::default(),
+        }
+    }
+
+    pub(super) fn candidates(&self) -> Candidates<'_> {
+        let source = LinkSource {
+            clips: &self.clips,
+            aligner: Aligner {
+                clouds: &self.clouds,
+                feet: None,
+            },
+            windows: &self.windows,
+            events: &self.events,
+            settings: &self.settings,
+            known: &self.known,
+        };
+        Candidates::new(
+            source,
+            Lengths::new(&self.settings, &LinkSettings::default()),
+        )
+    }
+}

@@ -1,0 +1,117 @@
+//! The closest links between some ranges and each part of a clip, without most of the distances: lower bounds show which windows are farther
+//! apart than the links that were found before.
+
+use std::collections::BTreeMap;
+
+use super::candidates::{Candidate, Candidates, MOST, keep_closest};
+use super::clip_windows::{ClipWindows, Scratch};
+use super::margin::EventMargin;
+use super::parts::RangeSearch;
+use crate::graph::search::NearRange;
+use crate::math::in_parallel;
+
+/// Ranges beside events, prepared for the search.
+pub(super) struct NearMargins<'a> {
+    candidates: &'a Candidates<'a>,
+    margins: &'a [EventMargin],
+    ranges: Vec<NearRange>,
+    /// Windows of all clips, by their length.
+    lengths: BTreeMap<usize, ClipWindows<'a>>,
+}
+
+impl<'a> NearMargins<'a> {
+    pub(super) fn new(candidates: &'a Candidates<'a>, margins: &'a [EventMargin]) -> Self {
+        let mut lengths = BTreeMap::new();
+        for margin in margins {
+            let of_length = || ClipWindows::new(candidates, margin.window);
+            lengths.entry(margin.window).or_insert_with(of_length);
+        }
+        let threads = candidates.source.settings.threads;
+        let ranges = in_parallel(threads, margins.len(), |index| {
+            lengths[&margins[index].window].range(&margins[index])
+        });
+        Self {
+            candidates,
+            margins,
+            ranges,
+            lengths,
+        }
+    }
+
+    /// Adds the links of some ranges to those of each part of a clip, and keeps the closest.
+    pub(super) fn add_closest(
+        &self,
+        ranges: &[usize],
+        clip: usize,
+        mut parts: Vec<Vec<Candidate>>,
+    ) -> Vec<Vec<Candidate>> {
+        let loosest = self.candidates.lengths.loosest;
+        parts.iter_mut().for_each(keep_closest);
+        let mut scratch = Scratch::default();
+        for &index in ranges {
+            let margin = &self.margins[index];
+            // No link beyond the furthest one of all parts is kept.
+            let furthest = parts.iter().map(|part| match part.last() {
+                Some(last) if part.len() == MOST => last.cost,
+                _ => loosest,
+            });
+            let limit = furthest.fold(0.0, f32::max);
+            let search = RangeSearch {
+                candidates: self.candidates,
+                margin,
+                allowed: None,
+            };
+            let windows = &self.lengths[&margin.window];
+            for (part, found) in
+                windows.near(search, &self.ranges[index], clip, limit, &mut scratch)
+            {
+                parts[part].push(found);
+                keep_closest(&mut parts[part]);
+            }
+        }
+        parts
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::graph::links::fixture::Scene;
+    use crate::graph::links::margin::Side;
+
+    #[test]
+    fn bounds_leave_out_no_link_of_a_part() {
+        let mut scene = Scene::new();
+        // Each event several times, so that parts have more than they keep.
+        scene.events = (0..8).flat_map(|_| scene.events.clone()).collect();
+        let candidates = scene.candidates();
+        let margins: Vec<EventMargin> = (0..scene.events.len())
+            .filter_map(|event| candidates.margin(event, Side::Before))
+            .collect();
+        let all: Vec<usize> = (0..margins.len()).collect();
+        let near = NearMargins::new(&candidates, &margins);
+        let key = |it: &Candidate| (it.link, it.event, it.cost.to_bits());
+        let keys = |parts: Vec<Vec<Candidate>>| -> Vec<Vec<_>> {
+            let of_part = |part: &Vec<Candidate>| part.iter().map(key).collect();
+            parts.iter().map(of_part).collect()
+        };
+        let (mut full, mut partly) = (0, 0);
+        for clip in 0..scene.clips.len() {
+            let refs: Vec<&EventMargin> = margins.iter().collect();
+            let expected = keys(candidates.of_clip(&refs, clip, None));
+            full += expected.iter().filter(|part| part.len() == MOST).count();
+            partly += expected.iter().filter(|part| part.len() < MOST).count();
+            let none = vec![Vec::new(); expected.len()];
+            let found = near.add_closest(&all, clip, none.clone());
+            assert!(keys(found) == expected, "clip {clip}");
+            // In two steps, the later events first.
+            let (early, late) = all.split_at(all.len() / 2);
+            let found = near.add_closest(early, clip, near.add_closest(late, clip, none));
+            assert!(keys(found) == expected, "clip {clip}, in two steps");
+        }
+        assert!(
+            full > 10 && partly > 0,
+            "{full} full parts, {partly} others"
+        );
+    }
+}
