@@ -113,12 +113,10 @@ impl<'a> ClipWindows<'a> {
                     Some(last) if found.len() == most => last.cost,
                     _ => range.search.candidates.lengths.loosest,
                 };
-                let before = found.len();
                 let near = self.near(range.search, &range.range, clip, limit, &mut scratch);
-                found.extend(
-                    near.filter(|(_, candidate)| candidate.cost <= limit)
-                        .map(|(_, it)| it),
-                );
+                let before = found.len();
+                let near = near.into_iter().flatten();
+                found.extend(near.filter(|candidate| candidate.cost <= limit));
                 if found.len() > before {
                     found.sort_by(|a, b| order(a, b, side));
                     found.truncate(most);
@@ -133,34 +131,37 @@ impl<'a> ClipWindows<'a> {
         self.near.range(&margin.windows)
     }
 
-    /// The closest link of a range to each part of a clip, with the part; links of costs above `limit` may be missing.
-    pub(super) fn near<'s>(
+    /// The closest link of a range to each part of a clip, of which those of costs above `limit` may be missing; an empty list if all are.
+    pub(super) fn near(
         &self,
-        search: RangeSearch<'s>,
+        search: RangeSearch<'_>,
         range: &NearRange,
         clip: usize,
         limit: f32,
         scratch: &mut Scratch,
-    ) -> impl Iterator<Item = (usize, Candidate)> + use<'s> {
+    ) -> Vec<Option<Candidate>> {
         let (own, windows) = (&search.margin.windows, self.windows.of(clip));
         scratch.near.clear();
         range.find(self.near.clip(clip, windows), limit, &mut scratch.near);
-        let mut best = Vec::new();
-        if !scratch.near.is_empty() {
-            scratch.diagonals.load(own, 0..own.count());
-            scratch.measure(Compared {
-                a: own,
-                b: windows,
-                isa: Isa::best(),
-            });
-            let mut parts = ClipParts::new(search, clip);
-            for &(cell, square) in &scratch.squares {
-                parts.take(cell, square);
-            }
-            best = parts.best;
+        if scratch.near.is_empty() {
+            return Vec::new();
         }
-        let best = best.into_iter().enumerate();
-        best.filter_map(|(part, found)| Some((part, found?)))
+        scratch.diagonals.load(own, 0..own.count());
+        scratch.measure(Compared {
+            a: own,
+            b: windows,
+            isa: Isa::best(),
+        });
+        let mut parts = ClipParts::new(search, clip);
+        for &(cell, square) in &scratch.squares {
+            parts.take(cell, square);
+        }
+        parts.best
+    }
+
+    /// The windows of a clip.
+    pub(super) fn of(&self, clip: usize) -> &Windows {
+        self.windows.of(clip)
     }
 }
 

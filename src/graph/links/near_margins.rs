@@ -45,6 +45,8 @@ impl<'a> NearMargins<'a> {
         clip: usize,
         mut parts: Vec<Vec<Candidate>>,
     ) -> Vec<Vec<Candidate>> {
+        /// Share of the loosest distance below which bounds leave out most window pairs.
+        const BOUNDED: f32 = 0.6;
         let loosest = self.candidates.lengths.loosest;
         parts.iter_mut().for_each(keep_closest);
         let mut scratch = Scratch::default();
@@ -62,11 +64,15 @@ impl<'a> NearMargins<'a> {
                 allowed: None,
             };
             let windows = &self.lengths[&margin.window];
-            for (part, found) in
-                windows.near(search, &self.ranges[index], clip, limit, &mut scratch)
-            {
-                parts[part].push(found);
-                keep_closest(&mut parts[part]);
+            let found = match limit < BOUNDED * loosest {
+                true => windows.near(search, &self.ranges[index], clip, limit, &mut scratch),
+                false => search.between(clip, windows.of(clip)),
+            };
+            for (part, found) in parts.iter_mut().zip(found) {
+                if let Some(found) = found {
+                    part.push(found);
+                    keep_closest(part);
+                }
             }
         }
         parts
