@@ -27,7 +27,8 @@ use sabaki::archive;
 use sabaki::character::{CharacterSettings, Characters};
 use sabaki::graph::{ClipSource, GraphSettings};
 use sabaki::internal::{
-    BandJobs, DistanceMap, GraphBuilder, GraphRecord, PrunedSearch, TableRecord, Windows,
+    BandJobs, DistanceMap, EarlierTables, GraphBuilder, GraphRecord, PrunedSearch, TableRecord,
+    Windows,
 };
 use sabaki::maps::{BakeSettings, BakedGraph, Baker};
 use sabaki::query::cull::cpu;
@@ -231,7 +232,11 @@ fn onto(set: &ClipSet, minutes: f64) {
         let found = { builder.find_transitions(|_| Ok::<_, sabaki::graph::GraphError>(())) };
         let (graph, _, of_graph) = builder.build_recorded(found.unwrap()).unwrap();
         let settings = BakeSettings::default();
-        let baker = Baker::onto(graph, settings, earlier.1, clips).unwrap();
+        let tables = EarlierTables {
+            record: earlier.1,
+            clips,
+        };
+        let baker = Baker::onto(graph, settings, tables).unwrap();
         let maps = baker.draw_on_cpu();
         let (baked, of_tables) = baker.finish_recorded(maps).unwrap();
         let seconds = started.elapsed().as_secs_f64();

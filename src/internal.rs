@@ -32,7 +32,7 @@ pub use crate::lod::settings::{Branch, Carrier, Flexion, Inertia};
 pub use crate::lod::switching::Band;
 pub use crate::maps::atlas::RegionId;
 pub use crate::maps::attack_grid::{AttackGridReport, AttackOption, Contact};
-pub use crate::maps::bake::TableRecord;
+pub use crate::maps::bake::{EarlierTables, TableRecord};
 pub use crate::maps::collect::DrawnMaps;
 pub use crate::maps::disc::{Disc, SUB_TEXELS};
 pub use crate::maps::entries::{

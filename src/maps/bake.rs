@@ -4,6 +4,8 @@
 //! [`Baker::every_frame_drawings`] and [`Baker::any_frame_drawings`] list the drawings, and
 //! [`Baker::finish`] takes the drawn maps.
 
+use serde::{Deserialize, Serialize};
+
 use super::bake_settings::{BakeError, BakeSettings};
 use super::baked::BakedParts;
 use super::collect::{DrawingOwner, DrawnMaps, MapCollector};
@@ -19,7 +21,6 @@ use super::{
 use crate::anim::EventKind;
 use crate::graph::{ClipMatch, EdgeId, GraphEvent, MotionGraph};
 use crate::math::{Rigid2, in_parallel};
-use serde::{Deserialize, Serialize};
 
 /// A bake whose drawings are prepared and whose maps are not yet drawn.
 #[derive(Clone, Debug)]
@@ -55,6 +56,15 @@ impl From<EntryRecord> for TableRecord {
     }
 }
 
+/// What an earlier bake recorded, and the clips that both have.
+#[derive(Clone, Debug, Default)]
+pub struct EarlierTables {
+    /// Maps and tests.
+    pub record: TableRecord,
+    /// The clips.
+    pub clips: ClipMatch,
+}
+
 /// The maps of an event, or its drawings.
 enum Prepared {
     Known(EventMaps),
@@ -67,15 +77,10 @@ impl Baker {
     /// # Errors
     /// A setting is out of range, or an event's maps would be too large.
     pub fn new(graph: MotionGraph, settings: BakeSettings) -> Result<Self, BakeError> {
-        Self::onto(
-            graph,
-            settings,
-            TableRecord::default(),
-            ClipMatch::default(),
-        )
+        Self::onto(graph, settings, EarlierTables::default())
     }
 
-    /// Like [`Baker::new`], but takes over the maps and the tests of an earlier bake, which has `clips`, too. The baked graph is the same.
+    /// Like [`Baker::new`], but takes over the maps and the tests of an earlier bake. The baked graph is the same.
     ///
     /// # Errors
     /// The errors of [`Baker::new`].
@@ -83,9 +88,9 @@ impl Baker {
     pub fn onto(
         graph: MotionGraph,
         settings: BakeSettings,
-        earlier: TableRecord,
-        clips: ClipMatch,
+        earlier: EarlierTables,
     ) -> Result<Self, BakeError> {
+        let EarlierTables { record, clips } = earlier;
         let maps = settings.maps;
         if !maps.is_sound() {
             return Err(BakeError::Grid {
@@ -122,13 +127,13 @@ impl Baker {
             earlier: EarlierEntries::default(),
             graph,
         };
-        let known = KnownMaps::onto(earlier.maps, &clips, (&baker.body, maps));
+        let known = KnownMaps::onto(record.maps, &clips, (&baker.body, maps));
         for (kind, key, prepared) in baker.events(&known)? {
             baker.keys.push(key);
             baker.add(kind, prepared);
         }
         baker.earlier = EarlierEntries {
-            record: earlier.entries,
+            record: record.entries,
             clips,
         };
         Ok(baker)

@@ -87,6 +87,7 @@ fn a_graph_that_is_none_is_refused_with_the_reason() {
         ("/atlas/regions", json!([]), "an evasion names an edge"),
         ("/atlas/grid/texel", json!(1e-9), "the maps' texels"),
         ("/retimable", json!([]), "one entry an edge"),
+        ("/paths/links/0/rest", json!(u32::MAX), "leads nowhere"),
         (
             "/evasions/0/edge",
             json!((evasion + 1) % edges.len()),
@@ -176,9 +177,26 @@ fn a_graph_without_a_node_or_in_two_parts_is_refused() {
     // The same with ways between them is a graph, without an evasion.
     parted["graph"]["edges"][0]["to"] = json!(1);
     parted["graph"]["edges"][1]["to"] = json!(0);
-    let baked: BakedGraph = serde_json::from_value(parted).unwrap();
+    let baked: BakedGraph = serde_json::from_value(parted.clone()).unwrap();
     assert!(is_accepted(
         "a graph of two nodes",
         &to_bytes(&baked).unwrap()
     ));
+    // Two paths that go on with each other, one to an evasion that is none, and one by an edge that is none.
+    let link = |edge: u32, rest: u32| json!({ "edge": edge, "rest": rest });
+    parted["paths"]["first"] = json!([0, 1, 2]);
+    for links in [
+        [link(1, 0), link(1, 0)],
+        [link(0, 0), link(1, 0)],
+        [link(2, 0), link(1, 0)],
+        [link(1, 1), link(1, 0)],
+    ] {
+        parted["paths"]["links"] = json!(links);
+        let baked: BakedGraph = serde_json::from_value(parted.clone()).unwrap();
+        let error = read(&to_bytes(&baked).unwrap()).unwrap_err().to_string();
+        assert!(
+            error.contains("a path leads nowhere, or to itself"),
+            "{error}"
+        );
+    }
 }

@@ -7,7 +7,7 @@ use common::captures::captures;
 use sabaki::anim::{Clip, Event};
 use sabaki::archive;
 use sabaki::graph::{ClipSource, GraphError, GraphSettings};
-use sabaki::internal::{GraphBuilder, GraphRecord, TableRecord};
+use sabaki::internal::{EarlierTables, GraphBuilder, GraphRecord, TableRecord};
 use sabaki::maps::{BakeSettings, Baker};
 use sabaki_import::ClipSet;
 
@@ -66,7 +66,11 @@ fn bake(set: &ClipSet, part: &Part, threads: usize, earlier: &(GraphRecord, Tabl
         threads,
         ..BakeSettings::default()
     };
-    let baker = Baker::onto(graph, settings, of_tables, clips).unwrap();
+    let tables = EarlierTables {
+        record: of_tables,
+        clips,
+    };
+    let baker = Baker::onto(graph, settings, tables).unwrap();
     let maps = baker.draw_on_cpu();
     let (baked, of_tables) = baker.finish_recorded(maps).unwrap();
     Made {

@@ -11,15 +11,16 @@ use common::clips::{small_skeleton, swinging_clip};
 use common::memory::allocations;
 use sabaki::anim::{Event, EventKind};
 use sabaki::archive;
-use sabaki::graph::{self, ClipSource, GraphSettings};
+use sabaki::graph::{self, ClipSource, GraphSettings, NodeId};
+use sabaki::internal::PathId;
 use sabaki::maps::{BakeSettings, BakedGraph, Baker, MapGrid};
 use sabaki::query::{Answer, Enumerate, Query, QueryContext, QuerySettings};
 use sabaki_app::demo::throw::{Throw, ThrowSettings, throw};
 
 /// A graph of more evasions than are prepared by loading.
-fn bytes() -> &'static [u8] {
-    static BYTES: OnceLock<Vec<u8>> = OnceLock::new();
-    BYTES.get_or_init(|| {
+fn built() -> &'static BakedGraph {
+    static BUILT: OnceLock<BakedGraph> = OnceLock::new();
+    BUILT.get_or_init(|| {
         let skeleton = small_skeleton();
         let clips = [0.3, 0.4, 1.1, 0.6].map(|seed| swinging_clip(&skeleton, 450, seed));
         let events: Vec<Event> = (0..40)
@@ -56,8 +57,13 @@ fn bytes() -> &'static [u8] {
         let baker = Baker::new(graph, settings).unwrap();
         let baked = baker.finish_on_cpu().unwrap();
         assert!(baked.evasions().len() > 32);
-        archive::to_bytes(&baked).unwrap()
+        baked
     })
+}
+
+fn bytes() -> &'static [u8] {
+    static BYTES: OnceLock<Vec<u8>> = OnceLock::new();
+    BYTES.get_or_init(|| archive::to_bytes(built()).unwrap())
 }
 
 fn loaded() -> BakedGraph {
@@ -100,6 +106,30 @@ fn answers_do_not_depend_on_what_is_prepared() {
     });
     assert!(a == c && b == c);
     assert_eq!(archive::to_bytes(&lazy).unwrap(), bytes());
+}
+
+#[test]
+fn paths_that_are_restored_are_those_of_the_bake() {
+    let expected = built().paths();
+    let nodes = built().graph().nodes().len() as u32;
+    let all: Vec<PathId> = (0..nodes)
+        .flat_map(|node| expected.ids(NodeId(node)))
+        .collect();
+    assert!(all.len() > 1000, "{} paths", all.len());
+    // Whichever of them is asked for first.
+    for stride in [1, 7, 101] {
+        let lazy = loaded();
+        for first in 0..stride {
+            for &id in all.iter().skip(first).step_by(stride) {
+                assert_eq!(lazy.paths().path(id), expected.path(id));
+            }
+        }
+    }
+    for baked in [loaded(), prepared()] {
+        for node in (0..nodes).map(NodeId) {
+            assert_eq!(baked.paths().of(node), expected.of(node));
+        }
+    }
 }
 
 #[test]

@@ -62,7 +62,7 @@ enum Step {
     Entries(entries::Args),
     /// Finishes a bake whose shards are computed. The file equals that of one process to the byte.
     Join(join::Args),
-    /// Submits the shards of a plan, and the join, to a queue.
+    /// Submits all steps of a plan to a queue.
     Submit(submit::Args),
 }
 

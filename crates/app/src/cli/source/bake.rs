@@ -6,7 +6,8 @@ use std::time::Instant;
 use indicatif::ProgressBar;
 use sabaki::graph::{BuildReport, ClipSource, GraphSettings, MotionGraph};
 use sabaki::internal::{
-    ClipMatch, EntryRecord, GraphBuilder, GraphRecord, SearchProgress, TableRecord, TransitionList,
+    ClipMatch, EarlierTables, EntryRecord, GraphBuilder, GraphRecord, SearchProgress,
+    TransitionList,
 };
 use sabaki::maps::{BakeSettings, Baker};
 use sabaki_app::demo;
@@ -119,11 +120,8 @@ pub(crate) fn graph_of_clips(
     find: impl Fn(&GraphBuilder<'_>) -> Result<TransitionList, Failure>,
 ) -> Result<BuiltGraph, Failure> {
     let input = BakeInput::read(args)?;
-    let bake = input.bake(args);
-    let stages = Stages::new();
-    let found = bake.graph(&find, GraphRecord::default(), &stages);
+    let found = input.bake(args).graph(&find, GraphRecord::default());
     let (built, ..) = found.map_err(|failure| within(args, failure))?;
-    stages.bar.finish_and_clear();
     Ok(built)
 }
 
@@ -136,9 +134,9 @@ pub(crate) fn from_graph(
     bake_clips(args, |bake| {
         let earlier = EarlierTables {
             clips: ClipMatch::same(built.graph.clips().len()),
-            tables: entries.into(),
+            record: entries.into(),
         };
-        bake.tables(built, earlier, &Stages::new())
+        bake.tables(built, earlier)
     })
 }
 
@@ -202,11 +200,13 @@ struct Stages {
 }
 
 impl Stages {
-    fn new() -> Self {
-        cancel::listen();
+    /// So many stages are done; `next` follows.
+    fn after(done: u64, next: &'static str) -> Self {
+        let bar = output::progress(next, 4);
+        bar.set_position(done);
         Self {
             started: Instant::now(),
-            bar: output::progress("adding links", 4),
+            bar,
         }
     }
 
@@ -230,23 +230,16 @@ struct Bake<'a> {
     settings: BakeSettings,
 }
 
-/// What an earlier bake recorded of maps and entries, and the clips that both have.
-struct EarlierTables {
-    tables: TableRecord,
-    clips: ClipMatch,
-}
-
 impl Bake<'_> {
     fn run(self, find: &Find<'_>, earlier: BakeRecord) -> Result<Baked, Failure> {
         let started = Instant::now();
-        let stages = Stages::new();
-        let (built, of_graph, clips) = self.graph(find, earlier.graph, &stages)?;
+        let (built, of_graph, clips) = self.graph(find, earlier.graph)?;
         let taken_over = clips.count();
         let earlier = EarlierTables {
-            tables: earlier.tables,
+            record: earlier.tables,
             clips,
         };
-        let mut baked = self.tables(built, earlier, &stages)?;
+        let mut baked = self.tables(built, earlier)?;
         if let Some(made) = &mut baked.made {
             made.record.graph = of_graph;
             made.taken_over = taken_over;
@@ -260,25 +253,28 @@ impl Bake<'_> {
         &self,
         find: &Find<'_>,
         earlier: GraphRecord,
-        stages: &Stages,
     ) -> Result<(BuiltGraph, GraphRecord, ClipMatch), Failure> {
+        cancel::listen();
         let builder = GraphBuilder::onto(self.source, &self.graph, earlier)?;
         let clips = builder.clips_taken_over().clone();
         let transitions = find(&builder)?;
-        stages.done("transitions found", "adding links")?;
+        let stages = Stages::after(1, "adding links");
         let (graph, report, record) = builder.build_recorded(transitions)?;
         stages.done("links added and graph built", "drawing maps")?;
+        stages.bar.finish_and_clear();
         Ok((BuiltGraph { graph, report }, record, clips))
     }
+
     /// Computes maps, entries, paths and tables of a graph.
     fn tables(
         self,
         BuiltGraph { graph, report }: BuiltGraph,
         earlier: EarlierTables,
-        stages: &Stages,
     ) -> Result<Baked, Failure> {
+        cancel::listen();
+        let stages = Stages::after(2, "drawing maps");
         let feet = graph.foot_slide(MEASURED);
-        let baker = Baker::onto(graph, self.settings, earlier.tables, earlier.clips)?;
+        let baker = Baker::onto(graph, self.settings, earlier)?;
         let maps = baker.draw_on_cpu();
         stages.done("maps drawn", "filing paths and entries")?;
         let (graph, tables) = baker.finish_recorded(maps)?;
