@@ -17,11 +17,15 @@ mod atomic_write;
 
 use std::fs::File;
 use std::io::{Read, Write};
+#[cfg(unix)]
+use std::io::{Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 
 use thiserror::Error;
 
 use crate::maps::BakedGraph;
+#[cfg(unix)]
+use crate::math::both;
 
 pub use atomic_write::write_atomically;
 
@@ -217,6 +221,11 @@ pub fn read(path: &Path) -> Result<BakedGraph, ArchiveError> {
     head.read_to_end(&mut bytes).map_err(io)?;
     if is_baked(&bytes) {
         let length = file.metadata().map_err(io)?.len().min(LARGEST_FILE);
+        #[cfg(unix)]
+        {
+            bytes = start_of(&file, length as usize).map_err(io)?;
+        }
+        #[cfg(not(unix))]
         bytes.reserve_exact(length as usize);
         let mut rest = (&file).take(LARGEST_FILE);
         rest.read_to_end(&mut bytes).map_err(io)?;
@@ -226,6 +235,36 @@ pub fn read(path: &Path) -> Result<BakedGraph, ArchiveError> {
         }
     }
     from_bytes(&bytes, path)
+}
+
+/// Reads the first `length` bytes of a file on two threads. Where the file has become shorter, it returns what is
+/// there. `file` is left after these bytes.
+#[cfg(unix)]
+fn start_of(mut file: &File, length: usize) -> std::io::Result<Vec<u8>> {
+    let mut bytes = vec![0; length];
+    let (first, second) = bytes.split_at_mut(length / 2);
+    let at = first.len();
+    let (read, more) = both(|| fill(file, 0, first), || fill(file, at, second));
+    let (read, more) = (read?, more?);
+    bytes.truncate(if read < at { read } else { read + more });
+    file.seek(SeekFrom::Start(bytes.len() as u64))?;
+    Ok(bytes)
+}
+
+/// Reads a part of a file, from a position on. Returns the number of bytes, which is smaller than the part if the file ends.
+#[cfg(unix)]
+fn fill(file: &File, at: usize, part: &mut [u8]) -> std::io::Result<usize> {
+    use std::os::unix::fs::FileExt;
+    let mut read = 0;
+    while read < part.len() {
+        match file.read_at(&mut part[read..], (at + read) as u64) {
+            Ok(0) => break,
+            Ok(more) => read += more,
+            Err(error) if error.kind() == std::io::ErrorKind::Interrupted => {}
+            Err(error) => return Err(error),
+        }
+    }
+    Ok(read)
 }
 
 /// Opens a file to be read. A named pipe or a device is an error, since reading from it may never end.

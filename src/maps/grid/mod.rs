@@ -78,23 +78,35 @@ impl Filed {
 }
 
 /// What was computed of the grids of all nodes.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct GridCells {
     cell: f32,
     /// Cells of each evasion.
     evasions: Vec<OnFirstUse<VacatedKinds>>,
-    /// [`Filed::packed`] of each path, or 0 as long as it was not asked for.
-    filed: Vec<AtomicU64>,
+    /// [`Filed::packed`] of each path, or 0 as long as it was not asked for, in blocks of which each is allocated when it is first needed.
+    filed: Vec<OnFirstUse<FiledBlock>>,
+    paths: usize,
 }
 
-impl Clone for GridCells {
+/// [`Filed::packed`] of neighbouring paths.
+#[derive(Debug)]
+struct FiledBlock(Box<[AtomicU64]>);
+
+impl FiledBlock {
+    /// Number of paths of a block.
+    const SIZE: usize = 4096;
+}
+
+impl Default for FiledBlock {
+    fn default() -> Self {
+        Self((0..Self::SIZE).map(|_| AtomicU64::new(0)).collect())
+    }
+}
+
+impl Clone for FiledBlock {
     fn clone(&self) -> Self {
         let filed = |of: &AtomicU64| AtomicU64::new(of.load(Ordering::Relaxed));
-        Self {
-            cell: self.cell,
-            evasions: self.evasions.clone(),
-            filed: self.filed.iter().map(filed).collect(),
-        }
+        Self(self.0.iter().map(filed).collect())
     }
 }
 
@@ -122,7 +134,10 @@ impl GridCells {
         Self {
             cell: Self::fitting_cell(size, settings.cell.clamp(0.05, 1.0)),
             evasions: (0..size.evasions).map(|_| OnFirstUse::default()).collect(),
-            filed: (0..size.paths).map(|_| AtomicU64::new(0)).collect(),
+            filed: std::iter::repeat_with(OnFirstUse::default)
+                .take(size.paths.div_ceil(FiledBlock::SIZE))
+                .collect(),
+            paths: size.paths,
         }
     }
 
@@ -182,7 +197,7 @@ impl<'a> Grid<'a> {
         in_parallel(0, self.cells.evasions.len(), |evasion| {
             self.evasion(evasion);
         });
-        in_parallel(0, self.cells.filed.len(), |path| {
+        in_parallel(0, self.cells.paths, |path| {
             self.filed(PathId(path as u32));
         });
     }
@@ -203,7 +218,9 @@ impl<'a> Grid<'a> {
 
     #[inline]
     fn filed(self, path: PathId) -> Filed {
-        let slot = &self.cells.filed[path.0 as usize];
+        let index = path.0 as usize;
+        let block = &self.cells.filed[index / FiledBlock::SIZE];
+        let slot = &block.get_or_make(FiledBlock::default).0[index % FiledBlock::SIZE];
         match slot.load(Ordering::Relaxed) {
             0 => {
                 let packed = self.cells.file(self.baked.paths().path(path)).packed();
@@ -276,7 +293,7 @@ impl<'a> Grid<'a> {
             size_of_val(cells.kinds.as_slice()) + size_of_val(cells.heights.as_slice())
         };
         let evasions: usize = (0..self.cells.evasions.len()).map(of).sum();
-        evasions + size_of_val(self.cells.filed.as_slice())
+        evasions + self.cells.filed.len() * FiledBlock::SIZE * size_of::<AtomicU64>()
     }
 
     /// Memory of the same data as a list of paths for each cell of each node, with two bytes for
@@ -289,7 +306,7 @@ impl<'a> Grid<'a> {
             let heights = &heights[first..first + (vacated.width * vacated.depth) as usize];
             heights.iter().map(|h| h.count_ones() as usize).sum()
         };
-        2 * (0..self.cells.filed.len()).map(cells).sum::<usize>()
+        2 * (0..self.cells.paths).map(cells).sum::<usize>()
     }
 }
 
