@@ -115,7 +115,7 @@ pub fn draw(path: &Path, bakes: &[Bake]) -> Result<(), Box<dyn std::error::Error
         .legend(|(x, y)| PathElement::new([(x, y), (x + 24, y)], BLACK));
     chart
         .configure_series_labels()
-        .position(SeriesLabelPosition::LowerRight)
+        .position(SeriesLabelPosition::UpperLeft)
         .background_style(WHITE.filled())
         .border_style(BLACK)
         .label_font(("sans-serif", 15))
