@@ -1,5 +1,5 @@
-//! The closest links between some ranges and each part of a clip, without most of the distances: lower bounds show which windows are farther
-//! apart than the links that were found before.
+//! The closest links between some ranges and each part of a clip. Once all parts have as many close links as are kept, lower bounds show which
+//! windows are farther apart than these; until then all distances are computed, which is faster where most windows are near enough.
 
 use std::collections::BTreeMap;
 
