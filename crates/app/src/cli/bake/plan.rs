@@ -1,4 +1,4 @@
-//! `sabaki bake plan`: divides the search for transitions into shards.
+//! `sabaki bake plan`: divides a bake into shards.
 
 use std::path::{Path, PathBuf};
 
@@ -69,7 +69,8 @@ pub(super) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
     Ok(Done::ok(format!(
         "{clips} clips; {shards} shards of {:.1} to {:.1} million window pairs\n\
          compute each:   {}\n\
-         then join them: {}\n",
+         then join them: {}\n\
+         or, to share the tests of entries before that: {}\n",
         least as f64 * 1e-6,
         most as f64 * 1e-6,
         command(
@@ -78,5 +79,6 @@ pub(super) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
             &[&format!("0 (to {})", shards - 1)]
         ),
         command(&["bake", "join"], &args.out, &["--out", "FILE"]),
+        command(&["bake", "graph"], &args.out, &[]),
     )))
 }
