@@ -237,34 +237,20 @@ pub fn read(path: &Path) -> Result<BakedGraph, ArchiveError> {
     from_bytes(&bytes, path)
 }
 
-/// Reads the first `length` bytes of a file on two threads. Where the file has become shorter, it returns what is
-/// there. `file` is left after these bytes.
+/// Reads the first `length` bytes of a file on two threads. `file` is left after these bytes.
 #[cfg(unix)]
 fn start_of(mut file: &File, length: usize) -> std::io::Result<Vec<u8>> {
+    use std::os::unix::fs::FileExt;
     let mut bytes = vec![0; length];
     let (first, second) = bytes.split_at_mut(length / 2);
-    let at = first.len();
-    let (read, more) = both(|| fill(file, 0, first), || fill(file, at, second));
-    let (read, more) = (read?, more?);
-    bytes.truncate(if read < at { read } else { read + more });
-    file.seek(SeekFrom::Start(bytes.len() as u64))?;
+    let middle = first.len() as u64;
+    let (a, b) = both(
+        || file.read_exact_at(first, 0),
+        || file.read_exact_at(second, middle),
+    );
+    a.and(b)?;
+    file.seek(SeekFrom::Start(length as u64))?;
     Ok(bytes)
-}
-
-/// Reads a part of a file, from a position on. Returns the number of bytes, which is smaller than the part if the file ends.
-#[cfg(unix)]
-fn fill(file: &File, at: usize, part: &mut [u8]) -> std::io::Result<usize> {
-    use std::os::unix::fs::FileExt;
-    let mut read = 0;
-    while read < part.len() {
-        match file.read_at(&mut part[read..], (at + read) as u64) {
-            Ok(0) => break,
-            Ok(more) => read += more,
-            Err(error) if error.kind() == std::io::ErrorKind::Interrupted => {}
-            Err(error) => return Err(error),
-        }
-    }
-    Ok(read)
 }
 
 /// Opens a file to be read. A named pipe or a device is an error, since reading from it may never end.

@@ -1,16 +1,14 @@
 //! Finds possible links and rates them.
 
+use super::clip_windows::ClipWindows;
 use super::free_frames::FreeFrames;
 use super::lengths::Lengths;
 use super::margin::{EventMargin, Side};
 use super::near_margins::NearMargins;
-use super::parts::RangeSearch;
 use super::record::LinkRecord;
 use super::source::LinkSource;
-use std::borrow::Cow;
 use std::collections::BTreeMap;
 
-use crate::graph::distance::Windows;
 use crate::graph::moments::Moments;
 use crate::graph::{PointCloud, Transition};
 use crate::math::in_parallel;
@@ -56,6 +54,8 @@ pub(super) struct Candidates<'a> {
     pub(super) lengths: Lengths,
     pub(super) moments: Moments,
     pub(super) free_frames: FreeFrames,
+    /// Windows of all clips, by their length.
+    windows: BTreeMap<usize, ClipWindows<'a>>,
 }
 
 impl<'a> Candidates<'a> {
@@ -67,45 +67,65 @@ impl<'a> Candidates<'a> {
             lengths,
             moments,
             free_frames,
+            windows: BTreeMap::new(),
         }
+    }
+
+    /// Makes windows of all clips that are as long as those of some ranges.
+    pub(super) fn make_windows<'m>(&mut self, ranges: impl Iterator<Item = &'m EventMargin>) {
+        for EventMargin { window, .. } in ranges {
+            if !self.windows.contains_key(window) {
+                let windows = ClipWindows::new(self, *window);
+                self.windows.insert(*window, windows);
+            }
+        }
+    }
+
+    /// The windows of all clips, of a length that was made.
+    pub(super) fn windows(&self, length: usize) -> &ClipWindows<'a> {
+        &self.windows[&length]
+    }
+
+    /// Frees the memory of the windows, which are made anew if they are needed again.
+    pub(super) fn forget_windows(&mut self) {
+        self.windows.clear();
     }
 
     /// Finds the closest links of `events` on one side, closest first. `events` are in ascending order. Of each event at most one link is
     /// kept for each `spread` frames of a clip, and of all events the [`MOST`] closest ones. Only moments that `allowed` contains are
     /// linked; `None` allows all moments.
     pub(super) fn find(
-        &self,
+        &mut self,
         events: &[usize],
         side: Side,
         allowed: Option<&[bool]>,
     ) -> Vec<Candidate> {
         let margins = self.margins(events, side);
-        let margins: Vec<&EventMargin> = margins.iter().collect();
-        self.sorted(&self.of_clips(|clip| self.of_clip(&margins, clip, allowed)))
+        let near = NearMargins::new(self, &margins, allowed);
+        self.sorted(&self.of_clips(|clip| near.closest(clip)))
     }
 
     /// Finds the closest links before `events`, like [`Candidates::find`], and records them. Those that an earlier bake found are not
     /// searched again.
-    pub(super) fn find_known(&self, events: &[usize]) -> (Vec<Candidate>, LinkRecord) {
+    pub(super) fn find_known(&mut self, events: &[usize]) -> (Vec<Candidate>, LinkRecord) {
         let known = self.source.known;
         let margins = self.margins(events, Side::Before);
-        let near = NearMargins::new(self, &margins);
-        let all: Vec<usize> = (0..margins.len()).collect();
+        let near = NearMargins::new(self, &margins, None);
         let ranges = known.ranges(&margins);
         let found = self.of_clips(|clip| match known.parts(self, &ranges, clip) {
-            Some(parts) => near.add_closest(&ranges.new, clip, parts),
-            None => near.add_closest(&all, clip, self.parts(clip)),
+            Some(parts) => near.add_closest(ranges.new.iter().copied(), clip, parts),
+            None => near.closest(clip),
         });
         let record = LinkRecord::new(&margins, &found);
         (self.sorted(&found), record)
     }
 
-    /// The ranges beside events.
-    fn margins(&self, events: &[usize], side: Side) -> Vec<EventMargin> {
-        let events = events.iter();
-        events
-            .filter_map(|&event| self.margin(event, side))
-            .collect()
+    /// The ranges beside events. The windows are made.
+    fn margins(&mut self, events: &[usize], side: Side) -> Vec<EventMargin> {
+        let margins = events.iter().filter_map(|&event| self.margin(event, side));
+        let margins: Vec<EventMargin> = margins.collect();
+        self.make_windows(margins.iter());
+        margins
     }
 
     /// The links of each part of each clip.
@@ -129,43 +149,6 @@ impl<'a> Candidates<'a> {
         // The sort is stable, so that ties keep the order of clips and frames.
         found.sort_by(|a, b| a.cost.total_cmp(&b.cost).then(a.event.cmp(&b.event)));
         found
-    }
-
-    /// The parts of a clip, without links.
-    fn parts(&self, clip: usize) -> Vec<Vec<Candidate>> {
-        let frames = self.source.aligner.clouds[clip].frames();
-        vec![Vec::new(); frames.div_ceil(self.lengths.spread)]
-    }
-
-    /// Closest links between ranges and each part of a clip, before they are refined.
-    pub(super) fn of_clip(
-        &self,
-        margins: &[&EventMargin],
-        clip: usize,
-        allowed: Option<&[bool]>,
-    ) -> Vec<Vec<Candidate>> {
-        // The clip's windows of each length that a range has.
-        let mut windows: BTreeMap<usize, Cow<'_, Windows>> = BTreeMap::new();
-        let own = Cow::Borrowed(&self.source.windows[clip]);
-        windows.insert(self.lengths.window, own);
-        let mut of_parts = self.parts(clip);
-        for margin in margins {
-            let length = margin.window;
-            let windows = windows.entry(length).or_insert_with(|| {
-                Cow::Owned(Windows::new(&self.source.aligner.clouds[clip], length))
-            });
-            let search = RangeSearch {
-                candidates: self,
-                margin,
-                allowed,
-            };
-            let found = search.between(clip, windows);
-            for (part, found) in of_parts.iter_mut().zip(found) {
-                part.extend(found);
-            }
-        }
-        of_parts.iter_mut().for_each(keep_closest);
-        of_parts
     }
 
     /// Link between two windows, or `None` if it does not fit or is too far.

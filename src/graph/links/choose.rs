@@ -28,6 +28,7 @@ pub(super) fn choose(search: &mut LinkSearch<'_>) -> Vec<GoalReport> {
     {
         let _span = tracing::trace_span!("bake: find links").entered();
         (candidates, search.record) = search.candidates.find_known(&evasions);
+        search.candidates.forget_windows();
     }
     let goals = search.settings.goals.clone();
     let mut before = Vec::new();

@@ -2,16 +2,16 @@
 //! out.
 
 use super::candidates::Candidate;
-use super::join_record::JoinRecord;
+use super::join_record::{JoinRecord, Joins};
 use super::margin::Side;
-use super::nearest::{NearestLinks, Wanted};
+use super::nearest::Wanted;
 use super::report::{LinkObstacle, UnlinkedEvent};
 use super::search::LinkSearch;
 
 /// Links events to the graph's largest component until no further event can be linked. Returns the
 /// events that could not be linked, and a record of the links that were found.
 pub(super) fn join(search: &mut LinkSearch<'_>) -> (Vec<UnlinkedEvent>, JoinRecord) {
-    let mut nearest = NearestLinks::new(search.source.known.joins());
+    let mut joins = search.source.known.joins();
     let playable = |index: &usize| {
         let event = &search.source.events[*index];
         event.first < event.last
@@ -26,18 +26,18 @@ pub(super) fn join(search: &mut LinkSearch<'_>) -> (Vec<UnlinkedEvent>, JoinReco
                     let [first, last] = search.ends(&search.source.events[event]);
                     !(core[first as usize] && core[last as usize])
                 });
-                nearest.joins.begin(&search.candidates, &core);
+                joins.begin(&search.candidates, &core);
                 let wanted = Wanted {
                     events: &open,
                     side: Side::Before,
                     allowed: &core,
                     most: 16,
                 };
-                to_core(search, &mut nearest, wanted);
+                to_core(search, &mut joins, wanted);
             }
         }
         if search.links.len() == before {
-            return (unlinked(search, &open), nearest.joins.record);
+            return (unlinked(search, &open), joins.record);
         }
     }
 }
@@ -62,9 +62,9 @@ fn first_cycle(search: &mut LinkSearch<'_>, open: &[usize]) {
 }
 
 /// Links each event that has both a link from the component and a link to it, whichever side is wanted first.
-fn to_core<'a>(search: &mut LinkSearch<'a>, nearest: &mut NearestLinks<'a>, wanted: Wanted<'_>) {
+fn to_core(search: &mut LinkSearch<'_>, joins: &mut Joins, wanted: Wanted<'_>) {
     let [links_in, links_out] =
-        [Side::Before, Side::After].map(|side| closest(search, nearest, Wanted { side, ..wanted }));
+        [Side::Before, Side::After].map(|side| closest(search, joins, Wanted { side, ..wanted }));
     for ends in links_in.into_iter().zip(links_out) {
         if let (Some(link_in), Some(link_out)) = ends {
             search.take(link_in.link);
@@ -74,9 +74,9 @@ fn to_core<'a>(search: &mut LinkSearch<'a>, nearest: &mut NearestLinks<'a>, want
 }
 
 /// The closest link of each event in which no foot darts, or the closest one if a foot darts in all: better so than without the event.
-fn closest<'a>(
-    search: &mut LinkSearch<'a>,
-    nearest: &mut NearestLinks<'a>,
+fn closest(
+    search: &mut LinkSearch<'_>,
+    joins: &mut Joins,
     wanted: Wanted<'_>,
 ) -> Vec<Option<Candidate>> {
     let mut ways = vec![EventWays::default(); wanted.events.len()];
@@ -89,7 +89,7 @@ fn closest<'a>(
             most,
             ..wanted
         };
-        let found = nearest.find(&search.candidates, wanted);
+        let found = joins.nearest(&mut search.candidates, wanted);
         let mut found = found.iter();
         open.retain(|&index| {
             let links = found.next().map_or(&[][..], Vec::as_slice);

@@ -1,47 +1,52 @@
 //! The closest links between some ranges and each part of a clip. Once all parts have as many close links as are kept, lower bounds show which
 //! windows are farther apart than these; until then all distances are computed, which is faster where most windows are near enough.
 
-use std::collections::BTreeMap;
-
 use super::candidates::{Candidate, Candidates, MOST, keep_closest};
-use super::clip_windows::{ClipWindows, Scratch};
+use super::clip_windows::Scratch;
 use super::margin::EventMargin;
 use super::parts::RangeSearch;
 use crate::graph::search::NearRange;
 use crate::math::in_parallel;
 
-/// Ranges beside events, prepared for the search.
+/// Ranges beside events, prepared for the search. The candidates have their windows.
 pub(super) struct NearMargins<'a> {
     candidates: &'a Candidates<'a>,
     margins: &'a [EventMargin],
     ranges: Vec<NearRange>,
-    /// Windows of all clips, by their length.
-    lengths: BTreeMap<usize, ClipWindows<'a>>,
+    /// Moments that may be linked, or `None` if all may be.
+    allowed: Option<&'a [bool]>,
 }
 
 impl<'a> NearMargins<'a> {
-    pub(super) fn new(candidates: &'a Candidates<'a>, margins: &'a [EventMargin]) -> Self {
-        let mut lengths = BTreeMap::new();
-        for margin in margins {
-            let of_length = || ClipWindows::new(candidates, margin.window);
-            lengths.entry(margin.window).or_insert_with(of_length);
-        }
+    pub(super) fn new(
+        candidates: &'a Candidates<'a>,
+        margins: &'a [EventMargin],
+        allowed: Option<&'a [bool]>,
+    ) -> Self {
         let threads = candidates.source.settings.threads;
         let ranges = in_parallel(threads, margins.len(), |index| {
-            lengths[&margins[index].window].range(&margins[index])
+            let margin = &margins[index];
+            candidates.windows(margin.window).range(margin)
         });
         Self {
             candidates,
             margins,
             ranges,
-            lengths,
+            allowed,
         }
+    }
+
+    /// The closest links of all ranges to each part of a clip.
+    pub(super) fn closest(&self, clip: usize) -> Vec<Vec<Candidate>> {
+        let frames = self.candidates.source.aligner.clouds[clip].frames();
+        let parts = frames.div_ceil(self.candidates.lengths.spread);
+        self.add_closest(0..self.margins.len(), clip, vec![Vec::new(); parts])
     }
 
     /// Adds the links of some ranges to those of each part of a clip, and keeps the closest.
     pub(super) fn add_closest(
         &self,
-        ranges: &[usize],
+        ranges: impl Iterator<Item = usize>,
         clip: usize,
         mut parts: Vec<Vec<Candidate>>,
     ) -> Vec<Vec<Candidate>> {
@@ -50,7 +55,7 @@ impl<'a> NearMargins<'a> {
         let loosest = self.candidates.lengths.loosest;
         parts.iter_mut().for_each(keep_closest);
         let mut scratch = Scratch::default();
-        for &index in ranges {
+        for index in ranges {
             let margin = &self.margins[index];
             // No link beyond the furthest one of all parts is kept.
             let furthest = parts.iter().map(|part| match part.last() {
@@ -61,9 +66,9 @@ impl<'a> NearMargins<'a> {
             let search = RangeSearch {
                 candidates: self.candidates,
                 margin,
-                allowed: None,
+                allowed: self.allowed,
             };
-            let windows = &self.lengths[&margin.window];
+            let windows = self.candidates.windows(margin.window);
             let found = match limit < BOUNDED * loosest {
                 true => windows.near(search, &self.ranges[index], clip, limit, &mut scratch),
                 false => search.between(clip, windows.of(clip)),
@@ -82,6 +87,7 @@ impl<'a> NearMargins<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::graph::distance::Windows;
     use crate::graph::links::fixture::Scene;
     use crate::graph::links::margin::Side;
 
@@ -90,29 +96,41 @@ mod tests {
         let mut scene = Scene::new();
         // Each event several times, so that parts have more than they keep.
         scene.events = (0..8).flat_map(|_| scene.events.clone()).collect();
-        let candidates = scene.candidates();
+        let mut candidates = scene.candidates();
         let margins: Vec<EventMargin> = (0..scene.events.len())
             .filter_map(|event| candidates.margin(event, Side::Before))
             .collect();
-        let all: Vec<usize> = (0..margins.len()).collect();
-        let near = NearMargins::new(&candidates, &margins);
+        candidates.make_windows(margins.iter());
+        let near = NearMargins::new(&candidates, &margins, None);
         let key = |it: &Candidate| (it.link, it.event, it.cost.to_bits());
         let keys = |parts: Vec<Vec<Candidate>>| -> Vec<Vec<_>> {
             let of_part = |part: &Vec<Candidate>| part.iter().map(key).collect();
             parts.iter().map(of_part).collect()
         };
         let (mut full, mut partly) = (0, 0);
-        for clip in 0..scene.clips.len() {
-            let refs: Vec<&EventMargin> = margins.iter().collect();
-            let expected = keys(candidates.of_clip(&refs, clip, None));
+        for (clip, cloud) in scene.clouds.iter().enumerate() {
+            let none = vec![Vec::new(); near.closest(clip).len()];
+            let mut expected = none.clone();
+            for margin in &margins {
+                let search = RangeSearch {
+                    candidates: &candidates,
+                    margin,
+                    allowed: None,
+                };
+                let found = search.between(clip, &Windows::new(cloud, margin.window));
+                for (part, found) in expected.iter_mut().zip(found) {
+                    part.extend(found);
+                }
+            }
+            expected.iter_mut().for_each(keep_closest);
+            let expected = keys(expected);
             full += expected.iter().filter(|part| part.len() == MOST).count();
             partly += expected.iter().filter(|part| part.len() < MOST).count();
-            let none = vec![Vec::new(); expected.len()];
-            let found = near.add_closest(&all, clip, none.clone());
-            assert!(keys(found) == expected, "clip {clip}");
+            assert!(keys(near.closest(clip)) == expected, "clip {clip}");
             // In two steps, the later events first.
-            let (early, late) = all.split_at(all.len() / 2);
-            let found = near.add_closest(early, clip, near.add_closest(late, clip, none));
+            let half = margins.len() / 2;
+            let late = near.add_closest(half..margins.len(), clip, none);
+            let found = near.add_closest(0..half, clip, late);
             assert!(keys(found) == expected, "clip {clip}, in two steps");
         }
         assert!(

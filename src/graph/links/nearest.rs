@@ -3,17 +3,11 @@
 use std::collections::BTreeMap;
 
 use super::candidates::{Candidate, Candidates};
-use super::clip_windows::{ClipWindows, KnownStart};
+use super::clip_windows::KnownStart;
 use super::join_record::Joins;
 use super::margin::{EventMargin, Side};
 use super::parts::RangeSearch;
 use crate::math::in_parallel;
-
-/// Windows of all clips, by their length.
-pub(super) struct NearestLinks<'a> {
-    lengths: BTreeMap<usize, ClipWindows<'a>>,
-    pub(super) joins: Joins,
-}
 
 /// Events on one side of which links are searched.
 #[derive(Clone, Copy)]
@@ -27,20 +21,12 @@ pub(super) struct Wanted<'a> {
     pub(super) most: usize,
 }
 
-impl<'a> NearestLinks<'a> {
-    /// Links of an earlier bake may be known.
-    pub(super) fn new(joins: Joins) -> Self {
-        Self {
-            lengths: BTreeMap::new(),
-            joins,
-        }
-    }
-
+impl Joins {
     /// Finds the links of each event whose windows are closest, closest first, before they are refined. In each clip there is at most one
     /// of each event for each `spread` frames.
-    pub(super) fn find(
+    pub(super) fn nearest(
         &mut self,
-        candidates: &Candidates<'a>,
+        candidates: &mut Candidates<'_>,
         wanted: Wanted<'_>,
     ) -> Vec<Vec<Candidate>> {
         /// Number of ranges that are compared with a clip one after the other.
@@ -48,20 +34,17 @@ impl<'a> NearestLinks<'a> {
         let margins: Vec<Option<EventMargin>> = { wanted.events.iter() }
             .map(|&event| candidates.margin(event, wanted.side))
             .collect();
-        for margin in margins.iter().flatten() {
-            let of_length = || ClipWindows::new(candidates, margin.window);
-            self.lengths.entry(margin.window).or_insert_with(of_length);
-        }
+        candidates.make_windows(margins.iter().flatten());
+        let candidates = &*candidates;
         let threads = candidates.source.settings.threads;
-        let (joins, most) = (&self.joins, wanted.most);
-        let none = vec![false; joins.is_same.len()];
+        let most = wanted.most;
+        let none = vec![false; self.is_same.len()];
         let starts = in_parallel(threads, margins.len(), |index| {
-            let known = joins.known(candidates, margins[index].as_ref()?, most);
+            let known = self.known(candidates, margins[index].as_ref()?, most);
             Some(KnownStart {
-                clips: if known.is_some() {
-                    &joins.is_same
-                } else {
-                    &none
+                clips: match known {
+                    Some(_) => &self.is_same,
+                    None => &none,
                 },
                 links: known.unwrap_or_default(),
             })
@@ -76,12 +59,14 @@ impl<'a> NearestLinks<'a> {
             Some((search, starts[index].as_ref()?))
         };
         let mut found = vec![Vec::new(); margins.len()];
-        for (&length, windows) in &self.lengths {
-            let has_length = |margin: &Option<EventMargin>| {
-                margin.as_ref().is_some_and(|it| it.window == length)
-            };
-            let own = (0..margins.len()).filter(|&index| has_length(&margins[index]));
-            let own: Vec<usize> = own.collect();
+        let mut by_length: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
+        for (index, margin) in margins.iter().enumerate() {
+            if let Some(margin) = margin {
+                by_length.entry(margin.window).or_default().push(index);
+            }
+        }
+        for (length, own) in by_length {
+            let windows = candidates.windows(length);
             let starts = || own.iter().filter_map(|&index| starts[index].as_ref());
             in_parallel(threads, none.len(), |clip| {
                 if starts().any(|start| !start.clips[clip]) {
@@ -99,7 +84,7 @@ impl<'a> NearestLinks<'a> {
         }
         for (margin, found) in margins.iter().zip(&found) {
             if let Some(margin) = margin {
-                self.joins.add(margin, most, found);
+                self.add(margin, most, found);
             }
         }
         found
@@ -117,7 +102,7 @@ mod tests {
     #[test]
     fn bounds_leave_out_no_link() {
         let scene = Scene::new();
-        let candidates = scene.candidates();
+        let mut candidates = scene.candidates();
         let all: Vec<usize> = (0..scene.events.len()).collect();
         let allowed: Vec<bool> = (0..CLIPS * FRAMES).map(|moment| moment % 7 != 3).collect();
         let mut lengths = std::collections::BTreeSet::new();
@@ -144,15 +129,15 @@ mod tests {
                 .collect();
             assert!(expected.iter().any(|links| links.len() > 20));
             for most in [1, 3, 16, usize::MAX] {
-                let mut nearest = NearestLinks::new(Joins::default());
-                nearest.joins.begin(&candidates, &allowed);
+                let mut joins = Joins::default();
+                joins.begin(&candidates, &allowed);
                 let wanted = Wanted {
                     events: &all,
                     side,
                     allowed: &allowed,
                     most,
                 };
-                let found = nearest.find(&candidates, wanted);
+                let found = joins.nearest(&mut candidates, wanted);
                 let key = |it: &Candidate| (it.link, it.event, it.cost.to_bits());
                 for (found, expected) in found.iter().zip(&expected) {
                     let expected = expected.iter().take(most).map(key);
@@ -166,7 +151,7 @@ mod tests {
     #[test]
     fn links_of_an_earlier_search_are_taken_over() {
         let scene = Scene::new();
-        let candidates = scene.candidates();
+        let mut candidates = scene.candidates();
         let input = ClipSource {
             skeleton: &scene.skeleton,
             clips: &scene.clips,
@@ -175,10 +160,9 @@ mod tests {
         let same = GraphRecord::new(input, &scene.settings);
         let same = same.clips_of(&same);
         let all: Vec<usize> = (0..scene.events.len()).collect();
-        let find = |joins: Joins, allowed: &[bool], most: usize| {
-            let mut nearest = NearestLinks::new(joins);
-            nearest.joins.begin(&candidates, allowed);
-            let same = nearest.joins.is_same.iter().filter(|same| **same).count();
+        let mut find = |mut joins: Joins, allowed: &[bool], most: usize| {
+            joins.begin(&candidates, allowed);
+            let same = joins.is_same.iter().filter(|same| **same).count();
             let found = [Side::Before, Side::After].map(|side| {
                 let wanted = Wanted {
                     events: &all,
@@ -186,11 +170,11 @@ mod tests {
                     allowed,
                     most,
                 };
-                let found = nearest.find(&candidates, wanted);
+                let found = joins.nearest(&mut candidates, wanted);
                 let key = |it: &Candidate| (it.link, it.event, it.cost.to_bits());
                 found.iter().flatten().map(key).collect::<Vec<_>>()
             });
-            (found, nearest.joins.record, same)
+            (found, joins.record, same)
         };
         let allowed = |moment: u32, changed: u32| match moment / FRAMES == changed {
             true => moment % 5 != 1,

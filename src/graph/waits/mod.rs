@@ -24,30 +24,39 @@ pub(super) struct Waits {
     follows: Vec<bool>,
     /// For each moment, the jumps that end there.
     into: Vec<Vec<Jump>>,
+    table: WaitTable,
+    open: Queue,
+}
+
+/// The waits of all moments for all evasions.
+#[derive(Debug, Default)]
+struct WaitTable {
     /// Number of evasions.
     evasions: usize,
     /// Waits, `[block of moments][evasion][moment]`, or `u16::MAX` if the wait is beyond the horizon. Those of one moment are near each
     /// other, as are those of one evasion along a clip.
     frames: Vec<u16>,
-    open: Queue,
 }
 
 /// Number of moments of a block.
 const BLOCK: usize = 64;
 
-/// The waits for one evasion.
-struct OfEvasion<'a> {
-    waits: &'a mut [u16],
-    /// Index of the first block.
-    first: usize,
-    /// Distance of a block to the next.
-    step: usize,
-}
+impl WaitTable {
+    /// A table of waits beyond the horizon.
+    fn new(moments: usize, evasions: usize) -> Self {
+        Self {
+            evasions,
+            frames: vec![u16::MAX; moments.div_ceil(BLOCK) * BLOCK * evasions],
+        }
+    }
 
-impl OfEvasion<'_> {
-    fn at(&mut self, moment: u32) -> &mut u16 {
-        let moment = moment as usize;
-        &mut self.waits[moment / BLOCK * self.step + self.first + moment % BLOCK]
+    fn index(&self, evasion: usize, moment: usize) -> usize {
+        (moment / BLOCK * self.evasions + evasion) * BLOCK + moment % BLOCK
+    }
+
+    fn set(&mut self, evasion: usize, moment: usize, frames: u32) {
+        let index = self.index(evasion, moment);
+        self.frames[index] = frames as u16;
     }
 }
 
@@ -69,14 +78,6 @@ pub(super) struct WaitChange {
     pub(super) new: u32,
 }
 
-/// What the waits for one evasion depend on.
-#[derive(Clone, Copy)]
-struct Ways<'a> {
-    horizon: u32,
-    follows: &'a [bool],
-    into: &'a [Vec<Jump>],
-}
-
 impl Waits {
     /// Creates a table without evasions.
     pub(super) fn new(moments: &Moments, jumps: &[Jump], horizon: u32) -> Self {
@@ -94,8 +95,7 @@ impl Waits {
             horizon: horizon.min(u32::from(u16::MAX) - 1),
             follows,
             into,
-            evasions: 0,
-            frames: Vec::new(),
+            table: WaitTable::default(),
             open: Queue::default(),
         }
     }
@@ -103,21 +103,26 @@ impl Waits {
     /// Number of frames from a moment to an evasion's start, or `u32::MAX` if it is beyond the
     /// horizon.
     pub(super) fn of(&self, evasion: usize, moment: u32) -> u32 {
-        let moment = moment as usize;
-        let block = moment / BLOCK * self.evasions + evasion;
-        wait(self.frames[block * BLOCK + moment % BLOCK])
+        match self.table.frames[self.table.index(evasion, moment as usize)] {
+            u16::MAX => u32::MAX,
+            frames => u32::from(frames),
+        }
     }
 
     /// For each moment, the number of evasions for which the wait is below a number of frames.
     pub(super) fn counts_below(&self, frames: u32, threads: usize) -> Vec<u16> {
         let (moments, frames) = (self.follows.len(), frames.min(self.horizon + 1) as u16);
-        if self.evasions == 0 {
+        let WaitTable {
+            evasions,
+            frames: all,
+        } = &self.table;
+        if *evasions == 0 {
             return vec![0; moments];
         }
         let mut counts = in_parallel(threads, moments.div_ceil(BLOCK), |block| {
             let mut counts = [0; BLOCK];
-            let size = BLOCK * self.evasions;
-            let own = &self.frames[block * size..(block + 1) * size];
+            let size = BLOCK * evasions;
+            let own = &all[block * size..(block + 1) * size];
             for waits in own.as_chunks::<BLOCK>().0 {
                 for (count, &wait) in counts.iter_mut().zip(waits) {
                     *count += u16::from(wait < frames);
@@ -132,18 +137,15 @@ impl Waits {
 
     /// Sets the evasions, which start at some moments.
     pub(super) fn set_goals(&mut self, starts: &[u32], threads: usize) {
-        let groups = starts.chunks(Reach::EVASIONS);
-        let size = self.follows.len().div_ceil(BLOCK) * BLOCK * starts.len();
-        (self.evasions, self.frames) = (starts.len(), vec![u16::MAX; size]);
+        self.table = WaitTable::new(self.follows.len(), starts.len());
         let steps = Steps::new(&self.follows, &self.into, self.horizon);
-        for (group, starts) in groups.enumerate() {
+        for (group, starts) in starts.chunks(Reach::EVASIONS).enumerate() {
             let mut reach = Reach::new(&steps, starts);
             let first = group * Reach::EVASIONS;
             for frames in 0..=self.horizon {
                 reach.extend(&steps, frames, threads);
                 reach.for_each_new(frames, |moment, evasion| {
-                    let block = moment / BLOCK * self.evasions + first + evasion;
-                    self.frames[block * BLOCK + moment % BLOCK] = frames as u16;
+                    self.table.set(first + evasion, moment, frames);
                 });
             }
         }
@@ -152,30 +154,35 @@ impl Waits {
     /// Adds a jump. When the wait of a moment that follows another moment of its clip falls, `lowered` is called.
     pub(super) fn add_jump(&mut self, jump: Jump, mut lowered: impl FnMut(WaitChange)) {
         self.into[jump.to as usize].push(jump);
-        let ways = Ways {
-            horizon: self.horizon,
-            follows: &self.follows,
-            into: &self.into,
-        };
-        for evasion in 0..self.evasions {
-            let mut waits = OfEvasion {
-                waits: &mut self.frames,
-                first: evasion * BLOCK,
-                step: self.evasions * BLOCK,
-            };
-            let frames = wait(*waits.at(jump.to)).saturating_add(jump.frames);
-            if frames >= wait(*waits.at(jump.from)) {
+        for evasion in 0..self.table.evasions {
+            let frames = self.of(evasion, jump.to).saturating_add(jump.frames);
+            if frames < self.of(evasion, jump.from) {
+                self.open.push(frames, jump.from, self.horizon);
+                self.lower(evasion, &mut lowered);
+            }
+        }
+    }
+
+    /// Lowers the waits for one evasion, from what is in the queue on.
+    fn lower(&mut self, evasion: usize, lowered: &mut impl FnMut(WaitChange)) {
+        while let Some((moment, new)) = self.open.pop() {
+            let old = self.of(evasion, moment);
+            if new >= old {
                 continue;
             }
-            self.open.push(frames, jump.from, ways.horizon);
-            ways.lower(&mut waits, &mut self.open, |moment, old, new| {
+            self.table.set(evasion, moment as usize, new);
+            if self.follows[moment as usize] {
                 lowered(WaitChange {
                     evasion,
                     moment,
                     old,
                     new,
                 });
-            });
+                self.open.push(new + 1, moment - 1, self.horizon);
+            }
+            for jump in &self.into[moment as usize] {
+                self.open.push(new + jump.frames, jump.from, self.horizon);
+            }
         }
     }
 }
@@ -212,40 +219,6 @@ impl Queue {
                 None => self.least += 1,
             }
         }
-    }
-}
-
-impl Ways<'_> {
-    /// Lowers the waits until an evasion's start, from what is in the queue on.
-    fn lower(
-        self,
-        waits: &mut OfEvasion<'_>,
-        open: &mut Queue,
-        mut lowered: impl FnMut(u32, u32, u32),
-    ) {
-        while let Some((moment, frames)) = open.pop() {
-            let known = waits.at(moment);
-            let old = wait(*known);
-            if frames >= old {
-                continue;
-            }
-            *known = frames as u16;
-            if self.follows[moment as usize] {
-                lowered(moment, old, frames);
-                open.push(frames + 1, moment - 1, self.horizon);
-            }
-            for jump in &self.into[moment as usize] {
-                open.push(frames + jump.frames, jump.from, self.horizon);
-            }
-        }
-    }
-}
-
-fn wait(frames: u16) -> u32 {
-    if frames == u16::MAX {
-        u32::MAX
-    } else {
-        u32::from(frames)
     }
 }
 

@@ -18,51 +18,36 @@ impl EntryTable {
     pub(crate) fn find(
         graph: &MotionGraph,
         evasions: &[Evasion],
-        EntrySearch {
-            settings,
-            threads,
-            earlier,
-        }: EntrySearch<'_>,
+        search: EntrySearch<'_>,
     ) -> (Self, EntryRecord) {
-        if settings.moment_step == 0 || evasions.is_empty() {
-            return Default::default();
-        }
-        let earlier = earlier.with(settings);
-        let places = ClipPlaces::new(graph);
-        let mut measured = MeasuredMotion::of(graph, threads);
-        let limits = measured.limits(&settings.plausible);
-        let search = SearchBasis {
-            graph,
-            limits: &limits,
-            places: &places,
-            threads,
-        };
-        let targets = search.targets(evasions, settings);
-        let mut goals = Goals::new(search, evasions, &targets, settings);
-        let mut record = goals.record();
-        let mut table = Self {
-            step: settings.moment_step,
-            first_moment: record.first_moment.clone(),
-            ..Self::default()
-        };
-        if let Some(earlier) = earlier {
-            goals.know(earlier);
-        }
-        for found in goals.search().of(MomentShare::ALL, threads) {
-            table.cut += u64::from(found.entries.len() == settings.most as usize);
-            table.entries.push(&found.entries);
-            table.exits.lists.push(&found.exits);
-            table.layers.push(&found.layers);
-            record.push(found.tests);
-        }
-        let exits = goals.exits;
-        table.exits.targets = exits.targets.iter().map(Into::into).collect();
-        let utmost = measured.limits(&settings.plausible.utmost());
-        let mut exits = exits.within_utmost(&utmost);
-        exits.known = earlier.map(|it| it.known(&it.record.last_exits, exits.basis()));
-        record.last_exits = table.shorten_stretches(&exits, settings.unbranched, threads);
-        (table.limits, table.targets) = (limits, targets);
-        (table, record)
+        let EntrySearch {
+            settings, threads, ..
+        } = search;
+        let earlier = search.earlier.with(settings);
+        with_goals(graph, evasions, search, |goals, mut measured| {
+            let mut record = goals.record();
+            let mut table = Self {
+                step: settings.moment_step,
+                first_moment: record.first_moment.clone(),
+                limits: goals.entries.limits.clone(),
+                targets: goals.targets.to_vec(),
+                ..Self::default()
+            };
+            for found in goals.search().of(MomentShare::ALL, threads) {
+                table.cut += u64::from(found.entries.len() == settings.most as usize);
+                table.entries.push(&found.entries);
+                table.exits.lists.push(&found.exits);
+                table.layers.push(&found.layers);
+                record.push(found.tests);
+            }
+            let exits = goals.exits;
+            table.exits.targets = exits.targets.iter().map(Into::into).collect();
+            let utmost = measured.limits(&settings.plausible.utmost());
+            let mut exits = exits.within_utmost(&utmost);
+            exits.known = earlier.map(|it| it.known(&it.record.last_exits, exits.basis()));
+            record.last_exits = table.shorten_stretches(&exits, settings.unbranched, threads);
+            (table, record)
+        })
     }
 }
 
@@ -72,34 +57,50 @@ impl EntryRecord {
         graph: &MotionGraph,
         evasions: &[Evasion],
         share: MomentShare,
-        EntrySearch {
-            settings, threads, ..
-        }: EntrySearch<'_>,
+        search: EntrySearch<'_>,
     ) -> Self {
-        if settings.moment_step == 0 || evasions.is_empty() {
-            return Self::default();
-        }
-        let places = ClipPlaces::new(graph);
-        let limits = MeasuredMotion::of(graph, threads).limits(&settings.plausible);
-        let search = SearchBasis {
-            graph,
-            limits: &limits,
-            places: &places,
-            threads,
-        };
-        let targets = search.targets(evasions, settings);
-        let goals = Goals::new(search, evasions, &targets, settings);
-        let mut record = goals.record();
-        for found in goals.search().of(share, threads) {
-            record.push(found.tests);
-        }
-        record
+        with_goals(graph, evasions, search, |goals, _| {
+            let mut record = goals.record();
+            for found in goals.search().of(share, search.threads) {
+                record.push(found.tests);
+            }
+            record
+        })
     }
+}
+
+/// Does `work` with what entries may lead to and what was measured, if there are evasions and entries are wanted.
+fn with_goals<T: Default>(
+    graph: &MotionGraph,
+    evasions: &[Evasion],
+    search: EntrySearch<'_>,
+    work: impl FnOnce(Goals<'_>, MeasuredMotion) -> T,
+) -> T {
+    let EntrySearch {
+        settings, threads, ..
+    } = search;
+    if settings.moment_step == 0 || evasions.is_empty() {
+        return T::default();
+    }
+    let mut measured = MeasuredMotion::of(graph, threads);
+    let basis = SearchBasis {
+        graph,
+        limits: &measured.limits(&settings.plausible),
+        places: &ClipPlaces::new(graph),
+        threads,
+    };
+    let targets = basis.targets(evasions, settings);
+    let mut goals = Goals::new(basis, evasions, &targets, settings);
+    if let Some(earlier) = search.earlier.with(settings) {
+        goals.know(earlier);
+    }
+    work(goals, measured)
 }
 
 /// What entries, exits and layers of each moment may lead to.
 struct Goals<'a> {
     settings: &'a EntrySettings,
+    targets: &'a [EntryTarget],
     entries: Finder<'a>,
     exits: Finder<'a>,
     layers: LayerSource<'a>,
@@ -118,6 +119,7 @@ impl<'a> Goals<'a> {
             .map(|target| ClipFrame::of(graph, target.edge, target.edge_frame));
         Self {
             settings,
+            targets,
             entries: Finder::new(search, frames.collect(), Ways::ENTRIES),
             exits: Finder::new(search, natural(graph, settings.target_step), Ways::EXITS),
             layers: LayerSource::new(search, evasions, targets),

@@ -174,29 +174,43 @@ impl SharedBake {
         &self,
         builder: &GraphBuilder<'_>,
     ) -> Result<TransitionList, Failure> {
-        let (mut found, mut lacking) = (Vec::new(), Vec::new());
-        for shard in 0..self.shards() {
-            match self.read_shard(shard) {
-                Ok(minima) => found.extend(minima),
-                Err(why) => lacking.push(format!(
-                    "shard {shard} is {why}: {}",
-                    command(&["bake", "shard"], &self.folder, &[&shard.to_string()])
-                )),
-            }
-        }
-        if !lacking.is_empty() {
-            return Err(Failure::Shards {
-                lacking,
-                all: self.shards(),
-            });
-        }
-        let mut by_band: Vec<(usize, Vec<Minimum>)> = self.partition.order().zip(found).collect();
+        let found = self.read_all(["shard", "is"], |shard| self.read_shard(shard))?;
+        let found = self.partition.order().zip(found.into_iter().flatten());
+        let mut by_band: Vec<(usize, Vec<Minimum>)> = found.collect();
         by_band.sort_unstable_by_key(|&(band, _)| band);
         let mut list = builder.transition_list();
         for (band, (_, minima)) in builder.bands().zip(by_band) {
             list.add(band, &minima)?;
         }
         Ok(list)
+    }
+
+    /// Reads the files of all shards, each of which the step computes that the first word names.
+    ///
+    /// # Errors
+    /// All files that are missing or damaged, each with the command that computes it.
+    pub(super) fn read_all<T>(
+        &self,
+        [step, are]: [&str; 2],
+        read: impl Fn(usize) -> Result<T, Unusable>,
+    ) -> Result<Vec<T>, Failure> {
+        let (mut found, mut lacking) = (Vec::new(), Vec::new());
+        for shard in 0..self.shards() {
+            match read(shard) {
+                Ok(one) => found.push(one),
+                Err(why) => lacking.push(format!(
+                    "{step} {shard} {are} {why}: {}",
+                    command(&["bake", step], &self.folder, &[&shard.to_string()])
+                )),
+            }
+        }
+        match lacking.is_empty() {
+            true => Ok(found),
+            false => Err(Failure::Shards {
+                lacking,
+                all: self.shards(),
+            }),
+        }
     }
 
     /// Checks that the clips that were read now have the points of the plan, to the bit.

@@ -13,13 +13,13 @@ use sabaki::maps::BakeSettings;
 
 use super::super::Failure;
 use super::super::source::BuiltGraph;
-use super::sealed::{self, Kind, Seal, Unusable};
+use super::sealed::{self, Kind, Unusable};
 use super::shared_bake::{SharedBake, command};
 
 impl SharedBake {
     /// Reads the graph.
     pub(super) fn read_graph(&self) -> Result<BuiltGraph, Unusable> {
-        let (built, _): (BuiltGraph, _) = sealed::read(&self.graph_file(), self.graph_seal())?;
+        let (built, _): (BuiltGraph, _) = sealed::read(&self.graph_file(), self.seal(Kind::Graph))?;
         match built.graph.validate() {
             Ok(()) => Ok(built),
             Err(_) => Err(Unusable::Damaged),
@@ -32,7 +32,7 @@ impl SharedBake {
         std::fs::create_dir_all(&path).map_err(|source| Failure::Write { path, source })?;
         sealed::write(
             &self.graph_file(),
-            self.graph_seal(),
+            self.seal(Kind::Graph),
             &sealed::encode(built)?,
         )
     }
@@ -53,7 +53,11 @@ impl SharedBake {
         };
         let record = EntryRecord::of_graph(&built.graph, &settings, own);
         let contents = sealed::encode(&(share, &record))?;
-        sealed::write(&self.entries_file(share), self.entries_seal(), &contents)?;
+        sealed::write(
+            &self.entries_file(share),
+            self.seal(Kind::Entries),
+            &contents,
+        )?;
         Ok(false)
     }
 
@@ -66,22 +70,7 @@ impl SharedBake {
             Err(Unusable::Missing) => return Ok(None),
             built => built.map_err(|why| self.lacks_graph(&why))?,
         };
-        let (mut found, mut lacking) = (Vec::new(), Vec::new());
-        for share in 0..self.shards() {
-            match self.read_entries(share) {
-                Ok(record) => found.push(record),
-                Err(why) => lacking.push(format!(
-                    "entries {share} are {why}: {}",
-                    command(&["bake", "entries"], self.folder(), &[&share.to_string()])
-                )),
-            }
-        }
-        if !lacking.is_empty() {
-            return Err(Failure::Shards {
-                lacking,
-                all: self.shards(),
-            });
-        }
+        let found = self.read_all(["entries", "are"], |share| self.read_entries(share))?;
         let record = EntryRecord::of_shares(found);
         let record = record.ok_or_else(|| self.lacks_graph(&Unusable::Damaged))?;
         Ok(Some((built, record)))
@@ -110,18 +99,10 @@ impl SharedBake {
 
     fn read_entries(&self, share: usize) -> Result<EntryRecord, Unusable> {
         let ((of_share, record), _): ((usize, EntryRecord), _) =
-            sealed::read(&self.entries_file(share), self.entries_seal())?;
+            sealed::read(&self.entries_file(share), self.seal(Kind::Entries))?;
         (of_share == share)
             .then_some(record)
             .ok_or(Unusable::Damaged)
-    }
-
-    fn graph_seal(&self) -> Seal {
-        self.seal(Kind::Graph)
-    }
-
-    fn entries_seal(&self) -> Seal {
-        self.seal(Kind::Entries)
     }
 
     fn graph_file(&self) -> PathBuf {
