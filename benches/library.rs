@@ -28,7 +28,7 @@ use sabaki::character::{CharacterSettings, Characters};
 use sabaki::graph::{ClipSource, GraphSettings};
 use sabaki::internal::{
     BandJobs, DistanceMap, EarlierTables, GraphBuilder, GraphRecord, PrunedSearch, TableRecord,
-    Windows,
+    Unwatched, Windows,
 };
 use sabaki::maps::{BakeSettings, BakedGraph, Baker};
 use sabaki::query::cull::cpu;
@@ -159,7 +159,7 @@ fn whole_bake(set: &ClipSet, made: &MadeClips, path: &Path) -> Bake {
     let stage = |name: &str| println!("{name}: at {:.2} s", started.elapsed().as_secs_f64());
     let builder = GraphBuilder::new(source, &settings).unwrap();
     stage("clips resampled");
-    let found = { builder.find_transitions(|_| Ok::<_, sabaki::graph::GraphError>(())) }.unwrap();
+    let found = builder.find_transitions().unwrap();
     stage("transitions found");
     let (graph, report) = builder.build(found).unwrap();
     stage("graph built");
@@ -216,7 +216,7 @@ fn onto(set: &ClipSet, minutes: f64) {
         event.clip -= usize::from(event.clip > left_out);
     }
     println!("\n{minutes} minutes, {} clips:", all.clips.len());
-    let bake = |name: &str, made: &MadeClips, earlier: (GraphRecord, TableRecord)| {
+    let bake = |name: &str, made: &MadeClips, earlier: Option<(GraphRecord, TableRecord)>| {
         let source = ClipSource {
             skeleton: &set.skeleton,
             clips: &made.clips,
@@ -227,30 +227,33 @@ fn onto(set: &ClipSet, minutes: f64) {
             ..GraphSettings::default()
         };
         let started = Instant::now();
-        let builder = GraphBuilder::onto(source, &settings, earlier.0).unwrap();
-        let clips = builder.clips_taken_over().clone();
-        let found = { builder.find_transitions(|_| Ok::<_, sabaki::graph::GraphError>(())) };
-        let (graph, _, of_graph) = builder.build_recorded(found.unwrap()).unwrap();
-        let settings = BakeSettings::default();
+        let (of_graph, of_tables) = earlier.unzip();
+        let of_graph = of_graph.into_iter().collect();
+        let builder = GraphBuilder::onto(source, &settings, of_graph).unwrap();
         let tables = EarlierTables {
-            record: earlier.1,
-            clips,
+            record: of_tables.unwrap_or_default(),
+            clips: { builder.clips_taken_over().next() }
+                .cloned()
+                .unwrap_or_default(),
         };
-        let baker = Baker::onto(graph, settings, tables).unwrap();
+        let found = builder.find_transitions().unwrap();
+        let built = builder.build_recorded(found).unwrap();
+        let (graph, _) = built.made.unwrap();
+        let baker = Baker::onto(graph, BakeSettings::default(), tables).unwrap();
         let maps = baker.draw_on_cpu();
-        let (baked, of_tables) = baker.finish_recorded(maps).unwrap();
+        let finished = baker.finish_recorded(maps, &Unwatched).unwrap();
         let seconds = started.elapsed().as_secs_f64();
         println!("{name}: {seconds:.2} s");
         print_stages();
         (
-            archive::to_bytes(&baked).unwrap(),
-            (of_graph, of_tables),
+            archive::to_bytes(&finished.made.unwrap()).unwrap(),
+            (built.record, finished.record),
             seconds,
         )
     };
-    let (_, record, _) = bake("without the clip", &most, Default::default());
-    let (bytes, _, from_nothing) = bake("with it, from nothing", &all, Default::default());
-    let (same, _, onto) = bake("with it, onto the first", &all, record);
+    let (_, record, _) = bake("without the clip", &most, None);
+    let (bytes, _, from_nothing) = bake("with it, from nothing", &all, None);
+    let (same, _, onto) = bake("with it, onto the first", &all, Some(record));
     assert!(bytes == same, "the files differ");
     println!("{:.1}% of the time", 100.0 * onto / from_nothing);
 }

@@ -8,7 +8,7 @@ pub use crate::anim::warp::{Bend, Envelope, Warp};
 pub use crate::duel::trunk::Trunk;
 #[cfg(feature = "vulkan")]
 pub use crate::gpu::stencil::{Batch, MapKind, Rasterizer, RasterizerDesc};
-pub use crate::graph::build::{GraphBuilder, SearchProgress};
+pub use crate::graph::build::GraphBuilder;
 pub use crate::graph::cloud::PointCloud;
 pub use crate::graph::distance::{DistanceMap, WindowPair, Windows};
 pub use crate::graph::feet::{Feet, FeetSettings, FootSlide, Plant};
@@ -24,6 +24,7 @@ pub use crate::graph::search::{
     BandJobs, BandMinima, MapBand, Minimum, PrunedSearch, SearchScratch, SearchSettings,
     TransitionList,
 };
+pub use crate::graph::watch::{BakeProgress, BakeStage, BakeWatch, Recorded, Unwatched};
 pub use crate::lod::blend::{Blend, affine};
 pub use crate::lod::level::Seated;
 pub use crate::lod::mass::BoneShape;

@@ -11,8 +11,9 @@ use super::links::{self, KnownLinks, LinkSource};
 use super::parts::Parts;
 use super::record::{ClipMatch, GraphRecord, KnownMinima};
 use super::report::{BuildCounts, BuiltGraphs};
-use super::search::{BandJobs, MapBand, PrunedSearch, SearchSettings, TransitionList};
+use super::search::{BandJobs, MapBand, Minimum, PrunedSearch, SearchSettings, TransitionList};
 use super::source::ClipSource;
+use super::watch::{BakeStage, BakeWatch, Recorded, Stopped, Unwatched};
 use super::{
     BuildReport, Feet, GraphError, GraphEvent, GraphSettings, MotionGraph, PointCloud, Transition,
     events,
@@ -29,17 +30,8 @@ pub fn build(
     settings: &GraphSettings,
 ) -> Result<(MotionGraph, BuildReport), GraphError> {
     let builder = GraphBuilder::new(source, settings)?;
-    let transitions = builder.find_transitions(|_| Ok::<_, GraphError>(()))?;
+    let transitions = builder.find_transitions()?;
     builder.build(transitions)
-}
-
-/// How far a search for transitions is, in window pairs.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct SearchProgress {
-    /// Pairs that have been compared, or shown to be above the threshold.
-    pub done: u64,
-    /// All pairs.
-    pub all: u64,
 }
 
 /// A build in two steps: the search for transitions, which can be divided among processes, and all
@@ -55,7 +47,8 @@ pub struct GraphBuilder<'a> {
     windows: Vec<Windows>,
     feet: Feet,
     record: GraphRecord,
-    known: Known,
+    known: Vec<Known>,
+    watch: &'a dyn BakeWatch,
 }
 
 /// Results of an earlier build.
@@ -67,24 +60,35 @@ struct Known {
     links: KnownLinks,
 }
 
+impl Known {
+    fn new(clips: ClipMatch, mut record: GraphRecord) -> Self {
+        Self {
+            minima: KnownMinima::take(clips.clone(), &mut record),
+            darts: record.darts,
+            links: KnownLinks::new(clips.clone(), record.links),
+            clips,
+        }
+    }
+}
+
 impl<'a> GraphBuilder<'a> {
     /// Checks the input and computes the points of all clips.
     ///
     /// # Errors
     /// The clips, events or settings are invalid.
     pub fn new(source: ClipSource<'a>, settings: &'a GraphSettings) -> Result<Self, GraphError> {
-        Self::onto(source, settings, GraphRecord::default())
+        Self::onto(source, settings, Vec::new())
     }
 
-    /// Like [`GraphBuilder::new`], but takes over the results of an earlier build, so that only those of other clips are computed. The
-    /// graph is the same.
+    /// Like [`GraphBuilder::new`], but takes over the results of earlier builds, so that only those of other clips are computed. What several
+    /// of them have is taken from the first one. The graph is the same.
     ///
     /// # Errors
     /// The errors of [`GraphBuilder::new`].
     pub fn onto(
         source: ClipSource<'a>,
         settings: &'a GraphSettings,
-        mut earlier: GraphRecord,
+        mut earlier: Vec<GraphRecord>,
     ) -> Result<Self, GraphError> {
         if source.clips.is_empty() {
             return Err(GraphError::NoClips);
@@ -93,8 +97,13 @@ impl<'a> GraphBuilder<'a> {
         check_joints(source)?;
         settings.check_size(source)?;
         let record = GraphRecord::new(source, settings);
-        let common = record.clips_of(&earlier);
-        let clips = clips(source, settings, |clip| earlier.take_clip(&common, clip))?;
+        let common: Vec<ClipMatch> = { earlier.iter() }
+            .map(|earlier| record.clips_of(earlier))
+            .collect();
+        let clips = clips(source, settings, |clip| {
+            let mut earlier = earlier.iter_mut().zip(&common);
+            earlier.find_map(|(earlier, common)| earlier.take_clip(common, clip))
+        })?;
         let events = events::in_frames(source, &clips, settings.frame_rate)?;
         let _span = tracing::trace_span!("bake: measure clips").entered();
         let window = settings.frames(settings.window);
@@ -107,12 +116,10 @@ impl<'a> GraphBuilder<'a> {
         let feet = Feet::new(source.skeleton, &clips, settings);
         Ok(Self {
             record,
-            known: Known {
-                minima: KnownMinima::new(common.clone(), earlier.bands),
-                darts: earlier.darts,
-                links: KnownLinks::new(common.clone(), earlier.links),
-                clips: common,
-            },
+            known: { common.into_iter().zip(earlier) }
+                .map(|(clips, earlier)| Known::new(clips, earlier))
+                .collect(),
+            watch: &Unwatched,
             source,
             settings,
             feet,
@@ -123,10 +130,15 @@ impl<'a> GraphBuilder<'a> {
         })
     }
 
-    /// The clips whose results are taken over.
+    /// Lets something follow the build.
     #[must_use]
-    pub fn clips_taken_over(&self) -> &ClipMatch {
-        &self.known.clips
+    pub fn watched(self, watch: &'a dyn BakeWatch) -> Self {
+        Self { watch, ..self }
+    }
+
+    /// For each earlier build the clips whose results are taken over.
+    pub fn clips_taken_over(&self) -> impl Iterator<Item = &ClipMatch> {
+        self.known.iter().map(|known| &known.clips)
     }
 
     /// Points of each clip. The search needs nothing else of the clips.
@@ -157,38 +169,37 @@ impl<'a> GraphBuilder<'a> {
         TransitionList::new(self.search())
     }
 
-    /// Searches all bands in this process. The result does not depend on the number of threads. `watch` is called again and again; its
-    /// error ends the search.
+    /// Searches all bands in this process. The result does not depend on the number of threads. If the search is stopped, the list holds what
+    /// it found, and [`GraphBuilder::build_recorded`] records that.
     ///
     /// # Errors
-    /// The graph would have too many transitions; the error of `watch`.
-    pub fn find_transitions<E: From<GraphError>>(
-        &self,
-        mut watch: impl FnMut(SearchProgress) -> Result<(), E>,
-    ) -> Result<TransitionList, E> {
+    /// The graph would have too many transitions.
+    pub fn find_transitions(&self) -> Result<TransitionList, GraphError> {
         /// Number of jobs of a thread whose minima are kept until they are added to the list.
         const PART: usize = 16;
         let threads = self.settings.threads;
         let search = PrunedSearch::new(self.search(), self.windows.iter().collect(), threads);
         let mut list = self.transition_list();
         let mut jobs = BandJobs::new(self.bands());
-        let mut progress = SearchProgress {
-            done: 0,
-            all: self.bands().map(|band| band.pairs()).sum(),
-        };
+        let stage = self.watch.stage(BakeStage::Transitions, threads);
+        let (mut done, all) = (0, self.bands().map(|band| band.pairs()).sum());
         loop {
             let part: Vec<Vec<MapBand>> =
                 jobs.by_ref().take(PART * thread_count(threads)).collect();
-            if part.is_empty() {
+            let Some(first) = part.first().and_then(|job| job.first()) else {
                 return Ok(list);
-            }
-            let known = &self.known.minima;
-            let is_new = |band: &&MapBand| known.of(band).is_none();
+            };
+            let is_new = |band: &&MapBand| self.known_minima(band).is_none();
             let new = |job: &Vec<MapBand>| job.iter().filter(is_new).copied().collect();
             let new: Vec<Vec<MapBand>> = part.iter().map(new).collect();
+            // After a stop, what is known is still taken over.
+            if self.watch.is_stopped() && new.iter().any(|job| !job.is_empty()) {
+                list.stop_before(first);
+                return Ok(list);
+            }
             let mut found = search.minima_of_jobs(&new, threads)?.into_iter();
             for &band in part.iter().flatten() {
-                let minima = match known.of(&band) {
+                let minima = match self.known_minima(&band) {
                     Some(minima) => Cow::Borrowed(minima),
                     None => {
                         let found = found.next().unwrap_or_default();
@@ -197,10 +208,15 @@ impl<'a> GraphBuilder<'a> {
                     }
                 };
                 list.add(band, &minima)?;
-                progress.done += band.pairs();
+                done += band.pairs();
             }
-            watch(progress)?;
+            stage.progress(done, all);
         }
+    }
+
+    /// The minima of a band that an earlier build found.
+    fn known_minima(&self, band: &MapBand) -> Option<&[Minimum]> {
+        self.known.iter().find_map(|known| known.minima.of(band))
     }
 
     /// Builds the graph from the minima of all bands.
@@ -208,8 +224,8 @@ impl<'a> GraphBuilder<'a> {
     /// # Errors
     /// The graph would have too many transitions, or the clips contain no cycle.
     pub fn build(self, found: TransitionList) -> Result<(MotionGraph, BuildReport), GraphError> {
-        let (graph, report, _) = self.build_recorded(found)?;
-        Ok((graph, report))
+        let built = self.build_recorded(found)?;
+        built.made.ok_or(GraphError::Stopped)
     }
 
     /// Builds the graph like [`GraphBuilder::build`], and returns a record for [`GraphBuilder::onto`], too.
@@ -219,44 +235,66 @@ impl<'a> GraphBuilder<'a> {
     pub fn build_recorded(
         mut self,
         mut found: TransitionList,
-    ) -> Result<(MotionGraph, BuildReport, GraphRecord), GraphError> {
+    ) -> Result<Recorded<(MotionGraph, BuildReport), GraphRecord>, GraphError> {
         let mut record = std::mem::take(&mut self.record);
-        record.bands = found.take_bands();
+        (record.bands, record.stopped_before) = found.take_bands();
         record.compressed = self.clips.iter().cloned().map(Some).collect();
+        let mut darts = self.dart_test();
+        if let Some(test) = &mut darts {
+            for known in &mut self.known {
+                test.take_over(&known.clips, std::mem::take(&mut known.darts));
+            }
+        }
+        let chosen = self.choose(found, &mut darts, &mut record);
+        if matches!(chosen, Err(GraphError::Stopped)) {
+            record.darts = darts.map_or_else(Vec::new, |test| sorted(test.into_all_results()));
+            return Ok(Recorded { made: None, record });
+        }
+        let (transitions, counts) = chosen?;
+        let plans = darts.map_or_else(FootPlans::default, DartTest::into_results);
+        let made = Some(self.assemble(&transitions, &plans, counts)?);
+        record.darts = sorted(plans);
+        Ok(Recorded { made, record })
+    }
+
+    /// The transitions without darting feet and events that they would cut, and the links.
+    fn choose(
+        &self,
+        found: TransitionList,
+        darts: &mut Option<DartTest>,
+        record: &mut GraphRecord,
+    ) -> Result<(Vec<Transition>, BuildCounts), GraphError> {
+        self.watch.check()?;
         let distances = found.distances();
         let mut transitions = found.finish()?;
         let by_clip = EventsByClip::new(&self.events, self.clips.len());
         transitions.retain(|transition| !by_clip.is_cut(transition));
         let under_threshold = transitions.len();
-        let mut darts = self.dart_test();
-        if let Some(test) = &mut darts {
-            test.take_over(&self.known.clips, std::mem::take(&mut self.known.darts));
-        }
-        let darting = match &mut darts {
+        let darting = match darts {
             Some(test) => {
                 let _span = tracing::trace_span!("bake: test for darting feet").entered();
                 let before = transitions.len();
-                let mut darts = self.darts(test, &transitions).into_iter();
+                let mut darts = self.darts(test, &transitions)?.into_iter();
                 transitions.retain(|_| !darts.next().unwrap_or(false));
                 before - transitions.len()
             }
             None => 0,
         };
+        let none = KnownLinks::default();
+        let known = { self.known.iter().map(|known| &known.links) }.find(|links| links.has_any());
         let source = LinkSource {
             clips: &self.clips,
             aligner: self.aligner(),
             windows: &self.windows,
             events: &events::merged(&self.events),
             settings: self.settings,
-            known: &self.known.links,
+            known: known.unwrap_or(&none),
+            watch: self.watch,
         };
         let links = {
             let _span = tracing::trace_span!("bake: add links").entered();
-            let links;
-            (links, record.links) = links::add(source, &mut darts, &mut transitions);
-            links
+            links::add(source, darts, &mut transitions, &mut record.links)?
         };
-        let plans = darts.map_or_else(FootPlans::default, DartTest::into_results);
         let counts = BuildCounts {
             transitions: under_threshold,
             window_pairs: self.bands().map(|band| band.pairs()).sum(),
@@ -265,9 +303,7 @@ impl<'a> GraphBuilder<'a> {
             links,
             threads: self.settings.threads,
         };
-        let (graph, report) = self.assemble(&transitions, &plans, counts)?;
-        record.darts = sorted(plans);
-        Ok((graph, report, record))
+        Ok((transitions, counts))
     }
 
     fn aligner(&self) -> Aligner<'_> {
@@ -287,13 +323,17 @@ impl<'a> GraphBuilder<'a> {
     }
 
     /// For each transition, whether a foot darts in it.
-    fn darts(&self, test: &mut DartTest, transitions: &[Transition]) -> Vec<bool> {
+    fn darts(&self, test: &mut DartTest, transitions: &[Transition]) -> Result<Vec<bool>, Stopped> {
         /// Number of transitions that are tested together: more take memory, and no less time.
         const BATCH: usize = 8192;
-        let batches = transitions.chunks(BATCH);
-        batches
-            .flat_map(|batch| test.darts(batch, |transition| self.aligner().align(transition)))
-            .collect()
+        let stage = self.watch.stage(BakeStage::Feet, self.settings.threads);
+        let mut darts = Vec::with_capacity(transitions.len());
+        for batch in transitions.chunks(BATCH) {
+            self.watch.check()?;
+            darts.extend(test.darts(batch, |transition| self.aligner().align(transition)));
+            stage.progress(darts.len() as u64, transitions.len() as u64);
+        }
+        Ok(darts)
     }
 
     /// Assembles the graph, keeps its largest component and reports what was left out.

@@ -1,5 +1,6 @@
 use thiserror::Error;
 
+use super::watch::Stopped;
 use crate::anim::ClipError;
 
 /// Reason why a graph cannot be built.
@@ -91,4 +92,13 @@ pub enum GraphError {
     /// A clip cannot be resampled.
     #[error(transparent)]
     Clip(#[from] ClipError),
+    /// What watched the build stopped it.
+    #[error("the build was stopped")]
+    Stopped,
+}
+
+impl From<Stopped> for GraphError {
+    fn from(_: Stopped) -> Self {
+        Self::Stopped
+    }
 }

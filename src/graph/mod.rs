@@ -34,6 +34,7 @@ mod stored;
 mod transition;
 mod validate;
 mod waits;
+pub(crate) mod watch;
 
 pub use build::build;
 pub(crate) use cloud::PointCloud;

@@ -19,6 +19,7 @@ use super::{
     RegionAtlas, RegionId,
 };
 use crate::anim::EventKind;
+use crate::graph::watch::{BakeWatch, Recorded, Unwatched};
 use crate::graph::{ClipMatch, EdgeId, GraphEvent, MotionGraph};
 use crate::math::{Rigid2, in_parallel};
 
@@ -264,8 +265,8 @@ impl Baker {
     /// its drawing's.
     #[doc(hidden)]
     pub fn finish(self, maps: DrawnMaps) -> Result<BakedGraph, BakeError> {
-        let (baked, _) = self.finish_recorded(maps)?;
-        Ok(baked)
+        let finished = self.finish_recorded(maps, &Unwatched)?;
+        finished.made.ok_or(BakeError::Stopped)
     }
 
     /// Finishes the bake like [`Baker::finish`], and returns a record for [`Baker::onto`], too.
@@ -276,7 +277,8 @@ impl Baker {
     pub fn finish_recorded(
         mut self,
         maps: DrawnMaps,
-    ) -> Result<(BakedGraph, TableRecord), BakeError> {
+        watch: &dyn BakeWatch,
+    ) -> Result<Recorded<BakedGraph, TableRecord>, BakeError> {
         let maps = self.gathered(&maps)?;
         let keys = std::mem::take(&mut self.keys);
         let recorded = { keys.into_iter().zip(&maps) }
@@ -297,10 +299,18 @@ impl Baker {
             settings: &self.settings.entries,
             threads: self.settings.threads,
             earlier: &self.earlier,
+            watch,
         };
-        let (entries, of_entries) = {
+        let found = {
             let _span = tracing::trace_span!("bake: find entries").entered();
             EntryTable::find(&self.graph, &evasions, search)
+        };
+        let record = TableRecord {
+            entries: found.record,
+            maps: recorded,
+        };
+        let Some(entries) = found.made else {
+            return Ok(Recorded { made: None, record });
         };
         let parts = BakedParts {
             graph: self.graph,
@@ -311,12 +321,12 @@ impl Baker {
             attack_moves,
             entries,
         };
-        let baked = BakedGraph::new(parts, &self.settings.paths, self.settings.grid);
-        let record = TableRecord {
-            entries: of_entries,
-            maps: recorded,
-        };
-        Ok((baked, record))
+        let made = Some(BakedGraph::new(
+            parts,
+            &self.settings.paths,
+            self.settings.grid,
+        ));
+        Ok(Recorded { made, record })
     }
 
     /// The maps of all events.
@@ -341,17 +351,23 @@ impl Baker {
 
 impl EntryRecord {
     /// Tests the entries of a share of all moments of a graph. [`EntryRecord::of_shares`] puts the records of all shares together, and
-    /// [`Baker::onto`] takes that over.
+    /// [`Baker::onto`] takes that over. Returns `None` if the tests were stopped.
     #[must_use]
     #[doc(hidden)]
-    pub fn of_graph(graph: &MotionGraph, settings: &BakeSettings, share: MomentShare) -> Self {
+    pub fn of_graph(
+        graph: &MotionGraph,
+        settings: &BakeSettings,
+        share: MomentShare,
+        watch: &dyn BakeWatch,
+    ) -> Option<Self> {
         let evasions = evasions_of(graph, &edges_of(graph, EventKind::Evasion));
         let search = EntrySearch {
             settings: &settings.entries,
             threads: settings.threads,
             earlier: &EarlierEntries::default(),
+            watch,
         };
-        Self::of_share(graph, &evasions, share, search)
+        Self::of_share(graph, &evasions, share, search).ok()
     }
 }
 

@@ -6,10 +6,14 @@ use sabaki_testing as common;
 use common::captures::captures;
 use sabaki::anim::{Clip, Event};
 use sabaki::archive;
-use sabaki::graph::{ClipSource, GraphError, GraphSettings};
-use sabaki::internal::{EarlierTables, GraphBuilder, GraphRecord, TableRecord};
-use sabaki::maps::{BakeSettings, Baker};
+use sabaki::graph::{ClipSource, GraphSettings};
+use sabaki::internal::{
+    BakeProgress, BakeStage, BakeWatch, ClipMatch, EarlierTables, GraphBuilder, GraphRecord,
+    TableRecord, Unwatched,
+};
+use sabaki::maps::{BakeSettings, BakedGraph, Baker};
 use sabaki_import::ClipSet;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Clips of a set, and their events.
 struct Part {
@@ -45,6 +49,25 @@ struct Made {
 }
 
 fn bake(set: &ClipSet, part: &Part, threads: usize, earlier: &(GraphRecord, TableRecord)) -> Made {
+    let earlier = vec![earlier.clone()];
+    let (made, record, taken_over) = watched(set, part, threads, earlier, &Unwatched);
+    let made = made.unwrap();
+    Made {
+        bytes: archive::to_bytes(&made).unwrap(),
+        record,
+        taken_over,
+    }
+}
+
+/// A bake, which may be stopped; its record; and the number of clips that were taken over. Tables are those of the first earlier bake that
+/// has any.
+fn watched(
+    set: &ClipSet,
+    part: &Part,
+    threads: usize,
+    earlier: Vec<(GraphRecord, TableRecord)>,
+    watch: &dyn BakeWatch,
+) -> (Option<BakedGraph>, (GraphRecord, TableRecord), usize) {
     let source = ClipSource {
         skeleton: &set.skeleton,
         clips: &part.clips,
@@ -54,29 +77,88 @@ fn bake(set: &ClipSet, part: &Part, threads: usize, earlier: &(GraphRecord, Tabl
         threads,
         ..GraphSettings::default()
     };
-    let (of_graph, of_tables) = earlier.clone();
-    let builder = GraphBuilder::onto(source, &settings, of_graph).unwrap();
-    let clips = builder.clips_taken_over().clone();
-    let taken_over = clips.count();
-    let found = builder
-        .find_transitions(|_| Ok::<_, GraphError>(()))
-        .unwrap();
-    let (graph, _, of_graph) = builder.build_recorded(found).unwrap();
+    let (of_graphs, of_tables): (Vec<_>, Vec<_>) = earlier.into_iter().unzip();
+    let builder = GraphBuilder::onto(source, &settings, of_graphs).unwrap();
+    let builder = builder.watched(watch);
+    let clips: Vec<ClipMatch> = builder.clips_taken_over().cloned().collect();
+    let taken_over = clips[0].count();
+    let found = builder.find_transitions().unwrap();
+    let built = builder.build_recorded(found).unwrap();
+    let Some((graph, _)) = built.made else {
+        return (None, (built.record, TableRecord::default()), taken_over);
+    };
     let settings = BakeSettings {
         threads,
         ..BakeSettings::default()
     };
-    let tables = EarlierTables {
-        record: of_tables,
-        clips,
-    };
-    let baker = Baker::onto(graph, settings, tables).unwrap();
+    let mut tables =
+        { of_tables.into_iter().zip(clips) }.map(|(record, clips)| EarlierTables { record, clips });
+    let tables = tables.find(|earlier| earlier.record != TableRecord::default());
+    let baker = Baker::onto(graph, settings, tables.unwrap_or_default()).unwrap();
     let maps = baker.draw_on_cpu();
-    let (baked, of_tables) = baker.finish_recorded(maps).unwrap();
-    Made {
-        bytes: archive::to_bytes(&baked).unwrap(),
-        record: (of_graph, of_tables),
-        taken_over,
+    let finished = baker.finish_recorded(maps, watch).unwrap();
+    (finished.made, (built.record, finished.record), taken_over)
+}
+
+/// Stops a bake at a share of a stage.
+#[derive(Debug)]
+struct StopAt {
+    stage: BakeStage,
+    share: f64,
+    stopped: AtomicBool,
+}
+
+impl BakeWatch for StopAt {
+    fn progress(&self, BakeProgress { stage, done, all }: BakeProgress) {
+        if stage == self.stage && done as f64 >= self.share * all as f64 {
+            self.stopped.store(true, Ordering::Relaxed);
+        }
+    }
+
+    fn is_stopped(&self) -> bool {
+        self.stopped.load(Ordering::Relaxed)
+    }
+}
+
+#[test]
+fn a_bake_that_is_stopped_goes_on_where_it_was() {
+    let Some(set) = captures("fight") else {
+        return;
+    };
+    let all: Vec<usize> = (0..set.clips.len()).step_by(3).collect();
+    let part = Part::of(&set, &all);
+    let fewer = Part::of(&set, &all[..all.len() - 2]);
+    let anew = bake(&set, &part, 2, &Default::default());
+    let onto = bake(&set, &fewer, 2, &Default::default()).record;
+    let stops = [
+        (BakeStage::Transitions, 0.3),
+        (BakeStage::Feet, 0.0),
+        (BakeStage::Joins, 0.2),
+        (BakeStage::Links, 0.5),
+        (BakeStage::Choice, 0.0),
+        (BakeStage::Entries, 0.1),
+        (BakeStage::Entries, 0.6),
+    ];
+    // With a library that has most of the clips, too, and without.
+    for earlier in [None, Some(onto)] {
+        let mut left: Option<(GraphRecord, TableRecord)> = None;
+        for (number, (stage, share)) in stops.into_iter().enumerate() {
+            let watch = StopAt {
+                stage,
+                share,
+                stopped: AtomicBool::default(),
+            };
+            let records = left.take().into_iter().chain(earlier.clone());
+            let records: Vec<_> = records.chain([Default::default()]).collect();
+            let threads = 1 + number % 3;
+            let (made, record, _) = watched(&set, &part, threads, records, &watch);
+            assert!(made.is_none(), "{stage:?} does not stop");
+            left = Some(record);
+        }
+        let records = left.into_iter().chain(earlier).collect();
+        let (made, record, _) = watched(&set, &part, 2, records, &Unwatched);
+        assert!(archive::to_bytes(&made.unwrap()).unwrap() == anew.bytes);
+        assert!(record == anew.record);
     }
 }
 

@@ -149,10 +149,16 @@ impl DartTest {
     pub(in crate::graph) fn take_over(&mut self, clips: &ClipMatch, results: FootPlanList) {
         let known = results.into_iter();
         let known = known.filter_map(|(key, plan)| Some((key.now(clips)?, plan)));
-        self.known = known.collect();
+        self.known.extend(known);
     }
 
-    /// All results.
+    /// All results of this bake and of earlier ones.
+    pub(in crate::graph) fn into_all_results(mut self) -> FootPlans {
+        self.results.extend(self.known);
+        self.results
+    }
+
+    /// All results of this bake.
     pub(in crate::graph) fn into_results(self) -> FootPlans {
         self.results
     }

@@ -10,6 +10,7 @@ use super::source::LinkSource;
 use std::collections::BTreeMap;
 
 use crate::graph::moments::Moments;
+use crate::graph::watch::{BakeStage, Stopped};
 use crate::graph::{PointCloud, Transition};
 use crate::math::in_parallel;
 
@@ -99,15 +100,21 @@ impl<'a> Candidates<'a> {
         events: &[usize],
         side: Side,
         allowed: Option<&[bool]>,
-    ) -> Vec<Candidate> {
+    ) -> Result<Vec<Candidate>, Stopped> {
         let margins = self.margins(events, side);
         let near = NearMargins::new(self, &margins, allowed);
-        self.sorted(&self.of_clips(|clip| near.closest(clip)))
+        let found = self.of_clips(|clip| near.closest(clip));
+        self.source.watch.check()?;
+        Ok(self.sorted(&found))
     }
 
     /// Finds the closest links before `events`, like [`Candidates::find`], and records them. Those that an earlier bake found are not
     /// searched again.
-    pub(super) fn find_known(&mut self, events: &[usize]) -> (Vec<Candidate>, LinkRecord) {
+    pub(super) fn find_known(
+        &mut self,
+        events: &[usize],
+        record: &mut LinkRecord,
+    ) -> Result<Vec<Candidate>, Stopped> {
         let known = self.source.known;
         let margins = self.margins(events, Side::Before);
         let near = NearMargins::new(self, &margins, None);
@@ -116,8 +123,9 @@ impl<'a> Candidates<'a> {
             Some(parts) => near.add_closest(ranges.new.iter().copied(), clip, parts),
             None => near.closest(clip),
         });
-        let record = LinkRecord::new(&margins, &found);
-        (self.sorted(&found), record)
+        record.set_links(&margins, &found);
+        self.source.watch.check()?;
+        Ok(self.sorted(&found))
     }
 
     /// The ranges beside events. The windows are made.
@@ -128,13 +136,16 @@ impl<'a> Candidates<'a> {
         margins
     }
 
-    /// The links of each part of each clip.
+    /// The links of each part of each clip. After a stop they are those of the first clips.
     fn of_clips(
         &self,
         of_clip: impl Fn(usize) -> Vec<Vec<Candidate>> + Sync,
     ) -> Vec<Vec<Vec<Candidate>>> {
-        let clips = self.source.aligner.clouds.len();
-        in_parallel(self.source.settings.threads, clips, of_clip)
+        let LinkSource {
+            watch, settings, ..
+        } = self.source;
+        let stage = watch.stage(BakeStage::Links, settings.threads);
+        stage.in_parallel(self.source.aligner.clouds.len(), of_clip)
     }
 
     /// All links with their refined distances, closest first.

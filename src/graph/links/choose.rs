@@ -10,6 +10,7 @@ use crate::anim::EventKind;
 use crate::graph::Transition;
 use crate::graph::moments::Jump;
 use crate::graph::waits::{WaitChange, Waits, within};
+use crate::graph::watch::{BakeStage, Stopped};
 use crate::math::in_parallel;
 
 /// Number of passes over the goals. Later passes include moments that earlier links added to the
@@ -17,7 +18,7 @@ use crate::math::in_parallel;
 const ROUNDS: usize = 3;
 
 /// Adds links for one goal after another, until each goal is reached or no link helps.
-pub(super) fn choose(search: &mut LinkSearch<'_>) -> Vec<GoalReport> {
+pub(super) fn choose(search: &mut LinkSearch<'_>) -> Result<Vec<GoalReport>, Stopped> {
     let evasions: Vec<usize> = (0..search.source.events.len())
         .filter(|&index| {
             let event = &search.source.events[index];
@@ -27,7 +28,7 @@ pub(super) fn choose(search: &mut LinkSearch<'_>) -> Vec<GoalReport> {
     let candidates;
     {
         let _span = tracing::trace_span!("bake: find links").entered();
-        (candidates, search.record) = search.candidates.find_known(&evasions);
+        candidates = search.candidates.find_known(&evasions, search.record)?;
         search.candidates.forget_windows();
     }
     let goals = search.settings.goals.clone();
@@ -42,24 +43,22 @@ pub(super) fn choose(search: &mut LinkSearch<'_>) -> Vec<GoalReport> {
         }
         let links = search.links.len();
         for goal in 0..goals.len() {
-            progress.take_for(goal, search);
+            progress.take_for(goal, search)?;
         }
         if search.links.len() == links {
             break;
         }
         progress.count(search);
     }
-    goals
-        .iter()
-        .enumerate()
-        .map(|(index, goal)| GoalReport {
-            goal: *goal,
-            before: before.get(index).copied().unwrap_or(0.0),
-            reached: progress
-                .as_ref()
-                .map_or(0.0, |progress| progress.share(index)),
-        })
-        .collect()
+    let reports = goals.iter().enumerate();
+    let reports = reports.map(|(index, goal)| GoalReport {
+        goal: *goal,
+        before: before.get(index).copied().unwrap_or(0.0),
+        reached: progress
+            .as_ref()
+            .map_or(0.0, |progress| progress.share(index)),
+    });
+    Ok(reports.collect())
 }
 
 /// A possible link, in the order of their costs.
@@ -262,13 +261,17 @@ impl GoalProgress {
     }
 
     /// Takes the links that help with a goal, one after the other, until it is reached.
-    fn take_for(&mut self, goal: usize, search: &mut LinkSearch<'_>) {
+    fn take_for(&mut self, goal: usize, search: &mut LinkSearch<'_>) -> Result<(), Stopped> {
         /// Number of links that are tested together, before those ahead of them are taken.
         const BATCH: usize = 4096;
         let share = self.goals[goal].goal.share;
         let offered = std::mem::take(&mut self.left);
         self.left.reserve(offered.len());
-        for batch in offered.chunks(BATCH) {
+        let (watch, all) = (search.source.watch, offered.len() as u64);
+        let stage = watch.stage(BakeStage::Choice, search.source.settings.threads);
+        for (number, batch) in (0..).zip(offered.chunks(BATCH)) {
+            watch.check()?;
+            stage.progress(number * BATCH as u64, all);
             let is_reached = |progress: &Self, search: &LinkSearch<'_>| {
                 progress.share(goal) >= share || search.links.len() >= search.most
             };
@@ -306,6 +309,7 @@ impl GoalProgress {
                 }
             }
         }
+        Ok(())
     }
 
     fn take(&mut self, jump: Jump) {

@@ -9,6 +9,7 @@ use super::source::LinkSource;
 use crate::anim::{Clip, ClipDesc, EventKind, Joint, JointId, JointKind, Skeleton};
 use crate::graph::distance::Windows;
 use crate::graph::feet::Aligner;
+use crate::graph::watch::Unwatched;
 use crate::graph::{ClipId, GraphEvent, GraphSettings, LinkSettings, PointCloud};
 
 pub(super) const CLIPS: u32 = 5;
@@ -110,6 +111,7 @@ impl Scene {
             events: &self.events,
             settings: &self.settings,
             known: &self.known,
+            watch: &Unwatched,
         };
         Candidates::new(
             source,

@@ -2,16 +2,19 @@
 //! out.
 
 use super::candidates::Candidate;
-use super::join_record::{JoinRecord, Joins};
+use super::join_record::Joins;
 use super::margin::Side;
 use super::nearest::Wanted;
 use super::report::{LinkObstacle, UnlinkedEvent};
 use super::search::LinkSearch;
+use crate::graph::watch::Stopped;
 
 /// Links events to the graph's largest component until no further event can be linked. Returns the
-/// events that could not be linked, and a record of the links that were found.
-pub(super) fn join(search: &mut LinkSearch<'_>) -> (Vec<UnlinkedEvent>, JoinRecord) {
-    let mut joins = search.source.known.joins();
+/// events that could not be linked.
+pub(super) fn join(
+    search: &mut LinkSearch<'_>,
+    joins: &mut Joins,
+) -> Result<Vec<UnlinkedEvent>, Stopped> {
     let playable = |index: &usize| {
         let event = &search.source.events[*index];
         event.first < event.last
@@ -20,7 +23,7 @@ pub(super) fn join(search: &mut LinkSearch<'_>) -> (Vec<UnlinkedEvent>, JoinReco
     loop {
         let before = search.links.len();
         match search.moments.component(&search.jumps) {
-            None => first_cycle(search, &open),
+            None => first_cycle(search, &open)?,
             Some(core) => {
                 open.retain(|&event| {
                     let [first, last] = search.ends(&search.source.events[event]);
@@ -33,44 +36,51 @@ pub(super) fn join(search: &mut LinkSearch<'_>) -> (Vec<UnlinkedEvent>, JoinReco
                     allowed: &core,
                     most: 16,
                 };
-                to_core(search, &mut joins, wanted);
+                to_core(search, joins, wanted)?;
             }
         }
         if search.links.len() == before {
-            return (unlinked(search, &open), joins.record);
+            return Ok(unlinked(search, &open));
         }
     }
 }
 
 /// If the graph has no cycle, adds the closest link from after an event back to before it.
-fn first_cycle(search: &mut LinkSearch<'_>, open: &[usize]) {
-    let loops = open.iter().filter_map(|&index| {
+fn first_cycle(search: &mut LinkSearch<'_>, open: &[usize]) -> Result<(), Stopped> {
+    let mut loops: Vec<Candidate> = Vec::new();
+    for &index in open {
         let event = &search.source.events[index];
         let [first, _] = search.ends(event);
         let start = search.moments.of_clip(event.clip.index()).start;
         let mut allowed = vec![false; search.moments.len()];
         allowed[start..=first as usize].fill(true);
-        let found = search
-            .candidates
-            .find(&[index], Side::After, Some(&allowed));
-        found.first().copied()
-    });
-    let best = loops.min_by(|a, b| a.cost.total_cmp(&b.cost));
+        let candidates = &mut search.candidates;
+        let found = candidates.find(&[index], Side::After, Some(&allowed))?;
+        loops.extend(found.first());
+    }
+    let best = { loops.iter() }.min_by(|a, b| a.cost.total_cmp(&b.cost));
     if let Some(best) = best {
         search.take(best.link);
     }
+    Ok(())
 }
 
 /// Links each event that has both a link from the component and a link to it, whichever side is wanted first.
-fn to_core(search: &mut LinkSearch<'_>, joins: &mut Joins, wanted: Wanted<'_>) {
+fn to_core(
+    search: &mut LinkSearch<'_>,
+    joins: &mut Joins,
+    wanted: Wanted<'_>,
+) -> Result<(), Stopped> {
     let [links_in, links_out] =
         [Side::Before, Side::After].map(|side| closest(search, joins, Wanted { side, ..wanted }));
+    let (links_in, links_out) = (links_in?, links_out?);
     for ends in links_in.into_iter().zip(links_out) {
         if let (Some(link_in), Some(link_out)) = ends {
             search.take(link_in.link);
             search.take(link_out.link);
         }
     }
+    Ok(())
 }
 
 /// The closest link of each event in which no foot darts, or the closest one if a foot darts in all: better so than without the event.
@@ -78,7 +88,7 @@ fn closest(
     search: &mut LinkSearch<'_>,
     joins: &mut Joins,
     wanted: Wanted<'_>,
-) -> Vec<Option<Candidate>> {
+) -> Result<Vec<Option<Candidate>>, Stopped> {
     let mut ways = vec![EventWays::default(); wanted.events.len()];
     let mut open: Vec<usize> = (0..ways.len()).collect();
     let mut most = wanted.most;
@@ -89,7 +99,7 @@ fn closest(
             most,
             ..wanted
         };
-        let found = joins.nearest(&mut search.candidates, wanted);
+        let found = joins.nearest(&mut search.candidates, wanted)?;
         let mut found = found.iter();
         open.retain(|&index| {
             let links = found.next().map_or(&[][..], Vec::as_slice);
@@ -98,9 +108,8 @@ fn closest(
         });
         most *= 4;
     }
-    ways.into_iter()
-        .map(|ways| ways.found.or(ways.darting))
-        .collect()
+    let found = ways.into_iter().map(|ways| ways.found.or(ways.darting));
+    Ok(found.collect())
 }
 
 /// The links of one event that have been tested.

@@ -40,18 +40,20 @@ pub(super) use source::LinkSource;
 
 use super::feet::DartTest;
 use super::moments::{Jump, Moments};
+use super::watch::Stopped;
 use super::{PointCloud, Transition};
 
 /// Adds links to the transitions of a graph. It does nothing if the settings disable links.
 ///
-/// Links in which a foot darts are avoided. Returns what was added, and a record for a later bake.
+/// Links in which a foot darts are avoided. Returns what was added. The record is for a later bake.
 pub(super) fn add(
     source: LinkSource<'_>,
     darts: &mut Option<DartTest>,
     transitions: &mut Vec<Transition>,
-) -> (LinkReport, LinkRecord) {
+    record: &mut LinkRecord,
+) -> Result<LinkReport, Stopped> {
     let Some(settings) = &source.settings.links else {
-        return Default::default();
+        return Ok(LinkReport::default());
     };
     let moments = Moments::new(source.aligner.clouds.iter().map(PointCloud::frames));
     let jumps: Vec<Jump> = transitions.iter().map(|t| moments.jump(t)).collect();
@@ -63,18 +65,21 @@ pub(super) fn add(
         jumps,
         links: Vec::new(),
         most: LinkSearch::most(source.clips, settings),
-        record: LinkRecord::default(),
+        record,
         darts,
         darting: 0,
     };
-    let (unlinked, joined) = {
+    let unlinked = {
         let _span = tracing::trace_span!("bake: join events").entered();
-        join::join(&mut search)
+        let mut joins = source.known.joins();
+        let unlinked = join::join(&mut search, &mut joins);
+        search.record.joins = joins.record;
+        unlinked?
     };
     let joins = search.links.len();
     let goals = {
         let _span = tracing::trace_span!("bake: choose links").entered();
-        choose::choose(&mut search)
+        choose::choose(&mut search)?
     };
     let frame_rate = source.settings.frame_rate;
     let report = LinkReport {
@@ -87,6 +92,5 @@ pub(super) fn add(
         unlinked,
     };
     transitions.append(&mut search.links);
-    search.record.joins = joined;
-    (report, search.record)
+    Ok(report)
 }

@@ -7,6 +7,7 @@ use super::clip_windows::KnownStart;
 use super::join_record::Joins;
 use super::margin::{EventMargin, Side};
 use super::parts::RangeSearch;
+use crate::graph::watch::{BakeStage, Stopped};
 use crate::math::in_parallel;
 
 /// Events on one side of which links are searched.
@@ -28,7 +29,7 @@ impl Joins {
         &mut self,
         candidates: &mut Candidates<'_>,
         wanted: Wanted<'_>,
-    ) -> Vec<Vec<Candidate>> {
+    ) -> Result<Vec<Vec<Candidate>>, Stopped> {
         /// Number of ranges that are compared with a clip one after the other.
         const TOGETHER: usize = 32;
         let margins: Vec<Option<EventMargin>> = { wanted.events.iter() }
@@ -36,14 +37,15 @@ impl Joins {
             .collect();
         candidates.make_windows(margins.iter().flatten());
         let candidates = &*candidates;
-        let threads = candidates.source.settings.threads;
+        let (watch, threads) = (candidates.source.watch, candidates.source.settings.threads);
         let most = wanted.most;
-        let none = vec![false; self.is_same.len()];
+        let is_same = self.is_same.clone();
+        let none = vec![false; is_same.len()];
         let starts = in_parallel(threads, margins.len(), |index| {
             let known = self.known(candidates, margins[index].as_ref()?, most);
             Some(KnownStart {
                 clips: match known {
-                    Some(_) => &self.is_same,
+                    Some(_) => &is_same,
                     None => &none,
                 },
                 links: known.unwrap_or_default(),
@@ -74,20 +76,20 @@ impl Joins {
                 }
             });
             let parts: Vec<&[usize]> = own.chunks(TOGETHER).collect();
-            let of_parts = in_parallel(threads, parts.len(), |part| {
+            let stage = watch.stage(BakeStage::Joins, threads);
+            let of_parts = stage.in_parallel(parts.len(), |part| {
                 let ranges = parts[part].iter().copied().filter_map(search);
                 windows.links(ranges.collect(), most)
             });
             for (index, links) in own.into_iter().zip(of_parts.into_iter().flatten()) {
+                if let Some(margin) = &margins[index] {
+                    self.add(margin, most, &links);
+                }
                 found[index] = links;
             }
+            watch.check()?;
         }
-        for (margin, found) in margins.iter().zip(&found) {
-            if let Some(margin) = margin {
-                self.add(margin, most, found);
-            }
-        }
-        found
+        Ok(found)
     }
 }
 
@@ -137,7 +139,7 @@ mod tests {
                     allowed: &allowed,
                     most,
                 };
-                let found = joins.nearest(&mut candidates, wanted);
+                let found = joins.nearest(&mut candidates, wanted).unwrap();
                 let key = |it: &Candidate| (it.link, it.event, it.cost.to_bits());
                 for (found, expected) in found.iter().zip(&expected) {
                     let expected = expected.iter().take(most).map(key);
@@ -170,7 +172,7 @@ mod tests {
                     allowed,
                     most,
                 };
-                let found = joins.nearest(&mut candidates, wanted);
+                let found = joins.nearest(&mut candidates, wanted).unwrap();
                 let key = |it: &Candidate| (it.link, it.event, it.cost.to_bits());
                 found.iter().flatten().map(key).collect::<Vec<_>>()
             });

@@ -49,6 +49,11 @@ impl KnownLinks {
         Self { clips, record }
     }
 
+    /// Whether there are any.
+    pub(in crate::graph) fn has_any(&self) -> bool {
+        self.record != LinkRecord::default()
+    }
+
     /// The links of events that the graph would drop.
     pub(super) fn joins(&self) -> Joins {
         Joins::onto(&self.clips, &self.record.joins)
@@ -104,8 +109,8 @@ impl KnownLinks {
 }
 
 impl LinkRecord {
-    /// The record of the closest links of each part of each clip.
-    pub(super) fn new(ranges: &[EventMargin], clips: &[Vec<Vec<Candidate>>]) -> Self {
+    /// Records the closest links of each part of each clip.
+    pub(super) fn set_links(&mut self, ranges: &[EventMargin], clips: &[Vec<Vec<Candidate>>]) {
         let link = |candidate: &Candidate| {
             let range = ranges.partition_point(|range| range.event < candidate.event);
             NearLink {
@@ -117,10 +122,7 @@ impl LinkRecord {
         };
         let of_part = |part: &Vec<Candidate>| part.iter().map(link).collect();
         let of_clip = |parts: &Vec<Vec<Candidate>>| parts.iter().map(of_part).collect();
-        Self {
-            ranges: ranges.iter().map(|range| range.frames).collect(),
-            clips: clips.iter().map(of_clip).collect(),
-            ..Self::default()
-        }
+        self.ranges = ranges.iter().map(|range| range.frames).collect();
+        self.clips = clips.iter().map(of_clip).collect();
     }
 }

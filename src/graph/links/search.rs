@@ -18,7 +18,7 @@ pub(super) struct LinkSearch<'a> {
     /// All links so far.
     pub(super) links: Vec<Transition>,
     /// Links of this build.
-    pub(super) record: LinkRecord,
+    pub(super) record: &'a mut LinkRecord,
     pub(super) darts: &'a mut Option<DartTest>,
     /// Maximum number of links.
     pub(super) most: usize,

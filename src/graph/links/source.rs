@@ -2,6 +2,7 @@ use super::KnownLinks;
 use crate::anim::Clip;
 use crate::graph::distance::Windows;
 use crate::graph::feet::Aligner;
+use crate::graph::watch::BakeWatch;
 use crate::graph::{GraphEvent, GraphSettings};
 
 /// Input of the search for links.
@@ -19,4 +20,5 @@ pub(in crate::graph) struct LinkSource<'a> {
     pub(in crate::graph) settings: &'a GraphSettings,
     /// Links of an earlier build.
     pub(in crate::graph) known: &'a KnownLinks,
+    pub(in crate::graph) watch: &'a dyn BakeWatch,
 }

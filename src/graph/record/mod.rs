@@ -1,5 +1,5 @@
 //! Results of a bake that a later bake of nearly the same clips takes over: compressed clips, minima of distance maps, tests for darting
-//! feet, the closest links.
+//! feet, the closest links. A bake that was stopped leaves those that it had, and the next one goes on from them.
 //!
 //! Each of these results depends on the contents of one or two clips, their events and the settings, and on nothing else. The record names
 //! a clip by a checksum of its contents, so that it also serves where clips were added, changed or removed.
@@ -41,6 +41,8 @@ pub struct GraphRecord {
     pub(super) compressed: Vec<Option<Clip>>,
     /// Bands with minima, in the order of the search.
     pub(super) bands: Vec<BandRecord>,
+    /// The band before which the search was stopped.
+    pub(super) stopped_before: Option<[u32; 3]>,
     /// Transitions that were tested for darting feet, and how they move their feet.
     pub(super) darts: FootPlanList,
     pub(super) links: LinkRecord,
@@ -129,23 +131,74 @@ fn keys(source: ClipSource<'_>, threads: usize) -> Vec<ClipKey> {
 pub(super) struct KnownMinima {
     clips: ClipMatch,
     bands: FxHashMap<[u32; 3], Vec<Minimum>>,
+    stopped_before: Option<[u32; 3]>,
 }
 
 impl KnownMinima {
-    pub(super) fn new(clips: ClipMatch, bands: Vec<BandRecord>) -> Self {
+    /// Takes the minima out of a record.
+    pub(super) fn take(clips: ClipMatch, record: &mut GraphRecord) -> Self {
+        let bands = std::mem::take(&mut record.bands).into_iter();
         Self {
             clips,
-            bands: bands
-                .into_iter()
-                .map(|band| (band.at, band.minima))
-                .collect(),
+            bands: bands.map(|band| (band.at, band.minima)).collect(),
+            stopped_before: record.stopped_before,
         }
     }
 
-    /// The minima of a band, or `None` if a clip of it is new.
+    /// The minima of a band, or `None` if a clip of it is new, or if the search was stopped before.
     pub(super) fn of(&self, band: &MapBand) -> Option<&[Minimum]> {
         let [a, b] = [band.a, band.b].map(|clip| self.clips.earlier(clip));
-        let minima = self.bands.get(&[a?, b?, band.first as u32]);
-        Some(minima.map_or(&[], Vec::as_slice))
+        let place = [a?, b?, band.first as u32];
+        if self.stopped_before.is_some_and(|end| place >= end) {
+            return None;
+        }
+        Some(self.bands.get(&place).map_or(&[], Vec::as_slice))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bands_that_a_stopped_search_did_not_reach_are_not_known() {
+        let band = |a, b, first| MapBand {
+            a,
+            b,
+            first,
+            rows: 10,
+            columns: 10,
+        };
+        let minimum = Minimum {
+            a: 3,
+            b: 4,
+            distance: 0.1,
+        };
+        let found = BandRecord {
+            at: [0, 1, 10],
+            minima: vec![minimum],
+        };
+        let known = |stopped_before| {
+            let mut record = GraphRecord {
+                bands: vec![found.clone()],
+                stopped_before,
+                ..GraphRecord::default()
+            };
+            KnownMinima::take(ClipMatch::same(3), &mut record)
+        };
+        let of = |known: &KnownMinima, band: MapBand| known.of(&band).map(<[_]>::len);
+        let whole = known(None);
+        let stopped = known(Some([0, 2, 10]));
+        for (place, expected) in [
+            (band(0, 0, 0), 0),
+            (band(0, 1, 10), 1),
+            (band(0, 2, 0), 0),
+            (band(0, 2, 10), 0),
+            (band(1, 1, 0), 0),
+        ] {
+            assert_eq!(of(&whole, place), Some(expected));
+            let is_before = [place.a, place.b, place.first] < [0, 2, 10];
+            assert_eq!(of(&stopped, place), is_before.then_some(expected));
+        }
     }
 }

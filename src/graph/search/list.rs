@@ -18,6 +18,8 @@ pub struct TransitionList {
     distances: u64,
     /// Bands with minima.
     bands: Vec<BandRecord>,
+    /// The band before which the search was stopped.
+    stopped_before: Option<[u32; 3]>,
 }
 
 impl TransitionList {
@@ -29,6 +31,7 @@ impl TransitionList {
             transitions: Vec::new(),
             distances: 0,
             bands: Vec::new(),
+            stopped_before: None,
         }
     }
 
@@ -62,9 +65,14 @@ impl TransitionList {
             .try_for_each(|&minimum| self.minima.push(minimum))
     }
 
-    /// The bands that have minima, for a later bake.
-    pub(in crate::graph) fn take_bands(&mut self) -> Vec<BandRecord> {
-        std::mem::take(&mut self.bands)
+    /// The bands that have minima, for a later bake, and the first band that was not searched, if the search was stopped.
+    pub(in crate::graph) fn take_bands(&mut self) -> (Vec<BandRecord>, Option<[u32; 3]>) {
+        (std::mem::take(&mut self.bands), self.stopped_before)
+    }
+
+    /// Notes that the search was stopped before a band.
+    pub(in crate::graph) fn stop_before(&mut self, band: &MapBand) {
+        self.stopped_before = Some(BandRecord::place(band));
     }
 
     /// All transitions.

@@ -9,6 +9,7 @@ use super::share::MomentShare;
 use super::targets::{ClipFrame, ClipPlaces, natural};
 use super::{EntrySettings, EntryTable, EntryTarget};
 use crate::graph::MotionGraph;
+use crate::graph::watch::{BakeStage, BakeWatch, Recorded, Stopped, WatchedStage};
 use crate::maps::Evasion;
 
 impl EntryTable {
@@ -19,35 +20,55 @@ impl EntryTable {
         graph: &MotionGraph,
         evasions: &[Evasion],
         search: EntrySearch<'_>,
-    ) -> (Self, EntryRecord) {
-        let EntrySearch {
-            settings, threads, ..
-        } = search;
-        let earlier = search.earlier.with(settings);
-        with_goals(graph, evasions, search, |goals, mut measured| {
+    ) -> Recorded<Self, EntryRecord> {
+        let found = with_goals(graph, evasions, search, |goals, measured| {
             let mut record = goals.record();
-            let mut table = Self {
-                step: settings.moment_step,
-                first_moment: record.first_moment.clone(),
-                limits: goals.entries.limits.clone(),
-                targets: goals.targets.to_vec(),
-                ..Self::default()
-            };
-            for found in goals.search().of(MomentShare::ALL, threads) {
-                table.cut += u64::from(found.entries.len() == settings.most as usize);
-                table.entries.push(&found.entries);
-                table.exits.lists.push(&found.exits);
-                table.layers.push(&found.layers);
-                record.push(found.tests);
+            let found = Self::of_goals(goals, measured, search, &mut record);
+            Recorded {
+                made: found.ok(),
+                record,
             }
-            let exits = goals.exits;
-            table.exits.targets = exits.targets.iter().map(Into::into).collect();
-            let utmost = measured.limits(&settings.plausible.utmost());
-            let mut exits = exits.within_utmost(&utmost);
-            exits.known = earlier.map(|it| it.known(&it.record.last_exits, exits.basis()));
-            record.last_exits = table.shorten_stretches(&exits, settings.unbranched, threads);
-            (table, record)
+        });
+        found.unwrap_or_else(|| Recorded {
+            made: Some(Self::default()),
+            record: EntryRecord::default(),
         })
+    }
+
+    fn of_goals(
+        goals: Goals<'_>,
+        mut measured: MeasuredMotion,
+        search: EntrySearch<'_>,
+        record: &mut EntryRecord,
+    ) -> Result<Self, Stopped> {
+        let settings = search.settings;
+        let mut table = Self {
+            step: settings.moment_step,
+            first_moment: record.first_moment.clone(),
+            limits: goals.entries.limits.clone(),
+            targets: goals.targets.to_vec(),
+            ..Self::default()
+        };
+        let stage = search.stage(BakeStage::Entries);
+        for found in goals.search().of(MomentShare::ALL, stage) {
+            table.cut += u64::from(found.entries.len() == settings.most as usize);
+            table.entries.push(&found.entries);
+            table.exits.lists.push(&found.exits);
+            table.layers.push(&found.layers);
+            record.push(found.tests);
+        }
+        search.watch.check()?;
+        let exits = goals.exits;
+        table.exits.targets = exits.targets.iter().map(Into::into).collect();
+        let utmost = measured.limits(&settings.plausible.utmost());
+        let mut exits = exits.within_utmost(&utmost);
+        let earlier = search.earlier.with(settings);
+        exits.known = earlier.map(|it| it.known(&it.record.last_exits, exits.basis()));
+        let stage = search.stage(BakeStage::Exits);
+        let tests = table.shorten_stretches(&exits, settings.unbranched, stage);
+        search.watch.check()?;
+        record.last_exits = tests;
+        Ok(table)
     }
 }
 
@@ -58,29 +79,32 @@ impl EntryRecord {
         evasions: &[Evasion],
         share: MomentShare,
         search: EntrySearch<'_>,
-    ) -> Self {
-        with_goals(graph, evasions, search, |goals, _| {
+    ) -> Result<Self, Stopped> {
+        let record = with_goals(graph, evasions, search, |goals, _| {
             let mut record = goals.record();
-            for found in goals.search().of(share, search.threads) {
+            let stage = search.stage(BakeStage::Entries);
+            for found in goals.search().of(share, stage) {
                 record.push(found.tests);
             }
             record
-        })
+        });
+        search.watch.check()?;
+        Ok(record.unwrap_or_default())
     }
 }
 
 /// Does `work` with what entries may lead to and what was measured, if there are evasions and entries are wanted.
-fn with_goals<T: Default>(
+fn with_goals<T>(
     graph: &MotionGraph,
     evasions: &[Evasion],
     search: EntrySearch<'_>,
     work: impl FnOnce(Goals<'_>, MeasuredMotion) -> T,
-) -> T {
+) -> Option<T> {
     let EntrySearch {
         settings, threads, ..
     } = search;
     if settings.moment_step == 0 || evasions.is_empty() {
-        return T::default();
+        return None;
     }
     let mut measured = MeasuredMotion::of(graph, threads);
     let basis = SearchBasis {
@@ -94,7 +118,7 @@ fn with_goals<T: Default>(
     if let Some(earlier) = search.earlier.with(settings) {
         goals.know(earlier);
     }
-    work(goals, measured)
+    Some(work(goals, measured))
 }
 
 /// What entries, exits and layers of each moment may lead to.
@@ -176,4 +200,11 @@ pub(crate) struct EntrySearch<'a> {
     pub(crate) threads: usize,
     /// Tests of an earlier bake.
     pub(crate) earlier: &'a EarlierEntries,
+    pub(crate) watch: &'a dyn BakeWatch,
+}
+
+impl<'a> EntrySearch<'a> {
+    fn stage(self, stage: BakeStage) -> WatchedStage<'a> {
+        self.watch.stage(stage, self.threads)
+    }
 }

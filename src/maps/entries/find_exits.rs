@@ -5,17 +5,17 @@ use super::finder::{Departed, Finder, Scratch};
 use super::record::{MomentTests, TestTable};
 use super::stretches::PlayedFrames;
 use super::{EntryTable, KnownEntry, MomentLists};
+use crate::graph::watch::WatchedStage;
 use crate::graph::{ClipId, Node};
-use crate::math::in_parallel;
 
 impl EntryTable {
     /// Finds exits of the moments of stretches without a branch point that are longer than `longest` seconds. The result does not depend on
-    /// the number of threads. Returns the tests.
+    /// the number of threads. Returns the tests. After a stop exits are lacking.
     pub(super) fn shorten_stretches(
         &mut self,
         exits: &Finder<'_>,
         longest: f32,
-        threads: usize,
+        stage: WatchedStage<'_>,
     ) -> TestTable {
         let (graph, step) = (exits.graph, self.step as usize);
         let longest = (f64::from(longest) * graph.frame_rate()) as usize;
@@ -34,7 +34,7 @@ impl EntryTable {
             }
         }
         type Found = (Vec<KnownEntry>, MomentTests);
-        let found = in_parallel(threads, places.len(), |number| -> Found {
+        let found = stage.in_parallel(places.len(), |number| -> Found {
             let mut scratch = Scratch::new(graph);
             let Some(before) = exits.places.find(places[number].1) else {
                 return (Vec::new(), MomentTests::not_played());

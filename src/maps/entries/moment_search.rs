@@ -8,8 +8,8 @@ use super::record::MomentTests;
 use super::share::MomentShare;
 use super::targets::ClipFrame;
 use super::{EntrySettings, KnownEntry};
+use crate::graph::watch::WatchedStage;
 use crate::graph::{ClipId, Node};
-use crate::math::in_parallel;
 
 /// The search at each moment.
 pub(super) struct MomentSearch<'a> {
@@ -39,11 +39,11 @@ impl MomentFound {
 }
 
 impl MomentSearch<'_> {
-    /// Searches a share of all moments.
+    /// Searches a share of all moments. After a stop, what is found is of the first moments.
     pub(super) fn of(
         &self,
         share: MomentShare,
-        threads: usize,
+        stage: WatchedStage<'_>,
     ) -> impl Iterator<Item = MomentFound> + use<> {
         let (graph, step) = (self.entries.graph, self.settings.moment_step);
         let frames = graph.clips().iter().map(|clip| clip.frames() as u32);
@@ -55,7 +55,7 @@ impl MomentSearch<'_> {
             })
             .collect();
         let batches: Vec<&[Node]> = share.of(&moments).collect();
-        let found = in_parallel(threads, batches.len(), |batch| {
+        let found = stage.in_parallel(batches.len(), |batch| {
             let mut scratch = Scratch::new(graph);
             let own = batches[batch].iter();
             own.map(|&frame| self.at(frame, &mut scratch))

@@ -1,10 +1,9 @@
 //! Ctrl-C: work that asks stops at its next step, so that nothing is left half-written.
 
-use std::io::Write;
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use super::Failure;
+use super::{Failure, output};
 
 static CANCELLED: AtomicBool = AtomicBool::new(false);
 static LISTENS: OnceLock<()> = OnceLock::new();
@@ -16,11 +15,7 @@ pub(crate) fn listen() {
             if CANCELLED.swap(true, Ordering::Relaxed) {
                 std::process::exit(130);
             }
-            // Nobody may be there to read it.
-            let _ = writeln!(
-                std::io::stderr(),
-                "sabaki: stops at the next step; Ctrl-C again stops at once"
-            );
+            output::notice("stops at the next step; Ctrl-C again stops at once");
         };
         if let Err(error) = ctrlc::set_handler(asked) {
             tracing::warn!("Ctrl-C ends the process at once: {error}");
@@ -33,8 +28,13 @@ pub(crate) fn listen() {
 /// # Errors
 /// [`Failure::Cancelled`] after Ctrl-C.
 pub(crate) fn check() -> Result<(), Failure> {
-    match CANCELLED.load(Ordering::Relaxed) {
+    match is_asked() {
         true => Err(Failure::Cancelled),
         false => Ok(()),
     }
+}
+
+/// Whether Ctrl-C asked for the end.
+pub(crate) fn is_asked() -> bool {
+    CANCELLED.load(Ordering::Relaxed)
 }

@@ -5,13 +5,15 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use comfy_table::{CellAlignment, ContentArrangement, Table, presets};
-use indicatif::{ProgressBar, ProgressState, ProgressStyle};
+use indicatif::{ProgressBar, ProgressStyle};
 use sabaki::archive;
 use sabaki::graph::GraphError;
 use sabaki::maps::BakeError;
 use sabaki::query::AttackError;
 use sabaki_import::ReadError;
 use thiserror::Error;
+
+use super::bake::record::UnfinishedBake;
 
 /// The output of a subcommand, with its exit code.
 pub(crate) struct Done {
@@ -87,6 +89,11 @@ pub(crate) enum Failure {
     Device(String),
     #[error("cancelled; no file is left half-written")]
     Cancelled,
+    /// A bake was stopped, which had done so much.
+    #[error("cancelled; no file is left half-written")]
+    Stopped(Box<UnfinishedBake>),
+    #[error("cancelled; what is done is in {0}, and the same command goes on from it")]
+    Unfinished(PathBuf),
     #[error("{0}")]
     Usage(String),
     #[error("{} of {all} shards are lacking", lacking.len())]
@@ -116,7 +123,7 @@ impl Failure {
     pub(crate) fn print(&self) {
         let line = |text: &dyn std::fmt::Display| {
             let text = text.to_string().replace(char::is_control, " ");
-            let _ = writeln!(std::io::stderr(), "sabaki: {text}");
+            notice(&text);
         };
         if let Self::Read(ReadError::Files { errors, .. }) = self {
             errors.iter().for_each(|error| line(error));
@@ -126,6 +133,11 @@ impl Failure {
         }
         line(self);
     }
+}
+
+/// Writes a line to stderr, which nobody may read.
+pub(crate) fn notice(text: &str) {
+    let _ = writeln!(std::io::stderr(), "sabaki: {text}");
 }
 
 /// Refuses a file to write that is one of the files to read, or that lies in a folder of them and would be read with it.
@@ -166,21 +178,6 @@ pub(crate) fn table(head: &[&str], left: usize) -> Table {
         });
     }
     table
-}
-
-/// A progress bar of a search, in pairs of windows; hidden where stderr is not a terminal.
-pub(crate) fn search_progress(what: &'static str) -> ProgressBar {
-    let bar = ProgressBar::new(0).with_message(what);
-    let rate = |state: &ProgressState, out: &mut dyn std::fmt::Write| {
-        // A bar that cannot be written is not worth an error.
-        let _ = write!(out, "{:.0}", state.per_sec() * 1e-6);
-    };
-    match ProgressStyle::with_template(
-        "{msg} {wide_bar} {percent}%, {rate} million pairs a second, {eta} left",
-    ) {
-        Ok(style) => bar.with_style(style.with_key("rate", rate)),
-        Err(_) => bar,
-    }
 }
 
 /// A progress bar on stderr; hidden where stderr is not a terminal.

@@ -2,7 +2,13 @@
 
 use std::fs;
 use std::path::Path;
+#[cfg(unix)]
+use std::process::{Command, Output, Stdio};
+#[cfg(unix)]
+use std::time::Duration;
 
+#[cfg(unix)]
+use super::run::command;
 use super::run::{clips, folder, sabaki};
 use serde_json::{Value, json};
 
@@ -153,4 +159,70 @@ fn nothing_is_taken_over_from_other_settings_or_a_record_that_cannot_be_used() {
         ],
     );
     refused.is_refused(&["none.sabaki"]);
+}
+
+/// Sends Ctrl-C to a bake after `delay`, and waits for its end.
+#[cfg(unix)]
+fn interrupted(folder: &Path, delay: Duration) -> Output {
+    let args = ["--clips", "clips", "--events", "events.json"];
+    let args = [&["bake"], &args[..], &["--out", "stopped.sabaki"]].concat();
+    let bake = command(folder, &args)
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    std::thread::sleep(delay);
+    let id = bake.id().to_string();
+    // It may have ended.
+    let _ = Command::new("kill").args(["-INT", &id]).status().unwrap();
+    bake.wait_with_output().unwrap()
+}
+
+#[cfg(unix)]
+#[test]
+fn a_bake_that_ctrl_c_stops_goes_on_where_it_was() {
+    let folder = folder();
+    let at = folder.path();
+    library(at);
+    bake(at, "whole.sabaki", &[]);
+    let unfinished = at.join("stopped.sabaki.unfinished");
+    let mut delay = Duration::ZERO;
+    let (mut stopped, mut went_on) = (0, 0);
+    loop {
+        let was_there = unfinished.exists();
+        let output = interrupted(at, delay);
+        let said = String::from_utf8(output.stderr).unwrap();
+        went_on +=
+            usize::from(was_there && said.contains("goes on from stopped.sabaki.unfinished"));
+        match output.status.code() {
+            Some(0) => break,
+            Some(code) => {
+                assert_eq!(code, 2, "{said}");
+                let last = said.lines().last().unwrap();
+                assert!(last.contains("the same command goes on from it"), "{said}");
+                assert!(unfinished.exists() && !at.join("stopped.sabaki").exists());
+                stopped += 1;
+            }
+            // It did not listen yet.
+            None => {}
+        }
+        delay += Duration::from_millis(20);
+    }
+    assert!(stopped > 0 && went_on > 0, "{stopped} {went_on}");
+    let files = |name: &str| ["", ".record"].map(|end| fs::read(at.join(format!("{name}{end}"))));
+    for (stopped, whole) in { files("stopped.sabaki").into_iter() }.zip(files("whole.sabaki")) {
+        assert!(stopped.unwrap() == whole.unwrap());
+    }
+    assert!(!unfinished.exists());
+    // What cannot be used is named.
+    fs::write(&unfinished, "no record").unwrap();
+    let args = ["bake", "--clips", "clips", "--out", "stopped.sabaki"];
+    let output = command(at, &args).output().unwrap();
+    assert!(output.status.success());
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert!(
+        said.contains("stopped.sabaki.unfinished: damaged"),
+        "{said}"
+    );
+    assert!(!unfinished.exists());
 }

@@ -22,7 +22,7 @@ use serde_json::json;
 use super::distances::DistanceFigure;
 use super::plot::Plot;
 use super::{Done, Failure, output, quality, source};
-use record::BakeRecord;
+use record::{BakeRecord, UnfinishedFile};
 
 /// Number of random attacks whose answers are measured.
 const ANSWERS: u64 = 200;
@@ -87,14 +87,23 @@ fn in_one_process(args: &Args, out: &Path, as_json: bool) -> Result<Done, Failur
     }
     Plot::check(args.plot.as_ref(), as_json)?;
     output::check_is_no_input("--out", out, &args.clips.files())?;
-    let (earlier, why) = match &args.onto {
+    let (onto, why) = match &args.onto {
         Some(onto) => {
             check_is_there(onto)?;
-            BakeRecord::read(onto)
+            let (record, why) = BakeRecord::read(onto);
+            (Some(record), why)
         }
-        None => (BakeRecord::default(), None),
+        None => (None, None),
     };
-    let mut baked = source::from_clips_onto(&args.clips, earlier)?;
+    let (left, unfinished) = UnfinishedFile::open(out);
+    let earlier = left.into_iter().chain(onto).collect();
+    let mut baked = source::from_clips_onto(&args.clips, earlier).map_err(|failure| {
+        match failure {
+            // A pipe has no neighbour.
+            Failure::Stopped(bake) if !out.exists() || out.is_file() => unfinished.keep(&bake),
+            failure => failure,
+        }
+    })?;
     if let Some(made) = &mut baked.made {
         made.warnings.extend(why);
     }
@@ -104,7 +113,7 @@ fn in_one_process(args: &Args, out: &Path, as_json: bool) -> Result<Done, Failur
         as_json,
     };
     let mut done = report.done(&args.clips, args.plot.as_ref())?;
-    // A pipe has no neighbour.
+    unfinished.remove();
     let records = !args.no_record && out.is_file();
     let Some(made) = baked.made.as_ref().filter(|_| records) else {
         return Ok(done);

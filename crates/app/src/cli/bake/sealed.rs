@@ -37,6 +37,8 @@ pub(super) enum Kind {
     Entries,
     /// Record of a bake.
     Record,
+    /// What a bake had done when it was stopped.
+    Unfinished,
 }
 
 /// Length of mark, plan and checksum, in bytes.
@@ -65,6 +67,7 @@ impl Kind {
             Self::Graph => b"sabakig\n",
             Self::Entries => b"sabakie\n",
             Self::Record => b"sabakir\n",
+            Self::Unfinished => b"sabakiu\n",
         }
     }
 }
@@ -106,7 +109,7 @@ pub(super) fn read<T: DeserializeOwned>(path: &Path, seal: Seal) -> Result<(T, u
     }
     if of_plan != seal.plan.to_le_bytes() {
         return Err(match seal.kind {
-            Kind::Record => Unusable::OtherVersion,
+            Kind::Record | Kind::Unfinished => Unusable::OtherVersion,
             Kind::Points | Kind::Shard | Kind::Graph | Kind::Entries => Unusable::OtherPlan,
         });
     }

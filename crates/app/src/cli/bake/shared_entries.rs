@@ -12,7 +12,7 @@ use sabaki::internal::{EntryRecord, MomentShare};
 use sabaki::maps::BakeSettings;
 
 use super::super::Failure;
-use super::super::source::BuiltGraph;
+use super::super::source::{BakeBar, BuiltGraph};
 use super::sealed::{self, Kind, Unusable};
 use super::shared_bake::{SharedBake, command};
 
@@ -51,7 +51,8 @@ impl SharedBake {
             index: share,
             of: self.shards(),
         };
-        let record = EntryRecord::of_graph(&built.graph, &settings, own);
+        let record = EntryRecord::of_graph(&built.graph, &settings, own, &BakeBar::new());
+        let record = record.ok_or(Failure::Cancelled)?;
         let contents = sealed::encode(&(share, &record))?;
         sealed::write(
             &self.entries_file(share),

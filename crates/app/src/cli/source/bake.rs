@@ -3,19 +3,19 @@
 use std::path::Path;
 use std::time::Instant;
 
-use indicatif::ProgressBar;
 use sabaki::graph::{BuildReport, ClipSource, GraphSettings, MotionGraph};
 use sabaki::internal::{
-    ClipMatch, EarlierTables, EntryRecord, GraphBuilder, GraphRecord, SearchProgress,
+    ClipMatch, EarlierTables, EntryRecord, GraphBuilder, GraphRecord, Recorded, TableRecord,
     TransitionList,
 };
 use sabaki::maps::{BakeSettings, Baker};
 use sabaki_app::demo;
 use serde::{Deserialize, Serialize};
 
-use super::super::bake::record::BakeRecord;
+use super::super::Failure;
+use super::super::bake::record::{BakeRecord, UnfinishedBake};
 use super::super::figure::Figure;
-use super::super::{Failure, cancel, output};
+use super::bake_bar::BakeBar;
 use super::{Baked, ClipArgs, Made};
 
 /// Number of transitions on which foot sliding is measured; enough for three digits.
@@ -24,16 +24,9 @@ const MEASURED: usize = 2000;
 /// Finds the transitions of a graph: in this process, or in the shards of a plan.
 type Find<'f> = dyn Fn(&GraphBuilder<'_>) -> Result<TransitionList, Failure> + 'f;
 
-/// Searches in this process. On a terminal a bar shows the share done, the pairs of windows a second, and the time left.
+/// Searches in this process.
 fn find_here(builder: &GraphBuilder<'_>) -> Result<TransitionList, Failure> {
-    let bar = output::search_progress("searching transitions");
-    let found = builder.find_transitions(|SearchProgress { done, all }| {
-        bar.set_length(all);
-        bar.set_position(done);
-        cancel::check()
-    });
-    bar.finish_and_clear();
-    found
+    Ok(builder.find_transitions()?)
 }
 
 /// Clips, body and props that were read from files.
@@ -98,11 +91,11 @@ impl BakeInput {
 
 /// Bakes the clips of `args`.
 pub(crate) fn from_clips(args: &ClipArgs) -> Result<Baked, Failure> {
-    from_clips_onto(args, BakeRecord::default())
+    from_clips_onto(args, Vec::new())
 }
 
-/// Bakes the clips of `args` and takes over the results of an earlier bake.
-pub(crate) fn from_clips_onto(args: &ClipArgs, earlier: BakeRecord) -> Result<Baked, Failure> {
+/// Bakes the clips of `args` and takes over the results of earlier bakes; what several of them have, from the first one.
+pub(crate) fn from_clips_onto(args: &ClipArgs, earlier: Vec<BakeRecord>) -> Result<Baked, Failure> {
     bake_clips(args, |bake| bake.run(&find_here, earlier))
 }
 
@@ -111,7 +104,7 @@ pub(crate) fn from_clips_with(
     args: &ClipArgs,
     find: impl Fn(&GraphBuilder<'_>) -> Result<TransitionList, Failure>,
 ) -> Result<Baked, Failure> {
-    bake_clips(args, |bake| bake.run(&find, BakeRecord::default()))
+    bake_clips(args, |bake| bake.run(&find, Vec::new()))
 }
 
 /// Builds the graph of the clips of `args` with the transitions that `find` returns.
@@ -120,9 +113,10 @@ pub(crate) fn graph_of_clips(
     find: impl Fn(&GraphBuilder<'_>) -> Result<TransitionList, Failure>,
 ) -> Result<BuiltGraph, Failure> {
     let input = BakeInput::read(args)?;
-    let found = input.bake(args).graph(&find, GraphRecord::default());
-    let (built, ..) = found.map_err(|failure| within(args, failure))?;
-    Ok(built)
+    let watch = BakeBar::new();
+    let found = input.bake(args).graph(&watch, &find, Vec::new());
+    let found = found.map_err(|failure| within(args, failure))?;
+    Ok(found.built)
 }
 
 /// Bakes the clips of `args`, whose graph is built and whose entries are tested.
@@ -136,7 +130,9 @@ pub(crate) fn from_graph(
             clips: ClipMatch::same(built.graph.clips().len()),
             record: entries.into(),
         };
-        bake.tables(built, earlier)
+        let watch = BakeBar::new();
+        let tables = bake.tables(&watch, built, earlier)?;
+        tables.made.ok_or(Failure::Cancelled)
     })
 }
 
@@ -161,7 +157,8 @@ fn bake_clips(
 /// Says of which clips a failure is. Not one of them is at fault, but the first says which of many runs it was.
 fn within(args: &ClipArgs, failure: Failure) -> Failure {
     match (failure, args.clips.as_slice()) {
-        (failure @ Failure::Shards { .. }, _) | (failure, []) => failure,
+        (failure @ (Failure::Shards { .. } | Failure::Cancelled | Failure::Stopped(_)), _)
+        | (failure, []) => failure,
         (failure, [only]) => failure.within(only),
         (failure, [first, more @ ..]) => failure.within(Path::new(&format!(
             "{} and {} more",
@@ -183,7 +180,7 @@ pub(crate) fn embedded() -> Result<Baked, Failure> {
         graph: GraphSettings::default(),
         settings: BakeSettings::default(),
     }
-    .run(&find_here, BakeRecord::default())
+    .run(&find_here, Vec::new())
 }
 
 /// A graph, and how it was built.
@@ -193,34 +190,12 @@ pub(crate) struct BuiltGraph {
     pub(crate) report: BuildReport,
 }
 
-/// Stages of a bake after the search, shown by a bar.
-struct Stages {
-    started: Instant,
-    bar: ProgressBar,
-}
-
-impl Stages {
-    /// So many stages are done; `next` follows.
-    fn after(done: u64, next: &'static str) -> Self {
-        let bar = output::progress(next, 4);
-        bar.set_position(done);
-        Self {
-            started: Instant::now(),
-            bar,
-        }
-    }
-
-    /// Ends a stage.
-    ///
-    /// # Errors
-    /// [`Failure::Cancelled`] after Ctrl-C.
-    fn done(&self, stage: &str, next: &'static str) -> Result<(), Failure> {
-        self.bar.inc(1);
-        self.bar.set_message(next);
-        let seconds = self.started.elapsed().as_secs_f64();
-        tracing::info!("{stage} after {seconds:.3} s");
-        cancel::check()
-    }
+/// A graph, a record of it, and what was taken over.
+struct GraphOfClips {
+    built: BuiltGraph,
+    record: GraphRecord,
+    /// For each earlier bake the clips that were taken over.
+    taken_over: Vec<ClipMatch>,
 }
 
 /// Input and settings of a bake.
@@ -231,78 +206,107 @@ struct Bake<'a> {
 }
 
 impl Bake<'_> {
-    fn run(self, find: &Find<'_>, earlier: BakeRecord) -> Result<Baked, Failure> {
+    fn run(self, find: &Find<'_>, earlier: Vec<BakeRecord>) -> Result<Baked, Failure> {
         let started = Instant::now();
-        let (built, of_graph, clips) = self.graph(find, earlier.graph)?;
-        let taken_over = clips.count();
-        let earlier = EarlierTables {
-            record: earlier.tables,
-            clips,
+        let watch = BakeBar::new();
+        let (of_graphs, of_tables): (Vec<_>, Vec<_>) = { earlier.into_iter() }
+            .map(|earlier| (earlier.graph, earlier.tables))
+            .unzip();
+        let GraphOfClips {
+            built,
+            record: graph,
+            taken_over,
+        } = self.graph(&watch, find, of_graphs)?;
+        let clips = taken_over.iter().map(ClipMatch::count).max().unwrap_or(0);
+        let mut of_tables = { of_tables.into_iter().zip(taken_over) }
+            .map(|(record, clips)| EarlierTables { record, clips });
+        let earlier = of_tables.find(|earlier| earlier.record != TableRecord::default());
+        let tables = self.tables(&watch, built, earlier.unwrap_or_default())?;
+        let record = BakeRecord {
+            graph,
+            tables: tables.record,
         };
-        let mut baked = self.tables(built, earlier)?;
+        let Some(mut baked) = tables.made else {
+            return Err(stopped(&watch, record));
+        };
         if let Some(made) = &mut baked.made {
-            made.record.graph = of_graph;
-            made.taken_over = taken_over;
+            made.record = record;
+            made.taken_over = clips;
             made.seconds = started.elapsed().as_secs_f64();
         }
         Ok(baked)
     }
 
-    /// Builds the graph. Returns a record of it, too, and the clips that `earlier` had.
+    /// Builds the graph.
     fn graph(
         &self,
+        watch: &BakeBar,
         find: &Find<'_>,
-        earlier: GraphRecord,
-    ) -> Result<(BuiltGraph, GraphRecord, ClipMatch), Failure> {
-        cancel::listen();
-        let builder = GraphBuilder::onto(self.source, &self.graph, earlier)?;
-        let clips = builder.clips_taken_over().clone();
+        earlier: Vec<GraphRecord>,
+    ) -> Result<GraphOfClips, Failure> {
+        watch.short("preparing clips");
+        let builder = GraphBuilder::onto(self.source, &self.graph, earlier)?.watched(watch);
+        let taken_over = builder.clips_taken_over().cloned().collect();
         let transitions = find(&builder)?;
-        let stages = Stages::after(1, "adding links");
-        let (graph, report, record) = builder.build_recorded(transitions)?;
-        stages.done("links added and graph built", "drawing maps")?;
-        stages.bar.finish_and_clear();
-        Ok((BuiltGraph { graph, report }, record, clips))
+        let Recorded { made, record } = builder.build_recorded(transitions)?;
+        let Some((graph, report)) = made else {
+            let record = BakeRecord {
+                graph: record,
+                ..BakeRecord::default()
+            };
+            return Err(stopped(watch, record));
+        };
+        Ok(GraphOfClips {
+            built: BuiltGraph { graph, report },
+            record,
+            taken_over,
+        })
     }
 
     /// Computes maps, entries, paths and tables of a graph.
     fn tables(
         self,
+        watch: &BakeBar,
         BuiltGraph { graph, report }: BuiltGraph,
         earlier: EarlierTables,
-    ) -> Result<Baked, Failure> {
-        cancel::listen();
-        let stages = Stages::after(2, "drawing maps");
+    ) -> Result<Recorded<Baked, TableRecord>, Failure> {
+        let started = Instant::now();
+        watch.short("drawing maps");
         let feet = graph.foot_slide(MEASURED);
         let baker = Baker::onto(graph, self.settings, earlier)?;
         let maps = baker.draw_on_cpu();
-        stages.done("maps drawn", "filing paths and entries")?;
-        let (graph, tables) = baker.finish_recorded(maps)?;
-        stages.done("paths and grid made", "done")?;
-        stages.bar.finish_and_clear();
+        let Recorded { made, record } = baker.finish_recorded(maps, watch)?;
         let mut warnings = Vec::new();
-        if graph.evasions().is_empty() {
-            let labelled = report.events.0;
-            warnings.push(match labelled {
-                0 => "no clip has an evasion: attacks are avoided by whatever motion there is".to_owned(),
-                n => format!("none of the {n} evasions can be reached and left again: attacks are avoided by whatever motion there is"),
-            });
-        }
-        Ok(Baked {
-            graph,
-            made: Some(Made {
-                report,
-                feet,
-                seconds: stages.started.elapsed().as_secs_f64(),
-                warnings,
-                figure: Figure::default(),
-                left_out: Vec::new(),
-                taken_over: 0,
-                record: BakeRecord {
-                    graph: GraphRecord::default(),
-                    tables,
-                },
-            }),
-        })
+        let made = made.map(|graph| {
+            if graph.evasions().is_empty() {
+                let labelled = report.events.0;
+                warnings.push(match labelled {
+                    0 => "no clip has an evasion: attacks are avoided by whatever motion there is".to_owned(),
+                    n => format!("none of the {n} evasions can be reached and left again: attacks are avoided by whatever motion there is"),
+                });
+            }
+            Baked {
+                graph,
+                made: Some(Made {
+                    report,
+                    feet,
+                    seconds: started.elapsed().as_secs_f64(),
+                    warnings,
+                    figure: Figure::default(),
+                    left_out: Vec::new(),
+                    taken_over: 0,
+                    record: BakeRecord::default(),
+                }),
+            }
+        });
+        Ok(Recorded { made, record })
     }
+}
+
+/// The failure of a bake that was stopped.
+fn stopped(watch: &BakeBar, record: BakeRecord) -> Failure {
+    Failure::Stopped(Box::new(UnfinishedBake {
+        record,
+        reached: watch.reached(),
+    }))
 }

@@ -2,6 +2,7 @@
 
 mod args;
 mod bake;
+mod bake_bar;
 mod statistics;
 
 pub(crate) use args::{ClipArgs, ReadArgs};
@@ -9,6 +10,7 @@ pub(crate) use bake::{
     BakeInput, BuiltGraph, embedded, from_clips, from_clips_onto, from_clips_with, from_graph,
     graph_of_clips,
 };
+pub(crate) use bake_bar::BakeBar;
 pub(crate) use statistics::{describe, statistics};
 
 use std::path::{Path, PathBuf};

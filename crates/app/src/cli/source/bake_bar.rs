@@ -1,0 +1,146 @@
+//! How far a bake is, on a terminal; Ctrl-C stops it.
+
+use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::time::Instant;
+
+use indicatif::{ProgressBar, ProgressState, ProgressStyle};
+use sabaki::internal::{BakeProgress, BakeStage, BakeWatch};
+
+use super::super::cancel;
+
+/// All stages, in order.
+const STAGES: [BakeStage; 7] = [
+    BakeStage::Transitions,
+    BakeStage::Feet,
+    BakeStage::Joins,
+    BakeStage::Links,
+    BakeStage::Choice,
+    BakeStage::Entries,
+    BakeStage::Exits,
+];
+
+/// Shows the stage of a bake, the share of it that is done, and the time left; of the search the pairs of windows a second, too. Stderr may
+/// be no terminal: nothing is shown then.
+#[derive(Debug)]
+pub(crate) struct BakeBar {
+    started: Instant,
+    shown: Mutex<Shown>,
+}
+
+#[derive(Debug)]
+struct Shown {
+    bar: ProgressBar,
+    last: Option<BakeProgress>,
+}
+
+impl BakeBar {
+    /// Begins to hear Ctrl-C.
+    pub(crate) fn new() -> Self {
+        cancel::listen();
+        Self {
+            started: Instant::now(),
+            shown: Mutex::new(Shown {
+                bar: ProgressBar::hidden(),
+                last: None,
+            }),
+        }
+    }
+
+    /// Number of the stage that the bake has reached, and the pieces of it that are done.
+    pub(crate) fn reached(&self) -> (u8, u64) {
+        match self.lock().last {
+            Some(last) => (number(last.stage) as u8, last.done),
+            None => (0, 0),
+        }
+    }
+
+    /// Shows a stage that is short.
+    pub(crate) fn short(&self, what: &'static str) {
+        self.lock()
+            .show(ProgressBar::new_spinner().with_message(what));
+        self.log(what);
+    }
+
+    fn log(&self, what: &str) {
+        let seconds = self.started.elapsed().as_secs_f64();
+        tracing::info!("{what} at {seconds:.3} s");
+    }
+
+    fn lock(&self) -> MutexGuard<'_, Shown> {
+        // A bar is of use, whatever befell the thread that drew it last.
+        self.shown.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl Drop for BakeBar {
+    fn drop(&mut self) {
+        self.lock().bar.finish_and_clear();
+    }
+}
+
+impl Shown {
+    fn show(&mut self, bar: ProgressBar) {
+        self.bar.finish_and_clear();
+        self.bar = bar;
+        self.bar.tick();
+    }
+}
+
+impl BakeWatch for BakeBar {
+    fn progress(&self, progress: BakeProgress) {
+        let mut shown = self.lock();
+        let BakeProgress { stage, done, all } = progress;
+        if shown.last.map(|last| last.stage) != Some(stage) {
+            shown.show(bar(stage));
+            self.log(words(stage));
+        }
+        shown.last = Some(progress);
+        shown.bar.set_length(all);
+        shown.bar.set_position(done);
+    }
+
+    fn is_stopped(&self) -> bool {
+        cancel::is_asked()
+    }
+}
+
+/// Position of a stage among all.
+fn number(stage: BakeStage) -> usize {
+    { STAGES.iter() }
+        .position(|&other| other == stage)
+        .unwrap_or(0)
+}
+
+fn words(stage: BakeStage) -> &'static str {
+    match stage {
+        BakeStage::Transitions => "searching transitions",
+        BakeStage::Feet => "testing feet",
+        BakeStage::Joins => "linking events",
+        BakeStage::Links => "searching links",
+        BakeStage::Choice => "choosing links",
+        BakeStage::Entries => "testing entries",
+        BakeStage::Exits => "testing exits",
+    }
+}
+
+fn bar(stage: BakeStage) -> ProgressBar {
+    let message = format!("{}/{} {}", number(stage) + 1, STAGES.len(), words(stage));
+    let bar = ProgressBar::new(0).with_message(message);
+    let rate = |state: &ProgressState, out: &mut dyn std::fmt::Write| {
+        // A bar that cannot be written is not worth an error.
+        let _ = write!(
+            out,
+            "{:.0} million pairs a second, ",
+            state.per_sec() * 1e-6
+        );
+    };
+    let of_search = match stage {
+        BakeStage::Transitions => "{rate}",
+        _ => "",
+    };
+    let template = format!("{{msg}} {{wide_bar}} {{percent}}%, {of_search}{{eta}} left");
+    match ProgressStyle::with_template(&template) {
+        Ok(style) => bar.with_style(style.with_key("rate", rate)),
+        Err(_) => bar,
+    }
+}
