@@ -59,7 +59,7 @@ fn bake(set: &ClipSet, part: &Part, threads: usize, earlier: &(GraphRecord, Tabl
     }
 }
 
-/// A bake, which may be stopped; its record; and the number of clips that were taken over. Tables are those of the first earlier bake that
+/// A bake, which may be stopped; its record; and the number of clips that were taken over. Tables are those of the last earlier bake that
 /// has any.
 fn watched(
     set: &ClipSet,
@@ -91,8 +91,8 @@ fn watched(
         threads,
         ..BakeSettings::default()
     };
-    let mut tables =
-        { of_tables.into_iter().zip(clips) }.map(|(record, clips)| EarlierTables { record, clips });
+    let mut tables = { of_tables.into_iter().zip(clips).rev() }
+        .map(|(record, clips)| EarlierTables { record, clips });
     let tables = tables.find(|earlier| earlier.record != TableRecord::default());
     let baker = Baker::onto(graph, settings, tables.unwrap_or_default()).unwrap();
     let maps = baker.draw_on_cpu();

@@ -94,7 +94,8 @@ pub(crate) fn from_clips(args: &ClipArgs) -> Result<Baked, Failure> {
     from_clips_onto(args, Vec::new())
 }
 
-/// Bakes the clips of `args` and takes over the results of earlier bakes; what several of them have, from the first one.
+/// Bakes the clips of `args` and takes over the results of earlier bakes: what several of them have of the graph, from the first one, and
+/// tables from the last one.
 pub(crate) fn from_clips_onto(args: &ClipArgs, earlier: Vec<BakeRecord>) -> Result<Baked, Failure> {
     bake_clips(args, |bake| bake.run(&find_here, earlier))
 }
@@ -218,7 +219,8 @@ impl Bake<'_> {
             taken_over,
         } = self.graph(&watch, find, of_graphs)?;
         let clips = taken_over.iter().map(ClipMatch::count).max().unwrap_or(0);
-        let mut of_tables = { of_tables.into_iter().zip(taken_over) }
+        // Those of a bake that was stopped are the first, and of the first moments alone.
+        let mut of_tables = { of_tables.into_iter().zip(taken_over).rev() }
             .map(|(record, clips)| EarlierTables { record, clips });
         let earlier = of_tables.find(|earlier| earlier.record != TableRecord::default());
         let tables = self.tables(&watch, built, earlier.unwrap_or_default())?;
