@@ -2,7 +2,7 @@
 //!
 //! Source: Hasegawa, Nishio & Kobori, 3 (joints of a level evaluated in model space). Differs: one joint of sixteen
 //! characters is computed at once, a character in each lane. Joints stand breadth-first, so that a joint seldom waits for
-//! the one just before it.
+//! the one just before it. These loops are large: they are compiled once, for all kinds of places that they may go to.
 
 use bytemuck::Zeroable;
 
@@ -13,75 +13,105 @@ use super::level_clips::LevelClips;
 use super::quat_lanes::Local;
 use super::run::Level;
 use super::sampling::Source;
-use super::write::Target;
-use crate::math::{F32x16, Lanes};
+use super::write::Ahead;
+use crate::math::{Apart, F32x16, KeyRows, Lanes};
 
-/// A group, and where it goes.
-pub(super) struct Posing<'a, P: JointMath, T> {
+/// A group, and where its joints are computed.
+pub(super) struct Posing<'a, P: JointMath> {
     pub(super) bank: &'a LevelClips,
     pub(super) level: Level<'a>,
     pub(super) group: &'a Group,
-    /// Memory of the thread's own.
     pub(super) models: &'a mut [P::Model],
-    pub(super) out: &'a mut T,
+    pub(super) ahead: Ahead<'a>,
     /// Nobody is on the way to another level.
     pub(super) is_posed: bool,
 }
 
-impl<P: JointMath, T: Target> Posing<'_, P, T> {
+impl<'a, P: JointMath> Posing<'a, P> {
     /// All joints of one part, parents first. `fetch` is told of each joint of the first part.
     #[inline(always)]
     pub(super) fn joints<L: Lanes, S: Source<L>, F: Fetch>(
-        &mut self,
+        self,
         part: usize,
         source: S,
-        fetch: Option<&F>,
+        fetch: Option<&'a F>,
     ) {
-        let (bank, is_posed) = (self.bank, self.is_posed);
-        let fetch = fetch.filter(|_| part == 0);
-        let chain = Chain {
-            bank,
-            group: self.group,
+        L::apart(self.of_part(part, source, fetch));
+    }
+
+    /// The same without a call.
+    #[inline(always)]
+    pub(super) fn joints_here<L: Lanes, S: Source<L>>(self, part: usize, source: S) {
+        Apart::<L>::run(self.of_part(part, source, None::<&KeyRows<'_>>));
+    }
+
+    #[inline(always)]
+    fn of_part<S, F>(
+        self,
+        part: usize,
+        source: S,
+        fetch: Option<&'a F>,
+    ) -> PartJoints<'a, P, S, F> {
+        PartJoints {
+            posing: self,
             part,
-        };
-        if let Some(out) = self.out.in_place() {
-            let models = bytemuck::cast_slice_mut(out);
-            chain.pose::<L, P, S>(
-                source,
-                models,
-                #[inline(always)]
-                |joint| {
-                    if let Some(fetch) = fetch {
-                        fetch.prefetch(bank, joint);
-                    }
-                },
-            );
-            if !is_posed {
-                step_on::<L, P>(self.level, self.group, InPart { models, part });
-            }
-            return;
-        }
-        let joints = bank.joints.len();
-        let out = &mut *self.out;
-        chain.pose::<L, P, S>(
             source,
-            self.models,
-            #[inline(always)]
-            |joint| {
-                if let Some(fetch) = fetch {
-                    fetch.prefetch(bank, joint);
+            fetch: fetch.filter(|_| part == 0),
+        }
+    }
+}
+
+/// The joints of one part of a group, and where their motion comes from.
+struct PartJoints<'a, P: JointMath, S, F> {
+    posing: Posing<'a, P>,
+    part: usize,
+    source: S,
+    fetch: Option<&'a F>,
+}
+
+impl<L: Lanes, P: JointMath, S: Source<L>, F: Fetch> Apart<L> for PartJoints<'_, P, S, F> {
+    /// Each joint from its parent.
+    #[inline(always)]
+    fn run(self) {
+        let Self {
+            posing,
+            part,
+            mut source,
+            fetch,
+        } = self;
+        let Posing {
+            bank,
+            level,
+            group,
+            models,
+            ahead,
+            is_posed,
+        } = posing;
+        let joints = &bank.joints[..];
+        assert!(joints.len() <= models.len());
+        for (index, joint) in joints.iter().enumerate() {
+            let ready = P::next(&mut source, joint);
+            let (above, rest) = models.split_at_mut(index);
+            match joint.parent {
+                Some(parent) => {
+                    P::compose(&above[usize::from(parent)], ready, &mut rest[0], part);
                 }
-                if part == 0 {
-                    out.prefetch::<P>(joint, joints);
-                }
-            },
-        );
+                None => P::stand(group.placement(part), ready, &mut rest[0], part),
+            }
+            if let Some(fetch) = fetch {
+                fetch.prefetch(bank, index);
+            }
+            if part == 0 {
+                ahead.prefetch::<P>(index, joints.len());
+            }
+        }
         if !is_posed {
-            let joints = InPart {
-                models: &mut *self.models,
+            L::apart(StepOn::<P> {
+                level,
+                group,
+                models,
                 part,
-            };
-            step_on::<L, P>(self.level, self.group, joints);
+            });
         }
     }
 }
@@ -100,74 +130,46 @@ impl Level<'_> {
     }
 }
 
-/// The joints of one part of a group.
-struct InPart<'a, M> {
-    models: &'a mut [M],
-    part: usize,
-}
-
-/// Puts joints that are blended towards coarser levels where they are carried. The coarsest level comes first: what is
-/// carried by such a joint goes with it.
-#[inline(always)]
-fn step_on<L: Lanes, P: JointMath>(level: Level<'_>, group: &Group, joints: InPart<'_, P::Model>) {
-    let InPart { models, part } = joints;
-    for (index, step) in level.steps.iter().enumerate().rev() {
-        if level.shows::<L>(&group.detail, index) {
-            continue;
-        }
-        let weight = L::load(&group.detail, part) - L::splat(level.number + index as f32);
-        let weight = weight.max(L::splat(0.0)).min(L::splat(1.0));
-        for removed in &step.removed {
-            let ready = P::ready(Local::<L>::splat(removed.turn, removed.place));
-            let mut there = P::Model::zeroed();
-            P::ride(
-                &models[usize::from(removed.carrier)],
-                ready,
-                &mut there,
-                part,
-            );
-            P::approach(
-                &mut models[usize::from(removed.joint)],
-                &there,
-                weight,
-                part,
-            );
-        }
-    }
-}
-
-struct Chain<'a> {
-    bank: &'a LevelClips,
+/// Puts the joints of one part that are blended towards coarser levels where they are carried.
+struct StepOn<'a, P: JointMath> {
+    level: Level<'a>,
     group: &'a Group,
+    models: &'a mut [P::Model],
     part: usize,
 }
 
-impl Chain<'_> {
-    /// Each joint from its parent. `done` is told of each.
+impl<L: Lanes, P: JointMath> Apart<L> for StepOn<'_, P> {
+    /// The coarsest level comes first: what is carried by such a joint goes with it.
     #[inline(always)]
-    fn pose<L: Lanes, P: JointMath, S: Source<L>>(
-        &self,
-        mut source: S,
-        models: &mut [P::Model],
-        mut done: impl FnMut(usize),
-    ) {
-        let joints = &self.bank.joints[..];
-        assert!(joints.len() <= models.len());
-        for (index, joint) in joints.iter().enumerate() {
-            let ready = P::next(&mut source, joint);
-            let (above, rest) = models.split_at_mut(index);
-            match joint.parent {
-                Some(parent) => {
-                    P::compose(&above[usize::from(parent)], ready, &mut rest[0], self.part);
-                }
-                None => P::stand(
-                    self.group.placement(self.part),
-                    ready,
-                    &mut rest[0],
-                    self.part,
-                ),
+    fn run(self) {
+        let Self {
+            level,
+            group,
+            models,
+            part,
+        } = self;
+        for (index, step) in level.steps.iter().enumerate().rev() {
+            if level.shows::<L>(&group.detail, index) {
+                continue;
             }
-            done(index);
+            let weight = L::load(&group.detail, part) - L::splat(level.number + index as f32);
+            let weight = weight.max(L::splat(0.0)).min(L::splat(1.0));
+            for removed in &step.removed {
+                let ready = P::ready(Local::<L>::splat(removed.turn, removed.place));
+                let mut there = P::Model::zeroed();
+                P::ride(
+                    &models[usize::from(removed.carrier)],
+                    ready,
+                    &mut there,
+                    part,
+                );
+                P::approach(
+                    &mut models[usize::from(removed.joint)],
+                    &there,
+                    weight,
+                    part,
+                );
+            }
         }
     }
 }

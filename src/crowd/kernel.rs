@@ -17,7 +17,7 @@ use super::run::{Run, RunMemory, Turn};
 use super::sampling::{Playing, ReadRows, RowsPart, Window};
 use super::scratch::Scratch;
 use super::write::{Copied, InPlace, RunTarget, Scattered, Target};
-use crate::math::{F32x16, Isa, Kernel, KeyRows, Lanes};
+use crate::math::{Apart, F32x16, Isa, Kernel, KeyRows, Lanes};
 
 /// A run in one form, to one kind of place: kernels are large, so each has its own.
 struct As<'a, P, T> {
@@ -180,13 +180,13 @@ impl Run<'_> {
     /// Finds the moments of the groups from the one at this turn on.
     #[inline(always)]
     fn find_batch<L: Lanes>(&self, begun: usize, scratch: &mut Scratch) -> Batch {
-        let Turn { first, step } = self.turn;
         let count = AHEAD.min(self.turns().saturating_sub(begun));
         let batch = Batch { begun, count };
-        let moments = &mut scratch.moments[batch.places()];
-        for (turn, moments) in (begun..).zip(moments) {
-            self.find_moments::<L>(first + turn * step, moments);
-        }
+        L::apart(FindMoments {
+            run: self,
+            begun,
+            moments: &mut scratch.moments[batch.places()],
+        });
         batch
     }
 
@@ -205,9 +205,12 @@ impl Run<'_> {
             for part in 0..L::PARTS {
                 let window = Window::<L, WIDE>::new(self.keys, moments.windows(next, part));
                 let playing = Playing::new(window, moments.weights(part));
-                let models = &mut scratch.models;
-                let mut posing = self.posing::<L, P, T::Group<'_>>(moments, &mut out, models);
-                posing.joints::<L, _, KeyRows<'_>>(part, playing, None);
+                let posing: Posing<'_, P> = self.posing(moments, &mut out, &mut scratch.models);
+                match WIDE {
+                    true => posing.joints::<L, _, KeyRows<'_>>(part, playing, None),
+                    // The commonest groups.
+                    false => posing.joints_here::<L, _>(part, playing),
+                }
             }
             let models = self.models::<P>(&mut scratch.models);
             out.write::<L, P>(self.bank.joints.len(), models);
@@ -246,7 +249,7 @@ impl Run<'_> {
                 };
                 let own = ReadRows::new::<L>(from, columns);
                 let own = Playing::new(own, moments.weights(part));
-                let mut posing = self.posing::<L, P, T::Group<'_>>(moments, &mut out, models);
+                let posing: Posing<'_, P> = self.posing(moments, &mut out, models);
                 posing.joints::<L, _, _>(part, own, rows.get(1));
             }
             out.write::<L, P>(self.bank.joints.len(), self.models::<P>(models));
@@ -254,18 +257,19 @@ impl Run<'_> {
     }
 
     #[inline(always)]
-    pub(super) fn posing<'a, L: Lanes, P: JointMath, T: Target>(
+    pub(super) fn posing<'a, P: JointMath>(
         &'a self,
         moments: &Moments,
-        out: &'a mut T,
+        out: &'a mut impl Target,
         models: &'a mut [F32x16],
-    ) -> Posing<'a, P, T> {
+    ) -> Posing<'a, P> {
+        let (models, ahead) = out.computed_in::<P>(self.models::<P>(models));
         Posing {
             bank: self.bank,
             level: self.level,
             group: &self.groups[moments.group],
-            models: self.models::<P>(models),
-            out,
+            models,
+            ahead,
             is_posed: moments.is_posed,
         }
     }
@@ -275,5 +279,22 @@ impl Run<'_> {
     pub(super) fn models<'a, P: JointMath>(&self, models: &'a mut [F32x16]) -> &'a mut [P::Model] {
         let joints = self.bank.joints.len() + P::SPARE;
         bytemuck::cast_slice_mut(&mut models[..joints * P::NUMBERS])
+    }
+}
+
+/// Finds the moments of the groups from the one at a turn on.
+struct FindMoments<'a> {
+    run: &'a Run<'a>,
+    begun: usize,
+    moments: &'a mut [Moments],
+}
+
+impl<L: Lanes> Apart<L> for FindMoments<'_> {
+    #[inline(always)]
+    fn run(self) {
+        let Turn { first, step } = self.run.turn;
+        for (turn, moments) in (self.begun..).zip(self.moments) {
+            self.run.find_moments::<L>(first + turn * step, moments);
+        }
     }
 }

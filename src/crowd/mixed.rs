@@ -2,6 +2,7 @@
 //! their first clips where they are not near each other in time.
 
 use super::batches::{AHEAD, Picked};
+use super::chain::Posing;
 use super::fetch::Fetch;
 use super::group_moments::{ClipRows, ClipWindows, Moments};
 use super::joint_math::JointMath;
@@ -13,7 +14,7 @@ use super::sampling::{
 };
 use super::scratch::Scratch;
 use super::write::{RunTarget, Target};
-use crate::math::{F32x16, KeyRows, Lanes};
+use crate::math::{Apart, F32x16, KeyRows, Lanes};
 
 /// The rows of a group.
 #[derive(Clone, Copy)]
@@ -93,7 +94,9 @@ impl Run<'_> {
         let places = groups.places();
         for (rows, &place) in rows.iter_mut().zip(places) {
             // Some groups before they are used: numbers that were stored together are not read one by one at once.
-            self.mixed_rows(&ahead[usize::from(place)], rows);
+            let moments = &ahead[usize::from(place)];
+            let run = self;
+            L::apart(FindRows { run, moments, rows });
         }
         if !(places.is_empty() || *is_fetched && groups.now() > 0) {
             rows[0].prefetch_all(self.bank);
@@ -166,7 +169,7 @@ impl Run<'_> {
             (layered, layer_rows) = (clip.weights, &clip.rows);
         }
         for part in 0..L::PARTS {
-            let mut posing = self.posing::<L, P, T>(moments, &mut out, models);
+            let posing: Posing<'_, P> = self.posing(moments, &mut out, models);
             let weights = moments.weights(part);
             let own_from = RowsPart {
                 level: bank,
@@ -234,5 +237,19 @@ impl Run<'_> {
             }
         }
         out.write::<L, P>(bank.joints.len(), self.models::<P>(models));
+    }
+}
+
+/// Finds the rows of a group.
+struct FindRows<'a, 'b, L: Lanes> {
+    run: &'a Run<'a>,
+    moments: &'b Moments,
+    rows: &'b mut MixedRows<'a, L>,
+}
+
+impl<L: Lanes> Apart<L> for FindRows<'_, '_, L> {
+    #[inline(always)]
+    fn run(self) {
+        self.run.mixed_rows(self.moments, self.rows);
     }
 }

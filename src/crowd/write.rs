@@ -4,7 +4,7 @@
 use super::joint_math::JointMath;
 use super::output::{Layout, Output, WriteMode, row_lines, turn_joints, turn_lines};
 use crate::math::{
-    F32x16, Lanes, PartWrite, RowLines, RowSet, Sixteen, StridedLines, prefetch_for_write,
+    Apart, F32x16, Lanes, PartWrite, RowLines, RowSet, Sixteen, StridedLines, prefetch_for_write,
 };
 
 /// Where the groups of a run go.
@@ -27,14 +27,25 @@ pub(super) trait RunTarget {
 
 /// Where a group goes.
 pub(super) trait Target {
-    /// The output itself, if it is where children find their parents.
-    fn in_place(&mut self) -> Option<&mut [F32x16]>;
-
-    /// Asks for lines that are written some joints later, one of `joints`.
-    fn prefetch<P: JointMath>(&mut self, joint: usize, joints: usize);
+    /// Where the joints are computed, which is where children find their parents, and what is asked for meanwhile. `models` is memory of
+    /// the thread's own.
+    fn computed_in<'a, P: JointMath>(
+        &'a mut self,
+        models: &'a mut [P::Model],
+    ) -> (&'a mut [P::Model], Ahead<'a>);
 
     /// Writes all joints, where they are not in place. `models` has [`JointMath::SPARE`] more than `joints`.
     fn write<L: Lanes, P: JointMath>(self, joints: usize, models: &[P::Model]);
+}
+
+/// Lines that are written some joints later.
+#[derive(Clone, Copy)]
+pub(super) enum Ahead<'a> {
+    /// They need not be asked for.
+    Nothing,
+    /// Rows that follow each other.
+    Following(&'a [F32x16]),
+    Scattered(&'a RowLines<'a>),
 }
 
 /// [`Layout::Blocks`] through the caches.
@@ -119,12 +130,12 @@ impl RunTarget for Scattered<'_> {
 
 impl Target for InPlace<'_> {
     #[inline(always)]
-    fn in_place(&mut self) -> Option<&mut [F32x16]> {
-        Some(self.0)
+    fn computed_in<'a, P: JointMath>(
+        &'a mut self,
+        _: &'a mut [P::Model],
+    ) -> (&'a mut [P::Model], Ahead<'a>) {
+        (bytemuck::cast_slice_mut(self.0), Ahead::Nothing)
     }
-
-    #[inline(always)]
-    fn prefetch<P: JointMath>(&mut self, _: usize, _: usize) {}
 
     #[inline(always)]
     fn write<L: Lanes, P: JointMath>(self, _: usize, _: &[P::Model]) {}
@@ -135,81 +146,124 @@ impl Target for InPlace<'_> {
 /// side.
 const FURTHER: usize = 2;
 
-impl Target for Copied<'_> {
+impl Ahead<'_> {
+    /// Asks for the lines of one of `joints`.
     #[inline(always)]
-    fn in_place(&mut self) -> Option<&mut [F32x16]> {
-        None
-    }
-
-    #[inline(always)]
-    fn prefetch<P: JointMath>(&mut self, joint: usize, joints: usize) {
-        if self.output.layout == Layout::Blocks || self.output.write == WriteMode::Streamed {
-            return;
-        }
+    pub(super) fn prefetch<P: JointMath>(self, joint: usize, joints: usize) {
         let (of_turn, row) = (turn_joints::<P>(), row_lines::<P>(joints));
         let share = F32x16::LANES / of_turn;
         let (mut first, mut line) = (0, (joint / of_turn + FURTHER) * turn_lines::<P>());
-        if line >= row {
-            // The next group.
-            line -= row;
-            first = F32x16::LANES;
-        }
-        let mut start = (first + joint % of_turn * share) * row + line;
-        for _ in 0..share {
-            for line in 0..turn_lines::<P>() {
-                prefetch_for_write(self.lines, start + line);
+        match self {
+            Self::Nothing => {}
+            Self::Following(lines) => {
+                if line >= row {
+                    // The next group.
+                    line -= row;
+                    first = F32x16::LANES;
+                }
+                let mut start = (first + joint % of_turn * share) * row + line;
+                for _ in 0..share {
+                    for line in 0..turn_lines::<P>() {
+                        prefetch_for_write(lines, start + line);
+                    }
+                    start += row;
+                }
             }
-            start += row;
+            Self::Scattered(_) if line >= row => {}
+            Self::Scattered(rows) => {
+                let first = joint % of_turn * share;
+                for row in first..first + share {
+                    for line in line..line + turn_lines::<P>() {
+                        rows.prefetch(row, line);
+                    }
+                }
+            }
         }
+    }
+}
+
+impl Target for Copied<'_> {
+    #[inline(always)]
+    fn computed_in<'a, P: JointMath>(
+        &'a mut self,
+        models: &'a mut [P::Model],
+    ) -> (&'a mut [P::Model], Ahead<'a>) {
+        let ahead = match (self.output.layout, self.output.write) {
+            (Layout::Blocks, _) | (_, WriteMode::Streamed) => Ahead::Nothing,
+            _ => Ahead::Following(self.lines),
+        };
+        (models, ahead)
     }
 
     #[inline(always)]
     fn write<L: Lanes, P: JointMath>(self, joints: usize, models: &[P::Model]) {
-        let Self { lines, output } = self;
-        if output.layout == Layout::Blocks {
-            write_blocks::<L, P>(models, lines);
-            return;
-        }
-        let row = row_lines::<P>(joints);
-        let models = RowModels {
+        L::apart(Write::<Self, P> {
+            to: self,
             joints,
             models,
+        });
+    }
+}
+
+impl Target for ScatteredGroup<'_> {
+    #[inline(always)]
+    fn computed_in<'a, P: JointMath>(
+        &'a mut self,
+        models: &'a mut [P::Model],
+    ) -> (&'a mut [P::Model], Ahead<'a>) {
+        let ahead = match self.is_streamed {
+            true => Ahead::Nothing,
+            false => Ahead::Scattered(&self.rows),
+        };
+        (models, ahead)
+    }
+
+    #[inline(always)]
+    fn write<L: Lanes, P: JointMath>(self, joints: usize, models: &[P::Model]) {
+        L::apart(Write::<Self, P> {
+            to: self,
+            joints,
+            models,
+        });
+    }
+}
+
+/// Joints of a group to write.
+struct Write<'a, T, P: JointMath> {
+    to: T,
+    joints: usize,
+    /// Some more than there are joints.
+    models: &'a [P::Model],
+}
+
+impl<L: Lanes, P: JointMath> Apart<L> for Write<'_, Copied<'_>, P> {
+    #[inline(always)]
+    fn run(self) {
+        let Copied { lines, output } = self.to;
+        if output.layout == Layout::Blocks {
+            write_blocks::<L, P>(self.models, lines);
+            return;
+        }
+        let row = row_lines::<P>(self.joints);
+        let models = RowModels {
+            joints: self.joints,
+            models: self.models,
             is_streamed: output.write == WriteMode::Streamed,
         };
         write_rows::<L, P>(models, Following { lines, row });
     }
 }
 
-impl Target for ScatteredGroup<'_> {
+impl<L: Lanes, P: JointMath> Apart<L> for Write<'_, ScatteredGroup<'_>, P> {
     #[inline(always)]
-    fn in_place(&mut self) -> Option<&mut [F32x16]> {
-        None
-    }
-
-    #[inline(always)]
-    fn prefetch<P: JointMath>(&mut self, joint: usize, joints: usize) {
-        let of_turn = turn_joints::<P>();
-        let line = (joint / of_turn + FURTHER) * turn_lines::<P>();
-        if self.is_streamed || line >= row_lines::<P>(joints) {
-            return;
-        }
-        let share = F32x16::LANES / of_turn;
-        let first = joint % of_turn * share;
-        for row in first..first + share {
-            for line in line..line + turn_lines::<P>() {
-                self.rows.prefetch(row, line);
-            }
-        }
-    }
-
-    #[inline(always)]
-    fn write<L: Lanes, P: JointMath>(self, joints: usize, models: &[P::Model]) {
+    fn run(self) {
+        let ScatteredGroup { rows, is_streamed } = self.to;
         let models = RowModels {
-            joints,
-            models,
-            is_streamed: self.is_streamed,
+            joints: self.joints,
+            models: self.models,
+            is_streamed,
         };
-        write_rows::<L, P>(models, self.rows);
+        write_rows::<L, P>(models, rows);
     }
 }
 

@@ -17,8 +17,8 @@ pub(crate) use isa::Lookup;
 pub(crate) use isa::Words;
 pub use lanes::F32x16;
 pub(crate) use lanes::{
-    DistinctRows, Kernel, KeyColumns, KeyRows, KeyUnit, Lanes, NextColumns, PartWrite, RowLines,
-    RowSet, Sixteen, StridedLines, UnitHalves, prefetch_for_write,
+    Apart, DistinctRows, Kernel, KeyColumns, KeyRows, KeyUnit, Lanes, NextColumns, PartWrite,
+    RowLines, RowSet, Sixteen, StridedLines, UnitHalves, prefetch_for_write,
 };
 pub(crate) use parallel::{both, fill};
 pub use parallel::{in_parallel, thread_count};

@@ -6,7 +6,7 @@
 use std::arch::x86_64::*;
 use std::ops::{Add, Div, Mul, Sub};
 
-use super::{F32x16, KeyColumns, KeyRows, Lanes, PartWrite, Sixteen, UnitHalves};
+use super::{Apart, F32x16, KeyColumns, KeyRows, Lanes, PartWrite, Sixteen, UnitHalves};
 
 #[derive(Clone, Copy)]
 pub(super) struct Avx2(__m256);
@@ -28,6 +28,14 @@ operator!(Add, add, _mm256_add_ps);
 operator!(Sub, sub, _mm256_sub_ps);
 operator!(Mul, mul, _mm256_mul_ps);
 operator!(Div, div, _mm256_div_ps);
+
+/// # Safety
+/// The machine must have the features that are named.
+#[target_feature(enable = "avx2,fma,bmi1,bmi2,popcnt")]
+#[inline(never)]
+unsafe fn apart(work: impl Apart<Avx2>) {
+    work.run();
+}
 
 impl Lanes for Avx2 {
     type Words = __m256i;
@@ -301,6 +309,12 @@ impl Lanes for Avx2 {
     }
 
     /// Both halves of a line are written close together: stores past the caches are then joined.
+    #[inline(always)]
+    fn apart(work: impl Apart<Self>) {
+        // SAFETY: the machine has the features.
+        unsafe { apart(work) }
+    }
+
     #[inline(always)]
     fn transpose(from: [&F32x16; F32x16::LANES], lanes: PartWrite, to: &mut impl Sixteen) {
         let PartWrite { part, is_streamed } = lanes;

@@ -7,7 +7,7 @@
 use std::arch::x86_64::*;
 use std::ops::{Add, Div, Mul, Sub};
 
-use super::{F32x16, KeyColumns, KeyRows, Lanes, PartWrite, Sixteen, UnitHalves};
+use super::{Apart, F32x16, KeyColumns, KeyRows, Lanes, PartWrite, Sixteen, UnitHalves};
 
 #[derive(Clone, Copy)]
 pub(super) struct Avx512(__m512);
@@ -29,6 +29,14 @@ operator!(Add, add, _mm512_add_ps);
 operator!(Sub, sub, _mm512_sub_ps);
 operator!(Mul, mul, _mm512_mul_ps);
 operator!(Div, div, _mm512_div_ps);
+
+/// # Safety
+/// The machine must have the features that are named.
+#[target_feature(enable = "avx2,fma,bmi1,bmi2,popcnt,avx512f,avx512bw,avx512cd,avx512dq,avx512vl")]
+#[inline(never)]
+unsafe fn apart(work: impl Apart<Avx512>) {
+    work.run();
+}
 
 impl Lanes for Avx512 {
     type Words = __m512i;
@@ -283,6 +291,12 @@ impl Lanes for Avx512 {
 
     /// Eight lanes at a time: a register has those of two lines, which loads put together. What is left are exchanges of pairs, of
     /// fours, and of quarters.
+    #[inline(always)]
+    fn apart(work: impl Apart<Self>) {
+        // SAFETY: the machine has the features.
+        unsafe { apart(work) }
+    }
+
     #[inline(always)]
     fn transpose(from: [&F32x16; F32x16::LANES], lanes: PartWrite, to: &mut impl Sixteen) {
         for first in [0, 8] {

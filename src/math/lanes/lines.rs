@@ -91,13 +91,13 @@ pub(crate) fn prefetch<T>(element: *const T) {
 
 /// Asks the machine for a line that will be written. It need not exist.
 #[inline(always)]
-pub(crate) fn prefetch_for_write(lines: &mut [F32x16], index: usize) {
-    prefetch_line(lines.as_mut_ptr().wrapping_add(index));
+pub(crate) fn prefetch_for_write(lines: &[F32x16], index: usize) {
+    prefetch_line(lines.as_ptr().wrapping_add(index));
 }
 
 /// To the second cache: in the first one, lines that wait to be written would displace those that are computed meanwhile.
 #[inline(always)]
-fn prefetch_line(line: *mut F32x16) {
+fn prefetch_line(line: *const F32x16) {
     #[cfg(target_arch = "x86_64")]
     {
         use std::arch::x86_64::{_MM_HINT_T1, _mm_prefetch};

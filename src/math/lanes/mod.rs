@@ -153,6 +153,15 @@ pub(crate) trait Lanes:
     /// Transposes sixteen lines: each lane of a part has its sixteen numbers written to the line of its own. Streamed lines are as
     /// those of [`Lanes::stream`].
     fn transpose(from: [&F32x16; F32x16::LANES], lanes: PartWrite, to: &mut impl Sixteen);
+
+    /// Does some work in a function of its own.
+    fn apart(work: impl Apart<Self>);
+}
+
+/// Work on registers of one kind that is a function of its own: it is compiled once, wherever it is called.
+pub(crate) trait Apart<L: Lanes> {
+    /// Does the work. It and the functions that it calls must be `#[inline(always)]`, or apart themselves.
+    fn run(self);
 }
 
 /// A unit of [`KeyRows`], and which of its quads are wanted.

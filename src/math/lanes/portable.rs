@@ -3,7 +3,7 @@
 use std::array::from_fn;
 use std::ops::{Add, Div, Mul, Sub};
 
-use super::{F32x16, KeyColumns, KeyRows, KeyUnit, Lanes, PartWrite, Sixteen, UnitHalves};
+use super::{Apart, F32x16, KeyColumns, KeyRows, KeyUnit, Lanes, PartWrite, Sixteen, UnitHalves};
 
 const COUNT: usize = 4;
 const REACH: usize = 2 * F32x16::LANES - 1;
@@ -257,6 +257,11 @@ impl Lanes for Portable {
             let (a, b) = (a[lane], b[lane]);
             (low(a) * low(b)).wrapping_add(high(a) * high(b)) as f32
         }))
+    }
+
+    #[inline(never)]
+    fn apart(work: impl Apart<Self>) {
+        work.run();
     }
 
     #[inline(always)]

@@ -3,7 +3,7 @@
 use std::arch::x86_64::*;
 use std::ops::{Add, Div, Mul, Sub};
 
-use super::{F32x16, KeyColumns, KeyRows, Lanes, PartWrite, Sixteen, UnitHalves};
+use super::{Apart, F32x16, KeyColumns, KeyRows, Lanes, PartWrite, Sixteen, UnitHalves};
 
 #[derive(Clone, Copy)]
 pub(super) struct Sse2(__m128);
@@ -282,6 +282,11 @@ impl Lanes for Sse2 {
     }
 
     /// The quarters of a line are written one after the other: stores past the caches are then joined.
+    #[inline(never)]
+    fn apart(work: impl Apart<Self>) {
+        work.run();
+    }
+
     #[inline(always)]
     fn transpose(from: [&F32x16; F32x16::LANES], lanes: PartWrite, to: &mut impl Sixteen) {
         let PartWrite { part, is_streamed } = lanes;
