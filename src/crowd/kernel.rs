@@ -19,7 +19,8 @@ use super::scratch::Scratch;
 use super::write::{Copied, InPlace, RunTarget, Scattered, Target};
 use crate::math::{Apart, F32x16, Isa, Kernel, KeyRows, Lanes};
 
-/// A run in one form, to one kind of place: kernels are large, so each has its own.
+/// A run in one form, to one kind of place. Each has a kernel of its own, which holds the joints of the commonest groups; those of the others
+/// are [apart](Apart).
 struct As<'a, P, T> {
     run: Run<'a>,
     to: T,
