@@ -69,6 +69,14 @@ pub enum GraphError {
         /// Maximum number.
         most: u64,
     },
+    /// The build would take more memory than [`GraphSettings::memory`](super::GraphSettings::memory), by an estimate.
+    #[error("a graph of these clips takes about {:.1} GB of memory to build; {:.1} GB is the most", *needed as f64 * 1e-9, *most as f64 * 1e-9)]
+    Memory {
+        /// Estimate, in bytes.
+        needed: u64,
+        /// Maximum, in bytes.
+        most: u64,
+    },
     /// An event is too long.
     #[error("event {index} is longer than the maximum of {max} s")]
     EventTooLong {

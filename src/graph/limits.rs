@@ -22,20 +22,21 @@ impl GraphSettings {
 
     /// Checks the limits before any memory is allocated.
     pub(super) fn check_size(&self, source: ClipSource<'_>) -> Result<(), GraphError> {
-        let most = |what, found: f64, most: u64| match found <= most as f64 {
-            true => Ok(()),
-            false => Err(GraphError::TooMany {
-                what,
-                found: found as u64,
-                most,
-            }),
-        };
-        most("bytes of memory", self.estimate(source), self.memory)?;
-        most(
-            "events",
-            source.events.len() as f64,
-            Self::MOST_EVENTS as u64,
-        )?;
+        let needed = self.estimate(source);
+        if needed > self.memory as f64 {
+            return Err(GraphError::Memory {
+                needed: needed as u64,
+                most: self.memory,
+            });
+        }
+        let events = source.events.len();
+        if events > Self::MOST_EVENTS {
+            return Err(GraphError::TooMany {
+                what: "events",
+                found: events as u64,
+                most: Self::MOST_EVENTS as u64,
+            });
+        }
         let long = |seconds: f64| seconds > Self::LONGEST_EVENT;
         let mut lengths = source.events.iter().map(|event| event.end - event.start);
         match lengths.position(long) {

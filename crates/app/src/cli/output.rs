@@ -68,7 +68,9 @@ pub(crate) enum Failure {
     #[error(transparent)]
     Archive(#[from] archive::ArchiveError),
     #[error(transparent)]
-    Graph(#[from] GraphError),
+    Graph(GraphError),
+    #[error("{0}; --memory sets another limit")]
+    Memory(GraphError),
     #[error(transparent)]
     Bake(#[from] BakeError),
     #[error("attack {index}: {error}")]
@@ -107,6 +109,15 @@ pub(crate) enum Failure {
         place: String,
         failure: Box<Failure>,
     },
+}
+
+impl From<GraphError> for Failure {
+    fn from(error: GraphError) -> Self {
+        match error {
+            GraphError::Memory { .. } => Self::Memory(error),
+            error => Self::Graph(error),
+        }
+    }
 }
 
 impl Failure {

@@ -96,6 +96,8 @@ fn motions_that_make_no_graph() {
         let told = sabaki(folder.path(), &bake(one, &["--threshold", threshold]));
         told.is_refused(&["threshold"]);
     }
+    let told = sabaki(folder.path(), &bake(one, &["--memory", "0.0001"]));
+    told.is_refused(&["GB of memory", "--memory"]);
     for scale in ["0", "inf", "1e30"] {
         sabaki(folder.path(), &bake(one, &["--scale", scale])).is_refused(&[]);
     }
