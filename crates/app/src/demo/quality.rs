@@ -7,6 +7,7 @@ use glam::{Quat, Vec3};
 use sabaki::anim::{Clip, JointId, JointTransform, Pose, forward_kinematics};
 use sabaki::graph::{EdgeMotion, Motion};
 use sabaki::maps::BakedGraph;
+use sabaki::math::in_parallel;
 use sabaki::query::{Answer, Query, QueryContext, QuerySettings};
 
 use super::limbs::{LEGS, limb_of};
@@ -32,14 +33,30 @@ pub struct Quality {
     pub overlaps: Vec<f32>,
 }
 
+impl Quality {
+    /// Several measurements, one after the other.
+    fn of_all(parts: Vec<Self>) -> Self {
+        let mut all = Self::default();
+        for mut part in parts {
+            all.velocities.append(&mut part.velocities);
+            all.accelerations.append(&mut part.accelerations);
+            all.toes.append(&mut part.toes);
+            all.slides.append(&mut part.slides);
+            all.heights.append(&mut part.heights);
+            all.overlaps.append(&mut part.overlaps);
+        }
+        all
+    }
+}
+
 /// Measures motions of a graph.
 #[derive(Clone, Debug)]
 pub struct QualityMeter<'a> {
     baked: &'a BakedGraph,
     /// Joints that touch the ground.
     toes: Vec<JointId>,
-    /// The limb of each of the body's spheres.
-    limbs: Vec<Option<usize>>,
+    /// The body's spheres of two limbs each, and the sum of their radii.
+    pairs: Vec<(usize, usize, f32)>,
     seconds: f32,
 }
 
@@ -58,12 +75,21 @@ impl<'a> QualityMeter<'a> {
     pub fn new(baked: &'a BakedGraph) -> Self {
         let graph = baked.graph();
         let legs = graph.limbs()[..LEGS].iter().flatten();
+        let spheres = &baked.body().spheres;
+        let limb = |index: usize| limb_of(graph, spheres[index].joint);
+        let of_limbs: Vec<(usize, usize)> = (0..spheres.len())
+            .filter_map(|index| Some((index, limb(index)?)))
+            .collect();
+        let mut pairs = Vec::new();
+        for (at, &(one, limb)) in of_limbs.iter().enumerate() {
+            for &(other, _) in of_limbs[..at].iter().filter(|(_, it)| *it != limb) {
+                pairs.push((one, other, spheres[one].radius + spheres[other].radius));
+            }
+        }
         Self {
             baked,
             toes: legs.map(|leg| leg.toe.unwrap_or(leg.foot)).collect(),
-            limbs: { baked.body().spheres.iter() }
-                .map(|sphere| limb_of(graph, sphere.joint))
-                .collect(),
+            pairs,
             seconds: (1.0 / graph.frame_rate()) as f32,
         }
     }
@@ -71,17 +97,17 @@ impl<'a> QualityMeter<'a> {
     /// All clips of the graph.
     #[must_use]
     pub fn clips(&self) -> Quality {
-        let mut quality = Quality::default();
-        let mut pose = Pose::default();
-        for clip in self.baked.graph().clips() {
+        let clips = self.baked.graph().clips();
+        Quality::of_all(in_parallel(0, clips.len(), |index| {
+            let (mut quality, mut pose) = (Quality::default(), Pose::default());
             let sample = |frame| {
-                Clip::pose(clip, frame, &mut pose);
+                Clip::pose(&clips[index], frame, &mut pose);
                 self.sample(&pose, true)
             };
-            let samples: Vec<Sample> = (0..clip.frames()).map(sample).collect();
+            let samples: Vec<Sample> = (0..clips[index].frames()).map(sample).collect();
             self.add(&samples, &mut quality);
-        }
-        quality
+            quality
+        }))
     }
 
     /// Measures the composed parts of an answer's motion up to a time: transitions, an entry, a warp.
@@ -101,18 +127,18 @@ impl<'a> QualityMeter<'a> {
     /// What is composed in the answers to so many random throws, with the default settings.
     #[must_use]
     pub fn answers(&self, attacks: u64, seed: u64) -> Quality {
-        let mut quality = Quality::default();
         let settings = QuerySettings::default();
         let query = Query::new(self.baked, &settings);
-        let (mut context, mut answer) = (QueryContext::default(), Answer::default());
-        for index in 0..attacks {
-            let Ok(throw) = throw(self.baked, &ThrowSettings::default(), seed, index) else {
-                continue;
-            };
-            query.answer(throw.request(), &mut context, &mut answer);
-            self.add_answer(&answer, throw.attack.end() + SEEN_ON, &mut quality);
-        }
-        quality
+        Quality::of_all(in_parallel(0, attacks as usize, |index| {
+            let mut quality = Quality::default();
+            let thrown = throw(self.baked, &ThrowSettings::default(), seed, index as u64);
+            if let Ok(throw) = thrown {
+                let (mut context, mut answer) = (QueryContext::default(), Answer::default());
+                query.answer(throw.request(), &mut context, &mut answer);
+                self.add_answer(&answer, throw.attack.end() + SEEN_ON, &mut quality);
+            }
+            quality
+        }))
     }
 
     fn is_composed(&self, motion: &Motion, seconds: f32) -> bool {
@@ -142,22 +168,9 @@ impl<'a> QualityMeter<'a> {
 
     /// How deep two limbs are in each other.
     fn overlap(&self, centres: &[Vec3]) -> f32 {
-        let spheres = &self.baked.body().spheres;
-        let mut deepest = f32::NEG_INFINITY;
-        for (one, limb) in self
-            .limbs
-            .iter()
-            .enumerate()
-            .filter_map(|(one, limb)| Some((one, (*limb)?)))
-        {
-            for other in 0..one {
-                if self.limbs[other].is_some_and(|another| another != limb) {
-                    let apart = centres[one].distance(centres[other]);
-                    deepest = deepest.max(spheres[one].radius + spheres[other].radius - apart);
-                }
-            }
-        }
-        deepest
+        let depths = self.pairs.iter();
+        let depths = depths.map(|&(a, b, radii)| radii - centres[a].distance(centres[b]));
+        depths.fold(f32::NEG_INFINITY, f32::max)
     }
 
     /// Adds what is composed among samples that follow each other.
