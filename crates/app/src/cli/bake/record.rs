@@ -60,6 +60,9 @@ pub(crate) struct UnfinishedBake {
     pub(crate) record: BakeRecord,
     /// Number of the stage that it was in, and the pieces of it that were done.
     pub(crate) reached: (u8, u64),
+    /// Number of clips of each earlier bake whose results were taken over.
+    #[serde(skip)]
+    pub(crate) taken_over: Vec<usize>,
 }
 
 /// The file of an unfinished bake, beside the file that it was to write: the same command goes on from it.
@@ -75,11 +78,17 @@ impl UnfinishedFile {
         let path = with_ending(baked, ".unfinished");
         let found = sealed::read::<UnfinishedBake>(&path, UNFINISHED);
         let (record, reached) = match found {
-            Ok((UnfinishedBake { record, reached }, _)) => {
+            Ok((
+                UnfinishedBake {
+                    record, reached, ..
+                },
+                _,
+            )) => {
                 output::notice(&format!("goes on from {}", path.display()));
                 (Some(record), Some(reached))
             }
-            Err(Unusable::Missing) => (None, None),
+            // Where nothing can be written, nothing is said of it here.
+            Err(_) if !path.exists() => (None, None),
             Err(why) => {
                 output::notice(&anew(&path, &why));
                 (None, None)
@@ -88,10 +97,12 @@ impl UnfinishedFile {
         (record, Self { path, reached })
     }
 
-    /// Writes what a bake has done that was stopped, unless what is there came farther. Returns the error of the command.
+    /// Writes what a bake has done that was stopped, unless it went on from what is there and has not come farther. Returns the error of the
+    /// command.
     pub(crate) fn keep(&self, bake: &UnfinishedBake) -> Failure {
-        let is_farther = self.reached.is_none_or(|reached| reached <= bake.reached);
-        let written = match is_farther {
+        let went_on = bake.taken_over.first().is_some_and(|&clips| clips > 0);
+        let is_new = !went_on || self.reached.is_none_or(|reached| reached <= bake.reached);
+        let written = match is_new {
             true => sealed::encode(bake).and_then(|it| sealed::write(&self.path, UNFINISHED, &it)),
             false => Ok(()),
         };
@@ -117,4 +128,38 @@ fn with_ending(path: &Path, ending: &str) -> PathBuf {
 
 fn anew(path: &Path, why: &Unusable) -> String {
     format!("{}: {why}; all is computed anew", path.display())
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_was_done_is_kept_unless_more_of_the_same_is_there() {
+        let folder = tempfile::tempdir().unwrap();
+        let baked = folder.path().join("out.sabaki");
+        let stopped = |reached, taken_over: &[usize]| UnfinishedBake {
+            record: BakeRecord::default(),
+            reached,
+            taken_over: taken_over.to_vec(),
+        };
+        for (bake, kept) in [
+            (stopped((3, 7), &[]), (3, 7)),
+            // It stopped before it had come as far.
+            (stopped((2, 9), &[5]), (3, 7)),
+            (stopped((3, 8), &[5]), (3, 8)),
+            (stopped((4, 0), &[5, 2]), (4, 0)),
+            // What was there is of other clips or settings.
+            (stopped((1, 2), &[0, 2]), (1, 2)),
+        ] {
+            let (_, file) = UnfinishedFile::open(&baked);
+            assert!(matches!(file.keep(&bake), Failure::Unfinished(_)));
+            let (found, file) = UnfinishedFile::open(&baked);
+            assert!(found.is_some());
+            assert_eq!(file.reached, Some(kept));
+        }
+        UnfinishedFile::open(&baked).1.remove();
+        assert!(UnfinishedFile::open(&baked).0.is_none());
+    }
 }

@@ -218,7 +218,7 @@ impl Bake<'_> {
             record: graph,
             taken_over,
         } = self.graph(&watch, find, of_graphs)?;
-        let clips = taken_over.iter().map(ClipMatch::count).max().unwrap_or(0);
+        let clips = counts(&taken_over);
         // Those of a bake that was stopped are the first, and of the first moments alone.
         let mut of_tables = { of_tables.into_iter().zip(taken_over).rev() }
             .map(|(record, clips)| EarlierTables { record, clips });
@@ -229,11 +229,11 @@ impl Bake<'_> {
             tables: tables.record,
         };
         let Some(mut baked) = tables.made else {
-            return Err(stopped(&watch, record));
+            return Err(stopped(&watch, record, clips));
         };
         if let Some(made) = &mut baked.made {
             made.record = record;
-            made.taken_over = clips;
+            made.taken_over = clips.into_iter().max().unwrap_or(0);
             made.seconds = started.elapsed().as_secs_f64();
         }
         Ok(baked)
@@ -248,7 +248,7 @@ impl Bake<'_> {
     ) -> Result<GraphOfClips, Failure> {
         watch.short("preparing clips");
         let builder = GraphBuilder::onto(self.source, &self.graph, earlier)?.watched(watch);
-        let taken_over = builder.clips_taken_over().cloned().collect();
+        let taken_over: Vec<ClipMatch> = builder.clips_taken_over().cloned().collect();
         let transitions = find(&builder)?;
         let Recorded { made, record } = builder.build_recorded(transitions)?;
         let Some((graph, report)) = made else {
@@ -256,7 +256,7 @@ impl Bake<'_> {
                 graph: record,
                 ..BakeRecord::default()
             };
-            return Err(stopped(watch, record));
+            return Err(stopped(watch, record, counts(&taken_over)));
         };
         Ok(GraphOfClips {
             built: BuiltGraph { graph, report },
@@ -305,10 +305,16 @@ impl Bake<'_> {
     }
 }
 
+/// Number of clips that were taken over from each earlier bake.
+fn counts(taken_over: &[ClipMatch]) -> Vec<usize> {
+    taken_over.iter().map(ClipMatch::count).collect()
+}
+
 /// The failure of a bake that was stopped.
-fn stopped(watch: &BakeBar, record: BakeRecord) -> Failure {
+fn stopped(watch: &BakeBar, record: BakeRecord, taken_over: Vec<usize>) -> Failure {
     Failure::Stopped(Box::new(UnfinishedBake {
         record,
         reached: watch.reached(),
+        taken_over,
     }))
 }
