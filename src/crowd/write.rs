@@ -197,10 +197,17 @@ impl Target for Copied<'_> {
 
     #[inline(always)]
     fn write<L: Lanes, P: JointMath>(self, joints: usize, models: &[P::Model]) {
-        L::apart(Write::<Self, P> {
-            to: self,
+        let Self { lines, output } = self;
+        if output.layout == Layout::Blocks {
+            L::apart(WriteBlocks::<P> { models, lines });
+            return;
+        }
+        let row = row_lines::<P>(joints);
+        L::apart(WriteRows::<P, _> {
             joints,
             models,
+            is_streamed: output.write == WriteMode::Streamed,
+            rows: Following { lines, row },
         });
     }
 }
@@ -220,59 +227,30 @@ impl Target for ScatteredGroup<'_> {
 
     #[inline(always)]
     fn write<L: Lanes, P: JointMath>(self, joints: usize, models: &[P::Model]) {
-        L::apart(Write::<Self, P> {
-            to: self,
+        L::apart(WriteRows::<P, _> {
             joints,
             models,
+            is_streamed: self.is_streamed,
+            rows: self.rows,
         });
     }
 }
 
-/// Joints of a group to write.
-struct Write<'a, T, P: JointMath> {
-    to: T,
-    joints: usize,
-    /// Some more than there are joints.
+/// Joints that are written as blocks, past the caches.
+struct WriteBlocks<'a, P: JointMath> {
     models: &'a [P::Model],
+    lines: &'a mut [F32x16],
 }
 
-impl<L: Lanes, P: JointMath> Apart<L> for Write<'_, Copied<'_>, P> {
+impl<L: Lanes, P: JointMath> Apart<L> for WriteBlocks<'_, P> {
     #[inline(always)]
     fn run(self) {
-        let Copied { lines, output } = self.to;
-        if output.layout == Layout::Blocks {
-            write_blocks::<L, P>(self.models, lines);
-            return;
-        }
-        let row = row_lines::<P>(self.joints);
-        let models = RowModels {
-            joints: self.joints,
-            models: self.models,
-            is_streamed: output.write == WriteMode::Streamed,
-        };
-        write_rows::<L, P>(models, Following { lines, row });
-    }
-}
-
-impl<L: Lanes, P: JointMath> Apart<L> for Write<'_, ScatteredGroup<'_>, P> {
-    #[inline(always)]
-    fn run(self) {
-        let ScatteredGroup { rows, is_streamed } = self.to;
-        let models = RowModels {
-            joints: self.joints,
-            models: self.models,
-            is_streamed,
-        };
-        write_rows::<L, P>(models, rows);
-    }
-}
-
-#[inline(always)]
-fn write_blocks<L: Lanes, P: JointMath>(models: &[P::Model], out: &mut [F32x16]) {
-    for (model, to) in models.iter().zip(out.chunks_exact_mut(P::NUMBERS)) {
-        for (from, to) in model.as_ref().iter().zip(to) {
-            for part in 0..L::PARTS {
-                L::load(from, part).stream(to, part);
+        let lines = self.lines.chunks_exact_mut(P::NUMBERS);
+        for (model, to) in self.models.iter().zip(lines) {
+            for (from, to) in model.as_ref().iter().zip(to) {
+                for part in 0..L::PARTS {
+                    L::load(from, part).stream(to, part);
+                }
             }
         }
     }
@@ -317,29 +295,32 @@ impl Sixteen for RowsAt<'_, '_> {
     }
 }
 
-/// Writes all joints as rows.
-#[inline(always)]
-fn write_rows<L: Lanes, P: JointMath>(models: RowModels<'_, P>, mut rows: impl Rows) {
-    let RowModels {
-        joints,
-        models,
-        is_streamed,
-    } = models;
-    for line in 0..(joints * P::ROW).div_ceil(F32x16::LANES) {
-        let numbers = line_numbers::<P>(models, line);
-        let mut to = rows.lines(line);
-        for part in 0..L::PARTS {
-            L::transpose(numbers, PartWrite { part, is_streamed }, &mut to);
-        }
-    }
-}
-
 /// Joints that are written as rows.
-struct RowModels<'a, P: JointMath> {
+struct WriteRows<'a, P: JointMath, R> {
     joints: usize,
     /// Some more than there are joints.
     models: &'a [P::Model],
     is_streamed: bool,
+    rows: R,
+}
+
+impl<L: Lanes, P: JointMath, R: Rows> Apart<L> for WriteRows<'_, P, R> {
+    #[inline(always)]
+    fn run(self) {
+        let Self {
+            joints,
+            models,
+            is_streamed,
+            mut rows,
+        } = self;
+        for line in 0..(joints * P::ROW).div_ceil(F32x16::LANES) {
+            let numbers = line_numbers::<P>(models, line);
+            let mut to = rows.lines(line);
+            for part in 0..L::PARTS {
+                L::transpose(numbers, PartWrite { part, is_streamed }, &mut to);
+            }
+        }
+    }
 }
 
 /// The sixteen numbers of a line of a row.

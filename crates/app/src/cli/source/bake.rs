@@ -278,8 +278,8 @@ impl Bake<'_> {
         let baker = Baker::onto(graph, self.settings, earlier)?;
         let maps = baker.draw_on_cpu();
         let Recorded { made, record } = baker.finish_recorded(maps, watch)?;
-        let mut warnings = Vec::new();
         let made = made.map(|graph| {
+            let mut warnings = Vec::new();
             if graph.evasions().is_empty() {
                 let labelled = report.events.0;
                 warnings.push(match labelled {

@@ -8,16 +8,8 @@ use sabaki::internal::{BakeProgress, BakeStage, BakeWatch};
 
 use super::super::cancel;
 
-/// All stages, in order.
-const STAGES: [BakeStage; 7] = [
-    BakeStage::Transitions,
-    BakeStage::Feet,
-    BakeStage::Joins,
-    BakeStage::Links,
-    BakeStage::Choice,
-    BakeStage::Entries,
-    BakeStage::Exits,
-];
+/// Number of stages.
+const STAGES: usize = BakeStage::Exits as usize + 1;
 
 /// Shows the stage of a bake, the share of it that is done, and the time left; of the search the pairs of windows a second, too. Stderr may
 /// be no terminal: nothing is shown then.
@@ -49,7 +41,7 @@ impl BakeBar {
     /// Number of the stage that the bake has reached, and the pieces of it that are done.
     pub(crate) fn reached(&self) -> (u8, u64) {
         match self.lock().last {
-            Some(last) => (number(last.stage) as u8, last.done),
+            Some(last) => (last.stage as u8, last.done),
             None => (0, 0),
         }
     }
@@ -104,13 +96,6 @@ impl BakeWatch for BakeBar {
     }
 }
 
-/// Position of a stage among all.
-fn number(stage: BakeStage) -> usize {
-    { STAGES.iter() }
-        .position(|&other| other == stage)
-        .unwrap_or(0)
-}
-
 fn words(stage: BakeStage) -> &'static str {
     match stage {
         BakeStage::Transitions => "searching transitions",
@@ -124,7 +109,7 @@ fn words(stage: BakeStage) -> &'static str {
 }
 
 fn bar(stage: BakeStage) -> ProgressBar {
-    let message = format!("{}/{} {}", number(stage) + 1, STAGES.len(), words(stage));
+    let message = format!("{}/{STAGES} {}", stage as usize + 1, words(stage));
     let bar = ProgressBar::new(0).with_message(message);
     let rate = |state: &ProgressState, out: &mut dyn std::fmt::Write| {
         // A bar that cannot be written is not worth an error.
