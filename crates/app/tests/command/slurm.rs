@@ -113,12 +113,14 @@ fn a_killed_task_runs_again_and_changes_nothing() {
         (!Path::new(&format!("/proc/{process}")).exists()).then_some(())
     });
     // Slurm waits two minutes before it runs a task again, unless it is told that the time has come. It is told so once nothing of
-    // the task is left on the node: a task that is started while it ends takes the exit code of what was killed.
+    // the task is left on the node, and a second later: its credentials count whole seconds, and one that is issued in the second in
+    // which the task was killed counts as revoked with it, which fails the task.
     wait("the task is not pending", || {
         let task = run("squeue", &["--noheader", "--format=%t", "--jobs", &task]);
         let node = run("sinfo", &["--noheader", "--format=%T"]);
         (task.trim() == "PD" && node.trim() == "idle").then_some(())
     });
+    std::thread::sleep(Duration::from_secs(1));
     wait("the queue is not done", || {
         std::thread::sleep(Duration::from_millis(200));
         let now = ["update", &format!("jobid={task}"), "StartTime=now"].map(String::from);
