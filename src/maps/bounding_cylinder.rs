@@ -22,10 +22,8 @@ pub(crate) struct BoundingCylinder {
 
 impl Bytes<20> for BoundingCylinder {
     fn to_bytes(self) -> [u8; 20] {
-        let [x, z] = self.axis.to_array();
         let mut bytes = [0; 20];
-        let numbers = [x, z, self.radius, self.low, self.high];
-        for (bytes, number) in bytes.as_chunks_mut().0.iter_mut().zip(numbers) {
+        for (bytes, number) in bytes.as_chunks_mut().0.iter_mut().zip(self.to_array()) {
             *bytes = number.to_le_bytes();
         }
         bytes
@@ -55,25 +53,29 @@ impl BoundingCylinder {
             && (0.0..=furthest).contains(&self.radius)
     }
 
-    /// Cylinder around the body in one pose.
-    fn around(body: &Body, centres: &[Vec3]) -> Self {
+    /// Cylinder around spheres, each given by its centre and its radius.
+    pub(crate) fn around(spheres: impl Iterator<Item = (Vec3, f32)> + Clone) -> Self {
         let (mut low, mut high) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
-        for (sphere, &centre) in body.spheres.iter().zip(centres) {
-            low = low.min(centre - sphere.radius);
-            high = high.max(centre + sphere.radius);
+        for (centre, radius) in spheres.clone() {
+            low = low.min(centre - radius);
+            high = high.max(centre + radius);
         }
         let middle = 0.5 * (low + high);
         let axis = Vec2::new(middle.x, middle.z);
         let away =
-            body.spheres.iter().zip(centres).map(|(sphere, centre)| {
-                Vec2::new(centre.x, centre.z).distance(axis) + sphere.radius
-            });
+            spheres.map(|(centre, radius)| Vec2::new(centre.x, centre.z).distance(axis) + radius);
         Self {
             axis,
             radius: away.fold(0.0, f32::max),
             low: low.y,
             high: high.y,
         }
+    }
+
+    /// X and z of the axis, radius, lowest and highest y.
+    pub(crate) fn to_array(self) -> [f32; 5] {
+        let [x, z] = self.axis.to_array();
+        [x, z, self.radius, self.low, self.high]
     }
 
     /// Interpolates linearly towards another cylinder.
@@ -167,7 +169,8 @@ fn of_clip(skeleton: &Skeleton, body: &Body, clip: &Clip) -> Vec<BoundingCylinde
         clip.pose(frame, &mut pose);
         forward_kinematics(skeleton, &pose, &mut joints);
         body.centres(&joints, &mut centres);
-        BoundingCylinder::around(body, &centres)
+        let radii = body.spheres.iter().map(|sphere| sphere.radius);
+        BoundingCylinder::around(centres.iter().copied().zip(radii))
     };
     (0..clip.frames()).map(&mut of).collect()
 }

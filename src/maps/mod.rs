@@ -50,6 +50,7 @@ pub use baked::BakedGraph;
 pub use body::Body;
 pub(crate) use body_rows::BodyRows;
 pub use body_sphere::BodySphere;
+pub(crate) use bounding_cylinder::BoundingCylinder;
 pub(crate) use coarse::{CoarseMap, CoarseRegion};
 pub(crate) use disc::{Disc, SUB_TEXELS};
 pub(crate) use drawings::{CLOCK_ERROR, HALF_DIAGONAL, ROUNDING};

@@ -8,8 +8,9 @@ use common::baked::embedded;
 use glam::Vec3;
 use rand::{Rng, RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
+use sabaki::graph::{EdgeId, Motion, MotionGraph, Playhead};
 use sabaki::internal::{
-    BodyTrack, ExactTest, Extent, MotionBody, PlacedEvasion, SAMPLE_RATE, closest,
+    BodyTrack, ExactTest, Extent, MotionBody, PlacedEvasion, SAMPLE_RATE, Sampling, closest,
 };
 use sabaki::maps::{MovingSphere, SphereKey};
 use sabaki::math::{Rigid2, Sphere};
@@ -115,6 +116,62 @@ fn hulls_leave_out_nothing_that_is_near() {
     }
     // Both ways are taken often.
     assert!(hits > 50 && near - hits > 50 && near < 380, "{hits} {near}");
+}
+
+/// An attack of so many lines is bounded as a whole first; each of its spheres alone is not.
+#[test]
+fn of_many_spheres_the_nearest_one_counts() {
+    let baked = embedded();
+    let mut rng = Pcg64Mcg::seed_from_u64(14);
+    let mut scratch = MotionBody::default();
+    for round in 0..12 {
+        let evasion = PlacedEvasion {
+            track: baked.track(7 * round % baked.evasions().len()),
+            placement: Rigid2::new(rng.random_range(-3.0..3.0), 2.0, -1.0),
+            start: 0.1,
+        };
+        // Beginnings of balls that pass beside the body, at most, so that the nearest one is not always inside of it.
+        let outside = rng.random_range(0.2..1.2f32);
+        let spheres: Vec<Vec<SphereKey>> = (0..3000)
+            .map(|_| {
+                let (t, angle) = (rng.random_range(0.2..0.5f32), rng.random_range(-3.1..3.1));
+                let height = rng.random_range(0.1..2.2);
+                let key = |t: f32, along: f32| SphereKey {
+                    t,
+                    center: evasion.placement.point(
+                        Rigid2::new(angle, 0.0, 0.0).point(Vec3::new(outside, height, along)),
+                    ),
+                    radius: 0.05,
+                };
+                vec![key(t, 2.5), key(t + 0.2, rng.random_range(-2.0..2.0))]
+            })
+            .collect();
+        let motion = |graph: &MotionGraph| {
+            let playhead = Playhead::at(graph, EdgeId(round as u32), 0.0, evasion.placement);
+            let mut motion = Motion::new(graph, playhead, &[]);
+            motion.extend(graph, 1.0);
+            motion
+        };
+        let motion = motion(baked.graph());
+        let mut nearest = |spheres: &[Vec<SphereKey>], sampling| {
+            let attack = Attack::new(spheres.to_vec()).unwrap();
+            let test = ExactTest {
+                sampling,
+                ..ExactTest::new(baked, &attack)
+            };
+            let no_motion = |_: &mut _| panic!("the track lasts as long as the attack");
+            [
+                test.on_motion(&motion, &mut scratch).metres,
+                test.on_track(&evasion, &mut scratch, no_motion).metres,
+            ]
+        };
+        for sampling in [Sampling::Each, Sampling::CoarseFirst] {
+            let all = nearest(&spheres, sampling);
+            let each = spheres.chunks(1).map(|one| nearest(one, sampling));
+            let least = each.reduce(|a, b| [a[0].min(b[0]), a[1].min(b[1])]);
+            assert_eq!(Some(all), least, "{sampling:?}");
+        }
+    }
 }
 
 #[test]

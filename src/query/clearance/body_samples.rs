@@ -1,3 +1,4 @@
+use super::envelope::Envelope;
 use super::extent::Sampling;
 use super::nearest::Spheres;
 use super::segment::{Lanes, SphereSegment};
@@ -13,6 +14,9 @@ pub(super) trait BodySamples {
     /// Lower bounds of the distance between the whole body and a sphere that moves between two keys, for each of several
     /// intervals.
     fn bounds(&mut self, keys: [SphereKey; 2], intervals: Intervals) -> Lanes;
+    /// Computes the spheres of all intervals from sample `first` to sample `last`, so that [`BodySamples::bounds`] are close, and
+    /// returns what holds them all.
+    fn prepare_all(&mut self, first: usize, last: usize) -> Envelope;
     /// Adds the blocks of the body's spheres that may be nearer than `near.limit` during the interval from sample `tick` on.
     fn near_blocks(&self, tick: usize, near: Near<'_>, blocks: &mut Vec<usize>);
     /// Computes the spheres of a sample.
@@ -55,6 +59,11 @@ pub(super) struct TimeWindow {
 }
 
 impl TimeWindow {
+    /// Time since sample 0 by the samples' clock, seconds; 0 before it.
+    pub(super) fn clock(&self, t: f32) -> f32 {
+        ((t - self.origin) * self.rate).max(0.0)
+    }
+
     /// A window of a motion, which has the attack's clock and world.
     pub(super) fn of_motion(from: f32, to: f32) -> Self {
         Self {

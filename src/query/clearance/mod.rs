@@ -2,6 +2,7 @@
 
 mod body_samples;
 mod closest;
+mod envelope;
 mod exact_test;
 mod extent;
 mod nearest;

@@ -1,16 +1,18 @@
 //! The body along a motion, posed sample by sample.
 
+use glam::Vec3;
 use rustc_hash::FxHashMap;
 
 use super::body_samples::{BodySamples, Intervals, Near};
+use super::envelope::Envelope;
 use super::extent::{SAMPLE_RATE, Sampling};
 use super::nearest::Spheres;
-use super::segment::{LANES, Lanes};
+use super::segment::{CylinderRow, LANES, Lanes};
 use super::segment_lanes::SegmentLanes;
 use super::sweep::SweepScratch;
 use crate::anim::{JointTransform, Pose, forward_kinematics};
 use crate::graph::{Motion, Playhead};
-use crate::maps::{BakedGraph, BodyTrack, SphereKey};
+use crate::maps::{BakedGraph, BodyTrack, BoundingCylinder, SphereKey};
 use crate::math::Isa;
 use crate::query::obstacle::ObstacleScratch;
 
@@ -46,6 +48,9 @@ pub(super) struct PosedRows {
     /// Bounds of the motion that is tested: the next sphere of the attack is often tested at the same samples.
     bounding_spheres: Vec<Ends<4>>,
     bounding_cylinders: Vec<Ends<5>>,
+    /// Cylinders around the body at the ends of intervals that were all posed at first, and the number of the first such interval.
+    posed_cylinders: Vec<CylinderRow>,
+    first_posed: usize,
 }
 
 /// Values at the start and at the end of each of several intervals.
@@ -90,6 +95,7 @@ impl PosedRows {
         self.first_tick = None;
         self.bounding_spheres.clear();
         self.bounding_cylinders.clear();
+        self.posed_cylinders.clear();
         PosedBody {
             baked,
             motion,
@@ -193,8 +199,11 @@ impl PosedBody<'_> {
         [x, y, z, self.baked.reach()]
     }
 
-    /// A vertical cylinder around the body: x, z, radius, lowest and highest y.
-    fn bounding_cylinder(&self, tick: usize) -> [f32; 5] {
+    /// A vertical cylinder around the body, of its pose if that is known.
+    fn bounding_cylinder(&self, tick: usize) -> CylinderRow {
+        if let Some(cylinder) = self.posed_cylinder(tick / self.interval()) {
+            return cylinder;
+        }
         let seconds = tick as f32 / SAMPLE_RATE;
         if self.motion.is_blending(seconds) || self.motion.is_layered(seconds) {
             let [x, y, z, reach] = self.bounding_sphere(tick);
@@ -202,9 +211,7 @@ impl PosedBody<'_> {
         }
         let playhead = self.motion.playhead(self.baked.graph(), seconds);
         let cylinder = self.baked.bounding_cylinder(playhead.edge, playhead.frame);
-        let cylinder = cylinder.placed(playhead.clip_to_world);
-        let [x, z] = cylinder.axis.to_array();
-        [x, z, cylinder.radius, cylinder.low, cylinder.high]
+        cylinder.placed(playhead.clip_to_world).to_array()
     }
 
     /// Values at the start and the end of each interval.
@@ -230,6 +237,20 @@ impl PosedBody<'_> {
         }
     }
 
+    /// The cylinder at the start of an interval; `None` if not all were posed.
+    fn posed_cylinder(&self, interval: usize) -> Option<CylinderRow> {
+        let at = interval.checked_sub(self.scratch.first_posed)?;
+        self.scratch.posed_cylinders.get(at).copied()
+    }
+
+    /// A cylinder around the spheres of a sample, which is prepared.
+    fn cylinder_around(&self, tick: usize) -> CylinderRow {
+        let [x, y, z] = self.axes(tick);
+        let radii = self.baked.body_rows().radii();
+        let sphere = |at: usize| (Vec3::new(x[at], y[at], z[at]), radii[at]);
+        BoundingCylinder::around((0..self.count()).map(sphere)).to_array()
+    }
+
     fn axes(&self, tick: usize) -> [&[f32]; 3] {
         let row = self.baked.body_rows().radii().len();
         let start = self.slot(tick).unwrap_or(0);
@@ -248,8 +269,10 @@ impl BodySamples for PosedBody<'_> {
 
     fn bounds(&mut self, keys: [SphereKey; 2], intervals: Intervals) -> Lanes {
         let (first, interval) = (intervals.tick, self.interval());
+        let ends = [first / interval, first / interval + intervals.count];
+        let are_posed = ends.iter().all(|&end| self.posed_cylinder(end).is_some());
         match self.sampling {
-            Sampling::Each => {
+            Sampling::Each if !are_posed => {
                 let mut known = std::mem::take(&mut self.scratch.bounding_spheres);
                 let ends = find_or_add(&mut known, intervals, || {
                     self.ends(intervals, |tick| self.bounding_sphere(tick))
@@ -264,7 +287,7 @@ impl BodySamples for PosedBody<'_> {
                 self.scratch.bounding_spheres = known;
                 lanes
             }
-            Sampling::CoarseFirst => {
+            _ => {
                 let mut known = std::mem::take(&mut self.scratch.bounding_cylinders);
                 let ends = find_or_add(&mut known, intervals, || {
                     self.ends(intervals, |tick| self.bounding_cylinder(tick))
@@ -280,6 +303,20 @@ impl BodySamples for PosedBody<'_> {
                 lanes
             }
         }
+    }
+
+    fn prepare_all(&mut self, first: usize, last: usize) -> Envelope {
+        let interval = self.interval();
+        self.scratch.posed_cylinders.clear();
+        self.scratch.bounding_cylinders.clear();
+        self.scratch.first_posed = first / interval;
+        // The last interval ends after the last sample.
+        for at in first / interval..=last / interval + 1 {
+            self.pose(at * interval);
+            let cylinder = self.cylinder_around(at * interval);
+            self.scratch.posed_cylinders.push(cylinder);
+        }
+        Envelope::around(self.scratch.posed_cylinders.iter().copied())
     }
 
     fn near_blocks(&self, _: usize, _: Near<'_>, blocks: &mut Vec<usize>) {

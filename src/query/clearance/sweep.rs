@@ -1,11 +1,13 @@
 //! The sweep of the attack's spheres along the samples of the body.
 //!
 //! Each straight segment of a sphere is tested in intervals of samples, in the order of a lower bound of their distances. The
-//! search ends when the bound of the next interval is above the smallest distance so far.
+//! search ends when the bound of the next interval is above the smallest distance so far. Of an attack of many segments, those are
+//! left out first that stay away from all places of the body.
 
 use std::ops::RangeInclusive;
 
 use super::body_samples::{BodySamples, Intervals, Near, TimeWindow};
+use super::envelope::Envelope;
 use super::extent::{Extent, SAMPLE_RATE, Sampling};
 use super::nearest::{Nearest, NearestSearch};
 use super::result::Clearance;
@@ -39,10 +41,15 @@ struct BoundedInterval {
 /// overestimated, until the final motion is tested.
 const DEVIATION: f32 = 0.025;
 
+/// Number of an attack's straight lines for each sample of the body from which on all samples are computed first.
+const MANY_LINES: usize = 32;
+
 /// A test of one attack, in parts.
 pub(super) struct Sweep<'a> {
     attack: &'a Attack,
     search: Search,
+    /// What holds the body in the part that is tested.
+    envelope: Option<Envelope>,
     scratch: &'a mut SweepScratch,
 }
 
@@ -73,6 +80,7 @@ impl<'a> Sweep<'a> {
                 best,
                 straight: None,
             },
+            envelope: None,
             scratch,
         }
     }
@@ -95,6 +103,7 @@ impl<'a> Sweep<'a> {
 
     /// Tests the part of the attack in a time window.
     pub(super) fn run(&mut self, samples: &mut impl BodySamples, window: TimeWindow) {
+        self.envelope = self.envelope(samples, window);
         for sphere in self.attack.spheres() {
             if let [only] = sphere.keys() {
                 if (window.from..=window.to).contains(&only.t) {
@@ -115,13 +124,31 @@ impl<'a> Sweep<'a> {
         }
     }
 
+    /// What holds the body during a time window, in the frame of its samples; `None` where that takes longer to find than it saves.
+    fn envelope(&self, samples: &mut impl BodySamples, window: TimeWindow) -> Option<Envelope> {
+        let spheres = self.attack.spheres();
+        let keys: usize = spheres.iter().map(|sphere| sphere.keys().len()).sum();
+        let from = self.attack.start().max(window.from);
+        let to = self.attack.end().min(window.to);
+        let [first, last] = [from, to].map(|t| tick_at(window.clock(t)));
+        let is_worth_it = (keys - spheres.len()) / MANY_LINES > last.saturating_sub(first);
+        (from < to && is_worth_it).then(|| samples.prepare_all(first, last))
+    }
+
     /// Tests a sphere on one straight line.
     fn test(&mut self, keys: [SphereKey; 2], samples: &mut impl BodySamples, window: TimeWindow) {
         let keys = keys.map(|key| SphereKey {
-            t: ((key.t - window.origin) * window.rate).max(0.0),
+            t: window.clock(key.t),
             center: window.placement.point(key.center),
             ..key
         });
+        let limit = self.search.best.metres + deviation(samples.sampling()) + rounding(keys);
+        let envelope = self
+            .envelope
+            .filter(|envelope| envelope.distance(keys) > limit);
+        if envelope.is_some() {
+            return;
+        }
         let mut line = LineTest {
             search: &mut self.search,
             samples,
@@ -191,10 +218,7 @@ impl<S: BodySamples> LineTest<'_, S> {
     fn find_intervals(&mut self, bounded: &mut Vec<BoundedInterval>) {
         let interval = self.samples.interval();
         let [first, last] = self.keys.map(tick_of);
-        let deviation = match self.samples.sampling() {
-            Sampling::Each => 0.0,
-            Sampling::CoarseFirst => DEVIATION,
-        };
+        let deviation = deviation(self.samples.sampling());
         bounded.clear();
         let all = first - first % interval..last + 1;
         for tick in all.clone().step_by(LANES * interval) {
@@ -369,8 +393,19 @@ fn rounding(keys: [SphereKey; 2]) -> f32 {
     1e-4 + 1e-6 * furthest(keys[0]).max(furthest(keys[1]))
 }
 
+fn deviation(sampling: Sampling) -> f32 {
+    match sampling {
+        Sampling::Each => 0.0,
+        Sampling::CoarseFirst => DEVIATION,
+    }
+}
+
 fn tick_of(key: SphereKey) -> usize {
-    (key.t * SAMPLE_RATE) as usize
+    tick_at(key.t)
+}
+
+fn tick_at(seconds: f32) -> usize {
+    (seconds * SAMPLE_RATE) as usize
 }
 
 fn sort(intervals: &mut [BoundedInterval]) {

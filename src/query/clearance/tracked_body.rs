@@ -1,4 +1,5 @@
 use super::body_samples::{BodySamples, Intervals, Near};
+use super::envelope::Envelope;
 use super::extent::Sampling;
 use super::nearest::Spheres;
 use super::segment::{LANES, Lanes};
@@ -39,6 +40,17 @@ impl BodySamples for TrackedBody<'_> {
             #[inline(always)]
             || SegmentLanes::new(keys, tick, BodyTrack::INTERVAL).distances_to_spheres([&hulls; 2]),
         )
+    }
+
+    fn prepare_all(&mut self, first: usize, last: usize) -> Envelope {
+        let intervals = first / BodyTrack::INTERVAL..=last / BodyTrack::INTERVAL;
+        Envelope::around(intervals.step_by(LANES).flat_map(|interval| {
+            let hulls = self.track.hulls(interval);
+            (0..LANES).map(move |lane| {
+                let [x, y, z, radius] = hulls.map(|row| row[lane]);
+                [x, z, radius, y - radius, y + radius]
+            })
+        }))
     }
 
     fn near_blocks(&self, tick: usize, near: Near<'_>, blocks: &mut Vec<usize>) {

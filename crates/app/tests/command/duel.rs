@@ -4,18 +4,10 @@ use super::run::{baked, folder, sabaki};
 use super::without_times;
 
 #[test]
-fn a_duel_has_the_keys_that_it_promises_and_is_the_same_for_a_seed() {
+fn a_duel_has_the_keys_that_it_promises() {
     let folder = folder();
-    let args = ["duel", "--rounds", "3", "--json", "--seed"];
-    let fight = |seed, threads| {
-        let more = [seed, "--threads", threads];
-        let mut document = sabaki(folder.path(), &[&args[..], &more].concat()).json(0);
-        document["attack_grid"]["build_seconds"] = serde_json::Value::Null;
-        without_times(document)
-    };
-    let document = fight("1", "1");
-    assert_eq!(document, fight("1", "3"), "any number of threads");
-    assert!(document != fight("2", "1"), "another seed");
+    let args = ["duel", "--rounds", "3", "--json", "--seed", "1"];
+    let document = sabaki(folder.path(), &args).json(0);
     assert_eq!(document["rounds"], 3);
     let exchanges = document["exchanges"].as_array().unwrap();
     assert_eq!(exchanges.len(), 3);
@@ -43,6 +35,31 @@ fn a_duel_has_the_keys_that_it_promises_and_is_the_same_for_a_seed() {
         |what: &str| score[what]["white"].as_u64().unwrap() + score[what]["blue"].as_u64().unwrap();
     assert_eq!((of("hits"), of("hits") + of("dodges")), (hits, 3));
     assert!(document["attack_grid"]["size"]["blows"].as_u64().unwrap() > 1000);
+}
+
+#[test]
+fn a_duel_is_the_same_for_a_seed() {
+    let folder = folder();
+    let args = [
+        "duel",
+        baked(),
+        "--apart",
+        "0.8",
+        "--rounds",
+        "3",
+        "--json",
+        "--seed",
+    ];
+    let fight = |seed, threads| {
+        let more = [seed, "--threads", threads];
+        let mut document = sabaki(folder.path(), &[&args[..], &more].concat()).json(0);
+        document["attack_grid"]["build_seconds"] = serde_json::Value::Null;
+        without_times(document)
+    };
+    let document = fight("1", "1");
+    assert_eq!(document, fight("1", "3"), "any number of threads");
+    assert_eq!(document["exchanges"].as_array().unwrap().len(), 3);
+    assert!(document != fight("2", "1"), "another seed");
 }
 
 #[test]
