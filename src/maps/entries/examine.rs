@@ -42,6 +42,8 @@ pub(super) struct Examiner {
     /// Weights of the offsets in each frame, and `None` where they are 0.
     weights: Vec<Option<Weights>>,
     poses: Vec<Pose>,
+    /// The steps of each joint in the first frames.
+    started: Vec<Option<(JointSteps, JointLimits)>>,
     /// The comparisons of the tests with the limits.
     pub(super) slack: Slack,
 }
@@ -79,6 +81,7 @@ impl Examiner {
             offsets: Offsets::default(),
             weights: Vec::new(),
             poses: Vec::new(),
+            started: vec![None; skeleton.len()],
             slack: Slack::default(),
         }
     }
@@ -122,6 +125,7 @@ impl CutTest<'_> {
         self.examiner.weights.clear();
         self.examiner.weights.extend(weights);
         self.examiner.slack.start();
+        self.make_poses(FIRST.max(frames + 3));
         let is_plausible = self.hips_go_on()
             && self.joints_start()
             && self.head_goes_on()
@@ -132,6 +136,18 @@ impl CutTest<'_> {
             self.examiner.slack.pass();
         }
         is_plausible
+    }
+
+    /// Makes room for the poses of so many frames.
+    fn make_poses(&mut self, frames: usize) {
+        let joints = self.skeleton().len();
+        let poses = &mut self.examiner.poses;
+        for _ in poses.len()..frames {
+            poses.push(Pose {
+                rotations: vec![Quat::IDENTITY; joints],
+                ..Pose::default()
+            });
+        }
     }
 
     fn hips_go_on(&mut self) -> bool {
@@ -152,24 +168,22 @@ impl CutTest<'_> {
 
     /// Whether the joints of no leg are plausible in the first frames, where an offset begins to fade out.
     fn joints_start(&mut self) -> bool {
-        self.others_fit(|test, joint| test.joint_fits(joint, 2..FIRST, |_, _| ()))
+        self.others_fit(|test, joint| {
+            let (mut steps, limits) = test.steps(joint);
+            let fit = test.joint_fits(joint, 2..FIRST, &mut steps, limits);
+            test.examiner.started[joint.index()] = Some((steps, limits));
+            fit
+        })
     }
 
-    /// Whether the joints of no leg are plausible in all frames, whose poses are written.
+    /// Whether the joints of no leg are plausible in the frames after those, up to `frames`.
     fn joints_fit(&mut self, frames: usize) -> bool {
-        let joints = self.skeleton().len();
-        let mut poses = std::mem::take(&mut self.examiner.poses);
-        poses.resize_with(frames.max(poses.len()), Pose::default);
-        for pose in &mut poses[..frames] {
-            pose.rotations.resize(joints, Quat::IDENTITY);
-        }
-        let fit = self.others_fit(|test, joint| {
-            test.joint_fits(joint, 2..frames, |frame, rotation| {
-                poses[frame].rotations[joint.index()] = rotation;
-            })
-        });
-        self.examiner.poses = poses;
-        fit
+        self.others_fit(|test, joint| {
+            let started = test.examiner.started[joint.index()];
+            let (mut steps, limits) = started.unwrap_or_else(|| test.steps(joint));
+            steps.slack = test.examiner.slack;
+            test.joint_fits(joint, FIRST..frames, &mut steps, limits)
+        })
     }
 
     /// Whether all joints of no leg pass a test. One that fails is the first to be tested next time: it will often fail again.
@@ -183,17 +197,17 @@ impl CutTest<'_> {
         failed.is_none()
     }
 
-    /// Whether a joint is plausible in some frames, whose rotations are handed out.
+    /// Whether a joint is plausible in some frames, whose poses get its rotations.
     fn joint_fits(
         &mut self,
         joint: JointId,
-        frames: std::ops::Range<usize>,
-        mut visit: impl FnMut(usize, Quat),
+        mut frames: std::ops::Range<usize>,
+        steps: &mut JointSteps,
+        limits: JointLimits,
     ) -> bool {
-        let (mut steps, limits) = self.steps(joint);
-        let fit = frames.into_iter().all(|frame| {
+        let fit = frames.all(|frame| {
             let rotation = self.rotation(joint, frame);
-            visit(frame, rotation);
+            self.examiner.poses[frame].rotations[joint.index()] = rotation;
             steps.fits(rotation, limits)
         });
         self.examiner.slack = steps.slack;

@@ -3,7 +3,7 @@
 use glam::{Quat, Vec3};
 
 use super::limits::MotionLimits;
-use super::slack::{Limit, Slack};
+use super::slack::{Slack, SquareLimit};
 use crate::anim::JointId;
 use crate::graph::rotation_vector;
 
@@ -25,12 +25,12 @@ fn small_turn(rotation: Quat) -> Vec3 {
 }
 
 /// The limits of a joint.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 pub(super) struct JointLimits {
-    /// Square of the rotation between two frames, in radians.
-    step: Limit,
-    /// Square of the difference between two such rotations, in radians.
-    change: Limit,
+    /// Of the rotation between two frames, in radians.
+    step: SquareLimit,
+    /// Of the difference between two such rotations, in radians.
+    change: SquareLimit,
 }
 
 impl JointLimits {
@@ -39,20 +39,14 @@ impl JointLimits {
         let step = limits.joint_speed[joint.index()] / rate;
         let change = limits.joint_acceleration[joint.index()] / (rate * rate);
         Self {
-            step: Limit {
-                value: step * step,
-                id: speed,
-            },
-            change: Limit {
-                value: change * change,
-                id: acceleration,
-            },
+            step: SquareLimit::new(step, speed),
+            change: SquareLimit::new(change, acceleration),
         }
     }
 }
 
 /// The steps of a joint.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 pub(super) struct JointSteps {
     /// Rotation in the last frame.
     pub(super) before: Quat,

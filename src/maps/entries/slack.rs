@@ -23,6 +23,25 @@ pub(super) struct Limit {
     pub(super) id: LimitId,
 }
 
+/// The square of a limit.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct SquareLimit {
+    square: f32,
+    inverse: f32,
+    id: LimitId,
+}
+
+impl SquareLimit {
+    pub(super) fn new(limit: f32, id: LimitId) -> Self {
+        let square = limit * limit;
+        Self {
+            square,
+            inverse: 1.0 / square,
+            id,
+        }
+    }
+}
+
 /// The comparisons of some tests with their limits. A ratio is the square of a value divided by that of its limit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Slack {
@@ -85,8 +104,15 @@ impl Slack {
     }
 
     /// Whether a value is within a limit, from their squares.
-    pub(super) fn square_fits(&mut self, square: f32, limit: Limit) -> bool {
-        self.note(square <= limit.value, square / limit.value, limit.id)
+    #[inline]
+    pub(super) fn square_fits(&mut self, square: f32, limit: SquareLimit) -> bool {
+        let ratio = square * limit.inverse;
+        if square <= limit.square {
+            // What cannot be compared is as close to its limit as can be: the lesser of 1 and no number is 1.
+            self.current = self.current.max(ratio.min(1.0));
+            return true;
+        }
+        self.note(false, ratio, limit.id)
     }
 
     /// Notes the comparisons of another test, which was passed or failed.
