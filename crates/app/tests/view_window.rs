@@ -113,8 +113,9 @@ fn a_click_is_dodged_and_the_window_is_resized_hidden_and_closed() {
 
 #[test]
 fn a_window_closes_while_a_query_is_open() {
-    let screen = Screen::new();
-    let args = ["--size", "240x160", "--plain", "--delay", "60"];
+    let (screen, folder) = (Screen::new(), tempfile::tempdir().unwrap());
+    let baked = baked_file(folder.path());
+    let args = [&baked, "--size", "240x160", "--plain", "--delay", "60"];
     let mut shown = Shown::start(screen.command(program()), &args);
     shown.wait("opened");
     screen.window(TITLE);
@@ -128,7 +129,8 @@ fn a_window_manager_minimises_the_window_and_closes_it_while_a_query_is_open() {
     let screen = Screen::managed(folder.path());
     let mut command = screen.command(program());
     command.current_dir(folder.path());
-    let args = ["--size", "320x240", "--plain", "--delay", "60"];
+    let baked = baked_file(folder.path());
+    let args = [&baked, "--size", "320x240", "--plain", "--delay", "60"];
     let mut shown = Shown::start(command, &args);
     shown.wait("opened");
     let window = screen.window(TITLE);
@@ -147,6 +149,13 @@ fn a_window_manager_minimises_the_window_and_closes_it_while_a_query_is_open() {
     closes_while_asked(&screen, shown, "alt+F4");
 }
 
+/// Writes the embedded motions, which are baked once for all tests.
+fn baked_file(folder: &Path) -> String {
+    let file = folder.join("embedded.sabaki");
+    archive::write(&file, embedded()).unwrap();
+    file.to_str().unwrap().to_owned()
+}
+
 /// The bodies that the command draws fighters with.
 fn outfit(graph: &MotionGraph) -> Arc<Outfit> {
     Arc::new(Outfit::human(graph.skeleton(), graph.clips()).unwrap())
@@ -157,9 +166,7 @@ fn what_the_window_shows_is_what_is_drawn_without_one() {
     const STEP: f32 = 0.03125;
     let (screen, folder) = (Screen::new(), tempfile::tempdir().unwrap());
     let path = |name: &str| folder.path().join(name);
-    let baked = embedded();
-    let file = path("a.sabaki");
-    archive::write(&file, baked).unwrap();
+    let (baked, file) = (embedded(), baked_file(folder.path()));
     let mut painted_on = device();
     let outfit = outfit(baked.graph());
     let desc = StageDesc {
@@ -172,7 +179,7 @@ fn what_the_window_shows_is_what_is_drawn_without_one() {
     for (pictures, name) in [(10u32, "walk.png"), (48, "dodge.png")] {
         let (frames, png) = (pictures.to_string(), path(name));
         let args = [
-            file.to_str().unwrap(),
+            &file,
             "--size",
             "320x240",
             "--plain",
@@ -311,10 +318,9 @@ fn a_crowd_marches_past_cameras_posed_into_the_memory_that_is_drawn() {
 fn a_duel_in_the_window_is_what_is_fought_and_drawn_without_one() {
     let (screen, folder) = (Screen::new(), tempfile::tempdir().unwrap());
     let png = folder.path().join("duel.png");
-    let baked = folder.path().join("fighters.sabaki");
-    fs::write(&baked, archive::to_bytes(embedded()).unwrap()).unwrap();
+    let baked = baked_file(folder.path());
     let args = [
-        baked.to_str().unwrap(),
+        &baked,
         "--duel",
         "--size",
         "320x240",
