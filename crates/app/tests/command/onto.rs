@@ -192,6 +192,7 @@ fn a_bake_that_ctrl_c_stops_goes_on_where_it_was() {
         }
     }
     bake(at, "whole.sabaki", &[]);
+    let clip = format!("clips/{}", files(at)[0]);
     let unfinished = at.join("stopped.sabaki.unfinished");
     let mut delay = Duration::ZERO;
     let (mut stopped, mut went_on) = (0, 0);
@@ -213,6 +214,7 @@ fn a_bake_that_ctrl_c_stops_goes_on_where_it_was() {
                 assert_eq!(code, 2, "{said}");
                 assert!(said.contains("the same command goes on from it"), "{said}");
                 assert!(unfinished.exists() && !at.join("stopped.sabaki").exists());
+                fs::copy(&unfinished, at.join("other.sabaki.unfinished")).unwrap();
                 stopped += 1;
                 delay += Duration::from_millis(300);
             }
@@ -237,4 +239,15 @@ fn a_bake_that_ctrl_c_stops_goes_on_where_it_was() {
         "{said}"
     );
     assert!(!unfinished.exists());
+    // And so is what is of other settings.
+    let args = ["--threshold", "0.09", "--out", "other.sabaki"];
+    let args = [&["bake", "--clips", &clip][..], &args].concat();
+    let output = command(at, &args).output().unwrap();
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert!(output.status.success(), "{said}");
+    assert!(
+        said.contains("other.sabaki.unfinished is of other clips or settings"),
+        "{said}"
+    );
+    assert!(!at.join("other.sabaki.unfinished").exists());
 }

@@ -97,12 +97,12 @@ fn in_one_process(args: &Args, out: &Path, as_json: bool) -> Result<Done, Failur
     };
     let (left, unfinished) = UnfinishedFile::open(out);
     let earlier = left.into_iter().chain(onto).collect();
-    let mut baked = source::from_clips_onto(&args.clips, earlier).map_err(|failure| {
-        match failure {
-            // A pipe has no neighbour.
-            Failure::Stopped(bake) if !out.exists() || out.is_file() => unfinished.keep(&bake),
-            failure => failure,
-        }
+    let matched = |clips: &[usize]| unfinished.tell(clips);
+    let baked = source::from_clips_onto(&args.clips, earlier, matched);
+    let mut baked = baked.map_err(|failure| match failure {
+        // A pipe has no neighbour.
+        Failure::Stopped(bake) if !out.exists() || out.is_file() => unfinished.keep(&bake),
+        failure => failure,
     })?;
     if let Some(made) = &mut baked.made {
         made.warnings.extend(why);

@@ -73,7 +73,7 @@ pub(crate) struct UnfinishedFile {
 }
 
 impl UnfinishedFile {
-    /// Reads what an earlier run left, and says so. The first value is `None` where there is nothing that can be used.
+    /// Reads what an earlier run left. The first value is `None` where there is nothing that can be read, which is said.
     pub(crate) fn open(baked: &Path) -> (Option<BakeRecord>, Self) {
         let path = with_ending(baked, ".unfinished");
         let found = sealed::read::<UnfinishedBake>(&path, UNFINISHED);
@@ -83,10 +83,7 @@ impl UnfinishedFile {
                     record, reached, ..
                 },
                 _,
-            )) => {
-                output::notice(&format!("goes on from {}", path.display()));
-                (Some(record), Some(reached))
-            }
+            )) => (Some(record), Some(reached)),
             // Where nothing can be written, nothing is said of it here.
             Err(_) if !path.exists() => (None, None),
             Err(why) => {
@@ -97,10 +94,22 @@ impl UnfinishedFile {
         (record, Self { path, reached })
     }
 
+    /// Says whether the bake goes on from what an earlier run left, which is the first of those that it may take clips over from.
+    pub(crate) fn tell(&self, taken_over: &[usize]) {
+        if self.reached.is_none() {
+            return;
+        }
+        let path = self.path.display();
+        output::notice(&match goes_on(taken_over) {
+            true => format!("goes on from {path}"),
+            false => format!("{path} is of other clips or settings; it is not used"),
+        });
+    }
+
     /// Writes what a bake has done that was stopped, unless it went on from what is there and has not come farther. Returns the error of the
     /// command.
     pub(crate) fn keep(&self, bake: &UnfinishedBake) -> Failure {
-        let went_on = bake.taken_over.first().is_some_and(|&clips| clips > 0);
+        let went_on = goes_on(&bake.taken_over);
         let is_new = !went_on || self.reached.is_none_or(|reached| reached <= bake.reached);
         let written = match is_new {
             true => sealed::encode(bake).and_then(|it| sealed::write(&self.path, UNFINISHED, &it)),
@@ -117,6 +126,11 @@ impl UnfinishedFile {
         // Mostly there is none.
         let _ = std::fs::remove_file(&self.path);
     }
+}
+
+/// Whether anything of the first of several earlier bakes is taken over.
+fn goes_on(taken_over: &[usize]) -> bool {
+    taken_over.first().is_some_and(|&clips| clips > 0)
 }
 
 /// The path with an ending after its name.

@@ -91,13 +91,21 @@ impl BakeInput {
 
 /// Bakes the clips of `args`.
 pub(crate) fn from_clips(args: &ClipArgs) -> Result<Baked, Failure> {
-    from_clips_onto(args, Vec::new())
+    from_clips_with(args, find_here)
 }
 
 /// Bakes the clips of `args` and takes over the results of earlier bakes: what several of them have of the graph, from the first one, and
-/// tables from the last one.
-pub(crate) fn from_clips_onto(args: &ClipArgs, earlier: Vec<BakeRecord>) -> Result<Baked, Failure> {
-    bake_clips(args, |bake| bake.run(&find_here, earlier))
+/// tables from the last one. `matched` is told of how many clips those of each are taken over.
+pub(crate) fn from_clips_onto(
+    args: &ClipArgs,
+    earlier: Vec<BakeRecord>,
+    matched: impl Fn(&[usize]),
+) -> Result<Baked, Failure> {
+    let find = |builder: &GraphBuilder<'_>| {
+        matched(&counts(builder.clips_taken_over()));
+        find_here(builder)
+    };
+    bake_clips(args, |bake| bake.run(&find, earlier))
 }
 
 /// Bakes the clips of `args` with the transitions that `find` returns.
@@ -306,8 +314,8 @@ impl Bake<'_> {
 }
 
 /// Number of clips that were taken over from each earlier bake.
-fn counts(taken_over: &[ClipMatch]) -> Vec<usize> {
-    taken_over.iter().map(ClipMatch::count).collect()
+fn counts<'m>(taken_over: impl IntoIterator<Item = &'m ClipMatch>) -> Vec<usize> {
+    taken_over.into_iter().map(ClipMatch::count).collect()
 }
 
 /// The failure of a bake that was stopped.
