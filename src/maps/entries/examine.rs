@@ -42,7 +42,7 @@ pub(super) struct Examiner {
     /// Weights of the offsets in each frame, and `None` where they are 0.
     weights: Vec<Option<Weights>>,
     poses: Vec<Pose>,
-    /// The steps of each joint in the first frames.
+    /// Steps and limits of each joint after the first frames.
     started: Vec<Option<(JointSteps, JointLimits)>>,
     /// The comparisons of the tests with the limits.
     pub(super) slack: Slack,
@@ -179,10 +179,10 @@ impl CutTest<'_> {
     /// Whether the joints of no leg are plausible in the frames after those, up to `frames`.
     fn joints_fit(&mut self, frames: usize) -> bool {
         self.others_fit(|test, joint| {
-            let started = test.examiner.started[joint.index()];
-            let (mut steps, limits) = started.unwrap_or_else(|| test.steps(joint));
-            steps.slack = test.examiner.slack;
-            test.joint_fits(joint, FIRST..frames, &mut steps, limits)
+            test.examiner.started[joint.index()].is_some_and(|(mut steps, limits)| {
+                steps.slack = test.examiner.slack;
+                test.joint_fits(joint, FIRST..frames, &mut steps, limits)
+            })
         })
     }
 

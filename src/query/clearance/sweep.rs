@@ -103,7 +103,7 @@ impl<'a> Sweep<'a> {
 
     /// Tests the part of the attack in a time window.
     pub(super) fn run(&mut self, samples: &mut impl BodySamples, window: TimeWindow) {
-        self.envelope = self.envelope(samples, window);
+        self.envelope = self.find_envelope(samples, window);
         for sphere in self.attack.spheres() {
             if let [only] = sphere.keys() {
                 if (window.from..=window.to).contains(&only.t) {
@@ -125,7 +125,11 @@ impl<'a> Sweep<'a> {
     }
 
     /// What holds the body during a time window, in the frame of its samples; `None` where that takes longer to find than it saves.
-    fn envelope(&self, samples: &mut impl BodySamples, window: TimeWindow) -> Option<Envelope> {
+    fn find_envelope(
+        &self,
+        samples: &mut impl BodySamples,
+        window: TimeWindow,
+    ) -> Option<Envelope> {
         let spheres = self.attack.spheres();
         let keys: usize = spheres.iter().map(|sphere| sphere.keys().len()).sum();
         let from = self.attack.start().max(window.from);
