@@ -207,11 +207,11 @@ mod tests {
             slack.start();
             let mut places = (0..LIMITS).zip(values);
             let fits = places.all(|(place, value)| {
-                let limit = Limit {
-                    value: limits[place],
-                    id: LimitId::new(place),
-                };
-                slack.fits(value, limit)
+                let (limit, id) = (limits[place], LimitId::new(place));
+                match place {
+                    0 => slack.square_fits(value * value, SquareLimit::new(limit, id)),
+                    _ => slack.fits(value, Limit { value: limit, id }),
+                }
             });
             if fits {
                 slack.pass();
