@@ -9,8 +9,7 @@ use std::{
     process::Command,
 };
 
-use sabaki::archive;
-use sabaki_testing::baked::embedded;
+use sabaki_testing::baked::embedded_file;
 use serde_json::Value;
 
 fn root() -> &'static Path {
@@ -83,8 +82,7 @@ fn program(compiler: &str, standard: &str, source: &str, folder: &Path) -> PathB
 #[test]
 fn programs_in_c_and_cpp_read_and_dodge() {
     let folder = tempfile::tempdir().unwrap();
-    let file = folder.path().join("baked.sabaki");
-    archive::write(&file, embedded()).unwrap();
+    let file = embedded_file(folder.path());
     let damaged = folder.path().join("damaged.sabaki");
     let bytes = fs::read(&file).unwrap();
     fs::write(&damaged, &bytes[..bytes.len() - 1]).unwrap();
@@ -161,8 +159,7 @@ fn cmake_installs_a_package_that_the_example_finds() {
         &[("-S", &sources), ("-B", &example)],
     );
     run(&["--build", &example.display().to_string()], &[]);
-    let file = at("baked.sabaki");
-    archive::write(&file, embedded()).unwrap();
+    let file = embedded_file(folder.path());
     let keys = at("keys");
     fs::write(&keys, "wwwwdddd ").unwrap();
     let keys = fs::File::open(keys).unwrap();

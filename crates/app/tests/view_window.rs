@@ -12,10 +12,9 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 use std::sync::Arc;
 
-use common::baked::embedded;
+use common::baked::{embedded, embedded_file};
 use common::{device, finish};
 use glam::Vec2;
-use sabaki::archive;
 use sabaki::duel::DuelSettings;
 use sabaki::graph::MotionGraph;
 use sabaki::maps::{AttackGrid, AttackGridSettings, Body};
@@ -114,8 +113,15 @@ fn a_click_is_dodged_and_the_window_is_resized_hidden_and_closed() {
 #[test]
 fn a_window_closes_while_a_query_is_open() {
     let (screen, folder) = (Screen::new(), tempfile::tempdir().unwrap());
-    let baked = baked_file(folder.path());
-    let args = [&baked, "--size", "240x160", "--plain", "--delay", "60"];
+    let baked = embedded_file(folder.path());
+    let args = [
+        baked.to_str().unwrap(),
+        "--size",
+        "240x160",
+        "--plain",
+        "--delay",
+        "60",
+    ];
     let mut shown = Shown::start(screen.command(program()), &args);
     shown.wait("opened");
     screen.window(TITLE);
@@ -129,8 +135,15 @@ fn a_window_manager_minimises_the_window_and_closes_it_while_a_query_is_open() {
     let screen = Screen::managed(folder.path());
     let mut command = screen.command(program());
     command.current_dir(folder.path());
-    let baked = baked_file(folder.path());
-    let args = [&baked, "--size", "320x240", "--plain", "--delay", "60"];
+    let baked = embedded_file(folder.path());
+    let args = [
+        baked.to_str().unwrap(),
+        "--size",
+        "320x240",
+        "--plain",
+        "--delay",
+        "60",
+    ];
     let mut shown = Shown::start(command, &args);
     shown.wait("opened");
     let window = screen.window(TITLE);
@@ -149,13 +162,6 @@ fn a_window_manager_minimises_the_window_and_closes_it_while_a_query_is_open() {
     closes_while_asked(&screen, shown, "alt+F4");
 }
 
-/// Writes the embedded motions, which are baked once for all tests.
-fn baked_file(folder: &Path) -> String {
-    let file = folder.join("embedded.sabaki");
-    archive::write(&file, embedded()).unwrap();
-    file.to_str().unwrap().to_owned()
-}
-
 /// The bodies that the command draws fighters with.
 fn outfit(graph: &MotionGraph) -> Arc<Outfit> {
     Arc::new(Outfit::human(graph.skeleton(), graph.clips()).unwrap())
@@ -166,7 +172,7 @@ fn what_the_window_shows_is_what_is_drawn_without_one() {
     const STEP: f32 = 0.03125;
     let (screen, folder) = (Screen::new(), tempfile::tempdir().unwrap());
     let path = |name: &str| folder.path().join(name);
-    let (baked, file) = (embedded(), baked_file(folder.path()));
+    let (baked, file) = (embedded(), embedded_file(folder.path()));
     let mut painted_on = device();
     let outfit = outfit(baked.graph());
     let desc = StageDesc {
@@ -179,7 +185,7 @@ fn what_the_window_shows_is_what_is_drawn_without_one() {
     for (pictures, name) in [(10u32, "walk.png"), (48, "dodge.png")] {
         let (frames, png) = (pictures.to_string(), path(name));
         let args = [
-            &file,
+            file.to_str().unwrap(),
             "--size",
             "320x240",
             "--plain",
@@ -318,9 +324,9 @@ fn a_crowd_marches_past_cameras_posed_into_the_memory_that_is_drawn() {
 fn a_duel_in_the_window_is_what_is_fought_and_drawn_without_one() {
     let (screen, folder) = (Screen::new(), tempfile::tempdir().unwrap());
     let png = folder.path().join("duel.png");
-    let baked = baked_file(folder.path());
+    let baked = embedded_file(folder.path());
     let args = [
-        &baked,
+        baked.to_str().unwrap(),
         "--duel",
         "--size",
         "320x240",

@@ -1,7 +1,9 @@
 //! The embedded motions, baked once for all tests of a file.
 
+use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
+use sabaki::archive;
 use sabaki::graph::{self, ClipSource, GraphSettings, MotionGraph};
 use sabaki::maps::{BakeSettings, BakedGraph, Baker};
 use sabaki_app::demo;
@@ -25,4 +27,11 @@ pub fn embedded() -> &'static BakedGraph {
             .finish_on_cpu()
             .unwrap()
     })
+}
+
+/// Writes them to a folder.
+pub fn embedded_file(folder: &Path) -> PathBuf {
+    let file = folder.join("embedded.sabaki");
+    archive::write(&file, embedded()).unwrap();
+    file
 }

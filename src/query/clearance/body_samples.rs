@@ -1,8 +1,7 @@
-use super::envelope::Envelope;
 use super::extent::Sampling;
 use super::nearest::Spheres;
 use super::segment::{Lanes, SphereSegment};
-use crate::maps::SphereKey;
+use crate::maps::{BoundingCylinder, SphereKey};
 use crate::math::Rigid2;
 
 /// The positions of the body's spheres at the samples of some clock.
@@ -16,7 +15,7 @@ pub(super) trait BodySamples {
     fn bounds(&mut self, keys: [SphereKey; 2], intervals: Intervals) -> Lanes;
     /// Computes the spheres of all intervals from sample `first` to sample `last`, so that [`BodySamples::bounds`] are close, and
     /// returns what holds them all.
-    fn prepare_all(&mut self, first: usize, last: usize) -> Envelope;
+    fn prepare_all(&mut self, first: usize, last: usize) -> BoundingCylinder;
     /// Adds the blocks of the body's spheres that may be nearer than `near.limit` during the interval from sample `tick` on.
     fn near_blocks(&self, tick: usize, near: Near<'_>, blocks: &mut Vec<usize>);
     /// Computes the spheres of a sample.

@@ -2,7 +2,6 @@
 
 mod body_samples;
 mod closest;
-mod envelope;
 mod exact_test;
 mod extent;
 mod nearest;

@@ -1,13 +1,12 @@
 //! The body along a motion, posed sample by sample.
 
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 use rustc_hash::FxHashMap;
 
 use super::body_samples::{BodySamples, Intervals, Near};
-use super::envelope::Envelope;
 use super::extent::{SAMPLE_RATE, Sampling};
 use super::nearest::Spheres;
-use super::segment::{CylinderRow, LANES, Lanes};
+use super::segment::{LANES, Lanes};
 use super::segment_lanes::SegmentLanes;
 use super::sweep::SweepScratch;
 use crate::anim::{JointTransform, Pose, forward_kinematics};
@@ -49,7 +48,7 @@ pub(super) struct PosedRows {
     bounding_spheres: Vec<Ends<4>>,
     bounding_cylinders: Vec<Ends<5>>,
     /// Cylinders around the body at the ends of intervals that were all posed at first, and the number of the first such interval.
-    posed_cylinders: Vec<CylinderRow>,
+    posed_cylinders: Vec<BoundingCylinder>,
     first_posed: usize,
 }
 
@@ -200,18 +199,23 @@ impl PosedBody<'_> {
     }
 
     /// A vertical cylinder around the body, of its pose if that is known.
-    fn bounding_cylinder(&self, tick: usize) -> CylinderRow {
+    fn bounding_cylinder(&self, tick: usize) -> BoundingCylinder {
         if let Some(cylinder) = self.posed_cylinder(tick / self.interval()) {
             return cylinder;
         }
         let seconds = tick as f32 / SAMPLE_RATE;
         if self.motion.is_blending(seconds) || self.motion.is_layered(seconds) {
             let [x, y, z, reach] = self.bounding_sphere(tick);
-            return [x, z, reach, y - reach, y + reach];
+            return BoundingCylinder {
+                axis: Vec2::new(x, z),
+                radius: reach,
+                low: y - reach,
+                high: y + reach,
+            };
         }
         let playhead = self.motion.playhead(self.baked.graph(), seconds);
         let cylinder = self.baked.bounding_cylinder(playhead.edge, playhead.frame);
-        cylinder.placed(playhead.clip_to_world).to_array()
+        cylinder.placed(playhead.clip_to_world)
     }
 
     /// Values at the start and the end of each interval.
@@ -238,17 +242,16 @@ impl PosedBody<'_> {
     }
 
     /// The cylinder at the start of an interval; `None` if not all were posed.
-    fn posed_cylinder(&self, interval: usize) -> Option<CylinderRow> {
+    fn posed_cylinder(&self, interval: usize) -> Option<BoundingCylinder> {
         let at = interval.checked_sub(self.scratch.first_posed)?;
         self.scratch.posed_cylinders.get(at).copied()
     }
 
-    /// A cylinder around the spheres of a sample, which is prepared.
-    fn cylinder_around(&self, tick: usize) -> CylinderRow {
+    /// Centre and radius of each sphere at a sample, which is prepared.
+    fn placed(&self, tick: usize) -> impl Iterator<Item = (Vec3, f32)> + Clone + '_ {
         let [x, y, z] = self.axes(tick);
         let radii = self.baked.body_rows().radii();
-        let sphere = |at: usize| (Vec3::new(x[at], y[at], z[at]), radii[at]);
-        BoundingCylinder::around((0..self.count()).map(sphere)).to_array()
+        (0..self.count()).map(move |at| (Vec3::new(x[at], y[at], z[at]), radii[at]))
     }
 
     fn axes(&self, tick: usize) -> [&[f32]; 3] {
@@ -290,7 +293,7 @@ impl BodySamples for PosedBody<'_> {
             _ => {
                 let mut known = std::mem::take(&mut self.scratch.bounding_cylinders);
                 let ends = find_or_add(&mut known, intervals, || {
-                    self.ends(intervals, |tick| self.bounding_cylinder(tick))
+                    self.ends(intervals, |tick| self.bounding_cylinder(tick).to_array())
                 });
                 let lanes = Isa::best().run(
                     #[inline(always)]
@@ -305,18 +308,21 @@ impl BodySamples for PosedBody<'_> {
         }
     }
 
-    fn prepare_all(&mut self, first: usize, last: usize) -> Envelope {
+    fn prepare_all(&mut self, first: usize, last: usize) -> BoundingCylinder {
         let interval = self.interval();
-        self.scratch.posed_cylinders.clear();
-        self.scratch.bounding_cylinders.clear();
-        self.scratch.first_posed = first / interval;
         // The last interval ends after the last sample.
-        for at in first / interval..=last / interval + 1 {
-            self.pose(at * interval);
-            let cylinder = self.cylinder_around(at * interval);
-            self.scratch.posed_cylinders.push(cylinder);
-        }
-        Envelope::around(self.scratch.posed_cylinders.iter().copied())
+        let ticks = (first / interval..=last / interval + 1).map(|at| at * interval);
+        ticks.clone().for_each(|tick| self.pose(tick));
+        let mut cylinders = std::mem::take(&mut self.scratch.posed_cylinders);
+        cylinders.clear();
+        let around = ticks
+            .clone()
+            .map(|tick| BoundingCylinder::around(self.placed(tick)));
+        cylinders.extend(around);
+        self.scratch.posed_cylinders = cylinders;
+        self.scratch.first_posed = first / interval;
+        self.scratch.bounding_cylinders.clear();
+        BoundingCylinder::around(ticks.flat_map(|tick| self.placed(tick)))
     }
 
     fn near_blocks(&self, _: usize, _: Near<'_>, blocks: &mut Vec<usize>) {

@@ -9,9 +9,6 @@ pub(super) const LANES: usize = 16;
 /// One number per lane.
 pub(super) type Lanes = [f32; LANES];
 
-/// An upright cylinder: x and z of the axis, radius, lowest and highest y.
-pub(super) type CylinderRow = [f32; 5];
-
 /// A sphere of the attack on its straight line through a part of the time between two samples of the body.
 #[derive(Clone, Copy)]
 pub(super) struct SphereSegment {

@@ -6,13 +6,15 @@
 
 use std::ops::RangeInclusive;
 
+use glam::Vec3;
+
 use super::body_samples::{BodySamples, Intervals, Near, TimeWindow};
-use super::envelope::Envelope;
+use super::closest::closest;
 use super::extent::{Extent, SAMPLE_RATE, Sampling};
 use super::nearest::{Nearest, NearestSearch};
 use super::result::Clearance;
 use super::segment::{LANES, SphereSegment};
-use crate::maps::{BodyTrack, MovingSphere, SphereKey};
+use crate::maps::{BodyTrack, BoundingCylinder, MovingSphere, SphereKey};
 use crate::query::attack::Attack;
 
 /// Scratch of a sweep.
@@ -49,7 +51,7 @@ pub(super) struct Sweep<'a> {
     attack: &'a Attack,
     search: Search,
     /// What holds the body in the part that is tested.
-    envelope: Option<Envelope>,
+    envelope: Option<BoundingCylinder>,
     scratch: &'a mut SweepScratch,
 }
 
@@ -129,7 +131,7 @@ impl<'a> Sweep<'a> {
         &self,
         samples: &mut impl BodySamples,
         window: TimeWindow,
-    ) -> Option<Envelope> {
+    ) -> Option<BoundingCylinder> {
         let spheres = self.attack.spheres();
         let keys: usize = spheres.iter().map(|sphere| sphere.keys().len()).sum();
         let from = self.attack.start().max(window.from);
@@ -149,7 +151,7 @@ impl<'a> Sweep<'a> {
         let limit = self.search.best.metres + deviation(samples.sampling()) + rounding(keys);
         let envelope = self
             .envelope
-            .filter(|envelope| envelope.distance(keys) > limit);
+            .filter(|&envelope| distance_from(envelope, keys) > limit);
         if envelope.is_some() {
             return;
         }
@@ -395,6 +397,18 @@ impl<S: BodySamples> LineTest<'_, S> {
 fn rounding(keys: [SphereKey; 2]) -> f32 {
     let furthest = |key: SphereKey| key.center.abs().max_element();
     1e-4 + 1e-6 * furthest(keys[0]).max(furthest(keys[1]))
+}
+
+/// A lower bound of the distance from a cylinder of a sphere that moves between two keys, metres.
+fn distance_from(cylinder: BoundingCylinder, keys: [SphereKey; 2]) -> f32 {
+    let axis = Vec3::new(cylinder.axis.x, 0.0, cylinder.axis.y);
+    let apart = keys.map(|key| key.center.with_y(0.0) - axis);
+    let radius = keys[0].radius.max(keys[1].radius);
+    let (_, beside) = closest(apart, [cylinder.radius + radius; 2]);
+    let [from, to] = keys.map(|key| key.center.y);
+    let above = from.min(to) - radius - cylinder.high;
+    let below = cylinder.low - radius - from.max(to);
+    beside.max(above).max(below)
 }
 
 fn deviation(sampling: Sampling) -> f32 {

@@ -1,10 +1,11 @@
+use glam::Vec3;
+
 use super::body_samples::{BodySamples, Intervals, Near};
-use super::envelope::Envelope;
 use super::extent::Sampling;
 use super::nearest::Spheres;
 use super::segment::{LANES, Lanes};
 use super::segment_lanes::SegmentLanes;
-use crate::maps::{BakedGraph, BodyTrack, PART, SphereKey};
+use crate::maps::{BakedGraph, BodyTrack, BoundingCylinder, PART, SphereKey};
 use crate::math::Isa;
 
 /// The body from an evasion's start on, by its baked track.
@@ -42,13 +43,13 @@ impl BodySamples for TrackedBody<'_> {
         )
     }
 
-    fn prepare_all(&mut self, first: usize, last: usize) -> Envelope {
+    fn prepare_all(&mut self, first: usize, last: usize) -> BoundingCylinder {
         let intervals = first / BodyTrack::INTERVAL..=last / BodyTrack::INTERVAL;
-        Envelope::around(intervals.step_by(LANES).flat_map(|interval| {
+        BoundingCylinder::around(intervals.step_by(LANES).flat_map(|interval| {
             let hulls = self.track.hulls(interval);
             (0..LANES).map(move |lane| {
                 let [x, y, z, radius] = hulls.map(|row| row[lane]);
-                [x, z, radius, y - radius, y + radius]
+                (Vec3::new(x, y, z), radius)
             })
         }))
     }

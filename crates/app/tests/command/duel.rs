@@ -1,13 +1,31 @@
 //! Two fighters.
 
+use sabaki_testing::baked::embedded_file;
+
 use super::run::{baked, folder, sabaki};
 use super::without_times;
 
 #[test]
-fn a_duel_has_the_keys_that_it_promises() {
+fn a_duel_has_the_keys_that_it_promises_and_is_the_same_for_a_seed() {
     let folder = folder();
-    let args = ["duel", "--rounds", "3", "--json", "--seed", "1"];
-    let document = sabaki(folder.path(), &args).json(0);
+    let file = embedded_file(folder.path());
+    let args = ["--rounds", "3", "--json", "--seed"];
+    let fight = |motions: &[&str], seed, threads| {
+        let more = [seed, "--threads", threads];
+        let args = [&["duel"], motions, &args, &more].concat();
+        let mut document = sabaki(folder.path(), &args).json(0);
+        document["attack_grid"]["build_seconds"] = serde_json::Value::Null;
+        without_times(document)
+    };
+    let baked = [file.to_str().unwrap()];
+    let document = fight(&baked, "1", "1");
+    assert_eq!(document, fight(&baked, "1", "3"), "any number of threads");
+    assert!(document != fight(&baked, "2", "1"), "another seed");
+    let unbaked = fight(&[], "1", "1");
+    assert_eq!(
+        document["exchanges"], unbaked["exchanges"],
+        "without a file"
+    );
     assert_eq!(document["rounds"], 3);
     let exchanges = document["exchanges"].as_array().unwrap();
     assert_eq!(exchanges.len(), 3);
@@ -35,31 +53,6 @@ fn a_duel_has_the_keys_that_it_promises() {
         |what: &str| score[what]["white"].as_u64().unwrap() + score[what]["blue"].as_u64().unwrap();
     assert_eq!((of("hits"), of("hits") + of("dodges")), (hits, 3));
     assert!(document["attack_grid"]["size"]["blows"].as_u64().unwrap() > 1000);
-}
-
-#[test]
-fn a_duel_is_the_same_for_a_seed() {
-    let folder = folder();
-    let args = [
-        "duel",
-        baked(),
-        "--apart",
-        "0.8",
-        "--rounds",
-        "1",
-        "--json",
-        "--seed",
-    ];
-    let fight = |seed, threads| {
-        let more = [seed, "--threads", threads];
-        let mut document = sabaki(folder.path(), &[&args[..], &more].concat()).json(0);
-        document["attack_grid"]["build_seconds"] = serde_json::Value::Null;
-        without_times(document)
-    };
-    let document = fight("1", "1");
-    assert_eq!(document, fight("1", "3"), "any number of threads");
-    assert_eq!(document["exchanges"].as_array().unwrap().len(), 1);
-    assert!(document != fight("2", "1"), "another seed");
 }
 
 #[test]

@@ -24,7 +24,7 @@ fn plots() -> Vec<(Vec<&'static str>, &'static str)> {
             vec!["coverage", baked(), "--attacks", "1"],
             "share of attacks avoided, ·",
         ),
-        (vec!["compare", baked(), "--attacks", "2"], "powers of ten"),
+        (vec!["compare", baked(), "--attacks", "6"], "powers of ten"),
     ]
 }
 

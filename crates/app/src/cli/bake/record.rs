@@ -1,6 +1,7 @@
 //! What a bake leaves for later ones, beside the baked file: its record, with `.record` after the name, which `bake --onto` reads, and, if
 //! it was stopped, what it had done, with `.unfinished` after the name.
 
+use std::cell::Cell;
 use std::path::{Path, PathBuf};
 
 use sabaki::internal::{GraphRecord, TableRecord};
@@ -60,16 +61,13 @@ pub(crate) struct UnfinishedBake {
     pub(crate) record: BakeRecord,
     /// Number of the stage that it was in, and the pieces of it that were done.
     pub(crate) reached: (u8, u64),
-    /// Number of clips of each earlier bake whose results were taken over.
-    #[serde(skip)]
-    pub(crate) taken_over: Vec<usize>,
 }
 
 /// The file of an unfinished bake, beside the file that it was to write: the same command goes on from it.
 pub(crate) struct UnfinishedFile {
     path: PathBuf,
-    /// How far the bake was whose file is there.
-    reached: Option<(u8, u64)>,
+    /// How far the bake was whose file is there, unless it is of other clips or settings.
+    reached: Cell<Option<(u8, u64)>>,
 }
 
 impl UnfinishedFile {
@@ -78,12 +76,7 @@ impl UnfinishedFile {
         let path = with_ending(baked, ".unfinished");
         let found = sealed::read::<UnfinishedBake>(&path, UNFINISHED);
         let (record, reached) = match found {
-            Ok((
-                UnfinishedBake {
-                    record, reached, ..
-                },
-                _,
-            )) => (Some(record), Some(reached)),
+            Ok((UnfinishedBake { record, reached }, _)) => (Some(record), Some(reached)),
             // Where nothing can be written, nothing is said of it here.
             Err(_) if !path.exists() => (None, None),
             Err(why) => {
@@ -91,26 +84,31 @@ impl UnfinishedFile {
                 (None, None)
             }
         };
+        let reached = Cell::new(reached);
         (record, Self { path, reached })
     }
 
     /// Says whether the bake goes on from what an earlier run left, which is the first of those that it may take clips over from.
     pub(crate) fn tell(&self, taken_over: &[usize]) {
-        if self.reached.is_none() {
+        if self.reached.get().is_none() {
             return;
         }
         let path = self.path.display();
-        output::notice(&match goes_on(taken_over) {
-            true => format!("goes on from {path}"),
-            false => format!("{path} is of other clips or settings; it is not used"),
-        });
+        if taken_over.first().is_some_and(|&clips| clips > 0) {
+            output::notice(&format!("goes on from {path}"));
+        } else {
+            self.reached.set(None);
+            output::notice(&format!(
+                "{path} is of other clips or settings; it is not used"
+            ));
+        }
     }
 
     /// Writes what a bake has done that was stopped, unless it went on from what is there and has not come farther. Returns the error of the
     /// command.
     pub(crate) fn keep(&self, bake: &UnfinishedBake) -> Failure {
-        let went_on = goes_on(&bake.taken_over);
-        let is_new = !went_on || self.reached.is_none_or(|reached| reached <= bake.reached);
+        let reached = self.reached.get();
+        let is_new = reached.is_none_or(|reached| reached <= bake.reached);
         let written = match is_new {
             true => sealed::encode(bake).and_then(|it| sealed::write(&self.path, UNFINISHED, &it)),
             false => Ok(()),
@@ -126,11 +124,6 @@ impl UnfinishedFile {
         // Mostly there is none.
         let _ = std::fs::remove_file(&self.path);
     }
-}
-
-/// Whether anything of the first of several earlier bakes is taken over.
-fn goes_on(taken_over: &[usize]) -> bool {
-    taken_over.first().is_some_and(|&clips| clips > 0)
 }
 
 /// The path with an ending after its name.
@@ -153,25 +146,26 @@ mod tests {
     fn what_was_done_is_kept_unless_more_of_the_same_is_there() {
         let folder = tempfile::tempdir().unwrap();
         let baked = folder.path().join("out.sabaki");
-        let stopped = |reached, taken_over: &[usize]| UnfinishedBake {
-            record: BakeRecord::default(),
-            reached,
-            taken_over: taken_over.to_vec(),
-        };
-        for (bake, kept) in [
-            (stopped((3, 7), &[]), (3, 7)),
+        let cases: [(_, &[usize], _); 5] = [
+            ((3, 7), &[], (3, 7)),
             // It stopped before it had come as far.
-            (stopped((2, 9), &[5]), (3, 7)),
-            (stopped((3, 8), &[5]), (3, 8)),
-            (stopped((4, 0), &[5, 2]), (4, 0)),
+            ((2, 9), &[5], (3, 7)),
+            ((3, 8), &[5], (3, 8)),
+            ((4, 0), &[5, 2], (4, 0)),
             // What was there is of other clips or settings.
-            (stopped((1, 2), &[0, 2]), (1, 2)),
-        ] {
+            ((1, 2), &[0, 2], (1, 2)),
+        ];
+        for (reached, taken_over, kept) in cases {
             let (_, file) = UnfinishedFile::open(&baked);
+            file.tell(taken_over);
+            let bake = UnfinishedBake {
+                record: BakeRecord::default(),
+                reached,
+            };
             assert!(matches!(file.keep(&bake), Failure::Unfinished(_)));
             let (found, file) = UnfinishedFile::open(&baked);
             assert!(found.is_some());
-            assert_eq!(file.reached, Some(kept));
+            assert_eq!(file.reached.get(), Some(kept));
         }
         UnfinishedFile::open(&baked).1.remove();
         assert!(UnfinishedFile::open(&baked).0.is_none());

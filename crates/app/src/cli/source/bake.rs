@@ -102,7 +102,8 @@ pub(crate) fn from_clips_onto(
     matched: impl Fn(&[usize]),
 ) -> Result<Baked, Failure> {
     let find = |builder: &GraphBuilder<'_>| {
-        matched(&counts(builder.clips_taken_over()));
+        let taken_over = builder.clips_taken_over().map(ClipMatch::count);
+        matched(&taken_over.collect::<Vec<_>>());
         find_here(builder)
     };
     bake_clips(args, |bake| bake.run(&find, earlier))
@@ -226,7 +227,7 @@ impl Bake<'_> {
             record: graph,
             taken_over,
         } = self.graph(&watch, find, of_graphs)?;
-        let clips = counts(&taken_over);
+        let clips = taken_over.iter().map(ClipMatch::count).max().unwrap_or(0);
         // Those of a bake that was stopped are the first, and of the first moments alone.
         let mut of_tables = { of_tables.into_iter().zip(taken_over).rev() }
             .map(|(record, clips)| EarlierTables { record, clips });
@@ -237,11 +238,11 @@ impl Bake<'_> {
             tables: tables.record,
         };
         let Some(mut baked) = tables.made else {
-            return Err(stopped(&watch, record, clips));
+            return Err(stopped(&watch, record));
         };
         if let Some(made) = &mut baked.made {
             made.record = record;
-            made.taken_over = clips.into_iter().max().unwrap_or(0);
+            made.taken_over = clips;
             made.seconds = started.elapsed().as_secs_f64();
         }
         Ok(baked)
@@ -256,7 +257,7 @@ impl Bake<'_> {
     ) -> Result<GraphOfClips, Failure> {
         watch.short("preparing clips");
         let builder = GraphBuilder::onto(self.source, &self.graph, earlier)?.watched(watch);
-        let taken_over: Vec<ClipMatch> = builder.clips_taken_over().cloned().collect();
+        let taken_over = builder.clips_taken_over().cloned().collect();
         let transitions = find(&builder)?;
         let Recorded { made, record } = builder.build_recorded(transitions)?;
         let Some((graph, report)) = made else {
@@ -264,7 +265,7 @@ impl Bake<'_> {
                 graph: record,
                 ..BakeRecord::default()
             };
-            return Err(stopped(watch, record, counts(&taken_over)));
+            return Err(stopped(watch, record));
         };
         Ok(GraphOfClips {
             built: BuiltGraph { graph, report },
@@ -313,16 +314,10 @@ impl Bake<'_> {
     }
 }
 
-/// Number of clips that were taken over from each earlier bake.
-fn counts<'m>(taken_over: impl IntoIterator<Item = &'m ClipMatch>) -> Vec<usize> {
-    taken_over.into_iter().map(ClipMatch::count).collect()
-}
-
 /// The failure of a bake that was stopped.
-fn stopped(watch: &BakeBar, record: BakeRecord, taken_over: Vec<usize>) -> Failure {
+fn stopped(watch: &BakeBar, record: BakeRecord) -> Failure {
     Failure::Stopped(Box::new(UnfinishedBake {
         record,
         reached: watch.reached(),
-        taken_over,
     }))
 }
