@@ -97,6 +97,7 @@ impl Motion {
         inertia.measure(graph, &mut scratch);
         self.entered += 1;
         self.scratch = scratch;
+        self.measure_later(graph);
     }
 
     /// Number of pieces and blends that it holds.

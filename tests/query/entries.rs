@@ -9,7 +9,7 @@ use common::baked::embedded;
 use glam::{Quat, Vec3};
 use sabaki::anim::{Pose, forward_kinematics};
 use sabaki::graph::{EdgeMotion, Motion, Playhead};
-use sabaki::internal::{Entry, ExactTest, MotionBody};
+use sabaki::internal::{Entry, ExactTest, MotionBody, Played};
 use sabaki::maps::{BakedGraph, SphereKey};
 use sabaki::math::Rigid2;
 use sabaki::query::WarpSettings;
@@ -48,6 +48,11 @@ pub(super) fn centres(baked: &BakedGraph, motion: &Motion, seconds: f32) -> Vec<
     out
 }
 
+fn furthest(a: &[Vec3], b: &[Vec3]) -> f32 {
+    let apart = a.iter().zip(b).map(|(a, b)| a.distance(*b));
+    apart.fold(0.0, f32::max)
+}
+
 #[test]
 fn an_entry_begins_where_the_motion_is_and_ends_on_its_clip() {
     let baked = embedded();
@@ -56,10 +61,6 @@ fn an_entry_begins_where_the_motion_is_and_ends_on_its_clip() {
         let mut motion = before.clone();
         motion.enter(graph, seconds, &entry);
         motion.extend(graph, 2.0);
-        let furthest = |a: &[Vec3], b: &[Vec3]| {
-            let apart = a.iter().zip(b).map(|(a, b)| a.distance(*b));
-            apart.fold(0.0, f32::max)
-        };
         let start = [&before, &motion].map(|motion| centres(baked, motion, seconds));
         assert!(furthest(&start[0], &start[1]) < 1e-3);
         // A thousandth of a second further, both have gone the same way.
@@ -81,6 +82,49 @@ fn an_entry_begins_where_the_motion_is_and_ends_on_its_clip() {
         ];
         assert!(furthest(&ends[0], &ends[1]) < 1e-3);
     }
+}
+
+#[test]
+fn an_entry_begins_where_the_motion_is_while_an_earlier_one_fades_out() {
+    let baked = embedded();
+    let graph = baked.graph();
+    let mut faded = 0.0_f32;
+    for (before, seconds, entry) in entered(baked) {
+        let mut motion = before.clone();
+        motion.enter(graph, seconds, &entry);
+        let plain = motion.clone();
+        let played = Played {
+            motion: &before,
+            seconds: 0.3,
+            rate: 1.0,
+        };
+        // Change of the way of a thousandth of a second.
+        let kink = |motion: &Motion| {
+            let moments = [seconds - 1e-3, seconds.next_down(), seconds + 1e-3];
+            let [from, left, to] = moments.map(|at| centres(baked, motion, at));
+            let ways = from.iter().zip(&left).zip(&to);
+            let change = ways.map(|((from, left), to)| ((*to - *left) - (*left - *from)).length());
+            change.fold(0.0, f32::max)
+        };
+        // What was played is left for longer than until the entry, and until it.
+        for blend in [0.4, seconds] {
+            motion.clone_from(&plain);
+            motion.blend_from(graph, played, blend);
+            let at = |seconds: f32| centres(baked, &motion, seconds);
+            let left = at(seconds.next_down());
+            assert!(furthest(&left, &at(seconds)) < 1e-4);
+            faded = faded.max(furthest(&left, &centres(baked, &plain, seconds)));
+            assert!(kink(&motion) < kink(&plain) + 2e-3);
+            let over = seconds + entry.blend + 1e-3;
+            assert_eq!(at(over), centres(baked, &plain, over));
+        }
+        // The entry that it does not reach is as it was.
+        assert_eq!(
+            centres(baked, &motion, seconds),
+            centres(baked, &plain, seconds)
+        );
+    }
+    assert!(faded > 0.05, "{faded}");
 }
 
 /// Of each joint, radians per second.

@@ -20,17 +20,62 @@ impl Motion {
         self.cut(seconds);
         self.push_entry(graph, entry, seconds);
         self.extend(graph, seconds + step);
-        for (later, pose) in [0.0, step].into_iter().zip(&mut scratch.to) {
-            self.playhead(graph, seconds + later).pose(graph, pose);
-        }
         if self.inertias.len() == self.entered {
             self.inertias.push(Inertia::default());
         }
-        let inertia = &mut self.inertias[self.entered];
-        inertia.set_times(seconds, entry.blend.max(step));
-        inertia.measure(graph, &mut scratch);
+        self.inertias[self.entered].set_times(seconds, entry.blend.max(step));
         self.entered += 1;
+        self.measure_last_of(self.entered, graph, &mut scratch);
         self.scratch = scratch;
+    }
+
+    /// Computes the last of the first `count` offsets, from the poses that are left.
+    fn measure_last_of(&mut self, count: usize, graph: &MotionGraph, scratch: &mut EntryScratch) {
+        let start = self.inertias[count - 1].start;
+        for (later, pose) in [0.0, scratch.step].into_iter().zip(&mut scratch.to) {
+            self.playhead(graph, start + later).pose(graph, pose);
+        }
+        self.inertias[count - 1].measure(graph, scratch);
+    }
+
+    /// Computes the offsets of later cuts anew, after the first one has changed. A cut leaves the pose in which the offset before it
+    /// still fades out.
+    pub(in crate::graph) fn measure_later(&mut self, graph: &MotionGraph) {
+        let warp = self.warp.take();
+        for index in 1..self.entered {
+            let start = self.inertias[index].start;
+            if !self.inertias[index - 1].lasts(start) {
+                break;
+            }
+            let mut left = self.left_at(graph, index);
+            let mut scratch = std::mem::take(&mut self.scratch);
+            scratch.step = (1.0 / graph.frame_rate()) as f32;
+            left.extend(graph, start + scratch.step);
+            for (later, pose) in [0.0, scratch.step].into_iter().zip(&mut scratch.from) {
+                left.sample(graph, start + later, pose);
+            }
+            self.measure_last_of(index + 1, graph, &mut scratch);
+            self.scratch = scratch;
+        }
+        self.warp = warp;
+    }
+
+    /// The motion that a later cut leaves, as if it were not cut.
+    fn left_at(&self, graph: &MotionGraph, index: usize) -> Self {
+        let start = self.inertias[index].start;
+        let played = self.pieces.partition_point(|piece| piece.start < start);
+        let mut pieces = self.pieces[..played].to_vec();
+        if let Some(last) = pieces.last_mut() {
+            last.end = last.start + last.playhead.seconds_to_next_node(graph) / last.rate;
+        }
+        Self {
+            pieces,
+            warp: None,
+            layer: self.layer.map(|layer| layer.before_cut(start)),
+            inertias: self.inertias[..index].to_vec(),
+            entered: index,
+            scratch: EntryScratch::default(),
+        }
     }
 
     /// Ends the motion just before `seconds`, so that the next piece starts at that time.

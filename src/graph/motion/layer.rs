@@ -65,6 +65,14 @@ impl Layer {
         (self.frame + frames).clamp(0.0, last)
     }
 
+    /// The layer as it was before a cut at a time of the motion.
+    pub(super) fn before_cut(&self, seconds: f32) -> Self {
+        Self {
+            cut: self.cut.filter(|&cut| cut < seconds),
+            ..*self
+        }
+    }
+
     fn since(&self, seconds: f32) -> Self {
         Self {
             envelope: self.envelope.since(seconds),
