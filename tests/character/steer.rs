@@ -40,6 +40,42 @@ fn a_character_walks_where_it_is_told() {
 }
 
 #[test]
+fn a_character_that_is_told_to_walk_slowly_does_not_stand() {
+    let mut characters = characters(CharacterSettings::default());
+    let ids: Vec<_> = (0..12)
+        .map(|_| characters.spawn(Rigid2::IDENTITY).unwrap())
+        .collect();
+    for change in 0..8 {
+        let wanted = |number: usize| {
+            let heading = (number * 8 + change) as f32 * TAU * 0.381_966;
+            (heading, 0.6 + 0.01 * number as f32)
+        };
+        for (number, &id) in ids.iter().enumerate() {
+            let (heading, speed) = wanted(number);
+            characters.steer(id, walk(heading, speed)).unwrap();
+        }
+        play(&mut characters, 90);
+        let place = |id| characters.place(id).unwrap().ground();
+        let from: Vec<Vec2> = ids.iter().map(|&id| place(id)).collect();
+        play(&mut characters, 60);
+        for (number, &id) in ids.iter().enumerate() {
+            let way = characters.place(id).unwrap().ground() - from[number];
+            let (heading, speed) = wanted(number);
+            let ahead = way.dot(Vec2::new(heading.sin(), heading.cos()));
+            assert!(
+                ahead > 0.7 * speed,
+                "change {change}, {speed} m/s: {ahead} m"
+            );
+        }
+        if change % 2 == 1 {
+            ids.iter()
+                .for_each(|&id| characters.steer(id, Goal::Stop).unwrap());
+            play(&mut characters, 60);
+        }
+    }
+}
+
+#[test]
 fn a_character_goes_to_a_point_and_stays_there() {
     let mut characters = characters(CharacterSettings::default());
     let id = characters.spawn(Rigid2::IDENTITY).unwrap();

@@ -63,6 +63,9 @@ impl Default for SteerSettings {
     }
 }
 
+/// What goes faster walks, in metres per second.
+const WALKS: f32 = 0.3;
+
 /// What steering remembers of one character.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(super) struct SteerState {
@@ -232,10 +235,20 @@ impl Steering {
             let kept = current.filter(|_| !ends).map_or(f32::INFINITY, |current| {
                 distance(&self.table.rows[current], &wanted)
             });
-            if let Some((found, apart)) = found
-                && apart + step.settings.gain < kept
-            {
-                let entry = step.entry(&self.table.moments[found], &now);
+            let found = found.filter(|(_, apart)| apart + step.settings.gain < kept);
+            let mut found = found.map(|(found, _)| &self.table.moments[found]);
+            // Where standing is nearly as near as a slow walk, it would stand for as long as that is asked for.
+            let stands = |moment: &Moment| moment.is_calm;
+            let walks = step.aim.velocity.length() > WALKS;
+            if walks && moment.as_ref().is_some_and(stands) && found.is_none_or(stands) {
+                let walk = |moment: &Moment| !stands(moment) && moment.velocity.length() > WALKS;
+                let nearest = self.nearest(&wanted, walk);
+                found = nearest
+                    .map(|(nearest, _)| &self.table.moments[nearest])
+                    .or(found);
+            }
+            if let Some(found) = found {
+                let entry = step.entry(found, &now);
                 playing.enter(graph, &entry, &mut scratch.spare);
             }
         }
@@ -338,7 +351,7 @@ impl Steering {
         let moment = &self.table.moments[moment];
         let turned = playhead.clip_to_world.heading();
         let (speed, wanted) = (moment.velocity.length(), step.aim.velocity.length());
-        let moves = !step.aim.stands() && speed > 0.3;
+        let moves = !step.aim.stands() && speed > WALKS;
         let off = match step.aim.facing {
             None if moves => heading_of(step.aim.velocity) - heading_of(moment.velocity) - turned,
             _ => { step.aim.heading() }.map_or(0.0, |heading| heading - moment.heading - turned),
@@ -408,7 +421,7 @@ impl SteerStep<'_> {
     fn entry(&self, moment: &Moment, now: &Now) -> Entry {
         let kept = now.heading - moment.heading;
         let off = match self.aim.facing {
-            None if !self.aim.stands() && moment.velocity.length() > 0.3 => {
+            None if !self.aim.stands() && moment.velocity.length() > WALKS => {
                 heading_of(self.aim.velocity) - (heading_of(moment.velocity) + kept)
             }
             _ => { self.aim.heading() }.map_or(0.0, |heading| heading - now.heading),
