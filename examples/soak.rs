@@ -6,14 +6,13 @@
 
 use sabaki::gpu::ash::vk;
 use sabaki::gpu::{Context, Culler, CullerDesc, Ticket};
-use sabaki::graph::{self, ClipSource, GraphSettings};
 use sabaki::internal::{AttackDrawing, CullCandidate};
-use sabaki::maps::{BakeSettings, BakedGraph, Baker};
+use sabaki::maps::BakedGraph;
 use sabaki::query::cull::{CullInput, CullPath, Overlap, cpu};
 use sabaki::query::{Query, QueryContext, QuerySettings};
-use sabaki_app::demo;
 use sabaki_app::demo::throw::{ThrowSettings, throw};
 use sabaki_app::headless::{Headless, HeadlessDesc};
+use sabaki_testing::baked::embedded;
 
 const SLOTS: usize = 3;
 
@@ -34,25 +33,13 @@ fn main() {
     let queries = std::env::args()
         .nth(1)
         .map_or(10_000, |text| text.parse().expect("a number"));
-    let soaked = soak(&embedded(), queries, &HeadlessDesc::default());
+    let soaked = soak(embedded(), queries, &HeadlessDesc::default());
     println!("{soaked:?}");
     let [before, after] = soaked.resident;
     println!(
         "{} KiB more than after a tenth of them",
         (after as i64 - before as i64) / 1024
     );
-}
-
-fn embedded() -> BakedGraph {
-    let motions = demo::motions().unwrap();
-    let source = ClipSource {
-        skeleton: &motions.skeleton,
-        clips: &motions.clips,
-        events: &motions.events,
-    };
-    let graph = graph::build(source, &GraphSettings::default()).unwrap().0;
-    let baker = Baker::new(graph, BakeSettings::default()).unwrap();
-    baker.finish_on_cpu().unwrap()
 }
 
 /// A query's maps, and what the CPU counts of them.

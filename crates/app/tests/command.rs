@@ -6,6 +6,7 @@ mod bad_input;
 use sabaki_testing as common;
 mod crowd;
 mod duel;
+mod embedded;
 mod figure;
 mod lod;
 mod measure;

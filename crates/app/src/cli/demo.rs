@@ -40,7 +40,7 @@ pub(crate) fn run(device: &DeviceArgs, as_json: bool) -> Result<Done, Failure> {
         path: folder.to_owned(),
         source,
     })?;
-    let baked = source::embedded()?;
+    let baked = source::embedded_anew()?;
     baked.graph.prepare();
     let mut culling = Culling::new(culling::open(device), baked.graph.atlas());
     let throws = throws(&baked.graph)?;

@@ -52,6 +52,8 @@ impl Ended {
 pub fn command(folder: &Path, args: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_sabaki"));
     command.args(args).current_dir(folder).stdin(Stdio::null());
+    // Commands of this build share what they bake, and leave the user's folder alone.
+    command.env("XDG_CACHE_HOME", env!("CARGO_TARGET_TMPDIR"));
     command
 }
 

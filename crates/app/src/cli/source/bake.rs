@@ -179,7 +179,7 @@ fn within(args: &ClipArgs, failure: Failure) -> Failure {
 }
 
 /// Bakes the embedded motions.
-pub(crate) fn embedded() -> Result<Baked, Failure> {
+pub(super) fn bake_embedded() -> Result<Baked, Failure> {
     let motions = demo::motions().map_err(sabaki::graph::GraphError::from)?;
     Bake {
         source: ClipSource {

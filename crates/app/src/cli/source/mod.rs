@@ -3,14 +3,15 @@
 mod args;
 mod bake;
 mod bake_bar;
+mod embedded;
 mod statistics;
 
 pub(crate) use args::{ClipArgs, ReadArgs};
 pub(crate) use bake::{
-    BakeInput, BuiltGraph, embedded, from_clips, from_clips_onto, from_clips_with, from_graph,
-    graph_of_clips,
+    BakeInput, BuiltGraph, from_clips, from_clips_onto, from_clips_with, from_graph, graph_of_clips,
 };
 pub(crate) use bake_bar::BakeBar;
+pub(crate) use embedded::embedded_anew;
 pub(crate) use statistics::{describe, statistics};
 
 use std::path::{Path, PathBuf};
@@ -52,7 +53,7 @@ impl GraphArgs {
             )),
             (Some(path), true) => from_file(path),
             (None, false) => from_clips(&self.clips),
-            (None, true) => embedded(),
+            (None, true) => embedded::embedded(),
         }
     }
 }
