@@ -2,13 +2,17 @@
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 use std::f32::consts::TAU;
+use std::sync::Arc;
 
 use glam::{Quat, Vec2, Vec3};
 use sabaki::anim::Pose;
 use sabaki::character::{CharacterError, CharacterSettings, Goal};
+use sabaki::maps::BakedGraph;
 use sabaki::math::Rigid2;
+use sabaki_app::play::idle;
+use sabaki_testing::captures::fight;
 
-use super::world::{FRAME, characters, play};
+use super::world::{FRAME, baked, characters, play};
 
 fn walk(heading: f32, speed: f32) -> Goal {
     Goal::Walk {
@@ -132,6 +136,23 @@ fn what_is_steered_plays_no_labelled_events_and_its_state_does_not_grow() {
     let (early, late) = sizes.split_at(sizes.len() / 2);
     let most = |sizes: &[usize]| sizes.iter().copied().max().unwrap();
     assert!(most(late) < 2 * most(early), "{sizes:?}");
+}
+
+fn stands_without_repeating(baked: Arc<BakedGraph>) {
+    let report = idle(&baked, 2).unwrap();
+    assert_eq!((report.repeated, report.events_per_hour), (0.0, 0.0));
+    assert!(report.drift < 1.5, "{} m", report.drift);
+}
+
+#[test]
+fn who_stands_repeats_nothing_within_ten_seconds() {
+    stands_without_repeating(baked());
+}
+
+#[test]
+fn who_stands_repeats_nothing_within_ten_seconds_on_real_capture() {
+    let Some(baked) = fight() else { return };
+    stands_without_repeating(Arc::new(baked.clone()));
 }
 
 #[test]

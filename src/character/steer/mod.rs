@@ -157,12 +157,15 @@ impl SteerState {
         }
     }
 
-    /// Whether what is played goes on into what was played before.
+    /// Whether what is played comes to what was played before.
     fn repeats(&self, moment: &Moment) -> bool {
+        /// It is left so many frames before.
+        const BEFORE: u32 = 2;
         let before = self.recent.len().saturating_sub(1);
-        self.recent[..before]
-            .iter()
-            .any(|one| one.clip == moment.clip.0 && (one.from..=one.to).contains(&moment.frame))
+        self.recent[..before].iter().any(|one| {
+            let frames = one.from.saturating_sub(BEFORE)..=one.to;
+            one.clip == moment.clip.0 && frames.contains(&moment.frame)
+        })
     }
 
     /// Whether the time from a moment on was played.
@@ -179,6 +182,19 @@ impl SteerState {
     }
 }
 
+/// A search for the moment that is played next.
+struct Search<'a> {
+    step: &'a SteerStep<'a>,
+    state: &'a SteerState,
+    wanted: Row,
+    /// The moment that is played, if the table has it.
+    current: Option<usize>,
+    /// Whether the table ends there.
+    ends: bool,
+    /// Whether the character stands and shall.
+    is_idle: bool,
+}
+
 impl Steering {
     pub(super) fn new(graph: &MotionGraph) -> Self {
         Self {
@@ -193,7 +209,7 @@ impl Steering {
 
     /// The moment at which a new character starts: one that stands, or the first one.
     pub(super) fn start(&self) -> Option<(crate::graph::EdgeId, f32)> {
-        let calmest = |moment: &&Moment| moment.is_calm && moment.left > 30;
+        let calmest = |moment: &&Moment| moment.is_calm() && moment.left > 30;
         let found = self.table.moments.iter().find(calmest);
         let moment = found.or(self.table.moments.first())?;
         Some((moment.edge, moment.edge_frame as f32))
@@ -219,40 +235,63 @@ impl Steering {
         if let Some(moment) = moment.filter(|_| is_idle) {
             state.remember(&moment, step);
         }
-        let goes_on = |moment: Moment| moment.is_calm && !state.repeats(&moment);
+        let goes_on = |moment: Moment| moment.is_calm() && !state.repeats(&moment);
         let is_held = is_idle && !ends && moment.is_some_and(goes_on);
         if (is_new || ends || state.search_in <= 0.0) && !is_held {
             state.search_in = step.settings.interval;
             state.aim = step.aim.velocity.to_array();
             state.facing = step.aim.facing;
             let now = step.now(playing, moment.as_ref(), scratch);
-            let wanted = wanted(&step.aim, &now).row();
-            let allowed = |moment: &Moment| {
-                !is_idle || moment.is_calm && moment.left > 20 && !state.has_played(moment)
+            let search = Search {
+                step,
+                state,
+                wanted: wanted(&step.aim, &now).row(),
+                current,
+                ends,
+                is_idle,
             };
-            let found = self.nearest(&wanted, allowed);
-            let found = found.or_else(|| self.nearest(&wanted, |m| !is_idle || m.is_calm));
-            let kept = current.filter(|_| !ends).map_or(f32::INFINITY, |current| {
-                distance(&self.table.rows[current], &wanted)
-            });
-            let found = found.filter(|(_, apart)| apart + step.settings.gain < kept);
-            let mut found = found.map(|(found, _)| &self.table.moments[found]);
-            // Where standing is nearly as near as a slow walk, it would stand for as long as that is asked for.
-            let stands = |moment: &Moment| moment.is_calm;
-            let walks = step.aim.velocity.length() > WALKS;
-            if walks && moment.as_ref().is_some_and(stands) && found.is_none_or(stands) {
-                let walk = |moment: &Moment| !stands(moment) && moment.velocity.length() > WALKS;
-                let nearest = self.nearest(&wanted, walk);
-                found = nearest
-                    .map(|(nearest, _)| &self.table.moments[nearest])
-                    .or(found);
-            }
-            if let Some(found) = found {
+            if let Some(found) = self.choose(&search) {
                 let entry = step.entry(found, &now);
                 playing.enter(graph, &entry, &mut scratch.spare);
             }
         }
         self.turn(step, playing);
+    }
+
+    /// The moment to jump to; `None` if what is played goes on.
+    fn choose(&self, search: &Search<'_>) -> Option<&Moment> {
+        let &Search {
+            step,
+            state,
+            is_idle,
+            ..
+        } = search;
+        let moments = &self.table.moments;
+        let nearest = |allowed: &dyn Fn(&Moment) -> bool| self.nearest(&search.wanted, allowed);
+        let moment = search.current.map(|current| &moments[current]);
+        let is_fresh = |moment: &Moment| moment.stands > 20 && !state.has_played(moment);
+        let fresh = nearest(&|moment| !is_idle || is_fresh(moment));
+        // What comes to what was just played is left for what was not, if that is near.
+        let gain = step.settings.gain;
+        let repeats = moment.is_some_and(|moment| is_idle && state.repeats(moment))
+            && fresh.is_some_and(|(_, apart)| apart < gain);
+        let kept = match search.current {
+            Some(current) if !search.ends && !repeats => {
+                distance(&self.table.rows[current], &search.wanted)
+            }
+            _ => f32::INFINITY,
+        };
+        let found = fresh.or_else(|| nearest(&|moment| !is_idle || moment.is_calm()));
+        let found = found.filter(|(_, apart)| apart + gain < kept);
+        let found = found.map(|(found, _)| &moments[found]);
+        // To stand may be nearly as near as to start a slow walk, for as long as that is asked for.
+        let walks = step.aim.velocity.length() > WALKS;
+        if walks && moment.is_some_and(Moment::is_calm) && found.is_none_or(Moment::is_calm) {
+            let start = |moment: &Moment| !moment.is_calm() && moment.velocity.length() > WALKS;
+            let start = nearest(&start).map(|(start, _)| &moments[start]);
+            return start.or(found);
+        }
+        found
     }
 
     /// Leaves an evasion for the natural motion that is nearest to the aim, where the clips show that a body can. Returns whether it does.

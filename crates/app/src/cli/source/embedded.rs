@@ -85,6 +85,7 @@ fn write(graph: &BakedGraph, file: &Path) -> io::Result<()> {
 }
 
 #[cfg(test)]
+#[allow(clippy::unwrap_used)]
 mod tests {
     use super::*;
     use sabaki_testing::small::small;
