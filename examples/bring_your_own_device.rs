@@ -16,6 +16,7 @@ use plain_memory::PlainMemory;
 use renderer::Renderer;
 use sabaki::gpu::{Context, ContextDesc, Culler, CullerDesc, Terms, check};
 use sabaki::query::{Answer, CullPath, Query, QueryContext, QuerySettings, Step, cull::cpu};
+use sabaki_testing::baked::embedded;
 
 fn main() -> Result<(), Box<dyn Error>> {
     // SAFETY: everything is made and used in order, and destroyed in the opposite one when the device has finished.
@@ -60,18 +61,19 @@ fn main() -> Result<(), Box<dyn Error>> {
             terms,
         })?;
         let mut memory = PlainMemory::new(&instance, physical_device, &device);
-        let baked = scene::baked()?;
+        // A renderer reads the file that `sabaki bake` has written.
+        let baked = embedded();
         let desc = CullerDesc::new(CullPath::Stencil, baked.atlas());
         let mut culler = Culler::new(&context, &mut memory, &desc)?;
         let renderer = Renderer::new(&device, &mut memory, queue_family)?;
 
         // Frame 0: a ball comes. The ways to dodge it are culled while the frame is drawn.
-        let throw = scene::thrown(&baked)?;
+        let throw = scene::thrown(baked)?;
         let settings = QuerySettings::default();
         let (mut context, mut answer) = (QueryContext::default(), Answer::default());
-        let query = Query::new(&baked, &settings);
+        let query = Query::new(baked, &settings);
         let mut session = query.start(throw.request(), &mut context);
-        let spheres = scene::before(&baked, &throw);
+        let spheres = scene::before(baked, &throw);
         let ticket = renderer.frame("out/guest_0.png", &spheres, |cmd| {
             culler.record(cmd, 0, &session.cull_input())
         })??;
@@ -88,7 +90,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         scene::print(there, overlaps.len(), &answer);
 
         // The frames after that play the answer; here the one in which the ball is nearest.
-        let spheres = scene::nearest(&baked, &throw, &answer);
+        let spheres = scene::nearest(baked, &throw, &answer);
         renderer.frame("out/guest_1.png", &spheres, |_| ())?;
 
         culler.destroy(&mut memory);

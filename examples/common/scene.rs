@@ -5,30 +5,14 @@ use std::{error::Error, fs, io::BufWriter};
 
 use glam::{Quat, Vec3};
 use sabaki::anim::{Pose, forward_kinematics};
-use sabaki::graph::{self, ClipSource, GraphSettings};
-use sabaki::maps::{BakeSettings, BakedGraph, Baker};
+use sabaki::maps::BakedGraph;
 use sabaki::query::{Answer, Attack};
-use sabaki_app::demo::{
-    self,
-    throw::{Throw, ThrowSettings, throw},
-};
+use sabaki_app::demo::throw::{Throw, ThrowSettings, throw};
 
 /// A sphere in camera space: x, y, radius, lowness; red, green, blue, and padding.
 pub type Instance = [f32; 8];
 
 pub const MOST_INSTANCES: usize = 256;
-
-/// The embedded motions; a renderer reads a baked file instead.
-pub fn baked() -> Result<BakedGraph, Box<dyn Error>> {
-    let motions = demo::motions()?;
-    let source = ClipSource {
-        skeleton: &motions.skeleton,
-        clips: &motions.clips,
-        events: &motions.events,
-    };
-    let (graph, _) = graph::build(source, &GraphSettings::default())?;
-    Ok(Baker::new(graph, BakeSettings::default())?.finish_on_cpu()?)
-}
 
 /// A ball from two metres away.
 pub fn thrown(baked: &BakedGraph) -> Result<Throw, Box<dyn Error>> {

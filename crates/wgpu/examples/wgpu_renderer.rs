@@ -10,6 +10,7 @@ use std::error::Error;
 use pollster::block_on;
 use sabaki::gpu::{BatchEntry, CullerDesc};
 use sabaki::query::{Answer, CullPath, Query, QueryContext, QuerySettings, Step, cull::cpu};
+use sabaki_testing::baked::embedded;
 use sabaki_wgpu::Host;
 use scene::{Instance, MOST_INSTANCES};
 
@@ -26,14 +27,15 @@ fn main() -> Result<(), Box<dyn Error>> {
     // The renderer's device, with what sabaki uses switched on.
     let (host, queue) = Host::open(&adapter, &wgpu::DeviceDescriptor::default())?;
     let renderer = Renderer::new(host.device().clone(), queue);
-    let baked = scene::baked()?;
+    // A renderer reads the file that `sabaki bake` has written.
+    let baked = embedded();
     let mut culler = host.culler(&CullerDesc::new(CullPath::Compute, baked.atlas()))?;
 
     // Frame 0: a ball comes. The ways to dodge it are culled while the frame is drawn.
-    let throw = scene::thrown(&baked)?;
+    let throw = scene::thrown(baked)?;
     let settings = QuerySettings::default();
     let (mut context, mut answer) = (QueryContext::default(), Answer::default());
-    let query = Query::new(&baked, &settings);
+    let query = Query::new(baked, &settings);
     let mut session = query.start(throw.request(), &mut context);
     let mut batch = [BatchEntry {
         slot: 0,
@@ -43,7 +45,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     // SAFETY: slot 0 is free, and the frame submits the commands.
     let cull = unsafe { culler.record(&mut batch) }?;
     let ticket = batch[0].ticket.ok_or("nothing was recorded")?;
-    let spheres = scene::before(&baked, &throw);
+    let spheres = scene::before(baked, &throw);
     renderer.frame("out/wgpu_0.png", &spheres, Some(cull))?;
 
     // Later: the counts are there, or else the CPU counts the same.
@@ -58,7 +60,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     scene::print(there, overlaps.len(), &answer);
 
     // The frames after that play the answer; here the one in which the ball is nearest.
-    let spheres = scene::nearest(&baked, &throw, &answer);
+    let spheres = scene::nearest(baked, &throw, &answer);
     renderer.frame("out/wgpu_1.png", &spheres, None)
 }
 

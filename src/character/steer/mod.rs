@@ -209,7 +209,7 @@ impl Steering {
 
     /// The moment at which a new character starts: one that stands, or the first one.
     pub(super) fn start(&self) -> Option<(crate::graph::EdgeId, f32)> {
-        let calmest = |moment: &&Moment| moment.is_calm() && moment.left > 30;
+        let calmest = |moment: &&Moment| moment.is_calm && moment.left > 30;
         let found = self.table.moments.iter().find(calmest);
         let moment = found.or(self.table.moments.first())?;
         Some((moment.edge, moment.edge_frame as f32))
@@ -235,7 +235,7 @@ impl Steering {
         if let Some(moment) = moment.filter(|_| is_idle) {
             state.remember(&moment, step);
         }
-        let goes_on = |moment: Moment| moment.is_calm() && !state.repeats(&moment);
+        let goes_on = |moment: Moment| moment.is_calm && !state.repeats(&moment);
         let is_held = is_idle && !ends && moment.is_some_and(goes_on);
         if (is_new || ends || state.search_in <= 0.0) && !is_held {
             state.search_in = step.settings.interval;
@@ -269,7 +269,8 @@ impl Steering {
         let moments = &self.table.moments;
         let nearest = |allowed: &dyn Fn(&Moment) -> bool| self.nearest(&search.wanted, allowed);
         let moment = search.current.map(|current| &moments[current]);
-        let is_fresh = |moment: &Moment| moment.stands > 20 && !state.has_played(moment);
+        let is_fresh =
+            |moment: &Moment| moment.is_calm && moment.left > 20 && !state.has_played(moment);
         let fresh = nearest(&|moment| !is_idle || is_fresh(moment));
         // What comes to what was just played is left for what was not, if that is near.
         let gain = step.settings.gain;
@@ -281,13 +282,14 @@ impl Steering {
             }
             _ => f32::INFINITY,
         };
-        let found = fresh.or_else(|| nearest(&|moment| !is_idle || moment.is_calm()));
+        let found = fresh.or_else(|| nearest(&|moment| !is_idle || moment.is_calm));
         let found = found.filter(|(_, apart)| apart + gain < kept);
         let found = found.map(|(found, _)| &moments[found]);
         // To stand may be nearly as near as to start a slow walk, for as long as that is asked for.
         let walks = step.aim.velocity.length() > WALKS;
-        if walks && moment.is_some_and(Moment::is_calm) && found.is_none_or(Moment::is_calm) {
-            let start = |moment: &Moment| !moment.is_calm() && moment.velocity.length() > WALKS;
+        let stands = |moment: &Moment| moment.is_calm;
+        if walks && moment.is_some_and(stands) && found.is_none_or(stands) {
+            let start = |moment: &Moment| !moment.is_calm && moment.velocity.length() > WALKS;
             let start = nearest(&start).map(|(start, _)| &moments[start]);
             return start.or(found);
         }

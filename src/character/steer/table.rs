@@ -45,16 +45,11 @@ pub(super) struct Moment {
     pub heading: f32,
     /// Position of the root in the space of the clip (x, z).
     pub root: Vec2,
-    /// Frames for which the body stands; 0 where it does not.
-    pub stands: u32,
+    /// Whether the body stands for a while.
+    pub is_calm: bool,
 }
 
 impl Moment {
-    /// Whether the body stands for a while.
-    pub(super) fn is_calm(&self) -> bool {
-        self.stands > 0
-    }
-
     /// Time until the table ends in this clip, in seconds.
     pub(super) fn seconds_left(&self, graph: &MotionGraph) -> f32 {
         self.left as f32 / graph.frame_rate() as f32
@@ -172,7 +167,7 @@ impl Table {
     fn add_clip(&mut self, graph: &MotionGraph, clip: ClipId, edges: &PlayedBy) {
         let frames = graph.clip(clip).frames();
         self.first.push(self.index.len() as u32);
-        let (start, first) = (self.index.len(), self.moments.len());
+        let start = self.index.len();
         self.index.resize(start + frames, u32::MAX);
         let posed = pose_clip(graph, clip);
         let frame_rate = graph.frame_rate() as f32;
@@ -209,15 +204,8 @@ impl Table {
                 velocity,
                 heading,
                 root: Vec2::new(posed[frame].root.x, posed[frame].root.z),
-                stands: u32::from(calm),
+                is_calm: calm,
             });
-        }
-        let of_clip = &mut self.moments[first..];
-        for index in (1..of_clip.len()).rev() {
-            let [moment, next] = [index - 1, index].map(|index| of_clip[index]);
-            if moment.is_calm() && next.frame == moment.frame + 1 {
-                of_clip[index - 1].stands += next.stands;
-            }
         }
     }
 }

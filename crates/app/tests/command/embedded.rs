@@ -1,7 +1,7 @@
 //! The embedded motions in the user's cache folder.
 
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use sabaki_testing::baked::embedded_file;
 use serde_json::Value;
@@ -11,35 +11,33 @@ use super::without_times;
 
 #[test]
 fn they_are_baked_by_the_first_command_and_read_by_later_ones() {
+    let program = fs::read(env!("CARGO_BIN_EXE_sabaki")).unwrap();
+    let (checksum, length) = (crc32fast::hash(&program), program.len());
+    let name = format!("sabaki/embedded-{checksum:08x}-{length:x}.sabaki");
     let folder = folder();
-    let cache = folder.path().join("cache");
-    let dodge = |more: &[&str]| -> Value {
+    let dodge = |cache: &Path, more: &[&str]| -> Value {
         let mut command = command(folder.path(), &["dodge", "--attacks", "4", "--json"]);
-        let output = command.args(more).env("XDG_CACHE_HOME", &cache).output();
-        let output = output.unwrap();
+        command.args(more).env("XDG_CACHE_HOME", cache);
+        let output = command.output().unwrap();
         assert!(output.status.success() && output.stderr.is_empty());
         without_times(serde_json::from_slice(&output.stdout).unwrap())
     };
-    let first = dodge(&[]);
-    let file = only_file(&cache.join("sabaki"));
-    let bytes = fs::read(&file).unwrap();
+    // One that the tests share: this command or another one bakes.
+    let shared = Path::new(env!("CARGO_TARGET_TMPDIR"));
+    let first = dodge(shared, &[]);
+    let bytes = fs::read(shared.join(&name)).unwrap();
     assert_eq!(bytes, fs::read(embedded_file(folder.path())).unwrap());
-    assert_eq!(dodge(&[]), first);
 
     // What is read is the file, and it is not written again.
-    fs::copy(baked(), &file).unwrap();
-    let other = dodge(&[]);
+    let own = folder.path().join("cache");
+    fs::create_dir_all(own.join("sabaki")).unwrap();
+    fs::copy(baked(), own.join(&name)).unwrap();
+    let other = dodge(&own, &[]);
     assert_ne!(other, first);
-    assert_eq!(other, dodge(&[baked()]));
-    assert_eq!(
-        fs::read(only_file(&cache.join("sabaki"))).unwrap(),
-        fs::read(baked()).unwrap()
-    );
-}
-
-fn only_file(folder: &Path) -> PathBuf {
-    let mut files = fs::read_dir(folder).unwrap();
-    let file = files.next().unwrap().unwrap().path();
-    assert!(files.next().is_none());
-    file
+    assert_eq!(other, dodge(&own, &[baked()]));
+    let files: Vec<_> = fs::read_dir(own.join("sabaki")).unwrap().collect();
+    assert_eq!(files.len(), 1);
+    let read = fs::read(own.join(&name)).unwrap();
+    assert_eq!(read, fs::read(baked()).unwrap());
+    assert_eq!(dodge(shared, &[]), first);
 }
