@@ -50,9 +50,7 @@ impl Motion {
         let step = (1.0 / graph.frame_rate()) as f32;
         scratch.step = step;
         let later = [played.seconds, played.seconds + step * played.rate];
-        for (seconds, pose) in later.into_iter().zip(&mut scratch.from) {
-            played.motion.sample(graph, seconds, pose);
-        }
+        played.motion.sample_both(graph, later, &mut scratch.from);
         self.blend_from_scratch(graph, scratch, blend);
     }
 
@@ -84,9 +82,7 @@ impl Motion {
         let begun = self.inertias().partition_point(|one| one.start <= 0.0);
         self.inertias[..self.entered].rotate_left(begun);
         self.entered -= begun;
-        for (seconds, pose) in [0.0, step].into_iter().zip(&mut scratch.to) {
-            self.sample(graph, seconds, pose);
-        }
+        self.sample_both(graph, [0.0, step], &mut scratch.to);
         if self.inertias.len() == self.entered {
             self.inertias.push(Inertia::default());
         }

@@ -124,7 +124,7 @@ fn of_many_spheres_the_nearest_one_counts() {
     let baked = embedded();
     let mut rng = Pcg64Mcg::seed_from_u64(14);
     let (mut scratch, mut hits, mut clean) = (MotionBody::default(), 0, 0);
-    for round in 0..6 {
+    for round in 0..12 {
         let evasion = PlacedEvasion {
             track: baked.track(7 * round % baked.evasions().len()),
             placement: Rigid2::new(rng.random_range(-3.0..3.0), 2.0, -1.0),

@@ -5,6 +5,7 @@
 //! Automatic Motion Blending with Registration Curves" (2003), section 5, and a jump turns the motion by up to a limit, which its
 //! blend fades in. What stands idle plays moments that stand and does not choose one twice within a time.
 
+mod memory;
 mod table;
 
 use glam::{Vec2, Vec3};
@@ -16,6 +17,7 @@ use crate::anim::{JointTransform, Pose, forward_kinematics};
 use crate::graph::{Entry, Motion, MotionGraph, Playhead};
 use crate::maps::{BakedGraph, Stance};
 use crate::math::Rigid2;
+pub(super) use memory::SteerState;
 use table::{AHEAD, Features, Moment, Row, Table, distance};
 
 /// Limits of steering.
@@ -66,28 +68,6 @@ impl Default for SteerSettings {
 /// What goes faster walks, in metres per second.
 const WALKS: f32 = 0.3;
 
-/// What steering remembers of one character.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub(super) struct SteerState {
-    /// Time until the next search, in seconds.
-    search_in: f32,
-    /// The aim of the last search.
-    aim: [f32; 2],
-    facing: Option<f32>,
-    /// Frames that were played while it stood idle, oldest first.
-    recent: Vec<Recent>,
-}
-
-/// A range of frames that was played.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-struct Recent {
-    clip: u32,
-    from: u32,
-    to: u32,
-    /// Time since it was played, in seconds.
-    age: f32,
-}
-
 /// Scratch of steering.
 #[derive(Clone, Debug, Default)]
 pub(super) struct SteerScratch {
@@ -123,63 +103,6 @@ struct Now {
     /// Heading averaged over a stride where the table knows it.
     heading: f32,
     features: Features,
-}
-
-impl SteerState {
-    /// Searches at the next step.
-    pub(super) fn search_now(&mut self) {
-        self.search_in = 0.0;
-    }
-
-    fn last_aim(&self) -> Aim {
-        Aim {
-            velocity: Vec2::from(self.aim),
-            facing: self.facing,
-        }
-    }
-
-    /// Remembers the moment that an idle character plays, and forgets those that are long ago.
-    fn remember(&mut self, moment: &Moment, step: &SteerStep<'_>) {
-        self.recent.iter_mut().for_each(|one| one.age += step.dt);
-        let repeat = step.settings.repeat;
-        self.recent.retain(|one| one.age < repeat);
-        let (clip, frame) = (moment.clip.0, moment.frame);
-        match self.recent.last_mut() {
-            Some(last) if last.clip == clip && (last.to..=last.to + 2).contains(&frame) => {
-                (last.to, last.age) = (frame, 0.0);
-            }
-            _ => self.recent.push(Recent {
-                clip,
-                from: frame,
-                to: frame,
-                age: 0.0,
-            }),
-        }
-    }
-
-    /// Whether what is played comes to what was played before.
-    fn repeats(&self, moment: &Moment) -> bool {
-        /// It is left so many frames before.
-        const BEFORE: u32 = 2;
-        let before = self.recent.len().saturating_sub(1);
-        self.recent[..before].iter().any(|one| {
-            let frames = one.from.saturating_sub(BEFORE)..=one.to;
-            one.clip == moment.clip.0 && frames.contains(&moment.frame)
-        })
-    }
-
-    /// Whether the time from a moment on was played.
-    fn has_played(&self, moment: &Moment) -> bool {
-        /// What is so near in a clip looks the same, in frames.
-        const ALIKE: u32 = 12;
-        /// So many frames are played at least.
-        const PLAYED: u32 = 30;
-        self.recent.iter().any(|one| {
-            one.clip == moment.clip.0
-                && moment.frame + PLAYED >= one.from
-                && moment.frame <= one.to + ALIKE
-        })
-    }
 }
 
 /// A search for the moment that is played next.

@@ -14,8 +14,7 @@ impl Motion {
         let step = (1.0 / graph.frame_rate()) as f32;
         scratch.step = step;
         self.extend(graph, seconds + step);
-        self.sample(graph, seconds, &mut scratch.from[0]);
-        self.sample(graph, seconds + step, &mut scratch.from[1]);
+        self.sample_both(graph, [seconds, seconds + step], &mut scratch.from);
         // What an earlier entry has left is in these poses.
         self.cut(seconds);
         self.push_entry(graph, entry, seconds);
@@ -24,18 +23,18 @@ impl Motion {
             self.inertias.push(Inertia::default());
         }
         self.inertias[self.entered].set_times(seconds, entry.blend.max(step));
+        self.measure_entry(self.entered, graph, &mut scratch);
         self.entered += 1;
-        self.measure_last_of(self.entered, graph, &mut scratch);
         self.scratch = scratch;
     }
 
-    /// Computes the last of the first `count` offsets, from the poses that are left.
-    fn measure_last_of(&mut self, count: usize, graph: &MotionGraph, scratch: &mut EntryScratch) {
-        let start = self.inertias[count - 1].start;
+    /// Computes the offset of a cut, from the poses that are left.
+    fn measure_entry(&mut self, index: usize, graph: &MotionGraph, scratch: &mut EntryScratch) {
+        let start = self.inertias[index].start;
         for (later, pose) in [0.0, scratch.step].into_iter().zip(&mut scratch.to) {
             self.playhead(graph, start + later).pose(graph, pose);
         }
-        self.inertias[count - 1].measure(graph, scratch);
+        self.inertias[index].measure(graph, scratch);
     }
 
     /// Computes the offsets of later cuts anew, after the first one has changed. A cut leaves the pose in which the offset before it
@@ -50,11 +49,10 @@ impl Motion {
             let mut left = self.left_at(graph, index);
             let mut scratch = std::mem::take(&mut self.scratch);
             scratch.step = (1.0 / graph.frame_rate()) as f32;
-            left.extend(graph, start + scratch.step);
-            for (later, pose) in [0.0, scratch.step].into_iter().zip(&mut scratch.from) {
-                left.sample(graph, start + later, pose);
-            }
-            self.measure_last_of(index + 1, graph, &mut scratch);
+            let moments = [start, start + scratch.step];
+            left.extend(graph, moments[1]);
+            left.sample_both(graph, moments, &mut scratch.from);
+            self.measure_entry(index, graph, &mut scratch);
             self.scratch = scratch;
         }
         self.warp = warp;

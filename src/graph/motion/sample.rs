@@ -43,6 +43,18 @@ impl Motion {
         self.apply_warp(graph, seconds, out);
     }
 
+    /// Writes the poses of two moments.
+    pub(in crate::graph) fn sample_both(
+        &self,
+        graph: &MotionGraph,
+        seconds: [f32; 2],
+        out: &mut [Pose; 2],
+    ) {
+        for (seconds, pose) in seconds.into_iter().zip(out) {
+            self.sample(graph, seconds, pose);
+        }
+    }
+
     /// The same as if it were not bent, but for the time at which it is.
     pub(crate) fn sample_unbent(&self, graph: &MotionGraph, seconds: f32, out: &mut Pose) {
         self.playhead(graph, seconds).pose(graph, out);

@@ -1,0 +1,87 @@
+//! What steering remembers of one character: its last search, and what it played while it stood idle.
+
+use glam::Vec2;
+use serde::{Deserialize, Serialize};
+
+use super::SteerStep;
+use super::table::Moment;
+use crate::character::goal::Aim;
+
+/// What steering remembers of one character.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(in crate::character) struct SteerState {
+    /// Time until the next search, in seconds.
+    pub(super) search_in: f32,
+    /// The aim of the last search.
+    pub(super) aim: [f32; 2],
+    pub(super) facing: Option<f32>,
+    /// Frames that were played while it stood idle, oldest first.
+    recent: Vec<Recent>,
+}
+
+/// A range of frames that was played.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+struct Recent {
+    clip: u32,
+    from: u32,
+    to: u32,
+    /// Time since it was played, in seconds.
+    age: f32,
+}
+
+impl SteerState {
+    /// Searches at the next step.
+    pub(in crate::character) fn search_now(&mut self) {
+        self.search_in = 0.0;
+    }
+
+    pub(super) fn last_aim(&self) -> Aim {
+        Aim {
+            velocity: Vec2::from(self.aim),
+            facing: self.facing,
+        }
+    }
+
+    /// Remembers the moment that an idle character plays, and forgets those that are long ago.
+    pub(super) fn remember(&mut self, moment: &Moment, step: &SteerStep<'_>) {
+        self.recent.iter_mut().for_each(|one| one.age += step.dt);
+        let repeat = step.settings.repeat;
+        self.recent.retain(|one| one.age < repeat);
+        let (clip, frame) = (moment.clip.0, moment.frame);
+        match self.recent.last_mut() {
+            Some(last) if last.clip == clip && (last.to..=last.to + 2).contains(&frame) => {
+                (last.to, last.age) = (frame, 0.0);
+            }
+            _ => self.recent.push(Recent {
+                clip,
+                from: frame,
+                to: frame,
+                age: 0.0,
+            }),
+        }
+    }
+
+    /// Whether what is played comes to what was played before.
+    pub(super) fn repeats(&self, moment: &Moment) -> bool {
+        /// It is left so many frames before.
+        const BEFORE: u32 = 2;
+        let before = self.recent.len().saturating_sub(1);
+        self.recent[..before].iter().any(|one| {
+            let frames = one.from.saturating_sub(BEFORE)..=one.to;
+            one.clip == moment.clip.0 && frames.contains(&moment.frame)
+        })
+    }
+
+    /// Whether the time from a moment on was played.
+    pub(super) fn has_played(&self, moment: &Moment) -> bool {
+        /// What is so near in a clip looks the same, in frames.
+        const ALIKE: u32 = 12;
+        /// So many frames are played at least.
+        const PLAYED: u32 = 30;
+        self.recent.iter().any(|one| {
+            one.clip == moment.clip.0
+                && moment.frame + PLAYED >= one.from
+                && moment.frame <= one.to + ALIKE
+        })
+    }
+}
