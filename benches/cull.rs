@@ -5,10 +5,15 @@
 
 mod common;
 
-use std::process::ExitCode;
+use std::error::Error;
+use std::fs;
+use std::path::Path;
+use std::process::{Command, ExitCode};
+use std::time::Instant;
 
 use common::report::Report;
 use common::{Motions, throws};
+use sabaki::archive;
 use sabaki::gpu::{Counting, Culler, CullerDesc, PipelineCache};
 use sabaki::internal::CullCandidate;
 use sabaki::maps::{BakedGraph, MapGrid};
@@ -20,8 +25,20 @@ use sabaki_app::headless::{Headless, HeadlessDesc};
 const SIZES: [usize; 4] = [5, 100, 1000, 10_000];
 const COLUMNS: [&str; 4] = ["cpu", "compute", "stencil, queries", "stencil, atomics"];
 
+/// The folder with the files of a start; where it is set, the process is one.
+const START: &str = "SABAKI_START";
+
 fn main() -> ExitCode {
-    Report::main("cull", measure)
+    let Some(folder) = std::env::var_os(START) else {
+        return Report::main("cull", measure);
+    };
+    match start(Path::new(&folder)) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("{error}");
+            ExitCode::FAILURE
+        }
+    }
 }
 
 fn measure(report: &mut Report) {
@@ -46,42 +63,66 @@ fn measure(report: &mut Report) {
             cullers.destroy(&mut device);
         }
     }
-    starts(report, &mut device);
+    starts(report);
     let _ = device.destroy();
 }
 
-/// Creation of a culler, with all its pipelines: as on a first start, and with the pipeline cache that an earlier start kept as bytes.
-fn starts(report: &mut Report, device: &mut Headless) {
-    let baked = Motions::read().bake();
+/// Starts of a program, each in a process of its own: a culler is created and counts for the first time. On a first start the
+/// driver's cache of shaders is empty and the program has kept no bytes of a pipeline cache; a second start finds what the first left.
+fn starts(report: &mut Report) {
     report.table(
-        "creation of a culler",
-        &["first start", "with the bytes of an earlier one"],
+        "a start: a culler is created and counts",
+        &["first start", "second start"],
     );
-    for (name, path) in [
-        ("compute", CullPath::Compute),
-        ("stencil", CullPath::Stencil),
-    ] {
-        let mut create = |bytes: &[u8]| {
-            let made = device.make(|context, memory| {
-                let cache = PipelineCache::new(context, bytes)?;
-                let desc = CullerDesc {
-                    pipeline_cache: cache.handle(),
-                    ..CullerDesc::new(path, baked.atlas())
-                };
-                let culler = Culler::new(context, memory, &desc)?;
-                let bytes = cache.bytes()?;
-                culler.destroy(memory);
-                cache.destroy();
-                Ok(bytes)
-            });
-            made.unwrap()
-        };
-        let kept = create(&[]);
-        report.row(name, |column| match column {
-            0 => create(&[]),
-            _ => create(&kept),
+    let folder = tempfile::tempdir().unwrap();
+    let baked = Motions::read().bake();
+    archive::write(&folder.path().join("baked"), &baked).unwrap();
+    let cache = folder.path().join("cache");
+    for path in ["compute", "stencil"] {
+        report.row_of_times(path, |column| {
+            if column == 0 {
+                let _ = fs::remove_dir_all(&cache);
+                fs::create_dir(&cache).unwrap();
+            }
+            let mut start = Command::new(std::env::current_exe().unwrap());
+            start.env(START, folder.path()).env("SABAKI_PATH", path);
+            let output = start.env("MESA_SHADER_CACHE_DIR", &cache).output().unwrap();
+            assert!(output.status.success(), "{output:?}");
+            let text = String::from_utf8(output.stdout).unwrap();
+            text.trim().parse().unwrap()
         });
     }
+}
+
+/// One start, with the files of `folder`; prints its milliseconds, which neither reading the graph nor creating the device count for.
+fn start(folder: &Path) -> Result<(), Box<dyn Error>> {
+    let path = match std::env::var("SABAKI_PATH")?.as_str() {
+        "compute" => CullPath::Compute,
+        _ => CullPath::Stencil,
+    };
+    let bytes = folder.join("cache").join("pipelines");
+    let baked = archive::read(&folder.join("baked"))?;
+    let mut device = Headless::new(&HeadlessDesc::default())?;
+    with_candidates(&baked, Counted::FOR_A_CHOICE, 100, |input| {
+        let began = Instant::now();
+        let kept = fs::read(&bytes).unwrap_or_default();
+        let made = device.make(|context, memory| {
+            let cache = PipelineCache::new(context, &kept)?;
+            let desc = CullerDesc {
+                pipeline_cache: cache.handle(),
+                ..CullerDesc::new(path, baked.atlas())
+            };
+            Ok((Culler::new(context, memory, &desc)?, cache))
+        });
+        let (mut culler, cache) = made.unwrap();
+        device.cull(&mut culler, input).unwrap();
+        println!("{}", began.elapsed().as_secs_f64() * 1e3);
+        fs::write(&bytes, cache.bytes().unwrap()).unwrap();
+        culler.destroy(device.memory().unwrap());
+        cache.destroy();
+    });
+    let _ = device.destroy();
+    Ok(())
 }
 
 /// Calls `run` with an attack and so many candidates.

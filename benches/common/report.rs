@@ -134,12 +134,30 @@ impl Report {
     /// All columns take turns until the time is over, so that what disturbs the machine disturbs them alike. A turn
     /// is as many calls as fit into two milliseconds, at least one. The first turn of each is not counted.
     pub(crate) fn row<T>(&mut self, name: impl Display, mut run: impl FnMut(usize) -> T) {
-        let name = name.to_string();
+        const TURN: Duration = Duration::from_millis(2);
+        self.measure(name.to_string(), |column| {
+            let turn = Instant::now();
+            let mut times = Vec::new();
+            while turn.elapsed() < TURN {
+                let call = Instant::now();
+                black_box(run(column));
+                times.push(call.elapsed().as_secs_f64() * 1e3);
+            }
+            times
+        });
+    }
+
+    /// As [`Report::row`], where `run` gives the milliseconds of the one call that it makes.
+    pub(crate) fn row_of_times(&mut self, name: impl Display, mut run: impl FnMut(usize) -> f64) {
+        self.measure(name.to_string(), |column| vec![run(column)]);
+    }
+
+    /// Measures a row of the last table by turns, each of which gives the milliseconds of its calls.
+    fn measure(&mut self, name: String, mut turn: impl FnMut(usize) -> Vec<f64>) {
+        const LEAST_ROUNDS: usize = 3;
         if !name.contains(&self.settings.rows) {
             return;
         }
-        const TURN: Duration = Duration::from_millis(2);
-        const LEAST_ROUNDS: usize = 3;
         let Some(table) = self.record.tables.last_mut() else {
             return;
         };
@@ -147,12 +165,7 @@ impl Report {
         let mut started = Instant::now();
         for round in 0.. {
             for (column, calls) in calls.iter_mut().enumerate() {
-                let turn = Instant::now();
-                while turn.elapsed() < TURN {
-                    let call = Instant::now();
-                    black_box(run(column));
-                    calls.push(call.elapsed().as_secs_f64() * 1e3);
-                }
+                calls.extend(turn(column));
             }
             if round == 0 {
                 calls.iter_mut().for_each(Vec::clear);

@@ -64,7 +64,7 @@ const char *sabaki_graph_joint_name(const sabaki_graph *graph, uint32_t joint);
 
 /* Access to a block of memory. */
 typedef enum sabaki_memory_usage {
-    SABAKI_MEMORY_DEVICE = 0,  /* only the device reads and writes */
+    SABAKI_MEMORY_DEVICE = 0,  /* only the device reads and writes; if the block is mapped, the host writes the first contents */
     SABAKI_MEMORY_UPLOAD = 1,  /* the host writes and the device reads: the block must be mapped */
     SABAKI_MEMORY_READBACK = 2 /* the device writes and the host reads: the block must be mapped and should be cached */
 } sabaki_memory_usage;

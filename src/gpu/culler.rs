@@ -118,8 +118,9 @@ impl Culler {
         Ok(())
     }
 
-    /// Memory that a culler needs, in bytes, including the staging buffer of the maps, which [`Culler::release_staging`] frees. It leaves
-    /// out the allocator's rounding, and the driver's memory for query pools, descriptors and pipelines.
+    /// Memory that a culler needs, in bytes, including the staging buffer of the maps, which [`Culler::release_staging`] frees; there is
+    /// none if the device's memory is mapped. It leaves out the allocator's rounding, and the driver's memory for query pools, descriptors
+    /// and pipelines.
     ///
     /// # Errors
     /// As for [`Culler::new`], where the maps are more than the device offers.

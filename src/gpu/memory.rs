@@ -9,7 +9,8 @@ use super::GpuError;
 /// Access to a block of memory.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum MemoryUse {
-    /// Only the device reads and writes.
+    /// Only the device reads and writes. If the block is mapped nevertheless, the host writes the first contents directly, without a
+    /// staging buffer.
     Device,
     /// The host writes and the device reads. The block must be mapped.
     Upload,
@@ -58,7 +59,7 @@ pub struct Block {
     pub offset: u64,
     /// Size in bytes, at least the required one.
     pub size: u64,
-    /// Mapped address of the block, for [`MemoryUse::Upload`] and [`MemoryUse::Readback`].
+    /// Mapped address of the block. [`MemoryUse::Upload`] and [`MemoryUse::Readback`] need it.
     pub mapped: Option<NonNull<u8>>,
     /// Whether the memory is host-coherent. Otherwise the block starts and ends at multiples of `nonCoherentAtomSize` or at the ends of the
     /// memory object.

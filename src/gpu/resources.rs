@@ -134,6 +134,11 @@ impl Buffer {
         }
     }
 
+    /// Whether the host can write to it.
+    pub fn is_mapped(&self) -> bool {
+        self.block.is_some_and(|block| block.mapped.is_some())
+    }
+
     /// Copies bytes into a mapped buffer and flushes them.
     pub fn write(&self, context: &Context, offset: u64, bytes: &[u8]) -> Result<(), GpuError> {
         within("size of a buffer", offset + bytes.len() as u64, self.size)?;

@@ -1,4 +1,5 @@
-//! A storage buffer that is filled once from a staging buffer. Its owner may bind a part of it at a time.
+//! A storage buffer that is filled once: by the host where its memory is mapped, else from a staging buffer. Its owner may bind a part of
+//! it at a time.
 
 use std::sync::atomic::AtomicBool;
 
@@ -7,6 +8,7 @@ use ash::vk;
 use super::{
     Context, GpuError, Memory, MemoryUse,
     barriers::{self, Access},
+    error::within,
     resources::{Buffer, BufferDesc, DeviceMemory},
 };
 
@@ -23,34 +25,64 @@ pub(crate) struct Upload {
 pub(crate) struct Uploaded {
     pub(crate) buffer: Buffer,
     staging: Buffer,
-    /// Bytes.
-    size: u64,
+    /// Number of bytes that are copied from the staging buffer.
+    copied: u64,
+}
+
+/// Words of maps, in parts that are written one after the other.
+pub(crate) struct MapWords<Parts> {
+    /// Number of words of all parts.
+    pub(crate) count: usize,
+    pub(crate) parts: Parts,
+}
+
+impl<Parts> MapWords<Parts> {
+    /// Size of all parts, in bytes.
+    pub(crate) fn bytes(&self) -> u64 {
+        4 * self.count as u64
+    }
 }
 
 impl Uploaded {
     /// Fills a default one. After a failure [`Uploaded::destroy`] frees what there is.
-    pub(crate) fn fill(
+    pub(crate) fn fill<'a>(
         &mut self,
         device: &mut DeviceMemory<'_>,
         name: &str,
-        bytes: &[u8],
+        words: MapWords<impl Iterator<Item = &'a [u32]>>,
     ) -> Result<(), GpuError> {
         use vk::BufferUsageFlags as Usage;
-        self.size = bytes.len() as u64;
-        let mut buffer = |name: &str, usage, who| {
+        let mut buffer = |name: &str, usage, memory| {
             let desc = BufferDesc {
                 name,
-                size: bytes.len() as u64,
+                size: words.bytes(),
                 usage,
-                memory: who,
+                memory,
             };
             Buffer::paged(device.context, device.memory, desc)
         };
         let usage = Usage::STORAGE_BUFFER | Usage::TRANSFER_DST;
         self.buffer = buffer(name, usage, MemoryUse::Device)?;
-        let staging = format!("{name}, staging");
-        self.staging = buffer(&staging, Usage::TRANSFER_SRC, MemoryUse::Upload)?;
-        self.staging.write(device.context, 0, bytes)
+        let target = match self.buffer.is_mapped() {
+            true => &mut self.buffer,
+            false => {
+                self.copied = words.bytes();
+                let staging = format!("{name}, staging");
+                self.staging = buffer(&staging, Usage::TRANSFER_SRC, MemoryUse::Upload)?;
+                &mut self.staging
+            }
+        };
+        // SAFETY: the buffer is new, and no command uses it yet.
+        let bytes = unsafe { target.bytes_mut() }?;
+        let mut at = 0;
+        for part in words.parts {
+            let part: &[u8] = bytemuck::cast_slice(part);
+            let end = at + part.len();
+            within("size of a buffer", end as u64, bytes.len() as u64)?;
+            bytes[at..end].copy_from_slice(part);
+            at = end;
+        }
+        target.flush(device.context)
     }
 
     /// Records the copy, for `reader` to see.
@@ -58,10 +90,10 @@ impl Uploaded {
     /// # Safety
     /// `cmd` is being recorded outside of rendering; the staging buffer has not been released.
     pub(crate) unsafe fn record(&self, context: &Context, cmd: vk::CommandBuffer, reader: Access) {
-        if self.size == 0 {
+        if self.copied == 0 {
             return;
         }
-        let copy = [vk::BufferCopy::default().size(self.size)];
+        let copy = [vk::BufferCopy::default().size(self.copied)];
         let (from, to) = (self.staging.handle, self.buffer.handle);
         // SAFETY: the caller vouches for `cmd` and staging; both buffers have this size.
         unsafe {

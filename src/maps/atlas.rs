@@ -124,17 +124,17 @@ impl RegionAtlas {
         Ok(())
     }
 
-    /// Number of 32-bit words that the evasions' maps take in a storage buffer.
-    #[must_use]
-    pub fn packed_words(&self) -> usize {
-        self.pack().words.len()
+    /// Words of the evasions' maps, one map after the other: of each slab body masks, outer masks, and bits of the evasion map.
+    pub(crate) fn words(&self) -> impl Iterator<Item = &[u32]> {
+        let slabs = self.regions.iter().flat_map(|region| &region.slabs);
+        slabs.flat_map(|slab| [slab.body.masks(), slab.outer.masks(), slab.evasion.words()])
     }
 
-    /// Packs the evasions' maps into one array of words, for a storage buffer.
+    /// Places of the evasions' maps among [`RegionAtlas::words`].
     #[must_use]
     pub(crate) fn pack(&self) -> PackedAtlas {
         let mut packed = PackedAtlas {
-            words: Vec::with_capacity(self.bytes() / 4),
+            words: 0,
             maps: Vec::new(),
             lanes: self.grid.lanes() as u32,
             regions: Vec::new(),
@@ -162,7 +162,7 @@ impl RegionAtlas {
     }
 }
 
-/// Position of one map in its frame, and of its data in [`PackedAtlas::words`].
+/// Position of one map in its frame, and of its data in [`RegionAtlas::words`].
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "vulkan", derive(bytemuck::Pod, bytemuck::Zeroable))]
@@ -175,7 +175,7 @@ pub(crate) struct PackedMap {
     pub width: u32,
     /// Number of rows.
     pub height: u32,
-    /// Index of the map's first word in [`PackedAtlas::words`].
+    /// Index of the map's first word in [`RegionAtlas::words`].
     pub word: u32,
     /// Number of words in a row.
     pub words_per_row: u32,
@@ -194,11 +194,11 @@ pub(crate) struct PackedMaps {
     pub evasion: PackedMap,
 }
 
-/// A [`RegionAtlas`] in the layout that a GPU reads.
+/// Places of the maps of a [`RegionAtlas`] in a buffer that holds their words.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct PackedAtlas {
-    /// Masks and bits of all maps.
-    pub words: Vec<u32>,
+    /// Number of words of all maps.
+    pub words: usize,
     /// Positions of the maps, one entry for each region and slab.
     pub maps: Vec<PackedMaps>,
     /// Number of words in a mask: 1 or 2.
@@ -219,8 +219,8 @@ impl PackedAtlas {
 
     /// Appends one map. `words_per_row` is 0 for masks, because their rows are not padded.
     fn append(&mut self, rect: MapRect, words: &[u32], words_per_row: u32) -> PackedMap {
-        let word = self.words.len() as u32;
-        self.words.extend_from_slice(words);
+        let word = self.words as u32;
+        self.words += words.len();
         PackedMap {
             u: rect.u,
             v: rect.v,

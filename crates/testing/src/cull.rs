@@ -1,6 +1,6 @@
 //! What the culling paths of a device are tested with: any maps, any attacks, any candidates.
 
-use sabaki::gpu::{Culler, CullerDesc};
+use sabaki::gpu::{Block, Culler, CullerDesc, GpuError, Memory, MemoryDesc, MemoryUse};
 use sabaki::internal::{
     AttackDrawing, CullCandidate, FixedTransform2, MapRect, RegionId, RegionMaps, Section, Slab,
     SlabMaps,
@@ -98,9 +98,30 @@ pub fn candidates(
     (0..count).map(candidate).collect()
 }
 
+/// Memory as of a device that has its own: the host cannot write to what the device uses, so that it is copied from staging buffers.
+pub struct Unmapped<'a>(pub &'a mut dyn Memory);
+
+impl Memory for Unmapped<'_> {
+    fn allocate(&mut self, desc: &MemoryDesc<'_>) -> Result<Block, GpuError> {
+        let block = self.0.allocate(desc)?;
+        Ok(match desc.usage {
+            MemoryUse::Device => Block {
+                mapped: None,
+                ..block
+            },
+            MemoryUse::Upload | MemoryUse::Readback => block,
+        })
+    }
+
+    fn free(&mut self, block: Block) {
+        self.0.free(block);
+    }
+}
+
+/// A culler whose maps are copied from a staging buffer.
 pub fn culler(device: &mut Headless, desc: &CullerDesc<'_>) -> Culler {
     device
-        .make(|context, memory| Culler::new(context, memory, desc))
+        .make(|context, memory| Culler::new(context, &mut Unmapped(memory), desc))
         .unwrap()
 }
 

@@ -78,7 +78,7 @@ pub fn use_it(baked: &BakedGraph) {
     let test = ExactTest::new(baked, &attack);
     let _ = test.on_motion(&answer.motion, &mut MotionBody::default());
     let _ = (baked.responsive_share(1.0), baked.graph().seconds_kept());
-    let _ = baked.atlas().packed_words();
+    let _ = baked.atlas().bytes();
     for event in baked.graph().events() {
         let _ = baked.graph().describe_event(event);
     }

@@ -20,8 +20,9 @@ use crate::{
         pipelines::{COUNT, Pipeline, PipelineInputs},
         resources::DeviceMemory,
         shader_table::COUNTS,
-        uploaded::Uploaded,
+        uploaded::{MapWords, Uploaded},
     },
+    math::both,
     query::cull::{CullPath, Overlap},
 };
 
@@ -54,18 +55,17 @@ impl ComputePath {
         desc: &CullerDesc<'_>,
     ) -> Result<Self, GpuError> {
         context.runs(CullPath::Compute)?;
-        let planes = Self::planes(context, desc)?;
         let capacity = Self::capacity(context, desc);
         let mut path = Self {
             context: context.clone(),
             parts: Parts::default(),
             gathered: vec![Gathered::default()],
             capacity,
-            planes,
+            planes: Planes::default(),
         };
         match path.fill(memory, desc) {
             Ok(()) => {
-                // The staging buffer has them now.
+                // They are in a buffer now.
                 path.planes.words = Vec::new();
                 Ok(path)
             }
@@ -113,20 +113,21 @@ impl ComputePath {
 
     fn fill(&mut self, memory: &mut dyn Memory, desc: &CullerDesc<'_>) -> Result<(), GpuError> {
         let (context, parts, name) = (&self.context, &mut self.parts, desc.name);
-        let words = bytemuck::cast_slice(&self.planes.words);
+        parts.make_layout(context)?;
+        // The planes are drawn on another thread while the driver compiles.
+        let (planes, pipelines) = both(
+            || Self::planes(context, desc),
+            || parts.make_pipelines(context, desc),
+        );
+        self.planes = planes?;
+        pipelines?;
+        let words = MapWords {
+            count: self.planes.words.len(),
+            parts: std::iter::once(&self.planes.words[..]),
+        };
         let atlas = format!("{name}: atlas");
         let mut device = DeviceMemory { context, memory };
         parts.atlas.fill(&mut device, &atlas, words)?;
-        parts.make_layout(context)?;
-        for (pipeline, may_be_large) in parts.pipelines.iter_mut().zip([0, 1]) {
-            let constants = [self.planes.grid.attack_pitch, may_be_large];
-            let inputs = PipelineInputs {
-                sets: &[parts.layout],
-                constants: &constants,
-                cache: desc.pipeline_cache,
-            };
-            *pipeline = Pipeline::new(context, &COUNT, &inputs)?;
-        }
         for slot in 0..desc.frames_in_flight.max(1) {
             let name = format!("{name}: slot {slot}");
             let desc = SlotDesc {
@@ -141,6 +142,20 @@ impl ComputePath {
             }
         }
         parts.make_sets(context, &self.capacity, &self.planes.pages)
+    }
+}
+
+impl Parts {
+    fn make_pipelines(&mut self, context: &Context, desc: &CullerDesc<'_>) -> Result<(), GpuError> {
+        for (pipeline, may_be_large) in self.pipelines.iter_mut().zip([0, 1]) {
+            let inputs = PipelineInputs {
+                sets: &[self.layout],
+                constants: &[desc.atlas.grid().attack_pitch, may_be_large],
+                cache: desc.pipeline_cache,
+            };
+            *pipeline = Pipeline::new(context, &COUNT, &inputs)?;
+        }
+        Ok(())
     }
 }
 

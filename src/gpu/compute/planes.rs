@@ -34,7 +34,7 @@ pub(super) struct PlaneRegion {
 }
 
 /// The atlas in the layout of the shader.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(super) struct Planes {
     /// Entries, then planes, region by region.
     pub(super) words: Vec<u32>,
@@ -127,9 +127,15 @@ impl Drawing {
             }
             let (rect, evasion) = (slab.evasion.bounds(), slab.evasion.rect());
             if let Some(plane) = drawing.open(rect, entry) {
-                slab.evasion.for_each(|column, row| {
-                    plane.set(&mut drawing.words, [column + evasion.u, row + evasion.v]);
-                });
+                let rows = slab
+                    .evasion
+                    .words()
+                    .chunks(slab.evasion.words_per_row().max(1));
+                for (row, v) in rows.zip(evasion.v..) {
+                    for (&texels, u) in row.iter().zip((evasion.u..).step_by(RUN)) {
+                        plane.set_run(&mut drawing.words, [u, v], texels);
+                    }
+                }
             }
             entry += ENTRY;
         }
@@ -153,19 +159,21 @@ impl Drawing {
             .zip(rects)
             .map(|(entry, rect)| self.open(rect, entry))
             .collect();
-        let rect = map.rect();
-        for (mask, index) in map.masks().chunks_exact(map.lanes()).zip(0..) {
-            let place = [
-                rect.u + index % rect.width as i32,
-                rect.v + index / rect.width as i32,
-            ];
-            for (lane, &word) in mask.iter().enumerate() {
-                let mut left = word;
-                while left != 0 {
-                    let slice = 32 * lane + left.trailing_zeros() as usize;
-                    left &= left - 1;
-                    if let Some(plane) = &planes[slice] {
-                        plane.set(&mut self.words, place);
+        let (rect, lanes) = (map.rect(), map.lanes());
+        let rows = map.masks().chunks((rect.width as usize * lanes).max(1));
+        for (row, v) in rows.zip(rect.v..) {
+            for (masks, u) in row.chunks(RUN * lanes).zip((rect.u..).step_by(RUN)) {
+                for (lane, planes) in planes.chunks(RUN).enumerate() {
+                    let mut runs = [0; RUN];
+                    let of_lane = masks.iter().skip(lane).step_by(lanes);
+                    runs.iter_mut()
+                        .zip(of_lane)
+                        .for_each(|(run, &mask)| *run = mask);
+                    transpose(&mut runs);
+                    for (plane, &texels) in planes.iter().zip(&runs) {
+                        if let Some(plane) = plane {
+                            plane.set_run(&mut self.words, [u, v], texels);
+                        }
                     }
                 }
             }
@@ -197,14 +205,49 @@ impl Drawing {
 }
 
 impl Plane {
-    /// Sets a texel's bit in the strips that hold it.
+    /// Sets texels of a row from a place on, given as bits, in the strips that hold them. All set texels lie in the plane.
     #[inline]
-    fn set(&self, words: &mut [u32], [u, v]: [i32; 2]) {
-        let (x, z) = ((u - self.origin[0]) as u32, (v - self.origin[1]) as u32);
-        let last = x / STRIDE;
-        for strip in last.saturating_sub(1)..=last.min(self.strips - 1) {
+    fn set_run(&self, words: &mut [u32], [u, v]: [i32; 2], texels: u32) {
+        if texels == 0 {
+            return;
+        }
+        let x = u - self.origin[0];
+        let (x, texels) = match x {
+            ..0 => (0, u64::from(texels) >> -x),
+            _ => (x as u32, u64::from(texels)),
+        };
+        let z = (v - self.origin[1]) as u32;
+        let first = (x / STRIDE).saturating_sub(1);
+        let end = ((x + RUN as u32 - 1) / STRIDE + 1).min(self.strips);
+        for strip in first..end {
+            let left = STRIDE * strip;
+            let of_strip = match left < x {
+                true => texels << (x - left),
+                false => texels >> (left - x),
+            };
             let word = self.start + strip * self.rows + z / 2;
-            words[word as usize] |= 1 << (16 * (z % 2) + x - STRIDE * strip);
+            words[word as usize] |= (of_strip as u32 & 0xffff) << (16 * (z % 2));
+        }
+    }
+}
+
+/// Number of texels of a run: a word has a bit for each.
+const RUN: usize = 32;
+
+/// Exchanges rows and columns of a square of bits: bit `i` of word `k` becomes bit `k` of word `i`.
+///
+/// Source: Warren, Hacker's Delight, section 7-3: blocks off the diagonal change places, from halves down to single bits.
+fn transpose(words: &mut [u32; RUN]) {
+    let mut mask = u32::MAX;
+    for side in [16, 8, 4, 2, 1] {
+        mask ^= mask << side;
+        for first in (0..RUN).step_by(2 * side) {
+            let (low, high) = words[first..first + 2 * side].split_at_mut(side);
+            for (low, high) in low.iter_mut().zip(high) {
+                let changed = (*low >> side ^ *high) & mask;
+                *low ^= changed << side;
+                *high ^= changed;
+            }
         }
     }
 }
@@ -217,4 +260,48 @@ pub(super) fn planes_of_slab(slices: u32) -> u32 {
 /// Two numbers of 16 bits in a word.
 fn halves([low, high]: [u32; 2]) -> u32 {
     (low & 0xffff) | high << 16
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    proptest! {
+        #[test]
+        fn rows_become_columns(words in prop::array::uniform32(any::<u32>())) {
+            let mut turned = words;
+            transpose(&mut turned);
+            for (row, word) in words.iter().enumerate() {
+                for (column, of_column) in turned.iter().enumerate() {
+                    prop_assert_eq!(word >> column & 1, of_column >> row & 1);
+                }
+            }
+        }
+
+        #[test]
+        fn each_strip_has_the_texels_of_its_columns(
+            [u, v] in [-40..90i32, -3..8i32],
+            texels in any::<u32>(),
+        ) {
+            let plane = Plane { start: 3, origin: [-5, -4], strips: 10, rows: 9 };
+            let is_inside = |bit: &i32| (0..STRIDE as i32 * 9).contains(&(u + bit - plane.origin[0]));
+            let inside: Vec<i32> = (0..32).filter(is_inside).filter(|bit| texels >> bit & 1 == 1).collect();
+            let texels = inside.iter().fold(0, |texels, bit| texels | 1 << bit);
+            let mut words = vec![0; 3 + 10 * 9];
+            plane.set_run(&mut words, [u, v], texels);
+            let mut expected = vec![0; words.len()];
+            for bit in inside {
+                let (x, z) = (u + bit - plane.origin[0], v - plane.origin[1]);
+                for strip in 0..10 {
+                    let column = x - 8 * strip;
+                    if (0..16).contains(&column) {
+                        expected[(3 + strip * 9 + z / 2) as usize] |= 1 << (16 * (z % 2) + column);
+                    }
+                }
+            }
+            prop_assert_eq!(words, expected);
+        }
+    }
 }

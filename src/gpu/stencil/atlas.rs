@@ -7,7 +7,7 @@ use crate::gpu::{
     barriers::{self, Access},
     error::{Named, within},
     resources::DeviceMemory,
-    uploaded::Uploaded,
+    uploaded::{MapWords, Uploaded},
 };
 
 /// Null handles by default; destroying those does nothing.
@@ -20,19 +20,17 @@ pub(super) struct Atlas {
 }
 
 impl Atlas {
-    /// Fills a default atlas. After a failure, [`Atlas::destroy`] frees what was created.
-    pub(super) fn fill(
+    /// Fills an atlas that has a layout. After a failure, [`Atlas::destroy`] frees what was created.
+    pub(super) fn fill<'a>(
         &mut self,
         device: &mut DeviceMemory<'_>,
         name: &str,
-        words: &[u32],
+        words: MapWords<impl Iterator<Item = &'a [u32]>>,
     ) -> Result<(), GpuError> {
-        let bytes: &[u8] = bytemuck::cast_slice(words);
         let context = device.context;
         let most = context.limits().max_storage_buffer_range;
-        within("maxStorageBufferRange", bytes.len() as u64, most.into())?;
-        self.words.fill(device, name, bytes)?;
-        self.make_layout(context)?;
+        within("maxStorageBufferRange", words.bytes(), most.into())?;
+        self.words.fill(device, name, words)?;
         self.make_set(context)
     }
 
@@ -60,7 +58,8 @@ impl Atlas {
         self.words.release_staging(context, memory);
     }
 
-    fn make_layout(&mut self, context: &Context) -> Result<(), GpuError> {
+    /// Makes the layout of a default atlas.
+    pub(super) fn make_layout(&mut self, context: &Context) -> Result<(), GpuError> {
         let bindings = [vk::DescriptorSetLayoutBinding::default()
             .descriptor_type(vk::DescriptorType::STORAGE_BUFFER)
             .descriptor_count(1)

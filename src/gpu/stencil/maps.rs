@@ -3,7 +3,7 @@
 use super::pairs::Pairs;
 use crate::{
     gpu::{Counting, GpuError, error::within},
-    maps::{MapRect, MaskMap, PackedAtlas, PackedMap, PackedMaps, RegionAtlas, Slab, SlabMaps},
+    maps::{MapRect, PackedAtlas, PackedMap, PackedMaps, RegionAtlas, Slab, SlabMaps},
     query::cull::{Counted, CullCandidate},
 };
 
@@ -61,8 +61,9 @@ pub(super) struct CandidateMap<'a> {
 /// The maps of an atlas.
 #[derive(Debug)]
 pub(super) struct Maps {
-    /// The words are freed once they have been staged.
     packed: PackedAtlas,
+    /// Words of pairs, which take the place of the atlas's. They are freed once they have been uploaded.
+    paired: Option<Vec<u32>>,
     /// `[map of the packed atlas][part]`.
     bits: Vec<[MapBits; 4]>,
     /// `[map of the packed atlas][part][whole, then by slice]`.
@@ -76,33 +77,26 @@ pub(super) struct Maps {
 impl Maps {
     pub(super) fn new(atlas: &RegionAtlas, counting: Counting) -> Result<Self, GpuError> {
         let slices = atlas.grid().slices as usize;
-        let mut packed = atlas.pack();
+        let packed = atlas.pack();
         let pairs = match slices {
             1 => Pairs::new(atlas),
             _ => None,
         };
         let are_pairs = pairs.is_some() && counting == Counting::Atomics;
-        let bits: Vec<[MapBits; 3]> = match pairs {
-            Some(pairs) => {
-                packed.words = pairs.words;
-                pairs.bits
+        let (bits, paired) = match pairs {
+            Some(pairs) => (pairs.bits, Some(pairs.words)),
+            None => {
+                let maps = packed.maps.iter();
+                let bits = maps.map(|maps| mask_bits(maps, packed.lanes));
+                (bits.collect(), None)
             }
-            None => packed
-                .maps
-                .iter()
-                .map(|maps| mask_bits(maps, packed.lanes))
-                .collect(),
         };
-        within(
-            "bits of maps on the device",
-            32 * packed.words.len() as u64,
-            u64::from(u32::MAX),
-        )?;
         let mut reaches = Vec::new();
         let slabs = atlas.regions().iter().flat_map(|region| &region.slabs);
         slabs.for_each(|slab| push_reaches(slab, slices, &mut reaches));
-        Ok(Self {
+        let maps = Self {
             packed,
+            paired,
             // Both maps begin with the body's.
             bits: bits
                 .into_iter()
@@ -112,7 +106,13 @@ impl Maps {
             slices,
             regions: atlas.regions().len(),
             are_pairs,
-        })
+        };
+        within(
+            "bits of maps on the device",
+            32 * maps.word_count() as u64,
+            u64::from(u32::MAX),
+        )?;
+        Ok(maps)
     }
 
     /// Maximum number of counts that a box adds to.
@@ -132,14 +132,26 @@ impl Maps {
         Part::ALL.into_iter().filter(is_drawn)
     }
 
-    /// Bits of all maps, until [`Maps::forget_words`] frees them.
-    pub(super) fn words(&self) -> &[u32] {
-        &self.packed.words
+    /// Number of words of all maps.
+    pub(super) fn word_count(&self) -> usize {
+        self.paired.as_ref().map_or(self.packed.words, Vec::len)
+    }
+
+    /// Words of all maps of the atlas that these are of, part by part, until [`Maps::forget_words`] frees them.
+    pub(super) fn words<'a>(&'a self, atlas: &'a RegionAtlas) -> impl Iterator<Item = &'a [u32]> {
+        let unpaired = match self.paired {
+            Some(_) => None,
+            None => Some(atlas.words()),
+        };
+        let paired = self.paired.as_deref();
+        paired.into_iter().chain(unpaired.into_iter().flatten())
     }
 
     /// Frees the words after their upload.
     pub(super) fn forget_words(&mut self) {
-        self.packed.words = Vec::new();
+        if let Some(words) = &mut self.paired {
+            *words = Vec::new();
+        }
     }
 
     /// Number of slices of a texel.
@@ -203,45 +215,13 @@ fn map_bits(map: PackedMap, texel_bits_log2: u32) -> MapBits {
 fn push_reaches(slab: &SlabMaps, slices: usize, reaches: &mut Vec<Reach>) {
     for masks in [&slab.body, &slab.outer] {
         reaches.push(Reach::of(masks.rect()));
-        push_slices(masks, slices, reaches);
+        reaches.extend(masks.slice_rects(slices as u32).into_iter().map(Reach::of));
     }
     // All of the evasion map's texels are of its only slice.
     let whole = Reach::of(slab.evasion.rect());
     reaches.extend(std::iter::repeat_n(whole, slices + 1));
     let both = Reach::of(slab.body.rect().union(slab.evasion.rect()));
     reaches.extend(std::iter::repeat_n(both, slices + 1));
-}
-
-/// Bounding rectangle of each slice.
-fn push_slices(masks: &MaskMap, slices: usize, reaches: &mut Vec<Reach>) {
-    let rect = masks.rect();
-    let (width, height) = (rect.width as usize, rect.height as usize);
-    let (mut columns, mut rows) = (vec![0u64; width], vec![0u64; height]);
-    for (v, row) in rows.iter_mut().enumerate() {
-        for (u, column) in columns.iter_mut().enumerate() {
-            let mask = masks.get(u as i32, v as i32);
-            *row |= mask;
-            *column |= mask;
-        }
-    }
-    let ends = |of: &[u64], slice: usize| {
-        let has = |mask: &u64| mask >> slice & 1 == 1;
-        let first = of.iter().position(has)?;
-        let last = of.iter().rposition(has)?;
-        Some((first as i32, (last - first + 1) as u32))
-    };
-    for slice in 0..slices {
-        let reach = match (ends(&columns, slice), ends(&rows, slice)) {
-            (Some((u, width)), Some((v, height))) => Reach::of(MapRect {
-                u: rect.u + u,
-                v: rect.v + v,
-                width,
-                height,
-            }),
-            _ => Reach::of(MapRect::default()),
-        };
-        reaches.push(reach);
-    }
 }
 
 impl Reach {

@@ -26,7 +26,9 @@ use crate::{
         passes::Passes,
         pipelines::{CANDIDATES, DISCS, Pipeline, PipelineInputs, TALLY},
         resources::{Buffer, BufferDesc, DeviceMemory, StencilTarget},
+        uploaded::MapWords,
     },
+    math::both,
     query::cull::{CullPath, Overlap},
 };
 
@@ -78,10 +80,22 @@ impl StencilPath {
         if counting == Counting::Atomics && !context.features().fragment_atomics {
             return Err(GpuError::Missing(vec!["fragmentStoresAndAtomics"]));
         }
-        let maps = Maps::new(desc.atlas, counting)?;
+        let mut parts = Parts::default();
+        // The maps are packed on another thread while the driver compiles.
+        let (maps, pipelines) = both(
+            || Maps::new(desc.atlas, counting),
+            || parts.make_pipelines(context, desc, counting),
+        );
+        let maps = match pipelines.and(maps) {
+            Ok(maps) => maps,
+            Err(error) => {
+                parts.destroy(context, memory);
+                return Err(error);
+            }
+        };
         let mut path = Self {
             context: context.clone(),
-            parts: Parts::default(),
+            parts,
             entries: vec![Entry::default()],
             capacity: Self::capacity(context, desc, &maps),
             maps,
@@ -89,7 +103,7 @@ impl StencilPath {
         };
         match path.fill(memory, desc) {
             Ok(()) => {
-                // The staging buffer has them now.
+                // They are in a buffer now.
                 path.maps.forget_words();
                 Ok(path)
             }
@@ -120,7 +134,7 @@ impl StencilPath {
         let counting = Self::counting(context, desc);
         let maps = Maps::new(desc.atlas, counting)?;
         let capacity = Self::capacity(context, desc, &maps);
-        let maps = 8 * maps.words().len() as u64;
+        let maps = 8 * maps.word_count() as u64;
         let indices = 2 * boxes::indices().len() as u64;
         let [columns, rows] = capacity.target.map(u64::from);
         let texel = match context.stencil_format() {
@@ -142,7 +156,12 @@ impl StencilPath {
         let (context, parts, name) = (&self.context, &mut self.parts, desc.name);
         let atlas = format!("{name}: atlas");
         let mut device = DeviceMemory { context, memory };
-        parts.atlas.fill(&mut device, &atlas, self.maps.words())?;
+        let maps = &self.maps;
+        let words = MapWords {
+            count: maps.word_count(),
+            parts: maps.words(desc.atlas),
+        };
+        parts.atlas.fill(&mut device, &atlas, words)?;
         let indices = boxes::indices();
         let bytes: &[u8] = bytemuck::cast_slice(&indices);
         let of_boxes = BufferDesc {
@@ -153,33 +172,18 @@ impl StencilPath {
         };
         parts.indices = device.buffer(of_boxes)?;
         parts.indices.write(context, 0, bytes)?;
-        let inputs = PipelineInputs {
-            cache: desc.pipeline_cache,
-            ..PipelineInputs::default()
-        };
-        parts.discs = Pipeline::new(context, &DISCS, &inputs)?;
-        let slots = desc.frames_in_flight.max(1);
-        parts.candidates = match self.counting {
-            Counting::Queries => {
-                let info = vk::QueryPoolCreateInfo::default()
-                    .query_type(vk::QueryType::OCCLUSION)
-                    .query_count(self.capacity.queries);
-                // SAFETY: the context's device is valid.
-                parts.pool = unsafe { context.device().create_query_pool(&info, None) }
-                    .call("vkCreateQueryPool")?;
-                context.name(parts.pool, &format!("{name}: queries"));
-                let sets = &[parts.atlas.layout];
-                Pipeline::new(context, &CANDIDATES, &PipelineInputs { sets, ..inputs })?
-            }
-            Counting::Atomics => {
-                parts.tally.fill(context, slots)?;
-                let sets = &[parts.tally.layout];
-                Pipeline::new(context, &TALLY, &PipelineInputs { sets, ..inputs })?
-            }
-        };
+        if self.counting == Counting::Queries {
+            let info = vk::QueryPoolCreateInfo::default()
+                .query_type(vk::QueryType::OCCLUSION)
+                .query_count(self.capacity.queries);
+            // SAFETY: the context's device is valid.
+            parts.pool = unsafe { context.device().create_query_pool(&info, None) }
+                .call("vkCreateQueryPool")?;
+            context.name(parts.pool, &format!("{name}: queries"));
+        }
         let target = format!("{name}: attack");
         parts.target = StencilTarget::new(&mut device, &target, self.capacity.target)?;
-        for slot in 0..slots {
+        for slot in 0..desc.frames_in_flight.max(1) {
             let name = format!("{name}: slot {slot}");
             let desc = SlotDesc {
                 name: &name,
@@ -196,6 +200,48 @@ impl StencilPath {
             }
         }
         Ok(())
+    }
+}
+
+impl Parts {
+    /// Creates the pipelines and the layouts of their sets.
+    fn make_pipelines(
+        &mut self,
+        context: &Context,
+        desc: &CullerDesc<'_>,
+        counting: Counting,
+    ) -> Result<(), GpuError> {
+        let inputs = PipelineInputs {
+            cache: desc.pipeline_cache,
+            ..PipelineInputs::default()
+        };
+        self.discs = Pipeline::new(context, &DISCS, &inputs)?;
+        self.atlas.make_layout(context)?;
+        let (candidates, layout) = match counting {
+            Counting::Queries => (&CANDIDATES, self.atlas.layout),
+            Counting::Atomics => {
+                self.tally.fill(context, desc.frames_in_flight.max(1))?;
+                (&TALLY, self.tally.layout)
+            }
+        };
+        let sets = &[layout];
+        self.candidates = Pipeline::new(context, candidates, &PipelineInputs { sets, ..inputs })?;
+        Ok(())
+    }
+
+    /// Frees everything. The device must no longer use it.
+    fn destroy(&mut self, context: &Context, memory: &mut dyn Memory) {
+        for slot in &mut self.slots {
+            slot.destroy(context, memory);
+        }
+        // SAFETY: the handle is null or was made from this device, which the caller says is done with it.
+        unsafe { context.device().destroy_query_pool(self.pool, None) };
+        self.target.destroy(context, memory);
+        self.candidates.destroy(context);
+        self.discs.destroy(context);
+        self.indices.destroy(context, memory);
+        self.tally.destroy(context);
+        self.atlas.destroy(context, memory);
     }
 }
 
@@ -283,17 +329,6 @@ impl DevicePath for StencilPath {
     }
 
     fn destroy(&mut self, memory: &mut dyn Memory) {
-        let (context, parts) = (&self.context, &mut self.parts);
-        for slot in &mut parts.slots {
-            slot.destroy(context, memory);
-        }
-        // SAFETY: the handle is null or was made from this device, which the caller says is done with it.
-        unsafe { context.device().destroy_query_pool(parts.pool, None) };
-        parts.target.destroy(context, memory);
-        parts.candidates.destroy(context);
-        parts.discs.destroy(context);
-        parts.indices.destroy(context, memory);
-        parts.tally.destroy(context);
-        parts.atlas.destroy(context, memory);
+        self.parts.destroy(&self.context, memory);
     }
 }
