@@ -8,7 +8,6 @@ use ash::vk;
 use super::{
     Context, GpuError, Memory, MemoryUse,
     barriers::{self, Access},
-    error::within,
     resources::{Buffer, BufferDesc, DeviceMemory},
 };
 
@@ -29,27 +28,27 @@ pub(crate) struct Uploaded {
     copied: u64,
 }
 
-/// Words of maps, in parts that are written one after the other.
-pub(crate) struct MapWords<Parts> {
-    /// Number of words of all parts.
+/// Words of maps.
+pub(crate) struct MapWords<Write> {
     pub(crate) count: usize,
-    pub(crate) parts: Parts,
+    /// Writes them to memory that may be slow to read.
+    pub(crate) write: Write,
 }
 
-impl<Parts> MapWords<Parts> {
-    /// Size of all parts, in bytes.
+impl<Write> MapWords<Write> {
+    /// Size of all, in bytes.
     pub(crate) fn bytes(&self) -> u64 {
         4 * self.count as u64
     }
 }
 
 impl Uploaded {
-    /// Fills a default one. After a failure [`Uploaded::destroy`] frees what there is.
-    pub(crate) fn fill<'a>(
+    /// Fills a default one with so many words, which `write` writes. After a failure [`Uploaded::destroy`] frees what there is.
+    pub(crate) fn fill(
         &mut self,
         device: &mut DeviceMemory<'_>,
         name: &str,
-        words: MapWords<impl Iterator<Item = &'a [u32]>>,
+        words: MapWords<impl FnOnce(&mut [u32]) -> Result<(), GpuError>>,
     ) -> Result<(), GpuError> {
         use vk::BufferUsageFlags as Usage;
         let mut buffer = |name: &str, usage, memory| {
@@ -74,14 +73,8 @@ impl Uploaded {
         };
         // SAFETY: the buffer is new, and no command uses it yet.
         let bytes = unsafe { target.bytes_mut() }?;
-        let mut at = 0;
-        for part in words.parts {
-            let part: &[u8] = bytemuck::cast_slice(part);
-            let end = at + part.len();
-            within("size of a buffer", end as u64, bytes.len() as u64)?;
-            bytes[at..end].copy_from_slice(part);
-            at = end;
-        }
+        let words_of_buffer = bytemuck::cast_slice_mut(&mut bytes[..words.bytes() as usize]);
+        (words.write)(words_of_buffer)?;
         target.flush(device.context)
     }
 

@@ -1,6 +1,8 @@
 //! Work shared out among threads, with results in order.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
+#[cfg(feature = "vulkan")]
+use std::sync::{Mutex, PoisonError};
 
 /// `work(0)` to `work(count - 1)`, in order, done by `threads` threads; 0 for as many as the
 /// machine has. Threads take one short run of neighbours after the other, so that long pieces of
@@ -59,6 +61,31 @@ pub(crate) fn fill<T: Send>(list: &mut [T], work: impl Fn(usize) -> T + Sync) {
     });
 }
 
+/// Works on each part once, by as many threads as the machine has; each has a scratch of its own.
+#[cfg(feature = "vulkan")]
+pub(crate) fn each<T: Send, S: Default>(
+    parts: impl Iterator<Item = T> + Send,
+    work: impl Fn(T, &mut S) + Sync,
+) {
+    let parts = Mutex::new(parts);
+    let take = || {
+        let mut scratch = S::default();
+        loop {
+            let part = parts.lock().unwrap_or_else(PoisonError::into_inner).next();
+            match part {
+                Some(part) => work(part, &mut scratch),
+                None => return,
+            }
+        }
+    };
+    std::thread::scope(|scope| {
+        for _ in 1..thread_count(0) {
+            scope.spawn(take);
+        }
+        take();
+    });
+}
+
 /// Does two things at a time, on two threads.
 pub(crate) fn both<A: Send, B>(a: impl FnOnce() -> A + Send, b: impl FnOnce() -> B) -> (A, B) {
     std::thread::scope(|scope| {
@@ -93,6 +120,20 @@ mod tests {
             assert_eq!(squares, expected);
         }
         assert_eq!(both(|| 1, || 2), (1, 2));
+    }
+
+    #[cfg(feature = "vulkan")]
+    #[test]
+    fn each_part_is_worked_on_once() {
+        let mut list = vec![0u32; 100];
+        each(
+            list.iter_mut().zip(0..),
+            |(value, number), before: &mut Option<u32>| {
+                assert!(before.replace(number).is_none_or(|before| before < number));
+                *value += number;
+            },
+        );
+        assert!(list.into_iter().eq(0..100));
     }
 
     #[test]

@@ -66,7 +66,7 @@ impl ComputePath {
         match path.fill(memory, desc) {
             Ok(()) => {
                 // They are in a buffer now.
-                path.planes.words = Vec::new();
+                path.planes.forget_layouts();
                 Ok(path)
             }
             Err(error) => {
@@ -105,7 +105,7 @@ impl ComputePath {
 
     /// Memory of a culler of this description with the staging buffer of the maps, in bytes.
     pub(in crate::gpu) fn bytes(context: &Context, desc: &CullerDesc<'_>) -> Result<u64, GpuError> {
-        let maps = 8 * Self::planes(context, desc)?.words.len() as u64;
+        let maps = 8 * Self::planes(context, desc)?.words as u64;
         let slots = u64::from(desc.frames_in_flight.max(1));
         let capacity = Self::capacity(context, desc);
         Ok(maps + slots * Slot::bytes(&capacity, desc.compute.direct_input))
@@ -113,17 +113,16 @@ impl ComputePath {
 
     fn fill(&mut self, memory: &mut dyn Memory, desc: &CullerDesc<'_>) -> Result<(), GpuError> {
         let (context, parts, name) = (&self.context, &mut self.parts, desc.name);
+        self.planes = Self::planes(context, desc)?;
         parts.make_layout(context)?;
-        // The planes are drawn on another thread while the driver compiles.
-        let (planes, pipelines) = both(
-            || Self::planes(context, desc),
-            || parts.make_pipelines(context, desc),
-        );
-        self.planes = planes?;
-        pipelines?;
+        let (planes, pipelines, layout) = (&self.planes, &mut parts.pipelines, parts.layout);
         let words = MapWords {
-            count: self.planes.words.len(),
-            parts: std::iter::once(&self.planes.words[..]),
+            count: planes.words,
+            // The planes are drawn on other threads while the driver compiles.
+            write: |out: &mut [u32]| {
+                let draw = || planes.write(desc.atlas, out);
+                both(draw, || make_pipelines(context, desc, layout, pipelines)).1
+            },
         };
         let atlas = format!("{name}: atlas");
         let mut device = DeviceMemory { context, memory };
@@ -145,18 +144,22 @@ impl ComputePath {
     }
 }
 
-impl Parts {
-    fn make_pipelines(&mut self, context: &Context, desc: &CullerDesc<'_>) -> Result<(), GpuError> {
-        for (pipeline, may_be_large) in self.pipelines.iter_mut().zip([0, 1]) {
-            let inputs = PipelineInputs {
-                sets: &[self.layout],
-                constants: &[desc.atlas.grid().attack_pitch, may_be_large],
-                cache: desc.pipeline_cache,
-            };
-            *pipeline = Pipeline::new(context, &COUNT, &inputs)?;
-        }
-        Ok(())
+/// Creates the pipelines: for transforms that do not enlarge blocks, and for all others.
+fn make_pipelines(
+    context: &Context,
+    desc: &CullerDesc<'_>,
+    layout: vk::DescriptorSetLayout,
+    pipelines: &mut [Pipeline; 2],
+) -> Result<(), GpuError> {
+    for (pipeline, may_be_large) in pipelines.iter_mut().zip([0, 1]) {
+        let inputs = PipelineInputs {
+            sets: &[layout],
+            constants: &[desc.atlas.grid().attack_pitch, may_be_large],
+            cache: desc.pipeline_cache,
+        };
+        *pipeline = Pipeline::new(context, &COUNT, &inputs)?;
     }
+    Ok(())
 }
 
 impl DevicePath for ComputePath {

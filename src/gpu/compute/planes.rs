@@ -10,6 +10,7 @@ use super::blocks::SPAN;
 use crate::{
     gpu::{GpuError, error::within},
     maps::{MapGrid, MapRect, MaskMap, RegionAtlas, RegionMaps},
+    math::{each, in_parallel},
 };
 
 /// Number of words of a window.
@@ -36,9 +37,11 @@ pub(super) struct PlaneRegion {
 /// The atlas in the layout of the shader.
 #[derive(Debug, Default)]
 pub(super) struct Planes {
-    /// Entries, then planes, region by region.
-    pub(super) words: Vec<u32>,
+    /// Number of words of all regions: of each the entries, then the planes.
+    pub(super) words: usize,
     pub(super) regions: Vec<PlaneRegion>,
+    /// Planes of each region, until they have been written.
+    layouts: Vec<RegionLayout>,
     /// Words that are bound at a time, each some regions whole: no more than a device reads from one buffer.
     pub(super) pages: Vec<Range<usize>>,
     pub(super) grid: MapGrid,
@@ -52,155 +55,178 @@ pub(super) struct PageLimit {
     pub(super) bytes: u64,
 }
 
-/// One region's words, counted from its first entry.
-struct Drawing {
-    words: Vec<u32>,
-    entries: usize,
-    slices: u32,
-}
-
 /// Where the bits of a plane go.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 struct Plane {
-    /// Word.
+    /// Word, counted from the region's first entry.
     start: u32,
     /// Texel of the first place.
     origin: [i32; 2],
+    /// Number of places, by column and row.
+    sides: [u32; 2],
     strips: u32,
     /// Words of a strip.
     rows: u32,
 }
 
+/// Planes of a region, entry by entry. `None` where no texel is set.
+#[derive(Debug)]
+struct RegionLayout {
+    planes: Vec<Option<Plane>>,
+    /// Number of words, from the first entry on.
+    words: usize,
+}
+
 impl Planes {
-    /// Draws the planes of an atlas. Fails if the words of one region exceed a page.
+    /// Lays out the planes of an atlas. Fails if the words of one region exceed a page.
     pub(super) fn new(atlas: &RegionAtlas, limit: PageLimit) -> Result<Self, GpuError> {
-        let grid = atlas.grid();
+        let (grid, regions) = (atlas.grid(), atlas.regions());
+        let layouts = in_parallel(0, regions.len(), |region| {
+            RegionLayout::new(&regions[region], grid.slices)
+        });
         let mut planes = Self {
-            words: Vec::new(),
-            regions: Vec::with_capacity(atlas.regions().len()),
-            pages: Vec::new(),
+            regions: Vec::with_capacity(regions.len()),
             grid,
+            ..Self::default()
         };
-        for region in atlas.regions() {
-            let drawing = Drawing::new(region, grid.slices);
-            within(limit.name, 4 * drawing.words.len() as u64, limit.bytes)?;
-            planes.add(region, drawing, limit.bytes);
+        for (region, layout) in regions.iter().zip(&layouts) {
+            within(limit.name, 4 * layout.words as u64, limit.bytes)?;
+            planes.add(region, layout.words, limit.bytes);
         }
+        planes.layouts = layouts;
         Ok(planes)
     }
 
     /// Puts a region's words on the last page, or, where they do not fit, on a new one.
-    fn add(&mut self, region: &RegionMaps, drawing: Drawing, most: u64) {
-        let end = self.words.len() + drawing.words.len();
+    fn add(&mut self, region: &RegionMaps, words: usize, most: u64) {
+        let end = self.words + words;
         let fits = |page: &Range<usize>| 4 * (end - page.start) as u64 <= most;
         if !self.pages.last().is_some_and(fits) {
-            self.words
-                .resize(self.words.len().next_multiple_of(ALIGNMENT), 0);
-            self.pages.push(self.words.len()..self.words.len());
+            self.words = self.words.next_multiple_of(ALIGNMENT);
+            self.pages.push(self.words..self.words);
         }
         let page = self.pages.len() - 1;
-        let entries = (self.words.len() - self.pages[page].start) as u32;
         self.regions.push(PlaneRegion {
             page: page as u32,
-            entries,
+            entries: (self.words - self.pages[page].start) as u32,
             first_slab: region.first_slab.0,
             slabs: region.slabs.len() as u32,
         });
-        self.words.extend(drawing.placed(entries));
-        self.pages[page].end = self.words.len();
+        self.words += words;
+        self.pages[page].end = self.words;
+    }
+
+    /// Draws the planes of the atlas that these are of, before [`Planes::forget_layouts`].
+    pub(super) fn write(&self, atlas: &RegionAtlas, mut out: &mut [u32]) {
+        let mut written = 0;
+        let parts = self.layouts.iter().zip(&self.regions).zip(atlas.regions());
+        let parts = parts.map_while(|((layout, place), region)| {
+            let first = self.pages[place.page as usize].start + place.entries as usize;
+            out.split_off_mut(..first - written)?.fill(0);
+            written = first + layout.words;
+            let to = out.split_off_mut(..layout.words)?;
+            Some((to, (layout, place, region)))
+        });
+        each(
+            parts,
+            |(to, (layout, place, region)), words: &mut Vec<u32>| {
+                layout.draw(region, place.entries, words);
+                to.copy_from_slice(words);
+            },
+        );
+    }
+
+    /// Frees what is needed to draw.
+    pub(super) fn forget_layouts(&mut self) {
+        self.layouts = Vec::new();
     }
 }
 
-impl Drawing {
+impl RegionLayout {
     fn new(region: &RegionMaps, slices: u32) -> Self {
-        let entries = ENTRY * planes_of_slab(slices) as usize * region.slabs.len();
-        let mut drawing = Self {
-            words: vec![0; entries],
-            entries,
-            slices,
+        let entries = planes_of_slab(slices) as usize * region.slabs.len();
+        let mut layout = Self {
+            planes: Vec::with_capacity(entries),
+            words: ENTRY * entries,
         };
-        let mut entry = 0;
         for slab in &region.slabs {
             for map in [&slab.body, &slab.outer] {
-                drawing.draw_slices(map, entry);
-                entry += ENTRY * slices as usize;
+                for rect in map.slice_rects(slices) {
+                    layout.push(rect);
+                }
             }
-            let (rect, evasion) = (slab.evasion.bounds(), slab.evasion.rect());
-            if let Some(plane) = drawing.open(rect, entry) {
-                let rows = slab
-                    .evasion
-                    .words()
-                    .chunks(slab.evasion.words_per_row().max(1));
-                for (row, v) in rows.zip(evasion.v..) {
-                    for (&texels, u) in row.iter().zip((evasion.u..).step_by(RUN)) {
-                        plane.set_run(&mut drawing.words, [u, v], texels);
+            layout.push(slab.evasion.bounds());
+        }
+        layout
+    }
+
+    /// Makes room for a plane of the texels in a rectangle, if there are any.
+    fn push(&mut self, rect: MapRect) {
+        let plane = (!rect.is_empty()).then(|| {
+            let sides = [rect.width, rect.height].map(|side| side + SPAN as u32);
+            Plane {
+                start: self.words as u32,
+                // A window that holds some texel of the map starts at one of these places.
+                origin: [rect.u - SPAN, rect.v - SPAN],
+                sides,
+                strips: (sides[0] - 1) / STRIDE + 1,
+                rows: (sides[1] - 1) / 2 + WINDOW,
+            }
+        });
+        self.words += plane.map_or(0, |plane| (plane.strips * plane.rows) as usize);
+        self.planes.push(plane);
+    }
+
+    /// Draws all planes of the region, whose first entry is word `first` of a page.
+    fn draw(&self, region: &RegionMaps, first: u32, words: &mut Vec<u32>) {
+        words.clear();
+        words.resize(self.words, 0);
+        for (entry, plane) in words.chunks_exact_mut(ENTRY).zip(&self.planes) {
+            if let Some(plane) = plane {
+                entry[0] = first + plane.start;
+                entry[1] = halves(plane.origin.map(|texel| texel as u32));
+                entry[2] = halves(plane.sides);
+            }
+        }
+        let of_slab = self.planes.len() / region.slabs.len().max(1);
+        for (slab, planes) in region.slabs.iter().zip(self.planes.chunks(of_slab.max(1))) {
+            let [body, outer] = [0, 1].map(|map| &planes[map * (of_slab / 2)..][..of_slab / 2]);
+            draw_slices(&slab.body, body, words);
+            draw_slices(&slab.outer, outer, words);
+            if let Some(Some(plane)) = planes.last() {
+                let rect = slab.evasion.rect();
+                let rows = slab.evasion.words();
+                let rows = rows.chunks(slab.evasion.words_per_row().max(1));
+                for (row, v) in rows.zip(rect.v..) {
+                    for (&texels, u) in row.iter().zip((rect.u..).step_by(RUN)) {
+                        plane.set_run(words, [u, v], texels);
                     }
                 }
             }
-            entry += ENTRY;
         }
-        drawing
     }
+}
 
-    /// The words, where the first one is word `first` of a page.
-    fn placed(mut self, first: u32) -> Vec<u32> {
-        for entry in self.words[..self.entries].chunks_exact_mut(ENTRY) {
-            // Also where there is no plane: its start is not read.
-            entry[0] += first;
-        }
-        self.words
-    }
-
-    /// A map slice by slice, from the first one's entry on.
-    fn draw_slices(&mut self, map: &MaskMap, entry: usize) {
-        let rects = map.slice_rects(self.slices);
-        let planes: Vec<_> = (entry..)
-            .step_by(ENTRY)
-            .zip(rects)
-            .map(|(entry, rect)| self.open(rect, entry))
-            .collect();
-        let (rect, lanes) = (map.rect(), map.lanes());
-        let rows = map.masks().chunks((rect.width as usize * lanes).max(1));
-        for (row, v) in rows.zip(rect.v..) {
-            for (masks, u) in row.chunks(RUN * lanes).zip((rect.u..).step_by(RUN)) {
-                for (lane, planes) in planes.chunks(RUN).enumerate() {
-                    let mut runs = [0; RUN];
-                    let of_lane = masks.iter().skip(lane).step_by(lanes);
-                    runs.iter_mut()
-                        .zip(of_lane)
-                        .for_each(|(run, &mask)| *run = mask);
-                    transpose(&mut runs);
-                    for (plane, &texels) in planes.iter().zip(&runs) {
-                        if let Some(plane) = plane {
-                            plane.set_run(&mut self.words, [u, v], texels);
-                        }
+/// Draws a map into the planes of its slices.
+fn draw_slices(map: &MaskMap, planes: &[Option<Plane>], words: &mut [u32]) {
+    let (rect, lanes) = (map.rect(), map.lanes());
+    let rows = map.masks().chunks((rect.width as usize * lanes).max(1));
+    for (row, v) in rows.zip(rect.v..) {
+        for (masks, u) in row.chunks(RUN * lanes).zip((rect.u..).step_by(RUN)) {
+            for (lane, planes) in planes.chunks(RUN).enumerate() {
+                let mut runs = [0; RUN];
+                let of_lane = masks.iter().skip(lane).step_by(lanes);
+                for (run, &mask) in runs.iter_mut().zip(of_lane) {
+                    *run = mask;
+                }
+                transpose(&mut runs);
+                for (plane, &texels) in planes.iter().zip(&runs) {
+                    if let Some(plane) = plane {
+                        plane.set_run(words, [u, v], texels);
                     }
                 }
             }
         }
-    }
-
-    /// Makes room for a plane of the texels in a rectangle; none for an empty one.
-    fn open(&mut self, rect: MapRect, entry: usize) -> Option<Plane> {
-        if rect.is_empty() {
-            return None;
-        }
-        let start = self.words.len() as u32;
-        // A window that holds some texel of the map starts at one of these places.
-        let origin = [rect.u - SPAN, rect.v - SPAN];
-        let side = [rect.width, rect.height].map(|side| side + SPAN as u32);
-        let plane = Plane {
-            start,
-            origin,
-            strips: (side[0] - 1) / STRIDE + 1,
-            rows: (side[1] - 1) / 2 + WINDOW,
-        };
-        self.words[entry] = start;
-        self.words[entry + 1] = halves(origin.map(|texel| texel as u32));
-        self.words[entry + 2] = halves(side);
-        let end = start + plane.strips * plane.rows;
-        self.words.resize(end as usize, 0);
-        Some(plane)
     }
 }
 
@@ -285,7 +311,7 @@ mod tests {
             [u, v] in [-40..90i32, -3..8i32],
             texels in any::<u32>(),
         ) {
-            let plane = Plane { start: 3, origin: [-5, -4], strips: 10, rows: 9 };
+            let plane = Plane { start: 3, origin: [-5, -4], sides: [80, 10], strips: 10, rows: 9 };
             let is_inside = |bit: &i32| (0..STRIDE as i32 * 9).contains(&(u + bit - plane.origin[0]));
             let inside: Vec<i32> = (0..32).filter(is_inside).filter(|bit| texels >> bit & 1 == 1).collect();
             let texels = inside.iter().fold(0, |texels, bit| texels | 1 << bit);

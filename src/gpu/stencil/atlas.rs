@@ -21,11 +21,11 @@ pub(super) struct Atlas {
 
 impl Atlas {
     /// Fills an atlas that has a layout. After a failure, [`Atlas::destroy`] frees what was created.
-    pub(super) fn fill<'a>(
+    pub(super) fn fill(
         &mut self,
         device: &mut DeviceMemory<'_>,
         name: &str,
-        words: MapWords<impl Iterator<Item = &'a [u32]>>,
+        words: MapWords<impl FnOnce(&mut [u32]) -> Result<(), GpuError>>,
     ) -> Result<(), GpuError> {
         let context = device.context;
         let most = context.limits().max_storage_buffer_range;

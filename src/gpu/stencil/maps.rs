@@ -4,6 +4,7 @@ use super::pairs::Pairs;
 use crate::{
     gpu::{Counting, GpuError, error::within},
     maps::{MapRect, PackedAtlas, PackedMap, PackedMaps, RegionAtlas, Slab, SlabMaps},
+    math::{each, in_parallel},
     query::cull::{Counted, CullCandidate},
 };
 
@@ -91,9 +92,14 @@ impl Maps {
                 (bits.collect(), None)
             }
         };
-        let mut reaches = Vec::new();
-        let slabs = atlas.regions().iter().flat_map(|region| &region.slabs);
-        slabs.for_each(|slab| push_reaches(slab, slices, &mut reaches));
+        let regions = atlas.regions();
+        let reaches = in_parallel(0, regions.len(), |region| {
+            let mut reaches = Vec::new();
+            for slab in &regions[region].slabs {
+                push_reaches(slab, slices, &mut reaches);
+            }
+            reaches
+        });
         let maps = Self {
             packed,
             paired,
@@ -102,9 +108,9 @@ impl Maps {
                 .into_iter()
                 .map(|[body, outer, evasion]| [body, outer, evasion, body])
                 .collect(),
-            reaches,
+            reaches: reaches.concat(),
             slices,
-            regions: atlas.regions().len(),
+            regions: regions.len(),
             are_pairs,
         };
         within(
@@ -137,14 +143,17 @@ impl Maps {
         self.paired.as_ref().map_or(self.packed.words, Vec::len)
     }
 
-    /// Words of all maps of the atlas that these are of, part by part, until [`Maps::forget_words`] frees them.
-    pub(super) fn words<'a>(&'a self, atlas: &'a RegionAtlas) -> impl Iterator<Item = &'a [u32]> {
-        let unpaired = match self.paired {
-            Some(_) => None,
-            None => Some(atlas.words()),
-        };
-        let paired = self.paired.as_deref();
-        paired.into_iter().chain(unpaired.into_iter().flatten())
+    /// Writes the words of all maps of the atlas that these are of, before [`Maps::forget_words`].
+    pub(super) fn write(&self, atlas: &RegionAtlas, mut out: &mut [u32]) {
+        if let Some(words) = &self.paired {
+            out.copy_from_slice(words);
+            return;
+        }
+        let parts = atlas.words().map_while(|words| {
+            let to = out.split_off_mut(..words.len())?;
+            Some((to, words))
+        });
+        each(parts, |(to, words), ()| to.copy_from_slice(words));
     }
 
     /// Frees the words after their upload.

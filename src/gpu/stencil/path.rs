@@ -159,7 +159,10 @@ impl StencilPath {
         let maps = &self.maps;
         let words = MapWords {
             count: maps.word_count(),
-            parts: maps.words(desc.atlas),
+            write: |out: &mut [u32]| {
+                maps.write(desc.atlas, out);
+                Ok(())
+            },
         };
         parts.atlas.fill(&mut device, &atlas, words)?;
         let indices = boxes::indices();
