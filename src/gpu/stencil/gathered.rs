@@ -147,11 +147,7 @@ impl Gathered {
                 };
                 let start = self.boxes() as u32;
                 let way = &self.ways[index as usize];
-                if !way
-                    .around(&map.reaches[0])
-                    .intersection(group.rect)
-                    .is_empty()
-                {
+                if way.may_meet(&map.reaches[0], group.rect) {
                     let number = (self.queries.len() as u32) << NUMBER_SHIFT;
                     let is_of_two_maps = part.counts().len() > 1;
                     let flag = if is_of_two_maps { OF_TWO_MAPS } else { 0 };

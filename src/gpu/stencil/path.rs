@@ -264,30 +264,32 @@ impl DevicePath for StencilPath {
             }
             Counting::Atomics => {
                 let Entry { gathered, by_plane } = &mut self.entries[entry];
-                let Gathered {
-                    cells,
-                    draws,
-                    corners,
-                    ..
-                } = gathered;
-                by_plane.fill(&cells.planes, draws, corners);
+                by_plane.fill(&gathered.cells.planes, &gathered.draws);
                 Ok(())
             }
         }
     }
 
     fn write(&mut self, entry: usize, slot: usize) -> Result<(), GpuError> {
-        let Entry { gathered, by_plane } = &self.entries[entry];
+        let Entry { gathered, by_plane } = &mut self.entries[entry];
         let slot = &mut self.parts.slots[slot];
         slot.note_queries(&gathered.queries);
-        let corners = match self.counting {
-            Counting::Queries => &gathered.corners,
-            Counting::Atomics => by_plane.corners(&gathered.corners),
-        };
         let discs = bytemuck::cast_slice(&gathered.cells.discs);
         slot.discs.write(&self.context, 0, discs)?;
-        let corners = bytemuck::cast_slice(corners);
-        slot.corners.write(&self.context, 0, corners)
+        let (draws, corners) = (&gathered.draws, &gathered.corners);
+        match self.counting {
+            Counting::Queries => {
+                let corners = bytemuck::cast_slice(corners);
+                slot.corners.write(&self.context, 0, corners)
+            }
+            Counting::Atomics => {
+                // SAFETY: a slot is written to when the device has finished its last cull.
+                let out = unsafe { slot.corners.bytes_mut() }?;
+                let out = &mut out[..size_of_val(&corners[..])];
+                by_plane.write(draws, corners, bytemuck::cast_slice_mut(out));
+                slot.corners.flush(&self.context)
+            }
+        }
     }
 
     unsafe fn record(&self, passes: &mut Passes<'_>, slots: &[usize]) {

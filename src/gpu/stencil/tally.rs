@@ -24,48 +24,36 @@ const _: () = assert!(TALLY_FRAG.bindings.len() == 2);
 /// Boxes in the order of drawing, plane by plane. The memory is reused.
 #[derive(Debug, Default)]
 pub(super) struct ByPlane {
-    /// Four corners of each box. Empty where the boxes are in this order already.
-    corners: Vec<BoxCorner>,
     /// Boxes of each plane.
     pub(super) boxes: Vec<Range<u32>>,
+    /// First box of each plane that has not been written.
+    next: Vec<u32>,
 }
 
 impl ByPlane {
-    /// Sorts the boxes of all queries by plane.
-    pub(super) fn fill(&mut self, planes: &[Plane], draws: &[Draw], corners: &[BoxCorner]) {
+    /// Finds the place of each plane's boxes.
+    pub(super) fn fill(&mut self, planes: &[Plane], draws: &[Draw]) {
         self.boxes.clear();
         self.boxes.resize(planes.len(), 0..0);
         for draw in draws {
             self.boxes[draw.plane as usize].end += draw.boxes.end - draw.boxes.start;
         }
-        let is_sorted = draws.is_sorted_by_key(|draw| draw.plane);
         let mut first = 0;
         for boxes in &mut self.boxes {
-            let count = boxes.end;
-            // Filled up to `end` below.
-            *boxes = first..first + if is_sorted { count } else { 0 };
-            first += count;
-        }
-        self.corners.clear();
-        if is_sorted {
-            return;
-        }
-        self.corners
-            .resize(corners.len(), bytemuck::Zeroable::zeroed());
-        for draw in draws {
-            let from = draw.boxes.start as usize * CORNERS..draw.boxes.end as usize * CORNERS;
-            let boxes = &mut self.boxes[draw.plane as usize];
-            let to = boxes.end as usize * CORNERS;
-            self.corners[to..][..from.len()].copy_from_slice(&corners[from]);
-            boxes.end += draw.boxes.end - draw.boxes.start;
+            *boxes = first..first + boxes.end;
+            first = boxes.end;
         }
     }
 
-    /// The corners in the order of drawing, given those of [`ByPlane::fill`].
-    pub(super) fn corners<'a>(&'a self, filled: &'a [BoxCorner]) -> &'a [BoxCorner] {
-        match self.corners.is_empty() {
-            true => filled,
-            false => &self.corners,
+    /// Writes the corners of the boxes of all queries in the order of drawing.
+    pub(super) fn write(&mut self, draws: &[Draw], corners: &[BoxCorner], out: &mut [BoxCorner]) {
+        self.next.clear();
+        self.next.extend(self.boxes.iter().map(|boxes| boxes.start));
+        for draw in draws {
+            let from = draw.boxes.start as usize * CORNERS..draw.boxes.end as usize * CORNERS;
+            let next = &mut self.next[draw.plane as usize];
+            out[*next as usize * CORNERS..][..from.len()].copy_from_slice(&corners[from]);
+            *next += draw.boxes.end - draw.boxes.start;
         }
     }
 }

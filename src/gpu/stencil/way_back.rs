@@ -59,9 +59,10 @@ impl WayBack {
         origin: [i32; 2],
     ) -> Option<[[u16; 2]; CORNERS]> {
         let shared = self.part(reach, &cell.slant)?;
+        // No corner lies before the target, where a cast would round up.
         let place = |at: f32, origin: i32| {
-            let at = (at * UNITS as f32).round() as i32;
-            (at + origin * UNITS as i32) as u16
+            let at = (at + origin as f32) * UNITS as f32;
+            (at + 0.5) as u16
         };
         let corners = shared.corners();
         Some(corners.map(|at| [place(at[0], origin[0]), place(at[1], origin[1])]))
@@ -86,34 +87,26 @@ impl WayBack {
         [self.cos * x - self.sin * z, self.sin * x + self.cos * z]
     }
 
-    /// Bounding rectangle of all texel centres that the transform may move into a rectangle.
-    pub(super) fn around(&self, reach: &Reach) -> MapRect {
-        if reach.is_empty() {
-            return MapRect::default();
+    /// Whether the transform may move a texel centre of a rectangle in the attack's maps into a map.
+    pub(super) fn may_meet(&self, reach: &Reach, rect: MapRect) -> bool {
+        if reach.is_empty() || rect.is_empty() {
+            return false;
         }
         if !self.exists {
-            return EVERYWHERE;
+            return true;
         }
         let half = [
             self.cos.abs() * reach.half[0] + self.sin.abs() * reach.half[1] + Self::MARGIN,
             self.sin.abs() * reach.half[0] + self.cos.abs() * reach.half[1] + Self::MARGIN,
         ];
         let middle = self.back(reach.middle);
-        let low = [0, 1].map(|axis| (middle[axis] - half[axis]).floor() as i32);
-        let high = [0, 1].map(|axis| (middle[axis] + half[axis]).ceil() as i32);
-        MapRect {
-            u: low[0],
-            v: low[1],
-            width: (high[0] - low[0]) as u32,
-            height: (high[1] - low[1]) as u32,
-        }
+        let [low, high] = [
+            [rect.u, rect.v],
+            [rect.u + rect.width as i32, rect.v + rect.height as i32],
+        ];
+        [0, 1].into_iter().all(|axis| {
+            middle[axis] - half[axis] < high[axis] as f32
+                && middle[axis] + half[axis] > low[axis] as f32
+        })
     }
 }
-
-/// Larger than the side of any attack's map.
-const EVERYWHERE: MapRect = MapRect {
-    u: -(1 << 20),
-    v: -(1 << 20),
-    width: 1 << 21,
-    height: 1 << 21,
-};
