@@ -7,7 +7,7 @@
 
 use glam::{Quat, Vec2, Vec3};
 
-use super::knee::{Knee, KneePlane};
+use super::knee::{Knee, KneePlane, turned};
 use super::{Chain, JointId, JointTransform, Leg, Pose, Skeleton};
 
 /// Result of [`Leg::reach`].
@@ -108,12 +108,6 @@ impl Leg {
             missed: (distance - wanted.length()).abs(),
         }
     }
-}
-
-/// The local rotation of a joint after a rotation of the space in which its rotation is `global`.
-pub(super) fn turned(local: Quat, global: Quat, turn: Quat) -> Quat {
-    let parent = global * local.conjugate();
-    (parent.conjugate() * turn * parent * local).normalize()
 }
 
 /// Position of the hip, and the maximum distance from it at which [`Leg::reach`] brings the ankle to its

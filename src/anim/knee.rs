@@ -5,7 +5,6 @@
 use glam::{Quat, Vec2, Vec3};
 use serde::{Deserialize, Serialize};
 
-use super::ik::turned;
 use super::{Chain, Leg, Pose, Skeleton};
 
 /// The direction in which [`Leg::reach_goal`] bends a knee.
@@ -148,6 +147,12 @@ fn arc(from: Vec3, to: Vec3) -> Quat {
 fn smooth_step(share: f32) -> f32 {
     let s = share.clamp(0.0, 1.0);
     s * s * (3.0 - 2.0 * s)
+}
+
+/// The local rotation of a joint after a rotation of the space in which its rotation is `global`.
+pub(super) fn turned(local: Quat, global: Quat, turn: Quat) -> Quat {
+    let parent = global * local.conjugate();
+    (parent.conjugate() * turn * parent * local).normalize()
 }
 
 #[cfg(test)]

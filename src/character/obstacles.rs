@@ -7,23 +7,13 @@ use glam::{Vec2, Vec3};
 use super::scratch::Worker;
 use super::slot::{Slot, lock};
 use super::state::CharacterState;
-use super::world::World;
+use super::world::{OtherBody, World};
 use crate::maps::BakedGraph;
 use crate::query::Obstacle;
 use crate::query::obstacle::ObstacleTest;
 
 /// Obstacles within this distance of what the body reaches are near, in metres.
 const NEAR: f32 = 6.0;
-
-/// A character as the others see it.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct OtherBody {
-    index: u32,
-    /// On the ground (x, z), in metres.
-    place: Vec2,
-    /// In metres per second.
-    velocity: Vec2,
-}
 
 /// Lists all characters that are not released.
 pub(super) fn find_bodies(baked: &BakedGraph, slots: &[Mutex<Slot>], out: &mut Vec<OtherBody>) {

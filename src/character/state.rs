@@ -7,7 +7,6 @@ use super::ids::ThreatId;
 use super::playing::Playing;
 use super::scratch::Worker;
 use super::steer::{SteerState, SteerStep, SteeredBody};
-use super::steer_around::Side;
 use super::threat::{Threat, Window};
 use super::world::World;
 use crate::graph::Motion;
@@ -62,6 +61,15 @@ struct Watched {
     id: ThreatId,
     metres: f32,
     is_hit: bool,
+}
+
+/// The side on which an obstacle is passed. It is kept until the way is free.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub(super) enum Side {
+    #[default]
+    None,
+    Left,
+    Right,
 }
 
 impl CharacterState {

@@ -5,10 +5,9 @@
 //! any shape with a distance function is an obstacle.
 
 use glam::{Vec2, Vec3};
-use serde::{Deserialize, Serialize};
 
 use super::goal::{Aim, Goal, STANDING};
-use super::state::CharacterState;
+use super::state::{CharacterState, Side};
 use super::world::World;
 use crate::query::Obstacle;
 
@@ -53,15 +52,6 @@ impl CharacterState {
         self.side = side;
         Aim { velocity, ..aim }
     }
-}
-
-/// The side on which an obstacle is passed. It is kept until the way is free.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub(super) enum Side {
-    #[default]
-    None,
-    Left,
-    Right,
 }
 
 /// What a character would do without obstacles.

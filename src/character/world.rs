@@ -1,7 +1,7 @@
+use glam::Vec2;
 use serde::{Deserialize, Serialize};
 
 use super::ids::ThreatId;
-use super::obstacles::OtherBody;
 use super::settings::CharacterSettings;
 use super::steer::Steering;
 use super::threat::Threat;
@@ -29,4 +29,14 @@ pub(super) struct KnownThreat {
     pub id: ThreatId,
     pub version: u32,
     pub threat: Threat,
+}
+
+/// A character as the others see it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct OtherBody {
+    pub index: u32,
+    /// On the ground (x, z), in metres.
+    pub place: Vec2,
+    /// In metres per second.
+    pub velocity: Vec2,
 }

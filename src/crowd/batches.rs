@@ -2,12 +2,9 @@
 
 use std::ops::Range;
 
-use super::group_moments::Moments;
 use super::moment::Reach;
-
-/// Groups whose moments are found before the first of them is posed. Where a group is in its clip is a long chain of steps, each of
-/// which waits for the one before: those of several groups are done at once.
-pub(super) const AHEAD: usize = 8;
+use super::moments::Moments;
+use super::scratch::AHEAD;
 
 /// Groups whose moments are found together.
 #[derive(Clone, Copy)]

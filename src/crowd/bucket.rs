@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use super::character::CharacterState;
+use super::mix::Mix;
 use crate::anim::ClipId;
 use crate::lod::LevelId;
 use crate::math::F32x16;
@@ -15,47 +16,6 @@ pub(super) struct GroupKind {
     /// The clip of all characters, where they are near each other in time.
     pub(super) near: Option<ClipId>,
     pub(super) mix: Mix,
-}
-
-/// What is mixed into a clip.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(super) struct Mix {
-    /// A second clip.
-    pub(super) fades: bool,
-    /// An additive layer.
-    pub(super) is_layered: bool,
-}
-
-impl Mix {
-    /// Number of combinations.
-    pub(super) const COUNT: usize = 4;
-
-    /// Each combination by its index.
-    pub(super) fn all() -> impl Iterator<Item = Self> {
-        (0..Self::COUNT).map(Self::of)
-    }
-
-    /// The combination of an index.
-    pub(super) fn of(index: usize) -> Self {
-        Self {
-            fades: index & 1 != 0,
-            is_layered: index & 2 != 0,
-        }
-    }
-
-    pub(super) fn index(self) -> usize {
-        usize::from(self.fades) + 2 * usize::from(self.is_layered)
-    }
-
-    /// Whether nothing is mixed in.
-    pub(super) fn is_none(self) -> bool {
-        self == Self::default()
-    }
-
-    /// Whether characters with less mixed in can be posed so, too.
-    fn covers(self, other: Self) -> bool {
-        self.index() & other.index() == other.index()
-    }
 }
 
 /// Groups of one level and mixture that stand together, whatever their clips.

@@ -1,8 +1,8 @@
 use glam::Vec3;
 
 use super::animation_set::AnimationSet;
-use super::bucket::Mix;
-use super::group::{LaneClip, LaneClips};
+use super::lane_clip::{LaneClip, LaneClips};
+use super::mix::Mix;
 use crate::anim::ClipId;
 use crate::lod::LevelId;
 use crate::math::Rigid2;

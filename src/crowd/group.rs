@@ -1,6 +1,7 @@
-use super::bucket::{GroupKind, Mix};
+use super::bucket::GroupKind;
 use super::character::CharacterState;
-use super::key_bank::ClipRange;
+use super::lane_clip::{LaneClip, LaneClips};
+use super::mix::Mix;
 use super::moment::{Cycle, Moment};
 use crate::anim::ClipId;
 use crate::lod::LevelId;
@@ -217,26 +218,6 @@ impl ClipLines {
             line.0[to] = line.0[from];
         }
     }
-}
-
-/// A clip as a lane plays it.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct LaneClip<'a> {
-    pub(super) clip: ClipId,
-    pub(super) range: &'a ClipRange,
-    /// Position when the groups' clock stands at 0, in frames.
-    pub(super) start: f32,
-    /// Seconds of the clip per second.
-    pub(super) speed: f32,
-    pub(super) weight: f32,
-}
-
-/// All clips of a lane.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct LaneClips<'a> {
-    pub(super) own: LaneClip<'a>,
-    pub(super) fade: LaneClip<'a>,
-    pub(super) layer: LaneClip<'a>,
 }
 
 impl Clock {

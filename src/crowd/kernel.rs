@@ -4,17 +4,18 @@ use std::marker::PhantomData;
 
 use bytemuck::Zeroable;
 
-use super::batches::{AHEAD, Batch, Batches, Picked};
+use super::batches::{Batch, Batches, Picked};
 use super::chain::Posing;
 use super::fetch::Fetch;
-use super::group_moments::Moments;
 use super::joint_math::JointMath;
 use super::matrices::Matrices;
 use super::mixed::{MixedRows, MixedWork};
+use super::moments::Moments;
 use super::output::{Form, Layout, Output, WriteMode};
 use super::rotations::Rotations;
 use super::run::{Run, RunMemory, Turn};
 use super::sampling::{Playing, ReadRows, RowsPart, Window};
+use super::scratch::AHEAD;
 use super::scratch::Scratch;
 use super::write::{Copied, InPlace, RunTarget, Scattered, Target};
 use crate::math::{Apart, F32x16, Isa, Kernel, KeyRows, Lanes};

@@ -1,17 +1,19 @@
 //! Groups of sixteen characters with a second clip or an additive layer: their keys are read character by character, those of
 //! their first clips where they are not near each other in time.
 
-use super::batches::{AHEAD, Picked};
+use super::batches::Picked;
 use super::chain::Posing;
 use super::fetch::Fetch;
-use super::group_moments::{ClipRows, ClipWindows, Moments};
+use super::group_moments::{ClipRows, ClipWindows};
 use super::joint_math::JointMath;
 use super::level_clips::LevelClips;
 use super::moment::Reach;
+use super::moments::Moments;
 use super::run::Run;
 use super::sampling::{
     AnyColumns, Faded, Layer, Layered, MixedIn, Playing, ReadRows, RowsPart, Window,
 };
+use super::scratch::AHEAD;
 use super::scratch::Scratch;
 use super::write::{RunTarget, Target};
 use crate::math::{Apart, F32x16, KeyRows, Lanes};

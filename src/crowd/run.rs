@@ -1,10 +1,10 @@
 //! The groups that one call of a kernel poses.
 
-use super::bucket::Mix;
 use super::group::{Group, GroupCold};
 use super::key_bank::{ClipRange, KeyBank};
 use super::level_clips::LevelClips;
 use super::level_step::LevelStep;
+use super::mix::Mix;
 use super::output::Output;
 use super::scratch::Scratch;
 use crate::anim::ClipId;

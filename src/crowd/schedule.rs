@@ -1,9 +1,10 @@
 //! The groups of a crowd, and where their lanes are.
 
 use super::animation_set::AnimationSet;
-use super::bucket::{Bucket, GroupKind, Mix, Parked, Piece};
+use super::bucket::{Bucket, GroupKind, Parked, Piece};
 use super::character::CharacterState;
 use super::group::{Group, GroupCold};
+use super::mix::Mix;
 use super::output::{Layout, Output};
 use super::slot::{MOST_LATE, Slot};
 use crate::anim::ClipId;

@@ -1,12 +1,15 @@
 //! Memory of the threads that pose.
 
 use super::animation_set::AnimationSet;
-use super::batches::AHEAD;
-use super::group_moments::Moments;
 use super::joint_math::JointMath;
 use super::level_clips::LevelClips;
 use super::matrices::Matrices;
+use super::moments::Moments;
 use crate::math::F32x16;
+
+/// Groups whose moments are found before the first of them is posed. Where a group is in its clip is a long chain of steps, each of
+/// which waits for the one before: those of several groups are done at once.
+pub(super) const AHEAD: usize = 8;
 
 /// What a thread keeps from frame to frame.
 #[derive(Debug, Default)]

@@ -6,9 +6,10 @@
 
 use std::ops::Range;
 
-use super::bucket::{GroupKind, Mix};
+use super::bucket::GroupKind;
 use super::character::CharacterState;
 use super::group::Group;
+use super::mix::Mix;
 use super::radix_sort;
 use super::schedule::{Schedule, Sorting};
 use super::slot::{ID_BITS, MOST, NOWHERE};

@@ -1,5 +1,6 @@
 //! The evasions' maps as shaders read them, and the bounding rectangle of each slice.
 
+use super::map_bits::MapBits;
 use super::pairs::Pairs;
 use crate::{
     gpu::{Counting, GpuError, error::within},
@@ -30,18 +31,6 @@ impl Part {
             Self::Both => &[Self::Body, Self::Evasion],
         }
     }
-}
-
-/// Position of a map in its frame, and of its bits in the atlas's words: `[row][column][slice]`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct MapBits {
-    pub(super) u: i32,
-    pub(super) v: i32,
-    pub(super) width: u32,
-    pub(super) height: u32,
-    pub(super) first_bit: u32,
-    pub(super) row_bits: u32,
-    pub(super) texel_bits_log2: u32,
 }
 
 /// A rectangle given by its centre and half sides, in texels of the evasion's frame. Negative half sides mean that it is empty.

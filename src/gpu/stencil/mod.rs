@@ -10,6 +10,7 @@ mod cells;
 mod commands;
 mod drawing;
 mod gathered;
+mod map_bits;
 mod maps;
 mod packing;
 mod pairs;

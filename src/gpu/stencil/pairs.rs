@@ -3,7 +3,7 @@
 //! Body and evasion map of a slab share a texel of two bits, so that a fragment finds both with one read and a candidate is drawn once
 //! for both. Outer maps have texels of one bit.
 
-use super::maps::MapBits;
+use super::map_bits::MapBits;
 use crate::maps::{MapRect, RegionAtlas, SlabMaps};
 
 /// Bit of the body map in a texel.

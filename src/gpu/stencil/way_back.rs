@@ -3,7 +3,8 @@
 use super::{
     boxes::{CORNERS, UNITS},
     cells::Cell,
-    maps::{MapBits, Reach},
+    map_bits::MapBits,
+    maps::Reach,
     slant::Slant,
 };
 use crate::maps::{FixedTransform2, MapRect};

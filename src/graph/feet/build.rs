@@ -1,4 +1,4 @@
-use super::darts::FootPlans;
+use super::foot_plans::FootPlans;
 use super::{Feet, LegBlend, Plant, plan, plants::PlantSearch};
 use crate::anim::{Clip, Leg, Skeleton};
 use crate::graph::{GraphSettings, MotionGraph};

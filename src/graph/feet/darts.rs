@@ -5,10 +5,8 @@
 
 use std::sync::OnceLock;
 
-use rustc_hash::FxHashMap;
-use serde::{Deserialize, Serialize};
-
-use super::{LegBlend, plan};
+use super::foot_plans::{DartKey, FootPlan, FootPlanList, FootPlans};
+use super::plan;
 use crate::anim::{Chain, Clip, Pose, Skeleton};
 use crate::graph::motion_graph::KnownRig;
 use crate::graph::{
@@ -21,14 +19,6 @@ use crate::math::{Rigid2, in_parallel};
 const SAMPLES: u32 = 2;
 /// Maximum ratio of a toe's speed to that of the faster clip.
 const RATIO: f32 = 1.3;
-
-/// A transition, by its clips and frames.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
-pub(in crate::graph) struct DartKey {
-    source: [u32; 2],
-    target: [u32; 2],
-    frames: u32,
-}
 
 /// Test of transitions.
 #[derive(Clone, Debug)]
@@ -44,63 +34,6 @@ pub(in crate::graph) struct DartTest {
     known: FootPlans,
     /// Results of this one.
     results: FootPlans,
-}
-
-/// How transitions move their feet; `None` for those in which a foot darts.
-pub(in crate::graph) type FootPlans = FxHashMap<DartKey, Option<FootPlan>>;
-
-/// The plans as they are recorded, sorted.
-pub(in crate::graph) type FootPlanList = Vec<(DartKey, Option<FootPlan>)>;
-
-/// The plans, sorted.
-pub(in crate::graph) fn sorted(plans: FootPlans) -> FootPlanList {
-    let mut list: FootPlanList = plans.into_iter().collect();
-    list.sort_unstable_by_key(|(key, _)| *key);
-    list
-}
-
-/// How a transition moves its feet.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub(in crate::graph) struct FootPlan {
-    /// Transform from the space of the target clip to that of the source clip.
-    pub(in crate::graph) align: Rigid2,
-    /// Blend of each leg.
-    pub(super) legs: Box<[Option<LegBlend>]>,
-    pub(super) root_drop: f32,
-}
-
-impl DartKey {
-    pub(in crate::graph) fn of(transition: &Transition) -> Self {
-        let place = |clip: usize, frame: usize| [clip as u32, frame as u32];
-        Self {
-            source: place(transition.source_clip, transition.source_frame),
-            target: place(transition.target_clip, transition.target_frame),
-            frames: transition.frames as u32,
-        }
-    }
-
-    /// The transition of an edge.
-    pub(super) fn of_edge(graph: &MotionGraph, edge: &Edge) -> Self {
-        let place = |node: NodeId| {
-            let Node { clip, frame } = graph.node(node);
-            [clip.0, frame]
-        };
-        Self {
-            source: place(edge.from),
-            target: place(edge.to),
-            frames: edge.frames,
-        }
-    }
-
-    /// The same transition with the clips of this bake.
-    fn now(self, clips: &ClipMatch) -> Option<Self> {
-        let place = |[clip, frame]: [u32; 2]| Some([clips.now(clip)?, frame]);
-        Some(Self {
-            source: place(self.source)?,
-            target: place(self.target)?,
-            ..self
-        })
-    }
 }
 
 /// Clips with the frames in which their feet are planted.

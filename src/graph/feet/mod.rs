@@ -12,6 +12,7 @@ mod align;
 mod blend;
 mod build;
 mod darts;
+mod foot_plans;
 mod keep;
 mod plan;
 mod plants;
@@ -23,7 +24,8 @@ use serde::{Deserialize, Serialize};
 
 pub(in crate::graph) use align::Aligner;
 pub(crate) use blend::LegBlend;
-pub(super) use darts::{DartKey, DartTest, FootPlanList, FootPlans, PlantedClips, sorted};
+pub(super) use darts::{DartTest, PlantedClips};
+pub(super) use foot_plans::{DartKey, FootPlanList, FootPlans, sorted};
 pub use settings::FeetSettings;
 pub use slide::FootSlide;
 

@@ -3,7 +3,7 @@
 use glam::Vec3;
 
 use super::LegBlend;
-use super::darts::{DartKey, FootPlans};
+use super::foot_plans::{DartKey, FootPlans};
 use super::keep::{foot, root_drop_share};
 use crate::anim::free_distance;
 use crate::graph::sample::Sides;

@@ -9,7 +9,7 @@ use sabaki_app::demo::coverage::{Cell, CellThrow, Coverage, Gap, HEIGHTS, LEADS}
 use serde_json::{Value, json};
 
 use super::coverage_by_time::{self, Balls};
-use super::heat_map::HeatMap;
+use super::heat_map::{HeatMap, direction_name};
 use super::plot::Plot;
 use super::source::{self, Baked, GraphArgs};
 use super::{Done, Failure, cancel, output};
@@ -133,25 +133,6 @@ fn throw_all(args: &Args, baked: &BakedGraph) -> Result<Coverage, Failure> {
         avoided?.iter().for_each(|&one| coverage.add(cell, one));
     }
     Ok(coverage)
-}
-
-/// The name of a direction, or its angle where it has no name.
-pub(super) fn direction_name(coverage: &Coverage, direction: usize) -> String {
-    const NAMES: [&str; 8] = [
-        "front",
-        "front left",
-        "left",
-        "back left",
-        "back",
-        "back right",
-        "right",
-        "front right",
-    ];
-    let eighths = 8 * direction;
-    if eighths.is_multiple_of(coverage.directions()) {
-        return NAMES[eighths / coverage.directions()].to_owned();
-    }
-    format!("{:.0}° left", coverage.from(direction).to_degrees())
 }
 
 fn percent(share: f64) -> String {

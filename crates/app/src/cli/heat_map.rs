@@ -6,7 +6,6 @@ use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 use sabaki_app::demo::coverage::{Cell, Coverage, HEIGHTS, LEADS};
 
-use super::coverage::direction_name;
 use super::picture::FONT;
 use super::plot::{Area, Drawn, Figure, Format, INK, Paint, shade};
 
@@ -119,4 +118,23 @@ fn heat(share: f64) -> [u8; 3] {
     const ALL: [f64; 3] = [30.0, 120.0, 60.0];
     let mix = |axis: usize| NONE[axis] + (ALL[axis] - NONE[axis]) * share;
     [0, 1, 2].map(|axis| mix(axis) as u8)
+}
+
+/// The name of a direction, or its angle where it has no name.
+pub(super) fn direction_name(coverage: &Coverage, direction: usize) -> String {
+    const NAMES: [&str; 8] = [
+        "front",
+        "front left",
+        "left",
+        "back left",
+        "back",
+        "back right",
+        "right",
+        "front right",
+    ];
+    let eighths = 8 * direction;
+    if eighths.is_multiple_of(coverage.directions()) {
+        return NAMES[eighths / coverage.directions()].to_owned();
+    }
+    format!("{:.0}° left", coverage.from(direction).to_degrees())
 }

@@ -13,7 +13,7 @@ use sabaki::query::AttackError;
 use sabaki_import::ReadError;
 use thiserror::Error;
 
-use super::bake::record::UnfinishedBake;
+use super::bake::recorded::UnfinishedBake;
 
 /// The output of a subcommand, with its exit code.
 pub(crate) struct Done {

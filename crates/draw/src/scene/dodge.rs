@@ -5,9 +5,9 @@ use std::sync::Arc;
 
 use glam::Vec3;
 
-use super::dodge_shot::smooth;
 use super::lead_in::lead_in;
 use super::maps::{DodgeMaps, MapStyle, SlabPicture};
+use super::smooth::smooth;
 use super::{Figure, Look, Shot, Skin};
 use sabaki::anim::{JointTransform, Pose, forward_kinematics};
 use sabaki::graph::{Motion, Playhead};

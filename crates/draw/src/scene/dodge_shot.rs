@@ -3,6 +3,7 @@
 use glam::{Vec2, Vec3};
 
 use super::dodge::{Dodge, GHOST};
+use super::smooth::smooth;
 use super::{Camera, Capsule, Light, Orbit, Shot, SkinnedBody};
 use sabaki::anim::{Pose, forward_kinematics};
 use sabaki::maps::MovingSphere;
@@ -191,9 +192,4 @@ fn flying(sphere: &MovingSphere, t: f32) -> Sphere {
     let seconds = (last.t - before.t).max(1e-3);
     let speed = (last.center - before.center) / seconds;
     Sphere::new(last.center + speed * (t - last.t), last.radius)
-}
-
-pub(super) fn smooth(x: f32) -> f32 {
-    let x = x.clamp(0.0, 1.0);
-    x * x * (3.0 - 2.0 * x)
 }

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use glam::{Vec2, Vec3};
 
+use super::smooth::smooth;
 use super::{Camera, Capsule, Figure, Light, Look, Orbit, Shot, Skin, SkinnedBody};
 use sabaki::anim::{JointId, JointTransform, Pose, forward_kinematics};
 use sabaki::duel::{Exchange, Fighter, Side};
@@ -288,9 +289,4 @@ fn attacking_limb(exchange: &Exchange, t: f32) -> Vec3 {
         .map(|sphere: &MovingSphere| sphere.at(t).center)
         .sum();
     all / spheres.len().max(1) as f32
-}
-
-fn smooth(x: f32) -> f32 {
-    let x = x.clamp(0.0, 1.0);
-    x * x * (3.0 - 2.0 * x)
 }

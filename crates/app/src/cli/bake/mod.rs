@@ -6,7 +6,8 @@ mod join;
 mod manifest;
 mod partition;
 mod plan;
-pub(super) mod record;
+mod record;
+pub(super) mod recorded;
 mod sealed;
 mod shard;
 mod shared_bake;
@@ -22,7 +23,8 @@ use serde_json::json;
 use super::distances::DistanceFigure;
 use super::plot::Plot;
 use super::{Done, Failure, output, quality, source};
-use record::{BakeRecord, UnfinishedFile};
+use record::UnfinishedFile;
+use recorded::BakeRecord;
 
 /// Number of random attacks whose answers are measured.
 const ANSWERS: u64 = 200;

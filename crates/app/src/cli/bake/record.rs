@@ -4,10 +4,8 @@
 use std::cell::Cell;
 use std::path::{Path, PathBuf};
 
-use sabaki::internal::{GraphRecord, TableRecord};
-use serde::{Deserialize, Serialize};
-
 use super::super::{Failure, output};
+use super::recorded::{BakeRecord, UnfinishedBake};
 use super::sealed::{self, Kind, Seal, Unusable};
 
 /// Version of the form of records. It changes with what is recorded.
@@ -24,13 +22,6 @@ const UNFINISHED: Seal = Seal {
     kind: Kind::Unfinished,
     plan: VERSION,
 };
-
-/// Results that a later bake takes over.
-#[derive(Debug, Default, Serialize, Deserialize)]
-pub(crate) struct BakeRecord {
-    pub(crate) graph: GraphRecord,
-    pub(crate) tables: TableRecord,
-}
 
 impl BakeRecord {
     /// Path of the record of a baked file.
@@ -53,14 +44,6 @@ impl BakeRecord {
         sealed::write(&path, SEAL, &bytes)?;
         Ok((path, bytes.len()))
     }
-}
-
-/// What a bake that was stopped had done.
-#[derive(Debug, Serialize, Deserialize)]
-pub(crate) struct UnfinishedBake {
-    pub(crate) record: BakeRecord,
-    /// Number of the stage that it was in, and the pieces of it that were done.
-    pub(crate) reached: (u8, u64),
 }
 
 /// The file of an unfinished bake, beside the file that it was to write: the same command goes on from it.

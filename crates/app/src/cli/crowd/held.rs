@@ -5,6 +5,7 @@ use sabaki::crowd::MemberId;
 use sabaki::lod::View;
 
 use super::cases::{Case, What};
+use super::row::HeldError;
 use super::scene::{Posed, Scene, WARM_UP};
 use super::{Args, usage};
 use crate::cli::Failure;
@@ -15,14 +16,6 @@ const FRAMES: u32 = 8;
 const NEAREST: f32 = 1.0;
 /// Every so many characters are compared.
 const STRIDE: usize = 7;
-
-/// Distances on the screen between the joints of held characters and where they are without hold, at 1080 lines and 60 degrees.
-pub(super) struct HeldError {
-    /// Of the joint that is furthest off.
-    pub(super) greatest_pixels: f64,
-    /// Mean over characters of each one's joint that is furthest off.
-    pub(super) mean_pixels: f64,
-}
 
 impl Scene {
     /// Plays the case with and without hold side by side.

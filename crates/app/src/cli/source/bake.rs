@@ -13,7 +13,7 @@ use sabaki_app::demo;
 use serde::{Deserialize, Serialize};
 
 use super::super::Failure;
-use super::super::bake::record::{BakeRecord, UnfinishedBake};
+use super::super::bake::recorded::{BakeRecord, UnfinishedBake};
 use super::super::figure::Figure;
 use super::bake_bar::BakeBar;
 use super::{Baked, ClipArgs, Made};

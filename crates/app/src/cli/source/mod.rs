@@ -22,7 +22,7 @@ use sabaki::internal::FootSlide;
 use sabaki::maps::BakedGraph;
 
 use super::Failure;
-use super::bake::record::BakeRecord;
+use super::bake::recorded::BakeRecord;
 use super::figure::Figure;
 
 /// The graph to query.
