@@ -1,11 +1,14 @@
 use glam::Vec3;
 
+use super::animation_set_desc::AnimationSetDesc;
+use super::clip_range::ClipRange;
 use super::error::CrowdError;
 use super::frame_keys::FrameKeys;
-use super::key_bank::{ClipRange, KeyBank, TrackPlaces};
+use super::key_bank::{KeyBank, TrackPlaces};
 use super::level_clips::{LevelClips, Stored};
 use super::level_step::{LevelStep, steps};
 use super::quantise::count_keys;
+use super::slot;
 use super::tracks::{MotionKeys, Tracks};
 use crate::anim::{Clip, ClipId, JointId, Skeleton};
 use crate::lod::{Level, LevelId, LevelMotion, LevelTrack, Levels, Translations};
@@ -32,37 +35,6 @@ pub struct AnimationSet {
     carriers: Vec<Vec<u16>>,
 }
 
-/// What an [`AnimationSet`] is made of.
-#[derive(Clone, Copy, Debug)]
-pub struct AnimationSetDesc<'a> {
-    /// The skeleton of all clips.
-    pub skeleton: &'a Skeleton,
-    /// The clips that characters play.
-    pub clips: &'a [Clip],
-    /// Clips that are added to others, such as breathing: each adds what it differs in from its own first frame. They turn
-    /// joints, and move those that move in some clip, such as the root. On a level that lacks a joint, its layer's motion is
-    /// that of the chain in the layer's first frame.
-    pub layers: &'a [Clip],
-    /// The levels of detail, finest first.
-    pub levels: &'a [Level],
-}
-
-impl AnimationSetDesc<'_> {
-    fn check(&self) -> Result<(), CrowdError> {
-        let (clips, levels) = (self.clips.len() + self.layers.len(), self.levels.len());
-        if levels == 0 {
-            return Err(CrowdError::NoLevel);
-        }
-        if clips.saturating_mul(levels) > AnimationSet::MOST_MOTIONS {
-            return Err(CrowdError::TooManyMotions { clips, levels });
-        }
-        if self.clips.is_empty() {
-            return Err(CrowdError::NoClip);
-        }
-        Ok(())
-    }
-}
-
 /// What a motion adds to its first frame.
 fn additive(motion: LevelMotion) -> LevelMotion {
     let tracks = motion.tracks.into_iter().map(|track| {
@@ -87,7 +59,7 @@ fn additive(motion: LevelMotion) -> LevelMotion {
 
 impl AnimationSet {
     /// Largest number of clips times levels.
-    pub const MOST_MOTIONS: usize = 1 << 19;
+    pub const MOST_MOTIONS: usize = slot::MOST_MOTIONS;
 
     /// Clips without additive layers: see [`AnimationSet::build`].
     ///

@@ -1,6 +1,5 @@
 use thiserror::Error;
 
-use super::animation_set::AnimationSet;
 use super::slot;
 use crate::lod::LodError;
 
@@ -16,8 +15,8 @@ pub enum CrowdError {
     /// A clip or a level does not belong to the skeleton.
     #[error(transparent)]
     Lod(#[from] LodError),
-    /// More than [`AnimationSet::MOST_MOTIONS`].
-    #[error("{clips} clips on {levels} levels are more than {max} motions", max = AnimationSet::MOST_MOTIONS)]
+    /// More than [`AnimationSet::MOST_MOTIONS`](super::AnimationSet::MOST_MOTIONS).
+    #[error("{clips} clips on {levels} levels are more than {max} motions", max = slot::MOST_MOTIONS)]
     TooManyMotions {
         /// How many clips.
         clips: usize,

@@ -2,7 +2,7 @@
 //!
 //! Time is counted in frames, which last equally long. A moment between two frames lies between two of the keys there.
 
-use super::key_bank::ClipRange;
+use super::clip_range::ClipRange;
 use super::moment::Moment;
 use crate::math::{F32x16, Lanes};
 

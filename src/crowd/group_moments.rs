@@ -56,7 +56,7 @@ impl Run<'_> {
         let mut reach = Reach::Narrow;
         for part in 0..L::PARTS {
             let moment = found[part];
-            let near = Near::new(range, keys, moment.interval);
+            let near = Near::new(range.intervals, keys, moment.interval);
             to.starts[part] = place.first + near.start;
             L::from_bits(near.places).store(&mut to.places, part);
             reach = reach.max(near.reach);
@@ -158,7 +158,7 @@ impl Run<'_> {
             places: L::splat_words(0),
         });
         for part in 0..L::PARTS {
-            let near = Near::new(range, keys, moments.moments[part].interval);
+            let near = Near::new(range.intervals, keys, moments.moments[part].interval);
             if near.reach == Reach::Apart {
                 return None;
             }

@@ -2,7 +2,7 @@
 
 use bytemuck::Pod;
 
-use super::level_clips::LevelJoint;
+use super::level_joint::LevelJoint;
 use super::quat_lanes::Local;
 use super::sampling::Source;
 use crate::math::{F32x16, Lanes};

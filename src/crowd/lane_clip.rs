@@ -1,6 +1,6 @@
 //! The clips that one character of a group plays.
 
-use super::key_bank::ClipRange;
+use super::clip_range::ClipRange;
 use crate::anim::ClipId;
 
 /// A clip as a lane plays it.

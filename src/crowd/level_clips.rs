@@ -1,8 +1,7 @@
 //! The joints of one level, and where their keys are.
 
 use super::key_bank::{TrackPlaces, UnitRead};
-use super::matrices::Matrices;
-use super::output::row_lines;
+use super::level_joint::LevelJoint;
 use super::tracks::{Place, Tracks};
 use crate::lod::Level;
 use crate::math::KeyUnit;
@@ -18,23 +17,8 @@ pub(super) struct LevelClips {
     pub(super) reads: Vec<UnitRead>,
     /// Lines that its columns take for sixteen characters.
     pub(super) column_lines: usize,
-    /// Lines of a character's row, in the form that takes most.
-    pub(super) row_lines: usize,
     /// Units that touch all cache lines that the level needs of a row, wherever a row begins in its line.
     pub(super) fetched: Vec<usize>,
-}
-
-/// What all clips agree on.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct LevelJoint {
-    /// `None` for the root alone.
-    pub(super) parent: Option<u16>,
-    pub(super) place: Place,
-    /// The first of its columns.
-    pub(super) column: usize,
-    /// How many of [`LevelClips::reads`] are left when it is computed: those of its own keys and of the next joint's are done, so
-    /// that they are there in time.
-    pub(super) reads_left: usize,
 }
 
 /// Units of a cache line.
@@ -74,7 +58,6 @@ impl LevelClips {
         let layer_places = of_level.iter().map(|&track| tracks.layer_places[track]);
         Self {
             layer_places: layer_places.collect(),
-            row_lines: row_lines::<Matrices>(joints.len()),
             joints,
             column_lines: quads.len() * KeyUnit::QUAD,
             reads,

@@ -1,7 +1,7 @@
 //! Joints as matrices.
 
 use super::joint_math::{JointMath, cross, load, store};
-use super::level_clips::LevelJoint;
+use super::level_joint::LevelJoint;
 use super::quat_lanes::{Local, QuatLanes};
 use super::sampling::Source;
 use crate::math::{F32x16, Lanes};

@@ -35,12 +35,14 @@
 //! Architecture invariant: nothing here knows what else a character may be doing (graph, avoidance) or what draws it.
 
 mod animation_set;
+mod animation_set_desc;
 mod batches;
 mod bucket;
 mod chain;
 mod change;
 mod character;
 mod chunks;
+mod clip_range;
 mod debt;
 mod error;
 mod external_pose;
@@ -58,6 +60,7 @@ mod kernel;
 mod key_bank;
 mod lane_clip;
 mod level_clips;
+mod level_joint;
 mod level_pass;
 mod level_step;
 mod matrices;
@@ -86,7 +89,8 @@ mod write;
 
 pub use crate::anim::ClipId;
 pub use crate::lod::LevelId;
-pub use animation_set::{AnimationSet, AnimationSetDesc};
+pub use animation_set::AnimationSet;
+pub use animation_set_desc::AnimationSetDesc;
 pub use character::{Character, ClipMix, MemberId, Placement};
 pub use error::CrowdError;
 pub(crate) use external_pose::{ExternalGroups, ExternalPose, ExternalTarget};

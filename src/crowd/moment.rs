@@ -1,6 +1,5 @@
 //! Where characters are in their clips.
 
-use super::key_bank::ClipRange;
 use super::quantise::ONE;
 use crate::math::Lanes;
 
@@ -116,22 +115,22 @@ pub(super) struct Near<L: Lanes> {
 impl<L: Lanes> Near<L> {
     /// Of places that are [apart](Reach::Apart) only that is known.
     #[inline(always)]
-    pub(super) fn new(range: &ClipRange, cycle: Cycle<L>, interval: L) -> Self {
+    pub(super) fn new(intervals: usize, cycle: Cycle<L>, interval: L) -> Self {
         // From the lane that is furthest behind; the first lane is only near it.
         let first = interval.first();
-        let half = (range.intervals / 2) as f32;
+        let half = (intervals / 2) as f32;
         let ahead = cycle.wrapped_whole(interval + L::splat(half - first));
         let least = ahead.least();
         let start = (first + least - half) as i32 as isize;
         let start = if start < 0 {
-            start.wrapping_add_unsigned(range.intervals)
+            start.wrapping_add_unsigned(intervals)
         } else {
             start
         };
-        let start = (start as usize).min(range.intervals - 1);
+        let start = (start as usize).min(intervals - 1);
         let places = ahead - L::splat(least);
         // Beyond the last interval there is one key more: the clip's last.
-        let beyond = places - L::splat((range.intervals - start) as f32 - 1.0);
+        let beyond = places - L::splat((intervals - start) as f32 - 1.0);
         let places = places + beyond.max(L::splat(0.0)).min(L::splat(1.0));
         let is_within = |reach: usize| places.all_below(reach as f32);
         let reach = match (is_within(L::REACH), is_within(L::WIDE_REACH)) {

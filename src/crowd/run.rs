@@ -1,7 +1,8 @@
 //! The groups that one call of a kernel poses.
 
+use super::clip_range::ClipRange;
 use super::group::{Group, GroupCold};
-use super::key_bank::{ClipRange, KeyBank};
+use super::key_bank::KeyBank;
 use super::level_clips::LevelClips;
 use super::level_step::LevelStep;
 use super::mix::Mix;

@@ -1,7 +1,8 @@
 //! A clip read at the moments of a register's characters.
 
 use super::key_bank::{KeyBank, KeyPlace, UnitRead};
-use super::level_clips::{LevelClips, LevelJoint};
+use super::level_clips::LevelClips;
+use super::level_joint::LevelJoint;
 use super::moment::Weights;
 use super::quat_lanes::{Local, QuatLanes};
 use super::tracks::{Place, PlaceRange};

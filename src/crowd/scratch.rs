@@ -5,6 +5,7 @@ use super::joint_math::JointMath;
 use super::level_clips::LevelClips;
 use super::matrices::Matrices;
 use super::moments::Moments;
+use super::output::row_lines;
 use crate::math::F32x16;
 
 /// Groups whose moments are found before the first of them is posed. Where a group is in its clip is a long chain of steps, each of
@@ -47,7 +48,7 @@ impl Scratch {
             &mut self.models,
             (bank.joints.len() + Matrices::SPARE) * Matrices::NUMBERS,
         );
-        grow(&mut self.spare, bank.row_lines);
+        grow(&mut self.spare, row_lines::<Matrices>(bank.joints.len()));
         for lines in &mut self.columns {
             grow(lines, bank.column_lines);
         }

@@ -8,6 +8,9 @@ pub(super) const ID_BITS: u32 = 28;
 /// A crowd may not have more characters.
 pub(super) const MOST: usize = (1 << ID_BITS) - 1;
 
+/// There may not be more clips times levels.
+pub(super) const MOST_MOTIONS: usize = 1 << 19;
+
 /// The crowd is sorted once one character in so many was moved to another group.
 pub(super) const MOST_LATE: usize = 16;
 

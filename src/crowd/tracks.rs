@@ -3,7 +3,7 @@
 
 use glam::Vec3;
 
-use super::animation_set::AnimationSetDesc;
+use super::animation_set_desc::AnimationSetDesc;
 use super::quantise::{Keys, ONE, TracksOfLevel, quantise};
 use crate::anim::JointId;
 use crate::lod::{LevelMotion, Translations};
