@@ -2,7 +2,7 @@
 
 use std::ops::RangeInclusive;
 
-use super::candidates::Candidate;
+use super::candidate::Candidate;
 use super::report::GoalReport;
 use super::search::LinkSearch;
 use super::settings::LinkGoal;

@@ -4,9 +4,10 @@
 use std::cmp::Ordering;
 use std::sync::OnceLock;
 
-use super::candidates::{Candidate, Candidates};
+use super::candidate::Candidate;
 use super::margin::{EventMargin, Side};
 use super::parts::{ClipParts, RangeSearch};
+use super::space::LinkSpace;
 use crate::graph::PointCloud;
 use crate::graph::distance::{Compared, DiagonalRows, Diagonals, Windows};
 use crate::graph::search::{NearRange, NearWindows, WindowCell};
@@ -62,10 +63,10 @@ pub(super) struct Scratch {
 }
 
 impl<'a> ClipWindows<'a> {
-    pub(super) fn new(candidates: &Candidates<'a>, length: usize) -> Self {
+    pub(super) fn new(space: &LinkSpace<'a>, length: usize) -> Self {
         /// Number of clips that the bounds are chosen for.
         const SAMPLES: usize = 64;
-        let (source, lengths) = (&candidates.source, &candidates.lengths);
+        let (source, lengths) = (&space.source, &space.lengths);
         let clips = source.aligner.clouds.len();
         let windows = WindowsOfLength {
             clouds: source.aligner.clouds,
@@ -111,7 +112,7 @@ impl<'a> ClipWindows<'a> {
                 let (found, side) = (&mut range.found, range.search.margin.side);
                 let limit = match found.last() {
                     Some(last) if found.len() == most => last.cost,
-                    _ => range.search.candidates.lengths.loosest,
+                    _ => range.search.space.lengths.loosest,
                 };
                 let near = self.near(range.search, &range.range, clip, limit, &mut scratch);
                 let before = found.len();

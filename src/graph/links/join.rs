@@ -1,7 +1,7 @@
 //! Links events that the graph would otherwise drop: each gets its best link in and its best link
 //! out.
 
-use super::candidates::Candidate;
+use super::candidate::Candidate;
 use super::join_record::Joins;
 use super::margin::Side;
 use super::nearest::Wanted;
@@ -29,7 +29,7 @@ pub(super) fn join(
                     let [first, last] = search.ends(&search.source.events[event]);
                     !(core[first as usize] && core[last as usize])
                 });
-                joins.begin(&search.candidates, &core);
+                joins.begin(&search.candidates.space, &core);
                 let wanted = Wanted {
                     events: &open,
                     side: Side::Before,
@@ -127,7 +127,7 @@ impl EventWays {
     fn test(&mut self, search: &mut LinkSearch<'_>, links: &[Candidate]) {
         for link in links.iter().skip(self.tested) {
             self.tested += 1;
-            let Some(link) = search.candidates.refined(*link) else {
+            let Some(link) = search.candidates.space.refined(*link) else {
                 continue;
             };
             if !search.darts(&[link.link])[0] {
@@ -142,10 +142,10 @@ impl EventWays {
 
 fn unlinked(search: &LinkSearch<'_>, open: &[usize]) -> Vec<UnlinkedEvent> {
     let seconds = |frames: usize| frames as f64 / search.source.settings.frame_rate;
-    let lengths = search.candidates.lengths;
+    let lengths = search.candidates.space.lengths;
     let shortest = seconds(lengths.shortest);
     let why = |event: usize| {
-        let room = |side| search.candidates.free_frames(event, side);
+        let room = |side| search.candidates.space.free_frames(event, side);
         let (before, after) = (room(Side::Before), room(Side::After));
         if before < lengths.shortest {
             LinkObstacle::NoLeadIn {

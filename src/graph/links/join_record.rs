@@ -6,8 +6,9 @@
 use rustc_hash::FxHashMap;
 use serde::{Deserialize, Serialize};
 
-use super::candidates::{Candidate, Candidates, WindowPair};
+use super::candidate::{Candidate, WindowPair};
 use super::margin::{EventFrames, EventMargin, Side};
+use super::space::LinkSpace;
 use crate::graph::ClipMatch;
 
 /// The closest links of events that the graph would drop.
@@ -98,12 +99,12 @@ impl Joins {
     }
 
     /// Begins a round of searches, in which some moments may be linked.
-    pub(super) fn begin(&mut self, candidates: &Candidates<'_>, allowed: &[bool]) {
+    pub(super) fn begin(&mut self, space: &LinkSpace<'_>, allowed: &[bool]) {
         let earlier = self.allowed.get(self.record.allowed.len());
-        let clips = candidates.source.aligner.clouds;
+        let clips = space.source.aligner.clouds;
         let is_same = |clip: usize| {
             let earlier = earlier.and_then(|of_clips| of_clips.get(clip)?.as_deref());
-            earlier == Some(&allowed[candidates.moments.of_clip(clip)])
+            earlier == Some(&allowed[space.moments.of_clip(clip)])
         };
         self.is_same = (0..clips.len()).map(is_same).collect();
         let frames = clips.iter().map(|cloud| cloud.frames() as u32);
@@ -123,7 +124,7 @@ impl Joins {
     /// The closest links among the clips with the same moments, or `None` if they are not known.
     pub(super) fn known(
         &self,
-        candidates: &Candidates<'_>,
+        space: &LinkSpace<'_>,
         margin: &EventMargin,
         most: usize,
     ) -> Option<Vec<Candidate>> {
@@ -134,7 +135,7 @@ impl Joins {
         if kept.len() < links.len() && links.len() >= most {
             return None;
         }
-        let candidate = |link: &JoinLink| candidates.candidate(margin, link.windows());
+        let candidate = |link: &JoinLink| space.candidate(margin, link.windows());
         kept.into_iter().map(candidate).collect()
     }
 

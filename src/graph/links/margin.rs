@@ -2,8 +2,6 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::candidates::Candidates;
-use crate::graph::GraphEvent;
 use crate::graph::distance::Windows;
 
 /// Side of an event.
@@ -33,51 +31,6 @@ pub(super) struct EventMargin {
     pub(super) window: usize,
     /// First frame of the range's first window.
     pub(super) start: usize,
-}
-
-impl Candidates<'_> {
-    /// Number of frames that a blend beside an event can use.
-    pub(super) fn free_frames(&self, event: usize, side: Side) -> usize {
-        let event = &self.source.events[event];
-        match side {
-            Side::Before => self.free_frames.before(self.moment(event, event.first)),
-            Side::After => self.free_frames.after(self.moment(event, event.last)),
-        }
-    }
-
-    fn moment(&self, event: &GraphEvent, frame: u32) -> u32 {
-        self.moments.at(event.clip.index(), frame as usize)
-    }
-
-    /// Range beside an event, or `None` if the shortest blend does not fit there.
-    pub(super) fn margin(&self, index: usize, side: Side) -> Option<EventMargin> {
-        let event = &self.source.events[index];
-        let room = self.free_frames(index, side);
-        let window = self.lengths.window.min(room);
-        if window < self.lengths.shortest || event.first == event.last {
-            return None;
-        }
-        let lead = self.lengths.lead.min(room - window);
-        let start = match side {
-            // The last window ends with the event's first frame.
-            Side::Before => event.first as usize + 1 - window - lead,
-            // The first window starts after the event's last frame.
-            Side::After => event.last as usize + 1,
-        };
-        let cloud = &self.source.aligner.clouds[event.clip.index()];
-        Some(EventMargin {
-            event: index,
-            frames: EventFrames {
-                clip: event.clip.0,
-                first: event.first,
-                last: event.last,
-            },
-            side,
-            windows: Windows::new(&cloud.part(start..start + window + lead), window),
-            window,
-            start,
-        })
-    }
 }
 
 impl Side {

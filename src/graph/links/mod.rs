@@ -10,9 +10,11 @@
 //! Architecture invariant: a link is an ordinary [`Transition`]. Code that reads a graph does not
 //! know which transitions are links.
 
+mod candidate;
 mod candidates;
 mod choose;
 mod clip_windows;
+mod find;
 #[cfg(test)]
 mod fixture;
 mod free_frames;
@@ -28,6 +30,7 @@ mod report;
 mod search;
 mod settings;
 mod source;
+mod space;
 
 pub use report::{GoalReport, LinkObstacle, LinkReport, UnlinkedEvent};
 pub use settings::{LinkGoal, LinkSettings};

@@ -1,7 +1,8 @@
 //! The closest links between some ranges and each part of a clip. Once all parts have as many close links as are kept, lower bounds show which
 //! windows are farther apart than these; until then all distances are computed, which is faster where most windows are near enough.
 
-use super::candidates::{Candidate, Candidates, MOST, keep_closest};
+use super::candidate::{Candidate, MOST, keep_closest};
+use super::candidates::Candidates;
 use super::clip_windows::Scratch;
 use super::margin::EventMargin;
 use super::parts::RangeSearch;
@@ -23,7 +24,7 @@ impl<'a> NearMargins<'a> {
         margins: &'a [EventMargin],
         allowed: Option<&'a [bool]>,
     ) -> Self {
-        let threads = candidates.source.settings.threads;
+        let threads = candidates.space.source.settings.threads;
         let ranges = in_parallel(threads, margins.len(), |index| {
             let margin = &margins[index];
             candidates.windows(margin.window).range(margin)
@@ -38,8 +39,8 @@ impl<'a> NearMargins<'a> {
 
     /// The closest links of all ranges to each part of a clip.
     pub(super) fn closest(&self, clip: usize) -> Vec<Vec<Candidate>> {
-        let frames = self.candidates.source.aligner.clouds[clip].frames();
-        let parts = frames.div_ceil(self.candidates.lengths.spread);
+        let frames = self.candidates.space.source.aligner.clouds[clip].frames();
+        let parts = frames.div_ceil(self.candidates.space.lengths.spread);
         self.add_closest(0..self.margins.len(), clip, vec![Vec::new(); parts])
     }
 
@@ -52,7 +53,7 @@ impl<'a> NearMargins<'a> {
     ) -> Vec<Vec<Candidate>> {
         /// Share of the loosest distance below which bounds leave out most window pairs.
         const BOUNDED: f32 = 0.6;
-        let loosest = self.candidates.lengths.loosest;
+        let loosest = self.candidates.space.lengths.loosest;
         parts.iter_mut().for_each(keep_closest);
         let mut scratch = Scratch::default();
         for index in ranges {
@@ -64,7 +65,7 @@ impl<'a> NearMargins<'a> {
             });
             let limit = furthest.fold(0.0, f32::max);
             let search = RangeSearch {
-                candidates: self.candidates,
+                space: &self.candidates.space,
                 margin,
                 allowed: self.allowed,
             };
@@ -98,7 +99,7 @@ mod tests {
         scene.events = (0..8).flat_map(|_| scene.events.clone()).collect();
         let mut candidates = scene.candidates();
         let margins: Vec<EventMargin> = (0..scene.events.len())
-            .filter_map(|event| candidates.margin(event, Side::Before))
+            .filter_map(|event| candidates.space.margin(event, Side::Before))
             .collect();
         candidates.make_windows(margins.iter());
         let near = NearMargins::new(&candidates, &margins, None);
@@ -113,7 +114,7 @@ mod tests {
             let mut expected = none.clone();
             for margin in &margins {
                 let search = RangeSearch {
-                    candidates: &candidates,
+                    space: &candidates.space,
                     margin,
                     allowed: None,
                 };

@@ -2,7 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use super::candidates::{Candidate, Candidates};
+use super::candidate::Candidate;
+use super::candidates::Candidates;
 use super::clip_windows::KnownStart;
 use super::join_record::Joins;
 use super::margin::{EventMargin, Side};
@@ -33,16 +34,19 @@ impl Joins {
         /// Number of ranges that are compared with a clip one after the other.
         const TOGETHER: usize = 32;
         let margins: Vec<Option<EventMargin>> = { wanted.events.iter() }
-            .map(|&event| candidates.margin(event, wanted.side))
+            .map(|&event| candidates.space.margin(event, wanted.side))
             .collect();
         candidates.make_windows(margins.iter().flatten());
         let candidates = &*candidates;
-        let (watch, threads) = (candidates.source.watch, candidates.source.settings.threads);
+        let (watch, threads) = (
+            candidates.space.source.watch,
+            candidates.space.source.settings.threads,
+        );
         let most = wanted.most;
         let is_same = self.is_same.clone();
         let none = vec![false; is_same.len()];
         let starts = in_parallel(threads, margins.len(), |index| {
-            let known = self.known(candidates, margins[index].as_ref()?, most);
+            let known = self.known(&candidates.space, margins[index].as_ref()?, most);
             Some(KnownStart {
                 clips: match known {
                     Some(_) => &is_same,
@@ -54,7 +58,7 @@ impl Joins {
         let search = |index: usize| {
             let margin = margins[index].as_ref()?;
             let search = RangeSearch {
-                candidates,
+                space: &candidates.space,
                 margin,
                 allowed: Some(wanted.allowed),
             };
@@ -109,13 +113,15 @@ mod tests {
         let allowed: Vec<bool> = (0..CLIPS * FRAMES).map(|moment| moment % 7 != 3).collect();
         let mut lengths = std::collections::BTreeSet::new();
         for side in [Side::Before, Side::After] {
-            let margins = all.iter().map(|&event| candidates.margin(event, side));
+            let margins = all
+                .iter()
+                .map(|&event| candidates.space.margin(event, side));
             let mut naive = |margin: EventMargin| {
                 let mut expected: Vec<Candidate> = Vec::new();
                 for (clip, cloud) in scene.clouds.iter().enumerate() {
                     let windows = Windows::new(cloud, margin.window);
                     let search = RangeSearch {
-                        candidates: &candidates,
+                        space: &candidates.space,
                         margin: &margin,
                         allowed: Some(&allowed),
                     };
@@ -132,7 +138,7 @@ mod tests {
             assert!(expected.iter().any(|links| links.len() > 20));
             for most in [1, 3, 16, usize::MAX] {
                 let mut joins = Joins::default();
-                joins.begin(&candidates, &allowed);
+                joins.begin(&candidates.space, &allowed);
                 let wanted = Wanted {
                     events: &all,
                     side,
@@ -163,7 +169,7 @@ mod tests {
         let same = same.clips_of(&same);
         let all: Vec<usize> = (0..scene.events.len()).collect();
         let mut find = |mut joins: Joins, allowed: &[bool], most: usize| {
-            joins.begin(&candidates, allowed);
+            joins.begin(&candidates.space, allowed);
             let same = joins.is_same.iter().filter(|same| **same).count();
             let found = [Side::Before, Side::After].map(|side| {
                 let wanted = Wanted {

@@ -1,14 +1,15 @@
 //! The closest link of a range in each part of a clip.
 
-use super::candidates::{Candidate, Candidates, WindowPair};
+use super::candidate::{Candidate, WindowPair};
 use super::margin::EventMargin;
+use super::space::LinkSpace;
 use crate::graph::distance::{DistanceMap, Windows};
 use crate::graph::search::WindowCell;
 
 /// A search for the links of one range.
 #[derive(Clone, Copy)]
 pub(super) struct RangeSearch<'a> {
-    pub(super) candidates: &'a Candidates<'a>,
+    pub(super) space: &'a LinkSpace<'a>,
     pub(super) margin: &'a EventMargin,
     /// Moments that may be linked, or `None` if all may be.
     pub(super) allowed: Option<&'a [bool]>,
@@ -41,13 +42,11 @@ pub(super) struct ClipParts<'a> {
 
 impl<'a> ClipParts<'a> {
     pub(super) fn new(search: RangeSearch<'a>, clip: usize) -> Self {
-        let RangeSearch {
-            candidates, margin, ..
-        } = search;
-        let frames = candidates.source.aligner.clouds[clip].frames();
+        let RangeSearch { space, margin, .. } = search;
+        let frames = space.source.aligner.clouds[clip].frames();
         Self {
-            is_own: candidates.source.events[margin.event].clip.index() == clip,
-            best: vec![None; frames.div_ceil(candidates.lengths.spread)],
+            is_own: space.source.events[margin.event].clip.index() == clip,
+            best: vec![None; frames.div_ceil(space.lengths.spread)],
             search,
             clip,
         }
@@ -56,11 +55,11 @@ impl<'a> ClipParts<'a> {
     /// Takes a window of the range and one of the clip, whose squared distance is `square`.
     pub(super) fn take(&mut self, cell: WindowCell, square: f32) {
         let RangeSearch {
-            candidates,
+            space,
             margin,
             allowed,
         } = self.search;
-        let lengths = &candidates.lengths;
+        let lengths = &space.lengths;
         let (beside, start) = (margin.start + cell.row as usize, cell.column as usize);
         let is_same = self.is_own && start.abs_diff(beside) < lengths.separation;
         if square > lengths.loosest * lengths.loosest || is_same {
@@ -69,7 +68,7 @@ impl<'a> ClipParts<'a> {
         let Some(far) = margin.side.far_end(start, margin.window) else {
             return;
         };
-        let moment = || candidates.moments.at(self.clip, far) as usize;
+        let moment = || space.moments.at(self.clip, far) as usize;
         if allowed.is_some_and(|allowed| !allowed[moment()]) {
             return;
         }
@@ -85,7 +84,7 @@ impl<'a> ClipParts<'a> {
             start,
             distance,
         };
-        let found = candidates.candidate(margin, pair);
+        let found = space.candidate(margin, pair);
         if let Some(found) = found
             && best.is_none_or(|best| found.cost < best.cost)
         {

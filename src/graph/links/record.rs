@@ -3,9 +3,10 @@
 use rustc_hash::FxHashMap;
 use serde::{Deserialize, Serialize};
 
-use super::candidates::{Candidate, Candidates, MOST, WindowPair};
+use super::candidate::{Candidate, MOST, WindowPair};
 use super::join_record::{JoinRecord, Joins};
 use super::margin::{EventFrames, EventMargin};
+use super::space::LinkSpace;
 use crate::graph::ClipMatch;
 
 /// The closest links between the ranges before evasions and each part of each clip.
@@ -85,7 +86,7 @@ impl KnownLinks {
     /// because those to evasions that are gone took their places.
     pub(super) fn parts(
         &self,
-        candidates: &Candidates<'_>,
+        space: &LinkSpace<'_>,
         known: &KnownRanges<'_>,
         clip: usize,
     ) -> Option<Vec<Vec<Candidate>>> {
@@ -98,7 +99,7 @@ impl KnownLinks {
                 start: link.source_frame as usize + 1,
                 distance: link.distance,
             };
-            candidates.candidate(range, pair)
+            space.candidate(range, pair)
         };
         let of_part = |part: &Vec<NearLink>| {
             let found: Vec<Candidate> = part.iter().filter_map(candidate).collect();

@@ -1,0 +1,38 @@
+//! A possible link, and the windows that it is between.
+
+use crate::graph::Transition;
+
+/// Maximum number of links of one part of a clip. It bounds the search by the clips' duration, however many events there are, and is more
+/// than any goal of [`LinkSettings`](super::LinkSettings) asks for by default.
+pub(super) const MOST: usize = 16;
+
+/// A possible link.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Candidate {
+    pub(super) link: Transition,
+    /// Index of the event that the link leads to or comes from.
+    pub(super) event: usize,
+    /// Cost: the link's distance, increased if its blend is shorter than the graph's window, in
+    /// metres.
+    pub(super) cost: f32,
+    /// Number of frames of the windows that its distance was measured of.
+    pub(super) compared: usize,
+}
+
+/// A window beside an event, one of a clip, and their distance.
+#[derive(Clone, Copy)]
+pub(super) struct WindowPair {
+    /// First frame of the window beside the event.
+    pub(super) beside: usize,
+    pub(super) clip: usize,
+    /// First frame of the clip's window.
+    pub(super) start: usize,
+    /// In metres.
+    pub(super) distance: f32,
+}
+
+/// Sorts the links of a part, which has one of each event at most, and keeps the closest.
+pub(super) fn keep_closest(part: &mut Vec<Candidate>) {
+    part.sort_by(|a, b| a.cost.total_cmp(&b.cost).then(a.event.cmp(&b.event)));
+    part.truncate(MOST);
+}

@@ -1,0 +1,84 @@
+//! Finds the closest links of events.
+
+use super::candidate::Candidate;
+use super::candidates::Candidates;
+use super::margin::{EventMargin, Side};
+use super::near_margins::NearMargins;
+use super::record::LinkRecord;
+use super::source::LinkSource;
+use crate::graph::watch::{BakeStage, Stopped};
+use crate::math::in_parallel;
+
+impl Candidates<'_> {
+    /// Finds the closest links of `events` on one side, closest first. `events` are in ascending order. Of each event at most one link is
+    /// kept for each `spread` frames of a clip, and of all events the [`MOST`] closest ones. Only moments that `allowed` contains are
+    /// linked; `None` allows all moments.
+    pub(super) fn find(
+        &mut self,
+        events: &[usize],
+        side: Side,
+        allowed: Option<&[bool]>,
+    ) -> Result<Vec<Candidate>, Stopped> {
+        let margins = self.margins(events, side);
+        let near = NearMargins::new(self, &margins, allowed);
+        let found = self.of_clips(|clip| near.closest(clip));
+        self.space.source.watch.check()?;
+        Ok(self.sorted(&found))
+    }
+
+    /// Finds the closest links before `events`, like [`Candidates::find`], and records them. Those that an earlier bake found are not
+    /// searched again.
+    pub(super) fn find_known(
+        &mut self,
+        events: &[usize],
+        record: &mut LinkRecord,
+    ) -> Result<Vec<Candidate>, Stopped> {
+        let known = self.space.source.known;
+        let margins = self.margins(events, Side::Before);
+        let near = NearMargins::new(self, &margins, None);
+        let ranges = known.ranges(&margins);
+        let found = self.of_clips(|clip| match known.parts(&self.space, &ranges, clip) {
+            Some(parts) => near.add_closest(ranges.new.iter().copied(), clip, parts),
+            None => near.closest(clip),
+        });
+        record.set_links(&margins, &found);
+        self.space.source.watch.check()?;
+        Ok(self.sorted(&found))
+    }
+
+    /// The ranges beside events. The windows are made.
+    fn margins(&mut self, events: &[usize], side: Side) -> Vec<EventMargin> {
+        let margins = events
+            .iter()
+            .filter_map(|&event| self.space.margin(event, side));
+        let margins: Vec<EventMargin> = margins.collect();
+        self.make_windows(margins.iter());
+        margins
+    }
+
+    /// The links of each part of each clip. After a stop they are those of the first clips.
+    fn of_clips(
+        &self,
+        of_clip: impl Fn(usize) -> Vec<Vec<Candidate>> + Sync,
+    ) -> Vec<Vec<Vec<Candidate>>> {
+        let LinkSource {
+            watch, settings, ..
+        } = self.space.source;
+        let stage = watch.stage(BakeStage::Links, settings.threads);
+        stage.in_parallel(self.space.source.aligner.clouds.len(), of_clip)
+    }
+
+    /// All links with their refined distances, closest first.
+    fn sorted(&self, found: &[Vec<Vec<Candidate>>]) -> Vec<Candidate> {
+        let refined = in_parallel(self.space.source.settings.threads, found.len(), |clip| {
+            let links = found[clip].iter().flatten();
+            links.filter_map(|&link| self.space.refined(link)).collect()
+        });
+        let mut found: Vec<Candidate> = { refined.into_iter() }
+            .flat_map(|links: Vec<_>| links)
+            .collect();
+        // The sort is stable, so that ties keep the order of clips and frames.
+        found.sort_by(|a, b| a.cost.total_cmp(&b.cost).then(a.event.cmp(&b.event)));
+        found
+    }
+}
