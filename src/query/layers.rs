@@ -7,6 +7,7 @@
 use super::ask::Query;
 use super::candidate::{Candidate, CandidateKind};
 use super::entries::{EntryScratch, USEFUL, rate_of};
+use super::layer_candidate::LayerCandidate;
 use super::layer_ranking::{AttackContact, LayerRanking, LayeredEvasion};
 use super::state::QueryState;
 use crate::anim::Envelope;
@@ -26,16 +27,6 @@ const WANTED: f32 = 0.06;
 
 /// Distance below which a layer is no candidate, in metres. A warp may bend away what is less deep.
 const DEEPEST: f32 = -0.05;
-
-/// An evasion whose upper body is layered.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct LayerCandidate {
-    pub layer: Layer,
-    /// Index in [`BakedGraph::evasions`](crate::maps::BakedGraph::evasions).
-    pub evasion: usize,
-    /// Distance from the attack by the ranking, in metres.
-    metres: f32,
-}
 
 /// Adds the layered evasions that come nearest to a narrow miss, if the natural motion is hit.
 pub(super) fn gather_layers(query: Query<'_>, state: &mut QueryState, scratch: &mut EntryScratch) {

@@ -26,6 +26,7 @@ mod evaluation;
 mod evaluation_input;
 mod gather;
 mod gather_moves;
+mod layer_candidate;
 mod layer_ranking;
 mod layers;
 pub(crate) mod moves;

@@ -1,7 +1,7 @@
 use super::candidate::CandidateList;
 use super::cull::QueryMaps;
 use super::entry_candidate::EntryCandidate;
-use super::layers::LayerCandidate;
+use super::layer_candidate::LayerCandidate;
 use super::moves::{MoveSearch, SearchReport};
 use super::request::ActiveRequest;
 use super::retime::RateError;

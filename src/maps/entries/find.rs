@@ -1,10 +1,11 @@
 //! Search for the entries and exits of all moments.
 
-use super::finder::{Finder, SearchBasis, Ways};
+use super::finder::{Finder, Ways};
 use super::layers::LayerSource;
 use super::limits::MeasuredMotion;
 use super::moment_search::MomentSearch;
 use super::record::{EarlierEntries, EntryRecord, TestTable};
+use super::search_basis::SearchBasis;
 use super::share::MomentShare;
 use super::targets::{ClipFrame, ClipPlaces, natural};
 use super::{EntrySettings, EntryTable, EntryTarget};

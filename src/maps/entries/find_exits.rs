@@ -1,6 +1,6 @@
 //! Search for the exits of all moments.
 
-use super::align::Aligned;
+use super::aligned::Aligned;
 use super::finder::{Departed, Finder, Scratch};
 use super::record::{MomentTests, TestTable};
 use super::stretches::PlayedFrames;

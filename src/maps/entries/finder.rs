@@ -1,6 +1,6 @@
 //! The search for cuts from one frame to some others.
 
-use super::align::{Aligned, FOOT_APART, Leaving, Points, ROOT_APART};
+use super::aligned::{Aligned, FOOT_APART, Leaving, Points, ROOT_APART};
 use super::examine::{Cut, Examiner};
 use super::frames::{EnteredMotion, FrameSampler, LeftMotion};
 use super::known_tests::KnownTests;
@@ -8,6 +8,7 @@ use super::layer_test::LayerTest;
 use super::limits::{DEPARTURES, MotionLimits, head};
 use super::near_stances::NearStances;
 use super::record::{Beyond, MomentTests, PairTest, TestBasis};
+use super::search_basis::SearchBasis;
 use super::slack::Slack;
 use super::spread::spread;
 use super::targets::{ClipFrame, ClipPlaces};
@@ -70,16 +71,6 @@ impl Ways {
         blends: &EXIT_BLENDS,
         rates: &[1.0],
     };
-}
-
-/// What all searches of a bake read.
-#[derive(Clone, Copy)]
-pub(super) struct SearchBasis<'a> {
-    pub(super) graph: &'a MotionGraph,
-    pub(super) limits: &'a MotionLimits,
-    pub(super) places: &'a ClipPlaces,
-    /// Number of threads, 0 for one per CPU core.
-    pub(super) threads: usize,
 }
 
 /// The search among some frames.

@@ -4,10 +4,9 @@ use glam::Vec3;
 
 use super::limits::head;
 use super::targets::ClipFrame;
+use super::turns::turns;
 use crate::anim::{Chain, JointId, JointTransform, Pose, Skeleton};
-use crate::graph::{
-    ClipId, EdgeMotion, Entry, LegPose, Motion, MotionGraph, Playhead, rotation_vector,
-};
+use crate::graph::{ClipId, EdgeMotion, Entry, LegPose, Motion, MotionGraph, Playhead};
 use crate::math::Rigid2;
 
 /// A frame of a motion, in the space of its clip.
@@ -202,11 +201,4 @@ impl<'a> FrameSampler<'a> {
             && from.clip == place.clip
             && (from.frame as f32 + at.frame - place.frame).abs() < ROUNDING
     }
-}
-
-/// Rotation vector of each joint between two poses, in radians.
-pub(super) fn turns(from: &Pose, to: &Pose) -> Vec<Vec3> {
-    let both = from.rotations.iter().zip(&to.rotations);
-    both.map(|(from, to)| rotation_vector(*to * from.conjugate()))
-        .collect()
 }

@@ -7,11 +7,12 @@ use glam::{Quat, Vec3};
 
 use super::BLENDS;
 use super::examine::Examiner;
-use super::frames::{FrameSampler, turns};
+use super::frames::FrameSampler;
 use super::joint_steps::{JointLimits, JointSteps};
 use super::limits::{MotionLimits, head};
 use super::record::Beyond;
 use super::slack::Slack;
+use super::turns::turns;
 use crate::anim::{Envelope, JointId, Pose, slerp};
 use crate::graph::{MotionGraph, Node, Playhead, layer_tilt};
 

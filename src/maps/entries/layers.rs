@@ -2,11 +2,12 @@
 
 use glam::{Quat, Vec3};
 
-use super::finder::{Departed, Finder, Scratch, SearchBasis};
+use super::finder::{Departed, Finder, Scratch};
 use super::known_tests::KnownTests;
 use super::layer_test::{LayerBase, LayerTest};
 use super::limits::{MotionLimits, head};
 use super::record::{Beyond, PairTest, TestBasis};
+use super::search_basis::SearchBasis;
 use super::slack::Slack;
 use super::spread::spread;
 use super::targets::ClipFrame;

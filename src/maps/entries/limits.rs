@@ -8,8 +8,8 @@
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
-use super::frames::turns;
 use super::slack::{Limit, LimitId, Slack};
+use super::turns::turns;
 use crate::anim::{Clip, JointId, JointTransform, Pose, Skeleton, forward_kinematics};
 use crate::graph::MotionGraph;
 use crate::math::in_parallel;

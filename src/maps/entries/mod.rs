@@ -6,6 +6,7 @@
 //! are measured in the clips ([`MotionLimits`]). An entry takes four bytes.
 
 mod align;
+mod aligned;
 mod examine;
 mod exits;
 mod find;
@@ -22,6 +23,7 @@ mod moment_search;
 mod near_stances;
 mod record;
 mod report;
+mod search_basis;
 mod share;
 mod slack;
 mod spread;
@@ -32,6 +34,7 @@ mod targets;
 #[cfg(test)]
 mod tests;
 mod tracks;
+mod turns;
 
 use serde::{Deserialize, Serialize};
 
