@@ -39,8 +39,6 @@ pub(crate) mod track;
 
 pub use atlas::RegionAtlas;
 pub(crate) use atlas::RegionId;
-#[cfg(feature = "vulkan")]
-pub(crate) use atlas::{PackedAtlas, PackedMap, PackedMaps};
 pub(crate) use attack_grid::AttackOption;
 pub use attack_grid::{AttackGrid, AttackGridSettings};
 pub use attack_move::AttackMove;

@@ -1,10 +1,11 @@
 //! The evasions' maps as shaders read them, and the bounding rectangle of each slice.
 
 use super::map_bits::MapBits;
+use super::packed::{PackedAtlas, PackedMap, PackedMaps, words};
 use super::pairs::Pairs;
 use crate::{
     gpu::{Counting, GpuError, error::within},
-    maps::{MapRect, PackedAtlas, PackedMap, PackedMaps, RegionAtlas, Slab, SlabMaps},
+    maps::{MapRect, RegionAtlas, Slab, SlabMaps},
     math::{each, in_parallel},
     query::cull::{Counted, CullCandidate},
 };
@@ -67,7 +68,7 @@ pub(super) struct Maps {
 impl Maps {
     pub(super) fn new(atlas: &RegionAtlas, counting: Counting) -> Result<Self, GpuError> {
         let slices = atlas.grid().slices as usize;
-        let packed = atlas.pack();
+        let packed = PackedAtlas::new(atlas);
         let pairs = match slices {
             1 => Pairs::new(atlas),
             _ => None,
@@ -138,7 +139,7 @@ impl Maps {
             out.copy_from_slice(words);
             return;
         }
-        let parts = atlas.words().map_while(|words| {
+        let parts = words(atlas).map_while(|words| {
             let to = out.split_off_mut(..words.len())?;
             Some((to, words))
         });

@@ -12,6 +12,7 @@ mod drawing;
 mod gathered;
 mod map_bits;
 mod maps;
+mod packed;
 mod packing;
 mod pairs;
 mod path;
