@@ -9,7 +9,7 @@ use std::ops::Range;
 use super::blocks::SPAN;
 use crate::{
     gpu::{GpuError, error::within},
-    maps::{MapGrid, MapRect, MaskMap, RegionAtlas, RegionMaps},
+    maps::{BitMap, MapGrid, MapRect, MaskMap, RegionAtlas, RegionMaps},
     math::{each, in_parallel},
 };
 
@@ -72,6 +72,7 @@ struct Plane {
 /// Planes of a region, entry by entry. `None` where no texel is set.
 #[derive(Debug)]
 struct RegionLayout {
+    slices: u32,
     planes: Vec<Option<Plane>>,
     /// Number of words, from the first entry on.
     words: usize,
@@ -146,6 +147,7 @@ impl RegionLayout {
     fn new(region: &RegionMaps, slices: u32) -> Self {
         let entries = planes_of_slab(slices) as usize * region.slabs.len();
         let mut layout = Self {
+            slices,
             planes: Vec::with_capacity(entries),
             words: ENTRY * entries,
         };
@@ -188,21 +190,27 @@ impl RegionLayout {
                 entry[2] = halves(plane.sides);
             }
         }
-        let of_slab = self.planes.len() / region.slabs.len().max(1);
-        for (slab, planes) in region.slabs.iter().zip(self.planes.chunks(of_slab.max(1))) {
-            let [body, outer] = [0, 1].map(|map| &planes[map * (of_slab / 2)..][..of_slab / 2]);
+        let of_slabs = self
+            .planes
+            .chunks_exact(planes_of_slab(self.slices) as usize);
+        for (slab, planes) in region.slabs.iter().zip(of_slabs) {
+            let (body, planes) = planes.split_at(self.slices as usize);
+            let (outer, evasion) = planes.split_at(self.slices as usize);
             draw_slices(&slab.body, body, words);
             draw_slices(&slab.outer, outer, words);
-            if let Some(Some(plane)) = planes.last() {
-                let rect = slab.evasion.rect();
-                let rows = slab.evasion.words();
-                let rows = rows.chunks(slab.evasion.words_per_row().max(1));
-                for (row, v) in rows.zip(rect.v..) {
-                    for (&texels, u) in row.iter().zip((rect.u..).step_by(RUN)) {
-                        plane.set_run(words, [u, v], texels);
-                    }
-                }
+            if let [Some(plane)] = evasion {
+                draw_bits(&slab.evasion, plane, words);
             }
+        }
+    }
+}
+
+/// Draws a map of bits into its plane.
+fn draw_bits(map: &BitMap, plane: &Plane, words: &mut [u32]) {
+    let rows = map.words().chunks(map.words_per_row().max(1));
+    for (row, v) in rows.zip(map.rect().v..) {
+        for (&texels, u) in row.iter().zip((map.rect().u..).step_by(RUN)) {
+            plane.set_run(words, [u, v], texels);
         }
     }
 }

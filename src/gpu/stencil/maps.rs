@@ -1,7 +1,7 @@
 //! The evasions' maps as shaders read them, and the bounding rectangle of each slice.
 
 use super::map_bits::MapBits;
-use super::packed::{PackedAtlas, PackedMap, PackedMaps, words};
+use super::packed::{SlabNumbers, places, words};
 use super::pairs::Pairs;
 use crate::{
     gpu::{Counting, GpuError, error::within},
@@ -52,15 +52,16 @@ pub(super) struct CandidateMap<'a> {
 /// The maps of an atlas.
 #[derive(Debug)]
 pub(super) struct Maps {
-    packed: PackedAtlas,
+    slabs: SlabNumbers,
+    /// Number of words of the atlas.
+    unpaired: usize,
     /// Words of pairs, which take the place of the atlas's. They are freed once they have been uploaded.
     paired: Option<Vec<u32>>,
-    /// `[map of the packed atlas][part]`.
+    /// `[slab][part]`.
     bits: Vec<[MapBits; 4]>,
-    /// `[map of the packed atlas][part][whole, then by slice]`.
+    /// `[slab][part][whole, then by slice]`.
     reaches: Vec<Reach>,
     slices: usize,
-    regions: usize,
     /// Whether body and evasion maps are counted at once.
     are_pairs: bool,
 }
@@ -68,7 +69,6 @@ pub(super) struct Maps {
 impl Maps {
     pub(super) fn new(atlas: &RegionAtlas, counting: Counting) -> Result<Self, GpuError> {
         let slices = atlas.grid().slices as usize;
-        let packed = PackedAtlas::new(atlas);
         let pairs = match slices {
             1 => Pairs::new(atlas),
             _ => None,
@@ -76,11 +76,7 @@ impl Maps {
         let are_pairs = pairs.is_some() && counting == Counting::Atomics;
         let (bits, paired) = match pairs {
             Some(pairs) => (pairs.bits, Some(pairs.words)),
-            None => {
-                let maps = packed.maps.iter();
-                let bits = maps.map(|maps| mask_bits(maps, packed.lanes));
-                (bits.collect(), None)
-            }
+            None => (places(atlas), None),
         };
         let regions = atlas.regions();
         let reaches = in_parallel(0, regions.len(), |region| {
@@ -91,7 +87,8 @@ impl Maps {
             reaches
         });
         let maps = Self {
-            packed,
+            slabs: SlabNumbers::new(atlas),
+            unpaired: atlas.bytes() / 4,
             paired,
             // Both maps begin with the body's.
             bits: bits
@@ -100,7 +97,6 @@ impl Maps {
                 .collect(),
             reaches: reaches.concat(),
             slices,
-            regions: regions.len(),
             are_pairs,
         };
         within(
@@ -130,7 +126,7 @@ impl Maps {
 
     /// Number of words of all maps.
     pub(super) fn word_count(&self) -> usize {
-        self.paired.as_ref().map_or(self.packed.words, Vec::len)
+        self.paired.as_ref().map_or(self.unpaired, Vec::len)
     }
 
     /// Writes the words of all maps of the atlas that these are of, before [`Maps::forget_words`].
@@ -160,12 +156,12 @@ impl Maps {
 
     /// Checks that candidates belong to this atlas.
     pub(super) fn check(&self, candidates: &[CullCandidate]) -> Result<(), GpuError> {
-        let stranger = |one: &CullCandidate| one.region.index() >= self.regions;
+        let stranger = |one: &CullCandidate| one.region.index() >= self.slabs.regions();
         match candidates.iter().position(stranger) {
             Some(candidate) => Err(GpuError::NoSuchRegion {
                 candidate,
                 region: candidates[candidate].region.0,
-                regions: self.regions,
+                regions: self.slabs.regions(),
             }),
             None => Ok(()),
         }
@@ -178,7 +174,7 @@ impl Maps {
         slab: Slab,
         part: Part,
     ) -> Option<CandidateMap<'_>> {
-        let entry = self.packed.find(candidate.region, slab)?;
+        let entry = self.slabs.find(candidate.region, slab)?;
         let each = self.slices + 1;
         let first = (entry as usize * Part::ALL.len() + part as usize) * each;
         let bits = &self.bits[entry as usize][part as usize];
@@ -186,28 +182,6 @@ impl Maps {
             bits,
             reaches: &self.reaches[first..first + each],
         })
-    }
-}
-
-/// Maps of masks: body, outer, evasion.
-fn mask_bits(maps: &PackedMaps, lanes: u32) -> [MapBits; 3] {
-    let log2 = 4 + lanes.max(1);
-    [
-        map_bits(maps.body, log2),
-        map_bits(maps.outer, log2),
-        map_bits(maps.evasion, 0),
-    ]
-}
-
-fn map_bits(map: PackedMap, texel_bits_log2: u32) -> MapBits {
-    MapBits {
-        u: map.u,
-        v: map.v,
-        width: map.width,
-        height: map.height,
-        first_bit: 32 * map.word,
-        row_bits: 32 * map.words_per_row,
-        texel_bits_log2,
     }
 }
 
