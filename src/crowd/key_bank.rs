@@ -9,7 +9,7 @@ use super::clip_range::ClipRange;
 use super::frame_keys::FrameKeys;
 use super::quantise::Keys;
 use super::tracks::{Place, Tracks};
-use crate::math::{KeyUnit, UnitHalves};
+use crate::math::{KeyUnit, UnitHalves, sorted_indices};
 
 /// The keys of all clips.
 #[derive(Clone, Debug, Default)]
@@ -63,11 +63,11 @@ impl TrackPlaces {
             columns.push(column_count);
             column_count += KeyUnit::QUAD + place.columns();
         }
-        let mut order: Vec<usize> = (0..tracks.len()).collect();
-        order.sort_by_key(|&track| {
+        let key = |&track: &usize| {
             let [first, last] = tracks.levels[track];
             (first > 0, std::cmp::Reverse(last))
-        });
+        };
+        let order = sorted_indices(tracks.len(), &|a, b| key(a).cmp(&key(b)));
         let mut quads = vec![0; tracks.len()];
         let (mut quad, mut is_first) = (0, true);
         for track in order {

@@ -10,6 +10,7 @@ use super::duel_state::Duel;
 use crate::anim::{JointTransform, Pose, forward_kinematics};
 use crate::graph::{EdgeId, Motion, MotionStep, Playhead};
 use crate::maps::AttackOption;
+use crate::math::sort_rarely;
 use crate::query::Attack;
 
 /// An attack of the grid, with its rank.
@@ -40,7 +41,9 @@ impl Duel<'_> {
                 rank: self.rng.share() + 2.0 * used,
             });
         }
-        options.sort_by(|a, b| a.rank.total_cmp(&b.rank).then(a.option.cmp(&b.option)));
+        sort_rarely(&mut options, |a, b| {
+            a.rank.total_cmp(&b.rank).then(a.option.cmp(&b.option))
+        });
         options
             .iter()
             .find_map(|choice| self.challenge_by(choice.option, &them))

@@ -8,7 +8,7 @@ use super::duel_state::Duel;
 use super::side::Side;
 use crate::anim::EventKind;
 use crate::graph::{EdgeMotion, Motion, MotionGraph, MotionStep, NodeId};
-use crate::math::Rigid2;
+use crate::math::{Rigid2, sorted_indices};
 use crate::query::MoveSettings;
 use crate::query::moves::MoveSearchDesc;
 
@@ -51,8 +51,7 @@ impl Duel<'_> {
             let cost = self.cost(side, &motion, &other);
             ways.push(RatedMotion { motion, cost });
         }
-        let mut order: Vec<usize> = (0..ways.len()).collect();
-        order.sort_by(|&a, &b| ways[a].cost.total_cmp(&ways[b].cost).then(a.cmp(&b)));
+        let order = sorted_indices(ways.len(), &|&a, &b| ways[a].cost.total_cmp(&ways[b].cost));
         let seconds = self.settings.window;
         let fits = |way: &Motion| {
             self.keeps_distance([way, &other], seconds)

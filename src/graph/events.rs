@@ -2,6 +2,7 @@
 
 use super::{ClipId, ClipSource, GraphError, GraphEvent};
 use crate::anim::{Clip, Event, EventKind};
+use crate::math::{sort_rarely, sorted_indices};
 
 /// Events in frames of `clips`, which have the frame rate `frame_rate`. An event shorter than a
 /// frame has no motion, so it gets no edge and is reported as dropped.
@@ -53,12 +54,11 @@ pub(super) fn in_frames(
 
 /// Two events of one kind that have the same frames, by their positions.
 pub(super) fn twice(events: &[GraphEvent]) -> Option<[usize; 2]> {
-    let mut order: Vec<usize> = (0..events.len()).collect();
     let key = |&index: &usize| {
         let event = &events[index];
         (event.clip, event.first, event.last, event.kind)
     };
-    order.sort_by_key(key);
+    let order = sorted_indices(events.len(), &|a, b| key(a).cmp(&key(b)));
     let mut pairs = order.windows(2);
     let pair = pairs.find(|pair| key(&pair[0]) == key(&pair[1]))?;
     Some([pair[0], pair[1]])
@@ -67,10 +67,9 @@ pub(super) fn twice(events: &[GraphEvent]) -> Option<[usize; 2]> {
 /// Events that overlap, merged: one event for each group, from the first start to the last end, in the order of the first of each group.
 /// What overlaps an evasion at whose start the group starts is an evasion.
 pub(super) fn merged(events: &[GraphEvent]) -> Vec<GraphEvent> {
-    let mut order: Vec<usize> = (0..events.len()).collect();
-    order.sort_by_key(|&index| (events[index].clip, events[index].first, index));
+    let start = |&index: &usize| (events[index].clip, events[index].first);
     let mut groups: Vec<(usize, GraphEvent)> = Vec::new();
-    for index in order {
+    for index in sorted_indices(events.len(), &|a, b| start(a).cmp(&start(b))) {
         let event = &events[index];
         match groups.last_mut() {
             Some((first, group)) if group.clip == event.clip && event.first < group.last => {
@@ -83,7 +82,7 @@ pub(super) fn merged(events: &[GraphEvent]) -> Vec<GraphEvent> {
             _ => groups.push((index, event.clone())),
         }
     }
-    groups.sort_by_key(|(first, _)| *first);
+    sort_rarely(&mut groups, |a, b| a.0.cmp(&b.0));
     groups.into_iter().map(|(_, group)| group).collect()
 }
 

@@ -6,7 +6,7 @@ use super::events::EventCover;
 use super::feet::Feet;
 use super::ids::{ClipId, EdgeId, EventId, NodeId};
 use crate::anim::{Chain, Clip, EventKind, Facing, JointId, Leg, Rig, Skeleton};
-use crate::math::{Rigid2, fill};
+use crate::math::{Rigid2, fill, sort_rarely};
 
 /// A pose where motion can branch.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
@@ -105,10 +105,11 @@ impl PartialEq for KnownRig {
 impl MotionGraph {
     /// Sorts the edges and builds the index of each node's first edge.
     pub(super) fn with_index(mut self) -> Self {
-        self.edges.sort_by_key(|edge| {
+        let key = |edge: &Edge| {
             let order = (edge.motion != EdgeMotion::Clip, edge.event.is_none());
             (edge.from, order, edge.to)
-        });
+        };
+        sort_rarely(&mut self.edges, |a, b| key(a).cmp(&key(b)));
         let nodes = self.nodes.len() as u32;
         self.first_edge = (0..=nodes)
             .map(|node| self.edges.partition_point(|edge| edge.from.0 < node) as u32)
@@ -289,7 +290,7 @@ impl MotionGraph {
                 played.push((from.clip, from.frame, from.frame + edge.frames));
             }
         }
-        played.sort_unstable();
+        sort_rarely(&mut played, Ord::cmp);
         let (mut frames, mut end) = (0, (ClipId(0), 0));
         for (clip, first, last) in played {
             let first = if clip == end.0 {

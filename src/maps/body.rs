@@ -3,7 +3,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{BodySphere, Prop};
 use crate::anim::{Clip, JointId, JointKind, JointTransform, Pose, Skeleton};
-use crate::math::in_parallel;
+use crate::math::{in_parallel, sort_rarely};
 
 /// The body as spheres on its bones, with the props that it holds.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -92,7 +92,7 @@ impl Body {
             radius,
         }));
         // Spheres are sorted by joint, so that all spheres of a joint are transformed together.
-        spheres.sort_by_key(|sphere| sphere.joint);
+        sort_rarely(&mut spheres, |a, b| a.joint.cmp(&b.joint));
         if spheres.is_empty() {
             spheres.push(BodySphere {
                 joint: JointId::ROOT,

@@ -165,7 +165,7 @@ struct WordsAvx2(());
 struct WordsAvx512(());
 
 impl Words for WordsPortable {
-    #[inline(always)]
+    #[inline(never)]
     fn at(self, table: &[u32], places: &[u32; 16]) -> [u32; 16] {
         places.map(|place| table.get(place as usize).copied().unwrap_or(0))
     }

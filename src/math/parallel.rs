@@ -1,7 +1,6 @@
 //! Work shared out among threads, with results in order.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
-#[cfg(feature = "vulkan")]
 use std::sync::{Mutex, PoisonError};
 
 /// `work(0)` to `work(count - 1)`, in order, done by `threads` threads; 0 for as many as the
@@ -15,74 +14,50 @@ pub fn in_parallel<T: Send>(
     /// Number of consecutive runs that a thread takes at a time, if there are enough.
     const RUNS: usize = 16;
     let threads = thread_count(threads).min(count).max(1);
-    if threads == 1 {
-        return (0..count).map(work).collect();
-    }
     let length = (count / (threads * RUNS)).max(1);
+    let runs: Vec<Mutex<Vec<T>>> = (0..count)
+        .step_by(length)
+        .map(|_| Mutex::default())
+        .collect();
     let next = AtomicUsize::new(0);
-    let take = || {
-        let mut runs: Vec<(usize, Vec<T>)> = Vec::new();
+    on_threads(threads, &|| {
         loop {
-            let first = next.fetch_add(length, Ordering::Relaxed);
-            if first >= count {
-                return runs;
-            }
-            let run = first..(first + length).min(count);
-            runs.push((first, run.map(&work).collect()));
+            let number = next.fetch_add(1, Ordering::Relaxed);
+            let Some(run) = runs.get(number) else { return };
+            let first = number * length;
+            let done = (first..(first + length).min(count)).map(&work).collect();
+            *run.lock().unwrap_or_else(PoisonError::into_inner) = done;
         }
-    };
-    let mut runs = std::thread::scope(|scope| {
-        let workers: Vec<_> = (1..threads).map(|_| scope.spawn(take)).collect();
-        let mut runs = take();
-        for worker in workers {
-            match worker.join() {
-                Ok(more) => runs.extend(more),
-                Err(panic) => std::panic::resume_unwind(panic),
-            }
-        }
-        runs
     });
-    runs.sort_unstable_by_key(|&(first, _)| first);
-    runs.into_iter().flat_map(|(_, run)| run).collect()
+    let mut results = Vec::with_capacity(count);
+    for run in runs {
+        results.append(&mut run.into_inner().unwrap_or_else(PoisonError::into_inner));
+    }
+    results
 }
 
 /// Sets each value of a list to that of `work`, by as many threads as the machine has.
 pub(crate) fn fill<T: Send>(list: &mut [T], work: impl Fn(usize) -> T + Sync) {
     let length = list.len().div_ceil(thread_count(0)).max(1);
-    std::thread::scope(|scope| {
-        for (part, values) in list.chunks_mut(length).enumerate() {
-            let work = &work;
-            scope.spawn(move || {
-                for (value, index) in values.iter_mut().zip(part * length..) {
-                    *value = work(index);
-                }
-            });
+    each(list.chunks_mut(length).enumerate(), |(part, values), ()| {
+        for (value, index) in values.iter_mut().zip(part * length..) {
+            *value = work(index);
         }
     });
 }
 
 /// Works on each part once, by as many threads as the machine has; each has a scratch of its own.
-#[cfg(feature = "vulkan")]
 pub(crate) fn each<T: Send, S: Default>(
     parts: impl Iterator<Item = T> + Send,
     work: impl Fn(T, &mut S) + Sync,
 ) {
     let parts = Mutex::new(parts);
-    let take = || {
+    let next = || parts.lock().unwrap_or_else(PoisonError::into_inner).next();
+    on_threads(thread_count(0), &|| {
         let mut scratch = S::default();
-        loop {
-            let part = parts.lock().unwrap_or_else(PoisonError::into_inner).next();
-            match part {
-                Some(part) => work(part, &mut scratch),
-                None => return,
-            }
+        while let Some(part) = next() {
+            work(part, &mut scratch);
         }
-    };
-    std::thread::scope(|scope| {
-        for _ in 1..thread_count(0) {
-            scope.spawn(take);
-        }
-        take();
     });
 }
 
@@ -96,6 +71,20 @@ pub(crate) fn both<A: Send, B>(a: impl FnOnce() -> A + Send, b: impl FnOnce() ->
             Err(panic) => std::panic::resume_unwind(panic),
         }
     })
+}
+
+/// Does the same on a number of threads, of which the caller's is one. The work is not generic:
+/// what starts and joins threads is compiled once, not for each use.
+fn on_threads(threads: usize, work: &(dyn Fn() + Sync)) {
+    std::thread::scope(|scope| {
+        let workers: Vec<_> = (1..threads).map(|_| scope.spawn(work)).collect();
+        work();
+        for worker in workers {
+            if let Err(panic) = worker.join() {
+                std::panic::resume_unwind(panic);
+            }
+        }
+    });
 }
 
 /// How many threads a setting asks for: 0 for as many as the machine has.
@@ -122,7 +111,6 @@ mod tests {
         assert_eq!(both(|| 1, || 2), (1, 2));
     }
 
-    #[cfg(feature = "vulkan")]
     #[test]
     fn each_part_is_worked_on_once() {
         let mut list = vec![0u32; 100];

@@ -52,7 +52,7 @@ pub(super) fn reject_blocked(query: Query<'_>, state: &mut QueryState) {
             }),
         }
     }
-    known.sort_unstable_by_key(|hit| hit.path);
+    candidates.sort_known();
 }
 
 /// Drops the entered evasions that enter an obstacle, except one if all do. `natural_until` is the time until which the natural motion

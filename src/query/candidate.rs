@@ -84,6 +84,11 @@ impl CandidateList {
                     evaluated: *evaluated,
                 })
             }));
+        self.sort_known();
+    }
+
+    /// Sorts the stored results by path.
+    pub(super) fn sort_known(&mut self) {
         self.known.sort_unstable_by_key(|hit| hit.path);
     }
 

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use super::LegBlend;
 use crate::graph::{ClipMatch, Edge, MotionGraph, Node, NodeId, Transition};
-use crate::math::Rigid2;
+use crate::math::{Rigid2, sort_rarely};
 
 /// A transition, by its clips and frames.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
@@ -24,7 +24,7 @@ pub(in crate::graph) type FootPlanList = Vec<(DartKey, Option<FootPlan>)>;
 /// The plans, sorted.
 pub(in crate::graph) fn sorted(plans: FootPlans) -> FootPlanList {
     let mut list: FootPlanList = plans.into_iter().collect();
-    list.sort_unstable_by_key(|(key, _)| *key);
+    sort_rarely(&mut list, |(a, _), (b, _)| a.cmp(b));
     list
 }
 

@@ -1,5 +1,7 @@
 //! A possible link, and the windows that it is between.
 
+use std::cmp::Ordering;
+
 use crate::graph::Transition;
 
 /// Maximum number of links of one part of a clip. It bounds the search by the clips' duration, however many events there are, and is more
@@ -19,6 +21,13 @@ pub(super) struct Candidate {
     pub(super) compared: usize,
 }
 
+impl Candidate {
+    /// The order by cost, then by event.
+    pub(super) fn closest_first(&self, other: &Self) -> Ordering {
+        { self.cost.total_cmp(&other.cost) }.then(self.event.cmp(&other.event))
+    }
+}
+
 /// A window beside an event, one of a clip, and their distance.
 #[derive(Clone, Copy)]
 pub(super) struct WindowPair {
@@ -33,6 +42,6 @@ pub(super) struct WindowPair {
 
 /// Sorts the links of a part, which has one of each event at most, and keeps the closest.
 pub(super) fn keep_closest(part: &mut Vec<Candidate>) {
-    part.sort_by(|a, b| a.cost.total_cmp(&b.cost).then(a.event.cmp(&b.event)));
+    part.sort_by(Candidate::closest_first);
     part.truncate(MOST);
 }

@@ -78,7 +78,7 @@ impl Candidates<'_> {
             .flat_map(|links: Vec<_>| links)
             .collect();
         // The sort is stable, so that ties keep the order of clips and frames.
-        found.sort_by(|a, b| a.cost.total_cmp(&b.cost).then(a.event.cmp(&b.event)));
+        found.sort_by(Candidate::closest_first);
         found
     }
 }

@@ -4,6 +4,7 @@ use super::minima::{CloseMinima, Minimum};
 use super::{MapBand, SearchSettings};
 use crate::graph::record::BandRecord;
 use crate::graph::{GraphError, GraphSettings, Transition};
+use crate::math::sorted_indices;
 
 /// Collects the minima of all bands and turns them into transitions, map by map.
 #[derive(Debug)]
@@ -104,12 +105,9 @@ fn keep_closest(transitions: &mut Vec<Transition>, length: usize, most: usize) {
         return;
     }
     let stretch = |t: &Transition| (t.source_clip, t.source_frame / length);
-    let mut order: Vec<usize> = (0..transitions.len()).collect();
-    order.sort_by(|&a, &b| {
-        let (x, y) = (&transitions[a], &transitions[b]);
-        { stretch(x).cmp(&stretch(y)) }
-            .then(x.distance.total_cmp(&y.distance))
-            .then(a.cmp(&b))
+    let order = sorted_indices(transitions.len(), &|&a, &b| {
+        let (a, b) = (&transitions[a], &transitions[b]);
+        { stretch(a).cmp(&stretch(b)) }.then(a.distance.total_cmp(&b.distance))
     });
     let same = |&a: &usize, &b: &usize| stretch(&transitions[a]) == stretch(&transitions[b]);
     let stretches = order.chunk_by(same).count();

@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::{MapBand, SearchSettings};
 use crate::graph::distance::DistanceMap;
 use crate::graph::{GraphError, GraphSettings};
+use crate::math::sort_rarely;
 
 /// A pair of similar windows.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -154,7 +155,7 @@ impl Rows<'_> {
 
 /// Sorts the minima, best first, and removes those that are close to a better one.
 fn thin_out(mut found: Vec<Minimum>, separation: usize) -> Vec<Minimum> {
-    found.sort_by(|x, y| {
+    sort_rarely(&mut found, |x, y| {
         x.distance
             .total_cmp(&y.distance)
             .then((x.a, x.b).cmp(&(y.a, y.b)))

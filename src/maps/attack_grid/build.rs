@@ -7,7 +7,7 @@ use super::{AttackGrid, AttackGridSettings, AttackOption, Contact, FiledCell, ce
 use crate::graph::NodeId;
 use crate::maps::paths::{self, PathSource, PathTable};
 use crate::maps::{BakedGraph, Retimable};
-use crate::math::{Sphere, in_parallel};
+use crate::math::{Sphere, in_parallel, sort_rarely};
 
 /// A candidate entry of the grid.
 #[derive(Clone, Copy)]
@@ -114,14 +114,16 @@ impl NodeSearch<'_> {
                 });
             }
         }
-        candidates.sort_unstable_by(|a, b| {
+        sort_rarely(&mut candidates, |a, b| {
             (a.cell, a.attack)
                 .cmp(&(b.cell, b.attack))
                 .then(a.cost.total_cmp(&b.cost))
                 .then(a.option.cmp(&b.option))
         });
         candidates.dedup_by_key(|candidate| (candidate.cell, candidate.attack));
-        candidates.sort_by(|a, b| a.cell.cmp(&b.cell).then(a.cost.total_cmp(&b.cost)));
+        sort_rarely(&mut candidates, |a, b| {
+            a.cell.cmp(&b.cell).then(a.cost.total_cmp(&b.cost))
+        });
         let mut kept = 0;
         let mut last = None;
         candidates.retain(|candidate| {

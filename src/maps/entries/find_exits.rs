@@ -7,6 +7,7 @@ use super::stretches::PlayedFrames;
 use super::{EntryTable, KnownEntry, MomentLists};
 use crate::graph::watch::WatchedStage;
 use crate::graph::{ClipId, Node};
+use crate::math::sort_rarely;
 
 impl EntryTable {
     /// Finds exits of the moments of stretches without a branch point that are longer than `longest` seconds. The result does not depend on
@@ -84,7 +85,9 @@ impl Finder<'_> {
         let mut nearest: Vec<Aligned> = near
             .filter_map(|target| self.align(&from.at, target))
             .collect();
-        nearest.sort_unstable_by(|a, b| a.cost.total_cmp(&b.cost).then(a.target.cmp(&b.target)));
+        sort_rarely(&mut nearest, |a, b| {
+            a.cost.total_cmp(&b.cost).then(a.target.cmp(&b.target))
+        });
         let mut considered = 0.0;
         for (rank, aligned) in nearest.into_iter().enumerate() {
             if found.len() == MOST || rank >= EXAMINED && (!found.is_empty() || rank >= LAST) {

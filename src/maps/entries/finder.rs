@@ -15,7 +15,7 @@ use super::targets::{ClipFrame, ClipPlaces};
 use super::{BLENDS, EXIT_BLENDS, EntryWay, KnownEntry, RATES, Stance};
 use crate::anim::{Facing, JointId};
 use crate::graph::{MotionGraph, Node};
-use crate::math::in_parallel;
+use crate::math::{in_parallel, sort_rarely};
 
 pub(super) struct Scratch<'a> {
     pub(super) sampler: FrameSampler<'a>,
@@ -229,7 +229,7 @@ impl<'a> Finder<'a> {
             }
             found.extend(self.plausible(from, aligned, scratch));
         }
-        found.sort_unstable_by_key(|entry| entry.target);
+        sort_rarely(&mut found, |a, b| a.target.cmp(&b.target));
         found
     }
 

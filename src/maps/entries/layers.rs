@@ -15,6 +15,7 @@ use super::{BLENDS, EntryTarget, EntryWay, KnownEntry, RATES};
 use crate::anim::{JointId, Pose, forward_kinematics};
 use crate::graph::{MotionGraph, Node, heading};
 use crate::maps::Evasion;
+use crate::math::sort_rarely;
 
 /// Distance that an evasion has to move the head over the pelvis to be layered, in metres.
 const LEANS: f32 = 0.12;
@@ -153,7 +154,7 @@ impl Finder<'_> {
             scratch.tests.push(tested);
             found.extend(tested.entry());
         }
-        found.sort_unstable_by_key(|layer| layer.target);
+        sort_rarely(&mut found, |a, b| a.target.cmp(&b.target));
         (found, beyond)
     }
 }

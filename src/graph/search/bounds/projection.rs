@@ -6,6 +6,7 @@
 //! they are.
 
 use crate::graph::distance::Windows;
+use crate::math::sorted_indices;
 
 /// Number of directions for heights.
 pub(super) const HEIGHTS: usize = 6;
@@ -123,12 +124,10 @@ impl Projection {
             }
         }
         let best = |pairs: &[[usize; 2]], kept: &[f64], count: usize| {
-            let mut order: Vec<usize> = (0..pairs.len()).collect();
-            order.sort_by(|&a, &b| kept[b].total_cmp(&kept[a]));
-            order
-                .iter()
+            sorted_indices(pairs.len(), &|&a, &b| kept[b].total_cmp(&kept[a]))
+                .into_iter()
                 .take(count)
-                .map(|&index| pairs[index])
+                .map(|index| pairs[index])
                 .collect()
         };
         self.of_heights = best(&high, &kept[0], HEIGHTS);
