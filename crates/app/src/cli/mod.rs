@@ -6,6 +6,7 @@ mod answer_files;
 mod answer_folder;
 mod bake;
 mod cancel;
+mod canvas;
 mod chart;
 mod clip_sizes;
 mod compare;

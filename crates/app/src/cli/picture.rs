@@ -9,6 +9,8 @@ use plotters::style::{FontStyle, register_font};
 use sabaki::archive;
 use sabaki_app::film::png;
 
+use super::canvas::Canvas;
+
 /// The colour of text and axes.
 pub(crate) const INK: RGBColor = RGBColor(38, 44, 56);
 
@@ -68,9 +70,12 @@ impl Picture {
     }
 
     /// What plotters draws into. The embedded font is registered.
-    pub(crate) fn canvas(&mut self) -> BitMapBackend<'_> {
+    pub(crate) fn canvas(&mut self) -> Canvas<'_> {
         embed_font();
-        BitMapBackend::with_buffer(&mut self.pixels, (self.size[0], self.size[1]))
+        Canvas(BitMapBackend::with_buffer(
+            &mut self.pixels,
+            (self.size[0], self.size[1]),
+        ))
     }
 
     /// Copies another picture into this one. What would lie outside is cut off.
@@ -85,45 +90,13 @@ impl Picture {
         }
     }
 
-    /// Writes a line of text; the place is its upper left corner. Plotters puts letters on whole pixels, which leaves uneven gaps in small
-    /// text: it is drawn some times as large, and each pixel is the mean of those that it covers.
+    /// Writes a line of text; the place is its upper left corner.
     pub(crate) fn text(&mut self, at: (i32, i32), text: &str, look: TextLook) {
-        const LARGER: u32 = 4;
         // Before the style, which looks the font up.
         embed_font();
-        let font = (FONT, LARGER * look.height).into_font();
-        let Ok((_, (width, height))) = font.layout_box(text) else {
-            return;
-        };
-        // Letters reach out of the box.
-        let margin = look.height / 2;
-        let [width, height] = [width, height].map(|side| side.max(0) as u32 / LARGER + 2 * margin);
-        let mut large = Self::new([LARGER * width, LARGER * height]);
-        let inside = (LARGER * margin) as i32;
+        let style = (FONT, look.height).into_font().color(&look.colour);
         // A bitmap in memory has no errors.
-        let _ = { large.canvas() }.draw_text(text, &font.color(&BLACK), (inside, inside));
-        let Self { size, pixels } = self;
-        for (x, y) in (0..width).flat_map(|x| (0..height).map(move |y| (x, y))) {
-            let within = |start: i32, place: u32, side: u32| {
-                let place = start + place as i32 - margin as i32;
-                u32::try_from(place).ok().filter(|place| *place < side)
-            };
-            let place = (within(at.0, x, size[0]), within(at.1, y, size[1]));
-            let (Some(column), Some(row)) = place else {
-                continue;
-            };
-            let rows = (0..LARGER).map(|row| LARGER * ((LARGER * y + row) * width + x));
-            let covered = rows.flat_map(|first| first..first + LARGER);
-            let white: u32 = covered
-                .map(|pixel| u32::from(large.pixels[3 * pixel as usize]))
-                .sum();
-            let share = white as f32 / (255 * LARGER * LARGER) as f32;
-            let (red, green, blue) = look.colour.rgb();
-            let first = 3 * (row * size[0] + column) as usize;
-            for (pixel, ink) in pixels[first..first + 3].iter_mut().zip([red, green, blue]) {
-                *pixel = (share * f32::from(*pixel) + (1.0 - share) * f32::from(ink)).round() as u8;
-            }
-        }
+        let _ = self.canvas().draw_text(text, &style, at);
     }
 
     /// Draws a straight line, two pixels wide.
