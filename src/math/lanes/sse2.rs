@@ -45,21 +45,19 @@ impl Sse2 {
         let mut lanes = [0u32; 4];
         // SAFETY: the array is as large as the register.
         unsafe { _mm_storeu_si128(lanes.as_mut_ptr().cast(), places) };
-        let places = lanes.map(
-            #[inline(always)]
-            |place| (place as usize).min(window - 2),
-        );
+        let mut places = [0; 4];
+        for lane in 0..4 {
+            places[lane] = (lanes[lane] as usize).min(window - 2);
+        }
         let mut found = [Self::splat_words(0); N];
         for (index, words) in found.iter_mut().enumerate() {
             columns.prefetch_next(index);
             // SAFETY: the table has `window` keys from here on, of which two are read from each place; every x86-64 has SSE2.
             *words = unsafe {
                 let from = table.as_ptr().add(index * stride);
-                let [a, b, c, d] = places.map(
-                    #[inline(always)]
-                    |place| from.add(place).cast::<i32>().read_unaligned(),
-                );
-                _mm_set_epi32(d, c, b, a)
+                let key = |place: usize| from.add(place).cast::<i32>().read_unaligned();
+                let [a, b, c, d] = places;
+                _mm_set_epi32(key(d), key(c), key(b), key(a))
             };
         }
         found
