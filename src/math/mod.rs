@@ -21,6 +21,7 @@ pub(crate) use lanes::{
     Apart, DistinctRows, Kernel, KeyColumns, KeyRows, KeyUnit, Lanes, NextColumns, PartWrite,
     RowLines, RowSet, Sixteen, StridedLines, UnitHalves, prefetch_for_write,
 };
+#[cfg(feature = "vulkan")]
 pub(crate) use parallel::each;
 pub(crate) use parallel::{both, fill};
 pub use parallel::{in_parallel, thread_count};
