@@ -96,3 +96,83 @@ impl DrawingBackend for Canvas<'_> {
         Ok(())
     }
 }
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use plotters::prelude::*;
+    use plotters::style::FontTransform;
+    use plotters::style::text_anchor::Pos;
+
+    use super::*;
+    use crate::cli::picture::{FONT, embed_font};
+
+    const SIDE: u32 = 80;
+
+    /// How dark each column and each row of a picture is, with a text at its middle.
+    fn ink(text: &str, pos: Pos, turn: FontTransform) -> [Vec<f32>; 2] {
+        embed_font();
+        let mut pixels = vec![255; (3 * SIDE * SIDE) as usize];
+        let mut canvas = Canvas(BitMapBackend::with_buffer(&mut pixels, (SIDE, SIDE)));
+        let style = (FONT, 16)
+            .into_font()
+            .transform(turn)
+            .color(&BLACK)
+            .pos(pos);
+        let middle = (SIDE / 2) as i32;
+        canvas.draw_text(text, &style, (middle, middle)).unwrap();
+        drop(canvas);
+        let mut ink = [vec![0.0; SIDE as usize], vec![0.0; SIDE as usize]];
+        for (index, pixel) in pixels.chunks_exact(3).enumerate() {
+            let dark = f32::from(255 - pixel[0]) / 255.0;
+            ink[0][index % SIDE as usize] += dark;
+            ink[1][index / SIDE as usize] += dark;
+        }
+        ink
+    }
+
+    /// The first and the last that are not empty.
+    fn ends(ink: &[f32]) -> [f32; 2] {
+        let first = ink.iter().position(|&dark| dark > 0.3).unwrap();
+        let last = ink.iter().rposition(|&dark| dark > 0.3).unwrap();
+        [first as f32, last as f32 + 1.0]
+    }
+
+    #[test]
+    fn digits_are_where_their_anchor_says() {
+        let middle = (SIDE / 2) as f32;
+        let centred = Pos::new(HPos::Center, VPos::Center);
+        for turn in [FontTransform::None, FontTransform::Rotate90] {
+            for ink in ink("80", centred, turn) {
+                let [first, last] = ends(&ink);
+                assert!(
+                    ((first + last) / 2.0 - middle).abs() <= 1.0,
+                    "{first} to {last}"
+                );
+            }
+        }
+        let [columns, rows] = ink("80", Pos::new(HPos::Left, VPos::Top), FontTransform::None);
+        for ink in [columns, rows] {
+            assert!((ends(&ink)[0] - middle).abs() <= 1.5, "{:?}", ends(&ink));
+        }
+    }
+
+    #[test]
+    fn letters_are_evenly_apart() {
+        let pos = Pos::new(HPos::Center, VPos::Center);
+        let [columns, _] = ink("l l l l l", pos, FontTransform::None);
+        let columns: Vec<(f32, f32)> = (0..SIDE).map(|at| at as f32).zip(columns).collect();
+        // The middle of each letter's ink.
+        let places: Vec<f32> = { columns.split(|&(_, dark)| dark < 0.01) }
+            .filter(|letter| !letter.is_empty())
+            .map(|letter| {
+                let moment: f32 = letter.iter().map(|&(at, dark)| at * dark).sum();
+                moment / letter.iter().map(|&(_, dark)| dark).sum::<f32>()
+            })
+            .collect();
+        assert_eq!(places.len(), 5);
+        let gaps: Vec<f32> = places.windows(2).map(|pair| pair[1] - pair[0]).collect();
+        let mean = gaps.iter().sum::<f32>() / 4.0;
+        assert!(gaps.iter().all(|gap| (gap - mean).abs() < 0.3), "{gaps:?}");
+    }
+}
