@@ -29,7 +29,7 @@ impl Report {
             .map(|(id, &energy)| Bar {
                 name: self.source.skeleton.joint(id).name.clone(),
                 value: f64::from(energy),
-                label: format!("{energy:.4} J"),
+                label: joules(energy),
             })
             .collect();
         energies.retain(|bar| bar.value > 0.0);
@@ -146,6 +146,17 @@ impl Report {
         let removes = |level: &Level| level.removed.is_some() && self.name(level) == joint;
         let level = self.levels.levels.iter().position(removes);
         level.map_or(String::new(), |level| format!(" ({level})"))
+    }
+}
+
+/// An energy with three digits.
+fn joules(energy: f32) -> String {
+    match energy {
+        100.0.. => format!("{energy:.0} J"),
+        10.0.. => format!("{energy:.1} J"),
+        1.0.. => format!("{energy:.2} J"),
+        0.001.. => format!("{energy:.3} J"),
+        _ => "under 0.001 J".to_owned(),
     }
 }
 
