@@ -147,7 +147,7 @@ impl Gathered {
                 };
                 let start = self.boxes() as u32;
                 let way = &self.ways[index as usize];
-                if way.may_meet(&map.reaches[0], group.rect) {
+                if way.may_meet(&map.whole, group.rect) {
                     let number = (self.queries.len() as u32) << NUMBER_SHIFT;
                     let is_of_two_maps = part.counts().len() > 1;
                     let flag = if is_of_two_maps { OF_TWO_MAPS } else { 0 };
@@ -207,7 +207,7 @@ impl PlacedMap<'_> {
     fn push_boxes(&self, cells: &[Cell], corners: &mut Vec<BoxCorner>) {
         let Self { map, way, number } = *self;
         for cell in cells {
-            let Some(reach) = map.reaches.get(1 + cell.slice as usize) else {
+            let Some(reach) = map.reach(cell.slice as usize) else {
                 continue;
             };
             // In the target, where the first texel of the attack's rectangle may lie outside.

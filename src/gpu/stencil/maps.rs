@@ -6,7 +6,7 @@ use super::pairs::Pairs;
 use crate::{
     gpu::{Counting, GpuError, error::within},
     maps::{MapRect, RegionAtlas, Slab, SlabMaps},
-    math::{each, in_parallel},
+    math::each,
     query::cull::{Counted, CullCandidate},
 };
 
@@ -45,8 +45,20 @@ pub(super) struct Reach {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct CandidateMap<'a> {
     pub(super) bits: &'a MapBits,
-    /// Bounding rectangles: of all slices first, then of each slice.
-    pub(super) reaches: &'a [Reach],
+    /// Bounding rectangle of all slices.
+    pub(super) whole: Reach,
+    /// That of each slice; none where all are the same.
+    slices: &'a [Reach],
+}
+
+impl CandidateMap<'_> {
+    /// The bounding rectangle of a slice; `None` beyond the last.
+    pub(super) fn reach(&self, slice: usize) -> Option<&Reach> {
+        match self.slices {
+            [] => Some(&self.whole),
+            slices => slices.get(slice),
+        }
+    }
 }
 
 /// The maps of an atlas.
@@ -59,7 +71,7 @@ pub(super) struct Maps {
     paired: Option<Vec<u32>>,
     /// `[slab][part]`.
     bits: Vec<[MapBits; 4]>,
-    /// `[slab][part][whole, then by slice]`.
+    /// Of each slab what [`SlabReaches`] says.
     reaches: Vec<Reach>,
     slices: usize,
     /// Whether body and evasion maps are counted at once.
@@ -79,13 +91,11 @@ impl Maps {
             None => (places(atlas), None),
         };
         let regions = atlas.regions();
-        let reaches = in_parallel(0, regions.len(), |region| {
-            let mut reaches = Vec::new();
-            for slab in &regions[region].slabs {
-                push_reaches(slab, slices, &mut reaches);
-            }
-            reaches
-        });
+        let slabs = regions.iter().flat_map(|region| &region.slabs);
+        let of_slabs = SlabReaches { slices };
+        let mut reaches = vec![Reach::NONE; slabs.clone().count() * of_slabs.length()];
+        let parts = reaches.chunks_mut(of_slabs.length()).zip(slabs);
+        each(parts, |(reaches, slab), ()| of_slabs.write(slab, reaches));
         let maps = Self {
             slabs: SlabNumbers::new(atlas),
             unpaired: atlas.bytes() / 4,
@@ -95,7 +105,7 @@ impl Maps {
                 .into_iter()
                 .map(|[body, outer, evasion]| [body, outer, evasion, body])
                 .collect(),
-            reaches: reaches.concat(),
+            reaches,
             slices,
             are_pairs,
         };
@@ -175,35 +185,73 @@ impl Maps {
         part: Part,
     ) -> Option<CandidateMap<'_>> {
         let entry = self.slabs.find(candidate.region, slab)?;
-        let each = self.slices + 1;
-        let first = (entry as usize * Part::ALL.len() + part as usize) * each;
         let bits = &self.bits[entry as usize][part as usize];
-        Some(CandidateMap {
-            bits,
-            reaches: &self.reaches[first..first + each],
-        })
+        let of_slabs = SlabReaches {
+            slices: self.slices,
+        };
+        let length = of_slabs.length();
+        let reaches = &self.reaches[entry as usize * length..][..length];
+        Some(of_slabs.map(reaches, part, bits))
     }
 }
 
-fn push_reaches(slab: &SlabMaps, slices: usize, reaches: &mut Vec<Reach>) {
-    for masks in [&slab.body, &slab.outer] {
-        reaches.push(Reach::of(masks.rect()));
-        reaches.extend(masks.slice_rects(slices as u32).into_iter().map(Reach::of));
+/// Where the bounding rectangles of a slab's maps are: of each part that of all slices, then of the body's slices and the outer's. All texels
+/// of the evasion's map are of its only slice.
+struct SlabReaches {
+    slices: usize,
+}
+
+impl SlabReaches {
+    /// Number of a slab's rectangles.
+    fn length(&self) -> usize {
+        Part::ALL.len() + 2 * self.slices
     }
-    // All of the evasion map's texels are of its only slice.
-    let whole = Reach::of(slab.evasion.rect());
-    reaches.extend(std::iter::repeat_n(whole, slices + 1));
-    let both = Reach::of(slab.body.rect().union(slab.evasion.rect()));
-    reaches.extend(std::iter::repeat_n(both, slices + 1));
+
+    fn write(&self, slab: &SlabMaps, reaches: &mut [Reach]) {
+        let (whole, by_slice) = reaches.split_at_mut(Part::ALL.len());
+        let (body, outer, evasion) = (&slab.body, &slab.outer, slab.evasion.rect());
+        let rects = [
+            body.rect(),
+            outer.rect(),
+            evasion,
+            body.rect().union(evasion),
+        ];
+        for (reach, rect) in whole.iter_mut().zip(rects) {
+            *reach = Reach::of(rect);
+        }
+        for (masks, reaches) in [body, outer]
+            .into_iter()
+            .zip(by_slice.chunks_mut(self.slices))
+        {
+            let rects = masks.slice_rects(self.slices as u32);
+            for (reach, rect) in reaches.iter_mut().zip(rects) {
+                *reach = Reach::of(rect);
+            }
+        }
+    }
+
+    /// The map of one part.
+    fn map<'a>(&self, reaches: &'a [Reach], part: Part, bits: &'a MapBits) -> CandidateMap<'a> {
+        let (whole, by_slice) = reaches.split_at(Part::ALL.len());
+        let slices = by_slice.chunks(self.slices).nth(part as usize);
+        CandidateMap {
+            bits,
+            whole: whole[part as usize],
+            slices: slices.unwrap_or_default(),
+        }
+    }
 }
 
 impl Reach {
+    /// An empty rectangle.
+    const NONE: Self = Self {
+        middle: [0.0; 2],
+        half: [-1.0; 2],
+    };
+
     fn of(rect: MapRect) -> Self {
         if rect.is_empty() {
-            return Self {
-                middle: [0.0; 2],
-                half: [-1.0; 2],
-            };
+            return Self::NONE;
         }
         let half = [rect.width as f32 * 0.5, rect.height as f32 * 0.5];
         Self {
