@@ -1,9 +1,9 @@
-//! The order of a list's values, which stay where they are.
+//! Sorts whose code is compiled once.
 
 use std::cmp::Ordering;
 
-/// The indices below `count`, sorted by a comparison; equal ones stay in ascending order. It is not generic, so that it is compiled
-/// once: for lists that are not sorted in every frame.
+/// The indices below `count`, sorted by a comparison; equal ones stay in ascending order. It is not generic: for lists that are not sorted
+/// in every frame.
 pub(crate) fn sorted_indices(
     count: usize,
     compare: &dyn Fn(&usize, &usize) -> Ordering,

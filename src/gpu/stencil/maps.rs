@@ -71,8 +71,10 @@ pub(super) struct Maps {
     paired: Option<Vec<u32>>,
     /// `[slab][part]`.
     bits: Vec<[MapBits; 4]>,
-    /// Of each slab what [`SlabReaches`] says.
-    reaches: Vec<Reach>,
+    /// `[slab][part]`: bounding rectangles of all slices.
+    reaches: Vec<[Reach; 4]>,
+    /// `[slab][body, outer][slice]`. All texels of an evasion's map are of its only slice.
+    slice_reaches: Vec<Reach>,
     slices: usize,
     /// Whether body and evasion maps are counted at once.
     are_pairs: bool,
@@ -90,12 +92,17 @@ impl Maps {
             Some(pairs) => (pairs.bits, Some(pairs.words)),
             None => (places(atlas), None),
         };
-        let regions = atlas.regions();
-        let slabs = regions.iter().flat_map(|region| &region.slabs);
-        let of_slabs = SlabReaches { slices };
-        let mut reaches = vec![Reach::NONE; slabs.clone().count() * of_slabs.length()];
-        let parts = reaches.chunks_mut(of_slabs.length()).zip(slabs);
-        each(parts, |(reaches, slab), ()| of_slabs.write(slab, reaches));
+        let slabs = atlas.regions().iter().flat_map(|region| &region.slabs);
+        let reaches: Vec<_> = slabs.clone().map(reaches_of).collect();
+        let mut slice_reaches = vec![Reach::NONE; 2 * slices * reaches.len()];
+        let masks = slabs.flat_map(|slab| [&slab.body, &slab.outer]);
+        let parts = slice_reaches.chunks_mut(slices).zip(masks);
+        each(parts, |(reaches, masks), ()| {
+            let rects = masks.slice_rects(slices as u32);
+            for (reach, rect) in reaches.iter_mut().zip(rects) {
+                *reach = Reach::of(rect);
+            }
+        });
         let maps = Self {
             slabs: SlabNumbers::new(atlas),
             unpaired: atlas.bytes() / 4,
@@ -106,6 +113,7 @@ impl Maps {
                 .map(|[body, outer, evasion]| [body, outer, evasion, body])
                 .collect(),
             reaches,
+            slice_reaches,
             slices,
             are_pairs,
         };
@@ -184,62 +192,25 @@ impl Maps {
         slab: Slab,
         part: Part,
     ) -> Option<CandidateMap<'_>> {
-        let entry = self.slabs.find(candidate.region, slab)?;
-        let bits = &self.bits[entry as usize][part as usize];
-        let of_slabs = SlabReaches {
-            slices: self.slices,
-        };
-        let length = of_slabs.length();
-        let reaches = &self.reaches[entry as usize * length..][..length];
-        Some(of_slabs.map(reaches, part, bits))
-    }
-}
-
-/// Where the bounding rectangles of a slab's maps are: of each part that of all slices, then of the body's slices and the outer's. All texels
-/// of the evasion's map are of its only slice.
-struct SlabReaches {
-    slices: usize,
-}
-
-impl SlabReaches {
-    /// Number of a slab's rectangles.
-    fn length(&self) -> usize {
-        Part::ALL.len() + 2 * self.slices
-    }
-
-    fn write(&self, slab: &SlabMaps, reaches: &mut [Reach]) {
-        let (whole, by_slice) = reaches.split_at_mut(Part::ALL.len());
-        let (body, outer, evasion) = (&slab.body, &slab.outer, slab.evasion.rect());
-        let rects = [
-            body.rect(),
-            outer.rect(),
-            evasion,
-            body.rect().union(evasion),
-        ];
-        for (reach, rect) in whole.iter_mut().zip(rects) {
-            *reach = Reach::of(rect);
-        }
-        for (masks, reaches) in [body, outer]
-            .into_iter()
-            .zip(by_slice.chunks_mut(self.slices))
-        {
-            let rects = masks.slice_rects(self.slices as u32);
-            for (reach, rect) in reaches.iter_mut().zip(rects) {
-                *reach = Reach::of(rect);
+        let entry = self.slabs.find(candidate.region, slab)? as usize;
+        let slices = match part {
+            Part::Body | Part::Outer => {
+                let first = (2 * entry + part as usize) * self.slices;
+                &self.slice_reaches[first..first + self.slices]
             }
-        }
+            Part::Evasion | Part::Both => &[],
+        };
+        Some(CandidateMap {
+            bits: &self.bits[entry][part as usize],
+            whole: self.reaches[entry][part as usize],
+            slices,
+        })
     }
+}
 
-    /// The map of one part.
-    fn map<'a>(&self, reaches: &'a [Reach], part: Part, bits: &'a MapBits) -> CandidateMap<'a> {
-        let (whole, by_slice) = reaches.split_at(Part::ALL.len());
-        let slices = by_slice.chunks(self.slices).nth(part as usize);
-        CandidateMap {
-            bits,
-            whole: whole[part as usize],
-            slices: slices.unwrap_or_default(),
-        }
-    }
+fn reaches_of(slab: &SlabMaps) -> [Reach; 4] {
+    let [body, evasion] = [slab.body.rect(), slab.evasion.rect()];
+    [body, slab.outer.rect(), evasion, body.union(evasion)].map(Reach::of)
 }
 
 impl Reach {
