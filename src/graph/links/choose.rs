@@ -19,9 +19,9 @@ const ROUNDS: usize = 3;
 
 /// Adds links for one goal after another, until each goal is reached or no link helps.
 pub(super) fn choose(search: &mut LinkSearch<'_>) -> Result<Vec<GoalReport>, Stopped> {
-    let evasions: Vec<usize> = (0..search.source.events.len())
+    let evasions: Vec<usize> = (0..search.source().events.len())
         .filter(|&index| {
-            let event = &search.source.events[index];
+            let event = &search.source().events[index];
             event.kind == EventKind::Evasion && event.first < event.last
         })
         .collect();
@@ -79,9 +79,9 @@ impl Offer {
         let offer = |candidate: &Candidate| {
             let link = candidate.link;
             Some(Self {
-                jump: search.moments.jump(&link),
+                jump: search.moments().jump(&link),
                 evasion: evasions.binary_search(&candidate.event).ok()? as u32,
-                clip_start: search.moments.of_clip(link.source_clip).start as u32,
+                clip_start: search.moments().of_clip(link.source_clip).start as u32,
                 is_to_start: link.target_frame == 0,
                 link,
             })
@@ -167,7 +167,7 @@ impl GoalProgress {
             return None;
         }
         let counted = counted(search)?;
-        let frame_rate = search.source.settings.frame_rate;
+        let frame_rate = search.source().settings.frame_rate;
         let goals: Vec<GoalState> = search
             .settings
             .goals
@@ -184,7 +184,7 @@ impl GoalProgress {
         let mut progress = Self {
             left: (0..offers.len() as u32).collect(),
             offers,
-            waits: Waits::new(&search.moments, &search.jumps, horizon),
+            waits: Waits::new(search.moments(), &search.jumps, horizon),
             all: 0,
             least_gain: ((search.settings.least_gain * frame_rate).round() as usize).max(1),
             changed: Changed::new(counted.len(), evasions.len()),
@@ -192,9 +192,9 @@ impl GoalProgress {
             goals,
         };
         let starts: Vec<u32> = { evasions.iter() }
-            .map(|&event| search.ends(&search.source.events[event])[0])
+            .map(|&event| search.ends(&search.source().events[event])[0])
             .collect();
-        let threads = search.source.settings.threads;
+        let threads = search.source().settings.threads;
         progress.waits.set_goals(&starts, threads);
         progress.count(search);
         Some(progress)
@@ -208,7 +208,7 @@ impl GoalProgress {
         let counted = &self.counted;
         self.all = counted.iter().filter(|&&counted| counted).count();
         for goal in &mut self.goals {
-            let threads = search.source.settings.threads;
+            let threads = search.source().settings.threads;
             let below = self.waits.counts_below(goal.limit, threads);
             let reached = |moment: usize| match counted[moment] {
                 true => below[moment + 1],
@@ -267,8 +267,8 @@ impl GoalProgress {
         let share = self.goals[goal].goal.share;
         let offered = std::mem::take(&mut self.left);
         self.left.reserve(offered.len());
-        let (watch, all) = (search.source.watch, offered.len() as u64);
-        let stage = watch.stage(BakeStage::Choice, search.source.settings.threads);
+        let (watch, all) = (search.source().watch, offered.len() as u64);
+        let stage = watch.stage(BakeStage::Choice, search.source().settings.threads);
         for (number, batch) in (0..).zip(offered.chunks(BATCH)) {
             watch.check()?;
             stage.progress(number * BATCH as u64, all);
@@ -280,7 +280,7 @@ impl GoalProgress {
                 continue;
             }
             // Most of those that help now will help when it is their turn.
-            let helps_now = in_parallel(search.source.settings.threads, batch.len(), |index| {
+            let helps_now = in_parallel(search.source().settings.threads, batch.len(), |index| {
                 self.gain(goal, &self.offers[batch[index] as usize]) >= self.least_gain
             });
             let tested = batch.iter().zip(&helps_now).filter(|(_, helps)| **helps);
@@ -325,8 +325,8 @@ impl GoalProgress {
 
 /// The moments of the graph that have a next frame in their clip.
 fn counted(search: &LinkSearch<'_>) -> Option<Vec<bool>> {
-    let mut counted = search.moments.component(&search.jumps)?;
-    for (moment, goes_on) in search.moments.goes_on().into_iter().enumerate() {
+    let mut counted = search.moments().component(&search.jumps)?;
+    for (moment, goes_on) in search.moments().goes_on().into_iter().enumerate() {
         counted[moment] &= goes_on && counted[moment + 1];
     }
     Some(counted)

@@ -16,17 +16,17 @@ pub(super) fn join(
     joins: &mut Joins,
 ) -> Result<Vec<UnlinkedEvent>, Stopped> {
     let playable = |index: &usize| {
-        let event = &search.source.events[*index];
+        let event = &search.source().events[*index];
         event.first < event.last
     };
-    let mut open: Vec<usize> = (0..search.source.events.len()).filter(playable).collect();
+    let mut open: Vec<usize> = (0..search.source().events.len()).filter(playable).collect();
     loop {
         let before = search.links.len();
-        match search.moments.component(&search.jumps) {
+        match search.moments().component(&search.jumps) {
             None => first_cycle(search, &open)?,
             Some(core) => {
                 open.retain(|&event| {
-                    let [first, last] = search.ends(&search.source.events[event]);
+                    let [first, last] = search.ends(&search.source().events[event]);
                     !(core[first as usize] && core[last as usize])
                 });
                 joins.begin(&search.candidates.space, &core);
@@ -49,10 +49,10 @@ pub(super) fn join(
 fn first_cycle(search: &mut LinkSearch<'_>, open: &[usize]) -> Result<(), Stopped> {
     let mut loops: Vec<Candidate> = Vec::new();
     for &index in open {
-        let event = &search.source.events[index];
+        let event = &search.source().events[index];
         let [first, _] = search.ends(event);
-        let start = search.moments.of_clip(event.clip.index()).start;
-        let mut allowed = vec![false; search.moments.len()];
+        let start = search.moments().of_clip(event.clip.index()).start;
+        let mut allowed = vec![false; search.moments().len()];
         allowed[start..=first as usize].fill(true);
         let candidates = &mut search.candidates;
         let found = candidates.find(&[index], Side::After, Some(&allowed))?;
@@ -141,7 +141,7 @@ impl EventWays {
 }
 
 fn unlinked(search: &LinkSearch<'_>, open: &[usize]) -> Vec<UnlinkedEvent> {
-    let seconds = |frames: usize| frames as f64 / search.source.settings.frame_rate;
+    let seconds = |frames: usize| frames as f64 / search.source().settings.frame_rate;
     let lengths = search.candidates.space.lengths;
     let shortest = seconds(lengths.shortest);
     let why = |event: usize| {
@@ -163,7 +163,7 @@ fn unlinked(search: &LinkSearch<'_>, open: &[usize]) -> Vec<UnlinkedEvent> {
             }
         }
     };
-    let events = search.source.events.iter().enumerate();
+    let events = search.source().events.iter().enumerate();
     events
         .filter_map(|(event, found)| {
             let obstacle = if found.first == found.last {
@@ -172,7 +172,7 @@ fn unlinked(search: &LinkSearch<'_>, open: &[usize]) -> Vec<UnlinkedEvent> {
                 open.contains(&event).then(|| why(event))?
             };
             Some(UnlinkedEvent {
-                event: found.describe(search.source.clips, search.source.settings.frame_rate),
+                event: found.describe(search.source().clips, search.source().settings.frame_rate),
                 obstacle,
             })
         })

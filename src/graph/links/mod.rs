@@ -41,10 +41,10 @@ pub(super) use record::{KnownLinks, LinkRecord};
 use search::LinkSearch;
 pub(super) use source::LinkSource;
 
+use super::Transition;
 use super::feet::DartTest;
-use super::moments::{Jump, Moments};
+use super::moments::Jump;
 use super::watch::Stopped;
-use super::{PointCloud, Transition};
 
 /// Adds links to the transitions of a graph. It does nothing if the settings disable links.
 ///
@@ -58,13 +58,12 @@ pub(super) fn add(
     let Some(settings) = &source.settings.links else {
         return Ok(LinkReport::default());
     };
-    let moments = Moments::new(source.aligner.clouds.iter().map(PointCloud::frames));
+    let candidates = Candidates::new(source, Lengths::new(source.settings, settings));
+    let moments = &candidates.space.moments;
     let jumps: Vec<Jump> = transitions.iter().map(|t| moments.jump(t)).collect();
     let mut search = LinkSearch {
-        candidates: Candidates::new(source, Lengths::new(source.settings, settings)),
-        source,
+        candidates,
         settings,
-        moments,
         jumps,
         links: Vec::new(),
         most: LinkSearch::most(source.clips, settings),

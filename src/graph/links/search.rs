@@ -9,10 +9,8 @@ use crate::graph::{GraphEvent, Transition};
 
 /// State of the search.
 pub(super) struct LinkSearch<'a> {
-    pub(super) source: LinkSource<'a>,
     pub(super) settings: &'a LinkSettings,
     pub(super) candidates: Candidates<'a>,
-    pub(super) moments: Moments,
     /// All transitions and links so far.
     pub(super) jumps: Vec<Jump>,
     /// All links so far.
@@ -26,15 +24,24 @@ pub(super) struct LinkSearch<'a> {
     pub(super) darting: usize,
 }
 
-impl LinkSearch<'_> {
+impl<'a> LinkSearch<'a> {
+    pub(super) fn source(&self) -> LinkSource<'a> {
+        self.candidates.space.source
+    }
+
+    pub(super) fn moments(&self) -> &Moments {
+        &self.candidates.space.moments
+    }
+
     pub(super) fn take(&mut self, link: Transition) {
-        self.jumps.push(self.moments.jump(&link));
+        let jump = self.moments().jump(&link);
+        self.jumps.push(jump);
         self.links.push(link);
     }
 
     /// For each of some links, whether a foot darts in it.
     pub(super) fn darts(&mut self, links: &[Transition]) -> Vec<bool> {
-        let aligner = self.source.aligner;
+        let aligner = self.source().aligner;
         match &mut self.darts {
             Some(test) => test.darts(links, |link| aligner.align(link)),
             None => vec![false; links.len()],
@@ -43,7 +50,7 @@ impl LinkSearch<'_> {
 
     /// First and last moment of an event.
     pub(super) fn ends(&self, event: &GraphEvent) -> [u32; 2] {
-        [event.first, event.last].map(|frame| self.moments.at(event.clip.index(), frame as usize))
+        [event.first, event.last].map(|frame| self.moments().at(event.clip.index(), frame as usize))
     }
 
     /// Maximum number of links of some clips.
