@@ -7,6 +7,9 @@ use super::attack::Attack;
 use crate::anim::{JointId, JointTransform, Pose, forward_kinematics};
 use crate::graph::{Layer, Motion, heading};
 use crate::maps::{BakedGraph, BodyTrack, MovingSphere, SphereKey};
+use crate::math::Isa;
+
+const LANES: usize = BodyTrack::LANES;
 
 /// Distance that the attack moves between two moments, in metres.
 const APART: f32 = 0.1;
@@ -19,8 +22,9 @@ const MOST_SPHERES: usize = 32;
 #[derive(Clone, Debug, Default)]
 pub(super) struct LayerRanking {
     moments: Vec<Moment>,
-    /// Spheres of the body that a layer moves.
-    upper: Vec<usize>,
+    /// Radii of the body's spheres that a layer moves, and of those that it does not, in metres. Negative infinity for the others.
+    upper: Vec<f32>,
+    lower: Vec<f32>,
     pose: Pose,
     joints: Vec<JointTransform>,
 }
@@ -46,17 +50,85 @@ struct Moment {
     seconds: f32,
     root: Vec3,
     pelvis: Quat,
-    /// Centres of the body's spheres.
-    centres: Vec<Vec3>,
+    /// Centres of the body's spheres, rows of x, y and z.
+    rows: Vec<f32>,
     /// Spheres of the attack near the body.
     attack: Vec<SphereKey>,
 }
 
+/// Where a layer brings the body's spheres at a moment.
+struct LayeredSpheres<'a> {
+    /// Weight of the layer.
+    weight: f32,
+    /// Centres in the frame of the baked track, rows of x, y and z.
+    rows: [&'a [f32]; 3],
+    /// Axes x and z of the track's frame, and its origin.
+    axes: [Vec3; 2],
+    origin: Vec3,
+}
+
 impl Moment {
-    /// Smallest distance of the attack from a sphere, in metres.
-    fn distance(&self, centre: Vec3, radius: f32) -> f32 {
-        let apart = |key: &SphereKey| key.center.distance(centre) - key.radius - radius;
-        self.attack.iter().map(apart).fold(f32::INFINITY, f32::min)
+    fn axes(&self) -> [&[f32]; 3] {
+        let row = self.rows.len() / 3;
+        [0, 1, 2].map(|axis| &self.rows[axis * row..(axis + 1) * row])
+    }
+
+    /// Smallest distance of the attack from the spheres with these radii, in metres.
+    fn distance(&self, radii: &[f32]) -> f32 {
+        self.layered_distance(
+            &LayeredSpheres {
+                weight: 0.0,
+                rows: self.axes(),
+                axes: [Vec3::X, Vec3::Z],
+                origin: Vec3::ZERO,
+            },
+            radii,
+        )
+    }
+
+    /// The same of spheres that a layer moves.
+    fn layered_distance(&self, layered: &LayeredSpheres<'_>, radii: &[f32]) -> f32 {
+        Isa::best().run(
+            #[inline(always)]
+            || self.lowest(layered, radii),
+        )
+    }
+
+    #[inline(always)]
+    fn lowest(&self, layered: &LayeredSpheres<'_>, radii: &[f32]) -> f32 {
+        let &LayeredSpheres {
+            weight,
+            rows,
+            axes: [ax, az],
+            origin,
+        } = layered;
+        let [x0, y0, z0] = self.axes().map(|row| row.as_chunks::<LANES>().0);
+        let [x1, y1, z1] = rows.map(|row| row.as_chunks::<LANES>().0);
+        let mut lowest = [f32::INFINITY; LANES];
+        for (block, radii) in radii.as_chunks::<LANES>().0.iter().enumerate() {
+            for key in &self.attack {
+                for lane in 0..LANES {
+                    let (x, z) = (x1[block][lane], z1[block][lane]);
+                    let mix = |own: f32, other: f32| own * (1.0 - weight) + other * weight;
+                    let centre = [
+                        mix(x0[block][lane], origin.x + (ax.x * x + az.x * z)),
+                        mix(
+                            y0[block][lane],
+                            origin.y + (ax.y * x + az.y * z) + y1[block][lane],
+                        ),
+                        mix(z0[block][lane], origin.z + (ax.z * x + az.z * z)),
+                    ];
+                    let [x, y, z] = [
+                        key.center.x - centre[0],
+                        key.center.y - centre[1],
+                        key.center.z - centre[2],
+                    ];
+                    let metres = (x * x + y * y + z * z).sqrt() - key.radius - radii[lane];
+                    lowest[lane] = lowest[lane].min(metres);
+                }
+            }
+        }
+        lowest.iter().copied().fold(f32::INFINITY, f32::min)
     }
 }
 
@@ -73,12 +145,17 @@ impl LayerRanking {
             seconds: contact,
         } = contact;
         let (graph, body) = (baked.graph(), baked.body());
-        let above = |sphere: &usize| {
-            let joint = body.spheres[*sphere].joint;
-            graph.rig().part(joint).is_above_pelvis()
-        };
-        self.upper.clear();
-        self.upper.extend((0..body.spheres.len()).filter(above));
+        for (radii, is_upper) in [(&mut self.upper, true), (&mut self.lower, false)] {
+            radii.clear();
+            radii.extend(body.spheres.iter().map(|sphere| {
+                let is_above = graph.rig().part(sphere.joint).is_above_pelvis();
+                match is_above == is_upper {
+                    true => sphere.radius,
+                    false => f32::NEG_INFINITY,
+                }
+            }));
+            radii.resize(radii.len().next_multiple_of(LANES), f32::NEG_INFINITY);
+        }
         let step = APART / fastest(attack, contact).clamp(1.0, 20.0);
         self.moments.resize_with(MOMENTS, Moment::default);
         for (number, moment) in self.moments.iter_mut().enumerate() {
@@ -86,7 +163,8 @@ impl LayerRanking {
             moment.seconds = (contact + steps * step).max(0.0);
             motion.sample(graph, moment.seconds, &mut self.pose);
             forward_kinematics(graph.skeleton(), &self.pose, &mut self.joints);
-            body.centres(&self.joints, &mut moment.centres);
+            moment.rows.clear();
+            baked.body_rows().push(&self.joints, &mut moment.rows);
             moment.root = self.pose.root;
             moment.pelvis = self.pose.rotations[JointId::ROOT.index()];
             let flies =
@@ -102,16 +180,10 @@ impl LayerRanking {
     }
 
     /// Smallest distance of the attack from pelvis and legs, which no layer moves, in metres.
-    pub(super) fn below_waist(&self, baked: &BakedGraph) -> f32 {
-        let spheres = &baked.body().spheres;
-        let lower = (0..spheres.len()).filter(|index| self.upper.binary_search(index).is_err());
-        let distance = |index: usize| {
-            let moments = self.moments.iter();
-            let of =
-                |moment: &Moment| moment.distance(moment.centres[index], spheres[index].radius);
-            moments.map(of).fold(f32::INFINITY, f32::min)
-        };
-        lower.map(distance).fold(f32::INFINITY, f32::min)
+    pub(super) fn below_waist(&self) -> f32 {
+        let moments = self.moments.iter();
+        let distances = moments.map(|moment| moment.distance(&self.lower));
+        distances.fold(f32::INFINITY, f32::min)
     }
 
     /// Smallest distance of the attack from the upper body if the upper body of an evasion is layered, in metres; `None` if it is below
@@ -124,7 +196,7 @@ impl LayerRanking {
     ) -> Option<f32> {
         let LayeredEvasion { layer, evasion } = layered;
         let entered = baked.entry_track(evasion)?;
-        let (graph, spheres) = (baked.graph(), &baked.body().spheres);
+        let graph = baked.graph();
         let mut found = f32::INFINITY;
         for moment in &self.moments {
             let weight = layer.weight(moment.seconds);
@@ -138,13 +210,13 @@ impl LayerRanking {
             let place = entered.placement;
             let axes = [Vec3::X, Vec3::Z].map(|axis| turn * place.vector(axis));
             let origin = moment.root + turn * (place.point(Vec3::ZERO) - there.root());
-            let [xs, ys, zs] = entered.track.axes(tick);
-            for &sphere in &self.upper {
-                let level = axes[0] * xs[sphere] + axes[1] * zs[sphere];
-                let layered = origin + level + Vec3::Y * ys[sphere];
-                let centre = moment.centres[sphere].lerp(layered, weight);
-                found = found.min(moment.distance(centre, spheres[sphere].radius));
-            }
+            let layered = LayeredSpheres {
+                weight,
+                rows: entered.track.axes(tick),
+                axes,
+                origin,
+            };
+            found = found.min(moment.layered_distance(&layered, &self.upper));
             if found < least {
                 return None;
             }
@@ -183,9 +255,10 @@ mod tests {
             motion.sample(baked.graph(), moment.seconds, &mut pose);
             forward_kinematics(baked.graph().skeleton(), &pose, &mut joints);
             baked.body().centres(&joints, &mut centres);
-            for &sphere in &ranking.upper {
-                let radius = baked.body().spheres[sphere].radius;
-                least = least.min(moment.distance(centres[sphere], radius));
+            for (centre, radius) in centres.iter().zip(&ranking.upper) {
+                for key in &moment.attack {
+                    least = least.min(key.center.distance(*centre) - key.radius - radius);
+                }
             }
         }
         least

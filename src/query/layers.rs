@@ -50,7 +50,7 @@ pub(super) fn gather_layers(query: Query<'_>, state: &mut QueryState, scratch: &
     };
     ranking.look_at(baked, motion, attack);
     // What hits pelvis or legs, no layer avoids.
-    if ranking.below_waist(baked) < DEEPEST {
+    if ranking.below_waist() < DEEPEST {
         return;
     }
     for left in LEFT {

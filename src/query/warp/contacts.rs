@@ -49,11 +49,7 @@ impl ContactSearch<'_> {
             };
             let first = contacts.len();
             for sphere in self.attack.spheres() {
-                interval.each_contact(self.body, sphere, |contact| {
-                    if contact.metres < self.margin + NEAR {
-                        contacts.push(contact);
-                    }
-                });
+                contacts.extend(interval.contacts(self.body, sphere, self.margin + NEAR));
             }
             contacts[first..].sort_unstable_by(|a, b| {
                 a.metres.total_cmp(&b.metres).then(a.sphere.cmp(&b.sphere))
@@ -71,31 +67,40 @@ struct Interval<'a> {
 }
 
 impl Interval<'_> {
-    /// Calls `found` for the nearest points of each body sphere and a sphere of the attack, while that flies.
-    fn each_contact(&self, body: &Body, attack: &MovingSphere, mut found: impl FnMut(Contact)) {
+    /// The nearest points of body spheres and a sphere of the attack, while that flies, whose distance is below `least`, in metres.
+    fn contacts(
+        &self,
+        body: &Body,
+        attack: &MovingSphere,
+        least: f32,
+    ) -> impl Iterator<Item = Contact> {
         let &Self {
             tick,
             ticks: [from, to],
         } = self;
         let times = [from, to].map(|tick| tick.seconds().clamp(attack.start(), attack.end()));
-        if times[0] >= times[1] {
-            return;
-        }
         let balls = times.map(|t| attack.at(t));
         let shares = times.map(|t| t * SAMPLE_RATE - from.number as f32);
-        for (sphere, own) in body.spheres.iter().enumerate() {
+        let flies = times[0] < times[1];
+        let spheres = body.spheres.iter().enumerate().filter(move |_| flies);
+        spheres.filter_map(move |(sphere, own)| {
             let (start, end) = (from.centres[sphere], to.centres[sphere]);
             let apart = [0, 1].map(|at| start.lerp(end, shares[at]) - balls[at].center);
             let radii = balls.map(|ball| ball.radius + own.radius);
+            // Most are further away at the start than the two move.
+            let reach = least + radii[0].max(radii[1]) + (apart[1] - apart[0]).length();
+            if reach > 0.0 && apart[0].length_squared() > reach * reach {
+                return None;
+            }
             let (share, metres) = closest(apart, radii);
-            found(Contact {
+            (metres < least).then(|| Contact {
                 tick,
                 share: shares[0] + (shares[1] - shares[0]) * share,
                 sphere,
                 metres,
                 away: apart[0].lerp(apart[1], share).normalize_or(Vec3::Y),
-            });
-        }
+            })
+        })
     }
 }
 

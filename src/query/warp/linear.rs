@@ -6,6 +6,7 @@
 use glam::Vec3;
 
 use crate::anim::{Bend, Rig};
+use crate::math::Isa;
 
 /// Number of parameters of a [`Bend`], spine, pelvis, four ends, and time, padded to whole vectors. The padding is 0.
 pub(super) const N: usize = (TIME + 1).next_multiple_of(LANES);
@@ -99,6 +100,7 @@ pub(super) fn bend_of(numbers: &Numbers, scales: &Scales) -> Bend {
     }
 }
 
+#[inline(always)]
 pub(super) fn dot(a: &Numbers, b: &Numbers) -> f32 {
     let [a, b] = [a, b].map(|numbers| numbers.as_chunks::<LANES>().0);
     let mut sums = [0.0; LANES];
@@ -133,13 +135,22 @@ impl Factor {
 /// The parameters with the smallest sum of squares for which each vector has a length of at most 1 and all rows are satisfied. If no
 /// parameters satisfy all rows, the result nearly satisfies them. `factors` is scratch.
 pub(super) fn least_numbers(rows: &[Row], factors: &mut Vec<Factor>) -> Numbers {
+    factors.clear();
+    factors.extend(rows.iter().map(Factor::of));
+    Isa::best().run(
+        #[inline(always)]
+        || project(rows, factors),
+    )
+}
+
+/// The sweeps of [`least_numbers`].
+#[inline(always)]
+fn project(rows: &[Row], factors: &mut [Factor]) -> Numbers {
     /// Maximum number of iterations.
     const SWEEPS: usize = 60;
     const STILL: f32 = 1e-5;
     let mut numbers = [0.0; N];
     let mut beyond = [0.0; N];
-    factors.clear();
-    factors.extend(rows.iter().map(Factor::of));
     for _ in 0..SWEEPS {
         let before = numbers;
         for (row, factor) in rows.iter().zip(factors.iter_mut()) {
@@ -165,6 +176,7 @@ pub(super) fn least_numbers(rows: &[Row], factors: &mut Vec<Factor>) -> Numbers 
 }
 
 /// Projects onto the unit ball.
+#[inline(always)]
 fn bound(part: &mut [f32], beyond: &mut [f32]) {
     for (number, beyond) in part.iter_mut().zip(beyond.iter()) {
         *number += beyond;

@@ -1,10 +1,12 @@
 //! The body at the samples around the moment at which the attack is nearest, without and with the warp.
 
-use glam::Vec3;
+use glam::{Quat, Vec3};
 
 use super::linear::Gradient;
 use super::settings::WarpLimits;
-use crate::anim::{Chain, JointTransform, Leg, Pose, Rig, forward_kinematics, free_distance};
+use crate::anim::{
+    Chain, JointId, JointTransform, Leg, Pose, Rig, forward_kinematics, free_distance,
+};
 use crate::graph::Motion;
 use crate::maps::BakedGraph;
 use crate::query::clearance::SAMPLE_RATE;
@@ -25,7 +27,16 @@ pub(super) struct Tick {
     pub pose: Pose,
     pub joints: Vec<JointTransform>,
     pub centres: Vec<Vec3>,
+    /// For each limb whose gradient was asked for: the rotations of its three joints after each small step of the limb's end.
+    steps: [Option<[[Quat; 3]; STEPS]>; Rig::LIMBS],
+    /// For each limb's joint that was asked for: its frames after each small step of the limb's end.
+    stepped: Vec<(JointId, [JointTransform; STEPS])>,
 }
+
+/// Small displacements of a limb's end for finite differences: ahead and back along each axis.
+const STEPS: usize = 6;
+/// Length of such a displacement, in metres.
+const STEP: f32 = 0.004;
 
 /// Range of the distance from hip to ankle.
 #[derive(Clone, Copy, Debug, Default)]
@@ -73,6 +84,8 @@ impl Tick {
         }
         forward_kinematics(skeleton, &self.pose, &mut self.joints);
         baked.body().centres(&self.joints, &mut self.centres);
+        self.steps = Default::default();
+        self.stepped.clear();
     }
 
     fn measure_legs(&mut self, baked: &BakedGraph, limits: &WarpLimits) {
@@ -116,7 +129,7 @@ impl Tick {
         if let Some((limb, leg)) = part.limb.and_then(|limb| Some((limb, rig.limbs()[limb]?))) {
             let end = match part.is_end {
                 true => away,
-                false => self.end_gradient(baked, &leg, direction),
+                false => self.end_gradient(baked, (limb, &leg), direction),
             };
             gradient.ends[limb] = end;
             if limb < Rig::LEGS {
@@ -143,34 +156,65 @@ impl Tick {
     fn end_gradient(
         &mut self,
         baked: &BakedGraph,
-        leg: &Leg,
+        limb: (usize, &Leg),
         SphereDirection { sphere, away }: SphereDirection,
     ) -> Vec3 {
-        /// Step of the finite differences, in metres.
-        const STEP: f32 = 0.004;
-        let skeleton = baked.graph().skeleton();
         let sphere = baked.body().spheres[sphere];
-        let joints = [leg.hip, leg.knee, leg.foot].map(|joint| joint.index());
-        let kept = joints.map(|joint| self.pose.rotations[joint]);
-        let end = self.joints[leg.foot.index()];
-        let place_at = |pose: &mut Pose, by: Vec3| {
+        let frames = self.stepped_frames(baked, limb, sphere.joint);
+        let places = frames.map(|frame| frame.point(sphere.offset).dot(away));
+        let [x, y, z] = [0, 1, 2].map(|axis| places[2 * axis] - places[2 * axis + 1]);
+        Vec3::new(x, y, z) / (2.0 * STEP)
+    }
+
+    /// Frames of a limb's joint after each small step of the limb's end. Spheres of one limb share the steps, and those of one joint the
+    /// frames.
+    fn stepped_frames(
+        &mut self,
+        baked: &BakedGraph,
+        (limb, leg): (usize, &Leg),
+        joint: JointId,
+    ) -> [JointTransform; STEPS] {
+        if let Some((_, known)) = self.stepped.iter().find(|(known, _)| *known == joint) {
+            return *known;
+        }
+        let skeleton = baked.graph().skeleton();
+        let Self {
+            pose,
+            joints,
+            steps,
+            stepped,
+            ..
+        } = self;
+        let parts = [leg.hip, leg.knee, leg.foot].map(JointId::index);
+        let kept = parts.map(|part| pose.rotations[part]);
+        let end = joints[leg.foot.index()];
+        let solve = |pose: &mut Pose, step: usize| {
+            let by = [STEP, -STEP][step % 2] * Vec3::AXES[step / 2];
             let end = JointTransform {
                 translation: end.translation + by,
                 ..end
             };
             leg.reach(skeleton, pose, end);
-            let place = Chain::of(skeleton, pose)
-                .global(sphere.joint)
-                .point(sphere.offset);
-            for (joint, rotation) in joints.into_iter().zip(kept) {
-                pose.rotations[joint] = rotation;
-            }
-            place.dot(away)
+            let solved = parts.map(|part| pose.rotations[part]);
+            set(pose, parts, kept);
+            solved
         };
-        Vec3::from([Vec3::X, Vec3::Y, Vec3::Z].map(|axis| {
-            let ends = [STEP, -STEP].map(|step| place_at(&mut self.pose, axis * step));
-            (ends[0] - ends[1]) / (2.0 * STEP)
-        }))
+        let solved =
+            *steps[limb].get_or_insert_with(|| std::array::from_fn(|step| solve(&mut *pose, step)));
+        let frames = solved.map(|rotations| {
+            set(pose, parts, rotations);
+            Chain::of(skeleton, pose).global(joint)
+        });
+        set(pose, parts, kept);
+        stepped.push((joint, frames));
+        frames
+    }
+}
+
+/// Replaces the rotations of some joints.
+fn set(pose: &mut Pose, joints: [usize; 3], rotations: [Quat; 3]) {
+    for (joint, rotation) in joints.into_iter().zip(rotations) {
+        pose.rotations[joint] = rotation;
     }
 }
 
