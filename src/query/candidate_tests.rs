@@ -25,10 +25,10 @@ pub(super) struct Results {
     pub(super) workers: Workers,
     /// Results of moves that are hit.
     pub(super) hits: PrefixCache,
-    /// Results of moves that were tested over the whole attack.
-    pub(super) wholes: PrefixCache,
     /// Clearances of the shallowest hits, the largest first.
     depths: Vec<f32>,
+    /// Hits with bounds of their clearance at every fourth sample, the largest last.
+    tight: Vec<Bound>,
 }
 
 /// The tests of one query.
@@ -153,32 +153,44 @@ impl Tests<'_, '_> {
     }
 
     /// Tests hits over the whole attack, at every sample, until the `count` shallowest ones are known. They are the same for every
-    /// evaluation, so that the same candidates are warped.
+    /// evaluation, so that the same candidates are warped. Each bound is tightened at every fourth sample first.
     pub(super) fn least_deep(&mut self, order: &[Bound], count: usize) {
         let mut depths = std::mem::take(&mut self.results.depths);
+        let mut tight = std::mem::take(&mut self.results.tight);
         depths.clear();
-        for &Bound { value, index } in order {
-            let last = depths.get(count - 1).copied();
-            let enough = last.unwrap_or(f32::NEG_INFINITY) - NEAR_TIE;
-            if value < enough {
+        tight.clear();
+        let mut loose = order.iter().copied().peekable();
+        loop {
+            let enough = depths.get(count - 1).copied();
+            let enough = enough.unwrap_or(f32::NEG_INFINITY) - NEAR_TIE;
+            let best = tight.last().map_or(f32::NEG_INFINITY, |bound| bound.value);
+            let next = loose.next_if(|bound| bound.value >= best.max(enough));
+            if let Some(Bound { value, index }) = next {
+                let is_final = self.results.evaluated[index].is_some_and(|one| one.is_final);
+                let metres = match is_final {
+                    true => value,
+                    false => self.depth(index, enough, Sampling::CoarseFirst),
+                };
+                let at = tight.partition_point(|bound| bound.value <= metres);
+                let value = metres;
+                tight.insert(at, Bound { value, index });
+                continue;
+            }
+            let Some(Bound { value, index }) = tight.pop().filter(|one| one.value >= enough) else {
                 break;
-            }
-            let mut metres = value;
-            if !self.results.evaluated[index].is_some_and(|one| one.is_final) {
-                let clearance = self.whole(index, enough);
-                metres = clearance.metres;
-                self.results.evaluated[index] = Some(Evaluated {
-                    is_final: metres >= enough,
-                    ..self.input.result(index, clearance)
-                });
-            }
+            };
+            let is_final = self.results.evaluated[index].is_some_and(|one| one.is_final);
+            let metres = match is_final {
+                true => value,
+                false => self.depth(index, enough, Sampling::Each),
+            };
             let at = depths.partition_point(|&depth| depth >= metres);
             if at < count {
                 depths.insert(at, metres);
                 depths.truncate(count);
             }
         }
-        self.results.depths = depths;
+        (self.results.depths, self.results.tight) = (depths, tight);
     }
 
     /// Finds the `count` shallowest hits of the attack that enter no obstacle and may be bent, and measures them. Those that enter one stay
@@ -218,31 +230,24 @@ impl Tests<'_, '_> {
         }
     }
 
-    /// The clearance of a posed motion over the whole attack. It may be larger where it is below `enough`.
-    fn whole(&mut self, index: usize, enough: f32) -> Clearance {
+    /// Tests a posed motion over the whole attack; returns its clearance, which may be larger where it is below `enough`.
+    fn depth(&mut self, index: usize, enough: f32, sampling: Sampling) -> f32 {
         let extent = Extent {
             enough,
             ..Extent::WHOLE
         };
-        let (input, results) = (&self.input, &mut *self.results);
-        let body = results.workers.body();
-        let build = |motion: &mut Motion| input.motion(index, motion);
-        let test = PrefixTest {
-            index,
-            test: || {
-                // Among obstacles most motions enter one soon, which one pose shows.
-                let entered = input.candidate_entered(index, -enough, body);
-                if let Some(hit) = entered.filter(|hit| -hit.harm < enough) {
-                    return hit.as_clearance();
-                }
-                worse(
-                    input.exact_test(extent).on_built_motion(body, build),
-                    entered,
-                )
-            },
-            decided_at: |_: &Clearance| Some(input.state.request.attack.end()),
+        let input = self.input;
+        let test = ExactTest {
+            sampling,
+            ..input.exact_test(extent)
         };
-        results.wholes.get_or_eval(input, test)
+        let body = self.results.workers.body();
+        let clearance = test.on_built_motion(body, |motion| input.motion(index, motion));
+        self.results.evaluated[index] = Some(Evaluated {
+            is_final: sampling == Sampling::Each && clearance.metres >= enough,
+            ..input.result(index, clearance)
+        });
+        clearance.metres
     }
 
     /// Writes the chosen candidate's motion to `motion` and tests it, unless the candidate is an evasion that is not a

@@ -32,7 +32,6 @@ impl EvaluateScratch {
         let results = &mut self.results;
         results.workers.clear();
         results.hits.clear();
-        results.wholes.clear();
         let (evaluated, candidates) = (&mut results.evaluated, &state.candidates);
         evaluated.clear();
         evaluated.resize(candidates.counted, None);

@@ -199,6 +199,18 @@ pub(super) fn worst(rows: &[Row], numbers: &Numbers) -> f32 {
     missed.fold(f32::NEG_INFINITY, f32::max)
 }
 
+/// A lower bound of the violation of some row, whatever the parameters are within their bounds: by each row alone.
+pub(super) fn least_violation(rows: &[Row]) -> f32 {
+    let most = |row: &Row| -> f32 {
+        let parts = row.slope.chunks(3);
+        parts
+            .map(|part| part.iter().map(|n| n * n).sum::<f32>().sqrt())
+            .sum()
+    };
+    let missed = rows.iter().map(|row| row.least - most(row));
+    missed.fold(f32::NEG_INFINITY, f32::max)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -220,10 +232,22 @@ mod tests {
             let rows: Vec<Row> = slopes.iter().map(|slope| Row { slope: *slope, least: dot(slope, &known) - slack }).collect();
             let found = least_numbers(&rows, &mut Vec::new());
             prop_assert!(worst(&rows, &found) < 0.02, "{}", worst(&rows, &found));
+            prop_assert!(least_violation(&rows) <= worst(&rows, &known) + 1e-4);
             prop_assert!(dot(&found, &found) <= dot(&known, &known) + 0.05);
             for part in found.chunks(3) {
                 prop_assert!(part.iter().map(|n| n * n).sum::<f32>() <= 1.0 + 1e-5);
             }
+        }
+
+        #[test]
+        fn one_row_is_violated_by_at_least_the_bound(slope in numbers(), least in -30.0f32..30.0) {
+            let row = Row { slope, least };
+            let mut best = slope.map(|number| number * 1e3);
+            let mut none = [0.0; N];
+            for (part, beyond) in best.chunks_mut(3).zip(none.chunks_mut(3)) {
+                bound(part, beyond);
+            }
+            prop_assert!((least_violation(&[row]) - worst(&[row], &best)).abs() < 1e-2);
         }
 
         #[test]

@@ -28,7 +28,9 @@ use case::{SAMPLES, Task, Wish};
 use check::{CheckScratch, MotionCheck};
 use contacts::{Contact, ContactSearch};
 use goal::Goal;
-use linear::{Factor, Linearization, N, Numbers, Row, bend_of, least_numbers, worst};
+use linear::{
+    Factor, Linearization, N, Numbers, Row, bend_of, least_numbers, least_violation, worst,
+};
 use ticks::Tick;
 
 /// Solver of warps, with its scratch.
@@ -232,6 +234,9 @@ impl Warper {
                 if matches!(wish, Wish::Nearer { .. }) && contact.metres == least {
                     self.rows.push(row.reversed());
                 }
+            }
+            if wish == Wish::Away && least_violation(&self.rows[first..]) > HOPE {
+                return None;
             }
             numbers = least_numbers(&self.rows, &mut self.factors);
             match wish {
