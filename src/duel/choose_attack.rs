@@ -67,7 +67,7 @@ impl Duel<'_> {
         for target in self.targets(them.playhead(graph, seconds + wait + USUAL)) {
             attacks.extend_from_slice(self.grid.at(node, frame.inverse().point(target)));
         }
-        attacks.sort_unstable();
+        sort_rarely(&mut attacks, Ord::cmp);
         attacks.dedup_by_key(|option| option.path);
         attacks
     }

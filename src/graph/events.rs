@@ -99,7 +99,7 @@ impl EventCover {
             cover[event.clip.index()].push((event.first, event.last));
         }
         for ends in &mut cover {
-            ends.sort_unstable();
+            sort_rarely(ends, Ord::cmp);
             let mut latest = 0;
             for (_, last) in ends {
                 latest = latest.max(*last);

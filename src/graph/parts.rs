@@ -2,14 +2,14 @@
 //!
 //! An event is one edge. Where events overlap, further edges play the parts between their ends.
 
-use std::collections::BTreeSet;
+use rustc_hash::FxHashSet;
 
 use super::feet::{Aligner, DartKey, FootPlans};
 use super::{
     ClipId, Edge, EdgeMotion, EventId, Feet, GraphEvent, MotionGraph, Node, NodeId, Transition,
 };
 use crate::anim::{Clip, Skeleton};
-use crate::math::in_parallel;
+use crate::math::{in_parallel, sort_rarely};
 
 /// Data from which the graph is assembled.
 pub(super) struct Parts<'a> {
@@ -29,7 +29,7 @@ impl Parts<'_> {
     pub(super) fn assemble(self) -> MotionGraph {
         let nodes = self.nodes();
         let mut edges: Vec<Edge> = self.event_edges(&nodes).collect();
-        let of_events: BTreeSet<(NodeId, NodeId)> =
+        let of_events: FxHashSet<(NodeId, NodeId)> =
             edges.iter().map(|edge| (edge.from, edge.to)).collect();
         let of_clips = nodes.windows(2).zip(0..).filter_map(|(pair, index)| {
             let ends = (NodeId(index), NodeId(index + 1));
@@ -56,7 +56,7 @@ impl Parts<'_> {
 
     /// Nodes at the ends of clips, events and transitions, sorted.
     fn nodes(&self) -> Vec<Node> {
-        let mut places = BTreeSet::new();
+        let mut places = Vec::new();
         for (index, clip) in self.clips.iter().enumerate() {
             places.extend([node(index, 0), node(index, clip.frames() - 1)]);
         }
@@ -72,7 +72,9 @@ impl Parts<'_> {
                 node(t.target_clip, t.target_frame),
             ]);
         }
-        places.into_iter().collect()
+        sort_rarely(&mut places, Ord::cmp);
+        places.dedup();
+        places
     }
 
     /// The edges of events that have motion.

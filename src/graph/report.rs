@@ -1,8 +1,6 @@
-use std::collections::BTreeSet;
-
 use serde::{Deserialize, Serialize};
 
-use super::{ClipId, ClipSource, GraphEvent, LinkReport, MotionGraph, Responsiveness};
+use super::{ClipSource, GraphEvent, LinkReport, MotionGraph, Responsiveness};
 use crate::anim::{Clip, EventKind};
 
 /// Statistics of a graph build.
@@ -108,12 +106,15 @@ impl Dropped {
                 .map(|event| full.describe_event(event))
                 .collect()
         };
-        let used: BTreeSet<ClipId> = kept.nodes().iter().map(|node| node.clip).collect();
+        let mut is_used = vec![false; kept.clips().len()];
+        for node in kept.nodes() {
+            is_used[node.clip.index()] = true;
+        }
         let unused = kept
             .clips()
             .iter()
-            .zip(0..)
-            .filter(|&(_, index)| !used.contains(&ClipId(index)));
+            .zip(&is_used)
+            .filter(|(_, used)| !**used);
         Self {
             clips: unused.map(|(clip, _)| clip.name().to_owned()).collect(),
             seconds: full.seconds_kept() - kept.seconds_kept(),

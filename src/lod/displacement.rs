@@ -8,6 +8,7 @@ use super::attach::{Riders, Seat};
 use super::frames::{Place, place_all};
 use super::samples::Samples;
 use crate::anim::{Clip, JointId, Skeleton};
+use crate::math::sort_rarely;
 
 /// Displacement of the body by a level, over all frames.
 ///
@@ -87,7 +88,7 @@ impl Measurement<'_> {
                 heights.push(high - low);
             }
         }
-        heights.sort_unstable_by(f64::total_cmp);
+        sort_rarely(&mut heights, f64::total_cmp);
         pass.finish(&changes, heights.len());
         Measured {
             errors: pass.errors,

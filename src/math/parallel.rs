@@ -1,7 +1,8 @@
 //! Work shared out among threads, with results in order.
 
+use std::ops::Range;
 use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 /// `work(0)` to `work(count - 1)`, in order, done by `threads` threads; 0 for as many as the
 /// machine has. Threads take one short run of neighbours after the other, so that long pieces of
@@ -11,29 +12,63 @@ pub fn in_parallel<T: Send>(
     count: usize,
     work: impl Fn(usize) -> T + Sync,
 ) -> Vec<T> {
-    /// Number of consecutive runs that a thread takes at a time, if there are enough.
-    const RUNS: usize = 16;
-    let threads = thread_count(threads).min(count).max(1);
-    let length = (count / (threads * RUNS)).max(1);
-    let runs: Vec<Mutex<Vec<T>>> = (0..count)
-        .step_by(length)
-        .map(|_| Mutex::default())
-        .collect();
-    let next = AtomicUsize::new(0);
-    on_threads(threads, &|| {
-        loop {
-            let number = next.fetch_add(1, Ordering::Relaxed);
-            let Some(run) = runs.get(number) else { return };
-            let first = number * length;
-            let done = (first..(first + length).min(count)).map(&work).collect();
-            *run.lock().unwrap_or_else(PoisonError::into_inner) = done;
-        }
+    let runs = Runs::new(threads, count);
+    let results = Mutex::new(Vec::new());
+    lock(&results).resize_with(runs.count, Vec::new);
+    runs.share(&|number, run| {
+        let done = run.map(&work).collect();
+        lock(&results)[number] = done;
     });
-    let mut results = Vec::with_capacity(count);
-    for run in runs {
-        results.append(&mut run.into_inner().unwrap_or_else(PoisonError::into_inner));
+    let mut all = Vec::with_capacity(count);
+    for mut run in results.into_inner().unwrap_or_else(PoisonError::into_inner) {
+        all.append(&mut run);
     }
-    results
+    all
+}
+
+fn lock<T>(list: &Mutex<T>) -> MutexGuard<'_, T> {
+    list.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Consecutive pieces of work that a thread takes at a time.
+struct Runs {
+    threads: usize,
+    /// Number of pieces of work.
+    pieces: usize,
+    /// Number of pieces of a run.
+    length: usize,
+    /// Number of runs.
+    count: usize,
+}
+
+impl Runs {
+    fn new(threads: usize, pieces: usize) -> Self {
+        /// Number of runs of a thread, if there are enough pieces.
+        const RUNS: usize = 16;
+        let threads = thread_count(threads).min(pieces).max(1);
+        let length = (pieces / (threads * RUNS)).max(1);
+        Self {
+            threads,
+            pieces,
+            length,
+            count: pieces.div_ceil(length),
+        }
+    }
+
+    /// Calls `work` with the number and the pieces of each run.
+    fn share(&self, work: &(dyn Fn(usize, Range<usize>) + Sync)) {
+        let next = AtomicUsize::new(0);
+        on_threads(self.threads, &|| {
+            loop {
+                let number = next.fetch_add(1, Ordering::Relaxed);
+                if number >= self.count {
+                    return;
+                }
+                let first = number * self.length;
+                work(number, first..(first + self.length).min(self.pieces));
+            }
+        });
+    }
 }
 
 /// Sets each value of a list to that of `work`, by as many threads as the machine has.
@@ -52,7 +87,7 @@ pub(crate) fn each<T: Send, S: Default>(
     work: impl Fn(T, &mut S) + Sync,
 ) {
     let parts = Mutex::new(parts);
-    let next = || parts.lock().unwrap_or_else(PoisonError::into_inner).next();
+    let next = || lock(&parts).next();
     on_threads(thread_count(0), &|| {
         let mut scratch = S::default();
         while let Some(part) = next() {

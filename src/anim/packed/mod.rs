@@ -29,8 +29,8 @@ mod write;
 use serde::{Deserialize, Serialize};
 
 use super::{JointKind, Skeleton};
-use crate::math::byte_list;
 use crate::math::code_rows::CODES;
+use crate::math::{byte_list, sort_rarely};
 pub use encode::CompressionSettings;
 pub(super) use encode::largest_errors;
 pub(crate) use groups::scatter;
@@ -129,7 +129,9 @@ fn lanes(skeleton: &Skeleton) -> Vec<u16> {
     }
     let moving = |id: &u16| skeleton.joints()[usize::from(*id)].kind == JointKind::Moving;
     let mut lanes: Vec<u16> = (0..skeleton.len() as u16).filter(moving).collect();
-    lanes.sort_by(|&a, &b| bones[usize::from(b)].total_cmp(&bones[usize::from(a)]));
+    sort_rarely(&mut lanes, |&a, &b| {
+        bones[usize::from(b)].total_cmp(&bones[usize::from(a)])
+    });
     lanes
 }
 

@@ -8,7 +8,7 @@ use super::keep::{foot, root_drop_share};
 use crate::anim::free_distance;
 use crate::graph::sample::Sides;
 use crate::graph::{ClipId, Edge, EdgeId, EdgeMotion, MotionGraph};
-use crate::math::in_parallel;
+use crate::math::{in_parallel, sort_rarely};
 
 /// Minimum and maximum duration of a step in place, in seconds. A transition may be shorter.
 const STEP: [f64; 2] = [0.15, 0.30];
@@ -155,12 +155,13 @@ impl Planner<'_> {
             .collect();
         if let Some(sides) = Sides::of(graph, edge, 0.0) {
             let root = sides.root();
-            steps.sort_by_cached_key(|&leg| {
+            // In micrometres.
+            let away = |leg: usize| {
                 let foot = sides.source().global(graph.feet.legs[leg].foot);
                 let away = foot.translation - root;
-                // Micrometres as integers, so that they can be sorted.
-                (-1e6 * away.x.hypot(away.z)) as i64
-            });
+                (1e6 * away.x.hypot(away.z)) as i64
+            };
+            sort_rarely(&mut steps, |&a, &b| away(b).cmp(&away(a)));
         }
         steps
     }

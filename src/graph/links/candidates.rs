@@ -1,6 +1,6 @@
 //! Finds possible links and rates them.
 
-use std::collections::BTreeMap;
+use rustc_hash::FxHashMap;
 
 use super::clip_windows::ClipWindows;
 use super::lengths::Lengths;
@@ -12,14 +12,14 @@ use super::space::LinkSpace;
 pub(super) struct Candidates<'a> {
     pub(super) space: LinkSpace<'a>,
     /// Windows of all clips, by their length.
-    windows: BTreeMap<usize, ClipWindows<'a>>,
+    windows: FxHashMap<usize, ClipWindows<'a>>,
 }
 
 impl<'a> Candidates<'a> {
     pub(super) fn new(source: LinkSource<'a>, lengths: Lengths) -> Self {
         Self {
             space: LinkSpace::new(source, lengths),
-            windows: BTreeMap::new(),
+            windows: FxHashMap::default(),
         }
     }
 

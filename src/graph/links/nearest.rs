@@ -1,7 +1,5 @@
 //! The closest links of many events.
 
-use std::collections::BTreeMap;
-
 use super::candidate::Candidate;
 use super::candidates::Candidates;
 use super::clip_windows::KnownStart;
@@ -9,7 +7,7 @@ use super::join_record::Joins;
 use super::margin::{EventMargin, Side};
 use super::parts::RangeSearch;
 use crate::graph::watch::{BakeStage, Stopped};
-use crate::math::in_parallel;
+use crate::math::{in_parallel, sort_rarely};
 
 /// Events on one side of which links are searched.
 #[derive(Clone, Copy)]
@@ -65,13 +63,14 @@ impl Joins {
             Some((search, starts[index].as_ref()?))
         };
         let mut found = vec![Vec::new(); margins.len()];
-        let mut by_length: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
-        for (index, margin) in margins.iter().enumerate() {
-            if let Some(margin) = margin {
-                by_length.entry(margin.window).or_default().push(index);
-            }
-        }
-        for (length, own) in by_length {
+        let length_of = |index: usize| margins[index].as_ref().map(|margin| margin.window);
+        let mut by_length: Vec<usize> = (0..margins.len()).collect();
+        by_length.retain(|&index| margins[index].is_some());
+        sort_rarely(&mut by_length, |&a, &b| length_of(a).cmp(&length_of(b)));
+        for own in by_length.chunk_by(|&a, &b| length_of(a) == length_of(b)) {
+            let Some(length) = length_of(own[0]) else {
+                continue;
+            };
             let windows = candidates.windows(length);
             let starts = || own.iter().filter_map(|&index| starts[index].as_ref());
             in_parallel(threads, none.len(), |clip| {
@@ -85,7 +84,7 @@ impl Joins {
                 let ranges = parts[part].iter().copied().filter_map(search);
                 windows.links(ranges.collect(), most)
             });
-            for (index, links) in own.into_iter().zip(of_parts.into_iter().flatten()) {
+            for (&index, links) in own.iter().zip(of_parts.into_iter().flatten()) {
                 if let Some(margin) = &margins[index] {
                     self.add(margin, most, &links);
                 }

@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::EntryTable;
 use super::targets::ClipPlaces;
 use crate::graph::{ClipId, MotionGraph};
+use crate::math::sort_rarely;
 
 /// Statistics of the stretches of the clips between two branch points: frames with an entry, an exit, or a choice of edges.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -20,7 +21,7 @@ pub struct Stretches {
 impl Stretches {
     /// Statistics of stretches, given the length of that of each frame, in frames.
     pub(super) fn of(mut lengths: Vec<u32>, rate: f64) -> Self {
-        lengths.sort_unstable();
+        sort_rarely(&mut lengths, Ord::cmp);
         let seconds = |at: usize| (f64::from(lengths.get(at).copied().unwrap_or(0)) / rate) as f32;
         Self {
             median: seconds(lengths.len() / 2),

@@ -1,7 +1,7 @@
 //! Frames of the clips that can be entered.
 
 use crate::graph::{ClipId, EdgeId, EdgeMotion, MotionGraph, Node, Playhead};
-use crate::math::Rigid2;
+use crate::math::{Rigid2, sort_rarely};
 
 /// A frame of a clip, and the edge that plays it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -58,7 +58,9 @@ impl ClipPlaces {
                 edges[from.clip.index()].push((from.frame, from.frame + edge.frames, id));
             }
         }
-        edges.iter_mut().for_each(|list| list.sort_unstable());
+        edges
+            .iter_mut()
+            .for_each(|list| sort_rarely(list, Ord::cmp));
         Self { edges }
     }
 
