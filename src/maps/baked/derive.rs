@@ -9,7 +9,6 @@ use crate::math::in_parallel;
 
 /// Tables that depend on neither what paths hold nor other maps of the same evasions.
 pub(super) struct Tables {
-    frames_to_evasion: Vec<u32>,
     body_rows: BodyRows,
     grid: GridCells,
     entry_tracks: EntryTracks,
@@ -58,7 +57,6 @@ impl BakedGraph {
             paths,
         };
         Tables {
-            frames_to_evasion: frames_to_evasion(&self.graph, &self.evasions),
             body_rows: BodyRows::new(&self.body),
             grid: GridCells::new(size, self.grid_settings),
             entry_tracks: EntryTracks::new(&self.graph, self.evasions.len(), &self.entries),
@@ -67,7 +65,6 @@ impl BakedGraph {
 
     /// Takes tables, and makes room for what is computed later.
     pub(super) fn with_tables(mut self, tables: Tables) -> Self {
-        self.frames_to_evasion = tables.frames_to_evasion;
         self.body_rows = tables.body_rows;
         self.entry_tracks = tables.entry_tracks;
         self.derive_from_maps();
@@ -119,7 +116,7 @@ impl BakedGraph {
 
 /// Minimum number of frames from each node to an evasion's start: Dijkstra's algorithm from all
 /// starts, against the edges' direction.
-fn frames_to_evasion(graph: &MotionGraph, evasions: &[Evasion]) -> Vec<u32> {
+pub(super) fn frames_to_evasion(graph: &MotionGraph, evasions: &[Evasion]) -> Vec<u32> {
     let into = EdgesInto::new(graph);
     let mut frames = vec![u32::MAX; graph.nodes().len()];
     let mut open = std::collections::BinaryHeap::new();

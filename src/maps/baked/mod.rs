@@ -2,6 +2,8 @@ mod derive;
 mod restore;
 mod sections;
 
+use derive::frames_to_evasion;
+
 use serde::{Deserialize, Serialize};
 
 use super::attack_move::attack_spheres;
@@ -41,7 +43,7 @@ pub struct BakedGraph {
     entry_tracks: EntryTracks,
     /// Minimum number of frames from each node to an evasion's start, at rate 1.
     #[serde(skip)]
-    frames_to_evasion: Vec<u32>,
+    frames_to_evasion: OnFirstUse<Vec<u32>>,
     /// Maximum distance of any part of the body from the root, in metres.
     #[serde(skip)]
     reach: f32,
@@ -117,7 +119,7 @@ impl BakedGraph {
             grid,
             tracks,
             entry_tracks: EntryTracks::default(),
-            frames_to_evasion: Vec::new(),
+            frames_to_evasion: OnFirstUse::default(),
             reach,
             body_rows: BodyRows::default(),
             cylinders,
@@ -368,10 +370,13 @@ impl BakedGraph {
     }
 
     /// Minimum number of frames from a node to an evasion's start, at rate 1, or `None` if no
-    /// evasion can be reached.
+    /// evasion can be reached. The first call computes it for all nodes.
     #[must_use]
     pub fn frames_to_evasion(&self, node: NodeId) -> Option<u32> {
-        let frames = self.frames_to_evasion[node.index()];
+        let all = self
+            .frames_to_evasion
+            .get_or_make(|| frames_to_evasion(&self.graph, &self.evasions));
+        let frames = all[node.index()];
         (frames != u32::MAX).then_some(frames)
     }
 

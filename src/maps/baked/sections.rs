@@ -8,7 +8,7 @@ use crate::maps::bounding_cylinder::ClipCylinders;
 use crate::maps::entries::{EntryTable, EntryTracks};
 use crate::maps::grid::{GridCells, GridSettings};
 use crate::maps::paths::PathTable;
-use crate::maps::{AttackMove, Body, BodyRows, Evasion, RegionAtlas, Retimable};
+use crate::maps::{AttackMove, Body, BodyRows, Evasion, OnFirstUse, RegionAtlas, Retimable};
 use crate::math::{both, section};
 
 /// All parts that are small.
@@ -72,14 +72,19 @@ impl BakedGraph {
             cylinders,
         ]: [&[u8]; Self::SECTIONS],
     ) -> Result<Self, String> {
-        let (graph, (atlas, entries, paths, cylinders)) = both(
+        // More threads than there are cores, on some machines: whichever is done first makes room for the others.
+        let (graph, ((atlas, entries), (paths, cylinders))) = both(
             || MotionGraph::from_sections([graph_rest, clips, edges, feet]),
             || {
-                (
-                    section::from_bytes::<RegionAtlas>(atlas),
-                    section::from_bytes::<EntryTable>(entries),
-                    section::from_bytes::<PathTable>(paths),
-                    section::from_bytes::<ClipCylinders>(cylinders),
+                both(
+                    || {
+                        let atlas = section::from_bytes::<RegionAtlas>(atlas);
+                        (atlas, section::from_bytes::<EntryTable>(entries))
+                    },
+                    || {
+                        let paths = section::from_bytes::<PathTable>(paths);
+                        (paths, section::from_bytes::<ClipCylinders>(cylinders))
+                    },
                 )
             },
         );
@@ -104,7 +109,7 @@ impl BakedGraph {
             grid: GridCells::default(),
             tracks: Vec::new(),
             entry_tracks: EntryTracks::default(),
-            frames_to_evasion: Vec::new(),
+            frames_to_evasion: OnFirstUse::default(),
             reach: 0.0,
             body_rows: BodyRows::default(),
             evasion_texels: Vec::new(),
