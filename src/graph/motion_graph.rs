@@ -109,7 +109,7 @@ impl MotionGraph {
             let order = (edge.motion != EdgeMotion::Clip, edge.event.is_none());
             (edge.from, order, edge.to)
         };
-        sort_rarely(&mut self.edges, |a, b| key(a).cmp(&key(b)));
+        self.edges.sort_by_key(key);
         let nodes = self.nodes.len() as u32;
         self.first_edge = (0..=nodes)
             .map(|node| self.edges.partition_point(|edge| edge.from.0 < node) as u32)

@@ -9,7 +9,7 @@ use super::{
     ClipId, Edge, EdgeMotion, EventId, Feet, GraphEvent, MotionGraph, Node, NodeId, Transition,
 };
 use crate::anim::{Clip, Skeleton};
-use crate::math::{in_parallel, sort_rarely};
+use crate::math::in_parallel;
 
 /// Data from which the graph is assembled.
 pub(super) struct Parts<'a> {
@@ -72,7 +72,7 @@ impl Parts<'_> {
                 node(t.target_clip, t.target_frame),
             ]);
         }
-        sort_rarely(&mut places, Ord::cmp);
+        places.sort_unstable();
         places.dedup();
         places
     }

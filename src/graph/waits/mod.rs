@@ -39,7 +39,7 @@ struct WaitTable {
 }
 
 /// Number of moments of a block.
-const BLOCK: usize = 64;
+const BLOCK: usize = 8;
 
 impl WaitTable {
     /// A table of waits beyond the horizon.
