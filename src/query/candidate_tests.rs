@@ -165,24 +165,21 @@ impl Tests<'_, '_> {
             let enough = enough.unwrap_or(f32::NEG_INFINITY) - NEAR_TIE;
             let best = tight.last().map_or(f32::NEG_INFINITY, |bound| bound.value);
             let next = loose.next_if(|bound| bound.value >= best.max(enough));
-            if let Some(Bound { value, index }) = next {
-                let is_final = self.results.evaluated[index].is_some_and(|one| one.is_final);
-                let metres = match is_final {
-                    true => value,
-                    false => self.depth(index, enough, Sampling::CoarseFirst),
+            if let Some(bound) = next {
+                let value = match self.is_final(bound.index) {
+                    true => bound.value,
+                    false => self.tightened(bound, enough),
                 };
-                let at = tight.partition_point(|bound| bound.value <= metres);
-                let value = metres;
-                tight.insert(at, Bound { value, index });
+                let at = tight.partition_point(|bound| bound.value <= value);
+                tight.insert(at, Bound { value, ..bound });
                 continue;
             }
             let Some(Bound { value, index }) = tight.pop().filter(|one| one.value >= enough) else {
                 break;
             };
-            let is_final = self.results.evaluated[index].is_some_and(|one| one.is_final);
-            let metres = match is_final {
+            let metres = match self.is_final(index) {
                 true => value,
-                false => self.depth(index, enough, Sampling::Each),
+                false => self.depth(index, enough),
             };
             let at = depths.partition_point(|&depth| depth >= metres);
             if at < count {
@@ -230,8 +227,33 @@ impl Tests<'_, '_> {
         }
     }
 
-    /// Tests a posed motion over the whole attack; returns its clearance, which may be larger where it is below `enough`.
-    fn depth(&mut self, index: usize, enough: f32, sampling: Sampling) -> f32 {
+    /// Whether a candidate's final motion was tested over the whole attack.
+    fn is_final(&self, index: usize) -> bool {
+        self.results.evaluated[index].is_some_and(|one| one.is_final)
+    }
+
+    /// A bound of a hit's clearance that is at most the one before: that at every fourth sample of the posed motion.
+    fn tightened(&mut self, Bound { value, index }: Bound, enough: f32) -> f32 {
+        let clearance = self.posed(index, enough, Sampling::CoarseFirst);
+        // What fewer samples miss makes no hit clean.
+        if clearance.metres < value {
+            self.results.evaluated[index] = Some(self.input.result(index, clearance));
+        }
+        clearance.metres.min(value)
+    }
+
+    /// The clearance of a posed motion, which may be larger where it is below `enough`.
+    fn depth(&mut self, index: usize, enough: f32) -> f32 {
+        let clearance = self.posed(index, enough, Sampling::Each);
+        self.results.evaluated[index] = Some(Evaluated {
+            is_final: clearance.metres >= enough,
+            ..self.input.result(index, clearance)
+        });
+        clearance.metres
+    }
+
+    /// Tests a posed motion over the whole attack, until its clearance is below `enough`.
+    fn posed(&mut self, index: usize, enough: f32, sampling: Sampling) -> Clearance {
         let extent = Extent {
             enough,
             ..Extent::WHOLE
@@ -242,12 +264,7 @@ impl Tests<'_, '_> {
             ..input.exact_test(extent)
         };
         let body = self.results.workers.body();
-        let clearance = test.on_built_motion(body, |motion| input.motion(index, motion));
-        self.results.evaluated[index] = Some(Evaluated {
-            is_final: sampling == Sampling::Each && clearance.metres >= enough,
-            ..input.result(index, clearance)
-        });
-        clearance.metres
+        test.on_built_motion(body, |motion| input.motion(index, motion))
     }
 
     /// Writes the chosen candidate's motion to `motion` and tests it, unless the candidate is an evasion that is not a

@@ -264,6 +264,39 @@ mod tests {
         least
     }
 
+    fn rows() -> impl Strategy<Value = Vec<f32>> {
+        prop::collection::vec(-2.0f32..2.0, 3 * 2 * LANES)
+    }
+
+    proptest! {
+        #[test]
+        fn layered_spheres_are_as_near_as_one_by_one(
+            (rows, other) in (rows(), rows()), weight in 0.0f32..=1.0, heading in -3.0f32..3.0,
+            keys in prop::collection::vec(prop::array::uniform4(-1.0f32..1.0), 0..4), picked in prop::collection::vec(any::<bool>(), 2 * LANES),
+        ) {
+            let row = |rows: &[f32], at: usize| Vec3::from([0, 2 * LANES, 4 * LANES].map(|axis| rows[axis + at]));
+            let radii: Vec<f32> = picked.iter().map(|&picked| if picked { 0.1 } else { f32::NEG_INFINITY }).collect();
+            let key = |[x, y, z, radius]: [f32; 4]| SphereKey { t: 0.0, center: Vec3::new(x, y, z), radius: radius.abs() };
+            let moment = Moment { rows, attack: keys.into_iter().map(key).collect(), ..Moment::default() };
+            let turn = Quat::from_rotation_y(heading);
+            let axes = [Vec3::X, Vec3::Z].map(|axis| turn * axis);
+            let origin = Vec3::new(0.3, 0.1, -0.2);
+            let layered = LayeredSpheres { weight, rows: [0, 1, 2].map(|axis| &other[2 * LANES * axis..2 * LANES * (axis + 1)]), axes, origin };
+            let mut expected = f32::INFINITY;
+            for (at, radius) in radii.iter().enumerate().filter(|(_, radius)| radius.is_finite()) {
+                let centre = row(&moment.rows, at).lerp(origin + turn * row(&other, at), weight);
+                for key in &moment.attack {
+                    expected = expected.min(key.center.distance(centre) - key.radius - radius);
+                }
+            }
+            let found = moment.lowest(&layered, &radii);
+            prop_assert!(found == expected || (found - expected).abs() < 1e-5, "{found} and {expected}");
+            for isa in Isa::available() {
+                prop_assert_eq!(isa.run(|| moment.lowest(&layered, &radii)).to_bits(), found.to_bits());
+            }
+        }
+    }
+
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(64))]
         #[test]
