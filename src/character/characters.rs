@@ -10,7 +10,7 @@ use super::ids::{CharacterId, ThreatId};
 use super::obstacles::find_bodies;
 use super::scratch::Worker;
 use super::settings::CharacterSettings;
-use super::slot::{PlanQueue, Shared, Slot, Urgent, lock, most_urgent};
+use super::slot::{PlanQueue, Shared, Slot, Urgent, most_urgent};
 use super::state::CharacterState;
 use super::steer::Steering;
 use super::threat::Threat;
@@ -18,7 +18,7 @@ use super::world::{KnownThreat, OtherBody, World};
 use crate::anim::{JointTransform, Pose, forward_kinematics};
 use crate::graph::{Motion, Playhead};
 use crate::maps::BakedGraph;
-use crate::math::{Rigid2, WorkerPool, thread_count};
+use crate::math::{Rigid2, WorkerPool, lock, thread_count};
 use crate::query::Obstacle;
 
 /// The characters of a game: steered, threatened, and stepped together.

@@ -5,10 +5,11 @@ use std::sync::Mutex;
 use glam::{Vec2, Vec3};
 
 use super::scratch::Worker;
-use super::slot::{Slot, lock};
+use super::slot::Slot;
 use super::state::CharacterState;
 use super::world::{OtherBody, World};
 use crate::maps::BakedGraph;
+use crate::math::lock;
 use crate::query::Obstacle;
 use crate::query::obstacle::ObstacleTest;
 

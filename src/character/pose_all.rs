@@ -9,13 +9,13 @@ use super::crowd_poses::{CrowdPoseSettings, CrowdPoses, Member, Poser, Seen};
 use super::error::CharacterError;
 use super::ids::CharacterId;
 use super::scratch::Worker;
-use super::slot::{Blend, Slot, lock};
+use super::slot::{Blend, Slot};
 use super::state::CharacterState;
 use crate::anim::forward_kinematics;
 use crate::crowd::{CrowdError, ExternalGroups, ExternalTarget, Layout, MemberId, PoseSlice};
 use crate::graph::MotionGraph;
 use crate::lod::Levels;
-use crate::math::F32x16;
+use crate::math::{F32x16, lock};
 
 impl Characters {
     /// Makes [`Characters::pose_all`] possible. `levels` are built from the graph's skeleton and clips.

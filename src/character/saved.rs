@@ -6,11 +6,12 @@ use serde::{Deserialize, Serialize};
 
 use super::characters::Characters;
 use super::error::CharacterError;
-use super::slot::{Slot, lock};
+use super::slot::Slot;
 use super::state::CharacterState;
 use super::world::KnownThreat;
 use crate::graph::Motion;
 use crate::maps::BakedGraph;
+use crate::math::lock;
 
 /// Everything about characters and threats but the graph and the settings. Saved and restored, it goes on to the same bit.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -1,14 +1,14 @@
 //! The places of the characters, and the threads that share them.
 
+use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
 
 use serde::{Deserialize, Serialize};
 
 use super::scratch::Worker;
 use super::state::CharacterState;
-use crate::math::WorkerPool;
+use crate::math::{WorkerPool, lock};
 
 /// A place for a character.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -132,8 +132,4 @@ pub(super) fn most_urgent(slots: &[Mutex<Slot>], most: usize, out: &mut Vec<Urge
     out.extend(slots.iter().enumerate().filter_map(urgency));
     out.sort_unstable_by(|a, b| a.seconds.total_cmp(&b.seconds).then(a.index.cmp(&b.index)));
     out.truncate(most);
-}
-
-pub(super) fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }

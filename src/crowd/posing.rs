@@ -1,14 +1,14 @@
 //! Posing the groups of a crowd, on one thread or on several.
 
+use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use super::error::CrowdError;
 use super::instances::{Crowd, MOST_CHUNKS};
 use super::output::Layout;
 use super::run::{Level, Run, RunMemory, Turn};
 use super::schedule::Schedule;
-use crate::math::{F32x16, RowSet};
+use crate::math::{F32x16, RowSet, lock};
 
 /// What one chunk of the groups writes.
 struct Part<'a>(Mutex<RunMemory<'a>>);
@@ -114,8 +114,4 @@ impl Crowd {
         self.is_settled = true;
         Ok(())
     }
-}
-
-fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }

@@ -23,7 +23,7 @@ pub(crate) use lanes::{
 };
 #[cfg(feature = "vulkan")]
 pub(crate) use parallel::each;
-pub(crate) use parallel::{both, fill};
+pub(crate) use parallel::{both, fill, lock};
 pub use parallel::{in_parallel, thread_count};
 pub use rigid2::Rigid2;
 pub use round::{floor, round};

@@ -5,8 +5,10 @@
 
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex};
 use std::thread::{self, JoinHandle, Thread};
+
+use super::parallel::lock;
 
 /// Number of times that a thread looks for new work before it sleeps: about 50 microseconds.
 const SPINS: u32 = 2_000;
@@ -165,10 +167,6 @@ fn wait(is_so: impl Fn() -> bool) {
     while !is_so() {
         thread::park();
     }
-}
-
-fn lock<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 #[cfg(test)]

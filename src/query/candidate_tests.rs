@@ -5,7 +5,7 @@ use super::clearance::{Clearance, ExactTest, Extent, Sampling};
 use super::evaluated::Evaluated;
 use super::evaluation::Evaluation;
 use super::evaluation_input::{EvaluationInput, worse};
-use super::prefix_cache::{PrefixCache, PrefixTest};
+use super::prefix_cache::PrefixCache;
 use super::workers::{Batch, Workers};
 use crate::graph::Motion;
 use crate::math::thread_count;
@@ -91,12 +91,8 @@ impl Tests<'_, '_> {
             };
             let (input, results) = (&self.input, &mut *self.results);
             let body = results.workers.body();
-            let test = PrefixTest {
-                index,
-                test: || input.test(index, extent, body),
-                decided_at: |found: &Clearance| (!found.is_clean()).then_some(found.time),
-            };
-            let clearance = results.hits.get_or_eval(input, test);
+            let test = || input.test(index, extent, body);
+            let clearance = results.hits.get_or_test(input, index, test);
             if clearance.metres >= extent.below && best.is_finite() {
                 continue;
             }

@@ -14,15 +14,6 @@ pub(super) struct PrefixCache {
     results: FxHashMap<MoveId, Clearance>,
 }
 
-/// A test of one candidate.
-pub(super) struct PrefixTest<T, U> {
-    /// Position of the candidate.
-    pub index: usize,
-    pub test: T,
-    /// The time up to which the motion decides a result, seconds since the query; `None` if the result is not shared.
-    pub decided_at: U,
-}
-
 /// A test reads samples up to this long after the time of its result, seconds: to the end of the next stretch.
 const AHEAD: f32 = (2 * BodyTrack::INTERVAL + 1) as f32 / SAMPLE_RATE;
 
@@ -31,19 +22,15 @@ impl PrefixCache {
         self.results.clear();
     }
 
-    /// The result of a move with a known prefix. Otherwise runs the test, and stores its result for the shortest prefix that
-    /// decides it.
-    pub(super) fn get_or_eval<T, U>(
+    /// The result of a move with a known prefix. Otherwise runs the test, and stores a hit for the shortest prefix that decides it.
+    pub(super) fn get_or_test(
         &mut self,
         input: &EvaluationInput<'_>,
-        test: PrefixTest<T, U>,
-    ) -> Clearance
-    where
-        T: FnOnce() -> Clearance,
-        U: FnOnce(&Clearance) -> Option<f32>,
-    {
-        let Some(path) = input.move_of(test.index) else {
-            return (test.test)();
+        index: usize,
+        test: impl FnOnce() -> Clearance,
+    ) -> Clearance {
+        let Some(path) = input.move_of(index) else {
+            return test();
         };
         let known = input
             .state
@@ -51,9 +38,9 @@ impl PrefixCache {
             .prefixes(path)
             .find_map(|(prefix, _)| self.results.get(&prefix).copied());
         known.unwrap_or_else(|| {
-            let result = (test.test)();
-            if let Some(time) = (test.decided_at)(&result) {
-                let prefix = shortest_prefix(input, path, time + AHEAD);
+            let result = test();
+            if !result.is_clean() {
+                let prefix = shortest_prefix(input, path, result.time + AHEAD);
                 self.results.insert(prefix, result);
             }
             result

@@ -2,10 +2,10 @@
 
 use std::fmt;
 use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::{Mutex, PoisonError};
 
 use super::clearance::{Clearance, MotionBody};
-use crate::math::WorkerPool;
+use crate::math::{WorkerPool, lock};
 
 /// The threads of a context, with the memory of each. They are started by the first query that asks for them. A clone starts its
 /// own.
@@ -103,10 +103,6 @@ impl Workers {
         }
         &self.results
     }
-}
-
-fn lock(worker: &Mutex<Worker>) -> MutexGuard<'_, Worker> {
-    worker.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 impl Clone for Workers {

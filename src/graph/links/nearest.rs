@@ -63,15 +63,14 @@ impl Joins {
             Some((search, starts[index].as_ref()?))
         };
         let mut found = vec![Vec::new(); margins.len()];
-        let length_of = |index: usize| margins[index].as_ref().map(|margin| margin.window);
-        let mut by_length: Vec<usize> = (0..margins.len()).collect();
-        by_length.retain(|&index| margins[index].is_some());
-        sort_rarely(&mut by_length, |&a, &b| length_of(a).cmp(&length_of(b)));
-        for own in by_length.chunk_by(|&a, &b| length_of(a) == length_of(b)) {
-            let Some(length) = length_of(own[0]) else {
-                continue;
-            };
-            let windows = candidates.windows(length);
+        let of_length =
+            |(margin, index): (&Option<EventMargin>, usize)| Some((margin.as_ref()?.window, index));
+        let mut by_length: Vec<(usize, usize)> =
+            margins.iter().zip(0..).filter_map(of_length).collect();
+        sort_rarely(&mut by_length, Ord::cmp);
+        for own in by_length.chunk_by(|a, b| a.0 == b.0) {
+            let windows = candidates.windows(own[0].0);
+            let own: Vec<usize> = own.iter().map(|&(_, index)| index).collect();
             let starts = || own.iter().filter_map(|&index| starts[index].as_ref());
             in_parallel(threads, none.len(), |clip| {
                 if starts().any(|start| !start.clips[clip]) {
@@ -84,7 +83,7 @@ impl Joins {
                 let ranges = parts[part].iter().copied().filter_map(search);
                 windows.links(ranges.collect(), most)
             });
-            for (&index, links) in own.iter().zip(of_parts.into_iter().flatten()) {
+            for (index, links) in own.into_iter().zip(of_parts.into_iter().flatten()) {
                 if let Some(margin) = &margins[index] {
                     self.add(margin, most, &links);
                 }

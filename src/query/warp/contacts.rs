@@ -81,9 +81,11 @@ impl Interval<'_> {
         let times = [from, to].map(|tick| tick.seconds().clamp(attack.start(), attack.end()));
         let balls = times.map(|t| attack.at(t));
         let shares = times.map(|t| t * SAMPLE_RATE - from.number as f32);
-        let flies = times[0] < times[1];
-        let spheres = body.spheres.iter().enumerate().filter(move |_| flies);
-        spheres.filter_map(move |(sphere, own)| {
+        let spheres = match times[0] < times[1] {
+            true => body.spheres.as_slice(),
+            false => &[],
+        };
+        spheres.iter().enumerate().filter_map(move |(sphere, own)| {
             let (start, end) = (from.centres[sphere], to.centres[sphere]);
             let apart = [0, 1].map(|at| start.lerp(end, shares[at]) - balls[at].center);
             let radii = balls.map(|ball| ball.radius + own.radius);
