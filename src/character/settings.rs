@@ -29,7 +29,8 @@ pub struct CharacterSettings {
     /// Largest number of characters that plan in one step, those that may be reached first before others. Default: no limit.
     pub plans_per_step: usize,
     /// Time for plans in one step, in milliseconds; 0 for no limit. Default 0. Those that may be reached first plan first, at least one in
-    /// each step; others plan in later steps. With a limit, results depend on the machine's speed.
+    /// each step. A plan that would end too late, if it took as long as the others on average, is left to a later step. With a limit, results
+    /// depend on the machine's speed.
     pub plan_milliseconds: f32,
     /// Number of threads of [`Characters::step`](super::Characters::step); 0 for one per core. Default 1. The result does not depend
     /// on it.

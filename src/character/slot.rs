@@ -1,7 +1,7 @@
 //! The places of the characters, and the threads that share them.
 
 use std::sync::Mutex;
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicU32, AtomicU64, AtomicUsize, Ordering};
 use std::time::Instant;
 
 use serde::{Deserialize, Serialize};
@@ -70,7 +70,7 @@ impl Shared<'_> {
         self.in_turn(pool, |turn| (turn < count).then_some(turn), work);
     }
 
-    /// Calls `work` for the places of a queue, in its order, on all threads.
+    /// Calls `work` for the places of a queue, in its order, on all threads, as long as there is time.
     pub(super) fn each_of(
         self,
         queue: PlanQueue<'_>,
@@ -80,13 +80,16 @@ impl Shared<'_> {
         if queue.urgent.is_empty() {
             return;
         }
-        let begun = Instant::now();
-        let is_over = || queue.seconds > 0.0 && begun.elapsed().as_secs_f32() > queue.seconds;
+        let time = PlanTime::new(queue.seconds);
         let place = |turn: usize| {
             let urgent = queue.urgent.get(turn)?;
-            (turn == 0 || !is_over()).then_some(urgent.index)
+            (turn == 0 || time.is_left()).then_some(urgent.index)
         };
-        self.in_turn(pool, place, work);
+        self.in_turn(pool, place, |index, slot, worker| {
+            let begun = Instant::now();
+            work(index, slot, worker);
+            time.add(begun);
+        });
     }
 
     /// Calls `work` for the place of each turn until there is none, on all threads.
@@ -110,8 +113,46 @@ impl Shared<'_> {
 #[derive(Clone, Copy)]
 pub(super) struct PlanQueue<'a> {
     pub urgent: &'a [Urgent],
-    /// Those are left out whose turn comes later than so long after the start, except the first, in seconds; 0 for no limit.
+    /// Time for all, in seconds; 0 for no limit. The first always has its turn.
     pub seconds: f32,
+}
+
+/// The time that plans of a step have taken.
+struct PlanTime {
+    begun: Instant,
+    /// [`PlanQueue::seconds`].
+    seconds: f32,
+    plans: AtomicU32,
+    /// Sum over all plans, in nanoseconds.
+    spent: AtomicU64,
+}
+
+impl PlanTime {
+    fn new(seconds: f32) -> Self {
+        Self {
+            begun: Instant::now(),
+            seconds,
+            plans: AtomicU32::new(0),
+            spent: AtomicU64::new(0),
+        }
+    }
+
+    /// Adds a plan that ends now.
+    fn add(&self, begun: Instant) {
+        let nanoseconds = u64::try_from(begun.elapsed().as_nanos()).unwrap_or(u64::MAX);
+        self.spent.fetch_add(nanoseconds, Ordering::Relaxed);
+        self.plans.fetch_add(1, Ordering::Relaxed);
+    }
+
+    /// Whether a plan that takes as long as the mean of the others would end in time.
+    fn is_left(&self) -> bool {
+        if self.seconds == 0.0 {
+            return true;
+        }
+        let plans = self.plans.load(Ordering::Relaxed).max(1);
+        let mean = 1e-9 * self.spent.load(Ordering::Relaxed) as f32 / plans as f32;
+        self.begun.elapsed().as_secs_f32() + mean <= self.seconds
+    }
 }
 
 /// A character that has to plan.

@@ -179,36 +179,42 @@ fn threads_change_nothing() {
 
 #[test]
 fn those_that_are_reached_first_plan_first() {
-    let settings = CharacterSettings {
+    let one_at_a_time = CharacterSettings {
         plans_per_step: 1,
         ..CharacterSettings::default()
     };
-    let mut characters = characters(settings);
-    let ids = spawn(&mut characters, 3);
-    play(&mut characters, 5);
-    let now = characters.now();
-    for (index, &id) in ids.iter().enumerate() {
-        let middle = joints(&mut characters, id)[0].translation;
-        let velocity = Vec3::new(0.0, 0.0, -8.0);
-        let seconds = 1.2 - 0.2 * index as f32;
-        let threat = Threat::ball(now, middle - velocity * seconds, velocity, 0.1);
-        let target = Some(id);
-        characters.threaten(Threat { target, ..threat }).unwrap();
-    }
-    let events = play(&mut characters, 3);
-    let looks = |kind: &CharacterEventKind| {
-        matches!(
-            kind,
-            CharacterEventKind::Planned { .. }
-                | CharacterEventKind::Kept { .. }
-                | CharacterEventKind::Cannot
-        )
+    let no_time_for_two = CharacterSettings {
+        plan_milliseconds: 1e-6,
+        ..CharacterSettings::default()
     };
-    let order: Vec<_> = { events.iter() }
-        .filter(|event| looks(&event.kind))
-        .map(|event| event.character)
-        .collect();
-    assert_eq!(order, [ids[2], ids[1], ids[0]]);
+    for settings in [one_at_a_time, no_time_for_two] {
+        let mut characters = characters(settings);
+        let ids = spawn(&mut characters, 3);
+        play(&mut characters, 5);
+        let now = characters.now();
+        for (index, &id) in ids.iter().enumerate() {
+            let middle = joints(&mut characters, id)[0].translation;
+            let velocity = Vec3::new(0.0, 0.0, -8.0);
+            let seconds = 1.2 - 0.2 * index as f32;
+            let threat = Threat::ball(now, middle - velocity * seconds, velocity, 0.1);
+            let target = Some(id);
+            characters.threaten(Threat { target, ..threat }).unwrap();
+        }
+        let events = play(&mut characters, 3);
+        let looks = |kind: &CharacterEventKind| {
+            matches!(
+                kind,
+                CharacterEventKind::Planned { .. }
+                    | CharacterEventKind::Kept { .. }
+                    | CharacterEventKind::Cannot
+            )
+        };
+        let order: Vec<_> = { events.iter() }
+            .filter(|event| looks(&event.kind))
+            .map(|event| event.character)
+            .collect();
+        assert_eq!(order, [ids[2], ids[1], ids[0]]);
+    }
 }
 
 #[test]
