@@ -1,5 +1,6 @@
-//! Rigid transforms of the ground plane; the choice of an instruction set; lanes; threads; rounding.
+//! Rigid transforms of the ground plane; the choice of an instruction set; lanes; squares of bits; threads; rounding.
 
+pub(crate) mod bit_square;
 pub(crate) mod byte_list;
 pub(crate) mod code_rows;
 mod isa;

@@ -1,7 +1,7 @@
 //! What the device's tests share: a headless device that listens to validation, and a small random
 //! generator.
 
-use std::sync::Once;
+use std::sync::{Mutex, MutexGuard, Once, PoisonError};
 
 use sabaki::gpu::Terms;
 use sabaki::gpu::ash::{self, vk};
@@ -14,12 +14,24 @@ pub fn device() -> Headless {
 }
 
 pub fn desc() -> HeadlessDesc {
+    wait_for_turn();
     keep_loaded();
     HeadlessDesc {
         device: DeviceChoice::Software,
         validation: true,
         ..HeadlessDesc::default()
     }
+}
+
+/// Waits until no other test of this process has devices. The validation layer looks devices up in a table without a lock, which breaks
+/// while another thread makes or destroys one (vendor-notes/lavapipe.md).
+fn wait_for_turn() {
+    static TURN: Mutex<()> = Mutex::new(());
+    thread_local! {
+        /// Held until the thread ends, which is the test's own.
+        static HELD: MutexGuard<'static, ()> = TURN.lock().unwrap_or_else(PoisonError::into_inner);
+    }
+    HELD.with(|_| ());
 }
 
 /// Makes an instance that lives as long as the process. Otherwise the loader would unload drivers and layers whenever no test has an

@@ -10,7 +10,7 @@ use super::blocks::SPAN;
 use crate::{
     gpu::{GpuError, error::within},
     maps::{BitMap, MapGrid, MapRect, MaskMap, RegionAtlas, RegionMaps},
-    math::{each, in_parallel},
+    math::{bit_square, each, in_parallel},
 };
 
 /// Number of words of a window.
@@ -227,7 +227,7 @@ fn draw_slices(map: &MaskMap, planes: &[Option<Plane>], words: &mut [u32]) {
                 for (run, &mask) in runs.iter_mut().zip(of_lane) {
                     *run = mask;
                 }
-                transpose(&mut runs);
+                bit_square::transpose(&mut runs);
                 for (plane, &texels) in planes.iter().zip(&runs) {
                     if let Some(plane) = plane {
                         plane.set_run(words, [u, v], texels);
@@ -266,25 +266,7 @@ impl Plane {
 }
 
 /// Number of texels of a run: a word has a bit for each.
-const RUN: usize = 32;
-
-/// Exchanges rows and columns of a square of bits: bit `i` of word `k` becomes bit `k` of word `i`.
-///
-/// Source: Warren, Hacker's Delight, section 7-3: blocks off the diagonal change places, from halves down to single bits.
-fn transpose(words: &mut [u32; RUN]) {
-    let mut mask = u32::MAX;
-    for side in [16, 8, 4, 2, 1] {
-        mask ^= mask << side;
-        for first in (0..RUN).step_by(2 * side) {
-            let (low, high) = words[first..first + 2 * side].split_at_mut(side);
-            for (low, high) in low.iter_mut().zip(high) {
-                let changed = (*low >> side ^ *high) & mask;
-                *low ^= changed << side;
-                *high ^= changed;
-            }
-        }
-    }
-}
+const RUN: usize = bit_square::SIDE;
 
 /// Planes of a slab.
 pub(super) fn planes_of_slab(slices: u32) -> u32 {
@@ -303,17 +285,6 @@ mod tests {
     use super::*;
 
     proptest! {
-        #[test]
-        fn rows_become_columns(words in prop::array::uniform32(any::<u32>())) {
-            let mut turned = words;
-            transpose(&mut turned);
-            for (row, word) in words.iter().enumerate() {
-                for (column, of_column) in turned.iter().enumerate() {
-                    prop_assert_eq!(word >> column & 1, of_column >> row & 1);
-                }
-            }
-        }
-
         #[test]
         fn each_strip_has_the_texels_of_its_columns(
             [u, v] in [-40..90i32, -3..8i32],

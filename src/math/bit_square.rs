@@ -1,0 +1,42 @@
+//! Squares of bits.
+
+/// Number of rows and of columns of a square: a word has a bit for each column.
+pub(crate) const SIDE: usize = 32;
+
+/// Exchanges rows and columns of a square of bits: bit `i` of word `k` becomes bit `k` of word `i`.
+///
+/// Source: Warren, Hacker's Delight, section 7-3: blocks off the diagonal change places, from halves down to single bits.
+pub(crate) fn transpose(words: &mut [u32; SIDE]) {
+    let mut mask = u32::MAX;
+    for side in [16, 8, 4, 2, 1] {
+        mask ^= mask << side;
+        for first in (0..SIDE).step_by(2 * side) {
+            let (low, high) = words[first..first + 2 * side].split_at_mut(side);
+            for (low, high) in low.iter_mut().zip(high) {
+                let changed = (*low >> side ^ *high) & mask;
+                *low ^= changed << side;
+                *high ^= changed;
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    proptest! {
+        #[test]
+        fn rows_become_columns(words in prop::array::uniform32(any::<u32>())) {
+            let mut turned = words;
+            transpose(&mut turned);
+            for (row, word) in words.iter().enumerate() {
+                for (column, of_column) in turned.iter().enumerate() {
+                    prop_assert_eq!(word >> column & 1, of_column >> row & 1);
+                }
+            }
+        }
+    }
+}
