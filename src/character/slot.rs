@@ -146,12 +146,10 @@ impl PlanTime {
 
     /// Whether a plan that takes as long as the mean of the others would end in time.
     fn is_left(&self) -> bool {
-        if self.seconds == 0.0 {
-            return true;
-        }
+        let is_limited = self.seconds > 0.0;
         let plans = self.plans.load(Ordering::Relaxed).max(1);
         let mean = 1e-9 * self.spent.load(Ordering::Relaxed) as f32 / plans as f32;
-        self.begun.elapsed().as_secs_f32() + mean <= self.seconds
+        !is_limited || self.begun.elapsed().as_secs_f32() + mean <= self.seconds
     }
 }
 
