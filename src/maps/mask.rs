@@ -1,7 +1,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::MapRect;
-use crate::math::bit_square::{SIDE, transpose};
+use crate::math::bit_square::{SIDE, transposed};
 use crate::math::sparse_words;
 
 /// A map over time: each texel has a mask with one bit for each slice.
@@ -133,13 +133,8 @@ fn slice_ends(masks: &[u32], lanes: usize) -> Vec<Option<(i32, u32)>> {
     for (part, first) in masks.chunks(SIDE * lanes).zip((0..).step_by(SIDE)) {
         for (lane, ends) in ends.chunks_exact_mut(SIDE).enumerate() {
             // Of each mask its slices; then of each slice its masks.
-            let mut square = [0; SIDE];
-            let of_lane = part.iter().skip(lane).step_by(lanes);
-            for (word, &mask) in square.iter_mut().zip(of_lane) {
-                *word = mask;
-            }
-            transpose(&mut square);
-            for (ends, &found) in ends.iter_mut().zip(&square) {
+            let masks_of = transposed(part.iter().copied().skip(lane).step_by(lanes));
+            for (ends, found) in ends.iter_mut().zip(masks_of) {
                 if found != 0 {
                     let start = ends.map_or(first + found.trailing_zeros(), |(start, _)| start);
                     *ends = Some((start, first + SIDE as u32 - found.leading_zeros()));

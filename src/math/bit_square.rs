@@ -3,10 +3,19 @@
 /// Number of rows and of columns of a square: a word has a bit for each column.
 pub(crate) const SIDE: usize = 32;
 
-/// Exchanges rows and columns of a square of bits: bit `i` of word `k` becomes bit `k` of word `i`.
-///
+/// The square of some words, and of 0 for those that are missing, with rows and columns exchanged: bit `i` of word `k` becomes bit `k` of
+/// word `i`.
+pub(crate) fn transposed(words: impl Iterator<Item = u32>) -> [u32; SIDE] {
+    let mut square = [0; SIDE];
+    for (row, word) in square.iter_mut().zip(words) {
+        *row = word;
+    }
+    transpose(&mut square);
+    square
+}
+
 /// Source: Warren, Hacker's Delight, section 7-3: blocks off the diagonal change places, from halves down to single bits.
-pub(crate) fn transpose(words: &mut [u32; SIDE]) {
+fn transpose(words: &mut [u32; SIDE]) {
     let mut mask = u32::MAX;
     for side in [16, 8, 4, 2, 1] {
         mask ^= mask << side;
@@ -30,8 +39,7 @@ mod tests {
     proptest! {
         #[test]
         fn rows_become_columns(words in prop::array::uniform32(any::<u32>())) {
-            let mut turned = words;
-            transpose(&mut turned);
+            let turned = transposed(words.into_iter());
             for (row, word) in words.iter().enumerate() {
                 for (column, of_column) in turned.iter().enumerate() {
                     prop_assert_eq!(word >> column & 1, of_column >> row & 1);

@@ -222,13 +222,9 @@ fn draw_slices(map: &MaskMap, planes: &[Option<Plane>], words: &mut [u32]) {
     for (row, v) in rows.zip(rect.v..) {
         for (masks, u) in row.chunks(RUN * lanes).zip((rect.u..).step_by(RUN)) {
             for (lane, planes) in planes.chunks(RUN).enumerate() {
-                let mut runs = [0; RUN];
-                let of_lane = masks.iter().skip(lane).step_by(lanes);
-                for (run, &mask) in runs.iter_mut().zip(of_lane) {
-                    *run = mask;
-                }
-                bit_square::transpose(&mut runs);
-                for (plane, &texels) in planes.iter().zip(&runs) {
+                let of_lane = masks.iter().copied().skip(lane).step_by(lanes);
+                let runs = bit_square::transposed(of_lane);
+                for (plane, texels) in planes.iter().zip(runs) {
                     if let Some(plane) = plane {
                         plane.set_run(words, [u, v], texels);
                     }
