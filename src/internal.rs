@@ -1,10 +1,6 @@
 //! What the packages of this workspace share with the component and a host never names: maps as bits, drawings, the exact test.
 //!
 //! No promise of compatibility holds here: a version's last number may change any of it.
-pub use crate::anim::facing::Facing;
-pub use crate::anim::leg::Leg;
-pub use crate::anim::limbs::Limbs;
-pub use crate::anim::warp::{Bend, Envelope, Warp};
 pub use crate::duel::trunk::Trunk;
 #[cfg(feature = "vulkan")]
 pub use crate::gpu::stencil::{Batch, MapKind, Rasterizer, RasterizerDesc};
@@ -25,12 +21,6 @@ pub use crate::graph::search::{
     TransitionList,
 };
 pub use crate::graph::watch::{BakeProgress, BakeStage, BakeWatch, Recorded, Unwatched};
-pub use crate::lod::blend::{Blend, affine};
-pub use crate::lod::level::Seated;
-pub use crate::lod::mass::BoneShape;
-pub use crate::lod::motion::{LevelMotion, LevelTrack, Translations};
-pub use crate::lod::settings::{Branch, Carrier, Flexion, Inertia};
-pub use crate::lod::switching::Band;
 pub use crate::maps::atlas::RegionId;
 pub use crate::maps::attack_grid::{AttackGridReport, AttackOption, Contact};
 pub use crate::maps::bake::{EarlierTables, TableRecord};
@@ -59,6 +49,10 @@ pub use crate::query::moves::{MoveSettings, SearchReport};
 pub use crate::query::obstacle::{ObstacleHit, ObstacleScratch, ObstacleTest};
 pub use crate::query::retime::{Rate, RateError};
 pub use crate::query::warp::{WarpBounds, WarpLimits};
+pub use sabaki_motion::internal::{
+    Band, Bend, Blend, BoneShape, Branch, Carrier, Envelope, Facing, Flexion, Inertia, Leg,
+    LevelMotion, LevelTrack, Limbs, Seated, Translations, Warp, affine,
+};
 
 /// The rasterizer that the shaders mirror.
 pub mod raster {

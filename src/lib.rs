@@ -49,12 +49,10 @@
 #![warn(unreachable_pub)]
 #![cfg_attr(docsrs, feature(doc_cfg))]
 
-pub mod anim;
 pub mod archive;
 #[cfg(feature = "capi")]
 mod capi;
 pub mod character;
-pub mod crowd;
 pub mod duel;
 #[cfg(feature = "vulkan")]
 pub mod gpu;
@@ -62,10 +60,11 @@ pub mod graph;
 pub mod guide;
 #[doc(hidden)]
 pub mod internal;
-pub mod lod;
 pub mod maps;
-pub mod math;
 pub mod query;
+
+#[doc(inline)]
+pub use sabaki_motion::{anim, crowd, lod, math};
 
 pub use maps::BakedGraph;
 pub use query::{Answer, Attack, CullPath, Query, QueryContext, QuerySettings, Request, Session};

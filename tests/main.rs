@@ -3,15 +3,12 @@
 // The files mirror those of `src`, and a test uses an example's memory.
 #![allow(clippy::module_inception, clippy::duplicate_mod)]
 
-mod anim;
 mod archive;
 mod capi;
 mod character;
-mod crowd;
 mod duel;
 mod gpu;
 mod graph;
 mod guide;
-mod lod;
 mod maps;
 mod query;

@@ -25,7 +25,7 @@ use thiserror::Error;
 
 use crate::maps::BakedGraph;
 #[cfg(unix)]
-use crate::math::both;
+use sabaki_motion::internal::both;
 
 pub use atomic_write::write_atomically;
 

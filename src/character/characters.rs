@@ -18,8 +18,9 @@ use super::world::{KnownThreat, OtherBody, World};
 use crate::anim::{JointTransform, Pose, forward_kinematics};
 use crate::graph::{Motion, Playhead};
 use crate::maps::BakedGraph;
-use crate::math::{Rigid2, WorkerPool, lock, thread_count};
+use crate::math::{Rigid2, thread_count};
 use crate::query::Obstacle;
+use sabaki_motion::internal::{WorkerPool, lock};
 
 /// The characters of a game: steered, threatened, and stepped together.
 pub struct Characters {

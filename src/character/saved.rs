@@ -11,7 +11,7 @@ use super::state::CharacterState;
 use super::world::KnownThreat;
 use crate::graph::Motion;
 use crate::maps::BakedGraph;
-use crate::math::lock;
+use sabaki_motion::internal::lock;
 
 /// Everything about characters and threats but the graph and the settings. Saved and restored, it goes on to the same bit.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -2,12 +2,12 @@ use glam::Vec3;
 
 use super::steer::SteerScratch;
 use crate::anim::{JointTransform, Pose, forward_kinematics};
-use crate::crowd::ExternalPose;
 use crate::graph::MotionMoment;
 use crate::maps::BakedGraph;
 use crate::query::clearance::MotionBody;
 use crate::query::obstacle::ObstacleScratch;
 use crate::query::{Answer, Obstacle, QueryContext};
+use sabaki_motion::internal::ExternalPose;
 
 /// Scratch of one thread.
 #[derive(Default)]

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use super::scratch::Worker;
 use super::state::CharacterState;
-use crate::math::{WorkerPool, lock};
+use sabaki_motion::internal::{WorkerPool, lock};
 
 /// A place for a character.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -28,6 +28,7 @@ mod report;
 pub(crate) mod responsiveness;
 mod sample;
 pub(crate) mod search;
+pub(crate) mod section;
 mod settings;
 mod source;
 mod stored;

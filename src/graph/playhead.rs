@@ -1,8 +1,9 @@
 use serde::{Deserialize, Serialize};
 
 use super::{EdgeId, MotionGraph, NodeId};
-use crate::anim::{Facing, Pose, forward_kinematics};
+use crate::anim::{Pose, forward_kinematics};
 use crate::math::Rigid2;
+use sabaki_motion::internal::Facing;
 
 /// A character's position in the graph and in the world.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]

@@ -4,12 +4,12 @@
 use glam::{Quat, Vec3};
 
 use super::{ClipId, Edge, EdgeId, EdgeMotion, MotionGraph, blend_weight};
-use crate::anim::{
-    Chain, JointId, LANES, Moment, PackedMoment, Pose, RiggedSkeleton, Rows, Skeleton, Slerp,
-    scatter, slerp, unpack,
-};
-use crate::math::code_rows::{RowKernel, RowReader};
+use crate::anim::{JointId, Pose, Skeleton};
 use crate::math::{Isa, Rigid2};
+use sabaki_motion::internal::{
+    Chain, LANES, Moment, PackedMoment, RiggedSkeleton, RowKernel, RowReader, Rows, Slerp, scatter,
+    slerp, unpack,
+};
 
 /// Both sides of a transition at one moment, in the space of the source's clip.
 pub(super) struct Sides<'a> {

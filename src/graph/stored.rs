@@ -3,9 +3,10 @@
 use serde::{Deserialize, Serialize};
 
 use super::motion_graph::KnownRig;
+use super::section;
 use super::{Edge, Feet, GraphEvent, MotionGraph, Node};
 use crate::anim::{Clip, Skeleton};
-use crate::math::{both, section};
+use sabaki_motion::internal::both;
 
 /// All parts that are small.
 #[derive(Deserialize)]

@@ -5,7 +5,8 @@ use super::{
     events,
 };
 use crate::anim::{Clip, Skeleton};
-use crate::math::{both, in_parallel};
+use crate::math::in_parallel;
+use sabaki_motion::internal::both;
 
 impl MotionGraph {
     /// Checks that every index is in range, every edge fits its clips, and every node can be

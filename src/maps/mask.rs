@@ -1,8 +1,8 @@
 use serde::{Deserialize, Serialize};
 
 use super::MapRect;
-use crate::math::bit_square::{SIDE, transposed};
-use crate::math::sparse_words;
+use super::bit_square::{SIDE, transposed};
+use super::sparse_words;
 
 /// A map over time: each texel has a mask with one bit for each slice.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]

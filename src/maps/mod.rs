@@ -10,6 +10,7 @@ pub(crate) mod attack_move;
 pub(crate) mod bake;
 mod bake_settings;
 mod baked;
+pub(crate) mod bit_square;
 mod body;
 mod body_rows;
 mod body_sphere;
@@ -34,6 +35,7 @@ pub(crate) mod raster;
 pub(crate) mod region_maps;
 pub(crate) mod retime;
 pub(crate) mod slab;
+mod sparse_words;
 mod sphere_key;
 pub(crate) mod track;
 

@@ -1,6 +1,6 @@
 use super::clearance::Clearance;
 use super::score::Score;
-use crate::anim::Warp;
+use sabaki_motion::internal::Warp;
 
 /// Result of the exact test of one candidate.
 #[derive(Clone, Copy, Debug)]

@@ -241,10 +241,10 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::anim::Envelope;
     use crate::graph::{ClipPosition, Playhead};
     use crate::math::Rigid2;
     use crate::query::warp::fixture::baked;
+    use sabaki_motion::internal::Envelope;
 
     /// Distance at the same moments, of the body as it is played.
     fn naive(motion: &Motion, ranking: &LayerRanking) -> f32 {

@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
 
 use super::clearance::{Clearance, MotionBody};
-use crate::math::{WorkerPool, lock};
+use sabaki_motion::internal::{WorkerPool, lock};
 
 /// The threads of a context, with the memory of each. They are started by the first query that asks for them. A clone starts its
 /// own.

@@ -22,9 +22,9 @@ use crate::{
         shader_table::COUNTS,
         uploaded::{MapWords, Uploaded},
     },
-    math::both,
     query::cull::{CullPath, Overlap},
 };
+use sabaki_motion::internal::both;
 
 /// Counts overlaps with a compute shader.
 #[derive(Debug)]

@@ -9,9 +9,10 @@ use std::ops::Range;
 use super::blocks::SPAN;
 use crate::{
     gpu::{GpuError, error::within},
-    maps::{BitMap, MapGrid, MapRect, MaskMap, RegionAtlas, RegionMaps},
-    math::{bit_square, each, in_parallel},
+    maps::{BitMap, MapGrid, MapRect, MaskMap, RegionAtlas, RegionMaps, bit_square},
+    math::in_parallel,
 };
+use sabaki_motion::internal::each;
 
 /// Number of words of a window.
 const WINDOW: u32 = 5;

@@ -6,9 +6,9 @@ use super::pairs::Pairs;
 use crate::{
     gpu::{Counting, GpuError, error::within},
     maps::{MapRect, RegionAtlas, Slab, SlabMaps},
-    math::each,
     query::cull::{Counted, CullCandidate},
 };
+use sabaki_motion::internal::each;
 
 /// Kind of a slab's map.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]

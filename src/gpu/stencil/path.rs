@@ -28,9 +28,9 @@ use crate::{
         resources::{Buffer, BufferDesc, DeviceMemory, StencilTarget},
         uploaded::MapWords,
     },
-    math::both,
     query::cull::{CullPath, Overlap},
 };
+use sabaki_motion::internal::both;
 
 /// Counts overlaps with the stencil buffer.
 #[derive(Debug)]

@@ -5,7 +5,8 @@ use serde::{Deserialize, Serialize};
 
 use super::LegBlend;
 use crate::graph::{ClipMatch, Edge, MotionGraph, Node, NodeId, Transition};
-use crate::math::{Rigid2, sort_rarely};
+use crate::math::Rigid2;
+use sabaki_motion::internal::sort_rarely;
 
 /// A transition, by its clips and frames.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]

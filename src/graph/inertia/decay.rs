@@ -3,8 +3,9 @@
 use glam::{Quat, Vec3};
 use serde::{Deserialize, Serialize};
 
-use crate::anim::{Chain, JointTransform, Knee, KneeLimit, Leg, LegGoal, Pose, Skeleton};
+use crate::anim::{JointTransform, Pose, Skeleton};
 use crate::math::Rigid2;
+use sabaki_motion::internal::{Chain, Knee, KneeLimit, Leg, LegGoal};
 
 /// An offset that decays to 0: its initial value and its initial rate of change per second.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -134,20 +135,20 @@ impl LegPose {
     }
 }
 
-impl Leg {
-    /// Bends this leg of `pose` to where a blend puts it. A knee that the blend bends the wrong way is straightened first.
-    pub(crate) fn follow(&self, skeleton: &Skeleton, pose: &mut Pose, target: LegTarget) {
-        self.limit_knee(skeleton, pose, target.knee);
+impl LegTarget {
+    /// Bends a leg of `pose` to where a blend puts it. A knee that the blend bends the wrong way is straightened first.
+    pub(crate) fn bend(self, leg: &Leg, skeleton: &Skeleton, pose: &mut Pose) {
+        leg.limit_knee(skeleton, pose, self.knee);
         let JointTransform {
             rotation,
             translation,
-        } = target.at_toe;
+        } = self.at_toe;
         let foot = JointTransform {
             rotation,
-            translation: translation - rotation * toe_in_ankle(skeleton, pose, self),
+            translation: translation - rotation * toe_in_ankle(skeleton, pose, leg),
         };
-        let knee = Knee::Forward(target.knee.hinge);
-        self.reach_goal(skeleton, pose, LegGoal { foot, knee });
+        let knee = Knee::Forward(self.knee.hinge);
+        leg.reach_goal(skeleton, pose, LegGoal { foot, knee });
     }
 }
 

@@ -179,7 +179,7 @@ impl Inertia {
             }
         }
         for ((leg, decay), foot) in legs.iter().zip(&self.feet).zip(feet) {
-            leg.follow(skeleton, pose, decay.moved(foot, weights));
+            decay.moved(foot, weights).bend(leg, skeleton, pose);
         }
     }
 }

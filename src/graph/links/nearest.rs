@@ -7,7 +7,8 @@ use super::join_record::Joins;
 use super::margin::{EventMargin, Side};
 use super::parts::RangeSearch;
 use crate::graph::watch::{BakeStage, Stopped};
-use crate::math::{in_parallel, sort_rarely};
+use crate::math::in_parallel;
+use sabaki_motion::internal::sort_rarely;
 
 /// Events on one side of which links are searched.
 #[derive(Clone, Copy)]

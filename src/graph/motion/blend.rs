@@ -1,9 +1,10 @@
 //! Entries of a motion, and the offsets that fade out after them.
 
 use super::{Motion, Piece};
-use crate::anim::{EventKind, Warp};
+use crate::anim::EventKind;
 use crate::graph::inertia::{Entry, EntryScratch, Inertia};
 use crate::graph::{EdgeId, EdgeMotion, MotionGraph, MotionStep};
+use sabaki_motion::internal::Warp;
 
 impl Motion {
     /// Jumps to another position of the graph after `seconds`. The offset of the motion from that position, and its speed, fade out

@@ -6,7 +6,8 @@ use crate::graph::EdgeId;
 use crate::maps::Evasion;
 use crate::maps::grid::GridCells;
 use crate::maps::paths::PathsBeside;
-use crate::math::{Rigid2, both};
+use crate::math::Rigid2;
+use sabaki_motion::internal::both;
 
 impl BakedGraph {
     /// Checks all data and indices that were read from a file, and computes the tables that files

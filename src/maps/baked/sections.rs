@@ -4,12 +4,13 @@ use serde::{Deserialize, Serialize};
 
 use super::BakedGraph;
 use crate::graph::MotionGraph;
+use crate::graph::section;
 use crate::maps::bounding_cylinder::ClipCylinders;
 use crate::maps::entries::{EntryTable, EntryTracks};
 use crate::maps::grid::{GridCells, GridSettings};
 use crate::maps::paths::PathTable;
 use crate::maps::{AttackMove, Body, BodyRows, Evasion, OnFirstUse, RegionAtlas, Retimable};
-use crate::math::{both, section};
+use sabaki_motion::internal::both;
 
 /// All parts that are small.
 #[derive(Deserialize)]

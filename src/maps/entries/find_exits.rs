@@ -7,7 +7,7 @@ use super::stretches::PlayedFrames;
 use super::{EntryTable, KnownEntry, MomentLists};
 use crate::graph::watch::WatchedStage;
 use crate::graph::{ClipId, Node};
-use crate::math::sort_rarely;
+use sabaki_motion::internal::sort_rarely;
 
 impl EntryTable {
     /// Finds exits of the moments of stretches without a branch point that are longer than `longest` seconds. The result does not depend on

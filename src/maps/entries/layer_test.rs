@@ -13,8 +13,9 @@ use super::limits::{MotionLimits, head};
 use super::record::Beyond;
 use super::slack::Slack;
 use super::turns::turns;
-use crate::anim::{Envelope, JointId, Pose, slerp};
+use crate::anim::{JointId, Pose};
 use crate::graph::{MotionGraph, Node, Playhead, layer_tilt};
+use sabaki_motion::internal::{Envelope, slerp};
 
 /// Scratch of the test of layers in one graph.
 pub(super) struct LayerTest<'a> {

@@ -8,7 +8,8 @@ use super::build::step;
 use super::{EdgeStep, NodeOfPath, NodePath, PathId, PathTable};
 use crate::graph::{EdgeId, MotionGraph, NodeId};
 use crate::maps::{Evasion, OnFirstUse, Retimable};
-use crate::math::{Rigid2, fill, in_parallel};
+use crate::math::{Rigid2, in_parallel};
+use sabaki_motion::internal::fill;
 
 /// What paths depend on beside their graph.
 #[derive(Clone, Copy)]

@@ -11,7 +11,8 @@ use super::texels::{AttackTexels, BLOCK, BLOCK_TEXELS, BlockMasks, MaskLayout};
 use crate::maps::{
     BitMap, CoarseMap, CoarseRegion, FixedTransform2, MaskMap, RegionMaps, SlabMaps,
 };
-use crate::math::{Isa, Lookup, Words};
+use crate::math::Isa;
+use sabaki_motion::internal::{Lookup, Words};
 
 /// Counts overlaps on the CPU. It keeps its memory: after inputs of similar size it allocates nothing.
 #[derive(Clone, Debug)]

@@ -2,7 +2,7 @@
 
 use super::linear::{Gradient, Linearization, Row, Scales, dot};
 use super::ticks::Tick;
-use crate::anim::Rig;
+use sabaki_motion::internal::Rig;
 
 /// Distance from a limit below which the condition is added, in metres.
 const NEAR: f32 = 0.12;

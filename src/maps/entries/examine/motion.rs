@@ -3,9 +3,10 @@
 use glam::{Quat, Vec3};
 
 use super::CutTest;
-use crate::anim::{Chain, JointId, JointTransform, Pose};
+use crate::anim::{JointId, JointTransform, Pose};
 use crate::graph::{Decay, FootDecay, LegPose};
 use crate::maps::entries::frames::Frame;
+use sabaki_motion::internal::Chain;
 
 impl CutTest<'_> {
     /// Computes the offsets but for those of the joints.
@@ -69,7 +70,7 @@ impl CutTest<'_> {
         let feet = &self.cut.entered.frames[frame - 1].feet;
         let legs = self.cut.graph.feet().legs();
         for ((leg, &foot), decay) in legs.iter().zip(feet).zip(&self.examiner.offsets.feet) {
-            leg.follow(skeleton, pose, decay.moved(foot, weights));
+            decay.moved(foot, weights).bend(leg, skeleton, pose);
         }
     }
 

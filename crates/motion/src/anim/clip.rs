@@ -1,0 +1,358 @@
+use glam::{Quat, Vec3};
+use serde::{Deserialize, Serialize};
+use thiserror::Error;
+
+use super::moment::{Moment, PlainMoment};
+use super::packed::{CompressionSettings, PackedClip, largest_errors};
+use super::plain::PlainClip;
+use super::{Pose, Skeleton, SkeletonError};
+use crate::math::Isa;
+
+/// An immutable motion of a [`Skeleton`]: poses at a constant frame rate. It is plain, or compressed
+/// ([`Clip::compressed`]).
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Clip {
+    pub(super) frames: Frames,
+}
+
+/// Frames of a clip.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) enum Frames {
+    Plain(PlainClip),
+    Packed(PackedClip),
+}
+
+/// Data of a [`Clip`].
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ClipDesc {
+    /// Name, unique among the clips of a set. For a clip from a file, the file's name.
+    pub name: String,
+    /// Frame rate, in frames per second.
+    pub frame_rate: f64,
+    /// Position of the root in each frame, in metres.
+    pub roots: Vec<Vec3>,
+    /// Rotation of each joint relative to its parent, frame by frame, in the skeleton's joint
+    /// order. End sites have the identity.
+    pub rotations: Vec<Quat>,
+    /// Position of each joint in its parent's frame, in the layout of `rotations`, in metres. It is
+    /// empty if the joints keep the skeleton's offsets. Entries of the root are unused.
+    pub translations: Vec<Vec3>,
+}
+
+/// Reason why a clip is invalid.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum ClipError {
+    /// The clip's skeleton is invalid.
+    #[error(transparent)]
+    Skeleton(#[from] SkeletonError),
+    /// The clip has no frames.
+    #[error("clip \"{0}\" has no frames")]
+    Empty(String),
+    /// The frame rate is zero, negative, NaN or infinite.
+    #[error("clip \"{clip}\": a frame rate of {rate} is not possible")]
+    FrameRate {
+        /// Name of the clip.
+        clip: String,
+        /// Frame rate, in frames per second.
+        rate: f64,
+    },
+    /// The length of an array is not frames × joints.
+    #[error(
+        "clip \"{clip}\": {found} {what} where {frames} frames of {joints} joints need {expected}"
+    )]
+    Length {
+        /// Name of the clip.
+        clip: String,
+        /// Name of the array.
+        what: &'static str,
+        /// Length of the array.
+        found: usize,
+        /// Expected length.
+        expected: usize,
+        /// Number of frames of the clip.
+        frames: usize,
+        /// Number of joints of the skeleton.
+        joints: usize,
+    },
+    /// A position is NaN or farther away than [`Skeleton::FURTHEST`], or a quaternion does not have
+    /// unit length.
+    #[error(
+        "clip \"{clip}\", frame {frame}, joint \"{joint}\": not a place within {max} m and a unit rotation", max = Skeleton::FURTHEST
+    )]
+    NotFinite {
+        /// Name of the clip.
+        clip: String,
+        /// Frame, counted from 0.
+        frame: usize,
+        /// Name of the joint.
+        joint: String,
+    },
+}
+
+impl Clip {
+    /// Creates a plain clip after checking `desc` against `skeleton`.
+    ///
+    /// # Errors
+    /// An array has the wrong length, or a frame of a joint is invalid.
+    pub fn new(skeleton: &Skeleton, desc: ClipDesc) -> Result<Self, ClipError> {
+        let clip = PlainClip::new(desc, skeleton.len());
+        clip.check(skeleton)?;
+        Ok(Self::plain(clip))
+    }
+
+    fn plain(clip: PlainClip) -> Self {
+        Self {
+            frames: Frames::Plain(clip),
+        }
+    }
+
+    /// Returns the clip in a form that takes about a quarter of the memory. It is sampled in its compressed form. A clip that is
+    /// compressed already, or whose error cannot be held (bones of several metres, half a turn of a joint within one frame), is
+    /// returned as it is.
+    #[must_use]
+    pub fn compressed(&self, skeleton: &Skeleton, settings: &CompressionSettings) -> Self {
+        let Frames::Plain(plain) = &self.frames else {
+            return self.clone();
+        };
+        let packed = (plain.joints == skeleton.len())
+            .then(|| PackedClip::new(skeleton, &plain.desc, settings));
+        let Some(mut packed) = packed.flatten() else {
+            return self.clone();
+        };
+        let decoded = Self {
+            frames: Frames::Packed(packed.clone()),
+        };
+        let errors = largest_errors(skeleton, self, &decoded);
+        if !(errors[0] <= settings.joint_error && errors[1] <= settings.end_error) {
+            return self.clone();
+        }
+        packed.set_errors(errors);
+        Self {
+            frames: Frames::Packed(packed),
+        }
+    }
+
+    /// Largest errors that compression has caused, in metres: at the joints, and at the ends ([`CompressionSettings`]). `None` for a
+    /// plain clip.
+    #[must_use]
+    pub fn compression_errors(&self) -> Option<[f32; 2]> {
+        match &self.frames {
+            Frames::Plain(_) => None,
+            Frames::Packed(packed) => Some(packed.errors()),
+        }
+    }
+
+    /// Size of the frames in a file, in bytes: as they are, and as a plain clip.
+    #[must_use]
+    pub fn stored_bytes(&self) -> [usize; 2] {
+        let place = size_of::<Vec3>();
+        let joint = size_of::<Quat>() + if self.moves_joints() { place } else { 0 };
+        let plain = self.frames() * (place + self.joints() * joint);
+        match &self.frames {
+            Frames::Plain(_) => [plain; 2],
+            Frames::Packed(packed) => [packed.stored_bytes(), plain],
+        }
+    }
+
+    /// Whether the clip is sound and of this skeleton: for clips from files.
+    #[doc(hidden)]
+    pub fn is_sound(&self, skeleton: &Skeleton) -> bool {
+        match &self.frames {
+            Frames::Plain(plain) => plain.joints == skeleton.len() && plain.check(skeleton).is_ok(),
+            Frames::Packed(packed) => packed.fits(skeleton),
+        }
+    }
+
+    /// Name, unique among the clips of a set.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        match &self.frames {
+            Frames::Plain(plain) => &plain.desc.name,
+            Frames::Packed(packed) => packed.name(),
+        }
+    }
+
+    /// Name for display: words separated by spaces, without the file extension.
+    ///
+    /// ```
+    /// # use sabaki::anim::Clip;
+    /// assert_eq!(Clip::title("fist_left.bvh"), "fist left");
+    /// assert_eq!(Clip::title("fox.glb:Walk"), "fox Walk");
+    /// assert_eq!(Clip::title("v1.5_duck"), "v1.5 duck");
+    /// ```
+    #[must_use]
+    pub fn title(name: &str) -> String {
+        let (file, within) = name.split_once(':').unwrap_or((name, ""));
+        let file = match file.rsplit_once('.') {
+            Some((stem, "bvh" | "glb" | "gltf" | "amc")) => stem,
+            _ => file,
+        };
+        format!("{file} {within}").trim_end().replace('_', " ")
+    }
+
+    /// Frame rate, in frames per second.
+    #[must_use]
+    pub fn frame_rate(&self) -> f64 {
+        match &self.frames {
+            Frames::Plain(plain) => plain.desc.frame_rate,
+            Frames::Packed(packed) => packed.frame_rate(),
+        }
+    }
+
+    /// Number of frames, at least 1.
+    #[must_use]
+    pub fn frames(&self) -> usize {
+        match &self.frames {
+            Frames::Plain(plain) => plain.desc.roots.len(),
+            Frames::Packed(packed) => packed.frames(),
+        }
+    }
+
+    /// Number of joints of the skeleton.
+    #[must_use]
+    pub fn joints(&self) -> usize {
+        match &self.frames {
+            Frames::Plain(plain) => plain.joints,
+            Frames::Packed(packed) => packed.joints(),
+        }
+    }
+
+    /// Whether the clip has positions for its joints. Otherwise they keep the skeleton's offsets.
+    #[must_use]
+    pub fn moves_joints(&self) -> bool {
+        match &self.frames {
+            Frames::Plain(plain) => !plain.desc.translations.is_empty(),
+            Frames::Packed(packed) => packed.moves_joints(),
+        }
+    }
+
+    /// Time from the first frame to the last, in seconds. It is 0 for one frame.
+    #[must_use]
+    pub fn duration(&self) -> f64 {
+        (self.frames() - 1) as f64 / self.frame_rate()
+    }
+
+    /// Copies all frames. [`Clip::pose`] reads a single one.
+    #[must_use]
+    pub fn desc(&self) -> ClipDesc {
+        if let Frames::Plain(plain) = &self.frames {
+            return plain.desc.clone();
+        }
+        let mut desc = ClipDesc {
+            name: self.name().to_owned(),
+            frame_rate: self.frame_rate(),
+            roots: Vec::with_capacity(self.frames()),
+            rotations: Vec::with_capacity(self.frames() * self.joints()),
+            translations: Vec::new(),
+        };
+        let mut pose = Pose::default();
+        for frame in 0..self.frames() {
+            self.pose(frame, &mut pose);
+            desc.push(&pose);
+        }
+        desc
+    }
+
+    /// Writes the pose of one frame to `out`.
+    pub fn pose(&self, frame: usize, out: &mut Pose) {
+        self.moment(frame, 0.0).pose(Isa::best(), out);
+    }
+
+    /// Position of the root in one frame.
+    #[must_use]
+    pub fn root(&self, frame: usize) -> Vec3 {
+        self.moment(frame, 0.0).root()
+    }
+
+    /// Position of the root in the pose of [`Clip::sample`].
+    #[must_use]
+    pub fn sample_root(&self, frame: f32) -> Vec3 {
+        self.at(frame).root()
+    }
+
+    /// Writes the pose at a fractional frame to `out`. The root is interpolated linearly, rotations
+    /// along the shorter arc. Frames before the first and after the last are clamped.
+    pub fn sample(&self, frame: f32, out: &mut Pose) {
+        self.sample_on(Isa::best(), frame, out);
+    }
+
+    /// [`Clip::sample`] with an instruction set. All give the same bits.
+    #[doc(hidden)]
+    pub fn sample_on(&self, isa: Isa, frame: f32, out: &mut Pose) {
+        self.at(frame).pose(isa, out);
+    }
+
+    /// Moment at a fractional frame, from which single joints can be read.
+    #[doc(hidden)]
+    pub fn at(&self, frame: f32) -> Moment<'_> {
+        let last = self.frames() - 1;
+        let clamped = frame.clamp(0.0, last as f32);
+        // The value is not negative, so truncation rounds down.
+        let lower = (clamped as usize).min(last);
+        let weight = if lower < last {
+            clamped - lower as f32
+        } else {
+            0.0
+        };
+        self.moment(lower, weight)
+    }
+
+    fn moment(&self, lower: usize, weight: f32) -> Moment<'_> {
+        match &self.frames {
+            Frames::Plain(plain) => Moment::Plain(PlainMoment {
+                clip: plain,
+                lower,
+                weight,
+            }),
+            Frames::Packed(packed) => Moment::Packed(packed.at(lower, weight)),
+        }
+    }
+
+    /// Returns the same motion at another frame rate. Frames are at multiples of the new frame
+    /// time; the remainder of the last frame time is dropped.
+    ///
+    /// # Errors
+    /// The frame rate is invalid.
+    pub fn resampled(&self, frame_rate: f64) -> Result<Self, ClipError> {
+        if !(frame_rate.is_finite() && frame_rate > 0.0) {
+            return Err(ClipError::FrameRate {
+                clip: self.name().to_owned(),
+                rate: frame_rate,
+            });
+        }
+        if (frame_rate / self.frame_rate() - 1.0).abs() < 1e-4 {
+            let mut same = self.clone();
+            match &mut same.frames {
+                Frames::Plain(plain) => plain.desc.frame_rate = frame_rate,
+                Frames::Packed(packed) => packed.set_frame_rate(frame_rate),
+            }
+            return Ok(same);
+        }
+        // Files store frame times with few digits. The tolerance keeps a last frame that rounding
+        // would lose.
+        let frames = (self.duration() * frame_rate + 1e-3).floor() as usize + 1;
+        let mut desc = ClipDesc {
+            name: self.name().to_owned(),
+            frame_rate,
+            roots: Vec::with_capacity(frames),
+            rotations: Vec::with_capacity(frames * self.joints()),
+            translations: Vec::new(),
+        };
+        let mut pose = Pose::default();
+        for frame in 0..frames {
+            let source = frame as f64 / frame_rate * self.frame_rate();
+            self.sample(source as f32, &mut pose);
+            desc.push(&pose);
+        }
+        Ok(Self::plain(PlainClip::new(desc, self.joints())))
+    }
+}
+
+impl ClipDesc {
+    /// Appends a frame.
+    fn push(&mut self, pose: &Pose) {
+        self.roots.push(pose.root);
+        self.rotations.extend_from_slice(&pose.rotations);
+        self.translations.extend_from_slice(&pose.translations);
+    }
+}

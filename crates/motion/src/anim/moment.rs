@@ -1,0 +1,176 @@
+//! A moment of a clip, read joint by joint or as a whole pose.
+
+use glam::{Quat, Vec3};
+
+use super::packed::PackedMoment;
+use super::plain::PlainClip;
+use super::pose::nlerp;
+use super::rows::{self, Block, LANES};
+use super::{JointId, Pose, Skeleton};
+use crate::math::Isa;
+
+/// A moment of a clip. It gives the values of [`Clip::sample`](super::Clip::sample) joint by joint, without computing
+/// the whole pose.
+#[derive(Clone, Copy, Debug)]
+pub enum Moment<'a> {
+    /// A moment of a plain clip.
+    Plain(PlainMoment<'a>),
+    /// A moment of a compressed clip.
+    Packed(PackedMoment<'a>),
+}
+
+impl Moment<'_> {
+    /// Writes the whole pose to `out`.
+    pub(super) fn pose(&self, isa: Isa, out: &mut Pose) {
+        match self {
+            Self::Plain(plain) => plain.pose(isa, out),
+            Self::Packed(packed) => packed.pose(isa, out),
+        }
+    }
+
+    /// Position of the root, in metres.
+    #[inline]
+    pub fn root(&self) -> Vec3 {
+        match self {
+            Self::Plain(plain) => plain.root(),
+            Self::Packed(packed) => packed.root(),
+        }
+    }
+
+    /// Rotation of a joint in its parent's frame.
+    #[inline]
+    pub fn rotation(&self, joint: usize) -> Quat {
+        match self {
+            Self::Plain(plain) => plain.rotation(joint),
+            Self::Packed(packed) => packed.rotation(joint),
+        }
+    }
+
+    /// Hands out the rotations of all joints; of compressed clips those of end sites, which do not rotate, are left out.
+    #[inline]
+    pub fn each_rotation(&self, mut visit: impl FnMut(usize, Quat)) {
+        match self {
+            Self::Plain(plain) => {
+                for joint in 0..plain.clip.joints {
+                    visit(joint, plain.rotation(joint));
+                }
+            }
+            Self::Packed(packed) => packed.each_rotation(visit),
+        }
+    }
+
+    /// Position of a joint in its parent's frame, or `None` if the skeleton's offset applies.
+    #[inline]
+    pub(crate) fn translation(&self, joint: usize) -> Option<Vec3> {
+        match self {
+            Self::Plain(plain) => plain.translation(joint),
+            Self::Packed(packed) => packed.moves_joints().then(|| packed.translation(joint)),
+        }
+    }
+
+    /// Rotation and position of a joint in its parent's frame. The root's are in the space of the
+    /// clip.
+    #[inline]
+    pub fn local(&self, skeleton: &Skeleton, id: JointId) -> (Quat, Vec3) {
+        let index = id.index();
+        let place = match id {
+            JointId::ROOT => self.root(),
+            _ => self
+                .translation(index)
+                .unwrap_or_else(|| skeleton.joint(id).offset),
+        };
+        (self.rotation(index), place)
+    }
+
+    /// Whether the clip has translations for its joints.
+    pub fn moves_joints(&self) -> bool {
+        match self {
+            Self::Plain(plain) => plain.moves_joints(),
+            Self::Packed(packed) => packed.moves_joints(),
+        }
+    }
+}
+
+/// A moment of a plain clip.
+#[derive(Clone, Copy, Debug)]
+pub struct PlainMoment<'a> {
+    pub(super) clip: &'a PlainClip,
+    /// Frame at or before the moment.
+    pub(super) lower: usize,
+    /// Weight of the next frame, 0 at the last frame.
+    pub(super) weight: f32,
+}
+
+impl PlainMoment<'_> {
+    fn pose(&self, isa: Isa, out: &mut Pose) {
+        let (frame, joints) = (self.lower, self.clip.joints);
+        let (desc, range) = (&self.clip.desc, frame * joints..(frame + 1) * joints);
+        out.root = self.root();
+        out.rotations.clear();
+        out.rotations
+            .extend_from_slice(&desc.rotations[range.clone()]);
+        out.translations.clear();
+        out.translations
+            .extend_from_slice(desc.translations.get(range).unwrap_or(&[]));
+        if self.weight > 0.0 {
+            isa.run(
+                #[inline(always)]
+                || {
+                    for (index, part) in out.rotations.chunks_mut(LANES).enumerate() {
+                        rows::unpack(&self.block(index), part);
+                    }
+                },
+            );
+            for (index, translation) in out.translations.iter_mut().enumerate() {
+                *translation = self.translation(index).unwrap_or(*translation);
+            }
+        }
+    }
+
+    #[inline]
+    fn root(&self) -> Vec3 {
+        let roots = &self.clip.desc.roots[self.lower..];
+        match self.weight {
+            0.0 => roots[0],
+            weight => roots[0].lerp(roots[1], weight),
+        }
+    }
+
+    #[inline]
+    fn rotation(&self, joint: usize) -> Quat {
+        let rotations = &self.clip.desc.rotations[self.lower * self.clip.joints + joint..];
+        match self.weight {
+            0.0 => rotations[0],
+            weight => nlerp(rotations[0], rotations[self.clip.joints], weight),
+        }
+    }
+
+    /// Rotations of 16 joints, from joint `16 * index` on.
+    #[inline(always)]
+    pub fn block(&self, index: usize) -> Block {
+        let here = self.clip.rows.frame(self.lower)[index];
+        match self.weight {
+            0.0 => here,
+            weight => rows::nlerp(&here, &self.clip.rows.frame(self.lower + 1)[index], weight),
+        }
+    }
+
+    /// Position of a joint in its parent's frame, or `None` if the skeleton's offset applies.
+    #[inline]
+    fn translation(&self, joint: usize) -> Option<Vec3> {
+        let translations = self
+            .clip
+            .desc
+            .translations
+            .get(self.lower * self.clip.joints + joint..)?;
+        let here = *translations.first()?;
+        Some(match self.weight {
+            0.0 => here,
+            weight => here.lerp(translations[self.clip.joints], weight),
+        })
+    }
+
+    fn moves_joints(&self) -> bool {
+        !self.clip.desc.translations.is_empty()
+    }
+}

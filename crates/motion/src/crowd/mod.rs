@@ -1,0 +1,99 @@
+//! Crowds: poses of ten thousand characters and more, each with its own clip, time, level of detail and place, computed side by
+//! side in the lanes of vector registers.
+//!
+//! An [`AnimationSet`] holds the clips in the form that the kernels read. A [`Crowd`] holds the characters. It sorts them into
+//! groups of sixteen: characters that play nearby frames of one clip on one level, which are sampled together from one load of
+//! the keys, or else characters of neighbouring levels. [`Crowd::frame`] does a whole frame: time, culling, levels and poses, into
+//! memory that the caller owns.
+//!
+//! ```
+//! use std::sync::Arc;
+//! use sabaki::anim::{Clip, Skeleton};
+//! use sabaki::crowd::{AnimationSet, Character, Crowd, CrowdSettings, Frame};
+//! use sabaki::lod::{LevelSettings, Levels, SwitchSettings, Switching};
+//! use sabaki::math::F32x16;
+//!
+//! fn march(skeleton: &Skeleton, clips: &[Clip]) -> Result<(), Box<dyn std::error::Error>> {
+//!     let levels = Levels::build(skeleton, clips, &LevelSettings::default())?;
+//!     let switching = Switching::new(&levels, &SwitchSettings::default())?;
+//!     let animations = Arc::new(AnimationSet::new(skeleton, clips, &levels.levels)?);
+//!     let mut crowd = Crowd::with_capacity(animations, CrowdSettings::default(), 1000);
+//!     let id = crowd.add(&Character { time: 0.7, ..Character::default() })?;
+//!     // As long as there are no more than 1000 characters, this is enough.
+//!     let mut out = vec![F32x16::ZERO; crowd.max_output_len(1000)];
+//!     // Every frame:
+//!     let eye = glam::Vec3::new(0.0, 1.7, 25.0);
+//!     let frame = Frame { seconds: 1.0 / 60.0, switching: Some(&switching), eye, ..Frame::default() };
+//!     crowd.frame(&frame, &mut out)?;
+//!     // The first joint's X coordinate. Joints stand in the order of `AnimationSet::joint_ids`.
+//!     let x = crowd.pose_slice(id)?.number(&out, 0, 3);
+//!     println!("{x} m");
+//!     Ok(())
+//! }
+//! ```
+//!
+//! Architecture invariant: nothing here knows what else a character may be doing (graph, avoidance) or what draws it.
+
+mod animation_set;
+mod animation_set_desc;
+mod batches;
+mod bucket;
+mod chain;
+mod change;
+mod character;
+mod chunks;
+mod clip_range;
+mod debt;
+mod error;
+pub(crate) mod external_pose;
+mod fetch;
+mod frame;
+mod frame_input;
+mod frame_keys;
+mod group;
+mod group_moments;
+mod grouping;
+mod history;
+mod instances;
+mod joint_math;
+mod kernel;
+mod key_bank;
+mod lane_clip;
+mod level_clips;
+mod level_joint;
+mod level_pass;
+mod level_step;
+mod matrices;
+mod mix;
+mod mixed;
+mod moment;
+mod moments;
+mod output;
+mod posing;
+mod quantise;
+mod quat_lanes;
+mod radix_sort;
+mod rebuild;
+mod regroup;
+mod rotations;
+mod run;
+mod sampling;
+mod schedule;
+mod scratch;
+mod settings;
+mod slot;
+mod sort;
+mod take_over;
+mod tracks;
+mod write;
+
+pub use crate::anim::ClipId;
+pub use crate::lod::LevelId;
+pub use animation_set::AnimationSet;
+pub use animation_set_desc::AnimationSetDesc;
+pub use character::{Character, ClipMix, MemberId, Placement};
+pub use error::CrowdError;
+pub use frame_input::{Frame, FrameReport, Frustum};
+pub use instances::Crowd;
+pub use output::{Form, Layout, Output, PoseSlice, WriteMode};
+pub use settings::{CrowdSettings, Hold};

@@ -1,0 +1,117 @@
+//! Lists of small values of one size, which binary formats hold as one run of bytes: they are read many times faster than value by
+//! value. Formats for people hold them as lists of values. For `#[serde(with = "byte_list")]`.
+
+use std::fmt;
+use std::marker::PhantomData;
+
+use serde::de::{Error, Visitor};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+/// A value that takes `SIZE` bytes, on every machine the same ones.
+pub trait Bytes<const SIZE: usize>: Copy {
+    /// The bytes of the value.
+    fn to_bytes(self) -> [u8; SIZE];
+    /// The value of some bytes.
+    fn from_bytes(bytes: [u8; SIZE]) -> Self;
+}
+
+impl Bytes<1> for u8 {
+    fn to_bytes(self) -> [u8; 1] {
+        [self]
+    }
+
+    fn from_bytes([byte]: [u8; 1]) -> Self {
+        byte
+    }
+}
+
+impl Bytes<4> for u32 {
+    fn to_bytes(self) -> [u8; 4] {
+        self.to_le_bytes()
+    }
+
+    fn from_bytes(bytes: [u8; 4]) -> Self {
+        Self::from_le_bytes(bytes)
+    }
+}
+
+/// Writes a list: as bytes, or in a format for people as a list of values.
+///
+/// # Errors
+/// The serializer's.
+pub fn serialize<T, S, const SIZE: usize>(list: &[T], serializer: S) -> Result<S::Ok, S::Error>
+where
+    T: Bytes<SIZE> + Serialize,
+    S: Serializer,
+{
+    if serializer.is_human_readable() {
+        return list.serialize(serializer);
+    }
+    let bytes: Vec<[u8; SIZE]> = list.iter().map(|value| value.to_bytes()).collect();
+    serializer.serialize_bytes(bytes.as_flattened())
+}
+
+/// Reads a list that [`serialize`] wrote.
+///
+/// # Errors
+/// The number of bytes does not fit the size of a value, or the deserializer's.
+pub fn deserialize<'de, T, D, const SIZE: usize>(deserializer: D) -> Result<Vec<T>, D::Error>
+where
+    T: Bytes<SIZE> + Deserialize<'de>,
+    D: Deserializer<'de>,
+{
+    if deserializer.is_human_readable() {
+        return Vec::deserialize(deserializer);
+    }
+    deserializer.deserialize_bytes(ByteVisitor(PhantomData))
+}
+
+struct ByteVisitor<T, const SIZE: usize>(PhantomData<T>);
+
+impl<T: Bytes<SIZE>, const SIZE: usize> Visitor<'_> for ByteVisitor<T, SIZE> {
+    type Value = Vec<T>;
+
+    fn expecting(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(out, "bytes, {SIZE} for each value")
+    }
+
+    fn visit_bytes<E: Error>(self, bytes: &[u8]) -> Result<Vec<T>, E> {
+        let (values, rest) = bytes.as_chunks();
+        if rest.is_empty() {
+            Ok(values.iter().map(|&value| T::from_bytes(value)).collect())
+        } else {
+            Err(E::invalid_length(bytes.len(), &self))
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[derive(Debug, PartialEq, Serialize, Deserialize)]
+    struct Lists {
+        #[serde(with = "super")]
+        bytes: Vec<u8>,
+        #[serde(with = "super")]
+        words: Vec<u32>,
+    }
+
+    #[test]
+    fn a_list_is_read_as_it_was_written_by_each_kind_of_format() {
+        let lists = Lists {
+            bytes: vec![0, 1, 255],
+            words: vec![7, u32::MAX, 1 << 20],
+        };
+        let bytes = postcard::to_allocvec(&lists).unwrap();
+        assert_eq!(bytes.len(), 1 + 3 + 1 + 12);
+        assert_eq!(postcard::from_bytes::<Lists>(&bytes).unwrap(), lists);
+        let text = serde_json::to_string(&lists).unwrap();
+        assert!(text.contains("[7,4294967295,1048576]"), "{text}");
+        assert_eq!(serde_json::from_str::<Lists>(&text).unwrap(), lists);
+        // A list that ends within a value.
+        let mut short = bytes;
+        short[4] = 11;
+        assert!(postcard::from_bytes::<Lists>(&short).is_err());
+    }
+}

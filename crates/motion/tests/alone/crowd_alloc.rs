@@ -1,0 +1,118 @@
+//! Promise: posing a crowd allocates nothing, from the second time on, on no thread; nor does sorting it.
+#![allow(clippy::unwrap_used, clippy::expect_used)]
+
+use sabaki_testing as common;
+use sabaki_testing::memory as counting;
+
+use common::clips::{small_skeleton, swinging_clip};
+use common::crowd::{Stage, crowd_of, forms, posed, settings};
+use counting::all_allocations;
+use glam::{Vec3, Vec4};
+use sabaki_motion::anim::JointId;
+use sabaki_motion::crowd::{Crowd, Frame, Frustum, LevelId};
+use sabaki_motion::lod::{Levels, Rule, SwitchSettings, Switching};
+use sabaki_motion::math::{F32x16, Isa};
+use std::sync::Arc;
+
+/// One test: the whole process is counted.
+#[test]
+fn frames_allocate_nothing() {
+    poses_of_all_forms();
+    whole_frames_while_levels_change();
+}
+
+fn poses_of_all_forms() {
+    let skeleton = small_skeleton();
+    let clips = vec![
+        swinging_clip(&skeleton, 90, 0.3),
+        swinging_clip(&skeleton, 47, 1.1),
+    ];
+    let stage = Stage::new(skeleton, clips, &[1, 3, 5]);
+    let characters = stage.characters(1000, 7);
+    for output in forms() {
+        for threads in [1, 3] {
+            let settings = settings(output, Isa::best(), threads);
+            let (mut crowd, ids) = crowd_of(&stage, &characters, settings);
+            // All are put on level 0 and back: the most memory that any order takes.
+            let mut out = posed(&mut crowd);
+            for &id in &ids {
+                crowd.set_level(id, LevelId(0)).unwrap();
+            }
+            out.resize(out.len().max(crowd.output_len()) * 2, out[0]);
+            for (&id, character) in ids.iter().zip(&characters) {
+                crowd.set_level(id, character.level).unwrap();
+            }
+            crowd.pose(&mut out).unwrap();
+            let before = all_allocations();
+            for frame in 0..300 {
+                crowd.advance(1.0 / 30.0);
+                if frame % 50 == 0 {
+                    let level = LevelId(frame % 4);
+                    crowd.set_level(ids[usize::from(frame)], level).unwrap();
+                    let blend = f32::from(frame % 7) / 6.0;
+                    crowd.set_detail(ids[1], level, blend).unwrap();
+                }
+                crowd.pose(&mut out).unwrap();
+            }
+            assert_eq!(
+                all_allocations() - before,
+                0,
+                "{output:?}, {threads} threads"
+            );
+        }
+    }
+}
+
+/// Positions in front of a camera that walks past: levels change, characters enter and leave the frustum, and the crowd is
+/// sorted again and again.
+fn whole_frames_while_levels_change() {
+    let skeleton = small_skeleton();
+    let clips = vec![
+        swinging_clip(&skeleton, 90, 0.3),
+        swinging_clip(&skeleton, 47, 1.1),
+    ];
+    let order = [1, 3, 5].map(|id| (JointId(id), f32::from(id)));
+    let levels = Levels::in_order(&skeleton, &order).unwrap();
+    let stage = Stage::on_levels(&skeleton, &clips, &levels);
+    let settings_of_levels = SwitchSettings {
+        rule: Rule::Energy { furthest: 6.0 },
+        ..SwitchSettings::default()
+    };
+    let switching = Switching::new(&levels, &settings_of_levels).unwrap();
+    let characters = stage.characters(1000, 7);
+    for threads in [1, 3] {
+        let settings = settings(forms()[0], Isa::best(), threads);
+        let capacity = characters.len();
+        let mut crowd = Crowd::with_capacity(Arc::clone(&stage.animations), settings, capacity);
+        for character in &characters {
+            crowd.add(character).unwrap();
+        }
+        let mut out = vec![F32x16::ZERO; crowd.max_output_len(capacity)];
+        let mut moved = 0;
+        let mut run = |frames: std::ops::Range<u16>| {
+            for frame in frames {
+                let walked = 0.02 * f32::from(frame);
+                let plane = Vec4::new(walked.cos(), 0.0, walked.sin(), 2.0);
+                let frustum = Frustum {
+                    planes: [plane; 6],
+                    radius: 0.5,
+                    centre: 0.9,
+                };
+                let frame = Frame {
+                    seconds: 1.0 / 60.0,
+                    switching: Some(&switching),
+                    eye: Vec3::new(4.0 * walked.sin(), 1.5, 4.0 * (0.7 * walked).cos()),
+                    frustum: (frame % 90 < 60).then_some(frustum),
+                    positions: None,
+                };
+                let report = crowd.frame(&frame, &mut out).unwrap();
+                moved += report.moved + usize::from(report.sorted);
+            }
+        };
+        run(0..60);
+        let before = all_allocations();
+        run(60..600);
+        assert_eq!(all_allocations() - before, 0, "{threads} threads");
+        assert!(moved > 1000, "{moved}");
+    }
+}

@@ -1,0 +1,3 @@
+//! Tests of `sabaki_motion::anim`.
+mod compressed;
+mod rig;

@@ -1,0 +1,295 @@
+//! Promise: a crowd's poses are those of its clips, within 0.2 mm of slerp in double precision, on
+//! every instruction set, in every form and layout, at every moment.
+#![allow(clippy::unwrap_used, clippy::expect_used)]
+
+use sabaki_testing as common;
+
+use std::path::PathBuf;
+
+use common::clips::{small_skeleton, swinging_clip};
+use common::crowd::{DrawnAs, Stage, crowd_of, forms, furthest, joint_of, posed, settings};
+use sabaki_import::{ReadOptions, read_clip};
+use sabaki_motion::anim::JointId;
+use sabaki_motion::crowd::{
+    Character, ClipId, ClipMix, CrowdSettings, Form, Hold, LevelId, Output,
+};
+use sabaki_motion::lod::{LevelSettings, Levels};
+use sabaki_motion::math::{F32x16, Isa};
+
+/// Metres.
+pub(super) const NEAR: f64 = 2e-4;
+
+pub(super) fn stage() -> Stage {
+    let skeleton = small_skeleton();
+    let clips = [
+        swinging_clip(&skeleton, 120, 0.3),
+        swinging_clip(&skeleton, 47, 1.1),
+        swinging_clip(&skeleton, 9, 2.0),
+    ];
+    Stage::new(skeleton, clips.to_vec(), &[1, 3, 5])
+}
+
+pub(super) fn default() -> CrowdSettings {
+    settings(Output::default(), Isa::best(), 1)
+}
+
+#[test]
+fn poses_are_those_of_double_precision() {
+    let stage = stage();
+    let characters = stage.characters(300, 7);
+    for isa in Isa::available() {
+        for output in forms() {
+            let apart = furthest(&stage, &characters, settings(output, isa, 1), 0.37);
+            assert!(apart < NEAR, "{isa:?} {output:?}: {apart} m");
+        }
+    }
+}
+
+#[test]
+fn layers_are_added_on_all_levels() {
+    let skeleton = small_skeleton();
+    let clips = [
+        swinging_clip(&skeleton, 120, 0.3),
+        swinging_clip(&skeleton, 47, 1.1),
+    ];
+    let layers = [
+        swinging_clip(&skeleton, 31, 0.2),
+        swinging_clip(&skeleton, 60, 2.2),
+    ];
+    let order = [1, 3, 5].map(|id| (JointId(id), f32::from(id)));
+    let levels = Levels::in_order(&skeleton, &order).unwrap();
+    let stage = Stage::with_layers(&skeleton, &clips, &layers, &levels);
+    assert_eq!(
+        (stage.animations.clips(), stage.animations.layers()),
+        (2, 2)
+    );
+    let characters = stage.characters(1000, 17);
+    let with = |fades: bool, is_layered: bool| {
+        let is_one = |character: &&Character| {
+            (character.fade.is_some(), character.layer.is_some()) == (fades, is_layered)
+        };
+        characters.iter().filter(is_one).count()
+    };
+    assert!(with(true, true) > 50 && with(false, true) > 50 && with(true, false) > 50);
+    for isa in Isa::available() {
+        for output in forms() {
+            let apart = furthest(&stage, &characters, settings(output, isa, 1), 0.37);
+            assert!(apart < NEAR, "{isa:?} {output:?}: {apart} m");
+        }
+    }
+    // All with one layer at nearby moments of one clip: groups that share their loads.
+    let mut marching = stage.characters(160, 3);
+    for (index, character) in marching.iter_mut().enumerate() {
+        let layer = ClipMix {
+            clip: stage.animations.layer(0).unwrap(),
+            time: 0.05 * index as f32,
+            speed: 1.0,
+            weight: 0.7,
+        };
+        (character.clip, character.level) = (ClipId(0), LevelId(0));
+        (character.time, character.speed) = (0.002 * index as f32, 1.0);
+        (character.fade, character.layer) = (None, Some(layer));
+    }
+    for isa in Isa::available() {
+        let apart = furthest(&stage, &marching, settings(Output::default(), isa, 1), 0.37);
+        assert!(apart < NEAR, "{isa:?}: {apart} m");
+    }
+}
+
+#[test]
+fn any_number_of_characters() {
+    let stage = stage();
+    for count in [0, 1, 15, 16, 17, 33] {
+        for threads in [1, 2, 3] {
+            let characters = stage.characters(count, count as u64);
+            let settings = settings(Output::default(), Isa::best(), threads);
+            let apart = furthest(&stage, &characters, settings, 0.1);
+            assert!(
+                apart < NEAR,
+                "{count} characters, {threads} threads: {apart} m"
+            );
+        }
+    }
+}
+
+#[test]
+fn captured_walks_on_all_levels() {
+    let Some(folder) = std::env::var_os("SABAKI_MOCAP") else {
+        eprintln!("skipped: SABAKI_MOCAP names no folder with motion capture");
+        return;
+    };
+    for name in ["Male2_B3_Walk", "fighting-01-provocation-takiguchi"] {
+        let path = PathBuf::from(&folder).join(format!("walk/{name}.bvh"));
+        let loaded = read_clip(&path, &ReadOptions::default()).unwrap();
+        let clips = [loaded.clip];
+        let levels = Levels::build(&loaded.skeleton, &clips, &LevelSettings::default()).unwrap();
+        let stage = Stage::on_levels(&loaded.skeleton, &clips, &levels);
+        let mut characters = stage.characters(2_000, 3);
+        for character in &mut characters {
+            // Mixing is measured against itself, not against slerp.
+            character.fade = None;
+        }
+        let apart = furthest(&stage, &characters, default(), 0.37);
+        assert!(apart < NEAR, "{name}: {apart} m");
+        println!("{name}: {:.3} mm", apart * 1e3);
+    }
+}
+
+#[test]
+fn fused_kernels_give_the_same_bits_and_the_portable_one_is_near() {
+    let stage = stage();
+    let characters = stage.characters(500, 11);
+    for output in forms() {
+        let pose = |isa, threads| {
+            let (mut crowd, _) = crowd_of(&stage, &characters, settings(output, isa, threads));
+            crowd.advance(0.5);
+            posed(&mut crowd)
+        };
+        let bits = |lines: &[F32x16]| -> Vec<u32> {
+            lines
+                .iter()
+                .flat_map(|line| line.0)
+                .map(f32::to_bits)
+                .collect()
+        };
+        let best = pose(Isa::best(), 1);
+        for threads in [2, 3, 7] {
+            assert!(
+                bits(&best) == bits(&pose(Isa::best(), threads)),
+                "{threads} threads"
+            );
+        }
+        for isa in Isa::available() {
+            let found = pose(isa, 1);
+            if isa == Isa::Portable {
+                let numbers = found
+                    .iter()
+                    .zip(&best)
+                    .flat_map(|(a, b)| a.0.into_iter().zip(b.0));
+                // Numbers of up to 8 m and 1, which a float tells in steps of 4.8e-7.
+                for (a, b) in numbers.filter(|(a, b)| !(a.is_nan() && b.is_nan())) {
+                    assert!((a - b).abs() < 4e-6, "{output:?}: {a} {b}");
+                }
+            } else {
+                assert!(bits(&best) == bits(&found), "{isa:?} {output:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_crowd_goes_on_for_a_long_time() {
+    let stage = stage();
+    let characters = stage.characters(200, 5);
+    let (mut crowd, ids) = crowd_of(&stage, &characters, default());
+    let mut out = posed(&mut crowd);
+    let frames = 1800;
+    for frame in 0..frames {
+        crowd.advance(1.0 / 60.0);
+        if frame % 7 == 0 {
+            crowd.pose(&mut out).unwrap();
+        }
+    }
+    let out = posed(&mut crowd);
+    let (mut coarser, mut fading) = (0, 0);
+    for (&id, character) in ids.iter().zip(&characters) {
+        let slice = crowd.pose_slice(id).unwrap();
+        let drawn = DrawnAs {
+            slice: &slice,
+            form: Form::Matrices,
+        };
+        let expected = stage.drawn(character, f64::from(frames) / 60.0, drawn);
+        for (joint, expected) in expected.iter().enumerate() {
+            let found = joint_of(&out, &slice, Form::Matrices, joint);
+            let apart = found.translation.distance(expected.translation);
+            assert!(apart < NEAR, "{character:?} joint {joint}: {apart} m");
+        }
+        coarser += usize::from(slice.level < character.level);
+        fading += usize::from(character.fade.is_some());
+    }
+    // Some stand in groups of finer levels, and some play two clips.
+    assert!(coarser > 10 && fading > 10, "{coarser} {fading}");
+}
+
+#[test]
+fn characters_change() {
+    let stage = stage();
+    let before = stage.characters(100, 1);
+    let after = stage.characters(100, 2);
+    let (mut crowd, ids) = crowd_of(&stage, &before, default());
+    posed(&mut crowd);
+    for (&id, character) in ids.iter().zip(&after) {
+        crowd
+            .set(
+                id,
+                &Character {
+                    placement: before[0].placement,
+                    ..*character
+                },
+            )
+            .unwrap();
+        crowd.set_level(id, LevelId(1)).unwrap();
+        crowd.place(id, &character.placement).unwrap();
+        crowd
+            .set_detail(id, character.level, character.blend)
+            .unwrap();
+    }
+    let (mut anew, new_ids) = crowd_of(&stage, &after, default());
+    let (out, new_out) = (posed(&mut crowd), posed(&mut anew));
+    for (&id, &new_id) in ids.iter().zip(&new_ids) {
+        let (slice, new) = (
+            crowd.pose_slice(id).unwrap(),
+            anew.pose_slice(new_id).unwrap(),
+        );
+        for (joint, same) in stage.both(&slice, &new) {
+            for number in 0..12 {
+                let found = slice.number(&out, joint, number);
+                let expected = new.number(&new_out, same, number);
+                assert!((found - expected).abs() < 1e-5);
+            }
+        }
+    }
+}
+
+#[test]
+fn held_characters_are_a_few_frames_behind() {
+    let stage = stage();
+    let mut characters = stage.characters(300, 8);
+    characters
+        .iter_mut()
+        .for_each(|character| character.blend = 0.0);
+    for frames in [1, 3] {
+        let hold = Hold {
+            from: LevelId(1),
+            frames,
+        };
+        let settings = CrowdSettings { hold, ..default() };
+        let (mut crowd, ids) = crowd_of(&stage, &characters, settings);
+        let mut out = posed(&mut crowd);
+        let mut held = 0;
+        for frame in 1..40u16 {
+            crowd.advance(0.02);
+            out.resize(crowd.output_len(), F32x16::ZERO);
+            crowd.pose(&mut out).unwrap();
+            for (&id, character) in ids.iter().zip(&characters) {
+                let slice = crowd.pose_slice(id).unwrap();
+                let is_at = |behind: u16| {
+                    let seconds = 0.02 * f64::from(frame.saturating_sub(behind));
+                    let drawn = DrawnAs {
+                        slice: &slice,
+                        form: Form::Matrices,
+                    };
+                    let expected = stage.drawn(character, seconds, drawn);
+                    let place = |joint| joint_of(&out, &slice, Form::Matrices, joint).translation;
+                    let joints = expected.iter().enumerate();
+                    { joints }.all(|(joint, at)| place(joint).distance(at.translation) < 2.0 * NEAR)
+                };
+                let most = if slice.level >= hold.from { frames } else { 0 };
+                let behind = (0..=most).find(|&behind| is_at(behind));
+                assert!(behind.is_some(), "frame {frame}, {character:?}");
+                held += usize::from(behind > Some(0));
+            }
+        }
+        assert!(held > 1000, "{held}");
+    }
+}

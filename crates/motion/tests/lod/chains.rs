@@ -1,0 +1,100 @@
+//! Promise: skeletons and distances at the ends of the range give finite bands in bounded time, or an error.
+#![allow(clippy::unwrap_used, clippy::expect_used)]
+
+use sabaki_testing as common;
+
+use common::lod::{build, rules};
+use glam::{Quat, Vec3};
+use sabaki_motion::anim::{Clip, ClipDesc, Joint, JointId, JointKind, Skeleton};
+use sabaki_motion::lod::{LevelSettings, Levels, LodError, Order, Rule, SwitchSettings, Switching};
+
+/// A chain of short bones that ends in a long one.
+fn chain(joints: usize) -> Skeleton {
+    let joint = |index: usize| Joint {
+        name: format!("j{index}"),
+        parent: index.checked_sub(1).map(|parent| JointId(parent as u16)),
+        offset: Vec3::Y * if index == joints { 1.0 } else { 0.03 },
+        kind: if index == joints {
+            JointKind::EndSite
+        } else {
+            JointKind::Moving
+        },
+    };
+    Skeleton::new((0..=joints).map(joint).collect()).unwrap()
+}
+
+/// A clip of a chain in which all joints swing by `angle` radians.
+fn swinging(skeleton: &Skeleton, frames: usize, angle: f32) -> Clip {
+    let turn = |at: usize| {
+        let (frame, joint) = (at / skeleton.len(), at % skeleton.len());
+        let is_end = joint + 1 == skeleton.len();
+        let phase = 0.3 * frame as f32 + 0.1 * joint as f32;
+        Quat::from_rotation_x(if is_end { 0.0 } else { angle * phase.sin() })
+    };
+    let desc = ClipDesc {
+        name: "chain".into(),
+        frame_rate: 30.0,
+        roots: vec![Vec3::ZERO; frames],
+        rotations: (0..frames * skeleton.len()).map(turn).collect(),
+        translations: Vec::new(),
+    };
+    Clip::new(skeleton, desc).unwrap()
+}
+
+/// Without motion the errors are rounding, and the room that blending needs is less than the distance can show.
+#[test]
+fn a_chain_without_motion_has_finite_bands_and_is_measured() {
+    for (joints, angle) in [(12, 0.0), (12, 1e-6), (12, 0.05), (100, 0.0), (300, 0.0)] {
+        let skeleton = chain(joints);
+        let clip = swinging(&skeleton, 20, angle);
+        let levels = build(&skeleton, std::slice::from_ref(&clip), Order::Energy);
+        for settings in rules() {
+            let switching = Switching::new(&levels, &settings).unwrap();
+            let mut before = 0.0;
+            for band in switching.bands() {
+                let [start, full, end] = [band.start, band.full, band.end];
+                assert!(end.is_finite(), "{joints} joints: {band:?}");
+                assert!(before <= start && start <= full && full <= end, "{band:?}");
+                before = end;
+            }
+            let step = levels.largest_step(&skeleton, &clip, &settings).unwrap();
+            assert!(step.is_finite() && step < 1.0, "{joints} joints: {step}");
+        }
+    }
+}
+
+/// However far away the coarsest level begins, the camera's way there is walked in bounded time.
+#[test]
+fn a_camera_that_comes_from_very_far_arrives() {
+    let skeleton = chain(12);
+    let clip = swinging(&skeleton, 20, 0.3);
+    let levels = build(&skeleton, std::slice::from_ref(&clip), Order::Energy);
+    for furthest in [1e4, 1e8, 1e20, 1e38] {
+        let settings = SwitchSettings {
+            rule: Rule::Energy { furthest },
+            ..SwitchSettings::default()
+        };
+        let step = levels.largest_step(&skeleton, &clip, &settings).unwrap();
+        assert!(step.is_finite(), "{furthest}: {step}");
+    }
+}
+
+#[test]
+fn skeletons_and_clips_that_would_take_hours_are_refused() {
+    for (joints, frames) in [(1024, 2), (400, 30_000)] {
+        let skeleton = chain(joints);
+        let clip = swinging(&skeleton, frames, 0.0);
+        let error = Levels::build(&skeleton, &[clip], &LevelSettings::default()).unwrap_err();
+        let LodError::TooMuch {
+            joints: of,
+            frames: over,
+            ..
+        } = error
+        else {
+            panic!("{error}")
+        };
+        assert_eq!((of, over), (joints + 1, frames));
+        let words = format!("{} joints in {frames} frames: 1024 joints", joints + 1);
+        assert!(error.to_string().contains(&words), "{error}");
+    }
+}

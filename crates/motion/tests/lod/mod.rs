@@ -1,0 +1,10 @@
+//! Tests of `sabaki_motion::lod`.
+mod alloc;
+mod budget;
+mod chains;
+mod drawn;
+mod energy;
+mod levels;
+mod motion;
+mod skin;
+mod switching;

@@ -1,0 +1,6 @@
+//! The tests of `sabaki-motion`. Folders mirror `src`.
+#![allow(clippy::unwrap_used, clippy::expect_used)]
+
+mod anim;
+mod crowd;
+mod lod;
