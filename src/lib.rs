@@ -29,7 +29,8 @@
 //! | [`math`] | rigid transforms of the ground plane, instruction sets, threads |
 //! | `internal` | hidden: what the packages of this workspace share and a host never names; no promise of compatibility |
 //!
-//! A module uses those below it in this table, never one above it. Motion files are read by the package `sabaki-import`; pictures are
+//! A module uses those below it in this table, never one above it. [`crowd`], [`lod`], [`anim`] and [`math`] are those of the package
+//! `sabaki-motion`, which a renderer that wants crowds alone takes by itself. Motion files are read by the package `sabaki-import`; pictures are
 //! drawn by `sabaki-draw`; the command is `sabaki-app`.
 //!
 //! - Architecture invariant: [`query`] does not know that a GPU exists. It hands out plain data (maps and candidates) and takes

@@ -175,7 +175,7 @@ impl Clip {
     /// Name for display: words separated by spaces, without the file extension.
     ///
     /// ```
-    /// # use sabaki::anim::Clip;
+    /// # use sabaki_motion::anim::Clip;
     /// assert_eq!(Clip::title("fist_left.bvh"), "fist left");
     /// assert_eq!(Clip::title("fox.glb:Walk"), "fox Walk");
     /// assert_eq!(Clip::title("v1.5_duck"), "v1.5 duck");

@@ -8,10 +8,10 @@
 //!
 //! ```
 //! use std::sync::Arc;
-//! use sabaki::anim::{Clip, Skeleton};
-//! use sabaki::crowd::{AnimationSet, Character, Crowd, CrowdSettings, Frame};
-//! use sabaki::lod::{LevelSettings, Levels, SwitchSettings, Switching};
-//! use sabaki::math::F32x16;
+//! use sabaki_motion::anim::{Clip, Skeleton};
+//! use sabaki_motion::crowd::{AnimationSet, Character, Crowd, CrowdSettings, Frame};
+//! use sabaki_motion::lod::{LevelSettings, Levels, SwitchSettings, Switching};
+//! use sabaki_motion::math::F32x16;
 //!
 //! fn march(skeleton: &Skeleton, clips: &[Clip]) -> Result<(), Box<dyn std::error::Error>> {
 //!     let levels = Levels::build(skeleton, clips, &LevelSettings::default())?;

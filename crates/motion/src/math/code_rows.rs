@@ -30,11 +30,11 @@ pub trait RowReader: Copy {
     #[must_use]
     fn read(self, row: CodeRow<'_>) -> [f32; CODES];
 
-    /// [`unit`] of eight vectors.
+    /// Eight vectors at unit length. They must not be 0.
     #[must_use]
     fn unit(self, vectors: &Vectors<CODES>) -> Vectors<CODES>;
 
-    /// [`unit_lerp`] of eight vectors.
+    /// Linear interpolation of eight vectors, at unit length. Weight 0 gives `a`.
     #[must_use]
     fn unit_lerp(self, a: &Vectors<CODES>, b: &Vectors<CODES>, weight: f32) -> Vectors<CODES>;
 }
