@@ -51,7 +51,7 @@ pub use crate::query::retime::{Rate, RateError};
 pub use crate::query::warp::{WarpBounds, WarpLimits};
 pub use sabaki_motion::internal::{
     Band, Bend, Blend, BoneShape, Branch, Carrier, Envelope, Facing, Flexion, Inertia, Leg,
-    LevelMotion, LevelTrack, Limbs, Seated, Translations, Warp, affine,
+    LevelMotion, LevelTrack, Limbs, Seated, Translations, Warp, affine, smooth_step,
 };
 
 /// The rasterizer that the shaders mirror.

@@ -22,6 +22,7 @@ pub use crate::lod::switching::Band;
 pub use crate::math::code_rows::{RowKernel, RowReader};
 pub use crate::math::isa::{Lookup, Words};
 pub use crate::math::parallel::{both, each, fill, lock};
+pub use crate::math::smooth_step::smooth_step;
 pub use crate::math::sorted_indices::{sort_rarely, sorted_indices};
 pub use crate::math::worker_pool::WorkerPool;
 

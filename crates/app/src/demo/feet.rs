@@ -4,6 +4,7 @@ use glam::{Quat, Vec2, Vec3};
 
 use super::keys::Track;
 use super::skeleton::{TOE_HEIGHT, toe_offset};
+use sabaki::internal::smooth_step;
 use sabaki::math::Rigid2;
 
 /// A foot flat on the ground.
@@ -203,11 +204,8 @@ impl Swing {
     pub(super) fn unweighted(&self, time: f32) -> f32 {
         const BEFORE: f32 = 0.14;
         const AFTER: f32 = 0.16;
-        let smooth = |s: f32| {
-            let s = s.clamp(0.0, 1.0);
-            s * s * (3.0 - 2.0 * s)
-        };
-        smooth((time - self.start + BEFORE) / BEFORE) * (1.0 - smooth((time - self.end) / AFTER))
+        let before = smooth_step((time - self.start + BEFORE) / BEFORE);
+        before * (1.0 - smooth_step((time - self.end) / AFTER))
     }
 }
 

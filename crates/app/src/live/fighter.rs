@@ -16,6 +16,7 @@ use super::walker::Walker;
 use super::worker_request::{WorkerRequest, WorkerResponse};
 use sabaki::anim::{JointTransform, Pose, forward_kinematics};
 use sabaki::graph::{EdgeId, Motion, Playhead};
+use sabaki::internal::smooth_step;
 use sabaki::maps::BakedGraph;
 use sabaki::math::{Rigid2, Sphere};
 use sabaki::query::{AttackError, CullPath, QuerySettings};
@@ -397,8 +398,8 @@ impl<'a> Fighter<'a> {
             return 1.0;
         };
         let slow = self.settings.near_speed.clamp(0.02, 1.0);
-        let away = (((t - last.dodge.clearance().time).abs() - 0.10) / 0.25).clamp(0.0, 1.0);
-        slow + (1.0 - slow) * away * away * (3.0 - 2.0 * away)
+        let away = ((t - last.dodge.clearance().time).abs() - 0.10) / 0.25;
+        slow + (1.0 - slow) * smooth_step(away)
     }
 
     /// Joints of the fighter at the shown moment, in the world.

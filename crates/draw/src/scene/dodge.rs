@@ -7,10 +7,10 @@ use glam::Vec3;
 
 use super::lead_in::lead_in;
 use super::maps::{DodgeMaps, MapStyle, SlabPicture};
-use super::smooth::smooth;
 use super::{Figure, Look, Shot, Skin};
 use sabaki::anim::{JointTransform, Pose, forward_kinematics};
 use sabaki::graph::{Motion, Playhead};
+use sabaki::internal::smooth_step;
 use sabaki::maps::{BakedGraph, MovingSphere};
 use sabaki::query::{Answer, Attack, Clearance};
 
@@ -158,7 +158,7 @@ impl<'a> Dodge<'a> {
         while t < end {
             moments.push(t);
             let away = ((t - self.clearance.time).abs() - 0.04) / 0.34;
-            let eased = smooth(away);
+            let eased = smooth_step(away);
             let speed = self.settings.slowest + (1.0 - self.settings.slowest) * eased;
             t += speed / rate;
         }

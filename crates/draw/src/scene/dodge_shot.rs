@@ -3,9 +3,9 @@
 use glam::{Vec2, Vec3};
 
 use super::dodge::{Dodge, GHOST};
-use super::smooth::smooth;
 use super::{Camera, Capsule, Light, Orbit, Shot, SkinnedBody};
 use sabaki::anim::{Pose, forward_kinematics};
+use sabaki::internal::smooth_step;
 use sabaki::maps::MovingSphere;
 use sabaki::math::Sphere;
 
@@ -127,8 +127,8 @@ impl Dodge<'_> {
             return;
         }
         // The ball grows at its start, so that it is visible before it moves.
-        let grown = smooth((t + 0.02) / start.clamp(0.05, 0.35));
-        let gone = 1.0 - smooth((t - end - 0.45) / 0.2);
+        let grown = smooth_step((t + 0.02) / start.clamp(0.05, 0.35));
+        let gone = 1.0 - smooth_step((t - end - 0.45) / 0.2);
         let mut ball = flying(sphere, t.max(start));
         ball.radius *= grown.min(gone);
         if ball.radius > 0.002 {
@@ -161,8 +161,8 @@ impl Dodge<'_> {
             .start()
             .min(self.clearance.time - 0.25)
             .max(0.05);
-        let shown =
-            smooth((t - from) / 0.2) * (1.0 - smooth((t - self.clearance.time - 0.25) / 0.3));
+        let shown = smooth_step((t - from) / 0.2)
+            * (1.0 - smooth_step((t - self.clearance.time - 0.25) / 0.3));
         if t < 0.0 || shown <= 0.0 {
             return;
         }

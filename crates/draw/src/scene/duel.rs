@@ -4,10 +4,10 @@ use std::sync::Arc;
 
 use glam::{Vec2, Vec3};
 
-use super::smooth::smooth;
 use super::{Camera, Capsule, Figure, Light, Look, Orbit, Shot, Skin, SkinnedBody};
 use sabaki::anim::{JointId, JointTransform, Pose, forward_kinematics};
 use sabaki::duel::{Exchange, Fighter, Side};
+use sabaki::internal::smooth_step;
 use sabaki::maps::{BakedGraph, MovingSphere, SphereKey};
 use sabaki::math::Sphere;
 
@@ -132,7 +132,7 @@ impl<'a> Bout<'a> {
     /// Playback speed at a time. It is lower when the attack is nearest.
     #[must_use]
     pub fn pace(&self, cut: &Cut, t: f32) -> f32 {
-        let eased = smooth(((t - self.nearest_at(cut)).abs() - 0.05) / 0.25);
+        let eased = smooth_step(((t - self.nearest_at(cut)).abs() - 0.05) / 0.25);
         self.settings.slowest + (1.0 - self.settings.slowest) * eased
     }
 
@@ -261,13 +261,14 @@ impl<'a> Bout<'a> {
 /// at its end.
 fn heat(exchange: &Exchange, t: f32) -> f32 {
     let (start, end) = (exchange.attack.start(), exchange.attack.end());
-    smooth((t - start + 0.2) / 0.2) * (1.0 - smooth((t - end + 0.05) / 0.2))
+    smooth_step((t - start + 0.2) / 0.2) * (1.0 - smooth_step((t - end + 0.05) / 0.2))
 }
 
 /// Adds the attack's path, visible from its announcement until its end.
 fn add_region(exchange: &Exchange, t: f32, shot: &mut Shot) {
     let (start, end) = (exchange.attack.start(), exchange.attack.end());
-    let shown = smooth(t / start.clamp(0.05, 0.4)) * (1.0 - smooth((t - end + 0.1) / 0.25));
+    let shown =
+        smooth_step(t / start.clamp(0.05, 0.4)) * (1.0 - smooth_step((t - end + 0.1) / 0.25));
     if t < 0.0 || shown <= 0.0 {
         return;
     }

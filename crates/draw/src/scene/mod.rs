@@ -18,7 +18,6 @@ mod rigged;
 mod shot;
 mod simplify;
 mod skinning;
-mod smooth;
 
 /// What bodies made by code need of poses and meshes.
 pub(crate) mod internal {

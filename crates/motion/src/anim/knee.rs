@@ -6,6 +6,7 @@ use glam::{Quat, Vec2, Vec3};
 use serde::{Deserialize, Serialize};
 
 use super::{Chain, Leg, Pose, Skeleton};
+use crate::math::smooth_step;
 
 /// The direction in which [`Leg::reach_goal`] bends a knee.
 #[derive(Clone, Copy, Debug)]
@@ -142,11 +143,6 @@ fn arc(from: Vec3, to: Vec3) -> Quat {
         true => turn.normalize(),
         false => Quat::from_rotation_arc(from, to),
     }
-}
-
-fn smooth_step(share: f32) -> f32 {
-    let s = share.clamp(0.0, 1.0);
-    s * s * (3.0 - 2.0 * s)
 }
 
 /// The local rotation of a joint after a rotation of the space in which its rotation is `global`.
