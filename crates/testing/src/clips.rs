@@ -60,6 +60,17 @@ pub fn swinging_clip(skeleton: &Skeleton, frames: usize, seed: f32) -> Clip {
     Clip::new(skeleton, desc).unwrap()
 }
 
+/// The first frame of a clip whose joints keep the skeleton's offsets.
+pub fn first_frame(skeleton: &Skeleton, clip: &Clip) -> Clip {
+    let desc = ClipDesc {
+        roots: clip.desc().roots[..1].to_vec(),
+        rotations: clip.desc().rotations[..skeleton.len()].to_vec(),
+        translations: Vec::new(),
+        ..clip.desc().clone()
+    };
+    Clip::new(skeleton, desc).unwrap()
+}
+
 /// A skeleton of joints that move, each by its name, its parent and its offset from it.
 pub fn skeleton(joints: &[(&str, Option<u16>, Vec3)]) -> Skeleton {
     let joint = |&(name, parent, offset): &(&str, Option<u16>, Vec3)| Joint {

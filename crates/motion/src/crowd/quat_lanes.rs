@@ -34,14 +34,11 @@ impl<L: Lanes> QuatLanes<L> {
     /// A part of the straight line to another one, both of length 1, along the shorter arc; of any length.
     #[inline(always)]
     pub(super) fn towards(self, other: Self, weight: L) -> Self {
-        let to_other = weight.copy_sign(self.dot(other));
-        let to_self = L::splat(1.0) - weight;
-        Self {
-            x: self.x.mul_add(to_self, other.x * to_other),
-            y: self.y.mul_add(to_self, other.y * to_other),
-            z: self.z.mul_add(to_self, other.z * to_other),
-            w: self.w.mul_add(to_self, other.w * to_other),
-        }
+        self.mixed(
+            L::splat(1.0) - weight,
+            other,
+            weight.copy_sign(self.dot(other)),
+        )
     }
 
     /// [`QuatLanes::towards`] for rotations between two keys, times [`ONE`] squared. The other one is brought to the length of
@@ -52,7 +49,12 @@ impl<L: Lanes> QuatLanes<L> {
         let apart = self.dot(self) - other.dot(other);
         let ratio = apart.mul_add(L::splat(HALF), L::splat(1.0));
         let to_other = (weight * ratio).copy_sign(self.dot(other));
-        let to_self = L::splat(1.0) - weight;
+        self.mixed(L::splat(1.0) - weight, other, to_other)
+    }
+
+    /// The sum of both, each times its factor.
+    #[inline(always)]
+    fn mixed(self, to_self: L, other: Self, to_other: L) -> Self {
         Self {
             x: self.x.mul_add(to_self, other.x * to_other),
             y: self.y.mul_add(to_self, other.y * to_other),

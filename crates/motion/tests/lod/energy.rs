@@ -6,6 +6,7 @@ use sabaki_testing as common;
 use std::f64::consts::PI;
 
 use common::captures::captures;
+use common::clips::first_frame;
 use common::lod::{order_of, random_case};
 use common::random::Random;
 use glam::{DQuat, DVec3};
@@ -303,13 +304,7 @@ fn several_clips_weigh_by_their_time() {
 #[test]
 fn without_motion_there_is_no_energy() {
     let (skeleton, clip) = random_case(&mut Random::new(12));
-    let desc = ClipDesc {
-        roots: clip.desc().roots[..1].to_vec(),
-        rotations: clip.desc().rotations[..skeleton.len()].to_vec(),
-        translations: Vec::new(),
-        ..clip.desc().clone()
-    };
-    let still = Clip::new(&skeleton, desc).unwrap();
+    let still = first_frame(&skeleton, &clip);
     let level = &Levels::in_order(&skeleton, &[]).unwrap().levels[0];
     for clips in [vec![still], Vec::new()] {
         let energies = level

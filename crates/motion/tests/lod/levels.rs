@@ -4,6 +4,7 @@
 use sabaki_testing as common;
 
 use common::captures::captures;
+use common::clips::first_frame;
 use common::lod::{each_capture, frames_of, points_of, random_case};
 use common::random::Random;
 use glam::Vec3;
@@ -322,13 +323,7 @@ fn a_lone_joint_and_a_lone_frame_have_levels() {
     let levels = build(&lone, &clip_of_one, &LevelSettings::default());
     assert_eq!(levels.levels.len(), 1);
 
-    let desc = ClipDesc {
-        roots: clip.desc().roots[..1].to_vec(),
-        rotations: clip.desc().rotations[..skeleton.len()].to_vec(),
-        translations: Vec::new(),
-        ..clip.desc().clone()
-    };
-    let still = Clip::new(&skeleton, desc).unwrap();
+    let still = first_frame(&skeleton, &clip);
     for order in [Order::Energy, Order::Error] {
         let settings = LevelSettings {
             order,

@@ -65,18 +65,18 @@ impl Kernel for Everything<'_> {
         keep(&|part| a(part).copy_sign(b(part)));
         keep(&|part| as_number(words(part)));
         keep(&|part| as_number(L::pair(words(part), L::splat_words(77))));
+        let columns = KeyColumns {
+            table: self.table,
+            start: 5,
+            stride: 70,
+            next: NextColumns {
+                start: 9,
+                stride: 70,
+            },
+        };
         // Below the fewest lanes that there are.
         let few = |part| (a(part) * a(part) * L::splat(0.25)).floor();
         for window in 0..3 {
-            let columns = KeyColumns {
-                table: self.table,
-                start: 5,
-                stride: 70,
-                next: NextColumns {
-                    start: 9,
-                    stride: 70,
-                },
-            };
             let places = |part| L::window_places(few(part));
             let words = |part| L::windows::<3>(columns, places(part))[window];
             keep(&|part| L::dot_pairs(words(part), L::splat_words(5 << 16 | 3)));
@@ -84,15 +84,6 @@ impl Kernel for Everything<'_> {
         // Below the reach of the narrowest wide window.
         let more = |part| (a(part) * a(part)).floor();
         for window in 0..3 {
-            let columns = KeyColumns {
-                table: self.table,
-                start: 5,
-                stride: 70,
-                next: NextColumns {
-                    start: 9,
-                    stride: 70,
-                },
-            };
             let places = |part| L::window_places(more(part));
             let words = |part| L::wide_windows::<3>(columns, places(part))[window];
             keep(&|part| L::dot_pairs(words(part), L::splat_words(5 << 16 | 3)));
