@@ -105,23 +105,21 @@ impl Characters {
         if !place.is_sound(5_000.0) {
             return Err(CharacterError::Value("the place"));
         }
-        let (edge, frame) = self.steering.start().ok_or(CharacterError::NothingToPlay)?;
+        let index = self.free.last().copied();
+        let index = index.unwrap_or(self.slots.len() as u32);
+        let start = self.steering.start(index);
+        let (edge, frame) = start.ok_or(CharacterError::NothingToPlay)?;
         let playhead = Playhead::at(self.baked.graph(), edge, frame, place);
         let motion = Motion::new(self.baked.graph(), playhead, &[]);
         let state = Some(Box::new(CharacterState::new(motion)));
-        let index = match self.free.pop() {
-            Some(index) => index,
-            None => {
-                let slot = Slot {
-                    generation: 0,
-                    state: None,
-                    urgency: None,
-                    blend: None,
-                };
-                self.slots.push(Mutex::new(slot));
-                self.slots.len() as u32 - 1
-            }
-        };
+        if self.free.pop().is_none() {
+            self.slots.push(Mutex::new(Slot {
+                generation: 0,
+                state: None,
+                urgency: None,
+                blend: None,
+            }));
+        }
         let slot = self.slot_mut(index);
         slot.state = state;
         Ok(CharacterId {

@@ -1,3 +1,4 @@
+use glam::Vec2;
 use serde::{Deserialize, Serialize};
 
 use crate::graph::{Entry, Motion, MotionGraph, Played};
@@ -19,6 +20,12 @@ impl Playing {
             seconds: 0.0,
             rate: 1.0,
         }
+    }
+
+    /// Position of the root on the ground (x, z), in metres.
+    pub(super) fn ground(&self, graph: &MotionGraph) -> Vec2 {
+        let root = self.motion.root(graph, self.seconds);
+        Vec2::new(root.x, root.z)
     }
 
     /// Makes sure that the motion lasts for a step and the search after it.

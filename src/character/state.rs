@@ -96,11 +96,7 @@ impl CharacterState {
 
     /// Position of the root on the ground (x, z).
     pub(super) fn ground(&self, baked: &BakedGraph) -> Vec2 {
-        let root = self
-            .playing
-            .motion
-            .root(baked.graph(), self.playing.seconds);
-        Vec2::new(root.x, root.z)
+        self.playing.ground(baked.graph())
     }
 
     /// Velocity of the root, in metres per second.

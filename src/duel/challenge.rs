@@ -21,7 +21,7 @@ pub struct Challenge {
     pub announced: f32,
     /// Time from now to the impact, seconds.
     pub lead: f32,
-    /// Distance from trunk, head and thighs of a fighter that does not react, metres; below 0.
+    /// Clearance of the body of a fighter that does not react, metres; below 0.
     pub without: f32,
 }
 

@@ -111,8 +111,7 @@ impl Duel<'_> {
         let attack = Attack::of_attack_move(self.baked, &strike, placement, start).ok()?;
         let end = attack.end();
         motion.extend(graph, end + self.settings.window);
-        let without = self.depth(them, &attack);
-        let lands = without < -self.settings.depth;
+        let lands = self.depth(them, &attack) < -self.settings.depth;
         let seconds = end + self.settings.pause;
         let fits = lands
             && self.stays_inside(&motion, seconds)
@@ -130,10 +129,15 @@ impl Duel<'_> {
         self.now += hidden;
         let attack = Attack::of_attack_move(self.baked, &strike, placement, start - hidden).ok()?;
         let defender = &self.fighters[attacker.other().index()];
+        let (playhead, playing) = (
+            defender.playhead(graph, self.now),
+            defender.ahead(graph, self.now),
+        );
+        let without = self.clearance(&playing, &attack).metres;
         Some(Challenge {
             attacker,
-            playhead: defender.playhead(graph, self.now),
-            playing: defender.ahead(graph, self.now),
+            playhead,
+            playing,
             attack,
             strike: strike.edge,
             path,

@@ -171,7 +171,7 @@ impl<'a> Duel<'a> {
     }
 
     /// The exact clearance of an attack and a motion that start together.
-    fn clearance(&mut self, motion: &Motion, attack: &Attack) -> Clearance {
+    pub(super) fn clearance(&mut self, motion: &Motion, attack: &Attack) -> Clearance {
         ExactTest::new(self.baked, attack).on_motion(motion, &mut self.body)
     }
 }

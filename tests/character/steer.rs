@@ -142,6 +142,30 @@ fn stands_without_repeating(baked: Arc<BakedGraph>) {
     let report = idle(&baked, 2).unwrap();
     assert_eq!((report.repeated, report.events_per_hour), (0.0, 0.0));
     assert!(report.drift < 1.5, "{} m", report.drift);
+    assert!(report.in_step < 0.02, "{}", report.in_step);
+}
+
+#[test]
+fn who_stands_for_an_hour_stays_where_it_came_to_stand() {
+    let mut characters = characters(CharacterSettings::default());
+    let ids = [0.0, 1.0, 2.0].map(|heading| {
+        characters
+            .spawn(Rigid2::new(heading, 5.0 * heading, 0.0))
+            .unwrap()
+    });
+    // The second stands where its walk ends.
+    characters.steer(ids[1], walk(0.4, 0.8)).unwrap();
+    play(&mut characters, 300);
+    characters.steer(ids[1], Goal::Stop).unwrap();
+    play(&mut characters, 120);
+    let start = ids.map(|id| characters.place(id).unwrap().ground());
+    for minute in 1..=60 {
+        play(&mut characters, 3600);
+        for (&id, start) in ids.iter().zip(start) {
+            let off = characters.place(id).unwrap().ground().distance(start);
+            assert!(off < 0.5, "{off} m after {minute} minutes");
+        }
+    }
 }
 
 #[test]

@@ -17,6 +17,8 @@ pub(in crate::character) struct SteerState {
     pub(super) facing: Option<f32>,
     /// Frames that were played while it stood idle, oldest first.
     recent: Vec<Recent>,
+    /// Where it came to stand (x, z), in metres; `None` if it does not stand.
+    place: Option<[f32; 2]>,
 }
 
 /// A range of frames that was played.
@@ -30,9 +32,25 @@ struct Recent {
 }
 
 impl SteerState {
-    /// Searches at the next step.
+    /// Searches at the next step. What stands then stays there.
     pub(in crate::character) fn search_now(&mut self) {
-        self.search_in = 0.0;
+        (self.search_in, self.place) = (0.0, None);
+    }
+
+    /// Remembers where it came to stand; `now` is where it is (x, z), in metres.
+    pub(super) fn stand(&mut self, now: impl FnOnce() -> Vec2) {
+        self.place.get_or_insert_with(|| now().to_array());
+    }
+
+    /// Forgets where it came to stand.
+    pub(super) fn leave_place(&mut self) {
+        self.place = None;
+    }
+
+    /// A point of the ground as it lies from where it came to stand (x, z), in metres.
+    pub(super) fn off_place(&self, now: Vec2) -> Vec2 {
+        self.place
+            .map_or(Vec2::ZERO, |place| now - Vec2::from(place))
     }
 
     pub(super) fn last_aim(&self) -> Aim {

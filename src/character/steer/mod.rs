@@ -6,6 +6,7 @@
 //! blend fades in. What stands idle plays moments that stand and does not choose one twice within a time.
 
 mod memory;
+mod stay;
 mod table;
 
 use glam::{Vec2, Vec3};
@@ -14,10 +15,11 @@ use serde::{Deserialize, Serialize};
 use super::goal::{Aim, direction, heading_of, wrapped};
 use super::playing::Playing;
 use crate::anim::{JointTransform, Pose, forward_kinematics};
-use crate::graph::{Entry, Motion, MotionGraph, Playhead};
+use crate::graph::{EdgeId, Entry, Motion, MotionGraph, Playhead};
 use crate::maps::{BakedGraph, Stance};
 use crate::math::Rigid2;
 pub(super) use memory::SteerState;
+use stay::Standing;
 use table::{AHEAD, Features, Moment, Row, Table, distance};
 
 /// Limits of steering.
@@ -80,6 +82,8 @@ pub(super) struct SteerScratch {
 #[derive(Clone, Debug)]
 pub(super) struct Steering {
     table: Table,
+    /// The moments at which a new character may start.
+    starts: Vec<u32>,
 }
 
 /// One step of one character.
@@ -114,14 +118,18 @@ struct Search<'a> {
     current: Option<usize>,
     /// Whether the table ends there.
     ends: bool,
-    /// Whether the character stands and shall.
-    is_idle: bool,
+    /// Where the character is, if it stands and shall.
+    idle: Option<Standing>,
 }
 
 impl Steering {
     pub(super) fn new(graph: &MotionGraph) -> Self {
+        let table = Table::new(graph);
+        let calm = |(_, moment): &(u32, &Moment)| moment.is_calm && moment.left > 30;
+        let starts = (0..).zip(&table.moments).filter(calm);
         Self {
-            table: Table::new(graph),
+            starts: starts.map(|(index, _)| index).collect(),
+            table,
         }
     }
 
@@ -130,11 +138,15 @@ impl Steering {
         self.table.moments.len()
     }
 
-    /// The moment at which a new character starts: one that stands, or the first one.
-    pub(super) fn start(&self) -> Option<(crate::graph::EdgeId, f32)> {
-        let calmest = |moment: &&Moment| moment.is_calm && moment.left > 30;
-        let found = self.table.moments.iter().find(calmest);
-        let moment = found.or(self.table.moments.first())?;
+    /// The moment at which the character of a place in the list starts: one that stands, or the first one. Characters that are added one
+    /// after the other start at moments that lie far apart, so that they do not move in step.
+    pub(super) fn start(&self, index: u32) -> Option<(EdgeId, f32)> {
+        /// Multiples of it are spread evenly over [0, 1), however many there are.
+        const GOLDEN: f64 = 0.618_033_988_749_895;
+        let share = (f64::from(index) * GOLDEN).fract();
+        let start = (share * self.starts.len() as f64) as usize;
+        let start = self.starts.get(start).map_or(0, |&start| start as usize);
+        let moment = self.table.moments.get(start)?;
         Some((moment.edge, moment.edge_frame as f32))
     }
 
@@ -157,6 +169,10 @@ impl Steering {
         let is_idle = step.aim.stands() && step.faces(playing, moment.as_ref());
         if let Some(moment) = moment.filter(|_| is_idle) {
             state.remember(&moment, step);
+            state.stand(|| playing.ground(graph));
+        }
+        if !step.aim.stands() {
+            state.leave_place();
         }
         let goes_on = |moment: Moment| moment.is_calm && !state.repeats(&moment);
         let is_held = is_idle && !ends && moment.is_some_and(goes_on);
@@ -165,13 +181,18 @@ impl Steering {
             state.aim = step.aim.velocity.to_array();
             state.facing = step.aim.facing;
             let now = step.now(playing, moment.as_ref(), scratch);
+            let root = Vec2::new(now.stance.root.x, now.stance.root.z);
+            let idle = is_idle.then(|| Standing {
+                off: state.off_place(root),
+                heading: now.heading,
+            });
             let search = Search {
                 step,
                 state,
                 wanted: wanted(&step.aim, &now).row(),
                 current,
                 ends,
-                is_idle,
+                idle,
             };
             if let Some(found) = self.choose(&search) {
                 let entry = step.entry(found, &now);
@@ -184,20 +205,20 @@ impl Steering {
     /// The moment to jump to; `None` if what is played goes on.
     fn choose(&self, search: &Search<'_>) -> Option<&Moment> {
         let &Search {
-            step,
-            state,
-            is_idle,
-            ..
+            step, state, idle, ..
         } = search;
         let moments = &self.table.moments;
-        let nearest = |allowed: &dyn Fn(&Moment) -> bool| self.nearest(&search.wanted, allowed);
+        let nearest = |cost: &dyn Fn(&Moment) -> Option<f32>| self.nearest(&search.wanted, cost);
         let moment = search.current.map(|current| &moments[current]);
         let is_fresh =
             |moment: &Moment| moment.is_calm && moment.left > 20 && !state.has_played(moment);
-        let fresh = nearest(&|moment| !is_idle || is_fresh(moment));
+        let fresh = nearest(&|moment| match idle {
+            Some(standing) => is_fresh(moment).then(|| standing.cost(moment)),
+            None => Some(0.0),
+        });
         // What comes to what was just played is left for what was not, if that is near.
         let gain = step.settings.gain;
-        let repeats = moment.is_some_and(|moment| is_idle && state.repeats(moment))
+        let repeats = moment.is_some_and(|moment| idle.is_some() && state.repeats(moment))
             && fresh.is_some_and(|(_, apart)| apart < gain);
         let kept = match search.current {
             Some(current) if !search.ends && !repeats => {
@@ -205,15 +226,17 @@ impl Steering {
             }
             _ => f32::INFINITY,
         };
-        let found = fresh.or_else(|| nearest(&|moment| !is_idle || moment.is_calm));
+        let calm = |moment: &Moment| (idle.is_none() || moment.is_calm).then_some(0.0);
+        let found = fresh.or_else(|| nearest(&calm));
         let found = found.filter(|(_, apart)| apart + gain < kept);
         let found = found.map(|(found, _)| &moments[found]);
         // To stand may be nearly as near as to start a slow walk, for as long as that is asked for.
         let walks = step.aim.velocity.length() > WALKS;
         let stands = |moment: &Moment| moment.is_calm;
         if walks && moment.is_some_and(stands) && found.is_none_or(stands) {
-            let start = |moment: &Moment| !moment.is_calm && moment.velocity.length() > WALKS;
-            let start = nearest(&start).map(|(start, _)| &moments[start]);
+            let starts = |moment: &Moment| !moment.is_calm && moment.velocity.length() > WALKS;
+            let start = nearest(&|moment| starts(moment).then_some(0.0));
+            let start = start.map(|(start, _)| &moments[start]);
             return start.or(found);
         }
         found
@@ -273,7 +296,7 @@ impl Steering {
             ways: AHEAD.map(ahead),
             ..now
         };
-        let (found, _) = self.nearest(&wanted.row(), |_| true)?;
+        let (found, _) = self.nearest(&wanted.row(), |_| Some(0.0))?;
         let moment = &self.table.moments[found];
         let turn = Rigid2::new(stance.placement.heading() - moment.heading, 0.0, 0.0);
         let root = turn.point(Vec3::new(moment.root.x, 0.0, moment.root.y));
@@ -288,12 +311,17 @@ impl Steering {
         Some(motion)
     }
 
-    fn nearest(&self, wanted: &Row, allowed: impl Fn(&Moment) -> bool) -> Option<(usize, f32)> {
-        let mut best: Option<(usize, f32)> = None;
+    /// The moment whose distance and cost are least together, and its distance. A moment without a cost is left out.
+    fn nearest(&self, wanted: &Row, cost: impl Fn(&Moment) -> Option<f32>) -> Option<(usize, f32)> {
+        let mut best = None;
+        let mut least = f32::INFINITY;
         for (index, row) in self.table.rows.iter().enumerate() {
             let apart = distance(row, wanted);
-            if best.is_none_or(|(_, least)| apart < least) && allowed(&self.table.moments[index]) {
-                best = Some((index, apart));
+            if apart < least
+                && let Some(cost) = cost(&self.table.moments[index])
+                && apart + cost < least
+            {
+                (best, least) = (Some((index, apart)), apart + cost);
             }
         }
         best

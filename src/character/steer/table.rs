@@ -48,6 +48,8 @@ pub(super) struct Moment {
     pub root: Vec2,
     /// Whether the body stands for a while.
     pub is_calm: bool,
+    /// Displacement of the root until it no longer stands, in the space of the clip (x, z), in metres.
+    pub rest: Vec2,
 }
 
 impl Moment {
@@ -206,7 +208,24 @@ impl Table {
                 heading,
                 root: Vec2::new(posed[frame].root.x, posed[frame].root.z),
                 is_calm: calm,
+                rest: Vec2::ZERO,
             });
+        }
+        self.add_rests(start);
+    }
+
+    /// Adds up where the moments of the last clip lead while they stand. `start` is the clip's place in the index.
+    fn add_rests(&mut self, start: usize) {
+        for pair in self.index[start..].windows(2).rev() {
+            let [Some(now), Some(next)] =
+                [pair[0], pair[1]].map(|at| self.moments.get(at as usize))
+            else {
+                continue;
+            };
+            if now.is_calm && next.is_calm {
+                let rest = next.rest + next.root - now.root;
+                self.moments[pair[0] as usize].rest = rest;
+            }
         }
     }
 }

@@ -227,6 +227,7 @@ impl Report {
             "idle_events_per_hour": number(idle.events_per_hour),
             "idle_repeated": number(idle.repeated),
             "idle_drift_m": number(idle.drift),
+            "idle_in_step": number(idle.in_step),
             "batch_200_ms": number(times.batch_200_ms),
             "batch_200_budget": {
                 "plans_per_step": PLANS_PER_STEP,
@@ -279,7 +280,7 @@ impl Report {
              of feints {:.0}% of what full knowledge avoids\n\
              steering: speed off by {:.1}%; direction within 10 degrees after {:.2} s in the median, {:.2} s at the 95th percentile\n\
              figure of eight: {:.2} m off at the 95th percentile, {:.2} m at most\n\
-             idle: {:.0} events an hour; {:.1}% of the time repeats what was played within 10 s\n\
+             idle: {:.0} events an hour; {:.1}% of the time repeats what was played within 10 s; two do the same {:.1}% of the time; {:.2} m from the start at most\n\
              walls and opponents: {} attacks in which the body entered one, by {:.1} mm at most; cornered {} times\n\
              200 new threats in one step: {:.1} ms; with {PLANS_PER_STEP} plans a step {:.1} ms at most; a character's frame takes {:.1} microseconds\n\
              {CROWD} characters: each takes {:.1} microseconds to step and {:.2} to pose, by itself {:.2}; the crowd's kernels pose {:.0}%\n",
@@ -292,6 +293,8 @@ impl Report {
             steer.path_error_max,
             idle.events_per_hour,
             100.0 * idle.repeated,
+            100.0 * idle.in_step,
+            idle.drift,
             self.entered().0,
             1e3 * self.entered().1,
             self.row("walls").cornered + self.row("opponents").cornered,
