@@ -144,7 +144,7 @@ impl Panel {
             .x_label_area_size(22)
             .y_label_area_size(30)
             .build_cartesian_2d(0.0..self.seconds.max(1e-3), 0.0..top)?;
-        let name: String = self.name.chars().take(48).collect();
+        let name = plot::shortened(&self.name, 48);
         area.draw(&Text::new(
             name,
             (14, 4),
@@ -198,7 +198,7 @@ impl Panel {
             let most = own.iter().copied().fold(0.0, f32::max);
             speeds.push(shade(f64::from(most) / self.top()));
         }
-        let name: String = self.name.chars().take(36).collect();
+        let name = plot::shortened(&self.name, 36);
         let mut text = format!(
             "{name:<36} {speeds}\n{:>36} {}\n",
             "proposed",

@@ -2,12 +2,13 @@
 
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
+use sabaki::anim::Clip;
 use sabaki::graph::{EdgeMotion, GraphSettings, MotionGraph};
 use sabaki::internal::{DistanceMap, PointCloud, Windows};
 use sabaki::math::in_parallel;
 
 use super::picture::FONT;
-use super::plot::{Area, Drawn, Figure, Format, INK, Paint, shade};
+use super::plot::{Area, Drawn, Figure, Format, INK, Paint, shade, shortened};
 
 /// Letters of the map's side.
 const LETTERS: usize = 72;
@@ -220,7 +221,7 @@ impl DistanceFigure<'_> {
             if to.0 - from.0 < NAMED as i32 {
                 continue;
             }
-            let name: String = clip.name().chars().take(24).collect();
+            let name = shortened(&Clip::title(clip.name()), 24);
             let (across, down) = ((from.0 + to.0) / 2, (from.1 + to.1) / 2);
             area.draw(&Text::new(name.as_str(), (low.0 - 8, down), right.clone()))?;
             area.draw(&Text::new(name, (across, bottom + 8), turned.clone()))?;

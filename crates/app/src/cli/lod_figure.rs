@@ -7,7 +7,7 @@ use sabaki::lod::{Level, SwitchSettings, Switching};
 use super::chart::{COLOURS, Chart, Line, Scale};
 use super::lod_report::Report;
 use super::picture::FONT;
-use super::plot::{Area, Bar, Drawn, Figure, Format, INK, Paint, bars};
+use super::plot::{Area, Bar, Drawn, Figure, Format, INK, Paint, bars, shortened};
 
 /// Pixels of the figure.
 const SIZE: (u32, u32) = (1240, 920);
@@ -120,7 +120,7 @@ impl Report {
         let centre = |at| style(size).pos(Pos::new(at, VPos::Center));
         for (place, bar) in (0..).zip(&bars[..shown]) {
             let middle = HEAD + place * row + row / 2;
-            let name: String = bar.name.chars().take(22).collect();
+            let name = shortened(&bar.name, 22);
             let name = format!("{name}{}", self.removal(&bar.name));
             area.draw(&Text::new(name, (NAMES - 8, middle), centre(HPos::Right)))?;
             let end = NAMES + (longest * bar.value / most).round() as i32;

@@ -166,6 +166,14 @@ pub(crate) struct Bar {
     pub(crate) label: String,
 }
 
+/// A name in at most so many letters. Where its end is left out, an ellipsis says so.
+pub(crate) fn shortened(name: &str, most: usize) -> String {
+    if name.chars().count() <= most {
+        return name.to_owned();
+    }
+    name.chars().take(most - 1).chain(['…']).collect()
+}
+
 /// Horizontal bars in letters, the longest for the largest value.
 pub(crate) fn bars(rows: &[Bar], colour: [u8; 3], paint: Paint) -> String {
     /// Letters of the longest bar.
