@@ -22,6 +22,9 @@ use crate::math::{Rigid2, thread_count};
 use crate::query::Obstacle;
 use sabaki_motion::internal::{WorkerPool, lock};
 
+/// Longest time of one step, in seconds.
+const LONGEST_STEP: f32 = 1.0;
+
 /// The characters of a game: steered, threatened, and stepped together.
 pub struct Characters {
     pub(super) baked: Arc<BakedGraph>,
@@ -46,14 +49,12 @@ impl Characters {
     /// ([`BakedGraph::prepare`]), so that no step has to.
     ///
     /// # Errors
-    /// A graph whose every moment has an event; a query setting out of range.
+    /// A graph whose every moment has an event; a setting out of range.
     pub fn new(
         baked: Arc<BakedGraph>,
         settings: CharacterSettings,
     ) -> Result<Self, CharacterError> {
-        if settings.query.check().is_err() {
-            return Err(CharacterError::Value("a query setting"));
-        }
+        settings.check()?;
         let steering = Steering::new(baked.graph());
         if steering.len() == 0 {
             return Err(CharacterError::NothingToPlay);
@@ -122,10 +123,7 @@ impl Characters {
         }
         let slot = self.slot_mut(index);
         slot.state = state;
-        Ok(CharacterId {
-            index,
-            generation: slot.generation,
-        })
+        Ok(slot.id(index as usize))
     }
 
     /// Removes a character.
@@ -161,7 +159,9 @@ impl Characters {
         if !goal.is_sound() {
             return Err(CharacterError::Value("the goal"));
         }
-        self.state_mut(id)?.goal = goal;
+        let state = self.state_mut(id)?;
+        state.has_arrived &= state.goal == goal;
+        state.goal = goal;
         Ok(())
     }
 
@@ -189,14 +189,16 @@ impl Characters {
         seconds: f32,
     ) -> Result<(), CharacterError> {
         let joints = self.baked.graph().skeleton().len();
+        let near = |place: &Vec3| place.is_finite() && place.length() < 5_000.0;
         let sound = |pose: &&Pose| {
-            pose.root.is_finite()
-                && pose.root.length() < 5_000.0
+            near(&pose.root)
                 && pose.rotations.len() == joints
                 && pose
                     .rotations
                     .iter()
                     .all(|rotation| rotation.is_normalized())
+                && (pose.translations.is_empty() || pose.translations.len() == joints)
+                && pose.translations.iter().all(near)
         };
         if !poses.iter().all(sound) || !(1e-4..=1.0).contains(&seconds) {
             return Err(CharacterError::Value("a pose"));
@@ -259,12 +261,16 @@ impl Characters {
     }
 
     /// Lets `dt` seconds pass: plans what must be planned, steers, and measures how near threats come. Events are appended to `events`,
-    /// by character. A negative or infinite time counts as 0.
+    /// by character. A negative or infinite time counts as 0, and one above a second as a second: a game that was halted goes on where it was.
     ///
     /// `obstacles` are where they are now; no character enters them. Give all that are within 10 m of a character.
     pub fn step(&mut self, dt: f32, obstacles: &[Obstacle], events: &mut Vec<CharacterEvent>) {
         let _span = tracing::trace_span!("characters: step").entered();
-        let dt = if dt.is_finite() { dt.max(0.0) } else { 0.0 };
+        let dt = if dt.is_finite() {
+            dt.clamp(0.0, LONGEST_STEP)
+        } else {
+            0.0
+        };
         self.bodies.clear();
         if self.settings.body_radius > 0.0 {
             find_bodies(&self.baked, &self.slots, &mut self.bodies);
@@ -284,8 +290,9 @@ impl Characters {
             workers: &self.workers,
         };
         shared.each(&mut self.pool, |index, slot, worker| {
+            let id = slot.id(index);
             let state = slot.state.as_deref_mut();
-            slot.urgency = state.and_then(|state| state.begin(index as u32, &world, worker));
+            slot.urgency = state.and_then(|state| state.begin(id, &world, worker));
         });
         most_urgent(shared.slots, self.settings.plans_per_step, &mut self.urgent);
         let queue = PlanQueue {
@@ -294,22 +301,21 @@ impl Characters {
         };
         shared.each_of(queue, &mut self.pool, |index, slot, worker| {
             let _span = tracing::trace_span!("character: plan", character = index).entered();
+            let id = slot.id(index);
             if let Some(state) = &mut slot.state {
-                state.avoid(index as u32, &world, worker);
+                state.avoid(id, &world, worker);
             }
         });
         shared.each(&mut self.pool, |index, slot, worker| {
+            let id = slot.id(index);
             if let Some(state) = &mut slot.state {
-                state.step(index as u32, &world, worker);
+                state.step(id, &world, worker);
             }
         });
         self.now += f64::from(dt);
         for (index, slot) in self.slots.iter_mut().enumerate() {
             let slot = slot.get_mut().unwrap_or_else(PoisonError::into_inner);
-            let character = CharacterId {
-                index: index as u32,
-                generation: slot.generation,
-            };
+            let character = slot.id(index);
             let Some(state) = &mut slot.state else {
                 continue;
             };

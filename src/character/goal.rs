@@ -61,10 +61,12 @@ impl Goal {
         }
     }
 
-    /// What it asks of a character at a place (x, z).
-    pub(super) fn aim(&self, place: Vec2) -> Aim {
+    /// What it asks of a character at a place (x, z). `has_arrived` is whether it reached the point of this goal before.
+    pub(super) fn aim(&self, place: Vec2, has_arrived: &mut bool) -> Aim {
         /// A character this near has arrived, in metres.
         const ARRIVED: f32 = 0.15;
+        /// What has arrived goes back from so far, in metres.
+        const LEFT: f32 = 0.45;
         /// Time in which the rest of the way is walked, in seconds.
         const BRAKING: f32 = 0.5;
         match *self {
@@ -80,7 +82,8 @@ impl Goal {
             Self::GoTo { point, speed } => {
                 let way = Vec2::new(point.x, point.z) - place;
                 let far = way.length();
-                if far < ARRIVED {
+                *has_arrived = far < if *has_arrived { LEFT } else { ARRIVED };
+                if *has_arrived {
                     return Aim::default();
                 }
                 Aim {

@@ -71,6 +71,7 @@ mod state;
 mod steer;
 mod steer_around;
 mod threat;
+mod watch;
 mod world;
 
 pub use characters::Characters;

@@ -4,6 +4,7 @@ use std::sync::Mutex;
 
 use glam::{Vec2, Vec3};
 
+use super::ids::CharacterId;
 use super::scratch::Worker;
 use super::slot::Slot;
 use super::state::CharacterState;
@@ -34,7 +35,12 @@ pub(super) fn find_bodies(baked: &BakedGraph, slots: &[Mutex<Slot>], out: &mut V
 
 impl CharacterState {
     /// Lists the obstacles near the character, among them the other characters.
-    pub(super) fn near_obstacles(&self, index: u32, world: &World<'_>, out: &mut Vec<Obstacle>) {
+    pub(super) fn near_obstacles(
+        &self,
+        id: CharacterId,
+        world: &World<'_>,
+        out: &mut Vec<Obstacle>,
+    ) {
         out.clear();
         if world.obstacles.is_empty() && world.bodies.is_empty() {
             return;
@@ -48,7 +54,7 @@ impl CharacterState {
         };
         let near = |obstacle: &&Obstacle| obstacle.distance(root, 0.0) < range(obstacle);
         out.extend(world.obstacles.iter().filter(near));
-        for body in world.bodies.iter().filter(|body| body.index != index) {
+        for body in world.bodies.iter().filter(|body| body.index != id.index) {
             let radius = world.settings.body_radius;
             let disc = Obstacle::disc(body.place, radius);
             let velocity = Vec3::new(body.velocity.x, 0.0, body.velocity.y);
@@ -60,7 +66,7 @@ impl CharacterState {
     /// Drops a plan that has come to enter an obstacle, which moves otherwise than it did.
     pub(super) fn look_for_obstacles(
         &mut self,
-        index: u32,
+        id: CharacterId,
         world: &World<'_>,
         worker: &mut Worker,
     ) {
@@ -72,7 +78,7 @@ impl CharacterState {
             return;
         }
         self.look_at = world.now + INTERVAL;
-        self.near_obstacles(index, world, &mut worker.obstacles);
+        self.near_obstacles(id, world, &mut worker.obstacles);
         if worker.obstacles.is_empty() {
             return;
         }
@@ -93,8 +99,8 @@ impl CharacterState {
         };
         let entered = test.on_motion(&playing.motion, &mut worker.plan.entered);
         if entered.is_some() {
-            self.seen = 0;
-            if world.threats.is_empty() {
+            let is_threatened = std::mem::take(&mut self.seen) != 0;
+            if !is_threatened {
                 self.held_until = world.now;
             }
         }

@@ -9,6 +9,7 @@ use std::hash::{Hash, Hasher};
 use rustc_hash::FxHasher;
 
 use super::event::CharacterEventKind;
+use super::ids::CharacterId;
 use super::scratch::{PlanScratch, Worker};
 use super::state::{CharacterState, Pending};
 use super::threat::Window;
@@ -38,6 +39,8 @@ struct Planning<'a> {
     world: &'a World<'a>,
     moment: Moment,
     near: Vec<NearThreat<'a>>,
+    /// Whether the same threats were looked at last.
+    is_repeated: bool,
 }
 
 /// How the threats become the attack of one query.
@@ -56,9 +59,13 @@ const BLEND: f32 = 0.2;
 const LATE: f32 = 0.2;
 
 impl CharacterState {
-    /// Time until a threat that was not looked at yet may reach the body, in seconds; `None` if all were looked at.
-    pub(super) fn urgency(&mut self, index: u32, world: &World<'_>) -> Option<f32> {
-        if self.pending.is_some() || world.threats.is_empty() {
+    /// Time until a threat that has to be looked at may reach the body, in seconds; `None` if there is none.
+    pub(super) fn urgency(&mut self, id: CharacterId, world: &World<'_>) -> Option<f32> {
+        if self.pending.is_some() {
+            return None;
+        }
+        if world.threats.is_empty() {
+            self.forget_threats(world.now);
             return None;
         }
         let moment = self.moment(world);
@@ -68,12 +75,12 @@ impl CharacterState {
         // Zeros alone would hash to 0, which stands for no threats.
         1u8.hash(&mut hasher);
         let mut nearest = f32::INFINITY;
-        for NearThreat { known, window } in self.near(index, world, &moment) {
+        for NearThreat { known, window } in self.near(id, world, &moment) {
             (known.id.0, known.version).hash(&mut hasher);
             nearest = nearest.min(window.nearest);
         }
         if nearest == f32::INFINITY {
-            (self.seen, self.retry_at) = (0, None);
+            self.forget_threats(world.now);
             return None;
         }
         let seen = hasher.finish();
@@ -82,10 +89,20 @@ impl CharacterState {
         (!is_known).then_some(nearest)
     }
 
+    /// Nothing is near: nothing but a planned motion that goes on keeps steering waiting.
+    fn forget_threats(&mut self, now: f64) {
+        (self.seen, self.retry_at, self.kept_since) = (0, None, None);
+        self.has_failed = false;
+        self.passed_at = self.passed_at.min(now);
+        if !self.has_plan {
+            self.held_until = self.held_until.min(now);
+        }
+    }
+
     /// Answers the threats that are known, if what is played does not avoid them. [`CharacterState::urgency`] comes before it.
-    pub(super) fn avoid(&mut self, index: u32, world: &World<'_>, worker: &mut Worker) {
+    pub(super) fn avoid(&mut self, id: CharacterId, world: &World<'_>, worker: &mut Worker) {
         let moment = self.moment(world);
-        self.near_obstacles(index, world, &mut worker.obstacles);
+        self.near_obstacles(id, world, &mut worker.obstacles);
         let scratch = &mut worker.plan;
         let ahead = (moment.at - world.now) as f32;
         scratch.ahead.clear();
@@ -95,12 +112,14 @@ impl CharacterState {
             scratch.ahead.push(obstacle.later(ahead, 0.0));
             scratch.wider.push(obstacle.later(ahead, margin));
         }
-        let near = self.near(index, world, &moment).collect();
+        let near = self.near(id, world, &moment).collect();
+        let is_repeated = self.seen == self.next_seen;
         self.seen = self.next_seen;
         let planning = Planning {
             world,
             moment,
             near,
+            is_repeated,
         };
         self.answer(&planning, scratch);
     }
@@ -117,14 +136,12 @@ impl CharacterState {
     /// The threats that may reach the body within the horizon.
     fn near<'s, 'w: 's>(
         &'s self,
-        index: u32,
+        id: CharacterId,
         world: &'s World<'w>,
         moment: &'s Moment,
     ) -> impl Iterator<Item = NearThreat<'w>> + use<'s, 'w> {
         let horizon = world.settings.horizon;
-        let threats = world.threats.iter();
-        let mine = threats.filter(move |known| known.threat.concerns(index));
-        mine.filter_map(move |known| {
+        world.threats_of(id).filter_map(move |known| {
             let window = self.window(world, moment.at, &known.threat)?;
             let is_near = window.nearest < horizon && window.end > 0.0;
             is_near.then_some(NearThreat { known, window })
@@ -140,16 +157,18 @@ impl CharacterState {
             world,
             attack: &attack,
         };
-        let was_retry = self.retry_at.is_some();
+        // What was said of the same threats is not said again.
+        let was_said = planning.is_repeated && self.has_failed;
         let playing = &self.playing.motion;
         let rest = playing.rest(world.baked.graph(), moment.seconds);
         let mut kept = test.until_hit(self.continued(planning, rest).motion, scratch);
         if kept.is_clean() {
-            self.retry_at = None;
-            self.hold(moment, &attack, None);
-            let clearance = kept.clearance.metres;
-            self.events
-                .push((world.now, CharacterEventKind::Kept { clearance }));
+            self.keep(planning, &attack, kept.end);
+            if !planning.is_repeated {
+                let clearance = kept.clearance.metres;
+                self.events
+                    .push((world.now, CharacterEventKind::Kept { clearance }));
+            }
             if self.playing.rate != 1.0 {
                 self.take(moment, kept.motion, world.now);
             }
@@ -179,35 +198,38 @@ impl CharacterState {
             None
         });
         let Some(found) = found else {
+            self.has_failed = true;
             self.retry_at = Some(world.now + f64::from(world.settings.retry));
-            match least {
+            let failed = match least {
                 Some(least) => {
                     test.measure(&mut kept, scratch);
-                    self.take_least_harm(planning, &attack, [kept, least]);
+                    self.take_least_harm(planning, &attack, [kept, least])
                 }
-                None if !was_retry => self.events.push((world.now, CharacterEventKind::Cannot)),
-                None => {}
+                None => CharacterEventKind::Cannot,
+            };
+            if !was_said {
+                self.events.push((world.now, failed));
             }
             return;
         };
-        self.retry_at = None;
+        (self.retry_at, self.has_failed, self.kept_since) = (None, false, None);
         let planned = CharacterEventKind::Planned {
             clearance: found.clearance.metres,
             is_change: self.has_plan,
         };
         self.events.push((world.now, planned));
         self.has_plan = true;
-        self.hold(moment, &attack, Some(found.end));
+        self.hold(moment, &attack, found.end);
         self.take(moment, found.motion, world.now);
     }
 
-    /// Takes the second motion if it is less harmful than what is played, and says so.
+    /// Takes the second motion if it is less harmful than what is played. Returns what is to be said of it.
     fn take_least_harm(
         &mut self,
         planning: &Planning<'_>,
         attack: &Attack,
         [kept, other]: [TestedMotion; 2],
-    ) {
+    ) -> CharacterEventKind {
         /// Another motion is taken only if its harm is less by this, in metres.
         const GAIN: f32 = 0.02;
         let (now, moment) = (planning.world.now, &planning.moment);
@@ -217,12 +239,12 @@ impl CharacterState {
             hit: -least.clearance.metres,
             entered: least.entered,
         };
-        self.events.push((now, cornered));
         if is_less {
             self.has_plan = true;
-            self.hold(moment, attack, Some(least.end));
+            self.hold(moment, attack, least.end);
             self.take(moment, least.motion, now);
         }
+        cornered
     }
 
     /// The answer to the wider attack, tested against the plain one.
@@ -284,10 +306,27 @@ impl CharacterState {
     }
 
     /// Steering waits until the threats have passed and the evasion has ended, or been left.
-    fn hold(&mut self, moment: &Moment, attack: &Attack, evasion_end: Option<f32>) {
-        let seconds = attack.end().max(evasion_end.unwrap_or(0.0));
+    fn hold(&mut self, moment: &Moment, attack: &Attack, evasion_end: f32) {
+        let seconds = attack.end().max(evasion_end);
         self.held_until = moment.at + f64::from(seconds);
         self.passed_at = moment.at + f64::from(attack.end());
+    }
+
+    /// What is played goes on as long as it is known to avoid what is near, and an evasion to its end. Steering does not wait for ever for
+    /// what stays near: then it goes on, and what it plays is tested again and again.
+    fn keep(&mut self, planning: &Planning<'_>, attack: &Attack, end: f32) {
+        /// Longest time for which steering waits while nothing is planned, in seconds.
+        const LONGEST: f64 = 2.5;
+        let Planning { world, moment, .. } = planning;
+        let since = *self.kept_since.get_or_insert(world.now);
+        self.passed_at = (moment.at + f64::from(attack.end())).min(since + LONGEST);
+        self.held_until = match self.has_plan {
+            true => self.passed_at.max(moment.at + f64::from(end)),
+            false => self.passed_at,
+        };
+        self.has_failed = false;
+        let is_held = world.now < self.held_until;
+        self.retry_at = (!is_held).then(|| world.now + f64::from(world.settings.retry));
     }
 
     fn take(&mut self, moment: &Moment, motion: Motion, now: f64) {

@@ -76,6 +76,8 @@ impl Characters {
 impl CharactersState {
     fn check(&self, baked: &BakedGraph) -> Result<(), CharacterError> {
         let graph = baked.graph();
+        // A time is long past or near: what waits for one does not wait for ever.
+        let near_now = |time: f64| time.is_finite() && time < self.now + 600.0;
         let plays = |motion: &Motion| !motion.is_empty() && motion.is_sound(graph);
         let sound = |state: &CharacterState| {
             let playing = &state.playing;
@@ -86,6 +88,8 @@ impl CharactersState {
                 && plays(&playing.motion)
                 && pending.is_none_or(|pending| plays(&pending.motion) && pending.at.is_finite())
                 && state.goal.is_sound()
+                && state.steer.is_sound()
+                && state.times().iter().all(|time| near_now(*time))
         };
         let states = self.slots.iter().filter_map(|slot| slot.state.as_deref());
         let empty = |index: &u32| {
@@ -100,6 +104,7 @@ impl CharactersState {
             && states.into_iter().all(sound)
             && self.free.iter().all(empty)
             && self.free.len() == vacant
+            && is_distinct(&self.free)
             && self.threats.iter().all(|known| known.threat.is_sound())
             && self.threats.is_sorted_by(|a, b| a.id < b.id)
             && self
@@ -111,4 +116,11 @@ impl CharactersState {
             false => Err(CharacterError::Saved("does not fit this graph")),
         }
     }
+}
+
+/// Whether no place is listed twice.
+fn is_distinct(places: &[u32]) -> bool {
+    let mut sorted = places.to_vec();
+    sorted.sort_unstable();
+    sorted.windows(2).all(|pair| pair[0] != pair[1])
 }

@@ -1,5 +1,6 @@
 use serde::{Deserialize, Serialize};
 
+use super::error::CharacterError;
 use super::steer::SteerSettings;
 use crate::query::QuerySettings;
 
@@ -52,6 +53,30 @@ impl Default for CharacterSettings {
             plans_per_step: usize::MAX,
             plan_milliseconds: 0.0,
             threads: 1,
+        }
+    }
+}
+
+impl CharacterSettings {
+    /// Refuses what no step could use.
+    pub(super) fn check(&self) -> Result<(), CharacterError> {
+        if self.query.check().is_err() {
+            return Err(CharacterError::Value("a query setting"));
+        }
+        if !self.steer.is_sound() {
+            return Err(CharacterError::Value("a steering setting"));
+        }
+        let within = |value: f32, most: f32| (0.0..=most).contains(&value);
+        let sound = within(self.horizon, 60.0)
+            && within(self.margin, 10.0)
+            && within(self.obstacle_margin, 10.0)
+            && within(self.push, 1_000.0)
+            && within(self.body_radius, 100.0)
+            && within(self.retry, 60.0)
+            && self.plan_milliseconds.is_finite();
+        match sound {
+            true => Ok(()),
+            false => Err(CharacterError::Value("a character setting")),
         }
     }
 }

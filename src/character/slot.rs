@@ -6,6 +6,7 @@ use std::time::Instant;
 
 use serde::{Deserialize, Serialize};
 
+use super::ids::CharacterId;
 use super::scratch::Worker;
 use super::state::CharacterState;
 use sabaki_motion::internal::{WorkerPool, lock};
@@ -33,6 +34,14 @@ pub(super) struct Blend {
 }
 
 impl Slot {
+    /// The id of the character at this place of the list.
+    pub(super) fn id(&self, index: usize) -> CharacterId {
+        CharacterId {
+            index: index as u32,
+            generation: self.generation,
+        }
+    }
+
     /// About how far a blend of an age moves a joint: as far as when it was posed last, later in the same blend. Infinite for another one.
     pub(super) fn blended(&mut self, age: Option<f32>) -> f32 {
         let Some(age) = age else {

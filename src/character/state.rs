@@ -3,16 +3,16 @@ use serde::{Deserialize, Serialize};
 
 use super::event::CharacterEventKind;
 use super::goal::Goal;
-use super::ids::ThreatId;
+use super::ids::CharacterId;
 use super::playing::Playing;
 use super::scratch::Worker;
 use super::steer::{SteerState, SteerStep, SteeredBody};
 use super::threat::{Threat, Window};
+use super::watch::Watched;
 use super::world::World;
 use crate::graph::Motion;
 use crate::maps::BakedGraph;
 use crate::math::Sphere;
-use crate::query::clearance::closest;
 
 /// One character, whole.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -34,16 +34,22 @@ pub(super) struct CharacterState {
     pub seen: u64,
     /// The threats that are to be looked at.
     pub next_seen: u64,
-    /// Whether they could not be avoided, and when that is tried again.
+    /// When the same threats are looked at again, in seconds; `None` if they are not.
     pub retry_at: Option<f64>,
+    /// Whether they could not be avoided.
+    pub has_failed: bool,
+    /// Since when what is played is kept because it avoids what is near, in seconds.
+    pub kept_since: Option<f64>,
+    /// Whether it reached the point of its goal.
+    pub has_arrived: bool,
     /// The side on which an obstacle is passed.
     pub side: Side,
     /// When the plan is tested against the obstacles again, in seconds.
     pub look_at: f64,
     /// Threats that are near, with the smallest distance so far.
-    watched: Vec<Watched>,
+    pub watched: Vec<Watched>,
     /// The body's spheres at the end of the last step, while a threat is near.
-    centres: Vec<Vec3>,
+    pub centres: Vec<Vec3>,
     #[serde(skip)]
     pub events: Vec<(f64, CharacterEventKind)>,
 }
@@ -54,13 +60,6 @@ pub(super) struct Pending {
     pub motion: Motion,
     /// Time of the takeover, in seconds.
     pub at: f64,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-struct Watched {
-    id: ThreatId,
-    metres: f32,
-    is_hit: bool,
 }
 
 /// The side on which an obstacle is passed. It is kept until the way is free.
@@ -86,12 +85,35 @@ impl CharacterState {
             seen: 0,
             next_seen: 0,
             retry_at: None,
+            has_failed: false,
+            kept_since: None,
+            has_arrived: false,
             side: Side::default(),
             look_at: 0.0,
             watched: Vec::new(),
             centres: Vec::new(),
             events: Vec::new(),
         }
+    }
+
+    /// All moments for which it waits, in seconds.
+    pub(super) fn times(&self) -> [f64; 5] {
+        let Self {
+            held_until,
+            passed_at,
+            look_at,
+            retry_at,
+            kept_since,
+            ..
+        } = *self;
+        let known = |time: Option<f64>| time.unwrap_or(0.0);
+        [
+            held_until,
+            passed_at,
+            look_at,
+            known(retry_at),
+            known(kept_since),
+        ]
     }
 
     /// Position of the root on the ground (x, z).
@@ -112,7 +134,7 @@ impl CharacterState {
     /// Begins what is due. Returns [`CharacterState::urgency`].
     pub(super) fn begin(
         &mut self,
-        index: u32,
+        id: CharacterId,
         world: &World<'_>,
         worker: &mut Worker,
     ) -> Option<f32> {
@@ -120,8 +142,8 @@ impl CharacterState {
             return None;
         }
         self.take_over(world.now);
-        self.look_for_obstacles(index, world, worker);
-        self.urgency(index, world)
+        self.look_for_obstacles(id, world, worker);
+        self.urgency(id, world)
     }
 
     /// Steers, unless the threats that a plan avoids have not passed. What walks on leaves its evasion then.
@@ -155,11 +177,12 @@ impl CharacterState {
     }
 
     /// Steers, and lets `dt` pass.
-    pub(super) fn step(&mut self, index: u32, world: &World<'_>, worker: &mut Worker) {
+    pub(super) fn step(&mut self, id: CharacterId, world: &World<'_>, worker: &mut Worker) {
         if self.is_released {
             return;
         }
-        self.near_obstacles(index, world, &mut worker.obstacles);
+        self.look_out(id, world, worker);
+        self.near_obstacles(id, world, &mut worker.obstacles);
         self.steer(world, worker);
         let end = world.now + f64::from(world.dt);
         let graph = world.baked.graph();
@@ -173,7 +196,7 @@ impl CharacterState {
             _ => self.playing.advance(graph, world.dt),
         }
         self.keep_out(world, worker);
-        self.watch(index, world, worker);
+        self.watch(id, world, worker);
     }
 
     /// Begins the pending motion if its time has come.
@@ -195,93 +218,5 @@ impl CharacterState {
         };
         let first = threat.window(from, Sphere::new(root(0.0), reach + 1.0))?;
         threat.window(from, Sphere::new(root(first.nearest), reach))
-    }
-
-    /// Measures how near the threats came in this step.
-    fn watch(&mut self, index: u32, world: &World<'_>, worker: &mut Worker) {
-        let end = world.now + f64::from(world.dt);
-        let now = World {
-            now: end,
-            threats: world.threats,
-            ..*world
-        };
-        let root = self
-            .playing
-            .motion
-            .root(world.baked.graph(), self.playing.seconds);
-        let mut near = false;
-        for known in world.threats {
-            let threat = &known.threat;
-            if !threat.concerns(index) {
-                continue;
-            }
-            let window = self.window(&now, end, threat);
-            let place = self.watched.iter().position(|one| one.id == known.id);
-            match (window, place) {
-                (Some(_), None) => self.watched.push(Watched {
-                    id: known.id,
-                    metres: f32::MAX,
-                    is_hit: false,
-                }),
-                (None, Some(place)) => {
-                    let Watched { metres, is_hit, .. } = self.watched.swap_remove(place);
-                    if !is_hit {
-                        let threat = known.id;
-                        let missed = CharacterEventKind::MissedBy { threat, metres };
-                        self.events.push((end, missed));
-                    }
-                }
-                _ => {}
-            }
-            let moved = threat.velocity.length() * world.dt;
-            let apart = threat.at(end).distance(root) - moved - threat.radius();
-            near |= threat.time <= end && apart < world.baked.reach() + 0.3;
-        }
-        let exists = |one: &Watched| world.threats.iter().any(|known| known.id == one.id);
-        self.watched.retain(exists);
-        match near {
-            true => self.touch(world, worker),
-            false => self.centres.clear(),
-        }
-    }
-
-    /// Measures the distance of body and threats between the start and the end of the step.
-    fn touch(&mut self, world: &World<'_>, worker: &mut Worker) {
-        let (body, end) = (world.baked.body(), world.now + f64::from(world.dt));
-        let playing = &self.playing;
-        worker.pose_body(world.baked, playing.motion.moment_at(playing.seconds));
-        let centres = &mut worker.centres;
-        if self.centres.len() != centres.len() {
-            self.centres.clone_from(centres);
-        }
-        for known in world.threats {
-            let threat = &known.threat;
-            let Some(watched) = self.watched.iter_mut().find(|one| one.id == known.id) else {
-                continue;
-            };
-            if threat.time > world.now + 1e-6 {
-                continue;
-            }
-            let ways = [threat.at(world.now), threat.at(end)];
-            let mut least = f32::INFINITY;
-            for sphere in &threat.spheres {
-                let ends = self.centres.iter().zip(&*centres).zip(&body.spheres);
-                for ((from, to), part) in ends {
-                    let radii = sphere.radius + part.radius;
-                    let apart = [
-                        ways[0] + sphere.centre - *from,
-                        ways[1] + sphere.centre - *to,
-                    ];
-                    least = least.min(closest(apart, [radii; 2]).1);
-                }
-            }
-            watched.metres = watched.metres.min(least);
-            if least < 0.0 && !watched.is_hit {
-                watched.is_hit = true;
-                let hit = CharacterEventKind::Hit { threat: known.id };
-                self.events.push((end, hit));
-            }
-        }
-        self.centres.clone_from(centres);
     }
 }

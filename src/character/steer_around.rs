@@ -32,7 +32,7 @@ impl CharacterState {
     /// What the goal asks for, as far as obstacles allow it.
     pub(super) fn steer_around(&mut self, world: &World<'_>, obstacles: &[Obstacle]) -> Aim {
         let place = self.ground(world.baked);
-        let aim = self.goal.aim(place);
+        let aim = self.goal.aim(place, &mut self.has_arrived);
         if obstacles.is_empty() {
             self.side = Side::None;
             return aim;
@@ -77,10 +77,20 @@ impl Around<'_> {
             Side::Right => &[Side::Right],
         };
         let mut best = (free, Vec2::ZERO, Side::None);
-        let count = if stands { 2 * TURNS.0 } else { TURNS.0 };
-        for turn in 1..=count {
+        let turns = match stands {
+            true => 0..=2 * TURNS.0,
+            false => 1..=TURNS.0,
+        };
+        let way = match stands {
+            true => self.aside() * ASIDE,
+            false => wanted.velocity,
+        };
+        let keeps_speed = stands || wanted.is_bound;
+        for turn in turns {
             for &side in sides {
-                let velocity = turned(&wanted, side, f32::from(turn) * TURNS.1);
+                let angle = f32::from(turn) * TURNS.1;
+                let least = if keeps_speed { 0.8 } else { 0.0 };
+                let velocity = turned(way, side, angle) * angle.cos().max(least);
                 let free = self.free(velocity);
                 if free > best.0 + 1e-3 {
                     best = (free, velocity, side);
@@ -100,6 +110,25 @@ impl Around<'_> {
         match best.1 == Vec2::ZERO {
             true => (wanted.velocity * (share - 0.3).max(0.0), Side::None),
             false => (best.1 * share, best.2),
+        }
+    }
+
+    /// The direction in which a body that stands makes way for what it meets first: across its way, on the side where the body is.
+    fn aside(&self) -> Vec2 {
+        /// What is this near to the middle of the way goes to the left.
+        const MIDDLE: f32 = 0.05;
+        let free = |obstacle: &&Obstacle| self.free_of(obstacle, Vec2::ZERO);
+        let first = self.obstacles.iter();
+        let Some(first) = first.min_by(|a, b| free(a).total_cmp(&free(b))) else {
+            return Vec2::Y;
+        };
+        let (_, away) = ground(first, self.place, 0.0);
+        let moves = first.velocity();
+        let along = Vec2::new(moves.x, moves.z).normalize_or_zero();
+        let across = away - along * away.dot(along);
+        match across.length() > MIDDLE {
+            true => across.normalize(),
+            false => along.perp(),
         }
     }
 
@@ -132,20 +161,10 @@ impl Around<'_> {
     }
 }
 
-/// The wanted velocity, turned off by an angle; that of a body that makes way if none is wanted.
-fn turned(wanted: &Wanted, side: Side, angle: f32) -> Vec2 {
-    let stands = wanted.velocity.length() < STANDING;
-    let way = if stands {
-        Vec2::Y * ASIDE
-    } else {
-        wanted.velocity
-    };
-    let slower = match wanted.is_bound || stands {
-        true => angle.cos().max(0.8),
-        false => angle.cos().max(0.0),
-    };
+/// A direction or velocity, turned off to a side by an angle.
+fn turned(way: Vec2, side: Side, angle: f32) -> Vec2 {
     let angle = if side == Side::Left { -angle } else { angle };
-    Vec2::from_angle(angle).rotate(way) * slower
+    Vec2::from_angle(angle).rotate(way)
 }
 
 /// Distance of a point of the ground from what an obstacle is at the heights of a body, and the direction in which it grows.

@@ -78,9 +78,16 @@ impl Threat {
         self.position + self.velocity * t - Vec3::Y * (0.5 * self.gravity * t * t)
     }
 
-    /// Whether the character of a place has to avoid it.
-    pub(super) fn concerns(&self, index: u32) -> bool {
-        self.target.is_none_or(|target| target.index == index)
+    /// Whether a character has to avoid it.
+    pub(super) fn concerns(&self, id: CharacterId) -> bool {
+        self.target.is_none_or(|target| target == id)
+    }
+
+    /// Whether it is over, or goes away from a point.
+    pub(super) fn has_passed(&self, time: f64, point: Vec3) -> bool {
+        let fallen = Vec3::Y * (self.gravity * (time - self.time) as f32);
+        let goes_away = (self.at(time) - point).dot(self.velocity - fallen) >= 0.0;
+        time >= self.time + f64::from(self.seconds) || goes_away
     }
 
     /// Largest distance of a point of its spheres from its position, in metres.

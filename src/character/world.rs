@@ -1,7 +1,7 @@
 use glam::Vec2;
 use serde::{Deserialize, Serialize};
 
-use super::ids::ThreatId;
+use super::ids::{CharacterId, ThreatId};
 use super::settings::CharacterSettings;
 use super::steer::Steering;
 use super::threat::Threat;
@@ -21,6 +21,22 @@ pub(super) struct World<'a> {
     /// Time at the start of the step, in seconds.
     pub now: f64,
     pub dt: f32,
+}
+
+impl<'a> World<'a> {
+    /// Time at the end of the step, in seconds.
+    pub(super) fn end(&self) -> f64 {
+        self.now + f64::from(self.dt)
+    }
+
+    /// The threats that a character has to avoid.
+    pub(super) fn threats_of(
+        &self,
+        id: CharacterId,
+    ) -> impl Iterator<Item = &'a KnownThreat> + use<'a> {
+        let concerns = move |known: &&KnownThreat| known.threat.concerns(id);
+        self.threats.iter().filter(concerns)
+    }
 }
 
 /// A threat and the number of its changes.

@@ -21,7 +21,7 @@ use super::world::{FRAME, baked, ball, characters};
 const NEAR: f64 = 4e-4;
 /// The same on levels without some joints, for what the crowd poses: where a joint between is removed, a foot goes straight from frame
 /// to frame, and not along its arc.
-const COARSE: f64 = 2.5e-3;
+const COARSE: f64 = 3.5e-3;
 
 struct Scene {
     levels: Levels,

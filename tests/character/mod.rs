@@ -1,5 +1,6 @@
 //! Tests of `sabaki::character`.
 mod crowd_poses;
+mod lasting;
 mod obstacles;
 mod save;
 mod steer;

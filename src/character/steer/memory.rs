@@ -32,6 +32,15 @@ struct Recent {
 }
 
 impl SteerState {
+    /// Whether every number is one that steering may have written.
+    pub(in crate::character) fn is_sound(&self) -> bool {
+        let place = self.place.unwrap_or_default();
+        self.search_in <= 60.0
+            && place.iter().chain(&self.aim).all(|value| value.is_finite())
+            && self.facing.is_none_or(f32::is_finite)
+            && self.recent.iter().all(|one| one.age >= 0.0)
+    }
+
     /// Searches at the next step. What stands then stays there.
     pub(in crate::character) fn search_now(&mut self) {
         (self.search_in, self.place) = (0.0, None);

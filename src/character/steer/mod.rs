@@ -67,6 +67,28 @@ impl Default for SteerSettings {
     }
 }
 
+impl SteerSettings {
+    /// Whether every number is finite and in its range.
+    pub(super) fn is_sound(&self) -> bool {
+        let most = [
+            (self.interval, 60.0),
+            (self.blend, 10.0),
+            (self.gain, 1e6),
+            (self.turn, 100.0),
+            (self.standing_turn, 100.0),
+            (self.jump_turn, 10.0),
+            (self.clearance, 100.0),
+            (self.foresight, 60.0),
+            (self.repeat, 3600.0),
+        ];
+        most.iter()
+            .all(|(value, most)| (0.0..=*most).contains(value))
+            && 0.1 <= self.slowest
+            && self.slowest <= self.fastest
+            && self.fastest <= 10.0
+    }
+}
+
 /// What goes faster walks, in metres per second.
 const WALKS: f32 = 0.3;
 
@@ -169,7 +191,9 @@ impl Steering {
         let is_idle = step.aim.stands() && step.faces(playing, moment.as_ref());
         if let Some(moment) = moment.filter(|_| is_idle) {
             state.remember(&moment, step);
-            state.stand(|| playing.ground(graph));
+            if moment.is_calm {
+                state.stand(|| playing.ground(graph));
+            }
         }
         if !step.aim.stands() {
             state.leave_place();
@@ -208,16 +232,21 @@ impl Steering {
             step, state, idle, ..
         } = search;
         let moments = &self.table.moments;
-        let nearest = |cost: &dyn Fn(&Moment) -> Option<f32>| self.nearest(&search.wanted, cost);
+        let nearest = |allowed: &dyn Fn(&Moment) -> bool| {
+            let cost = |moment: &Moment, _: f32| allowed(moment).then_some(0.0);
+            self.nearest(&search.wanted, cost)
+        };
+        let gain = step.settings.gain;
         let moment = search.current.map(|current| &moments[current]);
         let is_fresh =
             |moment: &Moment| moment.is_calm && moment.left > 20 && !state.has_played(moment);
-        let fresh = nearest(&|moment| match idle {
+        let fresh = self.nearest(&search.wanted, |moment, apart| match idle {
+            // What is far costs more than whatever is near.
+            Some(_) if apart >= gain => is_fresh(moment).then_some(1.0),
             Some(standing) => is_fresh(moment).then(|| standing.cost(moment)),
             None => Some(0.0),
         });
         // What comes to what was just played is left for what was not, if that is near.
-        let gain = step.settings.gain;
         let repeats = moment.is_some_and(|moment| idle.is_some() && state.repeats(moment))
             && fresh.is_some_and(|(_, apart)| apart < gain);
         let kept = match search.current {
@@ -226,8 +255,7 @@ impl Steering {
             }
             _ => f32::INFINITY,
         };
-        let calm = |moment: &Moment| (idle.is_none() || moment.is_calm).then_some(0.0);
-        let found = fresh.or_else(|| nearest(&calm));
+        let found = fresh.or_else(|| nearest(&|moment| idle.is_none() || moment.is_calm));
         let found = found.filter(|(_, apart)| apart + gain < kept);
         let found = found.map(|(found, _)| &moments[found]);
         // To stand may be nearly as near as to start a slow walk, for as long as that is asked for.
@@ -235,8 +263,7 @@ impl Steering {
         let stands = |moment: &Moment| moment.is_calm;
         if walks && moment.is_some_and(stands) && found.is_none_or(stands) {
             let starts = |moment: &Moment| !moment.is_calm && moment.velocity.length() > WALKS;
-            let start = nearest(&|moment| starts(moment).then_some(0.0));
-            let start = start.map(|(start, _)| &moments[start]);
+            let start = nearest(&starts).map(|(start, _)| &moments[start]);
             return start.or(found);
         }
         found
@@ -296,7 +323,7 @@ impl Steering {
             ways: AHEAD.map(ahead),
             ..now
         };
-        let (found, _) = self.nearest(&wanted.row(), |_| Some(0.0))?;
+        let (found, _) = self.nearest(&wanted.row(), |_, _| Some(0.0))?;
         let moment = &self.table.moments[found];
         let turn = Rigid2::new(stance.placement.heading() - moment.heading, 0.0, 0.0);
         let root = turn.point(Vec3::new(moment.root.x, 0.0, moment.root.y));
@@ -311,14 +338,19 @@ impl Steering {
         Some(motion)
     }
 
-    /// The moment whose distance and cost are least together, and its distance. A moment without a cost is left out.
-    fn nearest(&self, wanted: &Row, cost: impl Fn(&Moment) -> Option<f32>) -> Option<(usize, f32)> {
+    /// The moment whose distance and cost are least together, and its distance. `cost` is given the distance; a moment without a cost is
+    /// left out.
+    fn nearest(
+        &self,
+        wanted: &Row,
+        cost: impl Fn(&Moment, f32) -> Option<f32>,
+    ) -> Option<(usize, f32)> {
         let mut best = None;
         let mut least = f32::INFINITY;
         for (index, row) in self.table.rows.iter().enumerate() {
             let apart = distance(row, wanted);
             if apart < least
-                && let Some(cost) = cost(&self.table.moments[index])
+                && let Some(cost) = cost(&self.table.moments[index], apart)
                 && apart + cost < least
             {
                 (best, least) = (Some((index, apart)), apart + cost);
@@ -353,7 +385,8 @@ impl Steering {
         } else {
             settings.turn
         };
-        let turn = (wrapped(off) / SETTLING).clamp(-most, most) * step.dt;
+        let settling = SETTLING.max(step.dt);
+        let turn = (wrapped(off) / settling).clamp(-most, most) * step.dt;
         if turn.abs() > 1e-6 {
             let root = playing.motion.root(graph, playing.seconds);
             let back = Rigid2::new(0.0, -root.x, -root.z);

@@ -1,0 +1,195 @@
+//! How near threats come to a body, and what is said of it.
+//!
+//! Body and threat go straight from the start of a step to its end. A threat that falls is looked at in short pieces of its flight.
+
+use glam::Vec3;
+use serde::{Deserialize, Serialize};
+
+use super::event::CharacterEventKind;
+use super::ids::{CharacterId, ThreatId};
+use super::scratch::Worker;
+use super::state::CharacterState;
+use super::world::{KnownThreat, World};
+use crate::query::clearance::closest;
+
+/// A threat that came near, with the smallest distance so far.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct Watched {
+    id: ThreatId,
+    /// In metres; `f32::MAX` if it was not measured.
+    metres: f32,
+    is_hit: bool,
+}
+
+/// The part of a step in which a threat exists.
+struct Pass<'a> {
+    known: &'a KnownThreat,
+    /// On the characters' clock, in seconds.
+    start: f64,
+    end: f64,
+}
+
+impl<'a> Pass<'a> {
+    fn of(known: &'a KnownThreat, world: &World<'_>) -> Option<Self> {
+        let threat = &known.threat;
+        let start = world.now.max(threat.time);
+        let end = world.end().min(threat.time + f64::from(threat.seconds));
+        (start <= end).then_some(Self { known, start, end })
+    }
+
+    /// Whether it may touch a body whose root is there at one end of the step.
+    fn comes_near(&self, root: Vec3, world: &World<'_>) -> bool {
+        /// No body goes faster, in metres per second.
+        const FASTEST: f32 = 12.0;
+        const RESERVE: f32 = 0.3;
+        let threat = &self.known.threat;
+        let apart = [self.start, self.end].map(|time| threat.at(time) - root);
+        // A flight leaves the line between its ends by so much at most.
+        let bulge = 0.125 * threat.gravity.abs() * world.dt * world.dt;
+        let reach = world.baked.reach() + threat.radius();
+        closest(apart, [reach; 2]).1 < RESERVE + FASTEST * world.dt + bulge
+    }
+
+    /// The times between which it goes nearly straight, in seconds.
+    fn pieces(&self) -> impl Iterator<Item = [f64; 2]> + use<'_> {
+        /// Duration of a piece of a curved flight, in seconds.
+        const PIECE: f64 = 0.02;
+        let count = match self.known.threat.gravity {
+            0.0 => 1.0,
+            _ => ((self.end - self.start) / PIECE).ceil().max(1.0),
+        };
+        let at = move |index: f64| self.start + (self.end - self.start) * index / count;
+        (0..count as u32).map(move |index| [at(f64::from(index)), at(f64::from(index + 1))])
+    }
+}
+
+impl CharacterState {
+    /// Poses the body at the start of a step in which the first threat comes near.
+    pub(super) fn look_out(&mut self, id: CharacterId, world: &World<'_>, worker: &mut Worker) {
+        if self.centres.is_empty() && self.passes(id, world).next().is_some() {
+            self.pose_centres(world, worker);
+            self.centres.clone_from(&worker.centres);
+        }
+    }
+
+    /// Measures how near the threats came in this step, and says which touched the body and which have passed.
+    pub(super) fn watch(&mut self, id: CharacterId, world: &World<'_>, worker: &mut Worker) {
+        let later = World {
+            now: world.end(),
+            ..*world
+        };
+        for known in world.threats_of(id) {
+            let is_watched = self.watched.iter().any(|one| one.id == known.id);
+            if !is_watched && self.window(&later, later.now, &known.threat).is_some() {
+                self.watch_for(known.id);
+            }
+        }
+        match self.passes(id, world).next() {
+            Some(_) => self.measure(id, world, worker),
+            None => self.centres.clear(),
+        }
+        self.say_what_has_passed(&later);
+    }
+
+    /// The threats that may touch the body in this step.
+    fn passes<'w>(
+        &self,
+        id: CharacterId,
+        world: &'w World<'_>,
+    ) -> impl Iterator<Item = Pass<'w>> + use<'w> {
+        let playing = &self.playing;
+        let root = playing.motion.root(world.baked.graph(), playing.seconds);
+        let passes = world.threats_of(id);
+        let passes = passes.filter_map(|known| Pass::of(known, world));
+        passes.filter(move |pass| pass.comes_near(root, world))
+    }
+
+    fn watch_for(&mut self, id: ThreatId) -> &mut Watched {
+        let place = self.watched.iter().position(|one| one.id == id);
+        let place = place.unwrap_or_else(|| {
+            self.watched.push(Watched {
+                id,
+                metres: f32::MAX,
+                is_hit: false,
+            });
+            self.watched.len() - 1
+        });
+        &mut self.watched[place]
+    }
+
+    fn pose_centres(&self, world: &World<'_>, worker: &mut Worker) {
+        let playing = &self.playing;
+        worker.pose_body(world.baked, playing.motion.moment_at(playing.seconds));
+    }
+
+    /// Measures the distance of body and threats between the start and the end of the step.
+    fn measure(&mut self, id: CharacterId, world: &World<'_>, worker: &mut Worker) {
+        self.pose_centres(world, worker);
+        if self.centres.len() != worker.centres.len() {
+            self.centres.clone_from(&worker.centres);
+        }
+        for pass in self.passes(id, world) {
+            let body = [&self.centres[..], &worker.centres[..]];
+            let metres = pass.distance(world, body);
+            let watched = self.watch_for(pass.known.id);
+            watched.metres = watched.metres.min(metres);
+            if metres < 0.0 && !watched.is_hit {
+                watched.is_hit = true;
+                let threat = pass.known.id;
+                self.events
+                    .push((world.end(), CharacterEventKind::Hit { threat }));
+            }
+        }
+        self.centres.clone_from(&worker.centres);
+    }
+
+    /// Forgets the threats that are gone or have passed, and says by how much those missed that did not hit.
+    fn say_what_has_passed(&mut self, later: &World<'_>) {
+        let root = self
+            .playing
+            .motion
+            .root(later.baked.graph(), self.playing.seconds);
+        let mut place = 0;
+        while let Some(&Watched { id, metres, is_hit }) = self.watched.get(place) {
+            let known = later.threats.iter().find(|known| known.id == id);
+            let is_near = known.is_some_and(|known| {
+                let window = self.window(later, later.now, &known.threat);
+                window.is_some() || !known.threat.has_passed(later.now, root)
+            });
+            if is_near {
+                place += 1;
+                continue;
+            }
+            self.watched.swap_remove(place);
+            if known.is_some() && !is_hit {
+                let missed = CharacterEventKind::MissedBy { threat: id, metres };
+                self.events.push((later.now, missed));
+            }
+        }
+    }
+}
+
+impl Pass<'_> {
+    /// Smallest distance from a body whose sphere centres are given at the start and at the end of the step, in metres; negative for a hit.
+    fn distance(&self, world: &World<'_>, [before, after]: [&[Vec3]; 2]) -> f32 {
+        let threat = &self.known.threat;
+        let share = |time: f64| match world.dt > 0.0 {
+            true => ((time - world.now) as f32 / world.dt).clamp(0.0, 1.0),
+            false => 1.0,
+        };
+        let mut least = f32::INFINITY;
+        for times in self.pieces() {
+            let (places, shares) = (times.map(|time| threat.at(time)), times.map(share));
+            for sphere in &threat.spheres {
+                let ends = before.iter().zip(after).zip(&world.baked.body().spheres);
+                for ((from, to), part) in ends {
+                    let radii = sphere.radius + part.radius;
+                    let apart =
+                        [0, 1].map(|end| places[end] + sphere.centre - from.lerp(*to, shares[end]));
+                    least = least.min(closest(apart, [radii; 2]).1);
+                }
+            }
+        }
+        least
+    }
+}

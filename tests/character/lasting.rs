@@ -1,0 +1,355 @@
+//! Promise: what happens to a threat is said once and truly, however fast it is and however long a frame takes; a player is never left without
+//! control for long; what is out of range is refused.
+#![allow(clippy::unwrap_used, clippy::expect_used)]
+
+use glam::{Quat, Vec2, Vec3};
+use sabaki::anim::Pose;
+use sabaki::character::{
+    CharacterError, CharacterEvent, CharacterEventKind, CharacterId, CharacterSettings, Characters,
+    Goal, SteerSettings, Threat,
+};
+use sabaki::math::Rigid2;
+use sabaki::query::Obstacle;
+
+use super::world::{FRAME, baked, characters, joints, play};
+
+fn walk(velocity: Vec3) -> Goal {
+    Goal::Walk {
+        velocity,
+        facing: None,
+    }
+}
+
+/// One character at the origin that has stood for a while.
+fn one() -> (Characters, CharacterId) {
+    let mut game = characters(CharacterSettings::default());
+    let id = game.spawn(Rigid2::IDENTITY).unwrap();
+    play(&mut game, 30);
+    (game, id)
+}
+
+fn place(game: &Characters, id: CharacterId) -> Vec2 {
+    game.place(id).unwrap().ground()
+}
+
+/// Hits and misses among events.
+fn outcomes(events: &[CharacterEvent]) -> [usize; 2] {
+    let count = |is: fn(CharacterEventKind) -> bool| events.iter().filter(|e| is(e.kind)).count();
+    [
+        count(|kind| matches!(kind, CharacterEventKind::Hit { .. })),
+        count(|kind| matches!(kind, CharacterEventKind::MissedBy { .. })),
+    ]
+}
+
+/// A ball through the pelvis, too fast and too near to be avoided. It is there `late` seconds from now.
+fn shot(game: &mut Characters, id: CharacterId, speed: f32, late: f64) -> Threat {
+    let middle = joints(game, id)[0].translation;
+    let way = Vec3::new(1.0, 0.0, 0.3).normalize();
+    let back = 0.02 * speed;
+    Threat {
+        seconds: 0.5,
+        ..Threat::ball(
+            game.now() + late - 0.02,
+            middle - way * back,
+            way * speed,
+            0.1,
+        )
+    }
+}
+
+#[test]
+fn what_hits_is_said_to_hit_at_any_speed_and_frame_time() {
+    for speed in [3.0, 30.0, 200.0, 800.0] {
+        for dt in [1.0 / 120.0, FRAME, 1.0 / 24.0, 0.4] {
+            for late in [0.021, 0.0273, 0.035] {
+                let (mut game, id) = one();
+                let shot = shot(&mut game, id, speed, late);
+                game.threaten(shot).unwrap();
+                let mut events = Vec::new();
+                for _ in 0..60 {
+                    game.step(dt, &[], &mut events);
+                }
+                let found = outcomes(&events);
+                assert_eq!(found, [1, 0], "{speed} m/s, {dt} s, {late} s: {events:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_swing_that_ends_where_it_touches_hits() {
+    let (mut game, id) = one();
+    let middle = joints(&mut game, id)[0].translation;
+    let swing = Threat {
+        seconds: 0.1,
+        ..Threat::ball(game.now(), middle - Vec3::X * 0.5, Vec3::X * 4.0, 0.05)
+    };
+    game.threaten(swing).unwrap();
+    let mut events = Vec::new();
+    for _ in 0..30 {
+        game.step(FRAME, &[], &mut events);
+    }
+    assert_eq!(outcomes(&events), [1, 0], "{events:?}");
+}
+
+#[test]
+fn a_threat_that_is_left_and_met_again_is_reported_once() {
+    let (mut game, id) = one();
+    // A slow ball that passes the character's place after 4 s.
+    let ball = Threat::ball(game.now(), Vec3::new(8.0, 1.0, 0.0), Vec3::NEG_X * 2.0, 0.1);
+    game.threaten(Threat {
+        seconds: 6.0,
+        ..ball
+    })
+    .unwrap();
+    let mut events = Vec::new();
+    for frame in 0..420 {
+        let way = if frame < 90 { Vec3::Z } else { Vec3::NEG_Z };
+        game.steer(id, walk(way * 1.2)).unwrap();
+        game.step(FRAME, &[], &mut events);
+    }
+    let [hits, misses] = outcomes(&events);
+    assert_eq!(hits + misses, 1, "{events:?}");
+}
+
+#[test]
+fn a_dodge_is_played_to_its_end_although_its_threat_is_seen_with_noise() {
+    let evading = [false, true].map(|is_seen_again| {
+        let (mut game, id) = one();
+        let middle = joints(&mut game, id)[0].translation;
+        let from = Vec3::new(3.0, 0.3, 1.0);
+        let ball = Threat::ball(game.now() + 0.4, middle + from, -from * 3.0, 0.1);
+        let threat = game.threaten(ball.clone()).unwrap();
+        let (mut events, mut frames) = (Vec::new(), 0);
+        for frame in 0..240 {
+            if is_seen_again && frame < 60 {
+                let noise = Vec3::Y * (1e-4 * (frame % 3) as f32);
+                let position = ball.position + noise;
+                let seen = Threat {
+                    position,
+                    ..ball.clone()
+                };
+                game.update(threat, seen).unwrap();
+            }
+            game.step(FRAME, &[], &mut events);
+            let edge = game.playhead(id).unwrap().edge;
+            frames += usize::from(game.baked().graph().edge(edge).event.is_some());
+        }
+        assert_eq!(outcomes(&events), [0, 1]);
+        frames
+    });
+    assert!(evading[0] > 10, "{evading:?}");
+    assert!(evading[1] + 6 >= evading[0], "{evading:?}");
+}
+
+#[test]
+fn a_threat_that_stays_near_leaves_the_player_in_control() {
+    for is_seen_again in [false, true] {
+        let (mut game, id) = one();
+        // It hovers beside the path and stays for a minute.
+        let hovering = Threat {
+            seconds: 60.0,
+            ..Threat::ball(game.now(), Vec3::new(1.3, 1.2, 0.0), Vec3::ZERO, 0.2)
+        };
+        let threat = game.threaten(hovering.clone()).unwrap();
+        let from = place(&game, id);
+        game.steer(id, walk(Vec3::NEG_X * 1.2)).unwrap();
+        let mut events = Vec::new();
+        for _ in 0..360 {
+            if is_seen_again {
+                game.update(threat, hovering.clone()).unwrap();
+            }
+            game.step(FRAME, &[], &mut events);
+        }
+        let went = from.x - place(&game, id).x;
+        assert!(went > 1.5, "updated: {is_seen_again}, {went} m");
+        assert_eq!(outcomes(&events)[0], 0);
+    }
+}
+
+#[test]
+fn who_walks_towards_what_stays_plans_again() {
+    let (mut game, id) = one();
+    let hovering = Threat {
+        seconds: 60.0,
+        ..Threat::ball(game.now(), Vec3::new(0.0, 1.3, 2.5), Vec3::ZERO, 0.15)
+    };
+    game.threaten(hovering).unwrap();
+    game.steer(id, walk(Vec3::Z * 1.0)).unwrap();
+    let mut events = Vec::new();
+    for _ in 0..600 {
+        game.step(FRAME, &[], &mut events);
+    }
+    let planned =
+        |event: &&CharacterEvent| matches!(event.kind, CharacterEventKind::Planned { .. });
+    assert!(events.iter().filter(planned).count() > 0, "{events:?}");
+}
+
+#[test]
+fn a_threat_that_is_gone_holds_nobody() {
+    let (mut game, id) = one();
+    game.steer(id, walk(Vec3::X * 1.2)).unwrap();
+    play(&mut game, 90);
+    // It will pass in front of who walks.
+    let at = joints(&mut game, id)[0].translation;
+    let start = at + Vec3::new(2.0, 0.0, 3.0);
+    let ball = Threat::ball(game.now(), start, Vec3::NEG_Z * 2.0, 0.3);
+    let ball = game.threaten(ball).unwrap();
+    play(&mut game, 2);
+    game.remove(ball).unwrap();
+    game.steer(id, Goal::Stop).unwrap();
+    play(&mut game, 60);
+    let stopped = place(&game, id);
+    play(&mut game, 60);
+    let went = place(&game, id).distance(stopped);
+    assert!(went < 0.25, "{went} m in a second");
+}
+
+#[test]
+fn each_threat_that_cannot_be_avoided_is_reported() {
+    let (mut game, id) = one();
+    for _ in 0..3 {
+        let shot = shot(&mut game, id, 20.0, 0.05);
+        let shot = game.threaten(shot).unwrap();
+        let mut events = Vec::new();
+        for _ in 0..6 {
+            game.step(FRAME, &[], &mut events);
+        }
+        let cannot = |event: &&CharacterEvent| event.kind == CharacterEventKind::Cannot;
+        assert_eq!(events.iter().filter(cannot).count(), 1, "{events:?}");
+        game.remove(shot).unwrap();
+        play(&mut game, 120);
+    }
+}
+
+#[test]
+fn a_threat_for_one_who_is_gone_concerns_nobody_else() {
+    let (mut game, id) = one();
+    let mut shot = shot(&mut game, id, 10.0, 0.3);
+    shot.target = Some(id);
+    game.threaten(shot).unwrap();
+    game.despawn(id).unwrap();
+    let other = game.spawn(Rigid2::IDENTITY).unwrap();
+    assert_eq!(other.index(), id.index());
+    assert!(play(&mut game, 60).is_empty());
+}
+
+#[test]
+fn a_frame_of_any_length_leaves_a_state_that_can_be_loaded() {
+    let (mut game, id) = one();
+    for dt in [0.3, 2.0, 900.0, 1.7e9, f32::MAX] {
+        game.steer(id, walk(Vec3::X)).unwrap();
+        game.step(dt, &[], &mut Vec::new());
+        let saved = game.save().unwrap();
+        game.load(&saved).unwrap();
+    }
+    assert!(game.now() < 10.0);
+}
+
+#[test]
+fn a_slow_frame_turns_nobody_past_the_way() {
+    for dt in [0.1, 0.3, 0.9] {
+        let (mut game, id) = one();
+        let before = game.place(id).unwrap().heading();
+        let heading = before + 0.2;
+        game.steer(id, Goal::Face { heading }).unwrap();
+        for _ in 0..8 {
+            game.step(dt, &[], &mut Vec::new());
+            let off = game.place(id).unwrap().heading() - heading;
+            let off = off - std::f32::consts::TAU * (off / std::f32::consts::TAU).round();
+            assert!(off.abs() < 0.6, "{off} rad after a step of {dt} s");
+        }
+    }
+}
+
+#[test]
+fn who_has_arrived_stays() {
+    let (mut game, id) = one();
+    let point = Vec3::new(2.0, 0.0, 1.0);
+    game.steer(id, Goal::GoTo { point, speed: 1.0 }).unwrap();
+    play(&mut game, 480);
+    let mut walking = 0;
+    for _ in 0..60 * 120 {
+        game.steer(id, Goal::GoTo { point, speed: 1.0 }).unwrap();
+        play(&mut game, 1);
+        walking += usize::from(game.velocity(id).unwrap().length() > 0.4);
+    }
+    assert!(walking < 60, "{walking} frames of 7200");
+    assert!(place(&game, id).distance(Vec2::new(point.x, point.z)) < 0.6);
+}
+
+#[test]
+fn who_stops_from_a_run_stays_where_it_stops() {
+    let (mut game, id) = one();
+    game.steer(id, walk(Vec3::X * 1.6)).unwrap();
+    play(&mut game, 180);
+    game.steer(id, Goal::Stop).unwrap();
+    play(&mut game, 120);
+    let stopped = place(&game, id);
+    for minute in 0..10 {
+        play(&mut game, 3600);
+        let off = place(&game, id).distance(stopped);
+        assert!(off < 0.35, "{off} m after {minute} minutes");
+    }
+}
+
+#[test]
+fn who_stands_makes_way_across_what_comes() {
+    for (side, from) in [(1.0, -1.4), (-1.0, -1.4), (1.0, 1.4), (-1.0, 1.4)] {
+        let (mut game, id) = one();
+        let start = place(&game, id);
+        let velocity = Vec3::new(0.0, 0.0, -0.8 * f32::signum(from));
+        // It passes the body a little to one side.
+        let at = Vec2::new(start.x - 0.2 * side, start.y + 2.0 * from);
+        for frame in 0..150 {
+            let now = at + Vec2::new(velocity.x, velocity.z) * (frame as f32 * FRAME);
+            let cart = Obstacle::disc(now, 0.4).unwrap().moving(velocity).unwrap();
+            game.step(FRAME, &[cart], &mut Vec::new());
+        }
+        let went = place(&game, id) - start;
+        assert!(went.x * side > 0.1, "{side} {from}: {went}");
+        assert!(went.x.abs() > went.y.abs(), "{side} {from}: {went}");
+    }
+}
+
+#[test]
+fn what_is_out_of_range_is_refused() {
+    let (mut game, id) = one();
+    let skeleton = game.baked().graph().skeleton().len();
+    let pose = |translations: Vec<Vec3>| Pose {
+        root: Vec3::Y,
+        rotations: vec![Quat::IDENTITY; skeleton],
+        translations,
+    };
+    for wrong in [vec![Vec3::ZERO], vec![Vec3::NAN; skeleton]] {
+        let wrong = pose(wrong);
+        let found = game.resume(id, [&wrong, &wrong], 0.1);
+        assert!(matches!(found, Err(CharacterError::Value(_))), "{found:?}");
+    }
+    let steer = [
+        SteerSettings {
+            slowest: 1.3,
+            ..SteerSettings::default()
+        },
+        SteerSettings {
+            turn: -1.0,
+            ..SteerSettings::default()
+        },
+        SteerSettings {
+            blend: f32::NAN,
+            ..SteerSettings::default()
+        },
+    ];
+    for steer in steer {
+        let settings = CharacterSettings {
+            steer,
+            ..CharacterSettings::default()
+        };
+        assert!(Characters::new(baked(), settings).is_err(), "{steer:?}");
+    }
+    let settings = CharacterSettings {
+        margin: f32::NAN,
+        ..CharacterSettings::default()
+    };
+    assert!(Characters::new(baked(), settings).is_err());
+}
