@@ -66,7 +66,8 @@ impl<'a> Pass<'a> {
 impl CharacterState {
     /// Poses the body at the start of a step in which the first threat comes near.
     pub(super) fn look_out(&mut self, id: CharacterId, world: &World<'_>, worker: &mut Worker) {
-        if self.centres.is_empty() && self.passes(id, world).next().is_some() {
+        let is_new = self.centres.is_empty() && !world.threats.is_empty();
+        if is_new && self.passes(id, world).next().is_some() {
             self.pose_centres(world, worker);
             self.centres.clone_from(&worker.centres);
         }
@@ -74,6 +75,11 @@ impl CharacterState {
 
     /// Measures how near the threats came in this step, and says which touched the body and which have passed.
     pub(super) fn watch(&mut self, id: CharacterId, world: &World<'_>, worker: &mut Worker) {
+        if world.threats.is_empty() {
+            self.watched.clear();
+            self.centres.clear();
+            return;
+        }
         let later = World {
             now: world.end(),
             ..*world

@@ -15,9 +15,9 @@ use sabaki_motion::lod::{LevelId, Levels, Rule, SwitchSettings, Switching};
 use sabaki_motion::math::{F32x16, Isa, Rigid2};
 use std::sync::Arc;
 
-const SECONDS: f64 = 1.0 / 60.0;
+pub(super) const SECONDS: f64 = 1.0 / 60.0;
 
-fn stage() -> (Stage, Levels) {
+pub(super) fn stage() -> (Stage, Levels) {
     let skeleton = small_skeleton();
     let clips = [
         swinging_clip(&skeleton, 120, 0.3),
@@ -28,7 +28,7 @@ fn stage() -> (Stage, Levels) {
     (Stage::on_levels(&skeleton, &clips, &levels), levels)
 }
 
-fn switchings(levels: &Levels) -> Vec<Switching> {
+pub(super) fn switchings(levels: &Levels) -> Vec<Switching> {
     let rules = [None, Some(0.5)];
     let new = |blend_step| {
         let settings = SwitchSettings {
@@ -54,7 +54,7 @@ fn switchings(levels: &Levels) -> Vec<Switching> {
 }
 
 /// Walks past, comes back, and jumps.
-fn eye(frame: usize) -> Vec3 {
+pub(super) fn eye(frame: usize) -> Vec3 {
     match frame {
         60..80 => Vec3::new(-3.0, 1.0, 4.0),
         _ => Vec3::new(

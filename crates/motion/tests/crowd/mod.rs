@@ -1,7 +1,11 @@
 //! Tests of `sabaki_motion::crowd`.
+mod culling;
 mod errors;
 mod extremes;
 mod frame;
+mod hold;
+mod inactive;
 mod pose;
 mod rebuild;
+mod rotations;
 mod sharing;

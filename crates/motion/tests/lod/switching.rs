@@ -155,6 +155,34 @@ fn the_blend_is_continuous_and_hysteresis_keeps_the_level() {
 }
 
 #[test]
+fn without_hysteresis_a_level_starts_exactly_where_its_band_ends() {
+    for seed in 0..10 {
+        let (_, _, levels) = random_levels(seed);
+        for step in 1..400 {
+            let size = 0.37 * step as f32;
+            for rule in [Rule::Energy { furthest: size }, screen_error(0.1 * size)] {
+                let settings = SwitchSettings {
+                    rule,
+                    hysteresis: 0.0,
+                    ..SwitchSettings::default()
+                };
+                let switching = Switching::new(&levels, &settings).unwrap();
+                let mut last = 0.0;
+                for (index, band) in switching.bands().iter().enumerate() {
+                    assert!(last <= band.start && band.start <= band.full, "{band:?}");
+                    assert!(band.full <= band.end, "{band:?}");
+                    last = band.end;
+                    for before in [0, index, index + 1] {
+                        let choice = switching.choose(band.end, Some(LevelId(before as u16)));
+                        assert!(choice.level.index() > index, "{rule:?} {band:?}");
+                    }
+                }
+            }
+        }
+    }
+}
+
+#[test]
 fn settings_that_make_no_sense_are_errors() {
     let (_, _, levels) = random_levels(1);
     let fails = |change: &dyn Fn(&mut SwitchSettings)| {
