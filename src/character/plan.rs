@@ -199,7 +199,6 @@ impl CharacterState {
         });
         let Some(found) = found else {
             self.has_failed = true;
-            self.retry_at = Some(world.now + f64::from(world.settings.retry));
             let failed = match least {
                 Some(least) => {
                     test.measure(&mut kept, scratch);
@@ -207,12 +206,13 @@ impl CharacterState {
                 }
                 None => CharacterEventKind::Cannot,
             };
+            self.retry_at = Some(world.now + f64::from(world.settings.retry));
             if !was_said {
                 self.events.push((world.now, failed));
             }
             return;
         };
-        (self.retry_at, self.has_failed, self.kept_since) = (None, false, None);
+        (self.has_failed, self.kept_since) = (false, None);
         let planned = CharacterEventKind::Planned {
             clearance: found.clearance.metres,
             is_change: self.has_plan,
@@ -310,6 +310,7 @@ impl CharacterState {
         let seconds = attack.end().max(evasion_end);
         self.held_until = moment.at + f64::from(seconds);
         self.passed_at = moment.at + f64::from(attack.end());
+        self.retry_at = Some(self.held_until);
     }
 
     /// What is played goes on as long as it is known to avoid what is near, and an evasion to its end. Steering does not wait for ever for
@@ -325,8 +326,8 @@ impl CharacterState {
             false => self.passed_at,
         };
         self.has_failed = false;
-        let is_held = world.now < self.held_until;
-        self.retry_at = (!is_held).then(|| world.now + f64::from(world.settings.retry));
+        let soon = world.now + f64::from(world.settings.retry);
+        self.retry_at = Some(soon.max(self.held_until));
     }
 
     fn take(&mut self, moment: &Moment, motion: Motion, now: f64) {

@@ -146,8 +146,11 @@ struct Search<'a> {
 
 impl Steering {
     pub(super) fn new(graph: &MotionGraph) -> Self {
+        /// It stands for so long at least, in seconds.
+        const STANDS: f64 = 1.0;
         let table = Table::new(graph);
-        let calm = |(_, moment): &(u32, &Moment)| moment.is_calm && moment.left > 30;
+        let frames = (STANDS * graph.frame_rate()) as u32;
+        let calm = |(_, moment): &(u32, &Moment)| moment.calm_frames > frames;
         let starts = (0..).zip(&table.moments).filter(calm);
         Self {
             starts: starts.map(|(index, _)| index).collect(),

@@ -48,6 +48,8 @@ pub(super) struct Moment {
     pub root: Vec2,
     /// Whether the body stands for a while.
     pub is_calm: bool,
+    /// Time for which it stands from here on, in frames.
+    pub calm_frames: u32,
     /// Displacement of the root until it no longer stands, in the space of the clip (x, z), in metres.
     pub rest: Vec2,
 }
@@ -208,13 +210,14 @@ impl Table {
                 heading,
                 root: Vec2::new(posed[frame].root.x, posed[frame].root.z),
                 is_calm: calm,
+                calm_frames: u32::from(calm),
                 rest: Vec2::ZERO,
             });
         }
         self.add_rests(start);
     }
 
-    /// Adds up where the moments of the last clip lead while they stand. `start` is the clip's place in the index.
+    /// Adds up for how long the moments of the last clip stand, and where they lead while they do. `start` is the clip's place in the index.
     fn add_rests(&mut self, start: usize) {
         for pair in self.index[start..].windows(2).rev() {
             let [Some(now), Some(next)] =
@@ -223,8 +226,9 @@ impl Table {
                 continue;
             };
             if now.is_calm && next.is_calm {
-                let rest = next.rest + next.root - now.root;
-                self.moments[pair[0] as usize].rest = rest;
+                let (rest, calm_frames) = (next.rest + next.root - now.root, next.calm_frames + 1);
+                let now = &mut self.moments[pair[0] as usize];
+                (now.rest, now.calm_frames) = (rest, calm_frames);
             }
         }
     }

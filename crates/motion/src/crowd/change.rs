@@ -18,7 +18,9 @@ impl Crowd {
         };
         self.rebuild.change(id.index(), &state, clock);
         let slot = self.slots[id.index()];
-        if state.is_late {
+        // An inactive character without a group needs none.
+        let is_out = slot == NOWHERE && state.is_inactive;
+        if state.is_late || is_out {
             self.states[id.index()] = state;
             return;
         }
@@ -42,12 +44,13 @@ impl Crowd {
         !state.is_inactive && self.schedule.cold[Slot::of(slot).group].kind.takes(state)
     }
 
-    /// Takes the level that a frame has chosen from the character's lane.
+    /// Takes the level that a frame has chosen, and whether it saw the character, from the character's lane.
     pub(super) fn store_detail(&self, id: MemberId, state: &mut CharacterState) {
         let slot = self.slots[id.index()];
         if slot & PARKED == 0 && !state.is_late {
-            let Slot { group, lane } = Slot::of(slot);
-            state.detail = self.schedule.groups[group].detail.0[lane];
+            let slot = Slot::of(slot);
+            state.detail = self.schedule.groups[slot.group].detail.0[slot.lane];
+            state.is_culled = !self.schedule.is_visible(slot);
         }
     }
 }

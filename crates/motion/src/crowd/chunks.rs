@@ -49,13 +49,14 @@ impl Schedule {
         &self.pieces[start..self.ends[chunk]]
     }
 
-    /// Whether the groups of a piece take turns to be posed: they are no finer than the hold says, none was made since the last
-    /// sorting, and none has just come into view.
+    /// Whether the groups of a piece take turns to be posed: they are no finer than the hold says, and none was made since the
+    /// last sorting. It is the same for all groups of a bucket, however they are cut into pieces.
     pub(super) fn is_held(&self, piece: &Piece, hold: Hold) -> bool {
-        let is_old = |group: usize| self.visible[group] == 0 || self.was_visible[group];
-        hold.frames > 0
-            && piece.level >= hold.from
-            && piece.groups.end <= self.first_late
-            && piece.groups.clone().all(is_old)
+        hold.frames > 0 && piece.level >= hold.from && piece.groups.end <= self.first_late
+    }
+
+    /// Whether a group has just come into view: its pose may be older than it may be.
+    pub(super) fn is_new_in_view(&self, group: usize) -> bool {
+        self.visible[group] != 0 && !self.was_visible[group]
     }
 }

@@ -67,6 +67,9 @@ impl Crowd {
         {
             self.choose_in_groups(frame, &mut scratch);
             self.unpark(frame, &mut scratch);
+        } else {
+            self.schedule.show_all();
+            self.debt.hidden = 0;
         }
         self.scratch_of_frames = scratch;
     }
@@ -98,6 +101,8 @@ impl Crowd {
                 if visible >> lane & 1 == 1 && detail.0[lane] < own && !state.is_late {
                     state.detail = detail.0[lane];
                     state.is_late = true;
+                    // Noted while it was hidden.
+                    state.is_culled = false;
                     self.late.push(id);
                 }
             }
@@ -162,10 +167,7 @@ impl Crowd {
         match self.slots.get(id.index()) {
             None | Some(&NOWHERE) => false,
             Some(&slot) if slot & PARKED != 0 => false,
-            Some(&slot) => {
-                let Slot { group, lane } = Slot::of(slot);
-                self.schedule.visible[group] >> lane & 1 == 1
-            }
+            Some(&slot) => self.schedule.is_visible(Slot::of(slot)),
         }
     }
 }

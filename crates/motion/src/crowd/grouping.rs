@@ -7,11 +7,12 @@ use super::frame_input::FrameReport;
 use super::instances::{CHUNKS_OF_A_THREAD, Crowd, MOST_CHUNKS};
 use super::output::{Layout, PoseSlice, SlicePlace};
 use super::schedule::{Schedule, Sorting};
-use super::slot::{MOST_LATE, NOWHERE, PARKED, Slot};
+use super::slot::{MOST_LATE, NOWHERE, Slot};
 use crate::lod::LevelId;
 
 impl Crowd {
-    /// Length of what [`Crowd::pose`] writes now. Moves characters to other groups where that is due.
+    /// Length of what [`Crowd::pose`] writes now. Moves characters to other groups where that is due: a [`PoseSlice`] from
+    /// before this call may be another character's.
     pub fn output_len(&mut self) -> usize {
         self.prepare();
         self.needed_len()
@@ -101,17 +102,20 @@ impl Crowd {
         }
     }
 
-    /// Where the pose of a character is, as [`Crowd::pose`] wrote it last.
+    /// Where the pose of a character is, as [`Crowd::pose`] or [`Crowd::frame`] wrote it last. Ask for it after that call. It
+    /// is valid until the next [`Crowd::output_len`], [`Crowd::pose`] or [`Crowd::frame`]: each of them may move characters,
+    /// and after `output_len` alone the new places are not written yet.
     ///
     /// # Errors
-    /// A character that is not there, is out, or was added since.
+    /// [`CrowdError::NotVisible`] for a character that the last frame found outside the frustum;
+    /// [`CrowdError::NoSuchCharacter`] for one that does not exist, is [inactive](Crowd::deactivate) or was added since.
     pub fn pose_slice(&self, id: MemberId) -> Result<PoseSlice, CrowdError> {
         self.check(id)?;
         let slot = self.slots[id.index()];
         if slot == NOWHERE {
             return Err(self.no_such(id));
         }
-        if slot & PARKED != 0 {
+        if !self.is_posed(id) {
             return Err(CrowdError::NotVisible { id: id.0 });
         }
         let Slot { group, lane } = Slot::of(slot);

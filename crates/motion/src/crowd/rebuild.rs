@@ -22,6 +22,8 @@ pub(super) struct Rebuild {
     pub(super) base: f64,
     /// Characters that need another one of the new groups.
     pub(super) misfits: Vec<u32>,
+    /// Whether each character is one of `misfits`.
+    is_misfit: Vec<bool>,
     /// `None` where no groups are made.
     stage: Option<Stage>,
 }
@@ -49,6 +51,8 @@ impl Rebuild {
         for ids in [&mut self.slots, &mut self.misfits] {
             ids.reserve(characters.saturating_sub(ids.len()));
         }
+        let more = characters.saturating_sub(self.is_misfit.len());
+        self.is_misfit.reserve(more);
     }
 
     pub(super) fn is_running(&self) -> bool {
@@ -61,6 +65,7 @@ impl Rebuild {
         self.base = now;
         self.slots.clear();
         self.misfits.clear();
+        self.is_misfit.clear();
     }
 
     /// Forgets the new groups.
@@ -88,6 +93,7 @@ impl Rebuild {
         let ids = self.next_ids(characters);
         let schedule = &mut self.schedule;
         self.slots.resize(characters, NOWHERE);
+        self.is_misfit.resize(characters, false);
         let states = sorting.states;
         let mut sorting = Sorting {
             slots: &mut self.slots,
@@ -129,10 +135,17 @@ impl Rebuild {
 
     /// Finds those who are in no group.
     fn note_missing(&mut self, states: &[CharacterState]) {
-        for (id, &slot) in self.slots.iter().enumerate() {
-            if slot == NOWHERE && !states[id].is_inactive {
-                self.misfits.push(id as u32);
+        for (id, state) in states.iter().enumerate() {
+            if self.slots[id] == NOWHERE && !state.is_inactive {
+                self.add_misfit(id);
             }
+        }
+    }
+
+    /// Notes that a character needs another one of the new groups: once, however often it changes.
+    pub(super) fn add_misfit(&mut self, id: usize) {
+        if !std::mem::replace(&mut self.is_misfit[id], true) {
+            self.misfits.push(id as u32);
         }
     }
 
@@ -144,14 +157,14 @@ impl Rebuild {
         };
         let at = Slot::of(slot);
         if state.is_inactive {
-            self.misfits.push(id as u32);
+            self.add_misfit(id);
         } else if slot & PARKED != 0 {
             self.schedule.parked[at.group].move_to(at.lane, state);
         } else if self.kind(at).takes(state) {
             let base = self.base;
             self.schedule.write(at, state, GroupClock { base, ..clock });
         } else {
-            self.misfits.push(id as u32);
+            self.add_misfit(id);
         }
     }
 

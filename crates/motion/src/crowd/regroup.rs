@@ -94,6 +94,21 @@ impl Schedule {
         }
     }
 
+    /// Whether the last frame saw what is in a lane.
+    pub(super) fn is_visible(&self, slot: Slot) -> bool {
+        self.visible[slot.group] >> slot.lane & 1 == 1
+    }
+
+    /// Makes all lanes visible, but for groups without characters.
+    pub(super) fn show_all(&mut self) {
+        for (visible, cold) in self.visible.iter_mut().zip(&self.cold) {
+            let is_empty = *visible == 0 && cold.ids == [Group::NOBODY; F32x16::LANES];
+            if !is_empty {
+                *visible = u16::MAX;
+            }
+        }
+    }
+
     /// Lets the groups' clock start at 0 again.
     pub(super) fn rebase(&mut self, sorting: &Sorting<'_>) {
         for group in 0..self.groups.len() {

@@ -40,9 +40,16 @@ impl JointMath for Rotations {
         part: usize,
     ) {
         let (zero, one, half, two) = (L::splat(0.0), L::splat(1.0), L::splat(0.5), L::splat(2.0));
-        // Half the heading, from -π to π: its cosine is never below 0.
-        let c = ((one + cos) * half).max(zero).sqrt();
-        let s = ((one - cos) * half).max(zero).sqrt().copy_sign(sin);
+        // Half the heading, from -π to π: its cosine is never below 0. The larger of cosine and sine by its root, the other from
+        // the heading's sine: its root would lose a small heading.
+        let (cos_size, sin_size) = (cos.max(zero - cos), sin.max(zero - sin));
+        let larger = ((one + cos_size) * half).sqrt();
+        let other = sin_size / (larger * two);
+        // 1 where the cosine is the larger one, otherwise 0: sums with 0 are exact.
+        let is_cos = one.copy_sign(cos).max(zero);
+        let is_sin = one - is_cos;
+        let c = larger * is_cos + other * is_sin;
+        let s = (larger * is_sin + other * is_cos).copy_sign(sin);
         let turn = [
             s.mul_add(q.z, c * q.x),
             s.mul_add(q.w, c * q.y),

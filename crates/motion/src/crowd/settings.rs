@@ -22,6 +22,7 @@ pub struct CrowdSettings {
 /// memory in each frame, with its content.
 ///
 /// A held character is up to that many frames behind: at 1.5 m/s and 60 frames a second 25 mm for each.
+/// A group that comes into view is posed at once. Which groups are posed does not depend on the number of threads.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Hold {
     /// The finest level whose groups are held.

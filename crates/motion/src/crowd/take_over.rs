@@ -76,9 +76,9 @@ impl Crowd {
         let slot = self.slots[id];
         let state = &mut self.states[id];
         if slot & PARKED == 0 && !state.is_late {
-            let Slot { group, lane } = Slot::of(slot);
-            state.detail = self.schedule.groups[group].detail.0[lane];
-            state.is_culled = self.schedule.visible[group] >> lane & 1 == 0;
+            let slot = Slot::of(slot);
+            state.detail = self.schedule.groups[slot.group].detail.0[slot.lane];
+            state.is_culled = !self.schedule.is_visible(slot);
         }
     }
 
@@ -115,18 +115,18 @@ impl Crowd {
             }
             if slot & PARKED != 0 {
                 if !state.is_culled {
-                    self.rebuild.misfits.push(id as u32);
+                    self.rebuild.add_misfit(id);
                 }
                 continue;
             }
             let Slot { group, lane } = Slot::of(slot);
             let schedule = &mut self.rebuild.schedule;
             schedule.groups[group].detail.0[lane] = state.detail;
-            if !schedule.cold[group].kind.takes(state) {
-                self.rebuild.misfits.push(id as u32);
-            }
             if state.is_culled {
                 schedule.visible[group] &= !(1 << lane);
+            }
+            if !schedule.cold[group].kind.takes(state) {
+                self.rebuild.add_misfit(id);
             }
         }
     }

@@ -281,7 +281,9 @@ impl Band {
         // With x from `near` to `full` and y to `start`: (x - y) y = area.
         let x = end * (1.0 - settings.hysteresis) - near;
         let root = x * x - 4.0 * area;
-        let start = near + 0.5 * (x + root.max(0.0).sqrt());
+        // Rounding must not put the end of the blend behind `end`, nor its start.
+        let full = (near + x).min(end);
+        let start = (near + 0.5 * (x + root.max(0.0).sqrt())).min(full);
         if area <= 0.0 {
             let full = (end * (1.0 - settings.hysteresis)).max(before);
             return Self {
@@ -291,7 +293,6 @@ impl Band {
             };
         }
         if root >= 0.0 && x > 0.0 && start >= before {
-            let full = near + x;
             return Self { start, full, end };
         }
         Self::starting(before, limits, settings)

@@ -54,7 +54,7 @@ pub(super) fn switchings(levels: &Levels) -> Vec<Switching> {
 }
 
 /// Walks past, comes back, and jumps.
-pub(super) fn eye(frame: usize) -> Vec3 {
+fn eye(frame: usize) -> Vec3 {
     match frame {
         60..80 => Vec3::new(-3.0, 1.0, 4.0),
         _ => Vec3::new(
@@ -421,6 +421,7 @@ fn held_poses_are_those_of_the_last_frames_whatever_the_camera_does() {
             for (&id, before) in ids.iter().zip(&mut before) {
                 assert_eq!(held.pose_slice(id), free.pose_slice(id));
                 let Ok(slice) = free.pose_slice(id) else {
+                    before.clear();
                     continue;
                 };
                 let numbers = |out: &[F32x16]| -> Vec<f32> {
@@ -433,12 +434,11 @@ fn held_poses_are_those_of_the_last_frames_whatever_the_camera_does() {
                 };
                 before.insert(0, numbers(&all));
                 before.truncate(4);
-                if !free.is_posed(id) {
-                    continue;
-                }
                 let found = numbers(&out);
                 let behind = before.iter().position(|numbers| *numbers == found);
-                assert!(behind.is_some(), "{layout:?}, frame {index}, {id:?}");
+                // Its group may have been posed for others while it was hidden.
+                let is_known = behind.is_some() || before.len() < 4;
+                assert!(is_known, "{layout:?}, frame {index}, {id:?}");
                 old += usize::from(behind > Some(0));
             }
         }

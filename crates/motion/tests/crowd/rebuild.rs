@@ -7,7 +7,6 @@ use sabaki_testing as common;
 use common::clips::{small_skeleton, swinging_clip};
 use common::crowd::{DrawnAs, Stage, crowd_of, joint_of, settings};
 use common::random::Random;
-use glam::Vec3;
 use sabaki_motion::crowd::{Character, Crowd, CrowdError, Form, Frame, Layout, MemberId, Output};
 use sabaki_motion::lod::LevelId;
 use sabaki_motion::math::{F32x16, Isa};
@@ -197,33 +196,5 @@ fn a_character_that_changes_often_delays_no_new_groups() {
     for (index, &id) in ids.iter().enumerate() {
         let expected = LevelId(if index < 8 { 0 } else { 3 });
         assert_eq!(crowd.pose_slice(id).unwrap().level, expected);
-    }
-}
-
-#[test]
-fn poses_take_no_more_than_was_told_while_levels_change() {
-    let (stage, levels) = super::frame::stage();
-    let switching = super::frame::switchings(&levels).swap_remove(0);
-    let characters = stage.characters(400, 5);
-    let settings = settings(Output::default(), Isa::best(), 1);
-    let (mut crowd, ids) = crowd_of(&stage, &characters, settings);
-    let mut all = vec![F32x16::ZERO; crowd.max_output_len(ids.len())];
-    let mut out = Vec::new();
-    for index in 0..1500 {
-        let frame = Frame {
-            seconds: SECONDS,
-            switching: Some(&switching),
-            eye: super::frame::eye(index) + Vec3::X * (0.01 * index as f32).sin(),
-            ..Frame::default()
-        };
-        crowd.frame(&frame, &mut all).unwrap();
-        crowd.advance(SECONDS);
-        out.resize(crowd.output_len(), F32x16::ZERO);
-        crowd.pose(&mut out).unwrap();
-        for &id in &ids {
-            let slice = crowd.pose_slice(id).unwrap();
-            let detail = crowd.character(id).unwrap().level;
-            assert!(slice.level <= detail, "frame {index}, {id:?}");
-        }
     }
 }
