@@ -9,7 +9,7 @@ use super::crowd_poses::{CrowdPoseSettings, CrowdPoses, Member, Poser, Seen};
 use super::error::CharacterError;
 use super::ids::CharacterId;
 use super::scratch::Worker;
-use super::slot::{Blend, Slot};
+use super::slot::Slot;
 use super::state::CharacterState;
 use crate::anim::forward_kinematics;
 use crate::crowd::{CrowdError, Layout, MemberId, PoseSlice};
@@ -185,7 +185,7 @@ impl<'a> ByGraph<'a> {
             forward_kinematics(self.graph.skeleton(), &worker.pose, &mut worker.joints);
             if let Some(age) = motion.blend_age(seconds) {
                 let metres = self.blended_by(state, worker);
-                slot.blend = Some(Blend { age, metres });
+                slot.note_blend(age, metres);
             }
             let kept = self.poses.kept.iter();
             worker.external.joints.clear();

@@ -31,6 +31,8 @@ pub(super) struct Blend {
     pub age: f32,
     /// How far the farthest joint was from where it is without the blend, in metres.
     pub metres: f32,
+    /// Whether it was farther before.
+    pub is_fading: bool,
 }
 
 impl Slot {
@@ -42,13 +44,15 @@ impl Slot {
         }
     }
 
-    /// About how far a blend of an age moves a joint: as far as when it was posed last, later in the same blend. Infinite for another one.
+    /// About how far a blend of an age moves a joint: as far as when it was posed last, later in the same blend. Infinite for another one,
+    /// and as long as it grows.
     pub(super) fn blended(&mut self, age: Option<f32>) -> f32 {
         let Some(age) = age else {
             self.blend = None;
             return 0.0;
         };
         match self.blend.as_mut().filter(|blend| blend.age <= age) {
+            Some(blend) if !blend.is_fading => f32::INFINITY,
             Some(blend) => {
                 blend.age = age;
                 blend.metres
@@ -58,6 +62,16 @@ impl Slot {
                 f32::INFINITY
             }
         }
+    }
+
+    /// Notes how far a blend of an age moves the farthest joint, in metres.
+    pub(super) fn note_blend(&mut self, age: f32, metres: f32) {
+        let before = self.blend.filter(|blend| blend.age <= age);
+        self.blend = Some(Blend {
+            age,
+            metres,
+            is_fading: before.is_some_and(|before| metres <= before.metres),
+        });
     }
 }
 
