@@ -9,6 +9,9 @@
 //! ```
 //! where a dash marks the skeleton that the motion is put on. Bones then have the directions of the captured ones in each frame, whatever the rest poses
 //! are. Lengths are those of the new skeleton: what this moves is measured.
+//!
+//! Differs: the path is not that of the root but of the anchor, a joint that both have. Files may have joints above the hips that stand still
+//! (`Reference`, `Armature`). A joint without a joint of its name in the file keeps its rest rotation; so does a root, in the space of the motion.
 
 use std::collections::HashMap;
 
@@ -29,6 +32,10 @@ struct Retargeter<'a> {
     to: &'a Skeleton,
     /// Joint of `from` for each joint of `to`.
     twins: Vec<Option<JointId>>,
+    /// Whether the roots are paired although neither has a joint of its name.
+    pairs_roots: bool,
+    /// Joint of `to` that is put where its twin is: its root, or the hips below roots that only one of both has.
+    anchor: JointId,
     /// Rotation from the rest directions of `to` to those of `from`, for each joint of `to`.
     adjustments: Vec<Quat>,
 }
@@ -50,13 +57,10 @@ pub(super) enum Obstacle {
 impl LoadedClip {
     /// The motion on another skeleton, and a note that says what this costs.
     pub(super) fn retargeted(&self, to: &Skeleton) -> Result<(Clip, String), Obstacle> {
-        let retargeter = Retargeter::new(&self.skeleton, to);
+        let retargeter = Retargeter::new(self, to);
         let moving = |id: &JointId| to.joint(*id).kind == JointKind::Moving;
-        let is_missing = |id: &JointId| retargeter.twin(*id).is_none();
         let all = to.ids().filter(moving).count();
-        let missing: Vec<String> = { to.ids().filter(moving).filter(is_missing) }
-            .map(|id| to.joint(id).name.clone())
-            .collect();
+        let missing = retargeter.missing();
         let found = all - missing.len();
         if (found as f32) < LEAST_FOUND * all as f32 {
             return Err(Obstacle::Missing(missing));
@@ -64,42 +68,34 @@ impl LoadedClip {
         let scale = retargeter.scale(&self.clip);
         let (desc, cost) = retargeter.motion(&self.clip, scale);
         let clip = Clip::new(to, desc).map_err(Obstacle::Clip)?;
-        let rest = match missing.is_empty() {
-            true => String::new(),
-            false => format!("; not in the file: {}", missing.join(", ")),
-        };
         let note = format!(
-            "retargeted: {found} of {all} joints by name, its size times {scale:.3}; joints are {:.1} cm from where its own bones would have them on average, {:.1} cm at most{rest}",
+            "retargeted: {found} of {all} joints by name, its size times {scale:.3}; joints are {:.1} cm from where its own bones would have them on average, {:.1} cm at most{}",
             100.0 * cost.mean,
-            100.0 * cost.most
+            100.0 * cost.most,
+            retargeter.unnamed(&missing)
         );
         Ok((clip, note))
     }
 }
 
 impl<'a> Retargeter<'a> {
-    fn new(from: &'a Skeleton, to: &'a Skeleton) -> Self {
-        let mut by_name = HashMap::new();
-        for id in from.ids() {
-            by_name.entry(plain(&from.joint(id).name)).or_insert(id);
+    fn new(motion: &'a LoadedClip, to: &'a Skeleton) -> Self {
+        let from = &motion.skeleton;
+        let mut twins = by_name(from, to);
+        let pairs_roots = twins[0].is_none() && !twins.contains(&Some(JointId::ROOT));
+        if pairs_roots {
+            twins[0] = Some(JointId::ROOT);
         }
-        let twin = |id: JointId| match id {
-            JointId::ROOT => Some(JointId::ROOT),
-            _ => by_name.get(&plain(&to.joint(id).name)).copied(),
-        };
         let mut retargeter = Self {
             from,
             to,
-            twins: to.ids().map(twin).collect(),
+            twins,
+            pairs_roots,
+            anchor: JointId::ROOT,
             adjustments: Vec::new(),
         };
-        let mut below: Vec<Vec<JointId>> = vec![Vec::new(); to.len()];
-        for id in to.ids().filter(|&id| retargeter.twin(id).is_some()) {
-            let mut above = to.ancestry(id).skip(1);
-            if let Some(next) = above.find(|&above| retargeter.twin(above).is_some()) {
-                below[next.index()].push(id);
-            }
-        }
+        let below = retargeter.nearest_below();
+        retargeter.anchor = retargeter.find_anchor(&below, &motion.clip);
         for id in to.ids() {
             let above = to.joint(id).parent;
             let inherited = above.map_or(Quat::IDENTITY, |p| retargeter.adjustments[p.index()]);
@@ -115,6 +111,68 @@ impl<'a> Retargeter<'a> {
         self.twins[id.index()]
     }
 
+    /// Names of the moving joints of `to` that the file does not have.
+    fn missing(&self) -> Vec<String> {
+        let pairs = self.to.ids().zip(self.to.joints());
+        let missing = pairs.filter(|&(id, joint)| {
+            let has_name = self.twin(id).is_some() && !(self.pairs_roots && id == JointId::ROOT);
+            joint.kind == JointKind::Moving && !has_name
+        });
+        missing.map(|(_, joint)| joint.name.clone()).collect()
+    }
+
+    /// The end of the note: what became of the joints that the file does not have.
+    fn unnamed(&self, missing: &[String]) -> String {
+        let roots = [self.from, self.to].map(|skeleton| &skeleton.joint(JointId::ROOT).name[..]);
+        let (paired, missing) = match missing {
+            [root, others @ ..] if self.pairs_roots && root == roots[1] => (true, others),
+            _ => (false, missing),
+        };
+        let mut text = String::new();
+        if paired {
+            text += &format!("; its root \"{}\" is taken for \"{}\"", roots[0], roots[1]);
+        }
+        if !missing.is_empty() {
+            text += &format!("; not in the file: {}", missing.join(", "));
+        }
+        text
+    }
+
+    /// For each joint of `to` the nearest joints below it that have a twin, if it has one itself.
+    fn nearest_below(&self) -> Vec<Vec<JointId>> {
+        let mut below: Vec<Vec<JointId>> = vec![Vec::new(); self.to.len()];
+        for id in self.to.ids().filter(|&id| self.twin(id).is_some()) {
+            let mut above = self.to.ancestry(id).skip(1);
+            if let Some(next) = above.find(|&above| self.twin(above).is_some()) {
+                below[next.index()].push(id);
+            }
+        }
+        below
+    }
+
+    /// The joint with a twin that has the most twins below it, which is the root if that has one. Where only one joint comes next, and the
+    /// motion moves that away from its rest, as hips below a joint that stands still, it is that one.
+    fn find_anchor(&self, below: &[Vec<JointId>], clip: &Clip) -> JointId {
+        let mut counts = vec![0usize; self.to.len()];
+        for id in self.to.ids().rev() {
+            counts[id.index()] += usize::from(self.twin(id).is_some());
+            if let Some(parent) = self.to.joint(id).parent {
+                counts[parent.index()] += counts[id.index()];
+            }
+        }
+        // `max_by_key` returns the last maximum.
+        let paired = self.to.ids().rev().filter(|&id| self.twin(id).is_some());
+        let most = paired.max_by_key(|id| counts[id.index()]);
+        let mut anchor = most.unwrap_or(JointId::ROOT);
+        let is_moved = moved_joints(self.from, clip);
+        while let [next] = below[anchor.index()][..]
+            && self.twin(next).is_some_and(|twin| is_moved[twin.index()])
+        {
+            anchor = next;
+        }
+        anchor
+    }
+
     /// Rest directions from a joint to one below it, in `to` and in `from`; `None` if one of them has no bone there.
     fn bone(&self, id: JointId, end: JointId) -> Option<[Vec3; 2]> {
         let bones = [
@@ -125,19 +183,26 @@ impl<'a> Retargeter<'a> {
         is_long.then(|| bones.map(Vec3::normalize))
     }
 
-    /// Ratio of the lengths of the chains from the root to the lowest joint of the first frame.
+    /// Ratio of the lengths of the chains from the anchor to the lowest joint of the first frame.
     fn scale(&self, clip: &Clip) -> f32 {
         let (mut pose, mut joints) = (Pose::default(), Vec::new());
         clip.pose(0, &mut pose);
         forward_kinematics(self.from, &pose, &mut joints);
         let height = |joint: JointId| joints[joint.index()].translation.y;
-        let pairs = self.to.ids().zip(&self.twins).skip(1);
-        let pairs = pairs.filter_map(|(id, twin)| Some((id, (*twin)?)));
-        let lengths = { pairs }
-            .min_by(|a, b| height(a.1).total_cmp(&height(b.1)))
-            .map(|(id, twin)| [self.to.chain_length(id), self.from.chain_length(twin)]);
-        match lengths {
-            Some([to, from]) if from > 1e-4 && to > 1e-4 => to / from,
+        let length = |skeleton: &Skeleton, above: JointId, below: JointId| -> Option<f32> {
+            let bones = chain(skeleton, above, below)?;
+            Some(bones.map(Vec3::length).sum())
+        };
+        let pairs = self.to.ids().filter_map(|id| {
+            let (twin, above) = (self.twin(id)?, self.twin(self.anchor)?);
+            let lengths = [
+                length(self.to, self.anchor, id)?,
+                length(self.from, above, twin)?,
+            ];
+            Some((height(twin), lengths))
+        });
+        match pairs.min_by(|a, b| a.0.total_cmp(&b.0)) {
+            Some((_, [to, from])) if from > 1e-4 && to > 1e-4 => to / from,
             _ => 1.0,
         }
     }
@@ -157,13 +222,16 @@ impl<'a> Retargeter<'a> {
         for frame in 0..clip.frames() {
             clip.pose(frame, &mut pose);
             forward_kinematics(self.from, &pose, &mut joints);
-            own.root = scale * pose.root;
             self.rotate(&joints, &mut own.rotations);
+            own.root = Vec3::ZERO;
             forward_kinematics(self.to, &own, &mut moved);
+            if let Some(twin) = self.twin(self.anchor) {
+                let place = scale * joints[twin.index()].translation;
+                own.root = place - moved[self.anchor.index()].translation;
+            }
             for (joint, twin) in moved.iter().zip(&self.twins) {
                 let Some(twin) = twin else { continue };
-                let away = joint
-                    .translation
+                let away = (own.root + joint.translation)
                     .distance(scale * joints[twin.index()].translation);
                 (sum, count, most) = (sum + f64::from(away), count + 1, most.max(away));
             }
@@ -200,11 +268,51 @@ fn plain(name: &str) -> String {
     letters.flat_map(char::to_lowercase).collect()
 }
 
+/// The joint of `from` with the name of each joint of `to`.
+fn by_name(from: &Skeleton, to: &Skeleton) -> Vec<Option<JointId>> {
+    let mut joints = HashMap::new();
+    for (id, joint) in from.ids().zip(from.joints()) {
+        joints.entry(plain(&joint.name)).or_insert(id);
+    }
+    let named = to.joints().iter().map(|joint| plain(&joint.name));
+    named.map(|name| joints.get(&name).copied()).collect()
+}
+
+/// Whether a motion moves each joint away from its place at rest, relative to its parent.
+fn moved_joints(skeleton: &Skeleton, clip: &Clip) -> Vec<bool> {
+    /// Largest distance that comes from numbers with few digits, in metres.
+    const DIGITS: f32 = 1e-3;
+    let mut moved = vec![false; skeleton.len()];
+    let frames = if clip.moves_joints() {
+        clip.frames()
+    } else {
+        0
+    };
+    let mut pose = Pose::default();
+    for frame in 0..frames {
+        clip.pose(frame, &mut pose);
+        let pairs = pose.translations.iter().zip(skeleton.joints());
+        for (moved, (place, joint)) in moved.iter_mut().zip(pairs).skip(1) {
+            *moved |= place.distance(joint.offset) > DIGITS;
+        }
+    }
+    moved
+}
+
+/// Bones from a joint to one below it in the rest pose, the last first; `None` if it is not below.
+fn chain(
+    skeleton: &Skeleton,
+    above: JointId,
+    below: JointId,
+) -> Option<impl Iterator<Item = Vec3>> {
+    let is_below = skeleton.ancestry(below).skip(1).any(|id| id == above);
+    let chain = skeleton.ancestry(below).take_while(move |&id| id != above);
+    is_below.then_some(chain.map(move |id| skeleton.joint(id).offset))
+}
+
 /// From a joint to one below it in the rest pose; `None` if it is not below.
 fn rest_bone(skeleton: &Skeleton, above: JointId, below: JointId) -> Option<Vec3> {
-    let is_below = skeleton.ancestry(below).skip(1).any(|id| id == above);
-    let chain = skeleton.ancestry(below).take_while(|&id| id != above);
-    is_below.then(|| chain.map(|id| skeleton.joint(id).offset).sum())
+    Some(chain(skeleton, above, below)?.sum())
 }
 
 /// The rotation that turns the first direction of each pair to the second, by least squares; `None` without a pair.

@@ -6,7 +6,9 @@ use std::fs::File;
 use std::path::{Path, PathBuf};
 
 use glam::{Quat, Vec3};
-use sabaki::anim::{Clip, ClipDesc, Joint, JointTransform, Pose, Skeleton, forward_kinematics};
+use sabaki::anim::{
+    Clip, ClipDesc, Joint, JointId, JointKind, JointTransform, Pose, Skeleton, forward_kinematics,
+};
 use sabaki_import::{ClipSet, ReadError, ReadOptions, bvh, read_clips};
 
 const RETARGET: ReadOptions = ReadOptions {
@@ -53,7 +55,7 @@ fn disguised(skeleton: &Skeleton, clip: &Clip, scale: f32) -> (Skeleton, Clip) {
     desc.roots.iter_mut().for_each(|root| *root *= scale);
     for rotations in desc.rotations.chunks_mut(skeleton.len()) {
         for ((rotation, joint), turn) in rotations.iter_mut().zip(skeleton.joints()).zip(&turns) {
-            if joint.kind == sabaki::anim::JointKind::Moving {
+            if joint.kind == JointKind::Moving {
                 *rotation = (above(joint).inverse() * *rotation * *turn).normalize();
             }
         }
@@ -231,4 +233,166 @@ fn a_motion_without_bones_is_no_motion_of_this_skeleton() {
     let last = set.clips.last().unwrap();
     let places = positions(&set.skeleton, last, 0);
     assert!(places.iter().all(|place| place.is_finite()));
+}
+
+/// A person of seven joints who walks a step beside the axis Z.
+fn small_person() -> (Skeleton, Clip) {
+    let joint = |name: &str, parent: Option<u16>, offset: [f32; 3]| Joint {
+        name: name.into(),
+        parent: parent.map(JointId),
+        offset: Vec3::from(offset),
+        kind: JointKind::Moving,
+    };
+    let skeleton = Skeleton::new(vec![
+        joint("Hips", None, [0.0; 3]),
+        joint("LeftUpLeg", Some(0), [0.1, 0.0, 0.0]),
+        joint("LeftFoot", Some(1), [0.0, -0.8, 0.0]),
+        joint("RightUpLeg", Some(0), [-0.1, 0.0, 0.0]),
+        joint("RightFoot", Some(3), [0.0, -0.8, 0.0]),
+        joint("Spine", Some(0), [0.0, 0.3, 0.0]),
+        joint("Head", Some(5), [0.0, 0.4, 0.0]),
+    ]);
+    let skeleton = skeleton.unwrap();
+    let angle = |index: usize| 0.4 * (1.3 * index as f32).sin();
+    let frames = 0..6;
+    let desc = ClipDesc {
+        name: "small.bvh".into(),
+        frame_rate: 30.0,
+        roots: { frames.clone() }
+            .map(|frame| Vec3::new(0.3, 0.9, 0.1 * frame as f32))
+            .collect(),
+        rotations: frames
+            .flat_map(|frame| (0..7).map(move |joint| 7 * frame + joint))
+            .map(|index| Quat::from_euler(glam::EulerRot::YXZ, angle(index), angle(index + 3), 0.1))
+            .collect(),
+        translations: Vec::new(),
+    };
+    (skeleton.clone(), Clip::new(&skeleton, desc).unwrap())
+}
+
+/// The same motion below a joint that stands still, turned, beside the path: the former root has the whole motion.
+fn wrapped(skeleton: &Skeleton, clip: &Clip, name: &str) -> (Skeleton, Clip) {
+    let (place, turn) = (Vec3::new(0.2, 0.0, -0.4), Quat::from_rotation_y(0.7));
+    let inside = |root: Vec3| turn.inverse() * (root - place);
+    let below = |id: JointId| JointId(id.0 + 1);
+    let mut joints = vec![Joint {
+        name: name.into(),
+        parent: None,
+        offset: Vec3::ZERO,
+        kind: JointKind::Moving,
+    }];
+    joints.extend(skeleton.joints().iter().map(|joint| Joint {
+        parent: Some(joint.parent.map_or(JointId::ROOT, below)),
+        ..joint.clone()
+    }));
+    joints[1].offset = inside(clip.root(0));
+    let offsets: Vec<Vec3> = joints.iter().map(|joint| joint.offset).collect();
+    let other = Skeleton::new(joints).unwrap();
+    let mut desc = ClipDesc {
+        name: format!("wrapped-{}", clip.name()),
+        frame_rate: clip.frame_rate(),
+        roots: vec![place; clip.frames()],
+        rotations: Vec::new(),
+        translations: Vec::new(),
+    };
+    let mut pose = Pose::default();
+    for frame in 0..clip.frames() {
+        clip.pose(frame, &mut pose);
+        desc.rotations.push(turn);
+        desc.rotations.extend_from_slice(&pose.rotations);
+        let own = desc.rotations.len() - skeleton.len();
+        desc.rotations[own] = (turn.inverse() * pose.rotations[0]).normalize();
+        desc.translations.extend_from_slice(&offsets);
+        let own = desc.translations.len() - skeleton.len();
+        desc.translations[own] = inside(pose.root);
+    }
+    (other.clone(), Clip::new(&other, desc).unwrap())
+}
+
+/// Reads two copies of the first motion and one of the second, so that the second is put on the skeleton of the first. Returns the note and
+/// the largest distance between joints of one name, in metres, without the root `Reference`.
+fn put_on(to: &(Skeleton, Clip), from: &(Skeleton, Clip)) -> (String, f32) {
+    let folder = tempfile::tempdir().unwrap();
+    let paths = ["a.bvh", "b.bvh", "other.bvh"].map(|name| folder.path().join(name));
+    for (path, (skeleton, clip)) in paths.iter().zip([to, to, from]) {
+        write(path, skeleton, clip);
+    }
+    let options = ReadOptions {
+        scale: Some(0.01),
+        ..RETARGET
+    };
+    let set = read_clips(&paths, None, &options).unwrap();
+    let mut most = 0f32;
+    for frame in 0..from.1.frames() {
+        let moved = positions(&set.skeleton, &set.clips[2], frame);
+        let own = positions(&from.0, &from.1, frame);
+        for (joint, place) in set.skeleton.joints().iter().zip(moved) {
+            let twin = from
+                .0
+                .find(&joint.name)
+                .filter(|_| joint.name != "Reference");
+            let away = twin.map(|twin| own[twin.index()].distance(place));
+            most = most.max(away.unwrap_or(0.0));
+        }
+    }
+    (note(&set, "other.bvh"), most)
+}
+
+#[test]
+fn a_joint_above_the_hips_changes_nothing() {
+    let mut people = vec![(small_person(), 7)];
+    if let Some((files, _)) = captures() {
+        let plain = read_clips(&files[..1], None, &ReadOptions::default()).unwrap();
+        people.push(((plain.skeleton, plain.clips[0].clone()), 22));
+    }
+    for (person, joints) in people {
+        let above = wrapped(&person.0, &person.1, "Reference");
+        let (note, most) = put_on(&person, &above);
+        let all = format!("{joints} of {joints} joints by name, its size times 1.000");
+        assert!(note.contains(&all) && most < 1e-3, "{most} m: {note}");
+        assert!(note.ends_with("0.0 cm at most"), "{note}");
+
+        let (note, most) = put_on(&above, &person);
+        let others = format!("{joints} of {} joints by name, its size", joints + 1);
+        assert!(note.contains(&others) && most < 1e-3, "{most} m: {note}");
+        let end = "times 1.000; joints are 0.0 cm from where its own bones would have them on average, 0.0 cm at most; not in the file: Reference";
+        assert!(note.ends_with(end), "{note}");
+    }
+}
+
+#[test]
+fn below_two_joints_above_the_hips_the_path_is_kept() {
+    let person = small_person();
+    // Another skeleton, so that it is retargeted: without the head.
+    let bare: Vec<Joint> = person.0.joints()[..6].to_vec();
+    let mut desc = person.1.desc();
+    desc.rotations = { desc.rotations.chunks(7) }
+        .flat_map(|of_frame| of_frame[..6].to_vec())
+        .collect();
+    let bare = Skeleton::new(bare).unwrap();
+    let bare = (bare.clone(), Clip::new(&bare, desc).unwrap());
+    let from = wrapped(&person.0, &person.1, "Reference");
+    for (name, counted) in [("Reference", "7 of 7"), ("Armature", "6 of 7")] {
+        let to = wrapped(&bare.0, &bare.1, name);
+        let (note, most) = put_on(&to, &from);
+        assert!(note.contains(counted) && most < 1e-3, "{most} m: {note}");
+        assert!(note.contains("times 1.000"), "{note}");
+        let taken = note.contains("; its root \"Reference\" is taken for \"Armature\"");
+        assert_eq!(taken, name == "Armature", "{note}");
+    }
+}
+
+#[test]
+fn a_root_of_another_name_is_not_counted_as_found_by_name() {
+    let person = small_person();
+    let mut joints = person.0.joints().to_vec();
+    joints[0].name = "pelvis".into();
+    let other = (Skeleton::new(joints).unwrap(), person.1.clone());
+    let (note, most) = put_on(&person, &other);
+    assert!(note.contains("6 of 7 joints by name"), "{note}");
+    assert!(
+        note.ends_with("; its root \"pelvis\" is taken for \"Hips\""),
+        "{note}"
+    );
+    assert!(most < 1e-3, "{most} m: {note}");
 }
