@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::error::{EventsError, ReadError};
 use super::file::read_bytes;
 use super::json;
+use super::motion_file::is_gltf;
 use sabaki::anim::{Clip, Event, EventKind, JointId, Skeleton};
 
 /// An events file: the events of clips. Unknown keys are ignored.
@@ -17,7 +18,8 @@ pub struct EventsFile {
 /// The events of one clip.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ClipEvents {
-    /// Name of the clip's file, with or without its folder.
+    /// Name of the clip's file, with or without its folder. Of a glTF file with several animations, with the animation behind it:
+    /// `fox.glb:Walk`.
     pub file: String,
     /// Events, in any order.
     #[serde(default)]
@@ -72,13 +74,7 @@ impl EventsFile {
     pub fn resolve(&self, clips: &[Clip], skeleton: &Skeleton) -> Result<Vec<Event>, EventsError> {
         let mut events = Vec::new();
         for entry in &self.clips {
-            let name = base_name(&entry.file);
-            let clip = clips
-                .iter()
-                .position(|clip| base_name(clip.name()) == name)
-                .ok_or_else(|| EventsError::NoClip {
-                    file: entry.file.clone(),
-                })?;
+            let clip = entry.clip(clips)?;
             for index in 0..entry.events.len() {
                 let end = entry.checked_end(index, &clips[clip])?;
                 events.push(Event {
@@ -97,11 +93,7 @@ impl EventsFile {
     /// Events of the clip of a name, with or without its folder; none where the file does not have the clip.
     #[must_use]
     pub fn events_of(&self, clip: &str) -> Vec<EventEntry> {
-        let name = base_name(clip);
-        let own = self
-            .clips
-            .iter()
-            .filter(|entry| base_name(&entry.file) == name);
+        let own = self.clips.iter().filter(|entry| entry.is_of(clip));
         own.flat_map(|entry| &entry.events).cloned().collect()
     }
 
@@ -123,19 +115,12 @@ impl EventsFile {
 
     /// Removes the events of clips of these names.
     pub(super) fn forget(&mut self, clips: &[String]) {
-        let is_kept = |entry: &ClipEvents| {
-            let name = base_name(&entry.file);
-            !clips.iter().any(|clip| base_name(clip) == name)
-        };
-        self.clips.retain(is_kept);
+        self.clips.retain(|entry| !clips.iter().any(|clip| entry.is_of(clip)));
     }
 
     /// Whether the file has events for a clip.
     pub(super) fn names(&self, clip: &str) -> bool {
-        let name = base_name(clip);
-        self.clips
-            .iter()
-            .any(|entry| base_name(&entry.file) == name)
+        self.clips.iter().any(|entry| entry.is_of(clip))
     }
 
     /// Converts events to a file, so that [`Self::resolve`] returns them again. Clips without
@@ -179,6 +164,35 @@ impl EventEntry {
 }
 
 impl ClipEvents {
+    /// Whether a clip has this name, where one of both may have a folder.
+    fn is_of(&self, clip: &str) -> bool {
+        let file = &self.file[..];
+        file == clip || without_folder(file) == clip || file == without_folder(clip)
+    }
+
+    /// The clip of exactly this name, otherwise the only one that has it where one of both has a folder.
+    fn clip(&self, clips: &[Clip]) -> Result<usize, EventsError> {
+        let all = |is_it: &dyn Fn(&str) -> bool| -> Vec<usize> {
+            let found = clips.iter().enumerate();
+            let found = found.filter(|(_, clip)| is_it(clip.name()));
+            found.map(|(index, _)| index).collect()
+        };
+        let mut found = all(&|clip| clip == self.file);
+        if found.is_empty() {
+            found = all(&|clip| self.is_of(clip));
+        }
+        let file = self.file.clone();
+        match found[..] {
+            [only] => Ok(only),
+            [] => Err(EventsError::NoClip { file }),
+            _ => {
+                let name = |&index: &usize| clips[index].name().to_owned();
+                let clips = found.iter().map(name).collect();
+                Err(EventsError::SeveralClips { file, clips })
+            }
+        }
+    }
+
     /// End of the event, after checking that its times fit the clip.
     fn checked_end(&self, event: usize, clip: &Clip) -> Result<f64, EventsError> {
         let EventEntry { start, end, .. } = self.events[event];
@@ -223,7 +237,15 @@ impl ClipEvents {
     }
 }
 
-/// File name without the folder, for paths of Unix and Windows.
-fn base_name(file: &str) -> &str {
-    file.rsplit(['/', '\\']).next().unwrap_or(file)
+/// Length of the file's part of a clip's name: up to the `:` before the name of a glTF file's animation.
+fn file_length(clip: &str) -> usize {
+    let mut colons = clip.match_indices(':').map(|(at, _)| at);
+    let is_end = |at: &usize| is_gltf(Path::new(&clip[..*at]));
+    colons.find(is_end).unwrap_or(clip.len())
+}
+
+/// A clip's name without the folder of its file, for paths of Unix and Windows. The name of an animation stays whole.
+fn without_folder(clip: &str) -> &str {
+    let folder = clip[..file_length(clip)].rfind(['/', '\\']);
+    folder.map_or(clip, |end| &clip[end + 1..])
 }

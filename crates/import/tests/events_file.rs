@@ -24,6 +24,11 @@ fn skeleton() -> Skeleton {
 
 /// Two clips of 3 s at 10 frames per second.
 fn clips() -> Vec<Clip> {
+    clips_of(&["a.bvh", "b.bvh"])
+}
+
+/// Clips of 3 s at 10 frames per second, by name.
+fn clips_of(names: &[&str]) -> Vec<Clip> {
     let clip = |name: &str| {
         let desc = ClipDesc {
             name: name.into(),
@@ -34,7 +39,18 @@ fn clips() -> Vec<Clip> {
         };
         Clip::new(&skeleton(), desc).unwrap()
     };
-    vec![clip("a.bvh"), clip("b.bvh")]
+    names.iter().map(|name| clip(name)).collect()
+}
+
+/// Clips of the events of an entry with this name, or the error.
+fn found(names: &[&str], entry: &str) -> Result<Vec<usize>, String> {
+    let event = r#"{"kind": "evasion", "start": 1, "end": 2}"#;
+    let entry = serde_json::to_string(entry).unwrap();
+    let text = format!("{{\"clips\": [{{\"file\": {entry}, \"events\": [{event}]}}]}}");
+    let file = EventsFile::parse(text.as_bytes()).unwrap();
+    let events = file.resolve(&clips_of(names), &skeleton());
+    let events = events.map_err(|error| error.to_string())?;
+    Ok(events.iter().map(|event| event.clip).collect())
 }
 
 /// The error of one event of `a.bvh`.
@@ -65,6 +81,53 @@ fn events_find_their_clips_and_joints() {
     let text = serde_json::to_string(&again).unwrap();
     let read = EventsFile::parse(text.as_bytes()).unwrap();
     assert_eq!(read.resolve(&clips(), &skeleton()).unwrap(), events);
+}
+
+#[test]
+fn names_of_animations_keep_their_slashes() {
+    let all = [
+        "walk.bvh",
+        "Walk",
+        "slash.glb:idle/Walk",
+        "slash.glb:run\\Walk",
+        "slash.GLTF:run/Walk",
+    ];
+    for (entry, clip) in [
+        ("slash.glb:idle/Walk", 2),
+        ("some/folder/slash.glb:idle/Walk", 2),
+        ("C:\\some\\folder\\slash.glb:idle/Walk", 2),
+        ("slash.glb:run\\Walk", 3),
+        ("folder/slash.GLTF:run/Walk", 4),
+        ("Walk", 1),
+        ("C:\\walk.bvh", 0),
+        ("a:b/walk.bvh", 0),
+    ] {
+        assert_eq!(found(&all, entry), Ok(vec![clip]), "{entry}");
+    }
+    for entry in ["slash.glb:Walk", "slash.glb:other/Walk", "idle/walk"] {
+        let none = format!("events for \"{entry}\", but there is no such clip");
+        assert_eq!(found(&all, entry), Err(none));
+    }
+    let text = r#"{"clips": [{"file": "x/slash.glb:idle/Walk", "events": [{"kind": "evasion", "start": 1, "end": 2}]}]}"#;
+    let file = EventsFile::parse(text.as_bytes()).unwrap();
+    for (clip, count) in [
+        ("slash.glb:idle/Walk", 1),
+        ("slash.glb:run/Walk", 0),
+        ("Walk", 0),
+    ] {
+        assert_eq!(file.events_of(clip).len(), count, "{clip}");
+    }
+}
+
+#[test]
+fn a_name_of_several_clips_is_refused_and_a_whole_one_is_taken() {
+    let all = ["left/jab.bvh", "right/jab.bvh", "jab.glb:a", "x/jab.glb:a"];
+    assert_eq!(found(&all, "right/jab.bvh"), Ok(vec![1]));
+    assert_eq!(found(&all, "jab.glb:a"), Ok(vec![2]));
+    assert_eq!(
+        found(&all, "jab.bvh"),
+        Err("events for \"jab.bvh\", which may be any of the clips \"left/jab.bvh\", \"right/jab.bvh\"".into())
+    );
 }
 
 #[test]
@@ -201,6 +264,9 @@ fn attacks_that_are_wrong() {
 fn a_byte_order_mark_does_not_matter() {
     let events = "\u{FEFF}{\"clips\":[]}";
     assert!(EventsFile::parse(events.as_bytes()).is_ok());
+    let folder = folder(&[("events.json", events)]);
+    let path = folder.path().join("events.json");
+    assert_eq!(EventsFile::read(&path).unwrap(), EventsFile::default());
     let attacks =
         "\u{FEFF}{\"attacks\":[{\"spheres\":[[{\"t\":1,\"center\":[0,1,0],\"radius\":0.1}]]}]}";
     assert!(AttackFile::parse(attacks.as_bytes()).is_ok());

@@ -2,6 +2,7 @@
 
 use thiserror::Error;
 
+use super::shortened;
 use crate::json::JsonError;
 
 /// Reason why events cannot be used. Events are counted from 0, in the order of the file.
@@ -15,6 +16,17 @@ pub enum EventsError {
     NoClip {
         /// Name of the clip's file, as written.
         file: String,
+    },
+    /// The name stands for several clips.
+    #[error(
+        "events for \"{file}\", which may be any of the clips {}",
+        shortened(clips)
+    )]
+    SeveralClips {
+        /// Name of the clip's file, as written.
+        file: String,
+        /// Names of these clips.
+        clips: Vec<String>,
     },
     /// The skeleton has no joint of this name.
     #[error("\"{file}\", event {event}: the skeleton has no joint \"{joint}\"")]
