@@ -132,7 +132,7 @@ pub fn read_clips(
         Some(path) => EventsFile::read(path)?,
         None => EventsFile::default(),
     };
-    labels.forget(&names);
+    labels.forget(&names, &set.clips);
     own.retain(|own| !own.events.is_empty() && !labels.names(&own.file));
     labels.clips.append(&mut own);
     let resolved = labels

@@ -113,9 +113,15 @@ impl EventsFile {
         Ok(())
     }
 
-    /// Removes the events of clips of these names.
-    pub(super) fn forget(&mut self, clips: &[String]) {
-        self.clips.retain(|entry| !clips.iter().any(|clip| entry.is_of(clip)));
+    /// Removes the events of all animations of these files, but those of the clips that were read.
+    pub(super) fn forget(&mut self, files: &[String], read: &[Clip]) {
+        self.clips.retain(|entry| {
+            let is_of_file = |file: &String| {
+                let name = without_folder(&entry.file);
+                name == file || &name[..file_length(name)] == file
+            };
+            read.iter().any(|clip| entry.is_of(clip.name())) || !files.iter().any(is_of_file)
+        });
     }
 
     /// Whether the file has events for a clip.

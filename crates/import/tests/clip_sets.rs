@@ -2,7 +2,8 @@
 //! Sets that cannot be interpreted cause a warning.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
-use std::path::PathBuf;
+use std::fs::File;
+use std::path::{Path, PathBuf};
 
 use glam::{Quat, Vec3};
 use sabaki::anim::{Clip, ClipDesc, Joint, JointId, JointKind, JointTransform, Pose, Skeleton};
@@ -374,4 +375,90 @@ fn the_largest_group_is_read_and_the_rest_is_left_out() {
     let broken = ["c.bvh", "f.bvh"].map(|name| folder.path().join(name));
     let refused = read_clips(&broken, None, &options).unwrap_err();
     assert!(matches!(refused, ReadError::Files { files: 2, .. }));
+}
+
+/// A glTF file with still animations of this figure, by their names, with the root at a place.
+fn write_gltf(path: &Path, skeleton: &Skeleton, animations: &[(&str, Vec3)]) {
+    let clip = |&(name, root): &(&str, Vec3)| {
+        let desc = ClipDesc {
+            name: name.into(),
+            frame_rate: 30.0,
+            roots: vec![root; 3],
+            rotations: vec![Quat::IDENTITY; 3 * skeleton.len()],
+            translations: Vec::new(),
+        };
+        Clip::new(skeleton, desc).unwrap()
+    };
+    let clips: Vec<Clip> = animations.iter().map(clip).collect();
+    gltf::write(&mut File::create(path).unwrap(), skeleton, &clips).unwrap();
+}
+
+/// An events file with an evasion for each of these names.
+fn events_for(folder: &Path, names: &[&str]) -> PathBuf {
+    let entry = |name: &&str| {
+        format!(
+            r#"{{"file": "{name}", "events": [{{"kind": "evasion", "start": 0.0, "end": 0.02}}]}}"#
+        )
+    };
+    let entries: Vec<String> = names.iter().map(entry).collect();
+    let path = folder.join("events.json");
+    std::fs::write(&path, format!("{{\"clips\": [{}]}}", entries.join(","))).unwrap();
+    path
+}
+
+#[test]
+fn events_of_the_animations_of_a_file_are_left_out_with_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let animations = [("Walk", Vec3::Y), ("a/Run", 2.0 * Vec3::Y)];
+    let fox = folder.path().join("Fox.glb");
+    write_gltf(&fox, &skeleton(&PLAIN), &animations);
+    for name in ["a.bvh", "b.bvh", "c.bvh"] {
+        std::fs::write(folder.path().join(name), bvh(&LIMBS, 0.0)).unwrap();
+    }
+    let options = ReadOptions {
+        keep_going: true,
+        ..ReadOptions::default()
+    };
+    let paths = [folder.path().to_owned()];
+    let names = ["Fox.glb:Walk", "b.bvh", "clips/Fox.glb:a/Run", "Fox.glb"];
+    let events = events_for(folder.path(), &names);
+    let set = read_clips(&paths, Some(&events), &options).unwrap();
+    assert_eq!((set.clips.len(), set.left_out.len()), (3, 1));
+    assert_eq!(set.events.len(), 1);
+    assert_eq!(set.clips[set.events[0].clip].name(), "b.bvh");
+    // Names of clips that never were are errors, as ever.
+    let events = events_for(folder.path(), &["Fix.glb:Walk"]);
+    let refused = read_clips(&paths, Some(&events), &options).unwrap_err();
+    assert!(refused.to_string().contains("no such clip"), "{refused}");
+}
+
+#[test]
+fn events_of_an_animation_that_is_read_are_kept() {
+    let folder = tempfile::tempdir().unwrap();
+    // Half as large, so that its path is doubled.
+    let whole = skeleton(&LIMBS);
+    let joints = whole.joints().iter().map(|joint| Joint {
+        offset: 0.5 * joint.offset,
+        name: joint.name.to_lowercase(),
+        ..joint.clone()
+    });
+    let half = Skeleton::new(joints.collect()).unwrap();
+    let animations = [("near", Vec3::Y), ("far", Vec3::new(600e3, 1.0, 0.0))];
+    write_gltf(&folder.path().join("half.glb"), &half, &animations);
+    for name in ["a.bvh", "b.bvh"] {
+        std::fs::write(folder.path().join(name), bvh(&LIMBS, 0.0)).unwrap();
+    }
+    let options = ReadOptions {
+        keep_going: true,
+        retarget: true,
+        ..ReadOptions::default()
+    };
+    let events = events_for(folder.path(), &["half.glb:near", "half.glb:far"]);
+    let paths = [folder.path().to_owned()];
+    let set = read_clips(&paths, Some(&events), &options).unwrap();
+    assert_eq!(set.left_out.len(), 1, "{:?}", set.left_out);
+    let names: Vec<&str> = set.clips.iter().map(Clip::name).collect();
+    assert_eq!(names, ["a.bvh", "b.bvh", "half.glb:near"]);
+    assert_eq!(set.events.len(), 1);
+    assert_eq!(set.events[0].clip, 2);
 }
