@@ -1,4 +1,4 @@
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
 
 use super::error::shortened;
@@ -307,19 +307,22 @@ fn retarget_others<'a>(
     (kept, failed)
 }
 
-/// The skeleton that most motions have; of equally frequent ones the first.
+/// The skeleton that most files have; of equally frequent ones the first.
 fn largest_group<'a>(loaded: &'a [Loaded<'_>]) -> Option<&'a Skeleton> {
-    let mut groups: Vec<(&Skeleton, usize)> = Vec::new();
+    let mut groups: Vec<(&Skeleton, HashSet<usize>)> = Vec::new();
     for one in loaded {
         let skeleton = &one.motion.skeleton;
         let mut known = groups.iter_mut();
         match known.find(|(of_group, _)| of_group.differences(skeleton).is_empty()) {
-            Some((_, count)) => *count += 1,
-            None => groups.push((skeleton, 1)),
+            Some((_, files)) => _ = files.insert(one.file),
+            None => groups.push((skeleton, HashSet::from([one.file]))),
         }
     }
     // `max_by_key` returns the last maximum.
-    let largest = groups.into_iter().rev().max_by_key(|(_, count)| *count);
+    let largest = groups
+        .into_iter()
+        .rev()
+        .max_by_key(|(_, files)| files.len());
     largest.map(|(skeleton, _)| skeleton)
 }
 

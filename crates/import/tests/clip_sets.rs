@@ -393,6 +393,34 @@ fn write_gltf(path: &Path, skeleton: &Skeleton, animations: &[(&str, Vec3)]) {
     gltf::write(&mut File::create(path).unwrap(), skeleton, &clips).unwrap();
 }
 
+#[test]
+fn the_largest_group_is_that_of_most_files() {
+    let folder = tempfile::tempdir().unwrap();
+    let animations = [
+        ("Walk", Vec3::Y),
+        ("Run", 2.0 * Vec3::Y),
+        ("Idle", 3.0 * Vec3::Y),
+    ];
+    write_gltf(&folder.path().join("a.glb"), &skeleton(&PLAIN), &animations);
+    for name in ["b.bvh", "c.bvh"] {
+        std::fs::write(folder.path().join(name), bvh(&LIMBS, 0.0)).unwrap();
+    }
+    let options = ReadOptions {
+        keep_going: true,
+        ..ReadOptions::default()
+    };
+    let read = |paths: &[PathBuf]| {
+        let set = read_clips(paths, None, &options).unwrap();
+        let names = set.clips.iter().map(|clip| clip.name().to_owned());
+        (names.collect::<Vec<_>>(), set.left_out.len())
+    };
+    let (names, left_out) = read(&[folder.path().to_owned()]);
+    assert_eq!((names, left_out), (vec!["b.bvh".into(), "c.bvh".into()], 1));
+    // Of groups of as many files the first is read.
+    let (names, left_out) = read(&["c.bvh", "a.glb"].map(|name| folder.path().join(name)));
+    assert_eq!((names, left_out), (vec!["c.bvh".into()], 1));
+}
+
 /// An events file with an evasion for each of these names.
 fn events_for(folder: &Path, names: &[&str]) -> PathBuf {
     let entry = |name: &&str| {
