@@ -169,6 +169,19 @@ fn what_lies_is_stood_up() {
 }
 
 #[test]
+fn lines_are_counted_whatever_ends_them() {
+    let (skeleton, _) = parts();
+    for end in ["\n", "\r\n", "\r"] {
+        let text = skeleton.replace('\n', end);
+        assert!(AsfFile::parse(text.as_bytes()).is_ok(), "{end:?}");
+        let text = text.replacen("direction 0 1 0", "direction 0 x 0", 1);
+        let error = AsfFile::parse(text.as_bytes()).unwrap_err().to_string();
+        let expected = "line 19: expected a number, found \"x\"";
+        assert_eq!(error, expected, "{end:?}");
+    }
+}
+
+#[test]
 fn what_is_wrong_is_named_with_its_line() {
     let (skeleton, motion) = parts();
     let damage = |from: &str, to: &str| {

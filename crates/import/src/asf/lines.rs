@@ -25,8 +25,10 @@ pub(super) fn lines(bytes: &[u8]) -> Result<impl Iterator<Item = Line<'_>>, AsfE
             .count(),
         problem: AsfProblem::NotText,
     })?;
-    let all = (1..).zip(text.split(['\n', '\r']));
-    let all = all.map(|(number, text)| Line {
+    // A line ends with LF or CR LF; of old files, with CR.
+    let of_lf = text.split('\n');
+    let all = of_lf.flat_map(|line| line.strip_suffix('\r').unwrap_or(line).split('\r'));
+    let all = (1..).zip(all).map(|(number, text)| Line {
         number,
         text: text.trim(),
     });
