@@ -48,10 +48,10 @@ pub(crate) struct FigureArgs {
     #[arg(long, requires = "prop")]
     prop_is_body: bool,
     /// Largest distance by which a mesh may stick out of its spheres, in metres.
-    #[arg(long, value_name = "METRES", default_value_t = FitSettings::default().cover)]
+    #[arg(long, value_name = "METRES", requires = "clips", default_value_t = FitSettings::default().cover)]
     fit_cover: f32,
     /// Largest distance by which the spheres may stick out of the mesh, in metres.
-    #[arg(long, value_name = "METRES", default_value_t = FitSettings::default().bulge)]
+    #[arg(long, value_name = "METRES", requires = "clips", default_value_t = FitSettings::default().bulge)]
     fit_bulge: f32,
 }
 
@@ -85,8 +85,8 @@ impl FigureArgs {
         self.body.iter_mut().chain(&mut self.prop)
     }
 
-    /// Reads the files and fits the meshes.
-    pub(crate) fn read(&self, set: &ClipSet) -> Result<Figure, Failure> {
+    /// What can be refused before the files are read.
+    pub(crate) fn check(&self) -> Result<(), Failure> {
         if self.prop.len() != self.prop_joint.len() {
             return Err(Failure::Usage(
                 "each --prop needs its --prop-joint".to_owned(),
@@ -106,6 +106,23 @@ impl FigureArgs {
                 return Err(Failure::Usage(format!("{name} {scale}: must be above 0")));
             }
         }
+        let of_mesh = [
+            ("--body-scale", self.body_scale.is_some()),
+            ("--body-pose", self.body_pose.is_some()),
+            ("--body-stand", self.body_stand),
+        ];
+        let given = of_mesh.iter().find(|(_, is_given)| *is_given);
+        match (given, &self.body) {
+            (Some((name, _)), Some(body)) if !is_mesh(body) => Err(Failure::Usage(format!(
+                "{name} is for a body mesh (.obj); {} has spheres",
+                body.display()
+            ))),
+            _ => Ok(()),
+        }
+    }
+
+    /// Reads the files and fits the meshes.
+    pub(crate) fn read(&self, set: &ClipSet) -> Result<Figure, Failure> {
         let mut figure = Figure::default();
         if let Some(path) = &self.body {
             self.read_body(path, set, &mut figure)?;
@@ -117,10 +134,7 @@ impl FigureArgs {
     }
 
     fn read_body(&self, path: &Path, set: &ClipSet, figure: &mut Figure) -> Result<(), Failure> {
-        if !path
-            .extension()
-            .is_some_and(|extension| extension.eq_ignore_ascii_case("obj"))
-        {
+        if !is_mesh(path) {
             let file = BodyFile::read(path)?;
             let names = file.check_names(&set.repeated_names);
             let body = names.and_then(|()| file.resolve(&set.skeleton));
@@ -241,6 +255,12 @@ impl FigureArgs {
     }
 }
 
+/// Whether a body is a mesh; the other files have spheres.
+fn is_mesh(path: &Path) -> bool {
+    let ending = path.extension();
+    ending.is_some_and(|ending| ending.eq_ignore_ascii_case("obj"))
+}
+
 fn unknown_joint(skeleton: &Skeleton, name: &str) -> Failure {
     let names: Vec<&str> = skeleton
         .joints()
@@ -290,7 +310,7 @@ impl Fit {
 
     fn to_json(&self) -> Value {
         json!({
-            "file": self.file,
+            "file": self.file.display().to_string(),
             "metres_per_unit": self.metres_per_unit,
             "size": self.size,
             "spacing": self.spacing,

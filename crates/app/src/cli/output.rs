@@ -96,6 +96,12 @@ pub(crate) enum Failure {
     Stopped(Box<UnfinishedBake>),
     #[error("cancelled; what is done is in {0}, and the same command goes on from it")]
     Unfinished(PathBuf),
+    /// A bake whose file could not be written.
+    #[error("{failure}; what is done is in {kept}, and the same command goes on from it", kept = kept.display())]
+    Unwritten {
+        failure: Box<Failure>,
+        kept: PathBuf,
+    },
     #[error("{0}")]
     Usage(String),
     #[error("{} of {all} shards are lacking", lacking.len())]
@@ -171,6 +177,22 @@ pub(crate) fn check_is_no_input(option: &str, out: &Path, inputs: &[&Path]) -> R
             out.display(),
             input.display()
         ))),
+    }
+}
+
+/// Refuses a file that cannot be written, before any work is done: a folder, or a file in a folder that does not exist.
+pub(crate) fn check_can_be_written(option: &str, out: &Path) -> Result<(), Failure> {
+    let wrong = |why: String| {
+        let out = out.display();
+        Err(Failure::Usage(format!("{option} {out}: {why}")))
+    };
+    if out.is_dir() {
+        return wrong("this is a folder, and not a file".to_owned());
+    }
+    match out.parent() {
+        None => wrong("this is not the name of a file".to_owned()),
+        Some(folder) if folder.as_os_str().is_empty() || folder.is_dir() => Ok(()),
+        Some(folder) => wrong(format!("there is no folder {}", folder.display())),
     }
 }
 

@@ -9,9 +9,9 @@ use plotters::coord::Shift;
 use plotters::prelude::*;
 use sabaki::archive;
 
-use super::Failure;
 pub(crate) use super::picture::INK;
 use super::picture::{Picture, embed_font};
+use super::{Failure, output};
 
 /// A part of a figure, in pixels.
 pub(crate) type Area<DB> = DrawingArea<DB, Shift>;
@@ -63,13 +63,14 @@ impl FromStr for Plot {
 }
 
 impl Plot {
-    /// Refuses `--plot -` beside `--json`, before any work is done.
+    /// Refuses `--plot -` beside `--json`, and a file that cannot be written, before any work is done.
     pub(crate) fn check(plot: Option<&Self>, as_json: bool) -> Result<(), Failure> {
         match plot {
             Some(Self::Text) if as_json => Err(Failure::Usage(
                 "--plot - and --json cannot both have stdout; --plot FILE.png can be with --json"
                     .to_owned(),
             )),
+            Some(Self::File(path, _)) => output::check_can_be_written("--plot", path),
             _ => Ok(()),
         }
     }

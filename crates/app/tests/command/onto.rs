@@ -2,14 +2,12 @@
 
 use std::fs;
 use std::path::Path;
+use std::process::Stdio;
 #[cfg(unix)]
-use std::process::{Command, Output, Stdio};
-#[cfg(unix)]
+use std::process::{Command, Output};
 use std::time::Duration;
 
-#[cfg(unix)]
-use super::run::command;
-use super::run::{clips, folder, sabaki};
+use super::run::{clips, command, folder, sabaki};
 use serde_json::{Value, json};
 
 /// A folder with copies of the clips, and the events file beside it.
@@ -250,4 +248,62 @@ fn a_bake_that_ctrl_c_stops_goes_on_where_it_was() {
         "{said}"
     );
     assert!(!at.join("other.sabaki.unfinished").exists());
+}
+
+/// Where the file is to be, a folder appears while the bake goes on.
+#[test]
+fn a_bake_whose_file_cannot_be_written_is_kept() {
+    let folder = folder();
+    let at = folder.path();
+    library(at);
+    let args = ["--clips", "clips", "--events", "events.json"];
+    let args = [&["bake"], &args[..], &["--out", "out.sabaki"]].concat();
+    let (out, unfinished) = (at.join("out.sabaki"), at.join("out.sabaki.unfinished"));
+    let mut delay = Duration::from_millis(200);
+    let kept = (0..20).any(|_| {
+        let mut bake = command(at, &args);
+        let bake = bake.stdout(Stdio::piped()).stderr(Stdio::piped());
+        let bake = bake.spawn().unwrap();
+        std::thread::sleep(delay);
+        let was_in_time = fs::create_dir_all(out.join("inside")).is_ok();
+        let output = bake.wait_with_output().unwrap();
+        let said = String::from_utf8(output.stderr).unwrap();
+        if !was_in_time {
+            fs::remove_file(&out).unwrap();
+            delay /= 2;
+            return false;
+        }
+        fs::remove_dir_all(&out).unwrap();
+        assert_eq!(output.status.code(), Some(2), "{said}");
+        delay += Duration::from_millis(50);
+        // Else it was refused before the work.
+        let words = "what is done is in out.sabaki.unfinished, and the same command goes on";
+        said.contains(words) && said.starts_with("sabaki: out.sabaki: ")
+    });
+    assert!(kept && unfinished.exists());
+    let output = command(at, &args).output().unwrap();
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert!(
+        said.contains("goes on from out.sabaki.unfinished"),
+        "{said}"
+    );
+    let (told, count) = (String::from_utf8(output.stdout).unwrap(), files(at).len());
+    let all = format!("computed of {count} of {count} clips was taken over");
+    assert!(told.contains(&all), "{told}");
+    bake(at, "whole.sabaki", &[]);
+    assert!(fs::read(out).unwrap() == fs::read(at.join("whole.sabaki")).unwrap());
+    assert!(!unfinished.exists());
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_plot_that_cannot_be_written_leaves_the_file_and_its_record() {
+    let folder = folder();
+    let at = folder.path();
+    std::os::unix::fs::symlink("/dev/full", at.join("p.png")).unwrap();
+    let (clips, events) = clips();
+    let args = ["bake", "--clips", clips, "--events", events];
+    let out = ["--out", "g.sabaki", "--plot", "p.png"];
+    sabaki(at, &[&args[..], &out].concat()).is_refused(&["p.png"]);
+    assert!(at.join("g.sabaki").exists() && at.join("g.sabaki.record").exists());
 }

@@ -3,6 +3,8 @@
 use std::fs;
 use std::path::Path;
 
+#[cfg(unix)]
+use super::run::command;
 use super::run::{clips, folder, sabaki};
 use serde_json::Value;
 
@@ -311,5 +313,43 @@ fn the_script_for_slurm_names_all_steps() {
     ] {
         assert!(script.contains(words), "{words} in\n{script}");
     }
+    let document = sabaki(at, &[&["--json"], &args[..]].concat()).json(0);
+    assert_eq!(document["script"], script);
     assert!(!at.join("plan/submit.sh").exists());
+    #[cfg(unix)]
+    {
+        let name: &std::ffi::OsStr = std::os::unix::ffi::OsStrExt::from_bytes(b"pl\xffn");
+        fs::rename(at.join("plan"), at.join(name)).unwrap();
+        let submit = ["bake", "submit", "--out", "g", "--slurm", "--print"];
+        let told = command(at, &submit).arg(name).output().unwrap();
+        let said = String::from_utf8(told.stderr).unwrap();
+        assert_eq!(told.status.code(), Some(2), "{said}");
+        assert!(said.contains("this name is not UTF-8"), "{said}");
+    }
+}
+
+#[test]
+fn a_plan_names_the_files_that_it_leaves_out() {
+    let folder = folder();
+    let at = folder.path();
+    fs::write(at.join("broken.bvh"), "HIERARCHY\n").unwrap();
+    let args = [
+        "bake",
+        "plan",
+        "--clips",
+        clips().0,
+        "broken.bvh",
+        "--shards",
+        "1",
+        "--out",
+        "plan",
+    ];
+    sabaki(at, &args).is_refused(&["broken.bvh"]);
+    let kept = [&args[..], &["--keep-going"]].concat();
+    let told = sabaki(at, &kept).is(3).stdout;
+    assert!(told.contains("left out: broken.bvh"), "{told}");
+    let document = sabaki(at, &[&kept[..], &["--json"]].concat()).json(3);
+    let left_out = document["left_out"].as_array().unwrap();
+    assert_eq!(left_out.len(), 1, "{document}");
+    assert!(document["warnings"].is_array());
 }

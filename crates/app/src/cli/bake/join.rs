@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Parser;
+use sabaki::archive;
 
 use super::super::source::{self, ClipArgs};
 use super::super::{Cli, Command, Done, Failure, output};
@@ -20,6 +21,7 @@ pub(crate) struct Args {
 }
 
 pub(super) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
+    output::check_can_be_written("--out", &args.out)?;
     let bake = SharedBake::open(&args.folder)?;
     let clips = planned_clips(&bake)?;
     output::check_is_no_input("--out", &args.out, &clips.files())?;
@@ -31,6 +33,7 @@ pub(super) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
             bake.transitions(builder)
         })?,
     };
+    archive::write(&args.out, &baked.graph)?;
     Report {
         baked: &baked,
         out: &args.out,

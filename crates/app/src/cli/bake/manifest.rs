@@ -112,6 +112,26 @@ impl Manifest {
         }
     }
 
+    /// The contents of `plan.json`.
+    ///
+    /// # Errors
+    /// A path that is not UTF-8, which JSON cannot hold.
+    pub(super) fn to_json(&self) -> Result<serde_json::Value, Failure> {
+        let mut paths = { self.inputs.iter() }
+            .map(|input| &input.path)
+            .chain([&self.folder]);
+        serde_json::to_value(self).map_err(|error| {
+            let path = paths.find(|path| path.to_str().is_none());
+            Failure::Usage(match path {
+                Some(path) => format!(
+                    "{}: this name is not UTF-8, and plan.json cannot hold it",
+                    path.display()
+                ),
+                None => error.to_string(),
+            })
+        })
+    }
+
     /// Checks that no input has changed since the plan was made.
     pub(super) fn check_inputs(&self) -> Result<(), Failure> {
         for input in &self.inputs {

@@ -81,7 +81,8 @@ pub(crate) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
     }
 }
 
-fn in_one_process(args: &Args, out: &Path, as_json: bool) -> Result<Done, Failure> {
+/// What can be refused before any work is done.
+fn check(args: &Args, out: &Path, as_json: bool) -> Result<(), Failure> {
     if args.clips.clips.is_empty() {
         return Err(Failure::Usage(
             "bake needs --clips: BVH or glTF files, or folders of them".to_owned(),
@@ -89,6 +90,11 @@ fn in_one_process(args: &Args, out: &Path, as_json: bool) -> Result<Done, Failur
     }
     Plot::check(args.plot.as_ref(), as_json)?;
     output::check_is_no_input("--out", out, &args.clips.files())?;
+    output::check_can_be_written("--out", out)
+}
+
+fn in_one_process(args: &Args, out: &Path, as_json: bool) -> Result<Done, Failure> {
+    check(args, out, as_json)?;
     let (onto, why) = match &args.onto {
         Some(onto) => {
             check_is_there(onto)?;
@@ -102,26 +108,29 @@ fn in_one_process(args: &Args, out: &Path, as_json: bool) -> Result<Done, Failur
     let matched = |clips: &[usize]| unfinished.tell(clips);
     let baked = source::from_clips_onto(&args.clips, earlier, matched);
     let mut baked = baked.map_err(|failure| match failure {
-        // A pipe has no neighbour.
-        Failure::Stopped(bake) if !out.exists() || out.is_file() => unfinished.keep(&bake),
+        Failure::Stopped(bake) if has_neighbours(out) => unfinished.keep(&bake),
         failure => failure,
     })?;
     if let Some(made) = &mut baked.made {
         made.warnings.extend(why);
     }
+    if let Err(error) = archive::write(out, &baked.graph) {
+        return Err(match baked.made {
+            Some(made) if has_neighbours(out) => unfinished.keep_whole(made.record, error.into()),
+            _ => error.into(),
+        });
+    }
+    let records = !args.no_record && out.is_file();
+    let made = baked.made.as_ref().filter(|_| records);
+    let record = made.map(|made| made.record.write(out)).transpose()?;
+    unfinished.remove();
     let report = Report {
         baked: &baked,
         out,
         as_json,
     };
     let mut done = report.done(&args.clips, args.plot.as_ref())?;
-    unfinished.remove();
-    let records = !args.no_record && out.is_file();
-    let Some(made) = baked.made.as_ref().filter(|_| records) else {
-        return Ok(done);
-    };
-    let (path, bytes) = made.record.write(out)?;
-    if !as_json {
+    if let (Some((path, bytes)), false) = (record, as_json) {
         let megabytes = bytes as f64 * 1e-6;
         done.text += &format!(
             "wrote {}, {megabytes:.1} MB, for bake --onto\n",
@@ -129,6 +138,11 @@ fn in_one_process(args: &Args, out: &Path, as_json: bool) -> Result<Done, Failur
         );
     }
     Ok(done)
+}
+
+/// Whether other files can lie beside a file to write. A pipe has no neighbour.
+fn has_neighbours(out: &Path) -> bool {
+    !out.exists() || out.is_file() || out.is_dir()
 }
 
 /// Checks that a file can be opened.
@@ -141,7 +155,7 @@ fn check_is_there(path: &Path) -> Result<(), Failure> {
         })
 }
 
-/// A finished bake, which is written and described.
+/// A finished bake, which is described.
 struct Report<'a> {
     baked: &'a source::Baked,
     out: &'a Path,
@@ -151,7 +165,6 @@ struct Report<'a> {
 impl Report<'_> {
     fn done(&self, clips: &source::ClipArgs, plot: Option<&Plot>) -> Result<Done, Failure> {
         let Self { baked, out, .. } = *self;
-        archive::write(out, &baked.graph)?;
         let meter = QualityMeter::new(&baked.graph);
         let (of_clips, composed) = (meter.clips(), meter.answers(ANSWERS, 1));
         let (graph, threshold) = (baked.graph.graph(), clips.threshold);
@@ -165,7 +178,7 @@ impl Report<'_> {
             .is_some_and(|made| !made.left_out.is_empty());
         let text = if self.as_json {
             let mut document = source::statistics(baked);
-            document["out"] = json!(out);
+            document["out"] = json!(out.display().to_string());
             document["quality"] = quality::document(&of_clips, &composed);
             Done::json(&document)
         } else {

@@ -58,27 +58,38 @@ pub(super) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
         pairs.iter().max().copied().unwrap_or(0),
     );
     let clips = builder.clouds().len();
-    if as_json {
+    let (left_out, notes) = (input.left_out(), input.notes());
+    let text = if as_json {
         let read: Vec<usize> = (0..shards)
             .map(|shard| bake.clips_of(shard).len())
             .collect();
-        return Ok(Done::ok(Done::json(&json!({
-            "out": args.out, "clips": clips, "shards": shards, "window_pairs": pairs, "clips_read": read,
-        }))));
-    }
-    Ok(Done::ok(format!(
-        "{clips} clips; {shards} shards of {:.1} to {:.1} million window pairs\n\
-         compute each:   {}\n\
+        Done::json(&json!({
+            "out": args.out.display().to_string(), "clips": clips, "shards": shards, "window_pairs": pairs, "clips_read": read,
+            "left_out": left_out, "warnings": notes,
+        }))
+    } else {
+        let shards_text = format!(
+            "{clips} clips; {shards} shards of {:.1} to {:.1} million window pairs\n",
+            least as f64 * 1e-6,
+            most as f64 * 1e-6,
+        );
+        shards_text + &next_commands(args, shards) + &source::left_out_and_notes(left_out, &notes)
+    };
+    Ok(Done {
+        incomplete: !left_out.is_empty(),
+        ..Done::ok(text)
+    })
+}
+
+/// What to run after the plan is made.
+fn next_commands(args: &Args, shards: usize) -> String {
+    let shard = format!("0 (to {})", shards - 1);
+    format!(
+        "compute each:   {}\n\
          then join them: {}\n\
          or, to share the tests of entries before that: {}\n",
-        least as f64 * 1e-6,
-        most as f64 * 1e-6,
-        command(
-            &["bake", "shard"],
-            &args.out,
-            &[&format!("0 (to {})", shards - 1)]
-        ),
+        command(&["bake", "shard"], &args.out, &[&shard]),
         command(&["bake", "join"], &args.out, &["--out", "FILE"]),
         command(&["bake", "graph"], &args.out, &[]),
-    )))
+    )
 }

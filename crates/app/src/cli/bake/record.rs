@@ -102,6 +102,22 @@ impl UnfinishedFile {
         }
     }
 
+    /// Keeps the whole of a bake whose file could not be written. Returns the error of the command.
+    pub(crate) fn keep_whole(&self, record: BakeRecord, failure: Failure) -> Failure {
+        let bake = UnfinishedBake {
+            record,
+            reached: (u8::MAX, u64::MAX),
+        };
+        match self.keep(&bake) {
+            Failure::Unfinished(kept) => Failure::Unwritten {
+                failure: Box::new(failure),
+                kept,
+            },
+            // The disk may be full: the first error is the one to tell.
+            _ => failure,
+        }
+    }
+
     /// Removes the file after the bake is finished.
     pub(crate) fn remove(&self) {
         // Mostly there is none.

@@ -56,11 +56,11 @@ impl SharedBake {
     ) -> Result<Self, Failure> {
         let mut manifest = Manifest::new(input, builder)?;
         manifest.shards = manifest.shards.clamp(1, builder.bands().count().max(1));
+        let bytes = output::Done::json(&manifest.to_json()?).into_bytes();
         for part in ["clips", "shards"] {
             let path = folder.join(part);
             std::fs::create_dir_all(&path).map_err(|source| Failure::Write { path, source })?;
         }
-        let bytes = output::Done::json(&serde_json::json!(manifest)).into_bytes();
         let bake = Self::new(folder, manifest, &bytes);
         for (clip, cloud) in builder.clouds().iter().enumerate() {
             sealed::write(&bake.points_file(clip), POINTS, &sealed::encode(cloud)?)?;

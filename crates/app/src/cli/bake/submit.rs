@@ -34,7 +34,10 @@ pub(super) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
     let bake = SharedBake::open(&args.folder)?;
     let script = script(args, bake.shards())?;
     if args.print {
-        return Ok(Done::ok(script));
+        return Ok(Done::ok(match as_json {
+            true => Done::json(&json!({ "script": script })),
+            false => script,
+        }));
     }
     let logs = args.folder.join("logs");
     std::fs::create_dir_all(&logs).map_err(|source| Failure::Write { path: logs, source })?;
@@ -64,7 +67,7 @@ pub(super) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
     };
     Ok(Done::ok(match as_json {
         true => Done::json(&json!({
-            "shards_job": shards, "graph_job": graph, "entries_job": entries, "join_job": join, "script": path,
+            "shards_job": shards, "graph_job": graph, "entries_job": entries, "join_job": join, "script": path.display().to_string(),
         })),
         false => format!(
             "job {shards}: {count} shards; job {graph}: the graph; job {entries}: its entries in {count} shares; job {join}: the join, which writes {}\n",
@@ -74,6 +77,15 @@ pub(super) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
     }))
 }
 
+/// A path as text of a script.
+fn in_script(path: &Path) -> Result<String, Failure> {
+    let refused = || {
+        let what = "this name is not UTF-8, and the script cannot hold it";
+        Failure::Usage(format!("{}: {what}", path.display()))
+    };
+    path.to_str().map(str::to_owned).ok_or_else(refused)
+}
+
 /// The script that submits all jobs and prints their numbers.
 fn script(args: &Args, shards: usize) -> Result<String, Failure> {
     let absolute = |path: &Path| {
@@ -81,11 +93,11 @@ fn script(args: &Args, shards: usize) -> Result<String, Failure> {
             path: path.to_owned(),
             source,
         })?;
-        Ok::<_, Failure>(found.display().to_string())
+        in_script(&found)
     };
     let program = std::env::current_exe()
         .map_err(|error| Failure::Usage(format!("the path of this program is unknown: {error}")))?;
-    let program = quoted(&program.display().to_string());
+    let program = quoted(&in_script(&program)?);
     let folder = absolute(&args.folder)?;
     let out = quoted(&absolute(&args.out)?);
     let log = |name: &str| quoted(&format!("{folder}/logs/{name}"));

@@ -16,20 +16,33 @@ pub(crate) struct ReadArgs {
     /// Metres per unit of the files. Default: derived from the skeleton's height (glTF: 1).
     #[arg(long, value_name = "METRES")]
     scale: Option<f64>,
-    /// Up axis of the files: x, y or z.
-    #[arg(long, value_name = "AXIS", default_value = "y")]
-    up: sabaki_import::Up,
-    /// Frame rate of AMC files, which do not contain it, in frames per second.
-    #[arg(long, value_name = "HZ", default_value_t = sabaki_import::asf::AmcFile::USUAL_RATE)]
-    amc_rate: f64,
+    /// Up axis of the files: x, y or z [default: y].
+    #[arg(long, value_name = "AXIS")]
+    up: Option<sabaki_import::Up>,
+    /// Frame rate of AMC files, which do not contain it, in frames per second [default: 120].
+    #[arg(long, value_name = "HZ")]
+    amc_rate: Option<f64>,
 }
 
 impl ReadArgs {
+    /// Refuses these options where no file is read for which they matter.
+    pub(crate) fn check_unused(&self, needed: &str) -> Result<(), Failure> {
+        let options = [
+            ("--scale", self.scale.is_some()),
+            ("--up", self.up.is_some()),
+            ("--amc-rate", self.amc_rate.is_some()),
+        ];
+        match options.iter().find(|(_, is_given)| *is_given) {
+            Some((option, _)) => Err(Failure::Usage(format!("{option} needs {needed}"))),
+            None => Ok(()),
+        }
+    }
+
     pub(crate) fn options(&self) -> sabaki_import::ReadOptions {
         sabaki_import::ReadOptions {
             scale: self.scale,
-            up: self.up,
-            amc_rate: Some(self.amc_rate),
+            up: self.up.unwrap_or_default(),
+            amc_rate: self.amc_rate,
             keep_going: false,
             retarget: false,
         }

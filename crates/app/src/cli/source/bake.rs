@@ -51,6 +51,7 @@ impl BakeInput {
     }
 
     pub(crate) fn read(args: &ClipArgs) -> Result<Self, Failure> {
+        args.figure.check()?;
         let options = sabaki_import::ReadOptions {
             keep_going: args.keep_going,
             retarget: args.retarget,
@@ -67,6 +68,17 @@ impl BakeInput {
             figure,
             settings: args.graph_settings(),
         })
+    }
+
+    /// Files that were left out, with the reasons.
+    pub(crate) fn left_out(&self) -> &[String] {
+        &self.set.left_out
+    }
+
+    /// What is doubtful in the clips, the body and the props.
+    pub(crate) fn notes(&self) -> Vec<String> {
+        let of_clips = self.set.warnings.iter();
+        of_clips.chain(&self.figure.warnings).cloned().collect()
     }
 
     pub(crate) fn graph_settings(&self) -> GraphSettings {
@@ -154,9 +166,7 @@ fn bake_clips(
     let input = BakeInput::read(args)?;
     let mut baked = bake(input.bake(args)).map_err(|failure| within(args, failure))?;
     if let Some(made) = &mut baked.made {
-        let of_figure = input.figure.warnings.iter().cloned();
-        made.warnings
-            .splice(..0, input.set.warnings.into_iter().chain(of_figure));
+        made.warnings.splice(..0, input.notes());
         made.figure = input.figure;
         made.left_out = input.set.left_out;
         made.seconds = started.elapsed().as_secs_f64();

@@ -12,7 +12,7 @@ pub(crate) use bake::{
 };
 pub(crate) use bake_bar::BakeBar;
 pub(crate) use embedded::embedded_anew;
-pub(crate) use statistics::{describe, statistics};
+pub(crate) use statistics::{describe, left_out_and_notes, statistics};
 
 use std::path::{Path, PathBuf};
 
@@ -35,6 +35,23 @@ pub(crate) struct GraphArgs {
 }
 
 impl GraphArgs {
+    /// All files and folders that are read.
+    pub(crate) fn files(&self) -> Vec<&Path> {
+        let baked = self.baked.iter().map(PathBuf::as_path);
+        baked.chain(self.clips.files()).collect()
+    }
+
+    /// Refuses a graph that is given where none is read.
+    pub(crate) fn check_unused(&self, by: &str) -> Result<(), Failure> {
+        match self.files().first() {
+            Some(path) => Err(Failure::Usage(format!(
+                "{by} takes no graph and no clips ({})",
+                path.display()
+            ))),
+            None => self.clips.read.check_unused("--clips"),
+        }
+    }
+
     /// Loads or builds the graph, and prepares it, so that no query that is measured or seen computes what later ones use.
     pub(crate) fn load(&self) -> Result<Baked, Failure> {
         let baked = self.load_unprepared()?;
@@ -44,6 +61,9 @@ impl GraphArgs {
 
     /// Loads or builds the graph for a command that asks no query.
     pub(crate) fn load_unprepared(&self) -> Result<Baked, Failure> {
+        if self.clips.clips.is_empty() {
+            self.clips.read.check_unused("--clips")?;
+        }
         match (&self.baked, self.clips.clips.is_empty()) {
             (_, true) if self.clips.events.is_some() => {
                 Err(Failure::Usage("--events needs --clips".to_owned()))

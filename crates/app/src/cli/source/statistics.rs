@@ -151,12 +151,14 @@ pub(crate) fn describe(baked: &Baked) -> String {
             made.seconds,
             baked.graph.atlas().bytes() as f64 * 1e-6
         ));
-        for file in &made.left_out {
-            line(format!("left out: {file}"));
-        }
-        for warning in &made.warnings {
-            line(format!("note: {warning}"));
-        }
+        text.push_str(&left_out_and_notes(&made.left_out, &made.warnings));
     }
     text
+}
+
+/// Files that were left out, and what is doubtful, a line for each.
+pub(crate) fn left_out_and_notes(left_out: &[String], notes: &[String]) -> String {
+    let left_out = left_out.iter().map(|file| format!("left out: {file}\n"));
+    let notes = notes.iter().map(|note| format!("note: {note}\n"));
+    left_out.chain(notes).collect()
 }
