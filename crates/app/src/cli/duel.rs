@@ -54,7 +54,7 @@ struct BuiltGrid {
 }
 
 pub(crate) fn run(args: &Args, device: &DeviceArgs, as_json: bool) -> Result<Done, Failure> {
-    args.film.check()?;
+    args.film.check(args.rounds)?;
     let settings = args.settings()?;
     let baked = args.graph.load()?;
     let built = build_grid(&baked.graph, args.threads as usize);

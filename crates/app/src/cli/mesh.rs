@@ -39,6 +39,25 @@ pub(crate) struct Wardrobe {
 const BLUE: Vec3 = Vec3::new(0.35, 0.5, 1.0);
 
 impl MeshArgs {
+    /// What can be refused before the graph is read.
+    pub(crate) fn check(&self) -> Result<(), Failure> {
+        match (&self.mesh, &self.map) {
+            (Some(mesh), Some(map)) if mesh.as_os_str() == BODY || mesh.as_os_str() == CAPSULES => {
+                Err(Failure::Usage(format!(
+                    "--map {}: it is for the mesh of a file; --mesh is {}",
+                    map.display(),
+                    mesh.display()
+                )))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// Whether a mesh was asked for.
+    pub(crate) fn is_given(&self) -> bool {
+        self.mesh.is_some()
+    }
+
     /// Reads or makes the mesh and binds it to a skeleton. `None` for capsules.
     pub(crate) fn load(
         &self,

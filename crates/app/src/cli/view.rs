@@ -137,6 +137,7 @@ impl From<WindowError> for Failure {
 }
 
 pub(crate) fn run(args: &Args, device: &DeviceArgs, as_json: bool) -> Result<Done, Failure> {
+    args.mesh.check()?;
     cancel::listen();
     let display = Display {
         args,

@@ -1,6 +1,6 @@
 use png::{BitDepth, BlendOp, ColorType, Compression, DisposeOp, Encoder};
 
-use super::{Film, FilmError};
+use super::{Delay, FilmError};
 
 /// Encodes a PNG file. `pixels`: red, green and blue (sRGB), row by row from the upper left.
 ///
@@ -19,18 +19,23 @@ pub fn png([width, height]: [u32; 2], pixels: &[u8]) -> Result<Vec<u8>, FilmErro
 }
 
 /// Each picture is stored whole.
-pub(super) fn encode(film: &Film) -> Result<Vec<u8>, FilmError> {
+pub(super) fn encode(
+    [width, height]: [u32; 2],
+    delay: Delay,
+    pictures: &[Vec<u8>],
+) -> Result<Vec<u8>, FilmError> {
+    let (numerator, denominator) = delay.fraction();
     let mut bytes = Vec::new();
-    let mut encoder = Encoder::new(&mut bytes, film.size[0], film.size[1]);
+    let mut encoder = Encoder::new(&mut bytes, width, height);
     encoder.set_color(ColorType::Rgb);
     encoder.set_depth(BitDepth::Eight);
     encoder.set_compression(Compression::High);
-    encoder.set_animated(film.pictures.len() as u32, 0)?;
-    encoder.set_frame_delay(film.delay, 100)?;
+    encoder.set_animated(pictures.len() as u32, 0)?;
+    encoder.set_frame_delay(numerator, denominator)?;
     encoder.set_blend_op(BlendOp::Source)?;
     encoder.set_dispose_op(DisposeOp::None)?;
     let mut writer = encoder.write_header()?;
-    for picture in &film.pictures {
+    for picture in pictures {
         writer.write_image_data(picture)?;
     }
     writer.finish()?;

@@ -1,22 +1,26 @@
 use gif::{DisposalMethod, Encoder, Frame, Repeat};
 
 use super::palette::{COLOURS, Palette};
-use super::{Film, FilmError};
+use super::{Delay, FilmError};
 
 /// Palette index of pixels that do not change.
 const STAYS: u8 = COLOURS as u8;
 
 /// Stores of each picture only the rectangle with changes, and in it only the pixels that change.
-pub(super) fn encode(film: &Film) -> Result<Vec<u8>, FilmError> {
-    let [width, height] = film.size.map(|side| side as usize);
-    let mut palette = Palette::of(film);
+pub(super) fn encode(
+    size: [u16; 2],
+    delay: Delay,
+    pictures: &[Vec<u8>],
+) -> Result<Vec<u8>, FilmError> {
+    let [width, height] = size.map(usize::from);
+    let mut palette = Palette::of(pictures);
     let mut colours = palette.colours();
     colours.resize(3 * (COLOURS + 1), 0);
     let mut bytes = Vec::new();
-    let mut encoder = Encoder::new(&mut bytes, width as u16, height as u16, &colours)?;
+    let mut encoder = Encoder::new(&mut bytes, size[0], size[1], &colours)?;
     encoder.set_repeat(Repeat::Infinite)?;
     let mut before: Option<Vec<u8>> = None;
-    for picture in &film.pictures {
+    for (index, picture) in pictures.iter().enumerate() {
         let places = palette.places(picture, width);
         let changed = match &before {
             None => Area::whole(width, height),
@@ -33,7 +37,7 @@ pub(super) fn encode(film: &Film) -> Result<Vec<u8>, FilmError> {
             }));
         }
         encoder.write_frame(&Frame {
-            delay: film.delay,
+            delay: delay.hundredths(index),
             dispose: DisposalMethod::Keep,
             transparent: before.as_ref().map(|_| STAYS),
             left: changed.left as u16,

@@ -1,20 +1,22 @@
 //! Films as animated GIF or APNG, and pictures as PNG.
 
 mod apng;
+mod delay;
 mod gif;
 mod palette;
 
 use thiserror::Error;
 
 pub use apng::png;
+pub use delay::Delay;
 
 /// A sequence of pictures of one size.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Film {
+pub struct Film<D = u16> {
     /// Width and height, in pixels.
     pub size: [u32; 2],
-    /// Time that each picture is shown, in hundredths of a second.
-    pub delay: u16,
+    /// Time that each picture is shown: a [`Delay`], or a number of hundredths of a second.
+    pub delay: D,
     /// Pixels of each picture: red, green and blue (sRGB), row by row from the upper left.
     pub pictures: Vec<Vec<u8>>,
 }
@@ -46,14 +48,15 @@ pub enum FilmError {
     Gif(#[from] ::gif::EncodingError),
 }
 
-impl Film {
+impl<D: Copy + Into<Delay>> Film<D> {
     /// Encodes an animated GIF that repeats for ever. Equal films give equal bytes.
     ///
     /// # Errors
     /// The film has no pictures, or pictures of another size.
     pub fn gif(&self) -> Result<Vec<u8>, FilmError> {
         self.check()?;
-        gif::encode(self)
+        let [width, height] = self.size.map(|side| side as u16);
+        gif::encode([width, height], self.delay.into(), &self.pictures)
     }
 
     /// Encodes an animated PNG that repeats for ever, without loss.
@@ -62,7 +65,7 @@ impl Film {
     /// The film has no pictures, or pictures of another size.
     pub fn apng(&self) -> Result<Vec<u8>, FilmError> {
         self.check()?;
-        apng::encode(self)
+        apng::encode(self.size, self.delay.into(), &self.pictures)
     }
 
     fn check(&self) -> Result<(), FilmError> {

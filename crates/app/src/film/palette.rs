@@ -7,8 +7,6 @@ use std::collections::BTreeMap;
 
 use color_quant::NeuQuant;
 
-use super::Film;
-
 /// Number of colours. One more index marks pixels that do not change.
 pub(super) const COLOURS: usize = 255;
 
@@ -31,11 +29,11 @@ const UNKNOWN: u16 = u16::MAX;
 
 impl Palette {
     /// Fits the palette to a film. A colour counts by the square root of its pixels, so that small areas get colours, too.
-    pub(super) fn of(film: &Film) -> Self {
+    pub(super) fn of(pictures: &[Vec<u8>]) -> Self {
         let mut counts: BTreeMap<[u8; 3], u32> = BTreeMap::new();
         let keep = !((1u8 << (8 - BITS)) - 1);
-        let step = (film.pictures.len() / 24).max(1);
-        for picture in film.pictures.iter().step_by(step) {
+        let step = (pictures.len() / 24).max(1);
+        for picture in pictures.iter().step_by(step) {
             for pixel in picture.chunks_exact(3) {
                 let colour = [pixel[0] & keep, pixel[1] & keep, pixel[2] & keep];
                 *counts.entry(colour).or_default() += 1;

@@ -62,6 +62,17 @@ fn a_duel_that_cannot_be_fought_says_why() {
     assert_eq!(none.code, 2);
     let apart = sabaki(folder.path(), &["duel", baked(), "--apart", "nan"]);
     apart.is_refused(&["--apart NaN"]);
+    // What is wrong with the film is said before the graph is looked for.
+    let film = |more: &[&str], words: &[&str]| {
+        let args = [&["duel", "no_such.sabaki", "--rounds", "2"], more].concat();
+        sabaki(folder.path(), &args).is_refused(words);
+    };
+    film(
+        &["--out", "a.gif", "--from", "3"],
+        &["--from 3", "--rounds is 2"],
+    );
+    film(&["--out", "no/a.gif"], &["--out no/a.gif", "no folder no"]);
+    film(&["--mesh", "capsules"], &["--mesh needs --out"]);
     // There is no walk in these clips, so the characters do not approach.
     let far = sabaki(folder.path(), &["duel", baked(), "--rounds", "1"]).is(1);
     assert!(

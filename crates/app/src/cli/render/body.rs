@@ -3,7 +3,7 @@
 use sabaki::anim::{JointTransform, Pose, Skeleton, forward_kinematics};
 use sabaki::internal::Limbs;
 use sabaki::math::Sphere;
-use sabaki_app::film::Film;
+use sabaki_app::film::{Delay, Film};
 use sabaki_draw::StageDesc;
 use sabaki_draw::scene::{Camera, Light, Orbit, Shot, SkinnedBody, standing_pose};
 
@@ -81,7 +81,7 @@ pub(super) fn run(args: &Args, kind: Kind, device: &DeviceArgs) -> Result<Writte
     drop(canvas);
     let film = Film {
         size: whole,
-        delay: 0,
+        delay: Delay::default(),
         pictures: vec![sheet.into_pixels()],
     };
     Ok(Written {

@@ -6,7 +6,7 @@ use std::time::Instant;
 use sabaki::graph::GraphError;
 use sabaki::maps::Body;
 use sabaki_app::demo::{self, Motions};
-use sabaki_app::film::Film;
+use sabaki_app::film::{Delay, Film};
 use sabaki_app::percentile::percentile;
 use sabaki_draw::StageDesc;
 use sabaki_draw::scene::{Crowd, FormationSettings, Performer};
@@ -14,7 +14,7 @@ use serde_json::json;
 
 use super::canvas::Canvas;
 use super::file::{self, Kind};
-use super::{Args, Written, text_height};
+use super::{Args, Written, first_given, text_height};
 use crate::cli::culling::DeviceArgs;
 use crate::cli::mesh::Wardrobe;
 use crate::cli::picture::{Picture, TextLook};
@@ -25,12 +25,12 @@ use crate::cli::{Failure, cancel, output};
 #[derive(Clone, Debug, clap::Args)]
 #[command(next_help_heading = "Crowd")]
 pub(crate) struct CrowdArgs {
-    /// Number of characters in the crowd.
-    #[arg(long, value_name = "N", default_value_t = 10_000, value_parser = clap::value_parser!(u32).range(1..=200_000))]
-    count: u32,
-    /// Motion of the crowd: one of the embedded clips.
-    #[arg(long, value_name = "CLIP", default_value = "front_kick")]
-    motion: String,
+    /// Number of characters in the crowd [default: 10000].
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=200_000))]
+    count: Option<u32>,
+    /// Motion of the crowd: one of the embedded clips [default: front_kick].
+    #[arg(long, value_name = "CLIP")]
+    motion: Option<String>,
     /// Draws all characters with all joints.
     #[arg(long)]
     no_levels: bool,
@@ -52,21 +52,21 @@ pub(super) fn run(args: &Args, kind: Kind, device: &DeviceArgs) -> Result<Writte
             .as_ref()
             .map_or(&[], |wardrobe| &wardrobe.outfit.meshes),
         shadow_side: 4096,
-        max_members: args.crowd.count,
+        max_members: args.crowd.count(),
         max_crowd_lines: crowd.most_lines() as u32,
         max_parts: crowd.parts() as u32,
         ..StageDesc::default()
     };
     let mut canvas = Canvas::new(device, args.size, &desc)?;
     let pictures = match kind.is_film() {
-        true => (crowd.period() * args.rate as f32).round().max(1.0) as u32,
+        true => (crowd.period() * f32::from(args.rate)).round().max(1.0) as u32,
         false => 1,
     };
     let step = crowd.period() / pictures as f32;
     let bar = output::progress("drawing", u64::from(pictures));
     let mut film = Film {
         size: args.size,
-        delay: (100.0 * step).round() as u16,
+        delay: Delay::of_seconds(step),
         pictures: Vec::new(),
     };
     let mut times = Times::default();
@@ -107,18 +107,30 @@ pub(super) fn run(args: &Args, kind: Kind, device: &DeviceArgs) -> Result<Writte
 }
 
 impl CrowdArgs {
+    /// The first option of the crowd that is given.
+    pub(super) fn given(&self) -> Option<&'static str> {
+        let options = [
+            ("--count", self.count.is_some()),
+            ("--motion", self.motion.is_some()),
+            ("--no-levels", self.no_levels),
+            ("--levels", self.levels),
+        ];
+        first_given(&options)
+    }
+
+    fn count(&self) -> u32 {
+        self.count.unwrap_or(10_000)
+    }
+
     fn formation(&self, motions: &Motions, wardrobe: Option<&Wardrobe>) -> Result<Crowd, Failure> {
-        let clip = motions.clips.iter().find(|clip| clip.name() == self.motion);
+        let name = self.motion.as_deref().unwrap_or("front_kick");
+        let clip = motions.clips.iter().find(|clip| clip.name() == name);
         let clip = clip.ok_or_else(|| {
             let names: Vec<_> = motions.clips.iter().map(|clip| clip.name()).collect();
-            usage(format!(
-                "no motion {:?} among {}",
-                self.motion,
-                names.join(", ")
-            ))
+            usage(format!("no motion {name:?} among {}", names.join(", ")))
         })?;
         let settings = FormationSettings {
-            count: self.count,
+            count: self.count(),
             ..FormationSettings::default()
         };
         let body = Body::from_bones(&motions.skeleton);

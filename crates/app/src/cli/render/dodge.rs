@@ -11,14 +11,14 @@ use sabaki::math::Rigid2;
 use sabaki::query::{Answer, Attack, Query, QueryContext, QuerySettings};
 use sabaki_app::demo::by_time::{BallSettings, BallThrower};
 use sabaki_app::demo::throw::{RandomDraw, Throw, ThrowSettings, throw};
-use sabaki_app::film::Film;
+use sabaki_app::film::{Delay, Film};
 use sabaki_draw::StageDesc;
 use sabaki_draw::scene::{AnsweredAttack, Camera, Dodge, DodgeSettings, MapStyle};
 use serde_json::json;
 
 use super::canvas::Canvas;
 use super::file::{self, Kind};
-use super::{Args, Written, text_height};
+use super::{Args, Written, first_given, text_height};
 use crate::cli::culling::DeviceArgs;
 use crate::cli::picture::{Picture, TextLook};
 use crate::cli::plot::INK;
@@ -28,12 +28,12 @@ use crate::cli::{Failure, cancel, output};
 #[derive(Clone, Debug, clap::Args)]
 #[command(next_help_heading = "Dodge")]
 pub(crate) struct DodgeArgs {
-    /// Seed of the random attacks; `sabaki dodge` throws the same balls.
-    #[arg(long, value_name = "S", default_value_t = 1)]
-    seed: u64,
-    /// Index of the attack.
-    #[arg(long, value_name = "INDEX", default_value_t = 2)]
-    index: u64,
+    /// Seed of the random attacks; `sabaki dodge` throws the same balls [default: 1].
+    #[arg(long, value_name = "S")]
+    seed: Option<u64>,
+    /// Index of the attack [default: 2; with --attack 0].
+    #[arg(long, value_name = "INDEX")]
+    index: Option<u64>,
     /// Throws the balls of `sabaki coverage --by-time` instead, which hit so long after the query.
     #[arg(long, value_name = "SECONDS", value_parser = contact_parser, conflicts_with = "attack")]
     contact: Option<f32>,
@@ -41,7 +41,7 @@ pub(crate) struct DodgeArgs {
     #[arg(long, value_name = "FILE", conflicts_with = "seed")]
     attack: Option<PathBuf>,
     /// Moment of the picture, in seconds since the query. Default: when the attack is nearest.
-    #[arg(long, value_name = "SECONDS", allow_hyphen_values = true)]
+    #[arg(long, value_name = "SECONDS", allow_hyphen_values = true, value_parser = moment_parser)]
     at: Option<f32>,
     /// Draws eight moments on one sheet, with the clearance at each.
     #[arg(long, conflicts_with = "at")]
@@ -62,6 +62,14 @@ fn contact_parser(text: &str) -> Result<f32, String> {
     match (0.1..=10.0).contains(&seconds) {
         true => Ok(seconds),
         false => Err("must be 0.1 to 10 s".to_owned()),
+    }
+}
+
+fn moment_parser(text: &str) -> Result<f32, String> {
+    let seconds: f32 = text.parse().map_err(|_| "not a number".to_owned())?;
+    match seconds.abs() <= 600.0 {
+        true => Ok(seconds),
+        false => Err("must be -600 to 600 s".to_owned()),
     }
 }
 
@@ -156,14 +164,41 @@ fn evasion(answer: &Answer) -> &'static str {
 }
 
 impl DodgeArgs {
+    /// The first option of the dodge that is given.
+    pub(super) fn given(&self) -> Option<&'static str> {
+        let options = [
+            ("--seed", self.seed.is_some()),
+            ("--index", self.index.is_some()),
+            ("--contact", self.contact.is_some()),
+            ("--attack", self.attack.is_some()),
+            ("--maps", self.maps),
+            ("--regions", self.regions),
+            ("--no-ghost", self.no_ghost),
+        ];
+        first_given(&options).or(self.of_a_picture())
+    }
+
+    /// The first option that is given of those that a film does not take.
+    pub(super) fn of_a_picture(&self) -> Option<&'static str> {
+        first_given(&[
+            ("--at", self.at.is_some()),
+            ("--storyboard", self.storyboard),
+        ])
+    }
+
+    fn draw(&self) -> RandomDraw {
+        let index = if self.attack.is_some() { 0 } else { 2 };
+        RandomDraw {
+            seed: self.seed.unwrap_or(1),
+            index: self.index.unwrap_or(index),
+        }
+    }
+
     fn throw(&self, baked: &BakedGraph) -> Result<Throw, Failure> {
-        let index = self.index as usize;
+        let draw = self.draw();
+        let index = draw.index as usize;
         let wrong = |error| Failure::Attack { index, error };
         if let Some(contact) = self.contact {
-            let draw = RandomDraw {
-                seed: self.seed,
-                index: self.index,
-            };
             let thrower = BallThrower::new(baked, BallSettings::default());
             let thrown = thrower.throw(contact, draw).map_err(wrong)?;
             let none = || Failure::Usage(format!("no ball {index} would hit"));
@@ -171,7 +206,7 @@ impl DodgeArgs {
         }
         let Some(path) = &self.attack else {
             let settings = ThrowSettings::default();
-            return throw(baked, &settings, self.seed, self.index).map_err(wrong);
+            return throw(baked, &settings, draw.seed, draw.index).map_err(wrong);
         };
         let mut attacks = sabaki_import::AttackFile::read(path)?.attacks;
         if index >= attacks.len() {
@@ -194,14 +229,14 @@ struct Show<'a> {
 }
 
 impl Show<'_> {
-    fn still(&self, canvas: &mut Canvas) -> Result<Film, Failure> {
+    fn still(&self, canvas: &mut Canvas) -> Result<Film<Delay>, Failure> {
         let t = self.args.dodge.at.unwrap_or(self.dodge.clearance().time);
         let picture = self.picture(t, canvas)?;
         Ok(self.film_of(vec![picture.into_pixels()]))
     }
 
-    fn film(&self, canvas: &mut Canvas) -> Result<Film, Failure> {
-        let moments = self.dodge.moments(self.args.rate as f32);
+    fn film(&self, canvas: &mut Canvas) -> Result<Film<Delay>, Failure> {
+        let moments = self.dodge.moments(f32::from(self.args.rate));
         let bar = output::progress("drawing", moments.len() as u64);
         let mut pictures = Vec::with_capacity(moments.len());
         for t in moments {
@@ -213,16 +248,16 @@ impl Show<'_> {
         Ok(self.film_of(pictures))
     }
 
-    fn film_of(&self, pictures: Vec<Vec<u8>>) -> Film {
+    fn film_of(&self, pictures: Vec<Vec<u8>>) -> Film<Delay> {
         Film {
             size: self.args.size,
-            delay: (100 / self.args.rate) as u16,
+            delay: Delay::of_rate(self.args.rate),
             pictures,
         }
     }
 
     /// Eight moments from the throw to the end of the flight, denser around the nearest one.
-    fn storyboard(&self, canvas: &mut Canvas) -> Result<Film, Failure> {
+    fn storyboard(&self, canvas: &mut Canvas) -> Result<Film<Delay>, Failure> {
         let (near, [start, end]) = (self.dodge.clearance().time, self.dodge.flight());
         let (before, after) = (near - start, end - near);
         let shares = [-1.0, -0.62, -0.34, -0.14, 0.0, 0.22, 0.55, 1.0];

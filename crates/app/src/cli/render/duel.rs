@@ -6,7 +6,7 @@ use plotters::style::RGBColor;
 use sabaki::anim::Clip;
 use sabaki::duel::Exchange;
 use sabaki::maps::BakedGraph;
-use sabaki_app::film::Film;
+use sabaki_app::film::{Delay, Film};
 use sabaki_draw::StageDesc;
 use sabaki_draw::scene::{Bout, BoutSettings, Cut};
 use serde_json::{Value, json};
@@ -32,8 +32,8 @@ pub(crate) struct DuelArgs {
     #[arg(long, value_name = "WxH", requires = "out", default_value = "480x300", value_parser = size)]
     size: [u32; 2],
     /// Pictures per second of a film.
-    #[arg(long, value_name = "N", requires = "out", default_value_t = 20, value_parser = clap::value_parser!(u32).range(1..=50))]
-    rate: u32,
+    #[arg(long, value_name = "N", requires = "out", default_value_t = 20, value_parser = clap::value_parser!(u16).range(1..=50))]
+    rate: u16,
     /// First exchange to draw, counted from 1.
     #[arg(long, value_name = "ROUND", requires = "out", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=10_000))]
     from: u32,
@@ -53,11 +53,20 @@ const MOMENTS: u32 = 4;
 const GAP: u32 = 6;
 
 impl DuelArgs {
-    /// Checks the file name, before the duel starts.
-    pub(crate) fn check(&self) -> Result<(), Failure> {
+    /// Checks the file and the options of a duel of so many rounds, before it starts.
+    pub(crate) fn check(&self, rounds: u32) -> Result<(), Failure> {
+        self.mesh.check()?;
+        let from = self.from;
         match &self.out {
-            Some(path) => Kind::of(path).map(|_| ()),
+            None if self.mesh.is_given() => Err(Failure::Usage("--mesh needs --out".to_owned())),
             None => Ok(()),
+            Some(_) if from > rounds => Err(Failure::Usage(format!(
+                "--from {from}: there is no such exchange; --rounds is {rounds}"
+            ))),
+            Some(path) => {
+                Kind::of(path)?;
+                output::check_can_be_written("--out", path)
+            }
         }
     }
 
@@ -134,8 +143,8 @@ struct Show<'a> {
 }
 
 impl Show<'_> {
-    fn film(&self, canvas: &mut Canvas) -> Result<Film, Failure> {
-        let rate = self.args.rate as f32;
+    fn film(&self, canvas: &mut Canvas) -> Result<Film<Delay>, Failure> {
+        let rate = f32::from(self.args.rate);
         let moments = self.cuts.iter().flat_map(|cut| {
             let moments = self.bout.moments(cut, rate);
             moments.into_iter().map(move |t| (cut, t))
@@ -151,13 +160,13 @@ impl Show<'_> {
         bar.finish_and_clear();
         Ok(Film {
             size: self.args.size,
-            delay: (100 / self.args.rate) as u16,
+            delay: Delay::of_rate(self.args.rate),
             pictures,
         })
     }
 
     /// Draws a row for each exchange: before the attack, on its way, when it is nearest, and after it.
-    fn sheet(&self, canvas: &mut Canvas) -> Result<Film, Failure> {
+    fn sheet(&self, canvas: &mut Canvas) -> Result<Film<Delay>, Failure> {
         let size = self.args.size;
         let rows = (self.cuts.len() as u32).min(ROWS);
         let whole = [
@@ -184,7 +193,7 @@ impl Show<'_> {
         }
         Ok(Film {
             size: whole,
-            delay: 0,
+            delay: Delay::default(),
             pictures: vec![sheet.into_pixels()],
         })
     }

@@ -4,7 +4,7 @@ use std::io::Write;
 use std::path::Path;
 
 use sabaki::archive;
-use sabaki_app::film::{Film, FilmError, png};
+use sabaki_app::film::{Delay, Film, FilmError, png};
 
 use crate::cli::{Failure, cancel};
 
@@ -36,7 +36,7 @@ impl Kind {
 }
 
 /// Writes a film, or its only picture. Returns the number of bytes.
-pub(super) fn write(path: &Path, kind: Kind, film: &Film) -> Result<usize, Failure> {
+pub(super) fn write(path: &Path, kind: Kind, film: &Film<Delay>) -> Result<usize, Failure> {
     let failed = |source| Failure::Write {
         path: path.to_owned(),
         source,

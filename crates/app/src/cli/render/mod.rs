@@ -16,7 +16,7 @@ use serde_json::json;
 use super::culling::DeviceArgs;
 use super::mesh::MeshArgs;
 use super::source::GraphArgs;
-use super::{Done, Failure, cancel};
+use super::{Done, Failure, cancel, output};
 
 #[derive(clap::Args)]
 pub(crate) struct Args {
@@ -32,8 +32,8 @@ pub(crate) struct Args {
     #[arg(long, value_name = "WxH", default_value = "640x400", value_parser = size)]
     size: [u32; 2],
     /// Pictures per second of a film.
-    #[arg(long, value_name = "N", default_value_t = 25, value_parser = clap::value_parser!(u32).range(1..=50))]
-    rate: u32,
+    #[arg(long, value_name = "N", default_value_t = 25, value_parser = clap::value_parser!(u16).range(1..=50))]
+    rate: u16,
     /// Leaves out the text.
     #[arg(long)]
     plain: bool,
@@ -67,6 +67,12 @@ pub(super) fn size(text: &str) -> Result<[u32; 2], String> {
         .ok_or_else(|| format!("not a size such as 640x400, each 16 to {MOST_PIXELS}"))
 }
 
+/// The first option that is given, of options by their names.
+fn first_given(options: &[(&'static str, bool)]) -> Option<&'static str> {
+    let given = options.iter().find(|(_, is_given)| *is_given);
+    given.map(|(option, _)| *option)
+}
+
 /// Height of a line of text, in pixels, in pictures of this width.
 fn text_height(width: u32) -> u32 {
     (width / 26).clamp(14, 32)
@@ -75,6 +81,7 @@ fn text_height(width: u32) -> u32 {
 pub(crate) fn run(args: &Args, device: &DeviceArgs, as_json: bool) -> Result<Done, Failure> {
     cancel::listen();
     let kind = file::Kind::of(&args.out)?;
+    args.check(kind)?;
     let written = match args.scene {
         Scene::Dodge => dodge::run(args, kind, device)?,
         Scene::Crowd => crowd::run(args, kind, device)?,
@@ -91,6 +98,34 @@ pub(crate) fn run(args: &Args, device: &DeviceArgs, as_json: bool) -> Result<Don
     } else {
         format!("{}{path}: {}\n", written.text, written.describe())
     }))
+}
+
+impl Args {
+    /// What can be refused before the graph is read: options of another scene or of another kind of file, and a file that cannot be written.
+    fn check(&self, kind: file::Kind) -> Result<(), Failure> {
+        output::check_can_be_written("--out", &self.out)?;
+        self.mesh.check()?;
+        if let Scene::Crowd = self.scene {
+            self.graph.check_unused("render crowd")?;
+        }
+        let (of_dodge, of_crowd) = (self.dodge.given(), self.crowd.given());
+        let (scene, wrong) = match self.scene {
+            Scene::Dodge => ("dodge", of_crowd),
+            Scene::Crowd => ("crowd", of_dodge),
+            Scene::Body => ("body", of_dodge.or(of_crowd)),
+        };
+        if let Some(option) = wrong {
+            let what = format!("{option} is of another scene than {scene}");
+            return Err(Failure::Usage(what));
+        }
+        match self.dodge.of_a_picture() {
+            Some(option) if kind.is_film() => Err(Failure::Usage(format!(
+                "{option} draws a picture (.png); {} is a film",
+                self.out.display()
+            ))),
+            _ => Ok(()),
+        }
+    }
 }
 
 /// What was written, for the report.
