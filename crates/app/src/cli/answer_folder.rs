@@ -15,6 +15,39 @@ fn is_answer(path: &Path) -> bool {
         })
 }
 
+/// Refuses a folder in which answers would take the place of a file to read: the attack file, or another one with the name of an answer.
+pub(crate) fn check_holds_no_input(
+    folder: &Path,
+    attack: Option<&Path>,
+    others: &[&Path],
+) -> Result<(), Failure> {
+    // A folder that is not there yet holds nothing.
+    let Ok(place) = folder.canonicalize() else {
+        return Ok(());
+    };
+    // A link lies where it is, and its file where it leads to.
+    let lies_in = |path: &Path| {
+        let beside = match path.parent() {
+            Some(parent) if !parent.as_os_str().is_empty() => parent,
+            _ => Path::new("."),
+        };
+        let folders = [
+            beside.canonicalize().ok(),
+            { path.canonicalize().ok() }.and_then(|file| file.parent().map(Path::to_owned)),
+        ];
+        folders.contains(&Some(place.clone()))
+    };
+    let others = others.iter().copied().filter(|path| is_answer(path));
+    match attack.into_iter().chain(others).find(|path| lies_in(path)) {
+        None => Ok(()),
+        Some(input) => Err(Failure::Usage(format!(
+            "--export {}: an input lies in this folder ({}); choose another folder",
+            folder.display(),
+            input.display()
+        ))),
+    }
+}
+
 /// The files of an earlier run in a folder. They are an error unless they may be removed.
 pub(crate) fn earlier(folder: &Path, may_be_removed: bool) -> Result<Vec<PathBuf>, Failure> {
     let Ok(entries) = std::fs::read_dir(folder) else {

@@ -58,12 +58,13 @@ struct Table {
 
 pub(crate) fn run(args: &Args, device: &DeviceArgs, as_json: bool) -> Result<Done, Failure> {
     Plot::check(args.plot.as_ref(), as_json)?;
+    if args.settings {
+        let baked = args.graph.load()?;
+        return map_settings::run(&baked.graph, &throws(args, &baked.graph)?, as_json);
+    }
+    let mut device = culling::open(device)?;
     let baked = args.graph.load()?;
     let throws = throws(args, &baked.graph)?;
-    if args.settings {
-        return map_settings::run(&baked.graph, &throws, as_json);
-    }
-    let mut device = culling::open(device);
     if args.gpu_passes
         && let Ok(device) = &mut device
     {
@@ -260,7 +261,7 @@ impl Table {
         [0.5, 0.9].map(|share| percentile(self.regret.clone(), share))
     }
 
-    /// Median number of candidates where the grid answers, and of those that the maps keep.
+    /// Median number of candidates with maps where the grid answers, and of those that the maps keep.
     fn of_grid(&self) -> [f64; 2] {
         let is_cpu = |row: &&Row| {
             row.method.cull == CullPath::Cpu && row.method.enumerate != Enumerate::Whole
@@ -275,8 +276,8 @@ impl Table {
             percentile(answered.map(|run| of(run) as f64).collect(), 0.5)
         };
         [
-            median(|run| run.counts.with_evasion),
-            median(|run| run.counts.with_evasion - run.counts.culled),
+            median(Run::mapped),
+            median(|run| run.mapped().saturating_sub(run.counts.culled)),
         ]
     }
 
@@ -324,12 +325,13 @@ impl Table {
         let [candidates, kept] = self.of_grid();
         format!(
             "{attacks} attacks, each answered by all methods:\n{table}\n\
-             candidates: mean number of candidates with an evasion per query. kept: number that the maps (exact: the exact test) keep.\n\
+             candidates: mean number of candidates with maps per query; those that enter or layer an evasion have none. kept: number that the\n\
+             maps (exact: the exact test) keep.\n\
              weak: share of the candidates that hit and are kept. wrong: share of the clean candidates that are removed. undecided:\n\
              share that is neither removed nor proven clean. hit though avoidable: attacks that hit, but that the exact search over\n\
              the whole graph avoids.\n\n\
-             The grid has paths for {:.0}% of the attacks and answers {:.0}%. For these it has {candidates:.0} candidates in the median, culled\n\
-             to {kept:.0}. The score V of its choice is worse than that of the whole search by {median:.3} in the median, {p90:.3} at the\n\
+             The grid has paths for {:.0}% of the attacks and answers {:.0}%. For these it has {candidates:.0} candidates with maps in the median,\n\
+             culled to {kept:.0}. The score V of its choice is worse than that of the whole search by {median:.3} in the median, {p90:.3} at the\n\
              90th percentile (both exact).\n\n{PAPER}",
             percent(used),
             percent(answered),

@@ -82,8 +82,19 @@ impl OnePath<'_> {
 /// A Vulkan device, or why there is none.
 pub(crate) type Device = Result<device::Opened, String>;
 
+/// Opens the most capable device, if there is one, or the one that the arguments name.
+///
+/// # Errors
+/// The device that the arguments name cannot be opened.
+pub(crate) fn open(args: &DeviceArgs) -> Result<Device, Failure> {
+    match (try_open(args), &args.device) {
+        (Err(why), Some(name)) => Err(Failure::Device(format!("--device {name}: {why}"))),
+        (device, _) => Ok(device),
+    }
+}
+
 /// Opens the device that the arguments ask for.
-pub(crate) fn open(args: &DeviceArgs) -> Device {
+pub(crate) fn try_open(args: &DeviceArgs) -> Device {
     device::Opened::new(args)
 }
 

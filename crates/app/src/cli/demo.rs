@@ -40,9 +40,10 @@ pub(crate) fn run(device: &DeviceArgs, as_json: bool) -> Result<Done, Failure> {
         path: folder.to_owned(),
         source,
     })?;
+    let device = culling::open(device)?;
     let baked = source::embedded_anew()?;
     baked.graph.prepare();
-    let mut culling = Culling::new(culling::open(device), baked.graph.atlas());
+    let mut culling = Culling::new(device, baked.graph.atlas());
     let throws = throws(&baked.graph)?;
     let passes = passes(&baked.graph, &throws, &mut culling)?;
     let written = closest_shave(&baked.graph, &passes[0].runs);

@@ -5,7 +5,7 @@ use super::{Done, Failure};
 use serde_json::json;
 
 pub(crate) fn run(args: &DeviceArgs, as_json: bool) -> Result<Done, Failure> {
-    let opened = culling::open(args);
+    let opened = culling::try_open(args);
     let usable = opened.is_ok();
     let why = opened.as_ref().err().cloned();
     let devices = culling::list();

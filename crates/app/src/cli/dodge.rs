@@ -32,7 +32,7 @@ pub(crate) struct Args {
     #[arg(long, value_name = "S", default_value_t = 1)]
     seed: u64,
     /// Attack file (JSON) instead of random attacks; the character stands in the graph's first pose.
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["attacks", "seed"])]
     attack: Option<PathBuf>,
     #[command(flatten)]
     methods: MethodArgs,
@@ -93,15 +93,16 @@ pub(crate) fn run(args: &Args, device: &DeviceArgs, as_json: bool) -> Result<Don
         (Some(folder), None) => answer_folder::earlier(folder, args.force)?,
         _ => Vec::new(),
     };
-    let baked = args.graph.load()?;
     if let Some(path) = &args.replay {
-        return replay::run(path, &baked.graph, as_json);
+        return replay::run(path, &args.graph.load()?.graph, as_json);
     }
+    let device = culling::open(device)?;
+    let baked = args.graph.load()?;
     let throws = throws(args, &baked.graph)?;
     if let Some(folder) = &args.export {
         answer_folder::make(folder, &earlier)?;
     }
-    let mut culling = Culling::new(culling::open(device), baked.graph.atlas());
+    let mut culling = Culling::new(device, baked.graph.atlas());
     let mut methods = args.methods.methods(&culling);
     if let Some(index) = args.explain {
         let case = explain::Case {
@@ -156,6 +157,10 @@ pub(crate) fn run(args: &Args, device: &DeviceArgs, as_json: bool) -> Result<Don
 impl Args {
     /// What can be refused before any work is done.
     fn check(&self) -> Result<(), Failure> {
+        if let Some(folder) = &self.export {
+            let inputs = self.graph.files();
+            answer_folder::check_holds_no_input(folder, self.attack.as_deref(), &inputs)?;
+        }
         match (self.explain, self.attacks) {
             (Some(index), Some(count)) if self.attack.is_none() && index >= count => {
                 Err(Failure::Usage(format!(

@@ -45,6 +45,17 @@ impl Run {
         self.enumerate_ms + self.cull_ms + self.decide_ms
     }
 
+    /// Number of candidates that have maps: paths to an evasion. An evasion that is entered or layered has none.
+    pub(crate) fn mapped(&self) -> usize {
+        let Counts {
+            with_evasion,
+            entered,
+            layered,
+            ..
+        } = self.counts;
+        with_evasion - entered - layered
+    }
+
     /// Whether the grid holds paths in the cells that the attack touches.
     pub(crate) fn used_grid(&self) -> bool {
         matches!(self.source, Source::Grid | Source::NothingClean)

@@ -44,10 +44,7 @@ impl Summary {
         let runs = &pass.runs;
         let sum = |of: fn(&Run) -> usize| runs.iter().map(of).sum::<usize>();
         let count = |is: fn(&Run) -> bool| runs.iter().filter(|run| is(run)).count();
-        let (culled, mapped) = (
-            sum(|r| r.counts.culled),
-            sum(|r| r.counts.with_evasion - r.counts.entered),
-        );
+        let (culled, mapped) = (sum(|r| r.counts.culled), sum(Run::mapped));
         let values = |of: fn(&Run) -> f64| runs.iter().map(of).collect::<Vec<_>>();
         let clean = runs.iter().filter(|r| r.avoided);
         let clean: Vec<f64> = clean.map(|r| f64::from(r.clearance)).collect();
@@ -115,7 +112,7 @@ pub(crate) fn table(passes: &[Pass]) -> String {
         "grid used, answered",
         "by an evasion",
         "candidates, with evasion",
-        "of these culled",
+        "culled, of those with maps",
         "clearance cm, median",
         "query ms, median / p99",
         "culling ms, median / p99",
