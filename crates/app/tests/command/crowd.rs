@@ -97,6 +97,34 @@ fn crowd_json_has_its_keys() {
     }
 }
 
+/// The camera runs into the column, and more and more characters are near.
+#[test]
+fn joints_are_those_of_the_measured_frames() {
+    let folder = folder();
+    let args = [
+        "crowd",
+        "--count",
+        "320",
+        "--frames",
+        "40",
+        "--threads",
+        "1",
+        "--json",
+    ];
+    let document = sabaki(folder.path(), &args).json(0);
+    let rows = document["rows"].as_array().unwrap();
+    let joints = |camera: &str| {
+        let is = |row: &&serde_json::Value| row["what"] == "frame" && row["camera"] == camera;
+        let row = rows.iter().find(is).unwrap();
+        let (joints, ms) = (row["joints"].as_f64().unwrap(), row["ms"].as_f64().unwrap());
+        let per_joint = row["ns_per_joint"].as_f64().unwrap();
+        assert!((per_joint * joints * 320.0 - ms * 1e6).abs() < 1.0, "{row}");
+        joints
+    };
+    let [still, walk, run] = ["still", "walk", "run"].map(joints);
+    assert!(still < walk && walk < run, "{still} {walk} {run}");
+}
+
 #[test]
 fn crowd_tells_what_it_measures() {
     let folder = folder();

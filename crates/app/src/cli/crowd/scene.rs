@@ -9,7 +9,7 @@ use rand_pcg::Pcg32;
 use sabaki::anim::{Clip, ClipDesc, Skeleton};
 use sabaki::crowd::{
     AnimationSet, AnimationSetDesc, Character, ClipId, ClipMix, Crowd, CrowdSettings, Frame, Hold,
-    LevelId, Output, Placement,
+    LevelId, MemberId, Output, Placement,
 };
 use sabaki::lod::{LevelSettings, Levels, Measure, Rule, SwitchSettings, Switching};
 use sabaki::math::{F32x16, Rigid2};
@@ -163,7 +163,10 @@ impl Scene {
 
     pub(super) fn measure(&self, args: &Args, case: Case) -> Result<Row, Failure> {
         let (crowd, joints) = self.crowd(args, case)?;
-        let joints = joints as f64 / crowd.len() as f64;
+        let joints = match case.what {
+            What::Pose => joints as f64 / crowd.len() as f64,
+            What::Frame(_) => self.mean_joints(args, case)?,
+        };
         let mut posed = Posed::new(crowd);
         let mut times = Vec::with_capacity(args.frames as usize);
         let _busy = BusyThreads::new(case.busy);
@@ -183,6 +186,24 @@ impl Scene {
             ms: times[times.len() / 2],
             held: held.transpose()?,
         })
+    }
+
+    /// Joints of a character in the frames that are measured, on average. The frames are played once more, so that no time is taken
+    /// while they are counted.
+    fn mean_joints(&self, args: &Args, case: Case) -> Result<f64, Failure> {
+        let mut posed = Posed::new(self.crowd(args, case)?.0);
+        let mut joints = 0;
+        for frame in 0..args.frames + WARM_UP {
+            self.step(&mut posed, case, frame)?;
+            if frame < WARM_UP {
+                continue;
+            }
+            for member in 0..args.count {
+                let character = posed.crowd.character(MemberId(member)).map_err(usage)?;
+                joints += self.animations.joints(character.level);
+            }
+        }
+        Ok(joints as f64 / (f64::from(args.count) * f64::from(args.frames)))
     }
 
     /// Where the camera is in a frame.
