@@ -10,6 +10,8 @@ mod embedded;
 mod figure;
 mod lod;
 mod measure;
+#[cfg(unix)]
+mod names;
 mod notes;
 mod onto;
 mod plots;
@@ -18,6 +20,7 @@ mod render;
 mod run;
 mod shards;
 mod slurm;
+mod unused;
 
 use std::fs;
 use std::io::{PipeWriter, pipe};
@@ -144,6 +147,14 @@ fn dodge_has_the_keys_that_it_promises_and_the_same_answers_for_a_seed() {
     assert!(0.0 < median && median <= p99);
     let results = document["results"].as_array().unwrap();
     assert_eq!(results.len(), 5);
+    let sum = |key: &str| {
+        let counts = results.iter().map(|result| &result["counts"][key]);
+        counts.map(|count| count.as_f64().unwrap()).sum::<f64>()
+    };
+    let mapped = sum("with_evasion") - sum("entered") - sum("layered");
+    let culled = document["culled_share"].as_f64().unwrap();
+    assert!(sum("layered") > 0.0 && sum("culled") > 0.0);
+    assert!((culled - sum("culled") / mapped).abs() < 1e-9);
     let avoided = results.iter().filter(|result| result["avoided"] == true);
     assert_eq!(avoided.count() as u64, count("avoided"));
     assert_eq!(
@@ -243,8 +254,12 @@ fn an_attack_of_a_file_is_answered_with_yes_or_no() {
     )
     .is(1);
     assert!(told.stdout.contains("HIT"));
-    let inspected = sabaki(folder.path(), &["inspect", "far.json", "--json"]).json(0);
+    let inspect = || sabaki(folder.path(), &["inspect", "far.json", "--json"]).json(0);
+    let inspected = inspect();
     assert_eq!(inspected["kind"], "attacks");
+    let marked = format!("\u{FEFF}{}", text_of(&folder.path().join("far.json")));
+    fs::write(folder.path().join("far.json"), marked).unwrap();
+    assert_eq!(inspect(), inspected, "with a byte order mark");
 }
 
 #[test]

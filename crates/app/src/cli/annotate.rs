@@ -9,7 +9,7 @@ use sabaki_import::{ClipEvents, EventEntry, EventsFile, LoadedClip, ReadError};
 use serde_json::{Value, json};
 
 use super::annotate_figure::{Figure, Panel};
-use super::output::{check_is_no_input, table};
+use super::output::{check_can_be_written, check_is_no_input, table};
 use super::plot::Plot;
 use super::source::ReadArgs;
 use super::{Done, Failure};
@@ -22,8 +22,8 @@ pub(crate) struct Args {
     /// Events file that is written, for `bake --events`. Default: the events are printed alone.
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
-    /// Leaves out events of less confidence, 0.5 to 1.
-    #[arg(long, value_name = "SHARE", default_value_t = 0.5)]
+    /// Leaves out events of less confidence, 0 to 1. All events have 0.5 or more.
+    #[arg(long, value_name = "SHARE", default_value_t = 0.5, value_parser = share)]
     min_confidence: f64,
     /// Events file made by hand: precision and recall are printed. A clip that it does not have counts as one without events.
     #[arg(long, value_name = "FILE")]
@@ -38,6 +38,11 @@ pub(crate) struct Args {
     read: ReadArgs,
 }
 
+fn share(text: &str) -> Result<f64, String> {
+    let value = { text.parse().ok() }.filter(|value| (0.0..=1.0).contains(value));
+    value.ok_or_else(|| "not a share from 0 to 1".to_owned())
+}
+
 /// The kinds in the order of the tables.
 const KINDS: [(EventKind, &str); 2] = [
     (EventKind::Attack, "attack"),
@@ -50,6 +55,7 @@ pub(crate) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
         let inputs = args.clips.iter().chain(&args.against);
         let inputs: Vec<&Path> = inputs.map(PathBuf::as_path).collect();
         check_is_no_input("--out", out, &inputs)?;
+        check_can_be_written("--out", out)?;
     }
     let against = args.against.as_deref().map(EventsFile::read).transpose()?;
     let report = Report::new(args, against.as_ref())?;

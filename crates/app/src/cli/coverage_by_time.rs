@@ -71,27 +71,30 @@ pub(super) fn throw_all(balls: Balls, baked: &BakedGraph) -> Result<Vec<TimeRow>
 
 pub(super) fn document(rows: &[TimeRow]) -> Value {
     let round = |share: f64| (share * 1e4).round() / 1e4;
+    // Nothing is known of what no ball was thrown at.
+    let known = |share: Share, value: f64| (share.attacks > 0).then(|| round(value));
+    let avoided = |share: Share| known(share, share.value());
+    let interval = |share: Share| share.interval().map(|end| known(share, end));
     let row = |row: &TimeRow| {
-        let [low, high] = row.all.interval();
-        let part = |part: Part| {
-            let share = row.parts[part as usize].value();
-            (part.name().to_owned(), json!(round(share)))
-        };
+        let [low, high] = interval(row.all);
+        let of_part = |part: Part| (part.name().to_owned(), row.parts[part as usize]);
+        let parts = Part::ALL.map(of_part);
         let walking = row.walking;
-        let [walking_low, walking_high] = walking.interval();
+        let [walking_low, walking_high] = interval(walking);
         json!({
             "contact_s": (f64::from(row.contact) * 1e3).round() / 1e3,
             "attacks": row.all.attacks,
-            "avoided": round(row.all.value()),
-            "low": round(low),
-            "high": round(high),
-            "parts": Part::ALL.into_iter().map(part).collect::<Map<_, _>>(),
+            "avoided": avoided(row.all),
+            "low": low,
+            "high": high,
+            "parts": parts.iter().cloned().map(|(name, share)| (name, json!(avoided(share)))).collect::<Map<_, _>>(),
+            "parts_attacks": parts.iter().cloned().map(|(name, share)| (name, json!(share.attacks))).collect::<Map<_, _>>(),
             "walking": {
                 "attacks": walking.attacks,
-                "avoided": round(walking.value()),
-                "low": round(walking_low),
-                "high": round(walking_high),
-                "walks_on": round(row.walking_on.value()),
+                "avoided": avoided(walking),
+                "low": walking_low,
+                "high": walking_high,
+                "walks_on": avoided(row.walking_on),
             },
             "hits": Cause::ALL.into_iter().zip(row.causes.counts)
                 .map(|(cause, count)| (cause.name().replace(' ', "_"), json!(count)))

@@ -51,7 +51,12 @@ fn head(path: &Path) -> std::io::Result<Vec<u8>> {
     archive::open_regular(path)?
         .take(1024)
         .read_to_end(&mut bytes)?;
-    Ok(bytes)
+    Ok(without_mark(&bytes).to_vec())
+}
+
+/// A text without the byte order mark that editors may write before it.
+fn without_mark(bytes: &[u8]) -> &[u8] {
+    bytes.strip_prefix("\u{FEFF}".as_bytes()).unwrap_or(bytes)
 }
 
 /// A motion file: its first motion stands for what all of them share.
@@ -205,8 +210,8 @@ fn json_file(path: &Path) -> Result<(Value, String), Failure> {
         path: path.to_owned(),
         source,
     })?;
-    let has_attacks =
-        serde_json::from_slice::<Value>(&bytes).is_ok_and(|value| value.get("attacks").is_some());
+    let has_attacks = serde_json::from_slice::<Value>(without_mark(&bytes))
+        .is_ok_and(|value| value.get("attacks").is_some());
     if has_attacks {
         let file = AttackFile::read(path)?;
         let mut text = format!("attacks: {}\n", file.attacks.len());

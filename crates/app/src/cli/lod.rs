@@ -44,10 +44,10 @@ pub(crate) struct Args {
     /// Masses of the joints (JSON). Default: 70 kg in all, by the lengths of the bones.
     #[arg(long, value_name = "FILE")]
     masses: Option<PathBuf>,
-    /// Joints that are never removed.
-    #[arg(long, value_name = "JOINT", num_args = 1..)]
+    /// Joint that is never removed; several with commas between them.
+    #[arg(long, value_name = "JOINT", num_args = 1.., value_delimiter = ',')]
     lock: Vec<String>,
-    /// Vertical field of view, in degrees.
+    /// Vertical field of view, in degrees, above 0 and below 180.
     #[arg(long, value_name = "DEGREES", default_value_t = 60.0)]
     fov: f32,
     /// Height of the screen, in pixels.
@@ -62,7 +62,7 @@ pub(crate) struct Args {
     /// Whether --error limits the greatest error of all points and frames, or the mean.
     #[arg(long, value_enum, default_value = "greatest")]
     measure: MeasureArg,
-    /// Writes the first clip as each level draws it, as animations of one GLB file.
+    /// Writes the first clip as each level draws it, as animations of one GLB file (.glb).
     #[arg(long, value_name = "FILE")]
     export: Option<PathBuf>,
     /// Plots the joints' energies, the levels' errors and their distances: to a PNG or SVG file, or with - as letters to stdout.
@@ -103,15 +103,7 @@ enum CarrierArg {
 
 pub(crate) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
     Plot::check(args.plot.as_ref(), as_json)?;
-    let inputs: Vec<&Path> = args
-        .clips
-        .iter()
-        .chain(&args.masses)
-        .map(PathBuf::as_path)
-        .collect();
-    if let Some(path) = &args.export {
-        output::check_is_no_input("--export", path, &inputs)?;
-    }
+    args.check()?;
     let source = args.source()?;
     let settings = args.level_settings(&source.skeleton)?;
     let levels = Levels::build(&source.skeleton, &source.clips, &settings).map_err(usage)?;
@@ -159,8 +151,45 @@ fn usage(error: LodError) -> Failure {
 }
 
 impl Args {
+    /// What can be refused before the clips are read.
+    fn check(&self) -> Result<(), Failure> {
+        if !(self.fov > 0.0 && self.fov < 180.0) {
+            let what = "must be above 0 and below 180 degrees";
+            return Err(Failure::Usage(format!("--fov {}: {what}", self.fov)));
+        }
+        let Some(path) = &self.export else {
+            return Ok(());
+        };
+        let clips = self.clips();
+        let inputs = clips.iter().chain(&self.masses).map(PathBuf::as_path);
+        output::check_is_no_input("--export", path, &inputs.collect::<Vec<&Path>>())?;
+        let ending = path.extension();
+        if !ending.is_some_and(|ending| ending.eq_ignore_ascii_case("glb")) {
+            let what = "its name must end in .glb";
+            return Err(Failure::Usage(format!(
+                "--export {}: {what}",
+                path.display()
+            )));
+        }
+        output::check_can_be_written("--export", path)
+    }
+
+    /// Whether a value of --lock is a clip that follows the joints.
+    fn is_clip(value: &&String) -> bool {
+        let path = Path::new(value);
+        sabaki_import::is_motion_file(path) || path.is_dir()
+    }
+
+    fn clips(&self) -> Vec<PathBuf> {
+        let after_joints = self.lock.iter().filter(Self::is_clip);
+        let after_joints = after_joints.map(PathBuf::from);
+        self.clips.iter().cloned().chain(after_joints).collect()
+    }
+
     fn source(&self) -> Result<Source, Failure> {
-        if self.clips.is_empty() {
+        let clips = self.clips();
+        if clips.is_empty() {
+            self.read.check_unused("a CLIP")?;
             let motions = demo::motions().map_err(sabaki::graph::GraphError::from)?;
             return Ok(Source {
                 skeleton: motions.skeleton,
@@ -168,7 +197,7 @@ impl Args {
                 warnings: Vec::new(),
             });
         }
-        let set = sabaki_import::read_clips(&self.clips, None, &self.read.options())?;
+        let set = sabaki_import::read_clips(&clips, None, &self.read.options())?;
         Ok(Source {
             skeleton: set.skeleton,
             clips: set.clips,
@@ -180,6 +209,7 @@ impl Args {
         let locked: Result<Vec<JointId>, Failure> = self
             .lock
             .iter()
+            .filter(|value| !Self::is_clip(value))
             .map(|name| {
                 let unknown = || Failure::Usage(format!("the skeleton has no joint \"{name}\""));
                 skeleton.find(name).ok_or_else(unknown)

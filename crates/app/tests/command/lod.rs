@@ -66,6 +66,16 @@ fn settings_change_what_they_say() {
     for level in levels(&locked) {
         assert!(level["removed"] != "LeftHand" && level["removed"] != "Head");
     }
+    // With a comma, and before a clip.
+    let (clips, _) = clips();
+    let clip = std::fs::read_dir(clips).unwrap().next().unwrap().unwrap();
+    let clip = clip.path();
+    let comma = run(&["--lock", "LeftHand,Head", clip.to_str().unwrap()]);
+    assert_eq!(levels(&comma).len(), levels(&plain).len() - 2);
+    assert!(
+        levels(&comma)[1]["energy"] != levels(&locked)[1]["energy"],
+        "another clip"
+    );
     let parent = run(&["--carrier", "parent"]);
     let last = |document: &Value| {
         levels(document)[18]["position_error_mean"]
@@ -116,7 +126,23 @@ fn lod_refuses_what_makes_no_sense() {
             &["--lock", "Tail"][..],
             "the skeleton has no joint \"Tail\"",
         ),
-        (&["--fov", "0"], "fov: 0 is not possible"),
+        (
+            &["--fov", "0"],
+            "--fov 0: must be above 0 and below 180 degrees",
+        ),
+        (
+            &["--fov", "200"],
+            "--fov 200: must be above 0 and below 180 degrees",
+        ),
+        (
+            &["--export", "x.bvh"],
+            "--export x.bvh: its name must end in .glb",
+        ),
+        (
+            &["--export", "no/x.glb"],
+            "--export no/x.glb: there is no folder no",
+        ),
+        (&["--scale", "2"], "--scale needs a CLIP"),
         (&["--screen=-3"], "height: -3 is not possible"),
         (&["--vanish", "0"], "--vanish 0: must be above 0"),
         (

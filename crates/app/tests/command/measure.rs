@@ -127,7 +127,13 @@ fn compare_holds_all_paths_to_the_exact_one() {
     assert_eq!(crossover.len() * 2, rows.len());
     assert_is_png(&folder.path().join("plot.png"));
     let told = sabaki(folder.path(), &args).is(0).stdout;
-    for word in ["496 ms", "undecided", "exact", "cpu"] {
+    for word in [
+        "496 ms",
+        "undecided",
+        "exact",
+        "cpu",
+        "candidates with maps per query",
+    ] {
         assert!(told.contains(word), "{word}");
     }
 }
@@ -225,10 +231,18 @@ fn coverage_by_time_counts_balls_that_would_hit() {
     assert_eq!(contacts, [0.3, 0.4, 0.5, 0.65, 0.8, 1.0, 1.5, 2.0]);
     for row in rows {
         let [avoided, low, high] = ["avoided", "low", "high"].map(|key| number(&row[key]));
+        let walking = &row["walking"];
+        for key in ["avoided", "low", "high", "walks_on"] {
+            assert_eq!(walking[key].is_null(), walking["attacks"] == 0, "{row}");
+        }
+        let thrown = row["parts_attacks"].as_object().unwrap().values();
+        assert_eq!(thrown.map(number).sum::<f64>(), number(&row["attacks"]));
         assert!((1.0..=12.0).contains(&number(&row["attacks"])), "{row}");
         assert!(low <= avoided && avoided <= high && high <= 1.0, "{row}");
         for part in ["head", "chest", "hip", "leg"] {
-            assert!((0.0..=1.0).contains(&number(&row["parts"][part])), "{row}");
+            let share = row["parts"][part].as_f64();
+            assert_eq!(share.is_none(), row["parts_attacks"][part] == 0, "{row}");
+            assert!((0.0..=1.0).contains(&share.unwrap_or(0.0)), "{row}");
         }
         let reasons = ["no_plausible_entry", "no_time", "feet", "too_short"];
         let hits: f64 = reasons.iter().map(|why| number(&row["hits"][why])).sum();

@@ -1,0 +1,182 @@
+//! Options that would have no effect are refused before any work is done, and so are files that cannot be written.
+
+use std::fs;
+
+use super::run::{baked, folder, sabaki};
+
+const ATTACK: &str = r#"{"attacks":[{"spheres":[{"t":1,"center":[0,1,0],"radius":0.1}]}]}"#;
+
+#[test]
+fn options_of_another_scene_or_kind_of_file_are_refused_by_render() {
+    let folder = folder();
+    let refused = |scene: &str, more: &[&str], words: &[&str]| {
+        let args = [&["render", scene, "--out", "a.png"], more].concat();
+        sabaki(folder.path(), &args).is_refused(words);
+    };
+    refused("crowd", &["no.sabaki"], &["render crowd", "no.sabaki"]);
+    refused("crowd", &["--clips", "no.bvh"], &["render crowd", "no.bvh"]);
+    for option in ["--attack", "--seed", "--index", "--at", "--contact"] {
+        let given = [option, "1"];
+        for scene in ["crowd", "body"] {
+            refused(scene, &given, &[option, "another scene", scene]);
+        }
+    }
+    for option in ["--storyboard", "--maps", "--regions", "--no-ghost"] {
+        refused("body", &[option], &[option]);
+    }
+    for scene in ["dodge", "body"] {
+        refused(
+            scene,
+            &["--count", "5"],
+            &["--count", "another scene", scene],
+        );
+        refused(scene, &["--levels"], &["--levels"]);
+    }
+    let film = ["render", "dodge", "--out", "d.gif"];
+    let of_film = |more: &[&str]| sabaki(folder.path(), &[&film[..], more].concat());
+    of_film(&["--storyboard"]).is_refused(&["--storyboard", "d.gif", ".png"]);
+    of_film(&["--at", "0.5"]).is_refused(&["--at", "d.gif", ".png"]);
+    for moment in ["nan", "inf", "601"] {
+        let told = of_film(&["--at", moment]);
+        assert!(
+            told.code == 2 && told.stderr.contains("-600 to 600 s"),
+            "{}",
+            told.stderr
+        );
+    }
+    let map = ["--mesh", "body", "--map", "no.json"];
+    of_film(&map).is_refused(&["--map no.json", "--mesh is body"]);
+    let out = ["render", "dodge", "--out", "no/d.gif"];
+    sabaki(folder.path(), &out).is_refused(&["--out no/d.gif", "no folder no"]);
+    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
+}
+
+#[test]
+fn options_of_random_attacks_and_of_clips_are_refused_without_them() {
+    let folder = folder();
+    fs::write(folder.path().join("f.json"), ATTACK).unwrap();
+    for more in [["--attacks", "2"], ["--seed", "2"]] {
+        let args = [&["dodge", baked(), "--attack", "f.json"], &more[..]].concat();
+        let told = sabaki(folder.path(), &args);
+        assert_eq!(told.code, 2, "{more:?}");
+        assert!(
+            told.stderr.contains("cannot be used with"),
+            "{}",
+            told.stderr
+        );
+    }
+    for option in [
+        "--scale",
+        "--up",
+        "--amc-rate",
+        "--fit-cover",
+        "--fit-bulge",
+    ] {
+        let value = if option == "--up" { "z" } else { "1" };
+        let told = sabaki(folder.path(), &["dodge", "no.sabaki", option, value]);
+        assert!(
+            told.code == 2 && told.stderr.contains("--clips"),
+            "{}",
+            told.stderr
+        );
+    }
+    let told = sabaki(
+        folder.path(),
+        &["annotate", "--clips", "no.bvh", "--min-confidence", "50"],
+    );
+    assert!(
+        told.code == 2 && told.stderr.contains("share from 0 to 1"),
+        "{}",
+        told.stderr
+    );
+}
+
+#[test]
+fn options_of_a_body_mesh_are_refused_with_spheres() {
+    let folder = folder();
+    for (option, value) in [
+        ("--body-scale", "=1"),
+        ("--body-pose", "=a.bvh:0"),
+        ("--body-stand", ""),
+    ] {
+        let given = format!("{option}{value}");
+        let args = [
+            "bake",
+            "--clips",
+            "no.bvh",
+            "--out",
+            "g",
+            "--body",
+            "body.json",
+            &given,
+        ];
+        sabaki(folder.path(), &args).is_refused(&[option, "body.json", ".obj"]);
+    }
+}
+
+#[test]
+fn an_attack_file_in_the_folder_of_answers_is_neither_removed_nor_overwritten() {
+    let folder = folder();
+    fs::create_dir(folder.path().join("out")).unwrap();
+    let own = folder.path().join("out/attack_0007.json");
+    fs::write(&own, ATTACK).unwrap();
+    for export in ["out", "out/../out"] {
+        for more in [&[][..], &["--force"]] {
+            let args = [
+                "dodge",
+                baked(),
+                "--attack",
+                "out/attack_0007.json",
+                "--export",
+                export,
+            ];
+            let told = sabaki(folder.path(), &[&args[..], more].concat());
+            told.is_refused(&["--export", "attack_0007.json", "another folder"]);
+        }
+    }
+    assert_eq!(fs::read_to_string(&own).unwrap(), ATTACK);
+    assert_eq!(fs::read_dir(folder.path().join("out")).unwrap().count(), 1);
+}
+
+#[test]
+fn a_device_that_cannot_be_opened_is_refused() {
+    let folder = folder();
+    for command in ["dodge", "compare"] {
+        let args = [
+            command,
+            "no.sabaki",
+            "--attacks",
+            "1",
+            "--device",
+            "no such one",
+        ];
+        sabaki(folder.path(), &args).is_refused(&["--device no such one"]);
+    }
+}
+
+/// The clips do not exist: what is wrong is said before they are looked for.
+#[test]
+fn a_file_that_cannot_be_written_is_refused_before_the_work() {
+    let folder = folder();
+    fs::create_dir(folder.path().join("there")).unwrap();
+    fs::write(folder.path().join("file"), "").unwrap();
+    let refused = |more: &[&str], words: &[&str]| {
+        let args = [&["bake", "--clips", "no.bvh"], more].concat();
+        sabaki(folder.path(), &args).is_refused(words);
+    };
+    refused(
+        &["--out", "no/g.sabaki"],
+        &["--out no/g.sabaki", "no folder no"],
+    );
+    refused(
+        &["--out", "file/g.sabaki"],
+        &["--out file/g.sabaki", "no folder file"],
+    );
+    refused(&["--out", "there"], &["--out there", "a folder"]);
+    let plot = ["--out", "g.sabaki", "--plot", "no/p.png"];
+    refused(&plot, &["--plot no/p.png", "no folder no"]);
+    let join = ["bake", "join", "no_plan", "--out", "no/g.sabaki"];
+    sabaki(folder.path(), &join).is_refused(&["--out no/g.sabaki"]);
+    let events = ["annotate", "--clips", "no.bvh", "--out", "no/e.json"];
+    sabaki(folder.path(), &events).is_refused(&["--out no/e.json"]);
+}
