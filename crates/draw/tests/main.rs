@@ -16,7 +16,7 @@ use sabaki::maps::Body;
 use sabaki::math::{Rigid2, Sphere};
 use sabaki_app::Painter;
 use sabaki_app::demo::{self, Motions};
-use sabaki_app::film::{Film, FilmError};
+use sabaki_app::film::{Delay, Film, FilmError};
 use sabaki_app::headless::Headless;
 use sabaki_draw::StageDesc;
 use sabaki_draw::scene::{
@@ -331,7 +331,7 @@ fn film() -> Film {
     };
     Film {
         size: [width, height],
-        delay: 4,
+        delay: Delay::of_rate(25),
         pictures: (0..5).map(picture).collect(),
     }
 }
@@ -349,7 +349,7 @@ fn a_gif_shows_what_was_drawn_and_only_writes_what_changes() {
     let mut canvas = vec![0u8; film.pictures[0].len()];
     let mut shown = 0;
     while let Some(frame) = decoder.read_next_frame().unwrap() {
-        assert_eq!(frame.delay, film.delay);
+        assert_eq!(frame.delay, 4);
         let columns = usize::from(frame.width);
         for (at, pixel) in frame.buffer.chunks_exact(4).enumerate() {
             let (x, y) = (

@@ -45,7 +45,7 @@ pub(crate) struct Args {
     #[arg(long, value_name = "FILE")]
     masses: Option<PathBuf>,
     /// Joint that is never removed; several with commas between them.
-    #[arg(long, value_name = "JOINT", num_args = 1.., value_delimiter = ',')]
+    #[arg(long, value_name = "JOINT", value_delimiter = ',')]
     lock: Vec<String>,
     /// Vertical field of view, in degrees, above 0 and below 180.
     #[arg(long, value_name = "DEGREES", default_value_t = 60.0)]
@@ -160,8 +160,7 @@ impl Args {
         let Some(path) = &self.export else {
             return Ok(());
         };
-        let clips = self.clips();
-        let inputs = clips.iter().chain(&self.masses).map(PathBuf::as_path);
+        let inputs = self.clips.iter().chain(&self.masses).map(PathBuf::as_path);
         output::check_is_no_input("--export", path, &inputs.collect::<Vec<&Path>>())?;
         let ending = path.extension();
         if !ending.is_some_and(|ending| ending.eq_ignore_ascii_case("glb")) {
@@ -174,21 +173,8 @@ impl Args {
         output::check_can_be_written("--export", path)
     }
 
-    /// Whether a value of --lock is a clip that follows the joints.
-    fn is_clip(value: &&String) -> bool {
-        let path = Path::new(value);
-        sabaki_import::is_motion_file(path) || path.is_dir()
-    }
-
-    fn clips(&self) -> Vec<PathBuf> {
-        let after_joints = self.lock.iter().filter(Self::is_clip);
-        let after_joints = after_joints.map(PathBuf::from);
-        self.clips.iter().cloned().chain(after_joints).collect()
-    }
-
     fn source(&self) -> Result<Source, Failure> {
-        let clips = self.clips();
-        if clips.is_empty() {
+        if self.clips.is_empty() {
             self.read.check_unused("a CLIP")?;
             let motions = demo::motions().map_err(sabaki::graph::GraphError::from)?;
             return Ok(Source {
@@ -197,7 +183,7 @@ impl Args {
                 warnings: Vec::new(),
             });
         }
-        let set = sabaki_import::read_clips(&clips, None, &self.read.options())?;
+        let set = sabaki_import::read_clips(&self.clips, None, &self.read.options())?;
         Ok(Source {
             skeleton: set.skeleton,
             clips: set.clips,
@@ -209,7 +195,6 @@ impl Args {
         let locked: Result<Vec<JointId>, Failure> = self
             .lock
             .iter()
-            .filter(|value| !Self::is_clip(value))
             .map(|name| {
                 let unknown = || Failure::Usage(format!("the skeleton has no joint \"{name}\""));
                 skeleton.find(name).ok_or_else(unknown)

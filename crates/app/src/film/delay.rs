@@ -40,16 +40,6 @@ impl Delay {
     }
 }
 
-impl From<u16> for Delay {
-    /// A number of hundredths of a second.
-    fn from(hundredths: u16) -> Self {
-        Self {
-            numerator: hundredths,
-            denominator: 100,
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -73,7 +63,6 @@ mod tests {
             }
         }
         assert_eq!(sum(Delay::of_seconds(0.073), 100), 730);
-        assert_eq!(sum(Delay::from(4), 100), 400);
         assert_eq!(sum(Delay::default(), 100), 0);
     }
 }

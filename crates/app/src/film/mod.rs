@@ -12,11 +12,11 @@ pub use delay::Delay;
 
 /// A sequence of pictures of one size.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Film<D = u16> {
+pub struct Film {
     /// Width and height, in pixels.
     pub size: [u32; 2],
-    /// Time that each picture is shown: a [`Delay`], or a number of hundredths of a second.
-    pub delay: D,
+    /// Time that each picture is shown.
+    pub delay: Delay,
     /// Pixels of each picture: red, green and blue (sRGB), row by row from the upper left.
     pub pictures: Vec<Vec<u8>>,
 }
@@ -48,7 +48,7 @@ pub enum FilmError {
     Gif(#[from] ::gif::EncodingError),
 }
 
-impl<D: Copy + Into<Delay>> Film<D> {
+impl Film {
     /// Encodes an animated GIF that repeats for ever. Equal films give equal bytes.
     ///
     /// # Errors
@@ -56,7 +56,7 @@ impl<D: Copy + Into<Delay>> Film<D> {
     pub fn gif(&self) -> Result<Vec<u8>, FilmError> {
         self.check()?;
         let [width, height] = self.size.map(|side| side as u16);
-        gif::encode([width, height], self.delay.into(), &self.pictures)
+        gif::encode([width, height], self.delay, &self.pictures)
     }
 
     /// Encodes an animated PNG that repeats for ever, without loss.
@@ -65,7 +65,7 @@ impl<D: Copy + Into<Delay>> Film<D> {
     /// The film has no pictures, or pictures of another size.
     pub fn apng(&self) -> Result<Vec<u8>, FilmError> {
         self.check()?;
-        apng::encode(self.size, self.delay.into(), &self.pictures)
+        apng::encode(self.size, self.delay, &self.pictures)
     }
 
     fn check(&self) -> Result<(), FilmError> {

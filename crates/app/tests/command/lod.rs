@@ -61,7 +61,7 @@ fn settings_change_what_they_say() {
         sabaki(folder.path(), &args).json(0)
     };
     let plain = run(&[]);
-    let locked = run(&["--lock", "LeftHand", "Head"]);
+    let locked = run(&["--lock", "LeftHand", "--lock", "Head"]);
     assert_eq!(levels(&locked).len(), levels(&plain).len() - 2);
     for level in levels(&locked) {
         assert!(level["removed"] != "LeftHand" && level["removed"] != "Head");

@@ -229,13 +229,13 @@ struct Show<'a> {
 }
 
 impl Show<'_> {
-    fn still(&self, canvas: &mut Canvas) -> Result<Film<Delay>, Failure> {
+    fn still(&self, canvas: &mut Canvas) -> Result<Film, Failure> {
         let t = self.args.dodge.at.unwrap_or(self.dodge.clearance().time);
         let picture = self.picture(t, canvas)?;
         Ok(self.film_of(vec![picture.into_pixels()]))
     }
 
-    fn film(&self, canvas: &mut Canvas) -> Result<Film<Delay>, Failure> {
+    fn film(&self, canvas: &mut Canvas) -> Result<Film, Failure> {
         let moments = self.dodge.moments(f32::from(self.args.rate));
         let bar = output::progress("drawing", moments.len() as u64);
         let mut pictures = Vec::with_capacity(moments.len());
@@ -248,7 +248,7 @@ impl Show<'_> {
         Ok(self.film_of(pictures))
     }
 
-    fn film_of(&self, pictures: Vec<Vec<u8>>) -> Film<Delay> {
+    fn film_of(&self, pictures: Vec<Vec<u8>>) -> Film {
         Film {
             size: self.args.size,
             delay: Delay::of_rate(self.args.rate),
@@ -257,7 +257,7 @@ impl Show<'_> {
     }
 
     /// Eight moments from the throw to the end of the flight, denser around the nearest one.
-    fn storyboard(&self, canvas: &mut Canvas) -> Result<Film<Delay>, Failure> {
+    fn storyboard(&self, canvas: &mut Canvas) -> Result<Film, Failure> {
         let (near, [start, end]) = (self.dodge.clearance().time, self.dodge.flight());
         let (before, after) = (near - start, end - near);
         let shares = [-1.0, -0.62, -0.34, -0.14, 0.0, 0.22, 0.55, 1.0];

@@ -143,7 +143,7 @@ struct Show<'a> {
 }
 
 impl Show<'_> {
-    fn film(&self, canvas: &mut Canvas) -> Result<Film<Delay>, Failure> {
+    fn film(&self, canvas: &mut Canvas) -> Result<Film, Failure> {
         let rate = f32::from(self.args.rate);
         let moments = self.cuts.iter().flat_map(|cut| {
             let moments = self.bout.moments(cut, rate);
@@ -166,7 +166,7 @@ impl Show<'_> {
     }
 
     /// Draws a row for each exchange: before the attack, on its way, when it is nearest, and after it.
-    fn sheet(&self, canvas: &mut Canvas) -> Result<Film<Delay>, Failure> {
+    fn sheet(&self, canvas: &mut Canvas) -> Result<Film, Failure> {
         let size = self.args.size;
         let rows = (self.cuts.len() as u32).min(ROWS);
         let whole = [

@@ -36,7 +36,7 @@ impl Kind {
 }
 
 /// Writes a film, or its only picture. Returns the number of bytes.
-pub(super) fn write(path: &Path, kind: Kind, film: &Film<Delay>) -> Result<usize, Failure> {
+pub(super) fn write(path: &Path, kind: Kind, film: &Film) -> Result<usize, Failure> {
     let failed = |source| Failure::Write {
         path: path.to_owned(),
         source,
