@@ -61,7 +61,7 @@ impl Crowd {
     }
 
     /// Lets the threads take the chunks; returns the number of groups that are no longer near each other in time.
-    fn pose_parts(&self, out: &mut [F32x16]) -> usize {
+    fn pose_parts(&mut self, out: &mut [F32x16]) -> usize {
         let mut parts = [(); MOST_CHUNKS].map(|()| Part::none());
         let schedule = &self.schedule;
         let mut rest = match self.settings.output.layout {
