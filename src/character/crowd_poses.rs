@@ -230,11 +230,11 @@ pub(super) struct Seen<'a> {
 
 impl Seen<'_> {
     /// About how far a joint is, in a transition, from where the nearer of both clips has it, in metres: half of what the clips are
-    /// apart, times five for the joint that is farthest.
+    /// apart, times four for the joint that is farthest.
     fn crossed(&self) -> f32 {
         match self.graph.edge(self.playhead.edge).motion {
             EdgeMotion::Clip => 0.0,
-            EdgeMotion::Transition { distance, .. } => 2.5 * distance,
+            EdgeMotion::Transition { distance, .. } => 2.0 * distance,
         }
     }
 

@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 use super::ids::CharacterId;
 use super::scratch::Worker;
 use super::state::CharacterState;
+use crate::graph::EdgeId;
 use sabaki_motion::internal::{WorkerPool, lock};
 
 /// A place for a character.
@@ -29,6 +30,8 @@ pub(super) struct Slot {
 pub(super) struct Blend {
     /// Time since its start, in seconds.
     pub age: f32,
+    /// The edge that was played.
+    pub edge: EdgeId,
     /// How far the farthest joint was from where it is without the blend, in metres.
     pub metres: f32,
     /// Whether it was farther before.
@@ -45,13 +48,14 @@ impl Slot {
     }
 
     /// About how far a blend of an age moves a joint: as far as when it was posed last, later in the same blend. Infinite for another one,
-    /// and as long as it grows.
-    pub(super) fn blended(&mut self, age: Option<f32>) -> f32 {
+    /// on another edge, and as long as it grows.
+    pub(super) fn blended(&mut self, age: Option<f32>, edge: EdgeId) -> f32 {
         let Some(age) = age else {
             self.blend = None;
             return 0.0;
         };
-        match self.blend.as_mut().filter(|blend| blend.age <= age) {
+        let before = self.blend.as_mut();
+        match before.filter(|blend| blend.age <= age && blend.edge == edge) {
             Some(blend) if !blend.is_fading => f32::INFINITY,
             Some(blend) => {
                 blend.age = age;
@@ -65,10 +69,12 @@ impl Slot {
     }
 
     /// Notes how far a blend of an age moves the farthest joint, in metres.
-    pub(super) fn note_blend(&mut self, age: f32, metres: f32) {
-        let before = self.blend.filter(|blend| blend.age <= age);
+    pub(super) fn note_blend(&mut self, age: f32, edge: EdgeId, metres: f32) {
+        let before = self.blend;
+        let before = before.filter(|blend| blend.age <= age && blend.edge == edge);
         self.blend = Some(Blend {
             age,
+            edge,
             metres,
             is_fading: before.is_some_and(|before| metres <= before.metres),
         });

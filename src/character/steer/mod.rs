@@ -185,7 +185,7 @@ impl Steering {
         });
         // What comes to what was just played is left for what was not, if that is near.
         let repeats = moment.is_some_and(|moment| idle.is_some() && state.repeats(moment))
-            && fresh.is_some_and(|(_, apart)| apart < 2.0 * gain);
+            && fresh.is_some_and(|(_, apart)| apart < gain);
         let kept = match search.current {
             Some(current) if !search.ends && !repeats => {
                 distance(&self.table.rows[current], &search.wanted)
