@@ -9,7 +9,7 @@ use super::crowd_poses::{CrowdPoseSettings, CrowdPoses, Member, Poser, Seen};
 use super::error::CharacterError;
 use super::ids::CharacterId;
 use super::scratch::Worker;
-use super::slot::Slot;
+use super::slot::{Blend, Slot};
 use super::state::CharacterState;
 use crate::anim::forward_kinematics;
 use crate::crowd::{CrowdError, Layout, MemberId, PoseSlice};
@@ -188,7 +188,7 @@ impl<'a> ByGraph<'a> {
             if let Some(age) = motion.blend_age(seconds) {
                 let metres = self.blended_by(state, worker);
                 let edge = motion.playhead(self.graph, seconds).edge;
-                slot.note_blend(age, edge, metres);
+                slot.blend = Some(Blend { age, edge, metres });
             }
             let kept = self.poses.kept.iter();
             worker.external.joints.clear();

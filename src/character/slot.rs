@@ -34,8 +34,6 @@ pub(super) struct Blend {
     pub edge: EdgeId,
     /// How far the farthest joint was from where it is without the blend, in metres.
     pub metres: f32,
-    /// Whether it was farther before.
-    pub is_fading: bool,
 }
 
 impl Slot {
@@ -48,7 +46,7 @@ impl Slot {
     }
 
     /// About how far a blend of an age moves a joint: as far as when it was posed last, later in the same blend. Infinite for another one,
-    /// on another edge, and as long as it grows.
+    /// and on another edge.
     pub(super) fn blended(&mut self, age: Option<f32>, edge: EdgeId) -> f32 {
         let Some(age) = age else {
             self.blend = None;
@@ -56,7 +54,6 @@ impl Slot {
         };
         let before = self.blend.as_mut();
         match before.filter(|blend| blend.age <= age && blend.edge == edge) {
-            Some(blend) if !blend.is_fading => f32::INFINITY,
             Some(blend) => {
                 blend.age = age;
                 blend.metres
@@ -66,18 +63,6 @@ impl Slot {
                 f32::INFINITY
             }
         }
-    }
-
-    /// Notes how far a blend of an age moves the farthest joint, in metres.
-    pub(super) fn note_blend(&mut self, age: f32, edge: EdgeId, metres: f32) {
-        let before = self.blend;
-        let before = before.filter(|blend| blend.age <= age && blend.edge == edge);
-        self.blend = Some(Blend {
-            age,
-            edge,
-            metres,
-            is_fading: before.is_some_and(|before| metres <= before.metres),
-        });
     }
 }
 
