@@ -90,8 +90,8 @@ impl SteerState {
 
     /// Whether what is played comes to what was played before.
     pub(super) fn repeats(&self, moment: &Moment) -> bool {
-        /// It is left so many frames before: frames are rounded.
-        const BEFORE: u32 = 3;
+        /// It is left so many frames before.
+        const BEFORE: u32 = 6;
         let before = self.recent.len().saturating_sub(1);
         self.recent[..before].iter().any(|one| {
             let frames = one.from.saturating_sub(BEFORE)..=one.to;
