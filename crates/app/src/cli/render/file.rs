@@ -4,7 +4,7 @@ use std::io::Write;
 use std::path::Path;
 
 use sabaki::archive;
-use sabaki_app::film::{Delay, Film, FilmError, png};
+use sabaki_app::film::{Film, FilmError, png};
 
 use crate::cli::{Failure, cancel};
 
