@@ -30,8 +30,8 @@ pub(super) struct Slot {
 pub(super) struct Blend {
     /// Time since its start, in seconds.
     pub age: f32,
-    /// The edge that was played.
-    pub edge: EdgeId,
+    /// The transition that was played; `None` for a clip. A transition keeps its feet planted, which a blend then moves less.
+    pub transition: Option<EdgeId>,
     /// How far the farthest joint was from where it is without the blend, in metres.
     pub metres: f32,
 }
@@ -46,14 +46,14 @@ impl Slot {
     }
 
     /// About how far a blend of an age moves a joint: as far as when it was posed last, later in the same blend. Infinite for another one,
-    /// and on another edge.
-    pub(super) fn blended(&mut self, age: Option<f32>, edge: EdgeId) -> f32 {
+    /// and in another transition.
+    pub(super) fn blended(&mut self, age: Option<f32>, transition: Option<EdgeId>) -> f32 {
         let Some(age) = age else {
             self.blend = None;
             return 0.0;
         };
         let before = self.blend.as_mut();
-        match before.filter(|blend| blend.age <= age && blend.edge == edge) {
+        match before.filter(|blend| blend.age <= age && blend.transition == transition) {
             Some(blend) => {
                 blend.age = age;
                 blend.metres
