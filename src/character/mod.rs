@@ -70,6 +70,7 @@ mod slot;
 mod state;
 mod steer;
 mod steer_around;
+mod tested_motion;
 mod threat;
 mod watch;
 mod world;

@@ -164,6 +164,8 @@ fn a_threat_that_stays_near_leaves_the_player_in_control() {
         let went = from.x - place(&game, id).x;
         assert!(went > 1.5, "updated: {is_seen_again}, {went} m");
         assert_eq!(outcomes(&events)[0], 0);
+        let began = |event: &&CharacterEvent| event.kind == CharacterEventKind::Began;
+        assert!(events.iter().filter(began).count() < 4, "{events:?}");
     }
 }
 
