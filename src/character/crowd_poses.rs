@@ -18,8 +18,9 @@ use crate::lod::{Levels, Switching};
 use crate::math::F32x16;
 use sabaki_motion::internal::ExternalGroups;
 
-/// What lies beside a joint is moved by so many times as much as the joint.
-const BESIDE: f32 = 1.1;
+/// What a blend moves is taken to be so many times as much as was measured: what lies beside a joint goes further, and so does all where
+/// the next edge no longer keeps the feet planted.
+const RESERVE: f32 = 1.25;
 
 /// How [`Characters::pose_all`](super::Characters::pose_all) poses.
 #[derive(Clone, Debug, PartialEq)]
@@ -139,7 +140,7 @@ impl CrowdPoses {
         let has_changed = detail != std::mem::replace(&mut member.detail, detail);
         let most = self.settings.blend_error * seen.distance;
         let is_small = seen.distance >= self.settings.near
-            && BESIDE * (seen.left_out + seen.crossed()) <= most;
+            && RESERVE * (seen.left_out + seen.crossed()) <= most;
         if !is_small {
             member.poser = Poser::Graph(self.singles.len() as u32);
             self.singles.push(index as u32);

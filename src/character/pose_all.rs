@@ -13,7 +13,7 @@ use super::slot::{Blend, Slot};
 use super::state::CharacterState;
 use crate::anim::forward_kinematics;
 use crate::crowd::{CrowdError, Layout, MemberId, PoseSlice};
-use crate::graph::{EdgeId, EdgeMotion, MotionGraph, Playhead};
+use crate::graph::MotionGraph;
 use crate::lod::Levels;
 use crate::math::F32x16;
 use sabaki_motion::internal::lock;
@@ -61,8 +61,7 @@ impl Characters {
                 let (motion, seconds) = (&state.playing.motion, state.playing.seconds);
                 (motion.playhead(graph, seconds), motion.blend_age(seconds))
             });
-            let blended =
-                played.map(|(playhead, age)| slot.blended(age, transition(graph, playhead)));
+            let blended = played.map(|(_, age)| slot.blended(age));
             let seen = slot.state.as_deref().zip(played).zip(blended);
             let seen = seen.map(|((state, (playhead, _)), blended)| {
                 let playing = &state.playing;
@@ -146,12 +145,6 @@ impl Characters {
     }
 }
 
-/// The transition that a playhead is in.
-fn transition(graph: &MotionGraph, playhead: Playhead) -> Option<EdgeId> {
-    let edge = playhead.edge;
-    (graph.edge(edge).motion != EdgeMotion::Clip).then_some(edge)
-}
-
 /// The characters that the graph poses.
 struct ByGraph<'a> {
     graph: &'a MotionGraph,
@@ -194,12 +187,7 @@ impl<'a> ByGraph<'a> {
             forward_kinematics(self.graph.skeleton(), &worker.pose, &mut worker.joints);
             if let Some(age) = motion.blend_age(seconds) {
                 let metres = self.blended_by(state, worker);
-                let playhead = motion.playhead(self.graph, seconds);
-                slot.blend = Some(Blend {
-                    age,
-                    transition: transition(self.graph, playhead),
-                    metres,
-                });
+                slot.blend = Some(Blend { age, metres });
             }
             let kept = self.poses.kept.iter();
             worker.external.joints.clear();

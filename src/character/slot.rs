@@ -9,7 +9,6 @@ use serde::{Deserialize, Serialize};
 use super::ids::CharacterId;
 use super::scratch::Worker;
 use super::state::CharacterState;
-use crate::graph::EdgeId;
 use sabaki_motion::internal::{WorkerPool, lock};
 
 /// A place for a character.
@@ -30,8 +29,6 @@ pub(super) struct Slot {
 pub(super) struct Blend {
     /// Time since its start, in seconds.
     pub age: f32,
-    /// The transition that was played; `None` for a clip. A transition keeps its feet planted, which a blend then moves less.
-    pub transition: Option<EdgeId>,
     /// How far the farthest joint was from where it is without the blend, in metres.
     pub metres: f32,
 }
@@ -45,15 +42,13 @@ impl Slot {
         }
     }
 
-    /// About how far a blend of an age moves a joint: as far as when it was posed last, later in the same blend. Infinite for another one,
-    /// and in another transition.
-    pub(super) fn blended(&mut self, age: Option<f32>, transition: Option<EdgeId>) -> f32 {
+    /// About how far a blend of an age moves a joint: as far as when it was posed last, later in the same blend. Infinite for another one.
+    pub(super) fn blended(&mut self, age: Option<f32>) -> f32 {
         let Some(age) = age else {
             self.blend = None;
             return 0.0;
         };
-        let before = self.blend.as_mut();
-        match before.filter(|blend| blend.age <= age && blend.transition == transition) {
+        match self.blend.as_mut().filter(|blend| blend.age <= age) {
             Some(blend) => {
                 blend.age = age;
                 blend.metres

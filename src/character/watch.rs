@@ -94,7 +94,7 @@ impl CharacterState {
             Some(_) => self.measure(id, world, worker),
             None => self.centres.clear(),
         }
-        self.say_what_has_passed(&later);
+        self.say_what_has_passed(id, &later);
     }
 
     /// The threats that may touch the body in this step.
@@ -150,14 +150,14 @@ impl CharacterState {
     }
 
     /// Forgets the threats that are gone or have passed, and says by how much those missed that did not hit.
-    fn say_what_has_passed(&mut self, later: &World<'_>) {
+    fn say_what_has_passed(&mut self, me: CharacterId, later: &World<'_>) {
         let root = self
             .playing
             .motion
             .root(later.baked.graph(), self.playing.seconds);
         let mut place = 0;
         while let Some(&Watched { id, metres, is_hit }) = self.watched.get(place) {
-            let known = later.threats.iter().find(|known| known.id == id);
+            let known = later.threats_of(me).find(|known| known.id == id);
             let is_near = known.is_some_and(|known| {
                 let window = self.window(later, later.now, &known.threat);
                 window.is_some() || !known.threat.has_passed(later.now, root)
