@@ -56,20 +56,18 @@ impl Characters {
         poses.crowd.set_time(self.now);
         for (index, slot) in self.slots.iter_mut().enumerate() {
             let slot = slot.get_mut().unwrap_or_else(PoisonError::into_inner);
-            let state = slot.state.as_deref();
-            let played = state.map(|state| {
-                let (motion, seconds) = (&state.playing.motion, state.playing.seconds);
-                (motion.playhead(graph, seconds), motion.blend_age(seconds))
+            let age = slot.state.as_deref().and_then(|state| {
+                let playing = &state.playing;
+                playing.motion.blend_age(playing.seconds)
             });
-            let blended = played.map(|(_, age)| slot.blended(age));
-            let seen = slot.state.as_deref().zip(played).zip(blended);
-            let seen = seen.map(|((state, (playhead, _)), blended)| {
+            let blended = slot.blended(age);
+            let seen = slot.state.as_deref().map(|state| {
                 let playing = &state.playing;
                 let root = playing.motion.root(graph, playing.seconds);
                 Seen {
                     graph,
                     state,
-                    playhead,
+                    playhead: playing.motion.playhead(graph, playing.seconds),
                     distance: root.distance(eye),
                     left_out: match playing.motion.is_bent(playing.seconds) {
                         true => f32::INFINITY,
