@@ -18,10 +18,6 @@ use crate::lod::{Levels, Switching};
 use crate::math::F32x16;
 use sabaki_motion::internal::ExternalGroups;
 
-/// What a blend moves is taken to be so many times as much as was measured: what lies beside a joint goes further, and so does all where
-/// the next edge no longer keeps the feet planted.
-const RESERVE: f32 = 1.25;
-
 /// How [`Characters::pose_all`](super::Characters::pose_all) poses.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CrowdPoseSettings {
@@ -138,9 +134,8 @@ impl CrowdPoses {
         let choice = switching.choose(seen.distance, Some(LevelId(member.detail as u16)));
         let detail = f32::from(choice.level.0) + choice.blend;
         let has_changed = detail != std::mem::replace(&mut member.detail, detail);
-        let most = self.settings.blend_error * seen.distance;
         let is_small = seen.distance >= self.settings.near
-            && RESERVE * (seen.left_out + seen.crossed()) <= most;
+            && seen.left_out + seen.crossed() <= self.settings.blend_error * seen.distance;
         if !is_small {
             member.poser = Poser::Graph(self.singles.len() as u32);
             self.singles.push(index as u32);

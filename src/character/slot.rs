@@ -48,7 +48,8 @@ impl Slot {
             self.blend = None;
             return 0.0;
         };
-        match self.blend.as_mut().filter(|blend| blend.age <= age) {
+        // One that begins in the next frame is as old as the one before it was.
+        match self.blend.as_mut().filter(|blend| blend.age < age) {
             Some(blend) => {
                 blend.age = age;
                 blend.metres
