@@ -18,6 +18,9 @@ use crate::lod::{Levels, Switching};
 use crate::math::F32x16;
 use sabaki_motion::internal::ExternalGroups;
 
+/// What lies beside a joint is moved by so many times as much as the joint.
+const BESIDE: f32 = 1.1;
+
 /// How [`Characters::pose_all`](super::Characters::pose_all) poses.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CrowdPoseSettings {
@@ -134,8 +137,9 @@ impl CrowdPoses {
         let choice = switching.choose(seen.distance, Some(LevelId(member.detail as u16)));
         let detail = f32::from(choice.level.0) + choice.blend;
         let has_changed = detail != std::mem::replace(&mut member.detail, detail);
+        let most = self.settings.blend_error * seen.distance;
         let is_small = seen.distance >= self.settings.near
-            && seen.left_out + seen.crossed() <= self.settings.blend_error * seen.distance;
+            && BESIDE * (seen.left_out + seen.crossed()) <= most;
         if !is_small {
             member.poser = Poser::Graph(self.singles.len() as u32);
             self.singles.push(index as u32);
