@@ -56,18 +56,20 @@ impl Characters {
         poses.crowd.set_time(self.now);
         for (index, slot) in self.slots.iter_mut().enumerate() {
             let slot = slot.get_mut().unwrap_or_else(PoisonError::into_inner);
-            let age = slot.state.as_deref().and_then(|state| {
-                let playing = &state.playing;
-                playing.motion.blend_age(playing.seconds)
+            let state = slot.state.as_deref();
+            let played = state.map(|state| {
+                let (motion, seconds) = (&state.playing.motion, state.playing.seconds);
+                (motion.playhead(graph, seconds), motion.blend_age(seconds))
             });
-            let blended = slot.blended(age);
-            let seen = slot.state.as_deref().map(|state| {
+            let blended = played.map(|(playhead, age)| slot.blended(age, playhead.edge));
+            let seen = slot.state.as_deref().zip(played).zip(blended);
+            let seen = seen.map(|((state, (playhead, _)), blended)| {
                 let playing = &state.playing;
                 let root = playing.motion.root(graph, playing.seconds);
                 Seen {
                     graph,
                     state,
-                    playhead: playing.motion.playhead(graph, playing.seconds),
+                    playhead,
                     distance: root.distance(eye),
                     left_out: match playing.motion.is_bent(playing.seconds) {
                         true => f32::INFINITY,
@@ -185,7 +187,8 @@ impl<'a> ByGraph<'a> {
             forward_kinematics(self.graph.skeleton(), &worker.pose, &mut worker.joints);
             if let Some(age) = motion.blend_age(seconds) {
                 let metres = self.blended_by(state, worker);
-                slot.blend = Some(Blend { age, metres });
+                let edge = motion.playhead(self.graph, seconds).edge;
+                slot.blend = Some(Blend { age, edge, metres });
             }
             let kept = self.poses.kept.iter();
             worker.external.joints.clear();

@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 use super::ids::CharacterId;
 use super::scratch::Worker;
 use super::state::CharacterState;
+use crate::graph::EdgeId;
 use sabaki_motion::internal::{WorkerPool, lock};
 
 /// A place for a character.
@@ -29,6 +30,8 @@ pub(super) struct Slot {
 pub(super) struct Blend {
     /// Time since its start, in seconds.
     pub age: f32,
+    /// The edge that was played.
+    pub edge: EdgeId,
     /// How far the farthest joint was from where it is without the blend, in metres.
     pub metres: f32,
 }
@@ -42,14 +45,15 @@ impl Slot {
         }
     }
 
-    /// About how far a blend of an age moves a joint: as far as when it was posed last, later in the same blend. Infinite for another one.
-    pub(super) fn blended(&mut self, age: Option<f32>) -> f32 {
+    /// About how far a blend of an age moves a joint: as far as when it was posed last, later in the same blend. Infinite for another one,
+    /// and on another edge.
+    pub(super) fn blended(&mut self, age: Option<f32>, edge: EdgeId) -> f32 {
         let Some(age) = age else {
             self.blend = None;
             return 0.0;
         };
-        // One that begins in the next frame is as old as the one before it was.
-        match self.blend.as_mut().filter(|blend| blend.age < age) {
+        let before = self.blend.as_mut();
+        match before.filter(|blend| blend.age <= age && blend.edge == edge) {
             Some(blend) => {
                 blend.age = age;
                 blend.metres
