@@ -1,5 +1,6 @@
 //! When new groups are made, and how they take over from the present ones.
 
+use super::character::MemberId;
 use super::debt::Debt;
 use super::frame_input::Frame;
 use super::instances::{Crowd, LONGEST_RUN};
@@ -73,13 +74,9 @@ impl Crowd {
 
     /// Takes a character's level, and whether it is visible, from its lane, which is newer.
     fn store_lane(&mut self, id: usize) {
-        let slot = self.slots[id];
-        let state = &mut self.states[id];
-        if slot & PARKED == 0 && !state.is_late {
-            let slot = Slot::of(slot);
-            state.detail = self.schedule.groups[slot.group].detail.0[slot.lane];
-            state.is_culled = !self.schedule.is_visible(slot);
-        }
+        let mut state = self.states[id];
+        self.store_detail(MemberId(id as u32), &mut state);
+        self.states[id] = state;
     }
 
     /// Poses the new groups from now on. `copies_lanes`: what frames have chosen is not chosen again at once.
