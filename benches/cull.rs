@@ -1,9 +1,12 @@
-//! Culling alone, from recording to polled counts, by number of candidates: the CPU's maps, the device's compute shader, and
-//! its stencil buffer, counted by occlusion queries or by atomics. Candidates are those of the query that has the most, over
-//! and over.
+//! Culling alone, from recording to polled counts: the CPU's maps, the device's compute shader, and its stencil buffer, counted by
+//! occlusion queries or by atomics. First by number of candidates, which are those of the query that has the most, over and over;
+//! then by number of queries in one submission. Where a table is of the device's timestamps, it leaves out the CPU, submission and
+//! waiting.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 mod common;
+#[path = "common/cullers.rs"]
+mod cullers;
 
 use std::error::Error;
 use std::fs;
@@ -13,17 +16,20 @@ use std::time::Instant;
 
 use common::report::Report;
 use common::{Motions, throws};
+use cullers::{COLUMNS, Cullers, DeviceClock};
 use sabaki::archive;
-use sabaki::gpu::{Counting, Culler, CullerDesc, PipelineCache};
+use sabaki::gpu::{Culler, CullerDesc, PipelineCache};
 use sabaki::internal::CullCandidate;
 use sabaki::maps::{BakedGraph, MapGrid};
-use sabaki::query::cull::{Counted, CullInput, CullPath, Overlap, cpu};
-use sabaki::query::{Query, QueryContext, QuerySettings};
+use sabaki::query::cull::{Counted, CullInput, CullPath};
+use sabaki::query::{Query, QueryContext, QuerySettings, Session};
 use sabaki_app::demo::throw::Throw;
-use sabaki_app::headless::{Headless, HeadlessDesc};
+use sabaki_app::headless::{DeviceKind, Headless, HeadlessDesc, devices};
 
-const SIZES: [usize; 4] = [5, 100, 1000, 10_000];
-const COLUMNS: [&str; 4] = ["cpu", "compute", "stencil, queries", "stencil, atomics"];
+/// Numbers of candidates. A device that is the CPU itself leaves out the last one.
+const SIZES: [usize; 5] = [5, 100, 1000, 10_000, 100_000];
+/// Numbers of queries in one submission.
+const BATCHES: [usize; 4] = [1, 10, 50, 200];
 
 /// The folder with the files of a start; where it is set, the process is one.
 const START: &str = "SABAKI_START";
@@ -44,27 +50,84 @@ fn main() -> ExitCode {
 fn measure(report: &mut Report) {
     let mut device = Headless::new(&HeadlessDesc::default()).unwrap();
     report.device(device.device_name());
+    let clock = DeviceClock::new(&device).unwrap();
     // No cull on the device can be faster than this.
     report.table("the device alone", &["empty command buffer"]);
     report.row("submitted and waited for", |_| {
         device.run(|_| Ok(())).unwrap()
     });
+    let maps = [("default", MapGrid::default()), ("paper's", MapGrid::PAPER)];
+    let maps = maps.map(|(name, grid)| (name, Motions::read().bake_on(grid)));
+    let sizes = match is_software(device.device_name()) {
+        true => &SIZES[..SIZES.len() - 1],
+        false => &SIZES[..],
+    };
     report.table("candidates culled", &COLUMNS);
-    for (maps, grid) in [("default", MapGrid::default()), ("paper's", MapGrid::PAPER)] {
-        let baked = Motions::read().bake_on(grid);
+    for (maps, baked) in &maps {
         for (counts, counted) in [("a choice", Counted::FOR_A_CHOICE), ("all", Counted::ALL)] {
-            let mut cullers = Cullers::new(&mut device, &baked, counted);
-            for size in SIZES {
-                let name = format!("{maps} maps, counts for {counts}, {size:6}");
-                with_candidates(&baked, counted, size, |input| {
-                    report.row(&name, |column| cullers.count(&mut device, column, input));
-                });
-            }
-            cullers.destroy(&mut device);
+            let name = |size| format!("{maps} maps, counts for {counts}, {size:6}");
+            of_candidates(
+                &mut device,
+                baked,
+                counted,
+                sizes,
+                |device, cullers, input| {
+                    let size = input.candidates.len();
+                    report.row(name(size), |column| {
+                        cullers.count(device, column, &[*input])
+                    });
+                },
+            );
         }
     }
+    report.table(
+        "candidates culled, by the device's timestamps",
+        &COLUMNS[1..],
+    );
+    for (maps, baked) in &maps {
+        let counted = Counted::FOR_A_CHOICE;
+        of_candidates(
+            &mut device,
+            baked,
+            counted,
+            sizes,
+            |device, cullers, input| {
+                let name = format!("{maps} maps, {:6}", input.candidates.len());
+                report.row_of_times(name, |column| {
+                    cullers.time_on_device(device, &clock, column + 1, &[*input])
+                });
+            },
+        );
+    }
+    report.table("queries in one submission", &COLUMNS);
+    for (maps, baked) in &maps {
+        of_queries(&mut device, baked, |device, cullers, inputs| {
+            let name = format!("{maps} maps, {:3}", inputs.len());
+            report.row(name, |column| cullers.count(device, column, inputs));
+        });
+    }
+    report.table(
+        "queries in one submission, by the device's timestamps",
+        &COLUMNS[1..],
+    );
+    for (maps, baked) in &maps {
+        of_queries(&mut device, baked, |device, cullers, inputs| {
+            let name = format!("{maps} maps, {:3}", inputs.len());
+            report.row_of_times(name, |column| {
+                cullers.time_on_device(device, &clock, column + 1, inputs)
+            });
+        });
+    }
     starts(report);
+    clock.destroy(&device);
     let _ = device.destroy();
+}
+
+/// Whether the device is the CPU itself.
+fn is_software(name: &str) -> bool {
+    let all = devices().unwrap();
+    let device = all.iter().find(|device| device.name == name);
+    device.is_some_and(|device| device.kind == DeviceKind::Software)
 }
 
 /// Starts of a program, each in a process of its own: a culler is created and counts for the first time. On a first start the
@@ -125,6 +188,60 @@ fn start(folder: &Path) -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
+/// Calls `run` with so many candidates of one query, by size, and with the cullers that count them.
+fn of_candidates(
+    device: &mut Headless,
+    baked: &BakedGraph,
+    counted: Counted,
+    sizes: &[usize],
+    mut run: impl FnMut(&mut Headless, &mut Cullers, &CullInput<'_>),
+) {
+    let most = sizes.last().copied().unwrap() as u32;
+    let mut cullers = Cullers::new(device, counted, |path| {
+        let mut desc = CullerDesc::new(path, baked.atlas());
+        desc.max_candidates = most;
+        desc.frames_in_flight = 1;
+        desc.stencil.max_boxes = most * 32;
+        desc
+    });
+    for &size in sizes {
+        with_candidates(baked, counted, size, |input| {
+            cullers.check(device, &[*input]);
+            run(device, &mut cullers, input);
+        });
+    }
+    cullers.destroy(device);
+}
+
+/// Calls `run` with the candidates of so many queries, each of an attack of its own, and with the cullers that count them.
+fn of_queries(
+    device: &mut Headless,
+    baked: &BakedGraph,
+    mut run: impl FnMut(&mut Headless, &mut Cullers, &[CullInput<'_>]),
+) {
+    let settings = QuerySettings::default();
+    let query = Query::new(baked, &settings);
+    let most = BATCHES.last().copied().unwrap();
+    let mut cullers = Cullers::new(device, Counted::FOR_A_CHOICE, |path| {
+        CullerDesc::new(path, baked.atlas()).for_settings(&settings, most as u32)
+    });
+    let throws = throws(baked, 2 * most as u64);
+    let mut contexts: Vec<QueryContext> = throws.iter().map(|_| QueryContext::default()).collect();
+    let pairs = throws.iter().zip(&mut contexts);
+    let sessions = pairs.map(|(throw, context)| query.start(throw.request(), context));
+    let sessions: Vec<Session<'_>> = sessions.collect();
+    let inputs = sessions.iter().map(Session::cull_input);
+    let fitting =
+        inputs.filter(|input| !input.candidates.is_empty() && cullers.take(device, input));
+    let inputs: Vec<CullInput<'_>> = fitting.take(most).collect();
+    for size in BATCHES {
+        let inputs = inputs.get(..size).unwrap();
+        cullers.check(device, inputs);
+        run(device, &mut cullers, inputs);
+    }
+    cullers.destroy(device);
+}
+
 /// Calls `run` with an attack and so many candidates.
 fn with_candidates(
     baked: &BakedGraph,
@@ -152,53 +269,4 @@ fn with_candidates(
         candidates: &candidates,
         ..input
     });
-}
-
-/// One culler for each column.
-struct Cullers {
-    cpu: cpu::Culler,
-    overlaps: Vec<Overlap>,
-    /// All columns but the first.
-    device: [Culler; 3],
-}
-
-impl Cullers {
-    fn new(device: &mut Headless, baked: &BakedGraph, counted: Counted) -> Self {
-        let mut make = |path, counting| {
-            let mut desc = CullerDesc {
-                counted,
-                ..CullerDesc::new(path, baked.atlas())
-            };
-            desc.stencil.counting = Some(counting);
-            if path == CullPath::Compute {
-                desc.max_candidates = 10_000;
-            }
-            let made = device.make(|context, memory| Culler::new(context, memory, &desc));
-            made.unwrap()
-        };
-        Self {
-            cpu: cpu::Culler::default().counting(counted),
-            overlaps: Vec::new(),
-            device: [
-                make(CullPath::Compute, Counting::Atomics),
-                make(CullPath::Stencil, Counting::Queries),
-                make(CullPath::Stencil, Counting::Atomics),
-            ],
-        }
-    }
-
-    fn count(&mut self, device: &mut Headless, column: usize, input: &CullInput<'_>) -> usize {
-        match column {
-            0 => self.cpu.count(input, &mut self.overlaps),
-            _ => self.overlaps = device.cull(&mut self.device[column - 1], input).unwrap(),
-        }
-        self.overlaps.len()
-    }
-
-    fn destroy(self, device: &mut Headless) {
-        let memory = device.memory().unwrap();
-        for culler in self.device {
-            culler.destroy(memory);
-        }
-    }
 }
