@@ -8,16 +8,17 @@ use sabaki::gpu::ash::{self, vk};
 use sabaki::internal::{Disc, Drawing, MapRect, SUB_TEXELS};
 use sabaki_app::headless::{DeviceChoice, Headless, HeadlessDesc};
 
-/// A software device with validation on. A machine without one fails the test.
+/// A device with validation on: the one that the variable `SABAKI_DEVICE` names, else a software device. A machine without it fails the
+/// test.
 pub fn device() -> Headless {
-    Headless::new(&desc()).expect("a software Vulkan device and the validation layer")
+    Headless::new(&desc()).expect("the Vulkan device and the validation layer")
 }
 
 pub fn desc() -> HeadlessDesc {
     wait_for_turn();
     keep_loaded();
     HeadlessDesc {
-        device: DeviceChoice::Software,
+        device: std::env::var("SABAKI_DEVICE").map_or(DeviceChoice::Software, DeviceChoice::Named),
         validation: true,
         ..HeadlessDesc::default()
     }
