@@ -78,6 +78,20 @@ impl WayBack {
             return Some(*slant);
         }
         let ([x, z], [width, height]) = (reach.middle, reach.half);
+        // Most maps are far from most cells.
+        let middle = slant.turned(self.back(reach.middle));
+        let [cos, sin] = [
+            (self.cos * slant.cos + self.sin * slant.sin).abs(),
+            (self.sin * slant.cos - self.cos * slant.sin).abs(),
+        ];
+        let half = [cos * width + sin * height, sin * width + cos * height];
+        let is_near = |axis: usize| {
+            middle[axis] - half[axis] < slant.high[axis] + Self::MARGIN
+                && middle[axis] + half[axis] > slant.low[axis] - Self::MARGIN
+        };
+        if !(is_near(0) && is_near(1)) {
+            return None;
+        }
         let outline = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]];
         slant.shared(outline.map(|[a, b]| self.back([x + a * width, z + b * height])))
     }
