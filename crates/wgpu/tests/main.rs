@@ -15,6 +15,8 @@ use sabaki_app::demo::throw::{ThrowSettings, throw};
 use sabaki_wgpu::{Host, HostError, HostedCuller};
 
 fn adapter() -> wgpu::Adapter {
+    // One test at a time has devices.
+    drop(common::desc());
     let instance = wgpu::Instance::new(wgpu::InstanceDescriptor {
         backends: wgpu::Backends::VULKAN,
         flags: wgpu::InstanceFlags::debugging(),
@@ -165,4 +167,60 @@ fn wgpu_hosts_a_dodge() {
     drop((renderer, host, own));
     let heard = wgpu_hal::VALIDATION_CANARY.get_and_reset();
     assert!(heard.is_empty(), "{heard:#?}");
+}
+
+#[test]
+fn a_device_with_what_the_adapter_lacks_is_refused_by_name() {
+    let adapter = adapter();
+    let experimental = wgpu::Features::all_experimental_mask();
+    let lacking = wgpu::Features::all() - adapter.features() - experimental;
+    let feature = lacking.iter().next().expect("a feature that is missing");
+    let refused = Host::open(
+        &adapter,
+        &wgpu::DeviceDescriptor {
+            required_features: feature,
+            ..Default::default()
+        },
+    );
+    assert!(
+        matches!(&refused, Err(HostError::Features(named)) if *named == feature),
+        "{refused:?}"
+    );
+
+    let offered = adapter.features() & experimental;
+    if let Some(feature) = offered.iter().next() {
+        let refused = Host::open(
+            &adapter,
+            &wgpu::DeviceDescriptor {
+                required_features: feature,
+                ..Default::default()
+            },
+        );
+        assert!(
+            matches!(&refused, Err(HostError::Experimental(named)) if *named == feature),
+            "{refused:?}"
+        );
+    }
+
+    let offered = adapter.limits().max_bind_groups;
+    let refused = Host::open(
+        &adapter,
+        &wgpu::DeviceDescriptor {
+            required_limits: wgpu::Limits {
+                max_bind_groups: offered + 1,
+                ..Default::default()
+            },
+            ..Default::default()
+        },
+    );
+    let Err(HostError::Limit {
+        name,
+        required,
+        allowed,
+    }) = refused
+    else {
+        panic!("{refused:?}");
+    };
+    let expected = ("max_bind_groups", offered + 1, offered);
+    assert_eq!((name, required as u32, allowed as u32), expected);
 }
