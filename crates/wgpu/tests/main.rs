@@ -169,6 +169,43 @@ fn wgpu_hosts_a_dodge() {
     assert!(heard.is_empty(), "{heard:#?}");
 }
 
+/// What a command buffer uses lives as long as the command buffer, and not longer.
+#[test]
+fn a_culler_is_dropped_before_its_commands_are_submitted() {
+    let baked = embedded();
+    let desc = wgpu::DeviceDescriptor::default();
+    let (host, queue) = Host::open(&adapter(), &desc).unwrap();
+    let renderer = Renderer {
+        device: host.device().clone(),
+        queue,
+    };
+    let settings = QuerySettings::default();
+    let throw = throw(baked, &ThrowSettings::default(), 3, 0).unwrap();
+    let mut context = QueryContext::default();
+    let query = Query::new(baked, &settings);
+    let session = query.start(throw.request(), &mut context);
+    for way in Way::ALL {
+        let mut culler = host.culler(&way.desc(baked.atlas())).unwrap();
+        let [first, second] = [0, 1].map(|slot| {
+            let mut batch = [BatchEntry {
+                slot,
+                input: session.cull_input(),
+                ticket: None,
+            }];
+            // SAFETY: each slot is recorded once; what is submitted is in the order of recording.
+            unsafe { culler.record(&mut batch) }.unwrap()
+        });
+        drop(culler);
+        renderer.frame(vec![first]);
+        drop(second);
+    }
+    renderer.frame(Vec::new());
+    // Anything that is left would be reported when the device is destroyed.
+    drop((renderer, host));
+    let heard = wgpu_hal::VALIDATION_CANARY.get_and_reset();
+    assert!(heard.is_empty(), "{heard:#?}");
+}
+
 #[test]
 fn a_device_with_what_the_adapter_lacks_is_refused_by_name() {
     let adapter = adapter();
