@@ -8,10 +8,11 @@ use glam::Vec3;
 
 use super::device::Device;
 use super::graph::Graph;
+use super::memory::HostMemory;
 use super::status::{Failure, NOT_YET, OK, Status, call};
 use super::{given, given_mut};
 use crate::anim::{JointTransform, Pose, forward_kinematics};
-use crate::gpu::{self, CullerDesc, GpuError, Memory, Ticket, command_buffer};
+use crate::gpu::{self, CullerDesc, GpuError, Ticket, command_buffer};
 use crate::graph::{EdgeId, Playhead};
 use crate::maps::{BakedGraph, SphereKey};
 use crate::math::Rigid2;
@@ -89,7 +90,7 @@ struct Slot {
 pub(super) struct Culler {
     baked: Arc<BakedGraph>,
     settings: QuerySettings,
-    memory: Box<dyn Memory>,
+    memory: HostMemory,
     device: gpu::Culler,
     slots: Vec<Slot>,
 }
@@ -106,14 +107,12 @@ unsafe extern "C" fn sabaki_culler_create(
 ) -> Status {
     call(|| {
         // SAFETY: the caller's graph, device with valid handles, and place for the culler.
-        let (graph, context, mut memory, out) = unsafe {
-            let device = given(device, "device")?;
-            let context = device.context()?;
-            let memory = device.memory(&context)?;
+        let (graph, host, context, out) = unsafe {
+            let host = given(device, "device")?;
             (
                 given(graph, "graph")?,
-                context,
-                memory,
+                host,
+                host.context()?,
                 given_mut(culler, "culler")?,
             )
         };
@@ -127,7 +126,15 @@ unsafe extern "C" fn sabaki_culler_create(
             frames_in_flight: slots.max(1),
             ..CullerDesc::new(path, atlas)
         };
-        let device = gpu::Culler::new(&context, memory.as_mut(), &desc)?;
+        // SAFETY: the caller's allocator, or none.
+        let mut memory = unsafe { host.memory(&context) }?;
+        let device = match gpu::Culler::new(&context, memory.get(), &desc) {
+            Ok(device) => device,
+            Err(error) => {
+                memory.destroy();
+                return Err(error.into());
+            }
+        };
         *out = Box::into_raw(Box::new(Culler {
             baked: Arc::clone(&graph.baked),
             settings: QuerySettings::default(),
@@ -151,7 +158,8 @@ unsafe extern "C" fn sabaki_culler_destroy(culler: *mut Culler) {
     let Culler {
         device, mut memory, ..
     } = *culler;
-    device.destroy(memory.as_mut());
+    device.destroy(memory.get());
+    memory.destroy();
 }
 
 /// # Safety

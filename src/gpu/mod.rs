@@ -27,7 +27,7 @@
 //!   the same input. After every error but a lost device ([`GpuError::is_device_lost`]) component and device can be used further.
 //! - **Memory** is the caller's choice ([`Memory`]): [`GpuAllocatorMemory`] is built in, `examples/common/plain_memory.rs`
 //!   shows another allocator. Components allocate when they are created, never later. `destroy` gives the memory back, and so
-//!   does a creation that fails half way.
+//!   does a creation that fails half way. [`GpuAllocatorMemory::destroy`] comes after that, and before the end of the device.
 //! - **Threads**: contexts, components and tickets are `Send` and `Sync`. Recording takes `&mut`, polling `&`. The caller
 //!   guards the command buffer and its pool.
 //! - **The end**: `destroy`, when the device has finished. Dropping without it frees nothing under a running queue: it is

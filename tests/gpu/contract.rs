@@ -323,7 +323,7 @@ fn a_wrong_barrier_of_the_host_is_detected() {
 
 /// Hears what is logged as an error on this thread.
 #[derive(Clone, Default)]
-struct Ear(Arc<Mutex<Vec<String>>>);
+pub(super) struct Ear(pub(super) Arc<Mutex<Vec<String>>>);
 
 impl tracing::field::Visit for Ear {
     fn record_debug(&mut self, _: &tracing::field::Field, value: &dyn std::fmt::Debug) {

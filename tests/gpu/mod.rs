@@ -1,5 +1,6 @@
 //! Tests of `sabaki::gpu`.
 mod alloc;
+mod allocator;
 mod compute;
 mod compute_motions;
 mod contract;

@@ -28,7 +28,7 @@ pub struct HostedCuller {
 #[derive(Debug)]
 struct Parts {
     culler: ManuallyDrop<Culler>,
-    memory: GpuAllocatorMemory,
+    memory: ManuallyDrop<GpuAllocatorMemory>,
     device: wgpu::Device,
 }
 
@@ -39,11 +39,17 @@ impl HostedCuller {
         desc: &CullerDesc<'_>,
     ) -> Result<Self, HostError> {
         let mut memory = GpuAllocatorMemory::new(context)?;
-        let culler = Culler::new(context, &mut memory, desc)?;
+        let culler = match Culler::new(context, &mut memory, desc) {
+            Ok(culler) => culler,
+            Err(error) => {
+                memory.destroy();
+                return Err(error.into());
+            }
+        };
         Ok(Self {
             parts: ManuallyDrop::new(Parts {
                 culler: ManuallyDrop::new(culler),
-                memory,
+                memory: ManuallyDrop::new(memory),
                 device,
             }),
             remains: Arc::default(),
@@ -106,8 +112,14 @@ impl Drop for HostedCuller {
 
 impl Drop for Parts {
     fn drop(&mut self) {
-        // SAFETY: nothing uses the culler afterwards: each of its command buffers has finished or is gone.
-        let culler = unsafe { ManuallyDrop::take(&mut self.culler) };
-        culler.destroy(&mut self.memory);
+        // SAFETY: nothing uses either afterwards: each command buffer of the culler has finished or is gone.
+        let (culler, mut memory) = unsafe {
+            (
+                ManuallyDrop::take(&mut self.culler),
+                ManuallyDrop::take(&mut self.memory),
+            )
+        };
+        culler.destroy(&mut memory);
+        memory.destroy();
     }
 }
