@@ -177,7 +177,9 @@ void sabaki_culler_destroy(sabaki_culler *culler);
 sabaki_status sabaki_record(sabaki_culler *culler, uint32_t slot, void *commands, const sabaki_place *place,
                             const sabaki_key *keys, size_t key_count);
 
-/* The answer, if the device has finished: SABAKI_OK. Otherwise SABAKI_NOT_YET. Never waits. */
+/* The answer, if the device has finished: SABAKI_OK. Otherwise SABAKI_NOT_YET. Never waits. May be called at any time; Vulkan guarantees
+ * the counts once you have seen the fence or timeline semaphore of the submission. Before that, it looks for a number that the device
+ * writes after it has made the counts available to the host. */
 sabaki_status sabaki_poll(sabaki_culler *culler, uint32_t slot, sabaki_answer *answer);
 
 /* The answer now: the CPU counts instead of the device. For a lost device, or where waiting is not possible. */

@@ -290,8 +290,9 @@ impl Culler {
 
     /// Returns whether a cull has finished. If so, `overlaps` holds its counts, in the order of the candidates. Never waits.
     ///
-    /// The device writes the number of a cull after its counts, and this function looks for the number. For Vulkan's full
-    /// guarantee, poll after seeing the submission's fence or timeline semaphore.
+    /// The device makes the counts of a cull available to the host, then writes the number of the cull, and this function looks for the
+    /// number. Vulkan guarantees the counts once the host has seen the submission's fence or timeline semaphore; before that, the order of
+    /// number and counts is the device's ([contract](super)).
     ///
     /// # Errors
     /// [`GpuError::StaleTicket`] when the slot holds another cull; an invalidate that failed.

@@ -21,8 +21,10 @@
 //! - **Frames in flight**: a slot is one cull between recording and the end of its commands. The caller records into a slot
 //!   again when those have finished, or will never be submitted. A component orders what its slots share by its own barriers,
 //!   on condition that all of its culls run on one queue, submitted in the order of recording.
-//! - **Polling** never waits. The last barrier makes the counts visible to the host, so a fence or a semaphore that the host has
-//!   seen is all that is needed. Polling earlier is safe, and says "not yet".
+//! - **Polling** never waits. The device makes the counts available to the host, and after that writes the number of the cull, which polling
+//!   looks for. Once the host has seen the submission's fence or timeline semaphore, Vulkan guarantees that polling finds number and
+//!   counts. Polling earlier is safe: it says "not yet", or finds the number. Vulkan does not say in which order the host sees number and
+//!   counts then; where its guarantee alone must do, poll after the fence.
 //! - **Answers that do not come** (a limit, an error, a lost device): [`cpu`](crate::query::cull::cpu) counts the same from
 //!   the same input. After every error but a lost device ([`GpuError::is_device_lost`]) component and device can be used further.
 //! - **Memory** is the caller's choice ([`Memory`]): [`GpuAllocatorMemory`] is built in, `examples/common/plain_memory.rs`

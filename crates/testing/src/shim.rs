@@ -18,6 +18,15 @@ pub struct Fault {
     pub result: vk::Result,
 }
 
+/// What a command buffer does about what the host reads.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum HostStep {
+    /// A barrier that makes what these stages wrote available to the host.
+    Barrier(vk::PipelineStageFlags2),
+    /// A fill of one word.
+    Number,
+}
+
 #[derive(Default)]
 struct State {
     loader: Option<vk::PFN_vkGetInstanceProcAddr>,
@@ -28,6 +37,7 @@ struct State {
     fault: Option<Fault>,
     barriers: u64,
     swallowed: Option<u64>,
+    for_host: Vec<HostStep>,
     hidden: vk::QueueFlags,
     copies: u64,
     labels: Vec<String>,
@@ -86,6 +96,11 @@ pub fn swallow_barrier(nth: Option<u64>) {
 /// Barriers so far.
 pub fn barriers() -> u64 {
     with(|state| state.barriers)
+}
+
+/// Steps for the host since this was asked last.
+pub fn steps_for_host() -> Vec<HostStep> {
+    with(|state| std::mem::take(&mut state.for_host))
 }
 
 /// Copies of query results so far.
@@ -243,6 +258,7 @@ fn wrappers() -> Vec<Wrapper> {
         fallible!(vkQueueWaitIdle(queue: u64)),
         fallible!(vkDeviceWaitIdle(device: u64)),
         ("vkCmdPipelineBarrier2", barrier as Pointer),
+        ("vkCmdFillBuffer", fill as Pointer),
         ("vkCmdBeginDebugUtilsLabelEXT", begin_label as Pointer),
         ("vkCmdCopyQueryPoolResults", copy_results as Pointer),
         ("vkGetPhysicalDeviceQueueFamilyProperties", queue_families as Pointer),
@@ -252,15 +268,39 @@ fn wrappers() -> Vec<Wrapper> {
     all
 }
 
-unsafe extern "system" fn barrier(buffer: u64, info: *const c_void) {
+unsafe extern "system" fn fill(buffer: u64, target: u64, offset: u64, size: u64, word: u32) {
+    if size == 4 {
+        with(|state| state.for_host.push(HostStep::Number));
+    }
+    type Real = unsafe extern "system" fn(u64, u64, u64, u64, u32);
+    let function = real("vkCmdFillBuffer");
+    // SAFETY: as for the calls that can fail.
+    unsafe { std::mem::transmute::<usize, Real>(function)(buffer, target, offset, size, word) };
+}
+
+unsafe extern "system" fn barrier(buffer: u64, info: *const vk::DependencyInfo<'_>) {
+    // SAFETY: the caller gives as many barriers as it says.
+    let barriers = unsafe {
+        match (*info).memory_barrier_count {
+            0 => &[],
+            count => std::slice::from_raw_parts((*info).p_memory_barriers, count as usize),
+        }
+    };
+    let for_host = |one: &&vk::MemoryBarrier2<'_>| {
+        let (stage, access) = (vk::PipelineStageFlags2::HOST, vk::AccessFlags2::HOST_READ);
+        one.dst_stage_mask.contains(stage) && one.dst_access_mask.contains(access)
+    };
     let swallow = with(|state| {
         state.barriers += 1;
+        let steps = barriers.iter().filter(for_host);
+        let steps = steps.map(|one| HostStep::Barrier(one.src_stage_mask));
+        state.for_host.extend(steps);
         state.swallowed == Some(state.barriers - 1)
     });
     if swallow {
         return;
     }
-    type Real = unsafe extern "system" fn(u64, *const c_void);
+    type Real = unsafe extern "system" fn(u64, *const vk::DependencyInfo<'_>);
     // SAFETY: as for the calls that can fail.
     unsafe { std::mem::transmute::<usize, Real>(real("vkCmdPipelineBarrier2"))(buffer, info) };
 }

@@ -92,7 +92,8 @@ impl HostedCuller {
     }
 
     /// Writes the counts of a cull to `overlaps`, in the order of its candidates. Returns false while the device has not finished. Never
-    /// waits.
+    /// waits. Vulkan's full guarantee holds once wgpu has seen the submission finish (`Queue::on_submitted_work_done`), as
+    /// [`Culler::poll`] says.
     ///
     /// # Errors
     /// As for [`Culler::poll`].
