@@ -32,7 +32,7 @@ enum {
     SABAKI_OK = 0,
     SABAKI_NOT_YET = 1,      /* poll again */
     SABAKI_ERROR = -1,       /* see sabaki_last_error(); nothing has changed */
-    SABAKI_DEVICE_LOST = -2  /* as VK_ERROR_DEVICE_LOST: destroy everything on the device */
+    SABAKI_DEVICE_LOST = -2  /* a Vulkan call of sabaki returned VK_ERROR_DEVICE_LOST: destroy everything on the device */
 };
 
 /* Message of the last failed call on this thread. Valid until the next call fails. Never NULL. */
@@ -104,7 +104,7 @@ typedef struct sabaki_device {
     void *instance;               /* VkInstance */
     void *physical_device;        /* VkPhysicalDevice */
     void *device;                 /* VkDevice; NULL only for sabaki_check() */
-    uint32_t queue_family;        /* family of the queue that runs the command buffers */
+    uint32_t queue_family;        /* family of the one queue that runs the command buffers */
     uint32_t api_version;         /* VkApplicationInfo::apiVersion: VK_API_VERSION_1_1 or later */
     /* Enabled features: 1 or 0. The compute path needs none of them. */
     uint32_t precise_queries;        /* occlusionQueryPrecise */
@@ -172,8 +172,9 @@ sabaki_status sabaki_culler_create(const sabaki_graph *graph, const sabaki_devic
 void sabaki_culler_destroy(sabaki_culler *culler);
 
 /* Starts a query for a motion that avoids an attack, and records the culling of its candidates into `commands`, a
- * VkCommandBuffer that is being recorded, outside of rendering. It is submitted once, on a queue of the family, in the order
- * of recording. What was recorded into the slot before has finished, or will never be submitted. */
+ * VkCommandBuffer that is being recorded, outside of rendering and of occlusion queries. It is submitted once at most. All command
+ * buffers of a culler go to one and the same queue of the family, in the order of recording. What was recorded into the slot before has
+ * finished, or will never be submitted. */
 sabaki_status sabaki_record(sabaki_culler *culler, uint32_t slot, void *commands, const sabaki_place *place,
                             const sabaki_key *keys, size_t key_count);
 
@@ -182,7 +183,9 @@ sabaki_status sabaki_record(sabaki_culler *culler, uint32_t slot, void *commands
  * writes after it has made the counts available to the host. */
 sabaki_status sabaki_poll(sabaki_culler *culler, uint32_t slot, sabaki_answer *answer);
 
-/* The answer now: the CPU counts instead of the device. For a lost device, or where waiting is not possible. */
+/* The answer now: the CPU counts instead of the device. For a lost device, or where waiting is not possible. Polling calls nothing that
+ * tells of a lost device, so sabaki_poll() goes on saying SABAKI_NOT_YET: once your own vkQueueSubmit, fence or semaphore returns
+ * VK_ERROR_DEVICE_LOST, call this for each open slot, and then destroy the culler. */
 sabaki_status sabaki_answer_now(sabaki_culler *culler, uint32_t slot, sabaki_answer *answer);
 
 /* The body in the answer's motion, `seconds` after the query started. Valid until the slot's next query. `count` is the length

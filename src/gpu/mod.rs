@@ -27,6 +27,7 @@
 //!   counts then; where its guarantee alone must do, poll after the fence.
 //! - **Answers that do not come** (a limit, an error, a lost device): [`cpu`](crate::query::cull::cpu) counts the same from
 //!   the same input. After every error but a lost device ([`GpuError::is_device_lost`]) component and device can be used further.
+//!   Polling does not tell of a lost device: it goes on saying "not yet". The host's own submissions, fences and semaphores tell.
 //! - **Memory** is the caller's choice ([`Memory`]): [`GpuAllocatorMemory`] is built in, `examples/common/plain_memory.rs`
 //!   shows another allocator. Components allocate when they are created, never later. `destroy` gives the memory back, and so
 //!   does a creation that fails half way. [`GpuAllocatorMemory::destroy`] comes after that, and before the end of the device.
