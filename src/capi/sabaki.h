@@ -307,14 +307,16 @@ sabaki_status sabaki_step(sabaki_game *game, float dt, const sabaki_obstacle *ob
 size_t sabaki_events(const sabaki_game *game, sabaki_event *events, size_t room);
 /* The joints in the world; `count` is the length of the array. */
 sabaki_status sabaki_pose(sabaki_game *game, sabaki_character character, sabaki_joint *joints, size_t count);
-/* The root in the world (3 numbers), and `count` rotations relative to the parents (4 numbers each). */
+/* The root in the world (3 numbers), and of `count` joints the rotations (4 numbers each) and positions (3 numbers each) relative to the
+ * parents. The root's position there is unused. `translations` may be NULL. */
 sabaki_status sabaki_local_pose_of(const sabaki_game *game, sabaki_character character, float *root, float *rotations,
-                                   size_t count);
+                                   float *translations, size_t count);
 
-/* A pose by its root and the rotations of all joints relative to their parents, xyzw. */
+/* A pose by its root and the rotations (xyzw) and positions of all joints relative to their parents. */
 typedef struct sabaki_local_pose {
     float root[3];
     const float *rotations;
+    const float *translations; /* NULL: the joints keep the skeleton's offsets */
     uint32_t count; /* number of joints */
 } sabaki_local_pose;
 

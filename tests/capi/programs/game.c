@@ -91,14 +91,31 @@ int main(int arguments, char **argument) {
 
     /* Out to something else that holds the pose, and back in. */
     float *rotations = calloc(4 * joints, sizeof *rotations);
-    sabaki_local_pose pose = {{0, 0, 0}, rotations, joints};
-    check(sabaki_local_pose_of(game, me, pose.root, rotations, joints), "sabaki_local_pose_of");
+    sabaki_local_pose pose = {{0, 0, 0}, rotations, 0, joints};
+    check(sabaki_local_pose_of(game, me, pose.root, rotations, 0, joints), "sabaki_local_pose_of");
     check(sabaki_release(game, me), "sabaki_release");
     check(sabaki_resume(game, me, &pose, &pose, 1.0f / 60), "sabaki_resume");
     check(sabaki_pose(game, me, same, joints), "sabaki_pose");
     for (i = 0; i < joints; i++) {
         if (fabsf(same[i].position[1] - mine[i].position[1]) > 0.01f) fail("a joint jumps");
     }
+
+    /* The same with a joint that has moved in its parent's frame. */
+    float *translations = calloc(3 * joints, sizeof *translations), square = 0;
+    check(sabaki_local_pose_of(game, me, pose.root, rotations, translations, joints), "sabaki_local_pose_of");
+    translations[3] += 0.3f;
+    pose.translations = translations;
+    check(sabaki_release(game, me), "sabaki_release");
+    check(sabaki_resume(game, me, &pose, &pose, 1.0f / 60), "sabaki_resume");
+    check(sabaki_pose(game, me, same, joints), "sabaki_pose");
+    for (i = 0; i < 3; i++) {
+        float apart = same[1].position[i] - same[0].position[i];
+        square += translations[3 + i] * translations[3 + i] - apart * apart;
+    }
+    if (fabsf(square) > 1e-3f) fail("a translation is lost on the way in");
+    float moved = translations[3];
+    check(sabaki_local_pose_of(game, me, pose.root, rotations, translations, joints), "sabaki_local_pose_of");
+    if (fabsf(translations[3] - moved) > 1e-3f) fail("a translation is lost on the way out");
 
     logged = 0;
     solids[1].corner_count = 2;
@@ -110,6 +127,7 @@ int main(int arguments, char **argument) {
     if (logged != 4) fail("the log");
     printf("walked %.2f m in %.2f s, %d events\n", mine[0].position[2], sabaki_game_now(game), happened);
     free(rotations);
+    free(translations);
     free(bytes);
     free(mine);
     free(same);
