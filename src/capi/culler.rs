@@ -12,7 +12,7 @@ use super::memory::HostMemory;
 use super::status::{Failure, NOT_YET, OK, Status, call};
 use super::{given, given_mut};
 use crate::anim::{JointTransform, Pose, forward_kinematics};
-use crate::gpu::{self, CullerDesc, GpuError, Ticket, command_buffer};
+use crate::gpu::{self, CullerDesc, Ticket, command_buffer};
 use crate::graph::{EdgeId, Playhead};
 use crate::maps::{BakedGraph, SphereKey};
 use crate::math::Rigid2;
@@ -353,18 +353,17 @@ impl Culler {
     ) -> Result<(), Failure> {
         let query = Query::new(&self.baked, &self.settings);
         let place = self.slots.get_mut(slot as usize).ok_or_else(no_slot)?;
-        (place.waiting, place.ticket, place.answered) = (None, None, false);
         let session = query.start(request, &mut place.context);
+        (place.waiting, place.ticket, place.answered) = (Some(session.id()), None, false);
         let (input, cmd) = (session.cull_input(), command_buffer(commands));
         // SAFETY: the caller vouches for the command buffer and the slot.
         let recorded = unsafe { self.device.record(cmd, slot, &input) };
-        place.ticket = match recorded {
-            Ok(ticket) => Some(ticket),
+        match recorded {
+            Ok(ticket) => place.ticket = Some(ticket),
+            Err(error) if error.is_device_lost() => return Err(error.into()),
             // Nothing was recorded, and the CPU counts the same.
-            Err(GpuError::Limit { .. }) => None,
-            Err(error) => return Err(error.into()),
-        };
-        place.waiting = Some(session.id());
+            Err(error) => tracing::debug!("the CPU counts: {error}"),
+        }
         Ok(())
     }
 

@@ -174,7 +174,8 @@ void sabaki_culler_destroy(sabaki_culler *culler);
 /* Starts a query for a motion that avoids an attack, and records the culling of its candidates into `commands`, a
  * VkCommandBuffer that is being recorded, outside of rendering and of occlusion queries. It is submitted once at most. All command
  * buffers of a culler go to one and the same queue of the family, in the order of recording. What was recorded into the slot before has
- * finished, or will never be submitted. */
+ * finished, or will never be submitted. What the device cannot do (a limit, no memory) is no error: nothing is recorded then, and
+ * sabaki_poll() answers by the CPU. After SABAKI_DEVICE_LOST the query waits in the slot for sabaki_answer_now(). */
 sabaki_status sabaki_record(sabaki_culler *culler, uint32_t slot, void *commands, const sabaki_place *place,
                             const sabaki_key *keys, size_t key_count);
 
