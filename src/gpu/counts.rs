@@ -62,9 +62,8 @@ impl Counts {
     }
 
     /// Assigns a new number to the cull that is recorded now.
-    pub(crate) fn start(&mut self) -> u32 {
+    pub(crate) fn start(&mut self) {
         self.serial = next_serial();
-        self.serial
     }
 
     /// The first words of a cull's counts, or `None` while the device has not finished. Never waits.

@@ -1,6 +1,7 @@
 //! Tests of `sabaki::gpu`.
 mod alloc;
 mod allocator;
+mod batch;
 mod compute;
 mod compute_motions;
 mod contract;
