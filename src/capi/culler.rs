@@ -93,6 +93,8 @@ pub(super) struct Culler {
     memory: HostMemory,
     device: gpu::Culler,
     slots: Vec<Slot>,
+    /// Whether counts of the device have come, and with them the maps to it.
+    has_counted: bool,
 }
 
 /// # Safety
@@ -141,6 +143,7 @@ unsafe extern "C" fn sabaki_culler_create(
             memory,
             slots: (0..device.slots()).map(|_| Slot::default()).collect(),
             device,
+            has_counted: false,
         }));
         Ok(OK)
     })
@@ -160,6 +163,21 @@ unsafe extern "C" fn sabaki_culler_destroy(culler: *mut Culler) {
     } = *culler;
     device.destroy(memory.get());
     memory.destroy();
+}
+
+/// # Safety
+/// As `sabaki.h` says.
+#[unsafe(no_mangle)]
+unsafe extern "C" fn sabaki_release_staging(culler: *mut Culler) -> Status {
+    call(|| {
+        // SAFETY: the caller's culler.
+        let culler = unsafe { given_mut(culler, "culler")? };
+        if culler.has_counted {
+            // SAFETY: the device has the maps; the caller vouches for the other command buffers.
+            unsafe { culler.device.release_staging(culler.memory.get()) };
+        }
+        Ok(OK)
+    })
 }
 
 /// # Safety
@@ -381,6 +399,7 @@ impl Culler {
         if ticket.is_some() && !counted {
             return Ok(NOT_YET);
         }
+        self.has_counted |= counted;
         let query = Query::new(&self.baked, &self.settings);
         let session = query.resume(waiting, &mut place.context);
         let mut session = session.ok_or_else(|| "the question is gone".to_owned())?;

@@ -91,7 +91,8 @@ typedef struct sabaki_block {
     uint64_t token;    /* yours: it is passed back to `release` */
 } sabaki_block;
 
-/* Your allocator of device memory. Only the calls that create and destroy cullers use it, on their own thread. */
+/* Your allocator of device memory. Only the calls that create and destroy cullers and sabaki_release_staging() use it, on their own
+ * thread. */
 typedef struct sabaki_allocator {
     void *user; /* passed to both functions */
     /* Writes `*block`, and returns SABAKI_OK; SABAKI_ERROR if there is no memory. */
@@ -170,6 +171,11 @@ sabaki_status sabaki_culler_create(const sabaki_graph *graph, const sabaki_devic
 
 /* Frees everything. The device must have finished what was recorded. NULL is allowed. */
 void sabaki_culler_destroy(sabaki_culler *culler);
+
+/* Frees the staging memory of the maps, which is as large as they are; devices whose memory is mapped need none. Call it when a query has
+ * been answered by the device, and no other recorded command buffer of the culler is in flight or will be submitted. Does nothing before the
+ * first such answer. */
+sabaki_status sabaki_release_staging(sabaki_culler *culler);
 
 /* Starts a query for a motion that avoids an attack, and records the culling of its candidates into `commands`, a
  * VkCommandBuffer that is being recorded, outside of rendering and of occlusion queries. It is submitted once at most. All command

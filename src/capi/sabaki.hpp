@@ -108,6 +108,8 @@ public:
     void record(std::uint32_t slot, void *commands, const sabaki_place &place, const std::vector<sabaki_key> &attack) {
         check(sabaki_record(handle_, slot, commands, &place, attack.data(), attack.size()));
     }
+    // Frees the staging memory of the maps, once the device has answered a query and nothing else is in flight.
+    void release_staging() { check(sabaki_release_staging(handle_)); }
     // Whether the answer is there. Never waits.
     bool poll(std::uint32_t slot, sabaki_answer &answer) {
         const sabaki_status status = sabaki_poll(handle_, slot, &answer);

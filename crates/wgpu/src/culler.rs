@@ -100,6 +100,17 @@ impl HostedCuller {
     pub fn poll(&self, ticket: Ticket, overlaps: &mut Vec<Overlap>) -> Result<bool, GpuError> {
         self.parts.culler.poll(ticket, overlaps)
     }
+
+    /// Frees the staging buffer of the maps, which is as large as they are, as [`Culler::release_staging`].
+    ///
+    /// # Safety
+    /// As for [`Culler::release_staging`]: a recorded command buffer has finished, as [`HostedCuller::poll`] tells, and no other one
+    /// is in flight or will be submitted.
+    pub unsafe fn release_staging(&mut self) {
+        let Parts { culler, memory, .. } = &mut *self.parts;
+        // SAFETY: the caller vouches for the command buffers.
+        unsafe { culler.release_staging(&mut **memory) };
+    }
 }
 
 impl Drop for HostedCuller {

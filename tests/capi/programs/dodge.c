@@ -82,7 +82,7 @@ static sabaki_device make_device(void) {
 }
 
 /* An allocator of the renderer's own: a VkDeviceMemory for each block, which host and device see alike. */
-typedef struct { int live, most; } Blocks;
+typedef struct { int live, most, unmapped; } Blocks;
 
 static sabaki_status allocate(void *user, const sabaki_memory_desc *desc, sabaki_block *block) {
     Blocks *blocks = user;
@@ -99,6 +99,7 @@ static sabaki_status allocate(void *user, const sabaki_memory_desc *desc, sabaki
     check(CALL("vkMapMemory", device, block->memory, (uint64_t)0, ~(uint64_t)0, 0, &block->mapped), "vkMapMemory");
     block->size = desc->size;
     block->coherent = 1;
+    if (blocks->unmapped && desc->usage == SABAKI_MEMORY_DEVICE) block->mapped = 0;
     block->token = (uint64_t)++blocks->live;
     return SABAKI_OK;
 }
@@ -111,7 +112,7 @@ static void release(void *user, const sabaki_block *block) {
 
 /* Memory that ends at any block is an error, and leaves none behind. */
 static void run_out_of_memory(const sabaki_graph *graph, sabaki_device host, sabaki_path path) {
-    Blocks blocks = {0, 0};
+    Blocks blocks = {0, 0, 0};
     const sabaki_allocator allocator = {&blocks, allocate, release};
     sabaki_culler *culler = 0;
     host.allocator = &allocator;
@@ -157,7 +158,7 @@ static sabaki_status allocate_incoherent(void *user, const sabaki_memory_desc *d
 
 /* A call that fails while a query is recorded leaves the answer to the CPU, also that of a lost device. */
 static void fail_to_record(const sabaki_graph *graph, sabaki_device host, sabaki_path path) {
-    Blocks blocks = {0, 64};
+    Blocks blocks = {0, 64, 0};
     const sabaki_allocator allocator = {&blocks, allocate_incoherent, release};
     host.allocator = &allocator;
     host.get_instance_proc_addr = (void *)find;
@@ -186,6 +187,11 @@ static void fail_to_record(const sabaki_graph *graph, sabaki_device host, sabaki
 static int dodge(const sabaki_graph *graph, const sabaki_device *host, sabaki_path path) {
     sabaki_culler *culler = 0;
     check(sabaki_culler_create(graph, host, path, 2, &culler), "sabaki_culler_create");
+    const Blocks *blocks = host->allocator ? host->allocator->user : 0;
+    const int made = blocks ? blocks->live : 0;
+    /* Before the device has the maps, they stay. */
+    check(sabaki_release_staging(culler), "sabaki_release_staging");
+    if (blocks && blocks->live != made) fail("maps that the device does not have yet");
 
     void *queue = 0, *commands = 0;
     uint64_t pool = 0;
@@ -211,6 +217,8 @@ static int dodge(const sabaki_graph *graph, const sabaki_device *host, sabaki_pa
     }
     check(status, "sabaki_poll");
     check(CALL("vkDeviceWaitIdle", device), "vkDeviceWaitIdle");
+    check(sabaki_release_staging(culler), "sabaki_release_staging");
+    if (blocks && blocks->live != made - 1) fail("staging memory that was not released");
 
     /* What is wrong is refused, and said. */
     if (sabaki_record(culler, 2, commands, &place, ball, 2) != SABAKI_ERROR) fail("a slot that is not there");
@@ -262,7 +270,7 @@ int main(int count, char **arguments) {
     printf("%u joints, the first is %s\n", sabaki_graph_joints(graph), sabaki_graph_joint_name(graph, 0));
     sabaki_device host = make_device();
     int avoided = dodge(graph, &host, SABAKI_STENCIL);
-    Blocks blocks = {0, 64};
+    Blocks blocks = {0, 64, 1};
     const sabaki_allocator allocator = {&blocks, allocate, release};
     host.allocator = &allocator;
     avoided = dodge(graph, &host, SABAKI_COMPUTE) && avoided;
