@@ -7,6 +7,7 @@ mod compute_motions;
 mod contract;
 mod cull;
 mod device;
+mod drivers;
 mod fallbacks;
 mod faults;
 mod memory;

@@ -39,6 +39,7 @@ struct State {
     swallowed: Option<u64>,
     for_host: Vec<HostStep>,
     hidden: vk::QueueFlags,
+    driver: Option<vk::DriverId>,
     copies: u64,
     labels: Vec<String>,
     caches: Vec<u64>,
@@ -121,6 +122,11 @@ pub fn caches() -> Vec<u64> {
 /// What queue families are said not to be able to do.
 pub fn hide_queue_flags(flags: vk::QueueFlags) {
     with(|state| state.hidden = flags);
+}
+
+/// Whose driver every device is said to have.
+pub fn pretend_driver(driver: Option<vk::DriverId>) {
+    with(|state| state.driver = driver);
 }
 
 /// Counts a call; says with what it fails.
@@ -262,6 +268,7 @@ fn wrappers() -> Vec<Wrapper> {
         ("vkCmdBeginDebugUtilsLabelEXT", begin_label as Pointer),
         ("vkCmdCopyQueryPoolResults", copy_results as Pointer),
         ("vkGetPhysicalDeviceQueueFamilyProperties", queue_families as Pointer),
+        ("vkGetPhysicalDeviceProperties2", properties as Pointer),
         ("vkGetInstanceProcAddr", instance_lookup as Pointer),
         ("vkGetDeviceProcAddr", device_lookup as Pointer),
     ]);
@@ -350,6 +357,24 @@ unsafe extern "system" fn queue_families(
             for family in std::slice::from_raw_parts_mut(families, *count as usize) {
                 family.queue_flags &= !hidden;
             }
+        }
+    }
+}
+
+unsafe extern "system" fn properties(device: u64, all: *mut vk::PhysicalDeviceProperties2<'_>) {
+    type Real = unsafe extern "system" fn(u64, *mut vk::PhysicalDeviceProperties2<'_>);
+    let function = real("vkGetPhysicalDeviceProperties2");
+    // SAFETY: as for the calls that can fail; the structures of a chain begin alike.
+    unsafe {
+        std::mem::transmute::<usize, Real>(function)(device, all);
+        let mut next = (*all).p_next.cast::<vk::BaseOutStructure<'_>>();
+        while let Some(one) = next.as_mut() {
+            let is_driver = one.s_type == vk::StructureType::PHYSICAL_DEVICE_DRIVER_PROPERTIES;
+            if let (true, Some(driver)) = (is_driver, with(|state| state.driver)) {
+                let place = next.cast::<vk::PhysicalDeviceDriverProperties<'_>>();
+                (*place).driver_id = driver;
+            }
+            next = one.p_next.cast();
         }
     }
 }
