@@ -39,7 +39,8 @@ enum {
 const char *sabaki_last_error(void);
 
 /* Calls `log` with the message of each call that fails, from the thread of that call; NULL for none, the default. `user` is passed
- * on. Do not call sabaki from it. */
+ * on. Do not call sabaki from it. It may run on several threads at once. sabaki_set_log() returns when no call of the function before is
+ * running; from then on, what its `user` points to may be freed. Functions that you pass to sabaki must not throw or longjmp out. */
 typedef void (*sabaki_log)(void *user, const char *message);
 void sabaki_set_log(sabaki_log log, void *user);
 

@@ -3,9 +3,11 @@
  *     game BAKED
  */
 #include <math.h>
+#include <pthread.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
 #include "sabaki.h"
 
@@ -25,9 +27,37 @@ static void check(sabaki_status status, const char *what) {
     if (status != SABAKI_OK) fail(what);
 }
 
+static volatile int has_entered, is_inside;
+
+static void slow(void *user, const char *message) {
+    (void)user;
+    (void)message;
+    is_inside = has_entered = 1;
+    usleep(200000);
+    is_inside = 0;
+}
+
+static void *open_nothing(void *user) {
+    sabaki_graph *graph = 0;
+    sabaki_graph_open("/no/such/file", &graph);
+    return user;
+}
+
+/* What replaces a log waits until the log is not in use. */
+static void replace_log(void) {
+    pthread_t thread;
+    sabaki_set_log(slow, 0);
+    if (pthread_create(&thread, 0, open_nothing, 0) != 0) fail("a thread");
+    while (!has_entered) usleep(1000);
+    sabaki_set_log(0, 0);
+    if (is_inside) fail("a log that was replaced is running");
+    pthread_join(thread, 0);
+}
+
 int main(int arguments, char **argument) {
     if (arguments != 2) return 2;
     int one = 1;
+    replace_log();
     sabaki_set_log(count, &one);
     sabaki_graph *graph = 0;
     check(sabaki_graph_open(argument[1], &graph), "sabaki_graph_open");
