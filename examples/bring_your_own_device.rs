@@ -28,8 +28,17 @@ fn main() -> Result<(), Box<dyn Error>> {
         let instance = entry.create_instance(&info, None)?;
         let terms = Terms::default();
         let mut devices = instance.enumerate_physical_devices()?.into_iter();
-        let usable = devices.find(|&device| check(&instance, device, &terms).stencil.runs());
-        let physical_device = usable.ok_or("no usable device")?;
+        // Vulkan 1.3 with what is enabled below; sabaki itself asks for less.
+        let usable = devices.find(|&device| {
+            let (version, report) = (
+                instance.get_physical_device_properties(device).api_version,
+                check(&instance, device, &terms),
+            );
+            version >= vk::API_VERSION_1_3
+                && report.stencil.runs()
+                && report.features.synchronization2
+        });
+        let physical_device = usable.ok_or("no usable device with Vulkan 1.3")?;
         let offered = check(&instance, physical_device, &terms);
         let families = instance.get_physical_device_queue_family_properties(physical_device);
         let draws =

@@ -8,10 +8,11 @@ use glam::Vec3;
 
 use super::device::Device;
 use super::graph::Graph;
+use super::memory::HostMemory;
 use super::status::{Failure, NOT_YET, OK, Status, call};
 use super::{given, given_mut};
 use crate::anim::{JointTransform, Pose, forward_kinematics};
-use crate::gpu::{self, CullerDesc, GpuError, Memory, Ticket, command_buffer};
+use crate::gpu::{self, CullerDesc, Ticket, command_buffer};
 use crate::graph::{EdgeId, Playhead};
 use crate::maps::{BakedGraph, SphereKey};
 use crate::math::Rigid2;
@@ -89,9 +90,11 @@ struct Slot {
 pub(super) struct Culler {
     baked: Arc<BakedGraph>,
     settings: QuerySettings,
-    memory: Box<dyn Memory>,
+    memory: HostMemory,
     device: gpu::Culler,
     slots: Vec<Slot>,
+    /// Whether counts of the device have come, and with them the maps to it.
+    has_counted: bool,
 }
 
 /// # Safety
@@ -106,14 +109,12 @@ unsafe extern "C" fn sabaki_culler_create(
 ) -> Status {
     call(|| {
         // SAFETY: the caller's graph, device with valid handles, and place for the culler.
-        let (graph, context, mut memory, out) = unsafe {
-            let device = given(device, "device")?;
-            let context = device.context()?;
-            let memory = device.memory(&context)?;
+        let (graph, host, context, out) = unsafe {
+            let host = given(device, "device")?;
             (
                 given(graph, "graph")?,
-                context,
-                memory,
+                host,
+                host.context()?,
                 given_mut(culler, "culler")?,
             )
         };
@@ -127,13 +128,22 @@ unsafe extern "C" fn sabaki_culler_create(
             frames_in_flight: slots.max(1),
             ..CullerDesc::new(path, atlas)
         };
-        let device = gpu::Culler::new(&context, memory.as_mut(), &desc)?;
+        // SAFETY: the caller's allocator, or none.
+        let mut memory = unsafe { host.memory(&context) }?;
+        let device = match gpu::Culler::new(&context, memory.get(), &desc) {
+            Ok(device) => device,
+            Err(error) => {
+                memory.destroy();
+                return Err(error.into());
+            }
+        };
         *out = Box::into_raw(Box::new(Culler {
             baked: Arc::clone(&graph.baked),
             settings: QuerySettings::default(),
             memory,
             slots: (0..device.slots()).map(|_| Slot::default()).collect(),
             device,
+            has_counted: false,
         }));
         Ok(OK)
     })
@@ -151,7 +161,23 @@ unsafe extern "C" fn sabaki_culler_destroy(culler: *mut Culler) {
     let Culler {
         device, mut memory, ..
     } = *culler;
-    device.destroy(memory.as_mut());
+    device.destroy(memory.get());
+    memory.destroy();
+}
+
+/// # Safety
+/// As `sabaki.h` says.
+#[unsafe(no_mangle)]
+unsafe extern "C" fn sabaki_release_staging(culler: *mut Culler) -> Status {
+    call(|| {
+        // SAFETY: the caller's culler.
+        let culler = unsafe { given_mut(culler, "culler")? };
+        if culler.has_counted {
+            // SAFETY: the device has the maps; the caller vouches for the other command buffers.
+            unsafe { culler.device.release_staging(culler.memory.get()) };
+        }
+        Ok(OK)
+    })
 }
 
 /// # Safety
@@ -345,18 +371,17 @@ impl Culler {
     ) -> Result<(), Failure> {
         let query = Query::new(&self.baked, &self.settings);
         let place = self.slots.get_mut(slot as usize).ok_or_else(no_slot)?;
-        (place.waiting, place.ticket, place.answered) = (None, None, false);
         let session = query.start(request, &mut place.context);
+        (place.waiting, place.ticket, place.answered) = (Some(session.id()), None, false);
         let (input, cmd) = (session.cull_input(), command_buffer(commands));
         // SAFETY: the caller vouches for the command buffer and the slot.
         let recorded = unsafe { self.device.record(cmd, slot, &input) };
-        place.ticket = match recorded {
-            Ok(ticket) => Some(ticket),
+        match recorded {
+            Ok(ticket) => place.ticket = Some(ticket),
+            Err(error) if error.is_device_lost() => return Err(error.into()),
             // Nothing was recorded, and the CPU counts the same.
-            Err(GpuError::Limit { .. }) => None,
-            Err(error) => return Err(error.into()),
-        };
-        place.waiting = Some(session.id());
+            Err(error) => tracing::debug!("the CPU counts: {error}"),
+        }
         Ok(())
     }
 
@@ -374,6 +399,7 @@ impl Culler {
         if ticket.is_some() && !counted {
             return Ok(NOT_YET);
         }
+        self.has_counted |= counted;
         let query = Query::new(&self.baked, &self.settings);
         let session = query.resume(waiting, &mut place.context);
         let mut session = session.ok_or_else(|| "the question is gone".to_owned())?;

@@ -3,10 +3,10 @@
 use std::ffi::{c_char, c_void};
 
 use super::given;
-use super::memory::{self, Allocator};
+use super::memory::{Allocator, HostMemory};
 use super::status::{Failure, OK, Status, call};
 use crate::gpu::{
-    Context, Features, GpuError, Memory, PathReport, RawContextDesc, Report, Terms, check_raw,
+    Context, Features, GpuError, PathReport, RawContextDesc, Report, Terms, check_raw,
 };
 
 /// `sabaki_device`.
@@ -58,9 +58,9 @@ impl Device {
 
     /// # Safety
     /// The allocator is null or valid.
-    pub(super) unsafe fn memory(&self, context: &Context) -> Result<Box<dyn Memory>, GpuError> {
+    pub(super) unsafe fn memory(&self, context: &Context) -> Result<HostMemory, GpuError> {
         // SAFETY: the caller vouches for the pointer.
-        memory::memory(unsafe { self.allocator.as_ref() }, context)
+        HostMemory::new(unsafe { self.allocator.as_ref() }, context)
     }
 }
 

@@ -13,20 +13,33 @@ use crate::character::CharacterId;
 pub(super) struct LocalPose {
     root: [f32; 3],
     rotations: *const f32,
+    translations: *const f32,
     count: u32,
 }
 
 impl LocalPose {
     /// # Safety
-    /// The rotations are valid.
+    /// The rotations are valid, and the translations are valid or null.
     unsafe fn read(&self, out: &mut Pose) -> Result<(), String> {
-        // SAFETY: the caller vouches for the rotations.
-        let rotations =
-            unsafe { given_slice(self.rotations, 4 * self.count as usize, "rotations")? };
+        let count = self.count as usize;
+        let moved = match self.translations.is_null() {
+            true => 0,
+            false => 3 * count,
+        };
+        // SAFETY: the caller vouches for rotations and translations.
+        let (rotations, translations) = unsafe {
+            (
+                given_slice(self.rotations, 4 * count, "rotations")?,
+                given_slice(self.translations, moved, "translations")?,
+            )
+        };
         out.root = Vec3::from_array(self.root);
         out.rotations.clear();
         let each = rotations.chunks_exact(4);
         out.rotations.extend(each.map(Quat::from_slice));
+        out.translations.clear();
+        let each = translations.chunks_exact(3);
+        out.translations.extend(each.map(Vec3::from_slice));
         Ok(())
     }
 }
@@ -39,15 +52,21 @@ unsafe extern "C" fn sabaki_local_pose_of(
     character: u64,
     root: *mut f32,
     rotations: *mut f32,
+    translations: *mut f32,
     count: usize,
 ) -> Status {
     call(|| {
-        // SAFETY: the caller's game, and place for 3 and four times `count` numbers.
-        let (game, root, rotations) = unsafe {
+        let moved = match translations.is_null() {
+            true => 0,
+            false => 3 * count,
+        };
+        // SAFETY: the caller's game, and place for 3, four times `count` and, unless it is null, three times `count` numbers.
+        let (game, root, rotations, translations) = unsafe {
             (
                 given(game, "game")?,
                 given_slice_mut(root, 3, "root")?,
                 given_slice_mut(rotations, 4 * count, "rotations")?,
+                given_slice_mut(translations, moved, "translations")?,
             )
         };
         let mut pose = Pose::default();
@@ -56,6 +75,10 @@ unsafe extern "C" fn sabaki_local_pose_of(
         root.copy_from_slice(&pose.root.to_array());
         for (out, rotation) in rotations.chunks_exact_mut(4).zip(&pose.rotations) {
             rotation.write_to_slice(out);
+        }
+        pose.fill_translations(game.characters.baked().graph().skeleton());
+        for (out, place) in translations.chunks_exact_mut(3).zip(&pose.translations) {
+            place.write_to_slice(out);
         }
         Ok(OK)
     })

@@ -1,13 +1,12 @@
 //! Messages for the host's log.
 
 use std::ffi::{CStr, c_char, c_void};
-use std::sync::{Mutex, PoisonError};
+use std::sync::{PoisonError, RwLock};
 
 /// `sabaki_log`.
 pub(super) type Log = Option<unsafe extern "C" fn(*mut c_void, *const c_char)>;
 
 /// The host's function, and what it is called with.
-#[derive(Clone, Copy)]
 struct Target {
     log: Log,
     user: *mut c_void,
@@ -15,8 +14,11 @@ struct Target {
 
 // SAFETY: the host says that its function may be called from any thread, with this pointer.
 unsafe impl Send for Target {}
+// SAFETY: as above.
+unsafe impl Sync for Target {}
 
-static TARGET: Mutex<Target> = Mutex::new(Target {
+/// Read while the function runs, so that one that was replaced is not running any more.
+static TARGET: RwLock<Target> = RwLock::new(Target {
     log: None,
     user: std::ptr::null_mut(),
 });
@@ -25,12 +27,12 @@ static TARGET: Mutex<Target> = Mutex::new(Target {
 /// As `sabaki.h` says.
 #[unsafe(no_mangle)]
 unsafe extern "C" fn sabaki_set_log(log: Log, user: *mut c_void) {
-    *TARGET.lock().unwrap_or_else(PoisonError::into_inner) = Target { log, user };
+    *TARGET.write().unwrap_or_else(PoisonError::into_inner) = Target { log, user };
 }
 
 /// Hands a message to the host.
 pub(super) fn log(words: &CStr) {
-    let target = *TARGET.lock().unwrap_or_else(PoisonError::into_inner);
+    let target = TARGET.read().unwrap_or_else(PoisonError::into_inner);
     if let Some(log) = target.log {
         // SAFETY: the host vouches for its function and pointer; the text ends with a zero byte.
         unsafe { log(target.user, words.as_ptr()) }

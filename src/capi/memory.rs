@@ -46,14 +46,33 @@ pub(super) struct Allocator {
     release: Option<Release>,
 }
 
-/// The caller's allocator, or the built-in one if there is none.
-pub(super) fn memory(
-    allocator: Option<&Allocator>,
-    context: &Context,
-) -> Result<Box<dyn Memory>, GpuError> {
-    match allocator {
-        Some(&allocator) => Ok(Box::new(allocator)),
-        None => Ok(Box::new(GpuAllocatorMemory::new(context)?)),
+/// The caller's allocator, or the built-in one.
+pub(super) enum HostMemory {
+    Host(Allocator),
+    BuiltIn(Box<GpuAllocatorMemory>),
+}
+
+impl HostMemory {
+    /// The built-in allocator if the caller has none.
+    pub(super) fn new(allocator: Option<&Allocator>, context: &Context) -> Result<Self, GpuError> {
+        Ok(match allocator {
+            Some(&allocator) => Self::Host(allocator),
+            None => Self::BuiltIn(Box::new(GpuAllocatorMemory::new(context)?)),
+        })
+    }
+
+    pub(super) fn get(&mut self) -> &mut dyn Memory {
+        match self {
+            Self::Host(allocator) => allocator,
+            Self::BuiltIn(memory) => memory.as_mut(),
+        }
+    }
+
+    /// Ends the built-in allocator. What was created with it is destroyed.
+    pub(super) fn destroy(self) {
+        if let Self::BuiltIn(memory) = self {
+            memory.destroy();
+        }
     }
 }
 

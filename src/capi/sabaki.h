@@ -32,14 +32,15 @@ enum {
     SABAKI_OK = 0,
     SABAKI_NOT_YET = 1,      /* poll again */
     SABAKI_ERROR = -1,       /* see sabaki_last_error(); nothing has changed */
-    SABAKI_DEVICE_LOST = -2  /* as VK_ERROR_DEVICE_LOST: destroy everything on the device */
+    SABAKI_DEVICE_LOST = -2  /* a Vulkan call of sabaki returned VK_ERROR_DEVICE_LOST: destroy everything on the device */
 };
 
 /* Message of the last failed call on this thread. Valid until the next call fails. Never NULL. */
 const char *sabaki_last_error(void);
 
 /* Calls `log` with the message of each call that fails, from the thread of that call; NULL for none, the default. `user` is passed
- * on. Do not call sabaki from it. */
+ * on. Do not call sabaki from it. It may run on several threads at once. sabaki_set_log() returns when no call of the function before is
+ * running; from then on, what its `user` points to may be freed. Functions that you pass to sabaki must not throw or longjmp out. */
 typedef void (*sabaki_log)(void *user, const char *message);
 void sabaki_set_log(sabaki_log log, void *user);
 
@@ -91,7 +92,8 @@ typedef struct sabaki_block {
     uint64_t token;    /* yours: it is passed back to `release` */
 } sabaki_block;
 
-/* Your allocator of device memory. Only the calls that create and destroy cullers use it, on their own thread. */
+/* Your allocator of device memory. Only the calls that create and destroy cullers and sabaki_release_staging() use it, on their own
+ * thread. */
 typedef struct sabaki_allocator {
     void *user; /* passed to both functions */
     /* Writes `*block`, and returns SABAKI_OK; SABAKI_ERROR if there is no memory. */
@@ -104,7 +106,7 @@ typedef struct sabaki_device {
     void *instance;               /* VkInstance */
     void *physical_device;        /* VkPhysicalDevice */
     void *device;                 /* VkDevice; NULL only for sabaki_check() */
-    uint32_t queue_family;        /* family of the queue that runs the command buffers */
+    uint32_t queue_family;        /* family of the one queue that runs the command buffers */
     uint32_t api_version;         /* VkApplicationInfo::apiVersion: VK_API_VERSION_1_1 or later */
     /* Enabled features: 1 or 0. The compute path needs none of them. */
     uint32_t precise_queries;        /* occlusionQueryPrecise */
@@ -171,16 +173,27 @@ sabaki_status sabaki_culler_create(const sabaki_graph *graph, const sabaki_devic
 /* Frees everything. The device must have finished what was recorded. NULL is allowed. */
 void sabaki_culler_destroy(sabaki_culler *culler);
 
+/* Frees the staging memory of the maps, which is as large as they are; devices whose memory is mapped need none. Call it when a query has
+ * been answered by the device, and no other recorded command buffer of the culler is in flight or will be submitted. Does nothing before the
+ * first such answer. */
+sabaki_status sabaki_release_staging(sabaki_culler *culler);
+
 /* Starts a query for a motion that avoids an attack, and records the culling of its candidates into `commands`, a
- * VkCommandBuffer that is being recorded, outside of rendering. It is submitted once, on a queue of the family, in the order
- * of recording. What was recorded into the slot before has finished, or will never be submitted. */
+ * VkCommandBuffer that is being recorded, outside of rendering and of occlusion queries. It is submitted once at most. All command
+ * buffers of a culler go to one and the same queue of the family, in the order of recording. What was recorded into the slot before has
+ * finished, or will never be submitted. What the device cannot do (a limit, no memory) is no error: nothing is recorded then, and
+ * sabaki_poll() answers by the CPU. After SABAKI_DEVICE_LOST the query waits in the slot for sabaki_answer_now(). */
 sabaki_status sabaki_record(sabaki_culler *culler, uint32_t slot, void *commands, const sabaki_place *place,
                             const sabaki_key *keys, size_t key_count);
 
-/* The answer, if the device has finished: SABAKI_OK. Otherwise SABAKI_NOT_YET. Never waits. */
+/* The answer, if the device has finished: SABAKI_OK. Otherwise SABAKI_NOT_YET. Never waits. May be called at any time; Vulkan guarantees
+ * the counts once you have seen the fence or timeline semaphore of the submission. Before that, it looks for a number that the device
+ * writes after it has made the counts available to the host. */
 sabaki_status sabaki_poll(sabaki_culler *culler, uint32_t slot, sabaki_answer *answer);
 
-/* The answer now: the CPU counts instead of the device. For a lost device, or where waiting is not possible. */
+/* The answer now: the CPU counts instead of the device. For a lost device, or where waiting is not possible. Polling calls nothing that
+ * tells of a lost device, so sabaki_poll() goes on saying SABAKI_NOT_YET: once your own vkQueueSubmit, fence or semaphore returns
+ * VK_ERROR_DEVICE_LOST, call this for each open slot, and then destroy the culler. */
 sabaki_status sabaki_answer_now(sabaki_culler *culler, uint32_t slot, sabaki_answer *answer);
 
 /* The body in the answer's motion, `seconds` after the query started. Valid until the slot's next query. `count` is the length
@@ -302,14 +315,16 @@ sabaki_status sabaki_step(sabaki_game *game, float dt, const sabaki_obstacle *ob
 size_t sabaki_events(const sabaki_game *game, sabaki_event *events, size_t room);
 /* The joints in the world; `count` is the length of the array. */
 sabaki_status sabaki_pose(sabaki_game *game, sabaki_character character, sabaki_joint *joints, size_t count);
-/* The root in the world (3 numbers), and `count` rotations relative to the parents (4 numbers each). */
+/* The root in the world (3 numbers), and of `count` joints the rotations (4 numbers each) and positions (3 numbers each) relative to the
+ * parents. The root's position there is unused. `translations` may be NULL. */
 sabaki_status sabaki_local_pose_of(const sabaki_game *game, sabaki_character character, float *root, float *rotations,
-                                   size_t count);
+                                   float *translations, size_t count);
 
-/* A pose by its root and the rotations of all joints relative to their parents, xyzw. */
+/* A pose by its root and the rotations (xyzw) and positions of all joints relative to their parents. */
 typedef struct sabaki_local_pose {
     float root[3];
     const float *rotations;
+    const float *translations; /* NULL: the joints keep the skeleton's offsets */
     uint32_t count; /* number of joints */
 } sabaki_local_pose;
 

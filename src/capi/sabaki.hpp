@@ -108,6 +108,8 @@ public:
     void record(std::uint32_t slot, void *commands, const sabaki_place &place, const std::vector<sabaki_key> &attack) {
         check(sabaki_record(handle_, slot, commands, &place, attack.data(), attack.size()));
     }
+    // Frees the staging memory of the maps, once the device has answered a query and nothing else is in flight.
+    void release_staging() { check(sabaki_release_staging(handle_)); }
     // Whether the answer is there. Never waits.
     bool poll(std::uint32_t slot, sabaki_answer &answer) {
         const sabaki_status status = sabaki_poll(handle_, slot, &answer);
@@ -141,6 +143,14 @@ private:
     sabaki_culler *handle_ = nullptr;
     std::uint32_t joints_;
     std::uint32_t spheres_;
+};
+
+// A pose by its root and by the rotations (4 numbers each) and positions (3 numbers each) of the joints relative to their parents. Without
+// positions the joints keep the skeleton's offsets.
+struct LocalPose {
+    float root[3];
+    std::vector<float> rotations;
+    std::vector<float> translations;
 };
 
 // Characters of a game.
@@ -189,6 +199,17 @@ public:
         check(sabaki_pose(handle_, character, joints.data(), joints.size()));
         return joints;
     }
+    LocalPose local_pose(sabaki_character character) const {
+        LocalPose pose = {{0, 0, 0}, std::vector<float>(4 * joints_), std::vector<float>(3 * joints_)};
+        check(sabaki_local_pose_of(handle_, character, pose.root, pose.rotations.data(), pose.translations.data(), joints_));
+        return pose;
+    }
+    // Hands the body to something else, and takes it back from two poses that were seen `seconds` apart.
+    void release(sabaki_character character) { check(sabaki_release(handle_, character)); }
+    void resume(sabaki_character character, const LocalPose &before, const LocalPose &now, float seconds) {
+        const sabaki_local_pose poses[2] = {view(before), view(now)};
+        check(sabaki_resume(handle_, character, &poses[0], &poses[1], seconds));
+    }
     std::vector<unsigned char> save() const {
         std::size_t size = 0;
         check(sabaki_save(handle_, nullptr, 0, &size));
@@ -200,6 +221,15 @@ public:
     sabaki_game *handle() { return handle_; }
 
 private:
+    static sabaki_local_pose view(const LocalPose &pose) {
+        const std::size_t count = pose.rotations.size() / 4;
+        if (!pose.translations.empty() && pose.translations.size() != 3 * count) {
+            throw std::invalid_argument("rotations and translations of a pose differ in number");
+        }
+        const float *translations = pose.translations.empty() ? nullptr : pose.translations.data();
+        return {{pose.root[0], pose.root[1], pose.root[2]}, pose.rotations.data(), translations,
+                static_cast<std::uint32_t>(count)};
+    }
     sabaki_game *handle_ = nullptr;
     std::uint32_t joints_;
     std::vector<sabaki_event> events_;

@@ -3,6 +3,7 @@
 //! Architecture invariant: no public signature names a type of gpu-allocator.
 
 use std::collections::HashMap;
+use std::mem::ManuallyDrop;
 
 use ash::vk;
 use gpu_allocator::{
@@ -14,13 +15,15 @@ use super::{Block, Context, GpuError, Memory, MemoryDesc, MemoryUse, Resource};
 
 /// The default [`Memory`], based on gpu-allocator.
 ///
-/// It must outlive everything that is created with it. A host with an allocator of its own implements [`Memory`] for that one, as
+/// It must outlive everything that is created with it, and ends with [`GpuAllocatorMemory::destroy`] before the device. A host with an allocator of its own implements [`Memory`] for that one, as
 /// `examples/common/plain_memory.rs` does.
 #[derive(Debug)]
 pub struct GpuAllocatorMemory {
-    allocator: Allocator,
+    /// Taken by `destroy`. gpu-allocator frees memory in its own `Drop`, which a forgotten `destroy` must not reach: the device may be gone.
+    allocator: ManuallyDrop<Allocator>,
     live: HashMap<u64, Allocation>,
     next_token: u64,
+    is_live: bool,
 }
 
 impl GpuAllocatorMemory {
@@ -42,9 +45,10 @@ impl GpuAllocatorMemory {
             reason: error.to_string(),
         })?;
         Ok(Self {
-            allocator,
+            allocator: ManuallyDrop::new(allocator),
             live: HashMap::new(),
             next_token: 0,
+            is_live: true,
         })
     }
 
@@ -52,6 +56,27 @@ impl GpuAllocatorMemory {
     #[must_use]
     pub fn live_blocks(&self) -> usize {
         self.live.len()
+    }
+
+    /// Frees all memory. What was created with it is destroyed, and the device is not.
+    pub fn destroy(mut self) {
+        if !self.live.is_empty() {
+            tracing::error!(
+                "a GpuAllocatorMemory was destroyed with {} blocks in use",
+                self.live.len()
+            );
+        }
+        self.is_live = false;
+        // SAFETY: nothing uses the allocator afterwards.
+        drop(unsafe { ManuallyDrop::take(&mut self.allocator) });
+    }
+}
+
+impl Drop for GpuAllocatorMemory {
+    fn drop(&mut self) {
+        if self.is_live {
+            tracing::error!("a GpuAllocatorMemory was dropped without destroy: its memory leaks");
+        }
     }
 }
 

@@ -1,6 +1,6 @@
 //! The counts of a cull in memory that the host reads, with the number of that cull.
 //!
-//! The device writes the number after the counts, so that the host can poll it without waiting.
+//! The device makes the counts available to the host, and writes the number after that, so that the host can poll it without waiting.
 
 use std::sync::atomic::{AtomicU32, Ordering};
 
@@ -62,9 +62,8 @@ impl Counts {
     }
 
     /// Assigns a new number to the cull that is recorded now.
-    pub(crate) fn start(&mut self) -> u32 {
+    pub(crate) fn start(&mut self) {
         self.serial = next_serial();
-        self.serial
     }
 
     /// The first words of a cull's counts, or `None` while the device has not finished. Never waits.
@@ -108,7 +107,8 @@ pub(crate) unsafe fn record_numbers<'a>(
     // SAFETY: the caller vouches for `cmd`; the buffers have a header.
     unsafe {
         passes.begin(c"sabaki: counts to the host");
-        barriers::memory(context, cmd, writer, number);
+        // The counts reach the host's memory domain before the fill runs: no number overtakes its counts.
+        barriers::memory(context, cmd, writer, number.and(Access::HOST_READ));
         for one in counts {
             let (device, buffer) = (context.device(), one.buffer.handle);
             device.cmd_fill_buffer(cmd, buffer, 0, 4, one.serial);

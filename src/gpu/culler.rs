@@ -237,7 +237,7 @@ impl Culler {
     ///
     /// # Errors
     /// As for [`Culler::record`], for the first entry that is refused; [`GpuError::NoSuchSlot`] also where two entries have one slot.
-    /// Nothing is recorded then.
+    /// Nothing is recorded then, and no entry has a ticket.
     ///
     /// # Safety
     /// As for [`Culler::record`], for every slot of the batch.
@@ -249,6 +249,7 @@ impl Culler {
         let _span = tracing::trace_span!("gpu cull: record", path = self.path.name()).entered();
         let slots = self.slots.len() as u32;
         self.batch.clear();
+        batch.iter_mut().for_each(|entry| entry.ticket = None);
         for (index, entry) in batch.iter().enumerate() {
             let slot = entry.slot;
             if slot >= slots || self.batch.contains(&(slot as usize)) {
@@ -261,17 +262,20 @@ impl Culler {
             };
             self.implementation.gather(index, request)?;
         }
-        for (index, entry) in batch.iter_mut().enumerate() {
-            let slot = entry.slot as usize;
-            let serial = self.implementation.counts_mut(slot).start();
+        for (index, &slot) in self.batch.iter().enumerate() {
+            self.implementation.counts_mut(slot).start();
             self.implementation.write(index, slot)?;
             let place = &mut self.slots[slot];
             place.counted = self.counted;
             place.uploads = !*self.upload.done.get_mut();
             place.stamps.iter_mut().for_each(Stamps::clear);
+        }
+        // From here on nothing fails.
+        for entry in batch.iter_mut() {
+            let counts = self.implementation.counts(entry.slot as usize);
             entry.ticket = Some(Ticket {
                 slot: entry.slot,
-                serial,
+                serial: counts.serial,
                 candidates: entry.input.candidates.len() as u32,
             });
         }
@@ -290,8 +294,9 @@ impl Culler {
 
     /// Returns whether a cull has finished. If so, `overlaps` holds its counts, in the order of the candidates. Never waits.
     ///
-    /// The device writes the number of a cull after its counts, and this function looks for the number. For Vulkan's full
-    /// guarantee, poll after seeing the submission's fence or timeline semaphore.
+    /// The device makes the counts of a cull available to the host, then writes the number of the cull, and this function looks for the
+    /// number. Vulkan guarantees the counts once the host has seen the submission's fence or timeline semaphore; before that, the order of
+    /// number and counts is the device's ([contract](super)).
     ///
     /// # Errors
     /// [`GpuError::StaleTicket`] when the slot holds another cull; an invalidate that failed.

@@ -111,6 +111,9 @@ impl Default for StencilSettings {
 pub enum Counting {
     /// By occlusion queries, as the paper does. Counts are exact where the device's queries are
     /// [precise](super::Features::precise_queries).
+    ///
+    /// MoltenVK counts at most 32,768 queries in a submission. A batch with more is refused there; several batches of one submission, and
+    /// queries of the host's own, are not added up. Where they may come to more, submit them apart, or count by atomics.
     Queries,
     /// By atomic additions in the fragment shader, where the device has
     /// [`fragmentStoresAndAtomics`](super::Features::fragment_atomics). Counts are exact. There are few draws, which is faster

@@ -4,7 +4,8 @@ use ash::vk;
 
 use super::{Counting, Features};
 
-/// Occlusion queries in one submission, where a driver counts no more (`vendor-notes/moltenvk.md`).
+/// Occlusion queries in one submission, where a driver counts no more (`vendor-notes/moltenvk.md`). It is compared with the queries of a
+/// batch: what else a submission holds is the host's to know.
 pub(crate) fn most_queries(driver: vk::DriverId) -> u64 {
     match driver {
         vk::DriverId::MOLTENVK => 256 * 1024 / 8,
@@ -22,7 +23,7 @@ pub(crate) fn counting(driver: vk::DriverId, features: Features) -> Counting {
     }
 }
 
-/// Whose driver it is. Vulkan 1.1 has no word for it: then nobody's.
+/// Whose driver it is, as `VK_KHR_driver_properties` tells, which is part of Vulkan 1.2. Nobody's where there is no such extension.
 ///
 /// # Safety
 /// `physical_device` belongs to `instance`, both are valid, and both know `version`.
@@ -31,14 +32,29 @@ pub(crate) unsafe fn driver(
     physical_device: vk::PhysicalDevice,
     version: u32,
 ) -> vk::DriverId {
-    if version < vk::API_VERSION_1_2 {
+    // SAFETY: the caller vouches for the handles.
+    let tells = version >= vk::API_VERSION_1_2
+        || version >= vk::API_VERSION_1_1 && unsafe { has_extension(instance, physical_device) };
+    if !tells {
         return vk::DriverId::default();
     }
     let mut driver = vk::PhysicalDeviceDriverProperties::default();
     let mut properties = vk::PhysicalDeviceProperties2::default().push_next(&mut driver);
-    // SAFETY: the caller vouches for the handles; the structure is part of Vulkan 1.2.
+    // SAFETY: the caller vouches for the handles; the structure is part of Vulkan 1.2, or of an extension that the device has.
     unsafe { instance.get_physical_device_properties2(physical_device, &mut properties) };
     driver.driver_id
+}
+
+/// Whether a device has `VK_KHR_driver_properties`. A property of a physical device can be asked for without enabling its extension.
+///
+/// # Safety
+/// As for [`driver`].
+unsafe fn has_extension(instance: &ash::Instance, physical_device: vk::PhysicalDevice) -> bool {
+    // SAFETY: the caller vouches for both handles. Where the list cannot be had, it has no extension.
+    let known = unsafe { instance.enumerate_device_extension_properties(physical_device) };
+    let name = ash::khr::driver_properties::NAME;
+    let mut known = known.unwrap_or_default().into_iter();
+    known.any(|one| one.extension_name_as_c_str() == Ok(name))
 }
 
 #[cfg(test)]

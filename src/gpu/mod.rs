@@ -21,13 +21,16 @@
 //! - **Frames in flight**: a slot is one cull between recording and the end of its commands. The caller records into a slot
 //!   again when those have finished, or will never be submitted. A component orders what its slots share by its own barriers,
 //!   on condition that all of its culls run on one queue, submitted in the order of recording.
-//! - **Polling** never waits. The last barrier makes the counts visible to the host, so a fence or a semaphore that the host has
-//!   seen is all that is needed. Polling earlier is safe, and says "not yet".
+//! - **Polling** never waits. The device makes the counts available to the host, and after that writes the number of the cull, which polling
+//!   looks for. Once the host has seen the submission's fence or timeline semaphore, Vulkan guarantees that polling finds number and
+//!   counts. Polling earlier is safe: it says "not yet", or finds the number. Vulkan does not say in which order the host sees number and
+//!   counts then; where its guarantee alone must do, poll after the fence.
 //! - **Answers that do not come** (a limit, an error, a lost device): [`cpu`](crate::query::cull::cpu) counts the same from
 //!   the same input. After every error but a lost device ([`GpuError::is_device_lost`]) component and device can be used further.
+//!   Polling does not tell of a lost device: it goes on saying "not yet". The host's own submissions, fences and semaphores tell.
 //! - **Memory** is the caller's choice ([`Memory`]): [`GpuAllocatorMemory`] is built in, `examples/common/plain_memory.rs`
 //!   shows another allocator. Components allocate when they are created, never later. `destroy` gives the memory back, and so
-//!   does a creation that fails half way.
+//!   does a creation that fails half way. [`GpuAllocatorMemory::destroy`] comes after that, and before the end of the device.
 //! - **Threads**: contexts, components and tickets are `Send` and `Sync`. Recording takes `&mut`, polling `&`. The caller
 //!   guards the command buffer and its pool.
 //! - **The end**: `destroy`, when the device has finished. Dropping without it frees nothing under a running queue: it is

@@ -180,6 +180,65 @@ fn cmake_installs_a_package_that_the_example_finds() {
     assert!(said.contains("found: 0"), "{said}");
 }
 
+/// The library of another target is built and installed from that target's folder. A script stands in for Cargo.
+#[test]
+fn cmake_builds_for_a_target() {
+    use std::os::unix::fs::PermissionsExt;
+
+    let folder = tempfile::tempdir().unwrap();
+    let cargo = folder.path().join("cargo");
+    let script = "#!/bin/sh\necho \"env $CARGO_BUILD_TARGET arguments $*\" > \"$0.said\"\n\
+        mkdir -p \"${0%cargo}out/$FOLDER/release\"\n: > \"${0%cargo}out/$FOLDER/release/libsabaki.a\"\n";
+    fs::write(&cargo, script).unwrap();
+    fs::set_permissions(&cargo, fs::Permissions::from_mode(0o755)).unwrap();
+    let cases = [
+        ("variable", "x86_64-unknown-none", "x86_64-unknown-none"),
+        (
+            "environment",
+            "riscv64gc-unknown-none-elf",
+            "riscv64gc-unknown-none-elf",
+        ),
+        ("variable", "targets/own.json", "own"),
+        ("none", "", "."),
+    ];
+    for (index, (from, target, of_target)) in cases.into_iter().enumerate() {
+        let build = folder.path().join(format!("build{index}"));
+        let prefix = folder.path().join(format!("prefix{index}"));
+        let mut configure = Command::new("cmake");
+        configure.env_remove("CARGO_BUILD_TARGET");
+        configure.arg("-S").arg(root().join("src/capi"));
+        configure.arg("-B").arg(&build);
+        configure.arg(format!("-DCARGO={}", cargo.display()));
+        let out = folder.path().join("out");
+        configure.arg(format!("-DSABAKI_TARGET_DIRECTORY={}", out.display()));
+        match from {
+            "variable" => drop(configure.arg(format!("-DSABAKI_CARGO_TARGET={target}"))),
+            "environment" => drop(configure.env("CARGO_BUILD_TARGET", target)),
+            _ => {}
+        }
+        output_of(&mut configure);
+        let mut make = Command::new("cmake");
+        // What the environment says later does not move the library.
+        make.env("FOLDER", of_target)
+            .env("CARGO_BUILD_TARGET", "later");
+        output_of(make.arg("--build").arg(&build));
+        let mut install = Command::new("cmake");
+        output_of(
+            install
+                .arg("--install")
+                .arg(&build)
+                .arg("--prefix")
+                .arg(&prefix),
+        );
+        assert!(prefix.join("lib/libsabaki.a").exists(), "{target}");
+        let said = fs::read_to_string(folder.path().join("cargo.said")).unwrap();
+        assert!(said.starts_with("env  arguments rustc "), "{said}");
+        let argument = format!("--target {target}");
+        assert_eq!(said.contains("--target "), !target.is_empty(), "{said}");
+        assert!(target.is_empty() || said.contains(&argument), "{said}");
+    }
+}
+
 #[test]
 fn the_header_has_the_version_of_the_package() {
     let header = fs::read_to_string(root().join("src/capi/sabaki.h")).unwrap();

@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 use sabaki_testing as common;
-use sabaki_testing::shim;
+use sabaki_testing::shim::{self, HostStep};
 
 use std::sync::{Arc, Mutex};
 
@@ -214,6 +214,38 @@ fn counts_come_by_few_copies() {
     assert_eq!(guests.destroy(), []);
 }
 
+/// The counts are made available to the host first, then their number.
+#[test]
+fn counts_reach_the_host_before_their_number() {
+    let atlas = atlas_on(MapGrid::PAPER, &mut Random(5), 8);
+    for way in Way::ALL {
+        shim::steps_for_host();
+        let (_, messages) = without_barrier(&atlas, way, None);
+        assert_eq!(messages, []);
+        let steps = shim::steps_for_host();
+        let writer = match way {
+            Way::COMPUTE => vk::PipelineStageFlags2::COMPUTE_SHADER,
+            // Query results and sums are copied.
+            _ => vk::PipelineStageFlags2::ALL_TRANSFER,
+        };
+        let culls: Vec<_> = steps.chunks(3).collect();
+        assert_eq!(culls.len(), 2, "{way:?}: {steps:?}");
+        for cull in culls {
+            let [
+                HostStep::Barrier(first),
+                HostStep::Number,
+                HostStep::Barrier(last),
+            ] = cull
+            else {
+                panic!("{way:?}: {cull:?}");
+            };
+            assert!(first.contains(writer), "{way:?}: {first:?}");
+            let fill = vk::PipelineStageFlags2::ALL_TRANSFER;
+            assert!(last.contains(fill), "{way:?}: {last:?}");
+        }
+    }
+}
+
 /// One cull with one barrier left out: what validation says of it.
 fn without_barrier(atlas: &RegionAtlas, way: Way, nth: Option<u64>) -> (u64, Vec<Message>) {
     let mut device = device();
@@ -323,7 +355,7 @@ fn a_wrong_barrier_of_the_host_is_detected() {
 
 /// Hears what is logged as an error on this thread.
 #[derive(Clone, Default)]
-struct Ear(Arc<Mutex<Vec<String>>>);
+pub(super) struct Ear(pub(super) Arc<Mutex<Vec<String>>>);
 
 impl tracing::field::Visit for Ear {
     fn record_debug(&mut self, _: &tracing::field::Field, value: &dyn std::fmt::Debug) {

@@ -1,10 +1,13 @@
 //! Tests of `sabaki::gpu`.
 mod alloc;
+mod allocator;
+mod batch;
 mod compute;
 mod compute_motions;
 mod contract;
 mod cull;
 mod device;
+mod drivers;
 mod fallbacks;
 mod faults;
 mod memory;

@@ -18,6 +18,15 @@ pub struct Fault {
     pub result: vk::Result,
 }
 
+/// What a command buffer does about what the host reads.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum HostStep {
+    /// A barrier that makes what these stages wrote available to the host.
+    Barrier(vk::PipelineStageFlags2),
+    /// A fill of one word.
+    Number,
+}
+
 #[derive(Default)]
 struct State {
     loader: Option<vk::PFN_vkGetInstanceProcAddr>,
@@ -28,7 +37,9 @@ struct State {
     fault: Option<Fault>,
     barriers: u64,
     swallowed: Option<u64>,
+    for_host: Vec<HostStep>,
     hidden: vk::QueueFlags,
+    driver: Option<vk::DriverId>,
     copies: u64,
     labels: Vec<String>,
     caches: Vec<u64>,
@@ -88,6 +99,11 @@ pub fn barriers() -> u64 {
     with(|state| state.barriers)
 }
 
+/// Steps for the host since this was asked last.
+pub fn steps_for_host() -> Vec<HostStep> {
+    with(|state| std::mem::take(&mut state.for_host))
+}
+
 /// Copies of query results so far.
 pub fn copies_of_results() -> u64 {
     with(|state| state.copies)
@@ -106,6 +122,11 @@ pub fn caches() -> Vec<u64> {
 /// What queue families are said not to be able to do.
 pub fn hide_queue_flags(flags: vk::QueueFlags) {
     with(|state| state.hidden = flags);
+}
+
+/// Whose driver every device is said to have.
+pub fn pretend_driver(driver: Option<vk::DriverId>) {
+    with(|state| state.driver = driver);
 }
 
 /// Counts a call; says with what it fails.
@@ -243,24 +264,50 @@ fn wrappers() -> Vec<Wrapper> {
         fallible!(vkQueueWaitIdle(queue: u64)),
         fallible!(vkDeviceWaitIdle(device: u64)),
         ("vkCmdPipelineBarrier2", barrier as Pointer),
+        ("vkCmdFillBuffer", fill as Pointer),
         ("vkCmdBeginDebugUtilsLabelEXT", begin_label as Pointer),
         ("vkCmdCopyQueryPoolResults", copy_results as Pointer),
         ("vkGetPhysicalDeviceQueueFamilyProperties", queue_families as Pointer),
+        ("vkGetPhysicalDeviceProperties2", properties as Pointer),
         ("vkGetInstanceProcAddr", instance_lookup as Pointer),
         ("vkGetDeviceProcAddr", device_lookup as Pointer),
     ]);
     all
 }
 
-unsafe extern "system" fn barrier(buffer: u64, info: *const c_void) {
+unsafe extern "system" fn fill(buffer: u64, target: u64, offset: u64, size: u64, word: u32) {
+    if size == 4 {
+        with(|state| state.for_host.push(HostStep::Number));
+    }
+    type Real = unsafe extern "system" fn(u64, u64, u64, u64, u32);
+    let function = real("vkCmdFillBuffer");
+    // SAFETY: as for the calls that can fail.
+    unsafe { std::mem::transmute::<usize, Real>(function)(buffer, target, offset, size, word) };
+}
+
+unsafe extern "system" fn barrier(buffer: u64, info: *const vk::DependencyInfo<'_>) {
+    // SAFETY: the caller gives as many barriers as it says.
+    let barriers = unsafe {
+        match (*info).memory_barrier_count {
+            0 => &[],
+            count => std::slice::from_raw_parts((*info).p_memory_barriers, count as usize),
+        }
+    };
+    let for_host = |one: &&vk::MemoryBarrier2<'_>| {
+        let (stage, access) = (vk::PipelineStageFlags2::HOST, vk::AccessFlags2::HOST_READ);
+        one.dst_stage_mask.contains(stage) && one.dst_access_mask.contains(access)
+    };
     let swallow = with(|state| {
         state.barriers += 1;
+        let steps = barriers.iter().filter(for_host);
+        let steps = steps.map(|one| HostStep::Barrier(one.src_stage_mask));
+        state.for_host.extend(steps);
         state.swallowed == Some(state.barriers - 1)
     });
     if swallow {
         return;
     }
-    type Real = unsafe extern "system" fn(u64, *const c_void);
+    type Real = unsafe extern "system" fn(u64, *const vk::DependencyInfo<'_>);
     // SAFETY: as for the calls that can fail.
     unsafe { std::mem::transmute::<usize, Real>(real("vkCmdPipelineBarrier2"))(buffer, info) };
 }
@@ -310,6 +357,24 @@ unsafe extern "system" fn queue_families(
             for family in std::slice::from_raw_parts_mut(families, *count as usize) {
                 family.queue_flags &= !hidden;
             }
+        }
+    }
+}
+
+unsafe extern "system" fn properties(device: u64, all: *mut vk::PhysicalDeviceProperties2<'_>) {
+    type Real = unsafe extern "system" fn(u64, *mut vk::PhysicalDeviceProperties2<'_>);
+    let function = real("vkGetPhysicalDeviceProperties2");
+    // SAFETY: as for the calls that can fail; the structures of a chain begin alike.
+    unsafe {
+        std::mem::transmute::<usize, Real>(function)(device, all);
+        let mut next = (*all).p_next.cast::<vk::BaseOutStructure<'_>>();
+        while let Some(one) = next.as_mut() {
+            let is_driver = one.s_type == vk::StructureType::PHYSICAL_DEVICE_DRIVER_PROPERTIES;
+            if let (true, Some(driver)) = (is_driver, with(|state| state.driver)) {
+                let place = next.cast::<vk::PhysicalDeviceDriverProperties<'_>>();
+                (*place).driver_id = driver;
+            }
+            next = one.p_next.cast();
         }
     }
 }

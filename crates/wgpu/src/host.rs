@@ -18,6 +18,22 @@ pub enum HostError {
     /// The device or the adapter is not one of wgpu's Vulkan backend.
     #[error("wgpu does not run on Vulkan here")]
     NotVulkan,
+    /// The adapter does not have these features.
+    #[error("the adapter lacks the features {0}")]
+    Features(wgpu::Features),
+    /// These features are experimental, and [`wgpu::DeviceDescriptor::experimental_features`] does not enable them.
+    #[error("experimental features are not enabled: {0}")]
+    Experimental(wgpu::Features),
+    /// A limit of the descriptor is beyond the adapter's.
+    #[error("the limit {name} is {allowed} on the adapter, not {required}")]
+    Limit {
+        /// Field of [`wgpu::Limits`].
+        name: &'static str,
+        /// What the descriptor requires.
+        required: u64,
+        /// What the adapter has.
+        allowed: u64,
+    },
     /// The device lacks something, or a call failed.
     #[error(transparent)]
     Gpu(#[from] GpuError),
@@ -49,19 +65,21 @@ impl Host {
     /// Creates a device with what both culling paths use, as far as the adapter offers it, beside what `desc` asks for.
     ///
     /// # Errors
-    /// [`HostError::NotVulkan`]; an error of creating the device.
+    /// [`HostError::NotVulkan`]; [`HostError::Features`], [`HostError::Experimental`] or [`HostError::Limit`] where the adapter does not
+    /// have what `desc` asks for; an error of creating the device.
     pub fn open(
         adapter: &wgpu::Adapter,
         desc: &wgpu::DeviceDescriptor<'_>,
     ) -> Result<(Self, wgpu::Queue), HostError> {
         let report = report(adapter)?;
+        check_required(adapter, desc)?;
         let offered = report.features;
         let mut rendering =
             vk::PhysicalDeviceDynamicRenderingFeatures::default().dynamic_rendering(true);
         let mut synchronization =
             vk::PhysicalDeviceSynchronization2Features::default().synchronization2(true);
         let is_core = report.extensions.is_empty();
-        // SAFETY: the adapter offers the features that are added, and nothing is taken away.
+        // SAFETY: the adapter offers what the descriptor requires and the features that are added, and nothing is taken away.
         let (device, queue) = unsafe {
             let vulkan = adapter.as_hal::<Vulkan>().ok_or(HostError::NotVulkan)?;
             let open = vulkan.open_with_callback(
@@ -137,6 +155,32 @@ impl Host {
     pub fn culler(&self, desc: &CullerDesc<'_>) -> Result<HostedCuller, HostError> {
         HostedCuller::new(self.device.clone(), &self.context, desc)
     }
+}
+
+/// The checks of [`wgpu::Adapter::request_device`], which creating a device from its Vulkan handle leaves out.
+fn check_required(
+    adapter: &wgpu::Adapter,
+    desc: &wgpu::DeviceDescriptor<'_>,
+) -> Result<(), HostError> {
+    let lacking = desc.required_features - adapter.features();
+    if !lacking.is_empty() {
+        return Err(HostError::Features(lacking));
+    }
+    let experimental = desc.required_features & wgpu::Features::all_experimental_mask();
+    if !experimental.is_empty() && !desc.experimental_features.is_enabled() {
+        return Err(HostError::Experimental(experimental));
+    }
+    let (mut limit, offered) = (Ok(()), adapter.limits());
+    let fail = |name, required, allowed| {
+        limit = Err(HostError::Limit {
+            name,
+            required,
+            allowed,
+        });
+    };
+    desc.required_limits
+        .check_limits_with_fail_fn(&offered, true, fail);
+    limit
 }
 
 /// What a physical device offers.

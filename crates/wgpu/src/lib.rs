@@ -3,7 +3,7 @@
 //! A [`Host`] is a wgpu device with the features that it has. A [`HostedCuller`] records culls into command buffers of wgpu's, which the host
 //! submits between its own; [`HostedCuller::poll`] reads the counts in a later frame. The host needs no `ash` and writes no allocator.
 //!
-//! Architecture invariant: nothing here submits. The culler waits for the device once, when it is dropped.
+//! Architecture invariant: nothing here submits or waits.
 #![warn(unreachable_pub)]
 
 mod culler;

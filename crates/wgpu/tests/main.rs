@@ -15,6 +15,8 @@ use sabaki_app::demo::throw::{ThrowSettings, throw};
 use sabaki_wgpu::{Host, HostError, HostedCuller};
 
 fn adapter() -> wgpu::Adapter {
+    // One test at a time has devices.
+    drop(common::desc());
     let instance = wgpu::Instance::new(wgpu::InstanceDescriptor {
         backends: wgpu::Backends::VULKAN,
         flags: wgpu::InstanceFlags::debugging(),
@@ -133,6 +135,10 @@ fn wgpu_hosts_a_dodge() {
         avoided += u32::from(answer.avoided);
     }
     assert!(avoided > 3 && removed > 3, "{avoided} {removed}");
+    for culler in &mut cullers {
+        // SAFETY: every frame has been waited for. The culls below run without staging.
+        unsafe { culler.release_staging() };
+    }
 
     // A device that the program has made by itself culls by the compute shader alone.
     let (device, queue) = block_on(adapter().request_device(&desc)).unwrap();
@@ -165,4 +171,97 @@ fn wgpu_hosts_a_dodge() {
     drop((renderer, host, own));
     let heard = wgpu_hal::VALIDATION_CANARY.get_and_reset();
     assert!(heard.is_empty(), "{heard:#?}");
+}
+
+/// What a command buffer uses lives as long as the command buffer, and not longer.
+#[test]
+fn a_culler_is_dropped_before_its_commands_are_submitted() {
+    let baked = embedded();
+    let desc = wgpu::DeviceDescriptor::default();
+    let (host, queue) = Host::open(&adapter(), &desc).unwrap();
+    let renderer = Renderer {
+        device: host.device().clone(),
+        queue,
+    };
+    let settings = QuerySettings::default();
+    let throw = throw(baked, &ThrowSettings::default(), 3, 0).unwrap();
+    let mut context = QueryContext::default();
+    let query = Query::new(baked, &settings);
+    let session = query.start(throw.request(), &mut context);
+    for way in Way::ALL {
+        let mut culler = host.culler(&way.desc(baked.atlas())).unwrap();
+        let [first, second] = [0, 1].map(|slot| {
+            let mut batch = [BatchEntry {
+                slot,
+                input: session.cull_input(),
+                ticket: None,
+            }];
+            // SAFETY: each slot is recorded once; what is submitted is in the order of recording.
+            unsafe { culler.record(&mut batch) }.unwrap()
+        });
+        drop(culler);
+        renderer.frame(vec![first]);
+        drop(second);
+    }
+    renderer.frame(Vec::new());
+    // Anything that is left would be reported when the device is destroyed.
+    drop((renderer, host));
+    let heard = wgpu_hal::VALIDATION_CANARY.get_and_reset();
+    assert!(heard.is_empty(), "{heard:#?}");
+}
+
+#[test]
+fn a_device_with_what_the_adapter_lacks_is_refused_by_name() {
+    let adapter = adapter();
+    let experimental = wgpu::Features::all_experimental_mask();
+    let lacking = wgpu::Features::all() - adapter.features() - experimental;
+    let feature = lacking.iter().next().expect("a feature that is missing");
+    let refused = Host::open(
+        &adapter,
+        &wgpu::DeviceDescriptor {
+            required_features: feature,
+            ..Default::default()
+        },
+    );
+    assert!(
+        matches!(&refused, Err(HostError::Features(named)) if *named == feature),
+        "{refused:?}"
+    );
+
+    let offered = adapter.features() & experimental;
+    if let Some(feature) = offered.iter().next() {
+        let refused = Host::open(
+            &adapter,
+            &wgpu::DeviceDescriptor {
+                required_features: feature,
+                ..Default::default()
+            },
+        );
+        assert!(
+            matches!(&refused, Err(HostError::Experimental(named)) if *named == feature),
+            "{refused:?}"
+        );
+    }
+
+    let offered = adapter.limits().max_bind_groups;
+    let refused = Host::open(
+        &adapter,
+        &wgpu::DeviceDescriptor {
+            required_limits: wgpu::Limits {
+                max_bind_groups: offered + 1,
+                ..Default::default()
+            },
+            ..Default::default()
+        },
+    );
+    let Err(HostError::Limit {
+        name,
+        required,
+        allowed,
+    }) = refused
+    else {
+        panic!("{refused:?}");
+    };
+    let expected = ("max_bind_groups", offered + 1, offered);
+    assert_eq!((name, required as u32, allowed as u32), expected);
 }

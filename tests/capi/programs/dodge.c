@@ -82,7 +82,7 @@ static sabaki_device make_device(void) {
 }
 
 /* An allocator of the renderer's own: a VkDeviceMemory for each block, which host and device see alike. */
-typedef struct { int live, most; } Blocks;
+typedef struct { int live, most, unmapped; } Blocks;
 
 static sabaki_status allocate(void *user, const sabaki_memory_desc *desc, sabaki_block *block) {
     Blocks *blocks = user;
@@ -99,6 +99,7 @@ static sabaki_status allocate(void *user, const sabaki_memory_desc *desc, sabaki
     check(CALL("vkMapMemory", device, block->memory, (uint64_t)0, ~(uint64_t)0, 0, &block->mapped), "vkMapMemory");
     block->size = desc->size;
     block->coherent = 1;
+    if (blocks->unmapped && desc->usage == SABAKI_MEMORY_DEVICE) block->mapped = 0;
     block->token = (uint64_t)++blocks->live;
     return SABAKI_OK;
 }
@@ -111,7 +112,7 @@ static void release(void *user, const sabaki_block *block) {
 
 /* Memory that ends at any block is an error, and leaves none behind. */
 static void run_out_of_memory(const sabaki_graph *graph, sabaki_device host, sabaki_path path) {
-    Blocks blocks = {0, 0};
+    Blocks blocks = {0, 0, 0};
     const sabaki_allocator allocator = {&blocks, allocate, release};
     sabaki_culler *culler = 0;
     host.allocator = &allocator;
@@ -125,10 +126,72 @@ static void run_out_of_memory(const sabaki_graph *graph, sabaki_device host, sab
     if (blocks.live) fail("blocks that were not released");
 }
 
+/* The functions of the device, with flushes that fail as long as `flushes_fail` is a result. */
+static int flushes_fail;
+static Function (*device_lookup)(void *, const char *);
+static int32_t (*real_flush)(void *, uint32_t, const void *);
+
+static int32_t flush(void *owner, uint32_t count, const void *ranges) {
+    if (flushes_fail) return flushes_fail;
+    return real_flush(owner, count, ranges);
+}
+
+static Function find_of_device(void *owner, const char *name) {
+    Function found = device_lookup(owner, name);
+    if (strcmp(name, "vkFlushMappedMemoryRanges") != 0) return found;
+    real_flush = (int32_t(*)(void *, uint32_t, const void *))found;
+    return (Function)flush;
+}
+
+static Function find(void *owner, const char *name) {
+    Function found = lookup(owner, name);
+    if (strcmp(name, "vkGetDeviceProcAddr") != 0) return found;
+    device_lookup = (Function(*)(void *, const char *))found;
+    return (Function)find_of_device;
+}
+
+static sabaki_status allocate_incoherent(void *user, const sabaki_memory_desc *desc, sabaki_block *block) {
+    sabaki_status status = allocate(user, desc, block);
+    block->coherent = 0;
+    return status;
+}
+
+/* A call that fails while a query is recorded leaves the answer to the CPU, also that of a lost device. */
+static void fail_to_record(const sabaki_graph *graph, sabaki_device host, sabaki_path path) {
+    Blocks blocks = {0, 64, 0};
+    const sabaki_allocator allocator = {&blocks, allocate_incoherent, release};
+    host.allocator = &allocator;
+    host.get_instance_proc_addr = (void *)find;
+    sabaki_culler *culler = 0;
+    check(sabaki_culler_create(graph, &host, path, 1, &culler), "sabaki_culler_create");
+    const sabaki_place place = {0, 0.0f, 2.0f, -1.0f, 0.5f};
+    const sabaki_key ball[2] = {{0, 0.9f, {3.4f, 1.5f, 1.6f}, 0.1f}, {0, 1.4f, {1.5f, 1.5f, -1.9f}, 0.1f}};
+    sabaki_answer answer = {0}, lost = {0};
+    flushes_fail = -1; /* VK_ERROR_OUT_OF_HOST_MEMORY */
+    check(sabaki_record(culler, 0, 0, &place, ball, 2), "sabaki_record");
+    check(sabaki_poll(culler, 0, &answer), "sabaki_poll");
+    if (!answer.counted_by_cpu) fail("who counted");
+    if (sabaki_record(culler, 0, 0, &place, ball, 0) != SABAKI_ERROR) fail("an attack of nothing");
+    sabaki_place then;
+    check(sabaki_sample_place(culler, 0, 1.0f, &then), "an answer after a question that was refused");
+    flushes_fail = -4; /* VK_ERROR_DEVICE_LOST */
+    if (sabaki_record(culler, 0, 0, &place, ball, 2) != SABAKI_DEVICE_LOST) fail("a lost device");
+    check(sabaki_answer_now(culler, 0, &lost), "sabaki_answer_now");
+    if (memcmp(&answer, &lost, sizeof answer) != 0) fail("answers differ");
+    flushes_fail = 0;
+    sabaki_culler_destroy(culler);
+    if (blocks.live) fail("blocks that were not released");
+}
+
 /* One query from question to answer. Returns whether the ball is avoided. */
 static int dodge(const sabaki_graph *graph, const sabaki_device *host, sabaki_path path) {
     sabaki_culler *culler = 0;
     check(sabaki_culler_create(graph, host, path, 2, &culler), "sabaki_culler_create");
+    const Blocks *blocks = host->allocator ? host->allocator->user : 0;
+    const int made = blocks ? blocks->live : 0;
+    /* Before the device has the maps, they stay. */
+    check(sabaki_release_staging(culler), "sabaki_release_staging");
+    if (blocks && blocks->live != made) fail("maps that the device does not have yet");
 
     void *queue = 0, *commands = 0;
     uint64_t pool = 0;
@@ -154,6 +217,8 @@ static int dodge(const sabaki_graph *graph, const sabaki_device *host, sabaki_pa
     }
     check(status, "sabaki_poll");
     check(CALL("vkDeviceWaitIdle", device), "vkDeviceWaitIdle");
+    check(sabaki_release_staging(culler), "sabaki_release_staging");
+    if (blocks && blocks->live != made - 1) fail("staging memory that was not released");
 
     /* What is wrong is refused, and said. */
     if (sabaki_record(culler, 2, commands, &place, ball, 2) != SABAKI_ERROR) fail("a slot that is not there");
@@ -205,13 +270,15 @@ int main(int count, char **arguments) {
     printf("%u joints, the first is %s\n", sabaki_graph_joints(graph), sabaki_graph_joint_name(graph, 0));
     sabaki_device host = make_device();
     int avoided = dodge(graph, &host, SABAKI_STENCIL);
-    Blocks blocks = {0, 64};
+    Blocks blocks = {0, 64, 1};
     const sabaki_allocator allocator = {&blocks, allocate, release};
     host.allocator = &allocator;
     avoided = dodge(graph, &host, SABAKI_COMPUTE) && avoided;
     if (blocks.live) fail("blocks that were not released");
     run_out_of_memory(graph, host, SABAKI_STENCIL);
     run_out_of_memory(graph, host, SABAKI_COMPUTE);
+    fail_to_record(graph, host, SABAKI_STENCIL);
+    fail_to_record(graph, host, SABAKI_COMPUTE);
     sabaki_graph_close(graph);
     CALL("vkDestroyDevice", device, (void *)0);
     CALL("vkDestroyInstance", instance, (void *)0);

@@ -3,9 +3,11 @@
  *     game BAKED
  */
 #include <math.h>
+#include <pthread.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
 #include "sabaki.h"
 
@@ -25,9 +27,37 @@ static void check(sabaki_status status, const char *what) {
     if (status != SABAKI_OK) fail(what);
 }
 
+static volatile int has_entered, is_inside;
+
+static void slow(void *user, const char *message) {
+    (void)user;
+    (void)message;
+    is_inside = has_entered = 1;
+    usleep(200000);
+    is_inside = 0;
+}
+
+static void *open_nothing(void *user) {
+    sabaki_graph *graph = 0;
+    sabaki_graph_open("/no/such/file", &graph);
+    return user;
+}
+
+/* What replaces a log waits until the log is not in use. */
+static void replace_log(void) {
+    pthread_t thread;
+    sabaki_set_log(slow, 0);
+    if (pthread_create(&thread, 0, open_nothing, 0) != 0) fail("a thread");
+    while (!has_entered) usleep(1000);
+    sabaki_set_log(0, 0);
+    if (is_inside) fail("a log that was replaced is running");
+    pthread_join(thread, 0);
+}
+
 int main(int arguments, char **argument) {
     if (arguments != 2) return 2;
     int one = 1;
+    replace_log();
     sabaki_set_log(count, &one);
     sabaki_graph *graph = 0;
     check(sabaki_graph_open(argument[1], &graph), "sabaki_graph_open");
@@ -91,14 +121,31 @@ int main(int arguments, char **argument) {
 
     /* Out to something else that holds the pose, and back in. */
     float *rotations = calloc(4 * joints, sizeof *rotations);
-    sabaki_local_pose pose = {{0, 0, 0}, rotations, joints};
-    check(sabaki_local_pose_of(game, me, pose.root, rotations, joints), "sabaki_local_pose_of");
+    sabaki_local_pose pose = {{0, 0, 0}, rotations, 0, joints};
+    check(sabaki_local_pose_of(game, me, pose.root, rotations, 0, joints), "sabaki_local_pose_of");
     check(sabaki_release(game, me), "sabaki_release");
     check(sabaki_resume(game, me, &pose, &pose, 1.0f / 60), "sabaki_resume");
     check(sabaki_pose(game, me, same, joints), "sabaki_pose");
     for (i = 0; i < joints; i++) {
         if (fabsf(same[i].position[1] - mine[i].position[1]) > 0.01f) fail("a joint jumps");
     }
+
+    /* The same with a joint that has moved in its parent's frame. */
+    float *translations = calloc(3 * joints, sizeof *translations), square = 0;
+    check(sabaki_local_pose_of(game, me, pose.root, rotations, translations, joints), "sabaki_local_pose_of");
+    translations[3] += 0.3f;
+    pose.translations = translations;
+    check(sabaki_release(game, me), "sabaki_release");
+    check(sabaki_resume(game, me, &pose, &pose, 1.0f / 60), "sabaki_resume");
+    check(sabaki_pose(game, me, same, joints), "sabaki_pose");
+    for (i = 0; i < 3; i++) {
+        float apart = same[1].position[i] - same[0].position[i];
+        square += translations[3 + i] * translations[3 + i] - apart * apart;
+    }
+    if (fabsf(square) > 1e-3f) fail("a translation is lost on the way in");
+    float moved = translations[3];
+    check(sabaki_local_pose_of(game, me, pose.root, rotations, translations, joints), "sabaki_local_pose_of");
+    if (fabsf(translations[3] - moved) > 1e-3f) fail("a translation is lost on the way out");
 
     logged = 0;
     solids[1].corner_count = 2;
@@ -110,6 +157,7 @@ int main(int arguments, char **argument) {
     if (logged != 4) fail("the log");
     printf("walked %.2f m in %.2f s, %d events\n", mine[0].position[2], sabaki_game_now(game), happened);
     free(rotations);
+    free(translations);
     free(bytes);
     free(mine);
     free(same);

@@ -5,6 +5,7 @@
 #include <fstream>
 #include <iostream>
 #include <iterator>
+#include <stdexcept>
 #include <string>
 
 namespace {
@@ -27,6 +28,20 @@ int main(int count, char **arguments) {
     std::cout << graph.joints() << " joints, the last is " << graph.joint_name(graph.joints() - 1) << '\n';
     if (!graph.joint_name(graph.joints()).empty()) {
         return 3;
+    }
+    sabaki::Game game(graph);
+    const sabaki_character character = game.spawn(0, 0, 0);
+    sabaki::LocalPose pose = game.local_pose(character);
+    game.release(character);
+    game.resume(character, pose, pose, 1.0f / 60);
+    if (game.local_pose(character).translations.size() != 3 * graph.joints()) {
+        return 6;
+    }
+    pose.translations.pop_back();
+    try {
+        game.resume(character, pose, pose, 1.0f / 60);
+        return 7;
+    } catch (const std::invalid_argument &) {
     }
     try {
         // No device: refused, with nothing to free.

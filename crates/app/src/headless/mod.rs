@@ -207,8 +207,9 @@ impl Headless {
             return Vec::new();
         }
         self.context = None;
-        // The allocator frees its blocks while the device still lives.
-        self.memory = None;
+        if let Some(memory) = self.memory.take() {
+            memory.destroy();
+        }
         if let (Some(device), Some(work)) = (&self.device, self.work.take()) {
             work.destroy(device);
         }
@@ -230,7 +231,7 @@ impl Drop for Headless {
     fn drop(&mut self) {
         if self.live {
             tracing::error!("a Headless was dropped without destroy: its device leaks");
-            // The allocator would free its blocks here, perhaps under living components.
+            // One message is enough.
             std::mem::forget(self.memory.take());
         }
     }

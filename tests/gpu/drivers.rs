@@ -1,0 +1,62 @@
+//! Promise: a driver's work-around is used on every version of Vulkan on which the driver can be known.
+#![allow(clippy::unwrap_used, clippy::expect_used)]
+
+use sabaki::gpu::ash::vk;
+use sabaki::gpu::{Culler, CullerDesc, GpuError, Terms};
+use sabaki::query::cull::CullInput;
+use sabaki_app::headless::{Headless, HeadlessDesc};
+use sabaki_testing::cull::{any_input, atlas_on, counted, sliced};
+use sabaki_testing::cull_cases::Way;
+use sabaki_testing::{Random, desc, finish, shim};
+
+#[test]
+fn moltenvk_is_known_on_every_version() {
+    let atlas = atlas_on(sliced(8), &mut Random(3), 6);
+    let (attack, any) = any_input(&mut Random(4), &atlas, 200);
+    let counts = counted(&CullInput {
+        atlas: &atlas,
+        attack: &attack,
+        candidates: &any,
+    });
+    let is_met = |index: &usize| counts[*index].outer > 0;
+    let met: Vec<_> = (0..any.len()).filter(is_met).map(|at| any[at]).collect();
+    assert!(!met.is_empty());
+    // More than MoltenVK has queries, and each takes one at least.
+    let candidates: Vec<_> = met.iter().copied().cycle().take(33_000).collect();
+    let input = CullInput {
+        atlas: &atlas,
+        attack: &attack,
+        candidates: &candidates,
+    };
+    for version in [
+        vk::API_VERSION_1_1,
+        vk::API_VERSION_1_2,
+        vk::API_VERSION_1_3,
+    ] {
+        shim::pretend_driver(Some(vk::DriverId::MOLTENVK));
+        let desc = HeadlessDesc {
+            terms: Terms::new(version),
+            ..desc()
+        };
+        // SAFETY: the shim calls the system's loader.
+        let mut device = unsafe { Headless::with_loader(shim::entry(), &desc) }.unwrap();
+        shim::pretend_driver(None);
+        let mut desc = CullerDesc {
+            max_candidates: 33_000,
+            frames_in_flight: 1,
+            ..Way::STENCIL.desc(&atlas)
+        };
+        desc.stencil.max_boxes = 1 << 21;
+        let mut culler = device
+            .make(|context, memory| Culler::new(context, memory, &desc))
+            .unwrap();
+        // SAFETY: `run` gives a buffer that is being recorded.
+        let refused = device.run(|cmd| unsafe { culler.record(cmd, 0, &input) });
+        let Err(GpuError::Limit { limit, .. }) = refused else {
+            panic!("{version:x}: {refused:?}");
+        };
+        assert_eq!(limit, "the driver's queries in one submission");
+        culler.destroy(device.memory().unwrap());
+        finish(device);
+    }
+}
