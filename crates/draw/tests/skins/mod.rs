@@ -232,6 +232,43 @@ fn the_body_is_drawn_where_its_positions_are_computed() {
 }
 
 #[test]
+fn the_order_of_a_vertex_s_influences_does_not_matter() {
+    let (motions, body, _) = human();
+    let (mut pose, mut joints) = (Pose::default(), Vec::new());
+    motions.clips[0].pose(10, &mut pose);
+    forward_kinematics(&motions.skeleton, &pose, &mut joints);
+    let skin = skin_of(body.bones);
+    let mut turned = body.mesh.clone();
+    // Most vertices have fewer than four influences: now the first one has no weight.
+    for vertex in &mut turned.vertices {
+        vertex.bones.rotate_right(1);
+        vertex.weights.rotate_right(1);
+    }
+    let meshes = [body.mesh, turned];
+    let mut device = device();
+    let desc = StageDesc {
+        meshes: &meshes,
+        ..StageDesc::default()
+    };
+    let mut painter = Painter::new(&mut device, SIZE, &desc).unwrap();
+    let [own, turned] = [0, 1].map(|mesh| {
+        let skin = Arc::new(Skin {
+            mesh,
+            ..(*skin).clone()
+        });
+        let mut shot = empty();
+        shot.skinned.push(SkinnedBody::new(&skin, &joints));
+        paint(&mut device, &mut painter, &shot)
+    });
+    let pairs = own.0.chunks_exact(4).zip(turned.0.chunks_exact(4));
+    let apart = |(a, b): (&[u8], &[u8])| a.iter().zip(b).any(|(a, b)| a.abs_diff(*b) > 20);
+    let changed = pairs.filter(|&pair| apart(pair)).count();
+    assert!(changed < 20, "{changed} pixels differ");
+    painter.destroy(&mut device).unwrap();
+    finish(device);
+}
+
+#[test]
 fn bones_of_removed_joints_ride_on_kept_ones() {
     let (motions, body, _) = human();
     let (skeleton, clips) = (&motions.skeleton, &motions.clips[..1]);
