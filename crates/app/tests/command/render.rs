@@ -153,6 +153,9 @@ fn a_crowd_is_drawn_in_its_own_colours_or_in_those_of_its_levels() {
     let whole = [&args[..], &["b.png", "--no-levels", "--json"]].concat();
     assert_eq!(sabaki(folder.path(), &whole).json(0)["levels"][0], 200);
     sabaki(folder.path(), &[&args[..], &["c.png", "--levels"]].concat()).is(0);
+    let one = ["render", "crowd", "--count", "1", "--size", "32x32", "--out"];
+    let said = sabaki(folder.path(), &[&one[..], &["d.png"]].concat()).is(0);
+    assert!(said.stdout.starts_with("1 character;"), "{}", said.stdout);
     let pixels = |name: &str| read_png(&folder.path().join(name)).3;
     // Levels show as reds, yellows, greens and blues, of which clothes and skin have none.
     let vivid = |pixels: &[u8]| {

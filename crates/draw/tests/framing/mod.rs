@@ -2,10 +2,13 @@
 
 use glam::{Vec2, Vec3};
 use sabaki::graph::{EdgeId, Playhead};
-use sabaki::maps::{BakedGraph, SphereKey};
-use sabaki::math::Rigid2;
+use sabaki::maps::{BakedGraph, Body, SphereKey};
+use sabaki::math::{F32x16, Rigid2};
 use sabaki::query::{Answer, Attack, Query, QueryContext, QuerySettings, Request};
-use sabaki_draw::scene::{AnsweredAttack, Camera, Dodge, DodgeSettings};
+use sabaki_app::demo;
+use sabaki_draw::scene::{
+    AnsweredAttack, Camera, Crowd, Dodge, DodgeSettings, FormationSettings, Performer,
+};
 
 use super::common::baked::embedded;
 
@@ -113,5 +116,38 @@ fn the_ball_is_before_the_body_when_it_is_nearest() {
                 assert!(!hidden, "from {angle} at {height}");
             });
         }
+    }
+}
+
+#[test]
+fn a_crowd_of_few_is_in_the_middle_of_the_picture() {
+    let motions = demo::motions().unwrap();
+    let body = Body::from_bones(&motions.skeleton);
+    for count in 1..10u32 {
+        let settings = FormationSettings {
+            count,
+            threads: 1,
+            ..FormationSettings::default()
+        };
+        let performer = Performer {
+            skeleton: &motions.skeleton,
+            body: &body,
+            clip: &motions.clips[0],
+            skin: None,
+        };
+        let mut crowd = Crowd::new(performer, &settings).unwrap();
+        let camera = crowd.camera();
+        for index in 0..count {
+            let x = (index as f32 - 0.5 * (count - 1) as f32) * settings.apart;
+            for height in [0.0, 1.7] {
+                let place = Vec3::new(x, height, 0.0);
+                assert!(is_inside(&camera, place), "{index} of {count}, {height}");
+            }
+        }
+        let mut poses = vec![F32x16::ZERO; crowd.most_lines()];
+        crowd.look_from(&camera, SIZE).unwrap();
+        crowd.pose(&mut poses).unwrap();
+        let (_, shown) = crowd.shot(camera, SIZE).unwrap();
+        assert_eq!(shown.members.len(), count as usize);
     }
 }
