@@ -268,6 +268,61 @@ fn the_order_of_a_vertex_s_influences_does_not_matter() {
     finish(device);
 }
 
+/// A flat sheet of `side` by `side` squares with a seam of the texture in its middle: left of it U is less by 5.
+fn sheet_with_seam(side: u32) -> Mesh {
+    let mut vertices = Vec::new();
+    for (half, shift) in [(0.0, -5.0), (1.0, 0.0)] {
+        for index in 0..(side + 1) * (side / 2 + 1) {
+            let (row, column) = (index / (side / 2 + 1), index % (side / 2 + 1));
+            let x = (column as f32 - (1.0 - half) * (side / 2) as f32) / side as f32;
+            let y = row as f32 / side as f32;
+            vertices.push(MeshVertex {
+                position: [x, y, 0.1 * (7.0 * x + 3.0 * y).sin()],
+                normal: [0.0, 0.0, 1.0],
+                uv: [x + shift, y],
+                colour: [u16::MAX; 4],
+                bones: [0; 4],
+                weights: [u16::MAX, 0, 0, 0],
+            });
+        }
+    }
+    let mut triangles = Vec::new();
+    let wide = side / 2 + 1;
+    for half in 0..2 {
+        let first = half * (side + 1) * wide;
+        for index in 0..side * (side / 2) {
+            let (row, column) = (index / (side / 2), index % (side / 2));
+            let at = |row: u32, column: u32| first + row * wide + column;
+            let [a, b] = [at(row, column), at(row, column + 1)];
+            let [c, d] = [at(row + 1, column), at(row + 1, column + 1)];
+            triangles.extend([[a, b, d], [a, d, c]]);
+        }
+    }
+    Mesh::new(vertices, triangles, None)
+}
+
+#[test]
+fn coarser_resolutions_keep_the_seams_of_a_texture() {
+    let mesh = sheet_with_seam(40);
+    let counts = mesh.details.each_ref().map(Vec::len);
+    assert!(counts[0] == 3200 && counts[1] <= 800 && counts[2] <= 260 && counts[3] <= 80);
+    for corner in mesh.details.iter().flatten() {
+        let corners = corner.map(|at| &mesh.vertices[at as usize]);
+        let [a, b, c] = corners.map(|vertex| vertex.position[0] - vertex.uv[0]);
+        assert!(
+            (a - b).abs() < 1e-3 && (a - c).abs() < 1e-3,
+            "{corners:?} is across the seam"
+        );
+        // Nor does a triangle of one side cover a part of the other.
+        let is_left = a > 2.5;
+        let beyond = corners.iter().filter(|vertex| match is_left {
+            true => vertex.position[0] > 1e-3,
+            false => vertex.position[0] < -1e-3,
+        });
+        assert_eq!(beyond.count(), 0, "{corners:?}");
+    }
+}
+
 #[test]
 fn bones_of_removed_joints_ride_on_kept_ones() {
     let (motions, body, _) = human();
