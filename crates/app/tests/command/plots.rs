@@ -13,7 +13,7 @@ fn plots() -> Vec<(Vec<&'static str>, &'static str)> {
             vec![
                 "bake", "--clips", clips, "--events", events, "--out", "g.sabaki",
             ],
-            "distance of postures",
+            "blank where a clip's end is not compared",
         ),
         (
             vec!["annotate", "--clips", clips, "--against", events],
