@@ -22,7 +22,7 @@ fn plots() -> Vec<(Vec<&'static str>, &'static str)> {
         (vec!["lod"], "mean energy of the joints"),
         (
             vec!["coverage", baked(), "--attacks", "1"],
-            "share of attacks avoided, ·",
+            "columns: lead; 1 attack a cell",
         ),
         (vec!["compare", baked(), "--attacks", "6"], "powers of ten"),
     ]
