@@ -59,7 +59,7 @@ pub(super) fn run(args: &Args, kind: Kind, device: &DeviceArgs) -> Result<Writte
     };
     let mut canvas = Canvas::new(device, args.size, &desc)?;
     let pictures = match kind.is_film() {
-        true => (crowd.period() * f32::from(args.rate)).round().max(1.0) as u32,
+        true => (crowd.period() * f32::from(args.rate())).round().max(1.0) as u32,
         false => 1,
     };
     let step = crowd.period() / pictures as f32;
