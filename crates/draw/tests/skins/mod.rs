@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use glam::{Quat, Vec3};
-use sabaki::anim::{JointId, JointTransform, Pose, Skeleton, forward_kinematics};
+use sabaki::anim::{Joint, JointId, JointTransform, Pose, Skeleton, forward_kinematics};
 use sabaki::lod::{LevelSettings, Levels};
 use sabaki::maps::Body;
 use sabaki_app::Painter;
@@ -194,6 +194,32 @@ fn the_body_stands_on_the_floor_and_does_not_collapse_where_it_twists() {
             assert!(after > 0.85 * before, "{name}: {before} {after}");
         }
     }
+}
+
+#[test]
+fn the_collar_is_at_the_shoulders_however_high_the_joint_of_the_neck_is() {
+    let motions = demo::motions().unwrap();
+    let mut joints: Vec<Joint> = motions.skeleton.clone().into();
+    let neck = joints.iter_mut().find(|joint| joint.name == "Neck");
+    neck.unwrap().offset.y += 0.1;
+    let skeleton = Skeleton::new(joints).unwrap();
+    let target = BindTarget {
+        skeleton: &skeleton,
+        standing: &standing_pose(&skeleton, &motions.clips),
+    };
+    let look = Look::default();
+    let body = human_body(target, &look).unwrap();
+    let clothes = look.clothes.to_array().map(|part| (part * 65_535.0) as u16);
+    let dressed = body.mesh.vertices.iter();
+    let dressed = dressed.filter(|vertex| vertex.colour[..3] == clothes);
+    let top = dressed.map(|vertex| vertex.position[1]).fold(0.0, f32::max);
+    let shoulder = skeleton.find("LeftArm").unwrap();
+    let bind = body.bones[shoulder.index()].bind;
+    let shoulder = (bind.rotation.conjugate() * -bind.translation).y;
+    assert!(
+        top > shoulder + 0.03 && top < shoulder + 0.14,
+        "{top} {shoulder}"
+    );
 }
 
 #[test]
