@@ -311,7 +311,13 @@ fn a_crowd_marches_past_cameras_posed_into_the_memory_that_is_drawn() {
     let args = ["--crowd", "--count", "300", "--size", "320x240"];
     let mut shown = Shown::start(screen.command(program()), &args);
     shown.wait("opened");
-    screen.window(TITLE);
+    let window = screen.window(TITLE);
+    // Beside the panel there is always something of the scene.
+    for width in ["1", "320"] {
+        screen.hand(&["windowsize", &window, width, "240"]);
+        shown.wait("resized");
+        std::thread::sleep(std::time::Duration::from_millis(150));
+    }
     screen.hand(&["mousemove", "20", "120"]);
     for key in ["c", "c", "c", "l", "t", "h", "Escape"] {
         screen.key(key);

@@ -129,7 +129,7 @@ pub(crate) const VIEW_SKIN_VERT: Shader = Shader {
         Binding { set: 0, binding: 6, stride: 64 },
         Binding { set: 0, binding: 0, stride: 352 },
     ],
-    words: &words::<4119>(include_bytes!("spirv/view_skin.vert.spv")),
+    words: &words::<4123>(include_bytes!("spirv/view_skin.vert.spv")),
 };
 
 pub(crate) const VIEW_SKY_FRAG: Shader = Shader {

@@ -98,7 +98,7 @@ void main() {
             vec4 own = quaternion(rows);
             vec3 by = turned(own, bone.translation.xyz) + vec3(rows[0].w, rows[1].w, rows[2].w);
             vec4 rotation = times(own, bone.rotation);
-            first = index == 0 ? rotation : first;
+            first = first == vec4(0.0) ? rotation : first; // of the influences with a weight
             weight *= dot(first, rotation) < 0.0 ? -1.0 : 1.0;
             real += weight * rotation;
             moved += weight * 0.5 * times(vec4(by, 0.0), rotation);

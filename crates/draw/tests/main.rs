@@ -2,6 +2,7 @@
 //! messages.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
+mod framing;
 mod skins;
 
 use sabaki_testing as common;

@@ -24,6 +24,11 @@ const LIMBS: [u8; 3] = [90, 90, 90];
 const TRUNK: [u8; 3] = [0, 0, 0];
 const ATTACK: [u8; 3] = COLOURS[0];
 const EVASION: [u8; 3] = COLOURS[2];
+/// Colour of the lines at contacts.
+const CONTACT: [u8; 3] = [120, 20, 10];
+/// Shares of a panel's height: top of the events made by hand, and bottom of the proposed ones.
+const BY_HAND: f64 = 0.10;
+const PROPOSED: f64 = 0.12;
 
 /// One clip.
 pub(crate) struct Panel {
@@ -76,8 +81,13 @@ impl Figure {
             ("attack", ATTACK),
             ("evasion", EVASION),
         ];
+        let is_contact = |event: &EventEntry| event.contact.is_some();
+        let all = |panel: &Panel| panel.proposed.iter().chain(&panel.by_hand).any(is_contact);
+        if self.panels.iter().any(all) {
+            names.push(("contact", CONTACT));
+        }
         if self.has_hand_made {
-            names.push(("above: proposed; bar below: by hand", [255; 3]));
+            names.push(("above: proposed; in the bar below: by hand", [255; 3]));
         }
         area.draw(&Text::new(
             self.title(),
@@ -86,10 +96,11 @@ impl Figure {
         ))?;
         let mut left = 14;
         for (name, colour) in names {
-            area.draw(&Rectangle::new(
-                [(left, 42), (left + 22, 52)],
-                rgb(colour).filled(),
-            ))?;
+            let corners = match colour {
+                CONTACT => [(left + 10, 37), (left + 12, 55)],
+                _ => [(left, 42), (left + 22, 52)],
+            };
+            area.draw(&Rectangle::new(corners, rgb(colour).filled()))?;
             area.draw(&Text::new(name, (left + 28, 38), style.clone()))?;
             let (width, _) = area.estimate_text_size(name, &style)?;
             left += 28 + width as i32 + 24;
@@ -163,21 +174,21 @@ impl Panel {
         let proposed = self
             .proposed
             .iter()
-            .map(|event| range(event, 0.12 * top, top));
+            .map(|event| range(event, PROPOSED * top, top));
         chart.draw_series(proposed)?;
         chart.draw_series(
             self.by_hand
                 .iter()
-                .map(|event| range(event, 0.0, 0.1 * top)),
+                .map(|event| range(event, 0.0, BY_HAND * top)),
         )?;
-        let contacts = self
-            .proposed
-            .iter()
-            .chain(&self.by_hand)
-            .filter_map(|event| event.contact);
-        for time in contacts {
-            let line = [(time, 0.0), (time, 0.12 * top)];
-            chart.draw_series(LineSeries::new(line, rgb(ATTACK).stroke_width(2)))?;
+        let proposed = self.proposed.iter().map(|event| (event, [PROPOSED, 1.0]));
+        let by_hand = self.by_hand.iter().map(|event| (event, [0.0, BY_HAND]));
+        for (event, ends) in proposed.chain(by_hand) {
+            let Some(time) = event.contact else {
+                continue;
+            };
+            let line = ends.map(|share| (time, share * top));
+            chart.draw_series(LineSeries::new(line, rgb(CONTACT).stroke_width(2)))?;
         }
         for (speeds, colour) in [(&self.curves.limbs, LIMBS), (&self.curves.trunk, TRUNK)] {
             chart.draw_series(LineSeries::new(

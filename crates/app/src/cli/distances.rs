@@ -18,12 +18,15 @@ const FAR: f32 = 5.0;
 /// Colours of transitions: below the threshold, and above it.
 const JOINED: [u8; 3] = [220, 50, 30];
 const LINKED: [u8; 3] = [0, 114, 210];
+/// Colour and letter of cells without distances: the last frames of a clip begin no window.
+const NOT_COMPARED: [u8; 3] = [250, 236, 190];
+const BLANK: char = ' ';
 
 /// The least distance in each cell of a map of all clips, and the transitions by cell.
 struct Overview {
     /// Cells of the side.
     side: usize,
-    /// Metres, row by row.
+    /// Metres, row by row; infinite for cells without distances.
     least: Vec<f32>,
     /// Row and column of each transition, and its distance, metres.
     transitions: Vec<(usize, usize, f32)>,
@@ -85,9 +88,11 @@ impl Overview {
         }
     }
 
-    /// How near a cell comes, from 0 for far to 1 for the same posture.
-    fn nearness(&self, cell: usize, threshold: f32) -> f32 {
-        (1.0 - self.least[cell] / (FAR * threshold)).clamp(0.0, 1.0)
+    /// How near a cell comes, from 0 for far to 1 for the same posture. `None` for a cell without distances.
+    fn nearness(&self, cell: usize, threshold: f32) -> Option<f32> {
+        let least = self.least[cell];
+        let near = (1.0 - least / (FAR * threshold)).clamp(0.0, 1.0);
+        least.is_finite().then_some(near)
     }
 }
 
@@ -106,8 +111,10 @@ const COARSE: usize = 4;
 const SHADES: f32 = 32.0;
 /// Pixels left of the map and below it for the clips' names, above it for title and legend, and to its right.
 const NAMES: usize = 200;
-const HEAD: usize = 96;
+const HEAD: usize = 118;
 const MARGIN: usize = 24;
+/// Pixels of the smallest radius of a transition.
+const DOT: usize = 2;
 /// Pixels of the smallest clip that is named.
 const NAMED: usize = 13;
 
@@ -135,33 +142,36 @@ impl DistanceFigure<'_> {
         for row in 0..side {
             let shade_of = |column: &usize| {
                 let near = placed.map.nearness(row * side + column, self.threshold);
-                (near * near * SHADES).round() as u32
+                near.map(|near| (near * near * SHADES).round() as u32)
             };
             let columns: Vec<usize> = (0..side).collect();
             for run in columns.chunk_by(|a, b| shade_of(a) == shade_of(b)) {
                 let corners = placed.corners(row, run[0]..run[run.len() - 1] + 1);
-                let share = shade_of(&run[0]) as f32 / SHADES;
-                area.draw(&Rectangle::new(corners, grey(share).filled()))?;
+                let fill = match shade_of(&run[0]) {
+                    Some(shade) => grey(shade as f32 / SHADES),
+                    None => rgb(NOT_COMPARED),
+                };
+                area.draw(&Rectangle::new(corners, fill.filled()))?;
             }
         }
         // Tight transitions last: they are fewer, and may share a cell with loose ones.
         let mut transitions = placed.map.transitions.clone();
         transitions.sort_by(|a, b| b.2.total_cmp(&a.2));
         for (row, column, distance) in transitions {
-            let [corner, _] = placed.corners(row, column..column + 1);
-            let dot = Circle::new(corner, 1, self.colour(distance).filled());
-            area.draw(&dot)?;
+            let [from, to] = placed.corners(row, column..column + 1);
+            let middle = ((from.0 + to.0) / 2, (from.1 + to.1) / 2);
+            let radius = (placed.cell / 2).max(DOT) as i32;
+            area.draw(&Circle::new(middle, radius, self.colour(distance).filled()))?;
         }
         Ok(())
     }
 
     fn colour(&self, distance: f32) -> RGBColor {
-        let [red, green, blue] = if distance <= self.threshold {
+        rgb(if distance <= self.threshold {
             JOINED
         } else {
             LINKED
-        };
-        RGBColor(red, green, blue)
+        })
     }
 
     /// What shades and dots mean.
@@ -184,16 +194,19 @@ impl DistanceFigure<'_> {
         let far = format!("{:.2} m or more", FAR * self.threshold);
         let tight = format!("transition below {:.2} m", self.threshold);
         let loose = "looser transition, to reach an evasion";
-        for (dot, text) in [
-            (None, far.as_str()),
-            (Some(JOINED), &tight),
-            (Some(LINKED), loose),
-        ] {
-            if let Some([red, green, blue]) = dot {
-                let fill = RGBColor(red, green, blue).filled();
-                area.draw(&Circle::new((x + 6, top + 9), 5, fill))?;
-                x += 20;
-            }
+        area.draw(&Text::new(far.as_str(), (x, top), style.clone()))?;
+        x += area.estimate_text_size(&far, &style)?.0 as i32 + 32;
+        let square = [(x, top), (x + 16, top + 16)];
+        area.draw(&Rectangle::new(square, rgb(NOT_COMPARED).filled()))?;
+        area.draw(&Text::new(
+            "not compared: a clip's end",
+            (x + 22, top),
+            style.clone(),
+        ))?;
+        let (mut x, top) = (left, top + 24);
+        for (dot, text) in [(JOINED, tight.as_str()), (LINKED, loose)] {
+            area.draw(&Circle::new((x + 6, top + 9), 5, rgb(dot).filled()))?;
+            x += 20;
             area.draw(&Text::new(text, (x, top), style.clone()))?;
             x += area.estimate_text_size(text, &style)?.0 as i32 + 32;
         }
@@ -207,17 +220,14 @@ impl DistanceFigure<'_> {
         let turned = right.transform(FontTransform::Rotate270);
         let [low, end] = placed.corners(placed.map.side - 1, 0..placed.map.side);
         let bottom = end.1;
+        for &first in &placed.map.first {
+            let [(x, y), _] = placed.corners(first, first..first);
+            area.draw(&PathElement::new([(x, bottom), (x, bottom + 5)], INK))?;
+            area.draw(&PathElement::new([(low.0 - 5, y), (low.0, y)], INK))?;
+        }
         for (clip, ends) in self.graph.clips().iter().zip(placed.map.first.windows(2)) {
             let [from, _] = placed.corners(ends[0], ends[0]..ends[1]);
             let [to, _] = placed.corners(ends[1], ends[1]..ends[1]);
-            area.draw(&PathElement::new(
-                [(from.0, bottom), (from.0, bottom + 5)],
-                INK,
-            ))?;
-            area.draw(&PathElement::new(
-                [(low.0 - 5, from.1), (low.0, from.1)],
-                INK,
-            ))?;
             if to.0 - from.0 < NAMED as i32 {
                 continue;
             }
@@ -263,7 +273,7 @@ impl Figure for DistanceFigure<'_> {
             joined[row * map.side + column] = true;
         }
         let mut text = format!(
-            "distance of postures, all clips against all: █ the same, · {:.2} m apart; {} transitions\n",
+            "distance of postures, all clips against all: █ the same, · {:.2} m apart or more, blank where a clip's end is not compared; {} transitions\n",
             FAR * self.threshold,
             map.transitions.len(),
         );
@@ -271,8 +281,9 @@ impl Figure for DistanceFigure<'_> {
             let cells = (0..map.side).map(|column| {
                 let cell = row * map.side + column;
                 let near = map.nearness(cell, self.threshold);
-                let letter = shade(f64::from(near * near)).to_string().repeat(2);
-                let grey = (70.0 + 150.0 * near) as u8;
+                let letter = near.map_or(BLANK, |near| shade(f64::from(near * near)));
+                let letter = letter.to_string().repeat(2);
+                let grey = (70.0 + 150.0 * near.unwrap_or(0.0)) as u8;
                 let colour = if joined[cell] { JOINED } else { [grey; 3] };
                 paint.on(colour, &letter)
             });
@@ -281,6 +292,10 @@ impl Figure for DistanceFigure<'_> {
         }
         text
     }
+}
+
+fn rgb([red, green, blue]: [u8; 3]) -> RGBColor {
+    RGBColor(red, green, blue)
 }
 
 /// Dark for near, white for far.

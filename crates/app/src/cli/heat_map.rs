@@ -31,6 +31,15 @@ impl HeatMap<'_> {
     fn share(&self, cell: Cell) -> f64 {
         self.coverage.share(|other| other == cell)
     }
+
+    /// Number of attacks of each cell; all have as many.
+    fn attacks(&self) -> String {
+        let first = Coverage::cell(0);
+        match self.coverage.counts(|cell| cell == first) {
+            [1, _] => "1 attack a cell".to_owned(),
+            [thrown, _] => format!("{thrown} attacks a cell"),
+        }
+    }
 }
 
 impl Figure for HeatMap<'_> {
@@ -43,7 +52,7 @@ impl Figure for HeatMap<'_> {
     fn draw<DB: DrawingBackend>(&self, area: &Area<DB>, _: Format) -> Drawn<DB> {
         let style = |size: u32, colour: &RGBColor| (FONT, size).into_font().color(colour);
         let centred = |size, colour| style(size, colour).pos(Pos::new(HPos::Center, VPos::Center));
-        let title = "Share of attacks avoided, in percent";
+        let title = format!("Share of attacks avoided, in percent; {}", self.attacks());
         area.draw(&Text::new(title, (GAP, 10), style(22, &INK)))?;
         let leads = "lead: seconds from the query to the throw";
         area.draw(&Text::new(leads, (NAMES, 44), style(17, &INK)))?;
@@ -89,7 +98,10 @@ impl Figure for HeatMap<'_> {
     }
 
     fn letters(&self, paint: Paint) -> String {
-        let mut letters = "\nshare of attacks avoided, · none, █ all; columns: lead\n".to_owned();
+        let mut letters = format!(
+            "\nshare of attacks avoided, · none, █ all; columns: lead; {}\n",
+            self.attacks()
+        );
         for height in (0..HEIGHTS.len()).rev() {
             let _ = writeln!(letters, "{}", HEIGHTS[height].0);
             for direction in 0..self.coverage.directions() {

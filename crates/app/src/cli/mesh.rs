@@ -108,6 +108,13 @@ impl Wardrobe {
         })
     }
 
+    /// The outfit, once the lines on what is bound are on stderr.
+    #[cfg(feature = "window")]
+    pub(crate) fn reported(self) -> Arc<Outfit> {
+        eprint!("{}", self.report);
+        self.outfit
+    }
+
     fn of(bound: BoundMesh, path: &Path) -> Self {
         let mut report = format!(
             "{}: {} vertices, {} of {} joints bound{}\n",

@@ -62,7 +62,7 @@ pub(crate) use output::{Done, Failure};
 #[derive(Parser)]
 #[command(
     version,
-    after_help = "Exit codes: 0 ok, 1 the answer is no, 2 bad input or usage, 3 done without some of the files (--keep-going)."
+    after_help = "Exit codes: 0 ok, 1 the answer is no, 2 bad input or usage, 3 done without some of the files (--keep-going), 130 stopped by Ctrl-C."
 )]
 struct Cli {
     #[command(subcommand)]
@@ -140,7 +140,7 @@ pub(crate) fn main() -> ExitCode {
         Ok(code) => code,
         Err(failure) => {
             failure.print();
-            ExitCode::from(2)
+            ExitCode::from(failure.exit_code())
         }
     }
 }

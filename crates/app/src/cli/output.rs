@@ -60,7 +60,7 @@ impl Done {
     }
 }
 
-/// Bad input or usage: one line, or one for each file that cannot be used; exit code 2.
+/// Bad input or usage, or a stop by Ctrl-C: one line, or one for each file that cannot be used.
 #[derive(Debug, Error)]
 pub(crate) enum Failure {
     #[error(transparent)]
@@ -132,6 +132,15 @@ impl Failure {
         Self::Within {
             place: place.display().to_string(),
             failure: Box::new(self),
+        }
+    }
+
+    /// 130 after Ctrl-C, as of a command that the signal ends; otherwise 2.
+    pub(crate) fn exit_code(&self) -> u8 {
+        match self {
+            Self::Cancelled | Self::Stopped(_) | Self::Unfinished(_) => 130,
+            Self::Within { failure, .. } => failure.exit_code(),
+            _ => 2,
         }
     }
 

@@ -21,9 +21,9 @@ use sabaki_app::window::{
 use sabaki_draw::scene::{Crowd, FormationSettings, Outfit, Performer};
 
 use super::culling::{DeviceArgs, path_parser};
-use super::mesh::MeshArgs;
+use super::mesh::{MeshArgs, Wardrobe};
 use super::source::GraphArgs;
-use super::{Done, Failure, cancel};
+use super::{Done, Failure, cancel, output};
 
 #[derive(clap::Args)]
 pub(crate) struct Args {
@@ -32,21 +32,21 @@ pub(crate) struct Args {
     /// Initial size of the window, in pixels.
     #[arg(long, value_name = "WxH", default_value = "1280x720", value_parser = super::render::size)]
     size: [u32; 2],
-    /// Initial culling path.
-    #[arg(long, value_name = "PATH", default_value = "cpu", value_parser = path_parser())]
-    cull: CullPath,
+    /// Initial culling path [default: cpu].
+    #[arg(long, value_name = "PATH", value_parser = path_parser())]
+    cull: Option<CullPath>,
     /// Starts with the whole search instead of the grid.
     #[arg(long)]
     no_grid: bool,
-    /// Initial walking direction of the fighter.
-    #[arg(long, value_name = "S", default_value_t = 1)]
-    seed: u64,
+    /// Initial walking direction of the fighter [default: 1].
+    #[arg(long, value_name = "S")]
+    seed: Option<u64>,
     /// Starts without panels; P shows them.
     #[arg(long)]
     plain: bool,
     /// Samples per pixel: 1, 2, 4 or 8. Default: 4, or 1 on a software device.
-    #[arg(long, value_name = "N", default_value_t = 0)]
-    samples: u32,
+    #[arg(long, value_name = "N", value_parser = samples)]
+    samples: Option<u32>,
     /// Draws without waiting for the screen (no vertical synchronization).
     #[arg(long)]
     uncapped: bool,
@@ -113,17 +113,27 @@ fn seconds(text: &str) -> Result<f32, String> {
     value.ok_or_else(|| "not seconds from 0 to 60".to_owned())
 }
 
+fn samples(text: &str) -> Result<u32, String> {
+    let samples = text.parse().ok();
+    samples
+        .filter(|samples| [1, 2, 4, 8].contains(samples))
+        .ok_or_else(|| "not 1, 2, 4 or 8".to_owned())
+}
+
 fn click(text: &str) -> Result<Click, String> {
-    let numbers: Vec<f32> = text
-        .split(',')
-        .filter_map(|part| part.parse().ok())
-        .collect();
-    match numbers[..] {
-        [x, y, seconds] if [x, y].iter().all(|share| (0.0..=1.0).contains(share)) => Ok(Click {
-            at: [x, y],
-            seconds,
-        }),
-        _ => Err("not X,Y,SECONDS such as 0.5,0.4,1.2, X and Y from 0 to 1".to_owned()),
+    let numbers: Option<Vec<f32>> = text.split(',').map(|part| part.parse().ok()).collect();
+    let is_share = |share: &f32| (0.0..=1.0).contains(share);
+    match numbers.as_deref() {
+        Some(&[x, y, seconds]) if [x, y].iter().all(is_share) && (0.0..=1e6).contains(&seconds) => {
+            Ok(Click {
+                at: [x, y],
+                seconds,
+            })
+        }
+        _ => Err(
+            "not X,Y,SECONDS such as 0.5,0.4,1.2, X and Y from 0 to 1, SECONDS 0 or more"
+                .to_owned(),
+        ),
     }
 }
 
@@ -137,7 +147,7 @@ impl From<WindowError> for Failure {
 }
 
 pub(crate) fn run(args: &Args, device: &DeviceArgs, as_json: bool) -> Result<Done, Failure> {
-    args.mesh.check()?;
+    args.check()?;
     cancel::listen();
     let display = Display {
         args,
@@ -152,12 +162,9 @@ pub(crate) fn run(args: &Args, device: &DeviceArgs, as_json: bool) -> Result<Don
     let baked = args.graph.load()?.graph;
     let graph = baked.graph();
     let wardrobe = args.mesh.load(graph.skeleton(), graph.clips())?;
-    let outfit = wardrobe.map(|wardrobe| {
-        eprint!("{}", wardrobe.report);
-        wardrobe.outfit
-    });
+    let outfit = wardrobe.map(Wardrobe::reported);
     if args.drive {
-        let drive = Drive::new(&baked, args.seed);
+        let drive = Drive::new(&baked, args.seed());
         let mut drive = drive.map_err(|error| Failure::Usage(error.to_string()))?;
         drive.wear(outfit);
         display.show(&mut DriveView::new(drive))?;
@@ -167,7 +174,7 @@ pub(crate) fn run(args: &Args, device: &DeviceArgs, as_json: bool) -> Result<Don
         return display.duel(&baked, outfit);
     }
     let mut settings = FighterSettings {
-        culling: args.cull,
+        culling: args.cull.unwrap_or_default(),
         waits: args.step.is_some(),
         ..FighterSettings::default()
     };
@@ -181,13 +188,53 @@ pub(crate) fn run(args: &Args, device: &DeviceArgs, as_json: bool) -> Result<Don
     };
     let maps = MapChoices::slabs(&baked);
     let (shown, heard) = with_query_worker(&maps, &desc, |worker| {
-        let mut fighter = Fighter::new(&maps, worker, settings).with_seed(args.seed);
+        let mut fighter = Fighter::new(&maps, worker, settings).with_seed(args.seed());
         fighter.wear(outfit);
         display.show(&mut FighterView::new(fighter))
     });
     heard.iter().for_each(complain);
     shown?;
     Ok(Done::ok(String::new()))
+}
+
+impl Args {
+    fn seed(&self) -> u64 {
+        self.seed.unwrap_or(1)
+    }
+
+    /// What can be refused before the window opens: options of another scene, and a file that cannot be written.
+    fn check(&self) -> Result<(), Failure> {
+        self.mesh.check()?;
+        if let Some(path) = &self.screenshot {
+            output::check_can_be_written("--screenshot", path)?;
+            let ending = path.extension().unwrap_or_default();
+            if !ending.eq_ignore_ascii_case("png") {
+                let path = path.display();
+                let what = format!("--screenshot {path}: its name must end in .png");
+                return Err(Failure::Usage(what));
+            }
+        }
+        let scene = match (self.crowd.crowd, self.duel, self.drive) {
+            (true, _, _) => "view --crowd",
+            (_, true, _) => "view --duel",
+            (_, _, true) => "view --drive",
+            _ => return Ok(()),
+        };
+        if self.crowd.crowd {
+            self.graph.check_unused(scene)?;
+        }
+        let of_others = [
+            ("--cull", self.cull.is_some()),
+            ("--no-grid", self.no_grid),
+            ("--click", !self.click.is_empty()),
+            ("--delay", self.delay.is_some()),
+            ("--seed", self.crowd.crowd && self.seed.is_some()),
+        ];
+        match of_others.iter().find(|(_, is_given)| *is_given) {
+            Some((option, _)) => Err(Failure::Usage(format!("{scene} takes no {option}"))),
+            None => Ok(()),
+        }
+    }
 }
 
 fn choice(device: &DeviceArgs) -> DeviceChoice {
@@ -210,7 +257,7 @@ impl Display<'_> {
     fn duel(&self, baked: &BakedGraph, outfit: Option<Arc<Outfit>>) -> Result<Done, Failure> {
         let grid = AttackGrid::new(baked, &AttackGridSettings::default());
         let settings = DuelSettings {
-            seed: self.args.seed,
+            seed: self.args.seed(),
             ..DuelSettings::default()
         };
         let live_duel = LiveDuel::new(baked, &grid, &settings);
@@ -226,7 +273,7 @@ impl Display<'_> {
             size: args.size,
             device: choice(self.device),
             validation: self.device.validation,
-            samples: args.samples,
+            samples: args.samples.unwrap_or(0),
             panels: !args.plain,
             in_step: !args.uncapped,
             step: args.step,
@@ -271,7 +318,7 @@ impl CrowdArgs {
         };
         let body = Body::from_bones(&motions.skeleton);
         let wardrobe = mesh.load(&motions.skeleton, &motions.clips)?;
-        let outfit = wardrobe.map(|wardrobe| wardrobe.outfit);
+        let outfit = wardrobe.map(Wardrobe::reported);
         let performer = Performer {
             skeleton: &motions.skeleton,
             body: &body,

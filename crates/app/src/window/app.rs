@@ -168,7 +168,7 @@ impl<'a> App<'a> {
             true => (PANEL * scale) as u32,
             false => 0,
         };
-        [width.saturating_sub(panel).max(width / 4), height]
+        [width.saturating_sub(panel).max(width.div_ceil(4)), height]
     }
 
     /// Draws one picture. Returns false if the window accepts none.

@@ -92,7 +92,9 @@ impl View for CrowdView {
 
     fn panel(&mut self, ui: &mut egui::Ui, _: &mut Clock) {
         let live_crowd = &mut self.live_crowd;
-        ui.label(RichText::new(format!("{} characters", live_crowd.crowd.len())).strong());
+        let count = live_crowd.crowd.len();
+        let plural = if count == 1 { "" } else { "s" };
+        ui.label(RichText::new(format!("{count} character{plural}")).strong());
         ui.checkbox(&mut live_crowd.levels, "levels of detail by distance");
         ui.checkbox(
             &mut live_crowd.tinted,

@@ -95,12 +95,11 @@ fn a_film_and_a_sheet_are_drawn() {
         "1",
         "--size",
         "128x112",
-        "--rate",
-        "5",
         "--json",
         "--out",
     ];
-    let said = sabaki(folder.path(), &[&args[..], &["d.gif"]].concat()).json(0);
+    let film = [&args[..], &["d.gif", "--rate", "5"]].concat();
+    let said = sabaki(folder.path(), &film).json(0);
     let gif = std::fs::read(folder.path().join("d.gif")).unwrap();
     assert!(gif.starts_with(b"GIF89a"));
     assert_eq!(said["film"]["bytes"], gif.len());

@@ -13,7 +13,7 @@ fn plots() -> Vec<(Vec<&'static str>, &'static str)> {
             vec![
                 "bake", "--clips", clips, "--events", events, "--out", "g.sabaki",
             ],
-            "distance of postures",
+            "blank where a clip's end is not compared",
         ),
         (
             vec!["annotate", "--clips", clips, "--against", events],
@@ -22,7 +22,7 @@ fn plots() -> Vec<(Vec<&'static str>, &'static str)> {
         (vec!["lod"], "mean energy of the joints"),
         (
             vec!["coverage", baked(), "--attacks", "1"],
-            "share of attacks avoided, ·",
+            "columns: lead; 1 attack a cell",
         ),
         (vec!["compare", baked(), "--attacks", "6"], "powers of ten"),
     ]

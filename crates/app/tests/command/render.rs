@@ -153,6 +153,11 @@ fn a_crowd_is_drawn_in_its_own_colours_or_in_those_of_its_levels() {
     let whole = [&args[..], &["b.png", "--no-levels", "--json"]].concat();
     assert_eq!(sabaki(folder.path(), &whole).json(0)["levels"][0], 200);
     sabaki(folder.path(), &[&args[..], &["c.png", "--levels"]].concat()).is(0);
+    let one = [
+        "render", "crowd", "--count", "1", "--size", "32x32", "--out",
+    ];
+    let said = sabaki(folder.path(), &[&one[..], &["d.png"]].concat()).is(0);
+    assert!(said.stdout.starts_with("1 character;"), "{}", said.stdout);
     let pixels = |name: &str| read_png(&folder.path().join(name)).3;
     // Levels show as reds, yellows, greens and blues, of which clothes and skin have none.
     let vivid = |pixels: &[u8]| {
@@ -242,6 +247,23 @@ fn the_body_is_drawn_from_four_sides_in_three_poses() {
     let (width, height, _, pixels) = read_png(&folder.path().join("a.png"));
     assert!(width > 4 * 64 && height > 3 * 80, "{width} x {height}");
     assert!(colours(&pixels) > 60, "{}", colours(&pixels));
+    // Hands, feet and face are in each picture, and not at its edge.
+    let is_skin = |x: u32, y: u32| {
+        let pixel = &pixels[3 * (y * width + x) as usize..][..3];
+        pixel[0] > pixel[2].saturating_add(25)
+    };
+    const GAP: u32 = 6;
+    for picture in 0..12 {
+        let (left, top) = (
+            GAP + picture % 4 * (64 + GAP),
+            GAP + picture / 4 * (80 + GAP),
+        );
+        let all = || (0..80).flat_map(|y| (0..64).map(move |x| (x, y)));
+        let skin: Vec<_> = all().filter(|(x, y)| is_skin(left + x, top + y)).collect();
+        assert!(skin.len() > 5, "{picture}: {}", skin.len());
+        let is_cut = |&(x, y): &(u32, u32)| [0, 63].contains(&x) || [0, 79].contains(&y);
+        assert!(!skin.iter().any(is_cut), "picture {picture} is cut off");
+    }
     let capsules = [&args[..], &["--mesh", "capsules"]].concat();
     sabaki(folder.path(), &capsules).is_refused(&["--mesh"]);
 }

@@ -32,6 +32,13 @@ fn options_of_another_scene_or_kind_of_file_are_refused_by_render() {
         );
         refused(scene, &["--levels"], &["--levels"]);
     }
+    refused("body", &["--rate", "5"], &["--rate", "another scene"]);
+    refused("body", &["--plain"], &["--plain", "another scene"]);
+    for scene in ["dodge", "crowd"] {
+        refused(scene, &["--rate", "5"], &["--rate", "a.png", ".gif"]);
+    }
+    let duel = ["duel", "no.sabaki", "--out", "d.png", "--rate", "5"];
+    sabaki(folder.path(), &duel).is_refused(&["--rate", "d.png", ".gif"]);
     let film = ["render", "dodge", "--out", "d.gif"];
     let of_film = |more: &[&str]| sabaki(folder.path(), &[&film[..], more].concat());
     of_film(&["--storyboard"]).is_refused(&["--storyboard", "d.gif", ".png"]);
@@ -49,6 +56,50 @@ fn options_of_another_scene_or_kind_of_file_are_refused_by_render() {
     let out = ["render", "dodge", "--out", "no/d.gif"];
     sabaki(folder.path(), &out).is_refused(&["--out no/d.gif", "no folder no"]);
     assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
+}
+
+/// The window would not open here, and the graph does not exist: neither is looked for.
+#[test]
+fn options_of_another_scene_and_files_that_cannot_be_written_are_refused_by_view() {
+    let folder = folder();
+    let refused = |args: &[&str], words: &[&str]| {
+        sabaki(folder.path(), &[&["view"], args].concat()).is_refused(words);
+    };
+    refused(&["--crowd", "no.sabaki"], &["view --crowd", "no.sabaki"]);
+    refused(
+        &["--crowd", "--clips", "no.bvh"],
+        &["view --crowd", "no.bvh"],
+    );
+    refused(&["--crowd", "--seed", "2"], &["view --crowd", "--seed"]);
+    for scene in ["--crowd", "--duel", "--drive"] {
+        for option in [
+            &["--cull", "cpu"][..],
+            &["--no-grid"],
+            &["--delay", "1"],
+            &["--click", "0.5,0.5,1"],
+        ] {
+            refused(&[&[scene], option].concat(), &[scene, option[0]]);
+        }
+    }
+    let last = ["no.sabaki", "--frames", "9", "--screenshot"];
+    let shot = |file| [&last[..], &[file]].concat();
+    refused(
+        &shot("no/a.png"),
+        &["--screenshot no/a.png", "no folder no"],
+    );
+    refused(&shot("a.jpg"), &["--screenshot a.jpg", ".png"]);
+    for (option, value, words) in [
+        ("--samples", "3", "1, 2, 4 or 8"),
+        ("--samples", "0", "1, 2, 4 or 8"),
+        ("--click", "0.5,x,0.4,1.2", "X,Y,SECONDS"),
+        ("--click", "0.5,0.4,nan", "X,Y,SECONDS"),
+        ("--click", "0.5,0.4,-1", "X,Y,SECONDS"),
+    ] {
+        let given = format!("{option}={value}");
+        let told = sabaki(folder.path(), &["view", "no.sabaki", &given]);
+        assert_eq!(told.code, 2, "{given}");
+        assert!(told.stderr.contains(words), "{given}: {}", told.stderr);
+    }
 }
 
 #[test]

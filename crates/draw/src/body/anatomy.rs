@@ -95,6 +95,24 @@ impl Anatomy {
         self.frames[id.index()].translation
     }
 
+    /// Middle between the shoulders.
+    pub(super) fn shoulders(&self) -> Vec3 {
+        0.5 * (self.at(self.arms[0].hip) + self.at(self.arms[1].hip))
+    }
+
+    /// Where the neck leaves the trunk: a little above the shoulders, however high the joint of the neck is.
+    pub(super) fn nape(&self) -> Vec3 {
+        /// Height above the shoulders, as a share of the body's.
+        const RISE: f32 = 0.032;
+        let (neck, shoulders) = (self.at(self.neck), self.shoulders());
+        let height = shoulders.y + RISE * self.height;
+        let share = (height - shoulders.y) / (neck.y - shoulders.y).max(1e-3);
+        match neck.y > height {
+            true => Vec3::new(neck.x, height, shoulders.z + (neck.z - shoulders.z) * share),
+            false => neck,
+        }
+    }
+
     /// Joint of the trunk that moves a place: the last one that is not above it.
     pub(super) fn of_trunk(&self, place: Vec3) -> JointId {
         let below = self

@@ -1,9 +1,11 @@
 //! The shapes of a clothed person. Lengths are of a body 1.75 m tall.
 
-use glam::{Quat, Vec3};
+use std::f32::consts::TAU;
+
+use glam::{Quat, Vec2, Vec3};
 
 use super::anatomy::{Anatomy, LEFT};
-use super::shapes::{Carrier, Form, Shape, Shapes};
+use super::shapes::{Carrier, Form, Shape, Shapes, joined};
 use crate::scene::Look;
 use sabaki::anim::{JointId, JointTransform};
 
@@ -105,17 +107,15 @@ impl Tailor<'_> {
     }
 
     fn trunk(&mut self) {
-        let Anatomy {
-            legs, arms, neck, ..
-        } = self.anatomy;
+        let Anatomy { legs, arms, .. } = self.anatomy;
         let at = |id: JointId| self.anatomy.at(id);
         let hips = 0.5 * (at(legs[0].hip) + at(legs[1].hip));
-        let shoulders = 0.5 * (at(arms[0].hip) + at(arms[1].hip));
+        let shoulders = self.anatomy.shoulders();
         let half = |limbs: &[sabaki::internal::Leg; 2]| {
             0.5 * at(limbs[0].hip).distance(at(limbs[1].hip)) / self.scale
         };
         let (hip, shoulder) = (half(legs), half(arms));
-        let neck = at(*neck);
+        let nape = self.anatomy.nape();
         let rise = shoulders - hips;
         let long = rise.length() / self.scale;
         let cloth = Part {
@@ -140,35 +140,51 @@ impl Tailor<'_> {
             self.ball(cloth, breast, Vec3::new(0.085, 0.075, 0.065));
         }
         for arm in arms {
-            let across = at(arm.hip) - neck;
-            let ends = [neck + self.by(0.0, -0.005, -0.012), neck + across * 0.62];
+            let across = at(arm.hip) - nape;
+            let ends = [nape + self.by(0.0, -0.005, -0.012), nape + across * 0.62];
             self.cone(cloth, ends, [0.052, 0.044]);
         }
-        let head = at(self.anatomy.head);
+        let throat = (at(self.anatomy.head) - nape).normalize_or(Vec3::Y);
         let collar = [
-            neck - rise.normalize_or(Vec3::Y) * (0.03 * self.scale),
-            neck.lerp(head, 0.16),
+            nape - rise.normalize_or(Vec3::Y) * (0.03 * self.scale),
+            nape + throat * (0.015 * self.scale),
         ];
-        self.cone(cloth, collar, [0.066, 0.061]);
-        let belt = cloth.blend(HEM);
+        self.cone(cloth, collar, [0.066, 0.060]);
+        self.belt(hips + rise * 0.24);
+    }
+
+    /// A belt around the shapes so far, with a knot on it and ends that hang down before them.
+    fn belt(&mut self, waist: Vec3) {
         let belt = Part {
+            carrier: Carrier::Trunk,
             colour: self.look.dark,
-            ..belt
+            blend: HEM,
         };
-        let waist = hips + rise * 0.24;
-        let radii = Vec3::new(0.146, 0.024, 0.112) * self.scale;
-        self.add(
-            belt,
-            Form::Belt {
-                centre: waist,
-                radii,
-            },
-        );
-        let knot = waist + self.by(0.0, 0.0, 0.112);
+        let edge = |tailor: &Self, from: Vec3, way: Vec3| {
+            surface(&tailor.all, from, way * 0.002 * tailor.scale)
+        };
+        let [front, back] = [Vec3::Z, Vec3::NEG_Z].map(|way| edge(self, waist, way));
+        let centre = 0.5 * (front + back);
+        let [left, right] = [Vec3::X, Vec3::NEG_X].map(|way| edge(self, centre, way));
+        let radii = 0.5 * Vec3::new(left.x - right.x, 0.0, front.z - back.z);
+        // The ellipse is outside of the shapes all around.
+        let outside = (0..24).map(|step| {
+            let way = Quat::from_rotation_y(step as f32 * TAU / 24.0) * Vec3::Z;
+            let away = edge(self, centre, way) - centre;
+            Vec2::new(away.x / radii.x, away.z / radii.z).length()
+        });
+        let factor = outside.fold(1.0, f32::max);
+        let thick = 0.005 * self.scale;
+        let radii = (radii * factor + thick).with_y(0.024 * self.scale);
+        self.add(belt, Form::Belt { centre, radii });
+        let knot = centre + Vec3::Z * radii.z;
+        let tails = [1.0, -1.0].map(|side| {
+            let end = knot + self.by(side * 0.03, -0.085, 0.0);
+            edge(self, end.with_z(centre.z), Vec3::Z) + self.by(0.0, 0.0, 0.004)
+        });
         self.ball(belt, knot, Vec3::new(0.026, 0.026, 0.018));
-        for side in [1.0, -1.0] {
-            let ends = [knot, knot + self.by(side * 0.03, -0.085, 0.0)];
-            self.cone(belt, ends, [0.014, 0.017]).depth = 0.6;
+        for end in tails {
+            self.cone(belt, [knot, end], [0.014, 0.017]).depth = 0.6;
         }
     }
 
@@ -263,12 +279,18 @@ impl Tailor<'_> {
     }
 
     fn head(&mut self) {
-        let (neck, head) = (
+        let (nape, neck, head) = (
+            self.anatomy.nape(),
             self.anatomy.at(self.anatomy.neck),
             self.anatomy.at(self.anatomy.head),
         );
         let joint = self.anatomy.head;
         let throat = Part::of(self.anatomy.neck, self.look.skin).blend(0.012);
+        // Below its joint the neck moves with the trunk.
+        let low = Part {
+            carrier: Carrier::Trunk,
+            ..throat
+        };
         let skin = Part::of(joint, self.look.skin).blend(0.02);
         let dark = Part::of(joint, self.look.dark).blend(HEM);
         // From the head's joint, at the height of the jaw.
@@ -279,11 +301,11 @@ impl Tailor<'_> {
             head.z + 0.012 * self.scale,
         );
         let top = head.lerp(centre, 0.4);
-        self.cone(
-            throat,
-            [neck + self.by(0.0, -0.02, -0.006), top],
-            [0.056, 0.052],
-        );
+        let back = self.by(0.0, 0.0, -0.006);
+        if neck.y > nape.y + 1e-3 {
+            self.cone(low, [nape + back, neck + back], [0.052, 0.050]);
+        }
+        self.cone(throat, [neck + back, top], [0.050, 0.050]);
         self.ball(
             skin,
             centre + self.by(0.0, 0.008, -0.004),
@@ -320,6 +342,14 @@ impl Tailor<'_> {
             Vec3::new(0.068, 0.060, 0.062),
         );
     }
+}
+
+/// Where the way from a place inside of shapes leaves them, at most half a metre away.
+fn surface(shapes: &[Shape], from: Vec3, step: Vec3) -> Vec3 {
+    let most = (0.5 / step.length()) as u32;
+    let places = (0..most).map(|count| from + step * count as f32);
+    let mut outside = places.skip_while(|&place| joined(shapes, place) < 0.0);
+    outside.next().unwrap_or(from)
 }
 
 fn turned(rotation: Quat, translation: Vec3) -> JointTransform {

@@ -105,10 +105,7 @@ pub(super) struct Shapes {
 
 impl Shapes {
     pub(super) fn distance(&self, place: Vec3) -> f32 {
-        let joined = self.all.iter().fold(f32::MAX, |before, shape| {
-            smooth_min(before, shape.distance(place), shape.blend)
-        });
-        joined.max(self.sole - place.y)
+        joined(&self.all, place).max(self.sole - place.y)
     }
 
     /// Outward unit normal of the surface near a place.
@@ -141,6 +138,13 @@ impl Shapes {
         });
         (whole.0 - 0.05, whole.1 + 0.05)
     }
+}
+
+/// Distance of a place to shapes that are joined smoothly, one after the other.
+pub(super) fn joined(shapes: &[Shape], place: Vec3) -> f32 {
+    shapes.iter().fold(f32::MAX, |before, shape| {
+        smooth_min(before, shape.distance(place), shape.blend)
+    })
 }
 
 fn smooth_min(a: f32, b: f32, width: f32) -> f32 {

@@ -5,12 +5,18 @@
 
 use std::collections::BTreeMap;
 
+use glam::Vec3;
+use sabaki::internal::smooth_step;
+
 use super::anatomy::Anatomy;
 use super::shapes::{Carrier, Shapes};
 use super::surface_net::Net;
 
-/// Distance that weights spread over, as a share of the height.
+/// Distance that weights spread over, as a share of the height, and that at the hips and shoulders, which turn furthest.
 const SPREAD: f32 = 0.022;
+const WIDE: f32 = 0.042;
+/// Distance from the joint of a hip or shoulder at which weights spread as far as elsewhere, as a share of the height.
+const REACH: f32 = 0.12;
 
 impl Net {
     /// Four bones and their weights for each vertex. `cell` is the side of the grid's cells, in metres.
@@ -35,9 +41,22 @@ impl Net {
             .map(|&place| BTreeMap::from([(start(place).0, 1.0)]))
             .collect();
         // Each step spreads by about 0.8 cells.
-        let steps = (SPREAD * anatomy.height / (0.8 * cell)).powi(2).ceil() as usize;
-        for _ in 0..steps {
+        let steps_of = |spread: f32| (spread * anatomy.height / (0.8 * cell)).powi(2).ceil();
+        let joints = anatomy.legs.iter().chain(&anatomy.arms);
+        let joints: Vec<Vec3> = joints.map(|limb| anatomy.at(limb.hip)).collect();
+        let steps: Vec<usize> = { self.places.iter() }
+            .map(|place| {
+                let apart = joints.iter().map(|joint| joint.distance(*place));
+                let apart = apart.fold(f32::MAX, f32::min) / (REACH * anatomy.height);
+                let near = smooth_step(2.0 * (1.0 - apart));
+                steps_of(SPREAD + (WIDE - SPREAD) * near) as usize
+            })
+            .collect();
+        for step in 0..steps.iter().copied().max().unwrap_or(0) {
             let next = neighbours.iter().enumerate().map(|(vertex, around)| {
+                if step >= steps[vertex] {
+                    return all[vertex].clone();
+                }
                 let share = 0.75 / around.len().max(1) as f32;
                 let mut mixed: BTreeMap<u16, f32> = BTreeMap::new();
                 for (&joint, &weight) in &all[vertex] {

@@ -1,5 +1,6 @@
 use glam::camera::rh;
 use glam::{Mat4, Vec2, Vec3};
+use sabaki::math::Sphere;
 
 /// A perspective camera.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -60,6 +61,29 @@ impl Camera {
         rh::proj::vulkan::perspective_infinite_reverse(self.field, aspect, Self::NEAR) * view
     }
 
+    /// The camera, moved back from its target until spheres are inside of a picture whose width divided by its height is `aspect`. It does
+    /// not come nearer.
+    #[must_use]
+    pub fn enclosing(self, spheres: impl IntoIterator<Item = Sphere>, aspect: f32) -> Self {
+        let back = self.eye - self.target;
+        let (out, distance) = (back.normalize_or(Vec3::Z), back.length());
+        let right = Vec3::Y.cross(out).normalize_or(Vec3::X);
+        let up = out.cross(right);
+        let vertical = (0.5 * self.field).tan();
+        let needed = spheres.into_iter().flat_map(|Sphere { centre, radius }| {
+            let away = centre - self.target;
+            let sides = [(right, vertical * aspect), (up, vertical)];
+            sides.map(|(side, slope)| {
+                let half = away.dot(side).abs() + radius * slope.hypot(1.0);
+                away.dot(out) + half / slope
+            })
+        });
+        Self {
+            eye: self.target + out * needed.fold(distance, f32::max),
+            ..self
+        }
+    }
+
     /// Pixel at which a place appears in a picture of `size` pixels, from the top left corner.
     /// Returns `None` for places behind the camera.
     #[must_use]
@@ -83,6 +107,32 @@ impl Camera {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn enclosed_spheres_are_inside_of_the_picture_and_one_of_them_touches_its_edge() {
+        let camera = Camera::orbit(Orbit {
+            target: Vec3::new(0.3, 1.0, -0.2),
+            around: 0.7,
+            up: 0.2,
+            distance: 0.5,
+        });
+        let places = [
+            Vec3::ZERO,
+            Vec3::new(1.5, 1.8, 1.0),
+            Vec3::new(-2.0, 1.0, 0.6),
+        ];
+        let size = [600, 400];
+        let near = camera.enclosing(places.map(|place| Sphere::new(place, 0.0)), 1.5);
+        let edge = places.map(|place| {
+            let at = near.pixel(place, size).unwrap();
+            (at.min(Vec2::new(600.0, 400.0) - at)).min_element()
+        });
+        let least = edge.into_iter().fold(f32::MAX, f32::min);
+        assert!(least.abs() < 0.1, "{edge:?}");
+        let far = camera.enclosing(places.map(|place| Sphere::new(place, 0.3)), 1.5);
+        assert!(far.eye.distance(far.target) > near.eye.distance(near.target) + 0.3);
+        assert_eq!(far.enclosing([Sphere::new(Vec3::ZERO, 0.1)], 1.5), far);
+    }
 
     #[test]
     fn a_pixel_is_seen_where_its_ray_goes() {

@@ -164,12 +164,11 @@ impl Crowd {
     fn fill(&mut self) -> Result<(), FormationError> {
         let FormationSettings {
             count,
-            abreast,
             apart,
             delay,
             ..
         } = self.settings;
-        let abreast = abreast.max(1);
+        let abreast = self.abreast();
         for index in 0..count {
             let (row, file) = (index / abreast, index % abreast);
             let x = (file as f32 - 0.5 * (abreast - 1) as f32) * apart;
@@ -191,6 +190,12 @@ impl Crowd {
             });
         }
         Ok(())
+    }
+
+    /// Number of characters in the first row.
+    pub(super) fn abreast(&self) -> u32 {
+        let FormationSettings { count, abreast, .. } = self.settings;
+        abreast.min(count).max(1)
     }
 
     /// Time after which the formation repeats, in seconds.
@@ -220,7 +225,7 @@ impl Crowd {
     /// Length of the column, in metres.
     #[must_use]
     pub fn long(&self) -> f32 {
-        let rows = self.settings.count.div_ceil(self.settings.abreast.max(1));
+        let rows = self.settings.count.div_ceil(self.abreast());
         rows.saturating_sub(1) as f32 * self.settings.apart
     }
 

@@ -20,13 +20,21 @@ const HEIGHT: f32 = 1.7;
 const SHADOWS: f32 = 24.0;
 
 impl Crowd {
-    /// Camera above the front of the column.
+    /// Camera above the front of the column. It looks down a long column, and at the middle of a short one.
     #[must_use]
     pub fn camera(&self) -> Camera {
-        let wide = 0.5 * self.settings.abreast as f32 * self.settings.apart;
+        /// Length from which on a column is a long one, in metres.
+        const LONG: f32 = 18.0;
+        let wide = 0.5 * self.abreast() as f32 * self.settings.apart;
+        let long = (self.long() / LONG).min(1.0);
+        let short = 1.0 - long;
         Camera {
-            eye: Vec3::new(0.30 * wide, 4.2, 7.5),
-            target: Vec3::new(-0.05 * wide, 0.2, -9.0),
+            eye: Vec3::new(
+                0.30 * wide,
+                4.2 - 1.8 * short,
+                7.5 + short * (1.5 * wide - 2.5),
+            ),
+            target: Vec3::new(-0.05 * wide, 0.8 - 0.6 * long, -9.0 * long),
             field: 38f32.to_radians(),
         }
     }

@@ -196,27 +196,36 @@ impl<'a> Dodge<'a> {
     /// Nearest points of body and attack at a time, or `None` if there is no attack at that time.
     #[must_use]
     pub fn nearest(&self, t: f32) -> Option<Nearest> {
+        self.nearest_of(t).map(|(_, nearest)| nearest)
+    }
+
+    /// The attack's sphere that is nearest to the body when the attack is nearest.
+    pub(super) fn nearest_sphere(&self) -> Option<&MovingSphere> {
+        let nearest = self.nearest_of(self.clearance.time);
+        let index = nearest.map_or(0, |(index, _)| index);
+        self.attack.spheres().get(index)
+    }
+
+    /// Nearest points at a time, with the index of the attack's sphere.
+    fn nearest_of(&self, t: f32) -> Option<(usize, Nearest)> {
         let (mut joints, mut centres) = (Vec::new(), Vec::new());
         self.joints(t, &mut joints);
         self.baked.body().centres(&joints, &mut centres);
-        let flies = |sphere: &&MovingSphere| (sphere.start()..=sphere.end()).contains(&t);
-        let apart = self
-            .attack
-            .spheres()
-            .iter()
-            .filter(flies)
-            .flat_map(|sphere| {
-                let ball = sphere.at(t);
-                let spheres = centres.iter().zip(&self.baked.body().spheres);
-                spheres.map(move |(centre, part)| {
-                    let between = (ball.center - *centre).normalize_or(Vec3::Y);
-                    Nearest {
-                        metres: centre.distance(ball.center) - part.radius - ball.radius,
-                        body: *centre + between * part.radius,
-                        attack: ball.center - between * ball.radius,
-                    }
-                })
-            });
-        apart.min_by(|a, b| a.metres.total_cmp(&b.metres))
+        let spheres = self.attack.spheres().iter().enumerate();
+        let flying = spheres.filter(|(_, one)| (one.start()..=one.end()).contains(&t));
+        let apart = flying.flat_map(|(index, sphere)| {
+            let ball = sphere.at(t);
+            let spheres = centres.iter().zip(&self.baked.body().spheres);
+            spheres.map(move |(centre, part)| {
+                let between = (ball.center - *centre).normalize_or(Vec3::Y);
+                let nearest = Nearest {
+                    metres: centre.distance(ball.center) - part.radius - ball.radius,
+                    body: *centre + between * part.radius,
+                    attack: ball.center - between * ball.radius,
+                };
+                (index, nearest)
+            })
+        });
+        apart.min_by(|(_, a), (_, b)| a.metres.total_cmp(&b.metres))
     }
 }

@@ -4,7 +4,7 @@ use glam::{Vec2, Vec3};
 
 use super::dodge::{Dodge, GHOST};
 use super::{Camera, Capsule, Light, Orbit, Shot, SkinnedBody};
-use sabaki::anim::{Pose, forward_kinematics};
+use sabaki::anim::{JointTransform, Pose, forward_kinematics};
 use sabaki::internal::smooth_step;
 use sabaki::maps::MovingSphere;
 use sabaki::math::Sphere;
@@ -14,63 +14,112 @@ const TRAIL: f32 = 0.22;
 const TRAIL_PIECES: usize = 14;
 const BALL: Vec3 = Vec3::new(0.93, 0.16, 0.05);
 
+/// Angle of the camera above the horizon, in radians.
+const UP: f32 = 0.16;
+/// Time before and after the attack is nearest that should be visible, in seconds.
+const AROUND: f32 = 0.13;
+
 impl Dodge<'_> {
-    /// The attack's first sphere. It is extrapolated before its start and after its end.
+    /// The attack's sphere that is nearest to the body when the attack is nearest. It is extrapolated after its end.
     #[must_use]
     pub fn ball(&self, t: f32) -> Sphere {
-        let Some(sphere) = self.attack.spheres().first() else {
-            return Sphere::new(Vec3::ZERO, 0.0);
-        };
-        flying(sphere, t)
+        let none = Sphere::new(Vec3::ZERO, 0.0);
+        self.nearest_sphere()
+            .map_or(none, |sphere| flying(sphere, t))
     }
 
     /// Camera beside the attack's path, slightly above it, that shows the whole dodge and the
     /// attack.
     #[must_use]
     pub fn camera(&self, aspect: f32) -> Camera {
-        let near = self.clearance.time;
-        let flight = self.ball(near + 0.01).centre - self.ball(near).centre;
         let mut joints = Vec::new();
-        self.joints(near, &mut joints);
-        // Prefer the front of the body to its back, and a place ahead of the attack to one behind
-        // it.
-        let facing = joints[0].rotation * Vec3::Z;
-        let across = Vec3::new(flight.z, 0.0, -flight.x).normalize_or(Vec3::X);
-        let across = if across.dot(facing) < 0.0 {
-            -across
-        } else {
-            across
-        };
-        let along = Vec3::new(flight.x, 0.0, flight.z).normalize_or(Vec3::Z);
-        let along = if along.dot(facing) < 0.0 {
-            -along
-        } else {
-            along
-        };
-        let out = (across + 0.5 * along).normalize_or(Vec3::Z);
+        self.joints(self.clearance.time, &mut joints);
+        let out = self.side(&joints);
         let right = Vec3::Y.cross(out);
-        let (low, high) = self.extent(right);
+        let balls = self.balls();
+        let (low, high) = self.extent(right, &balls);
         let middle = Vec3::new(joints[0].translation.x, 0.0, joints[0].translation.z);
         let aside = 0.5 * (low.x + high.x) - middle.dot(right);
         let target = middle + right * aside + Vec3::Y * (0.5 * high.y - 0.03);
         // Objects in front of the centre appear larger.
         let half = (0.55 * (high.x - low.x) / aspect).max(0.5 * high.y) + 0.16;
         let field = 30f32.to_radians();
-        Camera {
+        let camera = Camera {
             field,
             ..Camera::orbit(Orbit {
                 target,
                 around: out.x.atan2(out.z),
-                up: 0.16,
+                up: UP,
                 distance: half / (0.5 * field).tan(),
             })
+        };
+        camera.enclosing(balls, aspect)
+    }
+
+    /// Horizontal direction to the camera.
+    fn side(&self, joints: &[JointTransform]) -> Vec3 {
+        let near = self.clearance.time;
+        let ball = self.ball(near);
+        let flight = self.ball(near + 0.01).centre - ball.centre;
+        // Prefer the front of the body to its back, and a place ahead of the attack to one behind
+        // it.
+        let facing = joints[0].rotation * Vec3::Z;
+        let to_front = |side: Vec3| if side.dot(facing) < 0.0 { -side } else { side };
+        let across = to_front(Vec3::new(flight.z, 0.0, -flight.x).normalize_or(Vec3::X));
+        let along = to_front(Vec3::new(flight.x, 0.0, flight.z).normalize_or(Vec3::Z));
+        let sides = [
+            across + 0.5 * along,
+            across - 0.5 * along,
+            0.5 * along - across,
+            -0.5 * along - across,
+        ];
+        let sides = sides.map(|side| side.normalize_or(Vec3::Z));
+        let mut centres = Vec::new();
+        self.baked.body().centres(joints, &mut centres);
+        let hides = |side: Vec3| {
+            let out = (side + Vec3::Y * UP.tan()).normalize();
+            let mut spheres = centres.iter().zip(&self.baked.body().spheres);
+            spheres.any(|(centre, part)| {
+                let away = *centre - ball.centre;
+                away.dot(out) > 0.0 && away.reject_from(out).length() < part.radius
+            })
+        };
+        let shows = sides.into_iter().find(|&side| !hides(side));
+        shows.unwrap_or(sides[0])
+    }
+
+    /// Places of the attack that should be visible: of each sphere, while it flies, around the time when it is nearest. Spheres that never come
+    /// near are left out.
+    fn balls(&self) -> Vec<Sphere> {
+        /// Distance from the root up to which a sphere is near, in metres.
+        const NEAR: f32 = 2.5;
+        let mut joints = Vec::new();
+        let mut root = |t| {
+            self.joints(t, &mut joints);
+            joints[0].translation
+        };
+        let mut balls = Vec::new();
+        for sphere in self.attack.spheres() {
+            let (start, end) = (sphere.start(), sphere.end());
+            let is_nearest = self.nearest_sphere() == Some(sphere);
+            let times = (0..=32).map(|step| start + (end - start) * step as f32 / 32.0);
+            let apart = times.map(|t| (t, sphere.at(t).center.distance(root(t))));
+            let least = apart.min_by(|a, b| a.1.total_cmp(&b.1));
+            let near = match least {
+                _ if is_nearest => self.clearance.time,
+                Some((t, metres)) if metres < NEAR => t,
+                _ => continue,
+            };
+            // Include the place where the sphere starts, unless it is so far away that the body would
+            // be small.
+            let moments = [near - 2.0 * AROUND, near - AROUND, near + AROUND];
+            balls.extend(moments.map(|t| flying(sphere, t.clamp(start, end))));
         }
+        balls
     }
 
     /// Horizontal and vertical extent of everything that should be visible.
-    fn extent(&self, right: Vec3) -> (Vec2, Vec2) {
-        /// Time before and after the attack is nearest that should be visible, in seconds.
-        const AROUND: f32 = 0.13;
+    fn extent(&self, right: Vec3, balls: &[Sphere]) -> (Vec2, Vec2) {
         let [start, end] = self.span();
         let (mut low, mut high) = (Vec2::INFINITY, Vec2::NEG_INFINITY);
         let mut add = |place: Vec3, radius: f32| {
@@ -83,14 +132,7 @@ impl Dodge<'_> {
             self.joints(start + (end - start) * step as f32 / 24.0, &mut joints);
             joints.iter().for_each(|joint| add(joint.translation, 0.1));
         }
-        let near = self.clearance.time;
-        // Include the place where the attack starts, unless it is so far away that the body would
-        // be small.
-        let from = self.attack.start().max(near - 2.0 * AROUND);
-        for t in [from, near - AROUND, near + AROUND] {
-            let ball = self.ball(t);
-            add(ball.centre, ball.radius);
-        }
+        balls.iter().for_each(|ball| add(ball.centre, ball.radius));
         (low, high)
     }
 

@@ -1,11 +1,13 @@
 //! Coarser triangles for a mesh, by collapsing edges.
 //!
 //! Source: Garland and Heckbert, "Surface Simplification Using Quadric Error Metrics", SIGGRAPH 1997. It differs in that an edge collapses
-//! to one of its ends, so that all resolutions share the vertices; that the quadrics of all planes are weighted by area; and that a collapse that
-//! turns a triangle over is not made.
+//! to one of its ends, so that all resolutions share the vertices; that the quadrics of all planes are weighted by area; that a collapse that
+//! turns a triangle over is not made; and that seams of a texture stay seams: an edge collapses only if each vertex at its first end has a
+//! vertex at the other end on its own side of the seams.
 
 use std::cmp::Reverse;
 use std::collections::{BinaryHeap, HashMap};
+use std::hash::Hash;
 
 use glam::{DMat4, DVec3, DVec4, Vec3};
 
@@ -24,7 +26,18 @@ pub(crate) fn simplified(
         };
         mesh.try_collapse(&candidate);
     }
-    mesh.triangles.into_iter().flatten().collect()
+    let kept = mesh.triangles.iter().zip(mesh.drawn);
+    kept.filter_map(|(corners, drawn)| corners.map(|_| drawn))
+        .collect()
+}
+
+/// For each vertex the index of the first one with the same key.
+fn firsts<K: Eq + Hash>(vertices: &[MeshVertex], key: impl Fn(&MeshVertex) -> K) -> Vec<u32> {
+    let mut firsts = HashMap::new();
+    let indices = (0..).zip(vertices);
+    indices
+        .map(|(index, vertex)| *firsts.entry(key(vertex)).or_insert(index))
+        .collect()
 }
 
 /// An edge that may collapse.
@@ -54,8 +67,10 @@ impl Ord for Candidate {
 
 struct Collapsing {
     positions: Vec<DVec3>,
-    /// `None` for a triangle that has collapsed.
+    /// Corners of each triangle, by the first vertex at each place. `None` for a triangle that has collapsed.
     triangles: Vec<Option<[u32; 3]>>,
+    /// Corners of each triangle, by the first vertex at each place with the same colour and place in the texture.
+    drawn: Vec<[u32; 3]>,
     /// Triangles of each vertex. Some may have collapsed.
     around: Vec<Vec<u32>>,
     quadrics: Vec<DMat4>,
@@ -68,20 +83,26 @@ struct Collapsing {
 
 impl Collapsing {
     fn new(vertices: &[MeshVertex], triangles: &[[u32; 3]]) -> Self {
-        // Vertices at one place, as at the seams of a texture, are one.
-        let mut firsts = HashMap::new();
-        let one: Vec<u32> = { (0..).zip(vertices) }
-            .map(|(index, vertex)| {
-                let key = vertex.position.map(f32::to_bits);
-                *firsts.entry(key).or_insert(index)
-            })
-            .collect();
-        let merged = { triangles.iter() }.map(|corners| corners.map(|at| one[at as usize]));
-        let merged = merged.filter(|[a, b, c]| a != b && b != c && c != a);
+        let at_place = firsts(vertices, |vertex| vertex.position.map(f32::to_bits));
+        let alike = firsts(vertices, |vertex| {
+            let uv = match vertex.colour[3] {
+                0 => [0; 2],
+                _ => vertex.uv.map(f32::to_bits),
+            };
+            (vertex.position.map(f32::to_bits), vertex.colour, uv)
+        });
+        let of = |firsts: &[u32], corners: [u32; 3]| corners.map(|at| firsts[at as usize]);
+        let is_flat = |[a, b, c]: [u32; 3]| a == b || b == c || c == a;
+        let whole = triangles.iter().copied();
+        let whole = whole.filter(|&corners| !is_flat(of(&at_place, corners)));
+        let (merged, drawn): (Vec<_>, Vec<_>) = whole
+            .map(|corners| (Some(of(&at_place, corners)), of(&alike, corners)))
+            .unzip();
         let place = |vertex: &MeshVertex| Vec3::from(vertex.position).as_dvec3();
         let mut mesh = Self {
             positions: vertices.iter().map(place).collect(),
-            triangles: merged.map(Some).collect(),
+            triangles: merged,
+            drawn,
             around: vec![Vec::new(); vertices.len()],
             quadrics: vec![DMat4::ZERO; vertices.len()],
             versions: vec![0; vertices.len()],
@@ -167,6 +188,9 @@ impl Collapsing {
         if current != candidate.versions || self.turns_over(from, to) {
             return;
         }
+        let Some(partners) = self.partners(from, to) else {
+            return;
+        };
         let moved = std::mem::take(&mut self.around[from as usize]);
         for index in moved {
             let Some(corners) = &mut self.triangles[index as usize] else {
@@ -178,6 +202,10 @@ impl Collapsing {
                 continue;
             }
             *corners = corners.map(|corner| if corner == from { to } else { corner });
+            for corner in &mut self.drawn[index as usize] {
+                let partner = partners.iter().find(|(own, _)| own == corner);
+                *corner = partner.map_or(*corner, |(_, other)| *other);
+            }
             self.around[to as usize].push(index);
         }
         let quadric = self.quadrics[from as usize];
@@ -189,6 +217,27 @@ impl Collapsing {
         for index in self.around[to as usize].clone() {
             self.add_edges(index as usize);
         }
+    }
+
+    /// For each drawn vertex at `from` the one at `to` that takes its place: the one that shares a triangle with it. `None` if there is none,
+    /// or more than one.
+    fn partners(&self, from: u32, to: u32) -> Option<Vec<(u32, u32)>> {
+        let around = { self.around[from as usize].iter() }.filter_map(|&index| {
+            let corners = self.triangles[index as usize]?;
+            let drawn = self.drawn[index as usize];
+            let at = |place: u32| (0..3).find(|&corner| corners[corner] == place);
+            Some((drawn[at(from)?], at(to).map(|corner| drawn[corner])))
+        });
+        let mut partners: Vec<(u32, u32)> = Vec::new();
+        for (own, other) in around.clone() {
+            match (other, partners.iter().find(|pair| pair.0 == own)) {
+                (Some(other), Some(pair)) if pair.1 != other => return None,
+                (Some(other), None) => partners.push((own, other)),
+                _ => {}
+            }
+        }
+        let has_partner = |(own, _)| partners.iter().any(|pair| pair.0 == own);
+        { around }.all(has_partner).then_some(partners)
     }
 
     /// Whether a triangle would face another way after a collapse.

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use glam::{Quat, Vec3};
-use sabaki::anim::{JointId, JointTransform, Pose, Skeleton, forward_kinematics};
+use sabaki::anim::{Joint, JointId, JointTransform, Pose, Skeleton, forward_kinematics};
 use sabaki::lod::{LevelSettings, Levels};
 use sabaki::maps::Body;
 use sabaki_app::Painter;
@@ -197,6 +197,32 @@ fn the_body_stands_on_the_floor_and_does_not_collapse_where_it_twists() {
 }
 
 #[test]
+fn the_collar_is_at_the_shoulders_however_high_the_joint_of_the_neck_is() {
+    let motions = demo::motions().unwrap();
+    let mut joints: Vec<Joint> = motions.skeleton.clone().into();
+    let neck = joints.iter_mut().find(|joint| joint.name == "Neck");
+    neck.unwrap().offset.y += 0.1;
+    let skeleton = Skeleton::new(joints).unwrap();
+    let target = BindTarget {
+        skeleton: &skeleton,
+        standing: &standing_pose(&skeleton, &motions.clips),
+    };
+    let look = Look::default();
+    let body = human_body(target, &look).unwrap();
+    let clothes = look.clothes.to_array().map(|part| (part * 65_535.0) as u16);
+    let dressed = body.mesh.vertices.iter();
+    let dressed = dressed.filter(|vertex| vertex.colour[..3] == clothes);
+    let top = dressed.map(|vertex| vertex.position[1]).fold(0.0, f32::max);
+    let shoulder = skeleton.find("LeftArm").unwrap();
+    let bind = body.bones[shoulder.index()].bind;
+    let shoulder = (bind.rotation.conjugate() * -bind.translation).y;
+    assert!(
+        top > shoulder + 0.03 && top < shoulder + 0.14,
+        "{top} {shoulder}"
+    );
+}
+
+#[test]
 fn the_body_is_drawn_where_its_positions_are_computed() {
     let (motions, body, _) = human();
     let (mut pose, mut joints) = (Pose::default(), Vec::new());
@@ -229,6 +255,98 @@ fn the_body_is_drawn_where_its_positions_are_computed() {
     assert!(hit * 100 > places.len() * 95, "{hit} of {}", places.len());
     painter.destroy(&mut device).unwrap();
     finish(device);
+}
+
+#[test]
+fn the_order_of_a_vertex_s_influences_does_not_matter() {
+    let (motions, body, _) = human();
+    let (mut pose, mut joints) = (Pose::default(), Vec::new());
+    motions.clips[0].pose(10, &mut pose);
+    forward_kinematics(&motions.skeleton, &pose, &mut joints);
+    let skin = skin_of(body.bones);
+    let mut turned = body.mesh.clone();
+    // Most vertices have fewer than four influences: now the first one has no weight.
+    for vertex in &mut turned.vertices {
+        vertex.bones.rotate_right(1);
+        vertex.weights.rotate_right(1);
+    }
+    let meshes = [body.mesh, turned];
+    let mut device = device();
+    let desc = StageDesc {
+        meshes: &meshes,
+        ..StageDesc::default()
+    };
+    let mut painter = Painter::new(&mut device, SIZE, &desc).unwrap();
+    let [own, turned] = [0, 1].map(|mesh| {
+        let skin = Arc::new(Skin {
+            mesh,
+            ..(*skin).clone()
+        });
+        let mut shot = empty();
+        shot.skinned.push(SkinnedBody::new(&skin, &joints));
+        paint(&mut device, &mut painter, &shot)
+    });
+    let pairs = own.0.chunks_exact(4).zip(turned.0.chunks_exact(4));
+    let apart = |(a, b): (&[u8], &[u8])| a.iter().zip(b).any(|(a, b)| a.abs_diff(*b) > 20);
+    let changed = pairs.filter(|&pair| apart(pair)).count();
+    assert!(changed < 20, "{changed} pixels differ");
+    painter.destroy(&mut device).unwrap();
+    finish(device);
+}
+
+/// A flat sheet of `side` by `side` squares with a seam of the texture in its middle: left of it U is less by 5.
+fn sheet_with_seam(side: u32) -> Mesh {
+    let mut vertices = Vec::new();
+    for (half, shift) in [(0.0, -5.0), (1.0, 0.0)] {
+        for index in 0..(side + 1) * (side / 2 + 1) {
+            let (row, column) = (index / (side / 2 + 1), index % (side / 2 + 1));
+            let x = (column as f32 - (1.0 - half) * (side / 2) as f32) / side as f32;
+            let y = row as f32 / side as f32;
+            vertices.push(MeshVertex {
+                position: [x, y, 0.1 * (7.0 * x + 3.0 * y).sin()],
+                normal: [0.0, 0.0, 1.0],
+                uv: [x + shift, y],
+                colour: [u16::MAX; 4],
+                bones: [0; 4],
+                weights: [u16::MAX, 0, 0, 0],
+            });
+        }
+    }
+    let mut triangles = Vec::new();
+    let wide = side / 2 + 1;
+    for half in 0..2 {
+        let first = half * (side + 1) * wide;
+        for index in 0..side * (side / 2) {
+            let (row, column) = (index / (side / 2), index % (side / 2));
+            let at = |row: u32, column: u32| first + row * wide + column;
+            let [a, b] = [at(row, column), at(row, column + 1)];
+            let [c, d] = [at(row + 1, column), at(row + 1, column + 1)];
+            triangles.extend([[a, b, d], [a, d, c]]);
+        }
+    }
+    Mesh::new(vertices, triangles, None)
+}
+
+#[test]
+fn coarser_resolutions_keep_the_seams_of_a_texture() {
+    let mesh = sheet_with_seam(40);
+    let counts = mesh.details.each_ref().map(Vec::len);
+    assert!(counts[0] == 3200 && counts[1] <= 800 && counts[2] <= 260 && counts[3] <= 80);
+    for corner in mesh.details.iter().flatten() {
+        let corners = corner.map(|at| &mesh.vertices[at as usize]);
+        let [a, b, c] = corners.map(|vertex| vertex.position[0] - vertex.uv[0]);
+        assert!(
+            (a - b).abs() < 1e-3 && (a - c).abs() < 1e-3,
+            "{corners:?} is across the seam"
+        );
+        // Nor does a triangle of one side cover a part of the other.
+        let is_left = a > 2.5;
+        let beyond = corners.iter().filter(|vertex| match is_left {
+            true => vertex.position[0] > 1e-3,
+            false => vertex.position[0] < -1e-3,
+        });
+        assert_eq!(beyond.count(), 0, "{corners:?}");
+    }
 }
 
 #[test]

@@ -1,11 +1,16 @@
 //! Renders the mesh of the characters from four sides, in poses of the graph's clips: standing, lowest, and with the hands highest.
 
-use sabaki::anim::{JointTransform, Pose, Skeleton, forward_kinematics};
-use sabaki::internal::Limbs;
+use std::f32::consts::FRAC_PI_2;
+
+use glam::Vec3;
+use sabaki::anim::{JointTransform, Pose, forward_kinematics};
+use sabaki::internal::{Facing, Limbs};
 use sabaki::math::Sphere;
 use sabaki_app::film::{Delay, Film};
 use sabaki_draw::StageDesc;
-use sabaki_draw::scene::{Camera, Light, Orbit, Shot, SkinnedBody, standing_pose};
+use sabaki_draw::scene::{
+    Camera, Light, Orbit, Shot, SkinnedBody, skinned_positions, standing_pose,
+};
 
 use super::canvas::Canvas;
 use super::file::{self, Kind};
@@ -65,12 +70,16 @@ pub(super) fn run(args: &Args, kind: Kind, device: &DeviceArgs) -> Result<Writte
         poses.len() as u32 * (size[1] + GAP) + GAP,
     ];
     let mut sheet = Picture::new(whole);
+    let skin = &wardrobe.outfit.skins[0];
+    let mesh = &wardrobe.outfit.meshes[skin.mesh];
+    let aspect = size[0] as f32 / size[1] as f32;
     for (row, joints) in (0..).zip(&poses) {
-        for column in 0..SIDES {
+        let heading = Facing::of(skeleton).placement(joints).heading();
+        let cameras = cameras(&skinned_positions(mesh, skin, joints), heading, aspect);
+        for (column, camera) in (0..).zip(cameras) {
             cancel::check()?;
-            let mut shot = shot(skeleton, joints, column);
-            shot.skinned
-                .push(SkinnedBody::new(&wardrobe.outfit.skins[0], joints));
+            let mut shot = shot(camera);
+            shot.skinned.push(SkinnedBody::new(skin, joints));
             let picture = canvas.paint(&shot, None)?;
             sheet.place(
                 [GAP + column * (size[0] + GAP), GAP + row * (size[1] + GAP)],
@@ -92,25 +101,37 @@ pub(super) fn run(args: &Args, kind: Kind, device: &DeviceArgs) -> Result<Writte
     })
 }
 
-/// A shot of a pose from one of the sides, the front first.
-fn shot(skeleton: &Skeleton, joints: &[JointTransform], side: u32) -> Shot {
-    let ground = sabaki::internal::Facing::of(skeleton).placement(joints);
-    let middle = ground.point(glam::Vec3::ZERO);
-    let turn = 0.35 + side as f32 * std::f32::consts::FRAC_PI_2;
-    let heights = joints.iter().map(|joint| joint.translation.y);
-    let high = heights.fold(0.5, f32::max) + 0.25;
-    let field = 30f32.to_radians();
-    let camera = Camera {
-        field,
-        ..Camera::orbit(Orbit {
-            target: middle + glam::Vec3::Y * (0.5 * high - 0.05),
-            around: ground.heading() + turn,
+/// Cameras on all sides of a character with this heading, the front first, that show all positions of its mesh at the same scale.
+fn cameras(positions: &[Vec3], heading: f32, aspect: f32) -> [Camera; SIDES as usize] {
+    /// Room around the mesh, in metres.
+    const ROOM: f32 = 0.05;
+    let low = positions.iter().copied().fold(Vec3::MAX, Vec3::min);
+    let high = positions.iter().copied().fold(Vec3::MIN, Vec3::max);
+    let camera = |side: usize, distance| {
+        let orbit = Orbit {
+            target: 0.5 * (low + high),
+            around: heading + 0.35 + side as f32 * FRAC_PI_2,
             up: 0.12,
-            distance: 0.55 * high / (0.5 * field).tan(),
-        })
+            distance,
+        };
+        let field = 30f32.to_radians();
+        Camera {
+            field,
+            ..Camera::orbit(orbit)
+        }
     };
+    let distances: [f32; SIDES as usize] = std::array::from_fn(|side| {
+        let spheres = positions.iter().map(|&place| Sphere::new(place, ROOM));
+        let camera = camera(side, 0.5).enclosing(spheres, aspect);
+        camera.eye.distance(camera.target)
+    });
+    let most = distances.into_iter().fold(0.0, f32::max);
+    std::array::from_fn(|side| camera(side, most))
+}
+
+fn shot(camera: Camera) -> Shot {
     let light = Light {
-        shadow: Sphere::new(middle, 2.5),
+        shadow: Sphere::new(camera.target.with_y(0.0), 2.5),
         ..Light::default()
     };
     Shot::new(camera, light)

@@ -59,7 +59,7 @@ pub(super) fn run(args: &Args, kind: Kind, device: &DeviceArgs) -> Result<Writte
     };
     let mut canvas = Canvas::new(device, args.size, &desc)?;
     let pictures = match kind.is_film() {
-        true => (crowd.period() * f32::from(args.rate)).round().max(1.0) as u32,
+        true => (crowd.period() * f32::from(args.rate())).round().max(1.0) as u32,
         false => 1,
     };
     let step = crowd.period() / pictures as f32;
@@ -84,8 +84,8 @@ pub(super) fn run(args: &Args, kind: Kind, device: &DeviceArgs) -> Result<Writte
     let mut text = wardrobe.map_or_else(String::new, |wardrobe| wardrobe.report);
     let _ = writeln!(
         text,
-        "{} characters; on each of {} levels: {census:?}",
-        crowd.len(),
+        "{}; on each of {} levels: {census:?}",
+        characters(crowd.len()),
         crowd.levels()
     );
     let [pose, draw] = [times.pose, times.draw].map(|times| percentile(times, 0.5));
@@ -147,6 +147,13 @@ impl CrowdArgs {
     }
 }
 
+fn characters(count: usize) -> String {
+    match count {
+        1 => "1 character".to_owned(),
+        count => format!("{count} characters"),
+    }
+}
+
 /// Milliseconds that each picture took.
 #[derive(Default)]
 struct Times {
@@ -176,7 +183,7 @@ impl Times {
                 height: text_height(args.size[0]),
                 colour: INK,
             };
-            picture.text((10, 8), &format!("{} characters", crowd.len()), look);
+            picture.text((10, 8), &characters(crowd.len()), look);
         }
         Ok(picture)
     }

@@ -236,7 +236,7 @@ impl Show<'_> {
     }
 
     fn film(&self, canvas: &mut Canvas) -> Result<Film, Failure> {
-        let moments = self.dodge.moments(f32::from(self.args.rate));
+        let moments = self.dodge.moments(f32::from(self.args.rate()));
         let bar = output::progress("drawing", moments.len() as u64);
         let mut pictures = Vec::with_capacity(moments.len());
         for t in moments {
@@ -251,7 +251,7 @@ impl Show<'_> {
     fn film_of(&self, pictures: Vec<Vec<u8>>) -> Film {
         Film {
             size: self.args.size,
-            delay: Delay::of_rate(self.args.rate),
+            delay: Delay::of_rate(self.args.rate()),
             pictures,
         }
     }

@@ -31,9 +31,9 @@ pub(crate) struct DuelArgs {
     /// Size of a picture, in pixels.
     #[arg(long, value_name = "WxH", requires = "out", default_value = "480x300", value_parser = size)]
     size: [u32; 2],
-    /// Pictures per second of a film.
-    #[arg(long, value_name = "N", requires = "out", default_value_t = 20, value_parser = clap::value_parser!(u16).range(1..=50))]
-    rate: u16,
+    /// Pictures per second of a film [default: 20].
+    #[arg(long, value_name = "N", requires = "out", value_parser = clap::value_parser!(u16).range(1..=50))]
+    rate: Option<u16>,
     /// First exchange to draw, counted from 1.
     #[arg(long, value_name = "ROUND", requires = "out", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=10_000))]
     from: u32,
@@ -64,10 +64,17 @@ impl DuelArgs {
                 "--from {from}: there is no such exchange; --rounds is {rounds}"
             ))),
             Some(path) => {
-                Kind::of(path)?;
+                let kind = Kind::of(path)?;
+                if self.rate.is_some() {
+                    kind.check_rate(path)?;
+                }
                 output::check_can_be_written("--out", path)
             }
         }
+    }
+
+    fn rate(&self) -> u16 {
+        self.rate.unwrap_or(20)
     }
 
     /// Draws the duel if that is asked for. Returns the report as JSON and as text.
@@ -144,7 +151,7 @@ struct Show<'a> {
 
 impl Show<'_> {
     fn film(&self, canvas: &mut Canvas) -> Result<Film, Failure> {
-        let rate = f32::from(self.args.rate);
+        let rate = f32::from(self.args.rate());
         let moments = self.cuts.iter().flat_map(|cut| {
             let moments = self.bout.moments(cut, rate);
             moments.into_iter().map(move |t| (cut, t))
@@ -160,7 +167,7 @@ impl Show<'_> {
         bar.finish_and_clear();
         Ok(Film {
             size: self.args.size,
-            delay: Delay::of_rate(self.args.rate),
+            delay: Delay::of_rate(self.args.rate()),
             pictures,
         })
     }

@@ -33,6 +33,17 @@ impl Kind {
     pub(super) fn is_film(self) -> bool {
         self != Self::Png
     }
+
+    /// Refuses a rate for a picture.
+    pub(super) fn check_rate(self, path: &Path) -> Result<(), Failure> {
+        match self.is_film() {
+            true => Ok(()),
+            false => Err(Failure::Usage(format!(
+                "--rate is of a film (.gif, .apng); {} is a picture",
+                path.display()
+            ))),
+        }
+    }
 }
 
 /// Writes a film, or its only picture. Returns the number of bytes.

@@ -31,9 +31,9 @@ pub(crate) struct Args {
     /// Size of a picture, in pixels.
     #[arg(long, value_name = "WxH", default_value = "640x400", value_parser = size)]
     size: [u32; 2],
-    /// Pictures per second of a film.
-    #[arg(long, value_name = "N", default_value_t = 25, value_parser = clap::value_parser!(u16).range(1..=50))]
-    rate: u16,
+    /// Pictures per second of a film [default: 25].
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=50))]
+    rate: Option<u16>,
     /// Leaves out the text.
     #[arg(long)]
     plain: bool,
@@ -101,6 +101,10 @@ pub(crate) fn run(args: &Args, device: &DeviceArgs, as_json: bool) -> Result<Don
 }
 
 impl Args {
+    fn rate(&self) -> u16 {
+        self.rate.unwrap_or(25)
+    }
+
     /// What can be refused before the graph is read: options of another scene or of another kind of file, and a file that cannot be written.
     fn check(&self, kind: file::Kind) -> Result<(), Failure> {
         output::check_can_be_written("--out", &self.out)?;
@@ -112,11 +116,18 @@ impl Args {
         let (scene, wrong) = match self.scene {
             Scene::Dodge => ("dodge", of_crowd),
             Scene::Crowd => ("crowd", of_dodge),
-            Scene::Body => ("body", of_dodge.or(of_crowd)),
+            Scene::Body => {
+                let own = [("--rate", self.rate.is_some()), ("--plain", self.plain)];
+                let own = first_given(&own);
+                ("body", of_dodge.or(of_crowd).or(own))
+            }
         };
         if let Some(option) = wrong {
             let what = format!("{option} is of another scene than {scene}");
             return Err(Failure::Usage(what));
+        }
+        if self.rate.is_some() {
+            kind.check_rate(&self.out)?;
         }
         match self.dodge.of_a_picture() {
             Some(option) if kind.is_film() => Err(Failure::Usage(format!(

@@ -1,0 +1,153 @@
+//! Cameras show what their scenes are about.
+
+use glam::{Vec2, Vec3};
+use sabaki::graph::{EdgeId, Playhead};
+use sabaki::maps::{BakedGraph, Body, SphereKey};
+use sabaki::math::{F32x16, Rigid2};
+use sabaki::query::{Answer, Attack, Query, QueryContext, QuerySettings, Request};
+use sabaki_app::demo;
+use sabaki_draw::scene::{
+    AnsweredAttack, Camera, Crowd, Dodge, DodgeSettings, FormationSettings, Performer,
+};
+
+use super::common::baked::embedded;
+
+const SIZE: [u32; 2] = [640, 400];
+
+fn is_inside(camera: &Camera, place: Vec3) -> bool {
+    let size = Vec2::new(SIZE[0] as f32, SIZE[1] as f32);
+    let at = camera.pixel(place, SIZE);
+    at.is_some_and(|at| at.cmpgt(Vec2::ZERO).all() && at.cmplt(size).all())
+}
+
+/// The answer to an attack on a character in the first pose, and what is checked of its playback.
+fn dodge(spheres: Vec<Vec<SphereKey>>, check: impl FnOnce(&BakedGraph, &Dodge<'_>)) {
+    let baked = embedded();
+    let playhead = Playhead::at(baked.graph(), EdgeId(0), 0.0, Rigid2::IDENTITY);
+    let attack = Attack::new(spheres).unwrap();
+    let (mut context, mut answer) = (QueryContext::default(), Answer::default());
+    let settings = QuerySettings::default();
+    let request = Request::new(playhead, &attack);
+    Query::new(baked, &settings).answer(request, &mut context, &mut answer);
+    let answered = AnsweredAttack {
+        playhead,
+        attack: &attack,
+        answer: &answer,
+    };
+    check(
+        baked,
+        &Dodge::new(baked, answered, &DodgeSettings::default()),
+    );
+}
+
+fn ball(from: Vec3, to: Vec3, seconds: [f32; 2]) -> Vec<SphereKey> {
+    let keys = [(from, seconds[0]), (to, seconds[1])];
+    keys.map(|(center, t)| SphereKey {
+        t,
+        center,
+        radius: 0.1,
+    })
+    .into()
+}
+
+#[test]
+fn of_several_balls_the_camera_follows_the_nearest_and_shows_the_body() {
+    let far = ball(
+        Vec3::new(0.0, 1.2, 8.0),
+        Vec3::new(0.0, 1.2, 6.0),
+        [0.1, 0.3],
+    );
+    let near = ball(
+        Vec3::new(4.0, 1.5, 0.0),
+        Vec3::new(-2.0, 1.5, 0.0),
+        [0.9, 1.4],
+    );
+    let other = ball(
+        Vec3::new(0.3, 1.3, 4.0),
+        Vec3::new(0.3, 1.3, -2.0),
+        [0.7, 1.2],
+    );
+    dodge(vec![far, near, other], |_, dodge| {
+        let camera = dodge.camera(1.6);
+        let t = dodge.clearance().time;
+        let nearest = dodge.nearest(t).unwrap();
+        assert!(dodge.ball(t).centre.distance(nearest.attack) < 0.11);
+        let mut joints = Vec::new();
+        dodge.joints(t, &mut joints);
+        for joint in &joints {
+            assert!(
+                is_inside(&camera, joint.translation),
+                "{:?}",
+                joint.translation
+            );
+        }
+        assert!(is_inside(&camera, dodge.ball(t).centre));
+        // The body is not a dot.
+        let heights = joints
+            .iter()
+            .map(|joint| camera.pixel(joint.translation, SIZE).unwrap().y);
+        let [top, low] = [f32::min, f32::max].map(|of| heights.clone().reduce(of).unwrap());
+        assert!(low - top > 0.25 * SIZE[1] as f32, "{top} {low}");
+    });
+}
+
+#[test]
+fn the_ball_is_before_the_body_when_it_is_nearest() {
+    for index in 0..16 {
+        let angle = index as f32 * std::f32::consts::TAU / 16.0;
+        let out = Vec3::new(angle.sin(), 0.0, angle.cos());
+        for height in [0.5, 1.1, 1.5] {
+            let [from, to] = [4.0, -2.0].map(|along| out * along + Vec3::Y * height);
+            dodge(vec![ball(from, to, [0.9, 1.4])], |baked, dodge| {
+                let (t, camera) = (dodge.clearance().time, dodge.camera(1.6));
+                let (mut joints, mut centres) = (Vec::new(), Vec::new());
+                dodge.joints(t, &mut joints);
+                baked.body().centres(&joints, &mut centres);
+                let ball = dodge.ball(t).centre;
+                let toward = (camera.eye - ball).normalize();
+                let hidden = centres
+                    .iter()
+                    .zip(&baked.body().spheres)
+                    .any(|(centre, part)| {
+                        let away = *centre - ball;
+                        away.dot(toward) > 0.0
+                            && away.reject_from(toward).length() < 0.8 * part.radius
+                    });
+                assert!(!hidden, "from {angle} at {height}");
+            });
+        }
+    }
+}
+
+#[test]
+fn a_crowd_of_few_is_in_the_middle_of_the_picture() {
+    let motions = demo::motions().unwrap();
+    let body = Body::from_bones(&motions.skeleton);
+    for count in 1..10u32 {
+        let settings = FormationSettings {
+            count,
+            threads: 1,
+            ..FormationSettings::default()
+        };
+        let performer = Performer {
+            skeleton: &motions.skeleton,
+            body: &body,
+            clip: &motions.clips[0],
+            skin: None,
+        };
+        let mut crowd = Crowd::new(performer, &settings).unwrap();
+        let camera = crowd.camera();
+        for index in 0..count {
+            let x = (index as f32 - 0.5 * (count - 1) as f32) * settings.apart;
+            for height in [0.0, 1.7] {
+                let place = Vec3::new(x, height, 0.0);
+                assert!(is_inside(&camera, place), "{index} of {count}, {height}");
+            }
+        }
+        let mut poses = vec![F32x16::ZERO; crowd.most_lines()];
+        crowd.look_from(&camera, SIZE).unwrap();
+        crowd.pose(&mut poses).unwrap();
+        let (_, shown) = crowd.shot(camera, SIZE).unwrap();
+        assert_eq!(shown.members.len(), count as usize);
+    }
+}
