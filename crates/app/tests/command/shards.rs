@@ -353,3 +353,34 @@ fn a_plan_names_the_files_that_it_leaves_out() {
     assert_eq!(left_out.len(), 1, "{document}");
     assert!(document["warnings"].is_array());
 }
+
+#[test]
+fn the_graph_of_another_plan_is_not_joined() {
+    let folder = folder();
+    let at = folder.path();
+    let (clips, events) = clips();
+    let plan = |threshold: &str| {
+        let args = ["bake", "plan", "--clips", clips, "--events", events];
+        let more = ["--shards", "1", "--out", "plan", "--threshold", threshold];
+        sabaki(at, &[&args[..], &more].concat()).is(0);
+        sabaki(at, &["bake", "shard", "plan", "0"]).is(0);
+    };
+    plan("0.12");
+    sabaki(at, &["bake", "graph", "plan"]).is(0);
+    sabaki(at, &["bake", "entries", "plan", "0"]).is(0);
+    plan("0.1");
+    let args = [
+        "bake",
+        "--clips",
+        clips,
+        "--events",
+        events,
+        "--out",
+        "one.sabaki",
+    ];
+    sabaki(at, &[&args[..], &["--threshold", "0.1"]].concat()).is(0);
+    assert!(joined(at) == fs::read(at.join("one.sabaki")).unwrap());
+    // What needs the graph names the command that makes it.
+    let refused = sabaki(at, &["bake", "entries", "plan", "0"]);
+    refused.is_refused(&["of another plan", "sabaki bake graph plan"]);
+}
