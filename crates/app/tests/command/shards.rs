@@ -355,6 +355,54 @@ fn a_plan_names_the_files_that_it_leaves_out() {
 }
 
 #[test]
+fn a_plan_leaves_out_what_a_bake_leaves_out() {
+    let folder = folder();
+    let at = folder.path();
+    let (clips, events) = clips();
+    let mut unreadable = vec!["missing.bvh"];
+    if cfg!(unix) {
+        let mut pipe = std::process::Command::new("mkfifo");
+        let made = pipe.arg(at.join("pipe.bvh")).status();
+        assert!(made.unwrap().success());
+        unreadable.push("pipe.bvh");
+    }
+    let inputs = [&["--clips", clips], &unreadable[..], &["--events", events]].concat();
+    let plan = [
+        &["bake", "plan"],
+        &inputs[..],
+        &["--shards", "1", "--out", "plan"],
+    ]
+    .concat();
+    let refused = sabaki(at, &plan);
+    assert!(refused.code == 2 && refused.stderr.contains("missing.bvh"));
+    let of = |args: &[&str]| {
+        let document = sabaki(at, &[args, &["--keep-going", "--json"]].concat()).json(3);
+        document["left_out"].as_array().unwrap().len()
+    };
+    assert_eq!(of(&plan), unreadable.len());
+    sabaki(at, &["bake", "shard", "plan", "0"]).is(0);
+    let join = ["bake", "join", "plan", "--out", "joined.sabaki"];
+    assert!(sabaki(at, &join).is(3).stdout.contains("left out: "));
+    let one = [&["bake"], &inputs[..], &["--out", "one.sabaki"]].concat();
+    assert_eq!(of(&one), unreadable.len());
+    let [joined, one] = ["joined.sabaki", "one.sabaki"].map(|file| fs::read(at.join(file)));
+    assert!(joined.unwrap() == one.unwrap());
+    // A file that is there after all is another input.
+    fs::copy(
+        Path::new(clips).join(first_clip(clips)),
+        at.join("missing.bvh"),
+    )
+    .unwrap();
+    sabaki(at, &join).is_refused(&["bake plan again"]);
+}
+
+fn first_clip(folder: &str) -> String {
+    let names = fs::read_dir(folder).unwrap();
+    let names = names.map(|file| file.unwrap().file_name().into_string().unwrap());
+    names.min().unwrap()
+}
+
+#[test]
 fn the_graph_of_another_plan_is_not_joined() {
     let folder = folder();
     let at = folder.path();

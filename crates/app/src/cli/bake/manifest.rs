@@ -67,7 +67,6 @@ impl Manifest {
             path: PathBuf::from("."),
             source,
         })?;
-        let files = clips.input_files()?;
         let planned = builder.clouds().iter().map(|cloud| {
             Ok(PlannedClip {
                 frames: cloud.frames(),
@@ -80,10 +79,7 @@ impl Manifest {
             sabaki: env!("CARGO_PKG_VERSION").to_owned(),
             folder,
             arguments,
-            inputs: files
-                .iter()
-                .map(|file| InputFile::read(file))
-                .collect::<Result<_, _>>()?,
+            inputs: InputFile::read_all(clips)?,
             search,
             clips: planned.collect::<Result<_, Failure>>()?,
             shards,
@@ -147,6 +143,14 @@ impl Manifest {
 }
 
 impl InputFile {
+    /// Reads all files of a plan but those that cannot be read, if these are left out.
+    fn read_all(clips: &source::ClipArgs) -> Result<Vec<Self>, Failure> {
+        let files = clips.input_files()?;
+        let read = files.iter().map(|file| Self::read(file));
+        read.filter(|file| !clips.keep_going || file.is_ok())
+            .collect()
+    }
+
     fn read(path: &Path) -> Result<Self, Failure> {
         let wrong = |source| Failure::Open {
             path: path.to_owned(),
