@@ -432,3 +432,41 @@ fn the_graph_of_another_plan_is_not_joined() {
     let refused = sabaki(at, &["bake", "entries", "plan", "0"]);
     refused.is_refused(&["of another plan", "sabaki bake graph plan"]);
 }
+
+#[test]
+fn a_plan_of_more_than_can_be_is_refused() {
+    let folder = folder();
+    let at = folder.path();
+    let document = {
+        plan(at);
+        let bytes = fs::read(at.join("plan/plan.json")).unwrap();
+        serde_json::from_slice::<Value>(&bytes).unwrap()
+    };
+    let refuses = |change: &dyn Fn(&mut Value), words: &str| {
+        let mut forged = document.clone();
+        change(&mut forged);
+        fs::write(at.join("plan/plan.json"), forged.to_string()).unwrap();
+        sabaki(at, &["bake", "shard", "plan", "0"]).is_refused(&["plan.json", words]);
+        let join = ["bake", "join", "plan", "--out", "g.sabaki"];
+        sabaki(at, &join).is_refused(&["plan.json", words]);
+    };
+    for count in [100_001, 1 << 40, u64::MAX] {
+        refuses(&|plan| plan["shards"] = count.into(), "shards; 100000");
+    }
+    for count in [1 << 29, 1 << 40, u64::MAX] {
+        refuses(&|plan| plan["clips"][0]["frames"] = count.into(), "frames;");
+        refuses(&|plan| plan["search"]["window"] = count.into(), "window;");
+        refuses(
+            &|plan| plan["search"]["separation"] = count.into(),
+            "separation;",
+        );
+    }
+    refuses(
+        &|plan| {
+            let mut clip = plan["clips"][0].clone();
+            clip["frames"] = (1 << 15).into();
+            plan["clips"] = vec![clip; 1 << 13].into();
+        },
+        "bands;",
+    );
+}
