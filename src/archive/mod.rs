@@ -229,12 +229,19 @@ pub fn read(path: &Path) -> Result<BakedGraph, ArchiveError> {
         bytes.reserve_exact(length as usize);
         let mut rest = (&file).take(LARGEST_FILE);
         rest.read_to_end(&mut bytes).map_err(io)?;
-        if bytes.len() as u64 > LARGEST_FILE {
-            let path = path.to_owned();
-            return Err(ArchiveError::TooLarge { path });
-        }
+        check_size(path, bytes.len() as u64)?;
     }
     from_bytes(&bytes, path)
+}
+
+/// Refuses a file of more bytes than are read.
+fn check_size(path: &Path, bytes: u64) -> Result<(), ArchiveError> {
+    match bytes <= LARGEST_FILE {
+        true => Ok(()),
+        false => Err(ArchiveError::TooLarge {
+            path: path.to_owned(),
+        }),
+    }
 }
 
 /// Reads the first `length` bytes of a file on two threads. `file` is left after these bytes.
@@ -268,12 +275,29 @@ pub fn open_regular(path: &Path) -> std::io::Result<File> {
 /// Writes a baked file atomically ([`write_atomically`]).
 ///
 /// # Errors
-/// An error of the file system, with the path.
+/// An error of the file system, with the path; a file that [`read`] would refuse, since it is larger than [`LARGEST_FILE`]. Nothing is
+/// written then.
 pub fn write(path: &Path, baked: &BakedGraph) -> Result<(), ArchiveError> {
     let io = |source| ArchiveError::Io {
         path: path.to_owned(),
         source,
     };
     let bytes = to_bytes(baked).map_err(|error| io(std::io::Error::other(error)))?;
+    check_size(path, bytes.len() as u64)?;
     write_atomically(path, |file| file.write_all(&bytes)).map_err(io)
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_file_of_more_bytes_than_are_read_is_refused() {
+        let check = |bytes: u64| check_size(Path::new("big.sabaki"), bytes);
+        assert!(check(0).is_ok() && check(LARGEST_FILE).is_ok());
+        let refused = check(LARGEST_FILE + 1).unwrap_err();
+        assert!(matches!(refused, ArchiveError::TooLarge { .. }));
+        assert_eq!(refused.to_string(), "big.sabaki: larger than 1000 MB");
+    }
 }

@@ -102,7 +102,11 @@ impl<'a> GraphBuilder<'a> {
             .collect();
         let clips = clips(source, settings, |clip| {
             let mut earlier = earlier.iter_mut().zip(&common);
-            earlier.find_map(|(earlier, common)| earlier.take_clip(common, clip))
+            let found = earlier.find_map(|(earlier, common)| earlier.take_clip(common, clip));
+            let is_own = |found: &Clip| {
+                found.frame_rate() == settings.frame_rate && found.is_sound(source.skeleton)
+            };
+            found.filter(is_own)
         })?;
         let events = events::in_frames(source, &clips, settings.frame_rate)?;
         let _span = tracing::trace_span!("bake: measure clips").entered();
@@ -216,7 +220,9 @@ impl<'a> GraphBuilder<'a> {
 
     /// The minima of a band that an earlier build found.
     fn known_minima(&self, band: &MapBand) -> Option<&[Minimum]> {
-        self.known.iter().find_map(|known| known.minima.of(band))
+        let search = self.search();
+        let known = { self.known.iter() }.find_map(|known| known.minima.of(band));
+        known.filter(|minima| band.admits(minima, &search))
     }
 
     /// Builds the graph from the minima of all bands.

@@ -27,6 +27,16 @@ pub(super) enum EventMaps {
     Attack(AttackMaps),
 }
 
+impl EventMaps {
+    /// Whether these can be the maps of an event of a kind. Maps that come from a file are checked.
+    fn are_sound(&self, kind: EventKind, slices: u32) -> bool {
+        match self {
+            Self::Evasion(maps) => kind == EventKind::Evasion && maps.is_sound(slices),
+            Self::Attack(maps) => kind == EventKind::Attack && maps.is_sound(),
+        }
+    }
+}
+
 /// What the maps of an event depend on, beside the contents of its clip.
 #[derive(Clone, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub(super) struct MapKey {
@@ -81,9 +91,11 @@ impl KnownMaps {
         if !is_same {
             return Self::default();
         }
+        let slices = basis.1.slices;
         let maps = record.maps.into_iter().filter_map(|(key, maps)| {
             let clip = clips.now(key.clip)?;
-            Some((MapKey { clip, ..key }, maps))
+            let is_sound = maps.are_sound(key.kind, slices);
+            is_sound.then_some((MapKey { clip, ..key }, maps))
         });
         Self(maps.collect())
     }

@@ -77,7 +77,9 @@ impl<'s, 'a> ExactEvaluator<'s, 'a> {
     /// Whether a move could score better than the tested candidates.
     pub(super) fn can_moves_win(&self) -> bool {
         let weights = &self.tests.input.query.settings.weights;
-        !self.tests.is_bounded() || self.tests.best_score() > Score::least_of_a_move(weights)
+        !self.has_clean()
+            || !self.tests.is_bounded()
+            || self.tests.best_score() > Score::least_of_a_move(weights)
     }
 
     /// Tests those candidates that have no result, in the order of their bounds, as far as it is needed.

@@ -16,7 +16,7 @@ pub struct Request<'a> {
     pub playhead: Playhead,
     /// Attack in the same world; its clock starts now.
     pub attack: &'a Attack,
-    /// What is playing. Needed only during a blend: its offset then fades out in every candidate. Default: none.
+    /// What is playing. Needed during a blend, a layer or a warp: the offset from the playhead then fades out in every candidate. Default: none.
     pub playing: Option<MotionMoment<'a>>,
     /// How many candidates are tested exactly. Default: [`Evaluation::Lazy`].
     pub evaluation: Evaluation,
@@ -135,12 +135,12 @@ impl ActiveRequest {
         (self.margin, self.evasions_only) = (scope.margin, scope.evasions_only);
     }
 
-    /// Keeps the offset that fades out. A layer of the upper body becomes such an offset.
+    /// Keeps the offset that fades out. A layer of the upper body or a warp becomes such an offset.
     fn set_blend(&mut self, graph: &MotionGraph, playing: MotionMoment<'_>) {
-        /// Time in which a layer fades out, in seconds.
-        const LAYER: f32 = 0.25;
+        /// Time in which a layer or a warp fades out, in seconds.
+        const BENT: f32 = 0.25;
         let MotionMoment { motion, seconds } = playing;
-        if !motion.is_layered(seconds) {
+        if !motion.is_bent(seconds) {
             self.blend.continue_blend(motion, seconds);
             return;
         }
@@ -150,7 +150,7 @@ impl ActiveRequest {
             seconds,
             rate: 1.0,
         };
-        self.blend.blend_from(graph, played, LAYER);
+        self.blend.blend_from(graph, played, BENT);
     }
 
     /// The durations of a path's edges at rate 1.

@@ -90,7 +90,8 @@ impl Score {
             texels => 1.0 - (covered_texels as f32 / texels as f32).min(1.0),
         };
         let (distance, time) = (clearance.max(0.0), (rate - 1.0).powi(2));
-        let total = weights.avoid * avoid + weights.distance * distance + weights.time * time;
+        let total =
+            finite(weights.avoid * avoid + weights.distance * distance + weights.time * time);
         Self {
             avoid,
             distance,
@@ -104,9 +105,17 @@ impl Score {
     pub(super) fn warped(self, effort: f32, weights: &Weights) -> Self {
         Self {
             warp: effort,
-            total: self.total + weights.warp * effort,
+            total: finite(self.total + weights.warp * effort),
             ..self
         }
+    }
+}
+
+/// The nearest finite number, by which scores can be compared whatever the weights are; the largest one for what is no number.
+fn finite(total: f32) -> f32 {
+    match total.is_nan() {
+        true => f32::MAX,
+        false => total.clamp(f32::MIN, f32::MAX),
     }
 }
 

@@ -73,7 +73,7 @@ pub(super) fn select(
             gather_moves(query, state);
             continue;
         }
-        if !evaluator.has_clean() && reconsidered == 0 {
+        if !evaluator.has_clean() || reconsidered > 0 {
             let culled = all.filter(|&index| input.is_culled(index));
             reconsidered = culled.clone().count();
             evaluator.evaluate(culled);

@@ -3,12 +3,15 @@
 
 use sabaki_testing as common;
 
+use common::answer::answer_throw;
 use common::baked::embedded;
 use common::captures::fight;
 use sabaki::maps::{BakedGraph, MapGrid};
 use sabaki::query::WarpSettings;
 use sabaki::query::cull::cpu::Culler;
-use sabaki::query::{Answer, Enumerate, Evaluation, Query, QueryContext, QuerySettings, Request};
+use sabaki::query::{
+    Answer, EntryUse, Enumerate, Evaluation, Query, QueryContext, QuerySettings, Request,
+};
 use sabaki_app::demo::throw::{ThrowSettings, throw};
 
 /// What the maps said of candidates, against the exact test.
@@ -87,6 +90,27 @@ fn the_papers_maps_are_weak_and_wrong() {
     let tally = tally(&embedded().with_maps(MapGrid::PAPER).unwrap(), 200);
     assert!(tally.hit_removed > 0 && tally.clean_removed > 0);
     assert_eq!(tally.hit_proven_clean, 0, "a hit is said to be clean");
+}
+
+/// A culled candidate is tested where no other one is left, whatever the maps say.
+#[test]
+fn the_papers_maps_hide_no_way_out() {
+    let baked = embedded().with_maps(MapGrid::PAPER).unwrap();
+    let settings = QuerySettings {
+        warp: WarpSettings::off(),
+        entries: EntryUse::none(),
+        ..QuerySettings::default()
+    };
+    let query = Query::new(&baked, &settings);
+    let mut reconsidered = 0;
+    for index in 0..300 {
+        let throw = throw(&baked, &ThrowSettings::default(), 29, index).unwrap();
+        let [lazy, all] = [Evaluation::Lazy, Evaluation::Exhaustive]
+            .map(|evaluation| answer_throw(&query, &throw, evaluation));
+        assert_eq!(lazy.avoided, all.avoided, "throw {index}");
+        reconsidered += lazy.counts.reconsidered;
+    }
+    assert!(reconsidered > 0);
 }
 
 #[test]

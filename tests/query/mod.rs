@@ -13,6 +13,7 @@ mod layers;
 mod obstacles;
 mod pause;
 mod query_alloc;
+mod settings;
 mod spans;
 mod tracks;
 mod warp;

@@ -129,6 +129,53 @@ fn entries_into_obstacles_are_those_of_a_naive_search_on_real_capture() {
     agrees(baked);
 }
 
+/// Discs of a radius of 0.1 m that fly through the middle of the body at 30 to 100 m/s, at moments between the samples too.
+fn passes_are_seen(baked: &BakedGraph) {
+    let graph = baked.graph();
+    let mut random = Pcg64Mcg::seed_from_u64(43);
+    let mut scratch = ObstacleScratch::default();
+    let count = graph.edges().len();
+    let (mut seen, mut beside) = (0, 0);
+    for index in (0..count).step_by((count / 40).max(1)) {
+        let at = Playhead::at(graph, EdgeId(index as u32), 0.4, Rigid2::IDENTITY);
+        let mut motion = Motion::new(graph, at, &[]);
+        motion.extend(graph, 2.0);
+        for speed in [30.0, 60.0, 99.0] {
+            let passes = random.random_range(0.3..1.7);
+            let way = Vec2::from_angle(random.random_range(0.0..6.3));
+            let root = motion.root(graph, passes);
+            let mut entered = |beside: f32| {
+                let place = Vec2::new(root.x, root.z) + way.perp() * beside - way * speed * passes;
+                let disc = Obstacle::disc(place, 0.1).unwrap();
+                let velocity = Vec3::new(way.x, 0.0, way.y) * speed;
+                let test = ObstacleTest {
+                    baked,
+                    obstacles: &[disc.moving(velocity).unwrap()],
+                    seconds: (0.0, 2.0),
+                    enough: 0.0,
+                };
+                test.on_motion(&motion, &mut scratch)
+            };
+            let hit = entered(0.0).expect("a disc passes through the root unseen");
+            assert!((hit.time - passes).abs() < 1.0 / 30.0, "{hit:?} {passes}");
+            seen += 1;
+            beside += usize::from(entered(3.0).is_none());
+        }
+    }
+    assert!(seen > 50 && beside == seen, "{seen} {beside}");
+}
+
+#[test]
+fn fast_obstacles_are_seen_between_the_samples() {
+    passes_are_seen(embedded());
+}
+
+#[test]
+fn fast_obstacles_are_seen_between_the_samples_of_real_capture() {
+    let Some(baked) = fight() else { return };
+    passes_are_seen(baked);
+}
+
 /// Answers among many obstacles, each tested again by the naive search and the exact test.
 fn answers_are_free(baked: &BakedGraph) {
     let graph = baked.graph();

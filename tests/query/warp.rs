@@ -12,7 +12,9 @@ use sabaki::graph::Motion;
 use sabaki::internal::Leg;
 use sabaki::maps::BakedGraph;
 use sabaki::query::WarpSettings;
-use sabaki::query::{Answer, Attack, EntryUse, Evaluation, Query, QuerySettings};
+use sabaki::query::{
+    Answer, Attack, EntryUse, Evaluation, Query, QueryContext, QuerySettings, Request,
+};
 use sabaki_app::demo::throw::{ThrowSettings, throw};
 
 fn joints(baked: &BakedGraph, motion: &Motion, seconds: f32) -> (Pose, Vec<JointTransform>) {
@@ -335,4 +337,50 @@ fn wide_misses_are_lessened_where_settings_say_so() {
         }
     }
     assert!(bent > 2, "{bent}");
+}
+
+/// Warped answers are taken over in the middle of their warps. Returns how many.
+fn bends_fade_out(baked: &BakedGraph, throws: u64) -> usize {
+    let (graph, body) = (baked.graph(), baked.body());
+    let settings = QuerySettings::default();
+    let query = Query::new(baked, &settings);
+    let (mut context, mut answer) = (QueryContext::default(), Answer::default());
+    let mut asked = 0;
+    for (attack, first) in hits(baked, throws) {
+        let Some(warp) = first.motion.warp().copied() else {
+            continue;
+        };
+        let envelope = warp.envelope;
+        for share in [0.2, 0.5, 0.8] {
+            let now = envelope.start + share * (envelope.end - envelope.start);
+            let request = Request::of_motion(graph, first.motion.moment_at(now), &attack);
+            query.answer(request, &mut context, &mut answer);
+            let [left, taken_over] =
+                [(&first.motion, now), (&answer.motion, 0.0)].map(|(motion, t)| {
+                    let mut centres = Vec::new();
+                    body.centres(&joints(baked, motion, t).1, &mut centres);
+                    centres
+                });
+            let ways = left.iter().zip(&taken_over).map(|(a, b)| a.distance(*b));
+            let furthest = ways.fold(0.0, f32::max);
+            assert!(furthest < 0.005, "{furthest} m at {now} of {envelope:?}");
+            let naive = naive_clearance(baked, &answer.motion, &attack, 600.0);
+            assert!(!answer.avoided || naive > -0.003, "{naive}");
+            asked += 1;
+        }
+    }
+    asked
+}
+
+#[test]
+fn an_attack_during_a_warp_is_answered_from_the_bent_body() {
+    let asked = bends_fade_out(embedded(), 150);
+    assert!(asked > 5, "{asked}");
+}
+
+#[test]
+fn an_attack_during_a_warp_of_captures_is_answered_from_the_bent_body() {
+    let Some(baked) = fight() else { return };
+    let asked = bends_fade_out(baked, 60);
+    assert!(asked > 5, "{asked}");
 }

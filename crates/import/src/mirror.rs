@@ -108,7 +108,7 @@ impl Mirror {
             twins,
             rest: Vec::with_capacity(skeleton.len()),
         };
-        let means = mean_rotations(skeleton, clips);
+        let means = mean_rotations(skeleton, &clips[..clips.len().min(1)]);
         for id in skeleton.ids() {
             let rest = mirror.rest_of(skeleton, &means, id);
             mirror.rest.push(rest);
@@ -118,7 +118,8 @@ impl Mirror {
     }
 
     /// The rotation of a joint. What its bones leave open, such as a turn about a single bone, is such that the mirrored motion is in the
-    /// mean turned as the motion itself: so the two can be blended.
+    /// mean turned as the motion itself: so the two can be blended. The mean is that of the first clip, which the skeleton is of, too: other
+    /// clips may be added, and the mirrored ones stay the same.
     fn rest_of(&self, skeleton: &Skeleton, means: &[Quat], id: JointId) -> Quat {
         /// Weight of the mean rotations beside the bones.
         const PRIOR: f64 = 1e-6;
@@ -209,7 +210,7 @@ impl Mirror {
     }
 }
 
-/// The mean rotation of each joint relative to its parent, over all frames of all clips.
+/// The mean rotation of each joint relative to its parent, over all frames of some clips.
 fn mean_rotations(skeleton: &Skeleton, clips: &[Clip]) -> Vec<Quat> {
     let mut sums = vec![Vec4::ZERO; skeleton.len()];
     for clip in clips {

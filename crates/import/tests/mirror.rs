@@ -145,3 +145,31 @@ fn both_halves_of_real_capture_lie_in_one_graph() {
     assert!(both[0] >= 0.95 * alone[0] && both[1] > 0.9 * alone[0]);
     assert!(doubled >= 2 * labelled - 2, "{labelled} {doubled}");
 }
+
+/// Each half of the clips is mirrored alone and with the other half.
+#[test]
+fn later_clips_change_no_mirrored_clip() {
+    let Some(all) = captures("fight") else {
+        return;
+    };
+    let mirrored = |clips: usize| {
+        let mut set = all.clone();
+        set.clips.truncate(clips);
+        set.scales.truncate(clips);
+        set.events.retain(|event| event.clip < clips);
+        set.add_mirrored().unwrap();
+        set.clips.split_off(clips)
+    };
+    let whole = mirrored(all.clips.len());
+    let (mut alone, mut beside) = (Pose::default(), Pose::default());
+    for count in [1, all.clips.len() / 2] {
+        for (fewer, more) in mirrored(count).iter().zip(&whole) {
+            assert_eq!(fewer.name(), more.name());
+            for frame in (0..fewer.frames()).step_by(11) {
+                fewer.pose(frame, &mut alone);
+                more.pose(frame, &mut beside);
+                assert_eq!(alone, beside, "{}", fewer.name());
+            }
+        }
+    }
+}

@@ -82,6 +82,11 @@ impl DartTest {
     /// Takes over the results of an earlier bake.
     pub(in crate::graph) fn take_over(&mut self, clips: &ClipMatch, results: FootPlanList) {
         let known = results.into_iter();
+        let legs = self.graph.feet.legs.len();
+        let is_sound = |key: DartKey, plan: &Option<FootPlan>| {
+            plan.as_ref().is_none_or(|plan| plan.is_sound(key, legs))
+        };
+        let known = known.filter(|(key, plan)| is_sound(*key, plan));
         let known = known.filter_map(|(key, plan)| Some((key.now(clips)?, plan)));
         self.known.extend(known);
     }

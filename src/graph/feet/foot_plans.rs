@@ -4,6 +4,7 @@ use rustc_hash::FxHashMap;
 use serde::{Deserialize, Serialize};
 
 use super::LegBlend;
+use crate::anim::Skeleton;
 use crate::graph::{ClipMatch, Edge, MotionGraph, Node, NodeId, Transition};
 use crate::math::Rigid2;
 use sabaki_motion::internal::sort_rarely;
@@ -37,6 +38,17 @@ pub(in crate::graph) struct FootPlan {
     /// Blend of each leg.
     pub(super) legs: Box<[Option<LegBlend>]>,
     pub(super) root_drop: f32,
+}
+
+impl FootPlan {
+    /// Whether this can be the plan of a transition of a skeleton with so many legs. Plans that come from a file are checked.
+    pub(super) fn is_sound(&self, key: DartKey, legs: usize) -> bool {
+        let furthest = Skeleton::FURTHEST;
+        self.legs.len() == legs
+            && { self.legs.iter().flatten() }.all(|blend| blend.is_sound(key.frames, furthest))
+            && self.align.is_sound(4.0 * furthest)
+            && (0.0..=furthest).contains(&self.root_drop)
+    }
 }
 
 impl DartKey {

@@ -91,6 +91,10 @@ impl KnownLinks {
         clip: usize,
     ) -> Option<Vec<Vec<Candidate>>> {
         let parts = self.record.clips.get(self.clips.earlier(clip)? as usize)?;
+        let frames = space.source.aligner.clouds[clip].frames();
+        if parts.len() != frames.div_ceil(space.lengths.spread) {
+            return None;
+        }
         let candidate = |link: &NearLink| {
             let range = &known.ranges[known.now.get(link.range as usize).copied().flatten()?];
             let pair = WindowPair {

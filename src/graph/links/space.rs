@@ -89,6 +89,17 @@ impl LinkSpace<'_> {
         };
         let source_frame = source_start.checked_sub(1)?;
         let target_frame = target_start + margin.window - 1;
+        // Windows that were read from a file may lie anywhere.
+        let frames = |clip: usize| {
+            self.source
+                .aligner
+                .clouds
+                .get(clip)
+                .map_or(0, PointCloud::frames)
+        };
+        if source_frame >= frames(source_clip) || target_frame >= frames(target_clip) {
+            return None;
+        }
         let room = self
             .free_frames
             .after(self.moments.at(source_clip, source_frame))

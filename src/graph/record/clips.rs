@@ -56,6 +56,12 @@ impl ClipMatch {
         self.earlier.iter().flatten().count()
     }
 
+    /// Whether both bakes have the same clips.
+    #[must_use]
+    pub fn is_whole(&self) -> bool {
+        self.earlier.iter().chain(&self.now).all(Option::is_some)
+    }
+
     /// Index of a clip in the earlier bake.
     pub(crate) fn earlier(&self, now: usize) -> Option<u32> {
         self.earlier.get(now).copied().flatten()
@@ -120,6 +126,23 @@ mod tests {
         assert_eq!(matched(&[2, 3, 1], &[1, 2, 3]), [(0, 1), (1, 2)]);
         assert_eq!(matched(&[9], &[1, 2, 3]), []);
         assert_eq!(matched(&[], &[1]), []);
+    }
+
+    #[test]
+    fn a_match_is_whole_where_no_bake_has_a_clip_that_the_other_lacks() {
+        let key = |hash| ClipKey {
+            hash,
+            crc32: 0,
+            bytes: 0,
+        };
+        let is_whole = |now: &[u64], earlier: &[u64]| {
+            let [now, earlier] = [now, earlier]
+                .map(|hashes| hashes.iter().map(|&hash| key(hash)).collect::<Vec<_>>());
+            ClipMatch::new(&now, &earlier).is_whole()
+        };
+        assert!(is_whole(&[1, 2], &[1, 2]));
+        assert!(!is_whole(&[1, 2, 3], &[1, 2]) && !is_whole(&[1], &[1, 2]));
+        assert!(!is_whole(&[2, 1], &[1, 2]) && !is_whole(&[1, 2], &[]));
     }
 
     #[test]

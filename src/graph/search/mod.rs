@@ -79,6 +79,20 @@ impl SearchSettings {
         .filter(|band| band.columns > 0)
     }
 
+    /// Number of bands of clips with these numbers of frames, or more where there are clips that are shorter than a window.
+    #[must_use]
+    pub fn count_bands(&self, frames: impl ExactSizeIterator<Item = usize>) -> usize {
+        let clips = frames.len();
+        let of_clip = |(index, frames): (usize, usize)| {
+            let windows = (frames + 1).saturating_sub(self.window);
+            windows.div_ceil(Self::ROWS).saturating_mul(clips - index)
+        };
+        frames
+            .enumerate()
+            .map(of_clip)
+            .fold(0, usize::saturating_add)
+    }
+
     /// Finds the local minima of a band below the threshold, row by row, from all distances of the band. `a` and `b` are the
     /// windows of its clips. The result does not depend on the instruction set. [`PrunedSearch`] finds the same minima sooner.
     ///

@@ -165,6 +165,7 @@ impl<'a> Finder<'a> {
             limits: self.limits,
             targets: &self.targets,
             beyond: &self.beyond,
+            legs: self.graph.feet().legs().len(),
         }
     }
 

@@ -17,6 +17,8 @@ pub(super) struct KnownTests<'a> {
     first_moment: Vec<Option<u32>>,
     /// Interval of moments, in frames.
     step: u32,
+    /// Number of legs.
+    legs: usize,
     /// For each target of this bake its index in the earlier one.
     targets: Vec<Option<u16>>,
     /// For each target of the earlier bake its index in this one.
@@ -42,12 +44,13 @@ impl EarlierEntries {
         basis: TestBasis<'_>,
     ) -> KnownTests<'a> {
         let clips = &self.clips;
-        let places: FxHashMap<TargetKey, u16> = { table.targets.iter().zip(0..) }
-            .filter_map(|(&key, index)| {
-                let clip = clips.now(key.clip)?;
-                Some((TargetKey { clip, ..key }, index))
-            })
-            .collect();
+        let places: FxHashMap<TargetKey, u16> =
+            { table.targets.iter().take(usize::from(u16::MAX)).zip(0..) }
+                .filter_map(|(&key, index)| {
+                    let clip = clips.now(key.clip)?;
+                    Some((TargetKey { clip, ..key }, index))
+                })
+                .collect();
         let first_moment = |clip: usize| {
             let earlier = clips.earlier(clip)? as usize;
             self.record.first_moment.get(earlier).copied()
@@ -68,6 +71,7 @@ impl EarlierEntries {
             has_all: table.targets.iter().all(has_frame),
             first_moment: (0..clips.len()).map(first_moment).collect(),
             step: { self.record.settings }.map_or(1, |settings| settings.moment_step.max(1)),
+            legs: basis.legs,
             new: (0..targets.len())
                 .filter(|&target| targets[target].is_none())
                 .collect(),
@@ -85,7 +89,13 @@ impl KnownTests<'_> {
     /// The moment at a frame of a clip, in the earlier bake.
     fn moment(&self, at: Node) -> Option<usize> {
         let first = self.first_moment.get(at.clip.index()).copied().flatten()?;
-        Some((first + at.frame / self.step) as usize)
+        Some(first as usize + (at.frame / self.step) as usize)
+    }
+
+    /// Whether a test that was read from a file names a leg of the graph.
+    fn is_sound(&self, test: &PairTest) -> bool {
+        let pin = test.way().and_then(|way| way.pin);
+        pin.is_none_or(|leg| leg < self.legs)
     }
 
     /// The tests of a moment.
@@ -100,7 +110,7 @@ impl KnownTests<'_> {
         let tests = self.of(self.moment(at)?, beyond)?;
         let found = tests.binary_search_by_key(&earlier, |test| test.target);
         let test = tests[found.ok()?];
-        let suffices = self.needed.suffices(test.slack);
+        let suffices = self.needed.suffices(test.slack) && self.is_sound(&test);
         suffices.then(|| test.of_target(target as u16).unranked())
     }
 
@@ -125,8 +135,8 @@ impl KnownTests<'_> {
         let moment = self.moment(at)?;
         let tests = self.of(moment, Beyond::default())?.iter();
         let test = |test: &PairTest| {
-            let target = self.now[usize::from(test.target)]?;
-            let suffices = self.needed.suffices(test.slack);
+            let target = self.now.get(usize::from(test.target)).copied().flatten()?;
+            let suffices = self.needed.suffices(test.slack) && self.is_sound(test);
             suffices.then(|| test.of_target(target))
         };
         Some(MomentTests {

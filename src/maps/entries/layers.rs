@@ -85,6 +85,7 @@ impl<'a> LayerSource<'a> {
             targets: &entries.targets,
             // Layers play the target's clip alone.
             beyond: &[],
+            legs: entries.graph.feet().legs().len(),
         }
     }
 

@@ -245,6 +245,8 @@ pub(super) struct TestBasis<'a> {
     pub(super) targets: &'a [ClipFrame],
     /// What is played after the end of each target's clip; nothing if empty.
     pub(super) beyond: &'a [Beyond],
+    /// Number of legs.
+    pub(super) legs: usize,
 }
 
 impl TestBasis<'_> {

@@ -70,6 +70,7 @@ impl AttackDrawing {
         self.rect = MapRect::default();
         let (rect, whole) = limited(reach.rect);
         if rect.is_empty() || reach.slabs.is_empty() {
+            scratch.clear();
             return whole;
         }
         scratch.take(input, reach);
@@ -217,5 +218,30 @@ impl DiscCutter {
         let disc = self.grid.cut(ball, Slab(slab), cut);
         let near = |disc: &Disc| !MapRect::around(&[*disc]).intersection(self.rect).is_empty();
         disc.filter(near)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::maps::RegionAtlas;
+    use crate::query::Attack;
+
+    #[test]
+    fn nothing_within_reach_leaves_nothing_of_an_earlier_attack() {
+        let atlas = RegionAtlas::new(MapGrid::default(), Vec::new(), Vec::new());
+        let input = DrawInput {
+            atlas: &atlas,
+            attack: &Attack::empty(),
+            clocks: &[],
+            placed: &[],
+            reach: 1.0,
+            outer: true,
+        };
+        let mut steps = AttackSteps::default();
+        steps.touched.push(0..3);
+        steps.cut_off = true;
+        assert!(AttackDrawing::default().draw(&input, &Reach::default(), &mut steps));
+        assert_eq!(steps, AttackSteps::default());
     }
 }

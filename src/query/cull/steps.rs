@@ -57,14 +57,19 @@ pub(in crate::query) struct AttackSteps {
 const MOST_STEPS: usize = 1 << 18;
 
 impl AttackSteps {
-    /// Replaces the steps by those of an attack that may come within reach at a time of some clock.
-    pub(super) fn take(&mut self, input: &DrawInput<'_>, reach: &Reach) {
-        let (clocks, attack) = (input.clocks, input.attack);
-        let grid = input.atlas.grid().for_attacks();
+    /// Removes all steps; the memory is kept.
+    pub(super) fn clear(&mut self) {
         self.steps.clear();
         self.untimed.clear();
         self.touched.clear();
         self.cut_off = false;
+    }
+
+    /// Replaces the steps by those of an attack that may come within reach at a time of some clock.
+    pub(super) fn take(&mut self, input: &DrawInput<'_>, reach: &Reach) {
+        let (clocks, attack) = (input.clocks, input.attack);
+        let grid = input.atlas.grid().for_attacks();
+        self.clear();
         let latest = clocks.iter().copied().fold(f32::NEG_INFINITY, f32::max) + grid.seconds();
         let earliest = clocks.iter().copied().fold(f32::INFINITY, f32::min);
         let start = attack.start();

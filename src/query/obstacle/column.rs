@@ -67,6 +67,18 @@ impl Column {
     }
 }
 
+impl Column {
+    /// The column between two samples, at a share of the time between them.
+    pub(super) fn between([before, after]: [Self; 2], share: f32) -> Self {
+        let way = before.axis.distance(after.axis);
+        Self {
+            axis: before.axis.lerp(after.axis, share),
+            // The body may leave the interpolated axis by as much.
+            radius: before.radius.max(after.radius) + 0.5 * way,
+        }
+    }
+}
+
 impl Obstacle {
     /// Lower bound of the distance from the surface of all points of a vertical line `seconds` from now, in metres.
     pub(super) fn metres_from_line(&self, axis: Vec2, heights: Heights, seconds: f32) -> f32 {

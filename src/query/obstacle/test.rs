@@ -1,6 +1,7 @@
 //! The exact test of a motion against obstacles.
 //!
-//! Beyond the paper, whose characters stand in an empty plane. A motion is sampled at [`ObstacleTest::RATE`]. An obstacle that is further from the
+//! Beyond the paper, whose characters stand in an empty plane. A motion is sampled at [`ObstacleTest::RATE`], and more often while a fast
+//! obstacle passes. An obstacle that is further from the
 //! axis of the body's [`Column`] than that is wide is skipped until axis and obstacle have moved that far towards each other: most
 //! obstacles cost one distance. The body is posed at the samples that are left, and of its spheres those are tested that reach as far
 //! from the axis as the obstacle is.
@@ -39,7 +40,10 @@ impl ObstacleScratch {
 /// A sample at which an obstacle touches the body's column.
 #[derive(Clone, Copy, Debug)]
 struct NearSample {
-    tick: u32,
+    /// Time since the start of the motion, in seconds.
+    seconds: f32,
+    /// The column's axis.
+    axis: Vec2,
     obstacle: u32,
     /// Distance of the column's axis from the obstacle, in metres.
     metres: f32,
@@ -103,8 +107,11 @@ impl ObstacleHit {
 }
 
 impl ObstacleTest<'_> {
-    /// Samples per second.
+    /// Samples per second. An obstacle that moves further between two of them than [`ObstacleTest::LONGEST_WAY`] has samples between them.
     pub const RATE: f32 = 30.0;
+
+    /// The longest way of an obstacle between two samples, in metres: less than the body and a thin obstacle are wide.
+    const LONGEST_WAY: f32 = 0.15;
 
     /// The worst entry; `None` if none is entered. The motion must last until the end.
     pub fn on_motion(&self, motion: &Motion, scratch: &mut ObstacleScratch) -> Option<ObstacleHit> {
@@ -145,15 +152,14 @@ impl ObstacleTest<'_> {
             worst,
             posed,
             extents,
-            columns,
             ..
         } = scratch;
-        let tick = near[at].tick;
-        let seconds = self.seconds.0 + tick as f32 / Self::RATE;
+        let NearSample { seconds, axis, .. } = near[at];
         let body = posed.at(self.baked, motion.moment_at(seconds));
         let spheres = &self.baked.body().spheres;
-        extents.measure(self.baked, &body, columns[tick as usize].axis);
-        let same = near[at..].iter().take_while(|one| one.tick == tick);
+        extents.measure(self.baked, &body, axis);
+        let same =
+            { near[at..].iter() }.take_while(|one| (one.seconds, one.axis) == (seconds, axis));
         let mut next = at;
         for one in same {
             next += 1;
@@ -215,13 +221,36 @@ impl ObstacleTest<'_> {
             if obstacle.metres_from_line(around.middle, heights, from) > around.radius + moved {
                 continue;
             }
+            let parts = (speed / Self::LONGEST_WAY).ceil().max(1.0) as usize;
+            // Position of the last sample, and whether the axis was outside then.
+            let mut before = None;
             let mut tick = 0;
             while tick < ticks {
                 let seconds = from + tick as f32 / Self::RATE;
-                let metres = obstacle.metres_from_line(columns[tick].axis, heights, seconds);
+                let axis = columns[tick].axis;
+                let metres = obstacle.metres_from_line(axis, heights, seconds);
+                if parts > 1 && tick > 0 && metres > 0.0 && before != Some((tick - 1, false)) {
+                    let pair = [columns[tick - 1], columns[tick]];
+                    for part in 1..parts {
+                        let share = part as f32 / parts as f32;
+                        let seconds = from + ((tick - 1) as f32 + share) / Self::RATE;
+                        let column = Column::between(pair, share);
+                        let metres = obstacle.metres_from_line(column.axis, heights, seconds);
+                        if metres <= column.radius {
+                            near.push(NearSample {
+                                seconds,
+                                axis: column.axis,
+                                obstacle: index as u32,
+                                metres,
+                            });
+                        }
+                    }
+                }
+                before = Some((tick, metres > 0.0));
                 if metres <= columns[tick].radius {
                     near.push(NearSample {
-                        tick: tick as u32,
+                        seconds,
+                        axis,
                         obstacle: index as u32,
                         metres,
                     });
@@ -234,6 +263,9 @@ impl ObstacleTest<'_> {
                 }
             }
         }
-        near.sort_unstable_by_key(|one| (one.tick, one.obstacle));
+        near.sort_unstable_by(|a, b| {
+            let by_time = a.seconds.total_cmp(&b.seconds);
+            by_time.then(a.obstacle.cmp(&b.obstacle))
+        });
     }
 }

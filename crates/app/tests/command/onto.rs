@@ -106,6 +106,17 @@ fn clips_that_are_added_removed_or_changed_are_baked_as_from_nothing() {
     assert_eq!(bakes_the_same(at, &[]), count);
 }
 
+#[test]
+fn a_clip_more_leaves_the_mirrored_clips_to_be_taken_over() {
+    let folder = folder();
+    let at = folder.path();
+    library(at);
+    let names = files(at);
+    bake(at, "old.sabaki", &["--mirror"]);
+    fs::copy(at.join("clips").join(&names[1]), at.join("clips/zzz.bvh")).unwrap();
+    assert_eq!(bakes_the_same(at, &["--mirror"]), 2 * names.len() as u64);
+}
+
 /// Puts back all clips and events.
 fn library_again(folder: &Path, names: &[String]) {
     let (clips, events) = clips();

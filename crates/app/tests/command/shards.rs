@@ -353,3 +353,120 @@ fn a_plan_names_the_files_that_it_leaves_out() {
     assert_eq!(left_out.len(), 1, "{document}");
     assert!(document["warnings"].is_array());
 }
+
+#[test]
+fn a_plan_leaves_out_what_a_bake_leaves_out() {
+    let folder = folder();
+    let at = folder.path();
+    let (clips, events) = clips();
+    let mut unreadable = vec!["missing.bvh"];
+    if cfg!(unix) {
+        let mut pipe = std::process::Command::new("mkfifo");
+        let made = pipe.arg(at.join("pipe.bvh")).status();
+        assert!(made.unwrap().success());
+        unreadable.push("pipe.bvh");
+    }
+    let inputs = [&["--clips", clips], &unreadable[..], &["--events", events]].concat();
+    let plan = [
+        &["bake", "plan"],
+        &inputs[..],
+        &["--shards", "1", "--out", "plan"],
+    ]
+    .concat();
+    let refused = sabaki(at, &plan);
+    assert!(refused.code == 2 && refused.stderr.contains("missing.bvh"));
+    let of = |args: &[&str]| {
+        let document = sabaki(at, &[args, &["--keep-going", "--json"]].concat()).json(3);
+        document["left_out"].as_array().unwrap().len()
+    };
+    assert_eq!(of(&plan), unreadable.len());
+    sabaki(at, &["bake", "shard", "plan", "0"]).is(0);
+    let join = ["bake", "join", "plan", "--out", "joined.sabaki"];
+    assert!(sabaki(at, &join).is(3).stdout.contains("left out: "));
+    let one = [&["bake"], &inputs[..], &["--out", "one.sabaki"]].concat();
+    assert_eq!(of(&one), unreadable.len());
+    let [joined, one] = ["joined.sabaki", "one.sabaki"].map(|file| fs::read(at.join(file)));
+    assert!(joined.unwrap() == one.unwrap());
+    // A file that is there after all is another input.
+    fs::copy(
+        Path::new(clips).join(first_clip(clips)),
+        at.join("missing.bvh"),
+    )
+    .unwrap();
+    sabaki(at, &join).is_refused(&["bake plan again"]);
+}
+
+fn first_clip(folder: &str) -> String {
+    let names = fs::read_dir(folder).unwrap();
+    let names = names.map(|file| file.unwrap().file_name().into_string().unwrap());
+    names.min().unwrap()
+}
+
+#[test]
+fn the_graph_of_another_plan_is_not_joined() {
+    let folder = folder();
+    let at = folder.path();
+    let (clips, events) = clips();
+    let plan = |threshold: &str| {
+        let args = ["bake", "plan", "--clips", clips, "--events", events];
+        let more = ["--shards", "1", "--out", "plan", "--threshold", threshold];
+        sabaki(at, &[&args[..], &more].concat()).is(0);
+        sabaki(at, &["bake", "shard", "plan", "0"]).is(0);
+    };
+    plan("0.12");
+    sabaki(at, &["bake", "graph", "plan"]).is(0);
+    sabaki(at, &["bake", "entries", "plan", "0"]).is(0);
+    plan("0.1");
+    let args = [
+        "bake",
+        "--clips",
+        clips,
+        "--events",
+        events,
+        "--out",
+        "one.sabaki",
+    ];
+    sabaki(at, &[&args[..], &["--threshold", "0.1"]].concat()).is(0);
+    assert!(joined(at) == fs::read(at.join("one.sabaki")).unwrap());
+    // What needs the graph names the command that makes it.
+    let refused = sabaki(at, &["bake", "entries", "plan", "0"]);
+    refused.is_refused(&["of another plan", "sabaki bake graph plan"]);
+}
+
+#[test]
+fn a_plan_of_more_than_can_be_is_refused() {
+    let folder = folder();
+    let at = folder.path();
+    let document = {
+        plan(at);
+        let bytes = fs::read(at.join("plan/plan.json")).unwrap();
+        serde_json::from_slice::<Value>(&bytes).unwrap()
+    };
+    let refuses = |change: &dyn Fn(&mut Value), words: &str| {
+        let mut forged = document.clone();
+        change(&mut forged);
+        fs::write(at.join("plan/plan.json"), forged.to_string()).unwrap();
+        sabaki(at, &["bake", "shard", "plan", "0"]).is_refused(&["plan.json", words]);
+        let join = ["bake", "join", "plan", "--out", "g.sabaki"];
+        sabaki(at, &join).is_refused(&["plan.json", words]);
+    };
+    for count in [100_001, 1 << 40, u64::MAX] {
+        refuses(&|plan| plan["shards"] = count.into(), "shards; 100000");
+    }
+    for count in [1 << 29, 1 << 40, u64::MAX] {
+        refuses(&|plan| plan["clips"][0]["frames"] = count.into(), "frames;");
+        refuses(&|plan| plan["search"]["window"] = count.into(), "window;");
+        refuses(
+            &|plan| plan["search"]["separation"] = count.into(),
+            "separation;",
+        );
+    }
+    refuses(
+        &|plan| {
+            let mut clip = plan["clips"][0].clone();
+            clip["frames"] = (1 << 15).into();
+            plan["clips"] = vec![clip; 1 << 13].into();
+        },
+        "bands;",
+    );
+}

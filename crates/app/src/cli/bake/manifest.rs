@@ -10,6 +10,9 @@ use serde::{Deserialize, Serialize};
 use super::super::{Failure, source};
 use super::sealed;
 
+/// Largest number of shards.
+pub(super) const MOST_SHARDS: usize = 100_000;
+
 /// Version of the manifest and of the files beside it.
 const FORMAT: u32 = 1;
 
@@ -56,6 +59,11 @@ pub(super) struct PlannedClip {
 }
 
 impl Manifest {
+    /// Largest number of frames of all clips: 25 days at 120 frames a second.
+    const MOST_FRAMES: usize = 1 << 28;
+    /// Largest number of bands of the distance maps, which are kept in memory.
+    const MOST_BANDS: usize = 1 << 26;
+
     pub(super) fn new(input: PlanInput<'_>, builder: &GraphBuilder<'_>) -> Result<Self, Failure> {
         let PlanInput { clips, shards } = input;
         let arguments = std::env::args_os()
@@ -67,7 +75,6 @@ impl Manifest {
             path: PathBuf::from("."),
             source,
         })?;
-        let files = clips.input_files()?;
         let planned = builder.clouds().iter().map(|cloud| {
             Ok(PlannedClip {
                 frames: cloud.frames(),
@@ -75,19 +82,20 @@ impl Manifest {
             })
         });
         let search = builder.search();
-        Ok(Self {
+        let manifest = Self {
             format: FORMAT,
             sabaki: env!("CARGO_PKG_VERSION").to_owned(),
             folder,
             arguments,
-            inputs: files
-                .iter()
-                .map(|file| InputFile::read(file))
-                .collect::<Result<_, _>>()?,
+            inputs: InputFile::read_all(clips)?,
             search,
             clips: planned.collect::<Result<_, Failure>>()?,
             shards,
-        })
+        };
+        match manifest.is_too_large() {
+            None => Ok(manifest),
+            Some(why) => Err(Failure::Usage(format!("the plan would have {why}"))),
+        }
     }
 
     /// Reads a manifest from the bytes of its file.
@@ -106,10 +114,39 @@ impl Manifest {
         }
         let manifest: Self =
             serde_json::from_value(document).map_err(|error| wrong(error.to_string()))?;
-        match manifest.shards > 0 && manifest.search.window > 0 {
-            true => Ok(manifest),
-            false => Err(wrong("no window or no shard".to_owned())),
+        if manifest.shards == 0 || manifest.search.window == 0 {
+            return Err(wrong("no window or no shard".to_owned()));
         }
+        match manifest.is_too_large() {
+            None => Ok(manifest),
+            Some(why) => Err(wrong(why)),
+        }
+    }
+
+    /// What of the plan is more than a plan can have; `None` if all of it can be.
+    fn is_too_large(&self) -> Option<String> {
+        let frames = { self.clips.iter() }
+            .try_fold(0usize, |sum, clip| sum.checked_add(clip.frames))
+            .unwrap_or(usize::MAX);
+        let bands = match frames <= Self::MOST_FRAMES {
+            true => self
+                .search
+                .count_bands(self.clips.iter().map(|clip| clip.frames)),
+            false => 0,
+        };
+        let counts = [
+            ("shards", self.shards, MOST_SHARDS),
+            ("frames", frames, Self::MOST_FRAMES),
+            ("frames of a window", self.search.window, Self::MOST_FRAMES),
+            (
+                "frames of separation",
+                self.search.separation,
+                Self::MOST_FRAMES,
+            ),
+            ("bands", bands, Self::MOST_BANDS),
+        ];
+        let (what, count, most) = counts.into_iter().find(|(_, count, most)| count > most)?;
+        Some(format!("{count} {what}; {most} are the most"))
     }
 
     /// The contents of `plan.json`.
@@ -147,6 +184,14 @@ impl Manifest {
 }
 
 impl InputFile {
+    /// Reads all files of a plan but those that cannot be read, if these are left out.
+    fn read_all(clips: &source::ClipArgs) -> Result<Vec<Self>, Failure> {
+        let files = clips.input_files()?;
+        let read = files.iter().map(|file| Self::read(file));
+        read.filter(|file| !clips.keep_going || file.is_ok())
+            .collect()
+    }
+
     fn read(path: &Path) -> Result<Self, Failure> {
         let wrong = |source| Failure::Open {
             path: path.to_owned(),

@@ -23,8 +23,9 @@ use serde_json::json;
 use super::distances::DistanceFigure;
 use super::plot::Plot;
 use super::{Done, Failure, output, quality, source};
-use record::UnfinishedFile;
+use record::{TakenOver, UnfinishedFile};
 use recorded::BakeRecord;
+use sabaki::internal::ClipMatch;
 
 /// Number of random attacks whose answers are measured.
 const ANSWERS: u64 = 200;
@@ -105,7 +106,7 @@ fn in_one_process(args: &Args, out: &Path, as_json: bool) -> Result<Done, Failur
     };
     let (left, unfinished) = UnfinishedFile::open(out);
     let earlier = left.into_iter().chain(onto).collect();
-    let matched = |clips: &[usize]| unfinished.tell(clips);
+    let matched = |clips: Option<&ClipMatch>| unfinished.tell(TakenOver::of(clips));
     let baked = source::from_clips_onto(&args.clips, earlier, matched);
     let mut baked = baked.map_err(|failure| match failure {
         Failure::Stopped(bake) if has_neighbours(out) => unfinished.keep(&bake),

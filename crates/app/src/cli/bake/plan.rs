@@ -5,11 +5,8 @@ use std::path::{Path, PathBuf};
 use serde_json::json;
 
 use super::super::{Done, Failure, source};
-use super::manifest::PlanInput;
+use super::manifest::{MOST_SHARDS, PlanInput};
 use super::shared_bake::{SharedBake, command};
-
-/// Largest number of shards.
-const MOST_SHARDS: usize = 100_000;
 
 #[derive(clap::Args)]
 pub(crate) struct Args {

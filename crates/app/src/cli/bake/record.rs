@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use super::super::{Failure, output};
 use super::recorded::{BakeRecord, UnfinishedBake};
 use super::sealed::{self, Kind, Seal, Unusable};
+use sabaki::internal::ClipMatch;
 
 /// Version of the form of records. It changes with what is recorded.
 const VERSION: u32 = 5;
@@ -46,10 +47,32 @@ impl BakeRecord {
     }
 }
 
+/// What a bake takes over of an unfinished one.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(crate) enum TakenOver {
+    /// Nothing: it is of other clips or settings.
+    Nothing,
+    /// The results of some clips: one of the two has clips that the other lacks.
+    SomeClips,
+    /// The results of all clips, which are the same.
+    AllClips,
+}
+
+impl TakenOver {
+    /// Of a bake that has these clips in common with the unfinished one.
+    pub(crate) fn of(clips: Option<&ClipMatch>) -> Self {
+        match clips {
+            Some(clips) if clips.count() > 0 && clips.is_whole() => Self::AllClips,
+            Some(clips) if clips.count() > 0 => Self::SomeClips,
+            _ => Self::Nothing,
+        }
+    }
+}
+
 /// The file of an unfinished bake, beside the file that it was to write: the same command goes on from it.
 pub(crate) struct UnfinishedFile {
     path: PathBuf,
-    /// How far the bake was whose file is there, unless it is of other clips or settings.
+    /// How far the bake was whose file is there, if it is of the same clips and settings.
     reached: Cell<Option<(u8, u64)>>,
 }
 
@@ -71,23 +94,22 @@ impl UnfinishedFile {
         (record, Self { path, reached })
     }
 
-    /// Says whether the bake goes on from what an earlier run left, which is the first of those that it may take clips over from.
-    pub(crate) fn tell(&self, taken_over: &[usize]) {
+    /// Says whether the bake goes on from what an earlier run left.
+    pub(crate) fn tell(&self, taken_over: TakenOver) {
         if self.reached.get().is_none() {
             return;
         }
         let path = self.path.display();
-        if taken_over.first().is_some_and(|&clips| clips > 0) {
-            output::notice(&format!("goes on from {path}"));
-        } else {
+        if taken_over != TakenOver::AllClips {
             self.reached.set(None);
-            output::notice(&format!(
-                "{path} is of other clips or settings; it is not used"
-            ));
         }
+        output::notice(&match taken_over {
+            TakenOver::Nothing => format!("{path} is of other clips or settings; it is not used"),
+            TakenOver::SomeClips | TakenOver::AllClips => format!("goes on from {path}"),
+        });
     }
 
-    /// Writes what a bake has done that was stopped, unless it went on from what is there and has not come farther. Returns the error of the
+    /// Writes what a bake has done that was stopped, unless it went on from what is there, of the same clips, and has not come farther. Returns the error of the
     /// command.
     pub(crate) fn keep(&self, bake: &UnfinishedBake) -> Failure {
         let reached = self.reached.get();
@@ -145,14 +167,17 @@ mod tests {
     fn what_was_done_is_kept_unless_more_of_the_same_is_there() {
         let folder = tempfile::tempdir().unwrap();
         let baked = folder.path().join("out.sabaki");
-        let cases: [(_, &[usize], _); 5] = [
-            ((3, 7), &[], (3, 7)),
+        let cases = [
+            ((3, 7), TakenOver::Nothing, (3, 7)),
             // It stopped before it had come as far.
-            ((2, 9), &[5], (3, 7)),
-            ((3, 8), &[5], (3, 8)),
-            ((4, 0), &[5, 2], (4, 0)),
+            ((2, 9), TakenOver::AllClips, (3, 7)),
+            ((3, 8), TakenOver::AllClips, (3, 8)),
+            ((4, 0), TakenOver::AllClips, (4, 0)),
+            // How far a bake of other clips came says nothing of these.
+            ((3, 9), TakenOver::SomeClips, (3, 9)),
+            ((2, 1), TakenOver::SomeClips, (2, 1)),
             // What was there is of other clips or settings.
-            ((1, 2), &[0, 2], (1, 2)),
+            ((1, 2), TakenOver::Nothing, (1, 2)),
         ];
         for (reached, taken_over, kept) in cases {
             let (_, file) = UnfinishedFile::open(&baked);

@@ -4,7 +4,7 @@
 //! graph         the graph that follows from all shards
 //! entries/I     tests of the entries of share I of all moments
 //! ```
-//! A join that finds no graph computes all of it by itself.
+//! A join that finds no graph, or that of another plan, computes all of it by itself.
 
 use std::path::PathBuf;
 
@@ -62,13 +62,13 @@ impl SharedBake {
         Ok(false)
     }
 
-    /// The graph and the tests of its entries, if they were shared; `None` if there is no graph.
+    /// The graph and the tests of its entries, if they were shared; `None` if there is no graph of this plan.
     ///
     /// # Errors
     /// What is missing or damaged, each with the command that computes it.
     pub(super) fn shared_entries(&self) -> Result<Option<(BuiltGraph, EntryRecord)>, Failure> {
         let built = match self.read_graph() {
-            Err(Unusable::Missing) => return Ok(None),
+            Err(Unusable::Missing | Unusable::OtherPlan) => return Ok(None),
             built => built.map_err(|why| self.lacks_graph(&why))?,
         };
         let found = self.read_all(["entries", "are"], |share| self.read_entries(share))?;

@@ -107,15 +107,14 @@ pub(crate) fn from_clips(args: &ClipArgs) -> Result<Baked, Failure> {
 }
 
 /// Bakes the clips of `args` and takes over the results of earlier bakes: what several of them have of the graph, from the first one, and
-/// tables from the last one. `matched` is told of how many clips those of each are taken over.
+/// tables from the last one. `matched` is told of which clips those of the first one are taken over.
 pub(crate) fn from_clips_onto(
     args: &ClipArgs,
     earlier: Vec<BakeRecord>,
-    matched: impl Fn(&[usize]),
+    matched: impl Fn(Option<&ClipMatch>),
 ) -> Result<Baked, Failure> {
     let find = |builder: &GraphBuilder<'_>| {
-        let taken_over = builder.clips_taken_over().map(ClipMatch::count);
-        matched(&taken_over.collect::<Vec<_>>());
+        matched(builder.clips_taken_over().next());
         find_here(builder)
     };
     bake_clips(args, |bake| bake.run(&find, earlier))
