@@ -13,13 +13,10 @@ use crate::crowd::{
     AnimationSet, Character, Crowd, CrowdError, CrowdSettings, Layout, LevelId, MemberId,
     Placement, PoseSlice,
 };
-use crate::graph::{EdgeMotion, MotionGraph, Playhead};
+use crate::graph::{EdgeMotion, JointReach, MotionGraph, Playhead};
 use crate::lod::{Levels, Switching};
 use crate::math::F32x16;
 use sabaki_motion::internal::ExternalGroups;
-
-/// What lies beside a joint is moved by so many times as much as the joint.
-const BESIDE: f32 = 1.1;
 
 /// How [`Characters::pose_all`](super::Characters::pose_all) poses.
 #[derive(Clone, Debug, PartialEq)]
@@ -58,6 +55,8 @@ pub(super) struct CrowdPoses {
     pub singles: Vec<u32>,
     /// Length of what the crowd wrote last.
     pub crowd_len: usize,
+    /// Scratch.
+    pub reaches: Vec<JointReach>,
 }
 
 #[derive(Clone, Copy)]
@@ -104,6 +103,7 @@ impl CrowdPoses {
             kept: levels.levels[0].kept.clone(),
             singles: Vec::new(),
             crowd_len: 0,
+            reaches: Vec::new(),
         })
     }
 
@@ -138,8 +138,8 @@ impl CrowdPoses {
         let detail = f32::from(choice.level.0) + choice.blend;
         let has_changed = detail != std::mem::replace(&mut member.detail, detail);
         let most = self.settings.blend_error * seen.distance;
-        let is_small = seen.distance >= self.settings.near
-            && BESIDE * (seen.left_out + seen.crossed()) <= most;
+        let is_small =
+            seen.distance >= self.settings.near && seen.left_out + seen.crossed() <= most;
         if !is_small {
             member.poser = Poser::Graph(self.singles.len() as u32);
             self.singles.push(index as u32);
@@ -230,11 +230,11 @@ pub(super) struct Seen<'a> {
 
 impl Seen<'_> {
     /// About how far a joint is, in a transition, from where the nearer of both clips has it, in metres: half of what the clips are
-    /// apart, times four for the joint that is farthest.
+    /// apart, times four for the joint that is farthest, and a tenth for what lies beside it.
     fn crossed(&self) -> f32 {
         match self.graph.edge(self.playhead.edge).motion {
             EdgeMotion::Clip => 0.0,
-            EdgeMotion::Transition { distance, .. } => 2.0 * distance,
+            EdgeMotion::Transition { distance, .. } => 2.2 * distance,
         }
     }
 

@@ -13,11 +13,15 @@ use super::slot::{Blend, Slot};
 use super::state::CharacterState;
 use crate::anim::forward_kinematics;
 use crate::crowd::{CrowdError, Layout, MemberId, PoseSlice};
-use crate::graph::MotionGraph;
+use crate::graph::{BESIDE, MotionGraph};
 use crate::lod::Levels;
 use crate::math::F32x16;
 use sabaki_motion::internal::lock;
 use sabaki_motion::internal::{ExternalGroups, ExternalTarget};
+
+/// By how much the share that a blend has of its largest reach may grow from one frame to the next: a knee that is nearly straight moves
+/// by the square root of what its foot does.
+const RESERVE: f32 = 1.1;
 
 impl Characters {
     /// Makes [`Characters::pose_all`] possible. `levels` are built from the graph's skeleton and clips.
@@ -57,23 +61,19 @@ impl Characters {
         for (index, slot) in self.slots.iter_mut().enumerate() {
             let slot = slot.get_mut().unwrap_or_else(PoisonError::into_inner);
             let state = slot.state.as_deref();
-            let played = state.map(|state| {
+            let age = state.and_then(|state| state.playing.motion.blend_age(state.playing.seconds));
+            let share = slot.blend_share(age, self.now);
+            let seen = slot.state.as_deref().map(|state| {
                 let (motion, seconds) = (&state.playing.motion, state.playing.seconds);
-                (motion.playhead(graph, seconds), motion.blend_age(seconds))
-            });
-            let blended = played.map(|(playhead, age)| slot.blended(age, playhead.edge));
-            let seen = slot.state.as_deref().zip(played).zip(blended);
-            let seen = seen.map(|((state, (playhead, _)), blended)| {
-                let playing = &state.playing;
-                let root = playing.motion.root(graph, playing.seconds);
+                let root = motion.root(graph, seconds);
                 Seen {
                     graph,
                     state,
-                    playhead,
+                    playhead: motion.playhead(graph, seconds),
                     distance: root.distance(eye),
-                    left_out: match playing.motion.is_bent(playing.seconds) {
+                    left_out: match motion.is_bent(seconds) {
                         true => f32::INFINITY,
-                        false => blended,
+                        false => share * motion.blend_reach(graph, seconds, &mut poses.reaches),
                     },
                     now: self.now,
                 }
@@ -91,6 +91,7 @@ impl Characters {
             graph,
             poses,
             slots: &self.slots,
+            now: self.now,
         };
         let groups = Mutex::new(by_graph.groups(out));
         let workers = &self.workers;
@@ -150,6 +151,8 @@ struct ByGraph<'a> {
     graph: &'a MotionGraph,
     poses: &'a CrowdPoses,
     slots: &'a [Mutex<Slot>],
+    /// Time of the characters, in seconds.
+    now: f64,
 }
 
 impl<'a> ByGraph<'a> {
@@ -186,9 +189,13 @@ impl<'a> ByGraph<'a> {
             motion.sample(self.graph, seconds, &mut worker.pose);
             forward_kinematics(self.graph.skeleton(), &worker.pose, &mut worker.joints);
             if let Some(age) = motion.blend_age(seconds) {
-                let metres = self.blended_by(state, worker);
-                let edge = motion.playhead(self.graph, seconds).edge;
-                slot.blend = Some(Blend { age, edge, metres });
+                let most = motion.blend_reach(self.graph, seconds, &mut worker.reaches);
+                let share = self.blended_by(state, worker) / most.max(f32::MIN_POSITIVE);
+                slot.blend = Some(Blend {
+                    age,
+                    now: self.now,
+                    share: RESERVE * share,
+                });
             }
             let kept = self.poses.kept.iter();
             worker.external.joints.clear();
@@ -205,14 +212,17 @@ impl<'a> ByGraph<'a> {
         }
     }
 
-    /// How far the farthest joint is from where it is without a blend, in metres.
+    /// How far the farthest point [beside](BESIDE) a joint is from where it is without a blend, in metres.
     fn blended_by(&self, state: &CharacterState, worker: &mut Worker) -> f32 {
         let (motion, seconds) = (&state.playing.motion, state.playing.seconds);
         let (pose, joints) = (&mut worker.unblended, &mut worker.unblended_joints);
         motion.playhead(self.graph, seconds).pose(self.graph, pose);
         forward_kinematics(self.graph.skeleton(), pose, joints);
         let pairs = worker.joints.iter().zip(&*joints);
-        let apart = pairs.map(|(a, b)| a.translation.distance_squared(b.translation));
-        apart.fold(0.0, f32::max).sqrt()
+        let apart = pairs.map(|(a, b)| {
+            let turned = 2.0 * (a.rotation * b.rotation.conjugate()).xyz().length();
+            a.translation.distance(b.translation) + turned * BESIDE
+        });
+        apart.fold(0.0, f32::max)
     }
 }

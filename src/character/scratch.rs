@@ -2,7 +2,7 @@ use glam::Vec3;
 
 use super::steer::SteerScratch;
 use crate::anim::{JointTransform, Pose, forward_kinematics};
-use crate::graph::MotionMoment;
+use crate::graph::{JointReach, MotionMoment};
 use crate::maps::BakedGraph;
 use crate::query::clearance::MotionBody;
 use crate::query::obstacle::ObstacleScratch;
@@ -25,6 +25,7 @@ pub(super) struct Worker {
     /// The pose without its blend.
     pub unblended: Pose,
     pub unblended_joints: Vec<JointTransform>,
+    pub reaches: Vec<JointReach>,
 }
 
 impl Worker {

@@ -9,7 +9,6 @@ use serde::{Deserialize, Serialize};
 use super::ids::CharacterId;
 use super::scratch::Worker;
 use super::state::CharacterState;
-use crate::graph::EdgeId;
 use sabaki_motion::internal::{WorkerPool, lock};
 
 /// A place for a character.
@@ -20,20 +19,20 @@ pub(super) struct Slot {
     /// Time until a new threat may reach the body, during a step.
     #[serde(skip)]
     pub(super) urgency: Option<f32>,
-    /// The blend that was posed last.
+    /// The blend that was posed last, while it lasts.
     #[serde(skip)]
     pub(super) blend: Option<Blend>,
 }
 
-/// A blend as it was posed last.
+/// A blend that was posed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Blend {
-    /// Time since its start, in seconds.
+    /// Time since its start when it was looked at last, in seconds.
     pub age: f32,
-    /// The edge that was played.
-    pub edge: EdgeId,
-    /// How far the farthest joint was from where it is without the blend, in metres.
-    pub metres: f32,
+    /// Time of the characters then, in seconds.
+    pub now: f64,
+    /// How far the farthest joint was, when it was posed, from where it is without the blend, as a share of how far it is at most.
+    pub share: f32,
 }
 
 impl Slot {
@@ -45,23 +44,20 @@ impl Slot {
         }
     }
 
-    /// About how far a blend of an age moves a joint: as far as when it was posed last, later in the same blend. Infinite for another one,
-    /// and on another edge.
-    pub(super) fn blended(&mut self, age: Option<f32>, edge: EdgeId) -> f32 {
-        let Some(age) = age else {
-            self.blend = None;
-            return 0.0;
-        };
-        let before = self.blend.as_mut();
-        match before.filter(|blend| blend.age <= age && blend.edge == edge) {
-            Some(blend) => {
-                blend.age = age;
-                blend.metres
-            }
-            None => {
-                self.blend = None;
-                f32::INFINITY
-            }
+    /// How far a blend of an age moves a joint, as a share of how far it does at most: as when it was posed last, later in the same
+    /// blend; infinite for one that was not posed, which may bend a nearly straight knee far. 0 without a blend.
+    pub(super) fn blend_share(&mut self, age: Option<f32>, now: f64) -> f32 {
+        /// Slowest rate of a motion. A blend that is younger than one that has gone on at this rate is another one.
+        const SLOWEST: f32 = 0.5;
+        self.blend = self.blend.zip(age).and_then(|(before, age)| {
+            let passed = (now - before.now) as f32;
+            let goes_on = age >= before.age + SLOWEST * passed;
+            goes_on.then_some(Blend { age, now, ..before })
+        });
+        match (age, &self.blend) {
+            (None, _) => 0.0,
+            (Some(_), None) => f32::INFINITY,
+            (Some(_), Some(blend)) => blend.share,
         }
     }
 }

@@ -45,7 +45,7 @@ pub(crate) use feet::Feet;
 pub(crate) use feet::FeetSettings;
 pub use ids::{ClipId, EdgeId, EventId, NodeId};
 pub(crate) use inertia::Entry;
-pub(crate) use inertia::{Decay, FootDecay, LegPose, Weights, rotation_vector};
+pub(crate) use inertia::{BESIDE, Decay, FootDecay, JointReach, LegPose, Weights, rotation_vector};
 pub(crate) use links::{LinkReport, LinkSettings};
 pub(crate) use motion::Layer;
 pub use motion::Motion;

@@ -3,6 +3,7 @@
 use glam::{Quat, Vec3};
 use serde::{Deserialize, Serialize};
 
+use super::BESIDE;
 use crate::anim::{JointTransform, Pose, Skeleton};
 use crate::math::Rigid2;
 use sabaki_motion::internal::{Chain, Knee, KneeLimit, Leg, LegGoal};
@@ -197,6 +198,12 @@ impl FootDecay {
                 ..self.knee
             },
         }
+    }
+
+    /// How far it moves a point [beside](BESIDE) the foot at most, in metres.
+    pub(super) fn reach(&self, weights: Weights) -> f32 {
+        let turned = self.rotation.at(weights).length().min(2.0);
+        self.place.at(weights).length() + self.lift * weights.lift + turned * BESIDE
     }
 
     /// The same in a space that is turned.

@@ -69,7 +69,46 @@ pub(super) struct EntryScratch {
     pub(super) to: [Pose; 2],
 }
 
+/// Largest distance from a joint to what it carries, in metres.
+pub(crate) const BESIDE: f32 = 0.1;
+
+/// How far a joint is moved and turned at most, in metres and radians.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct JointReach {
+    moved: f32,
+    turned: f32,
+}
+
 impl Inertia {
+    /// How far the offsets at `seconds` move a point [beside](BESIDE) a joint at most, in metres, as if all joints turned it the same
+    /// way. One beside a knee that is nearly straight can be moved further.
+    pub(super) fn reach(
+        &self,
+        graph: &MotionGraph,
+        seconds: f32,
+        reaches: &mut Vec<JointReach>,
+    ) -> f32 {
+        let weights = self.weights(seconds);
+        let length = |decay: &Decay| decay.at(weights).length();
+        reaches.clear();
+        let mut furthest = 0.0;
+        let joints = graph.skeleton().joints().iter();
+        for (index, (joint, decay)) in joints.zip(&self.joints).enumerate() {
+            let (moved, turned) = match joint.parent.map(|parent| reaches[parent.index()]) {
+                None => (length(&self.root), 0.0),
+                Some(JointReach { moved, turned }) => {
+                    (moved + turned.min(2.0) * joint.offset.length(), turned)
+                }
+            };
+            let moved = moved + self.places.get(index).map_or(0.0, length);
+            let turned = turned + length(decay);
+            furthest = f32::max(furthest, moved + turned.min(2.0) * BESIDE);
+            reaches.push(JointReach { moved, turned });
+        }
+        let feet = self.feet.iter().map(|foot| foot.reach(weights));
+        feet.fold(furthest, f32::max)
+    }
+
     /// Sets the time of the cut and the duration of the decay, in seconds.
     pub(super) fn set_times(&mut self, start: f32, seconds: f32) {
         (self.start, self.seconds) = (start, seconds);

@@ -4,6 +4,7 @@ use glam::Vec3;
 
 use super::Motion;
 use crate::anim::Pose;
+use crate::graph::inertia::JointReach;
 use crate::graph::{EdgeId, MotionGraph, MotionStep, Playhead};
 use crate::math::Rigid2;
 
@@ -78,6 +79,18 @@ impl Motion {
     pub(crate) fn blend_age(&self, seconds: f32) -> Option<f32> {
         let moment = self.moment(seconds);
         Some(moment - self.inertia(moment)?.start)
+    }
+
+    /// How far the blend that lasts at `seconds` moves a joint at most, in metres.
+    pub(crate) fn blend_reach(
+        &self,
+        graph: &MotionGraph,
+        seconds: f32,
+        reaches: &mut Vec<JointReach>,
+    ) -> f32 {
+        let moment = self.moment(seconds);
+        let inertia = self.inertia(moment);
+        inertia.map_or(0.0, |left| left.reach(graph, moment, reaches))
     }
 
     /// The time that is played, where a warp shifts it.
