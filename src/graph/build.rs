@@ -221,7 +221,8 @@ impl<'a> GraphBuilder<'a> {
     /// The minima of a band that an earlier build found.
     fn known_minima(&self, band: &MapBand) -> Option<&[Minimum]> {
         let search = self.search();
-        let known = { self.known.iter() }.find_map(|known| known.minima.of(band));
+        let mut builds = self.known.iter();
+        let known = builds.find_map(|known| known.minima.of(band));
         known.filter(|minima| band.admits(minima, &search))
     }
 

@@ -44,8 +44,9 @@ impl FootPlan {
     /// Whether this can be the plan of a transition of a skeleton with so many legs. Plans that come from a file are checked.
     pub(super) fn is_sound(&self, key: DartKey, legs: usize) -> bool {
         let furthest = Skeleton::FURTHEST;
+        let mut blends = self.legs.iter().flatten();
         self.legs.len() == legs
-            && { self.legs.iter().flatten() }.all(|blend| blend.is_sound(key.frames, furthest))
+            && blends.all(|blend| blend.is_sound(key.frames, furthest))
             && self.align.is_sound(4.0 * furthest)
             && (0.0..=furthest).contains(&self.root_drop)
     }

@@ -158,8 +158,8 @@ impl ObstacleTest<'_> {
         let body = posed.at(self.baked, motion.moment_at(seconds));
         let spheres = &self.baked.body().spheres;
         extents.measure(self.baked, &body, axis);
-        let same =
-            { near[at..].iter() }.take_while(|one| (one.seconds, one.axis) == (seconds, axis));
+        let is_same = |one: &&NearSample| (one.seconds, one.axis) == (seconds, axis);
+        let same = near[at..].iter().take_while(is_same);
         let mut next = at;
         for one in same {
             next += 1;

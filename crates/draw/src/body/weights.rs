@@ -44,14 +44,13 @@ impl Net {
         let steps_of = |spread: f32| (spread * anatomy.height / (0.8 * cell)).powi(2).ceil();
         let joints = anatomy.legs.iter().chain(&anatomy.arms);
         let joints: Vec<Vec3> = joints.map(|limb| anatomy.at(limb.hip)).collect();
-        let steps: Vec<usize> = { self.places.iter() }
-            .map(|place| {
-                let apart = joints.iter().map(|joint| joint.distance(*place));
-                let apart = apart.fold(f32::MAX, f32::min) / (REACH * anatomy.height);
-                let near = smooth_step(2.0 * (1.0 - apart));
-                steps_of(SPREAD + (WIDE - SPREAD) * near) as usize
-            })
-            .collect();
+        let steps_at = |place: &Vec3| {
+            let apart = joints.iter().map(|joint| joint.distance(*place));
+            let apart = apart.fold(f32::MAX, f32::min) / (REACH * anatomy.height);
+            let near = smooth_step(2.0 * (1.0 - apart));
+            steps_of(SPREAD + (WIDE - SPREAD) * near) as usize
+        };
+        let steps: Vec<usize> = self.places.iter().map(steps_at).collect();
         for step in 0..steps.iter().copied().max().unwrap_or(0) {
             let next = neighbours.iter().enumerate().map(|(vertex, around)| {
                 if step >= steps[vertex] {

@@ -125,9 +125,9 @@ impl Manifest {
 
     /// What of the plan is more than a plan can have; `None` if all of it can be.
     fn is_too_large(&self) -> Option<String> {
-        let frames = { self.clips.iter() }
-            .try_fold(0usize, |sum, clip| sum.checked_add(clip.frames))
-            .unwrap_or(usize::MAX);
+        let mut clips = self.clips.iter();
+        let frames = clips.try_fold(0usize, |sum, clip| sum.checked_add(clip.frames));
+        let frames = frames.unwrap_or(usize::MAX);
         let bands = match frames <= Self::MOST_FRAMES {
             true => self
                 .search
