@@ -222,7 +222,7 @@ impl Collapsing {
     /// For each drawn vertex at `from` the one at `to` that takes its place: the one that shares a triangle with it. `None` if there is none,
     /// or more than one.
     fn partners(&self, from: u32, to: u32) -> Option<Vec<(u32, u32)>> {
-        let around = { self.around[from as usize].iter() }.filter_map(|&index| {
+        let mut around = self.around[from as usize].iter().filter_map(|&index| {
             let corners = self.triangles[index as usize]?;
             let drawn = self.drawn[index as usize];
             let at = |place: u32| (0..3).find(|&corner| corners[corner] == place);
@@ -237,7 +237,7 @@ impl Collapsing {
             }
         }
         let has_partner = |(own, _)| partners.iter().any(|pair| pair.0 == own);
-        { around }.all(has_partner).then_some(partners)
+        around.all(has_partner).then_some(partners)
     }
 
     /// Whether a triangle would face another way after a collapse.
