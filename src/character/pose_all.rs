@@ -19,10 +19,6 @@ use crate::math::F32x16;
 use sabaki_motion::internal::lock;
 use sabaki_motion::internal::{ExternalGroups, ExternalTarget};
 
-/// By how much the share that a blend has of its largest reach may grow from one frame to the next: a knee that is nearly straight moves
-/// by the square root of what its foot does.
-const RESERVE: f32 = 1.1;
-
 impl Characters {
     /// Makes [`Characters::pose_all`] possible. `levels` are built from the graph's skeleton and clips.
     ///
@@ -61,19 +57,24 @@ impl Characters {
         for (index, slot) in self.slots.iter_mut().enumerate() {
             let slot = slot.get_mut().unwrap_or_else(PoisonError::into_inner);
             let state = slot.state.as_deref();
-            let age = state.and_then(|state| state.playing.motion.blend_age(state.playing.seconds));
-            let share = slot.blend_share(age, self.now);
+            let played = state.map(|state| (&state.playing.motion, state.playing.seconds));
+            let age = played.and_then(|(motion, seconds)| motion.blend_age(seconds));
+            let blend = age.map(|age| slot.known_blend(age, self.now));
             let seen = slot.state.as_deref().map(|state| {
                 let (motion, seconds) = (&state.playing.motion, state.playing.seconds);
-                let root = motion.root(graph, seconds);
+                let blended = |blend: Blend| {
+                    let reach = motion.blend_reach(graph, seconds, &mut poses.reaches);
+                    reach.map_or(0.0, |reach| blend.moved_at(reach))
+                };
                 Seen {
                     graph,
                     state,
                     playhead: motion.playhead(graph, seconds),
-                    distance: root.distance(eye),
-                    left_out: match motion.is_bent(seconds) {
-                        true => f32::INFINITY,
-                        false => share * motion.blend_reach(graph, seconds, &mut poses.reaches),
+                    distance: motion.root(graph, seconds).distance(eye),
+                    left_out: match blend {
+                        _ if motion.is_bent(seconds) => f32::INFINITY,
+                        None => 0.0,
+                        Some(blend) => blend.map_or(f32::INFINITY, blended),
                     },
                     now: self.now,
                 }
@@ -188,13 +189,13 @@ impl<'a> ByGraph<'a> {
             let (motion, seconds) = (&state.playing.motion, state.playing.seconds);
             motion.sample(self.graph, seconds, &mut worker.pose);
             forward_kinematics(self.graph.skeleton(), &worker.pose, &mut worker.joints);
-            if let Some(age) = motion.blend_age(seconds) {
-                let most = motion.blend_reach(self.graph, seconds, &mut worker.reaches);
-                let share = self.blended_by(state, worker) / most.max(f32::MIN_POSITIVE);
+            let reach = motion.blend_reach(self.graph, seconds, &mut worker.reaches);
+            if let Some((age, reach)) = motion.blend_age(seconds).zip(reach) {
                 slot.blend = Some(Blend {
                     age,
                     now: self.now,
-                    share: RESERVE * share,
+                    moved: self.blended_by(state, worker),
+                    reach: reach.body,
                 });
             }
             let kept = self.poses.kept.iter();

@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 use super::ids::CharacterId;
 use super::scratch::Worker;
 use super::state::CharacterState;
+use crate::graph::BlendReach;
 use sabaki_motion::internal::{WorkerPool, lock};
 
 /// A place for a character.
@@ -31,8 +32,10 @@ pub(super) struct Blend {
     pub age: f32,
     /// Time of the characters then, in seconds.
     pub now: f64,
-    /// How far the farthest joint was, when it was posed, from where it is without the blend, as a share of how far it is at most.
-    pub share: f32,
+    /// How far the farthest joint was, when it was posed, from where it is without the blend, in metres.
+    pub moved: f32,
+    /// [`BlendReach::body`] then.
+    pub reach: f32,
 }
 
 impl Slot {
@@ -44,21 +47,26 @@ impl Slot {
         }
     }
 
-    /// How far a blend of an age moves a joint, as a share of how far it does at most: as when it was posed last, later in the same
-    /// blend; infinite for one that was not posed, which may bend a nearly straight knee far. 0 without a blend.
-    pub(super) fn blend_share(&mut self, age: Option<f32>, now: f64) -> f32 {
+    /// The blend that lasts, if it was posed before. `age` is the time since the start of the one that lasts.
+    pub(super) fn known_blend(&mut self, age: f32, now: f64) -> Option<Blend> {
         /// Slowest rate of a motion. A blend that is younger than one that has gone on at this rate is another one.
         const SLOWEST: f32 = 0.5;
-        self.blend = self.blend.zip(age).and_then(|(before, age)| {
+        self.blend = self.blend.and_then(|before| {
             let passed = (now - before.now) as f32;
             let goes_on = age >= before.age + SLOWEST * passed;
             goes_on.then_some(Blend { age, now, ..before })
         });
-        match (age, &self.blend) {
-            (None, _) => 0.0,
-            (Some(_), None) => f32::INFINITY,
-            (Some(_), Some(blend)) => blend.share,
-        }
+        self.blend
+    }
+}
+
+impl Blend {
+    /// About how far it moves the farthest joint when its offsets reach so far, in metres. Most joints move by as many times less as the
+    /// offsets do, but the knee of a nearly straight leg by the square root. A foot that is held while the clip's goes on is moved further
+    /// than before.
+    pub(super) fn moved_at(&self, reach: BlendReach) -> f32 {
+        let share = reach.body / self.reach.max(f32::MIN_POSITIVE);
+        reach.feet.max(self.moved * share.max(share.sqrt()))
     }
 }
 

@@ -79,19 +79,27 @@ pub(crate) struct JointReach {
     turned: f32,
 }
 
+/// How far offsets move points [beside](BESIDE) joints, in metres.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct BlendReach {
+    /// At most, if all joints turn them the same way. A knee that is nearly straight can be moved further.
+    pub(crate) body: f32,
+    /// The farthest foot, which has an offset of its own.
+    pub(crate) feet: f32,
+}
+
 impl Inertia {
-    /// How far the offsets at `seconds` move a point [beside](BESIDE) a joint at most, in metres, as if all joints turned it the same
-    /// way. One beside a knee that is nearly straight can be moved further.
+    /// How far the offsets at `seconds` move the body.
     pub(super) fn reach(
         &self,
         graph: &MotionGraph,
         seconds: f32,
         reaches: &mut Vec<JointReach>,
-    ) -> f32 {
+    ) -> BlendReach {
         let weights = self.weights(seconds);
         let length = |decay: &Decay| decay.at(weights).length();
         reaches.clear();
-        let mut furthest = 0.0;
+        let mut body = 0.0;
         let joints = graph.skeleton().joints().iter();
         for (index, (joint, decay)) in joints.zip(&self.joints).enumerate() {
             let (moved, turned) = match joint.parent.map(|parent| reaches[parent.index()]) {
@@ -102,11 +110,14 @@ impl Inertia {
             };
             let moved = moved + self.places.get(index).map_or(0.0, length);
             let turned = turned + length(decay);
-            furthest = f32::max(furthest, moved + turned.min(2.0) * BESIDE);
+            body = f32::max(body, moved + turned.min(2.0) * BESIDE);
             reaches.push(JointReach { moved, turned });
         }
         let feet = self.feet.iter().map(|foot| foot.reach(weights));
-        feet.fold(furthest, f32::max)
+        BlendReach {
+            body,
+            feet: feet.fold(0.0, f32::max),
+        }
     }
 
     /// Sets the time of the cut and the duration of the decay, in seconds.

@@ -4,7 +4,7 @@ use glam::Vec3;
 
 use super::Motion;
 use crate::anim::Pose;
-use crate::graph::inertia::JointReach;
+use crate::graph::inertia::{BlendReach, JointReach};
 use crate::graph::{EdgeId, MotionGraph, MotionStep, Playhead};
 use crate::math::Rigid2;
 
@@ -81,16 +81,16 @@ impl Motion {
         Some(moment - self.inertia(moment)?.start)
     }
 
-    /// How far the blend that lasts at `seconds` moves a joint at most, in metres.
+    /// How far the blend that lasts at `seconds` moves the body.
     pub(crate) fn blend_reach(
         &self,
         graph: &MotionGraph,
         seconds: f32,
         reaches: &mut Vec<JointReach>,
-    ) -> f32 {
+    ) -> Option<BlendReach> {
         let moment = self.moment(seconds);
-        let inertia = self.inertia(moment);
-        inertia.map_or(0.0, |left| left.reach(graph, moment, reaches))
+        let inertia = self.inertia(moment)?;
+        Some(inertia.reach(graph, moment, reaches))
     }
 
     /// The time that is played, where a warp shifts it.
