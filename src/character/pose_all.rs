@@ -195,7 +195,7 @@ impl<'a> ByGraph<'a> {
                     age,
                     now: self.now,
                     moved: self.blended_by(state, worker),
-                    reach: reach.body,
+                    reach,
                 });
             }
             let kept = self.poses.kept.iter();

@@ -34,8 +34,8 @@ pub(super) struct Blend {
     pub now: f64,
     /// How far the farthest joint was, when it was posed, from where it is without the blend, in metres.
     pub moved: f32,
-    /// [`BlendReach::body`] then.
-    pub reach: f32,
+    /// How far its offsets reached then.
+    pub reach: BlendReach,
 }
 
 impl Slot {
@@ -63,10 +63,16 @@ impl Slot {
 impl Blend {
     /// About how far it moves the farthest joint when its offsets reach so far, in metres. Most joints move by as many times less as the
     /// offsets do, but the knee of a nearly straight leg by the square root. A foot that is held while the clip's goes on is moved further
-    /// than before.
+    /// than before, and its knee with it.
     pub(super) fn moved_at(&self, reach: BlendReach) -> f32 {
-        let share = reach.body / self.reach.max(f32::MIN_POSITIVE);
-        reach.feet.max(self.moved * share.max(share.sqrt()))
+        /// By how much more a leg moves its knee that straightens meanwhile.
+        const STRAIGHTENED: f32 = 1.4;
+        let share = |now: f32, then: f32| now / then.max(1e-3);
+        let body = share(reach.body, self.reach.body);
+        let share = body.max(share(reach.feet, self.reach.feet));
+        reach
+            .feet
+            .max(STRAIGHTENED * self.moved * share.max(share.sqrt()))
     }
 }
 
