@@ -8,13 +8,14 @@ use std::path::Path;
 
 use common::clips::{small_skeleton, swinging_clip};
 use common::random::Random;
+use common::small::{small_graph, small_maps};
 use sabaki::anim::{Event, EventKind, JointId};
 use sabaki::archive;
 use sabaki::graph::{ClipSource, GraphSettings};
 use sabaki::internal::{
     ClipMatch, EarlierTables, GraphBuilder, GraphRecord, Recorded, TableRecord, Unwatched,
 };
-use sabaki::maps::{BakeSettings, BakedGraph, Baker, MapGrid, PathSettings};
+use sabaki::maps::{BakeSettings, BakedGraph, Baker, PathSettings};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
@@ -45,21 +46,12 @@ impl Bakery {
         Self {
             source: (skeleton, clips.to_vec(), events),
             graph: GraphSettings {
-                frame_rate: 15.0,
-                threshold: 3.0,
-                separation: 0.1,
                 threads: 1,
-                ..GraphSettings::default()
+                ..small_graph()
             },
             tables: BakeSettings {
                 threads: 1,
-                maps: MapGrid {
-                    texel: 0.1,
-                    slab_height: 0.3,
-                    slices: 4,
-                    slice_seconds: 0.25,
-                    ..MapGrid::default()
-                },
+                maps: small_maps(),
                 paths: PathSettings {
                     most: 60,
                     ..PathSettings::default()

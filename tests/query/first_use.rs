@@ -9,11 +9,12 @@ use std::sync::OnceLock;
 
 use common::clips::{small_skeleton, swinging_clip};
 use common::memory::allocations;
+use common::small::{small_graph, small_maps};
 use sabaki::anim::{Event, EventKind};
 use sabaki::archive;
-use sabaki::graph::{self, ClipSource, GraphSettings, NodeId};
+use sabaki::graph::{self, ClipSource, NodeId};
 use sabaki::internal::PathId;
-use sabaki::maps::{BakeSettings, BakedGraph, Baker, MapGrid};
+use sabaki::maps::{BakeSettings, BakedGraph, Baker};
 use sabaki::query::{Answer, Enumerate, Query, QueryContext, QuerySettings};
 use sabaki_app::demo::throw::{Throw, ThrowSettings, throw};
 
@@ -37,21 +38,9 @@ fn built() -> &'static BakedGraph {
             clips: &clips,
             events: &events,
         };
-        let settings = GraphSettings {
-            frame_rate: 15.0,
-            threshold: 3.0,
-            separation: 0.1,
-            ..GraphSettings::default()
-        };
-        let graph = graph::build(source, &settings).unwrap().0;
+        let graph = graph::build(source, &small_graph()).unwrap().0;
         let settings = BakeSettings {
-            maps: MapGrid {
-                texel: 0.1,
-                slab_height: 0.3,
-                slices: 4,
-                slice_seconds: 0.25,
-                ..MapGrid::default()
-            },
+            maps: small_maps(),
             ..BakeSettings::default()
         };
         let baker = Baker::new(graph, settings).unwrap();

@@ -12,6 +12,27 @@ use sabaki::query::{Answer, Attack, Query, QueryContext, QuerySettings, Request}
 
 use super::clips::{small_skeleton, swinging_clip};
 
+/// So loose that clips which have nothing to do with each other are joined.
+pub fn small_graph() -> GraphSettings {
+    GraphSettings {
+        frame_rate: 15.0,
+        threshold: 3.0,
+        separation: 0.1,
+        ..GraphSettings::default()
+    }
+}
+
+/// Maps of few texels: what is spoilt is their form, not their contents.
+pub fn small_maps() -> MapGrid {
+    MapGrid {
+        texel: 0.1,
+        slab_height: 0.3,
+        slices: 4,
+        slice_seconds: 0.25,
+        ..MapGrid::default()
+    }
+}
+
 pub fn small() -> &'static BakedGraph {
     static BAKED: OnceLock<BakedGraph> = OnceLock::new();
     BAKED.get_or_init(|| {
@@ -33,23 +54,9 @@ pub fn small() -> &'static BakedGraph {
             clips: &clips,
             events: &events,
         };
-        // So loose that clips which have nothing to do with each other are joined.
-        let settings = GraphSettings {
-            frame_rate: 15.0,
-            threshold: 3.0,
-            separation: 0.1,
-            ..GraphSettings::default()
-        };
-        let graph = graph::build(source, &settings).unwrap().0;
-        // Maps of few texels: what is spoilt is their form, not their contents.
+        let graph = graph::build(source, &small_graph()).unwrap().0;
         let settings = BakeSettings {
-            maps: MapGrid {
-                texel: 0.1,
-                slab_height: 0.3,
-                slices: 4,
-                slice_seconds: 0.25,
-                ..MapGrid::default()
-            },
+            maps: small_maps(),
             paths: PathSettings {
                 most: 60,
                 ..PathSettings::default()
