@@ -48,7 +48,7 @@ pub enum ClipError {
     /// The clip has no frames.
     #[error("clip \"{0}\" has no frames")]
     Empty(String),
-    /// The frame rate is zero, negative, NaN or infinite.
+    /// The frame rate is zero, negative, NaN or infinite, or too high for the clip's length.
     #[error("clip \"{clip}\": a frame rate of {rate} is not possible")]
     FrameRate {
         /// Name of the clip.
@@ -312,9 +312,14 @@ impl Clip {
     /// time; the remainder of the last frame time is dropped.
     ///
     /// # Errors
-    /// The frame rate is invalid.
+    /// The frame rate is invalid, or the clip would have more than 2^30 rotations.
     pub fn resampled(&self, frame_rate: f64) -> Result<Self, ClipError> {
-        if !(frame_rate.is_finite() && frame_rate > 0.0) {
+        const MOST_ROTATIONS: f64 = (1u64 << 30) as f64;
+        // Files store frame times with few digits. The tolerance keeps a last frame that rounding
+        // would lose.
+        let frames = (self.duration() * frame_rate + 1e-3).floor() + 1.0;
+        let is_possible = frame_rate.is_finite() && frame_rate > 0.0;
+        if !is_possible || frames * self.joints() as f64 > MOST_ROTATIONS {
             return Err(ClipError::FrameRate {
                 clip: self.name().to_owned(),
                 rate: frame_rate,
@@ -328,9 +333,7 @@ impl Clip {
             }
             return Ok(same);
         }
-        // Files store frame times with few digits. The tolerance keeps a last frame that rounding
-        // would lose.
-        let frames = (self.duration() * frame_rate + 1e-3).floor() as usize + 1;
+        let frames = frames as usize;
         let mut desc = ClipDesc {
             name: self.name().to_owned(),
             frame_rate,

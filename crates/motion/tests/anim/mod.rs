@@ -1,3 +1,4 @@
 //! Tests of `sabaki_motion::anim`.
 mod compressed;
+mod resampled;
 mod rig;
