@@ -1,12 +1,12 @@
-use std::fs::File;
+use std::fs::{File, Metadata};
 use std::io::{BufWriter, IntoInnerError, Result, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Writes a file atomically: its contents appear completely or not at all. They are first written
 /// and synced to a neighbouring file (`NAME.PROCESS.part`), which is then renamed. If the process
 /// is killed or the power fails, either the old or the new file remains, and possibly the
-/// neighbouring file. A target that is not a regular file, for example a pipe or a device, is
-/// written directly.
+/// neighbouring file. Where `path` is a symbolic link, the file that it names is written; a file that is there keeps its permissions. A
+/// target that is not a regular file, for example a pipe or a device, is written directly.
 ///
 /// # Errors
 /// An error of the file system. The neighbouring file is removed.
@@ -14,16 +14,22 @@ pub fn write_atomically(
     path: &Path,
     contents: impl FnOnce(&mut BufWriter<File>) -> Result<()>,
 ) -> Result<()> {
-    if std::fs::metadata(path).is_ok_and(|there| !there.is_file() && !there.is_dir()) {
+    let there = std::fs::metadata(path).ok();
+    if there.as_ref().is_some_and(|it| !it.is_file() && !it.is_dir()) {
         let mut file = BufWriter::new(File::options().write(true).open(path)?);
         contents(&mut file)?;
         return file.flush();
     }
+    let path = &linked(path);
     let mut name = path.file_name().unwrap_or_default().to_owned();
     name.push(format!(".{}.part", std::process::id()));
     let part = path.with_file_name(name);
     let written = (|| {
-        let mut file = BufWriter::new(File::create(&part)?);
+        let file = File::create(&part)?;
+        if let Some(there) = there.filter(Metadata::is_file) {
+            file.set_permissions(there.permissions())?;
+        }
+        let mut file = BufWriter::new(file);
         contents(&mut file)?;
         let file = file.into_inner().map_err(IntoInnerError::into_error)?;
         file.sync_all()?;
@@ -38,6 +44,20 @@ pub fn write_atomically(
         let _ = std::fs::remove_file(&part);
     }
     written
+}
+
+/// The file that a path names in the end, which may not be there yet.
+fn linked(path: &Path) -> PathBuf {
+    /// Number of links that are followed.
+    const MOST: usize = 40;
+    let mut path = path.to_owned();
+    for _ in 0..MOST {
+        let Ok(target) = std::fs::read_link(&path) else {
+            break;
+        };
+        path = path.parent().unwrap_or(Path::new("")).join(target);
+    }
+    path
 }
 
 /// Syncs a folder, so that a renamed file's entry reaches the disk. Systems on which folders cannot

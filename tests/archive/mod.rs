@@ -73,6 +73,33 @@ fn a_file_appears_whole_and_is_read_by_its_path() {
 }
 
 #[test]
+#[cfg(unix)]
+fn a_link_is_followed_and_a_file_keeps_its_mode() {
+    use std::os::unix::fs::{PermissionsExt, symlink};
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    std::fs::create_dir(at("real")).unwrap();
+    symlink("real/graph.sabaki", at("link")).unwrap();
+    symlink(at("link"), at("second")).unwrap();
+    // First the file is not there, then it is.
+    for link in ["link", "second"] {
+        sabaki::archive::write(&at(link), small()).unwrap();
+        assert!(at(link).is_symlink());
+        assert_eq!(&sabaki::archive::read(&at("real/graph.sabaki")).unwrap(), small());
+        let mode = |bits| std::fs::Permissions::from_mode(bits);
+        std::fs::set_permissions(at("real/graph.sabaki"), mode(0o600)).unwrap();
+    }
+    let mode = std::fs::metadata(at("second")).unwrap().permissions().mode();
+    assert_eq!(mode & 0o777, 0o600);
+    assert_eq!(std::fs::read_dir(at("real")).unwrap().count(), 1);
+    // Links that name each other are replaced.
+    symlink("b", at("a")).unwrap();
+    symlink("a", at("b")).unwrap();
+    sabaki::archive::write(&at("a"), small()).unwrap();
+    assert_eq!(&sabaki::archive::read(&at("a")).unwrap(), small());
+}
+
+#[test]
 fn no_beginning_of_a_file_is_a_file() {
     let bytes = small_bytes();
     let stepped = (0..bytes.len()).step_by(97);

@@ -1,6 +1,6 @@
 //! Computes how soon each moment reaches each evasion's start, up to a horizon: breadth first, for many evasions at once ([`reach`]). New
 //! jumps are added by Dijkstra's algorithm against the motion's direction, with a bucket for each number of frames (Dial, "Algorithm 360",
-//! 1969).
+//! 1969). Differs: the frames before a moment are lowered with it, and perhaps again.
 
 mod reach;
 
@@ -151,7 +151,7 @@ impl Waits {
         }
     }
 
-    /// Adds a jump. When the wait of a moment that follows another moment of its clip falls, `lowered` is called.
+    /// Adds a jump. When the wait of a moment that follows another moment of its clip falls, `lowered` is called, maybe several times.
     pub(super) fn add_jump(&mut self, jump: Jump, mut lowered: impl FnMut(WaitChange)) {
         self.into[jump.to as usize].push(jump);
         for evasion in 0..self.table.evasions {
@@ -163,25 +163,28 @@ impl Waits {
         }
     }
 
-    /// Lowers the waits for one evasion, from what is in the queue on.
+    /// Lowers the waits for one evasion, from what is in the queue on. From each moment it goes back along the clip at once: what a jump
+    /// lowers further is lowered again later.
     fn lower(&mut self, evasion: usize, lowered: &mut impl FnMut(WaitChange)) {
-        while let Some((moment, new)) = self.open.pop() {
-            let old = self.of(evasion, moment);
-            if new >= old {
-                continue;
-            }
-            self.table.set(evasion, moment as usize, new);
-            if self.follows[moment as usize] {
+        while let Some((last, least)) = self.open.pop() {
+            for (moment, new) in (0..=last).rev().zip(least..=self.horizon) {
+                let old = self.of(evasion, moment);
+                if new >= old {
+                    break;
+                }
+                self.table.set(evasion, moment as usize, new);
+                for jump in &self.into[moment as usize] {
+                    self.open.push(new + jump.frames, jump.from, self.horizon);
+                }
+                if !self.follows[moment as usize] {
+                    break;
+                }
                 lowered(WaitChange {
                     evasion,
                     moment,
                     old,
                     new,
                 });
-                self.open.push(new + 1, moment - 1, self.horizon);
-            }
-            for jump in &self.into[moment as usize] {
-                self.open.push(new + jump.frames, jump.from, self.horizon);
             }
         }
     }
