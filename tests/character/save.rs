@@ -53,6 +53,31 @@ fn what_is_saved_goes_on_to_the_same_bit() {
 }
 
 #[test]
+fn what_is_saved_does_not_depend_on_the_threads() {
+    let with_threads = |threads| {
+        characters(CharacterSettings {
+            delay: 2,
+            threads,
+            ..CharacterSettings::default()
+        })
+    };
+    let (mut game, mut shared) = (with_threads(1), with_threads(2));
+    let ids = spawn(&mut game, 8);
+    assert_eq!(spawn(&mut shared, 8), ids);
+    let mut random = Random::new(31);
+    for round in 0..8 {
+        for &id in &ids {
+            let threat = ball(&mut game, id, &mut random);
+            game.threaten(threat.clone()).unwrap();
+            shared.threaten(threat).unwrap();
+        }
+        assert_eq!(play(&mut game, 60), play(&mut shared, 60));
+        let same = game.save().unwrap() == shared.save().unwrap();
+        assert!(same, "round {round}");
+    }
+}
+
+#[test]
 fn damaged_bytes_are_refused_or_harmless() {
     let bytes = dodging().save().unwrap();
     let mut random = Random::new(23);

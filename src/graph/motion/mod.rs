@@ -13,7 +13,7 @@ use sabaki_motion::internal::Warp;
 
 /// A continuous motion through the graph: the rest of an edge, then the steps of a path, then the
 /// default continuation. It can jump to another position of the graph at any time ([`Motion::enter`]).
-#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+#[derive(Debug, Default, Serialize, Deserialize)]
 pub struct Motion {
     pub(super) pieces: Vec<Piece>,
     pub(super) warp: Option<Warp>,
@@ -23,6 +23,29 @@ pub struct Motion {
     pub(super) entered: usize,
     #[serde(skip)]
     pub(super) scratch: EntryScratch,
+}
+
+/// Only what is in use is cloned.
+impl Clone for Motion {
+    fn clone(&self) -> Self {
+        let mut copy = Self::default();
+        copy.clone_from(self);
+        copy
+    }
+
+    fn clone_from(&mut self, other: &Self) {
+        self.pieces.clone_from(&other.pieces);
+        self.warp = other.warp;
+        self.layer = other.layer;
+        self.entered = 0;
+        for inertia in other.inertias() {
+            match self.inertias.get_mut(self.entered) {
+                Some(memory) => memory.clone_from(inertia),
+                None => self.inertias.push(inertia.clone()),
+            }
+            self.entered += 1;
+        }
+    }
 }
 
 impl PartialEq for Motion {
@@ -138,21 +161,6 @@ impl Motion {
     /// The edges that it plays, in order.
     pub(crate) fn edges(&self) -> impl Iterator<Item = EdgeId> + '_ {
         self.pieces.iter().map(|piece| piece.playhead.edge)
-    }
-
-    /// Becomes another motion, in the memory that it has.
-    pub(crate) fn copy_from(&mut self, other: &Self) {
-        self.pieces.clone_from(&other.pieces);
-        self.warp = other.warp;
-        self.layer = other.layer;
-        self.entered = 0;
-        for inertia in other.inertias() {
-            match self.inertias.get_mut(self.entered) {
-                Some(memory) => memory.clone_from(inertia),
-                None => self.inertias.push(inertia.clone()),
-            }
-            self.entered += 1;
-        }
     }
 
     /// Bends what is played for a moment, or, with `None`, no longer does. The graph's skeleton may lack the parts: what it lacks is not bent.

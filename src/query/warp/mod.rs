@@ -86,7 +86,7 @@ impl Warper {
         if lessened.clearance.metres < from {
             return Some(lessened);
         }
-        motion.copy_from(&self.plain);
+        motion.clone_from(&self.plain);
         None
     }
 
@@ -99,10 +99,10 @@ impl Warper {
         // What stands and what does not is asked until the warp has gone.
         let end = tested.clearance.time + 2.0 * limits.hold + limits.way_out;
         motion.extend(case.baked.graph(), end.min(LONGEST));
-        self.plain.copy_from(motion);
+        self.plain.clone_from(motion);
         let warped = self.solve(task, motion, tested);
         if warped.is_none() {
-            motion.copy_from(&self.plain);
+            motion.clone_from(&self.plain);
         }
         warped
     }
