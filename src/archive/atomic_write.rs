@@ -15,7 +15,10 @@ pub fn write_atomically(
     contents: impl FnOnce(&mut BufWriter<File>) -> Result<()>,
 ) -> Result<()> {
     let there = std::fs::metadata(path).ok();
-    if there.as_ref().is_some_and(|it| !it.is_file() && !it.is_dir()) {
+    if there
+        .as_ref()
+        .is_some_and(|it| !it.is_file() && !it.is_dir())
+    {
         let mut file = BufWriter::new(File::options().write(true).open(path)?);
         contents(&mut file)?;
         return file.flush();

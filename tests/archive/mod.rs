@@ -85,11 +85,17 @@ fn a_link_is_followed_and_a_file_keeps_its_mode() {
     for link in ["link", "second"] {
         sabaki::archive::write(&at(link), small()).unwrap();
         assert!(at(link).is_symlink());
-        assert_eq!(&sabaki::archive::read(&at("real/graph.sabaki")).unwrap(), small());
+        assert_eq!(
+            &sabaki::archive::read(&at("real/graph.sabaki")).unwrap(),
+            small()
+        );
         let mode = |bits| std::fs::Permissions::from_mode(bits);
         std::fs::set_permissions(at("real/graph.sabaki"), mode(0o600)).unwrap();
     }
-    let mode = std::fs::metadata(at("second")).unwrap().permissions().mode();
+    let mode = std::fs::metadata(at("second"))
+        .unwrap()
+        .permissions()
+        .mode();
     assert_eq!(mode & 0o777, 0o600);
     assert_eq!(std::fs::read_dir(at("real")).unwrap().count(), 1);
     // Links that name each other are replaced.
