@@ -37,7 +37,7 @@ impl GameSettings {
     fn settings(&self) -> Result<CharacterSettings, String> {
         let sound = |value: f32, most: f32| (0.0..=most).contains(&value);
         let fits = self.threads <= 1024
-            && self.delay <= 60
+            && self.delay <= CharacterSettings::MOST_DELAY
             && sound(self.horizon, 10.0)
             && sound(self.margin, 1.0)
             && sound(self.body_radius, 10.0)

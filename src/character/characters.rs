@@ -94,8 +94,17 @@ impl Characters {
     }
 
     /// Sets [`CharacterSettings::delay`], for example when answers come from a slower device.
-    pub fn set_delay(&mut self, frames: u32) {
-        self.settings.delay = frames;
+    ///
+    /// # Errors
+    /// A delay of more than [`CharacterSettings::MOST_DELAY`].
+    pub fn set_delay(&mut self, frames: u32) -> Result<(), CharacterError> {
+        let settings = CharacterSettings {
+            delay: frames,
+            ..self.settings
+        };
+        settings.check()?;
+        self.settings = settings;
+        Ok(())
     }
 
     /// Adds a character that stands at a place.
@@ -178,10 +187,11 @@ impl Characters {
     }
 
     /// Takes the body back: the character goes on from the second of two poses in the world, which were seen `seconds` apart, with their
-    /// speed, at the nearest moment of the clips. It keeps its goal.
+    /// speed, at the nearest moment of the clips. It keeps its goal. A character that was not released goes on from there, too.
     ///
     /// # Errors
-    /// An unknown character; poses of another skeleton or with numbers that are not finite; no time between them.
+    /// An unknown character; poses of another skeleton or with numbers that are not finite; a time between them of less than 0.1 ms or
+    /// more than 1 s.
     pub fn resume(
         &mut self,
         id: CharacterId,
@@ -192,7 +202,6 @@ impl Characters {
         let near = |place: &Vec3| place.is_finite() && place.length() < 5_000.0;
         let sound = |pose: &&Pose| {
             near(&pose.root)
-                && pose.rotations.len() == joints
                 && pose
                     .rotations
                     .iter()
@@ -200,8 +209,18 @@ impl Characters {
                 && (pose.translations.is_empty() || pose.translations.len() == joints)
                 && pose.translations.iter().all(near)
         };
-        if !poses.iter().all(sound) || !(1e-4..=1.0).contains(&seconds) {
+        let other = poses.iter().find(|pose| pose.rotations.len() != joints);
+        if let Some(other) = other {
+            return Err(CharacterError::Joints {
+                needed: joints,
+                found: other.rotations.len(),
+            });
+        }
+        if !poses.iter().all(sound) {
             return Err(CharacterError::Value("a pose"));
+        }
+        if !(1e-4..=1.0).contains(&seconds) {
+            return Err(CharacterError::Value("the time between the poses"));
         }
         let goal = self.state_mut(id)?.goal;
         let found = self.steering.resume(&self.baked, poses, seconds);

@@ -22,13 +22,13 @@ pub enum CharacterError {
     #[error("the graph has no moment without an event, in which a character could stand")]
     NothingToPlay,
     /// A number is not finite or out of range.
-    #[error("{0} has a number that is not finite or out of range")]
+    #[error("{0} is out of range or has a number that is not finite")]
     Value(&'static str),
     /// A saved state that is damaged or belongs to another graph.
     #[error("the saved state {0}")]
     Saved(&'static str),
-    /// The buffer for the joints has another length than the skeleton.
-    #[error("the buffer has room for {found} joints; the skeleton has {needed}")]
+    /// A buffer or a pose has another number of joints than the skeleton.
+    #[error("{found} joints are given; the skeleton has {needed}")]
     Joints {
         /// Number of joints of the skeleton.
         needed: usize,

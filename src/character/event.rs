@@ -24,7 +24,8 @@ pub enum CharacterEventKind {
         /// Whether it replaces a plan that a threat came to hit.
         is_change: bool,
     },
-    /// What is played already avoids all known threats, and is kept.
+    /// What is played already avoids all known threats, and is kept. Of the same threats it is not said again, wherever they move, unless
+    /// they could not be avoided meanwhile.
     Kept {
         /// Smallest distance from the threats, in metres; that of the first hit.
         clearance: f32,
@@ -40,11 +41,11 @@ pub enum CharacterEventKind {
         /// Depth in an obstacle times its weight, in metres; 0 for none.
         entered: f32,
     },
-    /// A threat has passed.
+    /// A threat that might have reached the body has passed. Of one that was too far away all the time, nothing is said.
     MissedBy {
         /// The threat.
         threat: ThreatId,
-        /// Smallest distance, in metres; `f32::MAX` if it was never measured, because the threat stayed far away.
+        /// Smallest distance, in metres; `f32::MAX` if it was never measured, because the body had left before the threat came.
         metres: f32,
     },
     /// A threat touches the body for the first time.

@@ -6,10 +6,10 @@ use serde::{Deserialize, Serialize};
 /// What a character does while nothing threatens it. Heights are ignored; headings are those of [`Rigid2`](crate::math::Rigid2).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub enum Goal {
-    /// Stands, and moves a little as the clips do.
+    /// Stands, and moves and turns a little as the clips do. [`Goal::Face`] holds a heading.
     #[default]
     Idle,
-    /// Walks or runs.
+    /// Walks or runs, as nearly as the clips do: where none goes so fast, or backwards or sideways, the character goes slower or turns.
     Walk {
         /// Velocity over the ground, in metres per second.
         velocity: Vec3,
@@ -45,10 +45,11 @@ pub(super) struct Aim {
 pub(super) const STANDING: f32 = 0.15;
 
 impl Goal {
-    /// Whether every number is finite and every speed below 100 m/s.
+    /// Whether every number is finite, every speed below 100 m/s and every point within 5 km of the origin.
     #[must_use]
     pub fn is_sound(&self) -> bool {
         const FASTEST: f32 = 100.0;
+        const FURTHEST: f32 = 5_000.0;
         match *self {
             Self::Idle | Self::Stop => true,
             Self::Walk { velocity, facing } => {
@@ -57,7 +58,10 @@ impl Goal {
                     && facing.is_none_or(f32::is_finite)
             }
             Self::Face { heading } => heading.is_finite(),
-            Self::GoTo { point, speed } => point.is_finite() && (0.0..FASTEST).contains(&speed),
+            Self::GoTo { point, speed } => {
+                let is_near = point.is_finite() && point.length() < FURTHEST;
+                is_near && (0.0..FASTEST).contains(&speed)
+            }
         }
     }
 

@@ -92,7 +92,7 @@ impl CharacterState {
     /// Nothing is near: nothing but a planned motion that goes on keeps steering waiting.
     fn forget_threats(&mut self, now: f64) {
         (self.seen, self.retry_at, self.kept_since) = (0, None, None);
-        self.has_failed = false;
+        (self.has_failed, self.avoided) = (false, 0);
         self.passed_at = self.passed_at.min(now);
         if !self.has_plan {
             self.held_until = self.held_until.min(now);
@@ -164,7 +164,8 @@ impl CharacterState {
         let mut kept = test.until_hit(self.continued(planning, rest).motion, scratch);
         if kept.is_clean() {
             self.keep(planning, &attack, kept.end);
-            if !planning.is_repeated {
+            let threats = planning.threats();
+            if std::mem::replace(&mut self.avoided, threats) != threats {
                 let clearance = kept.clearance.metres;
                 self.events
                     .push((world.now, CharacterEventKind::Kept { clearance }));
@@ -199,7 +200,7 @@ impl CharacterState {
             None
         });
         let Some(found) = found else {
-            self.has_failed = true;
+            (self.has_failed, self.avoided) = (true, 0);
             let failed = match least {
                 Some(least) => {
                     test.measure(&mut kept, scratch);
@@ -214,6 +215,7 @@ impl CharacterState {
             return;
         };
         (self.has_failed, self.kept_since) = (false, None);
+        self.avoided = planning.threats();
         let planned = CharacterEventKind::Planned {
             clearance: found.clearance.metres,
             is_change: self.has_plan,
@@ -363,6 +365,14 @@ impl Attempt {
 }
 
 impl Planning<'_> {
+    /// A number for these threats, wherever they move; not 0.
+    fn threats(&self) -> u64 {
+        let mut hasher = FxHasher::default();
+        let ids: Vec<u64> = self.near.iter().map(|near| near.known.id.0).collect();
+        ids.hash(&mut hasher);
+        hasher.finish() | 1
+    }
+
     /// All threats as one attack, which begins at the moment; `None` if they make none.
     fn attack(&self, attempt: Attempt) -> Option<Attack> {
         let mut keys: Vec<Vec<SphereKey>> = Vec::new();

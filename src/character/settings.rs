@@ -11,8 +11,8 @@ pub struct CharacterSettings {
     pub query: QuerySettings,
     /// Limits of steering.
     pub steer: SteerSettings,
-    /// Number of steps from the query to the frame in which its answer is taken over. Default 0. The request is made for the state
-    /// that the character will have then.
+    /// Number of steps from the query to the frame in which its answer is taken over, at most [`CharacterSettings::MOST_DELAY`]. Default
+    /// 0. The request is made for the state that the character will have then.
     pub delay: u32,
     /// A threat is answered when it may reach the body within this time, in seconds. Default 1.6.
     pub horizon: f32,
@@ -20,14 +20,14 @@ pub struct CharacterSettings {
     pub margin: f32,
     /// Distance that plans keep from obstacles if they can, in metres. Default 0.02.
     pub obstacle_margin: f32,
-    /// Fastest shift by which a body is kept out of obstacles, in metres per second. Default 6. Only what would stay in one otherwise is shifted
-    /// faster, by as much as it takes up to twelve times.
+    /// Fastest shift by which a body is kept out of obstacles, in metres per second. Default 6. A body that this would leave in an obstacle is
+    /// shifted as fast as it has to be, up to twelve times as fast.
     pub push: f32,
     /// Radius of the disc that each character is to the others, in metres; 0 if they do not avoid each other. Default 0.
     pub body_radius: f32,
     /// Time between two attempts to avoid a threat that could not be avoided, in seconds. Default 0.1.
     pub retry: f32,
-    /// Largest number of characters that plan in one step, those that may be reached first before others. Default: no limit.
+    /// Largest number of characters that plan in one step, those that may be reached first before others; at least 1. Default: no limit.
     pub plans_per_step: usize,
     /// Time for plans in one step, in milliseconds; 0 for no limit. Default 0. Those that may be reached first plan first, at least one in
     /// each step. A plan that would end too late, if it took as long as the others on average, is left to a later step. With a limit, results
@@ -58,6 +58,9 @@ impl Default for CharacterSettings {
 }
 
 impl CharacterSettings {
+    /// Largest [`CharacterSettings::delay`], in steps.
+    pub const MOST_DELAY: u32 = 60;
+
     /// Refuses what no step could use.
     pub(super) fn check(&self) -> Result<(), CharacterError> {
         if self.query.check().is_err() {
@@ -67,16 +70,23 @@ impl CharacterSettings {
             return Err(CharacterError::Value("a steering setting"));
         }
         let within = |value: f32, most: f32| (0.0..=most).contains(&value);
-        let sound = within(self.horizon, 60.0)
-            && within(self.margin, 10.0)
-            && within(self.obstacle_margin, 10.0)
-            && within(self.push, 1_000.0)
-            && within(self.body_radius, 100.0)
-            && within(self.retry, 60.0)
-            && self.plan_milliseconds.is_finite();
-        match sound {
-            true => Ok(()),
-            false => Err(CharacterError::Value("a character setting")),
+        let named = [
+            (self.delay <= Self::MOST_DELAY, "the delay"),
+            (within(self.horizon, 60.0), "the horizon"),
+            (within(self.margin, 10.0), "the margin"),
+            (
+                within(self.obstacle_margin, 10.0),
+                "the margin of obstacles",
+            ),
+            (within(self.push, 1_000.0), "the push"),
+            (within(self.body_radius, 100.0), "the radius of the bodies"),
+            (within(self.retry, 60.0), "the time between attempts"),
+            (self.plans_per_step > 0, "the number of plans in a step"),
+            (within(self.plan_milliseconds, 1e6), "the time for plans"),
+        ];
+        match named.iter().find(|(is_sound, _)| !is_sound) {
+            Some((_, name)) => Err(CharacterError::Value(name)),
+            None => Ok(()),
         }
     }
 }

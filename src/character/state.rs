@@ -38,6 +38,8 @@ pub(super) struct CharacterState {
     pub retry_at: Option<f64>,
     /// Whether they could not be avoided.
     pub has_failed: bool,
+    /// The threats that were last said to be avoided, wherever they move.
+    pub avoided: u64,
     /// Since when what is played is kept because it avoids what is near, in seconds.
     pub kept_since: Option<f64>,
     /// Whether it reached the point of its goal.
@@ -86,6 +88,7 @@ impl CharacterState {
             next_seen: 0,
             retry_at: None,
             has_failed: false,
+            avoided: 0,
             kept_since: None,
             has_arrived: false,
             side: Side::default(),

@@ -4,11 +4,12 @@
 use glam::Vec3;
 use sabaki::anim::EventKind;
 use sabaki::character::{
-    CharacterError, CharacterEventKind, CharacterId, CharacterSettings, Characters, Goal, Threat,
+    CharacterError, CharacterEvent, CharacterEventKind, CharacterId, CharacterSettings, Characters,
+    Goal, Threat,
 };
 use sabaki_testing::random::Random;
 
-use super::world::{FRAME, ball, characters, joints, play, spawn};
+use super::world::{FRAME, baked, ball, characters, joints, play, spawn};
 
 /// The smallest distance of a ball from a character's spheres at one moment.
 fn distance(characters: &mut Characters, id: CharacterId, threat: &Threat) -> f32 {
@@ -215,6 +216,68 @@ fn those_that_are_reached_first_plan_first() {
             .collect();
         assert_eq!(order, [ids[2], ids[1], ids[0]]);
     }
+}
+
+#[test]
+fn of_a_threat_that_is_watched_it_is_said_once_that_it_is_avoided() {
+    let mut characters = characters(CharacterSettings::default());
+    let ids = spawn(&mut characters, 1);
+    play(&mut characters, 20);
+    let middle = joints(&mut characters, ids[0])[0].translation;
+    let velocity = Vec3::new(0.0, 0.0, -6.0);
+    let beside = Threat::ball(
+        characters.now(),
+        middle - velocity * 1.2 + Vec3::X * 0.9,
+        velocity,
+        0.1,
+    );
+    let threat = characters.threaten(beside.clone()).unwrap();
+    let mut events = Vec::new();
+    for frame in 0..70 {
+        let mut seen = beside.clone();
+        seen.position.x += 0.01 * (frame % 2) as f32;
+        characters.update(threat, seen).unwrap();
+        events.extend(play(&mut characters, 1));
+    }
+    let kept = |event: &&CharacterEvent| matches!(event.kind, CharacterEventKind::Kept { .. });
+    assert_eq!(events.iter().filter(kept).count(), 1, "{events:?}");
+}
+
+#[test]
+fn settings_that_no_step_could_use_are_refused_by_name() {
+    let good = CharacterSettings::default();
+    let delay = CharacterSettings::MOST_DELAY + 1;
+    let bad = [
+        (CharacterSettings { delay, ..good }, "the delay"),
+        (
+            CharacterSettings {
+                plans_per_step: 0,
+                ..good
+            },
+            "the number of plans in a step",
+        ),
+        (
+            CharacterSettings {
+                plan_milliseconds: -5.0,
+                ..good
+            },
+            "the time for plans",
+        ),
+        (
+            CharacterSettings {
+                horizon: f32::NAN,
+                ..good
+            },
+            "the horizon",
+        ),
+    ];
+    for (settings, name) in bad {
+        let made = Characters::new(baked(), settings);
+        assert_eq!(made.err(), Some(CharacterError::Value(name)));
+    }
+    let mut characters = characters(good);
+    assert!(characters.set_delay(delay).is_err());
+    characters.set_delay(delay - 1).unwrap();
 }
 
 #[test]

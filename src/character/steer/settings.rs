@@ -7,7 +7,8 @@ pub struct SteerSettings {
     pub interval: f32,
     /// Time in which a jump blends, in seconds. Default 0.3.
     pub blend: f32,
-    /// By how much the best moment must be nearer than the one that is played. Default 1.5; 1 is about 8 cm within 0.2 s.
+    /// A jump is made only to a moment that is nearer to what is asked for than the one that is played, by this: a squared distance of
+    /// features without a unit, of which 1 is about 8 cm of the way in 0.2 s. Default 1.5.
     pub gain: f32,
     /// Slowest playback rate. Default 0.8.
     pub slowest: f32,

@@ -149,8 +149,8 @@ impl Scenarios {
     ) -> Result<Outcome, CharacterError> {
         let mut random = random_of(self.seed, index);
         game.restore(self.blank.clone())?;
-        game.set_delay(scenario.delay);
-        ahead.set_delay(scenario.delay);
+        game.set_delay(scenario.delay)?;
+        ahead.set_delay(scenario.delay)?;
         let id = game.spawn(Rigid2::IDENTITY)?;
         let room = Room::new(scenario.around, &mut random_of(self.seed ^ 0x5eed, index));
         let room = room.map_err(|_| CharacterError::Value("the room"))?;
