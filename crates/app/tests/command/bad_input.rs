@@ -273,6 +273,21 @@ fn words_that_it_does_not_know() {
         assert!(ended.stdout.is_empty() && !ended.stderr.contains("panicked"));
         assert!(ended.stderr.contains("Usage") || ended.stderr.contains("--help"));
     }
+    let with_threads: [&[&str]; 7] = [
+        &["crowd"],
+        &["dodge"],
+        &["coverage"],
+        &["duel"],
+        &["play"],
+        &["bake", "shard", "no_plan", "0"],
+        &["bake", "entries", "no_plan", "0"],
+    ];
+    for command in with_threads {
+        let args = [command, &["--threads", "1025"]].concat();
+        let ended = sabaki(folder.path(), &args);
+        assert_eq!(ended.code, 2, "{command:?}");
+        assert!(ended.stderr.contains("0..=1024"), "{}", ended.stderr);
+    }
     sabaki(folder.path(), &["bake", "--out", "x"]).is_refused(&["--clips"]);
     for speed in ["0", "nan"] {
         let told = sabaki(folder.path(), &["coverage", "--speed", speed]);

@@ -29,9 +29,9 @@ pub(crate) struct Args {
     /// Number of characters.
     #[arg(long, default_value_t = 10_000, value_parser = clap::value_parser!(u32).range(1..=4_000_000))]
     count: u32,
-    /// Largest number of threads; 0 for all of the machine.
-    #[arg(long, default_value_t = 0)]
-    threads: usize,
+    /// Largest number of threads; 0 for all of the machine. A crowd uses 64 at most.
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u64).range(0..=1024))]
+    threads: u64,
     /// Number of frames measured in each case; the median counts.
     #[arg(long, default_value_t = 100, value_parser = clap::value_parser!(u32).range(1..=100_000))]
     frames: u32,
