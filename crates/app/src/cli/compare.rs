@@ -59,6 +59,7 @@ struct Table {
 pub(crate) fn run(args: &Args, device: &DeviceArgs, as_json: bool) -> Result<Done, Failure> {
     Plot::check(args.plot.as_ref(), as_json)?;
     if args.settings {
+        device.check_unused("compare --settings")?;
         let baked = args.graph.load()?;
         return map_settings::run(&baked.graph, &throws(args, &baked.graph)?, as_json);
     }

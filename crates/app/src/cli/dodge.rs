@@ -94,6 +94,7 @@ pub(crate) fn run(args: &Args, device: &DeviceArgs, as_json: bool) -> Result<Don
         _ => Vec::new(),
     };
     if let Some(path) = &args.replay {
+        device.check_unused("dodge --replay")?;
         return replay::run(path, &args.graph.load()?.graph, as_json);
     }
     let device = culling::open(device)?;

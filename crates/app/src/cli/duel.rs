@@ -55,6 +55,9 @@ struct BuiltGrid {
 
 pub(crate) fn run(args: &Args, device: &DeviceArgs, as_json: bool) -> Result<Done, Failure> {
     args.film.check(args.rounds)?;
+    if !args.film.draws() {
+        device.check_unused("duel without --out")?;
+    }
     let settings = args.settings()?;
     let baked = args.graph.load()?;
     let built = build_grid(&baked.graph, args.threads as usize);

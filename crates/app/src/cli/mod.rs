@@ -119,28 +119,55 @@ pub(crate) fn main() -> ExitCode {
         }
     };
     start_log(cli.verbose);
-    let done = match cli.command {
-        None => demo::run(&cli.device, cli.json),
-        Some(Command::Bake(args)) => bake::run(&args, cli.json),
-        Some(Command::Annotate(args)) => annotate::run(&args, cli.json),
-        Some(Command::Dodge(args)) => dodge::run(&args, &cli.device, cli.json),
-        Some(Command::Compare(args)) => compare::run(&args, &cli.device, cli.json),
-        Some(Command::Coverage(args)) => coverage::run(&args, cli.json),
-        Some(Command::Lod(args)) => lod::run(&args, cli.json),
-        Some(Command::Crowd(args)) => crowd::run(&args, cli.json),
-        Some(Command::Duel(args)) => duel::run(&args, &cli.device, cli.json),
-        Some(Command::Play(args)) => play::run(&args, cli.json),
-        Some(Command::Render(args)) => render::run(&args, &cli.device, cli.json),
-        #[cfg(feature = "window")]
-        Some(Command::View(args)) => view::run(&args, &cli.device, cli.json),
-        Some(Command::Inspect(args)) => inspect::run(&args, cli.json),
-        Some(Command::Doctor) => doctor::run(&cli.device, cli.json),
-    };
-    match done.and_then(Done::print) {
+    match cli.run().and_then(Done::print) {
         Ok(code) => code,
         Err(failure) => {
             failure.print();
             ExitCode::from(failure.exit_code())
+        }
+    }
+}
+
+impl Cli {
+    fn run(self) -> Result<Done, Failure> {
+        let Self { device, json, .. } = self;
+        let Some(command) = self.command else {
+            return demo::run(&device, json);
+        };
+        if let Some(name) = command.without_device() {
+            device.check_unused(name)?;
+        }
+        match command {
+            Command::Bake(args) => bake::run(&args, json),
+            Command::Annotate(args) => annotate::run(&args, json),
+            Command::Dodge(args) => dodge::run(&args, &device, json),
+            Command::Compare(args) => compare::run(&args, &device, json),
+            Command::Coverage(args) => coverage::run(&args, json),
+            Command::Lod(args) => lod::run(&args, json),
+            Command::Crowd(args) => crowd::run(&args, json),
+            Command::Duel(args) => duel::run(&args, &device, json),
+            Command::Play(args) => play::run(&args, json),
+            Command::Render(args) => render::run(&args, &device, json),
+            #[cfg(feature = "window")]
+            Command::View(args) => view::run(&args, &device, json),
+            Command::Inspect(args) => inspect::run(&args, json),
+            Command::Doctor => doctor::run(&device, json),
+        }
+    }
+}
+
+impl Command {
+    /// The name of a command that never uses a Vulkan device.
+    fn without_device(&self) -> Option<&'static str> {
+        match self {
+            Self::Bake(_) => Some("bake"),
+            Self::Annotate(_) => Some("annotate"),
+            Self::Coverage(_) => Some("coverage"),
+            Self::Lod(_) => Some("lod"),
+            Self::Crowd(_) => Some("crowd"),
+            Self::Play(_) => Some("play"),
+            Self::Inspect(_) => Some("inspect"),
+            _ => None,
         }
     }
 }

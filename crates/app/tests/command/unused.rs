@@ -205,6 +205,31 @@ fn a_device_that_cannot_be_opened_is_refused() {
     }
 }
 
+#[test]
+fn a_device_is_refused_where_none_is_used() {
+    let folder = folder();
+    let without: [(&[&str], &str); 11] = [
+        (&["bake", "--clips", "no.bvh", "--out", "g.sabaki"], "bake"),
+        (&["bake", "join", "no_plan", "--out", "g.sabaki"], "bake"),
+        (&["annotate", "--clips", "no.bvh"], "annotate"),
+        (&["coverage", "no.sabaki"], "coverage"),
+        (&["lod"], "lod"),
+        (&["crowd"], "crowd"),
+        (&["play", "no.sabaki"], "play"),
+        (&["inspect", baked()], "inspect"),
+        (&["duel", "no.sabaki"], "duel without --out"),
+        (&["compare", "no.sabaki", "--settings"], "compare --settings"),
+        (&["dodge", "--replay", "no.json"], "dodge --replay"),
+    ];
+    for (command, name) in without {
+        for option in [&["--device", "no such one"][..], &["--validation"]] {
+            let args = [command, option].concat();
+            let words = [option[0], &format!("{name} uses none")];
+            sabaki(folder.path(), &args).is_refused(&words);
+        }
+    }
+}
+
 /// The clips do not exist: what is wrong is said before they are looked for.
 #[test]
 fn a_file_that_cannot_be_written_is_refused_before_the_work() {

@@ -73,6 +73,11 @@ impl DuelArgs {
         }
     }
 
+    /// Whether the duel is drawn.
+    pub(crate) fn draws(&self) -> bool {
+        self.out.is_some()
+    }
+
     fn rate(&self) -> u16 {
         self.rate.unwrap_or(20)
     }
