@@ -51,6 +51,7 @@ const KINDS: [(EventKind, &str); 2] = [
 
 pub(crate) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
     Plot::check(args.plot.as_ref(), as_json)?;
+    args.read.check_paths(&args.clips)?;
     if let Some(out) = &args.out {
         let inputs = args.clips.iter().chain(&args.against);
         let inputs: Vec<&Path> = inputs.map(PathBuf::as_path).collect();

@@ -36,10 +36,10 @@ pub(crate) struct Args {
     attack: Option<PathBuf>,
     #[command(flatten)]
     methods: MethodArgs,
-    /// Threads that share the attacks where no device culls; 0 for all of the machine. Each time is
+    /// Threads that share the attacks where no device culls; 0 for all of the machine [default: 1]. Each time is
     /// that of one query in its thread.
-    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u64).range(0..=1024))]
-    threads: u64,
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(0..=1024))]
+    threads: Option<u64>,
     /// Runs the exact whole search as well and checks every hit against it.
     #[arg(long)]
     check: bool,
@@ -158,6 +158,10 @@ pub(crate) fn run(args: &Args, device: &DeviceArgs, as_json: bool) -> Result<Don
 impl Args {
     /// What can be refused before any work is done.
     fn check(&self) -> Result<(), Failure> {
+        if self.threads.is_some() && self.methods.all_need_device() {
+            let what = "--threads needs a path of --cull that uses no device: exact or cpu";
+            return Err(Failure::Usage(what.to_owned()));
+        }
         if let Some(folder) = &self.export {
             let inputs = self.graph.files();
             answer_folder::check_holds_no_input(folder, self.attack.as_deref(), &inputs)?;
@@ -197,7 +201,7 @@ impl AllPasses<'_> {
             let folder = folder.filter(|_| is_first);
             let settings = PassSettings {
                 method,
-                threads: args.threads as usize,
+                threads: args.threads.unwrap_or(1) as usize,
                 query_threads: args.methods.query_threads(),
                 list_late: folder.is_some(),
             };

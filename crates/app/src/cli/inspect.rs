@@ -20,6 +20,9 @@ pub(crate) struct Args {
     read: ReadArgs,
 }
 
+/// The file that the options of reading need.
+const MOTION: &str = "a motion file (BVH, AMC or glTF)";
+
 pub(crate) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
     let path = &args.file;
     let head = head(path).map_err(|source| Failure::Open {
@@ -27,6 +30,7 @@ pub(crate) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
         source,
     })?;
     let (document, text) = if archive::is_baked(&head) {
+        args.read.check_unused(MOTION)?;
         let baked = source::from_file(path)?;
         let mut document = source::statistics(&baked);
         document["kind"] = json!("baked");
@@ -38,6 +42,7 @@ pub(crate) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
     {
         motion(path, &args.read)?
     } else if head.iter().find(|byte| !byte.is_ascii_whitespace()) == Some(&b'{') {
+        args.read.check_unused(MOTION)?;
         json_file(path)?
     } else {
         motion(path, &args.read)?
@@ -68,6 +73,7 @@ struct MotionFile {
 }
 
 fn motion(path: &Path, read: &ReadArgs) -> Result<(Value, String), Failure> {
+    read.check_paths(&[path.to_owned()])?;
     let motions = sabaki_import::read_motions(path, &read.options())?;
     let Some(first) = motions.first() else {
         return Err(Failure::Usage(format!("{}: no motion", path.display())));

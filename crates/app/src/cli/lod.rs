@@ -53,15 +53,15 @@ pub(crate) struct Args {
     /// Height of the screen, in pixels.
     #[arg(long, value_name = "PIXELS", default_value_t = 1080.0)]
     screen: f32,
-    /// Height of the character on the screen, in pixels, at which its motion can no longer be seen.
-    #[arg(long, value_name = "PIXELS", default_value_t = 20.0)]
-    vanish: f32,
-    /// Largest error on the screen, in pixels, for --switch error.
-    #[arg(long, value_name = "PIXELS", default_value_t = 1.0)]
-    error: f32,
-    /// Whether --error limits the greatest error of all points and frames, or the mean.
-    #[arg(long, value_enum, default_value = "greatest")]
-    measure: MeasureArg,
+    /// Height of the character on the screen, in pixels, at which its motion can no longer be seen; for --switch energy [default: 20].
+    #[arg(long, value_name = "PIXELS")]
+    vanish: Option<f32>,
+    /// Largest error on the screen, in pixels; for --switch error [default: 1].
+    #[arg(long, value_name = "PIXELS")]
+    error: Option<f32>,
+    /// Whether --error limits the greatest error of all points and frames, or the mean; for --switch error [default: greatest].
+    #[arg(long, value_enum)]
+    measure: Option<MeasureArg>,
     /// Writes the first clip as each level draws it, as animations of one GLB file (.glb).
     #[arg(long, value_name = "FILE")]
     export: Option<PathBuf>,
@@ -157,6 +157,23 @@ impl Args {
             let what = "must be above 0 and below 180 degrees";
             return Err(Failure::Usage(format!("--fov {}: {what}", self.fov)));
         }
+        let (other, unused) = match self.switch {
+            OrderArg::Energy => (
+                "error",
+                [
+                    ("--error", self.error.is_some()),
+                    ("--measure", self.measure.is_some()),
+                ],
+            ),
+            OrderArg::Error => (
+                "energy",
+                [("--vanish", self.vanish.is_some()), ("", false)],
+            ),
+        };
+        if let Some((option, _)) = unused.into_iter().find(|(_, is_given)| *is_given) {
+            return Err(Failure::Usage(format!("{option} needs --switch {other}")));
+        }
+        self.read.check_paths(&self.clips)?;
         let Some(path) = &self.export else {
             return Ok(());
         };
@@ -233,11 +250,10 @@ impl Args {
     }
 
     fn switch_settings(&self, stature: f32) -> Result<SwitchSettings, Failure> {
-        if !(self.vanish.is_finite() && self.vanish > 0.0) {
-            return Err(Failure::Usage(format!(
-                "--vanish {}: must be above 0",
-                self.vanish
-            )));
+        let vanish = self.vanish.unwrap_or(20.0);
+        if !(vanish.is_finite() && vanish > 0.0) {
+            let what = format!("--vanish {vanish}: must be above 0");
+            return Err(Failure::Usage(what));
         }
         let view = View {
             fov: self.fov.to_radians(),
@@ -247,13 +263,13 @@ impl Args {
             view,
             rule: match self.switch {
                 OrderArg::Energy => Rule::Energy {
-                    furthest: view.distance(stature, self.vanish),
+                    furthest: view.distance(stature, vanish),
                 },
                 OrderArg::Error => Rule::ScreenError {
-                    pixels: self.error,
+                    pixels: self.error.unwrap_or(1.0),
                     measure: match self.measure {
-                        MeasureArg::Greatest => Measure::Greatest,
-                        MeasureArg::Mean => Measure::Mean,
+                        None | Some(MeasureArg::Greatest) => Measure::Greatest,
+                        Some(MeasureArg::Mean) => Measure::Mean,
                     },
                 },
             },

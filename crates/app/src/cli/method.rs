@@ -64,6 +64,11 @@ impl MethodArgs {
         self.query_threads as usize
     }
 
+    /// Whether culling paths are named, and each of them needs a device.
+    pub(crate) fn all_need_device(&self) -> bool {
+        !self.cull.is_empty() && self.cull.iter().all(|path| path.needs_device())
+    }
+
     /// Each culling path with each kind of grid.
     pub(crate) fn methods(&self, culling: &Culling) -> Vec<Method> {
         let culls = match self.cull.as_slice() {

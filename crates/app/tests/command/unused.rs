@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use super::run::{baked, folder, sabaki};
+use super::run::{baked, clips, folder, sabaki};
 
 const ATTACK: &str = r#"{"attacks":[{"spheres":[{"t":1,"center":[0,1,0],"radius":0.1}]}]}"#;
 
@@ -140,6 +140,52 @@ fn options_of_random_attacks_and_of_clips_are_refused_without_them() {
         "{}",
         told.stderr
     );
+}
+
+#[test]
+fn options_of_reading_are_refused_where_no_such_file_is_read() {
+    let folder = folder();
+    let (clips, events) = clips();
+    let clip = fs::read_dir(clips).unwrap().next().unwrap().unwrap().path();
+    let clip = clip.to_str().unwrap();
+    for file in [baked(), events] {
+        for [option, value] in [["--up", "z"], ["--scale", "2"], ["--amc-rate", "30"]] {
+            let args = ["inspect", file, option, value];
+            sabaki(folder.path(), &args).is_refused(&[option, "needs a motion file"]);
+        }
+    }
+    let of_bvh: [&[&str]; 5] = [
+        &["inspect", clip],
+        &["lod", clips],
+        &["annotate", "--clips", clips],
+        &["bake", "--clips", clips, "--out", "g.sabaki"],
+        &["dodge", "--clips", clip],
+    ];
+    for args in of_bvh {
+        let args = [args, &["--amc-rate", "30"]].concat();
+        sabaki(folder.path(), &args).is_refused(&["--amc-rate needs an AMC file"]);
+    }
+}
+
+#[test]
+fn options_of_the_other_switch_and_of_threads_are_refused() {
+    let folder = folder();
+    let of_error: [&[&str]; 3] = [
+        &["--error", "50"],
+        &["--error", "nan"],
+        &["--measure", "mean"],
+    ];
+    for options in of_error {
+        let args = [&["lod"], options].concat();
+        let words = format!("{} needs --switch error", options[0]);
+        sabaki(folder.path(), &args).is_refused(&[&words]);
+    }
+    let args = ["lod", "--switch", "error", "--vanish", "100"];
+    sabaki(folder.path(), &args).is_refused(&["--vanish needs --switch energy"]);
+    for paths in ["stencil", "compute,stencil"] {
+        let args = ["dodge", "no.sabaki", "--threads", "4", "--cull", paths];
+        sabaki(folder.path(), &args).is_refused(&["--threads needs a path of --cull"]);
+    }
 }
 
 #[test]

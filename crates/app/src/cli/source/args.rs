@@ -38,6 +38,21 @@ impl ReadArgs {
         }
     }
 
+    /// Refuses `--amc-rate` where no AMC file is among the files and folders that are read.
+    pub(crate) fn check_paths(&self, paths: &[PathBuf]) -> Result<(), Failure> {
+        let is_amc = |path: &PathBuf| {
+            let ending = path.extension();
+            ending.is_some_and(|ending| ending.eq_ignore_ascii_case("amc"))
+        };
+        match self.amc_rate {
+            Some(_) if !sabaki_import::motion_files(paths)?.iter().any(is_amc) => {
+                let what = "--amc-rate needs an AMC file; none is read";
+                Err(Failure::Usage(what.to_owned()))
+            }
+            _ => Ok(()),
+        }
+    }
+
     pub(crate) fn options(&self) -> sabaki_import::ReadOptions {
         sabaki_import::ReadOptions {
             scale: self.scale,
