@@ -115,6 +115,7 @@ impl MotionFile {
             json!({
                 "name": clip.name(),
                 "frames": clip.frames(),
+                "frame_rate": clip.frame_rate(),
                 "seconds": clip.duration(),
                 "events": motion.events,
             })
