@@ -112,7 +112,7 @@ pub(crate) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
     let stature = sabaki_import::stature(&source.skeleton, &pose) as f32;
     // A figure without height in its first frame: its reach serves as its height.
     let stature = if stature > 0.0 { stature } else { levels.reach };
-    let switching = args.switch_settings(stature)?;
+    let switching = args.switch_settings(stature);
     let bands = Switching::new(&levels, &switching).map_err(usage)?;
     let report = Report {
         source,
@@ -172,6 +172,19 @@ impl Args {
         };
         if let Some((option, _)) = unused.into_iter().find(|(_, is_given)| *is_given) {
             return Err(Failure::Usage(format!("{option} needs --switch {other}")));
+        }
+        let pixels = [
+            ("--screen", Some(self.screen)),
+            ("--vanish", self.vanish),
+            ("--error", self.error),
+        ];
+        for (option, pixels) in pixels {
+            let Some(pixels) = pixels else { continue };
+            // An infinite error allows every level.
+            let is_allowed = pixels > 0.0 && (pixels.is_finite() || option == "--error");
+            output::check_number(is_allowed, || {
+                format!("{option} {pixels}: must be above 0 pixels")
+            })?;
         }
         self.read.check_paths(&self.clips)?;
         let Some(path) = &self.export else {
@@ -249,21 +262,16 @@ impl Args {
         })
     }
 
-    fn switch_settings(&self, stature: f32) -> Result<SwitchSettings, Failure> {
-        let vanish = self.vanish.unwrap_or(20.0);
-        if !(vanish.is_finite() && vanish > 0.0) {
-            let what = format!("--vanish {vanish}: must be above 0");
-            return Err(Failure::Usage(what));
-        }
+    fn switch_settings(&self, stature: f32) -> SwitchSettings {
         let view = View {
             fov: self.fov.to_radians(),
             height: self.screen,
         };
-        Ok(SwitchSettings {
+        SwitchSettings {
             view,
             rule: match self.switch {
                 OrderArg::Energy => Rule::Energy {
-                    furthest: view.distance(stature, vanish),
+                    furthest: view.distance(stature, self.vanish.unwrap_or(20.0)),
                 },
                 OrderArg::Error => Rule::ScreenError {
                     pixels: self.error.unwrap_or(1.0),
@@ -274,6 +282,6 @@ impl Args {
                 },
             },
             ..SwitchSettings::default()
-        })
+        }
     }
 }

@@ -51,7 +51,7 @@ mod view;
 
 use std::process::ExitCode;
 
-use clap::{Parser, Subcommand};
+use clap::{ArgMatches, CommandFactory, FromArgMatches, Parser, Subcommand};
 
 pub(crate) use output::{Done, Failure};
 
@@ -110,7 +110,7 @@ enum Command {
 
 /// Runs the command and returns its exit code.
 pub(crate) fn main() -> ExitCode {
-    let cli = match Cli::try_parse() {
+    let cli = match Cli::try_parse_numbers() {
         Ok(cli) => cli,
         Err(error) => {
             // Help and version are not errors; clap chooses the stream and the exit code.
@@ -128,7 +128,25 @@ pub(crate) fn main() -> ExitCode {
     }
 }
 
+/// Lets each option take negative numbers, so that what refuses one is the option's own range.
+fn with_negative_numbers(command: clap::Command) -> clap::Command {
+    let takes_value = |arg: &clap::Arg| !arg.is_positional() && arg.get_action().takes_values();
+    command
+        .mut_args(|arg| match takes_value(&arg) {
+            true => arg.allow_negative_numbers(true),
+            false => arg,
+        })
+        .mut_subcommands(with_negative_numbers)
+}
+
 impl Cli {
+    /// Reads the arguments of this process.
+    fn try_parse_numbers() -> Result<Self, clap::Error> {
+        let mut command = with_negative_numbers(Self::command());
+        let matches: ArgMatches = command.try_get_matches_from_mut(std::env::args_os())?;
+        Self::from_arg_matches(&matches).map_err(|error| error.format(&mut command))
+    }
+
     fn run(self) -> Result<Done, Failure> {
         let Self { device, json, .. } = self;
         let Some(command) = self.command else {

@@ -97,18 +97,26 @@ fn motions_that_make_no_graph() {
         told.is_refused(&["threshold"]);
     }
     let told = sabaki(folder.path(), &bake(one, &["--memory", "0.0001"]));
-    told.is_refused(&["GB of memory", "--memory"]);
+    told.is_refused(&["MB of memory", "107.4 kB is the most", "--memory"]);
     for scale in ["0", "inf", "1e30"] {
         sabaki(folder.path(), &bake(one, &["--scale", scale])).is_refused(&[]);
     }
     sabaki(folder.path(), &bake(one, &["--scale", "10000"])).is_refused(&[]);
-    for maps in [
-        &["--slices", "65"][..],
-        &["--texel", "0"],
-        &["--slab", "nan"],
-        &["--attack-pitch", "3"],
+    for settings in [
+        ["--slices", "65"],
+        ["--texel", "0"],
+        ["--texel", "-1"],
+        ["--slab", "NaN"],
+        ["--attack-pitch", "3"],
+        ["--threshold", "NaN"],
+        ["--threshold", "-1"],
+        ["--memory", "NaN"],
+        ["--memory", "0"],
+        ["--memory", "-1"],
     ] {
-        sabaki(folder.path(), &bake(one, maps)).is_refused(&[]);
+        let told = sabaki(folder.path(), &bake(one, &settings));
+        let begins = format!("sabaki: {} {}: must be ", settings[0], settings[1]);
+        told.is_refused(&[&begins]);
     }
     let both = bake(one, &["--paper-maps", "--slices", "8"]);
     assert_eq!(sabaki(folder.path(), &both).code, 2);
@@ -288,6 +296,14 @@ fn words_that_it_does_not_know() {
         assert_eq!(ended.code, 2, "{command:?}");
         assert!(ended.stderr.contains("0..=1024"), "{}", ended.stderr);
     }
+    // What refuses a negative number is the range, and not that it looks like an option.
+    for args in [["dodge", "--attacks", "-1"], ["compare", "--attacks", "-1"], ["crowd", "--count", "-1"]] {
+        let ended = sabaki(folder.path(), &args);
+        assert_eq!(ended.code, 2, "{args:?}");
+        assert!(ended.stderr.contains("is not in 1..="), "{}", ended.stderr);
+        assert!(!ended.stderr.contains("-- -1"), "{}", ended.stderr);
+    }
+    sabaki(folder.path(), &["inspect", "x.bvh", "--scale", "-1"]).is_refused(&["scale", "-1"]);
     sabaki(folder.path(), &["bake", "--out", "x"]).is_refused(&["--clips"]);
     for speed in ["0", "nan"] {
         let told = sabaki(folder.path(), &["coverage", "--speed", speed]);

@@ -157,7 +157,18 @@ fn a_budget_that_nothing_meets_allows_any_error() {
 fn crowd_refuses_what_makes_no_sense() {
     let folder = folder();
     for (args, word) in [
-        (["crowd", "--json", "--error=0"], "pixels"),
+        (
+            ["crowd", "--json", "--error=0"],
+            "--error 0: must be above 0 pixels",
+        ),
+        (
+            ["crowd", "--json", "--error=NaN"],
+            "--error NaN: must be above 0 pixels",
+        ),
+        (
+            ["crowd", "--json", "--budget=NaN"],
+            "--budget NaN: must be 0 milliseconds or more",
+        ),
         (["crowd", "--json", "nowhere.bvh"], "nowhere.bvh"),
     ] {
         sabaki(folder.path(), &args).is_refused(&[word]);

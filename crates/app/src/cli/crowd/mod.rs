@@ -50,6 +50,7 @@ pub(crate) struct Args {
 }
 
 pub(crate) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
+    args.check()?;
     let scene = Scene::new(args, None)?;
     let cut_scenes = { CUTS.into_iter() }
         .map(|clips| Scene::new(args, Some(clips)))
@@ -88,6 +89,17 @@ fn usage(error: impl std::fmt::Display) -> Failure {
 }
 
 impl Args {
+    /// What can be refused before the clips are read.
+    fn check(&self) -> Result<(), Failure> {
+        output::check_number(self.error > 0.0, || {
+            format!("--error {}: must be above 0 pixels", self.error)
+        })?;
+        let budget = self.budget.unwrap_or_default();
+        output::check_number(budget.is_finite() && budget >= 0.0, || {
+            format!("--budget {budget}: must be 0 milliseconds or more")
+        })
+    }
+
     fn form(&self) -> Form {
         match self.rotations {
             true => Form::Rotations,

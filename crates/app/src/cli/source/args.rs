@@ -8,6 +8,7 @@ use sabaki::graph::GraphSettings;
 use super::super::Failure;
 use super::super::figure::FigureArgs;
 use super::super::maps::MapArgs;
+use super::super::output::check_number;
 
 /// What motion files do not contain.
 #[derive(Clone, Copy, Debug, clap::Args)]
@@ -95,7 +96,7 @@ pub(crate) struct ClipArgs {
     pub(crate) threshold: f32,
     /// Largest error that compressing the clips may cause at the joints, in millimetres; at the ends it may be three times as large. 0
     /// leaves the clips as they are.
-    #[arg(long, value_name = "MM", requires = "clips", default_value_t = 0.1, value_parser = clip_error, allow_negative_numbers = true)]
+    #[arg(long, value_name = "MM", requires = "clips", default_value_t = 0.1, value_parser = clip_error)]
     pub(crate) clip_error: f32,
     /// Memory that building the graph may take, in GB. Clips that would take more are rejected before the work begins.
     #[arg(long, value_name = "GB", requires = "clips", default_value_t = GraphSettings::MEMORY as f64 / GB)]
@@ -113,6 +114,20 @@ fn clip_error(text: &str) -> Result<f32, String> {
 }
 
 impl ClipArgs {
+    /// What can be refused before the clips are read.
+    pub(super) fn check(&self) -> Result<(), Failure> {
+        let (threshold, memory) = (self.threshold, self.memory);
+        check_number((1e-6..=1e3).contains(&threshold), || {
+            format!("--threshold {threshold}: must be 0.000001 to 1000 metres")
+        })?;
+        check_number(memory > 0.0, || {
+            format!("--memory {memory}: must be above 0 GB")
+        })?;
+        self.maps.check()?;
+        self.figure.check()?;
+        self.read.check_paths(&self.clips)
+    }
+
     pub(super) fn graph_settings(&self) -> GraphSettings {
         GraphSettings {
             threshold: self.threshold,
