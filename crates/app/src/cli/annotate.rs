@@ -9,6 +9,7 @@ use sabaki_import::{ClipEvents, EventEntry, EventsFile, LoadedClip, ReadError};
 use serde_json::{Value, json};
 
 use super::annotate_figure::{Figure, Panel};
+use super::bake::own_file;
 use super::output::{check_can_be_written, check_is_no_input, table};
 use super::plot::Plot;
 use super::source::ReadArgs;
@@ -51,6 +52,11 @@ const KINDS: [(EventKind, &str); 2] = [
 
 pub(crate) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
     Plot::check(args.plot.as_ref(), as_json)?;
+    if !args.keep_going {
+        args.clips
+            .iter()
+            .try_for_each(|path| own_file::check_is_none(path))?;
+    }
     args.read.check_paths(&args.clips)?;
     if let Some(out) = &args.out {
         let inputs = args.clips.iter().chain(&args.against);

@@ -9,6 +9,7 @@ use sabaki::archive;
 use sabaki_import::{self, AttackFile, EventsFile, LoadedClip};
 use serde_json::{Value, json};
 
+use super::bake::own_file;
 use super::source::{self, ReadArgs};
 use super::{Done, Failure};
 
@@ -73,6 +74,7 @@ struct MotionFile {
 }
 
 fn motion(path: &Path, read: &ReadArgs) -> Result<(Value, String), Failure> {
+    own_file::check_is_none(path)?;
     read.check_paths(&[path.to_owned()])?;
     let motions = sabaki_import::read_motions(path, &read.options())?;
     let Some(first) = motions.first() else {

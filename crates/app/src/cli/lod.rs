@@ -13,6 +13,7 @@ use sabaki::lod::{
 };
 use sabaki_app::demo;
 
+use super::bake::own_file;
 use super::lod_report::{Report, Source};
 use super::plot::Plot;
 use super::source::ReadArgs;
@@ -186,6 +187,9 @@ impl Args {
                 format!("{option} {pixels}: must be above 0 pixels")
             })?;
         }
+        self.clips
+            .iter()
+            .try_for_each(|path| own_file::check_is_none(path))?;
         self.read.check_paths(&self.clips)?;
         let Some(path) = &self.export else {
             return Ok(());

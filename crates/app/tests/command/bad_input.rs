@@ -214,6 +214,27 @@ fn attacks_that_are_none() {
 }
 
 #[test]
+fn files_of_bakes_that_are_no_motions() {
+    let folder = folder();
+    let graph = baked();
+    let record = format!("{graph}.record");
+    let record = record.as_str();
+    let cases: [(&[&str], &str, &str); 8] = [
+        (&["lod", graph], graph, "a baked graph"),
+        (&["crowd", graph], graph, "a baked graph"),
+        (&["annotate", "--clips", graph], graph, "a baked graph"),
+        (&bake(graph, &[]), graph, "a baked graph"),
+        (&["inspect", record], record, "the record of a bake"),
+        (&["lod", record], record, "the record of a bake"),
+        (&["crowd", record], record, "the record of a bake"),
+        (&bake(record, &[]), record, "the record of a bake"),
+    ];
+    for (args, file, what) in cases {
+        sabaki(folder.path(), args).is_refused(&[file, what, "not a motion file"]);
+    }
+}
+
+#[test]
 fn places_that_cannot_be_written_to() {
     let folder = folder();
     let (clips, events) = clips();

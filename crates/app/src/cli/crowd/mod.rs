@@ -19,6 +19,7 @@ use serde_json::json;
 
 use self::cases::CUTS;
 use self::scene::Scene;
+use super::bake::own_file;
 use super::{Done, Failure, cancel, output};
 
 #[derive(clap::Args)]
@@ -91,6 +92,9 @@ fn usage(error: impl std::fmt::Display) -> Failure {
 impl Args {
     /// What can be refused before the clips are read.
     fn check(&self) -> Result<(), Failure> {
+        if let Some(path) = &self.clip {
+            own_file::check_is_none(path)?;
+        }
         output::check_number(self.error > 0.0, || {
             format!("--error {}: must be above 0 pixels", self.error)
         })?;

@@ -6,6 +6,7 @@ use sabaki::anim::CompressionSettings;
 use sabaki::graph::GraphSettings;
 
 use super::super::Failure;
+use super::super::bake::own_file;
 use super::super::figure::FigureArgs;
 use super::super::maps::MapArgs;
 use super::super::output::check_number;
@@ -125,6 +126,10 @@ impl ClipArgs {
         })?;
         self.maps.check()?;
         self.figure.check()?;
+        // Of several files those that cannot be read are listed, or left out.
+        if let [only] = self.clips.as_slice() {
+            own_file::check_is_none(only)?;
+        }
         self.read.check_paths(&self.clips)
     }
 
