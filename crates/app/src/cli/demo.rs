@@ -14,7 +14,7 @@ use super::passes::{Attacks, Method, Pass, PassSettings};
 use super::source::Baked;
 use super::stats::{QueryRunner, Run};
 use super::summary::{self, Summary};
-use super::{Done, Failure, dodge, sheet, source};
+use super::{Done, Failure, dodge, output, sheet, source};
 
 /// Number of balls.
 const ATTACKS: u64 = 100;
@@ -36,6 +36,7 @@ struct Shown {
 pub(crate) fn run(device: &DeviceArgs, as_json: bool) -> Result<Done, Failure> {
     // Fails before the work starts.
     let folder = Path::new(FOLDER);
+    output::check_can_be_folder("the demo writes to the folder out", folder)?;
     std::fs::create_dir_all(folder).map_err(|source| Failure::Write {
         path: folder.to_owned(),
         source,

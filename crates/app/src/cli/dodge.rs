@@ -163,6 +163,7 @@ impl Args {
             return Err(Failure::Usage(what.to_owned()));
         }
         if let Some(folder) = &self.export {
+            output::check_can_be_folder(&format!("--export {}", folder.display()), folder)?;
             let inputs = self.graph.files();
             answer_folder::check_holds_no_input(folder, self.attack.as_deref(), &inputs)?;
         }

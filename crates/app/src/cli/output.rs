@@ -205,6 +205,17 @@ pub(crate) fn check_can_be_written(option: &str, out: &Path) -> Result<(), Failu
     }
 }
 
+/// Refuses a folder that cannot be made, before any work is done: a part of its path is a file. `what` names it.
+pub(crate) fn check_can_be_folder(what: &str, folder: &Path) -> Result<(), Failure> {
+    match folder.ancestors().find(|place| place.exists()) {
+        Some(place) if !place.is_dir() => Err(Failure::Usage(format!(
+            "{what}: {} is not a folder",
+            place.display()
+        ))),
+        _ => Ok(()),
+    }
+}
+
 /// Refuses a number that an option gives and that is not allowed; `what` names the option and its range.
 pub(crate) fn check_number(
     is_allowed: bool,

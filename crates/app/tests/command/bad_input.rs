@@ -244,17 +244,11 @@ fn places_that_cannot_be_written_to() {
         let args = ["bake", "--clips", clips, "--events", events, "--out", out];
         sabaki(folder.path(), &args).is_refused(&[out]);
     }
-    let args = [
-        "dodge",
-        baked(),
-        "--attacks",
-        "1",
-        "--cull",
-        "cpu",
-        "--export",
-        "file",
-    ];
-    sabaki(folder.path(), &args).is_refused(&["file"]);
+    for export in ["file", "file/x.txt"] {
+        let args = ["dodge", baked(), "--export", export];
+        let words = format!("--export {export}: file is not a folder");
+        sabaki(folder.path(), &args).is_refused(&[&words]);
+    }
     for command in ["compare", "coverage"] {
         let option = if command == "compare" {
             "--plot"
@@ -265,7 +259,7 @@ fn places_that_cannot_be_written_to() {
         sabaki(folder.path(), &args).is_refused(&["file/x.png"]);
     }
     fs::write(folder.path().join("out"), "the demo needs this name").unwrap();
-    sabaki(folder.path(), &[]).is_refused(&["out"]);
+    sabaki(folder.path(), &[]).is_refused(&["out is not a folder"]);
     assert_eq!(
         text_of(&folder.path().join("out")),
         "the demo needs this name"

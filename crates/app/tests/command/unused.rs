@@ -18,7 +18,8 @@ fn options_of_another_scene_or_kind_of_file_are_refused_by_render() {
     for option in ["--attack", "--seed", "--index", "--at", "--contact"] {
         let given = [option, "1"];
         for scene in ["crowd", "body"] {
-            refused(scene, &given, &[option, "another scene", scene]);
+            let words = [option, "only for render dodge", scene];
+            refused(scene, &given, &words);
         }
     }
     for option in ["--storyboard", "--maps", "--regions", "--no-ghost"] {
@@ -28,12 +29,13 @@ fn options_of_another_scene_or_kind_of_file_are_refused_by_render() {
         refused(
             scene,
             &["--count", "5"],
-            &["--count", "another scene", scene],
+            &["--count", "only for render crowd", scene],
         );
         refused(scene, &["--levels"], &["--levels"]);
     }
-    refused("body", &["--rate", "5"], &["--rate", "another scene"]);
-    refused("body", &["--plain"], &["--plain", "another scene"]);
+    let others = "only for render dodge and render crowd";
+    refused("body", &["--rate", "5"], &["--rate", others]);
+    refused("body", &["--plain"], &["--plain", others]);
     for scene in ["dodge", "crowd"] {
         refused(scene, &["--rate", "5"], &["--rate", "a.png", ".gif"]);
     }

@@ -113,17 +113,19 @@ impl Args {
             self.graph.check_unused("render crowd")?;
         }
         let (of_dodge, of_crowd) = (self.dodge.given(), self.crowd.given());
+        let of_dodge = of_dodge.map(|option| (option, "render dodge"));
+        let of_crowd = of_crowd.map(|option| (option, "render crowd"));
         let (scene, wrong) = match self.scene {
             Scene::Dodge => ("dodge", of_crowd),
             Scene::Crowd => ("crowd", of_dodge),
             Scene::Body => {
                 let own = [("--rate", self.rate.is_some()), ("--plain", self.plain)];
-                let own = first_given(&own);
+                let own = first_given(&own).map(|option| (option, "render dodge and render crowd"));
                 ("body", of_dodge.or(of_crowd).or(own))
             }
         };
-        if let Some(option) = wrong {
-            let what = format!("{option} is of another scene than {scene}");
+        if let Some((option, others)) = wrong {
+            let what = format!("render {scene} takes no {option}; it is only for {others}");
             return Err(Failure::Usage(what));
         }
         if self.rate.is_some() {
