@@ -3,6 +3,8 @@
 
 mod annotate;
 mod bad_input;
+#[cfg(unix)]
+mod cancel;
 use sabaki_testing as common;
 mod crowd;
 mod duel;

@@ -13,7 +13,7 @@ use super::bake::own_file;
 use super::output::{check_can_be_written, check_is_no_input, table};
 use super::plot::Plot;
 use super::source::ReadArgs;
-use super::{Done, Failure};
+use super::{Done, Failure, cancel};
 
 #[derive(clap::Args)]
 pub(crate) struct Args {
@@ -64,6 +64,7 @@ pub(crate) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
         check_is_no_input("--out", out, &inputs)?;
         check_can_be_written("--out", out)?;
     }
+    cancel::listen();
     let against = args.against.as_deref().map(EventsFile::read).transpose()?;
     let report = Report::new(args, against.as_ref())?;
     if let Some(out) = &args.out {
@@ -111,6 +112,7 @@ impl Report {
             ..Self::default()
         };
         for path in sabaki_import::motion_files(&args.clips)? {
+            cancel::check()?;
             match sabaki_import::read_motions(&path, &args.read.options()) {
                 Ok(motions) => {
                     let motions = motions.iter();

@@ -58,6 +58,7 @@ struct Table {
 
 pub(crate) fn run(args: &Args, device: &DeviceArgs, as_json: bool) -> Result<Done, Failure> {
     Plot::check(args.plot.as_ref(), as_json)?;
+    cancel::listen();
     if args.settings {
         device.check_unused("compare --settings")?;
         let baked = args.graph.load()?;
@@ -117,6 +118,7 @@ pub(crate) fn run(args: &Args, device: &DeviceArgs, as_json: bool) -> Result<Don
 fn throws(args: &Args, baked: &BakedGraph) -> Result<Vec<Throw>, Failure> {
     let settings = ThrowSettings::default();
     let random = |index| {
+        cancel::check()?;
         throw(baked, &settings, args.seed, index).map_err(|error| Failure::Attack {
             index: index as usize,
             error,
@@ -136,7 +138,6 @@ fn measure(attacks: Attacks<'_>, grid: Enumerate, culling: &mut Culling) -> Resu
     let mut rows: Vec<Row> = methods.map(Row::new).collect();
     let mut askers: Vec<QueryRunner<'_>> = rows.iter().map(|_| QueryRunner::new(baked)).collect();
     let mut regret = Vec::new();
-    cancel::listen();
     let bar = output::progress("comparing", throws.len() as u64);
     // The first attack twice: memory is filled when times begin to count.
     for (count, throw) in throws[..1].iter().chain(throws).enumerate() {

@@ -51,6 +51,7 @@ pub(crate) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
         return Err(Failure::Usage(what));
     }
     Plot::check(args.plot.as_ref(), as_json)?;
+    cancel::listen();
     let baked = args.graph.load()?;
     if args.by_time {
         return by_time(args, &baked, as_json);
@@ -97,7 +98,6 @@ fn throw_all(args: &Args, baked: &BakedGraph) -> Result<Coverage, Failure> {
     /// One of each of 35 kinds from 8 directions, ten times.
     const ATTACKS: u64 = 2800;
     let each = (args.attacks.unwrap_or(ATTACKS) / cells.len() as u64).max(1);
-    cancel::listen();
     let bar = output::progress("throwing", each * cells.len() as u64);
     let settings = QuerySettings::default();
     let query = Query::new(baked, &settings);

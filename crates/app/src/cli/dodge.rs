@@ -18,7 +18,7 @@ use super::culling::{self, Culling, DeviceArgs};
 use super::passes::{Attacks, Method, MethodArgs, Pass, PassSettings};
 use super::source::{self, Baked, GraphArgs};
 use super::summary::{self, Summary};
-use super::{Done, Failure, answer_folder, explain, output, quality, replay};
+use super::{Done, Failure, answer_folder, cancel, explain, output, quality, replay};
 
 #[derive(clap::Args)]
 pub(crate) struct Args {
@@ -97,6 +97,7 @@ pub(crate) fn run(args: &Args, device: &DeviceArgs, as_json: bool) -> Result<Don
         device.check_unused("dodge --replay")?;
         return replay::run(path, &args.graph.load()?.graph, as_json);
     }
+    cancel::listen();
     let device = culling::open(device)?;
     let baked = args.graph.load()?;
     let throws = throws(args, &baked.graph)?;
@@ -242,6 +243,7 @@ fn throws(args: &Args, baked: &BakedGraph) -> Result<Vec<Throw>, Failure> {
                 index..index.saturating_add(1)
             });
         let random = |index| {
+            cancel::check()?;
             let thrown = throw(baked, &settings, args.seed, index);
             thrown.map_err(|error| Failure::Attack {
                 index: index as usize,

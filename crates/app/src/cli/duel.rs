@@ -59,6 +59,7 @@ pub(crate) fn run(args: &Args, device: &DeviceArgs, as_json: bool) -> Result<Don
         device.check_unused("duel without --out")?;
     }
     let settings = args.settings()?;
+    cancel::listen();
     let baked = args.graph.load()?;
     let built = build_grid(&baked.graph, args.threads as usize);
     let fought = built.fight(&baked.graph, args.rounds, &settings)?;
@@ -126,7 +127,6 @@ impl BuiltGrid {
     ) -> Result<Fought, Failure> {
         let usage = |error: DuelError| Failure::Usage(error.to_string());
         let mut duel = Duel::new(baked, &self.grid, settings).map_err(usage)?;
-        cancel::listen();
         let bar = output::progress("fighting", u64::from(rounds));
         let settings = QuerySettings::default();
         let query = Query::new(baked, &settings);

@@ -109,10 +109,14 @@ pub(crate) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
         rows.push(row);
     }
     let changers = (args.threats as usize).clamp(4, 100);
+    let steer = scenarios.steer(changers, threads).map_err(refused)?;
+    cancel::check()?;
+    let idle = idle(&baked, threads).map_err(refused)?;
+    cancel::check()?;
     let report = Report {
         rows,
-        steer: scenarios.steer(changers, threads).map_err(refused)?,
-        idle: idle(&baked, threads).map_err(refused)?,
+        steer,
+        idle,
         times: crowded(&baked, threads).map_err(refused)?,
     };
     bar.finish_and_clear();

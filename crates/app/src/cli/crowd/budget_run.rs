@@ -12,7 +12,7 @@ use super::cases::{Case, Lod, Motion, What};
 use super::row::Row;
 use super::scene::{SECONDS, Scene};
 use super::{Args, usage};
-use crate::cli::Failure;
+use crate::cli::{Failure, cancel};
 
 /// Number of frames that are measured.
 const FRAMES: u32 = 2000;
@@ -69,6 +69,7 @@ impl Scene {
             pixels: Vec::with_capacity(FRAMES as usize),
         };
         for frame in 0..LEARNING + FRAMES {
+            cancel::check()?;
             let started = Instant::now();
             let eye = self.eye(Motion::Run, frame);
             distances.clear();

@@ -52,12 +52,12 @@ pub(crate) struct Args {
 
 pub(crate) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
     args.check()?;
+    cancel::listen();
     let scene = Scene::new(args, None)?;
     let cut_scenes = { CUTS.into_iter() }
         .map(|clips| Scene::new(args, Some(clips)))
         .collect::<Result<Vec<_>, _>>()?;
     let cases = args.cases(scene.animations.levels());
-    cancel::listen();
     let bar = output::progress("posing", cases.len() as u64);
     let mut rows = Vec::with_capacity(cases.len());
     for case in cases.into_iter().progress_with(bar) {
