@@ -10,6 +10,7 @@ use sabaki_app::percentile::percentile;
 use serde_json::{Value, json};
 
 use super::culling::{self, Culling, DeviceArgs, PathTimes};
+use super::numbers::whole;
 use super::passes::{Attacks, LookupArg, Method};
 use super::plot::Plot;
 use super::source::{self, GraphArgs};
@@ -21,7 +22,7 @@ pub(crate) struct Args {
     #[command(flatten)]
     graph: GraphArgs,
     /// Number of random attacks.
-    #[arg(long, value_name = "N", default_value_t = 200, value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
+    #[arg(long, value_name = "N", default_value_t = 200, value_parser = whole::<u64>(1..=1_000_000))]
     attacks: u64,
     /// Seed of the random attacks.
     #[arg(long, value_name = "S", default_value_t = 1)]

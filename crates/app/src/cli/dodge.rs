@@ -15,6 +15,7 @@ use serde_json::Value;
 
 use super::answer_files::{AnswerFolder, Asked, graph_name};
 use super::culling::{self, Culling, DeviceArgs};
+use super::numbers::whole;
 use super::passes::{Attacks, Method, MethodArgs, Pass, PassSettings};
 use super::source::{self, Baked, GraphArgs};
 use super::summary::{self, Summary};
@@ -26,7 +27,7 @@ pub(crate) struct Args {
     graph: GraphArgs,
     /// Number of random attacks: balls thrown at a part of the body, each of which would hit the
     /// continued motion [default: 20].
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
+    #[arg(long, value_name = "N", value_parser = whole::<u64>(1..=1_000_000))]
     attacks: Option<u64>,
     /// Seed of the random attacks; the same seed throws the same balls.
     #[arg(long, value_name = "S", default_value_t = 1)]
@@ -38,7 +39,7 @@ pub(crate) struct Args {
     methods: MethodArgs,
     /// Threads that share the attacks where no device culls; 0 for all of the machine [default: 1]. Each time is
     /// that of one query in its thread.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(0..=1024))]
+    #[arg(long, value_name = "N", value_parser = whole::<u64>(0..=1024))]
     threads: Option<u64>,
     /// Runs the exact whole search as well and checks every hit against it.
     #[arg(long)]
@@ -56,7 +57,7 @@ pub(crate) struct Args {
     #[arg(long, value_enum, requires = "export", default_value = "bvh")]
     format: FormatArg,
     /// Answers only the attack with this index and explains the outcome of each candidate.
-    #[arg(long, value_name = "INDEX", value_parser = clap::value_parser!(u64).range(0..=1_000_000_000), conflicts_with_all = ["threads", "check"])]
+    #[arg(long, value_name = "INDEX", value_parser = whole::<u64>(0..=1_000_000_000), conflicts_with_all = ["threads", "check"])]
     explain: Option<u64>,
     /// Lists all candidates with --explain.
     #[arg(long, requires = "explain")]

@@ -12,6 +12,7 @@ use sabaki::query::{Answer, Query, QueryContext, QuerySettings};
 use serde_json::{Value, json};
 
 use super::culling::DeviceArgs;
+use super::numbers::whole;
 use super::source::{self, GraphArgs};
 use super::{Done, Failure, cancel, output};
 
@@ -20,7 +21,7 @@ pub(crate) struct Args {
     #[command(flatten)]
     graph: GraphArgs,
     /// Number of exchanges. The attacker changes after each.
-    #[arg(long, value_name = "N", default_value_t = 8, value_parser = clap::value_parser!(u32).range(1..=10_000))]
+    #[arg(long, value_name = "N", default_value_t = 8, value_parser = whole::<u32>(1..=10_000))]
     rounds: u32,
     /// Random seed. The same seed gives the same duel.
     #[arg(long, value_name = "S", default_value_t = 1)]
@@ -29,7 +30,7 @@ pub(crate) struct Args {
     #[arg(long, value_name = "METRES", default_value_t = DuelSettings::default().opening)]
     apart: f32,
     /// Number of threads that build the attack grid; 0 for all of the machine. The duel does not depend on it.
-    #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u64).range(0..=1024))]
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = whole::<u64>(0..=1024))]
     threads: u64,
     #[command(flatten)]
     film: super::render::DuelArgs,

@@ -63,10 +63,7 @@ const OUTCOMES: [(Outcome, &str); 6] = [
         "not tested: no clearance would make V smaller than that of the chosen one",
     ),
     (Outcome::Hit, "hit: by the exact test"),
-    (
-        Outcome::Culled,
-        "culled: the body maps overlap the attack",
-    ),
+    (Outcome::Culled, "culled: the body maps overlap the attack"),
     (
         Outcome::NotInTime,
         "not in time: no rate starts the evasion when the attack starts",
@@ -198,8 +195,9 @@ impl Explanation<'_> {
     /// The candidates with one outcome, best first.
     fn list(&self, text: &mut String, outcome: Outcome, meaning: &str) {
         let reports = self.answer.candidates.iter();
-        let mut some: Vec<&CandidateReport> =
-            reports.filter(|report| Outcome::of(report) == outcome).collect();
+        let mut some: Vec<&CandidateReport> = reports
+            .filter(|report| Outcome::of(report) == outcome)
+            .collect();
         if some.is_empty() {
             return;
         }

@@ -15,6 +15,7 @@ use sabaki_app::demo;
 
 use super::bake::own_file;
 use super::lod_report::{Report, Source};
+use super::numbers::check_number;
 use super::plot::Plot;
 use super::source::ReadArgs;
 use super::{Done, Failure, lod_report, output};
@@ -166,10 +167,7 @@ impl Args {
                     ("--measure", self.measure.is_some()),
                 ],
             ),
-            OrderArg::Error => (
-                "energy",
-                [("--vanish", self.vanish.is_some()), ("", false)],
-            ),
+            OrderArg::Error => ("energy", [("--vanish", self.vanish.is_some()), ("", false)]),
         };
         if let Some((option, _)) = unused.into_iter().find(|(_, is_given)| *is_given) {
             return Err(Failure::Usage(format!("{option} needs --switch {other}")));
@@ -183,7 +181,7 @@ impl Args {
             let Some(pixels) = pixels else { continue };
             // An infinite error allows every level.
             let is_allowed = pixels > 0.0 && (pixels.is_finite() || option == "--error");
-            output::check_number(is_allowed, || {
+            check_number(is_allowed, || {
                 format!("{option} {pixels}: must be above 0 pixels")
             })?;
         }

@@ -4,7 +4,7 @@ use sabaki::internal::Section;
 use sabaki::maps::MapGrid;
 
 use super::Failure;
-use super::output::check_number;
+use super::numbers::check_number;
 
 /// Settings of the maps; `compare --settings` measures what each one changes.
 #[derive(Clone, Copy, Debug, clap::Args)]

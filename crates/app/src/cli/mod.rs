@@ -32,6 +32,7 @@ mod map_settings;
 mod maps;
 mod mesh;
 mod method;
+mod numbers;
 mod output;
 mod pass_times;
 mod passes;

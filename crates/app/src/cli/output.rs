@@ -216,17 +216,6 @@ pub(crate) fn check_can_be_folder(what: &str, folder: &Path) -> Result<(), Failu
     }
 }
 
-/// Refuses a number that an option gives and that is not allowed; `what` names the option and its range.
-pub(crate) fn check_number(
-    is_allowed: bool,
-    what: impl FnOnce() -> String,
-) -> Result<(), Failure> {
-    match is_allowed {
-        true => Ok(()),
-        false => Err(Failure::Usage(what())),
-    }
-}
-
 /// A table with a header. The first `left` columns are aligned to the left, the others to the right.
 pub(crate) fn table(head: &[&str], left: usize) -> Table {
     let mut table = Table::new();

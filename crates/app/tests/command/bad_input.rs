@@ -97,11 +97,12 @@ fn motions_that_make_no_graph() {
         told.is_refused(&["threshold"]);
     }
     let told = sabaki(folder.path(), &bake(one, &["--memory", "0.0001"]));
-    told.is_refused(&["MB of memory", "107.4 kB is the most", "--memory"]);
+    told.is_refused(&["kB of memory", "107.4 kB is the most", "--memory"]);
     for scale in ["0", "inf", "1e30"] {
         sabaki(folder.path(), &bake(one, &["--scale", scale])).is_refused(&[]);
     }
     sabaki(folder.path(), &bake(one, &["--scale", "10000"])).is_refused(&[]);
+    sabaki(folder.path(), &bake(one, &["--scale", "-1"])).is_refused(&["a scale of -1 metres"]);
     for settings in [
         ["--slices", "65"],
         ["--texel", "0"],
@@ -312,13 +313,16 @@ fn words_that_it_does_not_know() {
         assert!(ended.stderr.contains("0..=1024"), "{}", ended.stderr);
     }
     // What refuses a negative number is the range, and not that it looks like an option.
-    for args in [["dodge", "--attacks", "-1"], ["compare", "--attacks", "-1"], ["crowd", "--count", "-1"]] {
+    for args in [
+        ["dodge", "--attacks", "-1"],
+        ["compare", "--attacks", "-1"],
+        ["crowd", "--count", "-1"],
+    ] {
         let ended = sabaki(folder.path(), &args);
         assert_eq!(ended.code, 2, "{args:?}");
         assert!(ended.stderr.contains("is not in 1..="), "{}", ended.stderr);
         assert!(!ended.stderr.contains("-- -1"), "{}", ended.stderr);
     }
-    sabaki(folder.path(), &["inspect", "x.bvh", "--scale", "-1"]).is_refused(&["scale", "-1"]);
     sabaki(folder.path(), &["bake", "--out", "x"]).is_refused(&["--clips"]);
     for speed in ["0", "nan"] {
         let told = sabaki(folder.path(), &["coverage", "--speed", speed]);

@@ -45,7 +45,11 @@ fn what_takes_long_ends_with_a_message_and_its_exit_code() {
         let mut ends = delays.iter().map(|&delay| interrupted(args, delay));
         let listened = ends.find(|(code, ..)| code.is_some());
         let (code, stdout, stderr) = listened.unwrap_or_else(|| panic!("killed: {args:?}"));
-        assert_eq!((code, stdout.as_str()), (Some(130), ""), "{args:?}: {stderr}");
+        assert_eq!(
+            (code, stdout.as_str()),
+            (Some(130), ""),
+            "{args:?}: {stderr}"
+        );
         for words in ["stops at the next step", "cancelled"] {
             assert!(stderr.contains(words), "{args:?}: {stderr}");
         }

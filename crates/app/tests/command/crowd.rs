@@ -145,7 +145,9 @@ fn crowd_tells_what_it_measures() {
 #[test]
 fn a_budget_that_nothing_meets_allows_any_error() {
     let folder = folder();
-    let args = ["crowd", "--count", "50", "--frames", "1", "--budget", "1e-6"];
+    let args = [
+        "crowd", "--count", "50", "--frames", "1", "--budget", "1e-6",
+    ];
     let document = sabaki(folder.path(), &[&args[..], &["--json"]].concat()).json(0);
     let pixels = document["budget"]["error_pixels"].as_object().unwrap();
     assert!(pixels["greatest"].is_null(), "{pixels:?}");

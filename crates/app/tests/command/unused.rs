@@ -266,7 +266,10 @@ fn a_device_is_refused_where_none_is_used() {
         (&["play", "no.sabaki"], "play"),
         (&["inspect", baked()], "inspect"),
         (&["duel", "no.sabaki"], "duel without --out"),
-        (&["compare", "no.sabaki", "--settings"], "compare --settings"),
+        (
+            &["compare", "no.sabaki", "--settings"],
+            "compare --settings",
+        ),
         (&["dodge", "--replay", "no.json"], "dodge --replay"),
     ];
     for (command, name) in without {

@@ -5,6 +5,7 @@ use std::time::Instant;
 
 use serde_json::json;
 
+use super::super::numbers::whole;
 use super::super::{Done, Failure};
 use super::shared_bake::{ShardOutcome, SharedBake};
 
@@ -17,7 +18,7 @@ pub(crate) struct Args {
     #[arg(value_name = "I")]
     shard: usize,
     /// Number of threads, or 0 for one thread per CPU core. The shard does not depend on it.
-    #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u64).range(0..=1024))]
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = whole::<u64>(0..=1024))]
     threads: u64,
 }
 

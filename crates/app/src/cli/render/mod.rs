@@ -15,6 +15,7 @@ use serde_json::json;
 
 use super::culling::DeviceArgs;
 use super::mesh::MeshArgs;
+use super::numbers::whole;
 use super::source::GraphArgs;
 use super::{Done, Failure, cancel, output};
 
@@ -32,7 +33,7 @@ pub(crate) struct Args {
     #[arg(long, value_name = "WxH", default_value = "640x400", value_parser = size)]
     size: [u32; 2],
     /// Pictures per second of a film [default: 25].
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=50))]
+    #[arg(long, value_name = "N", value_parser = whole::<u16>(1..=50))]
     rate: Option<u16>,
     /// Leaves out the text.
     #[arg(long)]

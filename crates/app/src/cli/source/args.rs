@@ -9,7 +9,7 @@ use super::super::Failure;
 use super::super::bake::own_file;
 use super::super::figure::FigureArgs;
 use super::super::maps::MapArgs;
-use super::super::output::check_number;
+use super::super::numbers::check_number;
 
 /// What motion files do not contain.
 #[derive(Clone, Copy, Debug, clap::Args)]
