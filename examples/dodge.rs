@@ -1,5 +1,6 @@
-//! The library in forty lines: clips to a graph, an attack, a dodge, played back. No command, no Vulkan:
-//! `cargo run --release --no-default-features --features demo --example dodge`.
+//! The library in forty lines: clips to a graph, an attack, a dodge, played back. It needs neither the command nor a Vulkan device.
+//!
+//! `cargo run --release --example dodge`
 
 use std::error::Error;
 

@@ -70,7 +70,7 @@ pub enum GraphError {
         most: u64,
     },
     /// The build would take more memory than [`GraphSettings::memory`](super::GraphSettings::memory), by an estimate.
-    #[error("a graph of these clips takes about {:.1} GB of memory to build; {:.1} GB is the most", *needed as f64 * 1e-9, *most as f64 * 1e-9)]
+    #[error("a graph of these clips takes about {} of memory to build; {} is the most", size(*needed), size(*most))]
     Memory {
         /// Estimate, in bytes.
         needed: u64,
@@ -109,4 +109,14 @@ impl From<Stopped> for GraphError {
     fn from(_: Stopped) -> Self {
         Self::Stopped
     }
+}
+
+/// A number of bytes, in the unit that leaves digits before the point.
+fn size(bytes: u64) -> String {
+    let (unit, name) = match bytes {
+        1_000_000_000.. => (1e9, "GB"),
+        1_000_000.. => (1e6, "MB"),
+        _ => (1e3, "kB"),
+    };
+    format!("{:.1} {name}", bytes as f64 / unit)
 }

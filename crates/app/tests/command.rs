@@ -3,6 +3,8 @@
 
 mod annotate;
 mod bad_input;
+#[cfg(unix)]
+mod cancel;
 use sabaki_testing as common;
 mod crowd;
 mod duel;
@@ -296,6 +298,8 @@ fn export_writes_two_files_for_each_attack() {
     let inspected = sabaki(folder.path(), &["inspect", "glb/attack_0001.glb", "--json"]).json(0);
     assert_eq!(inspected["unit_found"], "defined by the format");
     assert!(inspected["clips"][0]["events"].is_array());
+    let rate = inspected["clips"][0]["frame_rate"].as_f64().unwrap();
+    assert!(rate > 0.0 && inspected["frame_rate"] == rate);
 }
 
 #[test]

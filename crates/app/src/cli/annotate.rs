@@ -9,10 +9,11 @@ use sabaki_import::{ClipEvents, EventEntry, EventsFile, LoadedClip, ReadError};
 use serde_json::{Value, json};
 
 use super::annotate_figure::{Figure, Panel};
+use super::bake::own_file;
 use super::output::{check_can_be_written, check_is_no_input, table};
 use super::plot::Plot;
 use super::source::ReadArgs;
-use super::{Done, Failure};
+use super::{Done, Failure, cancel};
 
 #[derive(clap::Args)]
 pub(crate) struct Args {
@@ -51,12 +52,19 @@ const KINDS: [(EventKind, &str); 2] = [
 
 pub(crate) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
     Plot::check(args.plot.as_ref(), as_json)?;
+    if !args.keep_going {
+        args.clips
+            .iter()
+            .try_for_each(|path| own_file::check_is_none(path))?;
+    }
+    args.read.check_paths(&args.clips)?;
     if let Some(out) = &args.out {
         let inputs = args.clips.iter().chain(&args.against);
         let inputs: Vec<&Path> = inputs.map(PathBuf::as_path).collect();
         check_is_no_input("--out", out, &inputs)?;
         check_can_be_written("--out", out)?;
     }
+    cancel::listen();
     let against = args.against.as_deref().map(EventsFile::read).transpose()?;
     let report = Report::new(args, against.as_ref())?;
     if let Some(out) = &args.out {
@@ -104,6 +112,7 @@ impl Report {
             ..Self::default()
         };
         for path in sabaki_import::motion_files(&args.clips)? {
+            cancel::check()?;
             match sabaki_import::read_motions(&path, &args.read.options()) {
                 Ok(motions) => {
                     let motions = motions.iter();

@@ -10,6 +10,7 @@ use sabaki_app::percentile::percentile;
 use serde_json::{Value, json};
 
 use super::culling::{self, Culling, DeviceArgs, PathTimes};
+use super::numbers::whole;
 use super::passes::{Attacks, LookupArg, Method};
 use super::plot::Plot;
 use super::source::{self, GraphArgs};
@@ -21,7 +22,7 @@ pub(crate) struct Args {
     #[command(flatten)]
     graph: GraphArgs,
     /// Number of random attacks.
-    #[arg(long, value_name = "N", default_value_t = 200, value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
+    #[arg(long, value_name = "N", default_value_t = 200, value_parser = whole::<u64>(1..=1_000_000))]
     attacks: u64,
     /// Seed of the random attacks.
     #[arg(long, value_name = "S", default_value_t = 1)]
@@ -58,7 +59,9 @@ struct Table {
 
 pub(crate) fn run(args: &Args, device: &DeviceArgs, as_json: bool) -> Result<Done, Failure> {
     Plot::check(args.plot.as_ref(), as_json)?;
+    cancel::listen();
     if args.settings {
+        device.check_unused("compare --settings")?;
         let baked = args.graph.load()?;
         return map_settings::run(&baked.graph, &throws(args, &baked.graph)?, as_json);
     }
@@ -116,6 +119,7 @@ pub(crate) fn run(args: &Args, device: &DeviceArgs, as_json: bool) -> Result<Don
 fn throws(args: &Args, baked: &BakedGraph) -> Result<Vec<Throw>, Failure> {
     let settings = ThrowSettings::default();
     let random = |index| {
+        cancel::check()?;
         throw(baked, &settings, args.seed, index).map_err(|error| Failure::Attack {
             index: index as usize,
             error,
@@ -135,7 +139,6 @@ fn measure(attacks: Attacks<'_>, grid: Enumerate, culling: &mut Culling) -> Resu
     let mut rows: Vec<Row> = methods.map(Row::new).collect();
     let mut askers: Vec<QueryRunner<'_>> = rows.iter().map(|_| QueryRunner::new(baked)).collect();
     let mut regret = Vec::new();
-    cancel::listen();
     let bar = output::progress("comparing", throws.len() as u64);
     // The first attack twice: memory is filled when times begin to count.
     for (count, throw) in throws[..1].iter().chain(throws).enumerate() {

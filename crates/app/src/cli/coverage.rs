@@ -10,6 +10,7 @@ use serde_json::{Value, json};
 
 use super::coverage_by_time::{self, Balls};
 use super::heat_map::{HeatMap, direction_name};
+use super::numbers::whole;
 use super::plot::Plot;
 use super::source::{self, Baked, GraphArgs};
 use super::{Done, Failure, cancel, output};
@@ -20,7 +21,7 @@ pub(crate) struct Args {
     #[command(flatten)]
     graph: GraphArgs,
     /// Number of attacks, at least one of each kind. Default: 2800; with --by-time: 400 for each time.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
+    #[arg(long, value_name = "N", value_parser = whole::<u64>(1..=1_000_000))]
     attacks: Option<u64>,
     /// Measures by the time from the query to the contact, with balls that would hit the continued motion.
     #[arg(long, conflicts_with_all = ["directions", "speed", "plot"])]
@@ -29,13 +30,13 @@ pub(crate) struct Args {
     #[arg(long, value_name = "S", default_value_t = 1)]
     seed: u64,
     /// Number of directions.
-    #[arg(long, value_name = "N", default_value_t = 8, value_parser = clap::value_parser!(u64).range(2..=36))]
+    #[arg(long, value_name = "N", default_value_t = 8, value_parser = whole::<u64>(2..=36))]
     directions: u64,
     /// Speed of the balls, in metres per second.
     #[arg(long, value_name = "M/S", default_value_t = 10.0)]
     speed: f32,
     /// Number of threads; 0 for all of the machine. The result does not depend on it.
-    #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u64).range(0..=1024))]
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = whole::<u64>(0..=1024))]
     threads: u64,
     /// Plots the table as a heat map: to a PNG or SVG file, or with - as letters to stdout.
     #[arg(long, alias = "png", value_name = "FILE")]
@@ -51,6 +52,7 @@ pub(crate) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
         return Err(Failure::Usage(what));
     }
     Plot::check(args.plot.as_ref(), as_json)?;
+    cancel::listen();
     let baked = args.graph.load()?;
     if args.by_time {
         return by_time(args, &baked, as_json);
@@ -97,7 +99,6 @@ fn throw_all(args: &Args, baked: &BakedGraph) -> Result<Coverage, Failure> {
     /// One of each of 35 kinds from 8 directions, ten times.
     const ATTACKS: u64 = 2800;
     let each = (args.attacks.unwrap_or(ATTACKS) / cells.len() as u64).max(1);
-    cancel::listen();
     let bar = output::progress("throwing", each * cells.len() as u64);
     let settings = QuerySettings::default();
     let query = Query::new(baked, &settings);

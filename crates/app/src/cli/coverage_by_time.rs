@@ -22,7 +22,6 @@ pub(super) struct Balls {
 pub(super) fn throw_all(balls: Balls, baked: &BakedGraph) -> Result<Vec<TimeRow>, Failure> {
     /// Balls that one thread takes at a time.
     const BATCH: u64 = 50;
-    cancel::listen();
     let bar = output::progress("throwing", balls.attacks * CONTACTS.len() as u64);
     let thrower = BallThrower::new(baked, BallSettings::default());
     let settings = QuerySettings::default();

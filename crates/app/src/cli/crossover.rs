@@ -47,7 +47,6 @@ pub(crate) fn measure(
     };
     let chosen: Vec<&Throw> = throws.iter().filter(|t| count(t)).take(ATTACKS).collect();
     let paths = culling.paths();
-    cancel::listen();
     let bar = output::progress("crossover", (paths.len() * SIZES.len()) as u64);
     let mut lines = Vec::new();
     for path in paths {

@@ -40,6 +40,19 @@ pub(crate) struct DeviceArgs {
     pub(crate) validation: bool,
 }
 
+impl DeviceArgs {
+    /// Refuses these options where no device is used. `by` names the command.
+    pub(crate) fn check_unused(&self, by: &str) -> Result<(), Failure> {
+        let option = match (&self.device, self.validation) {
+            (Some(_), _) => "--device",
+            (None, true) => "--validation",
+            (None, false) => return Ok(()),
+        };
+        let what = format!("{option} needs a command that uses a Vulkan device; {by} uses none");
+        Err(Failure::Usage(what))
+    }
+}
+
 /// The culling paths of one graph.
 pub(crate) struct Culling {
     device: Device,

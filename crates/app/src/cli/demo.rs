@@ -14,7 +14,7 @@ use super::passes::{Attacks, Method, Pass, PassSettings};
 use super::source::Baked;
 use super::stats::{QueryRunner, Run};
 use super::summary::{self, Summary};
-use super::{Done, Failure, dodge, sheet, source};
+use super::{Done, Failure, cancel, dodge, output, sheet, source};
 
 /// Number of balls.
 const ATTACKS: u64 = 100;
@@ -36,10 +36,12 @@ struct Shown {
 pub(crate) fn run(device: &DeviceArgs, as_json: bool) -> Result<Done, Failure> {
     // Fails before the work starts.
     let folder = Path::new(FOLDER);
+    output::check_can_be_folder("the demo writes to the folder out", folder)?;
     std::fs::create_dir_all(folder).map_err(|source| Failure::Write {
         path: folder.to_owned(),
         source,
     })?;
+    cancel::listen();
     let device = culling::open(device)?;
     let baked = source::embedded_anew()?;
     baked.graph.prepare();
@@ -134,6 +136,7 @@ impl Shown {
 
 fn throws(baked: &BakedGraph) -> Result<Vec<Throw>, Failure> {
     let random = |index| {
+        cancel::check()?;
         let thrown = throw(baked, &ThrowSettings::default(), SEED, index);
         thrown.map_err(|error| Failure::Attack {
             index: index as usize,

@@ -15,10 +15,11 @@ use serde_json::Value;
 
 use super::answer_files::{AnswerFolder, Asked, graph_name};
 use super::culling::{self, Culling, DeviceArgs};
+use super::numbers::whole;
 use super::passes::{Attacks, Method, MethodArgs, Pass, PassSettings};
 use super::source::{self, Baked, GraphArgs};
 use super::summary::{self, Summary};
-use super::{Done, Failure, answer_folder, explain, output, quality, replay};
+use super::{Done, Failure, answer_folder, cancel, explain, output, quality, replay};
 
 #[derive(clap::Args)]
 pub(crate) struct Args {
@@ -26,7 +27,7 @@ pub(crate) struct Args {
     graph: GraphArgs,
     /// Number of random attacks: balls thrown at a part of the body, each of which would hit the
     /// continued motion [default: 20].
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
+    #[arg(long, value_name = "N", value_parser = whole::<u64>(1..=1_000_000))]
     attacks: Option<u64>,
     /// Seed of the random attacks; the same seed throws the same balls.
     #[arg(long, value_name = "S", default_value_t = 1)]
@@ -36,10 +37,10 @@ pub(crate) struct Args {
     attack: Option<PathBuf>,
     #[command(flatten)]
     methods: MethodArgs,
-    /// Threads that share the attacks where no device culls; 0 for all of the machine. Each time is
+    /// Threads that share the attacks where no device culls; 0 for all of the machine [default: 1]. Each time is
     /// that of one query in its thread.
-    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u64).range(0..=1024))]
-    threads: u64,
+    #[arg(long, value_name = "N", value_parser = whole::<u64>(0..=1024))]
+    threads: Option<u64>,
     /// Runs the exact whole search as well and checks every hit against it.
     #[arg(long)]
     check: bool,
@@ -56,7 +57,7 @@ pub(crate) struct Args {
     #[arg(long, value_enum, requires = "export", default_value = "bvh")]
     format: FormatArg,
     /// Answers only the attack with this index and explains the outcome of each candidate.
-    #[arg(long, value_name = "INDEX", value_parser = clap::value_parser!(u64).range(0..=1_000_000_000), conflicts_with_all = ["threads", "check"])]
+    #[arg(long, value_name = "INDEX", value_parser = whole::<u64>(0..=1_000_000_000), conflicts_with_all = ["threads", "check"])]
     explain: Option<u64>,
     /// Lists all candidates with --explain.
     #[arg(long, requires = "explain")]
@@ -94,8 +95,10 @@ pub(crate) fn run(args: &Args, device: &DeviceArgs, as_json: bool) -> Result<Don
         _ => Vec::new(),
     };
     if let Some(path) = &args.replay {
+        device.check_unused("dodge --replay")?;
         return replay::run(path, &args.graph.load()?.graph, as_json);
     }
+    cancel::listen();
     let device = culling::open(device)?;
     let baked = args.graph.load()?;
     let throws = throws(args, &baked.graph)?;
@@ -157,7 +160,12 @@ pub(crate) fn run(args: &Args, device: &DeviceArgs, as_json: bool) -> Result<Don
 impl Args {
     /// What can be refused before any work is done.
     fn check(&self) -> Result<(), Failure> {
+        if self.threads.is_some() && self.methods.all_need_device() {
+            let what = "--threads needs a path of --cull that uses no device: exact or cpu";
+            return Err(Failure::Usage(what.to_owned()));
+        }
         if let Some(folder) = &self.export {
+            output::check_can_be_folder(&format!("--export {}", folder.display()), folder)?;
             let inputs = self.graph.files();
             answer_folder::check_holds_no_input(folder, self.attack.as_deref(), &inputs)?;
         }
@@ -196,7 +204,7 @@ impl AllPasses<'_> {
             let folder = folder.filter(|_| is_first);
             let settings = PassSettings {
                 method,
-                threads: args.threads as usize,
+                threads: args.threads.unwrap_or(1) as usize,
                 query_threads: args.methods.query_threads(),
                 list_late: folder.is_some(),
             };
@@ -236,6 +244,7 @@ fn throws(args: &Args, baked: &BakedGraph) -> Result<Vec<Throw>, Failure> {
                 index..index.saturating_add(1)
             });
         let random = |index| {
+            cancel::check()?;
             let thrown = throw(baked, &settings, args.seed, index);
             thrown.map_err(|error| Failure::Attack {
                 index: index as usize,

@@ -12,6 +12,7 @@ use sabaki::query::{Answer, Query, QueryContext, QuerySettings};
 use serde_json::{Value, json};
 
 use super::culling::DeviceArgs;
+use super::numbers::whole;
 use super::source::{self, GraphArgs};
 use super::{Done, Failure, cancel, output};
 
@@ -20,7 +21,7 @@ pub(crate) struct Args {
     #[command(flatten)]
     graph: GraphArgs,
     /// Number of exchanges. The attacker changes after each.
-    #[arg(long, value_name = "N", default_value_t = 8, value_parser = clap::value_parser!(u32).range(1..=10_000))]
+    #[arg(long, value_name = "N", default_value_t = 8, value_parser = whole::<u32>(1..=10_000))]
     rounds: u32,
     /// Random seed. The same seed gives the same duel.
     #[arg(long, value_name = "S", default_value_t = 1)]
@@ -29,7 +30,7 @@ pub(crate) struct Args {
     #[arg(long, value_name = "METRES", default_value_t = DuelSettings::default().opening)]
     apart: f32,
     /// Number of threads that build the attack grid; 0 for all of the machine. The duel does not depend on it.
-    #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u64).range(0..=1024))]
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = whole::<u64>(0..=1024))]
     threads: u64,
     #[command(flatten)]
     film: super::render::DuelArgs,
@@ -55,7 +56,11 @@ struct BuiltGrid {
 
 pub(crate) fn run(args: &Args, device: &DeviceArgs, as_json: bool) -> Result<Done, Failure> {
     args.film.check(args.rounds)?;
+    if !args.film.draws() {
+        device.check_unused("duel without --out")?;
+    }
     let settings = args.settings()?;
+    cancel::listen();
     let baked = args.graph.load()?;
     let built = build_grid(&baked.graph, args.threads as usize);
     let fought = built.fight(&baked.graph, args.rounds, &settings)?;
@@ -123,7 +128,6 @@ impl BuiltGrid {
     ) -> Result<Fought, Failure> {
         let usage = |error: DuelError| Failure::Usage(error.to_string());
         let mut duel = Duel::new(baked, &self.grid, settings).map_err(usage)?;
-        cancel::listen();
         let bar = output::progress("fighting", u64::from(rounds));
         let settings = QuerySettings::default();
         let query = Query::new(baked, &settings);

@@ -40,20 +40,48 @@ struct Explanation<'a> {
     answer: &'a Answer,
 }
 
+/// A group of candidates in the list.
+#[derive(Clone, Copy, PartialEq)]
+enum Outcome {
+    Chosen,
+    Outscored,
+    Untested,
+    Hit,
+    Culled,
+    NotInTime,
+}
+
 /// The outcomes, best first, with their meanings.
-const FATES: [(Fate, &str); 5] = [
-    (Fate::Chosen, "chosen"),
+const OUTCOMES: [(Outcome, &str); 6] = [
+    (Outcome::Chosen, "chosen"),
     (
-        Fate::Outscored,
+        Outcome::Outscored,
         "outscored: another candidate has a smaller V",
     ),
-    (Fate::Hit, "hit: by the exact test"),
-    (Fate::Culled, "culled: the body maps overlap the attack"),
     (
-        Fate::NotInTime,
+        Outcome::Untested,
+        "not tested: no clearance would make V smaller than that of the chosen one",
+    ),
+    (Outcome::Hit, "hit: by the exact test"),
+    (Outcome::Culled, "culled: the body maps overlap the attack"),
+    (
+        Outcome::NotInTime,
         "not in time: no rate starts the evasion when the attack starts",
     ),
 ];
+
+impl Outcome {
+    fn of(report: &CandidateReport) -> Self {
+        match report.fate {
+            Fate::Chosen => Self::Chosen,
+            Fate::Outscored if report.clearance.is_none() => Self::Untested,
+            Fate::Outscored => Self::Outscored,
+            Fate::Hit => Self::Hit,
+            Fate::Culled => Self::Culled,
+            Fate::NotInTime => Self::NotInTime,
+        }
+    }
+}
 
 pub(crate) fn run(case: &Case<'_>, culling: &mut Culling, as_json: bool) -> Result<Done, Failure> {
     let settings = QuerySettings {
@@ -158,23 +186,24 @@ impl Explanation<'_> {
         "\np: rate of the way there. texels: of the attack on the body maps, the outer maps (0: proven clean), the\n\
          evasion map. V = weighted sum of Va (evasion region missed), Vd (m), Vt ((p-1)²). clear: clearance, cm.\n",
     );
-        for (fate, meaning) in FATES {
-            self.list(&mut text, fate, meaning);
+        for (outcome, meaning) in OUTCOMES {
+            self.list(&mut text, outcome, meaning);
         }
         text
     }
 
     /// The candidates with one outcome, best first.
-    fn list(&self, text: &mut String, fate: Fate, meaning: &str) {
+    fn list(&self, text: &mut String, outcome: Outcome, meaning: &str) {
         let reports = self.answer.candidates.iter();
-        let mut some: Vec<&CandidateReport> =
-            reports.filter(|report| report.fate == fate).collect();
+        let mut some: Vec<&CandidateReport> = reports
+            .filter(|report| Outcome::of(report) == outcome)
+            .collect();
         if some.is_empty() {
             return;
         }
         some.sort_by(|a, b| rank(a).total_cmp(&rank(b)));
         let _ = writeln!(text, "\n{meaning} ({})", some.len());
-        if fate != Fate::NotInTime {
+        if outcome != Outcome::NotInTime {
             let _ = writeln!(
                 text,
                 "  {:>5}  {:<22} {:>22}  {:>26}  {:>7}",

@@ -9,6 +9,7 @@ use sabaki::archive;
 use sabaki_import::{self, AttackFile, EventsFile, LoadedClip};
 use serde_json::{Value, json};
 
+use super::bake::own_file;
 use super::source::{self, ReadArgs};
 use super::{Done, Failure};
 
@@ -20,6 +21,9 @@ pub(crate) struct Args {
     read: ReadArgs,
 }
 
+/// The file that the options of reading need.
+const MOTION: &str = "a motion file (BVH, AMC or glTF)";
+
 pub(crate) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
     let path = &args.file;
     let head = head(path).map_err(|source| Failure::Open {
@@ -27,6 +31,7 @@ pub(crate) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
         source,
     })?;
     let (document, text) = if archive::is_baked(&head) {
+        args.read.check_unused(MOTION)?;
         let baked = source::from_file(path)?;
         let mut document = source::statistics(&baked);
         document["kind"] = json!("baked");
@@ -38,6 +43,7 @@ pub(crate) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
     {
         motion(path, &args.read)?
     } else if head.iter().find(|byte| !byte.is_ascii_whitespace()) == Some(&b'{') {
+        args.read.check_unused(MOTION)?;
         json_file(path)?
     } else {
         motion(path, &args.read)?
@@ -68,6 +74,8 @@ struct MotionFile {
 }
 
 fn motion(path: &Path, read: &ReadArgs) -> Result<(Value, String), Failure> {
+    own_file::check_is_none(path)?;
+    read.check_paths(&[path.to_owned()])?;
     let motions = sabaki_import::read_motions(path, &read.options())?;
     let Some(first) = motions.first() else {
         return Err(Failure::Usage(format!("{}: no motion", path.display())));
@@ -109,6 +117,7 @@ impl MotionFile {
             json!({
                 "name": clip.name(),
                 "frames": clip.frames(),
+                "frame_rate": clip.frame_rate(),
                 "seconds": clip.duration(),
                 "events": motion.events,
             })

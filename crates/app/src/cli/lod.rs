@@ -13,7 +13,9 @@ use sabaki::lod::{
 };
 use sabaki_app::demo;
 
+use super::bake::own_file;
 use super::lod_report::{Report, Source};
+use super::numbers::check_number;
 use super::plot::Plot;
 use super::source::ReadArgs;
 use super::{Done, Failure, lod_report, output};
@@ -53,15 +55,15 @@ pub(crate) struct Args {
     /// Height of the screen, in pixels.
     #[arg(long, value_name = "PIXELS", default_value_t = 1080.0)]
     screen: f32,
-    /// Height of the character on the screen, in pixels, at which its motion can no longer be seen.
-    #[arg(long, value_name = "PIXELS", default_value_t = 20.0)]
-    vanish: f32,
-    /// Largest error on the screen, in pixels, for --switch error.
-    #[arg(long, value_name = "PIXELS", default_value_t = 1.0)]
-    error: f32,
-    /// Whether --error limits the greatest error of all points and frames, or the mean.
-    #[arg(long, value_enum, default_value = "greatest")]
-    measure: MeasureArg,
+    /// Height of the character on the screen, in pixels, at which its motion can no longer be seen; for --switch energy [default: 20].
+    #[arg(long, value_name = "PIXELS")]
+    vanish: Option<f32>,
+    /// Largest error on the screen, in pixels; for --switch error [default: 1].
+    #[arg(long, value_name = "PIXELS")]
+    error: Option<f32>,
+    /// Whether --error limits the greatest error of all points and frames, or the mean; for --switch error [default: greatest].
+    #[arg(long, value_enum)]
+    measure: Option<MeasureArg>,
     /// Writes the first clip as each level draws it, as animations of one GLB file (.glb).
     #[arg(long, value_name = "FILE")]
     export: Option<PathBuf>,
@@ -112,7 +114,7 @@ pub(crate) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
     let stature = sabaki_import::stature(&source.skeleton, &pose) as f32;
     // A figure without height in its first frame: its reach serves as its height.
     let stature = if stature > 0.0 { stature } else { levels.reach };
-    let switching = args.switch_settings(stature)?;
+    let switching = args.switch_settings(stature);
     let bands = Switching::new(&levels, &switching).map_err(usage)?;
     let report = Report {
         source,
@@ -157,6 +159,36 @@ impl Args {
             let what = "must be above 0 and below 180 degrees";
             return Err(Failure::Usage(format!("--fov {}: {what}", self.fov)));
         }
+        let (other, unused) = match self.switch {
+            OrderArg::Energy => (
+                "error",
+                [
+                    ("--error", self.error.is_some()),
+                    ("--measure", self.measure.is_some()),
+                ],
+            ),
+            OrderArg::Error => ("energy", [("--vanish", self.vanish.is_some()), ("", false)]),
+        };
+        if let Some((option, _)) = unused.into_iter().find(|(_, is_given)| *is_given) {
+            return Err(Failure::Usage(format!("{option} needs --switch {other}")));
+        }
+        let pixels = [
+            ("--screen", Some(self.screen)),
+            ("--vanish", self.vanish),
+            ("--error", self.error),
+        ];
+        for (option, pixels) in pixels {
+            let Some(pixels) = pixels else { continue };
+            // An infinite error allows every level.
+            let is_allowed = pixels > 0.0 && (pixels.is_finite() || option == "--error");
+            check_number(is_allowed, || {
+                format!("{option} {pixels}: must be above 0 pixels")
+            })?;
+        }
+        self.clips
+            .iter()
+            .try_for_each(|path| own_file::check_is_none(path))?;
+        self.read.check_paths(&self.clips)?;
         let Some(path) = &self.export else {
             return Ok(());
         };
@@ -232,32 +264,26 @@ impl Args {
         })
     }
 
-    fn switch_settings(&self, stature: f32) -> Result<SwitchSettings, Failure> {
-        if !(self.vanish.is_finite() && self.vanish > 0.0) {
-            return Err(Failure::Usage(format!(
-                "--vanish {}: must be above 0",
-                self.vanish
-            )));
-        }
+    fn switch_settings(&self, stature: f32) -> SwitchSettings {
         let view = View {
             fov: self.fov.to_radians(),
             height: self.screen,
         };
-        Ok(SwitchSettings {
+        SwitchSettings {
             view,
             rule: match self.switch {
                 OrderArg::Energy => Rule::Energy {
-                    furthest: view.distance(stature, self.vanish),
+                    furthest: view.distance(stature, self.vanish.unwrap_or(20.0)),
                 },
                 OrderArg::Error => Rule::ScreenError {
-                    pixels: self.error,
+                    pixels: self.error.unwrap_or(1.0),
                     measure: match self.measure {
-                        MeasureArg::Greatest => Measure::Greatest,
-                        MeasureArg::Mean => Measure::Mean,
+                        None | Some(MeasureArg::Greatest) => Measure::Greatest,
+                        Some(MeasureArg::Mean) => Measure::Mean,
                     },
                 },
             },
             ..SwitchSettings::default()
-        })
+        }
     }
 }

@@ -81,7 +81,6 @@ fn settings() -> Vec<(&'static str, MapGrid)> {
 
 pub(crate) fn run(baked: &BakedGraph, throws: &[Throw], as_json: bool) -> Result<Done, Failure> {
     let settings = settings();
-    cancel::listen();
     let bar = output::progress("maps", settings.len() as u64);
     let (mut rows, mut truths) = (Vec::new(), None);
     for (name, maps) in settings {
@@ -94,7 +93,7 @@ pub(crate) fn run(baked: &BakedGraph, throws: &[Throw], as_json: bool) -> Result
             Some(truths) => truths,
             none => none.insert(truths_of(&graph, throws)?),
         };
-        let (tally, microseconds) = tally(&graph, throws, truths);
+        let (tally, microseconds) = tally(&graph, throws, truths)?;
         rows.push(Row {
             name,
             maps,
@@ -120,6 +119,7 @@ fn truths_of(baked: &BakedGraph, throws: &[Throw]) -> Result<Vec<GroundTruth>, F
     let mut runner = QueryRunner::new(baked);
     runner.watches = true;
     let truth = |throw: &Throw| {
+        cancel::check()?;
         let method = Method::EXACT;
         runner.ask(&method.settings(), throw, culling.on(method.cull))?;
         Ok(GroundTruth::new([(
@@ -131,12 +131,17 @@ fn truths_of(baked: &BakedGraph, throws: &[Throw]) -> Result<Vec<GroundTruth>, F
 }
 
 /// What the maps say of all candidates, and how long they take for one, microseconds.
-fn tally(baked: &BakedGraph, throws: &[Throw], truths: &[GroundTruth]) -> (MapTally, f64) {
+fn tally(
+    baked: &BakedGraph,
+    throws: &[Throw],
+    truths: &[GroundTruth],
+) -> Result<(MapTally, f64), Failure> {
     let settings = Method::EXACT.settings();
     let query = Query::new(baked, &settings);
     let (mut context, mut culler) = (QueryContext::default(), cpu::Culler::default());
     let (mut tally, mut seconds) = (MapTally::default(), 0.0);
     for (throw, truth) in throws.iter().zip(truths) {
+        cancel::check()?;
         let mut session = query.start(throw.request(), &mut context);
         let Ok(()) = session.count(|input, counts| {
             let started = Instant::now();
@@ -146,7 +151,7 @@ fn tally(baked: &BakedGraph, throws: &[Throw], truths: &[GroundTruth]) -> (MapTa
         });
         truth.compare(&[Round::new(&session)], &mut tally);
     }
-    (tally, seconds * 1e6 / tally.candidates().max(1) as f64)
+    Ok((tally, seconds * 1e6 / tally.candidates().max(1) as f64))
 }
 
 impl Row {

@@ -3,6 +3,9 @@
 use sabaki::internal::Section;
 use sabaki::maps::MapGrid;
 
+use super::Failure;
+use super::numbers::check_number;
+
 /// Settings of the maps; `compare --settings` measures what each one changes.
 #[derive(Clone, Copy, Debug, clap::Args)]
 #[command(next_help_heading = "Maps")]
@@ -25,6 +28,24 @@ pub(crate) struct MapArgs {
 }
 
 impl MapArgs {
+    /// What can be refused before the clips are read.
+    pub(crate) fn check(&self) -> Result<(), Failure> {
+        let (texel, slab, slices) = (self.texel, self.slab, self.slices);
+        check_number((0.001..=1.0).contains(&texel), || {
+            format!("--texel {texel}: must be 0.001 to 1 metres")
+        })?;
+        check_number([1, 2, 4].contains(&self.attack_pitch), || {
+            format!("--attack-pitch {}: must be 1, 2 or 4", self.attack_pitch)
+        })?;
+        check_number((0.001..=10.0).contains(&slab), || {
+            format!("--slab {slab}: must be 0.001 to 10 metres")
+        })?;
+        let most = MapGrid::MAX_SLICES;
+        check_number((1..=most).contains(&slices), || {
+            format!("--slices {slices}: must be 1 to {most}")
+        })
+    }
+
     pub(crate) fn grid(&self) -> MapGrid {
         match self.paper_maps {
             true => MapGrid::PAPER,

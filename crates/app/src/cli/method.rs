@@ -4,6 +4,7 @@ use clap::ValueEnum;
 use sabaki::query::{CullPath, Enumerate, QuerySettings};
 
 use super::culling::{Culling, path_parser};
+use super::numbers::whole;
 
 /// The methods to run.
 #[derive(Clone, Debug, clap::Args)]
@@ -21,7 +22,7 @@ pub(crate) struct MethodArgs {
     #[arg(long, value_enum, default_value = "union")]
     lookup: LookupArg,
     /// Threads of one query, which test candidates in parallel; 0 for all of the machine.
-    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u64).range(0..=1024))]
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = whole::<u64>(0..=1024))]
     query_threads: u64,
 }
 
@@ -62,6 +63,11 @@ impl MethodArgs {
     /// Threads of each query.
     pub(crate) fn query_threads(&self) -> usize {
         self.query_threads as usize
+    }
+
+    /// Whether culling paths are named, and each of them needs a device.
+    pub(crate) fn all_need_device(&self) -> bool {
+        !self.cull.is_empty() && self.cull.iter().all(|path| path.needs_device())
     }
 
     /// Each culling path with each kind of grid.

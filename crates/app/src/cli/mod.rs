@@ -32,6 +32,7 @@ mod map_settings;
 mod maps;
 mod mesh;
 mod method;
+mod numbers;
 mod output;
 mod pass_times;
 mod passes;
@@ -51,7 +52,7 @@ mod view;
 
 use std::process::ExitCode;
 
-use clap::{Parser, Subcommand};
+use clap::{ArgMatches, CommandFactory, FromArgMatches, Parser, Subcommand};
 
 pub(crate) use output::{Done, Failure};
 
@@ -110,7 +111,7 @@ enum Command {
 
 /// Runs the command and returns its exit code.
 pub(crate) fn main() -> ExitCode {
-    let cli = match Cli::try_parse() {
+    let cli = match Cli::try_parse_numbers() {
         Ok(cli) => cli,
         Err(error) => {
             // Help and version are not errors; clap chooses the stream and the exit code.
@@ -119,28 +120,73 @@ pub(crate) fn main() -> ExitCode {
         }
     };
     start_log(cli.verbose);
-    let done = match cli.command {
-        None => demo::run(&cli.device, cli.json),
-        Some(Command::Bake(args)) => bake::run(&args, cli.json),
-        Some(Command::Annotate(args)) => annotate::run(&args, cli.json),
-        Some(Command::Dodge(args)) => dodge::run(&args, &cli.device, cli.json),
-        Some(Command::Compare(args)) => compare::run(&args, &cli.device, cli.json),
-        Some(Command::Coverage(args)) => coverage::run(&args, cli.json),
-        Some(Command::Lod(args)) => lod::run(&args, cli.json),
-        Some(Command::Crowd(args)) => crowd::run(&args, cli.json),
-        Some(Command::Duel(args)) => duel::run(&args, &cli.device, cli.json),
-        Some(Command::Play(args)) => play::run(&args, cli.json),
-        Some(Command::Render(args)) => render::run(&args, &cli.device, cli.json),
-        #[cfg(feature = "window")]
-        Some(Command::View(args)) => view::run(&args, &cli.device, cli.json),
-        Some(Command::Inspect(args)) => inspect::run(&args, cli.json),
-        Some(Command::Doctor) => doctor::run(&cli.device, cli.json),
-    };
-    match done.and_then(Done::print) {
+    match cli.run().and_then(Done::print) {
         Ok(code) => code,
         Err(failure) => {
             failure.print();
             ExitCode::from(failure.exit_code())
+        }
+    }
+}
+
+/// Lets each option take negative numbers, so that what refuses one is the option's own range.
+fn with_negative_numbers(command: clap::Command) -> clap::Command {
+    let takes_value = |arg: &clap::Arg| !arg.is_positional() && arg.get_action().takes_values();
+    command
+        .mut_args(|arg| match takes_value(&arg) {
+            true => arg.allow_negative_numbers(true),
+            false => arg,
+        })
+        .mut_subcommands(with_negative_numbers)
+}
+
+impl Cli {
+    /// Reads the arguments of this process.
+    fn try_parse_numbers() -> Result<Self, clap::Error> {
+        let mut command = with_negative_numbers(Self::command());
+        let matches: ArgMatches = command.try_get_matches_from_mut(std::env::args_os())?;
+        Self::from_arg_matches(&matches).map_err(|error| error.format(&mut command))
+    }
+
+    fn run(self) -> Result<Done, Failure> {
+        let Self { device, json, .. } = self;
+        let Some(command) = self.command else {
+            return demo::run(&device, json);
+        };
+        if let Some(name) = command.without_device() {
+            device.check_unused(name)?;
+        }
+        match command {
+            Command::Bake(args) => bake::run(&args, json),
+            Command::Annotate(args) => annotate::run(&args, json),
+            Command::Dodge(args) => dodge::run(&args, &device, json),
+            Command::Compare(args) => compare::run(&args, &device, json),
+            Command::Coverage(args) => coverage::run(&args, json),
+            Command::Lod(args) => lod::run(&args, json),
+            Command::Crowd(args) => crowd::run(&args, json),
+            Command::Duel(args) => duel::run(&args, &device, json),
+            Command::Play(args) => play::run(&args, json),
+            Command::Render(args) => render::run(&args, &device, json),
+            #[cfg(feature = "window")]
+            Command::View(args) => view::run(&args, &device, json),
+            Command::Inspect(args) => inspect::run(&args, json),
+            Command::Doctor => doctor::run(&device, json),
+        }
+    }
+}
+
+impl Command {
+    /// The name of a command that never uses a Vulkan device.
+    fn without_device(&self) -> Option<&'static str> {
+        match self {
+            Self::Bake(_) => Some("bake"),
+            Self::Annotate(_) => Some("annotate"),
+            Self::Coverage(_) => Some("coverage"),
+            Self::Lod(_) => Some("lod"),
+            Self::Crowd(_) => Some("crowd"),
+            Self::Play(_) => Some("play"),
+            Self::Inspect(_) => Some("inspect"),
+            _ => None,
         }
     }
 }

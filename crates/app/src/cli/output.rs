@@ -205,6 +205,17 @@ pub(crate) fn check_can_be_written(option: &str, out: &Path) -> Result<(), Failu
     }
 }
 
+/// Refuses a folder that cannot be made, before any work is done: a part of its path is a file. `what` names it.
+pub(crate) fn check_can_be_folder(what: &str, folder: &Path) -> Result<(), Failure> {
+    match folder.ancestors().find(|place| place.exists()) {
+        Some(place) if !place.is_dir() => Err(Failure::Usage(format!(
+            "{what}: {} is not a folder",
+            place.display()
+        ))),
+        _ => Ok(()),
+    }
+}
+
 /// A table with a header. The first `left` columns are aligned to the left, the others to the right.
 pub(crate) fn table(head: &[&str], left: usize) -> Table {
     let mut table = Table::new();

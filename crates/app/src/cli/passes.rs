@@ -50,7 +50,6 @@ impl Attacks<'_> {
             ..method.settings()
         };
         culling.warm_up(method.cull, baked.atlas())?;
-        cancel::listen();
         let bar = output::progress(method.cull.name(), throws.len() as u64);
         // Every n-th attack, from the given one on.
         let part = |first: usize, step: usize, culling: &mut Culling| {

@@ -10,6 +10,7 @@ use sabaki_app::play::{
 };
 use serde_json::{Value, json};
 
+use super::numbers::whole;
 use super::source::GraphArgs;
 use super::{Done, Failure, cancel, output};
 
@@ -18,13 +19,13 @@ pub(crate) struct Args {
     #[command(flatten)]
     graph: GraphArgs,
     /// Number of attacks of each kind.
-    #[arg(long, value_name = "N", default_value_t = 200, value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
+    #[arg(long, value_name = "N", default_value_t = 200, value_parser = whole::<u64>(1..=1_000_000))]
     threats: u64,
     /// Seed of the attacks and of the changes of direction.
     #[arg(long, value_name = "S", default_value_t = 1)]
     seed: u64,
     /// Number of threads; 0 for all of the machine. Only times depend on it.
-    #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u64).range(0..=1024))]
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = whole::<u64>(0..=1024))]
     threads: u64,
 }
 
@@ -109,10 +110,14 @@ pub(crate) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
         rows.push(row);
     }
     let changers = (args.threats as usize).clamp(4, 100);
+    let steer = scenarios.steer(changers, threads).map_err(refused)?;
+    cancel::check()?;
+    let idle = idle(&baked, threads).map_err(refused)?;
+    cancel::check()?;
     let report = Report {
         rows,
-        steer: scenarios.steer(changers, threads).map_err(refused)?,
-        idle: idle(&baked, threads).map_err(refused)?,
+        steer,
+        idle,
         times: crowded(&baked, threads).map_err(refused)?,
     };
     bar.finish_and_clear();

@@ -22,6 +22,7 @@ use sabaki_draw::scene::{Crowd, FormationSettings, Outfit, Performer};
 
 use super::culling::{DeviceArgs, path_parser};
 use super::mesh::{MeshArgs, Wardrobe};
+use super::numbers::whole;
 use super::source::GraphArgs;
 use super::{Done, Failure, cancel, output};
 
@@ -87,7 +88,7 @@ struct CrowdArgs {
     #[arg(long)]
     crowd: bool,
     /// Number of characters in the crowd.
-    #[arg(long, value_name = "N", default_value_t = 10_000, requires = "crowd", value_parser = clap::value_parser!(u32).range(1..=200_000))]
+    #[arg(long, value_name = "N", default_value_t = 10_000, requires = "crowd", value_parser = whole::<u32>(1..=200_000))]
     count: u32,
     /// Motion of the crowd: one of the embedded clips.
     #[arg(

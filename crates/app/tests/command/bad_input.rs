@@ -97,18 +97,27 @@ fn motions_that_make_no_graph() {
         told.is_refused(&["threshold"]);
     }
     let told = sabaki(folder.path(), &bake(one, &["--memory", "0.0001"]));
-    told.is_refused(&["GB of memory", "--memory"]);
+    told.is_refused(&["kB of memory", "107.4 kB is the most", "--memory"]);
     for scale in ["0", "inf", "1e30"] {
         sabaki(folder.path(), &bake(one, &["--scale", scale])).is_refused(&[]);
     }
     sabaki(folder.path(), &bake(one, &["--scale", "10000"])).is_refused(&[]);
-    for maps in [
-        &["--slices", "65"][..],
-        &["--texel", "0"],
-        &["--slab", "nan"],
-        &["--attack-pitch", "3"],
+    sabaki(folder.path(), &bake(one, &["--scale", "-1"])).is_refused(&["a scale of -1 metres"]);
+    for settings in [
+        ["--slices", "65"],
+        ["--texel", "0"],
+        ["--texel", "-1"],
+        ["--slab", "NaN"],
+        ["--attack-pitch", "3"],
+        ["--threshold", "NaN"],
+        ["--threshold", "-1"],
+        ["--memory", "NaN"],
+        ["--memory", "0"],
+        ["--memory", "-1"],
     ] {
-        sabaki(folder.path(), &bake(one, maps)).is_refused(&[]);
+        let told = sabaki(folder.path(), &bake(one, &settings));
+        let begins = format!("sabaki: {} {}: must be ", settings[0], settings[1]);
+        told.is_refused(&[&begins]);
     }
     let both = bake(one, &["--paper-maps", "--slices", "8"]);
     assert_eq!(sabaki(folder.path(), &both).code, 2);
@@ -206,6 +215,27 @@ fn attacks_that_are_none() {
 }
 
 #[test]
+fn files_of_bakes_that_are_no_motions() {
+    let folder = folder();
+    let graph = baked();
+    let record = format!("{graph}.record");
+    let record = record.as_str();
+    let cases: [(&[&str], &str, &str); 8] = [
+        (&["lod", graph], graph, "a baked graph"),
+        (&["crowd", graph], graph, "a baked graph"),
+        (&["annotate", "--clips", graph], graph, "a baked graph"),
+        (&bake(graph, &[]), graph, "a baked graph"),
+        (&["inspect", record], record, "the record of a bake"),
+        (&["lod", record], record, "the record of a bake"),
+        (&["crowd", record], record, "the record of a bake"),
+        (&bake(record, &[]), record, "the record of a bake"),
+    ];
+    for (args, file, what) in cases {
+        sabaki(folder.path(), args).is_refused(&[file, what, "not a motion file"]);
+    }
+}
+
+#[test]
 fn places_that_cannot_be_written_to() {
     let folder = folder();
     let (clips, events) = clips();
@@ -215,17 +245,11 @@ fn places_that_cannot_be_written_to() {
         let args = ["bake", "--clips", clips, "--events", events, "--out", out];
         sabaki(folder.path(), &args).is_refused(&[out]);
     }
-    let args = [
-        "dodge",
-        baked(),
-        "--attacks",
-        "1",
-        "--cull",
-        "cpu",
-        "--export",
-        "file",
-    ];
-    sabaki(folder.path(), &args).is_refused(&["file"]);
+    for export in ["file", "file/x.txt"] {
+        let args = ["dodge", baked(), "--export", export];
+        let words = format!("--export {export}: file is not a folder");
+        sabaki(folder.path(), &args).is_refused(&[&words]);
+    }
     for command in ["compare", "coverage"] {
         let option = if command == "compare" {
             "--plot"
@@ -236,7 +260,7 @@ fn places_that_cannot_be_written_to() {
         sabaki(folder.path(), &args).is_refused(&["file/x.png"]);
     }
     fs::write(folder.path().join("out"), "the demo needs this name").unwrap();
-    sabaki(folder.path(), &[]).is_refused(&["out"]);
+    sabaki(folder.path(), &[]).is_refused(&["out is not a folder"]);
     assert_eq!(
         text_of(&folder.path().join("out")),
         "the demo needs this name"
@@ -272,6 +296,32 @@ fn words_that_it_does_not_know() {
         assert_eq!(ended.code, 2, "{args:?}");
         assert!(ended.stdout.is_empty() && !ended.stderr.contains("panicked"));
         assert!(ended.stderr.contains("Usage") || ended.stderr.contains("--help"));
+    }
+    let with_threads: [&[&str]; 7] = [
+        &["crowd"],
+        &["dodge"],
+        &["coverage"],
+        &["duel"],
+        &["play"],
+        &["bake", "shard", "no_plan", "0"],
+        &["bake", "entries", "no_plan", "0"],
+    ];
+    for command in with_threads {
+        let args = [command, &["--threads", "1025"]].concat();
+        let ended = sabaki(folder.path(), &args);
+        assert_eq!(ended.code, 2, "{command:?}");
+        assert!(ended.stderr.contains("0..=1024"), "{}", ended.stderr);
+    }
+    // What refuses a negative number is the range, and not that it looks like an option.
+    for args in [
+        ["dodge", "--attacks", "-1"],
+        ["compare", "--attacks", "-1"],
+        ["crowd", "--count", "-1"],
+    ] {
+        let ended = sabaki(folder.path(), &args);
+        assert_eq!(ended.code, 2, "{args:?}");
+        assert!(ended.stderr.contains("is not in 1..="), "{}", ended.stderr);
+        assert!(!ended.stderr.contains("-- -1"), "{}", ended.stderr);
     }
     sabaki(folder.path(), &["bake", "--out", "x"]).is_refused(&["--clips"]);
     for speed in ["0", "nan"] {

@@ -143,11 +143,17 @@ fn lod_refuses_what_makes_no_sense() {
             "--export no/x.glb: there is no folder no",
         ),
         (&["--scale", "2"], "--scale needs a CLIP"),
-        (&["--screen=-3"], "height: -3 is not possible"),
+        (&["--screen=-3"], "--screen -3: must be above 0 pixels"),
+        (&["--screen", "-3"], "--screen -3: must be above 0 pixels"),
+        (&["--screen", "NaN"], "--screen NaN: must be above 0 pixels"),
         (&["--vanish", "0"], "--vanish 0: must be above 0"),
         (
             &["--switch", "error", "--error", "0"],
-            "pixels: 0 is not possible",
+            "--error 0: must be above 0 pixels",
+        ),
+        (
+            &["--switch", "error", "--error", "NaN"],
+            "--error NaN: must be above 0 pixels",
         ),
         (
             &["--masses", "masses.json"],

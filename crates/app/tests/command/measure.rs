@@ -15,7 +15,7 @@ fn number(value: &Value) -> f64 {
 fn an_explanation_lists_every_candidate_in_lines_that_can_be_read() {
     let folder = folder();
     let args = ["dodge", baked(), "--cull", "cpu", "--grid", "off"];
-    let mut shortened = 0;
+    let (mut shortened, mut outscored) = (0, [0; 2]);
     for index in ["0", "1", "2"] {
         let explain = [&args[..], &["--explain", index]].concat();
         let document = sabaki(folder.path(), &[&explain[..], &["--json"]].concat()).json(0);
@@ -33,6 +33,16 @@ fn an_explanation_lists_every_candidate_in_lines_that_can_be_read() {
             let has = candidates.iter().any(|c| c["fate"] == fate);
             assert_eq!(listed(&whole.stdout, what), has, "{fate}\n{}", whole.stdout);
         }
+        // What has no clearance was not tested, and is no candidate that lost by its score.
+        for (is_tested, what) in [(true, "outscored"), (false, "not tested")] {
+            let is = |c: &&Value| c["fate"] == "outscored" && c["clearance"].is_null() != is_tested;
+            let count = candidates.iter().filter(is).count();
+            let heading = whole.stdout.lines().find(|line| line.starts_with(what));
+            assert_eq!(heading.is_some(), count > 0, "{what}\n{}", whole.stdout);
+            let ends = |line: &str| line.ends_with(&format!(" ({count})"));
+            assert!(heading.is_none_or(ends), "{heading:?}: {count}");
+            outscored[usize::from(is_tested)] += count;
+        }
         // A line of figures or a reason, and one of the path, for each.
         let paths = whole.stdout.lines().filter(|l| l.starts_with("         "));
         assert_eq!(paths.count(), candidates.len());
@@ -44,6 +54,7 @@ fn an_explanation_lists_every_candidate_in_lines_that_can_be_read() {
         assert!(!whole.stdout.contains("--all lists them"));
     }
     assert!(shortened > 0, "nothing was long");
+    assert!(outscored.iter().all(|&count| count > 0), "{outscored:?}");
     let attack = r#"{"attacks":[{"spheres":[{"t":1,"center":[0,1,0],"radius":0.1}]}]}"#;
     fs::write(folder.path().join("one.json"), attack).unwrap();
     let beyond = ["dodge", baked(), "--attack", "one.json", "--explain", "1"];

@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use super::run::{baked, folder, sabaki};
+use super::run::{baked, clips, folder, sabaki};
 
 const ATTACK: &str = r#"{"attacks":[{"spheres":[{"t":1,"center":[0,1,0],"radius":0.1}]}]}"#;
 
@@ -18,7 +18,8 @@ fn options_of_another_scene_or_kind_of_file_are_refused_by_render() {
     for option in ["--attack", "--seed", "--index", "--at", "--contact"] {
         let given = [option, "1"];
         for scene in ["crowd", "body"] {
-            refused(scene, &given, &[option, "another scene", scene]);
+            let words = [option, "only for render dodge", scene];
+            refused(scene, &given, &words);
         }
     }
     for option in ["--storyboard", "--maps", "--regions", "--no-ghost"] {
@@ -28,12 +29,13 @@ fn options_of_another_scene_or_kind_of_file_are_refused_by_render() {
         refused(
             scene,
             &["--count", "5"],
-            &["--count", "another scene", scene],
+            &["--count", "only for render crowd", scene],
         );
         refused(scene, &["--levels"], &["--levels"]);
     }
-    refused("body", &["--rate", "5"], &["--rate", "another scene"]);
-    refused("body", &["--plain"], &["--plain", "another scene"]);
+    let others = "only for render dodge and render crowd";
+    refused("body", &["--rate", "5"], &["--rate", others]);
+    refused("body", &["--plain"], &["--plain", others]);
     for scene in ["dodge", "crowd"] {
         refused(scene, &["--rate", "5"], &["--rate", "a.png", ".gif"]);
     }
@@ -143,6 +145,52 @@ fn options_of_random_attacks_and_of_clips_are_refused_without_them() {
 }
 
 #[test]
+fn options_of_reading_are_refused_where_no_such_file_is_read() {
+    let folder = folder();
+    let (clips, events) = clips();
+    let clip = fs::read_dir(clips).unwrap().next().unwrap().unwrap().path();
+    let clip = clip.to_str().unwrap();
+    for file in [baked(), events] {
+        for [option, value] in [["--up", "z"], ["--scale", "2"], ["--amc-rate", "30"]] {
+            let args = ["inspect", file, option, value];
+            sabaki(folder.path(), &args).is_refused(&[option, "needs a motion file"]);
+        }
+    }
+    let of_bvh: [&[&str]; 5] = [
+        &["inspect", clip],
+        &["lod", clips],
+        &["annotate", "--clips", clips],
+        &["bake", "--clips", clips, "--out", "g.sabaki"],
+        &["dodge", "--clips", clip],
+    ];
+    for args in of_bvh {
+        let args = [args, &["--amc-rate", "30"]].concat();
+        sabaki(folder.path(), &args).is_refused(&["--amc-rate needs an AMC file"]);
+    }
+}
+
+#[test]
+fn options_of_the_other_switch_and_of_threads_are_refused() {
+    let folder = folder();
+    let of_error: [&[&str]; 3] = [
+        &["--error", "50"],
+        &["--error", "nan"],
+        &["--measure", "mean"],
+    ];
+    for options in of_error {
+        let args = [&["lod"], options].concat();
+        let words = format!("{} needs --switch error", options[0]);
+        sabaki(folder.path(), &args).is_refused(&[&words]);
+    }
+    let args = ["lod", "--switch", "error", "--vanish", "100"];
+    sabaki(folder.path(), &args).is_refused(&["--vanish needs --switch energy"]);
+    for paths in ["stencil", "compute,stencil"] {
+        let args = ["dodge", "no.sabaki", "--threads", "4", "--cull", paths];
+        sabaki(folder.path(), &args).is_refused(&["--threads needs a path of --cull"]);
+    }
+}
+
+#[test]
 fn options_of_a_body_mesh_are_refused_with_spheres() {
     let folder = folder();
     for (option, value) in [
@@ -202,6 +250,34 @@ fn a_device_that_cannot_be_opened_is_refused() {
             "no such one",
         ];
         sabaki(folder.path(), &args).is_refused(&["--device no such one"]);
+    }
+}
+
+#[test]
+fn a_device_is_refused_where_none_is_used() {
+    let folder = folder();
+    let without: [(&[&str], &str); 11] = [
+        (&["bake", "--clips", "no.bvh", "--out", "g.sabaki"], "bake"),
+        (&["bake", "join", "no_plan", "--out", "g.sabaki"], "bake"),
+        (&["annotate", "--clips", "no.bvh"], "annotate"),
+        (&["coverage", "no.sabaki"], "coverage"),
+        (&["lod"], "lod"),
+        (&["crowd"], "crowd"),
+        (&["play", "no.sabaki"], "play"),
+        (&["inspect", baked()], "inspect"),
+        (&["duel", "no.sabaki"], "duel without --out"),
+        (
+            &["compare", "no.sabaki", "--settings"],
+            "compare --settings",
+        ),
+        (&["dodge", "--replay", "no.json"], "dodge --replay"),
+    ];
+    for (command, name) in without {
+        for option in [&["--device", "no such one"][..], &["--validation"]] {
+            let args = [command, option].concat();
+            let words = [option[0], &format!("{name} uses none")];
+            sabaki(folder.path(), &args).is_refused(&words);
+        }
     }
 }
 

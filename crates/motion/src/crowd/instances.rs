@@ -50,8 +50,6 @@ pub struct Crowd {
 /// The longest time on the groups' clock, in seconds: single precision then still resolves a ten-thousandth of a frame.
 pub(super) const LONGEST_RUN: f64 = 8.0;
 
-const MOST_THREADS: usize = 64;
-
 /// Chunks that each of several threads finds: the more there are, the less a thread is waited for whose core is taken.
 pub(super) const CHUNKS_OF_A_THREAD: usize = 8;
 
@@ -62,7 +60,7 @@ impl Crowd {
     #[must_use]
     pub fn new(animations: Arc<AnimationSet>, mut settings: CrowdSettings) -> Self {
         settings.isa = settings.isa.or_best();
-        let pool = WorkerPool::new(thread_count(settings.threads).min(MOST_THREADS));
+        let pool = WorkerPool::new(thread_count(settings.threads).min(CrowdSettings::MOST_THREADS));
         let scratch = |_| Mutex::new(Scratch::of(&animations));
         Self {
             scratch: (0..pool.threads()).map(scratch).collect(),

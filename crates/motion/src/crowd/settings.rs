@@ -9,7 +9,8 @@ pub struct CrowdSettings {
     pub output: Output,
     /// The instruction set.
     pub isa: Isa,
-    /// Number of threads, the caller's included; 0 for as many as the machine has. They end when the crowd is dropped.
+    /// Number of threads, the caller's included; 0 for as many as the machine has. At most [`Self::MOST_THREADS`] are started. They end
+    /// when the crowd is dropped.
     pub threads: usize,
     /// Which characters are not posed in every frame; none by default.
     pub hold: Hold,
@@ -29,6 +30,11 @@ pub struct Hold {
     pub from: LevelId,
     /// Number of frames for which a pose is kept after its own; 0 by default.
     pub frames: u16,
+}
+
+impl CrowdSettings {
+    /// Largest number of threads of a crowd.
+    pub const MOST_THREADS: usize = 64;
 }
 
 impl Default for CrowdSettings {

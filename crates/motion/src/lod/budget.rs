@@ -42,12 +42,18 @@ pub struct Cost {
 /// The screen error that a budget allows.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Plan {
-    /// Screen error for [`Rule::ScreenError`], in pixels.
+    /// Screen error for [`Rule::ScreenError`], in pixels, at most [`Plan::MOST_PIXELS`].
     pub pixels: f32,
     /// Upper bound of the characters' cost at this error, in milliseconds.
     pub milliseconds: f32,
     /// Whether this cost is within the budget.
     pub is_met: bool,
+}
+
+impl Plan {
+    /// The screen error of a plan whose budget does not suffice for the coarsest levels, in pixels. It stands for no limit: all characters
+    /// are on the coarsest level.
+    pub const MOST_PIXELS: f32 = 1e6;
 }
 
 /// Finds the screen error for a [`Budget`] in each frame. It allocates nothing after the first one.
@@ -64,7 +70,7 @@ pub struct Planner {
 const BUCKETS: usize = 1 << 15;
 
 /// Range of the search, in pixels.
-const PIXELS: (f32, f32) = (1e-3, 1e6);
+const PIXELS: (f32, f32) = (1e-3, Plan::MOST_PIXELS);
 
 fn bucket(distance: f32) -> usize {
     if distance > 0.0 {

@@ -123,13 +123,16 @@ fn on_threads(threads: usize, work: &(dyn Fn() + Sync)) {
     });
 }
 
-/// How many threads a setting asks for: 0 for as many as the machine has.
+/// How many threads a setting asks for: 0 for as many as the machine has. At most 1024, whatever the setting or the machine.
 #[must_use]
 pub fn thread_count(setting: usize) -> usize {
-    match setting {
+    /// More threads only cost time and memory: no work here is shared among as many cores.
+    const MOST_THREADS: usize = 1024;
+    let threads = match setting {
         0 => std::thread::available_parallelism().map_or(1, usize::from),
         threads => threads,
-    }
+    };
+    threads.min(MOST_THREADS)
 }
 
 #[cfg(test)]
@@ -158,6 +161,13 @@ mod tests {
             },
         );
         assert!(list.into_iter().eq(0..100));
+    }
+
+    #[test]
+    fn a_setting_is_taken_at_its_word_up_to_a_limit() {
+        assert!(thread_count(0) >= 1);
+        assert_eq!([1, 7, 1024].map(thread_count), [1, 7, 1024]);
+        assert_eq!([1025, 999_999, usize::MAX].map(thread_count), [1024; 3]);
     }
 
     #[test]

@@ -5,6 +5,7 @@ use std::time::Instant;
 
 use serde_json::json;
 
+use super::super::numbers::whole;
 use super::super::{Done, Failure};
 use super::shared_bake::SharedBake;
 
@@ -17,15 +18,15 @@ pub(crate) struct Args {
     #[arg(value_name = "I")]
     share: usize,
     /// Number of threads, or 0 for one thread per CPU core. The result does not depend on it.
-    #[arg(long, value_name = "N", default_value_t = 0)]
-    threads: usize,
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = whole::<u64>(0..=1024))]
+    threads: u64,
 }
 
 pub(super) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
     let started = Instant::now();
     let bake = SharedBake::open(&args.folder)?;
     bake.check_number(args.share)?;
-    let was_there = bake.compute_entries(args.share, args.threads)?;
+    let was_there = bake.compute_entries(args.share, args.threads as usize)?;
     let (share, seconds) = (args.share, started.elapsed().as_secs_f64());
     let shares = bake.shards();
     Ok(Done::ok(match (as_json, was_there) {

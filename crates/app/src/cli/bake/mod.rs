@@ -4,6 +4,7 @@ mod entries;
 mod graph;
 mod join;
 mod manifest;
+pub(super) mod own_file;
 mod partition;
 mod plan;
 mod record;

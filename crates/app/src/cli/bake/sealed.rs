@@ -60,6 +60,32 @@ pub(super) enum Unusable {
 }
 
 impl Kind {
+    const ALL: [Self; 6] = [
+        Self::Points,
+        Self::Shard,
+        Self::Graph,
+        Self::Entries,
+        Self::Record,
+        Self::Unfinished,
+    ];
+
+    /// The kind of a file, by its first bytes.
+    pub(super) fn of(head: &[u8]) -> Option<Self> {
+        let mut kinds = Self::ALL.into_iter();
+        kinds.find(|kind| head.starts_with(kind.mark()))
+    }
+
+    /// What such a file is, for messages.
+    pub(super) fn describe(self) -> &'static str {
+        match self {
+            Self::Points | Self::Shard | Self::Graph | Self::Entries => {
+                "a part of a shared bake (for bake join)"
+            }
+            Self::Record => "the record of a bake (for bake --onto)",
+            Self::Unfinished => "what is done of a bake that was stopped",
+        }
+    }
+
     fn mark(self) -> &'static [u8; 8] {
         match self {
             Self::Points => b"sabakip\n",

@@ -5,6 +5,7 @@ use std::time::Instant;
 
 use serde_json::json;
 
+use super::super::numbers::whole;
 use super::super::{Done, Failure};
 use super::shared_bake::{ShardOutcome, SharedBake};
 
@@ -17,8 +18,8 @@ pub(crate) struct Args {
     #[arg(value_name = "I")]
     shard: usize,
     /// Number of threads, or 0 for one thread per CPU core. The shard does not depend on it.
-    #[arg(long, value_name = "N", default_value_t = 0)]
-    threads: usize,
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = whole::<u64>(0..=1024))]
+    threads: u64,
 }
 
 pub(super) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
@@ -26,7 +27,7 @@ pub(super) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
     let bake = SharedBake::open(&args.folder)?;
     let (shard, shards) = (args.shard, bake.shards());
     bake.check_number(shard)?;
-    let outcome = bake.compute(shard, args.threads)?;
+    let outcome = bake.compute(shard, args.threads as usize)?;
     let seconds = started.elapsed().as_secs_f64();
     let (pairs, clips) = (bake.pairs(shard), bake.clips_of(shard).len());
     let computed = match outcome {

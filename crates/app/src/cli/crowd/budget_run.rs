@@ -3,7 +3,7 @@
 use std::time::Instant;
 
 use sabaki::crowd::Frame;
-use sabaki::lod::{Budget, Cost, CostMonitor, Measure, Planner, SwitchSettings};
+use sabaki::lod::{Budget, Cost, CostMonitor, Measure, Plan, Planner, SwitchSettings};
 use sabaki::math::F32x16;
 use sabaki_app::percentile::percentile;
 use serde_json::{Value, json};
@@ -12,7 +12,7 @@ use super::cases::{Case, Lod, Motion, What};
 use super::row::Row;
 use super::scene::{SECONDS, Scene};
 use super::{Args, usage};
-use crate::cli::Failure;
+use crate::cli::{Failure, cancel};
 
 /// Number of frames that are measured.
 const FRAMES: u32 = 2000;
@@ -69,6 +69,7 @@ impl Scene {
             pixels: Vec::with_capacity(FRAMES as usize),
         };
         for frame in 0..LEARNING + FRAMES {
+            cancel::check()?;
             let started = Instant::now();
             let eye = self.eye(Motion::Run, frame);
             distances.clear();
@@ -157,6 +158,12 @@ impl BudgetRun {
         json!({ "median": at(0.5), "p99": at(0.99), "greatest": at(1.0) })
     }
 
+    /// A percentile of the errors on the screen, in pixels; `None` where the plan allows any error.
+    fn pixels(&self, share: f64) -> Option<f64> {
+        let pixels = percentile(self.pixels.clone(), share);
+        (pixels < f64::from(Plan::MOST_PIXELS)).then_some(pixels)
+    }
+
     pub(super) fn to_json(&self) -> Value {
         json!({
             "budget_ms": self.budget,
@@ -164,15 +171,23 @@ impl BudgetRun {
             "share_over_budget": self.over(),
             "frame_ms": Self::shares(&self.frames),
             "plan_ms": Self::shares(&self.plans),
-            "error_pixels": Self::shares(&self.pixels),
+            "error_pixels": {
+                "median": self.pixels(0.5),
+                "p99": self.pixels(0.99),
+                "greatest": self.pixels(1.0),
+            },
         })
     }
 
     pub(super) fn describe(&self) -> String {
         let at = |values: &[f64], share: f64| percentile(values.to_vec(), share);
+        let pixels = |share: f64| match self.pixels(share) {
+            Some(pixels) => format!("{pixels:.1} pixels"),
+            None => "without limit (all on the coarsest level)".to_owned(),
+        };
         format!(
             "budget of {:.3} ms, camera running, {} frames: {:.3} ms in the median, {:.3} at 99%, {:.3} at most (plan {:.3}); \
-             {:.1}% over the budget; error on the screen {:.1} pixels in the median, {:.1} at most",
+             {:.1}% over the budget; error on the screen {} in the median, {} at most",
             self.budget,
             self.frames.len(),
             at(&self.frames, 0.5),
@@ -180,8 +195,8 @@ impl BudgetRun {
             at(&self.frames, 1.0),
             at(&self.plans, 0.5),
             100.0 * self.over(),
-            at(&self.pixels, 0.5),
-            at(&self.pixels, 1.0),
+            pixels(0.5),
+            pixels(1.0),
         )
     }
 }

@@ -1,7 +1,7 @@
 //! What is measured.
 
-use sabaki::crowd::Layout;
-use sabaki::math::Isa;
+use sabaki::crowd::{CrowdSettings, Layout};
+use sabaki::math::{Isa, thread_count};
 
 use super::Args;
 
@@ -73,10 +73,7 @@ impl Args {
     /// Poses without levels and by distance, and frames, on all instruction sets and numbers of threads; the rest on the
     /// widest registers and one thread.
     pub(super) fn cases(&self, levels: usize) -> Vec<Case> {
-        let most = match self.threads {
-            0 => std::thread::available_parallelism().map_or(1, usize::from),
-            threads => threads,
-        };
+        let most = thread_count(self.threads as usize).min(CrowdSettings::MOST_THREADS);
         let doubled = std::iter::successors(Some(1), |&threads| Some(2 * threads));
         let mut threads: Vec<usize> = doubled.take_while(|&threads| threads < most).collect();
         threads.push(most);

@@ -19,6 +19,8 @@ use serde_json::json;
 
 use self::cases::CUTS;
 use self::scene::Scene;
+use super::bake::own_file;
+use super::numbers::{check_number, whole};
 use super::{Done, Failure, cancel, output};
 
 #[derive(clap::Args)]
@@ -27,13 +29,13 @@ pub(crate) struct Args {
     #[arg(value_name = "CLIP")]
     clip: Option<PathBuf>,
     /// Number of characters.
-    #[arg(long, default_value_t = 10_000, value_parser = clap::value_parser!(u32).range(1..=4_000_000))]
+    #[arg(long, default_value_t = 10_000, value_parser = whole::<u32>(1..=4_000_000))]
     count: u32,
-    /// Largest number of threads; 0 for all of the machine.
-    #[arg(long, default_value_t = 0)]
-    threads: usize,
+    /// Largest number of threads; 0 for all of the machine. A crowd uses 64 at most.
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = whole::<u64>(0..=1024))]
+    threads: u64,
     /// Number of frames measured in each case; the median counts.
-    #[arg(long, default_value_t = 100, value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    #[arg(long, default_value_t = 100, value_parser = whole::<u32>(1..=100_000))]
     frames: u32,
     /// Largest error on the screen where levels depend on distance, in pixels at 1080 lines and 60 degrees.
     #[arg(long, value_name = "PIXELS", default_value_t = 2.0)]
@@ -50,12 +52,13 @@ pub(crate) struct Args {
 }
 
 pub(crate) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
+    args.check()?;
+    cancel::listen();
     let scene = Scene::new(args, None)?;
     let cut_scenes = { CUTS.into_iter() }
         .map(|clips| Scene::new(args, Some(clips)))
         .collect::<Result<Vec<_>, _>>()?;
     let cases = args.cases(scene.animations.levels());
-    cancel::listen();
     let bar = output::progress("posing", cases.len() as u64);
     let mut rows = Vec::with_capacity(cases.len());
     for case in cases.into_iter().progress_with(bar) {
@@ -88,6 +91,20 @@ fn usage(error: impl std::fmt::Display) -> Failure {
 }
 
 impl Args {
+    /// What can be refused before the clips are read.
+    fn check(&self) -> Result<(), Failure> {
+        if let Some(path) = &self.clip {
+            own_file::check_is_none(path)?;
+        }
+        check_number(self.error > 0.0, || {
+            format!("--error {}: must be above 0 pixels", self.error)
+        })?;
+        let budget = self.budget.unwrap_or_default();
+        check_number(budget.is_finite() && budget >= 0.0, || {
+            format!("--budget {budget}: must be 0 milliseconds or more")
+        })
+    }
+
     fn form(&self) -> Form {
         match self.rotations {
             true => Form::Rotations,

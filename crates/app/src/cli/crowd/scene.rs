@@ -18,7 +18,7 @@ use super::busy::BusyThreads;
 use super::cases::{CUT_SECONDS, Case, Lod, Mixed, Motion, What};
 use super::row::Row;
 use super::{Args, usage};
-use crate::cli::Failure;
+use crate::cli::{Failure, cancel};
 
 /// Characters, and the clips that they play.
 pub(super) struct Scene {
@@ -212,6 +212,7 @@ impl Scene {
     }
 
     pub(super) fn step(&self, posed: &mut Posed, case: Case, frame: u32) -> Result<(), Failure> {
+        cancel::check()?;
         let Posed { crowd, out } = posed;
         let What::Frame(motion) = case.what else {
             crowd.advance(SECONDS);

@@ -17,6 +17,7 @@ use super::file::{self, Kind};
 use super::{Args, Written, first_given, text_height};
 use crate::cli::culling::DeviceArgs;
 use crate::cli::mesh::Wardrobe;
+use crate::cli::numbers::whole;
 use crate::cli::picture::{Picture, TextLook};
 use crate::cli::plot::INK;
 use crate::cli::{Failure, cancel, output};
@@ -26,7 +27,7 @@ use crate::cli::{Failure, cancel, output};
 #[command(next_help_heading = "Crowd")]
 pub(crate) struct CrowdArgs {
     /// Number of characters in the crowd [default: 10000].
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=200_000))]
+    #[arg(long, value_name = "N", value_parser = whole::<u32>(1..=200_000))]
     count: Option<u32>,
     /// Motion of the crowd: one of the embedded clips [default: front_kick].
     #[arg(long, value_name = "CLIP")]

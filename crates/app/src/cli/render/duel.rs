@@ -17,6 +17,7 @@ use super::{Written, size, text_height};
 use crate::cli::culling::DeviceArgs;
 use crate::cli::duel::{Fought, clip_of};
 use crate::cli::mesh::MeshArgs;
+use crate::cli::numbers::whole;
 use crate::cli::picture::{Picture, TextLook};
 use crate::cli::plot::INK;
 use crate::cli::{Failure, cancel, output};
@@ -32,10 +33,10 @@ pub(crate) struct DuelArgs {
     #[arg(long, value_name = "WxH", requires = "out", default_value = "480x300", value_parser = size)]
     size: [u32; 2],
     /// Pictures per second of a film [default: 20].
-    #[arg(long, value_name = "N", requires = "out", value_parser = clap::value_parser!(u16).range(1..=50))]
+    #[arg(long, value_name = "N", requires = "out", value_parser = whole::<u16>(1..=50))]
     rate: Option<u16>,
     /// First exchange to draw, counted from 1.
-    #[arg(long, value_name = "ROUND", requires = "out", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=10_000))]
+    #[arg(long, value_name = "ROUND", requires = "out", default_value_t = 1, value_parser = whole::<u32>(1..=10_000))]
     from: u32,
     /// Leaves out the text.
     #[arg(long, requires = "out")]
@@ -71,6 +72,11 @@ impl DuelArgs {
                 output::check_can_be_written("--out", path)
             }
         }
+    }
+
+    /// Whether the duel is drawn.
+    pub(crate) fn draws(&self) -> bool {
+        self.out.is_some()
     }
 
     fn rate(&self) -> u16 {

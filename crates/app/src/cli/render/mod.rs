@@ -15,6 +15,7 @@ use serde_json::json;
 
 use super::culling::DeviceArgs;
 use super::mesh::MeshArgs;
+use super::numbers::whole;
 use super::source::GraphArgs;
 use super::{Done, Failure, cancel, output};
 
@@ -32,7 +33,7 @@ pub(crate) struct Args {
     #[arg(long, value_name = "WxH", default_value = "640x400", value_parser = size)]
     size: [u32; 2],
     /// Pictures per second of a film [default: 25].
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=50))]
+    #[arg(long, value_name = "N", value_parser = whole::<u16>(1..=50))]
     rate: Option<u16>,
     /// Leaves out the text.
     #[arg(long)]
@@ -113,17 +114,19 @@ impl Args {
             self.graph.check_unused("render crowd")?;
         }
         let (of_dodge, of_crowd) = (self.dodge.given(), self.crowd.given());
+        let of_dodge = of_dodge.map(|option| (option, "render dodge"));
+        let of_crowd = of_crowd.map(|option| (option, "render crowd"));
         let (scene, wrong) = match self.scene {
             Scene::Dodge => ("dodge", of_crowd),
             Scene::Crowd => ("crowd", of_dodge),
             Scene::Body => {
                 let own = [("--rate", self.rate.is_some()), ("--plain", self.plain)];
-                let own = first_given(&own);
+                let own = first_given(&own).map(|option| (option, "render dodge and render crowd"));
                 ("body", of_dodge.or(of_crowd).or(own))
             }
         };
-        if let Some(option) = wrong {
-            let what = format!("{option} is of another scene than {scene}");
+        if let Some((option, others)) = wrong {
+            let what = format!("render {scene} takes no {option}; it is only for {others}");
             return Err(Failure::Usage(what));
         }
         if self.rate.is_some() {

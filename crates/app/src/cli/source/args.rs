@@ -6,8 +6,10 @@ use sabaki::anim::CompressionSettings;
 use sabaki::graph::GraphSettings;
 
 use super::super::Failure;
+use super::super::bake::own_file;
 use super::super::figure::FigureArgs;
 use super::super::maps::MapArgs;
+use super::super::numbers::check_number;
 
 /// What motion files do not contain.
 #[derive(Clone, Copy, Debug, clap::Args)]
@@ -35,6 +37,21 @@ impl ReadArgs {
         match options.iter().find(|(_, is_given)| *is_given) {
             Some((option, _)) => Err(Failure::Usage(format!("{option} needs {needed}"))),
             None => Ok(()),
+        }
+    }
+
+    /// Refuses `--amc-rate` where no AMC file is among the files and folders that are read.
+    pub(crate) fn check_paths(&self, paths: &[PathBuf]) -> Result<(), Failure> {
+        let is_amc = |path: &PathBuf| {
+            let ending = path.extension();
+            ending.is_some_and(|ending| ending.eq_ignore_ascii_case("amc"))
+        };
+        match self.amc_rate {
+            Some(_) if !sabaki_import::motion_files(paths)?.iter().any(is_amc) => {
+                let what = "--amc-rate needs an AMC file; none is read";
+                Err(Failure::Usage(what.to_owned()))
+            }
+            _ => Ok(()),
         }
     }
 
@@ -80,7 +97,7 @@ pub(crate) struct ClipArgs {
     pub(crate) threshold: f32,
     /// Largest error that compressing the clips may cause at the joints, in millimetres; at the ends it may be three times as large. 0
     /// leaves the clips as they are.
-    #[arg(long, value_name = "MM", requires = "clips", default_value_t = 0.1, value_parser = clip_error, allow_negative_numbers = true)]
+    #[arg(long, value_name = "MM", requires = "clips", default_value_t = 0.1, value_parser = clip_error)]
     pub(crate) clip_error: f32,
     /// Memory that building the graph may take, in GB. Clips that would take more are rejected before the work begins.
     #[arg(long, value_name = "GB", requires = "clips", default_value_t = GraphSettings::MEMORY as f64 / GB)]
@@ -98,6 +115,24 @@ fn clip_error(text: &str) -> Result<f32, String> {
 }
 
 impl ClipArgs {
+    /// What can be refused before the clips are read.
+    pub(super) fn check(&self) -> Result<(), Failure> {
+        let (threshold, memory) = (self.threshold, self.memory);
+        check_number((1e-6..=1e3).contains(&threshold), || {
+            format!("--threshold {threshold}: must be 0.000001 to 1000 metres")
+        })?;
+        check_number(memory > 0.0, || {
+            format!("--memory {memory}: must be above 0 GB")
+        })?;
+        self.maps.check()?;
+        self.figure.check()?;
+        // Of several files those that cannot be read are listed, or left out.
+        if let [only] = self.clips.as_slice() {
+            own_file::check_is_none(only)?;
+        }
+        self.read.check_paths(&self.clips)
+    }
+
     pub(super) fn graph_settings(&self) -> GraphSettings {
         GraphSettings {
             threshold: self.threshold,

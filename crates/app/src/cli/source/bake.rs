@@ -51,7 +51,7 @@ impl BakeInput {
     }
 
     pub(crate) fn read(args: &ClipArgs) -> Result<Self, Failure> {
-        args.figure.check()?;
+        args.check()?;
         let options = sabaki_import::ReadOptions {
             keep_going: args.keep_going,
             retarget: args.retarget,
