@@ -16,6 +16,7 @@ mod gltf;
 mod gltf_bad_input;
 mod gltf_events;
 mod gltf_mesh;
+mod limits;
 mod mirror;
 mod props;
 mod readme;

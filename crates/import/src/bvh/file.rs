@@ -3,6 +3,7 @@ use glam::{DVec3, Quat, Vec3};
 use super::channel::local_transform;
 use super::lexer::Lexer;
 use super::{BvhError, Channel, hierarchy, motion, names};
+use crate::options::MOST_ENTRIES;
 use sabaki::anim::{
     Clip, ClipDesc, ClipError, Joint, JointId, JointKind, Pose, Skeleton, SkeletonError,
 };
@@ -47,6 +48,24 @@ pub enum MotionError {
     /// The motion is invalid.
     #[error(transparent)]
     Clip(#[from] ClipError),
+    /// The motion would take too much memory.
+    #[error("{frames} frames of {joints} joints; {MOST_ENTRIES} rotations in all are the most")]
+    TooManyEntries {
+        /// Number of frames.
+        frames: usize,
+        /// Number of joints of the skeleton, with end sites.
+        joints: usize,
+    },
+}
+
+impl MotionError {
+    /// Checks that a motion has at most [`MOST_ENTRIES`] frames times joints.
+    pub(crate) fn check_entries(frames: usize, joints: usize) -> Result<(), Self> {
+        match (frames as u64).saturating_mul(joints as u64) <= MOST_ENTRIES {
+            true => Ok(()),
+            false => Err(Self::TooManyEntries { frames, joints }),
+        }
+    }
 }
 
 impl BvhFile {
@@ -196,8 +215,8 @@ impl BvhFile {
     /// Skeleton and motion in metres. A scale of 1 keeps the file's unit. The clip has translations
     /// only if a joint other than the root moves relative to its parent.
     ///
-    /// The scale makes a length infinite.
-    /// Only where the scale makes a length infinite.
+    /// # Errors
+    /// The scale makes a length infinite, or the file has more than [`MOST_ENTRIES`] frames times joints.
     pub fn motion(
         &self,
         name: &str,
@@ -205,6 +224,7 @@ impl BvhFile {
     ) -> Result<(Skeleton, Clip), MotionError> {
         let skeleton = self.skeleton(metres_per_unit)?;
         let frames = self.frames();
+        MotionError::check_entries(frames, self.joints.len())?;
         let entries = frames * self.joints.len();
         let moves_joints = self.moves_joints();
         let mut desc = ClipDesc {

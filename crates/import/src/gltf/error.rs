@@ -2,8 +2,7 @@ use thiserror::Error;
 
 use sabaki::anim::{ClipError, Skeleton, SkeletonError};
 
-/// Maximum number of frames times joints of an animation. It limits memory.
-pub const MOST_ENTRIES: u64 = 1 << 26;
+use crate::options::MOST_ENTRIES;
 
 /// Reason why a file cannot be read as a skinned glTF animation.
 #[derive(Clone, Debug, PartialEq, Error)]

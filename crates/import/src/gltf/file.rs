@@ -4,13 +4,14 @@ use std::path::Path;
 use glam::{Quat, Vec3};
 use serde::Deserialize;
 
+use super::GltfError;
 use super::animation::{Tracks, node_name};
 use super::container::{Container, Needs};
 use super::nodes::{Local, Nodes, World};
 use super::times::Frames;
-use super::{GltfError, MOST_ENTRIES};
 use crate::EventEntry;
 use crate::bvh::{MotionError, Taken};
+use crate::options::MOST_ENTRIES;
 use sabaki::anim::{Clip, ClipDesc, Joint, JointId, JointKind, Skeleton};
 
 /// Skeleton and animations of a glTF file, in the file's unit.

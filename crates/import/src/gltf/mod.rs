@@ -18,7 +18,7 @@ mod texture;
 mod times;
 mod write;
 
-pub use error::{GltfError, MOST_ENTRIES};
+pub use error::GltfError;
 pub use file::{GltfAnimation, GltfFile};
 pub use mesh::{MOST_VERTICES, SkinJoint, SkinVertex, SkinnedMesh};
 pub use texture::Texture;
