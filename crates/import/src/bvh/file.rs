@@ -126,8 +126,8 @@ impl BvhFile {
         &self.repeated_names
     }
 
-    /// What was read although the file is doubtful there, one line each: frames beyond the number that it states, and joints that
-    /// turn about one axis twice in a row.
+    /// What was read although the file is doubtful there, one line each: frames beyond the number that it states, joints that turn about
+    /// one axis twice in a row, and scales, which are ignored.
     #[must_use]
     pub fn notes(&self) -> Vec<String> {
         let mut notes = Vec::new();
@@ -153,6 +153,21 @@ impl BvhFile {
                     names.join(" ")
                 ));
             }
+        }
+        let has_scale = |joint: &&BvhJoint| {
+            let mut channels = joint.channels.iter();
+            channels.any(|channel| matches!(channel, Channel::Scale(_)))
+        };
+        let mut scaled = self.joints.iter().filter(has_scale);
+        if let Some(first) = scaled.next() {
+            let more = match scaled.count() {
+                0 => String::new(),
+                more => format!(" and {more} more"),
+            };
+            notes.push(format!(
+                "joints have channels of scale, which are ignored: \"{}\"{more}",
+                first.name
+            ));
         }
         notes
     }
