@@ -9,6 +9,7 @@ use gltf_json::validation::Checked;
 use super::GltfError;
 use super::container::Container;
 use super::nodes::Local;
+use super::times::FrameTime;
 
 /// Tracks of one animation, by node.
 pub(super) struct Tracks {
@@ -105,7 +106,7 @@ impl Tracks {
     }
 
     /// Transform of a node at a time, or `rest` if it has no keys.
-    pub(super) fn sample(&self, node: usize, rest: &Local, time: f64) -> Local {
+    pub(super) fn sample(&self, node: usize, rest: &Local, time: FrameTime) -> Local {
         let Some(tracks) = self.nodes.get(&node) else {
             return *rest;
         };
@@ -206,9 +207,14 @@ impl Track {
         Ok(())
     }
 
-    /// Value at a time. Times before the first and after the last key are clamped.
-    fn at(&self, time: f64, between: impl Fn(Vec4, Vec4, f32) -> Vec4) -> Vec4 {
-        let after = self.times.partition_point(|&key| f64::from(key) <= time);
+    /// Value at a time. Times before the first and after the last key are clamped. Keys have rounded times, so a step that belongs to a
+    /// frame may seem to come just after it.
+    fn at(&self, time: FrameTime, between: impl Fn(Vec4, Vec4, f32) -> Vec4) -> Vec4 {
+        let reached = match self.interpolation {
+            Interpolation::Step => time.seconds + time.slack,
+            _ => time.seconds,
+        };
+        let after = self.times.partition_point(|&key| f64::from(key) <= reached);
         let value = |key: usize| match self.interpolation {
             Interpolation::CubicSpline => self.values[3 * key + 1],
             _ => self.values[key],
@@ -221,7 +227,7 @@ impl Track {
             return value(before);
         }
         let (start, end) = (f64::from(self.times[before]), f64::from(self.times[after]));
-        let share = ((time - start) / (end - start)) as f32;
+        let share = ((time.seconds - start) / (end - start)) as f32;
         match self.interpolation {
             Interpolation::Step => value(before),
             Interpolation::Linear => between(value(before), value(after), share),
