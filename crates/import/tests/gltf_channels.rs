@@ -1,4 +1,4 @@
-//! Channels of glTF animations: steps come in the frames of their keys.
+//! Channels of glTF animations: steps come in the frames of their keys, and channels without a node are ignored.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 use base64::Engine;
@@ -80,4 +80,32 @@ fn a_step_does_not_come_early() {
         found,
         [0.0, 0.0, 1.0, 1.0, 1.0, 1.0, 1.0, 2.0, 3.0, 3.0, 4.0]
     );
+}
+
+#[test]
+fn channels_without_a_node_are_ignored() {
+    let document = stepping(&[0.0, 0.1, 0.2]);
+    let expected = parse(&document);
+    let mut pointing = document.clone();
+    let pointer = json!({ "KHR_animation_pointer": { "pointer": "/materials/0/alphaCutoff" } });
+    let channels = &mut pointing["animations"][0]["channels"];
+    let channels = channels.as_array_mut().unwrap();
+    channels.insert(
+        0,
+        json!({ "sampler": 0, "target": { "path": "pointer", "extensions": pointer } }),
+    );
+    channels.push(json!({ "sampler": 0, "target": { "path": "translation" } }));
+    let mut only_pointers = pointing["animations"][0].clone();
+    only_pointers["channels"].as_array_mut().unwrap().remove(1);
+    pointing["animations"]
+        .as_array_mut()
+        .unwrap()
+        .push(only_pointers);
+    pointing["extensionsUsed"] = json!(["KHR_animation_pointer"]);
+    assert_eq!(parse(&pointing), expected);
+    // Other errors of such a file are told as those of all files.
+    pointing["nodes"] = json!(7);
+    let text = pointing.to_string();
+    let error = GltfFile::parse(text.as_bytes(), |_| Err(String::new())).unwrap_err();
+    assert!(error.to_string().contains("invalid type"), "{error}");
 }

@@ -7,6 +7,7 @@ use base64::engine::general_purpose::STANDARD;
 use gltf_json::Root;
 
 use super::GltfError;
+use super::channels::without_nodeless;
 
 const MAGIC: &[u8] = b"glTF";
 const JSON: &[u8] = b"JSON";
@@ -37,7 +38,7 @@ impl Container {
         mut load: impl FnMut(&Path) -> Result<Vec<u8>, String>,
     ) -> Result<Self, GltfError> {
         let (json, mut binary) = split(bytes)?;
-        let root = Root::from_slice(json).map_err(|error| GltfError::Json(error.to_string()))?;
+        let root = parse_root(json)?;
         if !root.asset.version.starts_with("2.") {
             return Err(GltfError::Version(root.asset.version.clone()));
         }
@@ -79,6 +80,14 @@ impl Container {
         let length = usize::try_from(view.byte_length.0).ok()?;
         buffer.get(start..start.checked_add(length)?)
     }
+}
+
+fn parse_root(json: &[u8]) -> Result<Root, GltfError> {
+    let parsed = Root::from_slice(json).or_else(|error| match without_nodeless(json) {
+        Some(json) => Root::from_slice(&json),
+        None => Err(error),
+    });
+    parsed.map_err(|error| GltfError::Json(error.to_string()))
 }
 
 /// Buffers that animations use. Invalid indices are reported later.

@@ -9,6 +9,7 @@
 
 mod accessor;
 mod animation;
+mod channels;
 mod container;
 mod error;
 mod file;
