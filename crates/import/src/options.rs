@@ -6,7 +6,7 @@ use super::up::Up;
 /// would exhaust memory.
 pub const LONGEST_CLIP: f64 = 36_000.0;
 
-/// Maximum number of frames times joints of a motion file; of a glTF file, of all its animations together. It limits memory, because a
+/// Maximum number of frames times joints of a motion file; of a glTF file, of all its animations together, and of their keys. It limits memory, because a
 /// few bytes of a file can stand for many frames of many joints.
 pub const MOST_ENTRIES: u64 = 1 << 26;
 

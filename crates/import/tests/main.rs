@@ -17,7 +17,6 @@ mod gltf_bad_input;
 mod gltf_channels;
 mod gltf_events;
 mod gltf_mesh;
-mod limits;
 mod mirror;
 mod props;
 mod readme;
