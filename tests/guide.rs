@@ -10,7 +10,7 @@ use sabaki::graph::GraphSettings;
 use sabaki::lod::LevelSettings;
 use sabaki::maps::{MapGrid, PathSettings};
 use sabaki::query::{Attack, QuerySettings};
-use sabaki_import::{LONGEST_CLIP, gltf};
+use sabaki_import::{LONGEST_CLIP, MOST_ENTRIES, bvh, gltf};
 
 const PAGES: [(&str, &str); 15] = [
     ("from_clips.md", include_str!("../src/guide/from_clips.md")),
@@ -76,7 +76,8 @@ fn the_limits_are_those_of_the_code() {
         ("Skeleton::FURTHEST", f64::from(Skeleton::FURTHEST)),
         ("LARGEST_FILE", LARGEST_FILE as f64),
         ("LONGEST_CLIP", LONGEST_CLIP),
-        ("gltf::MOST_ENTRIES", gltf::MOST_ENTRIES as f64),
+        ("MOST_ENTRIES", MOST_ENTRIES as f64),
+        ("bvh::MOST_CHANNELS", bvh::MOST_CHANNELS as f64),
         ("gltf::MOST_VERTICES", gltf::MOST_VERTICES as f64),
         ("GraphSettings::MEMORY", GraphSettings::MEMORY as f64),
         (

@@ -40,12 +40,20 @@ pub enum GraphError {
         joints: usize,
     },
     /// Two events of one kind have the same frames of one clip. Numbers are positions in the list of events.
-    #[error("events {first} and {second} are of one kind and have the same frames of one clip")]
+    #[error(
+        "\"{clip}\" has two events of one kind in the same frames, from {start} s to {end} s (events {first} and {second} of all)"
+    )]
     EventTwice {
         /// One event.
         first: usize,
         /// The other event.
         second: usize,
+        /// Name of the clip.
+        clip: String,
+        /// Start of the first event, in seconds.
+        start: f64,
+        /// End of the first event, in seconds.
+        end: f64,
     },
     /// An event refers to an unknown clip or joint, or lies outside its clip.
     #[error(

@@ -47,7 +47,16 @@ pub(super) fn in_frames(
         .map(to_frames)
         .collect::<Result<_, _>>()?;
     match twice(&events) {
-        Some([first, second]) => Err(GraphError::EventTwice { first, second }),
+        Some([first, second]) => {
+            let event = &source.events[first];
+            Err(GraphError::EventTwice {
+                first,
+                second,
+                clip: clips[event.clip].name().to_owned(),
+                start: event.start,
+                end: event.end,
+            })
+        }
         None => Ok(events),
     }
 }

@@ -289,7 +289,8 @@ fn what_cannot_be_kept_whole_is_refused_or_reported() {
         build(&clips, &twice, &settings),
         Err(GraphError::EventTwice {
             first: 0,
-            second: 2
+            second: 2,
+            ..
         })
     ));
     let stranger = ClipSource {

@@ -5,11 +5,10 @@ use super::error::shortened;
 use super::file::clip_name;
 use super::motion_file::{ENDINGS, MotionFile, ends_with};
 use super::read::check;
-use super::retarget::Obstacle;
+use super::retarget::{Obstacle, Retargeted};
 use super::warnings::clip_warnings;
 use super::{
-    ClipEvents, EventEntry, EventsFile, LengthUnit, LoadedClip, ReadError, ReadOptions, Scale,
-    ScaleSource,
+    ClipEvents, EventsFile, LengthUnit, LoadedClip, ReadError, ReadOptions, Scale, ScaleSource,
 };
 use sabaki::anim::{Clip, Event, Skeleton};
 use sabaki::math::in_parallel;
@@ -38,7 +37,8 @@ pub struct ClipSet {
 /// with `*.bvh`, `*.amc`, `*.glb` and `*.gltf` files. All animations of a glTF file are read.
 ///
 /// The events of a clip come from the events file. If that does not name the clip, they come from
-/// the clip's own file, which can contain events if it is a glTF file.
+/// the clip's own file, which can contain events if it is a glTF file. Of a file that is retargeted, the joints of its events have the
+/// names of its own skeleton.
 ///
 /// All files must have the same joints as the first. With [`ReadOptions::keep_going`] the largest group of files with the same joints is
 /// read, and the others are left out, as are files with errors. With [`ReadOptions::retarget`] the others are put on that group's skeleton,
@@ -81,6 +81,9 @@ pub fn read_clips(
         }
         _ => loaded,
     };
+    let labels = events.map_or_else(|| Ok(EventsFile::default()), EventsFile::read);
+    let (loaded, others) = resolve_own(loaded, labels.as_ref().ok());
+    failed.extend(others);
     failed.sort_by_key(|failed| failed.file);
     failed.dedup_by_key(|failed| failed.file);
     let names: Vec<String> = failed
@@ -88,7 +91,7 @@ pub fn read_clips(
         .map(|failed| clip_name(&files[failed.file]))
         .collect();
     let mut errors: Vec<ReadError> = failed.into_iter().map(|failed| failed.error).collect();
-    let goes_on = options.keep_going && first_path.is_some();
+    let goes_on = options.keep_going && !loaded.is_empty();
     if !goes_on && !errors.is_empty() {
         return Err(match errors.len() {
             1 => errors.remove(0),
@@ -98,58 +101,48 @@ pub fn read_clips(
             },
         });
     }
-    let mut loaded = loaded.into_iter();
+    let mut labels = labels?;
+    let mut loaded = loaded.into_iter().peekable();
     let Some(Loaded {
         path: first_path,
         motion: first,
         ..
-    }) = loaded.next()
+    }) = loaded.peek()
     else {
         return Err(ReadError::NoPaths);
     };
     let mut set = ClipSet {
-        skeleton: first.skeleton,
+        skeleton: first.skeleton.clone(),
         clips: Vec::new(),
         events: Vec::new(),
         scales: Vec::new(),
-        repeated_names: first.repeated_names,
+        repeated_names: first.repeated_names.clone(),
         warnings: Vec::new(),
         left_out: errors.iter().map(ToString::to_string).collect(),
     };
-    set.note(&first.clip, first.notes);
-    let mut own = vec![of_clip(&first.clip, first.events)];
-    set.add(first.clip, first.scale);
-    for Loaded {
-        path, motion: next, ..
-    } in loaded
-    {
-        set.warn_of_bones(path, &next.skeleton);
-        set.note(&next.clip, next.notes);
-        own.push(of_clip(&next.clip, next.events));
-        set.add(next.clip, next.scale);
+    let first_path = *first_path;
+    for one in loaded {
+        set.warn_of_bones(one.path, &one.motion.skeleton);
+        set.note(&one.motion.clip, one.motion.notes);
+        let clip = set.clips.len();
+        set.events
+            .extend(one.events.into_iter().map(|event| Event { clip, ..event }));
+        set.add(one.motion.clip, one.motion.scale);
     }
-    let mut labels = match events {
-        Some(path) => EventsFile::read(path)?,
-        None => EventsFile::default(),
-    };
     labels.forget(&names, &set.clips);
-    own.retain(|own| !own.events.is_empty() && !labels.names(&own.file));
-    labels.clips.append(&mut own);
     let resolved = labels
         .check_names(&set.repeated_names)
         .and_then(|()| labels.resolve(&set.clips, &set.skeleton));
-    set.events = resolved.map_err(|error| ReadError::Events {
-        path: events.unwrap_or(first_path).to_owned(),
-        error,
-    })?;
+    set.events
+        .extend(resolved.map_err(|error| ReadError::Events {
+            path: events.unwrap_or(first_path).to_owned(),
+            error,
+        })?);
+    set.events
+        .sort_by(|a, b| a.clip.cmp(&b.clip).then(a.start.total_cmp(&b.start)));
     set.warnings
         .extend(clip_warnings(&set.skeleton, &set.clips));
     Ok(set)
-}
-
-fn of_clip(clip: &Clip, events: Vec<EventEntry>) -> ClipEvents {
-    let file = clip.name().to_owned();
-    ClipEvents { file, events }
 }
 
 impl ClipSet {
@@ -241,6 +234,8 @@ struct Loaded<'a> {
     /// Index of the file.
     file: usize,
     motion: LoadedClip,
+    /// Events of the file itself that are used. Their clip is not set.
+    events: Vec<Event>,
 }
 
 /// A file that cannot be used.
@@ -282,9 +277,10 @@ fn retarget_others<'a>(
                 kept.push(one);
                 continue;
             }
-            Some(Ok((clip, note))) => {
+            Some(Ok(Retargeted { clip, note, events })) => {
                 one.motion.skeleton = used.clone();
                 one.motion.clip = clip;
+                one.motion.events = events;
                 one.motion.notes.push(note);
                 kept.push(one);
                 continue;
@@ -305,6 +301,42 @@ fn retarget_others<'a>(
         });
     }
     (kept, failed)
+}
+
+/// Resolves the events in the files themselves, of the clips that the events file does not name. Files with invalid events have failed, with
+/// all their motions.
+fn resolve_own<'a>(
+    mut loaded: Vec<Loaded<'a>>,
+    labels: Option<&EventsFile>,
+) -> (Vec<Loaded<'a>>, Vec<Failed>) {
+    let mut failed = Vec::new();
+    for one in &mut loaded {
+        let file = one.motion.clip.name().to_owned();
+        let events = std::mem::take(&mut one.motion.events);
+        if events.is_empty() || labels.is_some_and(|labels| labels.names(&file)) {
+            continue;
+        }
+        let own = EventsFile {
+            clips: vec![ClipEvents { file, events }],
+        };
+        let clip = std::slice::from_ref(&one.motion.clip);
+        let resolved = own
+            .check_names(&one.motion.repeated_names)
+            .and_then(|()| own.resolve(clip, &one.motion.skeleton));
+        match resolved {
+            Ok(events) => one.events = events,
+            Err(error) => failed.push(Failed {
+                file: one.file,
+                error: ReadError::Events {
+                    path: one.path.clone(),
+                    error,
+                },
+            }),
+        }
+    }
+    let files: HashSet<usize> = failed.iter().map(|failed| failed.file).collect();
+    loaded.retain(|one| !files.contains(&one.file));
+    (loaded, failed)
 }
 
 /// The skeleton that most files have; of equally frequent ones the first.
@@ -352,11 +384,12 @@ fn load_all<'a>(files: &'a [PathBuf], options: &ReadOptions) -> (Vec<Loaded<'a>>
         let path = &files[file];
         match motions {
             Ok(motions) => {
-                loaded.extend(
-                    motions
-                        .into_iter()
-                        .map(|motion| Loaded { path, file, motion }),
-                );
+                loaded.extend(motions.into_iter().map(|motion| Loaded {
+                    path,
+                    file,
+                    motion,
+                    events: Vec::new(),
+                }));
             }
             Err(error) => failed.push(Failed { file, error }),
         }

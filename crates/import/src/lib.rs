@@ -42,7 +42,7 @@ pub use mesh_scale::{body_scale, held_scale};
 pub use mirror::MirrorError;
 pub use motion_file::{is_gltf, is_motion_file, read_bvh, read_gltf, read_mesh};
 pub use obj::{parse_obj, read_obj};
-pub use options::{LONGEST_CLIP, ReadOptions, SCALES};
+pub use options::{LONGEST_CLIP, MOST_ENTRIES, ReadOptions, SCALES};
 pub use read::{read_clip, read_motions};
 pub use recording::{Chosen, Question, Recording};
 pub use units::{LengthUnit, STATURE_FACTOR, Scale, ScaleSource, USUAL_STATURE, stature};

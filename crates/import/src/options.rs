@@ -6,6 +6,10 @@ use super::up::Up;
 /// would exhaust memory.
 pub const LONGEST_CLIP: f64 = 36_000.0;
 
+/// Maximum number of frames times joints of a motion file; of a glTF file, of all its animations together, and of their keys. It limits memory, because a
+/// few bytes of a file can stand for many frames of many joints.
+pub const MOST_ENTRIES: u64 = 1 << 26;
+
 /// Metres per unit that may be given: from a millionth of a millimetre to a thousand kilometres.
 pub const SCALES: RangeInclusive<f64> = 1e-9..=1e6;
 

@@ -21,6 +21,7 @@ use sabaki::anim::{
     forward_kinematics,
 };
 
+use super::events::EventEntry;
 use super::loaded_clip::LoadedClip;
 
 /// Least share of the moving joints that must be found by name.
@@ -54,9 +55,18 @@ pub(super) enum Obstacle {
     Clip(ClipError),
 }
 
+/// A motion on another skeleton.
+pub(super) struct Retargeted {
+    pub(super) clip: Clip,
+    /// What this costs.
+    pub(super) note: String,
+    /// Events of the file, whose joints have the names that they have in the other skeleton. Joints that it lacks keep their names.
+    pub(super) events: Vec<EventEntry>,
+}
+
 impl LoadedClip {
-    /// The motion on another skeleton, and a note that says what this costs.
-    pub(super) fn retargeted(&self, to: &Skeleton) -> Result<(Clip, String), Obstacle> {
+    /// The motion on another skeleton.
+    pub(super) fn retargeted(&self, to: &Skeleton) -> Result<Retargeted, Obstacle> {
         let retargeter = Retargeter::new(self, to);
         let moving = |id: &JointId| to.joint(*id).kind == JointKind::Moving;
         let all = to.ids().filter(moving).count();
@@ -74,7 +84,16 @@ impl LoadedClip {
             100.0 * cost.most,
             retargeter.unnamed(&missing)
         );
-        Ok((clip, note))
+        let mut events = self.events.clone();
+        for joint in events.iter_mut().flat_map(|event| &mut event.joints) {
+            // A name that several joints of the file have is reported later.
+            if !self.repeated_names.contains(joint)
+                && let Some(name) = retargeter.name_of(joint)
+            {
+                name.clone_into(joint);
+            }
+        }
+        Ok(Retargeted { clip, note, events })
     }
 }
 
@@ -109,6 +128,13 @@ impl<'a> Retargeter<'a> {
 
     fn twin(&self, id: JointId) -> Option<JointId> {
         self.twins[id.index()]
+    }
+
+    /// Name in `to` of a joint of `from`.
+    fn name_of(&self, joint: &str) -> Option<&str> {
+        let own = self.from.find(joint)?;
+        let id = self.to.ids().find(|&id| self.twin(id) == Some(own))?;
+        Some(&self.to.joint(id).name)
     }
 
     /// Names of the moving joints of `to` that the file does not have.

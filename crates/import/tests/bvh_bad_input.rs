@@ -143,18 +143,18 @@ fn offsets_and_channels_that_are_wrong() {
     );
     fails(
         "CHANNELS 3",
-        "CHANNELS 7",
-        "line 9, column 14: \"Head\": expected a number of channels from 0 to 6, found \"7\"",
+        "CHANNELS 65",
+        "line 9, column 14: \"Head\": expected a number of channels from 0 to 64, found \"65\"",
     );
     fails(
         "CHANNELS 3",
         "CHANNELS -1",
-        "line 9, column 14: \"Head\": expected a number of channels from 0 to 6, found \"-1\"",
+        "line 9, column 14: \"Head\": expected a number of channels from 0 to 64, found \"-1\"",
     );
     fails(
         "CHANNELS 3 Zrotation Xrotation Yrotation",
         "CHANNELS 3 Zrotation Wrotation Yrotation",
-        "line 9, column 26: \"Head\": expected a channel (Xposition … Zrotation) as number 2 of 3, found \"Wrotation\"",
+        "line 9, column 26: \"Head\": expected a channel (Xposition … Zscale) as number 2 of 3, found \"Wrotation\"",
     );
     fails(
         "CHANNELS 6 Xposition Yposition",

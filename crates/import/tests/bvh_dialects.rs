@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 use sabaki::anim::JointKind;
-use sabaki_import::bvh::{BvhError, BvhFile};
+use sabaki_import::bvh::{BvhError, BvhFile, Channel};
 
 const GOOD: &str = "HIERARCHY
 ROOT Hips
@@ -106,4 +106,42 @@ fn names_are_made_unique() {
 fn frames_beyond_the_announced_are_kept() {
     let file = parse(&GOOD.replace("Frames: 2", "Frames: 1")).unwrap();
     assert_eq!((file.declared_frames(), file.frames()), (1, 2));
+}
+
+#[test]
+fn scales_are_ignored_and_noted() {
+    let scaled = GOOD
+        .replace("CHANNELS 6 ", "CHANNELS 9 Xscale ")
+        .replace(
+            "Zrotation Xrotation Yrotation\n  JOINT",
+            "Zrotation Xrotation Yrotation Yscale ZSCALE\n  JOINT",
+        )
+        .replace("CHANNELS 3 Zrotation", "CHANNELS 4 xscale Zrotation")
+        .replace("1 2 3 4 5 6 7 8 9", "2 1 2 3 4 5 6 0.5 1 3 7 8 9");
+    let (plain, scaled) = (parse(GOOD).unwrap(), parse(&scaled).unwrap());
+    assert_eq!(scaled.joints()[0].channels[8], Channel::Scale(2));
+    assert_eq!(Channel::Scale(2).name(), "Zscale");
+    assert_eq!(
+        scaled.motion("a", 1.0).unwrap(),
+        plain.motion("a", 1.0).unwrap()
+    );
+    assert_eq!(plain.notes(), [""; 0]);
+    assert_eq!(
+        scaled.notes(),
+        ["joints have channels of scale, which are ignored: \"Hips\" and 1 more"]
+    );
+}
+
+#[test]
+fn a_joint_may_turn_more_than_three_times() {
+    let more = GOOD
+        .replace(
+            "CHANNELS 3 Zrotation",
+            "CHANNELS 7 Xrotation Yrotation Xrotation Yrotation Zrotation",
+        )
+        .replace("7 8 9", "10 0 -10 0 7 8 9");
+    let (plain, more) = (parse(GOOD).unwrap(), parse(&more).unwrap());
+    assert_eq!(more.joints()[1].channels.len(), 7);
+    let turn = |file: &BvhFile| file.motion("a", 1.0).unwrap().1.desc().rotations[1];
+    assert!(turn(&more).dot(turn(&plain)).abs() > 1.0 - 1e-6);
 }

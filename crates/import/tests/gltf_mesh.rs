@@ -133,6 +133,39 @@ fn damaged_meshes_are_refused() {
     );
 }
 
+/// The file as JSON text, with its binary chunk apart.
+fn with_buffer_beside() -> (Value, Vec<u8>) {
+    let mut root = Value::Null;
+    let bytes = changed(|document| root = document.clone());
+    let length = root["buffers"][0]["byteLength"].as_u64().unwrap() as usize;
+    (
+        root,
+        bytes[bytes.len() - length.next_multiple_of(4)..].to_vec(),
+    )
+}
+
+#[test]
+fn a_file_beside_is_read_once_and_only_if_it_is_used() {
+    let (mut root, bytes) = with_buffer_beside();
+    let length = root["buffers"][0]["byteLength"].clone();
+    let buffers = (0..2000).map(|_| json!({ "byteLength": length, "uri": "mesh.bin" }));
+    let mut buffers: Vec<Value> = buffers.collect();
+    buffers.push(json!({ "byteLength": 1, "uri": "unused.bin" }));
+    root["buffers"] = json!(buffers);
+    // Every view has a buffer of its own.
+    let views = root["bufferViews"].as_array_mut().unwrap();
+    for (index, view) in views.iter_mut().enumerate() {
+        view["buffer"] = json!(index);
+    }
+    let mut asked = Vec::new();
+    let mesh = SkinnedMesh::parse(root.to_string().as_bytes(), |file| {
+        asked.push(file.to_owned());
+        Ok(bytes.clone())
+    });
+    assert_eq!(mesh.unwrap(), parse(&written()).unwrap());
+    assert_eq!(asked, [PathBuf::from("mesh.bin")]);
+}
+
 #[test]
 fn meshes_of_other_programs_are_read_with_their_textures() {
     let Some(root) = std::env::var_os("SABAKI_MOCAP") else {

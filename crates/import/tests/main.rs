@@ -14,6 +14,7 @@ mod events_file;
 mod export;
 mod gltf;
 mod gltf_bad_input;
+mod gltf_channels;
 mod gltf_events;
 mod gltf_mesh;
 mod mirror;

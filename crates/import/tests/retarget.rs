@@ -7,9 +7,11 @@ use std::path::{Path, PathBuf};
 
 use glam::{Quat, Vec3};
 use sabaki::anim::{
-    Clip, ClipDesc, Joint, JointId, JointKind, JointTransform, Pose, Skeleton, forward_kinematics,
+    Clip, ClipDesc, Event, EventKind, Joint, JointId, JointKind, JointTransform, Pose, Skeleton,
+    forward_kinematics,
 };
-use sabaki_import::{ClipSet, ReadError, ReadOptions, bvh, read_clips};
+use sabaki::graph::ClipSource;
+use sabaki_import::{ClipSet, ReadError, ReadOptions, bvh, gltf, read_clips};
 
 const RETARGET: ReadOptions = ReadOptions {
     scale: None,
@@ -336,6 +338,100 @@ fn put_on(to: &(Skeleton, Clip), from: &(Skeleton, Clip)) -> (String, f32) {
         }
     }
     (note(&set, "other.bvh"), most)
+}
+
+/// Two copies of a small person, and a glTF file of it under other names, with an attack by a joint.
+fn labelled(folder: &Path, joint: u16) -> [PathBuf; 3] {
+    let (skeleton, clip) = small_person();
+    let mut joints = skeleton.joints().to_vec();
+    for joint in &mut joints {
+        joint.name = format!("mixamorig:{}", joint.name);
+    }
+    joints.push(Joint {
+        name: "mixamorig:Tail".into(),
+        parent: Some(JointId::ROOT),
+        offset: Vec3::new(0.0, 0.0, -0.2),
+        kind: JointKind::Moving,
+    });
+    let other = Skeleton::new(joints).unwrap();
+    let mut desc = clip.desc();
+    desc.rotations = { desc.rotations.chunks(7) }
+        .flat_map(|of_frame| [of_frame, &[Quat::IDENTITY]].concat())
+        .collect();
+    let event = Event {
+        clip: 0,
+        kind: EventKind::Attack,
+        start: 0.05,
+        end: 0.125,
+        joints: vec![JointId(joint)],
+    };
+    let paths = ["a.bvh", "b.bvh", "other.glb"].map(|name| folder.join(name));
+    for path in &paths[..2] {
+        write(path, &skeleton, &clip);
+    }
+    let source = ClipSource {
+        skeleton: &other,
+        clips: &[Clip::new(&other, desc).unwrap()],
+        events: &[event],
+    };
+    gltf::write_labelled(&mut File::create(&paths[2]).unwrap(), source).unwrap();
+    paths
+}
+
+#[test]
+fn events_of_a_file_keep_their_joints() {
+    let folder = tempfile::tempdir().unwrap();
+    let paths = labelled(folder.path(), 4);
+    let set = read_clips(&paths, None, &RETARGET).unwrap();
+    let event = &set.events[0];
+    assert_eq!((set.events.len(), event.clip, event.start), (1, 2, 0.05));
+    assert_eq!(set.skeleton.joint(event.joints[0]).name, "RightFoot");
+    // The events file has the word here too, and the names of the set's skeleton.
+    let beside = folder.path().join("events.json");
+    let text = r#"{"clips":[{"file":"other.glb","events":[{"kind":"attack","start":0.0,"end":0.1,"joints":["Head"]}]},
+        {"file":"a.bvh","events":[{"kind":"evasion","start":0.0,"end":0.1}]}]}"#;
+    std::fs::write(&beside, text).unwrap();
+    let set = read_clips(&paths, Some(&beside), &RETARGET).unwrap();
+    let clips: Vec<usize> = set.events.iter().map(|event| event.clip).collect();
+    assert_eq!(clips, [0, 2]);
+    assert_eq!(set.skeleton.joint(set.events[1].joints[0]).name, "Head");
+}
+
+#[test]
+fn a_file_with_an_event_of_a_joint_that_the_others_lack_is_refused_by_its_own_name() {
+    let folder = tempfile::tempdir().unwrap();
+    let paths = labelled(folder.path(), 7);
+    let beside = folder.path().join("events.json");
+    let text =
+        r#"{"clips":[{"file":"a.bvh","events":[{"kind":"evasion","start":0.0,"end":0.1}]}]}"#;
+    std::fs::write(&beside, text).unwrap();
+    let refused = read_clips(&paths, Some(&beside), &RETARGET).unwrap_err();
+    let ReadError::Events { path, .. } = &refused else {
+        panic!("{refused}");
+    };
+    assert_eq!(path, &paths[2]);
+    let problem = "the skeleton has no joint \"mixamorig:Tail\"";
+    assert!(refused.to_string().ends_with(problem), "{refused}");
+    let options = ReadOptions {
+        keep_going: true,
+        ..RETARGET
+    };
+    let set = read_clips(&paths, Some(&beside), &options).unwrap();
+    assert_eq!((set.clips.len(), set.events.len()), (2, 1));
+    let [left_out] = &set.left_out[..] else {
+        panic!("{:?}", set.left_out);
+    };
+    assert!(
+        left_out.contains("other.glb: ") && left_out.ends_with(problem),
+        "{left_out}"
+    );
+    // Alone, there is nothing to go on with.
+    let wrong = folder.path().join("wrong.glb");
+    let bytes = std::fs::read(&paths[2]).unwrap();
+    let at = bytes.windows(5).position(|word| word == b"0.125").unwrap();
+    std::fs::write(&wrong, [&bytes[..at], b"9.125", &bytes[at + 5..]].concat()).unwrap();
+    let refused = read_clips(&[wrong], None, &options).unwrap_err();
+    assert!(refused.to_string().contains("ends at 9.125 s"), "{refused}");
 }
 
 #[test]

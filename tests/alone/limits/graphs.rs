@@ -185,7 +185,7 @@ fn times_that_are_none_are_refused() {
 }
 
 #[test]
-fn events_that_are_there_twice_are_refused_with_both_numbers() {
+fn events_that_are_there_twice_are_refused_with_both_numbers_clip_and_times() {
     let skeleton = small_skeleton();
     let clips = [swinging_clip(&skeleton, 300, 0.3)];
     let events = [event(0.0, 1.0), event(2.0, 3.0), event(2.0, 3.001)];
@@ -194,7 +194,15 @@ fn events_that_are_there_twice_are_refused_with_both_numbers() {
         error,
         GraphError::EventTwice {
             first: 1,
-            second: 2
+            second: 2,
+            clip: clips[0].name().to_owned(),
+            start: 2.0,
+            end: 3.0
         }
     );
+    let expected = format!(
+        "\"{}\" has two events of one kind in the same frames, from 2 s to 3 s (events 1 and 2 of all)",
+        clips[0].name()
+    );
+    assert_eq!(error.to_string(), expected);
 }

@@ -154,6 +154,16 @@ fn events_that_do_not_fit() {
         let words = [&["events.json"], words].concat();
         sabaki(folder.path(), &bake(path, &["--events", "events.json"])).is_refused(&words);
     }
+    // The same frames twice: the clip and the times, not the folder of clips.
+    let twice = event(&name, "evasion", 0.25, 0.5);
+    let twice = twice.replace(
+        "[{\"kind\"",
+        "[{\"kind\":\"evasion\",\"start\":0.25,\"end\":0.5},{\"kind\"",
+    );
+    fs::write(folder.path().join("twice.json"), twice).unwrap();
+    let times = "two events of one kind in the same frames, from 0.25 s to 0.5 s";
+    let told = sabaki(folder.path(), &bake(clips, &["--events", "twice.json"]));
+    told.is_refused(&["twice.json: ", &name, times]);
     sabaki(folder.path(), &bake(path, &["--events", "none.json"])).is_refused(&["none.json"]);
     sabaki(folder.path(), &["dodge", "--events", "events.json"]).is_refused(&["--events"]);
 }

@@ -8,6 +8,10 @@ use crate::units::stature;
 /// Half width of the window that removes the noise of a limb's places, in seconds. It does nothing at 30 frames per second.
 const NOISE: f64 = 0.03;
 
+/// Largest frame rate that events are found at, in frames per second. Faster clips are resampled: the cost grows with the square of the
+/// rate, and no strike needs more.
+const MOST_RATE: f64 = 240.0;
+
 /// Places of the parts of a body in each frame of a clip, in statures.
 pub(super) struct Body {
     /// Frames per second.
@@ -31,8 +35,11 @@ pub(super) struct Limb {
 }
 
 impl Body {
-    /// The body of a clip, or `None` for fewer than three frames or a figure without height.
+    /// The body of a clip at [`MOST_RATE`] at most, or `None` for fewer than three frames or a figure without height.
     pub(super) fn of(skeleton: &Skeleton, clip: &Clip) -> Option<Self> {
+        let slower = (clip.frame_rate() > MOST_RATE).then(|| clip.resampled(MOST_RATE));
+        let slower = slower.and_then(Result::ok);
+        let clip = slower.as_ref().unwrap_or(clip);
         let mut pose = Pose::default();
         clip.pose(0, &mut pose);
         let height = stature(skeleton, &pose);
@@ -127,4 +134,37 @@ fn head(skeleton: &Skeleton, limbs: &Limbs, height: impl Fn(JointId) -> f32) -> 
         let ends = skeleton.ids().filter(free);
         ends.max_by(|&a, &b| height(a).total_cmp(&height(b)))
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::Quat;
+    use sabaki::anim::{ClipDesc, Joint};
+
+    use super::*;
+
+    #[test]
+    fn a_fast_clip_has_no_more_frames_than_are_needed() {
+        let joint = |name: &str, parent: Option<JointId>| Joint {
+            name: name.to_owned(),
+            parent,
+            offset: Vec3::Y,
+            kind: JointKind::Moving,
+        };
+        let joints = vec![joint("Hips", None), joint("LeftHand", Some(JointId(0)))];
+        let skeleton = Skeleton::new(joints).unwrap();
+        for (frame_rate, frames, expected) in [(1e6, 100_001, 25), (240.0, 25, 25), (30.0, 4, 4)] {
+            let desc = ClipDesc {
+                name: "fast".to_owned(),
+                frame_rate,
+                roots: vec![Vec3::Y; frames],
+                rotations: vec![Quat::IDENTITY; 2 * frames],
+                translations: Vec::new(),
+            };
+            let clip = Clip::new(&skeleton, desc).unwrap();
+            let body = Body::of(&skeleton, &clip).unwrap();
+            assert_eq!(body.rate, frame_rate.min(MOST_RATE));
+            assert_eq!(body.root.len(), expected);
+        }
+    }
 }

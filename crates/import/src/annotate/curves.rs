@@ -1,4 +1,5 @@
 use glam::Vec3;
+use sabaki::anim::Clip;
 
 /// Smooths places with a triangular window of a half width in seconds. A window narrower than a frame changes nothing.
 pub(super) fn smoothed(places: &[Vec3], half_width: f64, rate: f64) -> Vec<Vec3> {
@@ -28,6 +29,21 @@ pub(super) fn speeds(places: &[Vec3], rate: f64) -> Vec<f32> {
         places[from].distance(places[to]) * rate as f32 / (to - from) as f32
     };
     (0..places.len()).map(at).collect()
+}
+
+/// A curve of a frame rate in the frames of a clip, linear between its values.
+pub(super) fn in_frames(curve: &[f32], rate: f64, clip: &Clip) -> Vec<f32> {
+    if rate == clip.frame_rate() {
+        return curve.to_vec();
+    }
+    let last = curve.len().saturating_sub(1);
+    let at = |frame: usize| {
+        let place = frame as f64 * rate / clip.frame_rate();
+        let lower = (place as usize).min(last);
+        let (from, to) = (curve[lower], curve[(lower + 1).min(last)]);
+        from + (to - from) * (place - lower as f64).min(1.0) as f32
+    };
+    (0..clip.frames()).map(at).collect()
 }
 
 /// Differences of two lists of places.

@@ -67,9 +67,10 @@ impl SpeedCurves {
         let Some(body) = Body::of(skeleton, clip) else {
             return Self::default();
         };
+        let in_frames = |curve: Vec<f32>| curves::in_frames(&curve, body.rate, clip);
         Self {
-            limbs: body.limb_speeds(body.limbs()),
-            trunk: evasions::Trunk::of(&body).speeds,
+            limbs: in_frames(body.limb_speeds(body.limbs())),
+            trunk: in_frames(evasions::Trunk::of(&body).speeds),
         }
     }
 }

@@ -25,7 +25,7 @@ pub struct AttackSettings {
     /// Least time from the contact to the end, in seconds. Default: 0.13, a part of the return: some annotators count none of it,
     /// others all.
     pub after_contact: f32,
-    /// Least score: peak speed times gain in reach, in square statures per second. Default: 0.31.
+    /// Least score: peak speed times gain in reach, in square statures per second. Default: 0.35.
     pub min_score: f32,
     /// Least height of the hand or foot at the contact over the lowest hand or foot at that time, in statures. It excludes steps.
     /// Default: 0.22.

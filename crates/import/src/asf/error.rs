@@ -2,6 +2,8 @@ use thiserror::Error;
 
 use sabaki::anim::SkeletonError;
 
+use crate::options::MOST_ENTRIES;
+
 /// An error in an ASF or AMC file, with its line.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[error("line {line}: {problem}")]
@@ -71,6 +73,14 @@ pub enum AsfProblem {
         frame: usize,
         /// Name of the bone.
         bone: String,
+    },
+    /// The motion has more than [`MOST_ENTRIES`](crate::MOST_ENTRIES) frames times bones.
+    #[error(
+        "more frames of {bones} bones than {MOST_ENTRIES} rotations in all, which are the most"
+    )]
+    TooManyFrames {
+        /// Number of bones of the skeleton.
+        bones: usize,
     },
     /// The bones do not form a valid skeleton.
     #[error(transparent)]

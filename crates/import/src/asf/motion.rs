@@ -6,6 +6,7 @@ use super::lines::{Line, lines};
 use super::skeleton::{Bone, Freedom, turn};
 use super::{AsfError, AsfFile, AsfProblem};
 use crate::bvh::MotionError;
+use crate::options::MOST_ENTRIES;
 use sabaki::anim::{Clip, ClipDesc, Pose, Skeleton};
 
 /// An AMC file: a motion of the skeleton of an [`AsfFile`].
@@ -82,7 +83,7 @@ impl AmcFile {
     /// Skeleton and motion, in metres.
     ///
     /// # Errors
-    /// The scale makes a length too large, or the frame rate is invalid.
+    /// The scale makes a length too large, the frame rate is invalid, or there are more than [`MOST_ENTRIES`] frames times joints.
     pub fn motion(
         &self,
         file: &AsfFile,
@@ -94,6 +95,7 @@ impl AmcFile {
             frame_rate,
         } = *desc;
         let skeleton = file.skeleton(metres_per_unit)?;
+        MotionError::check_entries(self.frames(), skeleton.len())?;
         let mut desc = ClipDesc {
             name: name.to_owned(),
             frame_rate,
@@ -181,6 +183,10 @@ impl Reader<'_> {
         if first.bytes().all(|byte| byte.is_ascii_digit()) {
             self.check_whole(line)?;
             self.frames += 1;
+            if (self.frames as u64).saturating_mul(self.bones.len() as u64) > MOST_ENTRIES {
+                let bones = self.bones.len();
+                return Err(line.error(AsfProblem::TooManyFrames { bones }));
+            }
             self.seen = vec![false; self.bones.len()];
             let length = self.file.values.len() + self.file.channels;
             self.file.values.resize(length, 0.0);

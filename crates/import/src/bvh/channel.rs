@@ -8,16 +8,21 @@ pub enum Channel {
     /// A rotation about an axis (0 = X), in degrees. Rotations are multiplied in the order of the
     /// channels.
     Rotation(usize),
+    /// A scale along an axis (0 = X). Joints have no scale, so it is ignored.
+    Scale(usize),
 }
 
 impl Channel {
-    const NAMES: [(&'static str, Self); 6] = [
+    const NAMES: [(&'static str, Self); 9] = [
         ("Xposition", Self::Position(0)),
         ("Yposition", Self::Position(1)),
         ("Zposition", Self::Position(2)),
         ("Xrotation", Self::Rotation(0)),
         ("Yrotation", Self::Rotation(1)),
         ("Zrotation", Self::Rotation(2)),
+        ("Xscale", Self::Scale(0)),
+        ("Yscale", Self::Scale(1)),
+        ("Zscale", Self::Scale(2)),
     ];
 
     /// Finds a channel by its BVH name, ignoring case.
@@ -52,6 +57,7 @@ pub(super) fn local_transform(
             Channel::Rotation(axis) => {
                 rotation *= DQuat::from_axis_angle(DVec3::AXES[axis], value.to_radians());
             }
+            Channel::Scale(_) => {}
         }
     }
     (rotation.normalize(), place)

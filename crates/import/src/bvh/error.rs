@@ -1,5 +1,6 @@
 use thiserror::Error;
 
+use super::MOST_CHANNELS;
 use sabaki::anim::Skeleton;
 
 /// An error in a BVH file, with its position.
@@ -99,8 +100,8 @@ pub enum BvhProblem {
         /// The word.
         found: String,
     },
-    /// The number of channels is not between 0 and 6.
-    #[error("\"{joint}\": expected a number of channels from 0 to 6, found {found}")]
+    /// The number of channels is not between 0 and [`MOST_CHANNELS`].
+    #[error("\"{joint}\": expected a number of channels from 0 to {MOST_CHANNELS}, found {found}")]
     ChannelCount {
         /// The joint.
         joint: String,
@@ -109,7 +110,7 @@ pub enum BvhProblem {
     },
     /// The name of a channel is unknown.
     #[error(
-        "\"{joint}\": expected a channel (Xposition … Zrotation) as number {index} of {count}, found {found}"
+        "\"{joint}\": expected a channel (Xposition … Zscale) as number {index} of {count}, found {found}"
     )]
     ChannelName {
         /// The joint.

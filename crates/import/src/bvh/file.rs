@@ -3,6 +3,7 @@ use glam::{DVec3, Quat, Vec3};
 use super::channel::local_transform;
 use super::lexer::Lexer;
 use super::{BvhError, Channel, hierarchy, motion, names};
+use crate::options::MOST_ENTRIES;
 use sabaki::anim::{
     Clip, ClipDesc, ClipError, Joint, JointId, JointKind, Pose, Skeleton, SkeletonError,
 };
@@ -47,6 +48,24 @@ pub enum MotionError {
     /// The motion is invalid.
     #[error(transparent)]
     Clip(#[from] ClipError),
+    /// The motion would take too much memory.
+    #[error("{frames} frames of {joints} joints; {MOST_ENTRIES} rotations in all are the most")]
+    TooManyEntries {
+        /// Number of frames.
+        frames: usize,
+        /// Number of joints of the skeleton, with end sites.
+        joints: usize,
+    },
+}
+
+impl MotionError {
+    /// Checks that a motion has at most [`MOST_ENTRIES`] frames times joints.
+    pub(crate) fn check_entries(frames: usize, joints: usize) -> Result<(), Self> {
+        match (frames as u64).saturating_mul(joints as u64) <= MOST_ENTRIES {
+            true => Ok(()),
+            false => Err(Self::TooManyEntries { frames, joints }),
+        }
+    }
 }
 
 impl BvhFile {
@@ -107,8 +126,8 @@ impl BvhFile {
         &self.repeated_names
     }
 
-    /// What was read although the file is doubtful there, one line each: frames beyond the number that it states, and joints that
-    /// turn about one axis twice in a row.
+    /// What was read although the file is doubtful there, one line each: frames beyond the number that it states, joints that turn about
+    /// one axis twice in a row, and scales, which are ignored.
     #[must_use]
     pub fn notes(&self) -> Vec<String> {
         let mut notes = Vec::new();
@@ -134,6 +153,21 @@ impl BvhFile {
                     names.join(" ")
                 ));
             }
+        }
+        let has_scale = |joint: &&BvhJoint| {
+            let mut channels = joint.channels.iter();
+            channels.any(|channel| matches!(channel, Channel::Scale(_)))
+        };
+        let mut scaled = self.joints.iter().filter(has_scale);
+        if let Some(first) = scaled.next() {
+            let more = match scaled.count() {
+                0 => String::new(),
+                more => format!(" and {more} more"),
+            };
+            notes.push(format!(
+                "joints have channels of scale, which are ignored: \"{}\"{more}",
+                first.name
+            ));
         }
         notes
     }
@@ -196,8 +230,8 @@ impl BvhFile {
     /// Skeleton and motion in metres. A scale of 1 keeps the file's unit. The clip has translations
     /// only if a joint other than the root moves relative to its parent.
     ///
-    /// The scale makes a length infinite.
-    /// Only where the scale makes a length infinite.
+    /// # Errors
+    /// The scale makes a length infinite, or the file has more than [`MOST_ENTRIES`] frames times joints.
     pub fn motion(
         &self,
         name: &str,
@@ -205,6 +239,7 @@ impl BvhFile {
     ) -> Result<(Skeleton, Clip), MotionError> {
         let skeleton = self.skeleton(metres_per_unit)?;
         let frames = self.frames();
+        MotionError::check_entries(frames, self.joints.len())?;
         let entries = frames * self.joints.len();
         let moves_joints = self.moves_joints();
         let mut desc = ClipDesc {

@@ -1,7 +1,7 @@
 use glam::DVec3;
 
 use super::lexer::{Lexer, Word, found, quoted};
-use super::{BvhError, BvhProblem, Channel};
+use super::{BvhError, BvhProblem, Channel, MOST_CHANNELS};
 use sabaki::anim::Skeleton;
 
 /// A joint as it is written in the hierarchy.
@@ -180,7 +180,7 @@ impl Tree<'_, '_> {
         }
         let word = self.lexer.word();
         let count = word.and_then(|word| word.text.parse().ok());
-        let Some(count @ 0..=6) = count else {
+        let Some(count @ 0..=MOST_CHANNELS) = count else {
             let problem = BvhProblem::ChannelCount {
                 joint: self.name(joint),
                 found: found(word),

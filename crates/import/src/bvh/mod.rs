@@ -4,7 +4,7 @@
 //! Source: the format has no standard. The reader accepts channels in any order and number,
 //! keywords in any case, any white space and line ends, names with dots, colons and blanks, motion
 //! values with any line breaks, and joints without End Sites. Position channels replace offsets.
-//! Rotations are multiplied in the order of the channels.
+//! Rotations are multiplied in the order of the channels. Scales are ignored.
 
 mod channel;
 mod error;
@@ -21,6 +21,9 @@ pub use error::{BvhError, BvhProblem};
 pub use file::{BvhFile, BvhJoint, MotionError};
 pub(crate) use names::Taken;
 pub use write::write;
+
+/// Maximum number of channels of a joint.
+pub const MOST_CHANNELS: usize = 64;
 
 /// Maximum absolute value of a number in a file. It is far larger than in any motion and far below
 /// the overflow of single precision.

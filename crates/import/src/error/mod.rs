@@ -86,7 +86,7 @@ pub enum ReadError {
         /// File names that were tried.
         names: Vec<String>,
     },
-    /// The scale makes lengths infinite.
+    /// The scale makes lengths infinite, or the motion is too large.
     #[error("{}: {error}", path.display())]
     Motion {
         /// The file.

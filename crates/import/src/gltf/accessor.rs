@@ -180,10 +180,8 @@ impl<F: Fn() -> String, T: Copy + Default> Reader<'_, F, T> {
     fn zeros<const N: usize>(&self, count: u64) -> Result<Vec<[T; N]>, GltfError> {
         // Key times increase, so all but one are stored in a buffer, and other accessors have at
         // most three elements for each key.
-        let buffers = self.container.buffers.iter().flatten();
-        let most: usize = buffers.map(Vec::len).sum();
         match usize::try_from(count) {
-            Ok(count) if count <= most => Ok(vec![[T::default(); N]; count]),
+            Ok(elements) if count <= self.container.bytes => Ok(vec![[T::default(); N]; elements]),
             _ => Err(self.wrong("it has more elements than the buffers have bytes")),
         }
     }

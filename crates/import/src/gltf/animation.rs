@@ -1,14 +1,88 @@
 //! Keyframes of nodes and their interpolation.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use glam::{Quat, Vec3, Vec4};
 use gltf_json::animation::{Animation, Interpolation, Property, Sampler};
 use gltf_json::validation::Checked;
+use gltf_json::{Accessor, Index};
 
 use super::GltfError;
 use super::container::Container;
 use super::nodes::Local;
+use super::times::FrameTime;
+use crate::options::MOST_ENTRIES;
+
+/// What a channel moves.
+struct Target {
+    node: usize,
+    property: Property,
+    /// Index of the sampler.
+    sampler: usize,
+}
+
+/// The channels of an animation that move nodes and whose interpolation is known.
+fn targets(animation: &Animation) -> impl Iterator<Item = Target> + '_ {
+    let channels = animation.channels.iter();
+    channels.filter_map(|channel| {
+        let Checked::Valid(property) = channel.target.path else {
+            return None;
+        };
+        let sampler = channel.sampler.value();
+        // A sampler that is not there is reported later.
+        let is_known = animation
+            .samplers
+            .get(sampler)
+            .is_none_or(|sampler| matches!(sampler.interpolation, Checked::Valid(_)));
+        (property != Property::MorphTargetWeights && is_known).then(|| Target {
+            node: channel.target.node.value(),
+            property,
+            sampler,
+        })
+    })
+}
+
+/// What the animations of a file move, without their keys.
+pub(super) struct Moves {
+    /// For each animation whether it moves a node.
+    pub(super) animations: Vec<bool>,
+    /// All nodes that an animation moves.
+    pub(super) nodes: HashSet<usize>,
+}
+
+impl Moves {
+    /// Considers the nodes for which `moves` returns true.
+    ///
+    /// # Errors
+    /// The animations have more keys together than [`MOST_ENTRIES`].
+    pub(super) fn of(
+        container: &Container,
+        moves: impl Fn(usize) -> bool,
+    ) -> Result<Self, GltfError> {
+        // Accessors with more elements than the buffers have bytes are reported when they are read.
+        let count = |accessor: Index<Accessor>| {
+            let accessor = container.root.accessors.get(accessor.value());
+            accessor.map_or(0, |accessor| accessor.count.0.min(container.bytes))
+        };
+        let (mut animations, mut nodes, mut keys) = (Vec::new(), HashSet::new(), 0u64);
+        for animation in &container.root.animations {
+            let mut is_any = false;
+            for target in targets(animation).filter(|target| moves(target.node)) {
+                is_any = true;
+                nodes.insert(target.node);
+                if let Some(sampler) = animation.samplers.get(target.sampler) {
+                    let own = count(sampler.input).max(count(sampler.output));
+                    keys = keys.saturating_add(own);
+                }
+            }
+            animations.push(is_any);
+        }
+        match keys <= MOST_ENTRIES {
+            true => Ok(Self { animations, nodes }),
+            false => Err(GltfError::TooManyKeys { keys }),
+        }
+    }
+}
 
 /// Tracks of one animation, by node.
 pub(super) struct Tracks {
@@ -48,21 +122,20 @@ impl Tracks {
         animation: &Animation,
         moves: impl Fn(usize) -> bool,
     ) -> Result<(), GltfError> {
-        for channel in &animation.channels {
-            let node = channel.target.node.value();
-            let property = match channel.target.path {
-                Checked::Valid(property) => property,
-                Checked::Invalid => continue,
-            };
-            if property == Property::MorphTargetWeights || !moves(node) {
-                continue;
-            }
-            let sampler = animation.samplers.get(channel.sampler.value());
-            let sampler = sampler.ok_or_else(|| GltfError::Index {
-                from: format!("animation \"{}\"", self.name),
-                what: "sampler",
-                index: channel.sampler.value(),
-            })?;
+        for target in targets(animation).filter(|target| moves(target.node)) {
+            let Target {
+                node,
+                property,
+                sampler,
+            } = target;
+            let sampler = animation
+                .samplers
+                .get(sampler)
+                .ok_or_else(|| GltfError::Index {
+                    from: format!("animation \"{}\"", self.name),
+                    what: "sampler",
+                    index: sampler,
+                })?;
             let Some(mut track) = Track::read(container, sampler, property)? else {
                 continue;
             };
@@ -84,16 +157,6 @@ impl Tracks {
         Ok(())
     }
 
-    /// Whether the animation has no tracks.
-    pub(super) fn is_empty(&self) -> bool {
-        self.nodes.is_empty()
-    }
-
-    /// Whether a node has keys.
-    pub(super) fn moves(&self, node: usize) -> bool {
-        self.nodes.contains_key(&node)
-    }
-
     /// Times of all keys, track by track.
     pub(super) fn times(&self) -> impl Iterator<Item = &[f32]> {
         self.nodes.values().flat_map(|node| {
@@ -105,7 +168,7 @@ impl Tracks {
     }
 
     /// Transform of a node at a time, or `rest` if it has no keys.
-    pub(super) fn sample(&self, node: usize, rest: &Local, time: f64) -> Local {
+    pub(super) fn sample(&self, node: usize, rest: &Local, time: FrameTime) -> Local {
         let Some(tracks) = self.nodes.get(&node) else {
             return *rest;
         };
@@ -206,9 +269,14 @@ impl Track {
         Ok(())
     }
 
-    /// Value at a time. Times before the first and after the last key are clamped.
-    fn at(&self, time: f64, between: impl Fn(Vec4, Vec4, f32) -> Vec4) -> Vec4 {
-        let after = self.times.partition_point(|&key| f64::from(key) <= time);
+    /// Value at a time. Times before the first and after the last key are clamped. Keys have rounded times, so a step that belongs to a
+    /// frame may seem to come just after it.
+    fn at(&self, time: FrameTime, between: impl Fn(Vec4, Vec4, f32) -> Vec4) -> Vec4 {
+        let reached = match self.interpolation {
+            Interpolation::Step => time.seconds + time.slack,
+            _ => time.seconds,
+        };
+        let after = self.times.partition_point(|&key| f64::from(key) <= reached);
         let value = |key: usize| match self.interpolation {
             Interpolation::CubicSpline => self.values[3 * key + 1],
             _ => self.values[key],
@@ -221,7 +289,7 @@ impl Track {
             return value(before);
         }
         let (start, end) = (f64::from(self.times[before]), f64::from(self.times[after]));
-        let share = ((time - start) / (end - start)) as f32;
+        let share = ((time.seconds - start) / (end - start)) as f32;
         match self.interpolation {
             Interpolation::Step => value(before),
             Interpolation::Linear => between(value(before), value(after), share),

@@ -1,12 +1,17 @@
 //! Splits a file into its JSON and the bytes of its buffers.
 
+use std::collections::{HashMap, HashSet};
 use std::path::{Component, Path, PathBuf};
+use std::rc::Rc;
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
-use gltf_json::Root;
+use gltf_json::buffer::View;
+use gltf_json::{Accessor, Index, Root};
+use sabaki::archive::LARGEST_FILE;
 
 use super::GltfError;
+use super::channels::without_nodeless;
 
 const MAGIC: &[u8] = b"glTF";
 const JSON: &[u8] = b"JSON";
@@ -25,25 +30,33 @@ pub(super) enum Needs {
 pub(super) struct Container {
     pub(super) root: Root,
     /// Bytes of each buffer, or `None` for unused buffers.
-    pub(super) buffers: Vec<Option<Vec<u8>>>,
+    pub(super) buffers: Vec<Option<Rc<Vec<u8>>>>,
+    /// Size of the buffers, in bytes. Those of one URI count once.
+    pub(super) bytes: u64,
 }
 
 impl Container {
     /// `load` reads an external buffer. It is called only for files in the same folder or below,
-    /// and only for the buffers that are needed.
+    /// only for the buffers that are needed, and once for each URI.
     pub(super) fn parse(
         bytes: &[u8],
         needs: Needs,
-        mut load: impl FnMut(&Path) -> Result<Vec<u8>, String>,
+        load: impl FnMut(&Path) -> Result<Vec<u8>, String>,
     ) -> Result<Self, GltfError> {
         let (json, mut binary) = split(bytes)?;
-        let root = Root::from_slice(json).map_err(|error| GltfError::Json(error.to_string()))?;
+        let root = parse_root(json)?;
         if !root.asset.version.starts_with("2.") {
             return Err(GltfError::Version(root.asset.version.clone()));
         }
         let needed = match needs {
             Needs::Motion => motion_buffers(&root),
-            Needs::Mesh => (0..root.buffers.len()).collect(),
+            Needs::Mesh => mesh_buffers(&root),
+        };
+        let mut files = BufferFiles {
+            load,
+            read: HashMap::new(),
+            most: LARGEST_FILE,
+            bytes: binary.map_or(0, |binary| binary.len() as u64),
         };
         let mut buffers = Vec::with_capacity(root.buffers.len());
         for (index, buffer) in root.buffers.iter().enumerate() {
@@ -53,9 +66,9 @@ impl Container {
             };
             let bytes = match &buffer.uri {
                 // Only the first buffer can be the GLB container's binary chunk.
-                None => binary.take().map(<[u8]>::to_vec),
+                None => binary.take().map(|binary| Rc::new(binary.to_vec())),
                 Some(_) if !needed.contains(&index) => None,
-                Some(uri) => Some(fetch(uri, &mut load).map_err(failed)?),
+                Some(uri) => Some(files.get(uri).map_err(failed)?),
             };
             if let Some(bytes) = &bytes
                 && (bytes.len() as u64) < buffer.byte_length.0
@@ -68,7 +81,12 @@ impl Container {
             binary = None;
             buffers.push(bytes);
         }
-        Ok(Self { root, buffers })
+        let bytes = files.bytes;
+        Ok(Self {
+            root,
+            buffers,
+            bytes,
+        })
     }
 
     /// Bytes of a buffer view, or `None` if they are not there.
@@ -81,24 +99,89 @@ impl Container {
     }
 }
 
+fn parse_root(json: &[u8]) -> Result<Root, GltfError> {
+    let parsed = Root::from_slice(json).or_else(|error| match without_nodeless(json) {
+        Some(json) => Root::from_slice(&json),
+        None => Err(error),
+    });
+    parsed.map_err(|error| GltfError::Json(error.to_string()))
+}
+
+/// Reads the buffers that stand in URIs, each URI once.
+struct BufferFiles<'a, L> {
+    load: L,
+    read: HashMap<&'a str, Rc<Vec<u8>>>,
+    /// Maximum size of all buffers, in bytes.
+    most: u64,
+    /// Size of all buffers that were read, in bytes.
+    bytes: u64,
+}
+
+impl<'a, L: FnMut(&Path) -> Result<Vec<u8>, String>> BufferFiles<'a, L> {
+    fn get(&mut self, uri: &'a str) -> Result<Rc<Vec<u8>>, String> {
+        if let Some(read) = self.read.get(uri) {
+            return Ok(Rc::clone(read));
+        }
+        let bytes = Rc::new(fetch(uri, &mut self.load)?);
+        self.bytes = self.bytes.saturating_add(bytes.len() as u64);
+        if self.bytes > self.most {
+            return Err(format!(
+                "with it, the buffers have more than {} bytes together",
+                self.most
+            ));
+        }
+        self.read.insert(uri, Rc::clone(&bytes));
+        Ok(bytes)
+    }
+}
+
 /// Buffers that animations use. Invalid indices are reported later.
-fn motion_buffers(root: &Root) -> Vec<usize> {
+fn motion_buffers(root: &Root) -> HashSet<usize> {
     let samplers = root
         .animations
         .iter()
         .flat_map(|animation| &animation.samplers);
-    let accessors = samplers.flat_map(|sampler| [sampler.input.value(), sampler.output.value()]);
-    let views = accessors
-        .filter_map(|index| root.accessors.get(index))
-        .flat_map(|accessor| {
-            let sparse = accessor.sparse.iter();
-            let own =
-                sparse.flat_map(|sparse| [sparse.indices.buffer_view, sparse.values.buffer_view]);
-            accessor.buffer_view.into_iter().chain(own)
-        });
-    views
-        .filter_map(|view| Some(root.buffer_views.get(view.value())?.buffer.value()))
+    let accessors = samplers.flat_map(|sampler| [sampler.input, sampler.output]);
+    accessor_buffers(root, accessors).collect()
+}
+
+/// Buffers that skinned meshes, bind matrices and images use. Invalid indices are reported later.
+fn mesh_buffers(root: &Root) -> HashSet<usize> {
+    let skinned = root.nodes.iter().filter(|node| node.skin.is_some());
+    let meshes: HashSet<usize> = skinned
+        .filter_map(|node| Some(node.mesh?.value()))
+        .collect();
+    let meshes = meshes.iter().filter_map(|&mesh| root.meshes.get(mesh));
+    let of_meshes = meshes.flat_map(|mesh| &mesh.primitives).flat_map(|part| {
+        let attributes = part.attributes.values().copied();
+        attributes.chain(part.indices)
+    });
+    let binds = root
+        .skins
+        .iter()
+        .flat_map(|skin| skin.inverse_bind_matrices);
+    let images = root.images.iter().filter_map(|image| image.buffer_view);
+    accessor_buffers(root, of_meshes.chain(binds))
+        .chain(images.filter_map(|view| view_buffer(root, view)))
         .collect()
+}
+
+/// Buffers of accessors.
+fn accessor_buffers(
+    root: &Root,
+    accessors: impl Iterator<Item = Index<Accessor>>,
+) -> impl Iterator<Item = usize> {
+    let accessors = accessors.filter_map(|index| root.accessors.get(index.value()));
+    let views = accessors.flat_map(|accessor| {
+        let sparse = accessor.sparse.iter();
+        let own = sparse.flat_map(|sparse| [sparse.indices.buffer_view, sparse.values.buffer_view]);
+        accessor.buffer_view.into_iter().chain(own)
+    });
+    views.filter_map(|view| view_buffer(root, view))
+}
+
+fn view_buffer(root: &Root, view: Index<View>) -> Option<usize> {
+    Some(root.buffer_views.get(view.value())?.buffer.value())
 }
 
 /// JSON and binary chunk of a GLB container, or the whole file as JSON. Chunks of other types are
@@ -169,4 +252,33 @@ fn unescaped(uri: &str) -> Option<String> {
         });
     }
     String::from_utf8(bytes).ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn buffers_are_read_once_and_refused_when_they_are_too_large_together() {
+        let mut reads = 0;
+        let mut files = BufferFiles {
+            load: |_: &Path| {
+                reads += 1;
+                Ok(vec![7; 40])
+            },
+            read: HashMap::new(),
+            most: 100,
+            bytes: 0,
+        };
+        for uri in ["a.bin", "a.bin", "b.bin", "a.bin"] {
+            assert_eq!(files.get(uri).unwrap().len(), 40);
+        }
+        assert_eq!(files.bytes, 80);
+        let error = files.get("c.bin").unwrap_err();
+        assert_eq!(
+            error,
+            "with it, the buffers have more than 100 bytes together"
+        );
+        assert_eq!(reads, 3);
+    }
 }

@@ -2,8 +2,7 @@ use thiserror::Error;
 
 use sabaki::anim::{ClipError, Skeleton, SkeletonError};
 
-/// Maximum number of frames times joints of an animation. It limits memory.
-pub const MOST_ENTRIES: u64 = 1 << 26;
+use crate::options::{LONGEST_CLIP, MOST_ENTRIES};
 
 /// Reason why a file cannot be read as a skinned glTF animation.
 #[derive(Clone, Debug, PartialEq, Error)]
@@ -100,7 +99,21 @@ pub enum GltfError {
         /// Description of the problem.
         problem: String,
     },
-    /// The animation would need too much memory.
+    /// The animations would need too much memory.
+    #[error("the animations have {keys} keys together; {MOST_ENTRIES} are the most")]
+    TooManyKeys {
+        /// Number of keys; values of cubic splines count three times.
+        keys: u64,
+    },
+    /// The animation lasts longer than [`LONGEST_CLIP`].
+    #[error("animation \"{animation}\": it lasts {seconds} s; {LONGEST_CLIP} s is the most")]
+    Duration {
+        /// Name of the animation.
+        animation: String,
+        /// Duration, in seconds.
+        seconds: f64,
+    },
+    /// The animation would need too much memory, with those before it.
     #[error(
         "animation \"{animation}\": {frames} frames of {joints} joints; {MOST_ENTRIES} rotations in all are the most"
     )]

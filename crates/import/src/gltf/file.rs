@@ -4,13 +4,14 @@ use std::path::Path;
 use glam::{Quat, Vec3};
 use serde::Deserialize;
 
-use super::animation::{Tracks, node_name};
+use super::GltfError;
+use super::animation::{Moves, Tracks, node_name};
 use super::container::{Container, Needs};
 use super::nodes::{Local, Nodes, World};
 use super::times::Frames;
-use super::{GltfError, MOST_ENTRIES};
 use crate::EventEntry;
 use crate::bvh::{MotionError, Taken};
+use crate::options::{LONGEST_CLIP, MOST_ENTRIES};
 use sabaki::anim::{Clip, ClipDesc, Joint, JointId, JointKind, Skeleton};
 
 /// Skeleton and animations of a glTF file, in the file's unit.
@@ -56,39 +57,31 @@ impl GltfFile {
         let nodes = Nodes::of(&container.root)?;
         let rig = Rig::new(&container, &nodes);
         let of_rig: HashSet<usize> = rig.chain.iter().map(|link| link.node).collect();
-        let mut animations = Vec::new();
+        let is_moving = |node: usize| of_rig.contains(&node);
+        let moves = Moves::of(&container, is_moving)?;
+        if moves.nodes.is_empty() {
+            return Err(GltfError::NoAnimation);
+        }
+        let skeleton = rig.skeleton(&container, &moves.nodes)?;
+        let (mut animations, mut entries) = (Vec::new(), 0);
         let mut taken = Taken::default();
-        let mut turned = HashSet::new();
-        let (mut all_tracks, mut events) = (Vec::new(), Vec::new());
-        for (index, animation) in container.root.animations.iter().enumerate() {
+        let all = container.root.animations.iter().zip(moves.animations);
+        for (index, (animation, has_tracks)) in all.enumerate() {
             let name = animation
                 .name
                 .clone()
                 .unwrap_or_else(|| format!("animation_{index}"));
-            let mut tracks = Tracks::new(taken.first_free(&name, "_"));
-            tracks.read(&container, animation, |node| of_rig.contains(&node))?;
-            if !tracks.is_empty() {
-                events.push(events_of(animation, &tracks.name)?);
-                turned.extend(
-                    nodes
-                        .joints
-                        .iter()
-                        .copied()
-                        .filter(|&node| tracks.moves(node)),
-                );
-                all_tracks.push(tracks);
+            let name = taken.first_free(&name, "_");
+            if !has_tracks {
+                continue;
             }
-        }
-        if all_tracks.is_empty() {
-            return Err(GltfError::NoAnimation);
-        }
-        let skeleton = rig.skeleton(&container, &turned)?;
-        for (tracks, events) in all_tracks.into_iter().zip(events) {
-            let clip = rig.clip(&skeleton, &tracks)?;
+            // Of one animation at a time: keys take more memory than frames.
+            let mut tracks = Tracks::new(name);
+            tracks.read(&container, animation, is_moving)?;
             animations.push(GltfAnimation {
+                events: events_of(animation, &tracks.name)?,
+                clip: rig.clip(&skeleton, &tracks, &mut entries)?,
                 name: tracks.name,
-                clip,
-                events,
             });
         }
         Ok(Self {
@@ -285,22 +278,38 @@ impl<'a> Rig<'a> {
         Ok(Skeleton::new(joints)?)
     }
 
-    fn clip(&self, skeleton: &Skeleton, tracks: &Tracks) -> Result<Clip, GltfError> {
+    /// Samples an animation. `entries` counts the frames times joints of all animations.
+    fn clip(
+        &self,
+        skeleton: &Skeleton,
+        tracks: &Tracks,
+        entries: &mut u64,
+    ) -> Result<Clip, GltfError> {
         let frames = Frames::of(tracks.times().collect::<Vec<_>>().into_iter());
         let joints = skeleton.len();
-        if frames.count.saturating_mul(joints as u64) > MOST_ENTRIES {
+        let own = frames.count.saturating_mul(joints as u64);
+        *entries = entries.saturating_add(own);
+        let animation = || tracks.name.clone();
+        if *entries > MOST_ENTRIES {
             return Err(GltfError::TooLong {
-                animation: tracks.name.clone(),
+                animation: animation(),
                 frames: frames.count,
                 joints,
             });
         }
+        let seconds = (frames.count - 1) as f64 / frames.rate;
+        if seconds > LONGEST_CLIP {
+            return Err(GltfError::Duration {
+                animation: animation(),
+                seconds,
+            });
+        }
         let mut desc = ClipDesc {
-            name: tracks.name.clone(),
+            name: animation(),
             frame_rate: frames.rate,
-            roots: Vec::new(),
-            rotations: Vec::new(),
-            translations: Vec::new(),
+            roots: Vec::with_capacity(frames.count as usize),
+            rotations: Vec::with_capacity(own as usize),
+            translations: Vec::with_capacity(own as usize),
         };
         let mut worlds = Vec::new();
         for frame in 0..frames.count {

@@ -9,6 +9,7 @@
 
 mod accessor;
 mod animation;
+mod channels;
 mod container;
 mod error;
 mod file;
@@ -18,7 +19,7 @@ mod texture;
 mod times;
 mod write;
 
-pub use error::{GltfError, MOST_ENTRIES};
+pub use error::GltfError;
 pub use file::{GltfAnimation, GltfFile};
 pub use mesh::{MOST_VERTICES, SkinJoint, SkinVertex, SkinnedMesh};
 pub use texture::Texture;

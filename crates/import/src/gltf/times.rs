@@ -18,6 +18,15 @@ pub(super) struct Frames {
     pub(super) count: u64,
 }
 
+/// Time of a frame.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct FrameTime {
+    /// Time, in seconds.
+    pub(super) seconds: f64,
+    /// A key that is at most this much later belongs to the frame, in seconds.
+    pub(super) slack: f64,
+}
+
 impl Frames {
     /// Chooses one frame for each key if the keys of all tracks lie on one grid, otherwise
     /// [`USUAL_RATE`].
@@ -73,8 +82,11 @@ impl Frames {
         }
     }
 
-    pub(super) fn time(&self, frame: u64) -> f64 {
-        self.start + frame as f64 / self.rate
+    pub(super) fn time(&self, frame: u64) -> FrameTime {
+        FrameTime {
+            seconds: self.start + frame as f64 / self.rate,
+            slack: OFF / self.rate,
+        }
     }
 }
 

@@ -4,6 +4,7 @@
 
 use sabaki_testing as common;
 use sabaki_testing::memory as peak;
+mod limits;
 mod targets;
 
 use std::path::PathBuf;

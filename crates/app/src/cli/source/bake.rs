@@ -3,13 +3,14 @@
 use std::path::Path;
 use std::time::Instant;
 
-use sabaki::graph::{BuildReport, ClipSource, GraphSettings, MotionGraph};
+use sabaki::graph::{BuildReport, ClipSource, GraphError, GraphSettings, MotionGraph};
 use sabaki::internal::{
     ClipMatch, EarlierTables, EntryRecord, GraphBuilder, GraphRecord, Recorded, TableRecord,
     TransitionList,
 };
 use sabaki::maps::{BakeSettings, Baker};
 use sabaki_app::demo;
+use sabaki_import::EventsFile;
 use serde::{Deserialize, Serialize};
 
 use super::super::Failure;
@@ -173,8 +174,15 @@ fn bake_clips(
     Ok(baked)
 }
 
-/// Says of which clips a failure is. Not one of them is at fault, but the first says which of many runs it was.
+/// Says of which clips a failure is. Not one of them is at fault, but the first says which of many runs it was. Two events in the same
+/// frames are the fault of the events file, if that names their clip.
 fn within(args: &ClipArgs, failure: Failure) -> Failure {
+    if let (Failure::Graph(GraphError::EventTwice { clip, .. }), Some(path)) =
+        (&failure, &args.events)
+        && EventsFile::read(path).is_ok_and(|file| !file.events_of(clip).is_empty())
+    {
+        return failure.within(path);
+    }
     match (failure, args.clips.as_slice()) {
         (failure @ (Failure::Shards { .. } | Failure::Cancelled | Failure::Stopped(_)), _)
         | (failure, []) => failure,
@@ -189,7 +197,7 @@ fn within(args: &ClipArgs, failure: Failure) -> Failure {
 
 /// Bakes the embedded motions.
 pub(super) fn bake_embedded() -> Result<Baked, Failure> {
-    let motions = demo::motions().map_err(sabaki::graph::GraphError::from)?;
+    let motions = demo::motions().map_err(GraphError::from)?;
     Bake {
         source: ClipSource {
             skeleton: &motions.skeleton,

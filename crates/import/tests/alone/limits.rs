@@ -1,0 +1,228 @@
+//! Small files that ask for more memory than there may be are refused with the file and the limit.
+
+use std::fmt::Write;
+use std::path::Path;
+
+use base64::Engine;
+use sabaki_import::asf::{AmcClipDesc, AmcFile, AsfFile};
+use sabaki_import::bvh::{BvhFile, MotionError};
+use sabaki_import::gltf::{GltfError, GltfFile};
+use sabaki_import::{MOST_ENTRIES, ReadError, ReadOptions, read_clips, read_motions};
+use serde_json::{Value, json};
+
+use super::MOST;
+use super::peak::held_at_most;
+
+/// The error of a read that holds little memory.
+fn refused<T, E>(read: impl FnOnce() -> Result<T, E>) -> E {
+    let (read, held) = held_at_most(read);
+    assert!(held < MOST, "{} MB", held >> 20);
+    read.err().unwrap()
+}
+
+/// A BVH file of joints without channels below a root with one.
+fn bvh(joints: usize, frames: usize) -> String {
+    let mut text = "HIERARCHY\nROOT r\n{\nOFFSET 0 0 0\nCHANNELS 1 Yposition\n".to_owned();
+    for joint in 1..joints {
+        write!(text, "JOINT j{joint}\n{{\nOFFSET 0 1 0\n}}\n").unwrap();
+    }
+    write!(
+        text,
+        "}}\nMOTION\nFrames: {frames}\nFrame Time: 0.01\n{}",
+        "0\n".repeat(frames)
+    )
+    .unwrap();
+    text
+}
+
+/// An ASF file of bones without degrees of freedom below a root with one.
+fn asf(bones: usize) -> String {
+    let mut text = ":version 1.10\n:units\n length 1\n angle deg\n:root\n order TY\n axis XYZ\n \
+                    position 0 0 0\n orientation 0 0 0\n:bonedata\n"
+        .to_owned();
+    for bone in 1..bones {
+        write!(
+            text,
+            "begin\n name b{bone}\n direction 0 0 1\n length 1\n axis 0 0 0 XYZ\nend\n"
+        )
+        .unwrap();
+    }
+    text.push_str(":hierarchy\nbegin\nroot");
+    for bone in 1..bones {
+        write!(text, " b{bone}").unwrap();
+    }
+    text.push_str("\nend\n");
+    text
+}
+
+fn amc(frames: usize) -> String {
+    let frames = (1..=frames).map(|frame| format!("{frame}\nroot 1\n"));
+    ":DEGREES\n".to_owned() + &frames.collect::<String>()
+}
+
+#[test]
+fn joints_without_channels_count_in_every_frame_of_a_bvh_file() {
+    let frames = MOST_ENTRIES as usize / 4096 + 1;
+    let text = bvh(4096, frames);
+    let error = refused(|| {
+        let file = BvhFile::parse(text.as_bytes()).unwrap();
+        file.motion("many", 1.0).map(|_| ())
+    });
+    assert_eq!(
+        error,
+        MotionError::TooManyEntries {
+            frames,
+            joints: 4096
+        }
+    );
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("many.bvh");
+    std::fs::write(&path, text).unwrap();
+    let error = refused(|| read_motions(&path, &ReadOptions::default()));
+    assert!(matches!(error, ReadError::Motion { .. }), "{error}");
+    let error = error.to_string();
+    assert!(
+        error.ends_with(
+            "many.bvh: 16385 frames of 4096 joints; 67108864 rotations in all are the most"
+        ),
+        "{error}"
+    );
+}
+
+#[test]
+fn bones_without_freedom_count_in_every_frame_of_an_amc_file() {
+    let bones = 2000;
+    let most = MOST_ENTRIES as usize / bones;
+    let folder = tempfile::tempdir().unwrap();
+    let write = |name: &str, text: &str| {
+        std::fs::write(folder.path().join(name), text).unwrap();
+        folder.path().join(name)
+    };
+    write("many.asf", &asf(bones));
+    let path = write("many.amc", &amc(most + 1));
+    let error = refused(|| read_clips(&[path], None, &ReadOptions::default()));
+    assert!(matches!(error, ReadError::Asf { .. }), "{error}");
+    let error = error.to_string();
+    assert!(
+        error.contains("many.amc: line 67110: more frames of 2000 bones than 67108864 rotations"),
+        "{error}"
+    );
+}
+
+#[test]
+fn end_sites_count_too() {
+    // Each bone but the root has an end site.
+    let bones = 2000;
+    let skeleton = AsfFile::parse(asf(bones).as_bytes()).unwrap();
+    let frames = MOST_ENTRIES as usize / (2 * bones - 1) + 1;
+    let motion = AmcFile::parse(&skeleton, amc(frames).as_bytes()).unwrap();
+    let desc = AmcClipDesc {
+        name: "many",
+        metres_per_unit: 1.0,
+        frame_rate: 120.0,
+    };
+    let joints = 2 * bones - 1;
+    let error = refused(|| motion.motion(&skeleton, &desc));
+    assert_eq!(error, MotionError::TooManyEntries { frames, joints });
+}
+
+#[test]
+fn files_within_the_limit_are_read() {
+    let folder = tempfile::tempdir().unwrap();
+    let path: &Path = &folder.path().join("few.bvh");
+    std::fs::write(path, bvh(64, 100)).unwrap();
+    let read = read_motions(path, &ReadOptions::default()).unwrap();
+    assert_eq!((read[0].skeleton.len(), read[0].clip.frames()), (64, 100));
+}
+
+/// A glTF file of a chain of nodes. Each animation moves the first `moved` nodes, by the keys of an accessor of its own.
+fn gltf(nodes: usize, moved: usize, animations: &[&[f32]]) -> Value {
+    let (mut bytes, mut views, mut accessors) = (Vec::new(), Vec::new(), Vec::new());
+    let mut add = |kind: &str, width: usize, floats: &[f32]| {
+        views.push(json!({
+            "buffer": 0, "byteOffset": bytes.len(), "byteLength": 4 * floats.len(),
+        }));
+        bytes.extend(floats.iter().flat_map(|float| float.to_le_bytes()));
+        accessors.push(json!({
+            "bufferView": accessors.len(), "componentType": 5126, "count": floats.len() / width,
+            "type": kind,
+        }));
+    };
+    for times in animations {
+        add("SCALAR", 1, times);
+        add("VEC3", 3, &vec![0.0; 3 * times.len()]);
+    }
+    let node = |index: usize| match index + 1 < nodes {
+        true => json!({ "name": format!("n{index}"), "children": [index + 1] }),
+        false => json!({ "name": format!("n{index}") }),
+    };
+    let channel = |node: usize| {
+        let target = json!({ "node": node, "path": "translation" });
+        json!({ "sampler": 0, "target": target })
+    };
+    let animation = |index: usize| {
+        json!({
+            "name": format!("a{index}"),
+            "samplers": [{ "input": 2 * index, "output": 2 * index + 1 }],
+            "channels": (0..moved).map(channel).collect::<Vec<_>>(),
+        })
+    };
+    let text = base64::engine::general_purpose::STANDARD.encode(&bytes);
+    json!({
+        "asset": { "version": "2.0" },
+        "nodes": (0..nodes).map(node).collect::<Vec<_>>(),
+        "animations": (0..animations.len()).map(animation).collect::<Vec<_>>(),
+        "accessors": accessors,
+        "bufferViews": views,
+        "buffers": [{
+            "byteLength": bytes.len(),
+            "uri": format!("data:application/octet-stream;base64,{text}"),
+        }],
+    })
+}
+
+fn refused_gltf(document: &Value) -> GltfError {
+    let text = document.to_string();
+    refused(|| GltfFile::parse(text.as_bytes(), |_| Err("there is none".to_owned())))
+}
+
+#[test]
+fn frames_of_all_animations_of_a_gltf_file_count_together() {
+    // Keys that lie on no grid are sampled 60 times a second: the second animation alone is within the limit.
+    let frames = MOST_ENTRIES / 4096;
+    let long = [0.0, 0.31, 0.4567, (frames - 1) as f32 / 60.0];
+    let error = refused_gltf(&gltf(4096, 1, &[&[0.0, 1.0], &long]));
+    assert_eq!(
+        error,
+        GltfError::TooLong {
+            animation: "a1".to_owned(),
+            frames,
+            joints: 4096
+        }
+    );
+}
+
+#[test]
+fn keys_of_all_animations_of_a_gltf_file_count_together() {
+    // Each key is read once for each node that it moves.
+    let times: Vec<f32> = (0..8500).map(|key| key as f32 / 30.0).collect();
+    let error = refused_gltf(&gltf(4000, 4000, &[&times, &times]));
+    assert_eq!(error, GltfError::TooManyKeys { keys: 68_000_000 });
+    assert_eq!(
+        error.to_string(),
+        "the animations have 68000000 keys together; 67108864 are the most"
+    );
+}
+
+#[test]
+fn a_gltf_animation_of_more_than_ten_hours_is_refused_before_it_is_sampled() {
+    let error = refused_gltf(&gltf(1, 1, &[&[0.0, 0.31, 1e6]]));
+    assert!(
+        matches!(error, GltfError::Duration { seconds, .. } if seconds > 999_999.0),
+        "{error}"
+    );
+    assert!(
+        error.to_string().ends_with("36000 s is the most"),
+        "{error}"
+    );
+}
