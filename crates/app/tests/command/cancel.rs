@@ -8,7 +8,7 @@ use super::run::{baked, command, folder};
 /// Runs a command that would take minutes, sends Ctrl-C after `delay`, and returns its exit code and what it wrote.
 fn interrupted(args: &[&str], delay: Duration) -> (Option<i32>, String, String) {
     let folder = folder();
-    let running = command(folder.path(), args)
+    let mut running = command(folder.path(), args)
         .stdout(Stdio::piped())
         .stderr(Stdio::piped())
         .spawn()
@@ -17,6 +17,15 @@ fn interrupted(args: &[&str], delay: Duration) -> (Option<i32>, String, String) 
     let id = running.id().to_string();
     let sent = Command::new("kill").args(["-INT", &id]).status().unwrap();
     assert!(sent.success(), "{args:?} ended by itself");
+    // Whoever runs the tests may ignore Ctrl-C, and then so does a command that does not listen.
+    for _ in 0..300 {
+        if running.try_wait().unwrap().is_some() {
+            break;
+        }
+        std::thread::sleep(Duration::from_millis(100));
+    }
+    // It may have ended.
+    let _ = running.kill();
     let output = running.wait_with_output().unwrap();
     let text = |bytes| String::from_utf8(bytes).unwrap();
     (
