@@ -159,17 +159,17 @@ impl Args {
             let what = "must be above 0 and below 180 degrees";
             return Err(Failure::Usage(format!("--fov {}: {what}", self.fov)));
         }
-        let (other, unused) = match self.switch {
+        let (other, unused): (_, &[(&str, bool)]) = match self.switch {
             OrderArg::Energy => (
                 "error",
-                [
+                &[
                     ("--error", self.error.is_some()),
                     ("--measure", self.measure.is_some()),
                 ],
             ),
-            OrderArg::Error => ("energy", [("--vanish", self.vanish.is_some()), ("", false)]),
+            OrderArg::Error => ("energy", &[("--vanish", self.vanish.is_some())]),
         };
-        if let Some((option, _)) = unused.into_iter().find(|(_, is_given)| *is_given) {
+        if let Some((option, _)) = unused.iter().find(|(_, is_given)| *is_given) {
             return Err(Failure::Usage(format!("{option} needs --switch {other}")));
         }
         let pixels = [
