@@ -14,7 +14,7 @@ use super::slot::{PlanQueue, Shared, Slot, Urgent, most_urgent};
 use super::state::CharacterState;
 use super::steer::Steering;
 use super::threat::Threat;
-use super::world::{KnownThreat, OtherBody, World};
+use super::world::{FURTHEST, KnownThreat, OtherBody, World};
 use crate::anim::{JointTransform, Pose, forward_kinematics};
 use crate::graph::{Motion, Playhead};
 use crate::maps::BakedGraph;
@@ -112,7 +112,7 @@ impl Characters {
     /// # Errors
     /// A place that is not finite or too far away.
     pub fn spawn(&mut self, place: Rigid2) -> Result<CharacterId, CharacterError> {
-        if !place.is_sound(5_000.0) {
+        if !place.is_sound(FURTHEST) {
             return Err(CharacterError::Value("the place"));
         }
         let index = self.free.last().copied();
@@ -199,7 +199,7 @@ impl Characters {
         seconds: f32,
     ) -> Result<(), CharacterError> {
         let joints = self.baked.graph().skeleton().len();
-        let near = |place: &Vec3| place.is_finite() && place.length() < 5_000.0;
+        let near = |place: &Vec3| place.is_finite() && place.length() < FURTHEST;
         let sound = |pose: &&Pose| {
             near(&pose.root)
                 && pose

@@ -3,6 +3,8 @@ use std::f32::consts::{PI, TAU};
 use glam::{Vec2, Vec3};
 use serde::{Deserialize, Serialize};
 
+use super::world::FURTHEST;
+
 /// What a character does while nothing threatens it. Heights are ignored; headings are those of [`Rigid2`](crate::math::Rigid2).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub enum Goal {
@@ -49,7 +51,6 @@ impl Goal {
     #[must_use]
     pub fn is_sound(&self) -> bool {
         const FASTEST: f32 = 100.0;
-        const FURTHEST: f32 = 5_000.0;
         match *self {
             Self::Idle | Self::Stop => true,
             Self::Walk { velocity, facing } => {

@@ -368,8 +368,9 @@ impl Planning<'_> {
     /// A number for these threats, wherever they move; not 0.
     fn threats(&self) -> u64 {
         let mut hasher = FxHasher::default();
-        let ids: Vec<u64> = self.near.iter().map(|near| near.known.id.0).collect();
-        ids.hash(&mut hasher);
+        for near in &self.near {
+            near.known.id.hash(&mut hasher);
+        }
         hasher.finish() | 1
     }
 

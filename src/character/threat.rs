@@ -2,6 +2,7 @@ use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
 use super::ids::CharacterId;
+use super::world::FURTHEST;
 use crate::maps::SphereKey;
 use crate::math::Sphere;
 
@@ -58,7 +59,6 @@ impl Threat {
     /// Whether every number is finite and within what an [`Attack`](crate::query::Attack) may hold.
     #[must_use]
     pub fn is_sound(&self) -> bool {
-        const FURTHEST: f32 = 5_000.0;
         const FASTEST: f32 = 1_000.0;
         let near = |v: Vec3, most: f32| v.is_finite() && v.length() < most;
         let sphere = |s: &Sphere| near(s.centre, 100.0) && s.radius > 0.0 && s.radius < 50.0;
