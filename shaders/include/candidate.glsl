@@ -5,9 +5,21 @@ const int SHIFT = 15;
 layout(location = 0) flat in ivec4 turn;
 layout(location = 1) flat in uvec4 map; // width and height in one, first bit, bits a row, log2 of bits a texel, whether it is two maps (bit 5), and number (from bit 6)
 
+#ifdef TEXELS
+layout(set = 0, binding = 0) uniform usamplerBuffer words;
+#else
 layout(set = 0, binding = 0, std430) readonly buffer Words {
     uint words[];
 };
+#endif
+
+uint word(uint index) {
+#ifdef TEXELS
+    return texelFetch(words, int(index)).x;
+#else
+    return words[index];
+#endif
+}
 
 // The bits of this texel in the candidate's map: one, or two where the map is two maps.
 uint texel_bits() {
@@ -20,5 +32,5 @@ uint texel_bits() {
     }
     uint bit = map.y + z * map.z + (x << (map.w & 31u));
     uint mask = 1u | ((map.w >> 4) & 2u);
-    return (words[bit >> 5] >> (bit & 31u)) & mask;
+    return (word(bit >> 5) >> (bit & 31u)) & mask;
 }

@@ -52,6 +52,10 @@ impl Access {
                 vk::AccessFlags::SHADER_READ,
             ),
             (
+                vk::AccessFlags2::SHADER_SAMPLED_READ,
+                vk::AccessFlags::SHADER_READ,
+            ),
+            (
                 vk::AccessFlags2::SHADER_STORAGE_WRITE,
                 vk::AccessFlags::SHADER_WRITE,
             ),
@@ -89,13 +93,16 @@ impl Access {
         vk::AccessFlags2::TRANSFER_WRITE,
         vk::ImageLayout::UNDEFINED,
     );
-    /// Storage buffers, as the shaders read them.
+    /// Storage and texel buffers, as the shaders read them.
     pub(crate) const SHADER_READ: Self = Self::new(
         vk::PipelineStageFlags2::from_raw(
             vk::PipelineStageFlags2::VERTEX_SHADER.as_raw()
                 | vk::PipelineStageFlags2::FRAGMENT_SHADER.as_raw(),
         ),
-        vk::AccessFlags2::SHADER_STORAGE_READ,
+        vk::AccessFlags2::from_raw(
+            vk::AccessFlags2::SHADER_STORAGE_READ.as_raw()
+                | vk::AccessFlags2::SHADER_SAMPLED_READ.as_raw(),
+        ),
         vk::ImageLayout::UNDEFINED,
     );
     /// The source of a copy of a buffer.

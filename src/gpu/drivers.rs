@@ -23,6 +23,12 @@ pub(crate) fn counting(driver: vk::DriverId, features: Features) -> Counting {
     }
 }
 
+/// Whether fragment shaders read the maps from a texel buffer on a driver: where that is faster than from a storage buffer (`vendor-notes/`, "Texel
+/// buffers are read faster than storage buffers").
+pub(crate) fn reads_texels(driver: vk::DriverId) -> bool {
+    driver == vk::DriverId::MESA_LLVMPIPE
+}
+
 /// Whose driver it is, as `VK_KHR_driver_properties` tells, which is part of Vulkan 1.2. Nobody's where there is no such extension.
 ///
 /// # Safety

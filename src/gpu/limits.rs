@@ -19,6 +19,7 @@ macro_rules! guaranteed {
             max_viewports: 1,
             max_storage_buffer_range: 1 << 27,
             max_uniform_buffer_range: 16_384,
+            max_texel_buffer_elements: 65_536,
             max_push_constants_size: 128,
             max_memory_allocation_count: 4096,
             max_bound_descriptor_sets: 4,

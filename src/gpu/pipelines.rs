@@ -9,8 +9,8 @@ use super::{
     Context, GpuError,
     error::Named,
     shader_table::{
-        BoxCorner, CANDIDATE_FRAG, CANDIDATE_VERT, COUNT_COMP, DISC_FRAG, DISC_VERT, PlacedDisc,
-        RECT_VERT, Shader, Stage, TALLY_FRAG,
+        BoxCorner, CANDIDATE_FRAG, CANDIDATE_TEXELS_FRAG, CANDIDATE_VERT, COUNT_COMP, DISC_FRAG,
+        DISC_VERT, PlacedDisc, RECT_VERT, Shader, Stage, TALLY_FRAG, TALLY_TEXELS_FRAG,
     },
 };
 
@@ -54,12 +54,21 @@ pub(crate) const CANDIDATES: PipelineDesc = PipelineDesc {
     inputs: Inputs::Corners,
     topology: vk::PrimitiveTopology::TRIANGLE_LIST,
 };
+/// The same, where the maps are in a texel buffer.
+pub(crate) const CANDIDATES_TEXELS: PipelineDesc = PipelineDesc {
+    shaders: &[&CANDIDATE_VERT, &CANDIDATE_TEXELS_FRAG],
+    ..CANDIDATES
+};
 /// The same, where the fragment shader counts.
 pub(crate) const TALLY: PipelineDesc = PipelineDesc {
     name: "sabaki tally",
     shaders: &[&CANDIDATE_VERT, &TALLY_FRAG],
-    inputs: Inputs::Corners,
-    topology: vk::PrimitiveTopology::TRIANGLE_LIST,
+    ..CANDIDATES
+};
+/// The same, where the maps are in a texel buffer.
+pub(crate) const TALLY_TEXELS: PipelineDesc = PipelineDesc {
+    shaders: &[&CANDIDATE_VERT, &TALLY_TEXELS_FRAG],
+    ..TALLY
 };
 /// Candidates' masks against the attack's.
 pub(crate) const COUNT: PipelineDesc = PipelineDesc {

@@ -179,9 +179,11 @@ const _: () = {
     assert!(runs_anywhere(&DISC_VERT) && runs_anywhere(&DISC_FRAG) && runs_anywhere(&RECT_VERT));
     assert!(runs_anywhere(&CANDIDATE_VERT) && runs_anywhere(&CANDIDATE_FRAG));
     assert!(runs_anywhere(&TALLY_FRAG) && runs_anywhere(&COUNT_COMP));
+    assert!(runs_anywhere(&CANDIDATE_TEXELS_FRAG) && runs_anywhere(&TALLY_TEXELS_FRAG));
 
     assert!(has_one_set(&CANDIDATE_FRAG) && has_one_set(&TALLY_FRAG) && has_one_set(&COUNT_COMP));
     assert!(CANDIDATE_FRAG.bindings.len() == 1 && CANDIDATE_VERT.bindings.is_empty());
+    assert!(has_one_set(&CANDIDATE_TEXELS_FRAG) && has_one_set(&TALLY_TEXELS_FRAG));
     assert!(stride(&CANDIDATE_FRAG, 0) == size_of::<u32>());
     assert!(stride(&TALLY_FRAG, 0) == size_of::<u32>());
     assert!(stride(&TALLY_FRAG, 1) == size_of::<u32>());

@@ -1,4 +1,4 @@
-//! A storage buffer that is filled once: by the host where its memory is mapped, else from a staging buffer. Its owner may bind a part of
+//! A buffer that is filled once: by the host where its memory is mapped, else from a staging buffer. Its owner may bind a part of
 //! it at a time.
 
 use std::sync::atomic::AtomicBool;
@@ -31,6 +31,8 @@ pub(crate) struct Uploaded {
 /// Words of maps.
 pub(crate) struct MapWords<Write> {
     pub(crate) count: usize,
+    /// As what shaders read them.
+    pub(crate) read_as: vk::BufferUsageFlags,
     /// Writes them to memory that may be slow to read.
     pub(crate) write: Write,
 }
@@ -60,7 +62,7 @@ impl Uploaded {
             };
             Buffer::paged(device.context, device.memory, desc)
         };
-        let usage = Usage::STORAGE_BUFFER | Usage::TRANSFER_DST;
+        let usage = words.read_as | Usage::TRANSFER_DST;
         self.buffer = buffer(name, usage, MemoryUse::Device)?;
         let target = match self.buffer.is_mapped() {
             true => &mut self.buffer,

@@ -1,11 +1,13 @@
-//! Promise: a driver's work-around is used on every version of Vulkan on which the driver can be known.
+//! Promise: a driver's work-around is used on every version of Vulkan on which the driver can be known; what is faster on one driver counts
+//! the same.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 use sabaki::gpu::ash::vk;
 use sabaki::gpu::{Culler, CullerDesc, GpuError, Terms};
+use sabaki::maps::MapGrid;
 use sabaki::query::cull::CullInput;
 use sabaki_app::headless::{Headless, HeadlessDesc};
-use sabaki_testing::cull::{any_input, atlas_on, counted, sliced};
+use sabaki_testing::cull::{any_input, atlas_on, counted, culler, sliced};
 use sabaki_testing::cull_cases::Way;
 use sabaki_testing::{Random, desc, finish, shim};
 
@@ -57,6 +59,36 @@ fn moltenvk_is_known_on_every_version() {
         };
         assert_eq!(limit, "the driver's queries in one submission");
         culler.destroy(device.memory().unwrap());
+        finish(device);
+    }
+}
+
+/// Everywhere else from a storage buffer, with the same counts.
+#[test]
+fn lavapipe_reads_maps_from_a_texel_buffer() {
+    for (pretended, views) in [(None, 1), (Some(vk::DriverId::NVIDIA_PROPRIETARY), 0)] {
+        shim::pretend_driver(pretended);
+        // SAFETY: the shim calls the system's loader.
+        let mut device = unsafe { Headless::with_loader(shim::entry(), &desc()) }.unwrap();
+        shim::pretend_driver(None);
+        for grid in [MapGrid::PAPER, sliced(8)] {
+            let atlas = atlas_on(grid, &mut Random(5), 12);
+            let (attack, candidates) = any_input(&mut Random(6), &atlas, 200);
+            let input = CullInput {
+                atlas: &atlas,
+                attack: &attack,
+                candidates: &candidates,
+            };
+            for way in [Way::STENCIL, Way::ATOMICS] {
+                let of_views = || shim::live().get("vkCreateBufferView").copied();
+                let before = of_views().unwrap_or(0);
+                let mut culler = culler(&mut device, &way.desc(&atlas));
+                assert_eq!(of_views().unwrap_or(0), before + views, "{pretended:?}");
+                let counts = device.cull(&mut culler, &input).unwrap();
+                assert_eq!(counts, counted(&input), "{pretended:?}, {way:?}");
+                culler.destroy(device.memory().unwrap());
+            }
+        }
         finish(device);
     }
 }

@@ -33,6 +33,10 @@ pub fn is_current(shaders: &Path) {
     );
 }
 
+/// In the names of shaders that read a texel buffer in place of a storage buffer. naga reads no texel buffers: what the table says of such a
+/// shader is read from the one without the word, which is of the same source, and its SPIR-V is validated where a device is made to run it.
+const TEXELS: &str = "_texels";
+
 /// The text of the table of a folder of SPIR-V.
 pub fn table(spirv: &Path) -> Result<String, String> {
     let mut text = String::from(
@@ -44,12 +48,17 @@ pub fn table(spirv: &Path) -> Result<String, String> {
         let name = file.file_stem().and_then(|stem| stem.to_str());
         let name = name.ok_or_else(|| format!("{}: the name is not UTF-8", file.display()))?;
         let named = |message: String| format!("{name}: {message}");
-        let bytes = fs::read(&file).map_err(|error| named(error.to_string()))?;
-        let module = read(&bytes).map_err(named)?;
+        let bytes = |name: &str| {
+            let path = spirv.join(format!("{name}.spv"));
+            fs::read(path).map_err(|error| named(error.to_string()))
+        };
+        let readable = name.replace(TEXELS, "");
+        let module = read(&bytes(&readable)?).map_err(named)?;
         let shader = ShaderFile {
             name,
-            words: bytes.len() / 4,
+            words: bytes(name)?.len() / 4,
             module: &module,
+            texel_buffers: u32::from(readable != name),
         };
         shader.write(&mut text, &mut layouts).map_err(named)?;
     }
@@ -86,6 +95,8 @@ struct ShaderFile<'a> {
     name: &'a str,
     words: usize,
     module: &'a Module,
+    /// How many of the module's storage buffers are texel buffers in this file.
+    texel_buffers: u32,
 }
 
 impl ShaderFile<'_> {
@@ -95,6 +106,7 @@ impl ShaderFile<'_> {
             name,
             words,
             module,
+            texel_buffers,
         } = *self;
         let [point] = module.entry_points.as_slice() else {
             return Err("it does not have one entry point".to_owned());
@@ -138,6 +150,7 @@ impl ShaderFile<'_> {
                 at.group, at.binding
             );
         }
+        storage_buffers -= texel_buffers;
         let bindings = match bindings.is_empty() {
             true => "&[]".to_owned(),
             false => format!("&[\n{bindings}    ]"),

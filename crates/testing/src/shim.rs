@@ -217,6 +217,7 @@ fn wrappers() -> Vec<Wrapper> {
     let mut all = creating! {
         vkCreateDebugUtilsMessengerEXT vkDestroyDebugUtilsMessengerEXT,
         vkCreateBuffer vkDestroyBuffer,
+        vkCreateBufferView vkDestroyBufferView,
         vkCreateImage vkDestroyImage,
         vkCreateImageView vkDestroyImageView,
         vkCreateShaderModule vkDestroyShaderModule,

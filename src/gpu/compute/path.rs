@@ -117,6 +117,7 @@ impl ComputePath {
         parts.make_layout(context)?;
         let (planes, pipelines, layout) = (&self.planes, &mut parts.pipelines, parts.layout);
         let words = MapWords {
+            read_as: vk::BufferUsageFlags::STORAGE_BUFFER,
             count: planes.words,
             // The planes are drawn on other threads while the driver compiles.
             write: |out: &mut [u32]| {

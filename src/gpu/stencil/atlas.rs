@@ -5,15 +5,75 @@ use ash::vk;
 use crate::gpu::{
     Context, GpuError, Memory,
     barriers::{self, Access},
+    drivers,
     error::{Named, within},
     resources::DeviceMemory,
     uploaded::{MapWords, Uploaded},
 };
 
+/// As what the shaders read the words of the maps.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) enum ReadAs {
+    #[default]
+    StorageBuffer,
+    TexelBuffer,
+}
+
+impl ReadAs {
+    /// What is fast on the context's device, if it takes as many words that way.
+    pub(super) fn on(context: &Context) -> Self {
+        let limits = context.limits();
+        let words = limits.max_storage_buffer_range / 4;
+        match drivers::reads_texels(context.driver()) && limits.max_texel_buffer_elements >= words {
+            true => Self::TexelBuffer,
+            false => Self::StorageBuffer,
+        }
+    }
+
+    /// Usage of the buffer.
+    pub(super) fn usage(self) -> vk::BufferUsageFlags {
+        match self {
+            Self::StorageBuffer => vk::BufferUsageFlags::STORAGE_BUFFER,
+            Self::TexelBuffer => vk::BufferUsageFlags::UNIFORM_TEXEL_BUFFER,
+        }
+    }
+
+    /// Type of its descriptors.
+    pub(super) fn descriptor(self) -> vk::DescriptorType {
+        match self {
+            Self::StorageBuffer => vk::DescriptorType::STORAGE_BUFFER,
+            Self::TexelBuffer => vk::DescriptorType::UNIFORM_TEXEL_BUFFER,
+        }
+    }
+}
+
+/// What a descriptor of the words is written with.
+pub(super) struct WordsInfo {
+    read_as: ReadAs,
+    buffer: [vk::DescriptorBufferInfo; 1],
+    view: [vk::BufferView; 1],
+}
+
+impl WordsInfo {
+    /// The write of the words at binding 0 of a set.
+    pub(super) fn write(&self, set: vk::DescriptorSet) -> vk::WriteDescriptorSet<'_> {
+        let write = vk::WriteDescriptorSet::default()
+            .dst_set(set)
+            .descriptor_type(self.read_as.descriptor());
+        match self.read_as {
+            ReadAs::StorageBuffer => write.buffer_info(&self.buffer),
+            ReadAs::TexelBuffer => write.texel_buffer_view(&self.view),
+        }
+    }
+}
+
 /// Null handles by default; destroying those does nothing.
 #[derive(Debug, Default)]
 pub(super) struct Atlas {
     words: Uploaded,
+    pub(super) read_as: ReadAs,
+    /// Of all words; null where they are in a storage buffer.
+    view: vk::BufferView,
     pub(super) layout: vk::DescriptorSetLayout,
     pool: vk::DescriptorPool,
     pub(super) set: vk::DescriptorSet,
@@ -31,12 +91,28 @@ impl Atlas {
         let most = context.limits().max_storage_buffer_range;
         within("maxStorageBufferRange", words.bytes(), most.into())?;
         self.words.fill(device, name, words)?;
+        if self.read_as == ReadAs::TexelBuffer {
+            let info = vk::BufferViewCreateInfo::default()
+                .buffer(self.words.buffer.handle)
+                .format(vk::Format::R32_UINT)
+                .range(vk::WHOLE_SIZE);
+            // SAFETY: the buffer is of this device and of this usage, which the format has on every device.
+            self.view = unsafe { context.device().create_buffer_view(&info, None) }
+                .call("vkCreateBufferView")?;
+            context.name(self.view, name);
+        }
         self.make_set(context)
     }
 
-    /// Words of the maps.
-    pub(super) fn buffer(&self) -> vk::Buffer {
-        self.words.buffer.handle
+    /// The words of the maps, for descriptors.
+    pub(super) fn words_info(&self) -> WordsInfo {
+        WordsInfo {
+            read_as: self.read_as,
+            buffer: [vk::DescriptorBufferInfo::default()
+                .buffer(self.words.buffer.handle)
+                .range(vk::WHOLE_SIZE)],
+            view: [self.view],
+        }
     }
 
     /// Records the copy of the maps from the staging buffer to the device.
@@ -60,8 +136,9 @@ impl Atlas {
 
     /// Makes the layout of a default atlas.
     pub(super) fn make_layout(&mut self, context: &Context) -> Result<(), GpuError> {
+        self.read_as = ReadAs::on(context);
         let bindings = [vk::DescriptorSetLayoutBinding::default()
-            .descriptor_type(vk::DescriptorType::STORAGE_BUFFER)
+            .descriptor_type(self.read_as.descriptor())
             .descriptor_count(1)
             .stage_flags(vk::ShaderStageFlags::FRAGMENT)];
         let info = vk::DescriptorSetLayoutCreateInfo::default().bindings(&bindings);
@@ -74,7 +151,7 @@ impl Atlas {
     fn make_set(&mut self, context: &Context) -> Result<(), GpuError> {
         let device = context.device();
         let sizes = [vk::DescriptorPoolSize::default()
-            .ty(vk::DescriptorType::STORAGE_BUFFER)
+            .ty(self.read_as.descriptor())
             .descriptor_count(1)];
         let info = vk::DescriptorPoolCreateInfo::default()
             .max_sets(1)
@@ -90,15 +167,8 @@ impl Atlas {
         let sets =
             unsafe { device.allocate_descriptor_sets(&info) }.call("vkAllocateDescriptorSets")?;
         self.set = sets[0];
-        let info = [vk::DescriptorBufferInfo::default()
-            .buffer(self.words.buffer.handle)
-            .range(vk::WHOLE_SIZE)];
-        let write = [vk::WriteDescriptorSet::default()
-            .dst_set(self.set)
-            .descriptor_type(vk::DescriptorType::STORAGE_BUFFER)
-            .buffer_info(&info)];
         // SAFETY: set and buffer are alive, and no command uses the set yet.
-        unsafe { device.update_descriptor_sets(&write, &[]) };
+        unsafe { device.update_descriptor_sets(&[self.words_info().write(self.set)], &[]) };
         Ok(())
     }
 
@@ -109,7 +179,9 @@ impl Atlas {
             context.device().destroy_descriptor_pool(self.pool, None);
             let device = context.device();
             device.destroy_descriptor_set_layout(self.layout, None);
+            device.destroy_buffer_view(self.view, None);
         }
+        self.view = vk::BufferView::null();
         self.pool = vk::DescriptorPool::null();
         self.layout = vk::DescriptorSetLayout::null();
         self.words.destroy(context, memory);

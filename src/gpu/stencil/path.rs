@@ -24,7 +24,9 @@ use crate::{
         drivers,
         error::{Named, within},
         passes::Passes,
-        pipelines::{CANDIDATES, DISCS, Pipeline, PipelineInputs, TALLY},
+        pipelines::{
+            CANDIDATES, CANDIDATES_TEXELS, DISCS, Pipeline, PipelineInputs, TALLY, TALLY_TEXELS,
+        },
         resources::{Buffer, BufferDesc, DeviceMemory, StencilTarget},
         uploaded::MapWords,
     },
@@ -158,6 +160,7 @@ impl StencilPath {
         let mut device = DeviceMemory { context, memory };
         let maps = &self.maps;
         let words = MapWords {
+            read_as: parts.atlas.read_as.usage(),
             count: maps.word_count(),
             write: |out: &mut [u32]| {
                 maps.write(desc.atlas, out);
@@ -221,12 +224,14 @@ impl Parts {
         self.discs = Pipeline::new(context, &DISCS, &inputs)?;
         self.atlas.make_layout(context)?;
         let (candidates, layout) = match counting {
-            Counting::Queries => (&CANDIDATES, self.atlas.layout),
+            Counting::Queries => ([&CANDIDATES, &CANDIDATES_TEXELS], self.atlas.layout),
             Counting::Atomics => {
-                self.tally.fill(context, desc.frames_in_flight.max(1))?;
-                (&TALLY, self.tally.layout)
+                let slots = desc.frames_in_flight.max(1);
+                self.tally.fill(context, self.atlas.read_as, slots)?;
+                ([&TALLY, &TALLY_TEXELS], self.tally.layout)
             }
         };
+        let candidates = candidates[self.atlas.read_as as usize];
         let sets = &[layout];
         self.candidates = Pipeline::new(context, candidates, &PipelineInputs { sets, ..inputs })?;
         Ok(())

@@ -7,7 +7,12 @@ use std::ops::Range;
 
 use ash::vk;
 
-use super::{atlas::Atlas, boxes::CORNERS, cells::Plane, gathered::Draw};
+use super::{
+    atlas::{Atlas, ReadAs},
+    boxes::CORNERS,
+    cells::Plane,
+    gathered::Draw,
+};
 use crate::gpu::{
     Context, GpuError, Memory, MemoryUse,
     counts::{Counts, HEADER},
@@ -67,11 +72,17 @@ pub(super) struct Layout {
 
 impl Layout {
     /// Fills a default layout for a number of slots.
-    pub(super) fn fill(&mut self, context: &Context, slots: u32) -> Result<(), GpuError> {
-        let bindings = [WORDS, COUNTS].map(|at| {
+    pub(super) fn fill(
+        &mut self,
+        context: &Context,
+        words: ReadAs,
+        slots: u32,
+    ) -> Result<(), GpuError> {
+        let types = [words.descriptor(), vk::DescriptorType::STORAGE_BUFFER];
+        let bindings = [(WORDS, types[0]), (COUNTS, types[1])].map(|(at, ty)| {
             vk::DescriptorSetLayoutBinding::default()
                 .binding(at)
-                .descriptor_type(vk::DescriptorType::STORAGE_BUFFER)
+                .descriptor_type(ty)
                 .descriptor_count(1)
                 .stage_flags(vk::ShaderStageFlags::FRAGMENT)
         });
@@ -80,9 +91,11 @@ impl Layout {
         // SAFETY: the context's device is valid.
         self.layout = unsafe { device.create_descriptor_set_layout(&info, None) }
             .call("vkCreateDescriptorSetLayout")?;
-        let sizes = [vk::DescriptorPoolSize::default()
-            .ty(vk::DescriptorType::STORAGE_BUFFER)
-            .descriptor_count(2 * slots)];
+        let sizes = types.map(|ty| {
+            vk::DescriptorPoolSize::default()
+                .ty(ty)
+                .descriptor_count(slots)
+        });
         let info = vk::DescriptorPoolCreateInfo::default()
             .max_sets(slots)
             .pool_sizes(&sizes);
@@ -146,19 +159,18 @@ impl Sums {
         let sets =
             unsafe { device.allocate_descriptor_sets(&info) }.call("vkAllocateDescriptorSets")?;
         self.set = sets[0];
-        let whole = |buffer| {
-            [vk::DescriptorBufferInfo::default()
-                .buffer(buffer)
-                .range(vk::WHOLE_SIZE)]
-        };
-        let infos = [whole(atlas.buffer()), whole(self.buffer.handle)];
-        let writes = [WORDS, COUNTS].map(|at| {
+        let words = atlas.words_info();
+        let counts = [vk::DescriptorBufferInfo::default()
+            .buffer(self.buffer.handle)
+            .range(vk::WHOLE_SIZE)];
+        let writes = [
+            words.write(self.set),
             vk::WriteDescriptorSet::default()
                 .dst_set(self.set)
-                .dst_binding(at)
+                .dst_binding(COUNTS)
                 .descriptor_type(vk::DescriptorType::STORAGE_BUFFER)
-                .buffer_info(&infos[at as usize])
-        });
+                .buffer_info(&counts),
+        ];
         // SAFETY: set and buffers are alive, and no command uses the set yet.
         unsafe { device.update_descriptor_sets(&writes, &[]) };
         Ok(())

@@ -1,0 +1,5 @@
+// Keeps texels, where the maps are in a texel buffer.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#define TEXELS
+#include "keep.glsl"
