@@ -78,8 +78,11 @@ impl Layout {
         words: ReadAs,
         slots: u32,
     ) -> Result<(), GpuError> {
-        let types = [words.descriptor(), vk::DescriptorType::STORAGE_BUFFER];
-        let bindings = [(WORDS, types[0]), (COUNTS, types[1])].map(|(at, ty)| {
+        let types = [
+            (WORDS, words.descriptor()),
+            (COUNTS, vk::DescriptorType::STORAGE_BUFFER),
+        ];
+        let bindings = types.map(|(at, ty)| {
             vk::DescriptorSetLayoutBinding::default()
                 .binding(at)
                 .descriptor_type(ty)
@@ -91,7 +94,7 @@ impl Layout {
         // SAFETY: the context's device is valid.
         self.layout = unsafe { device.create_descriptor_set_layout(&info, None) }
             .call("vkCreateDescriptorSetLayout")?;
-        let sizes = types.map(|ty| {
+        let sizes = types.map(|(_, ty)| {
             vk::DescriptorPoolSize::default()
                 .ty(ty)
                 .descriptor_count(slots)
