@@ -29,6 +29,10 @@ impl From<serde_json::Error> for JsonError {
 
 /// Parses a document, with or without a byte order mark.
 pub(super) fn parse<T: DeserializeOwned>(text: &[u8]) -> Result<T, JsonError> {
-    let text = text.strip_prefix("\u{FEFF}".as_bytes()).unwrap_or(text);
-    serde_json::from_slice(text).map_err(JsonError::from)
+    serde_json::from_slice(without_mark(text)).map_err(JsonError::from)
+}
+
+/// A text without the byte order mark that editors may write before it.
+pub(super) fn without_mark(text: &[u8]) -> &[u8] {
+    text.strip_prefix("\u{FEFF}".as_bytes()).unwrap_or(text)
 }

@@ -8,7 +8,7 @@ use std::path::PathBuf;
 use common::clips::{small_skeleton, swinging_clip};
 use glam::Vec3;
 use sabaki::anim::JointId;
-use sabaki_import::gltf::{self, GltfError, SkinnedMesh};
+use sabaki_import::gltf::{self, GltfError, GltfFile, SkinnedMesh};
 use sabaki_import::read_mesh;
 use serde_json::{Value, json};
 
@@ -192,4 +192,15 @@ fn meshes_of_other_programs_are_read_with_their_textures() {
         let (head, foot) = (height("neck"), height("foot").max(height("leg_joint_r_5")));
         assert!(head > foot + 0.1, "{head} {foot}");
     }
+}
+
+#[test]
+fn a_byte_order_mark_does_not_matter() {
+    let (mut root, bytes) = with_buffer_beside();
+    root["buffers"][0]["uri"] = json!("mesh.bin");
+    let (plain, marked) = (root.to_string(), format!("\u{FEFF}{root}"));
+    let mesh = |text: &str| SkinnedMesh::parse(text.as_bytes(), |_| Ok(bytes.clone())).unwrap();
+    assert_eq!(mesh(&marked), mesh(&plain));
+    let motion = |text: &str| GltfFile::parse(text.as_bytes(), |_| Ok(bytes.clone())).unwrap();
+    assert_eq!(motion(&marked).animations(), motion(&plain).animations());
 }

@@ -151,7 +151,9 @@ impl Wardrobe {
 fn read_names(path: &Path) -> Result<JointNames, Failure> {
     let wrong = |error: String| Failure::Usage(error).within(path);
     let text = std::fs::read_to_string(path).map_err(|error| wrong(error.to_string()))?;
-    serde_json::from_str(&text).map_err(|error| wrong(error.to_string()))
+    // Editors may write a byte order mark before it.
+    let text = text.strip_prefix('\u{FEFF}').unwrap_or(&text);
+    serde_json::from_str(text).map_err(|error| wrong(error.to_string()))
 }
 
 /// A name that neither side has is a mistake.

@@ -206,7 +206,7 @@ fn meshes_of_files_are_bound_by_names_or_by_a_map() {
             .collect();
         fs::write(
             folder.path().join("map.json"),
-            serde_json::to_vec(&map).unwrap(),
+            format!("\u{FEFF}{}", serde_json::Value::from(map)),
         )
         .unwrap();
     };

@@ -12,6 +12,7 @@ use sabaki::archive::LARGEST_FILE;
 
 use super::GltfError;
 use super::channels::without_nodeless;
+use crate::json::without_mark;
 
 const MAGIC: &[u8] = b"glTF";
 const JSON: &[u8] = b"JSON";
@@ -188,7 +189,7 @@ fn view_buffer(root: &Root, view: Index<View>) -> Option<usize> {
 /// skipped, as the specification requires.
 fn split(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), GltfError> {
     if !bytes.starts_with(MAGIC) {
-        return Ok((bytes, None));
+        return Ok((without_mark(bytes), None));
     }
     let cut_off = || GltfError::Container("it is cut off");
     let word = |at: usize| -> Option<u32> {
