@@ -20,7 +20,7 @@ pub struct Shader {
     pub group: [u32; 3],
     /// Of its buffers, how many are storage buffers.
     pub storage_buffers: u32,
-    /// Its storage and uniform buffers, and its images.
+    /// Its storage, uniform and texel buffers, and its images.
     pub bindings: &'static [Binding],
     /// SPIR-V.
     pub words: &'static [u32],
@@ -37,7 +37,7 @@ pub enum Stage {
     Compute,
 }
 
-/// A storage or uniform buffer that holds one array, or an image.
+/// A storage, uniform or texel buffer that holds one array, or an image.
 #[derive(Clone, Copy, Debug)]
 pub struct Binding {
     /// Descriptor set.

@@ -32,3 +32,9 @@ pub(super) fn read_bytes(path: &Path) -> Result<Vec<u8>, ReadError> {
     }
     Ok(bytes)
 }
+
+/// A text without the byte order mark that editors may write before it.
+#[must_use]
+pub fn without_mark(text: &[u8]) -> &[u8] {
+    text.strip_prefix("\u{FEFF}".as_bytes()).unwrap_or(text)
+}

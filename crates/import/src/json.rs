@@ -1,6 +1,8 @@
 use serde::de::DeserializeOwned;
 use thiserror::Error;
 
+use crate::file::without_mark;
+
 /// An error in a JSON text, with its position.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 #[error("line {line}, column {column}: {message}")]
@@ -30,9 +32,4 @@ impl From<serde_json::Error> for JsonError {
 /// Parses a document, with or without a byte order mark.
 pub(super) fn parse<T: DeserializeOwned>(text: &[u8]) -> Result<T, JsonError> {
     serde_json::from_slice(without_mark(text)).map_err(JsonError::from)
-}
-
-/// A text without the byte order mark that editors may write before it.
-pub(super) fn without_mark(text: &[u8]) -> &[u8] {
-    text.strip_prefix("\u{FEFF}".as_bytes()).unwrap_or(text)
 }

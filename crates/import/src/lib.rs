@@ -35,6 +35,7 @@ pub use error::{
     AttacksError, BodyFileError, EventsError, MassFileError, ObjError, ReadError, RecordingError,
 };
 pub use events::{ClipEvents, EventEntry, EventsFile};
+pub use file::without_mark;
 pub use json::JsonError;
 pub use loaded_clip::LoadedClip;
 pub use masses::MassFile;

@@ -3,7 +3,7 @@ use std::path::Path;
 use tobj::LoadOptions;
 
 use super::error::{ObjError, ReadError};
-use super::file::read_bytes;
+use super::file::{read_bytes, without_mark};
 use crate::fit::{Mesh, MeshPart};
 
 /// Parses the mesh of an OBJ text, in the text's own units and axes. Polygons are divided into
@@ -19,9 +19,7 @@ pub fn parse_obj(text: &[u8]) -> Result<Mesh, ObjError> {
         ignore_lines: true,
         ..LoadOptions::default()
     };
-    // Editors may write a byte order mark before the first line.
-    let text = text.strip_prefix("\u{FEFF}".as_bytes()).unwrap_or(text);
-    let plain = without_extras(text)?;
+    let plain = without_extras(without_mark(text))?;
     let mut text = plain.as_bytes();
     let no_materials = |_: &Path| Ok(Default::default());
     let read = tobj::load_obj_buf(&mut text, &options, no_materials);

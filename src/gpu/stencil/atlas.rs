@@ -47,26 +47,6 @@ impl ReadAs {
     }
 }
 
-/// What a descriptor of the words is written with.
-pub(super) struct WordsInfo {
-    read_as: ReadAs,
-    buffer: [vk::DescriptorBufferInfo; 1],
-    view: [vk::BufferView; 1],
-}
-
-impl WordsInfo {
-    /// The write of the words at binding 0 of a set.
-    pub(super) fn write(&self, set: vk::DescriptorSet) -> vk::WriteDescriptorSet<'_> {
-        let write = vk::WriteDescriptorSet::default()
-            .dst_set(set)
-            .descriptor_type(self.read_as.descriptor());
-        match self.read_as {
-            ReadAs::StorageBuffer => write.buffer_info(&self.buffer),
-            ReadAs::TexelBuffer => write.texel_buffer_view(&self.view),
-        }
-    }
-}
-
 /// Null handles by default; destroying those does nothing.
 #[derive(Debug, Default)]
 pub(super) struct Atlas {
@@ -104,15 +84,24 @@ impl Atlas {
         self.make_set(context)
     }
 
-    /// The words of the maps, for descriptors.
-    pub(super) fn words_info(&self) -> WordsInfo {
-        WordsInfo {
-            read_as: self.read_as,
-            buffer: [vk::DescriptorBufferInfo::default()
-                .buffer(self.words.buffer.handle)
-                .range(vk::WHOLE_SIZE)],
-            view: [self.view],
-        }
+    /// Writes the words to binding 0 of a set.
+    ///
+    /// # Safety
+    /// The set is of the context's device, with a descriptor of this type there, and no command uses it yet.
+    pub(super) unsafe fn write_words(&self, context: &Context, set: vk::DescriptorSet) {
+        let buffer = [vk::DescriptorBufferInfo::default()
+            .buffer(self.words.buffer.handle)
+            .range(vk::WHOLE_SIZE)];
+        let view = [self.view];
+        let write = vk::WriteDescriptorSet::default()
+            .dst_set(set)
+            .descriptor_type(self.read_as.descriptor());
+        let write = match self.read_as {
+            ReadAs::StorageBuffer => write.buffer_info(&buffer),
+            ReadAs::TexelBuffer => write.texel_buffer_view(&view),
+        };
+        // SAFETY: the caller vouches for the set; buffer and view are alive.
+        unsafe { context.device().update_descriptor_sets(&[write], &[]) };
     }
 
     /// Records the copy of the maps from the staging buffer to the device.
@@ -167,8 +156,8 @@ impl Atlas {
         let sets =
             unsafe { device.allocate_descriptor_sets(&info) }.call("vkAllocateDescriptorSets")?;
         self.set = sets[0];
-        // SAFETY: set and buffer are alive, and no command uses the set yet.
-        unsafe { device.update_descriptor_sets(&[self.words_info().write(self.set)], &[]) };
+        // SAFETY: the set is new and of this layout.
+        unsafe { self.write_words(context, self.set) };
         Ok(())
     }
 

@@ -9,7 +9,7 @@
 use ash::vk;
 
 use super::{
-    atlas::Atlas,
+    atlas::{Atlas, ReadAs},
     boxes,
     gathered::{Capacity, Gathered, MOST_BOXES},
     maps::{Maps, Part},
@@ -223,15 +223,21 @@ impl Parts {
         };
         self.discs = Pipeline::new(context, &DISCS, &inputs)?;
         self.atlas.make_layout(context)?;
-        let (candidates, layout) = match counting {
-            Counting::Queries => ([&CANDIDATES, &CANDIDATES_TEXELS], self.atlas.layout),
+        let read_as = self.atlas.read_as;
+        let layout = match counting {
+            Counting::Queries => self.atlas.layout,
             Counting::Atomics => {
                 let slots = desc.frames_in_flight.max(1);
-                self.tally.fill(context, self.atlas.read_as, slots)?;
-                ([&TALLY, &TALLY_TEXELS], self.tally.layout)
+                self.tally.fill(context, read_as, slots)?;
+                self.tally.layout
             }
         };
-        let candidates = candidates[self.atlas.read_as as usize];
+        let candidates = match (counting, read_as) {
+            (Counting::Queries, ReadAs::StorageBuffer) => &CANDIDATES,
+            (Counting::Queries, ReadAs::TexelBuffer) => &CANDIDATES_TEXELS,
+            (Counting::Atomics, ReadAs::StorageBuffer) => &TALLY,
+            (Counting::Atomics, ReadAs::TexelBuffer) => &TALLY_TEXELS,
+        };
         let sets = &[layout];
         self.candidates = Pipeline::new(context, candidates, &PipelineInputs { sets, ..inputs })?;
         Ok(())

@@ -162,20 +162,19 @@ impl Sums {
         let sets =
             unsafe { device.allocate_descriptor_sets(&info) }.call("vkAllocateDescriptorSets")?;
         self.set = sets[0];
-        let words = atlas.words_info();
         let counts = [vk::DescriptorBufferInfo::default()
             .buffer(self.buffer.handle)
             .range(vk::WHOLE_SIZE)];
-        let writes = [
-            words.write(self.set),
-            vk::WriteDescriptorSet::default()
-                .dst_set(self.set)
-                .dst_binding(COUNTS)
-                .descriptor_type(vk::DescriptorType::STORAGE_BUFFER)
-                .buffer_info(&counts),
-        ];
-        // SAFETY: set and buffers are alive, and no command uses the set yet.
-        unsafe { device.update_descriptor_sets(&writes, &[]) };
+        let write = [vk::WriteDescriptorSet::default()
+            .dst_set(self.set)
+            .dst_binding(COUNTS)
+            .descriptor_type(vk::DescriptorType::STORAGE_BUFFER)
+            .buffer_info(&counts)];
+        // SAFETY: the set is new and of this layout, and the buffers are alive.
+        unsafe {
+            atlas.write_words(context, self.set);
+            device.update_descriptor_sets(&write, &[]);
+        }
         Ok(())
     }
 

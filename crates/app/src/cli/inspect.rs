@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use sabaki::anim::{Joint, JointKind};
 use sabaki::archive;
-use sabaki_import::{self, AttackFile, EventsFile, LoadedClip};
+use sabaki_import::{self, AttackFile, EventsFile, LoadedClip, without_mark};
 use serde_json::{Value, json};
 
 use super::bake::own_file;
@@ -58,11 +58,6 @@ fn head(path: &Path) -> std::io::Result<Vec<u8>> {
         .take(1024)
         .read_to_end(&mut bytes)?;
     Ok(without_mark(&bytes).to_vec())
-}
-
-/// A text without the byte order mark that editors may write before it.
-fn without_mark(bytes: &[u8]) -> &[u8] {
-    bytes.strip_prefix("\u{FEFF}".as_bytes()).unwrap_or(bytes)
 }
 
 /// A motion file: its first motion stands for what all of them share.

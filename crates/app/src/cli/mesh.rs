@@ -10,6 +10,7 @@ use sabaki_draw::scene::{
     RiggedMesh, standing_pose,
 };
 use sabaki_import::gltf::{SkinVertex, SkinnedMesh};
+use sabaki_import::without_mark;
 use serde_json::{Value, json};
 
 use super::Failure;
@@ -151,9 +152,7 @@ impl Wardrobe {
 fn read_names(path: &Path) -> Result<JointNames, Failure> {
     let wrong = |error: String| Failure::Usage(error).within(path);
     let text = std::fs::read_to_string(path).map_err(|error| wrong(error.to_string()))?;
-    // Editors may write a byte order mark before it.
-    let text = text.strip_prefix('\u{FEFF}').unwrap_or(&text);
-    serde_json::from_str(text).map_err(|error| wrong(error.to_string()))
+    serde_json::from_slice(without_mark(text.as_bytes())).map_err(|error| wrong(error.to_string()))
 }
 
 /// A name that neither side has is a mistake.

@@ -3,6 +3,7 @@ use glam::DVec3;
 use super::error::quoted;
 use super::{AsfError, AsfProblem};
 use crate::bvh::LARGEST_VALUE;
+use crate::file::without_mark;
 
 /// A line that is neither empty nor a comment.
 #[derive(Clone, Copy, Debug)]
@@ -17,7 +18,7 @@ pub(super) struct Line<'a> {
 /// # Errors
 /// The bytes are not text.
 pub(super) fn lines(bytes: &[u8]) -> Result<impl Iterator<Item = Line<'_>>, AsfError> {
-    let bytes = bytes.strip_prefix("\u{FEFF}".as_bytes()).unwrap_or(bytes);
+    let bytes = without_mark(bytes);
     let text = std::str::from_utf8(bytes).map_err(|error| AsfError {
         line: 1 + bytes[..error.valid_up_to()]
             .iter()

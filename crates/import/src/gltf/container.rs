@@ -12,7 +12,7 @@ use sabaki::archive::LARGEST_FILE;
 
 use super::GltfError;
 use super::channels::without_nodeless;
-use crate::json::without_mark;
+use crate::file::without_mark;
 
 const MAGIC: &[u8] = b"glTF";
 const JSON: &[u8] = b"JSON";
