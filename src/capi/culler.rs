@@ -10,7 +10,7 @@ use super::device::Device;
 use super::graph::Graph;
 use super::memory::HostMemory;
 use super::status::{Failure, NOT_YET, OK, Status, call};
-use super::{given, given_mut};
+use super::{given, given_mut, given_slice, given_slice_mut};
 use crate::anim::{JointTransform, Pose, forward_kinematics};
 use crate::gpu::{self, CullerDesc, Ticket, command_buffer};
 use crate::graph::{EdgeId, Playhead};
@@ -125,7 +125,7 @@ unsafe extern "C" fn sabaki_culler_create(
             other => return Err(format!("there is no path {other}").into()),
         };
         let desc = CullerDesc {
-            frames_in_flight: slots.max(1),
+            frames_in_flight: slots,
             ..CullerDesc::new(path, atlas)
         };
         // SAFETY: the caller's allocator, or none.
@@ -194,10 +194,12 @@ unsafe extern "C" fn sabaki_record(
     call(|| {
         // SAFETY: the caller's culler, place, and that many keys.
         let (culler, place, keys) = unsafe {
-            given(keys, "keys")?;
-            let keys = std::slice::from_raw_parts(keys, key_count);
+            let keys = given_slice(keys, key_count, "keys")?;
             (given_mut(culler, "culler")?, given(place, "place")?, keys)
         };
+        if commands.is_null() {
+            return Err("commands is NULL".to_owned().into());
+        }
         let attack = attack_of(keys)?;
         let request = Request::new(culler.playhead(place)?, &attack);
         // SAFETY: the caller's command buffer, and it vouches for the slot.
@@ -245,10 +247,9 @@ unsafe extern "C" fn sabaki_sample_joints(
     call(|| {
         // SAFETY: the caller's culler, and place for that many joints.
         let (culler, out) = unsafe {
-            given_mut(joints, "joints")?;
             (
                 given_mut(culler, "culler")?,
-                std::slice::from_raw_parts_mut(joints, count),
+                given_slice_mut(joints, count, "joints")?,
             )
         };
         let joints = culler.sample(slot, seconds)?;
@@ -272,10 +273,9 @@ unsafe extern "C" fn sabaki_sample_spheres(
     call(|| {
         // SAFETY: the caller's culler, and place for that many spheres.
         let (culler, out) = unsafe {
-            given_mut(spheres, "spheres")?;
             (
                 given_mut(culler, "culler")?,
-                std::slice::from_raw_parts_mut(spheres, count),
+                given_slice_mut(spheres, count, "spheres")?,
             )
         };
         let baked = Arc::clone(&culler.baked);
@@ -319,6 +319,14 @@ unsafe extern "C" fn sabaki_sample_place(
 
 fn attack_of(keys: &[Key]) -> Result<Attack, String> {
     let of_one = keys.chunk_by(|a, b| a.sphere == b.sphere);
+    let mut names: Vec<u32> = of_one.clone().map(|keys| keys[0].sphere).collect();
+    names.sort_unstable();
+    if let Some(pair) = names.windows(2).find(|pair| pair[0] == pair[1]) {
+        return Err(format!(
+            "the keys of sphere {} do not stand together",
+            pair[0]
+        ));
+    }
     let spheres = of_one.map(|keys| {
         let key = |key: &Key| SphereKey {
             t: key.t,

@@ -34,18 +34,8 @@ pub(super) struct GameSettings {
 }
 
 impl GameSettings {
-    fn settings(&self) -> Result<CharacterSettings, String> {
-        let sound = |value: f32, most: f32| (0.0..=most).contains(&value);
-        let fits = self.threads <= 1024
-            && self.delay <= CharacterSettings::MOST_DELAY
-            && sound(self.horizon, 10.0)
-            && sound(self.margin, 1.0)
-            && sound(self.body_radius, 10.0)
-            && sound(self.plan_milliseconds, 1e6);
-        if !fits {
-            return Err("a setting of the game is out of range".to_owned());
-        }
-        Ok(CharacterSettings {
+    fn settings(&self) -> CharacterSettings {
+        CharacterSettings {
             threads: self.threads as usize,
             delay: self.delay,
             plans_per_step: match self.plans_per_step {
@@ -57,7 +47,7 @@ impl GameSettings {
             body_radius: self.body_radius,
             plan_milliseconds: self.plan_milliseconds,
             ..CharacterSettings::default()
-        })
+        }
     }
 }
 
@@ -94,8 +84,8 @@ unsafe extern "C" fn sabaki_game_create(
             let settings = settings.as_ref();
             (given(graph, "graph")?, settings, given_mut(game, "game")?)
         };
-        let settings = settings.map_or_else(|| Ok(CharacterSettings::default()), |s| s.settings());
-        let characters = Characters::new(Arc::clone(&graph.baked), settings?)?;
+        let settings = settings.map_or_else(CharacterSettings::default, GameSettings::settings);
+        let characters = Characters::new(Arc::clone(&graph.baked), settings)?;
         *out = Box::into_raw(Box::new(Game {
             characters,
             obstacles: Vec::new(),
@@ -234,8 +224,10 @@ unsafe extern "C" fn sabaki_step(
             let game = given_mut(game, "game")?;
             let given = given_slice(obstacles, obstacle_count, "obstacles")?;
             game.obstacles.clear();
-            for obstacle in given {
-                game.obstacles.push(obstacle.obstacle()?);
+            for (index, obstacle) in given.iter().enumerate() {
+                let read = obstacle.obstacle();
+                let read = read.map_err(|error| format!("obstacle {index}: {error}"))?;
+                game.obstacles.push(read);
             }
             game.events.clear();
             game.characters.step(dt, &game.obstacles, &mut game.events);

@@ -6,7 +6,7 @@ use std::ptr::null;
 use std::sync::Arc;
 
 use super::status::{OK, Status, call};
-use super::{given, given_mut, text};
+use super::{given_mut, given_slice, text};
 use crate::archive;
 use crate::maps::BakedGraph;
 
@@ -53,8 +53,7 @@ unsafe extern "C" fn sabaki_graph_load(
     call(|| {
         // SAFETY: the caller gives `size` bytes, and a place for the graph.
         let (bytes, graph) = unsafe {
-            given(bytes, "bytes")?;
-            let bytes = std::slice::from_raw_parts(bytes, size);
+            let bytes = given_slice(bytes, size, "bytes")?;
             (bytes, given_mut(graph, "graph")?)
         };
         let baked = archive::from_bytes(bytes, Path::new("memory"));

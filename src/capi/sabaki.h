@@ -35,7 +35,8 @@ enum {
     SABAKI_DEVICE_LOST = -2  /* a Vulkan call of sabaki returned VK_ERROR_DEVICE_LOST: destroy everything on the device */
 };
 
-/* Message of the last failed call on this thread. Valid until the next call fails. Never NULL. */
+/* Message of the last failed call on this thread, at most 2047 bytes of it. Valid until the next call fails. Never NULL. It may be asked for
+ * as long as the thread runs, also in destructors and in functions that atexit() calls. */
 const char *sabaki_last_error(void);
 
 /* Calls `log` with the message of each call that fails, from the thread of that call; NULL for none, the default. `user` is passed
@@ -121,7 +122,8 @@ typedef struct sabaki_device {
 /* Whether some path runs: SABAKI_OK, or SABAKI_ERROR with a message that names what is missing. If `device->device` is NULL, this
  * asks the physical device for everything that it offers; otherwise it looks at the enabled features and the queue family. If
  * `text` is not NULL, at most `size` bytes are written to it, including the terminating zero: a line for each path ("stencil:
- * runs" or "stencil: lacks ..."), then one for each optional feature that is missing, with its fallback. */
+ * runs" or "stencil: lacks ..."), then one for each optional feature that is missing, with its fallback, then one for each device extension
+ * that must be enabled ("enable VK_..."). */
 sabaki_status sabaki_check(const sabaki_device *device, char *text, size_t size);
 
 typedef enum sabaki_path { SABAKI_STENCIL = 0, SABAKI_COMPUTE = 1 } sabaki_path;
@@ -136,7 +138,7 @@ typedef struct sabaki_place {
 } sabaki_place;
 
 /* A key of an attack. An attack is a set of spheres that move on straight lines from key to key. `t` counts from now, in
- * seconds. The keys of one sphere stand together, in the order of time. */
+ * seconds. The keys of one sphere stand together, in the order of time; otherwise the attack is refused. */
 typedef struct sabaki_key {
     uint32_t sphere;
     float t;
@@ -165,7 +167,7 @@ typedef struct sabaki_joint {
 
 typedef struct sabaki_culler sabaki_culler;
 
-/* Creates pipelines and memory on your device, for `slots` queries in flight. `*culler` is set on success
+/* Creates pipelines and memory on your device, for `slots` queries in flight, at most 4096; 0 counts as 1. `*culler` is set on success
  * only; a failure leaves nothing behind. */
 sabaki_status sabaki_culler_create(const sabaki_graph *graph, const sabaki_device *device, sabaki_path path,
                                    uint32_t slots, sabaki_culler **culler);
@@ -210,16 +212,17 @@ sabaki_status sabaki_sample_place(sabaki_culler *culler, uint32_t slot, float se
 typedef struct sabaki_game sabaki_game;
 
 typedef struct sabaki_game_settings {
-    uint32_t threads;        /* threads of a step; 0 for one per core. Default 1. The result does not depend on it */
+    uint32_t threads;        /* threads of a step, at most 1024; 0 for one per core. Default 1. The result does not depend on it */
     uint32_t delay;          /* steps from a query to the takeover of its answer, at most 60. Default 0 */
     uint32_t plans_per_step; /* most characters that plan in one step, the most urgent first; 0 for no limit, the default */
-    float horizon;           /* a threat is answered when it may hit within this time, seconds. Default 1.6 */
-    float margin;            /* distance that plans keep from threats if they can, metres. Default 0.03 */
-    float body_radius;       /* characters avoid each other as discs of this radius, metres; 0 for not at all, the default */
-    float plan_milliseconds; /* time for plans in one step, the most urgent first; 0 for no limit, the default */
+    float horizon;           /* a threat is answered when it may hit within this time, seconds, at most 60. Default 1.6 */
+    float margin;            /* distance that plans keep from threats if they can, metres, at most 10. Default 0.03 */
+    float body_radius;       /* characters avoid each other as discs of this radius, metres, at most 100; 0 for not at all, the default */
+    float plan_milliseconds; /* time for plans in one step, at most 1000000, the most urgent first; 0 for no limit, the default */
 } sabaki_game_settings;
 
-/* Names a character. It is not used again after the character is gone. */
+/* Names a character. It is not used again after the character is gone; sabaki_load() brings back the names of then, of characters and of
+ * threats. */
 typedef uint64_t sabaki_character;
 
 void sabaki_game_settings_default(sabaki_game_settings *settings);
@@ -230,15 +233,15 @@ void sabaki_game_destroy(sabaki_game *game);
 /* The sum of all steps, seconds. */
 double sabaki_game_now(const sabaki_game *game);
 
-/* Adds a character that stands at (x, z). */
+/* Adds a character that stands at (x, z), at most 5 km from the origin. */
 sabaki_status sabaki_spawn(sabaki_game *game, float x, float z, float heading, sabaki_character *character);
 sabaki_status sabaki_despawn(sabaki_game *game, sabaki_character character);
 
 typedef enum sabaki_goal_kind {
     SABAKI_IDLE = 0,
-    SABAKI_WALK = 1,  /* (x, z): velocity, m/s; `heading` of the body if `has_heading`, otherwise that of the velocity */
+    SABAKI_WALK = 1,  /* (x, z): velocity, at most 100 m/s; `heading` of the body if `has_heading`, otherwise that of the velocity */
     SABAKI_FACE = 2,  /* stands and turns to `heading` */
-    SABAKI_GO_TO = 3, /* (x, z): the point; `speed` on the way */
+    SABAKI_GO_TO = 3, /* (x, z): the point, at most 5 km from the origin; `speed` on the way, at most 100 m/s */
     SABAKI_STOP = 4
 } sabaki_goal_kind;
 
@@ -255,14 +258,14 @@ sabaki_status sabaki_steer(sabaki_game *game, sabaki_character character, const 
 
 /* Spheres that move together, from `time` on, on the clock of sabaki_game_now(). A time in the future announces a threat. */
 typedef struct sabaki_threat {
-    double time;
-    float position[3];            /* then */
-    float velocity[3];            /* then */
-    float gravity;                /* acceleration downwards, m/s^2 */
+    double time;                  /* at most an hour from now */
+    float position[3];            /* then, at most 5 km from the origin */
+    float velocity[3];            /* then, at most 1000 m/s */
+    float gravity;                /* acceleration downwards, m/s^2, -100 to 100 */
     float seconds;                /* time for which it exists, at most 60 */
-    const sabaki_sphere *spheres; /* 1 to 64; centers relative to the position */
+    const sabaki_sphere *spheres; /* 1 to 64; centers relative to the position, at most 100 m away; radii at most 50 m */
     uint32_t sphere_count;
-    uint32_t has_target;          /* 1: only `target` has to avoid it. 0: all */
+    uint32_t has_target;          /* 1: only `target` has to avoid it, which must be there when the threat is added. 0: all */
     sabaki_character target;
 } sabaki_threat;
 
@@ -279,12 +282,13 @@ typedef enum sabaki_obstacle_kind {
     SABAKI_DISC = 4        /* around (a[0], a[2]) within `radius`, of unlimited height */
 } sabaki_obstacle_kind;
 
+/* Points at most 10 km from the origin; sizes, radii and weights above 0. */
 typedef struct sabaki_obstacle {
     uint32_t kind; /* sabaki_obstacle_kind */
     float a[3], b[3];
     float radius, heading;
     float velocity[3];
-    float weight; /* harm of entering it by a metre, against a hit a metre deep; 0 for the default, 4 */
+    float weight; /* harm of entering it by a metre, against a hit a metre deep, at most 1000000; 0 for the default, 4 */
     uint32_t corner_count;
     const float *corners;
 } sabaki_obstacle;
@@ -295,7 +299,7 @@ typedef enum sabaki_event_kind {
     SABAKI_BEGAN = 2,    /* a planned motion began */
     SABAKI_CANNOT = 3,   /* no motion avoids the threats */
     SABAKI_CORNERED = 4, /* none avoids threats and obstacles: `metres` from the threats, `entered` (depth times weight) */
-    SABAKI_MISSED = 5,   /* `threat` has passed, at `metres` */
+    SABAKI_MISSED = 5,   /* `threat` has passed, at `metres`; of one that was too far away all the time, nothing is said */
     SABAKI_HIT = 6       /* `threat` touches the body */
 } sabaki_event_kind;
 
@@ -309,7 +313,8 @@ typedef struct sabaki_event {
     float entered;
 } sabaki_event;
 
-/* Lets `dt` seconds pass. The obstacles are where they are now; no character enters them. */
+/* Lets `dt` seconds pass. More than 1 counts as 1, a negative or infinite number and NaN as 0: a game that was halted goes on where it was. The
+ * obstacles are where they are now; no character enters them. Give all that are within 10 m of a character. */
 sabaki_status sabaki_step(sabaki_game *game, float dt, const sabaki_obstacle *obstacles, size_t obstacle_count);
 /* Writes at most `room` events of the last step; returns how many there are. */
 size_t sabaki_events(const sabaki_game *game, sabaki_event *events, size_t room);
@@ -334,7 +339,7 @@ sabaki_status sabaki_resume(sabaki_game *game, sabaki_character character, const
                             const sabaki_local_pose *now, float seconds);
 
 /* Everything but graph and settings. `*size` is the size that is needed; nothing is written if `room` is 0. What is loaded goes on
- * to the same bit. */
+ * to the same bit; bytes that are damaged, of another graph or of another version of sabaki are refused. */
 sabaki_status sabaki_save(const sabaki_game *game, void *bytes, size_t room, size_t *size);
 sabaki_status sabaki_load(sabaki_game *game, const void *bytes, size_t size);
 

@@ -223,6 +223,9 @@ public:
 private:
     static sabaki_local_pose view(const LocalPose &pose) {
         const std::size_t count = pose.rotations.size() / 4;
+        if (pose.rotations.size() != 4 * count) {
+            throw std::invalid_argument("the rotations of a pose are not four numbers each");
+        }
         if (!pose.translations.empty() && pose.translations.size() != 3 * count) {
             throw std::invalid_argument("rotations and translations of a pose differ in number");
         }

@@ -1,7 +1,7 @@
 //! How calls end, and the words for it.
 
-use std::cell::RefCell;
-use std::ffi::{CString, c_char};
+use std::cell::Cell;
+use std::ffi::{CStr, CString, c_char};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use super::log::log;
@@ -50,8 +50,24 @@ impl From<GpuError> for Failure {
     }
 }
 
+/// Length of [`LAST`], in bytes.
+const ROOM: usize = 2048;
+
 thread_local! {
-    static LAST: RefCell<CString> = RefCell::default();
+    /// The last message of this thread. It has no destructor, so that it lasts as long as the thread: calls come from destructors, too.
+    static LAST: Cell<[u8; ROOM]> = const { Cell::new([0; ROOM]) };
+}
+
+/// Keeps a message, or as much of it as there is room for.
+fn remember(words: &CStr) {
+    let words = words.to_str().unwrap_or_default();
+    let mut end = words.len().min(ROOM - 1);
+    while !words.is_char_boundary(end) {
+        end -= 1;
+    }
+    let mut last = [0; ROOM];
+    last[..end].copy_from_slice(&words.as_bytes()[..end]);
+    LAST.set(last);
 }
 
 /// Runs a call. No panic leaves it.
@@ -61,12 +77,12 @@ pub(super) fn call(work: impl FnOnce() -> Result<Status, Failure>) -> Status {
     ended.unwrap_or_else(|failure| {
         let words = CString::new(failure.words.replace('\0', " ")).unwrap_or_default();
         log(&words);
-        LAST.with(|last| *last.borrow_mut() = words);
+        remember(&words);
         failure.status
     })
 }
 
 #[unsafe(no_mangle)]
 extern "C" fn sabaki_last_error() -> *const c_char {
-    LAST.with(|last| last.borrow().as_ptr())
+    LAST.with(|last| last.as_ptr().cast())
 }

@@ -8,13 +8,15 @@ use super::event::CharacterEvent;
 use super::goal::Goal;
 use super::ids::{CharacterId, ThreatId};
 use super::obstacles::find_bodies;
+use super::range::{ANY, FURTHEST, shorter, within};
+use super::saved::fingerprint;
 use super::scratch::Worker;
 use super::settings::CharacterSettings;
 use super::slot::{PlanQueue, Shared, Slot, Urgent, most_urgent};
 use super::state::CharacterState;
 use super::steer::Steering;
 use super::threat::Threat;
-use super::world::{FURTHEST, KnownThreat, OtherBody, World};
+use super::world::{KnownThreat, OtherBody, World};
 use crate::anim::{JointTransform, Pose, forward_kinematics};
 use crate::graph::{Motion, Playhead};
 use crate::maps::BakedGraph;
@@ -28,6 +30,8 @@ const LONGEST_STEP: f32 = 1.0;
 /// The characters of a game: steered, threatened, and stepped together.
 pub struct Characters {
     pub(super) baked: Arc<BakedGraph>,
+    /// What tells the graph from others.
+    pub(super) fingerprint: u32,
     settings: CharacterSettings,
     steering: Steering,
     pub(super) slots: Vec<Mutex<Slot>>,
@@ -63,6 +67,7 @@ impl Characters {
         let pool = WorkerPool::new(thread_count(settings.threads));
         let workers = (0..pool.threads()).map(|_| Mutex::default()).collect();
         Ok(Self {
+            fingerprint: fingerprint(baked.graph()),
             baked,
             settings,
             steering,
@@ -110,11 +115,11 @@ impl Characters {
     /// Adds a character that stands at a place.
     ///
     /// # Errors
-    /// A place that is not finite or too far away.
+    /// A place that is not finite or more than 5 km from the origin.
     pub fn spawn(&mut self, place: Rigid2) -> Result<CharacterId, CharacterError> {
-        if !place.is_sound(FURTHEST) {
-            return Err(CharacterError::Value("the place"));
-        }
+        let ground = Vec3::new(place.x, 0.0, place.z);
+        shorter("the place's distance from the origin", ground, FURTHEST)?;
+        within("the place's heading", place.heading(), ANY)?;
         let index = self.free.last().copied();
         let index = index.unwrap_or(self.slots.len() as u32);
         let start = self.steering.start(index);
@@ -163,11 +168,9 @@ impl Characters {
     /// Sets what a character does while nothing threatens it.
     ///
     /// # Errors
-    /// An unknown character; a goal with a number that is not finite.
+    /// An unknown character; those of [`Goal::check`].
     pub fn steer(&mut self, id: CharacterId, goal: Goal) -> Result<(), CharacterError> {
-        if !goal.is_sound() {
-            return Err(CharacterError::Value("the goal"));
-        }
+        goal.check()?;
         let state = self.state_mut(id)?;
         state.has_arrived &= state.goal == goal;
         state.goal = goal;
@@ -190,38 +193,18 @@ impl Characters {
     /// speed, at the nearest moment of the clips. It keeps its goal. A character that was not released goes on from there, too.
     ///
     /// # Errors
-    /// An unknown character; poses of another skeleton or with numbers that are not finite; a time between them of less than 0.1 ms or
-    /// more than 1 s.
+    /// An unknown character; poses of another skeleton, with numbers that are not finite, rotations that are not of unit length, or a place
+    /// more than 5 km from the origin or a joint from its parent; a time between them of less than 0.1 ms or more than 1 s.
     pub fn resume(
         &mut self,
         id: CharacterId,
         poses: [&Pose; 2],
         seconds: f32,
     ) -> Result<(), CharacterError> {
-        let joints = self.baked.graph().skeleton().len();
-        let near = |place: &Vec3| place.is_finite() && place.length() < FURTHEST;
-        let sound = |pose: &&Pose| {
-            near(&pose.root)
-                && pose
-                    .rotations
-                    .iter()
-                    .all(|rotation| rotation.is_normalized())
-                && (pose.translations.is_empty() || pose.translations.len() == joints)
-                && pose.translations.iter().all(near)
-        };
-        let other = poses.iter().find(|pose| pose.rotations.len() != joints);
-        if let Some(other) = other {
-            return Err(CharacterError::Joints {
-                needed: joints,
-                found: other.rotations.len(),
-            });
+        for pose in poses {
+            self.check_pose(pose)?;
         }
-        if !poses.iter().all(sound) {
-            return Err(CharacterError::Value("a pose"));
-        }
-        if !(1e-4..=1.0).contains(&seconds) {
-            return Err(CharacterError::Value("the time between the poses"));
-        }
+        within("the time between the poses", seconds, 1e-4..=1.0)?;
         let goal = self.state_mut(id)?.goal;
         let found = self.steering.resume(&self.baked, poses, seconds);
         let motion = found.ok_or(CharacterError::NothingToPlay)?;
@@ -234,10 +217,11 @@ impl Characters {
     /// Adds a threat.
     ///
     /// # Errors
-    /// A threat with a number that is not finite or out of range.
+    /// A threat with a number that is not finite or out of range (see [`Threat`]); a target that is not there.
     pub fn threaten(&mut self, threat: Threat) -> Result<ThreatId, CharacterError> {
-        if !threat.is_sound() {
-            return Err(CharacterError::Value("the threat"));
+        threat.check(self.now)?;
+        if let Some(target) = threat.target {
+            self.with_state(target, |_| ())?;
         }
         let id = ThreatId(self.next_threat);
         self.next_threat += 1;
@@ -249,14 +233,12 @@ impl Characters {
         Ok(id)
     }
 
-    /// Changes a threat: its course, or what is known of it.
+    /// Changes a threat: its course, or what is known of it. A target that is gone is allowed: it concerns nobody then.
     ///
     /// # Errors
     /// An unknown threat; a number that is not finite or out of range.
     pub fn update(&mut self, id: ThreatId, threat: Threat) -> Result<(), CharacterError> {
-        if !threat.is_sound() {
-            return Err(CharacterError::Value("the threat"));
-        }
+        threat.check(self.now)?;
         let index = self.threat_index(id)?;
         let known = &mut self.threats[index];
         known.version = known.version.wrapping_add(1);
@@ -416,6 +398,29 @@ impl Characters {
     /// An unknown character.
     pub fn velocity(&self, id: CharacterId) -> Result<Vec3, CharacterError> {
         self.with_state(id, |state| state.velocity(&self.baked))
+    }
+
+    fn check_pose(&self, pose: &Pose) -> Result<(), CharacterError> {
+        let needed = self.baked.graph().skeleton().len();
+        let translations = match pose.translations.len() {
+            0 => needed,
+            count => count,
+        };
+        for found in [pose.rotations.len(), translations] {
+            if found != needed {
+                return Err(CharacterError::Joints { needed, found });
+            }
+        }
+        let root = "the distance of a pose's root from the origin";
+        shorter(root, pose.root, FURTHEST)?;
+        for rotation in &pose.rotations {
+            let squared = rotation.length_squared();
+            within("the squared length of a rotation", squared, 0.9998..=1.0002)?;
+        }
+        for place in &pose.translations {
+            shorter("the distance of a joint from its parent", *place, FURTHEST)?;
+        }
+        Ok(())
     }
 
     fn threat_index(&self, id: ThreatId) -> Result<usize, CharacterError> {

@@ -2,6 +2,7 @@ use thiserror::Error;
 
 use super::ids::ThreatId;
 use crate::crowd::CrowdError;
+use crate::query::QuerySettingsError;
 
 /// Why a call to [`Characters`](super::Characters) is refused.
 #[derive(Clone, Debug, PartialEq, Error)]
@@ -22,8 +23,20 @@ pub enum CharacterError {
     #[error("the graph has no moment without an event, in which a character could stand")]
     NothingToPlay,
     /// A number is not finite or out of range.
-    #[error("{0} is out of range or has a number that is not finite")]
-    Value(&'static str),
+    #[error("{name} is {value}; it must be {}", range_in_words(*least, *most))]
+    Value {
+        /// Name of the number.
+        name: &'static str,
+        /// The number.
+        value: f32,
+        /// Smallest value that is taken.
+        least: f32,
+        /// Largest value that is taken.
+        most: f32,
+    },
+    /// A setting of the queries is out of range.
+    #[error(transparent)]
+    Query(#[from] QuerySettingsError),
     /// A saved state that is damaged or belongs to another graph.
     #[error("the saved state {0}")]
     Saved(&'static str),
@@ -44,4 +57,12 @@ pub enum CharacterError {
     /// The crowd that poses all characters.
     #[error(transparent)]
     Crowd(#[from] CrowdError),
+}
+
+fn range_in_words(least: f32, most: f32) -> String {
+    match (least > f32::MIN, most < f32::MAX) {
+        (false, _) => "finite".to_owned(),
+        (true, false) => format!("at least {least}"),
+        (true, true) => format!("{least} to {most}"),
+    }
 }

@@ -45,7 +45,7 @@ pub enum CharacterEventKind {
     MissedBy {
         /// The threat.
         threat: ThreatId,
-        /// Smallest distance, in metres; `f32::MAX` if it was never measured, because the body had left before the threat came.
+        /// Smallest distance, in metres. If it is more than 0.3 m, it is that of the moment in which the threat passed.
         metres: f32,
     },
     /// A threat touches the body for the first time.

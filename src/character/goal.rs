@@ -3,7 +3,8 @@ use std::f32::consts::{PI, TAU};
 use glam::{Vec2, Vec3};
 use serde::{Deserialize, Serialize};
 
-use super::world::FURTHEST;
+use super::error::CharacterError;
+use super::range::{ANY, FURTHEST, shorter, within};
 
 /// What a character does while nothing threatens it. Heights are ignored; headings are those of [`Rigid2`](crate::math::Rigid2).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -47,21 +48,22 @@ pub(super) struct Aim {
 pub(super) const STANDING: f32 = 0.15;
 
 impl Goal {
-    /// Whether every number is finite, every speed below 100 m/s and every point within 5 km of the origin.
-    #[must_use]
-    pub fn is_sound(&self) -> bool {
+    /// Checks that every number is finite, every speed at most 100 m/s, and every point within 5 km of the origin.
+    ///
+    /// # Errors
+    /// The first that is not.
+    pub fn check(&self) -> Result<(), CharacterError> {
         const FASTEST: f32 = 100.0;
         match *self {
-            Self::Idle | Self::Stop => true,
+            Self::Idle | Self::Stop => Ok(()),
             Self::Walk { velocity, facing } => {
-                velocity.is_finite()
-                    && velocity.length() < FASTEST
-                    && facing.is_none_or(f32::is_finite)
+                shorter("the speed of the goal", velocity, FASTEST)?;
+                within("the heading of the goal", facing.unwrap_or_default(), ANY)
             }
-            Self::Face { heading } => heading.is_finite(),
+            Self::Face { heading } => within("the heading of the goal", heading, ANY),
             Self::GoTo { point, speed } => {
-                let is_near = point.is_finite() && point.length() < FURTHEST;
-                is_near && (0.0..FASTEST).contains(&speed)
+                shorter("the distance of the goal from the origin", point, FURTHEST)?;
+                within("the speed of the goal", speed, 0.0..=FASTEST)
             }
         }
     }

@@ -63,6 +63,7 @@ mod obstacles;
 mod plan;
 mod playing;
 mod pose_all;
+mod range;
 mod saved;
 mod scratch;
 mod settings;

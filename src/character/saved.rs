@@ -1,4 +1,11 @@
 //! What is saved, and goes on to the same bit.
+//!
+//! ```text
+//! 0   8  "sabgame\n"
+//! 8   4  format version, u32 little-endian
+//! 12  4  CRC-32 of all following bytes, u32 little-endian
+//! 16  …  CharactersState, serialized by postcard
+//! ```
 
 use std::sync::Mutex;
 
@@ -9,13 +16,22 @@ use super::error::CharacterError;
 use super::slot::Slot;
 use super::state::CharacterState;
 use super::world::KnownThreat;
-use crate::graph::Motion;
+use crate::anim::Clip;
+use crate::archive;
+use crate::graph::{Motion, MotionGraph};
 use crate::maps::BakedGraph;
 use sabaki_motion::internal::lock;
+
+const MAGIC: [u8; 8] = *b"sabgame\n";
+const VERSION: u32 = 1;
+/// Length of magic, version and checksum, in bytes.
+const HEADER: usize = 16;
 
 /// Everything about characters and threats but the graph and the settings. Saved and restored, it goes on to the same bit.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CharactersState {
+    /// [`fingerprint`] of the graph.
+    graph: u32,
     slots: Vec<Slot>,
     free: Vec<u32>,
     threats: Vec<KnownThreat>,
@@ -28,6 +44,7 @@ impl Characters {
     #[must_use]
     pub fn state(&self) -> CharactersState {
         CharactersState {
+            graph: self.fingerprint,
             slots: self.slots.iter().map(|slot| lock(slot).clone()).collect(),
             free: self.free.clone(),
             threats: self.threats.clone(),
@@ -41,6 +58,9 @@ impl Characters {
     /// # Errors
     /// A state that is damaged or belongs to another graph. The characters then stay as they are.
     pub fn restore(&mut self, state: CharactersState) -> Result<(), CharacterError> {
+        if state.graph != self.fingerprint {
+            return Err(CharacterError::Saved("belongs to another graph"));
+        }
         state.check(&self.baked)?;
         self.slots = state.slots.into_iter().map(Mutex::new).collect();
         self.free = state.free;
@@ -55,21 +75,41 @@ impl Characters {
     /// # Errors
     /// Memory is exhausted.
     pub fn save(&self) -> Result<Vec<u8>, CharacterError> {
-        postcard::to_stdvec(&self.state())
-            .map_err(|_| CharacterError::Saved("needs too much memory"))
+        let saved = postcard::to_extend(&self.state(), vec![0; HEADER]);
+        let mut bytes = saved.map_err(|_| CharacterError::Saved("needs too much memory"))?;
+        let checksum = crc32fast::hash(&bytes[HEADER..]);
+        bytes[..8].copy_from_slice(&MAGIC);
+        bytes[8..12].copy_from_slice(&VERSION.to_le_bytes());
+        bytes[12..HEADER].copy_from_slice(&checksum.to_le_bytes());
+        Ok(bytes)
     }
 
     /// [`Characters::restore`] from bytes.
     ///
     /// # Errors
-    /// Those of [`Characters::restore`]; bytes that are none of [`Characters::save`].
+    /// Those of [`Characters::restore`]; bytes that are none of [`Characters::save`], damaged, or written by a version of this crate
+    /// that saves something else.
     pub fn load(&mut self, bytes: &[u8]) -> Result<(), CharacterError> {
-        let damaged = |_| CharacterError::Saved("is damaged");
-        let (state, rest) = postcard::take_from_bytes(bytes).map_err(damaged)?;
-        if !rest.is_empty() {
-            return Err(CharacterError::Saved("is longer than it should be"));
+        let wrong = |what| Err(CharacterError::Saved(what));
+        let Some((header, saved)) = bytes.split_at_checked(HEADER) else {
+            return wrong("is too short for one");
+        };
+        if header[..8] != MAGIC {
+            return wrong(match archive::is_baked(bytes) {
+                true => "is a baked graph",
+                false => "does not begin with the mark of one",
+            });
         }
-        self.restore(state)
+        if header[8..12] != VERSION.to_le_bytes() {
+            return wrong("was written by another version of sabaki");
+        }
+        if header[12..] != crc32fast::hash(saved).to_le_bytes() {
+            return wrong("is damaged: its checksum does not fit");
+        }
+        match postcard::take_from_bytes(saved) {
+            Ok((state, [])) => self.restore(state),
+            _ => wrong("is damaged"),
+        }
     }
 }
 
@@ -87,7 +127,7 @@ impl CharactersState {
             times
                 && plays(&playing.motion)
                 && pending.is_none_or(|pending| plays(&pending.motion) && pending.at.is_finite())
-                && state.goal.is_sound()
+                && state.goal.check().is_ok()
                 && state.steer.is_sound()
                 && state.times().iter().all(|time| near_now(*time))
         };
@@ -105,7 +145,10 @@ impl CharactersState {
             && self.free.iter().all(empty)
             && self.free.len() == vacant
             && is_distinct(&self.free)
-            && self.threats.iter().all(|known| known.threat.is_sound())
+            && self
+                .threats
+                .iter()
+                .all(|known| known.threat.check(self.now).is_ok())
             && self.threats.is_sorted_by(|a, b| a.id < b.id)
             && self
                 .threats
@@ -113,9 +156,27 @@ impl CharactersState {
                 .all(|known| known.id.0 < self.next_threat);
         match fits {
             true => Ok(()),
-            false => Err(CharacterError::Saved("does not fit this graph")),
+            false => Err(CharacterError::Saved(
+                "is damaged: it has what no game leads to",
+            )),
         }
     }
+}
+
+/// A number that differs between graphs: of the names of joints and clips, and of the edges.
+pub(super) fn fingerprint(graph: &MotionGraph) -> u32 {
+    let mut hash = crc32fast::Hasher::new();
+    let joints = graph.skeleton().joints().iter().map(|joint| &*joint.name);
+    for name in joints.chain(graph.clips().iter().map(Clip::name)) {
+        hash.update(name.as_bytes());
+        hash.update(b"\n");
+    }
+    for edge in graph.edges() {
+        for number in [edge.from.0, edge.to.0, edge.frames] {
+            hash.update(&number.to_le_bytes());
+        }
+    }
+    hash.finalize()
 }
 
 /// Whether no place is listed twice.

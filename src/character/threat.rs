@@ -1,8 +1,9 @@
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
+use super::error::CharacterError;
 use super::ids::CharacterId;
-use super::world::FURTHEST;
+use super::range::{FURTHEST, shorter, within};
 use crate::maps::SphereKey;
 use crate::math::Sphere;
 
@@ -11,17 +12,18 @@ use crate::math::Sphere;
 /// It exists from [`Threat::time`] on. A time in the future announces a threat, for example a throw that is seen before the ball flies.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Threat {
-    /// Time at which position and velocity hold, on the clock of [`Characters::now`](super::Characters::now), in seconds.
+    /// Time at which position and velocity hold, on the clock of [`Characters::now`](super::Characters::now), in seconds. At most an hour
+    /// from now.
     pub time: f64,
-    /// Position then, in metres.
+    /// Position then, in metres; at most 5 km from the origin.
     pub position: Vec3,
-    /// Velocity then, in metres per second.
+    /// Velocity then, in metres per second; at most 1,000.
     pub velocity: Vec3,
-    /// Acceleration downwards, in metres per second squared. Default 0.
+    /// Acceleration downwards, in metres per second squared; -100 to 100. Default 0.
     pub gravity: f32,
-    /// Spheres that move together, each with its centre relative to the position.
+    /// Spheres that move together, 1 to 64, each with its centre relative to the position, at most 100 m away, and a radius of at most 50 m.
     pub spheres: Vec<Sphere>,
-    /// Time for which it exists, in seconds. Default 10.
+    /// Time for which it exists, in seconds; at most 60. Default 10.
     pub seconds: f32,
     /// The character that has to avoid it; `None` for all.
     pub target: Option<CharacterId>,
@@ -56,19 +58,27 @@ impl Threat {
         }
     }
 
-    /// Whether every number is finite and within what an [`Attack`](crate::query::Attack) may hold.
-    #[must_use]
-    pub fn is_sound(&self) -> bool {
-        const FASTEST: f32 = 1_000.0;
-        let near = |v: Vec3, most: f32| v.is_finite() && v.length() < most;
-        let sphere = |s: &Sphere| near(s.centre, 100.0) && s.radius > 0.0 && s.radius < 50.0;
-        self.time.is_finite()
-            && near(self.position, FURTHEST)
-            && near(self.velocity, FASTEST)
-            && self.gravity.abs() < 100.0
-            && (0.0..=60.0).contains(&self.seconds)
-            && (1..=64).contains(&self.spheres.len())
-            && self.spheres.iter().all(sphere)
+    /// Refuses numbers that are not finite, or more than an [`Attack`](crate::query::Attack) may hold. `now` is the characters' time.
+    pub(super) fn check(&self, now: f64) -> Result<(), CharacterError> {
+        const AN_HOUR: f32 = 3_600.0;
+        let from_now = (self.time - now) as f32;
+        within("the threat's time from now", from_now, -AN_HOUR..=AN_HOUR)?;
+        let place = "the threat's distance from the origin";
+        shorter(place, self.position, FURTHEST)?;
+        shorter("the threat's speed", self.velocity, 1_000.0)?;
+        within("the threat's gravity", self.gravity, -100.0..=100.0)?;
+        within("the threat's duration", self.seconds, 0.0..=60.0)?;
+        let count = self.spheres.len() as f32;
+        within("the threat's number of spheres", count, 1.0..=64.0)?;
+        self.spheres.iter().try_for_each(|sphere| {
+            let place = "the distance of a sphere from the threat's position";
+            shorter(place, sphere.centre, 100.0)?;
+            within(
+                "the radius of a threat's sphere",
+                sphere.radius,
+                1e-6..=50.0,
+            )
+        })
     }
 
     /// Position at a time of the characters' clock.

@@ -16,7 +16,7 @@ use crate::query::clearance::closest;
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Watched {
     id: ThreatId,
-    /// In metres; `f32::MAX` if it was not measured.
+    /// In metres; `f32::MAX` as long as it is not measured.
     metres: f32,
     is_hit: bool,
 }
@@ -67,7 +67,7 @@ impl CharacterState {
     /// Poses the body at the start of a step in which the first threat comes near.
     pub(super) fn look_out(&mut self, id: CharacterId, world: &World<'_>, worker: &mut Worker) {
         let is_new = self.centres.is_empty() && !world.threats.is_empty();
-        if is_new && self.passes(id, world).next().is_some() {
+        if is_new && self.has_to_measure(id, world) {
             self.pose_centres(world, worker);
             self.centres.clone_from(&worker.centres);
         }
@@ -90,24 +90,35 @@ impl CharacterState {
                 self.watch_for(known.id);
             }
         }
-        match self.passes(id, world).next() {
-            Some(_) => self.measure(id, world, worker),
-            None => self.centres.clear(),
+        match self.has_to_measure(id, world) {
+            true => self.measure(id, world, worker),
+            false => self.centres.clear(),
         }
         self.say_what_has_passed(id, &later);
     }
 
-    /// The threats that may touch the body in this step.
-    fn passes<'w>(
-        &self,
-        id: CharacterId,
-        world: &'w World<'_>,
-    ) -> impl Iterator<Item = Pass<'w>> + use<'w> {
-        let playing = &self.playing;
-        let root = playing.motion.root(world.baked.graph(), playing.seconds);
-        let passes = world.threats_of(id);
-        let passes = passes.filter_map(|known| Pass::of(known, world));
-        passes.filter(move |pass| pass.comes_near(root, world))
+    /// The threats that exist in this step.
+    fn passes<'w>(id: CharacterId, world: &'w World<'_>) -> impl Iterator<Item = Pass<'w>> {
+        let threats = world.threats_of(id);
+        threats.filter_map(|known| Pass::of(known, world))
+    }
+
+    /// Whether anything has to be measured in this step.
+    fn has_to_measure(&self, id: CharacterId, world: &World<'_>) -> bool {
+        let root = self.root(world);
+        Self::passes(id, world).any(|pass| self.has_to_be_measured(&pass, root, world))
+    }
+
+    /// Whether a threat may touch the body in this step, or passes at a distance that is not measured yet.
+    fn has_to_be_measured(&self, pass: &Pass<'_>, root: Vec3, world: &World<'_>) -> bool {
+        pass.comes_near(root, world) || self.is_missed(pass, root, world)
+    }
+
+    /// Whether a threat that is watched passes without having come near.
+    fn is_missed(&self, pass: &Pass<'_>, root: Vec3, world: &World<'_>) -> bool {
+        let id = pass.known.id;
+        let is_unmeasured = |one: &Watched| one.id == id && one.metres == f32::MAX;
+        self.watched.iter().any(is_unmeasured) && pass.known.threat.has_passed(world.end(), root)
     }
 
     fn watch_for(&mut self, id: ThreatId) -> &mut Watched {
@@ -123,6 +134,11 @@ impl CharacterState {
         &mut self.watched[place]
     }
 
+    fn root(&self, world: &World<'_>) -> Vec3 {
+        let playing = &self.playing;
+        playing.motion.root(world.baked.graph(), playing.seconds)
+    }
+
     fn pose_centres(&self, world: &World<'_>, worker: &mut Worker) {
         let playing = &self.playing;
         worker.pose_body(world.baked, playing.motion.moment_at(playing.seconds));
@@ -134,7 +150,11 @@ impl CharacterState {
         if self.centres.len() != worker.centres.len() {
             self.centres.clone_from(&worker.centres);
         }
-        for pass in self.passes(id, world) {
+        let root = self.root(world);
+        for pass in Self::passes(id, world) {
+            if !self.has_to_be_measured(&pass, root, world) {
+                continue;
+            }
             let body = [&self.centres[..], &worker.centres[..]];
             let metres = pass.distance(world, body);
             let watched = self.watch_for(pass.known.id);
@@ -151,10 +171,7 @@ impl CharacterState {
 
     /// Forgets the threats that are gone or have passed, and says by how much those missed that did not hit.
     fn say_what_has_passed(&mut self, me: CharacterId, later: &World<'_>) {
-        let root = self
-            .playing
-            .motion
-            .root(later.baked.graph(), self.playing.seconds);
+        let root = self.root(later);
         let mut place = 0;
         while let Some(&Watched { id, metres, is_hit }) = self.watched.get(place) {
             let known = later.threats_of(me).find(|known| known.id == id);
@@ -167,7 +184,7 @@ impl CharacterState {
                 continue;
             }
             self.watched.swap_remove(place);
-            if known.is_some() && !is_hit {
+            if known.is_some() && !is_hit && metres < f32::MAX {
                 let missed = CharacterEventKind::MissedBy { threat: id, metres };
                 self.events.push((later.now, missed));
             }

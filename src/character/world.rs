@@ -8,9 +8,6 @@ use super::threat::Threat;
 use crate::maps::BakedGraph;
 use crate::query::Obstacle;
 
-/// Largest distance of places, points and threats from the origin, in metres.
-pub(super) const FURTHEST: f32 = 5_000.0;
-
 /// What all characters of a step share.
 pub(super) struct World<'a> {
     pub baked: &'a BakedGraph,

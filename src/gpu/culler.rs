@@ -8,6 +8,7 @@ use super::{
     Context, Counting, CullerDesc, GpuError, Memory, PassTime,
     compute::ComputePath,
     device_path::{CullRequest, DevicePath},
+    error::within,
     passes::{Passes, Stamps},
     stencil::StencilPath,
     uploaded::Upload,
@@ -74,6 +75,8 @@ impl Culler {
         memory: &mut dyn Memory,
         desc: &CullerDesc<'_>,
     ) -> Result<Self, GpuError> {
+        let (frames, most) = (desc.frames_in_flight, CullerDesc::MOST_FRAMES);
+        within("CullerDesc::frames_in_flight", frames.into(), most.into())?;
         let implementation: Box<dyn DevicePath> = match desc.path {
             CullPath::Stencil => Box::new(StencilPath::new(context, memory, desc)?),
             CullPath::Compute => Box::new(ComputePath::new(context, memory, desc)?),

@@ -23,7 +23,7 @@ pub struct CullerDesc<'a> {
     pub counted: Counted,
     /// Maximum number of candidates of a cull. Default 1,024 for the stencil path, 4,096 for the compute path.
     pub max_candidates: u32,
-    /// Maximum number of culls in flight. Default 2.
+    /// Maximum number of culls in flight, at most [`CullerDesc::MOST_FRAMES`]; 0 counts as 1. Default 2.
     pub frames_in_flight: u32,
     /// Whether the device measures each pass, for [`Culler::pass_times`](super::Culler::pass_times). Default false.
     pub timestamps: bool,
@@ -36,6 +36,9 @@ pub struct CullerDesc<'a> {
 }
 
 impl<'a> CullerDesc<'a> {
+    /// Largest [`CullerDesc::frames_in_flight`].
+    pub const MOST_FRAMES: u32 = 4096;
+
     /// Default settings for a path.
     #[must_use]
     pub fn new(path: CullPath, atlas: &'a RegionAtlas) -> Self {

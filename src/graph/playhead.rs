@@ -5,6 +5,9 @@ use crate::anim::{Pose, forward_kinematics};
 use crate::math::Rigid2;
 use sabaki_motion::internal::Facing;
 
+/// Distance from the origin beyond which a transform is replaced, in metres. No character walks so far.
+const NOWHERE: f32 = 1e7;
+
 /// A character's position in the graph and in the world.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Playhead {
@@ -32,15 +35,13 @@ impl Playhead {
         }
     }
 
-    /// Whether the graph has this edge and frame and the transform is finite. It checks playheads
-    /// that come from a file.
+    /// Whether the graph has this edge and frame and the transform is finite and leads no further
+    /// than 10,000 km. It checks playheads that come from a file.
     #[must_use]
     pub fn is_sound(&self, graph: &MotionGraph) -> bool {
-        /// Maximum distance from the origin, in metres.
-        const FURTHEST: f32 = 10_000.0;
         let edge = graph.edges().get(self.edge.index());
         edge.is_some_and(|edge| (0.0..=edge.frames as f32).contains(&self.frame))
-            && self.clip_to_world.is_sound(FURTHEST)
+            && self.clip_to_world.is_sound(NOWHERE)
     }
 
     /// Returns a valid playhead: this one if the graph has its edge and frame. Otherwise the frame
@@ -52,8 +53,6 @@ impl Playhead {
     /// graph.
     #[must_use]
     pub fn sanitized(self, graph: &MotionGraph) -> Self {
-        /// Distance beyond which a transform is replaced, in metres.
-        const NOWHERE: f32 = 1e7;
         let last = graph.edge(self.edge).frames as f32;
         let sound = self.clip_to_world.is_sound(NOWHERE);
         Self {

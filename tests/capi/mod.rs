@@ -98,6 +98,8 @@ fn programs_in_c_and_cpp_read_and_dodge() {
     let said = output_of(Command::new(reader).args([&file, &damaged]));
     assert!(said.contains("24 joints, the last is "), "{said}");
     assert!(said.contains("refused: "), "{said}");
+    // One from a thread's destructor, one from a global's.
+    assert_eq!(said.matches("too late").count(), 2, "{said}");
 
     let game = program("cc", "-std=c99", "game.c", folder.path());
     let said = output_of(Command::new(game).arg(&file));

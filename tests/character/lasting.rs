@@ -5,8 +5,8 @@
 use glam::{Quat, Vec2, Vec3};
 use sabaki::anim::Pose;
 use sabaki::character::{
-    CharacterError, CharacterEvent, CharacterEventKind, CharacterId, CharacterSettings, Characters,
-    Goal, SteerSettings, Threat,
+    CharacterEvent, CharacterEventKind, CharacterId, CharacterSettings, Characters, Goal,
+    SteerSettings, Threat,
 };
 use sabaki::math::Rigid2;
 use sabaki::query::Obstacle;
@@ -321,10 +321,26 @@ fn what_is_out_of_range_is_refused() {
         rotations: vec![Quat::IDENTITY; skeleton],
         translations,
     };
-    for wrong in [vec![Vec3::ZERO], vec![Vec3::NAN; skeleton]] {
-        let wrong = pose(wrong);
+    let wrong = [
+        (
+            pose(vec![Vec3::ZERO]),
+            format!("1 joints are given; the skeleton has {skeleton}"),
+        ),
+        (
+            pose(vec![Vec3::NAN; skeleton]),
+            "the distance of a joint from its parent is NaN; it must be 0 to 5000".to_owned(),
+        ),
+        (
+            Pose {
+                rotations: vec![Quat::IDENTITY * 2.0; skeleton],
+                ..pose(Vec::new())
+            },
+            "the squared length of a rotation is 4; it must be 0.9998 to 1.0002".to_owned(),
+        ),
+    ];
+    for (wrong, words) in wrong {
         let found = game.resume(id, [&wrong, &wrong], 0.1);
-        assert!(matches!(found, Err(CharacterError::Value(_))), "{found:?}");
+        assert_eq!(found.unwrap_err().to_string(), words);
     }
     let steer = [
         SteerSettings {

@@ -1,7 +1,10 @@
 //! Promise: what is saved goes on to the same bit, in bytes and by serde; damaged bytes are refused or harmless.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
-use sabaki::character::{CharacterEventKind, CharacterSettings, Characters, CharactersState};
+use glam::Vec3;
+use sabaki::character::{CharacterEventKind, CharacterSettings, Characters, CharactersState, Goal};
+use sabaki::math::Rigid2;
+use sabaki_testing::baked::embedded;
 use sabaki_testing::random::Random;
 
 use super::world::{ball, characters, play, spawn};
@@ -77,8 +80,14 @@ fn what_is_saved_does_not_depend_on_the_threads() {
     }
 }
 
+/// Writes the checksum of what follows it.
+fn seal(saved: &mut [u8]) {
+    let checksum = crc32fast::hash(&saved[16..]);
+    saved[12..16].copy_from_slice(&checksum.to_le_bytes());
+}
+
 #[test]
-fn damaged_bytes_are_refused_or_harmless() {
+fn damaged_bytes_are_refused_and_those_with_a_checksum_are_harmless() {
     let bytes = dodging().save().unwrap();
     let mut random = Random::new(23);
     let mut game = fresh();
@@ -89,10 +98,54 @@ fn damaged_bytes_are_refused_or_harmless() {
             0 => damaged.truncate(random.below(bytes.len())),
             _ => damaged[random.below(bytes.len())] ^= 1 << random.below(8),
         }
+        assert!(game.load(&damaged).is_err());
+        if damaged.len() > 16 {
+            seal(&mut damaged);
+        }
         match game.load(&damaged) {
             Ok(()) => drop(play(&mut game, 2)),
             Err(_) => refused += 1,
         }
     }
     assert!(refused > 100, "{refused}");
+}
+
+#[test]
+fn what_is_not_a_saved_game_of_this_graph_is_refused_by_name() {
+    let bytes = dodging().save().unwrap();
+    let mut game = fresh();
+    let mut refusal = |bytes: &[u8]| game.load(bytes).unwrap_err().to_string();
+    let graph = sabaki::archive::to_bytes(embedded()).unwrap();
+    assert_eq!(refusal(&graph), "the saved state is a baked graph");
+    assert_eq!(refusal(&[]), "the saved state is too short for one");
+    let mut other = bytes.clone();
+    other[8] += 1;
+    let words = "the saved state was written by another version of sabaki";
+    assert_eq!(refusal(&other), words);
+    other = bytes.clone();
+    // The number of the graph comes first.
+    other[16] ^= 1;
+    seal(&mut other);
+    assert_eq!(refusal(&other), "the saved state belongs to another graph");
+}
+
+#[test]
+fn a_game_far_from_the_origin_is_saved() {
+    let mut game = characters(CharacterSettings::default());
+    let id = game.spawn(Rigid2::new(0.0, 0.0, 4_999.0)).unwrap();
+    let velocity = Vec3::new(0.0, 0.0, 4.0);
+    let facing = None;
+    game.steer(id, Goal::Walk { velocity, facing }).unwrap();
+    // Steps of a second, and more of them than it needs.
+    let mut steps = 0..30_000;
+    while game.place(id).unwrap().z < 10_100.0 {
+        assert!(steps.next().is_some(), "{:?}", game.place(id));
+        game.step(1.0, &[], &mut Vec::new());
+    }
+    let bytes = game.save().unwrap();
+    let mut other = characters(CharacterSettings::default());
+    other.load(&bytes).unwrap();
+    play(&mut game, 100);
+    play(&mut other, 100);
+    assert!(game.save().unwrap() == other.save().unwrap());
 }

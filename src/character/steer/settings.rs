@@ -1,5 +1,8 @@
 use serde::{Deserialize, Serialize};
 
+use super::super::error::CharacterError;
+use super::super::range::within;
+
 /// Limits of steering.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SteerSettings {
@@ -47,23 +50,23 @@ impl Default for SteerSettings {
 }
 
 impl SteerSettings {
-    /// Whether every number is finite and in its range.
-    pub(in crate::character) fn is_sound(&self) -> bool {
-        let most = [
-            (self.interval, 60.0),
-            (self.blend, 10.0),
-            (self.gain, 1e6),
-            (self.turn, 100.0),
-            (self.standing_turn, 100.0),
-            (self.jump_turn, 10.0),
-            (self.clearance, 100.0),
-            (self.foresight, 60.0),
-            (self.repeat, 3600.0),
-        ];
-        most.iter()
-            .all(|(value, most)| (0.0..=*most).contains(value))
-            && 0.1 <= self.slowest
-            && self.slowest <= self.fastest
-            && self.fastest <= 10.0
+    /// Refuses what no step could use.
+    pub(in crate::character) fn check(&self) -> Result<(), CharacterError> {
+        for (name, value, least, most) in [
+            ("the time between searches", self.interval, 0.0, 60.0),
+            ("the time of a jump's blend", self.blend, 0.0, 10.0),
+            ("the gain of a jump", self.gain, 0.0, 1e6),
+            ("the slowest rate", self.slowest, 0.1, 10.0),
+            ("the fastest rate", self.fastest, self.slowest, 10.0),
+            ("the turn of what walks", self.turn, 0.0, 100.0),
+            ("the turn of what stands", self.standing_turn, 0.0, 100.0),
+            ("the turn of a jump", self.jump_turn, 0.0, 10.0),
+            ("the distance from obstacles", self.clearance, 0.0, 100.0),
+            ("the foresight", self.foresight, 0.0, 60.0),
+            ("the time without repetition", self.repeat, 0.0, 3600.0),
+        ] {
+            within(name, value, least..=most)?;
+        }
+        Ok(())
     }
 }

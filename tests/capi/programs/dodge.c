@@ -167,15 +167,18 @@ static void fail_to_record(const sabaki_graph *graph, sabaki_device host, sabaki
     const sabaki_place place = {0, 0.0f, 2.0f, -1.0f, 0.5f};
     const sabaki_key ball[2] = {{0, 0.9f, {3.4f, 1.5f, 1.6f}, 0.1f}, {0, 1.4f, {1.5f, 1.5f, -1.9f}, 0.1f}};
     sabaki_answer answer = {0}, lost = {0};
+    void *commands = &blocks; /* Nothing is recorded. */
+    if (sabaki_record(culler, 0, 0, &place, ball, 2) != SABAKI_ERROR) fail("no command buffer");
+    if (!strstr(sabaki_last_error(), "commands is NULL")) fail("the words for it");
     flushes_fail = -1; /* VK_ERROR_OUT_OF_HOST_MEMORY */
-    check(sabaki_record(culler, 0, 0, &place, ball, 2), "sabaki_record");
+    check(sabaki_record(culler, 0, commands, &place, ball, 2), "sabaki_record");
     check(sabaki_poll(culler, 0, &answer), "sabaki_poll");
     if (!answer.counted_by_cpu) fail("who counted");
-    if (sabaki_record(culler, 0, 0, &place, ball, 0) != SABAKI_ERROR) fail("an attack of nothing");
+    if (sabaki_record(culler, 0, commands, &place, ball, 0) != SABAKI_ERROR) fail("an attack of nothing");
     sabaki_place then;
     check(sabaki_sample_place(culler, 0, 1.0f, &then), "an answer after a question that was refused");
     flushes_fail = -4; /* VK_ERROR_DEVICE_LOST */
-    if (sabaki_record(culler, 0, 0, &place, ball, 2) != SABAKI_DEVICE_LOST) fail("a lost device");
+    if (sabaki_record(culler, 0, commands, &place, ball, 2) != SABAKI_DEVICE_LOST) fail("a lost device");
     check(sabaki_answer_now(culler, 0, &lost), "sabaki_answer_now");
     if (memcmp(&answer, &lost, sizeof answer) != 0) fail("answers differ");
     flushes_fail = 0;
@@ -224,6 +227,9 @@ static int dodge(const sabaki_graph *graph, const sabaki_device *host, sabaki_pa
     if (sabaki_record(culler, 2, commands, &place, ball, 2) != SABAKI_ERROR) fail("a slot that is not there");
     if (sabaki_record(culler, 0, commands, &place, ball, 0) != SABAKI_ERROR) fail("an attack of nothing");
     if (!strstr(sabaki_last_error(), "no spheres")) fail("the words for it");
+    const sabaki_key mixed[3] = {ball[0], {7, 0.9f, {3.4f, 1.5f, 1.6f}, 0.1f}, ball[1]};
+    if (sabaki_record(culler, 0, commands, &place, mixed, 3) != SABAKI_ERROR) fail("keys that stand apart");
+    if (!strstr(sabaki_last_error(), "keys of sphere 0 do not stand together")) fail("the words for it");
 
     /* Where the character is at the ball's last moment: its spheres are as far from the ball as the answer says, or further. */
     uint32_t count = sabaki_graph_spheres(graph), i;
@@ -275,6 +281,9 @@ int main(int count, char **arguments) {
     host.allocator = &allocator;
     avoided = dodge(graph, &host, SABAKI_COMPUTE) && avoided;
     if (blocks.live) fail("blocks that were not released");
+    sabaki_culler *culler = 0;
+    if (sabaki_culler_create(graph, &host, SABAKI_COMPUTE, UINT32_MAX, &culler) != SABAKI_ERROR) fail("too many slots");
+    if (!strstr(sabaki_last_error(), "4096") || culler) fail("the words for it");
     run_out_of_memory(graph, host, SABAKI_STENCIL);
     run_out_of_memory(graph, host, SABAKI_COMPUTE);
     fail_to_record(graph, host, SABAKI_STENCIL);

@@ -54,8 +54,45 @@ static void replace_log(void) {
     pthread_join(thread, 0);
 }
 
+/* The end of a program is no reason to abort, nor to forget. */
+static void fail_at_the_end(void) {
+    sabaki_graph *graph = 0;
+    if (sabaki_graph_load(0, 1, &graph) != SABAKI_ERROR) _exit(4);
+    if (strcmp(sabaki_last_error(), "bytes is NULL") != 0) _exit(5);
+}
+
+static pthread_key_t at_the_end_of_a_thread;
+
+static void fail_with_the_thread(void *user) {
+    fail_at_the_end();
+    *(int *)user = 1;
+}
+
+static void *fail_and_end(void *user) {
+    if (pthread_setspecific(at_the_end_of_a_thread, user) != 0) fail("a key");
+    return open_nothing(user);
+}
+
+static void fail_in_destructors(void) {
+    pthread_t thread;
+    int has_failed = 0;
+    if (pthread_key_create(&at_the_end_of_a_thread, fail_with_the_thread) != 0) fail("a key");
+    if (pthread_create(&thread, 0, fail_and_end, &has_failed) != 0) fail("a thread");
+    pthread_join(thread, 0);
+    if (!has_failed) fail("a destructor");
+    atexit(fail_at_the_end);
+}
+
+/* Checks that a call failed, with words that have these in them. */
+static void refused(sabaki_status status, const char *words) {
+    if (status == SABAKI_ERROR && strstr(sabaki_last_error(), words)) return;
+    fprintf(stderr, "not in the message: %s\n", words);
+    fail("what was to be refused");
+}
+
 int main(int arguments, char **argument) {
     if (arguments != 2) return 2;
+    fail_in_destructors();
     int one = 1;
     replace_log();
     sabaki_set_log(count, &one);
@@ -66,6 +103,9 @@ int main(int arguments, char **argument) {
     settings.threads = 2;
     settings.body_radius = 0.25f;
     sabaki_game *game = 0, *other = 0;
+    settings.horizon = 61;
+    refused(sabaki_game_create(graph, &settings, &game), "the horizon is 61; it must be 0 to 60");
+    settings.horizon = 1.6f;
     check(sabaki_game_create(graph, &settings, &game), "sabaki_game_create");
     check(sabaki_game_create(graph, &settings, &other), "sabaki_game_create");
     uint32_t joints = sabaki_graph_joints(graph), i;
@@ -82,6 +122,12 @@ int main(int arguments, char **argument) {
     threat.target = me;
     uint64_t id = 0;
     check(sabaki_threaten(game, &threat, &id), "sabaki_threaten");
+    threat.position[0] = 6000;
+    refused(sabaki_update_threat(game, id, &threat), "distance from the origin is 6000");
+    threat.target = 77;
+    threat.position[0] = 0;
+    refused(sabaki_threaten(game, &threat, &id), "no character 77");
+    threat.target = me;
     threat.position[0] = 0.05f;
     check(sabaki_update_threat(game, id, &threat), "sabaki_update_threat");
     const float corners[6] = {4, 5, 5, 5, 5, 6};
@@ -149,7 +195,7 @@ int main(int arguments, char **argument) {
 
     logged = 0;
     solids[1].corner_count = 2;
-    if (sabaki_step(game, 0.1f, solids, 3) != SABAKI_ERROR) fail("a polygon of two corners");
+    refused(sabaki_step(game, 0.1f, solids, 3), "obstacle 1: a polygon needs");
     if (sabaki_load(game, bytes, size - 1) != SABAKI_ERROR) fail("a damaged game");
     if (sabaki_remove_threat(game, 99) != SABAKI_ERROR) fail("a threat that is not there");
     check(sabaki_despawn(game, you), "sabaki_despawn");

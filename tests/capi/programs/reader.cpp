@@ -2,6 +2,7 @@
 #include "sabaki.hpp"
 
 #include <cstdint>
+#include <cstdio>
 #include <fstream>
 #include <iostream>
 #include <iterator>
@@ -18,7 +19,22 @@ sabaki::Graph load(const std::string &path) {
 
 } // namespace
 
+// Fails when the program has ended.
+struct Late {
+    ~Late() {
+        try {
+            sabaki::Graph::load("", 0);
+        } catch (const sabaki::Error &) {
+            std::puts("too late");
+        }
+    }
+};
+
+static Late late;
+thread_local Late late_of_thread;
+
 int main(int count, char **arguments) {
+    (void)&late_of_thread;
     if (count != 3) {
         return 2;
     }
@@ -36,6 +52,13 @@ int main(int count, char **arguments) {
     game.resume(character, pose, pose, 1.0f / 60);
     if (game.local_pose(character).translations.size() != 3 * graph.joints()) {
         return 6;
+    }
+    sabaki::LocalPose odd = pose;
+    odd.rotations.pop_back();
+    try {
+        game.resume(character, odd, odd, 1.0f / 60);
+        return 8;
+    } catch (const std::invalid_argument &) {
     }
     pose.translations.pop_back();
     try {

@@ -2,11 +2,10 @@
 
 use std::sync::Arc;
 
-use sabaki::character::CharacterError;
 use sabaki::math::in_parallel;
 use sabaki_app::play::{
-    CROWD, CrowdedTimes, IdleReport, Outcome, PLAN_MILLISECONDS, PLANS_PER_STEP, Scenario,
-    Scenarios, Sight, SteerReport, Surroundings, crowded, idle,
+    CROWD, CrowdedTimes, IdleReport, Outcome, PLAN_MILLISECONDS, PLANS_PER_STEP, PlayError,
+    Scenario, Scenarios, Sight, SteerReport, Surroundings, crowded, idle,
 };
 use serde_json::{Value, json};
 
@@ -83,10 +82,13 @@ struct Report {
     times: CrowdedTimes,
 }
 
+fn refused(error: impl Into<PlayError>) -> Failure {
+    Failure::Usage(error.into().to_string())
+}
+
 pub(crate) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
     let baked = Arc::new(args.graph.load()?.graph);
     let threads = args.threads as usize;
-    let refused = |error: CharacterError| Failure::Usage(error.to_string());
     cancel::listen();
     let bar = output::progress("playing", args.threats * ROWS.len() as u64);
     let scenarios = Scenarios::new(&baked, args.seed).map_err(refused)?;

@@ -18,6 +18,7 @@ use sabaki_draw::scene::{Camera, Capsule, Figure, Light, Look, Mesh, Outfit, Sho
 
 use super::Event;
 use crate::demo::throw::random_of;
+use crate::play::PlayError;
 
 /// Half of the side of the room, in metres.
 const ROOM: f32 = 6.0;
@@ -101,7 +102,7 @@ impl Drive {
     ///
     /// # Errors
     /// A graph in which nothing can be played.
-    pub fn new(baked: &BakedGraph, seed: u64) -> Result<Self, CharacterError> {
+    pub fn new(baked: &BakedGraph, seed: u64) -> Result<Self, PlayError> {
         let settings = CharacterSettings {
             body_radius: 0.3,
             ..CharacterSettings::default()
@@ -117,7 +118,7 @@ impl Drive {
             let inward = Rigid2::facing(-place, place.x, place.y);
             opponents.push(characters.spawn(inward)?);
         }
-        let obstacles = room().map_err(|_| CharacterError::Value("the room"))?;
+        let obstacles = room()?;
         Ok(Self {
             dodges_alone: true,
             characters,

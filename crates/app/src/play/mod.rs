@@ -9,12 +9,25 @@ mod threats;
 use sabaki::anim::JointTransform;
 use sabaki::character::{CharacterError, CharacterId, Characters};
 use sabaki::graph::{EdgeMotion, MotionGraph, Playhead};
+use sabaki::query::ObstacleError;
+use thiserror::Error;
 
 pub use crowded::{CROWD, CrowdTimes, CrowdedTimes, PLAN_MILLISECONDS, PLANS_PER_STEP, crowded};
 pub use idle::{IdleReport, idle};
 pub use room::Surroundings;
 pub use steering::SteerReport;
 pub use threats::{Outcome, Scenario, Scenarios, Sight};
+
+/// Why a game could not be played.
+#[derive(Debug, Error)]
+pub enum PlayError {
+    /// A call to the characters.
+    #[error(transparent)]
+    Character(#[from] CharacterError),
+    /// A wall or a piece of furniture.
+    #[error(transparent)]
+    Obstacle(#[from] ObstacleError),
+}
 
 /// Duration of a frame, in seconds.
 pub const FRAME: f32 = 1.0 / 60.0;

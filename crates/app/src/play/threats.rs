@@ -16,7 +16,7 @@ use sabaki::math::Rigid2;
 use sabaki::query::Obstacle;
 
 use super::room::{Room, Surroundings};
-use super::{FRAME, joints_of};
+use super::{FRAME, PlayError, joints_of};
 use crate::demo::throw::{ThrowSettings, random_of};
 
 /// What is seen of the balls.
@@ -122,7 +122,7 @@ impl Scenarios {
     ///
     /// # Errors
     /// Those of the characters.
-    pub fn run(&self, scenario: Scenario, index: u64) -> Result<Outcome, CharacterError> {
+    pub fn run(&self, scenario: Scenario, index: u64) -> Result<Outcome, PlayError> {
         let new = || Characters::new(Arc::clone(&self.baked), CharacterSettings::default());
         let kept = self
             .idle
@@ -146,14 +146,13 @@ impl Scenarios {
         [game, ahead]: &mut [Characters; 2],
         scenario: Scenario,
         index: u64,
-    ) -> Result<Outcome, CharacterError> {
+    ) -> Result<Outcome, PlayError> {
         let mut random = random_of(self.seed, index);
         game.restore(self.blank.clone())?;
         game.set_delay(scenario.delay)?;
         ahead.set_delay(scenario.delay)?;
         let id = game.spawn(Rigid2::IDENTITY)?;
-        let room = Room::new(scenario.around, &mut random_of(self.seed ^ 0x5eed, index));
-        let room = room.map_err(|_| CharacterError::Value("the room"))?;
+        let room = Room::new(scenario.around, &mut random_of(self.seed ^ 0x5eed, index))?;
         let heading = random.random::<f32>() * TAU;
         let speed = 0.8 + 1.2 * random.random::<f32>();
         if random.random::<f32>() < 0.6 {
