@@ -6,6 +6,8 @@ use std::path::Path;
 
 use sabaki::anim::Skeleton;
 use sabaki::archive::LARGEST_FILE;
+use sabaki::character::CharacterSettings;
+use sabaki::gpu::CullerDesc;
 use sabaki::graph::GraphSettings;
 use sabaki::lod::LevelSettings;
 use sabaki::maps::{MapGrid, PathSettings};
@@ -108,6 +110,14 @@ fn the_limits_are_those_of_the_code() {
         ("Attack::LATEST", f64::from(Attack::LATEST)),
         ("Attack::FURTHEST", f64::from(Attack::FURTHEST)),
         ("Attack::WIDEST", f64::from(Attack::WIDEST)),
+        (
+            "CullerDesc::MOST_FRAMES",
+            f64::from(CullerDesc::MOST_FRAMES),
+        ),
+        (
+            "CharacterSettings::MOST_DELAY",
+            f64::from(CharacterSettings::MOST_DELAY),
+        ),
         (
             "QuerySettings::MOST_CANDIDATES",
             QuerySettings::MOST_CANDIDATES as f64,
