@@ -141,7 +141,7 @@ fn what_is_steered_plays_no_labelled_events_and_its_state_does_not_grow() {
 fn stands_without_repeating(baked: Arc<BakedGraph>) {
     let report = idle(&baked, 2).unwrap();
     assert_eq!((report.repeated, report.events_per_hour), (0.0, 0.0));
-    assert!(report.drift < 1.5, "{} m", report.drift);
+    assert!(report.drift < 0.7, "{} m", report.drift);
     assert!(report.in_step < 0.02, "{}", report.in_step);
 }
 

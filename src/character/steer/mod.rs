@@ -3,11 +3,11 @@
 //! Source: Clavet, "Motion Matching and The Road to Next-Gen Animation" (GDC 2016), sections on the search and on inertialization.
 //! Differs: the rest of the error is removed by playback rate and by a slow turn of the root, as in Kovar & Gleicher, "Flexible
 //! Automatic Motion Blending with Registration Curves" (2003), section 5, and a jump turns the motion by up to a limit, which its
-//! blend fades in. What stands idle plays moments that stand and does not choose one twice within a time.
+//! blend fades in. What stands idle plays moments that stand and does not choose one twice within a time. Each of them moves the body a
+//! little, and over an hour these steps would add up to metres: each jump goes a little way back.
 
 mod memory;
 mod settings;
-mod stay;
 mod table;
 
 use glam::{Vec2, Vec3};
@@ -20,8 +20,10 @@ use crate::maps::{BakedGraph, Stance};
 use crate::math::Rigid2;
 pub(super) use memory::SteerState;
 pub use settings::SteerSettings;
-use stay::Standing;
 use table::{AHEAD, Features, Moment, Row, Table, distance};
+
+/// How far a jump goes back to the place where a character came to stand, at most, in metres. Its blend fades it in.
+const WAY_BACK: f32 = 0.02;
 
 /// What goes faster walks, in metres per second.
 const WALKS: f32 = 0.3;
@@ -74,8 +76,8 @@ struct Search<'a> {
     current: Option<usize>,
     /// Whether the table ends there.
     ends: bool,
-    /// Where the character is, if it stands and shall.
-    idle: Option<Standing>,
+    /// Whether the character stands and shall.
+    is_idle: bool,
 }
 
 impl Steering {
@@ -142,21 +144,22 @@ impl Steering {
             state.aim = step.aim.velocity.to_array();
             state.facing = step.aim.facing;
             let now = step.now(playing, moment.as_ref(), scratch);
-            let root = Vec2::new(now.stance.root.x, now.stance.root.z);
-            let idle = is_idle.then(|| Standing {
-                off: state.off_place(root),
-                heading: now.heading,
-            });
             let search = Search {
                 step,
                 state,
                 wanted: wanted(&step.aim, &now).row(),
                 current,
                 ends,
-                idle,
+                is_idle,
             };
             if let Some(found) = self.choose(&search) {
-                let entry = step.entry(found, &now);
+                let mut entry = step.entry(found, &now);
+                if is_idle {
+                    let root = Vec2::new(now.stance.root.x, now.stance.root.z);
+                    let way = state.off_place(root).clamp_length_max(WAY_BACK);
+                    entry.clip_to_world.x -= way.x;
+                    entry.clip_to_world.z -= way.y;
+                }
                 playing.enter(graph, &entry, &mut scratch.spare);
             }
         }
@@ -166,25 +169,20 @@ impl Steering {
     /// The moment to jump to; `None` if what is played goes on.
     fn choose(&self, search: &Search<'_>) -> Option<&Moment> {
         let &Search {
-            step, state, idle, ..
+            step,
+            state,
+            is_idle,
+            ..
         } = search;
         let moments = &self.table.moments;
-        let nearest = |allowed: &dyn Fn(&Moment) -> bool| {
-            let cost = |moment: &Moment, _: f32| allowed(moment).then_some(0.0);
-            self.nearest(&search.wanted, cost)
-        };
+        let nearest = |allowed: &dyn Fn(&Moment) -> bool| self.nearest(&search.wanted, allowed);
         let gain = step.settings.gain;
         let moment = search.current.map(|current| &moments[current]);
         let is_fresh =
             |moment: &Moment| moment.is_calm && moment.left > 20 && !state.has_played(moment);
-        let fresh = self.nearest(&search.wanted, |moment, apart| match idle {
-            // What is far costs more than whatever is near.
-            Some(_) if apart >= gain => is_fresh(moment).then_some(1.0),
-            Some(standing) => is_fresh(moment).then(|| standing.cost(moment)),
-            None => Some(0.0),
-        });
+        let fresh = nearest(&|moment| !is_idle || is_fresh(moment));
         // What comes to what was just played is left for what was not, if that is near.
-        let repeats = moment.is_some_and(|moment| idle.is_some() && state.repeats(moment))
+        let repeats = moment.is_some_and(|moment| is_idle && state.repeats(moment))
             && fresh.is_some_and(|(_, apart)| apart < gain);
         let kept = match search.current {
             Some(current) if !search.ends && !repeats => {
@@ -192,7 +190,7 @@ impl Steering {
             }
             _ => f32::INFINITY,
         };
-        let found = fresh.or_else(|| nearest(&|moment| idle.is_none() || moment.is_calm));
+        let found = fresh.or_else(|| nearest(&|moment| !is_idle || moment.is_calm));
         let found = found.filter(|(_, apart)| apart + gain < kept);
         let found = found.map(|(found, _)| &moments[found]);
         // To stand may be nearly as near as to start a slow walk, for as long as that is asked for.
@@ -260,7 +258,7 @@ impl Steering {
             ways: AHEAD.map(ahead),
             ..now
         };
-        let (found, _) = self.nearest(&wanted.row(), |_, _| Some(0.0))?;
+        let (found, _) = self.nearest(&wanted.row(), |_| true)?;
         let moment = &self.table.moments[found];
         let turn = Rigid2::new(stance.placement.heading() - moment.heading, 0.0, 0.0);
         let root = turn.point(Vec3::new(moment.root.x, 0.0, moment.root.y));
@@ -275,22 +273,14 @@ impl Steering {
         Some(motion)
     }
 
-    /// The moment whose distance and cost are least together, and its distance. `cost` is given the distance; a moment without a cost is
-    /// left out.
-    fn nearest(
-        &self,
-        wanted: &Row,
-        cost: impl Fn(&Moment, f32) -> Option<f32>,
-    ) -> Option<(usize, f32)> {
+    /// The nearest of the moments that are allowed, and its distance.
+    fn nearest(&self, wanted: &Row, allowed: impl Fn(&Moment) -> bool) -> Option<(usize, f32)> {
         let mut best = None;
         let mut least = f32::INFINITY;
         for (index, row) in self.table.rows.iter().enumerate() {
             let apart = distance(row, wanted);
-            if apart < least
-                && let Some(cost) = cost(&self.table.moments[index], apart)
-                && apart + cost < least
-            {
-                (best, least) = (Some((index, apart)), apart + cost);
+            if apart < least && allowed(&self.table.moments[index]) {
+                (best, least) = (Some((index, apart)), apart);
             }
         }
         best

@@ -50,8 +50,6 @@ pub(super) struct Moment {
     pub is_calm: bool,
     /// Time for which it stands from here on, in frames.
     pub calm_frames: u32,
-    /// Displacement of the root until it no longer stands, in the space of the clip (x, z), in metres.
-    pub rest: Vec2,
 }
 
 impl Moment {
@@ -211,14 +209,13 @@ impl Table {
                 root: Vec2::new(posed[frame].root.x, posed[frame].root.z),
                 is_calm: calm,
                 calm_frames: u32::from(calm),
-                rest: Vec2::ZERO,
             });
         }
-        self.add_rests(start);
+        self.add_calm_frames(start);
     }
 
-    /// Adds up for how long the moments of the last clip stand, and where they lead while they do. `start` is the clip's place in the index.
-    fn add_rests(&mut self, start: usize) {
+    /// Adds up for how long the moments of the last clip stand. `start` is the clip's place in the index.
+    fn add_calm_frames(&mut self, start: usize) {
         for pair in self.index[start..].windows(2).rev() {
             let [Some(now), Some(next)] =
                 [pair[0], pair[1]].map(|at| self.moments.get(at as usize))
@@ -226,9 +223,8 @@ impl Table {
                 continue;
             };
             if now.is_calm && next.is_calm {
-                let (rest, calm_frames) = (next.rest + next.root - now.root, next.calm_frames + 1);
-                let now = &mut self.moments[pair[0] as usize];
-                (now.rest, now.calm_frames) = (rest, calm_frames);
+                let calm_frames = next.calm_frames + 1;
+                self.moments[pair[0] as usize].calm_frames = calm_frames;
             }
         }
     }
