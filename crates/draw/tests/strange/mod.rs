@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use glam::Vec3;
-use sabaki::anim::{JointId, JointTransform};
+use sabaki::anim::{Joint, JointId, JointTransform, Skeleton};
 use sabaki::gpu::GpuError;
 use sabaki::graph::{EdgeId, Playhead};
 use sabaki::maps::{Body, SphereKey};
@@ -11,10 +11,11 @@ use sabaki::math::{F32x16, Rigid2};
 use sabaki::query::{Answer, Attack, Query, QueryContext, QuerySettings, Request};
 use sabaki_app::{Painter, demo};
 use sabaki_draw::scene::{
-    AnsweredAttack, CrowdMember, CrowdShot, Detail, Dodge, DodgeSettings, Figure, FigurePart, Look,
-    MapStyle, MemberGroup, Mesh, MeshBone, MeshTexture, MeshVertex, Skin,
+    AnsweredAttack, BindTarget, CrowdMember, CrowdShot, Detail, Dodge, DodgeSettings, Figure,
+    FigurePart, Look, MapStyle, MemberGroup, Mesh, MeshBone, MeshTexture, MeshVertex, Skin,
+    standing_pose,
 };
-use sabaki_draw::{Offscreen, Picture, Stage, StageDesc, Target};
+use sabaki_draw::{Offscreen, Picture, Stage, StageDesc, Target, human_body};
 
 use super::common::{baked::embedded, device, finish};
 use super::{SIZE, empty};
@@ -284,5 +285,30 @@ fn a_film_ends_whatever_its_settings() {
             let pictures = dodge.moments(number).len();
             assert!((1..60_000).contains(&pictures), "{number}: {pictures}");
         });
+    }
+}
+
+#[test]
+fn a_skeleton_with_arms_of_a_kilometre_has_no_human_body() {
+    let skeleton = demo::motions().unwrap().skeleton;
+    let stretched = |factor: f32| {
+        let joints = skeleton.joints().iter().map(|joint| {
+            let is_arm = ["Arm", "Hand"].map(|part| joint.name.contains(part));
+            let factor = if is_arm.contains(&true) { factor } else { 1.0 };
+            Joint {
+                offset: joint.offset * factor,
+                ..joint.clone()
+            }
+        });
+        Skeleton::new(joints.collect()).unwrap()
+    };
+    for (factor, is_made) in [(1.5, true), (1000.0, false)] {
+        let skeleton = stretched(factor);
+        let target = BindTarget {
+            skeleton: &skeleton,
+            standing: &standing_pose(&skeleton, &[]),
+        };
+        let body = human_body(target, &Look::default());
+        assert_eq!(body.is_some(), is_made, "arms {factor} times as long");
     }
 }
