@@ -147,6 +147,9 @@ impl Answer {
     }
 
     /// The chosen candidate.
+    ///
+    /// # Panics
+    /// If no query has written the answer.
     #[must_use]
     pub fn chosen(&self) -> &CandidateReport {
         &self.candidates[self.chosen]

@@ -6,7 +6,7 @@ use super::Target;
 use super::stage::image_use::{
     COPIED, DRAWN, HostCopy, ImageBarrier, ImageUse, copy_to_host, image_barrier,
 };
-use sabaki::gpu::internal::{Buffer, BufferDesc, Image, ImageDesc};
+use sabaki::gpu::internal::{Buffer, BufferDesc, Image, ImageDesc, within};
 use sabaki::gpu::{Context, GpuError, Memory, MemoryUse};
 
 /// A render target whose pixels the host can read.
@@ -22,16 +22,19 @@ impl Offscreen {
     /// Format of the image: red, green, blue (sRGB) and alpha, one byte each.
     pub const FORMAT: vk::Format = vk::Format::R8G8B8A8_SRGB;
 
-    /// Creates the image. On failure, all resources are freed.
+    /// Creates an image of `size` pixels; a side of 0 counts as 1. On failure, all resources are freed.
     ///
     /// # Errors
-    /// An error of a Vulkan call or of the allocator.
+    /// An error of a Vulkan call or of the allocator; [`GpuError::Limit`] if the device does not support such a large image.
     pub fn new(
         context: &Context,
         memory: &mut dyn Memory,
         size: [u32; 2],
     ) -> Result<Self, GpuError> {
         use vk::ImageUsageFlags as Usage;
+        let size = size.map(|side| side.max(1));
+        let most = context.max_target_side();
+        within("side of a target", size[0].max(size[1]).into(), most.into())?;
         let desc = ImageDesc {
             name: "picture",
             side: size,

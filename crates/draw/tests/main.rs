@@ -4,6 +4,7 @@
 
 mod framing;
 mod skins;
+mod strange;
 
 use sabaki_testing as common;
 

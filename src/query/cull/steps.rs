@@ -140,7 +140,8 @@ fn meets(sphere: Sphere, grid: MapGrid, rect: MapRect) -> bool {
     axis(centre.x, rect.u, rect.width) && axis(centre.z, rect.v, rect.height)
 }
 
-/// Calls `visit` with the ends of each step of a sphere. A step is no longer than half the radius and half a slice.
+/// Calls `visit` with the ends of each step of a sphere. Between two keys a step is no longer than half their mean radius and half a slice.
+/// Half the smaller radius would make very many steps of a blast that grows from a point.
 fn for_each_span(sphere: &MovingSphere, grid: MapGrid, mut visit: impl FnMut([SphereKey; 2])) {
     /// Largest number of steps between two keys. The steps of very fast spheres are longer.
     const MOST_STEPS: f32 = 1024.0;
@@ -149,8 +150,8 @@ fn for_each_span(sphere: &MovingSphere, grid: MapGrid, mut visit: impl FnMut([Sp
         visit([*only; 2]);
     }
     for pair in keys.windows(2) {
-        let smallest = pair[0].radius.min(pair[1].radius);
-        let by_way = pair[0].center.distance(pair[1].center) / (0.5 * smallest);
+        let mean = 0.5 * (pair[0].radius + pair[1].radius);
+        let by_way = pair[0].center.distance(pair[1].center) / (0.5 * mean);
         let by_time = (pair[1].t - pair[0].t) / (0.5 * grid.slice_seconds);
         let steps = by_way.max(by_time).ceil().clamp(1.0, MOST_STEPS);
         let at = |step: f32| {
@@ -249,5 +250,33 @@ impl AttackSteps {
         self.steps
             .iter()
             .filter(move |step| (step.slabs.0..=step.slabs.1).contains(&slab))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_blast_that_grows_from_a_point_has_few_steps_and_a_ball_as_many_as_its_radius_asks_for() {
+        let key = |t, x, radius| SphereKey {
+            t,
+            center: Vec3::new(x, 1.0, 0.0),
+            radius,
+        };
+        let steps = |keys: [SphereKey; 2]| {
+            let sphere = MovingSphere::new(keys.to_vec()).unwrap();
+            let (mut count, mut longest) = (0, 0.0f32);
+            for_each_span(&sphere, MapGrid::default(), |[from, to]| {
+                count += 1;
+                longest = longest.max(from.center.distance(to.center));
+            });
+            (count, longest)
+        };
+        let (count, _) = steps([key(0.5, 0.0, 0.001), key(0.9, 0.5, 2.0)]);
+        let by_time = (0.4 / (0.5 * MapGrid::default().slice_seconds)).ceil() as usize;
+        assert!(count <= by_time + 1, "{count} steps, {by_time} by time");
+        let (count, longest) = steps([key(0.5, 0.0, 0.1), key(0.6, 10.0, 0.1)]);
+        assert!(count == 200 && longest < 0.0501, "{count}, {longest} m");
     }
 }

@@ -21,7 +21,11 @@ const TRIANGLES: usize = 7000;
 /// Side of a cell of the grid that the surface is sampled on, as a share of the height.
 const CELL: f32 = 0.0068;
 
-/// Creates a clothed human body for a skeleton, or `None` if its joints' names do not tell two legs and two arms.
+/// Width and depth up to which a body is made, as multiples of its height. A grid around wider ones would take seconds to fill.
+const WIDEST: f32 = 4.0;
+
+/// Creates a clothed human body for a skeleton, or `None` if its joints' names do not tell two legs and two arms, or if with spread arms it is
+/// more than four times as wide as high.
 ///
 /// The mesh's resolutions have about 7,000, 800, 260 and 80 triangles. Each joint of the skeleton is a bone.
 #[must_use]
@@ -30,6 +34,11 @@ pub fn human_body(target: BindTarget<'_>, look: &Look) -> Option<BoundMesh> {
     let human = human::shapes(&anatomy, look);
     let cell = CELL * anatomy.height;
     let (low, high) = human.bounds();
+    // Nor is one made whose size is not a number.
+    let fits = ((high - low) / anatomy.height).max_element() <= WIDEST;
+    if !fits {
+        return None;
+    }
     let distance = |place| human.distance(place);
     let net = surface_net(Grid { low, high, cell }, &distance);
     let weights = net.weights(&anatomy, &human, cell);

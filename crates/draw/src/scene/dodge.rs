@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use glam::Vec3;
 
+use super::film_times::{AROUND, SLOWEST, bounded, film_times};
 use super::lead_in::lead_in;
 use super::maps::{DodgeMaps, MapStyle, SlabPicture};
 use super::{Figure, Look, Shot, Skin};
@@ -17,11 +18,11 @@ use sabaki::query::{Answer, Attack, Clearance};
 /// Settings of the playback of a dodge.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DodgeSettings {
-    /// Duration before the query, in seconds. Default 0.5.
+    /// Duration before the query, in seconds, 0 to 60. Default 0.5.
     pub before: f32,
-    /// Duration after the attack's end, in seconds. Default 0.7.
+    /// Duration after the attack's end, in seconds, 0 to 60. Default 0.7.
     pub after: f32,
-    /// Playback speed when the attack is nearest, relative to real time. Default 0.12.
+    /// Playback speed when the attack is nearest, relative to real time, 0.01 to 1. Default 0.12.
     pub slowest: f32,
     /// Whether the motion without the dodge is shown as a ghost. Default true.
     pub ghost: bool,
@@ -88,7 +89,7 @@ pub struct Nearest {
 pub(super) const GHOST: Vec3 = Vec3::new(0.16, 0.33, 0.62);
 
 impl<'a> Dodge<'a> {
-    /// Creates the playback of an attack and its answer.
+    /// Creates the playback of an attack and its answer. Settings out of their ranges are replaced by the nearest ones in them.
     #[must_use]
     pub fn new(
         baked: &'a BakedGraph,
@@ -101,6 +102,12 @@ impl<'a> Dodge<'a> {
             answer,
         } = answered;
         let graph = baked.graph();
+        let settings = DodgeSettings {
+            before: bounded(settings.before, AROUND),
+            after: bounded(settings.after, AROUND),
+            slowest: bounded(settings.slowest, SLOWEST),
+            ..*settings
+        };
         let end = attack.end() + settings.after;
         let mut motion = answer.motion.clone();
         motion.extend(graph, end);
@@ -110,7 +117,7 @@ impl<'a> Dodge<'a> {
         Self {
             maps: DodgeMaps::of(baked, answer, attack),
             baked,
-            settings: *settings,
+            settings,
             ghost: figure.clone().coloured(GHOST),
             figure,
             skin: None,
@@ -149,20 +156,15 @@ impl<'a> Dodge<'a> {
         self.clearance
     }
 
-    /// Times of the pictures of a film with `rate` pictures per second. Playback slows down when
+    /// Times of the pictures of a film with `rate` pictures per second, 1 to 1,000. Playback slows down when
     /// the attack is nearest.
     #[must_use]
     pub fn moments(&self, rate: f32) -> Vec<f32> {
-        let [start, end] = self.span();
-        let (mut moments, mut t) = (Vec::new(), start);
-        while t < end {
-            moments.push(t);
+        let slowest = self.settings.slowest;
+        film_times(self.span(), rate, |t| {
             let away = ((t - self.clearance.time).abs() - 0.04) / 0.34;
-            let eased = smooth_step(away);
-            let speed = self.settings.slowest + (1.0 - self.settings.slowest) * eased;
-            t += speed / rate;
-        }
-        moments
+            slowest + (1.0 - slowest) * smooth_step(away)
+        })
     }
 
     /// Frames of the joints at a time, in the world.

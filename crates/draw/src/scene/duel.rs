@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use glam::{Vec2, Vec3};
 
+use super::film_times::{AROUND, SLOWEST, bounded, film_times};
 use super::{Camera, Capsule, Figure, Light, Look, Orbit, Shot, Skin, SkinnedBody};
 use sabaki::anim::{JointId, JointTransform, Pose, forward_kinematics};
 use sabaki::duel::{Exchange, Fighter, Side};
@@ -14,11 +15,11 @@ use sabaki::math::Sphere;
 /// Settings of the playback of a duel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BoutSettings {
-    /// Duration before an attack's start, in seconds. Default 0.75.
+    /// Duration before an attack's start, in seconds, 0 to 60. Default 0.75.
     pub before: f32,
-    /// Duration after an attack's end, in seconds. Default 0.45.
+    /// Duration after an attack's end, in seconds, 0 to 60. Default 0.45.
     pub after: f32,
-    /// Playback speed when an attack is nearest, relative to real time. Default 0.3.
+    /// Playback speed when an attack is nearest, relative to real time, 0.01 to 1. Default 0.3.
     pub slowest: f32,
     /// Colours of the fighters.
     pub looks: [Look; 2],
@@ -65,7 +66,7 @@ pub struct Cut {
 const ATTACK: Vec3 = Vec3::new(0.93, 0.10, 0.03);
 
 impl<'a> Bout<'a> {
-    /// Creates the playback of fighters and their exchanges.
+    /// Creates the playback of fighters and their exchanges. Settings out of their ranges are replaced by the nearest ones in them.
     #[must_use]
     pub fn new(
         baked: &'a BakedGraph,
@@ -81,7 +82,12 @@ impl<'a> Bout<'a> {
             exchanges,
             figures: [0, 1].map(|side| figure(&settings.looks[side])),
             skins: None,
-            settings: *settings,
+            settings: BoutSettings {
+                before: bounded(settings.before, AROUND),
+                after: bounded(settings.after, AROUND),
+                slowest: bounded(settings.slowest, SLOWEST),
+                ..*settings
+            },
         }
     }
 
@@ -117,16 +123,11 @@ impl<'a> Bout<'a> {
         exchange.announced + exchange.clearance.time
     }
 
-    /// Times of the pictures of a cut's film with `rate` pictures per second. Playback slows down
+    /// Times of the pictures of a cut's film with `rate` pictures per second, 1 to 1,000. Playback slows down
     /// when the attack is nearest.
     #[must_use]
     pub fn moments(&self, cut: &Cut, rate: f32) -> Vec<f32> {
-        let (mut moments, mut t) = (Vec::new(), cut.span[0]);
-        while t < cut.span[1] {
-            moments.push(t);
-            t += self.pace(cut, t) / rate.max(1.0);
-        }
-        moments
+        film_times(cut.span, rate, |t| self.pace(cut, t))
     }
 
     /// Playback speed at a time. It is lower when the attack is nearest.

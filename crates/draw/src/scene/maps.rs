@@ -156,13 +156,21 @@ fn start_of(graph: &MotionGraph, motion: &Motion, wanted: EdgeId) -> Option<f32>
     None
 }
 
+/// Where the map of an attack is drawn, in the evasion's frame. An attack from far away passes more texels than memory holds.
+const SHOWN: MapRect = MapRect {
+    u: -1024,
+    v: -1024,
+    width: 2048,
+    height: 2048,
+};
+
 /// Texels that the attack passes in a slab at any time, in the attack's frame.
 fn attack_map(attack: &Attack, grid: MapGrid, slab: Slab) -> BitMap {
     let mut discs = Vec::new();
     for sphere in attack.spheres() {
         sphere.for_each_step(|ball| discs.extend(grid.disc(ball.centre, ball.radius, slab)));
     }
-    let rect = MapRect::around(&discs);
+    let rect = MapRect::around(&discs).intersection(SHOWN);
     let moved = |disc: &Disc| Disc {
         x: disc.x - rect.u * SUB_TEXELS,
         z: disc.z - rect.v * SUB_TEXELS,

@@ -10,6 +10,7 @@ mod dodge;
 mod dodge_shot;
 mod duel;
 mod figure;
+mod film_times;
 mod lead_in;
 mod maps;
 mod mesh;

@@ -10,8 +10,8 @@ pub struct StageDesc<'a> {
     /// Format of the targets. Default `R8G8B8A8_SRGB`. For formats without sRGB encoding, the
     /// shaders encode colours.
     pub format: vk::Format,
-    /// Maximum width and height of the targets, in pixels. [`Stage::resize`](super::Stage::resize) changes it. Default
-    /// 1,280 × 720.
+    /// Maximum width and height of the targets, in pixels. [`Stage::resize`](super::Stage::resize) changes it. With 0, as that of a
+    /// minimised window, nothing is drawn. Default 1,280 × 720.
     pub size: [u32; 2],
     /// Samples per pixel: 1, 2, 4 or 8, limited by the device. Default 4.
     pub samples: u32,
@@ -22,7 +22,7 @@ pub struct StageDesc<'a> {
     /// Maximum size of all layers in a shot, in words of 32 texels. Rows are padded to whole words.
     /// Default 262,144 (1 MiB).
     pub max_map_words: u32,
-    /// Width and height of the shadow map, in texels. Default 2,048.
+    /// Width and height of the shadow map, in texels; 0 counts as 1. Default 2,048.
     pub shadow_side: u32,
     /// Maximum number of characters of a crowd. Default 0.
     pub max_members: u32,

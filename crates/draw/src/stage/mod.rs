@@ -73,7 +73,8 @@ impl Stage {
     ///
     /// # Errors
     /// An error of a Vulkan call or of the allocator; [`GpuError::Limit`] if the device does not
-    /// support such large targets; [`GpuError::Missing`] if the context lacks graphics,
+    /// support such large targets or buffers, or if a mesh lacks vertices or texels that it refers to;
+    /// [`GpuError::Missing`] if the context lacks graphics,
     /// dynamic rendering or synchronization2.
     pub fn new(
         context: &Context,
@@ -177,11 +178,11 @@ impl Stage {
         unsafe { slot.poses() }
     }
 
-    /// Records a picture.
+    /// Records a picture, or nothing for a target without pixels.
     ///
     /// # Errors
-    /// [`GpuError::Limit`] if the shot exceeds the stage's sizes; [`GpuError::NoSuchSlot`] if the
-    /// slot does not exist; an error if memory cannot be flushed.
+    /// [`GpuError::Limit`] if the shot exceeds the stage's sizes or refers to what it does not have;
+    /// [`GpuError::NoSuchSlot`] if the slot does not exist; an error if memory cannot be flushed.
     ///
     /// # Safety
     /// `cmd` is in the recording state, outside of rendering, for a queue of the context's family.
@@ -197,6 +198,9 @@ impl Stage {
         for axis in 0..2 {
             let (needed, most) = (picture.target.size[axis], self.desc.size[axis]);
             within("StageDesc::size", needed.into(), most.into())?;
+        }
+        if picture.target.size.contains(&0) {
+            return Ok(());
         }
         let draws = self.upload(slot, picture)?;
         let slot = &self.parts.slots[slot as usize];

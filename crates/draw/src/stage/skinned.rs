@@ -71,11 +71,7 @@ impl Skinned {
         let firsts: Vec<u32> = { crowd.skins.iter() }
             .map(|skin| self.add_bones(skin))
             .collect();
-        let members = self.members.len() as u64;
         for group in &crowd.groups {
-            within("members of a CrowdShot", group.members.end.into(), members)?;
-            let last = group.figure as u64 + 1;
-            within("skins of a CrowdShot", last, firsts.len() as u64)?;
             let skin = &crowd.skins[group.figure];
             self.draws.push(SkinDraw {
                 mesh: skin.mesh,
@@ -98,9 +94,8 @@ impl Skinned {
     }
 
     pub(super) fn add_body(&mut self, body: &SkinnedBody) -> Result<(), GpuError> {
-        let joints = { body.skin.bones.iter() }.map(|bone| u64::from(bone.joint.0) + 1);
-        let most = joints.max().unwrap_or_default();
-        within("joints of a SkinnedBody", most, body.joints.len() as u64)?;
+        let (needed, joints) = (joints_of_skin(&body.skin), body.joints.len() as u64);
+        within("joints of a SkinnedBody", needed, joints)?;
         let first = self.first_number + self.numbers.len() as u32;
         for joint in &body.joints {
             let (turn, at) = (Mat3::from_quat(joint.rotation), joint.translation);
@@ -136,6 +131,12 @@ impl Skinned {
         });
         Ok(())
     }
+}
+
+/// Number of joints up to the last one that a skin refers to.
+pub(super) fn joints_of_skin(skin: &Skin) -> u64 {
+    let joints = skin.bones.iter().map(|bone| u64::from(bone.joint.0) + 1);
+    joints.max().unwrap_or_default()
 }
 
 impl Stage {

@@ -5,7 +5,7 @@ use ash::vk;
 use super::StageDesc;
 use crate::scene::{Mesh, MeshTexture, MeshVertex, Skin};
 use crate::shaders::{DrawCommand, SkinBone};
-use sabaki::gpu::internal::{Buffer, BufferDesc, DeviceMemory};
+use sabaki::gpu::internal::{Buffer, BufferDesc, DeviceMemory, within};
 use sabaki::gpu::{Context, GpuError, Memory, MemoryUse};
 
 /// Place of a mesh in the buffers.
@@ -39,6 +39,7 @@ impl Skins {
         let (mut vertices, mut indices): (Vec<MeshVertex>, Vec<u32>) = Default::default();
         let mut texels = Vec::new();
         for mesh in desc.meshes {
+            check(mesh)?;
             let first_vertex = vertices.len() as i32;
             vertices.extend(&mesh.vertices);
             let details = std::array::from_fn(|detail| {
@@ -51,7 +52,7 @@ impl Skins {
                 bones: bones.max().map_or(0, |bone| u32::from(bone) + 1),
                 first_vertex,
                 details,
-                texture: add_texture(mesh.texture.as_ref(), &mut texels),
+                texture: add_texture(mesh, &mut texels),
             });
         }
         use vk::BufferUsageFlags as Usage;
@@ -116,14 +117,36 @@ impl Skins {
     }
 }
 
-/// Appends a texture and its coarser levels. Each texel of a level is the mean of four finer ones.
-fn add_texture(texture: Option<&MeshTexture>, out: &mut Vec<[u8; 4]>) -> [u32; 4] {
-    let Some(texture) = texture.filter(|texture| !texture.texels.is_empty()) else {
+/// The texture of a mesh, and its number of texels; `None` if there are none.
+fn texture_of(mesh: &Mesh) -> Option<(&MeshTexture, u64)> {
+    let texture = mesh.texture.as_ref()?;
+    let texels = u64::from(texture.width) * u64::from(texture.height);
+    (texels > 0 && !texture.texels.is_empty()).then_some((texture, texels))
+}
+
+/// Whether a mesh has the vertices and texels that it refers to.
+fn check(mesh: &Mesh) -> Result<(), GpuError> {
+    let corners = mesh.details.iter().flatten().flatten();
+    let needed = corners.max().map_or(0, |&last| u64::from(last) + 1);
+    within("vertices of a Mesh", needed, mesh.vertices.len() as u64)?;
+    let Some((texture, texels)) = texture_of(mesh) else {
+        return Ok(());
+    };
+    within(
+        "texels of a MeshTexture",
+        texels,
+        texture.texels.len() as u64,
+    )
+}
+
+/// Appends the texture of a mesh and its coarser levels. Each texel of a level is the mean of four finer ones.
+fn add_texture(mesh: &Mesh, out: &mut Vec<[u8; 4]>) -> [u32; 4] {
+    let Some((texture, count)) = texture_of(mesh) else {
         return [0; 4];
     };
     let first = out.len() as u32;
     let (mut width, mut height) = (texture.width, texture.height);
-    let mut texels = texture.texels.clone();
+    let mut texels = texture.texels[..count as usize].to_vec();
     let mut levels = 1;
     out.extend(&texels);
     while width > 1 || height > 1 {

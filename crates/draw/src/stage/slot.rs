@@ -50,7 +50,9 @@ impl Slot {
             };
             device.buffer(desc)
         };
-        let bytes = |count: u32, of: usize| u64::from(count) * of as u64;
+        let bytes = |count: u64, of: usize| count * of as u64;
+        let [members, skinned, lines] =
+            [desc.max_members, desc.max_skinned, desc.max_crowd_lines].map(u64::from);
         let storage = Usage::STORAGE_BUFFER;
         self.frame = buffer(
             "frame",
@@ -59,34 +61,35 @@ impl Slot {
         )?;
         self.capsules = buffer(
             "capsules",
-            bytes(desc.max_capsules, size_of::<Capsule>()),
+            bytes(desc.max_capsules.into(), size_of::<Capsule>()),
             storage,
         )?;
-        self.words = buffer("maps", bytes(desc.max_map_words, size_of::<u32>()), storage)?;
+        self.words = buffer(
+            "maps",
+            bytes(desc.max_map_words.into(), size_of::<u32>()),
+            storage,
+        )?;
         // One additional line, because the memory may start within a line.
-        let lines = desc.max_crowd_lines + u32::from(desc.max_crowd_lines > 0);
-        let crowd = bytes(lines, size_of::<F32x16>());
-        let skinned = bytes(desc.max_skinned_joints, POSE_NUMBERS * size_of::<f32>());
-        self.poses = buffer("poses", crowd + skinned, storage)?;
+        let crowd = bytes(lines + u64::from(lines > 0), size_of::<F32x16>());
+        let joints = desc.max_skinned_joints.into();
+        let single = bytes(joints, POSE_NUMBERS * size_of::<f32>());
+        self.poses = buffer("poses", crowd + single, storage)?;
         self.members = buffer(
             "crowd",
-            bytes(
-                desc.max_members + desc.max_skinned,
-                size_of::<CrowdCharacter>(),
-            ),
+            bytes(members + skinned, size_of::<CrowdCharacter>()),
             storage,
         )?;
         self.commands = buffer(
             "draw commands",
             bytes(
-                desc.max_skinned + MOST_SKINNED_GROUPS,
+                skinned + u64::from(MOST_SKINNED_GROUPS),
                 size_of::<DrawCommand>(),
             ),
             Usage::INDIRECT_BUFFER,
         )?;
         self.parts = buffer(
             "parts",
-            bytes(desc.max_parts, size_of::<CrowdPart>()),
+            bytes(desc.max_parts.into(), size_of::<CrowdPart>()),
             storage,
         )?;
         self.lines = desc.max_crowd_lines as usize;
@@ -95,6 +98,11 @@ impl Slot {
         let skipped = start.next_multiple_of(align_of::<F32x16>()) - start;
         self.first_number = (skipped / size_of::<f32>()) as u32;
         Ok(())
+    }
+
+    /// Number of numbers in the crowd's memory.
+    pub(super) fn crowd_numbers(&self) -> u64 {
+        (self.lines * F32x16::LANES) as u64
     }
 
     /// Aligned lines of the crowd's memory.

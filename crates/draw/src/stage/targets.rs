@@ -26,7 +26,7 @@ impl Targets {
         use vk::ImageUsageFlags as Usage;
         let desc = ImageDesc {
             name: &format!("{}: shadow map", desc.name),
-            side: [desc.shadow_side; 2],
+            side: [desc.shadow_side.max(1); 2],
             format: DEPTH,
             samples: vk::SampleCountFlags::TYPE_1,
             usage: Usage::DEPTH_STENCIL_ATTACHMENT | Usage::SAMPLED,
@@ -48,7 +48,7 @@ impl Targets {
         self.samples.destroy(device.context, device.memory);
         let depth = ImageDesc {
             name: &format!("{}: depth", desc.name),
-            side: desc.size,
+            side: desc.size.map(|side| side.max(1)),
             format: DEPTH,
             samples,
             usage: Usage::DEPTH_STENCIL_ATTACHMENT | Usage::TRANSIENT_ATTACHMENT,

@@ -3,7 +3,7 @@
 use ash::vk;
 
 use super::frame::{FrameSettings, frame_data};
-use super::skinned::{SkinDraw, Skinned};
+use super::skinned::{SkinDraw, Skinned, joints_of_skin};
 use super::slot::write;
 use super::{Picture, Stage, Target};
 use crate::scene::{
@@ -12,6 +12,10 @@ use crate::scene::{
 use crate::shaders::{CrowdCharacter, CrowdPart, DrawLayer};
 use sabaki::gpu::GpuError;
 use sabaki::gpu::internal::within;
+use sabaki::math::F32x16;
+
+/// Numbers of a joint of a crowd: three rows of its frame.
+const MATRIX_NUMBERS: u64 = 12;
 
 /// Contents of a slot's buffers.
 pub(super) struct Draws {
@@ -49,7 +53,7 @@ impl Stage {
         let settings = FrameSettings {
             side: target.size,
             encodes: !is_srgb(desc.format),
-            shadow_side: desc.shadow_side,
+            shadow_side: desc.shadow_side.max(1),
         };
         let fits = |name, needed: usize, most: u32| within(name, needed as u64, most.into());
         write(&context, &slot.frame, &[frame_data(shot, settings)])?;
@@ -71,6 +75,7 @@ impl Stage {
         };
         let mut skinned = Skinned::new(slot.first_skinned_number());
         if let Some(crowd) = crowd {
+            check_poses(crowd, slot.crowd_numbers())?;
             skinned.members = members(crowd, slot.first_number);
             fits(
                 "StageDesc::max_members",
@@ -79,7 +84,7 @@ impl Stage {
             )?;
             slot.flush_poses(&context)?;
             match crowd.skins.is_empty() {
-                true => draws.crowd = figures(crowd, &mut skinned)?,
+                true => draws.crowd = figures(crowd, &mut skinned),
                 false => skinned.add_crowd(crowd)?,
             }
         }
@@ -91,24 +96,59 @@ impl Stage {
     }
 }
 
+/// Whether the groups of a crowd have the members and figures or skins that they refer to, and whether the poses of all their members are
+/// within the first `numbers` of the memory.
+fn check_poses(crowd: &CrowdShot, numbers: u64) -> Result<(), GpuError> {
+    let (what, joints): (_, Vec<u64>) = match crowd.skins.is_empty() {
+        true => ("figures of a CrowdShot", {
+            crowd.figures.iter().map(joints_of_figure).collect()
+        }),
+        false => ("skins of a CrowdShot", {
+            crowd
+                .skins
+                .iter()
+                .map(|skin| joints_of_skin(skin))
+                .collect()
+        }),
+    };
+    let members = crowd.members.len() as u64;
+    for group in &crowd.groups {
+        within("members of a CrowdShot", group.members.end.into(), members)?;
+        within(what, group.figure as u64 + 1, joints.len() as u64)?;
+        let Some(last) = (MATRIX_NUMBERS * joints[group.figure]).checked_sub(1) else {
+            continue;
+        };
+        let range = group.members.start as usize..group.members.end as usize;
+        for member in crowd.members.get(range).unwrap_or_default() {
+            let needed = u64::from(member.first) + u64::from(member.stride) * last + 1;
+            let lanes = F32x16::LANES as u64;
+            let (needed, most) = (needed.div_ceil(lanes), numbers / lanes);
+            within("StageDesc::max_crowd_lines", needed, most)?;
+        }
+    }
+    Ok(())
+}
+
+/// Number of joints up to the last one that a figure refers to.
+fn joints_of_figure(figure: &Figure) -> u64 {
+    let joints = figure.parts.iter().flat_map(|part| part.joints);
+    joints.max().map_or(0, |joint| u64::from(joint.0) + 1)
+}
+
 /// The draws of a crowd of figures, whose parts are added.
-fn figures(crowd: &CrowdShot, skinned: &mut Skinned) -> Result<Vec<CrowdDraw>, GpuError> {
+fn figures(crowd: &CrowdShot, skinned: &mut Skinned) -> Vec<CrowdDraw> {
     let (parts, ranges) = parts(&crowd.figures);
     skinned.parts = parts;
-    let members = skinned.members.len() as u64;
     let draw = |group: &MemberGroup| {
-        within("members of a CrowdShot", group.members.end.into(), members)?;
-        let last = group.figure as u64 + 1;
-        within("figures of a CrowdShot", last, ranges.len() as u64)?;
         let (first_part, parts) = ranges[group.figure];
-        Ok(CrowdDraw {
+        CrowdDraw {
             detail: group.detail,
             first_character: group.members.start,
             characters: group.members.len() as u32,
             first_part,
             parts,
             casts: group.casts,
-        })
+        }
     };
     crowd.groups.iter().map(draw).collect()
 }
@@ -156,7 +196,7 @@ fn layers(layers: &[Layer]) -> (Vec<DrawLayer>, Vec<u32>) {
 fn members(crowd: &CrowdShot, first: u32) -> Vec<CrowdCharacter> {
     let member = |member: &CrowdMember| CrowdCharacter {
         place: [
-            first + member.first,
+            first.wrapping_add(member.first),
             member.stride,
             u32::MAX,
             1f32.to_bits(),

@@ -1,0 +1,314 @@
+//! Input that makes no sense is refused by name or drawn within bounds. Nothing panics, and validation is silent.
+
+use std::sync::Arc;
+
+use glam::Vec3;
+use sabaki::anim::{Joint, JointId, JointTransform, Skeleton};
+use sabaki::gpu::GpuError;
+use sabaki::graph::{EdgeId, Playhead};
+use sabaki::maps::{Body, SphereKey};
+use sabaki::math::{F32x16, Rigid2};
+use sabaki::query::{Answer, Attack, Query, QueryContext, QuerySettings, Request};
+use sabaki_app::{Painter, demo};
+use sabaki_draw::scene::{
+    AnsweredAttack, BindTarget, CrowdMember, CrowdShot, Detail, Dodge, DodgeSettings, Figure,
+    FigurePart, Look, MapStyle, MemberGroup, Mesh, MeshBone, MeshTexture, MeshVertex, Skin,
+    standing_pose,
+};
+use sabaki_draw::{Offscreen, Picture, Stage, StageDesc, Target, human_body};
+
+use super::common::{baked::embedded, device, finish};
+use super::{SIZE, empty};
+
+fn limit_of<T>(result: Result<T, GpuError>) -> &'static str {
+    match result {
+        Err(GpuError::Limit { limit, .. }) => limit,
+        Err(other) => panic!("{other}"),
+        Ok(_) => panic!("nothing was refused"),
+    }
+}
+
+/// A window that is minimised has no pixels.
+#[test]
+fn a_target_without_pixels_is_drawn_as_nothing() {
+    let mut device = device();
+    let desc = StageDesc {
+        size: [0; 2],
+        shadow_side: 0,
+        ..StageDesc::default()
+    };
+    let mut stage = device
+        .make(|context, memory| Stage::new(context, memory, &desc))
+        .unwrap();
+    let offscreen = device
+        .make(|context, memory| Offscreen::new(context, memory, [0, 5]))
+        .unwrap();
+    let shot = empty();
+    for size in [[0, 0], [64, 0], [64, 64]] {
+        device.make(|_, memory| stage.resize(memory, size)).unwrap();
+        let picture = |size| Picture {
+            shot: &shot,
+            crowd: None,
+            target: Target {
+                size,
+                ..offscreen.target()
+            },
+        };
+        for target in [[0, 0], [0, size[1]], [size[0], 0]] {
+            // SAFETY: `run` gives a buffer that is being recorded and waits for it.
+            device
+                .run(|cmd| unsafe { stage.record(cmd, 0, &picture(target)) })
+                .unwrap();
+        }
+    }
+    // SAFETY: as above.
+    device
+        .run(|cmd| unsafe {
+            offscreen.record_start(cmd);
+            offscreen.record_end(cmd);
+            Ok(())
+        })
+        .unwrap();
+    let memory = device.memory().unwrap();
+    stage.destroy(memory);
+    offscreen.destroy(memory);
+    let wide = device.make(|context, memory| Offscreen::new(context, memory, [1 << 20, 1]));
+    assert_eq!(limit_of(wide), "side of a target");
+    finish(device);
+}
+
+/// Two triangles around the origin.
+fn sheet() -> Mesh {
+    let vertex = |x: f32, y: f32| MeshVertex {
+        position: [x, y, 0.0],
+        normal: [0.0, 0.0, 1.0],
+        uv: [x, y],
+        colour: [u16::MAX; 4],
+        bones: [0; 4],
+        weights: [u16::MAX, 0, 0, 0],
+    };
+    let corners = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)];
+    let vertices = corners.map(|(x, y)| vertex(x, y)).to_vec();
+    Mesh::new(vertices, vec![[0, 1, 2], [0, 2, 3]], None)
+}
+
+#[test]
+fn a_mesh_whose_parts_do_not_fit_each_other_is_refused_by_name() {
+    let mut device = device();
+    let mut stage = |mesh: Mesh| {
+        let desc = StageDesc {
+            meshes: &[mesh],
+            ..StageDesc::default()
+        };
+        device.make(|context, memory| {
+            let stage = Stage::new(context, memory, &desc)?;
+            stage.destroy(memory);
+            Ok(())
+        })
+    };
+    let mut mesh = sheet();
+    mesh.details[2] = vec![[0, 1, 4]];
+    assert_eq!(limit_of(stage(mesh)), "vertices of a Mesh");
+    let texture = |width, height, texels| MeshTexture {
+        width,
+        height,
+        texels: vec![[200; 4]; texels],
+    };
+    let textured = |texture| Mesh {
+        texture: Some(texture),
+        ..sheet()
+    };
+    for (width, height, texels) in [(4, 4, 15), (1 << 20, 1 << 20, 4), (u32::MAX, 2, 9)] {
+        let refused = stage(textured(texture(width, height, texels)));
+        assert_eq!(limit_of(refused), "texels of a MeshTexture");
+    }
+    // Texels that are too many are left out, and those of a texture without a side are none.
+    for (width, height, texels) in [(2, 2, 9), (0, 3, 9), (3, 0, 9), (0, 0, 0), (4, 4, 0)] {
+        stage(textured(texture(width, height, texels))).unwrap();
+    }
+    finish(device);
+}
+
+#[test]
+fn a_member_of_a_crowd_whose_pose_is_not_in_the_memory_is_refused() {
+    let mut device = device();
+    let desc = StageDesc {
+        max_members: 2,
+        max_crowd_lines: 24,
+        meshes: &[sheet()],
+        ..StageDesc::default()
+    };
+    let mut painter = Painter::new(&mut device, SIZE, &desc).unwrap();
+    let motions = demo::motions().unwrap();
+    let body = Body::from_bones(&motions.skeleton);
+    let figure = Figure::of(&motions.skeleton, &body, &Look::default());
+    let part = figure.parts[0];
+    let figure_of = |joint| Figure {
+        parts: vec![FigurePart {
+            joints: [JointId(0), JointId(joint)],
+            ..part
+        }],
+    };
+    let skin_of = |joint| {
+        let bone = MeshBone {
+            joint: JointId(joint),
+            bind: JointTransform::IDENTITY,
+        };
+        Arc::new(Skin {
+            mesh: 0,
+            bones: vec![bone],
+        })
+    };
+    // 24 lines of 16 numbers are the poses of 16 characters with 2 joints.
+    let crowd = |joint, (first, stride), has_skin| {
+        let member = |first, stride| CrowdMember {
+            first,
+            stride,
+            tint: [0.0; 4],
+        };
+        CrowdShot {
+            figures: vec![figure_of(joint)],
+            skins: if has_skin {
+                vec![skin_of(joint)]
+            } else {
+                Vec::new()
+            },
+            members: vec![member(0, 16), member(first, stride)],
+            groups: vec![MemberGroup {
+                figure: 0,
+                members: 0..2,
+                detail: Detail::Fine,
+                casts: true,
+            }],
+        }
+    };
+    painter.poses().unwrap().fill(F32x16([0.0; 16]));
+    for has_skin in [false, true] {
+        let mut paint = |joint, member| {
+            let crowd = crowd(joint, member, has_skin);
+            painter.paint(&mut device, &empty(), Some(&crowd))
+        };
+        paint(1, (15, 16)).unwrap();
+        let outside = [
+            (1, (16, 16)),
+            (2, (0, 16)),
+            (1, (0, 17)),
+            (1, (u32::MAX, 16)),
+            (0, (0, u32::MAX)),
+            (u16::MAX, (0, 1)),
+        ];
+        for (joint, member) in outside {
+            assert_eq!(limit_of(paint(joint, member)), "StageDesc::max_crowd_lines");
+        }
+    }
+    painter.destroy(&mut device).unwrap();
+    finish(device);
+}
+
+#[test]
+fn sizes_beyond_all_memory_are_refused() {
+    let mut device = device();
+    type Change = fn(&mut StageDesc<'_>);
+    let changes: [Change; 4] = [
+        |desc| desc.max_members = u32::MAX,
+        |desc| desc.max_skinned = u32::MAX,
+        |desc| desc.max_crowd_lines = u32::MAX,
+        |desc| desc.max_skinned_joints = u32::MAX,
+    ];
+    for change in changes {
+        let mut desc = StageDesc::default();
+        change(&mut desc);
+        let made = device.make(|context, memory| {
+            Stage::new(context, memory, &desc).map(|stage| stage.destroy(memory))
+        });
+        assert_eq!(limit_of(made), "maxStorageBufferRange");
+    }
+    finish(device);
+}
+
+/// A ball that crosses the middle of the world, and its playback.
+fn playback(half: Vec3, settings: &DodgeSettings, check: impl FnOnce(&Dodge<'_>)) {
+    let baked = embedded();
+    let playhead = Playhead::at(baked.graph(), EdgeId(0), 0.0, Rigid2::IDENTITY);
+    let key = |t, center| SphereKey {
+        t,
+        center: Vec3::Y + center,
+        radius: 0.1,
+    };
+    let attack = Attack::new(vec![vec![key(0.6, -half), key(1.4, half)]]).unwrap();
+    let (mut context, mut answer) = (QueryContext::default(), Answer::default());
+    let request = Request::new(playhead, &attack);
+    Query::new(baked, &QuerySettings::default()).answer(request, &mut context, &mut answer);
+    let answered = AnsweredAttack {
+        playhead,
+        attack: &attack,
+        answer: &answer,
+    };
+    check(&Dodge::new(baked, answered, settings));
+}
+
+#[test]
+fn the_map_of_an_attack_from_kilometres_away_is_as_large_as_what_is_shown() {
+    let half = Vec3::new(7000.0, 0.0, 7000.0);
+    playback(half, &DodgeSettings::default(), |dodge| {
+        let mut shot = empty();
+        dodge.add_maps(1.0, MapStyle::Heights, &mut shot);
+        assert!(!shot.layers.is_empty());
+        let texels = |side: u32| side <= 2048;
+        for layer in &shot.layers {
+            let rect = layer.map.rect();
+            assert!(texels(rect.width) && texels(rect.height), "{rect:?}");
+        }
+        assert!(shot.layers.iter().any(|layer| layer.map.count() > 0));
+    });
+}
+
+#[test]
+fn a_film_ends_whatever_its_settings() {
+    let half = Vec3::new(0.0, 0.0, 3.0);
+    let numbers = [0.0, -1.0, f32::INFINITY, f32::NEG_INFINITY, f32::NAN, 1e9];
+    for number in numbers {
+        let changed: [fn(&mut DodgeSettings, f32); 3] = [
+            |settings, number| settings.slowest = number,
+            |settings, number| settings.before = number,
+            |settings, number| settings.after = number,
+        ];
+        for change in changed {
+            let mut settings = DodgeSettings::default();
+            change(&mut settings, number);
+            playback(half, &settings, |dodge| {
+                let pictures = dodge.moments(25.0).len();
+                assert!((1..60_000).contains(&pictures), "{settings:?}: {pictures}");
+            });
+        }
+        playback(half, &DodgeSettings::default(), |dodge| {
+            let pictures = dodge.moments(number).len();
+            assert!((1..60_000).contains(&pictures), "{number}: {pictures}");
+        });
+    }
+}
+
+#[test]
+fn a_skeleton_with_arms_of_a_kilometre_has_no_human_body() {
+    let skeleton = demo::motions().unwrap().skeleton;
+    let stretched = |factor: f32| {
+        let joints = skeleton.joints().iter().map(|joint| {
+            let is_arm = ["Arm", "Hand"].map(|part| joint.name.contains(part));
+            let factor = if is_arm.contains(&true) { factor } else { 1.0 };
+            Joint {
+                offset: joint.offset * factor,
+                ..joint.clone()
+            }
+        });
+        Skeleton::new(joints.collect()).unwrap()
+    };
+    for (factor, is_made) in [(1.5, true), (1000.0, false)] {
+        let skeleton = stretched(factor);
+        let target = BindTarget {
+            skeleton: &skeleton,
+            standing: &standing_pose(&skeleton, &[]),
+        };
+        let body = human_body(target, &Look::default());
+        assert_eq!(body.is_some(), is_made, "arms {factor} times as long");
+    }
+}
