@@ -108,7 +108,9 @@ fn motions_that_make_no_graph() {
         ["--texel", "0"],
         ["--texel", "-1"],
         ["--slab", "NaN"],
+        ["--slices", "-1"],
         ["--attack-pitch", "3"],
+        ["--attack-pitch", "-1"],
         ["--threshold", "NaN"],
         ["--threshold", "-1"],
         ["--memory", "NaN"],
@@ -343,4 +345,47 @@ fn words_that_it_does_not_know() {
     for args in [["--help"], ["--version"]] {
         assert!(!sabaki(folder.path(), &args).is(0).stdout.is_empty());
     }
+}
+
+#[test]
+fn a_negative_number_is_refused_with_the_option_and_its_range() {
+    let folder = folder();
+    let dodge = ["render", "dodge", "--out", "x.png"];
+    let cases: [(&[&str], &[&str], &str); 12] = [
+        (&["dodge"], &["--seed"], "0..="),
+        (&["compare"], &["--seed"], "0..="),
+        (&["coverage"], &["--seed"], "0..="),
+        (&["duel"], &["--seed"], "0..="),
+        (&["play"], &["--seed"], "0..="),
+        (&["crowd"], &["--seed"], "0..="),
+        (&dodge, &["--seed"], "0..="),
+        (&dodge, &["--index"], "0..="),
+        (&["bake", "plan", "--out", "x"], &["--shards"], "1..=100000"),
+        (&["bake", "shard", "no_plan"], &[], "0..=99999"),
+        (&["bake", "entries", "no_plan"], &[], "0..=99999"),
+        (&["dodge"], &["--threads"], "0..=1024"),
+    ];
+    for (command, option, range) in cases {
+        for number in ["-1", "-170141183460469231731687303715884105729"] {
+            let args = [command, option, &[number]].concat();
+            let ended = sabaki(folder.path(), &args);
+            assert_eq!(ended.code, 2, "{args:?}");
+            let name = option.first().unwrap_or(&"<I>");
+            for words in [name, &*format!("{number} is not in {range}")] {
+                assert!(ended.stderr.contains(words), "{args:?}: {}", ended.stderr);
+            }
+        }
+    }
+    #[cfg(feature = "window")]
+    for (option, range) in [("--seed", "0..="), ("--frames", "1..=")] {
+        let ended = sabaki(folder.path(), &["view", option, "-1"]);
+        assert_eq!(ended.code, 2, "{option}");
+        for words in [option, &*format!("-1 is not in {range}")] {
+            assert!(ended.stderr.contains(words), "{option}: {}", ended.stderr);
+        }
+    }
+    // The largest seed is one.
+    let most = u64::MAX.to_string();
+    let args = ["dodge", "none.sabaki", "--seed", &most];
+    sabaki(folder.path(), &args).is_refused(&["none.sabaki"]);
 }
