@@ -245,6 +245,25 @@ fn files_of_bakes_that_are_no_motions() {
     for (args, file, what) in cases {
         sabaki(folder.path(), args).is_refused(&[file, what, "not a motion file"]);
     }
+    let clips = clips().0;
+    let of_record = "the record of a bake (for bake --onto)";
+    for (file, what) in [(graph, "a baked graph"), (record, of_record)] {
+        for more in [&[file][..], &[file, "missing.bvh"]] {
+            let told = sabaki(folder.path(), &bake(clips, more));
+            told.is_refused(&[file, what, "not a motion file"]);
+        }
+        let said = format!("{file}: this is {what}, and not a motion file (BVH, AMC or glTF)");
+        let annotate = ["annotate", "--clips", clips, file, "--keep-going", "--json"];
+        for args in [
+            &bake(clips, &[file, "--keep-going", "--json"])[..],
+            &annotate,
+        ] {
+            let left_out = &sabaki(folder.path(), args).json(3)["left_out"];
+            assert_eq!(*left_out, serde_json::json!([said]), "{args:?}");
+        }
+    }
+    let none = bake(graph, &[record, "--keep-going"]);
+    sabaki(folder.path(), &none).is_refused(&[graph, "a baked graph", "not a motion file"]);
 }
 
 #[test]

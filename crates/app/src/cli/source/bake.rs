@@ -16,6 +16,7 @@ use serde::{Deserialize, Serialize};
 use super::super::Failure;
 use super::super::bake::recorded::{BakeRecord, UnfinishedBake};
 use super::super::figure::Figure;
+use super::args::MotionPaths;
 use super::bake_bar::BakeBar;
 use super::{Baked, ClipArgs, Made};
 
@@ -53,12 +54,14 @@ impl BakeInput {
 
     pub(crate) fn read(args: &ClipArgs) -> Result<Self, Failure> {
         args.check()?;
+        let MotionPaths { read, left_out } = args.motion_paths()?;
         let options = sabaki_import::ReadOptions {
             keep_going: args.keep_going,
             retarget: args.retarget,
             ..args.read.options()
         };
-        let mut set = sabaki_import::read_clips(&args.clips, args.events.as_deref(), &options)?;
+        let mut set = sabaki_import::read_clips(&read, args.events.as_deref(), &options)?;
+        set.left_out.splice(..0, left_out);
         if args.mirror {
             set.add_mirrored()
                 .map_err(|error| Failure::Usage(error.to_string()))?;
