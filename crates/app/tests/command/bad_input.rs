@@ -166,6 +166,15 @@ fn events_that_do_not_fit() {
     let times = "two events of one kind in the same frames, from 0.25 s to 0.5 s";
     let told = sabaki(folder.path(), &bake(clips, &["--events", "twice.json"]));
     told.is_refused(&["twice.json: ", &name, times]);
+    let long = PLAIN.replace("0.0333", "70");
+    fs::write(folder.path().join("long.bvh"), long).unwrap();
+    fs::write(
+        folder.path().join("long.json"),
+        event("long.bvh", "evasion", 1.0, 63.0),
+    )
+    .unwrap();
+    let told = sabaki(folder.path(), &bake("long.bvh", &["--events", "long.json"]));
+    told.is_refused(&["long.json: \"long.bvh\", event 0 of all: ", "60 s"]);
     sabaki(folder.path(), &bake(path, &["--events", "none.json"])).is_refused(&["none.json"]);
     sabaki(folder.path(), &["dodge", "--events", "events.json"]).is_refused(&["--events"]);
 }

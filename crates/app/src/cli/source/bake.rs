@@ -177,11 +177,22 @@ fn bake_clips(
     Ok(baked)
 }
 
-/// Says of which clips a failure is. Not one of them is at fault, but the first says which of many runs it was. Two events in the same
-/// frames are the fault of the events file, if that names their clip.
+/// Says of which clips a failure is. Not one of them is at fault, but the first says which of many runs it was. A wrong event
+/// is the fault of the events file, if that names its clip.
 fn within(args: &ClipArgs, failure: Failure) -> Failure {
-    if let (Failure::Graph(GraphError::EventTwice { clip, .. }), Some(path)) =
-        (&failure, &args.events)
+    let of_clip = match &failure {
+        Failure::Graph(
+            GraphError::EventTwice { clip, .. }
+            | GraphError::Event {
+                clip: Some(clip), ..
+            }
+            | GraphError::EventTooLong {
+                clip: Some(clip), ..
+            },
+        ) => Some(clip),
+        _ => None,
+    };
+    if let (Some(clip), Some(path)) = (of_clip, &args.events)
         && EventsFile::read(path).is_ok_and(|file| !file.events_of(clip).is_empty())
     {
         return failure.within(path);
