@@ -57,11 +57,15 @@ pub enum GraphError {
     },
     /// An event refers to an unknown clip or joint, or lies outside its clip.
     #[error(
-        "event {index}: {start} s to {end} s does not lie inside a clip of the set, or names no joint of it"
+        "{}: {start} s to {end} s does not lie inside {}, or names no joint of it",
+        event(*index, clip),
+        if clip.is_some() { "the clip" } else { "a clip of the set" }
     )]
     Event {
         /// Position in the list of events.
         index: usize,
+        /// Name of the clip, or `None` if the set has no such clip.
+        clip: Option<String>,
         /// Start, in seconds.
         start: f64,
         /// End, in seconds.
@@ -86,10 +90,12 @@ pub enum GraphError {
         most: u64,
     },
     /// An event is too long.
-    #[error("event {index} is longer than the maximum of {max} s")]
+    #[error("{}: it is longer than the maximum of {max} s", event(*index, clip))]
     EventTooLong {
         /// Position in the list of events.
         index: usize,
+        /// Name of the clip, or `None` if the set has no such clip.
+        clip: Option<String>,
         /// Maximum duration, in seconds.
         max: f64,
     },
@@ -127,4 +133,12 @@ fn size(bytes: u64) -> String {
         _ => (1e3, "kB"),
     };
     format!("{:.1} {name}", bytes as f64 / unit)
+}
+
+/// An event, by the name of its clip if it has one.
+fn event(index: usize, clip: &Option<String>) -> String {
+    match clip {
+        Some(clip) => format!("\"{clip}\", event {index} of all"),
+        None => format!("event {index}"),
+    }
 }

@@ -28,6 +28,7 @@ pub(super) fn in_frames(
         if clip.is_none() || !inside || !joints_known || event.end <= event.start {
             return Err(GraphError::Event {
                 index,
+                clip: clip.map(|clip| clip.name().to_owned()),
                 start: event.start,
                 end: event.end,
             });

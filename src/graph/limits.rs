@@ -42,6 +42,8 @@ impl GraphSettings {
         match lengths.position(long) {
             Some(index) => Err(GraphError::EventTooLong {
                 index,
+                clip: { source.clips.get(source.events[index].clip) }
+                    .map(|clip| clip.name().to_owned()),
                 max: Self::LONGEST_EVENT,
             }),
             None => Ok(()),

@@ -263,6 +263,12 @@ fn bad_settings_and_events_are_named() {
             Err(GraphError::Event { index: 0, .. })
         ));
     }
+    let refused = |bad: Event| build(&clips, &[bad], &default()).unwrap_err().to_string();
+    let said = refused(event(0, 5.0, 6.0));
+    let named = format!("\"{}\", event 0 of all: 5 s to 6 s", clips[0].name());
+    assert!(said.starts_with(&named), "{said}");
+    let said = refused(event(1, 0.1, 0.2));
+    assert!(said.starts_with("event 0: 0.1 s to 0.2 s"), "{said}");
 }
 
 #[test]

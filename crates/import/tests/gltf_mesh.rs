@@ -166,6 +166,45 @@ fn a_file_beside_is_read_once_and_only_if_it_is_used() {
     assert_eq!(asked, [PathBuf::from("mesh.bin")]);
 }
 
+/// Reading each primitive again for each node would take minutes.
+#[test]
+fn many_nodes_may_share_a_mesh_of_many_empty_primitives() {
+    const MANY: usize = 30_000;
+    let bytes = changed(|root| {
+        let mut empty = root["meshes"][0]["primitives"][0].clone();
+        for attribute in ["POSITION", "JOINTS_0", "WEIGHTS_0"] {
+            let index = empty["attributes"][attribute].as_u64().unwrap() as usize;
+            let accessors = root["accessors"].as_array_mut().unwrap();
+            let mut accessor = accessors[index].clone();
+            accessor["count"] = json!(0);
+            empty["attributes"][attribute] = json!(accessors.len());
+            accessors.push(accessor);
+        }
+        empty.as_object_mut().unwrap().remove("indices");
+        let meshes = root["meshes"].as_array_mut().unwrap();
+        let mesh = meshes.len();
+        meshes.push(json!({ "primitives": vec![empty; MANY] }));
+        let nodes = root["nodes"].as_array_mut().unwrap();
+        nodes.extend(vec![json!({ "mesh": mesh, "skin": 0 }); MANY]);
+    });
+    assert_eq!(parse(&bytes).unwrap(), parse(&written()).unwrap());
+}
+
+#[test]
+fn nodes_that_share_a_mesh_each_add_its_triangles() {
+    let once = parse(&written()).unwrap();
+    let bytes = changed(|root| {
+        let nodes = root["nodes"].as_array_mut().unwrap();
+        let with_mesh = nodes.iter().find(|node| node.get("mesh").is_some());
+        let node = with_mesh.unwrap();
+        let copy = json!({ "mesh": node["mesh"], "skin": node["skin"] });
+        nodes.extend([copy.clone(), copy]);
+    });
+    let thrice = parse(&bytes).unwrap();
+    assert_eq!(thrice.triangles.len(), 3 * once.triangles.len());
+    assert_eq!(thrice.vertices, once.vertices.repeat(3));
+}
+
 #[test]
 fn meshes_of_other_programs_are_read_with_their_textures() {
     let Some(root) = std::env::var_os("SABAKI_MOCAP") else {

@@ -154,10 +154,20 @@ fn an_event_that_does_not_end_is_refused_by_number() {
         error,
         GraphError::EventTooLong {
             index: 1,
+            clip: Some(clips[0].name().to_owned()),
             max: 60.0
         }
     );
-    assert!(error.to_string().contains("60 s"), "{error}");
+    let named = format!("\"{}\", event 1 of all: ", clips[0].name());
+    for words in [named.as_str(), "60 s"] {
+        assert!(error.to_string().contains(words), "{error}");
+    }
+    let stranger = Event {
+        clip: 1,
+        ..event(3.0, 63.5)
+    };
+    let (error, _) = refused(&skeleton, &clips, &[stranger]);
+    assert!(error.to_string().starts_with("event 0: "), "{error}");
 }
 
 #[test]

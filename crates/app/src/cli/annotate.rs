@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use sabaki::anim::EventKind;
 use sabaki::archive;
 use sabaki_import::annotate::{Agreement, AnnotateSettings, SpeedCurves, agreement, propose};
-use sabaki_import::{ClipEvents, EventEntry, EventsFile, LoadedClip, ReadError};
+use sabaki_import::{ClipEvents, EventEntry, EventsFile, LoadedClip};
 use serde_json::{Value, json};
 
 use super::annotate_figure::{Figure, Panel};
@@ -113,22 +113,23 @@ impl Report {
         };
         for path in sabaki_import::motion_files(&args.clips)? {
             cancel::check()?;
+            // Without --keep-going such a file is refused before.
+            if let Err(failure) = own_file::check_is_none(&path) {
+                report.left_out.push(failure.to_string());
+                continue;
+            }
             match sabaki_import::read_motions(&path, &args.read.options()) {
                 Ok(motions) => {
                     let motions = motions.iter();
                     let annotated = motions.map(|motion| Annotated::new(motion, args, against));
                     report.clips.extend(annotated);
                 }
-                Err(error) if args.keep_going => report.leave_out(&error),
+                Err(error) if args.keep_going => report.left_out.push(error.to_string()),
                 Err(error) => return Err(error.into()),
             }
         }
         report.compare();
         Ok(report)
-    }
-
-    fn leave_out(&mut self, error: &ReadError) {
-        self.left_out.push(error.to_string());
     }
 
     fn compare(&mut self) {

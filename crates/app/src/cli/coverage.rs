@@ -27,7 +27,7 @@ pub(crate) struct Args {
     #[arg(long, conflicts_with_all = ["directions", "speed", "plot"])]
     by_time: bool,
     /// Seed of the random moments.
-    #[arg(long, value_name = "S", default_value_t = 1)]
+    #[arg(long, value_name = "S", default_value_t = 1, value_parser = whole::<u64>(0..=u64::MAX))]
     seed: u64,
     /// Number of directions.
     #[arg(long, value_name = "N", default_value_t = 8, value_parser = whole::<u64>(2..=36))]

@@ -30,7 +30,7 @@ pub(crate) struct Args {
     #[arg(long, value_name = "N", value_parser = whole::<u64>(1..=1_000_000))]
     attacks: Option<u64>,
     /// Seed of the random attacks; the same seed throws the same balls.
-    #[arg(long, value_name = "S", default_value_t = 1)]
+    #[arg(long, value_name = "S", default_value_t = 1, value_parser = whole::<u64>(0..=u64::MAX))]
     seed: u64,
     /// Attack file (JSON) instead of random attacks; the character stands in the graph's first pose.
     #[arg(long, value_name = "FILE", conflicts_with_all = ["attacks", "seed"])]

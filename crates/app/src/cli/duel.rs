@@ -24,7 +24,7 @@ pub(crate) struct Args {
     #[arg(long, value_name = "N", default_value_t = 8, value_parser = whole::<u32>(1..=10_000))]
     rounds: u32,
     /// Random seed. The same seed gives the same duel.
-    #[arg(long, value_name = "S", default_value_t = 1)]
+    #[arg(long, value_name = "S", default_value_t = 1, value_parser = whole::<u64>(0..=u64::MAX))]
     seed: u64,
     /// Initial distance between the characters, in metres.
     #[arg(long, value_name = "METRES", default_value_t = DuelSettings::default().opening)]

@@ -14,14 +14,14 @@ pub(crate) struct MapArgs {
     #[arg(long, value_name = "METRES", requires = "clips", default_value_t = MapGrid::default().texel)]
     texel: f32,
     /// Side of a texel of attack maps, in texels of the body maps: 1, 2 or 4.
-    #[arg(long, value_name = "TEXELS", requires = "clips", default_value_t = MapGrid::default().attack_pitch)]
-    attack_pitch: u32,
+    #[arg(long, value_name = "TEXELS", requires = "clips", default_value_t = MapGrid::default().attack_pitch.into())]
+    attack_pitch: i128,
     /// Height of a slab, which one map covers, in metres.
     #[arg(long, value_name = "METRES", requires = "clips", default_value_t = MapGrid::default().slab_height)]
     slab: f32,
     /// Number of time slices, 1 to 64, that cover 1.07 s together; 1 for maps without time.
-    #[arg(long, value_name = "N", requires = "clips", default_value_t = MapGrid::default().slices)]
-    slices: u32,
+    #[arg(long, value_name = "N", requires = "clips", default_value_t = MapGrid::default().slices.into())]
+    slices: i128,
     /// Uses the paper's maps: slabs of 0.30 m, outlines, no time.
     #[arg(long, requires = "clips", conflicts_with_all = ["texel", "attack_pitch", "slab", "slices"])]
     paper_maps: bool,
@@ -40,7 +40,7 @@ impl MapArgs {
         check_number((0.001..=10.0).contains(&slab), || {
             format!("--slab {slab}: must be 0.001 to 10 metres")
         })?;
-        let most = MapGrid::MAX_SLICES;
+        let most = MapGrid::MAX_SLICES.into();
         check_number((1..=most).contains(&slices), || {
             format!("--slices {slices}: must be 1 to {most}")
         })
@@ -51,8 +51,8 @@ impl MapArgs {
             true => MapGrid::PAPER,
             false => MapGrid {
                 texel: self.texel,
-                attack_pitch: self.attack_pitch,
-                ..planes(self.slices, self.slab)
+                attack_pitch: self.attack_pitch as u32,
+                ..planes(self.slices as u32, self.slab)
             },
         }
     }

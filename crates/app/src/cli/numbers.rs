@@ -1,21 +1,30 @@
 //! Ranges of the numbers that options give.
 
+use std::num::IntErrorKind;
 use std::ops::RangeInclusive;
 
 use clap::builder::TypedValueParser;
 
 use super::Failure;
 
-/// Reads a whole number of a range. Of a number outside it, negative ones too, the message tells the range.
-pub(crate) fn whole<T>(range: RangeInclusive<i64>) -> impl TypedValueParser<Value = T>
+/// Reads a whole number of a range. The message about any other number, negative or however long, tells the range.
+pub(crate) fn whole<T>(range: RangeInclusive<u64>) -> impl TypedValueParser<Value = T>
 where
-    T: TryFrom<i64, Error: std::error::Error + Send + Sync + 'static>
-        + Clone
-        + Send
-        + Sync
-        + 'static,
+    T: TryFrom<u64> + Clone + Send + Sync + 'static,
 {
-    clap::value_parser!(i64).range(range).try_map(T::try_from)
+    move |text: &str| {
+        let outside = || format!("{text} is not in {}..={}", range.start(), range.end());
+        match text.parse::<i128>() {
+            Ok(number) => { u64::try_from(number).ok() }
+                .filter(|number| range.contains(number))
+                .and_then(|number| T::try_from(number).ok())
+                .ok_or_else(outside),
+            Err(error) => Err(match error.kind() {
+                IntErrorKind::PosOverflow | IntErrorKind::NegOverflow => outside(),
+                _ => error.to_string(),
+            }),
+        }
+    }
 }
 
 /// Refuses a number that an option gives and that is not allowed; `what` names the option and its range.

@@ -21,7 +21,7 @@ pub(crate) struct Args {
     #[arg(long, value_name = "N", default_value_t = 200, value_parser = whole::<u64>(1..=1_000_000))]
     threats: u64,
     /// Seed of the attacks and of the changes of direction.
-    #[arg(long, value_name = "S", default_value_t = 1)]
+    #[arg(long, value_name = "S", default_value_t = 1, value_parser = whole::<u64>(0..=u64::MAX))]
     seed: u64,
     /// Number of threads; 0 for all of the machine. Only times depend on it.
     #[arg(long, value_name = "N", default_value_t = 0, value_parser = whole::<u64>(0..=1024))]

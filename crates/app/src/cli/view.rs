@@ -40,7 +40,7 @@ pub(crate) struct Args {
     #[arg(long)]
     no_grid: bool,
     /// Initial walking direction of the fighter [default: 1].
-    #[arg(long, value_name = "S")]
+    #[arg(long, value_name = "S", value_parser = whole::<u64>(0..=u64::MAX))]
     seed: Option<u64>,
     /// Starts without panels; P shows them.
     #[arg(long)]
@@ -52,7 +52,7 @@ pub(crate) struct Args {
     #[arg(long)]
     uncapped: bool,
     /// Closes after this number of pictures.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
+    #[arg(long, value_name = "N", value_parser = whole::<u64>(1..=u64::MAX))]
     frames: Option<u64>,
     /// Simulated seconds from one picture to the next, whatever the real time; waits for answers. Every run draws the same
     /// pictures.

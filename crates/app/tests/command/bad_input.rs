@@ -108,7 +108,9 @@ fn motions_that_make_no_graph() {
         ["--texel", "0"],
         ["--texel", "-1"],
         ["--slab", "NaN"],
+        ["--slices", "-1"],
         ["--attack-pitch", "3"],
+        ["--attack-pitch", "-1"],
         ["--threshold", "NaN"],
         ["--threshold", "-1"],
         ["--memory", "NaN"],
@@ -164,6 +166,15 @@ fn events_that_do_not_fit() {
     let times = "two events of one kind in the same frames, from 0.25 s to 0.5 s";
     let told = sabaki(folder.path(), &bake(clips, &["--events", "twice.json"]));
     told.is_refused(&["twice.json: ", &name, times]);
+    let long = PLAIN.replace("0.0333", "70");
+    fs::write(folder.path().join("long.bvh"), long).unwrap();
+    fs::write(
+        folder.path().join("long.json"),
+        event("long.bvh", "evasion", 1.0, 63.0),
+    )
+    .unwrap();
+    let told = sabaki(folder.path(), &bake("long.bvh", &["--events", "long.json"]));
+    told.is_refused(&["long.json: \"long.bvh\", event 0 of all: ", "60 s"]);
     sabaki(folder.path(), &bake(path, &["--events", "none.json"])).is_refused(&["none.json"]);
     sabaki(folder.path(), &["dodge", "--events", "events.json"]).is_refused(&["--events"]);
 }
@@ -243,6 +254,25 @@ fn files_of_bakes_that_are_no_motions() {
     for (args, file, what) in cases {
         sabaki(folder.path(), args).is_refused(&[file, what, "not a motion file"]);
     }
+    let clips = clips().0;
+    let of_record = "the record of a bake (for bake --onto)";
+    for (file, what) in [(graph, "a baked graph"), (record, of_record)] {
+        for more in [&[file][..], &[file, "missing.bvh"]] {
+            let told = sabaki(folder.path(), &bake(clips, more));
+            told.is_refused(&[file, what, "not a motion file"]);
+        }
+        let said = format!("{file}: this is {what}, and not a motion file (BVH, AMC or glTF)");
+        let annotate = ["annotate", "--clips", clips, file, "--keep-going", "--json"];
+        for args in [
+            &bake(clips, &[file, "--keep-going", "--json"])[..],
+            &annotate,
+        ] {
+            let left_out = &sabaki(folder.path(), args).json(3)["left_out"];
+            assert_eq!(*left_out, serde_json::json!([said]), "{args:?}");
+        }
+    }
+    let none = bake(graph, &[record, "--keep-going"]);
+    sabaki(folder.path(), &none).is_refused(&[graph, "a baked graph", "not a motion file"]);
 }
 
 #[test]
@@ -343,4 +373,47 @@ fn words_that_it_does_not_know() {
     for args in [["--help"], ["--version"]] {
         assert!(!sabaki(folder.path(), &args).is(0).stdout.is_empty());
     }
+}
+
+#[test]
+fn a_negative_number_is_refused_with_the_option_and_its_range() {
+    let folder = folder();
+    let dodge = ["render", "dodge", "--out", "x.png"];
+    let cases: [(&[&str], &[&str], &str); 12] = [
+        (&["dodge"], &["--seed"], "0..="),
+        (&["compare"], &["--seed"], "0..="),
+        (&["coverage"], &["--seed"], "0..="),
+        (&["duel"], &["--seed"], "0..="),
+        (&["play"], &["--seed"], "0..="),
+        (&["crowd"], &["--seed"], "0..="),
+        (&dodge, &["--seed"], "0..="),
+        (&dodge, &["--index"], "0..="),
+        (&["bake", "plan", "--out", "x"], &["--shards"], "1..=100000"),
+        (&["bake", "shard", "no_plan"], &[], "0..=99999"),
+        (&["bake", "entries", "no_plan"], &[], "0..=99999"),
+        (&["dodge"], &["--threads"], "0..=1024"),
+    ];
+    for (command, option, range) in cases {
+        for number in ["-1", "-170141183460469231731687303715884105729"] {
+            let args = [command, option, &[number]].concat();
+            let ended = sabaki(folder.path(), &args);
+            assert_eq!(ended.code, 2, "{args:?}");
+            let name = option.first().unwrap_or(&"<I>");
+            for words in [name, &*format!("{number} is not in {range}")] {
+                assert!(ended.stderr.contains(words), "{args:?}: {}", ended.stderr);
+            }
+        }
+    }
+    #[cfg(feature = "window")]
+    for (option, range) in [("--seed", "0..="), ("--frames", "1..=")] {
+        let ended = sabaki(folder.path(), &["view", option, "-1"]);
+        assert_eq!(ended.code, 2, "{option}");
+        for words in [option, &*format!("-1 is not in {range}")] {
+            assert!(ended.stderr.contains(words), "{option}: {}", ended.stderr);
+        }
+    }
+    // The largest seed is one.
+    let most = u64::MAX.to_string();
+    let args = ["dodge", "none.sabaki", "--seed", &most];
+    sabaki(folder.path(), &args).is_refused(&["none.sabaki"]);
 }

@@ -85,6 +85,8 @@ impl SkinnedMesh {
             vertices: Vec::new(),
             triangles: Vec::new(),
         };
+        // Primitives of each mesh that is used. Once it is read, only those that added vertices are left.
+        let mut used: HashMap<usize, Vec<&Primitive>> = HashMap::new();
         for (node, of_mesh) in container.root.nodes.iter().enumerate() {
             let (Some(mesh), Some(with)) = (of_mesh.mesh, of_mesh.skin) else {
                 continue;
@@ -93,15 +95,24 @@ impl SkinnedMesh {
                 continue;
             }
             let from = || format!("node {node}");
-            let meshes = &container.root.meshes;
-            let mesh = meshes.get(mesh.value()).ok_or_else(|| GltfError::Index {
+            let index = mesh.value();
+            let mesh = container.root.meshes.get(index);
+            let mesh = mesh.ok_or_else(|| GltfError::Index {
                 from: from(),
                 what: "mesh",
-                index: mesh.value(),
+                index,
             })?;
-            for primitive in &mesh.primitives {
+            let primitives =
+                { used.entry(index) }.or_insert_with(|| mesh.primitives.iter().collect());
+            let mut added = Vec::new();
+            for &primitive in primitives.iter() {
+                let before = builder.vertices.len();
                 builder.add(primitive)?;
+                if builder.vertices.len() > before {
+                    added.push(primitive);
+                }
             }
+            *primitives = added;
         }
         if builder.triangles.is_empty() {
             return Err(GltfError::NoMesh);

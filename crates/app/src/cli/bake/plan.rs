@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use serde_json::json;
 
+use super::super::numbers::whole;
 use super::super::{Done, Failure, source};
 use super::manifest::{MOST_SHARDS, PlanInput};
 use super::shared_bake::{SharedBake, command};
@@ -16,7 +17,7 @@ pub(crate) struct Args {
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
     /// Number of shards of about equal cost.
-    #[arg(long, value_name = "N", default_value_t = 16)]
+    #[arg(long, value_name = "N", default_value_t = 16, value_parser = whole::<usize>(1..=MOST_SHARDS as u64))]
     shards: usize,
 }
 
@@ -33,12 +34,6 @@ pub(super) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
         return Err(Failure::Usage(
             "bake plan needs --clips: BVH or glTF files, or folders of them".to_owned(),
         ));
-    }
-    if !(1..=MOST_SHARDS).contains(&args.shards) {
-        return Err(Failure::Usage(format!(
-            "--shards {}: 1 to {MOST_SHARDS}",
-            args.shards
-        )));
     }
     let input = source::BakeInput::read(&args.clips)?;
     let settings = input.graph_settings();

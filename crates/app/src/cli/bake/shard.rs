@@ -7,6 +7,7 @@ use serde_json::json;
 
 use super::super::numbers::whole;
 use super::super::{Done, Failure};
+use super::manifest::MOST_SHARDS;
 use super::shared_bake::{ShardOutcome, SharedBake};
 
 #[derive(clap::Args)]
@@ -15,7 +16,7 @@ pub(crate) struct Args {
     #[arg(value_name = "DIR")]
     folder: PathBuf,
     /// Number of the shard, from 0.
-    #[arg(value_name = "I")]
+    #[arg(value_name = "I", allow_negative_numbers = true, value_parser = whole::<usize>(0..=MOST_SHARDS as u64 - 1))]
     shard: usize,
     /// Number of threads, or 0 for one thread per CPU core. The shard does not depend on it.
     #[arg(long, value_name = "N", default_value_t = 0, value_parser = whole::<u64>(0..=1024))]

@@ -47,7 +47,7 @@ pub(crate) struct Args {
     #[arg(long)]
     rotations: bool,
     /// Seed of the characters' phases.
-    #[arg(long, default_value_t = 5)]
+    #[arg(long, default_value_t = 5, value_parser = whole::<u64>(0..=u64::MAX))]
     seed: u64,
 }
 

@@ -20,6 +20,7 @@ use super::canvas::Canvas;
 use super::file::{self, Kind};
 use super::{Args, Written, first_given, text_height};
 use crate::cli::culling::DeviceArgs;
+use crate::cli::numbers::whole;
 use crate::cli::picture::{Picture, TextLook};
 use crate::cli::plot::INK;
 use crate::cli::{Failure, cancel, output};
@@ -29,10 +30,10 @@ use crate::cli::{Failure, cancel, output};
 #[command(next_help_heading = "Dodge")]
 pub(crate) struct DodgeArgs {
     /// Seed of the random attacks; `sabaki dodge` throws the same balls [default: 1].
-    #[arg(long, value_name = "S")]
+    #[arg(long, value_name = "S", value_parser = whole::<u64>(0..=u64::MAX))]
     seed: Option<u64>,
     /// Index of the attack [default: 2; with --attack 0].
-    #[arg(long, value_name = "INDEX")]
+    #[arg(long, value_name = "INDEX", value_parser = whole::<u64>(0..=u64::MAX))]
     index: Option<u64>,
     /// Throws the balls of `sabaki coverage --by-time` instead, which hit so long after the query.
     #[arg(long, value_name = "SECONDS", value_parser = contact_parser, conflicts_with = "attack")]

@@ -108,6 +108,14 @@ pub(crate) struct ClipArgs {
     pub(crate) maps: MapArgs,
 }
 
+/// Paths of motions, as far as their first bytes tell.
+pub(super) struct MotionPaths {
+    /// Files and folders that are read.
+    pub(super) read: Vec<PathBuf>,
+    /// Files that are left out, with the reasons.
+    pub(super) left_out: Vec<String>,
+}
+
 fn clip_error(text: &str) -> Result<f32, String> {
     let is_allowed = |&value: &f32| value == 0.0 || (0.01..=300.0).contains(&value);
     let value = text.parse().ok().filter(is_allowed);
@@ -126,11 +134,24 @@ impl ClipArgs {
         })?;
         self.maps.check()?;
         self.figure.check()?;
-        // Of several files those that cannot be read are listed, or left out.
-        if let [only] = self.clips.as_slice() {
-            own_file::check_is_none(only)?;
-        }
         self.read.check_paths(&self.clips)
+    }
+
+    /// The files and folders that are read, without those that a bake wrote.
+    pub(super) fn motion_paths(&self) -> Result<MotionPaths, Failure> {
+        let (mut read, mut left_out) = (Vec::new(), Vec::new());
+        for path in &self.clips {
+            match own_file::check_is_none(path) {
+                Ok(()) => read.push(path.clone()),
+                Err(failure) if self.keep_going => left_out.push(failure),
+                Err(failure) => return Err(failure),
+            }
+        }
+        if read.is_empty() && !left_out.is_empty() {
+            return Err(left_out.swap_remove(0));
+        }
+        let left_out = left_out.iter().map(Failure::to_string).collect();
+        Ok(MotionPaths { read, left_out })
     }
 
     pub(super) fn graph_settings(&self) -> GraphSettings {

@@ -16,6 +16,7 @@ use serde::{Deserialize, Serialize};
 use super::super::Failure;
 use super::super::bake::recorded::{BakeRecord, UnfinishedBake};
 use super::super::figure::Figure;
+use super::args::MotionPaths;
 use super::bake_bar::BakeBar;
 use super::{Baked, ClipArgs, Made};
 
@@ -53,12 +54,14 @@ impl BakeInput {
 
     pub(crate) fn read(args: &ClipArgs) -> Result<Self, Failure> {
         args.check()?;
+        let MotionPaths { read, left_out } = args.motion_paths()?;
         let options = sabaki_import::ReadOptions {
             keep_going: args.keep_going,
             retarget: args.retarget,
             ..args.read.options()
         };
-        let mut set = sabaki_import::read_clips(&args.clips, args.events.as_deref(), &options)?;
+        let mut set = sabaki_import::read_clips(&read, args.events.as_deref(), &options)?;
+        set.left_out.splice(..0, left_out);
         if args.mirror {
             set.add_mirrored()
                 .map_err(|error| Failure::Usage(error.to_string()))?;
@@ -174,11 +177,22 @@ fn bake_clips(
     Ok(baked)
 }
 
-/// Says of which clips a failure is. Not one of them is at fault, but the first says which of many runs it was. Two events in the same
-/// frames are the fault of the events file, if that names their clip.
+/// Says of which clips a failure is. Not one of them is at fault, but the first says which of many runs it was. A wrong event
+/// is the fault of the events file, if that names its clip.
 fn within(args: &ClipArgs, failure: Failure) -> Failure {
-    if let (Failure::Graph(GraphError::EventTwice { clip, .. }), Some(path)) =
-        (&failure, &args.events)
+    let of_clip = match &failure {
+        Failure::Graph(
+            GraphError::EventTwice { clip, .. }
+            | GraphError::Event {
+                clip: Some(clip), ..
+            }
+            | GraphError::EventTooLong {
+                clip: Some(clip), ..
+            },
+        ) => Some(clip),
+        _ => None,
+    };
+    if let (Some(clip), Some(path)) = (of_clip, &args.events)
         && EventsFile::read(path).is_ok_and(|file| !file.events_of(clip).is_empty())
     {
         return failure.within(path);
