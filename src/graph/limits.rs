@@ -40,12 +40,14 @@ impl GraphSettings {
         let long = |seconds: f64| seconds > Self::LONGEST_EVENT;
         let mut lengths = source.events.iter().map(|event| event.end - event.start);
         match lengths.position(long) {
-            Some(index) => Err(GraphError::EventTooLong {
-                index,
-                clip: { source.clips.get(source.events[index].clip) }
-                    .map(|clip| clip.name().to_owned()),
-                max: Self::LONGEST_EVENT,
-            }),
+            Some(index) => {
+                let clip = source.clips.get(source.events[index].clip);
+                Err(GraphError::EventTooLong {
+                    index,
+                    clip: clip.map(|clip| clip.name().to_owned()),
+                    max: Self::LONGEST_EVENT,
+                })
+            }
             None => Ok(()),
         }
     }

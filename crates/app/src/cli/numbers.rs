@@ -15,10 +15,12 @@ where
     move |text: &str| {
         let outside = || format!("{text} is not in {}..={}", range.start(), range.end());
         match text.parse::<i128>() {
-            Ok(number) => { u64::try_from(number).ok() }
-                .filter(|number| range.contains(number))
-                .and_then(|number| T::try_from(number).ok())
-                .ok_or_else(outside),
+            Ok(number) => {
+                let number = u64::try_from(number).ok();
+                let inside = number.filter(|number| range.contains(number));
+                let read = inside.and_then(|number| T::try_from(number).ok());
+                read.ok_or_else(outside)
+            }
             Err(error) => Err(match error.kind() {
                 IntErrorKind::PosOverflow | IntErrorKind::NegOverflow => outside(),
                 _ => error.to_string(),

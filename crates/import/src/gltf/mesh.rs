@@ -102,8 +102,8 @@ impl SkinnedMesh {
                 what: "mesh",
                 index,
             })?;
-            let primitives =
-                { used.entry(index) }.or_insert_with(|| mesh.primitives.iter().collect());
+            let primitives = used.entry(index);
+            let primitives = primitives.or_insert_with(|| mesh.primitives.iter().collect());
             let mut added = Vec::new();
             for &primitive in primitives.iter() {
                 let before = builder.vertices.len();
