@@ -105,3 +105,12 @@ fn a_shard_stops_at_a_step() {
     let left = fs::read_dir(at.join("plan/shards")).unwrap();
     assert_eq!(left.count(), 0, "a file is left");
 }
+
+#[test]
+fn levels_of_detail_that_take_long_are_not_waited_for() {
+    let folder = folder();
+    let at = folder.path();
+    fs::write(at.join("chain.bvh"), swinging(300, 2000)).unwrap();
+    is_cancelled(at, &["lod", "chain.bvh", "--export", "levels.glb"]);
+    assert_eq!(fs::read_dir(at).unwrap().count(), 1, "a file is left");
+}
