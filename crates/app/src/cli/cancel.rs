@@ -1,7 +1,10 @@
 //! Ctrl-C: work that asks stops at its next step, so that nothing is left half-written.
 
+use std::panic::resume_unwind;
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread;
+use std::time::Duration;
 
 use super::{Failure, output};
 
@@ -37,4 +40,24 @@ pub(crate) fn check() -> Result<(), Failure> {
 /// Whether Ctrl-C asked for the end.
 pub(crate) fn is_asked() -> bool {
     CANCELLED.load(Ordering::Relaxed)
+}
+
+/// Does work that never calls [`check`], in a thread of its own. After Ctrl-C the thread is abandoned and ends with the process; the work
+/// must therefore write no file.
+///
+/// # Errors
+/// Those of the work, and [`Failure::Cancelled`] after Ctrl-C.
+pub(crate) fn detached<T: Send + 'static>(
+    work: impl FnOnce() -> Result<T, Failure> + Send + 'static,
+) -> Result<T, Failure> {
+    /// Time between two checks.
+    const PAUSE: Duration = Duration::from_millis(10);
+    listen();
+    let worker = thread::spawn(work);
+    while !worker.is_finished() {
+        check()?;
+        thread::sleep(PAUSE);
+    }
+    check()?;
+    worker.join().unwrap_or_else(|panic| resume_unwind(panic))
 }

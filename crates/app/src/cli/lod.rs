@@ -18,9 +18,9 @@ use super::lod_report::{Report, Source};
 use super::numbers::check_number;
 use super::plot::Plot;
 use super::source::ReadArgs;
-use super::{Done, Failure, lod_report, output};
+use super::{Done, Failure, cancel, lod_report, output};
 
-#[derive(clap::Args)]
+#[derive(Clone, clap::Args)]
 pub(crate) struct Args {
     /// BVH, AMC or glTF files of one skeleton, or folders of them. Default: the embedded motions.
     #[arg(value_name = "CLIP")]
@@ -106,28 +106,13 @@ enum CarrierArg {
 pub(crate) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
     Plot::check(args.plot.as_ref(), as_json)?;
     args.check()?;
-    let source = args.source()?;
-    let settings = args.level_settings(&source.skeleton)?;
-    let levels = Levels::build(&source.skeleton, &source.clips, &settings).map_err(usage)?;
-    let mut pose = Pose::default();
-    source.clips[0].pose(0, &mut pose);
-    let stature = sabaki_import::stature(&source.skeleton, &pose) as f32;
-    // A figure without height in its first frame: its reach serves as its height.
-    let stature = if stature > 0.0 { stature } else { levels.reach };
-    let switching = args.switch_settings(stature);
-    let bands = Switching::new(&levels, &switching).map_err(usage)?;
-    let report = Report {
-        source,
-        levels,
-        stature,
-        order: settings.order,
-        bands,
-        steps: lod_report::Steps::default(),
-        settings: switching,
-    };
-    let report = report.measured().map_err(usage)?;
-    if let Some(path) = &args.export {
-        let clips = report.drawn().map_err(usage)?;
+    let own = args.clone();
+    let (report, clips) = cancel::detached(move || {
+        let report = own.report()?;
+        let clips = own.export.is_some().then(|| report.drawn()).transpose();
+        Ok((report, clips.map_err(usage)?))
+    })?;
+    if let (Some(path), Some(clips)) = (&args.export, clips) {
         let skeleton = &report.source.skeleton;
         archive::write_atomically(path, |file| {
             sabaki_import::gltf::write(file, skeleton, &clips)
@@ -203,6 +188,30 @@ impl Args {
             )));
         }
         output::check_can_be_written("--export", path)
+    }
+
+    /// Reads the clips, builds the levels and measures them.
+    fn report(&self) -> Result<Report, Failure> {
+        let source = self.source()?;
+        let settings = self.level_settings(&source.skeleton)?;
+        let levels = Levels::build(&source.skeleton, &source.clips, &settings).map_err(usage)?;
+        let mut pose = Pose::default();
+        source.clips[0].pose(0, &mut pose);
+        let stature = sabaki_import::stature(&source.skeleton, &pose) as f32;
+        // A figure without height in its first frame: its reach serves as its height.
+        let stature = if stature > 0.0 { stature } else { levels.reach };
+        let switching = self.switch_settings(stature);
+        let bands = Switching::new(&levels, &switching).map_err(usage)?;
+        let report = Report {
+            source,
+            levels,
+            stature,
+            order: settings.order,
+            bands,
+            steps: lod_report::Steps::default(),
+            settings: switching,
+        };
+        report.measured().map_err(usage)
     }
 
     fn source(&self) -> Result<Source, Failure> {

@@ -1,14 +1,16 @@
 //! Ctrl-C while a command works for long.
 
+use std::fmt::Write;
+use std::fs;
+use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::Duration;
 
-use super::run::{baked, command, folder};
+use super::run::{baked, command, folder, sabaki};
 
 /// Runs a command that would take minutes, sends Ctrl-C after `delay`, and returns its exit code and what it wrote.
-fn interrupted(args: &[&str], delay: Duration) -> (Option<i32>, String, String) {
-    let folder = folder();
-    let mut running = command(folder.path(), args)
+fn interrupted(folder: &Path, args: &[&str], delay: Duration) -> (Option<i32>, String, String) {
+    let mut running = command(folder, args)
         .stdout(Stdio::piped())
         .stderr(Stdio::piped())
         .spawn()
@@ -35,8 +37,26 @@ fn interrupted(args: &[&str], delay: Duration) -> (Option<i32>, String, String) 
     )
 }
 
+/// Sends Ctrl-C to a command that would take minutes: it ends with a message, exit code 130, and no output.
+fn is_cancelled(folder: &Path, args: &[&str]) {
+    // It may not have begun to listen.
+    let delays = [200, 400, 800, 1600, 3200].map(Duration::from_millis);
+    let mut ends = { delays.iter() }.map(|&delay| interrupted(folder, args, delay));
+    let listened = ends.find(|(code, ..)| code.is_some());
+    let (code, stdout, stderr) = listened.unwrap_or_else(|| panic!("killed: {args:?}"));
+    assert_eq!(
+        (code, stdout.as_str()),
+        (Some(130), ""),
+        "{args:?}: {stderr}"
+    );
+    for words in ["stops at the next step", "sabaki: cancelled"] {
+        assert!(stderr.contains(words), "{args:?}: {stderr}");
+    }
+}
+
 #[test]
 fn what_takes_long_ends_with_a_message_and_its_exit_code() {
+    let folder = folder();
     let graph = baked();
     let many = "1000000";
     let long: [&[&str]; 7] = [
@@ -49,18 +69,48 @@ fn what_takes_long_ends_with_a_message_and_its_exit_code() {
         &["crowd", "--count", "1000", "--frames", "100000"],
     ];
     for args in long {
-        // It may not have begun to listen.
-        let delays = [200, 400, 800, 1600, 3200].map(Duration::from_millis);
-        let mut ends = delays.iter().map(|&delay| interrupted(args, delay));
-        let listened = ends.find(|(code, ..)| code.is_some());
-        let (code, stdout, stderr) = listened.unwrap_or_else(|| panic!("killed: {args:?}"));
-        assert_eq!(
-            (code, stdout.as_str()),
-            (Some(130), ""),
-            "{args:?}: {stderr}"
-        );
-        for words in ["stops at the next step", "cancelled"] {
-            assert!(stderr.contains(words), "{args:?}: {stderr}");
-        }
+        is_cancelled(folder.path(), args);
     }
+}
+
+/// A BVH file of a chain of joints that swing, each with its own period.
+fn swinging(joints: usize, frames: usize) -> String {
+    let mut text = "HIERARCHY\nROOT j0\n{\nOFFSET 0 90 0\nCHANNELS 1 Zrotation\n".to_owned();
+    for joint in 1..joints {
+        let offset = "OFFSET 0 40 0\nCHANNELS 1 Zrotation";
+        writeln!(text, "JOINT j{joint}\n{{\n{offset}").unwrap();
+    }
+    text += &"}\n".repeat(joints);
+    writeln!(text, "MOTION\nFrames: {frames}\nFrame Time: 0.0333333").unwrap();
+    for frame in 0..frames {
+        for joint in 0..joints {
+            let speed = 0.1 / (1.0 + 0.37 * joint as f64);
+            write!(text, "{:.3} ", 30.0 * (frame as f64 * speed).sin()).unwrap();
+        }
+        text.push('\n');
+    }
+    text
+}
+
+#[test]
+fn a_shard_stops_at_a_step() {
+    let folder = folder();
+    let at = folder.path();
+    fs::write(at.join("long.bvh"), swinging(3, 150_000)).unwrap();
+    let plan = [
+        "bake", "plan", "--clips", "long.bvh", "--out", "plan", "--shards", "1",
+    ];
+    sabaki(at, &plan).is(0);
+    is_cancelled(at, &["bake", "shard", "plan", "0"]);
+    let left = fs::read_dir(at.join("plan/shards")).unwrap();
+    assert_eq!(left.count(), 0, "a file is left");
+}
+
+#[test]
+fn levels_of_detail_that_take_long_are_not_waited_for() {
+    let folder = folder();
+    let at = folder.path();
+    fs::write(at.join("chain.bvh"), swinging(300, 2000)).unwrap();
+    is_cancelled(at, &["lod", "chain.bvh", "--export", "levels.glb"]);
+    assert_eq!(fs::read_dir(at).unwrap().count(), 1, "a file is left");
 }

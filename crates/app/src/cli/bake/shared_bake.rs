@@ -11,10 +11,12 @@
 use std::path::{Path, PathBuf};
 
 use sabaki::internal::{
-    BandJobs, GraphBuilder, MapBand, Minimum, PointCloud, PrunedSearch, TransitionList, Windows,
+    BandJobs, BandMinima, GraphBuilder, MapBand, Minimum, PointCloud, PrunedSearch, SearchScratch,
+    TransitionList, Windows,
 };
+use sabaki::math::in_parallel;
 
-use super::super::{Failure, output};
+use super::super::{Failure, cancel, output};
 use super::manifest::{Manifest, PlanInput};
 use super::partition::Partition;
 use super::sealed::{self, Kind, Seal, Unusable};
@@ -136,16 +138,18 @@ impl SharedBake {
         clips
     }
 
-    /// Computes a shard, unless it is there and sound.
+    /// Computes a shard, unless it is there and sound. Ctrl-C stops it between bands.
     pub(super) fn compute(&self, shard: usize, threads: usize) -> Result<ShardOutcome, Failure> {
         if self.read_shard(shard).is_ok() {
             return Ok(ShardOutcome::WasThere);
         }
+        cancel::listen();
         let clips = self.clips_of(shard);
-        let windows: Vec<Windows> = clips
-            .iter()
-            .map(|&clip| self.windows(clip))
-            .collect::<Result<_, _>>()?;
+        let windows = clips.iter().map(|&clip| {
+            cancel::check()?;
+            self.windows(clip)
+        });
+        let windows: Vec<Windows> = windows.collect::<Result<_, _>>()?;
         let place = |clip: usize| clips.partition_point(|&other| other < clip);
         // The search names clips by their place among those that were read.
         let own = self.partition.bands(shard).map(|band| MapBand {
@@ -155,9 +159,19 @@ impl SharedBake {
         });
         let jobs: Vec<Vec<MapBand>> = BandJobs::new(own).collect();
         let search = PrunedSearch::new(self.manifest.search, windows.iter().collect(), threads);
-        let found = search.minima_of_jobs(&jobs, threads)?;
-        let distances = found.iter().map(|found| found.computed).sum();
-        let found: Vec<Vec<Minimum>> = found.into_iter().map(|found| found.minima).collect();
+        let found = in_parallel(threads, jobs.len(), |job| {
+            let mut scratch = SearchScratch::default();
+            let minima = |&band: &MapBand| {
+                cancel::check()?;
+                Ok(search.minima(band, &mut scratch)?)
+            };
+            jobs[job].iter().map(minima).collect()
+        });
+        let found: Vec<Vec<BandMinima>> = found.into_iter().collect::<Result<_, Failure>>()?;
+        let found = found.into_iter().flatten();
+        let (found, computed): (Vec<Vec<Minimum>>, Vec<u64>) =
+            { found.map(|found| (found.minima, found.computed)) }.unzip();
+        let distances = computed.iter().sum();
         let contents = sealed::encode(&(shard, &found))?;
         sealed::write(&self.shard_file(shard), self.seal(Kind::Shard), &contents)?;
         Ok(ShardOutcome::Computed {
