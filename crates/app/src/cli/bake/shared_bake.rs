@@ -168,10 +168,9 @@ impl SharedBake {
             jobs[job].iter().map(minima).collect()
         });
         let found: Vec<Vec<BandMinima>> = found.into_iter().collect::<Result<_, Failure>>()?;
-        let found = found.into_iter().flatten();
-        let (found, computed): (Vec<Vec<Minimum>>, Vec<u64>) =
-            { found.map(|found| (found.minima, found.computed)) }.unzip();
-        let distances = computed.iter().sum();
+        let found: Vec<BandMinima> = found.into_iter().flatten().collect();
+        let distances = found.iter().map(|found| found.computed).sum();
+        let found: Vec<Vec<Minimum>> = found.into_iter().map(|found| found.minima).collect();
         let contents = sealed::encode(&(shard, &found))?;
         sealed::write(&self.shard_file(shard), self.seal(Kind::Shard), &contents)?;
         Ok(ShardOutcome::Computed {
