@@ -13,7 +13,7 @@ use crate::query::clearance::{Clearance, ExactTest, MotionBody};
 use crate::query::moves::MoveSearch;
 use crate::query::{Answer, Attack};
 
-/// A duel.
+/// A duel. It keeps all that was played, for playback: about 50 MB an hour. After three hours its clock has steps of a millisecond.
 pub struct Duel<'a> {
     pub(super) baked: &'a BakedGraph,
     pub(super) grid: &'a AttackGrid,
