@@ -92,12 +92,12 @@ impl Characters {
     pub fn load(&mut self, bytes: &[u8]) -> Result<(), CharacterError> {
         let wrong = |what| Err(CharacterError::Saved(what));
         let Some((header, saved)) = bytes.split_at_checked(HEADER) else {
-            return wrong("is too short for one");
+            return wrong("is too short");
         };
         if header[..8] != MAGIC {
             return wrong(match archive::is_baked(bytes) {
                 true => "is a baked graph",
-                false => "does not begin with the mark of one",
+                false => "does not begin with the mark of a saved game",
             });
         }
         if header[8..12] != VERSION.to_le_bytes() {
