@@ -20,8 +20,8 @@
 //! | [`character`] | characters that are steered and threatened in a game, thousands of which are posed at once |
 //! | [`duel`] | two characters of one graph that attack and avoid in turn |
 //! | [`query`] | one query: attack, candidates, retiming, culling, exact test, score, answer |
-//! | [`maps`] | body and attack spheres, height slabs, time slices, the rasterizer that the shaders mirror, paths and grids, [`maps::BakedGraph`] |
 //! | [`archive`] | the baked file |
+//! | [`maps`] | body and attack spheres, height slabs, time slices, the rasterizer that the shaders mirror, paths and grids, [`maps::BakedGraph`] |
 //! | [`graph`] | distance map, transitions, links, pruning, events, feet, playback |
 //! | [`crowd`] | poses of ten thousand characters: keys, SIMD kernels, schedule |
 //! | [`lod`] | joint energy, levels of detail, switching between them |

@@ -239,10 +239,10 @@ unsafe extern "C" fn sabaki_step(
 /// # Safety
 /// As `sabaki.h` says.
 #[unsafe(no_mangle)]
-unsafe extern "C" fn sabaki_events(game: *const Game, events: *mut EventOut, room: usize) -> usize {
+unsafe extern "C" fn sabaki_events(game: *const Game, events: *mut EventOut, capacity: usize) -> usize {
     // SAFETY: null, or the caller's game; room for that many events.
     let (game, out) = unsafe {
-        let out = given_slice_mut(events, room, "events").unwrap_or_default();
+        let out = given_slice_mut(events, capacity, "events").unwrap_or_default();
         (game.as_ref(), out)
     };
     let Some(game) = game else {

@@ -126,7 +126,7 @@ unsafe extern "C" fn sabaki_resume(
 unsafe extern "C" fn sabaki_save(
     game: *const Game,
     bytes: *mut u8,
-    room: usize,
+    capacity: usize,
     size: *mut usize,
 ) -> Status {
     call(|| {
@@ -134,7 +134,7 @@ unsafe extern "C" fn sabaki_save(
         let (game, out, size) = unsafe {
             (
                 given(game, "game")?,
-                given_slice_mut(bytes, room, "bytes")?,
+                given_slice_mut(bytes, capacity, "bytes")?,
                 given_mut(size, "size")?,
             )
         };

@@ -138,7 +138,8 @@ typedef struct sabaki_place {
 } sabaki_place;
 
 /* A key of an attack. An attack is a set of spheres that move on straight lines from key to key. `t` counts from now, in
- * seconds. The keys of one sphere stand together, in the order of time; otherwise the attack is refused. */
+ * seconds, at most 600. Centers are in the world, at most 10 km from the origin; radii above 0, at most 100 m. The keys of one sphere
+ * stand together, in the order of time; otherwise the attack is refused, as it is above 262144 keys. */
 typedef struct sabaki_key {
     uint32_t sphere;
     float t;
@@ -263,7 +264,7 @@ typedef struct sabaki_threat {
     float velocity[3];            /* then, at most 1000 m/s */
     float gravity;                /* acceleration downwards, m/s^2, -100 to 100 */
     float seconds;                /* time for which it exists, at most 60 */
-    const sabaki_sphere *spheres; /* 1 to 64; centers relative to the position, at most 100 m away; radii at most 50 m */
+    const sabaki_sphere *spheres; /* 1 to 64; centers relative to the position, at most 100 m away; radii above 0, at most 50 m */
     uint32_t sphere_count;
     uint32_t has_target;          /* 1: only `target` has to avoid it, which must be there when the threat is added. 0: all */
     sabaki_character target;
@@ -287,7 +288,7 @@ typedef struct sabaki_obstacle {
     uint32_t kind; /* sabaki_obstacle_kind */
     float a[3], b[3];
     float radius, heading;
-    float velocity[3];
+    float velocity[3]; /* at most 100 m/s */
     float weight; /* harm of entering it by a metre, against a hit a metre deep, at most 1000000; 0 for the default, 4 */
     uint32_t corner_count;
     const float *corners;
@@ -314,10 +315,11 @@ typedef struct sabaki_event {
 } sabaki_event;
 
 /* Lets `dt` seconds pass. More than 1 counts as 1, a negative or infinite number and NaN as 0: a game that was halted goes on where it was. The
- * obstacles are where they are now; no character enters them. Give all that are within 10 m of a character. */
+ * obstacles are where they are now; no character enters them. Give all that are within 10 m of a character, and moving ones
+ * from as much further as they travel within the horizon. */
 sabaki_status sabaki_step(sabaki_game *game, float dt, const sabaki_obstacle *obstacles, size_t obstacle_count);
-/* Writes at most `room` events of the last step; returns how many there are. */
-size_t sabaki_events(const sabaki_game *game, sabaki_event *events, size_t room);
+/* Writes at most `capacity` events of the last step; returns how many there are. */
+size_t sabaki_events(const sabaki_game *game, sabaki_event *events, size_t capacity);
 /* The joints in the world; `count` is the length of the array. */
 sabaki_status sabaki_pose(sabaki_game *game, sabaki_character character, sabaki_joint *joints, size_t count);
 /* The root in the world (3 numbers), and of `count` joints the rotations (4 numbers each) and positions (3 numbers each) relative to the
@@ -333,14 +335,15 @@ typedef struct sabaki_local_pose {
     uint32_t count; /* number of joints */
 } sabaki_local_pose;
 
-/* Hands the body to something else, such as a ragdoll; takes it back from two poses that were seen `seconds` apart. */
+/* Hands the body to something else, such as a ragdoll; takes it back from two poses that were seen `seconds` apart
+ * (0.0001 to 1): roots at most 5 km from the origin, rotations of length 1. */
 sabaki_status sabaki_release(sabaki_game *game, sabaki_character character);
 sabaki_status sabaki_resume(sabaki_game *game, sabaki_character character, const sabaki_local_pose *before,
                             const sabaki_local_pose *now, float seconds);
 
-/* Everything but graph and settings. `*size` is the size that is needed; nothing is written if `room` is 0. What is loaded goes on
+/* Everything but graph and settings. `*size` is the size that is needed; nothing is written if `capacity` is 0. What is loaded goes on
  * to the same bit; bytes that are damaged, of another graph or of another version of sabaki are refused. */
-sabaki_status sabaki_save(const sabaki_game *game, void *bytes, size_t room, size_t *size);
+sabaki_status sabaki_save(const sabaki_game *game, void *bytes, size_t capacity, size_t *size);
 sabaki_status sabaki_load(sabaki_game *game, const void *bytes, size_t size);
 
 #ifdef __cplusplus

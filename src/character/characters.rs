@@ -264,7 +264,8 @@ impl Characters {
     /// Lets `dt` seconds pass: plans what must be planned, steers, and measures how near threats come. Events are appended to `events`,
     /// by character. A negative or infinite time counts as 0, and one above a second as a second: a game that was halted goes on where it was.
     ///
-    /// `obstacles` are where they are now; no character enters them. Give all that are within 10 m of a character.
+    /// `obstacles` are where they are now; no character enters them. Give all that are within 10 m of a character,
+    /// and moving ones from as much further as they travel within the horizon.
     pub fn step(&mut self, dt: f32, obstacles: &[Obstacle], events: &mut Vec<CharacterEvent>) {
         let _span = tracing::trace_span!("characters: step").entered();
         let dt = if dt.is_finite() {

@@ -14,9 +14,9 @@ pub enum Goal {
     Idle,
     /// Walks or runs, as nearly as the clips do: where none goes so fast, or backwards or sideways, the character goes slower or turns.
     Walk {
-        /// Velocity over the ground, in metres per second.
+        /// Velocity over the ground in the world, at most 100 m/s.
         velocity: Vec3,
-        /// Heading of the body, in radians; `None` for that of the velocity.
+        /// Heading of the body in the world, in radians; `None` for that of the velocity.
         facing: Option<f32>,
     },
     /// Stands and turns to a heading, in radians.
@@ -26,9 +26,9 @@ pub enum Goal {
     },
     /// Goes to a point and stops there.
     GoTo {
-        /// The point.
+        /// The point in the world, in metres; at most 5 km from the origin.
         point: Vec3,
-        /// Speed on the way, in metres per second.
+        /// Speed on the way, 0 to 100 m/s.
         speed: f32,
     },
     /// Stops as soon as it can, then stands.

@@ -58,7 +58,7 @@ impl Threat {
         }
     }
 
-    /// Refuses numbers that are not finite, or more than an [`Attack`](crate::query::Attack) may hold. `now` is the characters' time.
+    /// Refuses numbers that are not finite, or outside the ranges of the fields. `now` is the characters' time.
     pub(super) fn check(&self, now: f64) -> Result<(), CharacterError> {
         const AN_HOUR: f32 = 3_600.0;
         let from_now = (self.time - now) as f32;

@@ -1,5 +1,5 @@
 //! The culling shaders, and the host structs that they read. `shaders/table.rs` is generated from the committed SPIR-V;
-//! `tests/shader_table.rs` generates it again and compares.
+//! `tests/gpu/shader_table.rs` generates it again and compares.
 
 use std::mem::{offset_of, size_of};
 

@@ -7,6 +7,6 @@ pub struct ClipSource<'a> {
     pub skeleton: &'a Skeleton,
     /// Clips, at any frame rates.
     pub clips: &'a [Clip],
-    /// Labelled events of the clips. Events of one clip must not overlap.
+    /// Labelled events of the clips. They may overlap; two of one kind with the same frames are an error.
     pub events: &'a [Event],
 }

@@ -1,7 +1,7 @@
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
-/// Position and radius of a moving sphere at one time. Both are interpolated linearly between keys.
+/// Position and radius of a moving sphere at one time, in the space of what it belongs to: the world for an attack. Both are interpolated linearly between keys.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SphereKey {
     /// Time, in seconds.

@@ -122,7 +122,8 @@ impl Attack {
     /// ground, facing) begins it `start` seconds from now.
     ///
     /// # Errors
-    /// None for a start within 0 to 500 s and a placement within some kilometres.
+    /// If a key is later than [`Attack::LATEST`] or further than 10 km from the origin: none for a start within 0 to 500 s and a
+    /// placement within some kilometres.
     pub fn of_attack_move(
         baked: &BakedGraph,
         attack: &AttackMove,

@@ -13,7 +13,7 @@ use super::warp::WarpSettings;
 /// Settings of a query.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct QuerySettings {
-    /// The set that candidates come from.
+    /// The set that candidates come from. Default [`Enumerate::TouchedCells`].
     pub enumerate: Enumerate,
     /// Limits of the playback rate.
     pub rates: RateSettings,

@@ -1,5 +1,5 @@
 //! The drawing shaders, and the host structs that they read. `shaders/table.rs` is generated from the committed SPIR-V;
-//! `tests/shader_table.rs` generates it again and compares.
+//! a test of `tests/main.rs` generates it again and compares.
 
 use std::mem::{offset_of, size_of};
 

@@ -6,28 +6,28 @@ use super::super::range::within;
 /// Limits of steering.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SteerSettings {
-    /// Time between two searches, in seconds. Default 0.15. A goal that changes is searched for at once.
+    /// Time between two searches, in seconds, 0 to 60. Default 0.15. A goal that changes is searched for at once.
     pub interval: f32,
-    /// Time in which a jump blends, in seconds. Default 0.3.
+    /// Time in which a jump blends, in seconds, 0 to 10. Default 0.3.
     pub blend: f32,
     /// A jump is made only to a moment that is nearer to what is asked for than the one that is played, by this: a squared distance of
-    /// features without a unit, of which 1 is about 8 cm of the way in 0.2 s. Default 1.5.
+    /// features without a unit, of which 1 is about 8 cm of the way in 0.2 s; 0 to 1,000,000. Default 1.5.
     pub gain: f32,
-    /// Slowest playback rate. Default 0.8.
+    /// Slowest playback rate, 0.1 to 10. Default 0.8.
     pub slowest: f32,
-    /// Fastest playback rate. Default 1.25.
+    /// Fastest playback rate, from the slowest to 10. Default 1.25.
     pub fastest: f32,
-    /// Fastest turn that is added to a character that walks, in radians per second. Default 2.6.
+    /// Fastest turn that is added to a character that walks, in radians per second, 0 to 100. Default 2.6.
     pub turn: f32,
-    /// Fastest turn that is added to a character that stands, in radians per second. Default 1.6.
+    /// Fastest turn that is added to a character that stands, in radians per second, 0 to 100. Default 1.6.
     pub standing_turn: f32,
-    /// Largest turn that a jump adds, in radians. Default 0.5.
+    /// Largest turn that a jump adds, in radians, 0 to 10. Default 0.5.
     pub jump_turn: f32,
-    /// Distance that the root keeps from obstacles on the ground, in metres. Default 0.45.
+    /// Distance that the root keeps from obstacles on the ground, in metres, 0 to 100. Default 0.45.
     pub clearance: f32,
-    /// Obstacles that are reached within this time are steered around, in seconds. Default 1.2.
+    /// Obstacles that are reached within this time are steered around, in seconds, 0 to 60. Default 1.2.
     pub foresight: f32,
-    /// What stands idle repeats nothing within this time where the clips allow, in seconds. Default 10.
+    /// What stands idle repeats nothing within this time where the clips allow, in seconds, 0 to 3,600. Default 10.
     pub repeat: f32,
 }
 

@@ -4,7 +4,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::query::evaluation::Evaluation;
 
-/// The implementation that counts the overlaps of candidates and attack. All of them return the same counts.
+/// The implementation that counts the overlaps of candidates and attack. All but [`CullPath::Exact`], which
+/// counts nothing, return the same counts; occlusion queries on a device that has no precise ones tell only zero from more.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum CullPath {
@@ -13,7 +14,7 @@ pub enum CullPath {
     /// The maps on the CPU.
     #[default]
     Cpu,
-    /// The maps on a Vulkan device, by stencil buffer and occlusion queries.
+    /// The maps on a Vulkan device, by stencil buffer, counted by atomic additions or occlusion queries.
     Stencil,
     /// The maps on a Vulkan device, by a compute shader.
     Compute,

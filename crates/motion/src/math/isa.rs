@@ -10,7 +10,7 @@ use std::sync::OnceLock;
 pub enum Isa {
     /// The instruction set that the program was built for.
     Portable,
-    /// x86-64 with AVX2, FMA and BMI.
+    /// x86-64 with AVX2, FMA, BMI1, BMI2 and POPCNT.
     Avx2,
     /// x86-64 with the AVX-512 of servers since 2017: F, BW, DQ, VL, CD.
     Avx512,
