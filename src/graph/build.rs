@@ -97,7 +97,8 @@ impl<'a> GraphBuilder<'a> {
         check_joints(source)?;
         settings.check_size(source)?;
         let record = GraphRecord::new(source, settings);
-        let common: Vec<ClipMatch> = { earlier.iter() }
+        let common: Vec<ClipMatch> = earlier
+            .iter()
             .map(|earlier| record.clips_of(earlier))
             .collect();
         let clips = clips(source, settings, |clip| {
@@ -120,7 +121,9 @@ impl<'a> GraphBuilder<'a> {
         let feet = Feet::new(source.skeleton, &clips, settings);
         Ok(Self {
             record,
-            known: { common.into_iter().zip(earlier) }
+            known: common
+                .into_iter()
+                .zip(earlier)
                 .map(|(clips, earlier)| Known::new(clips, earlier))
                 .collect(),
             watch: &Unwatched,
@@ -288,7 +291,11 @@ impl<'a> GraphBuilder<'a> {
             None => 0,
         };
         let none = KnownLinks::default();
-        let known = { self.known.iter().map(|known| &known.links) }.find(|links| links.has_any());
+        let known = self
+            .known
+            .iter()
+            .map(|known| &known.links)
+            .find(|links| links.has_any());
         let source = LinkSource {
             clips: &self.clips,
             aligner: self.aligner(),
@@ -439,6 +446,9 @@ impl<'a> EventsByClip<'a> {
     /// Whether a transition would blend a part of an event.
     fn is_cut(&self, transition: &Transition) -> bool {
         let clips = [transition.source_clip, transition.target_clip];
-        { clips.iter().flat_map(|&clip| &self.0[clip]) }.any(|event| transition.cuts(event))
+        clips
+            .iter()
+            .flat_map(|&clip| &self.0[clip])
+            .any(|event| transition.cuts(event))
     }
 }

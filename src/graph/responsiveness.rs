@@ -32,7 +32,8 @@ impl MotionGraph {
         seconds: &[f64],
         threads: usize,
     ) -> Vec<Responsiveness> {
-        let limits: Vec<u32> = { seconds.iter() }
+        let limits: Vec<u32> = seconds
+            .iter()
             .map(|&seconds| within(seconds, self.frame_rate))
             .collect();
         let (moments, jumps, played) = moments::of_graph(self);

@@ -168,9 +168,7 @@ impl Baker {
             body: &self.body,
             grid: self.settings.maps,
         };
-        let edges: Vec<EdgeId> = { self.evasions.iter().chain(&self.attacks) }
-            .copied()
-            .collect();
+        let edges: Vec<EdgeId> = self.evasions.iter().chain(&self.attacks).copied().collect();
         let prepared = in_parallel(self.settings.threads, edges.len(), |index| {
             let edge = edges[index];
             let kind = match index < self.evasions.len() {
@@ -281,7 +279,9 @@ impl Baker {
     ) -> Result<Recorded<BakedGraph, TableRecord>, BakeError> {
         let maps = self.gathered(&maps)?;
         let keys = std::mem::take(&mut self.keys);
-        let recorded = { keys.into_iter().zip(&maps) }
+        let recorded = keys
+            .into_iter()
+            .zip(&maps)
             .filter_map(|(key, maps)| Some((key?, maps.clone())))
             .collect();
         let recorded = MapRecord::new((self.body.clone(), self.settings.maps), recorded);

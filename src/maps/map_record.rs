@@ -87,7 +87,10 @@ pub(super) struct KnownMaps(FxHashMap<MapKey, EventMaps>);
 impl KnownMaps {
     /// Takes over the maps of a record, if they are of this body and this grid.
     pub(super) fn onto(record: MapRecord, clips: &ClipMatch, basis: (&Body, MapGrid)) -> Self {
-        let is_same = { record.basis.as_ref() }.is_some_and(|(body, grid)| (body, *grid) == basis);
+        let is_same = record
+            .basis
+            .as_ref()
+            .is_some_and(|(body, grid)| (body, *grid) == basis);
         if !is_same {
             return Self::default();
         }

@@ -178,7 +178,8 @@ mod tests {
         ) {
             let lanes = slices.div_ceil(32) as usize;
             let mut map = MaskMap::new(MapRect { u, v, width, height }, lanes);
-            let texels: Vec<[u32; 3]> = { texels.iter() }
+            let texels: Vec<[u32; 3]> = texels
+                .iter()
                 .map(|[column, row, slice]| [column % width, row % height, slice % slices])
                 .collect();
             for &[column, row, slice] in &texels {

@@ -42,7 +42,7 @@ fn packed(words: &[u32]) -> Vec<u8> {
     while !left.is_empty() {
         let zeros = left.iter().take(MOST_ZEROS).take_while(|&&word| word == 0);
         let (_, rest) = left.split_at(zeros.count());
-        let count = { rest.iter().take(MOST_WORDS) }.take_while(|&&word| word != 0);
+        let count = rest.iter().take(MOST_WORDS).take_while(|&&word| word != 0);
         let (own, rest_of_all) = rest.split_at(count.count());
         bytes.extend([(left.len() - rest.len()) as u8, own.len() as u8]);
         bytes.extend(own.iter().flat_map(|word| word.to_le_bytes()));

@@ -311,7 +311,10 @@ fn bounds_hold_for_still_motion_and_far_from_the_origin() {
 fn captures_need_few_of_all_distances() {
     let Some(set) = captures("fight") else { return };
     let weights = vec![1.0; set.skeleton.len()];
-    let windows: Vec<Windows> = { set.clips.iter().step_by(5) }
+    let windows: Vec<Windows> = set
+        .clips
+        .iter()
+        .step_by(5)
         .map(|clip| {
             let clip = clip.resampled(30.0).unwrap();
             Windows::new(&PointCloud::new(&set.skeleton, &clip, &weights), 10)

@@ -91,7 +91,10 @@ fn watched(
         threads,
         ..BakeSettings::default()
     };
-    let mut tables = { of_tables.into_iter().zip(clips).rev() }
+    let mut tables = of_tables
+        .into_iter()
+        .zip(clips)
+        .rev()
         .map(|(record, clips)| EarlierTables { record, clips });
     let tables = tables.find(|earlier| earlier.record != TableRecord::default());
     let baker = Baker::onto(graph, settings, tables.unwrap_or_default()).unwrap();

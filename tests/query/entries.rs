@@ -214,7 +214,7 @@ fn an_attack_in_the_middle_of_a_blend_is_answered_from_there() {
             continue;
         }
         assert!(first.motion.is_blending(now));
-        let spheres = { thrown.throw.attack.spheres().iter() }.map(|sphere| {
+        let spheres = thrown.throw.attack.spheres().iter().map(|sphere| {
             let later = |key: &SphereKey| SphereKey {
                 t: key.t + 0.15,
                 ..*key
@@ -225,7 +225,7 @@ fn an_attack_in_the_middle_of_a_blend_is_answered_from_there() {
         let request = Request::of_motion(graph, first.motion.moment_at(now), &second);
         query.answer(request, &mut context, &mut answer);
         let here = [(&first.motion, now), (&answer.motion, 0.0)].map(|(m, t)| centres(baked, m, t));
-        let furthest = { here[0].iter().zip(&here[1]) }.map(|(a, b)| a.distance(*b));
+        let furthest = here[0].iter().zip(&here[1]).map(|(a, b)| a.distance(*b));
         assert!(furthest.fold(0.0, f32::max) < 1e-3);
         let test = ExactTest::new(baked, &second);
         let measured = test.on_motion(&answer.motion, &mut MotionBody::default());

@@ -41,7 +41,7 @@ fn an_exit_begins_inside_an_event_and_ends_in_natural_motion() {
         motion.enter(graph, seconds, &exit);
         motion.extend(graph, seconds + 2.0);
         let start = [&before, &motion].map(|motion| centres(baked, motion, seconds));
-        let apart = { start[0].iter().zip(&start[1]) }.map(|(a, b)| a.distance(*b));
+        let apart = start[0].iter().zip(&start[1]).map(|(a, b)| a.distance(*b));
         assert!(apart.fold(0.0, f32::max) < 1e-3);
         let event =
             |motion: &Motion, seconds: f32| graph.edge(motion.playhead(graph, seconds).edge).event;

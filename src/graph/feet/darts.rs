@@ -110,7 +110,9 @@ impl DartTest {
         align: impl Fn(&Transition) -> Rigid2 + Sync,
     ) -> Vec<bool> {
         let keys: Vec<DartKey> = transitions.iter().map(DartKey::of).collect();
-        let new: Vec<Transition> = { transitions.iter().zip(&keys) }
+        let new: Vec<Transition> = transitions
+            .iter()
+            .zip(&keys)
             .filter(|(_, key)| !self.known.contains_key(key) && !self.results.contains_key(key))
             .map(|(transition, _)| *transition)
             .collect();

@@ -24,7 +24,9 @@ pub(super) struct Candidate {
 impl Candidate {
     /// The order by cost, then by event.
     pub(super) fn closest_first(&self, other: &Self) -> Ordering {
-        { self.cost.total_cmp(&other.cost) }.then(self.event.cmp(&other.event))
+        self.cost
+            .total_cmp(&other.cost)
+            .then(self.event.cmp(&other.event))
     }
 }
 

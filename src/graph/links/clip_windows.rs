@@ -75,7 +75,8 @@ impl<'a> ClipWindows<'a> {
             made: (0..clips).map(|_| OnceLock::new()).collect(),
         };
         let step = clips.div_ceil(SAMPLES).max(1);
-        let samples: Vec<&Windows> = { (0..clips).step_by(step) }
+        let samples: Vec<&Windows> = (0..clips)
+            .step_by(step)
             .map(|clip| windows.of(clip))
             .collect();
         let least = lengths.threshold.min(lengths.loosest);

@@ -74,7 +74,8 @@ impl Candidates<'_> {
             let links = found[clip].iter().flatten();
             links.filter_map(|&link| self.space.refined(link)).collect()
         });
-        let mut found: Vec<Candidate> = { refined.into_iter() }
+        let mut found: Vec<Candidate> = refined
+            .into_iter()
             .flat_map(|links: Vec<_>| links)
             .collect();
         // The sort is stable, so that ties keep the order of clips and frames.

@@ -83,7 +83,8 @@ impl Scene {
     pub(super) fn new() -> Self {
         let skeleton = skeleton();
         let clips: Vec<Clip> = (0..CLIPS).map(|seed| clip(&skeleton, seed)).collect();
-        let clouds: Vec<PointCloud> = { clips.iter() }
+        let clouds: Vec<PointCloud> = clips
+            .iter()
             .map(|clip| PointCloud::new(&skeleton, clip, &[1.0; 4]))
             .collect();
         let settings = GraphSettings::default();

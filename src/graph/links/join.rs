@@ -58,7 +58,7 @@ fn first_cycle(search: &mut LinkSearch<'_>, open: &[usize]) -> Result<(), Stoppe
         let found = candidates.find(&[index], Side::After, Some(&allowed))?;
         loops.extend(found.first());
     }
-    let best = { loops.iter() }.min_by(|a, b| a.cost.total_cmp(&b.cost));
+    let best = loops.iter().min_by(|a, b| a.cost.total_cmp(&b.cost));
     if let Some(best) = best {
         search.take(best.link);
     }

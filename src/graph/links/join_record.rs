@@ -73,7 +73,7 @@ impl Joins {
             let event = now(&key.event)?;
             // A link of a clip that is gone is of no clip.
             let clip = |link: &JoinLink| clips.now(link.clip).unwrap_or(u32::MAX);
-            let links = { links.iter() }.map(|link| JoinLink {
+            let links = links.iter().map(|link| JoinLink {
                 clip: clip(link),
                 ..*link
             });

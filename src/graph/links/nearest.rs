@@ -32,7 +32,9 @@ impl Joins {
     ) -> Result<Vec<Vec<Candidate>>, Stopped> {
         /// Number of ranges that are compared with a clip one after the other.
         const TOGETHER: usize = 32;
-        let margins: Vec<Option<EventMargin>> = { wanted.events.iter() }
+        let margins: Vec<Option<EventMargin>> = wanted
+            .events
+            .iter()
             .map(|&event| candidates.space.margin(event, wanted.side))
             .collect();
         candidates.make_windows(margins.iter().flatten());

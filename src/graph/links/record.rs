@@ -61,7 +61,9 @@ impl KnownLinks {
     }
 
     pub(super) fn ranges<'r>(&self, ranges: &'r [EventMargin]) -> KnownRanges<'r> {
-        let places: FxHashMap<EventFrames, usize> = { ranges.iter().enumerate() }
+        let places: FxHashMap<EventFrames, usize> = ranges
+            .iter()
+            .enumerate()
             .map(|(index, range)| (range.frames, index))
             .collect();
         let place = |range: &EventFrames| {

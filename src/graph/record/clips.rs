@@ -21,7 +21,9 @@ impl ClipMatch {
             .enumerate()
             .map(|(at, &key)| (key, at))
             .collect();
-        let pairs: Vec<(usize, usize)> = { now.iter().enumerate() }
+        let pairs: Vec<(usize, usize)> = now
+            .iter()
+            .enumerate()
             .filter_map(|(at, key)| Some((at, *places.get(key)?)))
             .collect();
         let mut found = Self {

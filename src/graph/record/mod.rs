@@ -91,7 +91,9 @@ impl GraphRecord {
     /// The compressed clip that a clip of a later bake has in common with the bake of this record.
     pub(super) fn take_clip(&mut self, common: &ClipMatch, clip: usize) -> Option<Clip> {
         let earlier = common.earlier(clip)? as usize;
-        { self.compressed.get_mut(earlier) }.and_then(|slot| slot.take())
+        self.compressed
+            .get_mut(earlier)
+            .and_then(|slot| slot.take())
     }
 
     /// The clips of this record that an earlier one has, too; none if that was made with other settings, for another skeleton or by another

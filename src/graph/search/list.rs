@@ -107,7 +107,9 @@ fn keep_closest(transitions: &mut Vec<Transition>, length: usize, most: usize) {
     let stretch = |t: &Transition| (t.source_clip, t.source_frame / length);
     let order = sorted_indices(transitions.len(), &|&a, &b| {
         let (a, b) = (&transitions[a], &transitions[b]);
-        { stretch(a).cmp(&stretch(b)) }.then(a.distance.total_cmp(&b.distance))
+        stretch(a)
+            .cmp(&stretch(b))
+            .then(a.distance.total_cmp(&b.distance))
     });
     let same = |&a: &usize, &b: &usize| stretch(&transitions[a]) == stretch(&transitions[b]);
     let stretches = order.chunk_by(same).count();

@@ -147,7 +147,10 @@ impl<'a> PrunedSearch<'a> {
             computed += search.compute(first..end, scratch);
             let last = if end == beside.end { end } else { end - 1 };
             search.collect(first..last, scratch);
-            let all = { scratch.found.iter() }.try_for_each(|&minimum| close.push(minimum));
+            let all = scratch
+                .found
+                .iter()
+                .try_for_each(|&minimum| close.push(minimum));
             if let Err(error) = all {
                 *scratch = SearchScratch::default();
                 return Err(error);

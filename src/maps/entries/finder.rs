@@ -136,7 +136,8 @@ impl<'a> Finder<'a> {
             let clip = target.clip;
             Points::of(graph, head, Node { clip, frame })
         };
-        let stances: Vec<Stance> = { targets.iter() }
+        let stances: Vec<Stance> = targets
+            .iter()
             .map(|target| Stance::of_frame(graph, facing, target.node()))
             .collect();
         let legs = graph.feet().legs().len().min(Stance::LEGS);

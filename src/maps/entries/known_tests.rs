@@ -44,13 +44,16 @@ impl EarlierEntries {
         basis: TestBasis<'_>,
     ) -> KnownTests<'a> {
         let clips = &self.clips;
-        let places: FxHashMap<TargetKey, u16> =
-            { table.targets.iter().take(usize::from(u16::MAX)).zip(0..) }
-                .filter_map(|(&key, index)| {
-                    let clip = clips.now(key.clip)?;
-                    Some((TargetKey { clip, ..key }, index))
-                })
-                .collect();
+        let places: FxHashMap<TargetKey, u16> = table
+            .targets
+            .iter()
+            .take(usize::from(u16::MAX))
+            .zip(0..)
+            .filter_map(|(&key, index)| {
+                let clip = clips.now(key.clip)?;
+                Some((TargetKey { clip, ..key }, index))
+            })
+            .collect();
         let first_moment = |clip: usize| {
             let earlier = clips.earlier(clip)? as usize;
             self.record.first_moment.get(earlier).copied()
@@ -70,14 +73,18 @@ impl EarlierEntries {
         KnownTests {
             has_all: table.targets.iter().all(has_frame),
             first_moment: (0..clips.len()).map(first_moment).collect(),
-            step: { self.record.settings }.map_or(1, |settings| settings.moment_step.max(1)),
+            step: self
+                .record
+                .settings
+                .map_or(1, |settings| settings.moment_step.max(1)),
             legs: basis.legs,
             new: (0..targets.len())
                 .filter(|&target| targets[target].is_none())
                 .collect(),
             targets,
             now,
-            needed: { basis.limits }
+            needed: basis
+                .limits
                 .change_since(&table.limits)
                 .map_or_else(NeededCodes::unknown, |factors| NeededCodes::new(&factors)),
             table,

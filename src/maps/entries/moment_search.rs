@@ -47,7 +47,8 @@ impl MomentSearch<'_> {
     ) -> impl Iterator<Item = MomentFound> + use<> {
         let (graph, step) = (self.entries.graph, self.settings.moment_step);
         let frames = graph.clips().iter().map(|clip| clip.frames() as u32);
-        let moments: Vec<Node> = { frames.zip(0..) }
+        let moments: Vec<Node> = frames
+            .zip(0..)
             .flat_map(|(frames, clip)| {
                 let frames = (0..frames).step_by(step as usize);
                 let clip = ClipId(clip);
@@ -94,8 +95,9 @@ impl MomentSearch<'_> {
             let known = finder.known.as_ref()?;
             let tests = known.all(before.node())?;
             let (near, furthest) = (&mut scratch.near, tests.furthest);
-            let is_near =
-                { from.as_ref() }.is_some_and(|from| finder.has_new_near(from, furthest, near));
+            let is_near = from
+                .as_ref()
+                .is_some_and(|from| finder.has_new_near(from, furthest, near));
             (!is_near).then_some((tests, known))
         });
         let most = self.settings.most as usize;

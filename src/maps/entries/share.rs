@@ -20,7 +20,8 @@ impl MomentShare {
 
     /// The batches of the share.
     pub(super) fn of<T>(self, moments: &[T]) -> impl Iterator<Item = &[T]> {
-        { moments.chunks(Self::BATCH) }
+        moments
+            .chunks(Self::BATCH)
             .skip(self.index)
             .step_by(self.of)
     }

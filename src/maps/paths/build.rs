@@ -204,7 +204,8 @@ impl<'a> Layers<'a> {
                 .min(PathSettings::MOST_OF_ALL / graph.nodes().len().max(1))
                 .div_euclid(longest + 1)
                 .max(1),
-            steps: { graph.edge_ids() }
+            steps: graph
+                .edge_ids()
                 .map(|edge| step(graph, source.placements, edge))
                 .collect(),
             starts,

@@ -43,12 +43,12 @@ impl PathTable {
         let check = Check {
             table: &self,
             restorer: &restorer,
-            starts: { beside.evasions.iter() }
+            starts: beside
+                .evasions
+                .iter()
                 .map(|evasion| graph.edge(evasion.edge).from)
                 .collect(),
-            frames: { self.links.iter() }
-                .map(|_| AtomicU16::new(UNKNOWN))
-                .collect(),
+            frames: self.links.iter().map(|_| AtomicU16::new(UNKNOWN)).collect(),
         };
         check.run()?;
         Ok(Self {
@@ -256,7 +256,9 @@ impl Check<'_> {
             (path, node) = (rest, to);
         };
         while let Some(longer) = open.pop() {
-            frames = { frames.checked_add(longer.frames) }.filter(|&frames| frames < UNKNOWN)?;
+            frames = frames
+                .checked_add(longer.frames)
+                .filter(|&frames| frames < UNKNOWN)?;
             self.frames[longer.path as usize].store(frames, Ordering::Relaxed);
         }
         Some(frames)

@@ -155,7 +155,10 @@ impl Query {
     /// Distance of two projections, in metres.
     fn distance(&self, other: &Self) -> f64 {
         let product = |a: f32, b: f32| f64::from(a) * f64::from(b);
-        let reals: f64 = { self.reals.iter().zip(&other.reals) }
+        let reals: f64 = self
+            .reals
+            .iter()
+            .zip(&other.reals)
             .map(|(&a, &b)| product(a, b))
             .sum();
         let mut turned: Complex = [0.0; 2];

@@ -81,17 +81,25 @@ impl Projection {
             let points = projection.points(clip, frame);
             high.add(&points.heights);
             // The part along the ground mean is a direction of its own.
-            let mean = { points.places.iter().zip(&projection.roots) }
+            let mean = points
+                .places
+                .iter()
+                .zip(&projection.roots)
                 .fold([0.0; 2], |sum, (place, root)| {
                     [0, 1].map(|axis| sum[axis] + root * place[axis] / total)
                 });
-            let around: Vec<Complex> = { points.places.iter().zip(&projection.roots) }
+            let around: Vec<Complex> = points
+                .places
+                .iter()
+                .zip(&projection.roots)
                 .map(|(place, root)| [0, 1].map(|axis| place[axis] - root * mean[axis]))
                 .collect();
             ground.add(&around);
         }
         projection.high = high.components(COMPONENTS, &[]);
-        let mean: Vec<Complex> = { projection.roots.iter() }
+        let mean: Vec<Complex> = projection
+            .roots
+            .iter()
             .map(|root| [root / total.sqrt(), 0.0])
             .collect();
         projection.ground = ground.components(COMPONENTS, std::slice::from_ref(&mean));
