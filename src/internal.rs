@@ -1,9 +1,9 @@
-//! What the packages of this workspace share with the component and a host never names: maps as bits, drawings, the exact test.
+//! Types that the packages of this workspace share with the component and that a host does not need: maps as bits, drawings, the exact test.
 //!
-//! No promise of compatibility holds here: a version's last number may change any of it.
+//! They are not covered by semantic versioning: any patch release may change them.
 pub use crate::duel::trunk::Trunk;
 #[cfg(feature = "vulkan")]
-pub use crate::gpu::stencil::{Batch, MapKind, Rasterizer, RasterizerDesc};
+pub use crate::gpu::stencil::{Batch, BatchMaps, MapKind, Rasterizer, RasterizerDesc};
 pub use crate::graph::build::GraphBuilder;
 pub use crate::graph::cloud::PointCloud;
 pub use crate::graph::distance::{DistanceMap, WindowPair, Windows};
@@ -54,7 +54,7 @@ pub use sabaki_motion::internal::{
     LevelMotion, LevelTrack, Limbs, Seated, Translations, Warp, affine, smooth_step,
 };
 
-/// The rasterizer that the shaders mirror.
+/// The CPU rasterizer, whose results the shaders reproduce.
 pub mod raster {
     pub use crate::maps::raster::{EvasionMaps, any_frame, every_frame};
 }

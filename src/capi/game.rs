@@ -1,4 +1,4 @@
-//! Characters of a game: created, steered, threatened and stepped.
+//! Functions that create, steer, threaten and step the characters of a game.
 
 use std::sync::Arc;
 
@@ -239,7 +239,11 @@ unsafe extern "C" fn sabaki_step(
 /// # Safety
 /// As `sabaki.h` says.
 #[unsafe(no_mangle)]
-unsafe extern "C" fn sabaki_events(game: *const Game, events: *mut EventOut, capacity: usize) -> usize {
+unsafe extern "C" fn sabaki_events(
+    game: *const Game,
+    events: *mut EventOut,
+    capacity: usize,
+) -> usize {
     // SAFETY: null, or the caller's game; room for that many events.
     let (game, out) = unsafe {
         let out = given_slice_mut(events, capacity, "events").unwrap_or_default();

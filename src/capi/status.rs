@@ -1,4 +1,4 @@
-//! How calls end, and the words for it.
+//! Status codes of calls, and their messages.
 
 use std::cell::Cell;
 use std::ffi::{CStr, CString, c_char};
@@ -16,7 +16,7 @@ pub(super) const NOT_YET: Status = 1;
 const ERROR: Status = -1;
 const DEVICE_LOST: Status = -2;
 
-/// Why a call failed.
+/// Status and message of a failed call.
 pub(super) struct Failure {
     status: Status,
     words: String,
@@ -51,26 +51,27 @@ impl From<GpuError> for Failure {
 }
 
 /// Length of [`LAST`], in bytes.
-const ROOM: usize = 2048;
+const LENGTH: usize = 2048;
 
 thread_local! {
-    /// The last message of this thread. It has no destructor, so that it lasts as long as the thread: calls come from destructors, too.
-    static LAST: Cell<[u8; ROOM]> = const { Cell::new([0; ROOM]) };
+    /// The last message of this thread. It has no destructor, so that it is valid as long as the thread, because destructors may call functions
+    /// too.
+    static LAST: Cell<[u8; LENGTH]> = const { Cell::new([0; LENGTH]) };
 }
 
-/// Keeps a message, or as much of it as there is room for.
+/// Stores a message, truncated to the size of [`LAST`].
 fn remember(words: &CStr) {
     let words = words.to_str().unwrap_or_default();
-    let mut end = words.len().min(ROOM - 1);
+    let mut end = words.len().min(LENGTH - 1);
     while !words.is_char_boundary(end) {
         end -= 1;
     }
-    let mut last = [0; ROOM];
+    let mut last = [0; LENGTH];
     last[..end].copy_from_slice(&words.as_bytes()[..end]);
     LAST.set(last);
 }
 
-/// Runs a call. No panic leaves it.
+/// Runs a call. Panics are caught and returned as a status.
 pub(super) fn call(work: impl FnOnce() -> Result<Status, Failure>) -> Status {
     let ended = catch_unwind(AssertUnwindSafe(work));
     let ended = ended.unwrap_or_else(|_| Err("a fault in sabaki itself".to_owned().into()));

@@ -1,27 +1,28 @@
 //! The choice of an attack.
 //!
-//! Source: Lee & Lee (2004). The node's grid is looked up at the predicted positions of the opponent's body. Each attack that it names is
-//! tested on the actual motions: whether it hits an opponent that goes on as planned, and whether both stay apart.
+//! Source: Lee & Lee (2004). The node's grid is looked up at the predicted positions of the opponent's body. Each attack that it contains is
+//! tested on the actual motions: whether it hits an opponent that continues as planned, and whether both fighters stay apart.
 
 use glam::Vec3;
 
 use super::challenge::Challenge;
 use super::duel_state::Duel;
+use super::settings::LeadTime;
 use crate::anim::{JointTransform, Pose, forward_kinematics};
 use crate::graph::{EdgeId, Motion, MotionStep, Playhead};
 use crate::maps::AttackOption;
-use crate::query::Attack;
+use crate::query::{Attack, AttackBegin};
 use sabaki_motion::internal::sort_rarely;
 
 /// An attack of the grid, with its rank.
 #[derive(Clone, Copy)]
 struct Choice {
     option: AttackOption,
-    /// Rank; smaller values are tried first.
+    /// Rank of the attack. Smaller values are tried first.
     rank: f32,
 }
 
-/// Number of recent attacks to which others are preferred.
+/// Number of recent attacks that are avoided if there are others.
 const REMEMBERED: usize = 4;
 
 impl Duel<'_> {
@@ -49,7 +50,7 @@ impl Duel<'_> {
             .find_map(|choice| self.challenge_by(choice.option, &them))
     }
 
-    /// Whether the grid has an attack at the next node after a time, seconds.
+    /// Whether the grid has an attack at the next node after a time, in seconds.
     pub(super) fn reaches(&self, me: &Motion, them: &Motion, seconds: f32) -> bool {
         !self.attacks(me, them, seconds).is_empty()
     }
@@ -57,7 +58,7 @@ impl Duel<'_> {
     /// The attacks that the grid of the next node after `seconds` has for the positions of the opponent's trunk and thighs. Each path is
     /// listed once.
     fn attacks(&self, me: &Motion, them: &Motion, seconds: f32) -> Vec<AttackOption> {
-        /// Usual time from a node to the impact, seconds.
+        /// Usual time from a node to the impact, in seconds.
         const USUAL: f32 = 0.6;
         let graph = self.baked.graph();
         let mine = me.playhead(graph, seconds);
@@ -83,13 +84,13 @@ impl Duel<'_> {
             .iter()
             .map(|sphere| sphere.centre(&joints))
             .collect();
-        // The legs below the trunk: at three quarters and at half of the hips' height.
+        // Points of the legs below the trunk, at three quarters and at half of the height of the hips.
         let hips = joints[0].translation;
         targets.extend([0.75, 0.5].map(|share| Vec3::new(hips.x, share * hips.y, hips.z)));
         targets
     }
 
-    /// The challenge of an attack; `None` if its time is wrong, it would not hit, or the fighters would not stay apart.
+    /// The challenge of an attack. `None` if it would land too early or miss, or if the fighters would not stay apart or inside the arena.
     fn challenge_by(&mut self, option: AttackOption, them: &Motion) -> Option<Challenge> {
         let graph = self.baked.graph();
         let rate = graph.frame_rate() as f32;
@@ -97,7 +98,7 @@ impl Duel<'_> {
         let me = &self.fighters[attacker.index()];
         let wait = me.branch(graph, self.now, &[]).duration();
         let impact = wait + self.grid.frames(option) as f32 / rate;
-        if impact < self.settings.lead.0 {
+        if impact < self.settings.lead.shortest {
             return None;
         }
         let strike = *self.grid.attack_move(self.baked, option.path);
@@ -108,7 +109,8 @@ impl Duel<'_> {
         let start = wait + f32::from(self.grid.paths().path(option.path).frames) / rate;
         // The transform of the attack's clip at that time.
         let placement = motion.playhead(graph, start + 0.5 / rate).clip_to_world * strike.placement;
-        let attack = Attack::of_attack_move(self.baked, &strike, placement, start).ok()?;
+        let mut begin = AttackBegin { placement, start };
+        let attack = Attack::of_attack_move(self.baked, &strike, begin).ok()?;
         let end = attack.end();
         motion.extend(graph, end + self.settings.window);
         let lands = self.depth(them, &attack) < -self.settings.depth;
@@ -120,14 +122,15 @@ impl Duel<'_> {
             return None;
         }
         // The attack begins now. It is announced later, at a random time before the impact.
-        let (shortest, longest) = self.settings.lead;
+        let LeadTime { shortest, longest } = self.settings.lead;
         let wanted = shortest + (longest - shortest).max(0.0) * self.rng.share();
-        // It is announced before it starts.
+        // It is announced at its start at the latest.
         let hidden = (impact - wanted).clamp(0.0, start);
         let now = self.now;
         self.fighters[attacker.index()].play(graph, now, motion);
         self.now += hidden;
-        let attack = Attack::of_attack_move(self.baked, &strike, placement, start - hidden).ok()?;
+        begin.start -= hidden;
+        let attack = Attack::of_attack_move(self.baked, &strike, begin).ok()?;
         let defender = &self.fighters[attacker.other().index()];
         let (playhead, playing) = (
             defender.playhead(graph, self.now),

@@ -1,4 +1,4 @@
-//! Footwork: where the fighters go while neither attacks.
+//! Footwork: the motion of the fighters while neither attacks.
 //!
 //! Paths come from the search for [moves](crate::query::MoveSettings). Each is rated against the opponent's planned motion.
 
@@ -20,7 +20,7 @@ struct RatedMotion {
 }
 
 impl Duel<'_> {
-    /// Both fighters choose where to go, the attacker first; then time advances.
+    /// Lets both fighters choose a motion, the attacker first, and advances time.
     pub(super) fn footwork(&mut self) {
         for side in [self.turn, self.turn.other()] {
             if let Some(motion) = self.better_motion(side) {
@@ -33,7 +33,7 @@ impl Duel<'_> {
 
     /// The best motion, if it is better than the planned one.
     fn better_motion(&mut self, side: Side) -> Option<Motion> {
-        /// Number of motions that are tested, best first.
+        /// Maximum number of motions that are tested, best first.
         const TRIED: usize = 24;
         let graph = self.baked.graph();
         let me = &self.fighters[side.index()];
@@ -70,8 +70,11 @@ impl Duel<'_> {
                 .iter()
                 .copied()
                 .max_by(|&a, &b| {
-                    let room = |index: usize| self.room(&ways[index].motion, &other);
-                    room(a).total_cmp(&room(b)).then(b.cmp(&a))
+                    let free_distance =
+                        |index: usize| self.free_distance(&ways[index].motion, &other);
+                    free_distance(a)
+                        .total_cmp(&free_distance(b))
+                        .then(b.cmp(&a))
                 })
                 .unwrap_or(0),
         };
@@ -103,8 +106,8 @@ impl Duel<'_> {
         found.into_iter().map(steps).collect()
     }
 
-    /// The cost of a motion: a wrong distance for attacks, not facing the opponent, nearness to the arena's border, transitions that
-    /// look bad, and attacks that hit nothing.
+    /// The cost of a motion. It grows with the difference from the distance for attacks, the angle to the opponent, the nearness to the arena's
+    /// border, bad transitions, and attacks that hit nothing.
     fn cost(&self, side: Side, motion: &Motion, other: &Motion) -> f32 {
         let (graph, seconds) = (self.baked.graph(), self.settings.window);
         let playhead = motion.playhead(graph, seconds);
@@ -121,21 +124,21 @@ impl Duel<'_> {
             - if can_strike { 0.3 } else { 0.0 }
     }
 
-    /// The distance between the roots or from the arena's border, whichever is smaller, as the mean over the window.
-    fn room(&self, motion: &Motion, other: &Motion) -> f32 {
+    /// Mean over the window of the distance between the roots or from the arena's border, whichever is smaller, in metres.
+    fn free_distance(&self, motion: &Motion, other: &Motion) -> f32 {
         /// Number of samples.
         const SAMPLES: u16 = 12;
-        let room = |sample: u16| {
+        let free_distance = |sample: u16| {
             let t = f32::from(sample) * self.settings.window / f32::from(SAMPLES);
             let root = motion.root(self.baked.graph(), t);
             let border = self.settings.arena - root.x.hypot(root.z);
             self.apart([motion, other], t).min(border)
         };
-        (1..=SAMPLES).map(room).sum::<f32>() / f32::from(SAMPLES)
+        (1..=SAMPLES).map(free_distance).sum::<f32>() / f32::from(SAMPLES)
     }
 }
 
-/// The angle from a heading to a direction, radians.
+/// Angle from a heading to a direction, in radians.
 pub(super) fn heading_error(me: Rigid2, way: Vec2) -> f32 {
     let wanted = Rigid2::facing(way, 0.0, 0.0);
     (Rigid2::new(me.heading(), 0.0, 0.0).inverse() * wanted).heading()

@@ -3,7 +3,7 @@
 //! Source: a task that Masaoka & Oshita leave for later (section 7). Attacks are chosen as in Lee & Lee, "Precomputing Avatar Behavior
 //! from Human Motion Data" (2004): by a grid at each node over the position of the opponent
 //! ([`AttackGrid`](crate::maps::AttackGrid)). Differs: if the grid has no attack, the fighters approach by a search through the graph.
-//! Two moving fighters must also stay apart and in their arena, which no precomputed table knows.
+//! Two moving fighters must also stay apart and inside the arena, which no precomputed table ensures.
 //!
 //! A [`Duel`] has its own clock. [`Duel::challenge`] advances time to the next attack and announces it. The caller answers it by a
 //! [`Query`](crate::query::Query) with any culling path. [`Duel::settle`] plays attack and answer, tests the answer exactly, and
@@ -28,5 +28,5 @@ pub use challenge::Challenge;
 pub use duel_state::Duel;
 pub use fighter::Fighter;
 pub use record::{Exchange, Score};
-pub use settings::{DuelError, DuelSettings};
+pub use settings::{DuelError, DuelSettings, LeadTime};
 pub use side::Side;

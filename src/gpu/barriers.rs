@@ -1,11 +1,11 @@
-//! Barriers, named by what they are for: those of synchronization2 where it is enabled, otherwise those of Vulkan 1.0.
+//! Barriers between named accesses. They are recorded with `synchronization2` where it is enabled, otherwise as in Vulkan 1.0.
 
 use ash::vk;
 
 use super::Context;
 
-/// What a resource was, or will be, used for.
-#[derive(Clone, Copy)]
+/// Use of a resource before or after a barrier.
+#[derive(Clone, Copy, Debug)]
 pub(crate) struct Access {
     stage: vk::PipelineStageFlags2,
     access: vk::AccessFlags2,
@@ -25,7 +25,7 @@ impl Access {
         }
     }
 
-    /// Both uses, of a buffer.
+    /// The union of two uses of a buffer.
     pub(crate) fn and(self, other: Self) -> Self {
         Self {
             stage: self.stage | other.stage,
@@ -34,7 +34,7 @@ impl Access {
         }
     }
 
-    /// The stages as Vulkan 1.0 has them: what synchronization2 divides is one stage there.
+    /// The stages of Vulkan 1.0. Stages that only `synchronization2` tells apart become the one stage that contains them.
     fn old_stage(self) -> vk::PipelineStageFlags {
         let copies = self.stage.contains(vk::PipelineStageFlags2::COPY);
         let copies = match copies {
@@ -44,7 +44,7 @@ impl Access {
         vk::PipelineStageFlags::from_raw(self.stage.as_raw() as u32) | copies
     }
 
-    /// The accesses as Vulkan 1.0 has them.
+    /// The access flags of Vulkan 1.0.
     fn old_access(self) -> vk::AccessFlags {
         let divided = [
             (
@@ -81,19 +81,19 @@ impl Access {
         ),
         vk::ImageLayout::DEPTH_STENCIL_ATTACHMENT_OPTIMAL,
     );
-    /// The source of a copy.
+    /// Reads by a copy from an image.
     pub(crate) const COPY_READ: Self = Self::new(
         vk::PipelineStageFlags2::COPY,
         vk::AccessFlags2::TRANSFER_READ,
         vk::ImageLayout::TRANSFER_SRC_OPTIMAL,
     );
-    /// What copies, fills and query results wrote.
+    /// Writes by copies, fills and copies of query results.
     pub(crate) const TRANSFER_WRITE: Self = Self::new(
         vk::PipelineStageFlags2::ALL_TRANSFER,
         vk::AccessFlags2::TRANSFER_WRITE,
         vk::ImageLayout::UNDEFINED,
     );
-    /// Storage and texel buffers, as the shaders read them.
+    /// Reads of storage and texel buffers by shaders.
     pub(crate) const SHADER_READ: Self = Self::new(
         vk::PipelineStageFlags2::from_raw(
             vk::PipelineStageFlags2::VERTEX_SHADER.as_raw()
@@ -105,13 +105,13 @@ impl Access {
         ),
         vk::ImageLayout::UNDEFINED,
     );
-    /// The source of a copy of a buffer.
+    /// Reads by a copy from a buffer.
     pub(crate) const TRANSFER_READ: Self = Self::new(
         vk::PipelineStageFlags2::ALL_TRANSFER,
         vk::AccessFlags2::TRANSFER_READ,
         vk::ImageLayout::UNDEFINED,
     );
-    /// Storage buffers in which fragment shaders count.
+    /// Atomic additions to storage buffers by fragment shaders.
     pub(crate) const FRAGMENT_COUNT: Self = Self::new(
         vk::PipelineStageFlags2::FRAGMENT_SHADER,
         vk::AccessFlags2::from_raw(
@@ -120,7 +120,7 @@ impl Access {
         ),
         vk::ImageLayout::UNDEFINED,
     );
-    /// Storage and uniform buffers, as compute shaders read them.
+    /// Reads of storage and uniform buffers by compute shaders.
     pub(crate) const COMPUTE_READ: Self = Self::new(
         vk::PipelineStageFlags2::COMPUTE_SHADER,
         vk::AccessFlags2::from_raw(
@@ -129,13 +129,13 @@ impl Access {
         ),
         vk::ImageLayout::UNDEFINED,
     );
-    /// What compute shaders wrote into storage buffers.
+    /// Writes to storage buffers by compute shaders.
     pub(crate) const COMPUTE_WRITE: Self = Self::new(
         vk::PipelineStageFlags2::COMPUTE_SHADER,
         vk::AccessFlags2::SHADER_STORAGE_WRITE,
         vk::ImageLayout::UNDEFINED,
     );
-    /// The host, after it has learnt that the commands are done.
+    /// Reads by the host after it has seen that the commands have finished.
     pub(crate) const HOST_READ: Self = Self::new(
         vk::PipelineStageFlags2::HOST,
         vk::AccessFlags2::HOST_READ,
@@ -143,16 +143,25 @@ impl Access {
     );
 }
 
-/// Makes what `before` wrote visible to `after`.
+/// Two accesses to memory of which the second waits for the first.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct MemoryBarrier {
+    pub(crate) before: Access,
+    pub(crate) after: Access,
+}
+
+impl MemoryBarrier {
+    pub(crate) const fn new(before: Access, after: Access) -> Self {
+        Self { before, after }
+    }
+}
+
+/// Records a memory barrier. It makes what the access before it wrote visible to the access after it.
 ///
 /// # Safety
 /// `cmd` is being recorded, outside of rendering, for a queue of the context's family.
-pub(crate) unsafe fn memory(
-    context: &Context,
-    cmd: vk::CommandBuffer,
-    before: Access,
-    after: Access,
-) {
+pub(crate) unsafe fn memory(context: &Context, cmd: vk::CommandBuffer, barrier: MemoryBarrier) {
+    let MemoryBarrier { before, after } = barrier;
     if !context.features().synchronization2 {
         let barrier = [vk::MemoryBarrier::default()
             .src_access_mask(before.old_access())
@@ -187,7 +196,7 @@ pub(crate) struct StencilBarrier {
 }
 
 impl StencilBarrier {
-    /// Before the image is drawn to; `discards` as in the field.
+    /// The transition before an image is drawn to. `discards` is as [`StencilBarrier::discards`].
     pub(crate) fn before_drawing(image: vk::Image, discards: bool) -> Self {
         Self {
             image,
@@ -252,7 +261,7 @@ pub(crate) unsafe fn stencil_image(
     unsafe { context.device().cmd_pipeline_barrier2(cmd, &info) };
 }
 
-/// All of an image of one of the stencil formats. Formats with depth change layout as a whole.
+/// The whole range of an image of a stencil format. Formats with depth change layout as a whole.
 pub(crate) fn whole(format: vk::Format) -> vk::ImageSubresourceRange {
     let aspects = if format == vk::Format::S8_UINT {
         vk::ImageAspectFlags::STENCIL

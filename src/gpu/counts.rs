@@ -8,12 +8,12 @@ use ash::vk;
 
 use super::{
     Context, GpuError, Memory, MemoryUse,
-    barriers::{self, Access},
+    barriers::{self, Access, MemoryBarrier},
     passes::Passes,
     resources::{Buffer, BufferDesc, DeviceMemory},
 };
 
-/// Bytes before the counts: the number, and padding.
+/// Number of bytes before the counts: the number of the cull, and padding.
 pub(crate) const HEADER: u64 = 8;
 
 /// Number of the next cull of any culler. A ticket is valid for one cull.
@@ -31,9 +31,9 @@ pub(crate) struct Counts {
 pub(crate) struct CountsDesc<'a> {
     /// Name for debuggers and validation.
     pub(crate) name: &'a str,
-    /// Number of counts, a word each.
+    /// Number of counts. Each is one word.
     pub(crate) words: u64,
-    /// What writes the counts besides copies and fills.
+    /// Usage by commands that write the counts, besides copies and fills.
     pub(crate) usage: vk::BufferUsageFlags,
 }
 
@@ -88,7 +88,7 @@ impl Counts {
         Ok(Some(bytes[HEADER as usize..].chunks_exact(4).map(word)))
     }
 
-    /// Frees everything; the device must be done with it.
+    /// Frees the buffer. The device must no longer use it.
     pub(crate) fn destroy(&mut self, context: &Context, memory: &mut dyn Memory) {
         self.buffer.destroy(context, memory);
     }
@@ -108,12 +108,20 @@ pub(crate) unsafe fn record_numbers<'a>(
     unsafe {
         passes.begin(c"sabaki: counts to the host");
         // The counts reach the host's memory domain before the fill runs: no number overtakes its counts.
-        barriers::memory(context, cmd, writer, number.and(Access::HOST_READ));
+        barriers::memory(
+            context,
+            cmd,
+            MemoryBarrier::new(writer, number.and(Access::HOST_READ)),
+        );
         for one in counts {
             let (device, buffer) = (context.device(), one.buffer.handle);
             device.cmd_fill_buffer(cmd, buffer, 0, 4, one.serial);
         }
-        barriers::memory(context, cmd, writer.and(number), Access::HOST_READ);
+        barriers::memory(
+            context,
+            cmd,
+            MemoryBarrier::new(writer.and(number), Access::HOST_READ),
+        );
         passes.end();
     }
 }

@@ -1,5 +1,5 @@
-//! The pipelines. Three draw: discs, whole rectangles, candidates; what a draw does to the stencil is dynamic state, so
-//! there are no more. One counts.
+//! The pipelines: graphics pipelines for discs, whole rectangles and candidates, and a compute pipeline that counts. Stencil operations
+//! are dynamic state, so that no further pipelines are needed.
 
 use std::mem::offset_of;
 
@@ -14,7 +14,7 @@ use super::{
     },
 };
 
-/// What is drawn or counted, and with which shaders.
+/// Description of a pipeline: shaders and vertex inputs.
 #[derive(Clone, Copy)]
 pub(crate) struct PipelineDesc {
     name: &'static str,
@@ -23,54 +23,54 @@ pub(crate) struct PipelineDesc {
     topology: vk::PrimitiveTopology,
 }
 
-/// What a vertex shader reads.
+/// Inputs of a vertex shader.
 #[derive(Clone, Copy)]
 enum Inputs {
     Nothing,
-    /// Locations of [`PlacedDisc`], one an instance.
+    /// One [`PlacedDisc`] for each instance, at these locations.
     Discs(&'static [u32]),
-    /// [`BoxCorner`], one a vertex.
+    /// One [`BoxCorner`] for each vertex.
     Corners,
 }
 
-/// Discs that cover texels.
+/// Draws the texels that discs cover.
 pub(crate) const DISCS: PipelineDesc = PipelineDesc {
     name: "sabaki discs",
     shaders: &[&DISC_VERT, &DISC_FRAG],
     inputs: Inputs::Discs(&[0, 1]),
     topology: vk::PrimitiveTopology::TRIANGLE_STRIP,
 };
-/// Whole maps.
+/// Draws whole maps.
 pub(crate) const RECTS: PipelineDesc = PipelineDesc {
     name: "sabaki whole maps",
     shaders: &[&RECT_VERT],
     inputs: Inputs::Discs(&[1]),
     topology: vk::PrimitiveTopology::TRIANGLE_STRIP,
 };
-/// Candidates' maps over the attack's.
+/// Draws the maps of candidates over those of the attack.
 pub(crate) const CANDIDATES: PipelineDesc = PipelineDesc {
     name: "sabaki candidates",
     shaders: &[&CANDIDATE_VERT, &CANDIDATE_FRAG],
     inputs: Inputs::Corners,
     topology: vk::PrimitiveTopology::TRIANGLE_LIST,
 };
-/// The same, where the maps are in a texel buffer.
+/// [`CANDIDATES`] with the maps in a texel buffer.
 pub(crate) const CANDIDATES_TEXELS: PipelineDesc = PipelineDesc {
     shaders: &[&CANDIDATE_VERT, &CANDIDATE_TEXELS_FRAG],
     ..CANDIDATES
 };
-/// The same, where the fragment shader counts.
+/// [`CANDIDATES`] with a fragment shader that counts.
 pub(crate) const TALLY: PipelineDesc = PipelineDesc {
     name: "sabaki tally",
     shaders: &[&CANDIDATE_VERT, &TALLY_FRAG],
     ..CANDIDATES
 };
-/// The same, where the maps are in a texel buffer.
+/// [`TALLY`] with the maps in a texel buffer.
 pub(crate) const TALLY_TEXELS: PipelineDesc = PipelineDesc {
     shaders: &[&CANDIDATE_VERT, &TALLY_TEXELS_FRAG],
     ..TALLY
 };
-/// Candidates' masks against the attack's.
+/// Compares the masks of candidates with those of the attack in a compute shader.
 pub(crate) const COUNT: PipelineDesc = PipelineDesc {
     name: "sabaki count",
     shaders: &[&COUNT_COMP],
@@ -79,22 +79,22 @@ pub(crate) const COUNT: PipelineDesc = PipelineDesc {
     topology: vk::PrimitiveTopology::POINT_LIST,
 };
 
-/// What a draw does to the stencil buffer.
+/// Stencil test and operations of a draw.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct StencilRule {
     pub(crate) compare: vk::CompareOp,
     pub(crate) pass: vk::StencilOp,
     pub(crate) fail: vk::StencilOp,
-    /// Bits that are compared.
+    /// Bits that the test compares.
     pub(crate) mask: u32,
-    /// What is compared, and what REPLACE writes.
+    /// Value that the test compares with, and that `REPLACE` writes.
     pub(crate) reference: u32,
-    /// Bits that may change.
+    /// Bits that operations may change.
     pub(crate) write: u32,
 }
 
 impl StencilRule {
-    /// Records the rule.
+    /// Records the rule as dynamic state.
     ///
     /// # Safety
     /// `cmd` is being recorded, for the context's device.
@@ -117,26 +117,28 @@ impl StencilRule {
     }
 }
 
-/// What a pipeline is created with besides its description.
+/// Inputs of the creation of a pipeline, besides its description.
 #[derive(Clone, Copy, Default)]
 pub(crate) struct PipelineInputs<'a> {
-    /// Layouts of its descriptor sets.
+    /// Layouts of the descriptor sets.
     pub(crate) sets: &'a [vk::DescriptorSetLayout],
-    /// Values of its shader's first specialization constants. Only compute shaders have any.
+    /// Values of the first specialization constants of the shader. Only compute shaders have any.
     pub(crate) constants: &'a [u32],
-    /// The host's cache, or null.
+    /// Pipeline cache of the host, or null.
     pub(crate) cache: vk::PipelineCache,
 }
 
-/// A pipeline and its layout; null handles by default.
+/// A pipeline and its layout. Default: null handles.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Pipeline {
     pub(crate) handle: vk::Pipeline,
     pub(crate) layout: vk::PipelineLayout,
+    /// Stages of the shaders that read the push constants.
+    stages: vk::ShaderStageFlags,
 }
 
 impl Pipeline {
-    /// Leaves nothing behind when it fails.
+    /// Creates a pipeline. On failure everything is freed again.
     pub(crate) fn new(
         context: &Context,
         desc: &PipelineDesc,
@@ -165,7 +167,11 @@ impl Pipeline {
         match handle {
             Ok(handle) => {
                 context.name(handle, desc.name);
-                Ok(Self { handle, layout })
+                Ok(Self {
+                    handle,
+                    layout,
+                    stages: range.stage_flags,
+                })
             }
             Err(error) => {
                 // SAFETY: no pipeline was made with it.
@@ -175,7 +181,7 @@ impl Pipeline {
         }
     }
 
-    /// Frees both; the device must be done with them.
+    /// Frees pipeline and layout. The device must no longer use them.
     pub(crate) fn destroy(&mut self, context: &Context) {
         // SAFETY: the handles are null or were made from this device, and the caller knows that the device is done with them.
         unsafe {
@@ -193,14 +199,13 @@ impl Pipeline {
         &self,
         context: &Context,
         cmd: vk::CommandBuffer,
-        stages: vk::ShaderStageFlags,
         constants: &T,
     ) {
         let bytes = bytemuck::bytes_of(constants);
         // SAFETY: the caller vouches for `cmd` and for the range.
         unsafe {
             let device = context.device();
-            device.cmd_push_constants(cmd, self.layout, stages, 0, bytes);
+            device.cmd_push_constants(cmd, self.layout, self.stages, 0, bytes);
         }
     }
 }
@@ -230,11 +235,11 @@ struct Builder<'a> {
     desc: &'a PipelineDesc,
     inputs: &'a PipelineInputs<'a>,
     layout: vk::PipelineLayout,
-    /// Modules of the shaders, in their order.
+    /// Modules of the shaders, in the order of the description.
     modules: Vec<vk::ShaderModule>,
 }
 
-/// Bytes of a specialization constant.
+/// Size of a specialization constant, in bytes.
 const WORD: usize = size_of::<u32>();
 
 impl Builder<'_> {

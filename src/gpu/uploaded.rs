@@ -1,5 +1,5 @@
-//! A buffer that is filled once: by the host where its memory is mapped, else from a staging buffer. Its owner may bind a part of
-//! it at a time.
+//! A buffer that is filled once: by the host if its memory is mapped, otherwise from a staging buffer. Its owner may bind one part of it
+//! at a time.
 
 use std::sync::atomic::AtomicBool;
 
@@ -7,7 +7,7 @@ use ash::vk;
 
 use super::{
     Context, GpuError, Memory, MemoryUse,
-    barriers::{self, Access},
+    barriers::{self, Access, MemoryBarrier},
     resources::{Buffer, BufferDesc, DeviceMemory},
 };
 
@@ -15,11 +15,12 @@ use super::{
 #[derive(Debug, Default)]
 pub(crate) struct Upload {
     pub(crate) recorded: bool,
-    /// Seen by the host. Until then every cull carries them: an earlier one may never have been submitted.
+    /// Whether the host has seen the end of an upload. Until then every cull records the upload, because earlier culls may never have been
+    /// submitted.
     pub(crate) done: AtomicBool,
 }
 
-/// Null handles by default; destroying those does nothing.
+/// A buffer that is filled once. Default: null handles, which need not be destroyed.
 #[derive(Debug, Default)]
 pub(crate) struct Uploaded {
     pub(crate) buffer: Buffer,
@@ -28,24 +29,24 @@ pub(crate) struct Uploaded {
     copied: u64,
 }
 
-/// Words of maps.
+/// Description of the words of maps.
 pub(crate) struct MapWords<Write> {
     pub(crate) count: usize,
-    /// As what shaders read them.
+    /// Usage by which shaders read the words.
     pub(crate) read_as: vk::BufferUsageFlags,
-    /// Writes them to memory that may be slow to read.
+    /// Function that writes the words to memory that may be slow to read.
     pub(crate) write: Write,
 }
 
 impl<Write> MapWords<Write> {
-    /// Size of all, in bytes.
+    /// Size of all words, in bytes.
     pub(crate) fn bytes(&self) -> u64 {
         4 * self.count as u64
     }
 }
 
 impl Uploaded {
-    /// Fills a default one with so many words, which `write` writes. After a failure [`Uploaded::destroy`] frees what there is.
+    /// Fills a default buffer with words. After a failure, [`Uploaded::destroy`] frees what was created.
     pub(crate) fn fill(
         &mut self,
         device: &mut DeviceMemory<'_>,
@@ -80,7 +81,7 @@ impl Uploaded {
         target.flush(device.context)
     }
 
-    /// Records the copy, for `reader` to see.
+    /// Records the copy from the staging buffer, and the barrier that makes it visible to `reader`.
     ///
     /// # Safety
     /// `cmd` is being recorded outside of rendering; the staging buffer has not been released.
@@ -92,20 +93,28 @@ impl Uploaded {
         let (from, to) = (self.staging.handle, self.buffer.handle);
         // SAFETY: the caller vouches for `cmd` and staging; both buffers have this size.
         unsafe {
-            // It may be recorded again, behind culls that read the same words.
+            // The copy may be recorded again, after culls that read the same words.
             let before = reader.and(Access::TRANSFER_WRITE);
-            barriers::memory(context, cmd, before, Access::TRANSFER_WRITE);
+            barriers::memory(
+                context,
+                cmd,
+                MemoryBarrier::new(before, Access::TRANSFER_WRITE),
+            );
             context.device().cmd_copy_buffer(cmd, from, to, &copy);
-            barriers::memory(context, cmd, Access::TRANSFER_WRITE, reader);
+            barriers::memory(
+                context,
+                cmd,
+                MemoryBarrier::new(Access::TRANSFER_WRITE, reader),
+            );
         }
     }
 
-    /// Frees the staging buffer; the device must have run the copy.
+    /// Frees the staging buffer. The device must have finished the copy.
     pub(crate) fn release_staging(&mut self, context: &Context, memory: &mut dyn Memory) {
         self.staging.destroy(context, memory);
     }
 
-    /// Frees everything; the device must be done with it.
+    /// Frees the buffers. The device must no longer use them.
     pub(crate) fn destroy(&mut self, context: &Context, memory: &mut dyn Memory) {
         self.staging.destroy(context, memory);
         self.buffer.destroy(context, memory);

@@ -7,7 +7,7 @@ use std::borrow::Cow;
 use super::component::largest_component;
 use super::distance::Windows;
 use super::feet::{Aligner, DartTest, FootPlanList, FootPlans, PlantedClips, sorted};
-use super::links::{self, KnownLinks, LinkSource};
+use super::links::{self, KnownLinks, LinkOutput, LinkSource};
 use super::parts::Parts;
 use super::record::{ClipMatch, GraphRecord, KnownMinima};
 use super::report::{BuildCounts, BuiltGraphs};
@@ -34,8 +34,8 @@ pub fn build(
     builder.build(transitions)
 }
 
-/// A build in two steps: the search for transitions, which can be divided among processes, and all
-/// that follows from them.
+/// A build in two steps: the search for transitions, which can be divided among processes, and the
+/// build of the graph from them.
 #[derive(Debug)]
 pub struct GraphBuilder<'a> {
     source: ClipSource<'a>,
@@ -80,8 +80,8 @@ impl<'a> GraphBuilder<'a> {
         Self::onto(source, settings, Vec::new())
     }
 
-    /// Like [`GraphBuilder::new`], but takes over the results of earlier builds, so that only those of other clips are computed. What several
-    /// of them have is taken from the first one. The graph is the same.
+    /// Like [`GraphBuilder::new`], but takes over the results of earlier builds, so that only the results of other clips are computed. A
+    /// result that several builds have is taken from the first of them. The graph is the same.
     ///
     /// # Errors
     /// The errors of [`GraphBuilder::new`].
@@ -137,18 +137,18 @@ impl<'a> GraphBuilder<'a> {
         })
     }
 
-    /// Lets something follow the build.
+    /// Sets the object that follows the build, and may stop it. Default: [`Unwatched`].
     #[must_use]
     pub fn watched(self, watch: &'a dyn BakeWatch) -> Self {
         Self { watch, ..self }
     }
 
-    /// For each earlier build the clips whose results are taken over.
+    /// For each earlier build, the clips whose results are taken over.
     pub fn clips_taken_over(&self) -> impl Iterator<Item = &ClipMatch> {
         self.known.iter().map(|known| &known.clips)
     }
 
-    /// Points of each clip. The search needs nothing else of the clips.
+    /// Points of each clip. They are the only data of the clips that the search reads.
     #[must_use]
     pub fn clouds(&self) -> &[PointCloud] {
         &self.clouds
@@ -199,7 +199,7 @@ impl<'a> GraphBuilder<'a> {
             let is_new = |band: &&MapBand| self.known_minima(band).is_none();
             let new = |job: &Vec<MapBand>| job.iter().filter(is_new).copied().collect();
             let new: Vec<Vec<MapBand>> = part.iter().map(new).collect();
-            // After a stop, what is known is still taken over.
+            // After a stop, known minima are still taken over.
             if self.watch.is_stopped() && new.iter().any(|job| !job.is_empty()) {
                 list.stop_before(first);
                 return Ok(list);
@@ -267,7 +267,7 @@ impl<'a> GraphBuilder<'a> {
         Ok(Recorded { made, record })
     }
 
-    /// The transitions without darting feet and events that they would cut, and the links.
+    /// Transitions in which no foot darts and that cut no event, with the links, and the counts of the build.
     fn choose(
         &self,
         found: TransitionList,
@@ -307,7 +307,12 @@ impl<'a> GraphBuilder<'a> {
         };
         let links = {
             let _span = tracing::trace_span!("bake: add links").entered();
-            links::add(source, darts, &mut transitions, &mut record.links)?
+            let output = LinkOutput {
+                transitions: &mut transitions,
+                darts,
+                record: &mut record.links,
+            };
+            links::add(source, output)?
         };
         let counts = BuildCounts {
             transitions: under_threshold,
@@ -338,7 +343,7 @@ impl<'a> GraphBuilder<'a> {
 
     /// For each transition, whether a foot darts in it.
     fn darts(&self, test: &mut DartTest, transitions: &[Transition]) -> Result<Vec<bool>, Stopped> {
-        /// Number of transitions that are tested together: more take memory, and no less time.
+        /// Number of transitions that are tested together. Larger numbers take more memory and save no time.
         const BATCH: usize = 8192;
         let stage = self.watch.stage(BakeStage::Feet, self.settings.threads);
         let mut darts = Vec::with_capacity(transitions.len());
@@ -390,7 +395,7 @@ impl<'a> GraphBuilder<'a> {
     }
 }
 
-/// The clips at the graph's frame rate, compressed if the settings say so; those that are known are not compressed again.
+/// The clips at the graph's frame rate, compressed if the settings say so. Clips that an earlier build has compressed are taken over.
 fn clips(
     source: ClipSource<'_>,
     settings: &GraphSettings,

@@ -56,7 +56,7 @@ pub use motion_graph::{Edge, EdgeMotion, GraphEvent, MotionGraph, Node};
 pub use motion_moment::MotionMoment;
 pub use playhead::{MotionStep, Playhead};
 pub(crate) use record::ClipMatch;
-pub use report::{BuildReport, Dropped};
+pub use report::{BuildReport, Dropped, EventCounts};
 pub(crate) use responsiveness::Responsiveness;
 pub(crate) use sample::ClipPosition;
 pub use settings::GraphSettings;

@@ -10,8 +10,8 @@ pub struct BuildReport {
     pub clips: usize,
     /// Duration of all clips, in seconds.
     pub seconds: f64,
-    /// Number of evasions and number of attacks.
-    pub events: (usize, usize),
+    /// Number of labelled events of the clips.
+    pub events: EventCounts,
     /// Number of transitions under the threshold, before pruning.
     pub transitions: usize,
     /// Number of transitions that were left out because a foot darts in them.
@@ -31,6 +31,28 @@ pub struct BuildReport {
     pub responsiveness: Vec<Responsiveness>,
     /// Motion that is not part of the largest strongly connected component.
     pub dropped: Dropped,
+}
+
+/// Number of labelled events of each kind. Serialized as a pair: evasions, attacks.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(from = "(usize, usize)", into = "(usize, usize)")]
+pub struct EventCounts {
+    /// Number of evasions.
+    pub evasions: usize,
+    /// Number of attacks.
+    pub attacks: usize,
+}
+
+impl From<(usize, usize)> for EventCounts {
+    fn from((evasions, attacks): (usize, usize)) -> Self {
+        Self { evasions, attacks }
+    }
+}
+
+impl From<EventCounts> for (usize, usize) {
+    fn from(counts: EventCounts) -> Self {
+        (counts.evasions, counts.attacks)
+    }
 }
 
 /// Motion that is not in the graph because no cycle contains it. It includes events shorter than a
@@ -84,7 +106,10 @@ impl BuildReport {
         Self {
             clips: source.clips.len(),
             seconds: source.clips.iter().map(Clip::duration).sum(),
-            events: (count(EventKind::Evasion), count(EventKind::Attack)),
+            events: EventCounts {
+                evasions: count(EventKind::Evasion),
+                attacks: count(EventKind::Attack),
+            },
             transitions: counts.transitions,
             darting: counts.darting,
             window_pairs: counts.window_pairs,

@@ -11,7 +11,7 @@ use super::baked::BakedParts;
 use super::collect::{DrawingOwner, DrawnMaps, MapCollector};
 use super::drawings::{self, DrawingSource, EventDrawings, TooHigh};
 use super::entries::{EarlierEntries, EntryRecord, EntrySearch, MomentShare};
-use super::map_record::{EventMaps, KnownMaps, MapKey, MapRecord};
+use super::map_record::{EventMaps, KnownMaps, MapBasis, MapKey, MapRecord};
 use super::raster;
 use super::retime::retimable_edges;
 use super::{
@@ -35,7 +35,7 @@ pub struct Baker {
     every_frame: Vec<Drawing>,
     any_frame: Vec<Drawing>,
     collector: MapCollector,
-    /// What the maps of each event depend on, evasions first; `None` if that is more than its clip.
+    /// Key of the maps of each event, evasions first. `None` if the maps depend on other clips too.
     keys: Vec<Option<MapKey>>,
     earlier: EarlierEntries,
 }
@@ -57,16 +57,16 @@ impl From<EntryRecord> for TableRecord {
     }
 }
 
-/// What an earlier bake recorded, and the clips that both have.
+/// Record of an earlier bake, and the clips that both bakes have in common.
 #[derive(Clone, Debug, Default)]
 pub struct EarlierTables {
-    /// Maps and tests.
+    /// Maps and tests of the earlier bake.
     pub record: TableRecord,
-    /// The clips.
+    /// Clips that both bakes have in common.
     pub clips: ClipMatch,
 }
 
-/// The maps of an event, or its drawings.
+/// An event whose maps are known or whose drawings are prepared.
 enum Prepared {
     Known(EventMaps),
     New(EventDrawings),
@@ -128,7 +128,7 @@ impl Baker {
             earlier: EarlierEntries::default(),
             graph,
         };
-        let known = KnownMaps::onto(record.maps, &clips, (&baker.body, maps));
+        let known = KnownMaps::onto(record.maps, &clips, &baker.map_basis());
         for (kind, key, prepared) in baker.events(&known)? {
             baker.keys.push(key);
             baker.add(kind, prepared);
@@ -284,7 +284,7 @@ impl Baker {
             .zip(&maps)
             .filter_map(|(key, maps)| Some((key?, maps.clone())))
             .collect();
-        let recorded = MapRecord::new((self.body.clone(), self.settings.maps), recorded);
+        let recorded = MapRecord::new(self.map_basis(), recorded);
         let atlas = self.atlas(maps);
         let attacks = self.attacks.iter();
         let attack_moves = attacks
@@ -296,6 +296,8 @@ impl Baker {
         let retimable = retimable_edges(&self.graph, &self.settings.retime);
         let evasions = evasions_of(&self.graph, &self.evasions);
         let search = EntrySearch {
+            graph: &self.graph,
+            evasions: &evasions,
             settings: &self.settings.entries,
             threads: self.settings.threads,
             earlier: &self.earlier,
@@ -303,7 +305,7 @@ impl Baker {
         };
         let found = {
             let _span = tracing::trace_span!("bake: find entries").entered();
-            EntryTable::find(&self.graph, &evasions, search)
+            EntryTable::find(search)
         };
         let record = TableRecord {
             entries: found.record,
@@ -337,6 +339,13 @@ impl Baker {
         Ok(self.collector.gather(maps))
     }
 
+    fn map_basis(&self) -> MapBasis {
+        MapBasis {
+            body: self.body.clone(),
+            grid: self.settings.maps,
+        }
+    }
+
     fn atlas(&self, maps: Vec<EventMaps>) -> RegionAtlas {
         let (mut regions, mut attacks) = (Vec::new(), Vec::new());
         for maps in maps {
@@ -349,25 +358,27 @@ impl Baker {
     }
 }
 
-impl EntryRecord {
-    /// Tests the entries of a share of all moments of a graph. [`EntryRecord::of_shares`] puts the records of all shares together, and
+impl MomentShare {
+    /// Tests the entries of this share of the moments of a graph. [`EntryRecord::of_shares`] puts the records of all shares together, and
     /// [`Baker::onto`] takes that over. Returns `None` if the tests were stopped.
     #[must_use]
     #[doc(hidden)]
-    pub fn of_graph(
+    pub fn test_entries(
+        self,
         graph: &MotionGraph,
         settings: &BakeSettings,
-        share: MomentShare,
         watch: &dyn BakeWatch,
-    ) -> Option<Self> {
+    ) -> Option<EntryRecord> {
         let evasions = evasions_of(graph, &edges_of(graph, EventKind::Evasion));
         let search = EntrySearch {
+            graph,
+            evasions: &evasions,
             settings: &settings.entries,
             threads: settings.threads,
             earlier: &EarlierEntries::default(),
             watch,
         };
-        Self::of_share(graph, &evasions, share, search).ok()
+        EntryRecord::of_share(self, search).ok()
     }
 }
 
@@ -376,7 +387,7 @@ fn edges_of(graph: &MotionGraph, kind: EventKind) -> Vec<EdgeId> {
     graph.edges_with(kind).map(|(edge, _)| edge).collect()
 }
 
-/// The evasions that some edges play. Each has the maps of its position.
+/// The evasions that some edges play. Each has the region with its index.
 fn evasions_of(graph: &MotionGraph, edges: &[EdgeId]) -> Vec<Evasion> {
     let regions = (0..).map(RegionId);
     let evasion = |(&edge, region)| Evasion {

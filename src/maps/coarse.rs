@@ -57,12 +57,19 @@ pub(crate) struct CoarseMap {
     pub(crate) v: i32,
     pub(crate) columns: u32,
     pub(crate) rows: u32,
-    /// Slices of the outer maps, `[lane][row][column]`.
+    /// Slices of the outer map, `[lane][row][column]`.
     outer: Vec<u32>,
     body: Vec<u32>,
     /// Evasion maps, `[row][column]`. A cell is not 0 if a texel of the evasion map is within
     /// reach.
     evasion: Vec<u32>,
+}
+
+/// Words of a map, row by row.
+#[derive(Clone, Copy)]
+struct MapWords<'a> {
+    rect: MapRect,
+    words: &'a [u32],
 }
 
 impl CoarseMap {
@@ -93,8 +100,9 @@ impl CoarseMap {
         coarse
     }
 
-    /// Coarse map of a map over time with masks of `lanes` words, `[lane][row][column]`. Whole rows of texels are joined first: in each texel of a row of cells
-    /// stand the bits of all texels above and below it that the cells reach. The texels of that row are then joined into cells.
+    /// Coarse map of a map over time with masks of `lanes` words, `[lane][row][column]`. Whole rows of texels
+    /// are joined first: each texel of a row of cells gets the bits of all texels of its column that the cells reach. The texels of that row
+    /// are then joined into cells.
     fn masks(&self, map: &MaskMap, lanes: usize) -> Vec<u32> {
         let rect = map.rect();
         let (columns, cells) = (self.columns as usize, (self.columns * self.rows) as usize);
@@ -105,7 +113,14 @@ impl CoarseMap {
         }
         let mut joined = vec![0u32; width];
         for row in 0..self.rows {
-            if !self.join_rows(row, map.masks(), rect, &mut joined) {
+            if !self.join_rows(
+                row,
+                MapWords {
+                    rect,
+                    words: map.masks(),
+                },
+                &mut joined,
+            ) {
                 continue;
             }
             for (column, mask) in joined.chunks_exact(lanes).enumerate() {
@@ -129,7 +144,14 @@ impl CoarseMap {
         }
         let mut joined = vec![0u32; map.words_per_row()];
         for row in 0..self.rows {
-            if !self.join_rows(row, map.words(), rect, &mut joined) {
+            if !self.join_rows(
+                row,
+                MapWords {
+                    rect,
+                    words: map.words(),
+                },
+                &mut joined,
+            ) {
                 continue;
             }
             for (index, &word) in joined.iter().enumerate() {
@@ -147,7 +169,8 @@ impl CoarseMap {
     }
 
     /// Joins the rows of a map that a row of cells reaches, word by word. Returns whether there are any.
-    fn join_rows(&self, row: u32, words: &[u32], rect: MapRect, out: &mut [u32]) -> bool {
+    fn join_rows(&self, row: u32, map: MapWords<'_>, out: &mut [u32]) -> bool {
+        let MapWords { rect, words } = map;
         out.fill(0);
         // With cells of 4 texels, cell i covers 4 i to 4 i + 4 and reaches the texels 4 i - 3 to 4
         // i + 6.
@@ -171,7 +194,7 @@ impl CoarseMap {
         Self::REACH << (self.shift - 2)
     }
 
-    /// Cells of `count` that reach a texel along one axis: at most three.
+    /// Cells that reach a texel along one axis, at most three of `count`.
     fn cells(&self, texel: i32, count: u32) -> std::ops::Range<usize> {
         let within = |cell: i32| cell.clamp(0, count as i32) as usize;
         let reach = self.reach();
@@ -206,7 +229,7 @@ mod tests {
 
     use super::*;
 
-    /// A rectangle and some texels in it, with a slice each.
+    /// A rectangle and some texels in it, each with a slice.
     fn texels() -> impl Strategy<Value = (MapRect, Vec<[u32; 3]>)> {
         let rect = (-40..40i32, -40..40i32, 0..50u32, 1..50u32);
         let texels = prop::collection::vec(prop::array::uniform3(0..1000u32), 0..12);

@@ -31,17 +31,17 @@ impl FixedTransform2 {
     const FAR: f32 = 32_000.0;
 
     /// Creates the transform for `placement`, which transforms points of the attack's frame to the
-    /// evasion's frame. `origin` is the attack map's first texel (column, row), in texels of the
-    /// attack's frame.
+    /// evasion's frame. `attack` is the rectangle of the attack's map, in texels of the attack's
+    /// frame.
     #[must_use]
-    pub fn new(placement: Rigid2, origin: (i32, i32), grid: MapGrid) -> Self {
+    pub fn new(placement: Rigid2, attack: MapRect, grid: MapGrid) -> Self {
         let (texel, pitch) = (grid.for_attacks().texel, grid.attack_pitch as i32);
         let one = (1i32 << (Self::SHIFT - 1)) as f32;
         // Rounded once, so that the error does not grow with the distance from the first texel.
         let start = placement.point(Vec3::new(
-            origin.0 as f32 * texel,
+            attack.u as f32 * texel,
             0.0,
-            origin.1 as f32 * texel,
+            attack.v as f32 * texel,
         )) / grid.texel;
         let fixed = |place: f32| (place.clamp(-Self::FAR, Self::FAR) * 2.0 * one).round() as i32;
         Self {

@@ -1,7 +1,7 @@
 //! The maps of events that a later bake takes over.
 //!
-//! The maps of an attack depend on its clip, the body and the grid. Those of an evasion depend on the motion after it, too: they are taken
-//! over where that motion stays in the evasion's clip and the graph's nodes divide the clip as before.
+//! The maps of an attack depend on its clip, the body and the grid. The maps of an evasion also depend on the motion after it. They are
+//! taken over if that motion stays in the evasion's clip and the graph's nodes divide the clip as before.
 
 use rustc_hash::FxHashMap;
 use serde::{Deserialize, Serialize};
@@ -13,10 +13,17 @@ use crate::anim::{EventKind, JointId};
 use crate::graph::{ClipMatch, EdgeId, EdgeMotion, GraphEvent, Motion, Playhead};
 use crate::math::Rigid2;
 
+/// Body and grid that the maps of a bake are drawn for.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct MapBasis {
+    pub(super) body: Body,
+    pub(super) grid: MapGrid,
+}
+
 /// The maps of all events of a bake.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(super) struct MapRecord {
-    basis: Option<(Body, MapGrid)>,
+    basis: Option<MapBasis>,
     maps: Vec<(MapKey, EventMaps)>,
 }
 
@@ -28,7 +35,7 @@ pub(super) enum EventMaps {
 }
 
 impl EventMaps {
-    /// Whether these can be the maps of an event of a kind. Maps that come from a file are checked.
+    /// Whether these can be the maps of an event of a kind. It checks maps that come from a file.
     fn are_sound(&self, kind: EventKind, slices: u32) -> bool {
         match self {
             Self::Evasion(maps) => kind == EventKind::Evasion && maps.is_sound(slices),
@@ -37,12 +44,12 @@ impl EventMaps {
     }
 }
 
-/// What the maps of an event depend on, beside the contents of its clip.
+/// Inputs that the maps of an event depend on, besides the contents of its clip.
 #[derive(Clone, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub(super) struct MapKey {
     kind: EventKind,
     clip: u32,
-    /// First and last frame.
+    /// First and last frame of the event.
     frames: [u32; 2],
     joints: Vec<JointId>,
     /// First frame and number of frames of each edge that an evasion's motion plays.
@@ -50,9 +57,9 @@ pub(super) struct MapKey {
 }
 
 impl MapKey {
-    /// Returns `None` if the maps depend on other clips, too.
+    /// The key of an event's maps. Returns `None` if they depend on other clips too.
     pub(super) fn new(source: DrawingSource<'_>, edge: EdgeId, event: &GraphEvent) -> Option<Self> {
-        /// Time by which a track may be longer than what is asked for, in seconds.
+        /// Maximum time by which a track is longer than requested, in seconds.
         const LONGER: f32 = 2.0 / BodyTrack::RATE;
         let graph = source.graph;
         let mut key = Self {
@@ -80,21 +87,17 @@ impl MapKey {
     }
 }
 
-/// The maps that an earlier bake drew, by what they depend on.
+/// The maps that an earlier bake drew, by their keys.
 #[derive(Debug, Default)]
 pub(super) struct KnownMaps(FxHashMap<MapKey, EventMaps>);
 
 impl KnownMaps {
-    /// Takes over the maps of a record, if they are of this body and this grid.
-    pub(super) fn onto(record: MapRecord, clips: &ClipMatch, basis: (&Body, MapGrid)) -> Self {
-        let is_same = record
-            .basis
-            .as_ref()
-            .is_some_and(|(body, grid)| (body, *grid) == basis);
-        if !is_same {
+    /// Takes over the maps of a record if they are drawn for the same body and grid.
+    pub(super) fn onto(record: MapRecord, clips: &ClipMatch, basis: &MapBasis) -> Self {
+        if record.basis.as_ref() != Some(basis) {
             return Self::default();
         }
-        let slices = basis.1.slices;
+        let slices = basis.grid.slices;
         let maps = record.maps.into_iter().filter_map(|(key, maps)| {
             let clip = clips.now(key.clip)?;
             let is_sound = maps.are_sound(key.kind, slices);
@@ -110,7 +113,7 @@ impl KnownMaps {
 
 impl MapRecord {
     /// Records the maps of a body on a grid.
-    pub(super) fn new(basis: (Body, MapGrid), maps: Vec<(MapKey, EventMaps)>) -> Self {
+    pub(super) fn new(basis: MapBasis, maps: Vec<(MapKey, EventMaps)>) -> Self {
         Self {
             basis: Some(basis),
             maps,

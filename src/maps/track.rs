@@ -5,7 +5,7 @@
 
 use glam::Vec3;
 
-use super::hulls::{HullRows, Hulls};
+use super::bounding_spheres::{BoundingSpheres, SphereRows};
 use super::{Body, BodyRows};
 use crate::anim::{Pose, forward_kinematics};
 use crate::graph::{EdgeId, Motion, MotionGraph, Playhead};
@@ -19,18 +19,18 @@ pub struct BodyTrack {
     ticks: usize,
     /// Coordinates, `[tick][x, y, z][sphere]`, with rows padded to whole vectors.
     rows: Vec<f32>,
-    /// Bounding spheres, by interval.
-    hulls: Hulls,
+    /// Bounding spheres of each interval.
+    bounds: BoundingSpheres,
 }
 
 /// Start of a [`BodyTrack`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TrackStart {
-    /// Edge that starts.
+    /// Edge that is played at the start.
     pub edge: EdgeId,
-    /// Frames since the edge's start.
+    /// Time since the edge's start, in frames.
     pub frame: f32,
-    /// Character's frame then, in the space of the edge's clip.
+    /// Character's frame at the start of the track, in the space of the edge's clip.
     pub placement: Rigid2,
 }
 
@@ -43,7 +43,7 @@ impl BodyTrack {
     /// Number of samples in an interval for which bounding spheres are stored.
     pub const INTERVAL: usize = 4;
 
-    /// Number that row lengths are a multiple of. Padding repeats the last sphere.
+    /// Row lengths are multiples of this number. Padding repeats the last sphere.
     pub const LANES: usize = BodyRows::ROW_LANES;
 
     /// Samples the body on an edge and its default continuation, for `seconds` from its start.
@@ -61,7 +61,7 @@ impl BodyTrack {
             spheres: body.spheres.len(),
             ticks,
             rows: Vec::with_capacity(ticks * 3 * Self::padded(body.spheres.len())),
-            hulls: Hulls::default(),
+            bounds: BoundingSpheres::default(),
         };
         let body_rows = BodyRows::new(body);
         let mut bounds = Vec::with_capacity(ticks);
@@ -91,11 +91,11 @@ impl BodyTrack {
             };
             Sphere::around(&spheres.flat_map(of).collect::<Vec<_>>())
         };
-        track.hulls = Hulls::new(body.spheres.len(), &whole, part);
+        track.bounds = BoundingSpheres::new(body.spheres.len(), &whole, part);
         track
     }
 
-    /// A track of given centres, without hulls: for tests.
+    /// A track of given centres, without bounding spheres: for tests.
     #[cfg(test)]
     pub(super) fn of_centres(ticks: &[&[Vec3]]) -> Self {
         let spheres = ticks.first().map_or(0, |centres| centres.len());
@@ -111,7 +111,7 @@ impl BodyTrack {
             spheres,
             ticks: ticks.len(),
             rows,
-            hulls: Hulls::default(),
+            bounds: BoundingSpheres::default(),
         }
     }
 
@@ -119,7 +119,7 @@ impl BodyTrack {
     pub(super) fn tick_bytes(body: &Body) -> usize {
         12 * Self::padded(body.spheres.len())
             + 64
-            + Hulls::stretch_bytes(body.spheres.len()) / Self::INTERVAL
+            + BoundingSpheres::stretch_bytes(body.spheres.len()) / Self::INTERVAL
     }
 
     fn padded(spheres: usize) -> usize {
@@ -129,19 +129,19 @@ impl BodyTrack {
     /// Sphere that contains the whole body during an interval: from sample [`BodyTrack::INTERVAL`]
     /// `index` to the first sample of the next interval, along straight lines between samples.
     #[must_use]
-    pub fn hull(&self, index: usize) -> Sphere {
-        self.hulls.body(index)
+    pub fn bounding_sphere(&self, index: usize) -> Sphere {
+        self.bounds.body(index)
     }
 
     /// Bounding spheres of 16 consecutive intervals. The last interval is repeated past the end.
-    pub(crate) fn hulls(&self, first: usize) -> HullRows {
-        self.hulls.rows(first)
+    pub(crate) fn bounds(&self, first: usize) -> SphereRows {
+        self.bounds.rows(first)
     }
 
     /// Spheres that contain the body's parts, [`PART`](super::PART) spheres each, during an
     /// interval. Indices past the end return the last interval.
-    pub(crate) fn part_hulls(&self, index: usize) -> &[HullRows] {
-        self.hulls.parts(index)
+    pub(crate) fn part_bounds(&self, index: usize) -> &[SphereRows] {
+        self.bounds.parts(index)
     }
 
     /// Length of a row of one tick and axis, with padding.

@@ -10,10 +10,10 @@ use crate::graph::{EdgeId, Entry, Layer, Motion};
 use crate::maps::{BakedGraph, PathId};
 use sabaki_motion::internal::Warp;
 
-/// The answer to a query. Keep it from one query to the next: its memory is used again.
+/// The answer to a query. Keep it from one query to the next, because its memory is reused.
 #[derive(Clone, Debug, Default)]
 pub struct Answer {
-    /// Position of the chosen candidate in `candidates`.
+    /// Index of the chosen candidate in `candidates`.
     pub chosen: usize,
     /// Whether the chosen motion avoids the attack, by the exact test.
     pub avoided: bool,
@@ -36,12 +36,12 @@ pub struct Answer {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CandidateReport {
     pub(super) route: Route,
-    /// Edge of the evasion, which follows the path; `None` for a move.
+    /// Edge of the evasion after the path; `None` for a move.
     pub evasion: Option<EdgeId>,
-    /// Entry into the evasion, if no edge leads to it.
+    /// Entry into the evasion; `None` if an edge leads to it.
     #[doc(hidden)]
     pub entry: Option<EnteredAt>,
-    /// Layer that plays the evasion's upper body while the natural motion goes on; otherwise `None`.
+    /// Layer that plays the upper body of the evasion while the natural motion continues; `None` for other candidates.
     #[doc(hidden)]
     pub layer: Option<Layer>,
     /// Rate of the retimable edges, or the reason why there is none.
@@ -49,7 +49,7 @@ pub struct CandidateReport {
     pub rate: Result<Rate, RateError>,
     /// Texels that the candidate's maps share with the attack; `None` if they were not counted.
     pub overlap: Option<Overlap>,
-    /// Exact distance from the attack; `None` if it was not needed. A hit that was not chosen may be deeper than this.
+    /// Exact distance from the attack; `None` if the candidate was not tested. A hit that was not chosen may be deeper.
     pub clearance: Option<Clearance>,
     /// Score; `None` for a hit and for a candidate that was not tested.
     pub score: Option<Score>,
@@ -57,19 +57,19 @@ pub struct CandidateReport {
     #[doc(hidden)]
     pub warp: Option<Warp>,
     /// Result of the candidate.
-    pub fate: Fate,
+    pub result: CandidateResult,
 }
 
 /// An entry and its time.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct EnteredAt {
-    /// Time of the entry, seconds since the query. Until then the natural motion continues.
+    /// Time from the query to the entry, in seconds. Until then the natural motion continues.
     pub delay: f32,
     /// The entry.
     pub entry: Entry,
 }
 
-/// The place of the edges of a candidate's path.
+/// Where the edges of a candidate's path are stored.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Route {
     /// A path of the baked graph.
@@ -81,14 +81,14 @@ pub(super) enum Route {
 /// The result of a candidate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Fate {
-    /// It was chosen.
+pub enum CandidateResult {
+    /// The candidate was chosen.
     Chosen,
-    /// Another candidate has a better score. Without a clearance: no clearance could have made this one better.
+    /// Another candidate has a better score. If the candidate has no clearance, it could not have won at any clearance.
     Outscored,
-    /// No rate within the limits starts its evasion in time.
+    /// No rate within the limits starts the candidate's evasion in time.
     NotInTime,
-    /// Its body map overlaps the attack.
+    /// The candidate's body map overlaps the attack.
     Culled,
     /// The exact test found a hit.
     Hit,
@@ -97,31 +97,31 @@ pub enum Fate {
 /// The number of candidates by result.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Counts {
-    /// Candidates: evasions that a rate brings in time, and moves.
+    /// Number of candidates: evasions that a rate brings in time, and moves.
     pub candidates: usize,
-    /// Candidates that end in an evasion.
+    /// Number of candidates that end in an evasion.
     pub with_evasion: usize,
-    /// Candidates that enter an evasion without an edge. They count as candidates with an evasion too.
+    /// Number of candidates that enter an evasion without an edge. They are included in `with_evasion`.
     #[serde(default)]
     pub entered: usize,
-    /// Candidates that layer the upper body of an evasion. They count as candidates with an evasion too.
+    /// Number of candidates that layer the upper body of an evasion. They are included in `with_evasion`.
     #[serde(default)]
     pub layered: usize,
-    /// Paths to an evasion that no rate brings in time; these are no candidates.
+    /// Number of paths to an evasion that no rate brings in time. They are not candidates.
     pub not_in_time: usize,
-    /// Candidates that the maps removed.
+    /// Number of candidates that the maps removed.
     pub culled: usize,
-    /// Culled candidates that were tested exactly after all, because no other candidate was clean.
+    /// Number of culled candidates that were tested exactly because no other candidate was clean.
     pub reconsidered: usize,
-    /// Tested candidates that are hit.
+    /// Number of tested candidates that are hit.
     pub hits: usize,
-    /// Tested candidates that are clean.
+    /// Number of tested candidates that are clean.
     pub clean: usize,
 }
 
 impl Answer {
     /// The edges of a candidate's path, from the next node to the evasion's start, or to the end of a move. `report` is one of
-    /// `candidates`, `baked` the graph of the query.
+    /// `candidates`, and `baked` is the graph of the query.
     pub fn path<'a>(
         &'a self,
         baked: &'a BakedGraph,

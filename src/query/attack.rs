@@ -11,6 +11,15 @@ pub struct Attack {
     spheres: Vec<MovingSphere>,
 }
 
+/// How a character begins an attack of the graph.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AttackBegin {
+    /// The character's frame (root on the ground, facing +Z) at the start of the attack, in the world.
+    pub placement: Rigid2,
+    /// Time from now to the start of the attack, in seconds.
+    pub start: f32,
+}
+
 impl Clone for Attack {
     fn clone(&self) -> Self {
         Self {
@@ -18,7 +27,7 @@ impl Clone for Attack {
         }
     }
 
-    /// Copies into the memory that is already there.
+    /// Copies into existing memory.
     fn clone_from(&mut self, source: &Self) {
         self.spheres.clone_from(&source.spheres);
     }
@@ -57,32 +66,32 @@ pub enum AttackError {
         sphere: usize,
         /// Index of the key.
         key: usize,
-        /// Time of the key, seconds.
+        /// Time of the key, in seconds.
         t: f32,
     },
 }
 
 impl Attack {
-    /// Latest time of a key, seconds. The earliest is 0, the moment of the query.
+    /// Maximum time of a key, in seconds. The minimum is 0, the moment of the query.
     pub const LATEST: f32 = 600.0;
-    /// Largest distance of a centre from the origin, metres.
+    /// Maximum distance of a centre from the origin, in metres.
     pub const FURTHEST: f32 = 10_000.0;
-    /// Largest radius, metres. Every radius is above 0.
+    /// Maximum radius, in metres. Every radius is above 0.
     pub const WIDEST: f32 = 100.0;
-    /// Largest number of keys of all spheres together. A query with this many takes up to a minute and some 200 MB.
+    /// Maximum number of keys of all spheres together. A query with so many keys takes up to a minute and about 200 MB.
     pub const MOST_KEYS: usize = 1 << 18;
 
-    /// No spheres: memory for copies.
+    /// An attack without spheres, as memory for copies.
     pub(super) fn empty() -> Self {
         Self {
             spheres: Vec::new(),
         }
     }
 
-    /// An attack of these spheres, each by its keys. Positions are in metres, times in seconds from the moment of the query.
+    /// Creates an attack from the keys of each sphere. Positions are in metres, times in seconds from the moment of the query.
     ///
     /// # Errors
-    /// The first key that is not finite, out of range or out of order; too many keys.
+    /// A key is not finite, out of range or out of order, a sphere has no keys, or there are no spheres or too many keys.
     pub fn new(spheres: Vec<Vec<SphereKey>>) -> Result<Self, AttackError> {
         if spheres.is_empty() {
             return Err(AttackError::Empty);
@@ -118,18 +127,17 @@ impl Attack {
         MovingSphere::new(keys).ok_or(AttackError::NoKeys { sphere })
     }
 
-    /// An attack of the graph itself, as it passes when a character at `placement` (root on the
-    /// ground, facing) begins it `start` seconds from now.
+    /// The spheres of an attack of the graph, as a character that begins it moves them.
     ///
     /// # Errors
-    /// If a key is later than [`Attack::LATEST`] or further than 10 km from the origin: none for a start within 0 to 500 s and a
-    /// placement within some kilometres.
+    /// A key is later than [`Attack::LATEST`] or more than 10 km from the origin. A start within 0 to 500 s and a placement within some
+    /// kilometres of the origin cause no error.
     pub fn of_attack_move(
         baked: &BakedGraph,
         attack: &AttackMove,
-        placement: Rigid2,
-        start: f32,
+        begin: AttackBegin,
     ) -> Result<Self, AttackError> {
+        let AttackBegin { placement, start } = begin;
         let later = |key: &SphereKey| SphereKey {
             t: key.t + start,
             ..*key
@@ -149,7 +157,7 @@ impl Attack {
         &self.spheres
     }
 
-    /// Time of the first key, seconds.
+    /// Time of the first key, in seconds.
     #[must_use]
     pub fn start(&self) -> f32 {
         self.spheres
@@ -158,7 +166,7 @@ impl Attack {
             .fold(f32::INFINITY, f32::min)
     }
 
-    /// Time of the last key, seconds.
+    /// Time of the last key, in seconds.
     #[must_use]
     pub fn end(&self) -> f32 {
         self.spheres
@@ -167,8 +175,7 @@ impl Attack {
             .fold(0.0, f32::max)
     }
 
-    /// Becomes a copy of another attack in another frame, in the memory that is already there. `placement` transforms the other's
-    /// points into that frame.
+    /// Copies another attack into existing memory, transformed by `placement`.
     pub(super) fn place_from(&mut self, other: &Self, placement: Rigid2) {
         self.spheres.truncate(other.spheres.len());
         let known = self.spheres.len();
@@ -180,7 +187,7 @@ impl Attack {
             .extend(others.map(|sphere| sphere.placed(placement)));
     }
 
-    /// The same attack in another frame. `placement` transforms points into that frame.
+    /// The attack in another frame. `placement` transforms points to that frame.
     #[must_use]
     pub fn placed(&self, placement: Rigid2) -> Self {
         Self {

@@ -1,7 +1,8 @@
-//! Candidates that enter an obstacle, as far as the baked tracks of their evasions show it quickly. They are not drawn, counted or posed.
+//! Finds candidates that enter an obstacle by the baked tracks of their evasions, which is fast. They are not drawn, counted or posed.
 
 use super::ask::Query;
 use super::candidate::{CandidateKind, KnownHit};
+use super::clearance::PlacedEvasion;
 use super::cull::Overlap;
 use super::entry_candidate::EntryCandidate;
 use super::evaluated::Evaluated;
@@ -9,7 +10,7 @@ use super::evaluation::Evaluation;
 use super::obstacle::{ObstacleHit, TrackPart};
 use super::request::ActiveRequest;
 use super::state::QueryState;
-use crate::maps::{BakedGraph, PathId};
+use crate::maps::BakedGraph;
 
 /// Stores the evasions that enter an obstacle as known hits.
 pub(super) fn reject_blocked(query: Query<'_>, state: &mut QueryState) {
@@ -30,11 +31,16 @@ pub(super) fn reject_blocked(query: Query<'_>, state: &mut QueryState) {
         };
         let at = known[..before].binary_search_by_key(&path, |hit| hit.path);
         let is_tested = at.is_ok_and(|at| known[at].evaluated.is_some());
-        // Tracks do not show a body that blends.
+        // Tracks do not include the offset of a blend.
         if is_tested || start < blends_until {
             continue;
         }
-        let Some(hit) = evasion_blocked(query.baked, request, path, start) else {
+        let evasion = request.evasion(query.baked, path, start);
+        let seconds = query
+            .baked
+            .graph()
+            .seconds(query.baked.path_evasion(path).edge);
+        let Some(hit) = evasion_blocked(request, evasion, seconds) else {
             continue;
         };
         let evaluated = Some(Evaluated {
@@ -55,8 +61,8 @@ pub(super) fn reject_blocked(query: Query<'_>, state: &mut QueryState) {
     candidates.sort_known();
 }
 
-/// Drops the entered evasions that enter an obstacle, except one if all do. `natural_until` is the time until which the natural motion
-/// enters none, in seconds.
+/// Removes the entered evasions that enter an obstacle. If all do, the least harmful one is kept. `natural_until` is the time until which the
+/// natural motion enters no obstacle, in seconds.
 pub(super) fn keep_free(baked: &BakedGraph, state: &mut QueryState, natural_until: f32) {
     let QueryState {
         request, entries, ..
@@ -82,21 +88,18 @@ pub(super) fn keep_free(baked: &BakedGraph, state: &mut QueryState, natural_unti
     }
 }
 
-/// Whether blocked candidates are left out. An exhaustive evaluation measures them all.
+/// Whether blocked candidates are removed. An exhaustive evaluation measures all candidates.
 pub(super) fn is_sought(request: &ActiveRequest) -> bool {
     request.evaluation == Evaluation::Lazy && !request.obstacles.all().is_empty()
 }
 
+/// The obstacle that an evasion of some seconds enters.
 fn evasion_blocked(
-    baked: &BakedGraph,
     request: &ActiveRequest,
-    path: PathId,
-    start: f32,
+    evasion: PlacedEvasion<'_>,
+    seconds: f32,
 ) -> Option<ObstacleHit> {
-    let evasion = request.evasion(baked, path, start);
-    let index = baked.paths().path(path).evasion as usize;
-    let graph = baked.graph();
-    let seconds = graph.seconds(baked.evasions()[index].edge);
+    let start = evasion.start;
     request.obstacles.on_track(&TrackPart {
         track: evasion.track,
         placement: evasion.placement,
@@ -106,6 +109,7 @@ fn evasion_blocked(
     })
 }
 
+/// The obstacle that an entered evasion enters.
 fn entry_blocked(
     baked: &BakedGraph,
     request: &ActiveRequest,

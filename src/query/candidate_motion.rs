@@ -7,7 +7,7 @@ impl Answer {
     /// The motion of a candidate, from the moment of the query until the end of its evasion. Returns `None` for a path that no rate
     /// brings in time.
     ///
-    /// `report` is one of `candidates`, `baked` the graph of the query, and `playhead` the position of its request.
+    /// `report` is one of `candidates`, `baked` is the graph of the query, and `playhead` is the position of its request.
     #[must_use]
     pub fn motion_of(
         &self,
@@ -31,7 +31,7 @@ impl Answer {
         if let Some(warp) = report.warp {
             motion.extend(baked.graph(), warp.envelope.end);
         }
-        motion.bend(report.warp);
+        motion.set_warp(report.warp);
         Some(motion)
     }
 }

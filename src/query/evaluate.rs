@@ -1,4 +1,4 @@
-//! The exact test of candidates, as far as the choice needs it.
+//! Tests candidates exactly, as far as the choice depends on it.
 //!
 //! Source: Masaoka & Oshita, section 5.4. Differs: V_d is never below 0, so the other two terms are a lower bound of the score. A
 //! candidate whose bound is no better than the best score so far is not tested. Other candidates are tested only until it is known
@@ -18,7 +18,7 @@ use crate::graph::Motion;
 /// Scratch of the stage.
 #[derive(Clone, Debug, Default)]
 pub(super) struct EvaluateScratch {
-    /// The candidates to be tested, each with the bound of its score.
+    /// Candidates to be tested, each with a bound of its score.
     order: Vec<Bound>,
     results: Results,
     pub(super) entries: EntryScratch,
@@ -26,7 +26,7 @@ pub(super) struct EvaluateScratch {
 }
 
 impl EvaluateScratch {
-    /// Forgets all poses and results but those of known hits.
+    /// Discards all poses and results, except the results of known hits.
     pub(super) fn start(&mut self, state: &QueryState) {
         self.entries.start();
         let results = &mut self.results;
@@ -38,13 +38,13 @@ impl EvaluateScratch {
         evaluated.extend(candidates.known.iter().map(|hit| hit.evaluated));
     }
 
-    /// The results, by candidate.
+    /// Result of each candidate.
     pub(super) fn evaluated(&self) -> &[Option<Evaluated>] {
         &self.results.evaluated
     }
 }
 
-/// The evaluate stage: tests candidates, the most promising first.
+/// The evaluate stage: tests candidates, those with the lowest bound first.
 pub(super) struct ExactEvaluator<'s, 'a> {
     order: &'s mut Vec<Bound>,
     warper: &'s mut Warper,
@@ -52,7 +52,7 @@ pub(super) struct ExactEvaluator<'s, 'a> {
 }
 
 impl<'s, 'a> ExactEvaluator<'s, 'a> {
-    /// Results that `scratch` already has are kept.
+    /// Prepares the stage. Existing results of `scratch` are kept.
     pub(super) fn new(input: EvaluationInput<'a>, scratch: &'s mut EvaluateScratch) -> Self {
         let EvaluateScratch {
             order,
@@ -82,7 +82,7 @@ impl<'s, 'a> ExactEvaluator<'s, 'a> {
             || self.tests.best_score() > Score::least_of_a_move(weights)
     }
 
-    /// Tests those candidates that have no result, in the order of their bounds, as far as it is needed.
+    /// Tests candidates without a result in the order of their bounds, as far as the choice depends on them.
     pub(super) fn evaluate(&mut self, candidates: impl Iterator<Item = usize>) {
         let Self { order, tests, .. } = self;
         let input = tests.input;
@@ -100,7 +100,7 @@ impl<'s, 'a> ExactEvaluator<'s, 'a> {
             return;
         }
         order.sort_unstable_by(|a, b| a.value.total_cmp(&b.value).then(a.index.cmp(&b.index)));
-        // Usually one of the first few is clean.
+        // Usually one of the first few candidates is clean.
         let (first, rest) = order.split_at(order.len().min(Tests::ALONE));
         tests.possible_winners(first);
         let tested = tests.until_clean(rest);
@@ -110,8 +110,8 @@ impl<'s, 'a> ExactEvaluator<'s, 'a> {
         }
     }
 
-    /// Bends one of the least deep hits so that it is clean, the least deep first, and leaves its motion in `motion`. Returns its
-    /// position; `None` if none can be bent so.
+    /// Warps one of the shallowest hits so that it is clean, the shallowest first, and writes its motion to `motion`. Returns its index, or
+    /// `None` if no hit can be made clean.
     pub(super) fn warp(&mut self, motion: &mut Motion) -> Option<usize> {
         let _span = tracing::trace_span!("query: warp").entered();
         let Self {
@@ -123,7 +123,7 @@ impl<'s, 'a> ExactEvaluator<'s, 'a> {
         let (settings, request) = (&input.query.settings, &input.state.request);
         least_deep_first(order, &results.evaluated);
         let is_free = |bound: &Bound| {
-            // Among obstacles only those that enter none were measured.
+            // If there are obstacles, only hits that enter none were measured.
             let one = results.evaluated[bound.index];
             !input.is_among_obstacles() || one.is_some_and(|one| one.is_final)
         };
@@ -150,7 +150,7 @@ impl<'s, 'a> ExactEvaluator<'s, 'a> {
                 }
                 input.motion(index, motion);
                 if value + margin >= 0.0 {
-                    // The attack without the margin misses it as it is.
+                    // The attack without the margin misses the motion without a warp.
                     return Some(index);
                 }
                 let tested = Tested {
@@ -167,7 +167,7 @@ impl<'s, 'a> ExactEvaluator<'s, 'a> {
                 if input.entered(motion, 0.0, &mut body.obstacles).is_some() {
                     continue;
                 }
-                // Of the request's attack, which is wider by the margin.
+                // The clearance of the request's attack, which is larger by the margin.
                 let clearance = Clearance {
                     metres: warped.clearance.metres - margin,
                     ..warped.clearance
@@ -185,8 +185,7 @@ impl<'s, 'a> ExactEvaluator<'s, 'a> {
         None
     }
 
-    /// Bends the chosen candidate, which is clean and whose motion is `motion`, where the settings ask for a larger or a smaller
-    /// clearance.
+    /// Warps the chosen candidate, which is clean and whose motion is `motion`, if the settings ask for a larger or a smaller clearance.
     pub(super) fn adjust(&mut self, chosen: usize, motion: &mut Motion) {
         let Self { tests, warper, .. } = self;
         let (input, results) = (tests.input, &mut *tests.results);
@@ -225,7 +224,7 @@ impl<'s, 'a> ExactEvaluator<'s, 'a> {
         };
         let scratch = &mut results.workers.body().obstacles;
         if !gains || input.entered(motion, 0.0, scratch).is_some() {
-            motion.bend(None);
+            motion.set_warp(None);
             return;
         }
         results.evaluated[chosen] = Some(Evaluated {
@@ -236,8 +235,8 @@ impl<'s, 'a> ExactEvaluator<'s, 'a> {
         });
     }
 
-    /// Finds the hit with the largest clearance, for queries without a clean candidate. The clearance of a hit so far is a bound:
-    /// over the whole attack it can only get smaller.
+    /// Finds the hit with the largest clearance, for queries without a clean candidate. The known clearance of a hit is an upper bound, because
+    /// over the whole attack it can only be smaller.
     pub(super) fn measure_least_deep_hit(&mut self) {
         let Self { order, tests, .. } = self;
         if tests.input.state.request.evaluation == Evaluation::Exhaustive {
@@ -253,7 +252,7 @@ impl<'s, 'a> ExactEvaluator<'s, 'a> {
         tests.settle_hits();
     }
 
-    /// The clean candidate with the smallest score; if none is clean, the hit with the largest clearance. Of equal ones the first.
+    /// The clean candidate with the lowest score, or if none is clean, the hit with the largest clearance. Ties are decided by the index.
     pub(super) fn best(&self) -> usize {
         let smallest = |value: fn(&Evaluated) -> Option<f32>| {
             let evaluated = self.tests.results.evaluated.iter().enumerate();
@@ -267,13 +266,13 @@ impl<'s, 'a> ExactEvaluator<'s, 'a> {
             .unwrap_or(0)
     }
 
-    /// See [`Tests::confirm`].
+    /// Runs [`Tests::confirm`].
     pub(super) fn confirm(&mut self, chosen: usize, motion: &mut Motion) -> bool {
         self.tests.confirm(chosen, motion)
     }
 }
 
-/// The tested candidates, the largest clearance first.
+/// Lists the tested candidates, the one with the largest clearance first.
 fn least_deep_first(order: &mut Vec<Bound>, evaluated: &[Option<Evaluated>]) {
     order.clear();
     order.extend(evaluated.iter().enumerate().filter_map(|(index, one)| {

@@ -21,7 +21,7 @@ pub(super) struct EvaluationInput<'a> {
 }
 
 impl EvaluationInput<'_> {
-    /// The path of a move; `None` for an evasion.
+    /// The path of a move; `None` for other candidates.
     pub(super) fn move_of(&self, index: usize) -> Option<MoveId> {
         match self.state.candidates.list[index].kind {
             CandidateKind::Move(path) => Some(path),
@@ -46,7 +46,7 @@ impl EvaluationInput<'_> {
         !self.state.request.obstacles.all().is_empty()
     }
 
-    /// Whether an evasion starts while the offset of an earlier motion still fades out. Maps and tracks do not show that body.
+    /// Whether an evasion starts while the offset of an earlier motion still fades out. Maps and tracks do not include the offset.
     fn starts_in_blend(&self, index: usize) -> bool {
         match self.state.candidates.list[index].kind {
             CandidateKind::Evasion { start, .. } => start < self.state.request.blend.blends_until(),
@@ -81,7 +81,7 @@ impl EvaluationInput<'_> {
         }
     }
 
-    /// Texels of a candidate's evasion region in the slabs that the attack touches.
+    /// Number of texels of a candidate's evasion region in the slabs that the attack touches.
     fn region_texels(&self, index: usize) -> u32 {
         let maps = &self.state.maps;
         let Some(candidate) = maps.candidates.get(index) else {
@@ -100,7 +100,7 @@ impl EvaluationInput<'_> {
         }
     }
 
-    /// Tests a candidate as cheaply as it can be: against obstacles exactly only if the attack misses it.
+    /// Tests a candidate. Obstacles are tested exactly only if the attack misses it, because that is cheaper.
     pub(super) fn test(&self, index: usize, extent: Extent, body: &mut MotionBody) -> Clearance {
         if let Some(hit) = self.move_blocked(index, body) {
             return hit.as_clearance();
@@ -113,7 +113,7 @@ impl EvaluationInput<'_> {
         worse(clearance, self.candidate_entered(index, 0.0, body))
     }
 
-    /// Where a move enters an obstacle, as far as its root shows it.
+    /// The obstacle that the root of a move enters.
     fn move_blocked(&self, index: usize, body: &mut MotionBody) -> Option<ObstacleHit> {
         if !self.is_among_obstacles() || self.move_of(index).is_none() {
             return None;
@@ -180,7 +180,7 @@ impl EvaluationInput<'_> {
             }
             CandidateKind::Entry(entry) => {
                 let entry = &self.state.entries[entry as usize];
-                // What is chosen is tested at every sample again.
+                // The chosen candidate is tested again at every sample.
                 let sampling = match self.is_among_obstacles() {
                     true => Sampling::CoarseFirst,
                     false => Sampling::Each,
@@ -224,9 +224,8 @@ impl EvaluationInput<'_> {
         match candidate.kind {
             CandidateKind::Evasion { path, .. } => {
                 let steps = retimed(baked, candidate.rate, baked.paths().edges(path));
-                let evasion = baked.evasions()[baked.paths().path(path).evasion as usize];
                 let evasion = MotionStep {
-                    edge: evasion.edge,
+                    edge: baked.path_evasion(path).edge,
                     rate: 1.0,
                 };
                 motion.restart(graph, request.playhead, steps.chain([evasion]));
@@ -256,7 +255,7 @@ impl EvaluationInput<'_> {
     }
 }
 
-/// The clearance, or the harm by an obstacle where that is worse.
+/// The clearance, or that of an obstacle hit if it is smaller.
 pub(super) fn worse(clearance: Clearance, hit: Option<ObstacleHit>) -> Clearance {
     match hit {
         Some(hit) if -hit.harm < clearance.metres => hit.as_clearance(),
@@ -264,7 +263,7 @@ pub(super) fn worse(clearance: Clearance, hit: Option<ObstacleHit>) -> Clearance
     }
 }
 
-/// When an attack and the evasions that a motion plays before its end have ended, in seconds.
+/// Time at which the attack, and all evasions that the motion begins before the attack's end, have ended, in seconds.
 pub(crate) fn evasions_end(graph: &MotionGraph, motion: &Motion, attack_end: f32) -> f32 {
     let ends = motion.events(graph).filter_map(|(event, [start, end])| {
         let is_evasion = graph.event(event).kind == EventKind::Evasion;

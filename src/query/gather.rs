@@ -1,7 +1,7 @@
-//! Gathers the candidates of a node: paths to an evasion that some rate brings in time.
+//! Gathers the candidates of a node: paths to an evasion that can be in time at some rate.
 //!
 //! Source: Masaoka & Oshita, sections 5.1 and 5.2. Differs: of candidates that perform the same evasion at nearly the same place,
-//! only the one with the rate nearest to 1 is kept. If no path is in time, the paths that are nearest to it are taken.
+//! only the one with the rate nearest to 1 is kept. If no path can be in time, the paths that are nearest to being in time are taken.
 
 use crate::math::Sphere;
 use rustc_hash::FxHashSet;
@@ -27,7 +27,7 @@ pub(super) struct Gather<'a> {
 #[derive(Clone, Debug, Default)]
 pub(super) struct GatherScratch {
     touched: TouchedCells,
-    /// Columns of cells by their distance from the root.
+    /// Columns of cells, each with its distance from the root.
     nearest: Vec<(f32, CellColumn)>,
     seen: FxHashSet<[i32; 4]>,
 }
@@ -122,7 +122,7 @@ impl<'a> Gathered<'a> {
             .paths()
             .map(|(_, path)| (self.total(path) - available).abs())
             .fold(f32::INFINITY, f32::min);
-        // The tolerance includes paths that are as near on the attack's other side.
+        // The tolerance includes paths that are equally near but on the other side of the attack's start.
         let furthest = (nearest + rates.tolerance).min(rates.nearest);
         for (id, path) in self.paths() {
             let total = self.total(path);
@@ -141,7 +141,7 @@ impl<'a> Gathered<'a> {
             .retain(|(id, _)| !list.iter().any(|candidate| candidate.path() == Some(*id)));
     }
 
-    /// Finds the cells that the attack touches, in the node's frame, as far as a body can reach.
+    /// Finds the cells that the attack touches within the reach of a body, in the node's frame.
     fn touch_cells(&mut self) {
         let Query { baked, .. } = self.query;
         let (grid, table) = (baked.grid(), baked.paths());
@@ -174,8 +174,7 @@ impl<'a> Gathered<'a> {
         });
     }
 
-    /// Keeps the candidates that vacate one cell: of the touched ones the nearest to the root, or the nearest that some candidate
-    /// vacates.
+    /// Keeps the candidates that vacate one touched cell: the one nearest to the root, or the nearest that some candidate vacates.
     fn keep_filed_in_one(&mut self, cell: Enumerate) {
         let grid = self.query.baked.grid();
         let root = self.request.root(self.query.baked);
@@ -212,8 +211,8 @@ impl<'a> Gathered<'a> {
         }
     }
 
-    /// Of candidates that perform the same evasion at nearly the same place, keeps the one with the rate nearest to 1. Of the rest,
-    /// keeps as many as the settings allow.
+    /// Keeps the candidate with the rate nearest to 1 among those that perform the same evasion at nearly the same place, and no more candidates
+    /// than the settings allow.
     fn keep_different(&mut self) -> SearchReport {
         let (table, settings) = (self.query.baked.paths(), self.query.settings);
         let path = |candidate: &Candidate| candidate.path().unwrap_or_default();
@@ -229,7 +228,7 @@ impl<'a> Gathered<'a> {
         list.retain(|candidate| {
             let path = table.path(path(candidate));
             let [x, z, heading] = path.alike_cell(settings.alike_distance, settings.alike_angle);
-            seen.insert([path.evasion as i32, x, z, heading])
+            seen.insert([path.goal as i32, x, z, heading])
         });
         let different = list.len();
         list.truncate(settings.most_evasions);

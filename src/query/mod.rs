@@ -1,10 +1,10 @@
-//! Queries: an attack in, a path through the graph and its playback rate out.
+//! Queries: find a path through the graph, and its playback rate, that avoids an attack.
 //!
 //! Source: Masaoka & Oshita, sections 3.3 and 5. A [`Query`] takes a [`Request`] through these stages: gather the candidates of the
 //! next node, retime them, [`cull`] them by maps, evaluate the rest exactly (`clearance`), score them, and select one for
-//! the [`Answer`]. [`Query::answer`] does all of it on the CPU. To cull on a device, take a [`Session`].
+//! the [`Answer`]. [`Query::answer`] does all of it on the CPU. To cull on a device, use a [`Session`].
 //!
-//! Architecture invariant: no file of this module uses the GPU. Maps go out as plain data, and counts come back.
+//! Architecture invariant: no file of this module uses the GPU. It hands out maps as plain data, and takes counts.
 
 pub(crate) mod answer;
 mod ask;
@@ -46,9 +46,9 @@ mod state;
 pub(crate) mod warp;
 mod workers;
 
-pub use answer::{Answer, CandidateReport, Counts, Fate};
+pub use answer::{Answer, CandidateReport, CandidateResult, Counts};
 pub use ask::Query;
-pub use attack::{Attack, AttackError};
+pub use attack::{Attack, AttackBegin, AttackError};
 pub use clearance::Clearance;
 pub use context::QueryContext;
 pub use cull::CullPath;

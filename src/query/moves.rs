@@ -14,14 +14,14 @@ use crate::math::{Rigid2, floor};
 /// Limits of the search for moves.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct MoveSettings {
-    /// Largest number of paths that are followed at a time. Default 12; with more, no more attacks are avoided.
+    /// Maximum number of paths that are followed at a time. Default 12. Larger numbers do not avoid more attacks.
     pub width: usize,
-    /// Largest number of moves. Default 48. With 24, 1% more of all attacks hit (thrown balls, the fighter of the benches).
+    /// Maximum number of moves. Default 48. With 24, 1% more of all attacks hit (thrown balls, the fighter of the benches).
     pub candidates: usize,
-    /// Cell size for positions, metres, 0.001 or more. Default 0.10. Of paths that end in the same part of a clip and in the same
-    /// cells, one is followed.
+    /// Cell size for positions, in metres, at least 0.001. Default 0.10. Of all paths that end in the same part of a clip and in the same cells,
+    /// one is followed.
     pub alike_distance: f32,
-    /// Cell size for headings, radians, 0.001 or more. Default 15°.
+    /// Cell size for headings, in radians, at least 0.001. Default 15°.
     pub alike_angle: f32,
 }
 
@@ -36,12 +36,12 @@ impl Default for MoveSettings {
     }
 }
 
-/// Statistics of a search.
+/// Statistics of a search for candidates.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct SearchReport {
     /// Number of paths that were followed.
     pub followed: usize,
-    /// Number of paths that were not followed, because a similar one was.
+    /// Number of paths that were not followed because a similar path was.
     pub alike: usize,
     /// Number of paths that a limit of the settings cut off.
     pub cut: usize,
@@ -65,11 +65,11 @@ struct State {
 #[derive(Clone, Copy)]
 pub(crate) struct MoveSearchDesc<'a> {
     pub(crate) start: NodeId,
-    /// Duration, in seconds.
+    /// Duration of the moves, in seconds.
     pub(crate) seconds: f32,
     pub(crate) settings: MoveSettings,
-    /// Whether a root, in the space of the first clip, cannot be at a place at a time, in seconds since the start. Paths that lead there are not
-    /// followed.
+    /// Returns whether the root cannot be at a position of the first clip's space at a time in seconds since the start. Paths that lead there are
+    /// not followed.
     pub(crate) is_blocked: &'a dyn Fn(Vec3, f32) -> bool,
 }
 
@@ -77,7 +77,7 @@ pub(crate) struct MoveSearchDesc<'a> {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct MoveSearch {
     states: Vec<State>,
-    /// Positions in `states`, by frames since the start.
+    /// Indices in `states`, for each number of frames since the start.
     layers: Vec<Vec<u32>>,
     seen: FxHashSet<[i32; 6]>,
     ends: Vec<u32>,
@@ -86,12 +86,12 @@ pub(crate) struct MoveSearch {
     settings: MoveSettings,
 }
 
-/// Cell size for times, frames.
+/// Cell size for times, in frames.
 const ALIKE_FRAMES: u32 = 5;
 
 impl MoveSearch {
-    /// Finds paths of this start and length, as different from each other as the settings allow. Calls `found` with each, and
-    /// first with the path of natural edges, which is played without an attack.
+    /// Finds paths with the start and duration of the description, as different from each other as the settings allow. Calls `found` with each,
+    /// first with the path of natural edges, which is played if there is no attack.
     pub(crate) fn run(
         &mut self,
         graph: &MotionGraph,
@@ -137,7 +137,7 @@ impl MoveSearch {
         all.map(|at| (at, self.states[at.0 as usize].frames))
     }
 
-    /// The edges of a path, the last one first.
+    /// The edges of a path in reverse order.
     pub(crate) fn edges_backwards(&self, path: MoveId) -> impl Iterator<Item = EdgeId> + '_ {
         let mut next = self.states[path.0 as usize].before;
         std::iter::from_fn(move || {
@@ -209,9 +209,9 @@ impl MoveSearch {
         let from = ground(graph, &self.states[0]);
         let travelled = |&index: &u32| ground(graph, &self.states[index as usize]).distance(from);
         ends.sort_unstable_by(|a, b| travelled(a).total_cmp(&travelled(b)).then(a.cmp(b)));
-        let room = self.settings.candidates.saturating_sub(1);
-        self.report.cut += ends.len().saturating_sub(room);
-        for end in evenly(&ends, room) {
+        let most = self.settings.candidates.saturating_sub(1);
+        self.report.cut += ends.len().saturating_sub(most);
+        for end in evenly(&ends, most) {
             if !self.same_edges(MoveId(end), natural) {
                 found(MoveId(end));
             }

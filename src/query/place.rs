@@ -4,7 +4,7 @@ use super::cull::{DrawInput, PlacedRegion};
 use super::state::QueryState;
 use crate::maps::BakedGraph;
 
-/// The place stage: puts the evasions of the candidates into the frame of the next node, and draws the attack's maps there.
+/// The place stage: transforms the evasions of the candidates to the frame of the next node, and draws the attack's maps there.
 #[derive(Clone, Copy)]
 pub(super) struct PlaceCandidates<'a> {
     pub baked: &'a BakedGraph,
@@ -50,7 +50,7 @@ impl PlaceCandidates<'_> {
             };
             let path = baked.paths().path(path);
             Some(PlacedRegion {
-                region: baked.evasions()[path.evasion as usize].region,
+                region: baked.evasions()[path.goal as usize].region,
                 placement: path.placement,
                 clock: clock(clocks, start - attack_start),
             })
@@ -67,8 +67,8 @@ impl PlaceCandidates<'_> {
     }
 }
 
-/// The clock with an offset, seconds from the attack's start to the evasion's; a new clock if there is none. Offsets that single
-/// precision cannot tell apart share a clock.
+/// Index of the clock with an offset, which is the time from the attack's start to the evasion's start in seconds. Adds a clock if there is
+/// none. Offsets that single precision cannot distinguish share a clock.
 fn clock(clocks: &mut Vec<f32>, offset: f32) -> u32 {
     const ALIKE: f32 = 1e-5;
     let alike = |other: &f32| (other - offset).abs() <= ALIKE;

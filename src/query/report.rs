@@ -1,4 +1,4 @@
-use super::answer::{Answer, CandidateReport, Counts, EnteredAt, Fate, Route};
+use super::answer::{Answer, CandidateReport, CandidateResult, Counts, EnteredAt, Route};
 use super::ask::Query;
 use super::candidate::CandidateKind;
 use super::entry_candidate::EntryCandidate;
@@ -8,20 +8,19 @@ use super::evaluation_input::EvaluationInput;
 use super::retime::RateError;
 use super::select::Selection;
 use super::state::QueryState;
-use crate::graph::EdgeId;
 use crate::maps::{BakedGraph, PathId};
 
-/// Everything that an answer is made of, except the motion.
+/// Data of an answer, except the motion.
 pub(super) struct Report<'a> {
     pub query: Query<'a>,
     pub state: &'a QueryState,
-    /// By candidate.
+    /// Result of each candidate's test.
     pub evaluated: &'a [Option<Evaluated>],
     pub selection: Selection,
 }
 
 impl Answer {
-    /// Replaces everything except the motion.
+    /// Replaces all data of the answer, except the motion.
     pub(super) fn fill(&mut self, report: &Report<'_>) {
         let (baked, state) = (report.query.baked, report.state);
         self.chosen = report.selection.chosen;
@@ -66,7 +65,9 @@ impl Report<'_> {
         CandidateReport {
             route,
             evasion: match candidate.kind {
-                CandidateKind::Evasion { path, .. } => Some(evasion_of(self.query.baked, path)),
+                CandidateKind::Evasion { path, .. } => {
+                    Some(self.query.baked.path_evasion(path).edge)
+                }
                 CandidateKind::Entry(entry) => {
                     let evasion = self.state.entries[entry as usize].evasion;
                     Some(self.query.baked.evasions()[evasion].edge)
@@ -93,14 +94,14 @@ impl Report<'_> {
             clearance: evaluated.map(|one| one.clearance),
             score,
             warp: evaluated.and_then(|one| one.warp),
-            fate: if index == self.selection.chosen {
-                Fate::Chosen
+            result: if index == self.selection.chosen {
+                CandidateResult::Chosen
             } else if input.is_culled(index) {
-                Fate::Culled
+                CandidateResult::Culled
             } else if evaluated.is_some() && score.is_none() {
-                Fate::Hit
+                CandidateResult::Hit
             } else {
-                Fate::Outscored
+                CandidateResult::Outscored
             },
         }
     }
@@ -128,7 +129,7 @@ impl Report<'_> {
 fn late_path(baked: &BakedGraph, path: PathId, error: RateError) -> CandidateReport {
     CandidateReport {
         route: Route::Table(path),
-        evasion: Some(evasion_of(baked, path)),
+        evasion: Some(baked.path_evasion(path).edge),
         entry: None,
         layer: None,
         rate: Err(error),
@@ -136,10 +137,6 @@ fn late_path(baked: &BakedGraph, path: PathId, error: RateError) -> CandidateRep
         clearance: None,
         score: None,
         warp: None,
-        fate: Fate::NotInTime,
+        result: CandidateResult::NotInTime,
     }
-}
-
-fn evasion_of(baked: &BakedGraph, path: PathId) -> EdgeId {
-    baked.evasions()[baked.paths().path(path).evasion as usize].edge
 }

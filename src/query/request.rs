@@ -9,23 +9,24 @@ use crate::graph::{EdgeId, Motion, MotionGraph, MotionMoment, NodeId, Played, Pl
 use crate::maps::{BakedGraph, NodePath, PathId};
 use crate::math::Rigid2;
 
-/// One question to a [`Query`](super::Query): a character and the attack that it has to avoid.
+/// Input of a [`Query`](super::Query): a character, and the attack that it has to avoid.
 #[derive(Clone, Copy, Debug)]
 pub struct Request<'a> {
     /// Position of the character in graph and world.
     pub playhead: Playhead,
-    /// Attack in the same world; its clock starts now.
+    /// Attack, in the same world. Its times count from now.
     pub attack: &'a Attack,
-    /// What is playing. Needed during a blend, a layer or a warp: the offset from the playhead then fades out in every candidate. Default: none.
+    /// Motion that the character is playing. It is needed during a blend, a layer or a warp, so that the offset from the playhead fades out in
+    /// every candidate. Default: none.
     pub playing: Option<MotionMoment<'a>>,
-    /// How many candidates are tested exactly. Default: [`Evaluation::Lazy`].
+    /// Which candidates are tested exactly. Default: [`Evaluation::Lazy`].
     pub evaluation: Evaluation,
-    /// Solids that no candidate may enter, where they are now. Default: none.
+    /// Obstacles at their current positions, which no candidate may enter. Default: none.
     pub obstacles: &'a [Obstacle],
 }
 
 impl<'a> Request<'a> {
-    /// With lazy evaluation.
+    /// Creates a request with lazy evaluation and without obstacles.
     #[must_use]
     pub fn new(playhead: Playhead, attack: &'a Attack) -> Self {
         Self {
@@ -37,7 +38,7 @@ impl<'a> Request<'a> {
         }
     }
 
-    /// For a character that is at a moment of a motion.
+    /// Creates a request for a character that is at a moment of a motion.
     #[must_use]
     pub fn of_motion(graph: &MotionGraph, playing: MotionMoment<'a>, attack: &'a Attack) -> Self {
         let playhead = playing.motion.playhead(graph, playing.seconds);
@@ -53,32 +54,32 @@ impl<'a> Request<'a> {
 pub(super) struct ActiveRequest {
     pub playhead: Playhead,
     pub attack: Attack,
-    /// The offset that still fades out; otherwise empty.
+    /// Motion with the offset that still fades out; empty without one.
     pub blend: Motion,
     pub evaluation: Evaluation,
     pub obstacles: NearObstacles,
-    /// The next node.
+    /// Next node of the playhead.
     pub node: NodeId,
-    /// Time until the playhead is there, seconds.
+    /// Time until the playhead reaches the next node, in seconds.
     pub wait: f32,
-    /// Time from there to the attack's start, seconds.
+    /// Time from the next node to the attack's start, in seconds.
     pub available: f32,
     /// The character's frame (root on the ground, facing +Z) at the node, in the world.
     pub node_frame: Rigid2,
-    /// The attack without the margin that the request's has; of meaning only with a margin.
+    /// Attack without the margin. It is used only if there is a margin.
     pub plain: Attack,
-    /// The margin, in metres; 0 for none.
+    /// Margin by which the radii of `attack` are larger, in metres; 0 for none.
     pub margin: f32,
     /// Whether only paths to an evasion are candidates.
     pub evasions_only: bool,
 }
 
-/// How a plan differs from an ordinary query.
+/// Differences of a query of a plan from an ordinary query.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PlanScope<'a> {
-    /// The attack of the request without its margin. Where no motion avoids the request's attack, one that avoids this one is chosen.
+    /// Attack of the request without the margin. If no motion avoids the request's attack, one that avoids this attack is chosen.
     pub plain: &'a Attack,
-    /// By how much the radii of the request's attack are larger, in metres.
+    /// Margin by which the radii of the request's attack are larger, in metres.
     pub margin: f32,
     /// Whether only paths to an evasion are candidates, because an earlier query has tested the others.
     pub evasions_only: bool,
@@ -108,7 +109,7 @@ impl Default for ActiveRequest {
 }
 
 impl ActiveRequest {
-    /// Replaces the request. The attack is copied into memory that is already there.
+    /// Replaces the request. The attack is copied into existing memory.
     pub(super) fn set(&mut self, baked: &BakedGraph, request: Request<'_>) {
         let graph = baked.graph();
         let playhead = request.playhead.sanitized(graph);
@@ -129,7 +130,7 @@ impl ActiveRequest {
         self.node_frame = playhead.next_clip_to_world(graph) * baked.placement(self.node);
     }
 
-    /// Limits the request to what a plan asks for.
+    /// Applies the scope of a plan to the request.
     pub(super) fn limit(&mut self, scope: PlanScope<'_>) {
         self.plain.clone_from(scope.plain);
         (self.margin, self.evasions_only) = (scope.margin, scope.evasions_only);
@@ -153,7 +154,7 @@ impl ActiveRequest {
         self.blend.blend_from(graph, played, BENT);
     }
 
-    /// The durations of a path's edges at rate 1.
+    /// Durations of a path's edges at rate 1.
     pub(super) fn durations(baked: &BakedGraph, path: &NodePath) -> Durations {
         let seconds = |frames: u16| (f64::from(frames) / baked.graph().frame_rate()) as f32;
         Durations {
@@ -172,7 +173,7 @@ impl ActiveRequest {
     ) -> PlacedEvasion<'a> {
         let path = baked.paths().path(path);
         PlacedEvasion {
-            track: baked.track(path.evasion as usize),
+            track: baked.track(path.goal as usize),
             placement: self.node_frame * path.placement,
             start,
         }

@@ -1,10 +1,9 @@
-//! The choice among candidates, from the counts of a culling path on.
+//! The choice among candidates after a culling path has counted.
 //!
 //! Source: Masaoka & Oshita, sections 5.3 and 5.4. Differs: the paper sometimes chooses a path that is hit. Here every chosen path
-//! is tested exactly. If no candidate that the maps kept is clean, the removed ones are tested as well; if no candidate of the
-//! node's grid is clean, all paths become candidates. The answer is therefore a hit only if every candidate is hit. Queries in
-//! which all kept candidates are hit pay for this: one exact test of each removed candidate, up to its first hit, and a second
-//! round.
+//! is tested exactly. If no candidate that the maps kept is clean, the removed ones are tested too. If no candidate of the
+//! node's grid is clean, all paths become candidates. The answer is therefore a hit only if every candidate is hit. The cost
+//! falls on queries in which all kept candidates are hit: one exact test of each removed candidate, up to its first hit, and a second round.
 
 use super::ask::Query;
 use super::entries::gather_entries;
@@ -20,19 +19,26 @@ use crate::graph::Motion;
 /// The chosen candidate of a query.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Selection {
-    /// Position among the candidates.
+    /// Index of the chosen candidate.
     pub chosen: usize,
-    /// Number of culled candidates that were tested after all.
+    /// Number of culled candidates that were tested because no other candidate was clean.
     pub reconsidered: usize,
 }
 
-/// Tests candidates and selects one; its motion is left in `motion`. Returns `None` if no candidate of the grid is clean.
-pub(super) fn select(
-    query: Query<'_>,
-    state: &mut QueryState,
-    scratch: &mut EvaluateScratch,
-    motion: &mut Motion,
-) -> Option<Selection> {
+/// Inputs of the selection.
+pub(super) struct SelectionInput<'a> {
+    pub query: Query<'a>,
+    pub state: &'a mut QueryState,
+    pub scratch: &'a mut EvaluateScratch,
+}
+
+/// Tests candidates, selects one and writes its motion to `motion`. Returns `None` if no candidate of the grid is clean.
+pub(super) fn select(input: SelectionInput<'_>, motion: &mut Motion) -> Option<Selection> {
+    let SelectionInput {
+        query,
+        state,
+        scratch,
+    } = input;
     let _span = tracing::trace_span!("query: test and choose").entered();
     let is_grid = state.source == Source::Grid;
     let only = state.request.evasions_only && !state.candidates.list.is_empty();
@@ -52,7 +58,7 @@ pub(super) fn select(
             }
             return None;
         }
-        // A body that walks may walk on, even where it could stop for another evasion.
+        // A walking body may keep walking, even if it could stop for another evasion.
         if !has_layers && walks && evaluator.has_clean() {
             has_layers = true;
             gather_layers(query, state, &mut scratch.entries);
@@ -66,7 +72,7 @@ pub(super) fn select(
             gather_entries(query, state, &mut scratch.entries);
             continue;
         }
-        // Where an entry is clean, moves are not searched: few would score better, and all would be tested.
+        // If an entry is clean, moves are not searched: few would score better, and all would be tested.
         let is_entered = has_entries && evaluator.has_clean();
         if !is_grid && !has_moves && !is_entered && evaluator.can_moves_win() {
             has_moves = true;
@@ -81,7 +87,7 @@ pub(super) fn select(
         if !evaluator.has_clean() {
             evaluator.measure_least_deep_hit();
         }
-        // What seemed a hit by less than the sampling may be clean.
+        // A hit by less than the sampling error may be clean.
         if !evaluator.has_clean()
             && let Some(chosen) = evaluator.warp(motion)
         {
@@ -91,7 +97,7 @@ pub(super) fn select(
             });
         }
         let chosen = evaluator.best();
-        // If the final test shows a hit, candidates that were skipped because of this one are tested in another turn.
+        // If the final test shows a hit, the next iteration tests candidates that were skipped because of this one.
         if evaluator.confirm(chosen, motion) {
             evaluator.adjust(chosen, motion);
             return Some(Selection {

@@ -8,7 +8,7 @@
 //!            └──────────────── no candidate of the grid is clean ──────┘
 //! ```
 //!
-//! All state lies in the [`QueryContext`]. A session can therefore be dropped while a device counts, and be resumed frames later.
+//! All state is stored in the [`QueryContext`]. A session can therefore be dropped while a device counts, and be resumed frames later.
 
 use std::convert::Infallible;
 
@@ -23,7 +23,7 @@ use super::gather::Gather;
 use super::place::PlaceCandidates;
 use super::report::Report;
 use super::request::{PlanScope, Request};
-use super::select::select;
+use super::select::{SelectionInput, select};
 use super::source::Source;
 use super::state::QueryState;
 use crate::maps::PathId;
@@ -36,7 +36,7 @@ pub struct Session<'a> {
     scratch: &'a mut Scratch,
 }
 
-/// Names one round of one query in one context.
+/// Identifies one round of one query in one context.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SessionId(u64);
 
@@ -44,9 +44,9 @@ pub struct SessionId(u64);
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[must_use]
 pub enum Step {
-    /// Nothing. The answer is written.
+    /// The answer is written.
     Done,
-    /// Counts for other candidates: no candidate of the grid is clean, and [`Session::cull_input`] now has those of all paths.
+    /// Other candidates must be counted. No candidate of the grid is clean, and [`Session::cull_input`] now holds the candidates of all paths.
     Recount,
 }
 
@@ -57,10 +57,16 @@ impl<'a> Query<'a> {
     where
         'a: 's,
     {
-        Session::start(*self, request, &mut context.state, &mut context.scratch)
+        let QueryContext { state, scratch, .. } = context;
+        let session = Session {
+            query: *self,
+            state,
+            scratch,
+        };
+        session.start(request)
     }
 
-    /// Takes up a session that was dropped before it was done. Use the query that started it.
+    /// Resumes a session that was dropped before it was done. Use the query that started it.
     ///
     /// Returns `None` if `context` has since gone on to another round or query.
     #[must_use]
@@ -76,17 +82,22 @@ impl<'a> Query<'a> {
         })
     }
 
-    /// Answers a request at once, culling on the CPU.
+    /// Answers a request, culling on the CPU.
     pub fn answer(&self, request: Request<'_>, context: &mut QueryContext, answer: &mut Answer) {
         let QueryContext {
             state,
             scratch,
             culler,
         } = context;
-        Session::start(*self, request, state, scratch).run_on_cpu(&mut culler.0, answer);
+        let session = Session {
+            query: *self,
+            state,
+            scratch,
+        };
+        session.start(request).run_on_cpu(&mut culler.0, answer);
     }
 
-    /// Answers a request of a plan. Where nothing avoids its attack, the answer may avoid the attack without the margin.
+    /// Answers a request of a plan. If no motion avoids its attack, the answer may avoid the attack without the margin.
     pub(crate) fn answer_plan(
         &self,
         request: Request<'_>,
@@ -99,39 +110,35 @@ impl<'a> Query<'a> {
             scratch,
             culler,
         } = context;
-        let mut session = Session::start(*self, request, state, scratch);
+        let session = Session {
+            query: *self,
+            state,
+            scratch,
+        };
+        let mut session = session.start(request);
         session.state.request.limit(scope);
         session.run_on_cpu(&mut culler.0, answer);
     }
 }
 
-impl<'a> Session<'a> {
-    fn start(
-        query: Query<'a>,
-        request: Request<'_>,
-        state: &'a mut QueryState,
-        scratch: &'a mut Scratch,
-    ) -> Self {
-        state.request.set(query.baked, request);
-        state.candidates.known.clear();
-        state.is_waiting = true;
-        let mut session = Self {
-            query,
-            state,
-            scratch,
-        };
-        if query.settings.enumerate.uses_grid() {
-            session.gather(Source::Grid);
-            if session.state.candidates.list.is_empty() {
-                session.gather(Source::NothingFiled);
+impl Session<'_> {
+    /// Begins a request.
+    fn start(mut self, request: Request<'_>) -> Self {
+        self.state.request.set(self.query.baked, request);
+        self.state.candidates.known.clear();
+        self.state.is_waiting = true;
+        if self.query.settings.enumerate.uses_grid() {
+            self.gather(Source::Grid);
+            if self.state.candidates.list.is_empty() {
+                self.gather(Source::NothingFiled);
             }
         } else {
-            session.gather(Source::Whole);
+            self.gather(Source::Whole);
         }
-        session
+        self
     }
 
-    /// The name of this round, for [`Query::resume`].
+    /// Id of this round, for [`Query::resume`].
     #[must_use]
     pub fn id(&self) -> SessionId {
         SessionId(self.state.round)
@@ -143,8 +150,7 @@ impl<'a> Session<'a> {
         self.state.source
     }
 
-    /// The candidates that a culling path has to count: those that end in an evasion, without those that an earlier round has
-    /// shown to be hit.
+    /// The candidates that a culling path has to count: those that end in an evasion and that no earlier round has shown to be hit.
     #[must_use]
     pub fn cull_input(&self) -> CullInput<'_> {
         CullInput {
@@ -154,7 +160,7 @@ impl<'a> Session<'a> {
         }
     }
 
-    /// Counts by a culling path, for [`Session::submit_counted`]: `count` writes an [`Overlap`] for each candidate of its input.
+    /// Counts with a culling path, for [`Session::submit_counted`]. `count` writes an [`Overlap`] for each candidate of its input.
     ///
     /// # Errors
     /// The error of `count`.
@@ -179,7 +185,7 @@ impl<'a> Session<'a> {
         &self.state.candidates.overlaps
     }
 
-    /// Continues with counts from elsewhere: `counts` are those of [`Session::cull_input`], in its order.
+    /// Continues with counts of [`Session::cull_input`], in its order.
     pub fn submit(&mut self, counts: &[Overlap], answer: &mut Answer) -> Step {
         let overlaps = &mut self.state.candidates.overlaps;
         overlaps.clear();
@@ -190,7 +196,12 @@ impl<'a> Session<'a> {
     /// Continues with the counts of [`Session::count`]: tests candidates, and writes the answer or gathers other candidates.
     pub fn submit_counted(&mut self, answer: &mut Answer) -> Step {
         let scratch = &mut self.scratch.evaluate;
-        let Some(selection) = select(self.query, self.state, scratch, &mut answer.motion) else {
+        let input = SelectionInput {
+            query: self.query,
+            state: self.state,
+            scratch,
+        };
+        let Some(selection) = select(input, &mut answer.motion) else {
             self.gather(Source::NothingClean);
             return Step::Recount;
         };
@@ -242,7 +253,7 @@ impl<'a> Session<'a> {
         }
     }
 
-    /// Draws the outer maps of the attack too, so that [`Overlap::outer`] can be counted.
+    /// Also draws the outer maps of the attack, so that [`Overlap::outer`] can be counted.
     ///
     /// The choice needs no proof of a miss. A session therefore starts without outer maps, and all its candidates are
     /// [open](super::cull::CullCandidate::open).

@@ -9,7 +9,7 @@ use std::sync::OnceLock;
 use common::baked::embedded;
 use common::clips::{small_skeleton, swinging_clip};
 use sabaki::anim::{Event, EventKind, Pose, forward_kinematics};
-use sabaki::duel::{Duel, DuelError, DuelSettings, Exchange, Fighter, Score, Side};
+use sabaki::duel::{Duel, DuelError, DuelSettings, Exchange, Fighter, LeadTime, Score, Side};
 use sabaki::graph::{self, ClipSource, GraphSettings, Motion, Playhead};
 use sabaki::internal::Trunk;
 use sabaki::maps::{AttackGrid, AttackGridSettings, BakeSettings, BakedGraph, Baker, MapGrid};
@@ -103,7 +103,7 @@ fn there_are_hits_and_dodges_and_the_score_counts_them() {
 fn attacks_are_announced_in_time_and_would_land() {
     let settings = DuelSettings::default();
     for exchange in some().iter().flat_map(|fought| &fought.exchanges) {
-        let (shortest, longest) = settings.lead;
+        let LeadTime { shortest, longest } = settings.lead;
         assert!(exchange.lead >= shortest - 1e-3, "{}", exchange.lead);
         // A long attack is known of before it starts, whatever its lead.
         assert!(exchange.lead <= longest.max(exchange.attack.end()) + 1e-3);

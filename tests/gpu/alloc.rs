@@ -46,7 +46,7 @@ fn a_cull_allocates_nothing() {
             open: false,
             transform: FixedTransform2::new(
                 Rigid2::new(index as f32, 0.1, 0.0),
-                (-20, -20),
+                rect,
                 MapGrid::PAPER,
             ),
         })

@@ -119,7 +119,7 @@ fn filed(baked: &BakedGraph, grid: &AttackGrid, node: NodeId) -> Best {
             let cost = grid.frames(blow) as f32 / rate
                 + grid.settings().distance_weight * place.distance(middle);
             assert!(
-                best.insert((cell, path.evasion), cost).is_none(),
+                best.insert((cell, path.goal), cost).is_none(),
                 "an attack stands there twice"
             );
         }

@@ -28,7 +28,7 @@ fn depth(path: PathId, tick: usize, point: Vec3) -> f32 {
     let baked = embedded();
     let path = baked.paths().path(path);
     let local = path.placement.inverse().point(point);
-    let track = baked.track(path.evasion as usize);
+    let track = baked.track(path.goal as usize);
     let spheres = baked.body().spheres.iter().enumerate();
     spheres
         .map(|(index, sphere)| sphere.radius - track.centre(tick, index).distance(local))
@@ -47,7 +47,7 @@ fn a_path_is_filed_where_the_body_was_and_is_no_more() {
         .map(NodeId)
     {
         for path in baked.paths().ids(node).step_by(53) {
-            let evasion = baked.evasions()[baked.paths().path(path).evasion as usize];
+            let evasion = baked.evasions()[baked.paths().path(path).goal as usize];
             let end = (baked.graph().seconds(evasion.edge) * BodyTrack::RATE).round() as usize;
             for (x, z, bit) in cells_of(baked.grid().cells(path)) {
                 let column = CellColumn {

@@ -20,7 +20,7 @@ type Facts = (u32, u32, u32, u32, [i32; 3]);
 fn facts(path: &NodePath) -> Facts {
     let [frames, faster, slower] = [path.frames, path.faster, path.slower].map(u32::from);
     let cell = path.alike_cell(0.05, 5f32.to_radians());
-    (path.evasion, frames, faster, slower, cell)
+    (path.goal, frames, faster, slower, cell)
 }
 
 fn with_paths(baked: &BakedGraph, paths: PathSettings) -> BakedGraph {
@@ -119,7 +119,7 @@ fn a_path_leads_where_it_says() {
                 assert_eq!(graph.edge(edge).from, at);
                 at = graph.edge(edge).to;
             }
-            let evasion = baked.evasions()[path.evasion as usize];
+            let evasion = baked.evasions()[path.goal as usize];
             assert_eq!(graph.edge(evasion.edge).from, at);
             let frames: u32 = edges.iter().map(|&edge| graph.edge(edge).frames).sum();
             assert_eq!(frames, u32::from(path.frames));
@@ -141,7 +141,7 @@ fn ends_at(baked: &BakedGraph, node: NodeId, id: PathId) -> bool {
         frame: 0.0,
         clip_to_world: baked.placement(node).inverse(),
     };
-    let evasion = baked.evasions()[path.evasion as usize].edge;
+    let evasion = baked.evasions()[path.goal as usize].edge;
     let steps = rest.iter().chain([&evasion]);
     let steps: Vec<MotionStep> = steps.map(|&edge| MotionStep { edge, rate: 1.0 }).collect();
     let motion = Motion::new(baked.graph(), playhead, &steps);

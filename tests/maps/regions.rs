@@ -98,9 +98,10 @@ proptest! {
         attack_pitch in prop::sample::select(vec![1u32, 2, 4]),
     ) {
         let grid = MapGrid { texel: 0.02, attack_pitch, ..MapGrid::default() };
-        let (placement, texel, origin) = (Rigid2::new(heading, x, z), grid.for_attacks().texel, (-31, 57));
-        let turn = FixedTransform2::new(placement, origin, grid);
-        let centre = Vec3::new(f32::midpoint(u as f32, (u + 1) as f32) + origin.0 as f32, 0.0, f32::midpoint(v as f32, (v + 1) as f32) + origin.1 as f32);
+        let (placement, texel) = (Rigid2::new(heading, x, z), grid.for_attacks().texel);
+        let attack = MapRect { u: -31, v: 57, width: 256, height: 256 };
+        let turn = FixedTransform2::new(placement, attack, grid);
+        let centre = Vec3::new(f32::midpoint(u as f32, (u + 1) as f32) + attack.u as f32, 0.0, f32::midpoint(v as f32, (v + 1) as f32) + attack.v as f32);
         let real = placement.point(centre * texel) / grid.texel;
         let (to_u, to_v) = turn.texel(u, v);
         let near = |found: i32, real: f32| {

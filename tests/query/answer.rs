@@ -14,7 +14,8 @@ use sabaki::maps::{BakedGraph, SphereKey};
 use sabaki::math::Rigid2;
 use sabaki::query::WarpSettings;
 use sabaki::query::{
-    Answer, Attack, CandidateReport, EntryUse, Enumerate, Evaluation, Fate, Query, QuerySettings,
+    Answer, Attack, CandidateReport, CandidateResult, EntryUse, Enumerate, Evaluation, Query,
+    QuerySettings,
 };
 use sabaki_app::demo::throw::{Throw, ThrowSettings, throw};
 
@@ -301,16 +302,22 @@ fn paths_are_connected_and_motion_is_continuous() {
 }
 
 #[test]
-fn every_candidate_has_a_fate_and_every_late_one_a_reason() {
+fn every_candidate_has_a_result_and_every_late_one_a_reason() {
     let settings = QuerySettings {
         list_late: true,
         ..QuerySettings::default()
     };
     for throw in throws().take(20) {
         let answer = answer(&settings, &throw, Evaluation::Lazy);
-        let count = |fate| answer.candidates.iter().filter(|c| c.fate == fate).count();
-        assert_eq!(count(Fate::Chosen), 1);
-        assert_eq!(count(Fate::NotInTime), answer.counts.not_in_time);
+        let count = |result| {
+            answer
+                .candidates
+                .iter()
+                .filter(|c| c.result == result)
+                .count()
+        };
+        assert_eq!(count(CandidateResult::Chosen), 1);
+        assert_eq!(count(CandidateResult::NotInTime), answer.counts.not_in_time);
         assert_eq!(
             answer.candidates.len(),
             answer.counts.candidates + answer.counts.not_in_time
@@ -319,7 +326,7 @@ fn every_candidate_has_a_fate_and_every_late_one_a_reason() {
             answer
                 .candidates
                 .iter()
-                .all(|c| c.rate.is_err() == (c.fate == Fate::NotInTime))
+                .all(|c| c.rate.is_err() == (c.result == CandidateResult::NotInTime))
         );
     }
 }

@@ -149,7 +149,7 @@ fn candidate(random: &mut Random, grid: MapGrid, attack: &AttackDrawing) -> Cull
     CullCandidate {
         region: RegionId(random.below(12) as u32),
         clock: random.below(2) as u32,
-        transform: FixedTransform2::new(placement, (attack.rect.u, attack.rect.v), grid),
+        transform: FixedTransform2::new(placement, attack.rect, grid),
         open: false,
     }
 }

@@ -69,7 +69,7 @@ fn naive(evasion: &PlacedEvasion<'_>, radii: &[f32], attack: &Attack) -> f32 {
 }
 
 #[test]
-fn hulls_leave_out_nothing_that_is_near() {
+fn bounding_spheres_leave_out_nothing_that_is_near() {
     let baked = embedded();
     let radii: Vec<f32> = baked.body().spheres.iter().map(|s| s.radius).collect();
     let mut rng = Pcg64Mcg::seed_from_u64(9);
@@ -175,7 +175,7 @@ fn of_many_spheres_the_nearest_one_counts() {
 }
 
 #[test]
-fn a_tracks_hulls_hold_the_body() {
+fn a_tracks_bounding_spheres_hold_the_body() {
     let baked = embedded();
     for index in 0..baked.evasions().len() {
         let track = baked.track(index);
@@ -183,7 +183,7 @@ fn a_tracks_hulls_hold_the_body() {
             let Sphere {
                 centre: middle,
                 radius,
-            } = track.hull(tick / BodyTrack::INTERVAL);
+            } = track.bounding_sphere(tick / BodyTrack::INTERVAL);
             for (at, sphere) in baked.body().spheres.iter().enumerate() {
                 let away = track.centre(tick, at).distance(middle) + sphere.radius;
                 assert!(away <= radius + 1e-4, "{away} {radius}");

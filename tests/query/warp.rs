@@ -62,7 +62,7 @@ fn complaints(
     let graph = baked.graph();
     let warp = *motion.warp().unwrap();
     let mut plain = motion.clone();
-    plain.bend(None);
+    plain.set_warp(None);
     let mut complaints = Vec::new();
     let mut complain = |is_wrong: bool, what: String| {
         if is_wrong {

@@ -211,7 +211,7 @@ pub fn describe(baked: &BakedGraph, answer: &Answer, candidate: &CandidateReport
     let mut value = json!({
         "path": path.map(|edge| describe_edge(baked, edge)).collect::<Vec<_>>(),
         "evasion": candidate.evasion.and_then(|edge| describe_evasion(baked, edge)),
-        "fate": candidate.fate,
+        "fate": candidate.result,
     });
     if let Some(EnteredAt { delay, entry }) = candidate.entry {
         let edge = baked.graph().edge(entry.edge);

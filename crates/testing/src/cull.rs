@@ -77,7 +77,7 @@ pub fn attack(random: &mut Random, rect: MapRect, slabs: std::ops::Range<i32>) -
 pub fn candidates(
     random: &mut Random,
     atlas: &RegionAtlas,
-    origin: MapRect,
+    attack: MapRect,
     count: usize,
 ) -> Vec<CullCandidate> {
     let reach = if random.chance(0.9) { 0.7 } else { 40.0 };
@@ -88,11 +88,7 @@ pub fn candidates(
             region: RegionId(random.int(0, atlas.regions().len() as i32 - 1) as u32),
             clock: 0,
             open: false,
-            transform: FixedTransform2::new(
-                Rigid2::new(heading, x, z),
-                (origin.u, origin.v),
-                atlas.grid(),
-            ),
+            transform: FixedTransform2::new(Rigid2::new(heading, x, z), attack, atlas.grid()),
         }
     };
     (0..count).map(candidate).collect()

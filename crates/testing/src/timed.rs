@@ -118,11 +118,11 @@ pub fn attack(random: &mut Random, grid: MapGrid, bounds: Bounds) -> AttackDrawi
     attack
 }
 
-/// Candidates about an attack whose maps start at `origin`; sometimes all far away.
+/// Candidates about an attack whose maps have the rectangle `attack`; sometimes all far away.
 pub fn candidates(
     random: &mut Random,
     atlas: &RegionAtlas,
-    origin: MapRect,
+    attack: MapRect,
     count: usize,
 ) -> Vec<CullCandidate> {
     let reach = if random.chance(0.9) { 0.7 } else { 40.0 };
@@ -133,11 +133,7 @@ pub fn candidates(
             region: RegionId(random.int(0, atlas.regions().len() as i32 - 1) as u32),
             clock: CLOCKS[random.int(0, 2) as usize],
             open: false,
-            transform: FixedTransform2::new(
-                Rigid2::new(heading, x, z),
-                (origin.u, origin.v),
-                atlas.grid(),
-            ),
+            transform: FixedTransform2::new(Rigid2::new(heading, x, z), attack, atlas.grid()),
         }
     };
     (0..count).map(candidate).collect()

@@ -4,20 +4,20 @@
 
 use std::ops::Range;
 
-use super::canvas::{COLUMNS, ROWS, Shape, Sheet};
+use super::plane_bits::{COLUMNS, PlaneBits, ROWS, Shape};
 use crate::{
     maps::{FixedTransform2, MapGrid},
     math::Isa,
     query::cull::{AttackDrawing, AttackLayer, Counted, TimedDisc},
 };
 
-/// Words of a chunk: 16 KiB, the size of uniform buffers that all devices support.
+/// Number of words of a chunk: 16 KiB, the size of uniform buffers that all devices support.
 pub(super) const CHUNK: usize = 4096;
 /// Distance from the first to the last texel of a window.
 pub(super) const SPAN: i32 = 8;
-/// Words of a plane: slab, plane of the slab, first block, end block.
+/// Number of words of a plane: slab, plane of the slab, first block, end block.
 const PLANE: usize = 4;
-/// Words of a block: its position, and a bit for each texel.
+/// Number of words of a block: its position, and a bit for each texel.
 const BLOCK: usize = 2;
 
 /// Number of blocks that a shader filters together, one bit each.
@@ -48,7 +48,7 @@ impl ClockPlanes {
 struct Plane {
     clock: u32,
     slab: i32,
-    /// Slices of body, slices of outer, evasion.
+    /// Index of the plane in its slab: first the slices of the body, then those of the outer map, then the evasion.
     number: u32,
     first: u32,
     end: u32,
@@ -57,7 +57,7 @@ struct Plane {
 /// The attack of one cull. The memory is reused; after inputs of similar size nothing is allocated.
 #[derive(Debug, Default)]
 pub(super) struct Blocks {
-    /// All chunks: planes from the front, their blocks from the back.
+    /// Words of all chunks. In each chunk, planes are stored from the front and their blocks from the back.
     pub(super) words: Vec<u32>,
     clocks: Vec<ClockPlanes>,
     planes: Vec<Plane>,
@@ -65,10 +65,10 @@ pub(super) struct Blocks {
     shape: Shape,
     /// Number of slices of the maps.
     slices: u32,
-    /// One slice.
-    slice: Sheet,
-    /// All of them.
-    all: Sheet,
+    /// Scratch: the plane of one slice.
+    slice: PlaneBits,
+    /// Scratch: the union of the planes of all slices.
+    all: PlaneBits,
 }
 
 /// Whether a block's rotated texels may exceed a window (`SPAN` in `shaders/count.comp.glsl`).
@@ -91,8 +91,8 @@ impl Blocks {
         self.blocks.clear();
         self.shape = Shape::new(attack.rect, grid.attack_pitch);
         self.slices = grid.slices;
-        self.slice.stretch(self.shape);
-        self.all.stretch(self.shape);
+        self.slice.resize(self.shape);
+        self.all.resize(self.shape);
         Isa::best().run(
             #[inline(always)]
             || {

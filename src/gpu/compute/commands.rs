@@ -12,7 +12,7 @@ use super::{
 };
 use crate::gpu::{
     Context, GpuError,
-    barriers::{self, Access},
+    barriers::{self, Access, MemoryBarrier},
     counts::record_numbers,
     error::Named,
     passes::Passes,
@@ -27,7 +27,7 @@ const RESULTS: u32 = 4;
 const BINDINGS: [u32; 5] = [ATLAS, ATTACK, CANDIDATES, GROUPS, RESULTS];
 const _: () = assert!(COUNT_COMP.bindings.len() == BINDINGS.len());
 
-/// Buffer of a binding.
+/// Descriptor type of a binding.
 fn kind(binding: u32) -> vk::DescriptorType {
     match binding {
         ATTACK => vk::DescriptorType::UNIFORM_BUFFER_DYNAMIC,
@@ -164,7 +164,7 @@ impl ComputePath {
             }
             if is_staged {
                 let (before, after) = (Access::TRANSFER_WRITE, Access::COMPUTE_READ);
-                barriers::memory(context, cmd, before, after);
+                barriers::memory(context, cmd, MemoryBarrier::new(before, after));
             }
             passes.end();
             passes.begin(c"sabaki: count");
@@ -205,8 +205,7 @@ impl ComputePath {
                         sums: dispatch.chunk * constants.parts,
                         ..constants
                     };
-                    let stage = vk::ShaderStageFlags::COMPUTE;
-                    pipeline.push(&self.context, cmd, stage, &constants);
+                    pipeline.push(&self.context, cmd, &constants);
                     let some = self.capacity.groups.min(dispatch.groups - first);
                     device.cmd_dispatch(cmd, some, constants.parts, 1);
                 }

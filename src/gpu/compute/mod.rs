@@ -3,10 +3,10 @@
 //! Source: none; Masaoka & Oshita cull with the stencil buffer. The maps are those of the other paths.
 
 mod blocks;
-mod canvas;
 mod commands;
 mod gathered;
 mod path;
+mod plane_bits;
 mod planes;
 mod slot;
 

@@ -1,17 +1,17 @@
-//! The maps of all evasions on the device, and the descriptors by which the shader finds them.
+//! The maps of all evasions on the device, and their descriptors.
 
 use ash::vk;
 
 use crate::gpu::{
     Context, GpuError, Memory,
-    barriers::{self, Access},
+    barriers::{self, Access, MemoryBarrier},
     drivers,
     error::{Named, within},
     resources::DeviceMemory,
     uploaded::{MapWords, Uploaded},
 };
 
-/// As what the shaders read the words of the maps.
+/// Kind of the buffer from which shaders read the words of the maps.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) enum ReadAs {
     #[default]
@@ -20,7 +20,7 @@ pub(super) enum ReadAs {
 }
 
 impl ReadAs {
-    /// What is fast on the context's device, if it takes as many words that way.
+    /// The faster kind on a device. A texel buffer is chosen only if it can hold as many words as a storage buffer.
     pub(super) fn on(context: &Context) -> Self {
         let limits = context.limits();
         let words = limits.max_storage_buffer_range / 4;
@@ -30,7 +30,7 @@ impl ReadAs {
         }
     }
 
-    /// Usage of the buffer.
+    /// Vulkan usage flags of the buffer.
     pub(super) fn usage(self) -> vk::BufferUsageFlags {
         match self {
             Self::StorageBuffer => vk::BufferUsageFlags::STORAGE_BUFFER,
@@ -38,7 +38,7 @@ impl ReadAs {
         }
     }
 
-    /// Type of its descriptors.
+    /// Vulkan type of the buffer's descriptors.
     pub(super) fn descriptor(self) -> vk::DescriptorType {
         match self {
             Self::StorageBuffer => vk::DescriptorType::STORAGE_BUFFER,
@@ -47,12 +47,12 @@ impl ReadAs {
     }
 }
 
-/// Null handles by default; destroying those does nothing.
+/// The maps of all evasions on the device. Default: null handles, which need not be destroyed.
 #[derive(Debug, Default)]
 pub(super) struct Atlas {
     words: Uploaded,
     pub(super) read_as: ReadAs,
-    /// Of all words; null where they are in a storage buffer.
+    /// Texel view of all words; null if they are read from a storage buffer.
     view: vk::BufferView,
     pub(super) layout: vk::DescriptorSetLayout,
     pool: vk::DescriptorPool,
@@ -109,10 +109,16 @@ impl Atlas {
     /// # Safety
     /// `cmd` is being recorded outside of rendering; the staging buffer has not been released.
     pub(super) unsafe fn record_upload(&self, context: &Context, cmd: vk::CommandBuffer) {
-        // It may be recorded again, behind culls that read the same maps.
+        // The upload may be recorded again, after culls that read the same maps.
         for before in [Access::SHADER_READ, Access::TRANSFER_WRITE] {
             // SAFETY: the caller vouches for `cmd`.
-            unsafe { barriers::memory(context, cmd, before, Access::TRANSFER_WRITE) };
+            unsafe {
+                barriers::memory(
+                    context,
+                    cmd,
+                    MemoryBarrier::new(before, Access::TRANSFER_WRITE),
+                )
+            };
         }
         // SAFETY: the caller vouches for `cmd` and staging.
         unsafe { self.words.record(context, cmd, Access::SHADER_READ) };
@@ -123,7 +129,7 @@ impl Atlas {
         self.words.release_staging(context, memory);
     }
 
-    /// Makes the layout of a default atlas.
+    /// Creates the descriptor set layout of a default atlas.
     pub(super) fn make_layout(&mut self, context: &Context) -> Result<(), GpuError> {
         self.read_as = ReadAs::on(context);
         let bindings = [vk::DescriptorSetLayoutBinding::default()

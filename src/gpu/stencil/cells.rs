@@ -2,7 +2,7 @@
 //!
 //! Source: Masaoka & Oshita, section 5.3: the attack is drawn once into the stencil of each slab.
 //! Differs: each slice of time has a stencil, too. A target has eight planes, one for each stencil bit. Cells are packed into the first
-//! plane while there is room, then into the next one. If all eight are full, another pass starts with an empty target. A cell that is
+//! plane while they fit, then into the next one. If all eight are full, another pass starts with an empty target. A cell that is
 //! larger than the target is divided. Where the discs of a cell form a band across its rectangle, candidates are drawn along the band
 //! (`slant.rs`).
 
@@ -44,9 +44,9 @@ pub(super) struct Cell {
     pub(super) slice: u32,
     /// Rectangle relative to that of the attack.
     pub(super) rect: MapRect,
-    /// Rectangle that boxes may lie in; it contains `rect`, and no other cell of the plane.
-    room: MapRect,
-    /// Rectangle of the discs, turned where it is smaller then.
+    /// Rectangle that boxes may cover. It contains `rect` and overlaps no other cell of the plane.
+    free_rect: MapRect,
+    /// Rectangle around the discs, rotated if that makes it smaller.
     pub(super) slant: Slant,
     /// Position of the rectangle in the target.
     pub(super) place: Place,
@@ -72,7 +72,7 @@ impl Layer {
             layer: self.index,
             slice,
             rect: MapRect::default(),
-            room: MapRect::default(),
+            free_rect: MapRect::default(),
             slant: Slant::default(),
             place: Place::default(),
             discs: self.discs.clone(),
@@ -108,10 +108,10 @@ pub(super) struct Pass {
     pub(super) used: [u32; 2],
 }
 
-/// Settings of the layout.
+/// Limits of the layout.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Room {
-    /// Sides of the target.
+pub(super) struct TargetLimits {
+    /// Number of columns and rows of the target, in texels.
     pub(super) target: [u32; 2],
     pub(super) discs: u32,
 }
@@ -127,7 +127,7 @@ pub(super) struct Cells {
 }
 
 impl Source {
-    /// Source that a part of a candidate is counted in.
+    /// Maps of the attack that a part of a candidate is compared with.
     pub(super) fn of(part: Part, slices: u32) -> Self {
         match part {
             Part::Body | Part::Both => Self::Inner,
@@ -143,7 +143,7 @@ impl Cells {
     pub(super) fn fill(
         &mut self,
         attack: &AttackDrawing,
-        room: Room,
+        limits: TargetLimits,
         wanted: impl Fn(Source) -> bool,
     ) -> Result<(), GpuError> {
         self.cells.clear();
@@ -158,7 +158,7 @@ impl Cells {
                     source: Source::Inner,
                     discs: layer.inner.clone(),
                 };
-                self.slices(attack, layer, room);
+                self.slices(attack, layer, limits);
             }
             if wanted(Source::Outer) {
                 let layer = Layer {
@@ -166,7 +166,7 @@ impl Cells {
                     source: Source::Outer,
                     discs: layer.outer.clone(),
                 };
-                self.slices(attack, layer, room);
+                self.slices(attack, layer, limits);
             }
             if wanted(Source::Any) {
                 let layer = Layer {
@@ -174,21 +174,21 @@ impl Cells {
                     source: Source::Any,
                     discs: layer.inner.clone(),
                 };
-                self.cut(attack, layer.cell(0), room);
+                self.cut(attack, layer.cell(0), limits);
             }
         }
-        self.place(room);
+        self.place(limits);
         self.draw(attack);
         self.group(attack);
         within(
             "StencilSettings::max_discs",
             self.discs.len() as u64,
-            room.discs.into(),
+            limits.discs.into(),
         )
     }
 
     /// Adds a cell for each slice of a layer. Its discs are sorted by slice.
-    fn slices(&mut self, attack: &AttackDrawing, layer: Layer, room: Room) {
+    fn slices(&mut self, attack: &AttackDrawing, layer: Layer, limits: TargetLimits) {
         let mut start = layer.discs.start;
         while start < layer.discs.end {
             let rest = &attack.discs[start as usize..layer.discs.end as usize];
@@ -198,17 +198,17 @@ impl Cells {
                 discs: start..end,
                 ..layer.cell(slice)
             };
-            self.cut(attack, cell, room);
+            self.cut(attack, cell, limits);
             start = end;
         }
     }
 
-    /// Adds the cell around its discs, divided if it is larger than the target.
-    fn cut(&mut self, attack: &AttackDrawing, cell: Cell, room: Room) {
+    /// Adds a cell with the bounding rectangle of its discs. It is divided if it is larger than the target.
+    fn cut(&mut self, attack: &AttackDrawing, cell: Cell, limits: TargetLimits) {
         let all = &attack.discs[cell.discs.start as usize..cell.discs.end as usize];
         let rects = all.iter().map(|one| around(one, attack));
         let whole = rects.fold(MapRect::default(), MapRect::union);
-        let [columns, rows] = room.target;
+        let [columns, rows] = limits.target;
         let slant = Slant::around(all.iter().map(|one| one.disc), whole);
         let slant = slant.map(|slant| (slant, slant.bounds().union(whole)));
         if let Some((slant, around)) = slant
@@ -217,7 +217,7 @@ impl Cells {
         {
             self.cells.push(Cell {
                 rect: whole,
-                room: around,
+                free_rect: around,
                 slant,
                 ..cell
             });
@@ -237,7 +237,7 @@ impl Cells {
                 }
                 self.cells.push(Cell {
                     rect,
-                    room: rect,
+                    free_rect: rect,
                     slant: Slant::straight(rect),
                     ..cell.clone()
                 });
@@ -246,28 +246,29 @@ impl Cells {
     }
 
     /// Assigns a plane and a position to each cell.
-    fn place(&mut self, room: Room) {
+    fn place(&mut self, limits: TargetLimits) {
         self.cells
-            .sort_unstable_by_key(|cell| std::cmp::Reverse(cell.room.height));
-        let texels = |cell: &Cell| u64::from(cell.room.width) * u64::from(cell.room.height);
+            .sort_unstable_by_key(|cell| std::cmp::Reverse(cell.free_rect.height));
+        let texels =
+            |cell: &Cell| u64::from(cell.free_rect.width) * u64::from(cell.free_rect.height);
         let area: u64 = self.cells.iter().map(texels).sum();
-        let widest = self.cells.iter().map(|cell| cell.room.width).max();
-        // Nearly square, as that needs the fewest of a device's tiles, and of whole tiles.
+        let widest = self.cells.iter().map(|cell| cell.free_rect.width).max();
+        // The used part is nearly square and consists of whole tiles, so that it covers as few tiles of a device as possible.
         let columns = ((area as f64).sqrt() as u32)
             .max(widest.unwrap_or(0))
             .next_multiple_of(64)
-            .min(room.target[0]);
-        let sides = [columns, room.target[1]];
+            .min(limits.target[0]);
+        let sides = [columns, limits.target[1]];
         let (mut shelves, mut plane) = (Shelves::default(), 0);
         for cell in &mut self.cells {
-            let size = [cell.room.width, cell.room.height];
+            let size = [cell.free_rect.width, cell.free_rect.height];
             let place = shelves.place(size, sides).unwrap_or_else(|| {
                 plane += 1;
                 shelves.first(size)
             });
             cell.place = Place {
-                x: place.x + (cell.rect.u - cell.room.u) as u32,
-                y: place.y + (cell.rect.v - cell.room.v) as u32,
+                x: place.x + (cell.rect.u - cell.free_rect.u) as u32,
+                y: place.y + (cell.rect.v - cell.free_rect.v) as u32,
             };
             cell.plane = plane;
         }

@@ -15,7 +15,7 @@ use super::{
 };
 use crate::gpu::{
     Counting,
-    barriers::{self, Access, StencilBarrier},
+    barriers::{self, Access, MemoryBarrier, StencilBarrier},
     counts::{HEADER, record_numbers},
     passes::Passes,
     pipelines::StencilRule,
@@ -106,11 +106,15 @@ impl StencilPath {
                 let queries = &cull.entry.gathered.queries;
                 cull.slot.sums.record_start(passes, queries.len());
             }
-            barriers::memory(context, cmd, written, counted);
+            barriers::memory(context, cmd, MemoryBarrier::new(written, counted));
             for cull in self.culls(slots) {
                 self.record_sums(passes, &cull);
             }
-            barriers::memory(context, cmd, counted, Access::TRANSFER_READ);
+            barriers::memory(
+                context,
+                cmd,
+                MemoryBarrier::new(counted, Access::TRANSFER_READ),
+            );
             for Cull { entry, slot } in self.culls(slots) {
                 let queries = &entry.gathered.queries;
                 slot.sums.record_end(passes, &slot.counts, queries.len());
@@ -128,6 +132,7 @@ impl StencilPath {
         for queries in gathered.queries.chunk_by(|a, b| a.pass == b.pass) {
             let pass = &gathered.cells.passes[queries[0].pass as usize];
             let rendering = Rendering {
+                target: &parts.target,
                 used: pass.used,
                 clear: Some(0),
                 stored: false,
@@ -136,7 +141,7 @@ impl StencilPath {
             // SAFETY: the caller vouches for `cmd`; all handles are this path's.
             unsafe {
                 barriers::stencil_image(context, cmd, barrier);
-                drawing::begin(context, cmd, &parts.target, rendering);
+                drawing::begin(context, cmd, rendering);
                 passes.begin(c"sabaki: attack");
                 self.record_attack(cmd, cull, pass);
                 passes.end();
@@ -175,6 +180,7 @@ impl StencilPath {
         let (context, parts, cmd) = (&self.context, &self.parts, passes.cmd);
         let (device, count) = (context.device(), turn.queries.len() as u32);
         let rendering = Rendering {
+            target: &parts.target,
             used: turn.pass.used,
             clear: turn.begins_pass.then_some(0),
             stored: !turn.ends_pass,
@@ -185,7 +191,7 @@ impl StencilPath {
             device.cmd_reset_query_pool(cmd, parts.pool, 0, count);
             let barrier = StencilBarrier::before_drawing(parts.target.image, turn.begins_pass);
             barriers::stencil_image(context, cmd, barrier);
-            drawing::begin(context, cmd, &parts.target, rendering);
+            drawing::begin(context, cmd, rendering);
             if turn.begins_pass {
                 passes.begin(c"sabaki: attack");
                 self.record_attack(cmd, cull, turn.pass);
@@ -222,8 +228,7 @@ impl StencilPath {
         // SAFETY: the caller vouches for `cmd`; all handles are this path's.
         unsafe {
             device.cmd_bind_pipeline(cmd, GRAPHICS, parts.discs.handle);
-            let vertex = vk::ShaderStageFlags::VERTEX;
-            parts.discs.push(context, cmd, vertex, &constants);
+            parts.discs.push(context, cmd, &constants);
             device.cmd_bind_vertex_buffers(cmd, 0, &[cull.slot.discs.handle], &[0]);
             for plane in &cull.entry.gathered.cells.planes[planes] {
                 into_plane(plane.bit).set(context, cmd);
@@ -284,7 +289,7 @@ impl StencilPath {
             device.cmd_bind_vertex_buffers(cmd, 0, &[cull.slot.corners.handle], &[0]);
             let indices = parts.indices.handle;
             device.cmd_bind_index_buffer(cmd, indices, 0, vk::IndexType::UINT16);
-            pipeline.push(context, cmd, vk::ShaderStageFlags::VERTEX, &constants);
+            pipeline.push(context, cmd, &constants);
         }
     }
 

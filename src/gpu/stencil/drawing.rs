@@ -1,4 +1,4 @@
-//! Begin of rendering for all stencil passes, and discs as instances.
+//! The begin of rendering for all stencil passes, and the instances of discs and maps.
 
 use ash::vk;
 
@@ -8,9 +8,10 @@ use crate::{
     maps::{Disc, MapRect},
 };
 
-/// Load and store operations of a rendering.
+/// Target of a rendering, with its load and store operations.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Rendering {
+pub(crate) struct Rendering<'a> {
+    pub(crate) target: &'a StencilTarget,
     /// Number of columns and rows of the target that are drawn to.
     pub(crate) used: [u32; 2],
     /// Value that the target is cleared to, or `None` to load it.
@@ -24,12 +25,8 @@ pub(crate) struct Rendering {
 /// # Safety
 /// `cmd` is being recorded outside of rendering, for the context's device; the target is in the layout of a stencil
 /// attachment, and lives until the commands are done.
-pub(crate) unsafe fn begin(
-    context: &Context,
-    cmd: vk::CommandBuffer,
-    target: &StencilTarget,
-    rendering: Rendering,
-) {
+pub(crate) unsafe fn begin(context: &Context, cmd: vk::CommandBuffer, rendering: Rendering<'_>) {
+    let target = rendering.target;
     let [width, height] = rendering.used;
     let area = vk::Rect2D {
         offset: vk::Offset2D::default(),
@@ -57,7 +54,7 @@ pub(crate) unsafe fn begin(
         .render_area(area)
         .layer_count(1)
         .stencil_attachment(&stencil);
-    // The quads are placed on the whole target, whatever part of it is in use.
+    // Quads are positioned relative to the whole target, regardless of the part in use.
     let viewport = [vk::Viewport {
         x: 0.0,
         y: 0.0,
@@ -76,12 +73,12 @@ pub(crate) unsafe fn begin(
 }
 
 impl Place {
-    /// First texel and end of the map in the target. Targets have sides below 2¹⁶.
+    /// First and end texel of a map in the target. The sides of targets are below 2¹⁶.
     pub(crate) fn clip(self, rect: MapRect) -> [u16; 4] {
         [self.x, self.y, self.x + rect.width, self.y + rect.height].map(|texel| texel as u16)
     }
 
-    /// Instance of a disc of the map.
+    /// Instance of a disc of a map.
     pub(crate) fn place(self, disc: Disc, rect: MapRect) -> PlacedDisc {
         let Disc { x, z, radius } = disc.relative_to(-(self.x as i32), -(self.y as i32));
         PlacedDisc {
@@ -90,7 +87,7 @@ impl Place {
         }
     }
 
-    /// Instance of the whole map, for pipelines without discs.
+    /// Instance of a whole map, for pipelines that draw no discs.
     pub(crate) fn whole(self, rect: MapRect) -> PlacedDisc {
         PlacedDisc {
             disc: [0; 3],

@@ -8,7 +8,7 @@ use std::ops::Range;
 use super::{
     balance::Balance,
     boxes::CORNERS,
-    cells::{Cell, Cells, Room, Source},
+    cells::{Cell, Cells, Source, TargetLimits},
     maps::{CandidateMap, Maps, Part},
     way_back::WayBack,
 };
@@ -17,11 +17,11 @@ use crate::{
     query::cull::CullCandidate,
 };
 
-/// Bit of `map.w` (`shaders/include/candidate.glsl`) that says that a texel is of two maps, above log2 of the bits of a texel.
+/// Bit of `map.w` (`shaders/include/candidate.glsl`) that is set if a texel belongs to two maps. Lower bits hold log2 of the bits of a texel.
 const OF_TWO_MAPS: u32 = 1 << 5;
 /// First bit of a box's number in `map.w`.
 const NUMBER_SHIFT: u32 = 6;
-/// Maximum number of boxes: there are numbers for two counts of each.
+/// Maximum number of boxes. Each box has up to two counts, and each count a number.
 pub(super) const MOST_BOXES: u32 = 1 << (31 - NUMBER_SHIFT);
 
 /// Capacity of a culler.
@@ -34,7 +34,7 @@ pub(super) struct Capacity {
     pub(super) counts: u32,
     /// Number of queries in a pool.
     pub(super) queries: u32,
-    /// Sides of the target, in texels.
+    /// Number of columns and rows of the target, in texels.
     pub(super) target: [u32; 2],
 }
 
@@ -45,7 +45,7 @@ pub(super) struct Draw {
     pub(super) boxes: Range<u32>,
 }
 
-/// One count, or a part of it if there are several passes. Without draws it is counted by those of the query before it.
+/// One count, or a part of it if there are several passes. A query without draws is counted by the draws of the query before it.
 #[derive(Clone, Debug)]
 pub(super) struct Query {
     pub(super) pass: u32,
@@ -82,13 +82,13 @@ impl Gathered {
             capacity.candidates.into(),
         )?;
         maps.check(input.candidates)?;
-        let room = Room {
+        let limits = TargetLimits {
             target: capacity.target,
             discs: capacity.discs,
         };
         let parts = || maps.parts(counted);
         let of = |part| Source::of(part, maps.slices());
-        self.cells.fill(input.attack, room, |source| {
+        self.cells.fill(input.attack, limits, |source| {
             parts().any(|part| of(part) == source)
         })?;
         self.clear();
@@ -107,9 +107,9 @@ impl Gathered {
         Ok(())
     }
 
-    /// Moves everything so that the work is divided between tiles, if the target has room.
+    /// Moves everything down so that the work is divided between tiles, if the target is large enough.
     fn spread(&mut self, target: [u32; 2]) {
-        // Several passes are as many tiles full.
+        // If there are several passes, their targets are full, and all tiles have work.
         let [pass] = &mut *self.cells.passes else {
             return;
         };
@@ -185,12 +185,12 @@ impl Gathered {
     }
 }
 
-/// The part of the candidates that queries count in a pass.
+/// Kind of the queries of a pass.
 #[derive(Clone, Copy)]
 struct QueryKind {
     pass: u32,
     part: Part,
-    /// Maps of the attack that the part is counted in.
+    /// Maps of the attack that the part is compared with.
     source: Source,
 }
 
@@ -198,7 +198,7 @@ struct QueryKind {
 struct PlacedMap<'a> {
     map: CandidateMap<'a>,
     way: &'a WayBack,
-    /// Number of the query that counts it, as in `map.w`.
+    /// Index of the query that counts the map, as in `map.w`.
     number: u32,
 }
 
@@ -210,7 +210,7 @@ impl PlacedMap<'_> {
             let Some(reach) = map.reach(cell.slice as usize) else {
                 continue;
             };
-            // In the target, where the first texel of the attack's rectangle may lie outside.
+            // Position of the attack's first texel in the target, which may lie outside.
             let origin = [
                 cell.place.x as i32 - cell.rect.u,
                 cell.place.y as i32 - cell.rect.v,

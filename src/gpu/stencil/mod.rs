@@ -27,4 +27,4 @@ mod way_back;
 
 pub use batch::Batch;
 pub(super) use path::StencilPath;
-pub use rasterizer::{MapKind, Rasterizer, RasterizerDesc};
+pub use rasterizer::{BatchMaps, MapKind, Rasterizer, RasterizerDesc};

@@ -1,4 +1,8 @@
-//! Packs many maps into one target on shelves, the tallest maps first.
+//! Distributes maps to batches, and packs the maps of a batch into one target.
+//!
+//! Source: next-fit decreasing height (Coffman, Garey, Johnson & Tarjan, "Performance bounds for level-oriented two-dimensional packing
+//! algorithms", 1980). Differs: the height is bounded too. A map that no longer fits starts an empty target, and so does one that would
+//! exceed the maximum number of instances.
 
 use super::{batch::Batch, rules, shelves::Shelves};
 use crate::{
@@ -8,7 +12,7 @@ use crate::{
 
 /// Capacity of a target and its buffers.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Room {
+pub(crate) struct BatchLimits {
     /// Side of the target, in texels.
     pub(crate) side: u32,
     /// Maximum number of instances: discs and whole maps.
@@ -16,7 +20,7 @@ pub(crate) struct Room {
 }
 
 /// Assigns drawings to batches. Drawings without texels or without frames are in no batch; their maps are empty.
-pub(crate) fn plan(drawings: &[Drawing], room: Room) -> Result<Vec<Batch>, GpuError> {
+pub(crate) fn plan(drawings: &[Drawing], limits: BatchLimits) -> Result<Vec<Batch>, GpuError> {
     let mut order = Vec::with_capacity(drawings.len());
     for (index, drawing) in drawings.iter().enumerate() {
         if !is_sound(drawing) {
@@ -26,11 +30,11 @@ pub(crate) fn plan(drawings: &[Drawing], room: Room) -> Result<Vec<Batch>, GpuEr
             continue;
         }
         let longest = drawing.rect.width.max(drawing.rect.height);
-        within("side of a map", longest.into(), room.side.into())?;
+        within("side of a map", longest.into(), limits.side.into())?;
         within(
             "RasterizerDesc::max_discs",
             instances(drawing).into(),
-            room.instances.into(),
+            limits.instances.into(),
         )?;
         order.push(index);
     }
@@ -42,10 +46,10 @@ pub(crate) fn plan(drawings: &[Drawing], room: Room) -> Result<Vec<Batch>, GpuEr
         let rect = drawings[index].rect;
         let needed = instances(&drawings[index]);
         let batch = match batches.last_mut() {
-            Some(batch) if batch.instances + needed <= room.instances => batch,
+            Some(batch) if batch.instances + needed <= limits.instances => batch,
             _ => next(&mut batches, &mut shelves),
         };
-        let (batch, cell) = match shelves.place([rect.width, rect.height], [room.side; 2]) {
+        let (batch, cell) = match shelves.place([rect.width, rect.height], [limits.side; 2]) {
             Some(cell) => (batch, cell),
             None => (
                 next(&mut batches, &mut shelves),

@@ -1,19 +1,19 @@
 //! Maps drawn by the device. CPU twin: `src/maps/raster.rs`.
 //!
-//! Source: Masaoka & Oshita, section 4.3; `passes.rs` has the stencil rules.
+//! Source: Masaoka & Oshita, section 4.3; `rules.rs` has the stencil rules.
 
 use ash::vk;
 
 use super::{
     batch::Batch,
     drawing::{self, Rendering},
-    packing::{self, Room},
+    packing::{self, BatchLimits},
     rules::{self, Passes},
 };
 use crate::{
     gpu::{
         Context, GpuError, Memory, MemoryUse,
-        barriers::{self, Access, StencilBarrier},
+        barriers::{self, Access, MemoryBarrier, StencilBarrier},
         error::within,
         pipelines::{DISCS, Pipeline, PipelineInputs, RECTS},
         resources::{Buffer, BufferDesc, DeviceMemory, StencilTarget},
@@ -56,15 +56,26 @@ pub enum MapKind {
     AnyFrame,
 }
 
+/// Maps that are drawn together.
+#[derive(Clone, Copy, Debug)]
+pub struct BatchMaps<'a> {
+    /// All drawings that [`Rasterizer::plan`] distributed.
+    pub drawings: &'a [Drawing],
+    /// A batch of [`Rasterizer::plan`] for these drawings.
+    pub batch: &'a Batch,
+    /// Kind of the maps.
+    pub kind: MapKind,
+}
+
 /// Draws many maps at once with the stencil buffer.
 ///
-/// [`Rasterizer::plan`] deals drawings out to batches. For each batch: [`Rasterizer::record`], submit, wait, then
-/// read. The target is one, so a batch is recorded when the one before it has been read.
+/// [`Rasterizer::plan`] distributes drawings to batches. For each batch: [`Rasterizer::record`], submit, wait, then read. There is one
+/// target. Record a batch only after the previous one has been read.
 #[derive(Debug)]
 pub struct Rasterizer {
     pub(super) context: Context,
     pub(super) parts: Parts,
-    room: Room,
+    limits: BatchLimits,
     scratch: Passes,
 }
 
@@ -82,8 +93,8 @@ impl Rasterizer {
     /// Creates pipelines and allocates memory. On failure everything is freed again.
     ///
     /// # Errors
-    /// A Vulkan call's, the allocator's, [`GpuError::Limit`] when the device has no target of that side,
-    /// [`GpuError::Missing`] where the context's queue family has no graphics.
+    /// Errors of Vulkan calls and of the allocator; [`GpuError::Limit`] if the device does not support a target of that side;
+    /// [`GpuError::Missing`] if a requirement of the stencil path is missing.
     pub fn new(
         context: &Context,
         memory: &mut dyn Memory,
@@ -99,7 +110,7 @@ impl Rasterizer {
         let mut rasterizer = Self {
             context: context.clone(),
             parts: Parts::default(),
-            room: Room {
+            limits: BatchLimits {
                 side,
                 // Each drawing's first frame is drawn twice, and whole maps are instances too.
                 instances: desc.max_discs.saturating_mul(2).saturating_add(64),
@@ -125,12 +136,12 @@ impl Rasterizer {
         parts.live = true;
         parts.discs = Pipeline::new(context, &DISCS, &inputs)?;
         parts.rects = Pipeline::new(context, &RECTS, &inputs)?;
-        let side = self.room.side;
+        let side = self.limits.side;
         let target = format!("{name}: target");
         parts.target = StencilTarget::new(&mut device, &target, [side, side])?;
         parts.instances = device.buffer(BufferDesc {
             name: &format!("{name}: discs"),
-            size: u64::from(self.room.instances) * size_of::<PlacedDisc>() as u64,
+            size: u64::from(self.limits.instances) * size_of::<PlacedDisc>() as u64,
             usage: vk::BufferUsageFlags::VERTEX_BUFFER,
             memory: MemoryUse::Upload,
         })?;
@@ -148,24 +159,27 @@ impl Rasterizer {
     /// # Errors
     /// [`GpuError::Limit`] if a drawing is too large for a batch, [`GpuError::FrameEnds`] if its frame ends are wrong.
     pub fn plan(&self, drawings: &[Drawing]) -> Result<Vec<Batch>, GpuError> {
-        packing::plan(drawings, self.room)
+        packing::plan(drawings, self.limits)
     }
 
     /// Records the drawing of a batch, and the copy of its texels to memory that the host reads.
     ///
     /// # Errors
-    /// [`GpuError::Limit`] when the batch is of other drawings; a flush that failed.
+    /// [`GpuError::Limit`] if the batch was planned for other drawings; the error of a flush.
     ///
     /// # Safety
-    /// `cmd` is being recorded, outside of rendering, for a queue of the context's family; what was recorded before with
-    /// this rasterizer has finished. `batch` is of [`Rasterizer::plan`] for the same drawings.
+    /// `cmd` is being recorded, outside of rendering, for a queue of the context's family. Commands that were recorded before with this
+    /// rasterizer have finished.
     pub unsafe fn record(
         &mut self,
         cmd: vk::CommandBuffer,
-        drawings: &[Drawing],
-        batch: &Batch,
-        kind: MapKind,
+        maps: BatchMaps<'_>,
     ) -> Result<(), GpuError> {
+        let BatchMaps {
+            drawings,
+            batch,
+            kind,
+        } = maps;
         match kind {
             MapKind::EveryFrame => rules::every_frame(drawings, batch, &mut self.scratch),
             MapKind::AnyFrame => rules::any_frame(drawings, batch, &mut self.scratch),
@@ -189,7 +203,11 @@ impl Rasterizer {
             };
             barriers::stencil_image(context, cmd, barrier);
             self.record_copy(cmd, batch);
-            barriers::memory(context, cmd, Access::TRANSFER_WRITE, Access::HOST_READ);
+            barriers::memory(
+                context,
+                cmd,
+                MemoryBarrier::new(Access::TRANSFER_WRITE, Access::HOST_READ),
+            );
             context.end_label(cmd);
         }
         Ok(())
@@ -206,11 +224,12 @@ impl Rasterizer {
         // SAFETY: the caller vouches for `cmd`; all handles are this rasterizer's.
         unsafe {
             let rendering = Rendering {
+                target: &parts.target,
                 used: batch.used,
                 clear: Some(rules::START),
                 stored: true,
             };
-            drawing::begin(context, cmd, &parts.target, rendering);
+            drawing::begin(context, cmd, rendering);
             device.cmd_bind_vertex_buffers(cmd, 0, &[parts.instances.handle], &[0]);
             let mut bound = None;
             for pass in &self.scratch.passes {
@@ -222,7 +241,7 @@ impl Rasterizer {
                     };
                     let graphics = vk::PipelineBindPoint::GRAPHICS;
                     device.cmd_bind_pipeline(cmd, graphics, pipeline.handle);
-                    pipeline.push(context, cmd, vk::ShaderStageFlags::VERTEX, &side);
+                    pipeline.push(context, cmd, &side);
                     bound = Some(pass.whole_maps);
                 }
                 pass.rule.set(context, cmd);

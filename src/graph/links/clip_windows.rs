@@ -13,7 +13,7 @@ use crate::graph::distance::{Compared, DiagonalRows, Diagonals, Windows};
 use crate::graph::search::{NearRange, NearWindows, WindowCell};
 use crate::math::Isa;
 
-/// Windows of one length of all clips, each made when it is first searched.
+/// Windows of one length of all clips. Those of a clip are created when it is first searched.
 struct WindowsOfLength<'a> {
     clouds: &'a [PointCloud],
     length: usize,
@@ -37,14 +37,25 @@ pub(super) struct ClipWindows<'a> {
     near: NearWindows,
 }
 
-/// Links of one event that are known.
+/// Links of one event that an earlier bake found.
 pub(super) struct KnownStart<'a> {
     pub(super) links: Vec<Candidate>,
-    /// The clips to which they are known: these are not searched.
+    /// For each clip, whether the links to it are known, so that it is not searched.
     pub(super) clips: &'a [bool],
 }
 
-/// A range, prepared, and its links that were found so far.
+/// A search for the links of one range to one clip.
+#[derive(Clone, Copy)]
+pub(super) struct NearSearch<'a> {
+    pub(super) search: RangeSearch<'a>,
+    /// The range of `search`, prepared by [`ClipWindows::range`].
+    pub(super) range: &'a NearRange,
+    pub(super) clip: usize,
+    /// Cost above which links are of no use.
+    pub(super) limit: f32,
+}
+
+/// A prepared range, and its links that were found so far.
 struct OpenRange<'a> {
     search: RangeSearch<'a>,
     range: NearRange,
@@ -52,7 +63,7 @@ struct OpenRange<'a> {
     found: Vec<Candidate>,
 }
 
-/// Memory of a search.
+/// Scratch of a search.
 #[derive(Default)]
 pub(super) struct Scratch {
     diagonals: Diagonals,
@@ -91,8 +102,8 @@ impl<'a> ClipWindows<'a> {
         self.near.clip(clip, self.windows.of(clip));
     }
 
-    /// The closest links of some ranges, at most so many of each: those that are known, and those to the other clips. All ranges are compared
-    /// with one clip after the other, which thus is in a cache.
+    /// The closest links of some ranges, at most `most` of each, among known links and links to the clips that are searched. All ranges are
+    /// compared with one clip before the next, so that its windows stay in the cache.
     pub(super) fn links(
         &self,
         ranges: Vec<(RangeSearch<'_>, &KnownStart<'_>)>,
@@ -115,7 +126,13 @@ impl<'a> ClipWindows<'a> {
                     Some(last) if found.len() == most => last.cost,
                     _ => range.search.space.lengths.loosest,
                 };
-                let near = self.near(range.search, &range.range, clip, limit, &mut scratch);
+                let search = NearSearch {
+                    search: range.search,
+                    range: &range.range,
+                    clip,
+                    limit,
+                };
+                let near = self.near(search, &mut scratch);
                 let before = found.len();
                 let near = near.into_iter().flatten();
                 found.extend(near.filter(|candidate| candidate.cost <= limit));
@@ -133,15 +150,18 @@ impl<'a> ClipWindows<'a> {
         self.near.range(&margin.windows)
     }
 
-    /// The closest link of a range to each part of a clip, of which those of costs above `limit` may be missing; an empty list if all are.
+    /// The closest link of a range to each part of a clip. Links that cost more than the limit may be missing; the list is empty if all are.
     pub(super) fn near(
         &self,
-        search: RangeSearch<'_>,
-        range: &NearRange,
-        clip: usize,
-        limit: f32,
+        near: NearSearch<'_>,
         scratch: &mut Scratch,
     ) -> Vec<Option<Candidate>> {
+        let NearSearch {
+            search,
+            range,
+            clip,
+            limit,
+        } = near;
         let (own, windows) = (&search.margin.windows, self.windows.of(clip));
         scratch.near.clear();
         range.find(self.near.clip(clip, windows), limit, &mut scratch.near);
@@ -167,7 +187,7 @@ impl<'a> ClipWindows<'a> {
     }
 }
 
-/// The order of links: by cost, and those of one cost by the clip and the frame of their far end.
+/// Orders links by cost. Ties are decided by clip and frame of their far end.
 fn order(a: &Candidate, b: &Candidate, side: Side) -> Ordering {
     let far = |candidate: &Candidate| {
         let link = &candidate.link;

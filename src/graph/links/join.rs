@@ -83,7 +83,8 @@ fn to_core(
     Ok(())
 }
 
-/// The closest link of each event in which no foot darts, or the closest one if a foot darts in all: better so than without the event.
+/// The closest link of each event in which no foot darts, or the closest link if a foot darts in all of them: that is better than losing
+/// the event.
 fn closest(
     search: &mut LinkSearch<'_>,
     joins: &mut Joins,
@@ -123,7 +124,7 @@ struct EventWays {
 }
 
 impl EventWays {
-    /// Tests links, closest first, the first of which have been tested before.
+    /// Tests links, closest first. Those that were tested before are skipped.
     fn test(&mut self, search: &mut LinkSearch<'_>, links: &[Candidate]) {
         for link in links.iter().skip(self.tested) {
             self.tested += 1;
@@ -145,8 +146,8 @@ fn unlinked(search: &LinkSearch<'_>, open: &[usize]) -> Vec<UnlinkedEvent> {
     let lengths = search.candidates.space.lengths;
     let shortest = seconds(lengths.shortest);
     let why = |event: usize| {
-        let room = |side| search.candidates.space.free_frames(event, side);
-        let (before, after) = (room(Side::Before), room(Side::After));
+        let free = |side| search.candidates.space.free_frames(event, side);
+        let (before, after) = (free(Side::Before), free(Side::After));
         if before < lengths.shortest {
             LinkObstacle::NoLeadIn {
                 seconds: seconds(before),

@@ -10,7 +10,7 @@ pub(super) struct Lengths {
     longest: usize,
     pub(super) lead: usize,
     pub(super) spread: usize,
-    /// Windows of one clip that are closer than this are the same motion.
+    /// Minimum distance in time of two windows of one clip. Closer windows show the same motion.
     pub(super) separation: usize,
     /// Maximum distance at which a blend has the window's length, in metres.
     pub(super) threshold: f32,
@@ -32,15 +32,15 @@ impl Lengths {
         }
     }
 
-    /// Length of a blend between windows at `distance` metres, if `room` frames are available.
+    /// Length of a blend between windows at `distance` metres, if `available` frames are available.
     /// Returns `None` if the shortest blend does not fit.
-    pub(super) fn blend(&self, distance: f32, room: usize) -> Option<usize> {
+    pub(super) fn blend(&self, distance: f32, available: usize) -> Option<usize> {
         let share = ((distance - self.threshold) / (self.loosest - self.threshold)).clamp(0.0, 1.0);
         // The share is not finite if the maximum distance of links is not above the graph's
         // threshold.
         let share = if share.is_finite() { share } else { 0.0 };
         let more = share * (self.longest - self.window) as f32;
-        let blend = (self.window + more.round() as usize).min(room);
+        let blend = (self.window + more.round() as usize).min(available);
         (blend >= self.shortest).then_some(blend)
     }
 

@@ -46,15 +46,23 @@ use super::feet::DartTest;
 use super::moments::Jump;
 use super::watch::Stopped;
 
-/// Adds links to the transitions of a graph. It does nothing if the settings disable links.
-///
-/// Links in which a foot darts are avoided. Returns what was added. The record is for a later bake.
-pub(super) fn add(
-    source: LinkSource<'_>,
-    darts: &mut Option<DartTest>,
-    transitions: &mut Vec<Transition>,
-    record: &mut LinkRecord,
-) -> Result<LinkReport, Stopped> {
+/// What [`add`] writes to.
+pub(super) struct LinkOutput<'a> {
+    /// Transitions of the graph, to which the links are appended.
+    pub(super) transitions: &'a mut Vec<Transition>,
+    /// Test for darting feet, with its results so far. Links in which a foot darts are avoided. Without it, none are.
+    pub(super) darts: &'a mut Option<DartTest>,
+    /// Links that a later bake takes over.
+    pub(super) record: &'a mut LinkRecord,
+}
+
+/// Adds links to the transitions of a graph, and returns what was added. It does nothing if the settings disable links.
+pub(super) fn add(source: LinkSource<'_>, output: LinkOutput<'_>) -> Result<LinkReport, Stopped> {
+    let LinkOutput {
+        transitions,
+        darts,
+        record,
+    } = output;
     let Some(settings) = &source.settings.links else {
         return Ok(LinkReport::default());
     };

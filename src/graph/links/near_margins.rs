@@ -1,15 +1,15 @@
-//! The closest links between some ranges and each part of a clip. Once all parts have as many close links as are kept, lower bounds show which
-//! windows are farther apart than these; until then all distances are computed, which is faster where most windows are near enough.
+//! The closest links between some ranges and each part of a clip. Once all parts have the maximum number of close links, lower bounds exclude
+//! windows that are farther apart than these. Until then all distances are computed, which is faster while most windows are near enough.
 
 use super::candidate::{Candidate, MOST, keep_closest};
 use super::candidates::Candidates;
-use super::clip_windows::Scratch;
+use super::clip_windows::{NearSearch, Scratch};
 use super::margin::EventMargin;
 use super::parts::RangeSearch;
 use crate::graph::search::NearRange;
 use crate::math::in_parallel;
 
-/// Ranges beside events, prepared for the search. The candidates have their windows.
+/// Ranges beside events, prepared for the search. `candidates` has the windows of their lengths.
 pub(super) struct NearMargins<'a> {
     candidates: &'a Candidates<'a>,
     margins: &'a [EventMargin],
@@ -51,7 +51,7 @@ impl<'a> NearMargins<'a> {
         clip: usize,
         mut parts: Vec<Vec<Candidate>>,
     ) -> Vec<Vec<Candidate>> {
-        /// Share of the loosest distance below which bounds leave out most window pairs.
+        /// Share of the loosest distance. Below it, bounds exclude most window pairs.
         const BOUNDED: f32 = 0.6;
         let loosest = self.candidates.space.lengths.loosest;
         parts.iter_mut().for_each(keep_closest);
@@ -71,7 +71,15 @@ impl<'a> NearMargins<'a> {
             };
             let windows = self.candidates.windows(margin.window);
             let found = match limit < BOUNDED * loosest {
-                true => windows.near(search, &self.ranges[index], clip, limit, &mut scratch),
+                true => {
+                    let near = NearSearch {
+                        search,
+                        range: &self.ranges[index],
+                        clip,
+                        limit,
+                    };
+                    windows.near(near, &mut scratch)
+                }
                 false => search.between(clip, windows.of(clip)),
             };
             for (part, found) in parts.iter_mut().zip(found) {

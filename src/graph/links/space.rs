@@ -1,4 +1,4 @@
-//! The moments and frames that links are searched among, and which windows make a link.
+//! The moments and frames among which links are searched, and the conditions under which two windows form a link.
 
 use super::candidate::{Candidate, WindowPair};
 use super::free_frames::FreeFrames;
@@ -9,7 +9,7 @@ use crate::graph::distance::Windows;
 use crate::graph::moments::Moments;
 use crate::graph::{GraphEvent, PointCloud, Transition};
 
-/// What links are made of.
+/// Data that all searches for links share.
 pub(super) struct LinkSpace<'a> {
     pub(super) source: LinkSource<'a>,
     pub(super) lengths: Lengths,
@@ -47,12 +47,12 @@ impl LinkSpace<'_> {
     /// Range beside an event, or `None` if the shortest blend does not fit there.
     pub(super) fn margin(&self, index: usize, side: Side) -> Option<EventMargin> {
         let event = &self.source.events[index];
-        let room = self.free_frames(index, side);
-        let window = self.lengths.window.min(room);
+        let available = self.free_frames(index, side);
+        let window = self.lengths.window.min(available);
         if window < self.lengths.shortest || event.first == event.last {
             return None;
         }
-        let lead = self.lengths.lead.min(room - window);
+        let lead = self.lengths.lead.min(available - window);
         let start = match side {
             // The last window ends with the event's first frame.
             Side::Before => event.first as usize + 1 - window - lead,
@@ -100,14 +100,14 @@ impl LinkSpace<'_> {
         if source_frame >= frames(source_clip) || target_frame >= frames(target_clip) {
             return None;
         }
-        let room = self
+        let available = self
             .free_frames
             .after(self.moments.at(source_clip, source_frame))
             .min(
                 self.free_frames
                     .before(self.moments.at(target_clip, target_frame)),
             );
-        let frames = self.lengths.blend(distance, room)?;
+        let frames = self.lengths.blend(distance, available)?;
         let cost = self.lengths.cost(distance, frames);
         let link = Transition {
             source_clip,

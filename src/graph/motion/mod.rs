@@ -18,14 +18,14 @@ pub struct Motion {
     pub(super) pieces: Vec<Piece>,
     pub(super) warp: Option<Warp>,
     pub(super) layer: Option<Layer>,
-    /// Offsets that fade out, by start time. Only the first `entered` are in use; the others are kept as memory.
+    /// Offsets that fade out, by start time. Only the first `entered` are in use. The others are kept for their memory.
     pub(super) inertias: Vec<Inertia>,
     pub(super) entered: usize,
     #[serde(skip)]
     pub(super) scratch: EntryScratch,
 }
 
-/// Only what is in use is cloned.
+/// Clones only the offsets in use.
 impl Clone for Motion {
     fn clone(&self) -> Self {
         let mut copy = Self::default();
@@ -67,7 +67,7 @@ pub(super) struct Piece {
 }
 
 impl Piece {
-    /// Piece that follows this one and plays `edge`.
+    /// Piece that plays `edge` after this one.
     fn followed(&self, graph: &MotionGraph, edge: EdgeId, rate: f32) -> Self {
         Self {
             playhead: Playhead {
@@ -158,25 +158,26 @@ impl Motion {
         }
     }
 
-    /// The edges that it plays, in order.
+    /// The edges that the motion plays, in order.
     pub(crate) fn edges(&self) -> impl Iterator<Item = EdgeId> + '_ {
         self.pieces.iter().map(|piece| piece.playhead.edge)
     }
 
-    /// Bends what is played for a moment, or, with `None`, no longer does. The graph's skeleton may lack the parts: what it lacks is not bent.
+    /// Sets or removes the warp, which bends the played poses while its envelope lasts. Parts of the body that the skeleton lacks are not
+    /// bent. Default: none.
     #[doc(hidden)]
-    pub fn bend(&mut self, warp: Option<Warp>) {
+    pub fn set_warp(&mut self, warp: Option<Warp>) {
         self.warp = warp;
     }
 
-    /// How it is bent.
+    /// The warp, or `None` if the motion has none.
     #[must_use]
     #[doc(hidden)]
     pub fn warp(&self) -> Option<&Warp> {
         self.warp.as_ref()
     }
 
-    /// Forgets everything; the memory is kept.
+    /// Removes everything. The memory is kept.
     pub fn clear(&mut self) {
         self.pieces.clear();
         self.warp = None;

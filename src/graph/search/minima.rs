@@ -68,14 +68,14 @@ pub(super) fn find(
     outcome.map(|()| found.minima)
 }
 
-/// Minima of a map. Where there are very many of them, those that are close to a better one are removed on the way: for nearly
-/// still motion, every window is a minimum.
+/// Minima of a map. If there are very many, those close to a better one are removed early: in nearly still motion, every window is a
+/// minimum.
 #[derive(Debug)]
 pub(super) struct CloseMinima {
     pub(super) minima: Vec<Minimum>,
     separation: usize,
     /// Number of minima above which close ones are removed.
-    room: usize,
+    limit: usize,
 }
 
 impl CloseMinima {
@@ -87,25 +87,27 @@ impl CloseMinima {
         Self {
             minima: Vec::new(),
             separation,
-            room: Self::MOST,
+            limit: Self::MOST,
         }
     }
 
+    /// Adds a minimum.
+    ///
     /// # Errors
     /// There are more minima than a graph may have transitions.
     pub(super) fn push(&mut self, minimum: Minimum) -> Result<(), GraphError> {
         self.minima.push(minimum);
-        if self.minima.len() <= self.room {
+        if self.minima.len() <= self.limit {
             return Ok(());
         }
         self.minima = thin_out(std::mem::take(&mut self.minima), self.separation);
-        self.room = Self::MOST.max(2 * self.minima.len());
+        self.limit = Self::MOST.max(2 * self.minima.len());
         GraphSettings::check_transitions(self.minima.len())
     }
 
-    /// Takes all minima out, best first, without those that are close to a better one.
+    /// Takes all minima, best first, without those that are close to a better one.
     pub(super) fn take(&mut self) -> Vec<Minimum> {
-        self.room = Self::MOST;
+        self.limit = Self::MOST;
         thin_out(std::mem::take(&mut self.minima), self.separation)
     }
 }

@@ -30,8 +30,8 @@ impl AttackGrid {
             cell: settings.cell.max(0.02),
             ..*settings
         };
-        // An attacker may choose when to attack, so the share of a path that can be retimed does not
-        // make it better.
+        // An attacker may choose when to attack. Retiming therefore does not make a path better, and is
+        // left out.
         let nothing = Retimable {
             faster: false,
             slower: false,
@@ -94,7 +94,7 @@ impl NodeSearch<'_> {
     fn of_node(&self, node: NodeId) -> Vec<Candidate> {
         let mut candidates = Vec::new();
         for (id, path) in self.paths.ids(node).zip(self.paths.of(node)) {
-            let contacts = self.contacts[path.evasion as usize].iter();
+            let contacts = self.contacts[path.goal as usize].iter();
             for (contact, number) in contacts.zip(0..) {
                 let wait = u32::from(path.frames) + contact.frame;
                 if wait < self.min_frames {
@@ -108,7 +108,7 @@ impl NodeSearch<'_> {
                 self.for_each_cell(Sphere::new(place, contact.radius), |cell, away| {
                     candidates.push(Candidate {
                         cell,
-                        attack: path.evasion,
+                        attack: path.goal,
                         cost: wait as f32 / self.rate + self.settings.distance_weight * away,
                         option,
                     });

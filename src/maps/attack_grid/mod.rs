@@ -85,8 +85,8 @@ struct FiledCell {
 #[derive(Clone, Debug, PartialEq)]
 pub struct AttackGrid {
     settings: AttackGridSettings,
-    /// Paths to attacks. [`NodePath::evasion`](super::NodePath::evasion) holds the attack's index
-    /// in [`BakedGraph::attack_moves`].
+    /// Paths to attacks. [`NodePath::goal`](super::NodePath::goal) is an index in
+    /// [`BakedGraph::attack_moves`].
     paths: PathTable,
     /// Contacts of each attack, by its index in [`BakedGraph::attack_moves`].
     contacts: Vec<Vec<Contact>>,
@@ -133,8 +133,8 @@ impl AttackGrid {
         &self.options[self.cells[cell].first as usize..end]
     }
 
-    /// Paths to attacks. [`NodePath::evasion`](super::NodePath::evasion) holds the attack's index
-    /// in [`BakedGraph::attack_moves`].
+    /// Paths to attacks. [`NodePath::goal`](super::NodePath::goal) is an index in
+    /// [`BakedGraph::attack_moves`].
     #[must_use]
     #[doc(hidden)]
     pub fn paths(&self) -> &PathTable {
@@ -145,7 +145,7 @@ impl AttackGrid {
     #[must_use]
     #[doc(hidden)]
     pub fn attack_move<'a>(&self, baked: &'a BakedGraph, path: PathId) -> &'a AttackMove {
-        &baked.attack_moves()[self.paths.path(path).evasion as usize]
+        &baked.attack_moves()[self.paths.path(path).goal as usize]
     }
 
     /// Contacts of an attack, by its index in [`BakedGraph::attack_moves`].
@@ -159,7 +159,7 @@ impl AttackGrid {
     #[must_use]
     #[doc(hidden)]
     pub fn contact(&self, option: AttackOption) -> Contact {
-        let attack = self.paths.path(option.path).evasion as usize;
+        let attack = self.paths.path(option.path).goal as usize;
         self.contacts[attack][option.contact as usize]
     }
 

@@ -10,7 +10,7 @@ use super::attack_move::attack_spheres;
 use super::bounding_cylinder::{BoundingCylinder, ClipCylinders};
 use super::entries::{EntryReport, EntryTable, EntryTrack, EntryTracks, KnownEntry, Stance};
 use super::grid::{Grid, GridCells, GridSettings};
-use super::paths::{PathSettings, PathSource, PathTable, build as find_paths};
+use super::paths::{PathId, PathSettings, PathSource, PathTable, build as find_paths};
 use super::{
     AttackMove, Body, BodyRows, BodyTrack, Evasion, MovingSphere, OnFirstUse, RegionAtlas,
     RegionId, Retimable, Slab,
@@ -26,7 +26,7 @@ pub struct BakedGraph {
     graph: MotionGraph,
     body: Body,
     atlas: RegionAtlas,
-    /// Allowed rate changes, by edge.
+    /// Allowed rate changes of each edge.
     retimable: Vec<Retimable>,
     evasions: Vec<Evasion>,
     #[serde(rename = "strikes")]
@@ -36,7 +36,7 @@ pub struct BakedGraph {
     grid_settings: GridSettings,
     #[serde(skip)]
     grid: GridCells,
-    /// Body spheres over time, by evasion.
+    /// Body spheres of each evasion over time.
     #[serde(skip)]
     tracks: Vec<OnFirstUse<BodyTrack>>,
     /// Data derived from the entries.
@@ -64,7 +64,7 @@ pub(super) struct BakedParts {
     pub graph: MotionGraph,
     pub body: Body,
     pub atlas: RegionAtlas,
-    /// Allowed rate changes, by edge.
+    /// Allowed rate changes of each edge.
     pub retimable: Vec<Retimable>,
     pub evasions: Vec<Evasion>,
     pub attack_moves: Vec<AttackMove>,
@@ -161,6 +161,12 @@ impl BakedGraph {
         &self.evasions
     }
 
+    /// Evasion at the end of a path of [`BakedGraph::paths`].
+    #[must_use]
+    pub(crate) fn path_evasion(&self, path: PathId) -> &Evasion {
+        &self.evasions[self.paths.path(path).goal as usize]
+    }
+
     /// All attacks, sorted by edge.
     #[must_use]
     pub fn attack_moves(&self) -> &[AttackMove] {
@@ -205,7 +211,7 @@ impl BakedGraph {
         self.tracks[evasion].get_or_make(|| self.sampled_track(&self.evasions[evasion]))
     }
 
-    /// Entries into evasions at a moment of a motion, each as it would be played at rate 1.
+    /// Entries into evasions at a moment of a motion, at playback rate 1.
     #[must_use]
     #[doc(hidden)]
     pub fn entries_at(&self, motion: &Motion, seconds: f32) -> Vec<Entry> {
@@ -226,8 +232,8 @@ impl BakedGraph {
         known.iter().map(entry).collect()
     }
 
-    /// Ways back into natural motion at a moment of a motion, also inside an evasion or an attack. The one that changes the motion least
-    /// comes first. [`Motion::enter`] takes one.
+    /// Exits back into natural motion at a moment of a motion, also inside an evasion or an attack. The exit that changes the motion least
+    /// comes first. Play one with [`Motion::enter`].
     #[must_use]
     #[doc(hidden)]
     pub fn exits_at(&self, motion: &Motion, seconds: f32) -> Vec<Entry> {
@@ -239,7 +245,7 @@ impl BakedGraph {
             .collect()
     }
 
-    /// [`BakedGraph::exits_at`] of a body with this stance.
+    /// [`BakedGraph::exits_at`] for a body with a stance.
     pub(crate) fn exits(
         &self,
         playhead: Playhead,
@@ -273,7 +279,7 @@ impl BakedGraph {
         !self.entries.at(&self.graph, playhead).is_empty()
     }
 
-    /// Largest angular speed of each joint that an entry may have, in radians per second.
+    /// Maximum angular speed of each joint in an entry, in radians per second.
     #[must_use]
     pub fn entry_joint_speeds(&self) -> &[f32] {
         &self.entries.limits().joint_speed

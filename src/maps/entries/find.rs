@@ -17,14 +17,10 @@ impl EntryTable {
     /// Finds all entries of a graph, and records the tests for a later bake. The result does not depend on the number of threads, nor on
     /// the tests that are taken over from an earlier bake.
     #[must_use]
-    pub(crate) fn find(
-        graph: &MotionGraph,
-        evasions: &[Evasion],
-        search: EntrySearch<'_>,
-    ) -> Recorded<Self, EntryRecord> {
-        let found = with_goals(graph, evasions, search, |goals, measured| {
+    pub(crate) fn find(search: EntrySearch<'_>) -> Recorded<Self, EntryRecord> {
+        let found = with_goals(search, |goals, measured| {
             let mut record = goals.record();
-            let found = Self::of_goals(goals, measured, search, &mut record);
+            let found = Self::of_goals(goals, measured, &mut record);
             Recorded {
                 made: found.ok(),
                 record,
@@ -39,9 +35,9 @@ impl EntryTable {
     fn of_goals(
         goals: Goals<'_>,
         mut measured: MeasuredMotion,
-        search: EntrySearch<'_>,
         record: &mut EntryRecord,
     ) -> Result<Self, Stopped> {
+        let search = goals.search;
         let settings = search.settings;
         let mut table = Self {
             step: settings.moment_step,
@@ -51,7 +47,7 @@ impl EntryTable {
             ..Self::default()
         };
         let stage = search.stage(BakeStage::Entries);
-        for found in goals.search().of(MomentShare::ALL, stage) {
+        for found in goals.moment_search().of(MomentShare::ALL, stage) {
             table.cut += u64::from(found.entries.len() == settings.most as usize);
             table.entries.push(&found.entries);
             table.exits.lists.push(&found.exits);
@@ -75,16 +71,11 @@ impl EntryTable {
 
 impl EntryRecord {
     /// Tests a share of all moments. [`EntryRecord::of_shares`] puts the records of all shares together.
-    pub(crate) fn of_share(
-        graph: &MotionGraph,
-        evasions: &[Evasion],
-        share: MomentShare,
-        search: EntrySearch<'_>,
-    ) -> Result<Self, Stopped> {
-        let record = with_goals(graph, evasions, search, |goals, _| {
+    pub(crate) fn of_share(share: MomentShare, search: EntrySearch<'_>) -> Result<Self, Stopped> {
+        let record = with_goals(search, |goals, _| {
             let mut record = goals.record();
             let stage = search.stage(BakeStage::Entries);
-            for found in goals.search().of(share, stage) {
+            for found in goals.moment_search().of(share, stage) {
                 record.push(found.tests);
             }
             record
@@ -94,15 +85,17 @@ impl EntryRecord {
     }
 }
 
-/// Does `work` with what entries may lead to and what was measured, if there are evasions and entries are wanted.
+/// Calls `work` with the goals of entries and the measured motion. Returns `None` if there are no evasions, or the settings disable entries.
 fn with_goals<T>(
-    graph: &MotionGraph,
-    evasions: &[Evasion],
     search: EntrySearch<'_>,
     work: impl FnOnce(Goals<'_>, MeasuredMotion) -> T,
 ) -> Option<T> {
     let EntrySearch {
-        settings, threads, ..
+        graph,
+        evasions,
+        settings,
+        threads,
+        ..
     } = search;
     if settings.moment_step == 0 || evasions.is_empty() {
         return None;
@@ -115,16 +108,16 @@ fn with_goals<T>(
         threads,
     };
     let targets = basis.targets(evasions, settings);
-    let mut goals = Goals::new(basis, evasions, &targets, settings);
+    let mut goals = Goals::new(search, basis, &targets);
     if let Some(earlier) = search.earlier.with(settings) {
         goals.know(earlier);
     }
     Some(work(goals, measured))
 }
 
-/// What entries, exits and layers of each moment may lead to.
+/// Targets of the entries, exits and layers of all moments.
 struct Goals<'a> {
-    settings: &'a EntrySettings,
+    search: EntrySearch<'a>,
     targets: &'a [EntryTarget],
     entries: Finder<'a>,
     exits: Finder<'a>,
@@ -132,30 +125,26 @@ struct Goals<'a> {
 }
 
 impl<'a> Goals<'a> {
-    fn new(
-        search: SearchBasis<'a>,
-        evasions: &[Evasion],
-        targets: &'a [EntryTarget],
-        settings: &'a EntrySettings,
-    ) -> Self {
-        let graph = search.graph;
+    fn new(search: EntrySearch<'a>, basis: SearchBasis<'a>, targets: &'a [EntryTarget]) -> Self {
+        let (graph, step) = (search.graph, search.settings.target_step);
         let frames = targets
             .iter()
             .map(|target| ClipFrame::of(graph, target.edge, target.edge_frame));
         Self {
-            settings,
+            search,
             targets,
-            entries: Finder::new(search, frames.collect(), Ways::ENTRIES),
-            exits: Finder::new(search, natural(graph, settings.target_step), Ways::EXITS),
-            layers: LayerSource::new(search, evasions, targets),
+            entries: Finder::new(basis, frames.collect(), Ways::ENTRIES),
+            exits: Finder::new(basis, natural(graph, step), Ways::EXITS),
+            layers: LayerSource::new(basis, search.evasions, targets),
         }
     }
 
     /// A record without tests.
     fn record(&self) -> EntryRecord {
+        let settings = self.search.settings;
         EntryRecord {
-            settings: Some(*self.settings),
-            first_moment: first_moments(self.entries.graph, self.settings.moment_step),
+            settings: Some(*settings),
+            first_moment: first_moments(self.search.graph, settings.moment_step),
             entries: TestTable::new(self.entries.basis()),
             exits: TestTable::new(self.exits.basis()),
             layers: TestTable::new(self.layers.basis(&self.entries)),
@@ -173,17 +162,17 @@ impl<'a> Goals<'a> {
         self.layers.known = Some(earlier.known(&record.layers, self.layers.basis(&self.entries)));
     }
 
-    fn search(&self) -> MomentSearch<'_> {
+    fn moment_search(&self) -> MomentSearch<'_> {
         MomentSearch {
             entries: &self.entries,
             exits: &self.exits,
             layers: &self.layers,
-            settings: self.settings,
+            settings: self.search.settings,
         }
     }
 }
 
-/// The first moment of each clip, and the number of moments.
+/// Number of each clip's first moment. The last entry is the number of moments.
 fn first_moments(graph: &MotionGraph, step: u32) -> Vec<u32> {
     let mut firsts = vec![0];
     for clip in graph.clips() {
@@ -193,9 +182,11 @@ fn first_moments(graph: &MotionGraph, step: u32) -> Vec<u32> {
     firsts
 }
 
-/// How entries are searched.
+/// Inputs of a search for entries.
 #[derive(Clone, Copy)]
 pub(crate) struct EntrySearch<'a> {
+    pub(crate) graph: &'a MotionGraph,
+    pub(crate) evasions: &'a [Evasion],
     pub(crate) settings: &'a EntrySettings,
     /// Number of threads, 0 for one per CPU core.
     pub(crate) threads: usize,

@@ -10,8 +10,8 @@ use crate::graph::{ClipId, Node};
 use sabaki_motion::internal::sort_rarely;
 
 impl EntryTable {
-    /// Finds exits of the moments of stretches without a branch point that are longer than `longest` seconds. The result does not depend on
-    /// the number of threads. Returns the tests. After a stop exits are lacking.
+    /// Finds exits for the moments of stretches without a branch point that are longer than `longest` seconds. Returns the tests. The result does
+    /// not depend on the number of threads. After a stop, some exits are missing.
     pub(super) fn shorten_stretches(
         &mut self,
         exits: &Finder<'_>,
@@ -20,7 +20,7 @@ impl EntryTable {
     ) -> TestTable {
         let (graph, step) = (exits.graph, self.step as usize);
         let longest = (f64::from(longest) * graph.frame_rate()) as usize;
-        // Moments, and their frames.
+        // Moments and their frames.
         let mut places: Vec<(u32, Node)> = Vec::new();
         for clip in (0..graph.clips().len()).map(|clip| ClipId(clip as u32)) {
             let first = self.moments_of(clip).start;
@@ -42,7 +42,7 @@ impl EntryTable {
             };
             let from = exits.depart(before, &mut scratch.sampler);
             let found = exits.exits(&from, &mut scratch);
-            (found, scratch.take_tests(from.beyond))
+            (found, scratch.take_tests(from.continuation))
         });
         let mut found = places
             .iter()
@@ -68,14 +68,15 @@ impl EntryTable {
 }
 
 impl Finder<'_> {
-    /// Finds exits of a frame of a clip, the least departure first.
+    /// Finds exits of a frame of a clip, the one with the least departure first.
     pub(super) fn exits(&self, from: &Departed, scratch: &mut Scratch<'_>) -> Vec<KnownEntry> {
         /// Maximum number of exits of a moment.
         const MOST: usize = 3;
-        /// Number of targets whose motion is examined, if one of them is plausible, and otherwise.
+        /// Number of targets that are examined if at least one of them is plausible.
         const EXAMINED: usize = 24;
+        /// Number of targets that are examined if none of them is plausible.
         const LAST: usize = 192;
-        /// Exits of one moment lead to frames so far apart in their clip, at least.
+        /// Minimum distance of the targets of one moment's exits in a clip, in frames.
         const APART: u32 = 10;
         let mut found: Vec<KnownEntry> = Vec::new();
         scratch.furthest = f32::INFINITY;

@@ -1,4 +1,4 @@
-//! The search for cuts from one frame to some others.
+//! The search for cuts from one frame to the targets.
 
 use super::aligned::{Aligned, FOOT_APART, Leaving, Points, ROOT_APART};
 use super::examine::{Cut, Examiner};
@@ -7,7 +7,7 @@ use super::known_tests::KnownTests;
 use super::layer_test::LayerTest;
 use super::limits::{DEPARTURES, MotionLimits, head};
 use super::near_stances::NearStances;
-use super::record::{Beyond, MomentTests, PairTest, TestBasis};
+use super::record::{ContinuationKey, MomentTests, PairTest, TestBasis};
 use super::search_basis::SearchBasis;
 use super::slack::Slack;
 use super::spread::spread;
@@ -25,9 +25,9 @@ pub(super) struct Scratch<'a> {
     pub(super) layers: LayerTest<'a>,
     /// Tests that a later bake may take over.
     pub(super) tests: Vec<PairTest>,
-    /// Cost of the exit that was considered last, or infinite if all were.
+    /// Cost of the exit that was considered last; infinite if all were considered.
     pub(super) furthest: f32,
-    /// Whether each target is near.
+    /// For each target, whether it is near.
     pub(super) near: Vec<bool>,
 }
 
@@ -45,22 +45,22 @@ impl<'a> Scratch<'a> {
 }
 
 impl Scratch<'_> {
-    /// The tests of a moment that was searched.
-    pub(super) fn take_tests(&mut self, beyond: Beyond) -> MomentTests {
+    /// Takes the tests of the moment that was searched last.
+    pub(super) fn take_tests(&mut self, continuation: ContinuationKey) -> MomentTests {
         MomentTests {
             tests: std::mem::take(&mut self.tests),
-            beyond,
+            continuation,
             furthest: std::mem::replace(&mut self.furthest, f32::INFINITY),
         }
     }
 }
 
-/// How cuts lead to targets.
+/// Blends and playback rates of cuts to targets.
 #[derive(Clone, Copy)]
 pub(super) struct Ways {
-    /// Durations of the blend, the one that is wanted most first, in seconds.
+    /// Durations of the blend in the order of preference, in seconds.
     blends: &'static [f32],
-    /// Playback rates.
+    /// Playback rates of the target's motion.
     rates: &'static [f32],
 }
 
@@ -75,11 +75,11 @@ impl Ways {
     };
 }
 
-/// The search among some frames.
+/// The search for cuts to a list of target frames.
 pub(super) struct Finder<'a> {
     pub(super) graph: &'a MotionGraph,
     pub(super) limits: &'a MotionLimits,
-    /// Whether a toe may be faster than the limit, if it was when a motion is left.
+    /// Whether the toes may be as fast as before the cut, if that is above the limit.
     pub(super) toe_slows: bool,
     pub(super) places: &'a ClipPlaces,
     pub(super) targets: Vec<ClipFrame>,
@@ -87,25 +87,25 @@ pub(super) struct Finder<'a> {
     pub(super) facing: Facing,
     pub(super) stances: Vec<Stance>,
     pub(super) near: NearStances,
-    /// Those of the targets that an earlier bake did not have.
+    /// Stances of the targets that an earlier bake did not have.
     pub(super) near_new: NearStances,
-    /// Hips and head of each target after the last of [`DEPARTURES`].
+    /// Positions of hips and head of each target after the last of [`DEPARTURES`].
     pub(super) points: Vec<Points>,
     ways: Ways,
-    /// The motion that starts at each target, by rate.
+    /// Motion that starts at each target, for each playback rate.
     entered: Vec<Vec<EnteredMotion>>,
-    /// What is played after the end of each target's clip.
-    beyond: Vec<Beyond>,
+    /// Key of the motion that is played after the end of each target's clip.
+    continuation: Vec<ContinuationKey>,
     /// The tests of an earlier bake.
     pub(super) known: Option<KnownTests<'a>>,
 }
 
-/// A frame of a clip that is left.
+/// A frame of a clip that cuts start from, with the motion around it.
 pub(super) struct Departed {
     pub(super) at: Leaving,
     left: LeftMotion,
-    /// What is played after the end of the clip.
-    pub(super) beyond: Beyond,
+    /// Key of the motion that is played after the end of the clip.
+    pub(super) continuation: ContinuationKey,
 }
 
 impl<'a> Finder<'a> {
@@ -119,14 +119,14 @@ impl<'a> Finder<'a> {
             let entered = |&rate: &f32| sampler.entered(&targets[target], rate, frames);
             ways.rates.iter().map(entered).collect()
         });
-        let beyond = |entered: &Vec<EnteredMotion>| {
+        let continuation = |entered: &Vec<EnteredMotion>| {
             let frames = || entered.iter().flat_map(|motion| &motion.frames);
             match entered.iter().all(|motion| motion.stays_in_clip) {
-                true => Beyond::default(),
-                false => Beyond::of(frames().map(|frame| &frame.pose)),
+                true => ContinuationKey::default(),
+                false => ContinuationKey::of(frames().map(|frame| &frame.pose)),
             }
         };
-        let beyond = entered.iter().map(beyond).collect();
+        let continuation = entered.iter().map(continuation).collect();
         let after = f64::from(DEPARTURES[DEPARTURES.len() - 1]) * graph.frame_rate();
         let head = head(graph.skeleton());
         let facing = Facing::of(graph.skeleton());
@@ -154,30 +154,31 @@ impl<'a> Finder<'a> {
             points: targets.iter().map(points).collect(),
             ways,
             entered,
-            beyond,
+            continuation,
             targets,
             known: None,
         }
     }
 
-    /// What the tests depend on.
+    /// Inputs that the tests depend on.
     pub(super) fn basis(&self) -> TestBasis<'_> {
         TestBasis {
             limits: self.limits,
             targets: &self.targets,
-            beyond: &self.beyond,
+            continuation: &self.continuation,
             legs: self.graph.feet().legs().len(),
         }
     }
 
-    /// Samples what the tests need of the motion that is left one frame after a frame of a clip. It depends on no target.
+    /// Samples the motion that is left one frame after a frame of a clip, as far as the tests need it. The result does not depend on the
+    /// targets.
     pub(super) fn depart(&self, before: ClipFrame, sampler: &mut FrameSampler<'_>) -> Departed {
         let left = sampler.left(before.playhead());
         Departed {
             at: self.leaving(before),
-            beyond: match left.stays_in_clip {
-                true => Beyond::default(),
-                false => Beyond::of(left.frames.iter().map(|frame| &frame.pose)),
+            continuation: match left.stays_in_clip {
+                true => ContinuationKey::default(),
+                false => ContinuationKey::of(left.frames.iter().map(|frame| &frame.pose)),
             },
             left,
         }
@@ -192,7 +193,8 @@ impl<'a> Finder<'a> {
         self.known = known;
     }
 
-    /// The search among the same frames for what the clips show at least once. Nothing is taken over.
+    /// The search for cuts to the same frames within the widest limits: those of motion that the clips show at least once. No tests are taken
+    /// over.
     pub(super) fn within_utmost(self, utmost: &'a MotionLimits) -> Self {
         Self {
             limits: utmost,
@@ -246,7 +248,7 @@ impl<'a> Finder<'a> {
     ) -> Option<KnownEntry> {
         let known = self.known.as_ref();
         let place = from.at.before.node();
-        let known = known.and_then(|known| known.find(place, from.beyond, to.target));
+        let known = known.and_then(|known| known.find(place, from.continuation, to.target));
         let test = known.unwrap_or_else(|| {
             scratch.examiner.slack = Slack::default();
             let way = self.tested(from, to, &mut scratch.examiner);

@@ -1,11 +1,11 @@
-//! The tests of one kind that an earlier bake made, found again by the clips and frames of this one.
+//! Looks up the tests of an earlier bake by the clips and frames of this bake.
 
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::EntrySettings;
 use super::limits::MotionLimits;
 use super::record::{
-    Beyond, EarlierEntries, MomentTests, PairTest, TargetKey, TestBasis, TestTable,
+    ContinuationKey, EarlierEntries, MomentTests, PairTest, TargetKey, TestBasis, TestTable,
 };
 use super::slack::NeededCodes;
 use crate::graph::Node;
@@ -13,31 +13,31 @@ use crate::graph::Node;
 /// The tests of one kind that an earlier bake made.
 pub(super) struct KnownTests<'a> {
     table: &'a TestTable,
-    /// For each clip of this bake the first of its moments in the earlier one.
+    /// For each clip of this bake, its first moment in the earlier bake.
     first_moment: Vec<Option<u32>>,
     /// Interval of moments, in frames.
     step: u32,
     /// Number of legs.
     legs: usize,
-    /// For each target of this bake its index in the earlier one.
+    /// For each target of this bake, its index in the earlier bake.
     targets: Vec<Option<u16>>,
-    /// For each target of the earlier bake its index in this one.
+    /// For each target of the earlier bake, its index in this bake.
     now: Vec<Option<u16>>,
     /// Targets that the earlier bake did not have.
     pub(super) new: Vec<usize>,
-    /// Whether this bake has the frames of all targets of the earlier one.
+    /// Whether this bake has the frames of all targets of the earlier bake.
     has_all: bool,
-    /// Least codes with which a test is taken over.
+    /// Minimum codes of tests that are taken over.
     needed: NeededCodes,
 }
 
 impl EarlierEntries {
-    /// Returns `self` if it was made with some settings.
+    /// Returns `self` if the record was made with the settings.
     pub(super) fn with(&self, settings: &EntrySettings) -> Option<&Self> {
         (self.record.settings == Some(*settings)).then_some(self)
     }
 
-    /// The tests of one kind.
+    /// The tests of one kind, prepared for look-ups.
     pub(super) fn known<'a>(
         &'a self,
         table: &'a TestTable,
@@ -93,35 +93,40 @@ impl EarlierEntries {
 }
 
 impl KnownTests<'_> {
-    /// The moment at a frame of a clip, in the earlier bake.
+    /// Number of the moment at a frame of a clip in the earlier bake.
     fn moment(&self, at: Node) -> Option<usize> {
         let first = self.first_moment.get(at.clip.index()).copied().flatten()?;
         Some(first as usize + (at.frame / self.step) as usize)
     }
 
-    /// Whether a test that was read from a file names a leg of the graph.
+    /// Whether a test names a leg that the graph has. It checks tests that come from a file.
     fn is_sound(&self, test: &PairTest) -> bool {
         let pin = test.way().and_then(|way| way.pin);
         pin.is_none_or(|leg| leg < self.legs)
     }
 
     /// The tests of a moment.
-    fn of(&self, moment: usize, beyond: Beyond) -> Option<&[PairTest]> {
-        let is_same = self.table.beyond.get(moment) == Some(&beyond);
+    fn of(&self, moment: usize, continuation: ContinuationKey) -> Option<&[PairTest]> {
+        let is_same = self.table.continuation.get(moment) == Some(&continuation);
         is_same.then(|| self.table.of(moment))
     }
 
     /// The test of a target at a frame of a clip.
-    pub(super) fn find(&self, at: Node, beyond: Beyond, target: usize) -> Option<PairTest> {
+    pub(super) fn find(
+        &self,
+        at: Node,
+        continuation: ContinuationKey,
+        target: usize,
+    ) -> Option<PairTest> {
         let earlier = self.targets[target]?;
-        let tests = self.of(self.moment(at)?, beyond)?;
+        let tests = self.of(self.moment(at)?, continuation)?;
         let found = tests.binary_search_by_key(&earlier, |test| test.target);
         let test = tests[found.ok()?];
         let suffices = self.needed.suffices(test.slack) && self.is_sound(&test);
         suffices.then(|| test.of_target(target as u16).unranked())
     }
 
-    /// Whether this bake has the frames of all targets of the earlier one.
+    /// Whether this bake has the frames of all targets of the earlier bake.
     pub(super) fn has_all(&self) -> bool {
         self.has_all
     }
@@ -131,16 +136,16 @@ impl KnownTests<'_> {
         self.new.is_empty() && self.targets.len() == self.now.len()
     }
 
-    /// Whether the earlier bake had the departures of some limits.
+    /// Whether the limits of departure are the same as in the earlier bake.
     pub(super) fn has_departures(&self, limits: &MotionLimits) -> bool {
         let of = |limits: &MotionLimits| [limits.hip_departure, limits.head_departure];
         of(limits) == of(&self.table.limits)
     }
 
-    /// All tests at a frame of a clip from which the motion stays in it; `None` if one of them is not known.
+    /// All tests at a frame of a clip from which the motion stays in the clip. `None` if one of them is not known.
     pub(super) fn all(&self, at: Node) -> Option<MomentTests> {
         let moment = self.moment(at)?;
-        let tests = self.of(moment, Beyond::default())?.iter();
+        let tests = self.of(moment, ContinuationKey::default())?.iter();
         let test = |test: &PairTest| {
             let target = self.now.get(usize::from(test.target)).copied().flatten()?;
             let suffices = self.needed.suffices(test.slack) && self.is_sound(test);
@@ -148,7 +153,7 @@ impl KnownTests<'_> {
         };
         Some(MomentTests {
             tests: tests.map(test).collect::<Option<_>>()?,
-            beyond: Beyond::default(),
+            continuation: ContinuationKey::default(),
             furthest: *self.table.furthest.get(moment)?,
         })
     }

@@ -10,7 +10,7 @@ use super::examine::Examiner;
 use super::frames::FrameSampler;
 use super::joint_steps::{JointLimits, JointSteps};
 use super::limits::{MotionLimits, head};
-use super::record::Beyond;
+use super::record::ContinuationKey;
 use super::slack::Slack;
 use super::turns::turns;
 use crate::anim::{JointId, Pose};
@@ -25,24 +25,24 @@ pub(super) struct LayerTest<'a> {
     head_chain: Vec<JointId>,
     /// Joints that a layer moves, without the spine.
     free: Vec<JointId>,
-    /// Joints that it does not move.
+    /// Joints that a layer does not move.
     kept: Vec<JointId>,
     sampler: FrameSampler<'a>,
-    /// Frames whose spine is known.
+    /// Poses whose spine has been computed.
     poses: Vec<Pose>,
-    /// The comparisons of the tests with the limits.
+    /// How close the compared values are to the limits.
     pub(super) slack: Slack,
 }
 
-/// The motion that goes on after a frame, without a layer.
+/// The motion that continues after a frame, without a layer.
 pub(super) struct LayerBase<'a> {
     limits: &'a MotionLimits,
-    /// Frames per second.
+    /// Frame rate, in frames per second.
     rate: f32,
     poses: Vec<Pose>,
     /// Rotation vector of each joint between the first two frames.
     turns: Vec<Vec3>,
-    /// Whether the joints that a layer does not move are plausible, for each of [`BLENDS`], and the comparisons that tell.
+    /// For each of [`BLENDS`], whether the joints that a layer does not move are plausible, and how close they are to the limits.
     fits: [(bool, Slack); BLENDS.len()],
 }
 
@@ -50,7 +50,7 @@ pub(super) struct LayerBase<'a> {
 #[derive(Clone, Copy)]
 struct Layered<'a> {
     base: &'a LayerBase<'a>,
-    /// Poses of the clip that is layered, from the second frame of the base on.
+    /// Poses of the layered clip, from the second frame of the base on.
     wanted: &'a [Pose],
     envelope: Envelope,
 }
@@ -78,7 +78,7 @@ impl<'a> LayerTest<'a> {
         }
     }
 
-    /// Number of frames that a test of the longest blend reads, of the motion without a layer.
+    /// Number of frames of the motion without a layer that the test of the longest blend reads.
     fn frames(rate: f32) -> usize {
         let longest = BLENDS.into_iter().fold(0.0, f32::max);
         1 + Examiner::frames(rate, (longest * rate).ceil() as usize)
@@ -95,12 +95,12 @@ impl<'a> LayerTest<'a> {
         poses.collect()
     }
 
-    /// Whether the motion that goes on after a frame stays in its clip, as far as tests read it.
+    /// Whether the motion that continues after a frame stays in its clip for all frames that tests read.
     pub(super) fn stays_in_clip(&mut self, before: Playhead) -> bool {
         self.sampler.stays_in_clip(before, Self::frames(self.rate))
     }
 
-    /// Samples the motion that goes on after a frame, without a layer.
+    /// Samples the motion that continues after a frame, without a layer.
     pub(super) fn base<'l>(&mut self, before: Playhead, limits: &'l MotionLimits) -> LayerBase<'l> {
         let rate = self.rate;
         let poses = self.sampler.goes_on(before, Self::frames(rate));
@@ -122,12 +122,12 @@ impl<'a> LayerTest<'a> {
         base
     }
 
-    /// Number of frames whose joints are tested.
+    /// Number of frames whose joints are tested for a blend of `blend` seconds.
     fn tested(&self, blend: f32) -> usize {
         (blend * self.rate).ceil() as usize + 3
     }
 
-    /// Whether a layer, which fades in within the blend of an index of [`BLENDS`], is plausible: its joints, and the departure of its head.
+    /// Whether the joints and the departure of the head of a layer are plausible. The layer fades in within the blend of an index of [`BLENDS`].
     pub(super) fn is_plausible(
         &mut self,
         base: &LayerBase<'_>,
@@ -166,7 +166,7 @@ impl<'a> LayerTest<'a> {
             !layered.base.fits(joint, rotations, slack)
         });
         if let Some(failed) = failed {
-            // It will often fail again.
+            // Tested first the next time, because it often fails again.
             self.free[..=failed].rotate_right(1);
             return false;
         }
@@ -178,7 +178,7 @@ impl<'a> LayerTest<'a> {
         })
     }
 
-    /// Computes the spine in a frame.
+    /// Computes the rotations of the spine in a frame.
     fn bend_spine(&mut self, layered: Layered<'_>, frame: usize) {
         let joints = self.graph.skeleton().len();
         if self.poses.len() <= frame {
@@ -224,11 +224,11 @@ impl<'a> LayerTest<'a> {
 }
 
 impl LayerBase<'_> {
-    pub(super) fn checksums(&self) -> Beyond {
-        Beyond::of(self.poses.iter())
+    pub(super) fn checksums(&self) -> ContinuationKey {
+        ContinuationKey::of(self.poses.iter())
     }
 
-    /// Whether a joint that has some rotations from the third frame on is plausible.
+    /// Whether a joint is plausible, given its rotations from the third frame on.
     fn fits(
         &self,
         joint: JointId,
@@ -256,7 +256,7 @@ impl<'a> Layered<'a> {
         self.wanted.get(frame.checked_sub(1)?)
     }
 
-    /// Rotation of a joint that the layer moves, before the spine takes over the pelvis' tilt.
+    /// Rotation of a joint that the layer moves, before the spine takes over the tilt of the pelvis.
     fn rotation(&self, joint: JointId, frame: usize) -> Quat {
         let own = self.base.poses[frame].rotations[joint.index()];
         match (self.wanted(frame), self.weight(frame)) {

@@ -1,4 +1,4 @@
-//! Layered evasions: from which moments the upper body can play which part of an evasion while the legs go on.
+//! Finds layered evasions: moments from which the upper body can play a part of an evasion while the legs continue.
 
 use glam::{Quat, Vec3};
 
@@ -6,7 +6,7 @@ use super::finder::{Departed, Finder, Scratch};
 use super::known_tests::KnownTests;
 use super::layer_test::{LayerBase, LayerTest};
 use super::limits::{MotionLimits, head};
-use super::record::{Beyond, PairTest, TestBasis};
+use super::record::{ContinuationKey, PairTest, TestBasis};
 use super::search_basis::SearchBasis;
 use super::slack::Slack;
 use super::spread::spread;
@@ -17,15 +17,15 @@ use crate::graph::{MotionGraph, Node, heading};
 use crate::maps::Evasion;
 use sabaki_motion::internal::sort_rarely;
 
-/// Distance that an evasion has to move the head over the pelvis to be layered, in metres.
+/// Minimum distance by which an evasion must move the head relative to the pelvis to be layered, in metres.
 const LEANS: f32 = 0.12;
 
-/// What can be layered, and within which limits.
+/// The evasions that can be layered, and the limits of motion.
 pub(super) struct LayerSource<'a> {
     targets: &'a [EntryTarget],
-    /// Poses of the clip from each target on, by rate, of the evasions that can be layered.
+    /// Poses of the clip from each target on, for each playback rate. Empty for evasions that cannot be layered.
     wanted: Vec<[Vec<Pose>; RATES.len()]>,
-    /// Whether the upper body of each evasion leans or ducks by itself, without the pelvis.
+    /// For each evasion, whether its upper body leans or ducks relative to the pelvis.
     layerable: Vec<bool>,
     limits: MotionLimits,
     /// The tests of an earlier bake.
@@ -50,7 +50,7 @@ impl<'a> LayerSource<'a> {
             (1..=edge.frames).any(|frame| at(frame).distance(first) > LEANS)
         };
         let has_upper_body = graph.rig().has_upper_body();
-        // The joints of the spine share a tilt, also those that the clips do not move.
+        // All joints of the spine share a tilt, including joints that the clips do not move.
         let mut limits = search.limits.clone();
         for values in [&mut limits.joint_speed, &mut limits.joint_acceleration] {
             let spine = graph.rig().spine();
@@ -78,18 +78,18 @@ impl<'a> LayerSource<'a> {
         }
     }
 
-    /// What the tests depend on. The targets are those of the entries.
+    /// Inputs that the tests depend on. The targets are those of the entries.
     pub(super) fn basis<'b>(&'b self, entries: &'b Finder<'_>) -> TestBasis<'b> {
         TestBasis {
             limits: &self.limits,
             targets: &entries.targets,
-            // Layers play the target's clip alone.
-            beyond: &[],
+            // Layers play only the target's clip.
+            continuation: &[],
             legs: entries.graph.feet().legs().len(),
         }
     }
 
-    /// The test of a target.
+    /// Tests a target.
     fn tested(&self, target: usize, base: &LayerBase<'_>, test: &mut LayerTest<'_>) -> PairTest {
         test.slack = Slack::default();
         let mut plausible =
@@ -107,7 +107,7 @@ impl<'a> LayerSource<'a> {
     }
 }
 
-/// Position of the head relative to the pelvis, turned by the pelvis' heading.
+/// Position of the head relative to the pelvis, in a frame with the heading of the pelvis.
 fn head_over_pelvis(graph: &MotionGraph, at: Node) -> Vec3 {
     let (mut pose, mut joints) = (Pose::default(), Vec::new());
     graph.clip(at.clip).pose(at.frame as usize, &mut pose);
@@ -121,21 +121,21 @@ fn head_over_pelvis(graph: &MotionGraph, at: Node) -> Vec3 {
 const MOST: usize = 32;
 
 impl Finder<'_> {
-    /// Finds the layered evasions of a frame of a clip, among the targets of the evasions that can be layered, and what is played after the
-    /// end of the clip.
+    /// Finds the layered evasions of a frame of a clip, among the targets of the evasions that can be layered. Returns the key of the motion
+    /// after the end of the clip too.
     pub(super) fn layers(
         &self,
         from: &Departed,
         source: &LayerSource<'_>,
         scratch: &mut Scratch<'_>,
-    ) -> (Vec<KnownEntry>, Beyond) {
+    ) -> (Vec<KnownEntry>, ContinuationKey) {
         let mut found = Vec::new();
         let test = &mut scratch.layers;
-        let (mut base, mut beyond) = (None, Beyond::default());
+        let (mut base, mut continuation) = (None, ContinuationKey::default());
         let own = from.at.before;
         if !test.stays_in_clip(own.playhead()) {
             let made = base.insert(test.base(own.playhead(), &source.limits));
-            beyond = made.checksums();
+            continuation = made.checksums();
         }
         for target in spread(source.targets.len()) {
             if found.len() == MOST {
@@ -147,7 +147,7 @@ impl Finder<'_> {
                 continue;
             }
             let known = source.known.as_ref();
-            let known = known.and_then(|known| known.find(own.node(), beyond, target));
+            let known = known.and_then(|known| known.find(own.node(), continuation, target));
             let tested = known.unwrap_or_else(|| {
                 let base = base.get_or_insert_with(|| test.base(own.playhead(), &source.limits));
                 source.tested(target, base, test)
@@ -156,6 +156,6 @@ impl Finder<'_> {
             found.extend(tested.entry());
         }
         sort_rarely(&mut found, |a, b| a.target.cmp(&b.target));
-        (found, beyond)
+        (found, continuation)
     }
 }

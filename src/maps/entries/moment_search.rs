@@ -1,5 +1,5 @@
-//! Search for the entries, exits and layers of each moment. What an earlier bake found at a moment is taken over where nothing that it depends
-//! on has changed.
+//! Search for the entries, exits and layers of each moment. Results of an earlier bake are taken over for moments whose inputs have not
+//! changed.
 
 use super::finder::{Departed, Finder, Scratch};
 use super::frames::LeftMotion;
@@ -11,7 +11,7 @@ use super::{EntrySettings, KnownEntry};
 use crate::graph::watch::WatchedStage;
 use crate::graph::{ClipId, Node};
 
-/// The search at each moment.
+/// Input of the search at each moment.
 pub(super) struct MomentSearch<'a> {
     pub(super) entries: &'a Finder<'a>,
     pub(super) exits: &'a Finder<'a>,
@@ -19,7 +19,7 @@ pub(super) struct MomentSearch<'a> {
     pub(super) settings: &'a EntrySettings,
 }
 
-/// What was found at a moment.
+/// Entries, exits and layers of a moment.
 #[derive(Default)]
 pub(super) struct MomentFound {
     pub(super) entries: Vec<KnownEntry>,
@@ -39,7 +39,7 @@ impl MomentFound {
 }
 
 impl MomentSearch<'_> {
-    /// Searches a share of all moments. After a stop, what is found is of the first moments.
+    /// Searches a share of all moments. After a stop, only the results of the first moments are returned.
     pub(super) fn of(
         &self,
         share: MomentShare,
@@ -86,7 +86,7 @@ impl MomentSearch<'_> {
         }
     }
 
-    /// What an earlier bake found at a moment that stays in its clip.
+    /// Tests of an earlier bake that are taken over for a moment whose motion stays in its clip.
     fn reused(&self, before: ClipFrame, scratch: &mut Scratch<'_>) -> [Option<MomentTests>; 3] {
         let Self { entries, exits, .. } = self;
         let has_new = [entries, exits].iter().any(|finder| finder.has_new());
@@ -113,7 +113,7 @@ impl MomentSearch<'_> {
         [of_entries.map(tests), of_exits.map(tests), of_layers]
     }
 
-    /// Searches what is not reused.
+    /// Searches the kinds whose tests are not taken over.
     fn search(
         &self,
         from: &Departed,
@@ -129,7 +129,7 @@ impl MomentSearch<'_> {
             None => {
                 let most = self.settings.most as usize;
                 found.entries = self.entries.entries(from, most, scratch);
-                scratch.take_tests(from.beyond)
+                scratch.take_tests(from.continuation)
             }
         };
         let exits = match exits {
@@ -139,7 +139,7 @@ impl MomentSearch<'_> {
             }
             None => {
                 found.exits = self.exits.exits(from, scratch);
-                scratch.take_tests(from.beyond)
+                scratch.take_tests(from.continuation)
             }
         };
         let layers = match layers {
@@ -148,9 +148,9 @@ impl MomentSearch<'_> {
                 tests
             }
             None => {
-                let beyond;
-                (found.layers, beyond) = self.entries.layers(from, self.layers, scratch);
-                scratch.take_tests(beyond)
+                let continuation;
+                (found.layers, continuation) = self.entries.layers(from, self.layers, scratch);
+                scratch.take_tests(continuation)
             }
         };
         MomentFound {

@@ -1,8 +1,8 @@
 //! Tests of cuts and layers that a later bake takes over.
 //!
-//! A test depends on the contents of two clips, on the moment and the target, on what is played after the ends of the clips, and on the
-//! limits of plausible motion. The limits are percentiles over all clips, rounded to steps, so that one clip more changes few of them. A
-//! test is taken over if no limit has changed by so much that its result may differ ([`Slack`]).
+//! A test depends on the contents of two clips, on the moment and the target, on the motion after the ends of the clips, and on the limits
+//! of plausible motion. The limits are percentiles over all clips, rounded to steps, so that adding a clip changes few of them. A test is
+//! taken over unless a limit has changed so much that the result may differ ([`Slack`]).
 
 use std::hash::Hasher;
 
@@ -24,7 +24,7 @@ pub struct EntryRecord {
     pub(super) first_moment: Vec<u32>,
     pub(super) entries: TestTable,
     pub(super) exits: TestTable,
-    /// Exits within the widest limits.
+    /// Tests of exits within the widest limits.
     pub(super) last_exits: TestTable,
     pub(super) layers: TestTable,
 }
@@ -38,7 +38,7 @@ impl EntryRecord {
     }
 }
 
-/// The record of an earlier bake, and the clips that both have.
+/// The record of an earlier bake, and the clips that both bakes have in common.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct EarlierEntries {
     pub(crate) record: EntryRecord,
@@ -50,33 +50,33 @@ pub(crate) struct EarlierEntries {
 pub(super) struct TestTable {
     pub(super) limits: MotionLimits,
     pub(super) targets: Vec<TargetKey>,
-    /// For each moment, what is played after the end of its clip.
-    pub(super) beyond: Vec<Beyond>,
-    /// For each moment, the cost beyond which targets were not considered.
+    /// Key of the motion that is played after the end of each moment's clip.
+    pub(super) continuation: Vec<ContinuationKey>,
+    /// Cost of each moment beyond which targets were not considered.
     pub(super) furthest: Vec<f32>,
-    /// For each moment, the end of its tests.
+    /// End of each moment's tests in `tests`.
     ends: Vec<u32>,
     /// Tests of each moment, sorted by target.
     tests: Vec<PairTest>,
 }
 
-/// A target.
+/// Identifies a target across bakes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub(super) struct TargetKey {
     pub(super) clip: u32,
     pub(super) frame: u32,
-    pub(super) beyond: Beyond,
+    pub(super) continuation: ContinuationKey,
 }
 
-/// Checksums of the frames of a motion that goes on after the end of its clip; none if it ends before.
+/// Checksums of the frames that a motion plays after the end of its clip; none if the test reads no such frames.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
-pub(super) struct Beyond(Option<(u64, u32)>);
+pub(super) struct ContinuationKey(Option<(u64, u32)>);
 
-impl Beyond {
-    /// In place of the checksums of what is not played.
+impl ContinuationKey {
+    /// Key of moments that the graph does not play.
     pub(super) const NOT_PLAYED: Self = Self(Some((0, 0)));
 
-    /// The checksums of some poses.
+    /// Checksums of poses.
     pub(super) fn of<'p>(poses: impl Iterator<Item = &'p Pose>) -> Self {
         let mut bytes = Vec::new();
         for pose in poses {
@@ -95,7 +95,8 @@ impl Beyond {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub(super) struct PairTest {
     pub(super) target: u16,
-    /// 0: not plausible. From the lowest bit on: 1 + blend + 4 * rate, the leg whose foot stays in place, and the rank among exits.
+    /// Packed result. 0 if it is not plausible. Otherwise, from the lowest bit on: 1 + blend + 4 * rate, the leg whose foot stays in place, and the
+    /// rank among exits.
     how: u16,
     pub(super) slack: SlackCode,
 }
@@ -105,7 +106,7 @@ const PIN: u32 = 4;
 const RANK: u32 = 8;
 
 impl PairTest {
-    /// The test of a target, and how it can be entered if it is plausible.
+    /// Creates the result of the test of a target. `way` is how it can be entered, or `None` if it is not plausible.
     pub(super) fn new(target: usize, way: Option<EntryWay>, slack: &Slack) -> Self {
         let how = way.map_or(0, |EntryWay { blend, rate, pin }| {
             1 + blend + 4 * rate + (pin.map_or(0, |leg| leg + 1) << PIN)
@@ -127,12 +128,12 @@ impl PairTest {
         })
     }
 
-    /// The same test of a target of another index.
+    /// The same result for another target index.
     pub(super) fn of_target(self, target: u16) -> Self {
         Self { target, ..self }
     }
 
-    /// The same test without its rank.
+    /// The same result without its rank.
     pub(super) fn unranked(self) -> Self {
         let how = self.how & ((1 << RANK) - 1);
         Self { how, ..self }
@@ -147,7 +148,7 @@ impl PairTest {
         self.how >> RANK
     }
 
-    /// The entry that the test allows.
+    /// The entry that the test allows, or `None` if it is not plausible.
     pub(super) fn entry(self) -> Option<KnownEntry> {
         Some(KnownEntry::new(self.target, self.way()?))
     }
@@ -167,7 +168,7 @@ impl TestTable {
         found.tests.sort_unstable();
         self.tests.append(&mut found.tests);
         self.ends.push(self.tests.len() as u32);
-        self.beyond.push(found.beyond);
+        self.continuation.push(found.continuation);
         self.furthest.push(found.furthest);
     }
 
@@ -185,11 +186,11 @@ impl TestTable {
         self.limits == other.limits && self.targets == other.targets
     }
 
-    /// What is known of a moment.
+    /// The tests of a moment with the data that they depend on.
     pub(super) fn moment(&self, moment: usize) -> Option<MomentTests> {
         Some(MomentTests {
             tests: self.of(moment).to_vec(),
-            beyond: *self.beyond.get(moment)?,
+            continuation: *self.continuation.get(moment)?,
             furthest: *self.furthest.get(moment)?,
         })
     }
@@ -209,27 +210,27 @@ impl TestTable {
 #[derive(Clone, Debug, Default)]
 pub(super) struct MomentTests {
     pub(super) tests: Vec<PairTest>,
-    /// What is played after the end of the clip.
-    pub(super) beyond: Beyond,
-    /// Targets beyond this cost were not considered.
+    /// Key of the motion that is played after the end of the clip.
+    pub(super) continuation: ContinuationKey,
+    /// Cost beyond which targets were not considered.
     pub(super) furthest: f32,
 }
 
 impl MomentTests {
-    /// Those of a moment that the graph does not play.
+    /// The tests of a moment that the graph does not play: none.
     pub(super) fn not_played() -> Self {
         Self {
-            beyond: Beyond::NOT_PLAYED,
+            continuation: ContinuationKey::NOT_PLAYED,
             ..Self::default()
         }
     }
 
-    /// The entries or layers that they allow.
+    /// The entries or layers that the tests allow.
     pub(super) fn entries(&self) -> Vec<KnownEntry> {
         self.tests.iter().filter_map(|test| test.entry()).collect()
     }
 
-    /// The exits that they allow, by rank.
+    /// The exits that the tests allow, sorted by rank.
     pub(super) fn exits(&self) -> Vec<KnownEntry> {
         let found = self.tests.iter().filter(|test| test.way().is_some());
         let mut found: Vec<&PairTest> = found.collect();
@@ -238,13 +239,13 @@ impl MomentTests {
     }
 }
 
-/// What the tests of one kind depend on.
+/// Inputs that the tests of one kind depend on.
 #[derive(Clone, Copy)]
 pub(super) struct TestBasis<'a> {
     pub(super) limits: &'a MotionLimits,
     pub(super) targets: &'a [ClipFrame],
-    /// What is played after the end of each target's clip; nothing if empty.
-    pub(super) beyond: &'a [Beyond],
+    /// Key of the motion that is played after the end of each target's clip. Empty if no motion is played there.
+    pub(super) continuation: &'a [ContinuationKey],
     /// Number of legs.
     pub(super) legs: usize,
 }
@@ -257,7 +258,7 @@ impl TestBasis<'_> {
             .map(|(index, target)| TargetKey {
                 clip: target.clip.0,
                 frame: target.frame,
-                beyond: self.beyond.get(index).copied().unwrap_or_default(),
+                continuation: self.continuation.get(index).copied().unwrap_or_default(),
             })
     }
 }

@@ -7,7 +7,7 @@
 //! ([`Grid::HEADINGS`], [`Grid::PARTS`]). A path stores an index into them and an offset. That
 //! takes 8 bytes for each path instead of one entry for each path and cell ([`Grid::flat_bytes`]).
 //!
-//! The cells of an evasion, and the index of a path, are computed when they are first asked for. They depend on nothing but the graph.
+//! The cells of an evasion, and the index of a path, are computed on first use. They depend only on the graph.
 
 mod column;
 mod touched;
@@ -49,10 +49,10 @@ struct Filed {
 }
 
 impl Filed {
-    /// Maximum offset, in cells. No column lies as far from a node's root as that.
+    /// Maximum offset, in cells. All columns are closer to a node's root.
     const FURTHEST: i32 = (1 << 13) - 1;
 
-    /// Numbers of bits. The highest bit of all is set.
+    /// Number of bits of the kind in a packed value. The highest bit of the value is always set.
     const KIND: u32 = 9;
     const OFFSET: u32 = 14;
 
@@ -77,13 +77,13 @@ impl Filed {
     }
 }
 
-/// What was computed of the grids of all nodes.
+/// Computed parts of the grids of all nodes.
 #[derive(Clone, Debug, Default)]
 pub(super) struct GridCells {
     cell: f32,
     /// Cells of each evasion.
     evasions: Vec<OnFirstUse<VacatedKinds>>,
-    /// [`Filed::packed`] of each path, or 0 as long as it was not asked for, in blocks of which each is allocated when it is first needed.
+    /// [`Filed::packed`] of each path; 0 before its first use. Blocks are allocated on first use.
     filed: Vec<OnFirstUse<FiledBlock>>,
     paths: usize,
 }
@@ -111,13 +111,13 @@ impl Clone for FiledBlock {
 }
 
 impl PartialEq for GridCells {
-    /// The rest follows from the graph.
+    /// Compares the stored parts. All others are derived from the graph.
     fn eq(&self, other: &Self) -> bool {
         self.cell == other.cell
     }
 }
 
-/// What the side of a cell and the number of cells depend on.
+/// Inputs of the side of a cell and the number of cells.
 #[derive(Clone, Copy)]
 pub(super) struct GridSize {
     /// Maximum distance of any part of the body from the root, in metres.
@@ -170,7 +170,7 @@ impl GridCells {
         let ((x, x_part), (z, z_part)) = (place(path.placement.x), place(path.placement.z));
         let kind = (heading.min(HEADINGS - 1) * PARTS + x_part) * PARTS + z_part;
         Filed {
-            evasion: path.evasion,
+            evasion: path.goal,
             kind,
             x,
             z,
@@ -224,7 +224,7 @@ impl<'a> Grid<'a> {
         match slot.load(Ordering::Relaxed) {
             0 => {
                 let packed = self.cells.file(self.baked.paths().path(path)).packed();
-                // Every thread that comes here stores the same.
+                // All threads store the same value.
                 slot.store(packed, Ordering::Relaxed);
                 Filed::unpacked(packed)
             }
@@ -232,7 +232,7 @@ impl<'a> Grid<'a> {
         }
     }
 
-    /// Place of a path's cells, and the cells of its evasion.
+    /// Position of a path's cells, and the cells of its evasion.
     #[inline]
     fn vacated(self, path: PathId) -> (Filed, &'a VacatedCells, &'a [u64]) {
         let filed = self.filed(path);

@@ -8,18 +8,18 @@ use crate::math::{Sphere, floor};
 pub struct TouchedCells {
     columns: Vec<CellColumn>,
     /// Number of columns that triggers the next merge.
-    room: usize,
+    limit: usize,
 }
 
 impl TouchedCells {
     /// Initial number of columns that triggers a merge: 1.5 MB. An attack touches a few hundred
     /// columns.
-    const ROOM: usize = 1 << 16;
+    const FIRST_LIMIT: usize = 1 << 16;
 
     /// Removes all cells.
     pub fn clear(&mut self) {
         self.columns.clear();
-        self.room = 0;
+        self.limit = 0;
     }
 
     /// Adds the cells that a sphere touches, within `reach` metres
@@ -33,9 +33,9 @@ impl TouchedCells {
         let within = floor(reach / cell).saturating_add(1);
         let columns = &mut self.columns;
         CellColumn::for_each_reached(sphere, cell, within, |c| columns.push(c));
-        if self.columns.len() > self.room.max(Self::ROOM) {
+        if self.columns.len() > self.limit.max(Self::FIRST_LIMIT) {
             self.merge();
-            self.room = 2 * self.columns.len();
+            self.limit = 2 * self.columns.len();
         }
     }
 

@@ -16,7 +16,7 @@ pub(in crate::maps) struct PathSource<'a> {
     pub retimable: &'a [Retimable],
     /// Character's frame at each node, in the space of the node's clip.
     pub placements: &'a [Rigid2],
-    /// Edges that paths lead to. [`NodePath::evasion`] is an index into this list.
+    /// Edges that paths lead to. [`NodePath::goal`] is an index into this list.
     pub goals: &'a [EdgeId],
 }
 
@@ -24,8 +24,8 @@ pub(in crate::maps) struct PathSource<'a> {
 #[derive(Clone, Copy)]
 struct Draft {
     link: Link,
-    evasion: u32,
-    /// Number of frames that may be played faster, and slower.
+    goal: u32,
+    /// Number of frames that may be played faster, and number of frames that may be played slower.
     faster: u16,
     slower: u16,
     placement: Rigid2,
@@ -33,18 +33,18 @@ struct Draft {
     cost: f32,
 }
 
-/// The paths of one number of frames.
+/// All paths with the same number of frames.
 #[derive(Default)]
 struct Layer {
     drafts: Vec<Draft>,
-    /// The paths of each node, and the end of those of the last.
+    /// Range of each node's paths. The last entry is the end.
     nodes: Vec<OfNode>,
 }
 
 /// The paths of a node in a layer.
 #[derive(Clone, Copy, Default)]
 struct OfNode {
-    /// Index of the first one in [`Layer::drafts`].
+    /// Index of the node's first path in [`Layer::drafts`].
     first: u32,
     /// Number of shorter paths of the node.
     shorter: u32,
@@ -53,7 +53,7 @@ struct OfNode {
 /// Number of nodes that share scratch.
 const BATCH: usize = 256;
 
-/// Paths of one length of some nodes, and the statistics of [`PathReport`].
+/// Paths of one length of some nodes, with the statistics of [`PathReport`].
 #[derive(Default)]
 struct LayerPaths {
     kept: Vec<Draft>,
@@ -63,7 +63,7 @@ struct LayerPaths {
     cut: u64,
 }
 
-/// Memory of the selection of paths.
+/// Scratch of the selection of paths.
 #[derive(Default)]
 struct Scratch {
     found: Vec<Draft>,
@@ -98,7 +98,7 @@ pub(in crate::maps) fn build(source: PathSource<'_>, settings: &PathSettings) ->
 }
 
 impl Layer {
-    /// The layer after `before`, with paths that were found for all nodes in turn.
+    /// Creates the layer after `before` from the paths of all nodes, in order.
     fn new(before: Option<&Self>, found: &[LayerPaths]) -> Self {
         let mut layer = Self::default();
         let shorter = |node: usize| before.map_or(0, |before| before.up_to(node));
@@ -158,7 +158,7 @@ fn table(graph: &MotionGraph, layers: &[Layer], report: PathReport) -> PathTable
                 table.links.push(draft.link);
                 paths.push(NodePath {
                     next,
-                    evasion: draft.evasion,
+                    goal: draft.goal,
                     frames,
                     faster: draft.faster,
                     slower: draft.slower,
@@ -212,18 +212,18 @@ impl<'a> Layers<'a> {
         }
     }
 
-    /// Finds the next longer paths from a node: those of one frame more than all layers that are known.
+    /// Finds the paths from a node with one frame more than the longest known layer.
     fn find(&self, layers: &[Layer], node: NodeId, scratch: &mut Scratch) {
         let frames = layers.len();
         let found = &mut scratch.found;
         found.clear();
         let starts = self.starts[node.index()].iter().filter(|_| frames == 0);
-        found.extend(starts.map(|&evasion| Draft {
+        found.extend(starts.map(|&goal| Draft {
             link: Link {
                 edge: 0,
-                rest: evasion,
+                rest: goal,
             },
-            evasion,
+            goal,
             faster: 0,
             slower: 0,
             placement: Rigid2::IDENTITY,
@@ -251,7 +251,7 @@ impl<'a> Layers<'a> {
     fn extended(&self, id: EdgeId, link: Link, rest: &Draft) -> Draft {
         let edge = self.source.graph.edge(id);
         let retimable = self.source.retimable[id.index()];
-        // No longer than the longest path.
+        // The edge is no longer than the longest path, so the cast is exact.
         let of = |changes: bool| if changes { edge.frames as u16 } else { 0 };
         let looks = match edge.motion {
             EdgeMotion::Clip => 0.0,
@@ -259,7 +259,7 @@ impl<'a> Layers<'a> {
         };
         Draft {
             link,
-            evasion: rest.evasion,
+            goal: rest.goal,
             faster: rest.faster + of(retimable.faster),
             slower: rest.slower + of(retimable.slower),
             placement: self.steps[id.index()] * rest.placement,
@@ -268,7 +268,7 @@ impl<'a> Layers<'a> {
     }
 
     /// Selects the paths to keep: the best one of each group of similar paths, limited to `most` in
-    /// turns: first the best of each evasion, then the second best of each, and so on.
+    /// turns: first the best of each goal, then the second best of each, and so on.
     fn select(&self, scratch: &mut Scratch, layer: &mut LayerPaths) {
         let Scratch {
             found,
@@ -279,7 +279,7 @@ impl<'a> Layers<'a> {
         if all > 1 {
             keyed.clear();
             keyed.extend(found.iter().map(|draft| (self.key(draft), *draft)));
-            // No two paths are equally good, so that their order is known.
+            // No two paths are equally good, so an unstable sort is deterministic.
             keyed.sort_unstable_by(|a, b| a.0.cmp(&b.0).then_with(|| better(&a.1, &b.1)));
             keyed.dedup_by_key(|(key, _)| *key);
             layer.alike += (all - keyed.len()) as u64;
@@ -288,13 +288,13 @@ impl<'a> Layers<'a> {
         }
         if found.len() > self.most {
             found.sort_unstable_by(|a, b| {
-                let evasions = a.evasion.cmp(&b.evasion);
-                evasions.then_with(|| better(a, b))
+                let goals = a.goal.cmp(&b.goal);
+                goals.then_with(|| better(a, b))
             });
             ranked.clear();
             for draft in found.iter() {
                 let rank = match ranked.last() {
-                    Some((rank, last)) if last.evasion == draft.evasion => rank + 1,
+                    Some((rank, last)) if last.goal == draft.goal => rank + 1,
                     _ => 0,
                 };
                 ranked.push((rank, *draft));
@@ -324,15 +324,8 @@ impl<'a> Layers<'a> {
             ..
         } = *self.settings;
         let [x, z, heading] = alike_cell(path.placement, alike_distance, alike_angle);
-        let evasion = path.evasion as i32;
-        [
-            evasion,
-            x,
-            z,
-            heading,
-            share(path.faster),
-            share(path.slower),
-        ]
+        let goal = path.goal as i32;
+        [goal, x, z, heading, share(path.faster), share(path.slower)]
     }
 }
 

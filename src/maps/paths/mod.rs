@@ -43,8 +43,8 @@ pub struct PathSettings {
 }
 
 impl PathSettings {
-    /// Maximum number of paths of all nodes; but each node may have one path of each number of frames. Paths beyond it are removed
-    /// and counted. About four million are restored in a fifth of a second when a file is loaded.
+    /// Maximum number of paths of all nodes, 4,194,304. Each node may have at least one path for each number of frames, even if that exceeds
+    /// it. Paths beyond the maximum are removed and counted. So many paths are restored in a fifth of a second when a file is loaded.
     pub const MOST_OF_ALL: usize = 1 << 22;
 }
 
@@ -63,7 +63,7 @@ impl Default for PathSettings {
 /// Statistics of the path search.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct PathReport {
-    /// Number of paths that were kept, of all nodes.
+    /// Number of paths of all nodes that were kept.
     pub kept: u64,
     /// Number of paths that were removed because a similar path was kept.
     pub alike: u64,
@@ -75,13 +75,14 @@ pub struct PathReport {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct PathId(pub u32);
 
-/// A path from a node to an evasion's start.
+/// A path from a node to the start of a goal: an evasion, or in an attack grid an attack.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NodePath {
     /// First edge and the path from its end, or `None` if the evasion starts at the node.
     pub(super) next: Option<(EdgeId, PathId)>,
-    /// Index of the evasion in [`BakedGraph::evasions`](super::BakedGraph::evasions).
-    pub evasion: u32,
+    /// Index of the goal: of the evasion in [`BakedGraph::evasions`](super::BakedGraph::evasions), or in the paths of an attack grid of the
+    /// attack in [`BakedGraph::attack_moves`](super::BakedGraph::attack_moves).
+    pub goal: u32,
     /// Number of frames until the evasion starts, at rate 1.
     pub frames: u16,
     /// Number of those frames on edges that may be played faster.
@@ -93,7 +94,7 @@ pub struct NodePath {
     pub placement: Rigid2,
 }
 
-/// What an edge adds to the paths from its end.
+/// The part of an edge in the paths that start with it.
 #[derive(Clone, Copy, Debug)]
 struct EdgeStep {
     /// Length, in frames.
@@ -105,10 +106,10 @@ struct EdgeStep {
 
 impl NodePath {
     /// Path without edges: the evasion starts at the node.
-    fn start(evasion: u32) -> Self {
+    fn start(goal: u32) -> Self {
         Self {
             next: None,
-            evasion,
+            goal,
             frames: 0,
             faster: 0,
             slower: 0,
@@ -130,7 +131,7 @@ impl NodePath {
         let of = |changes: bool| if changes { frames } else { 0 };
         Some(Self {
             next: Some((edge, own)),
-            evasion: self.evasion,
+            goal: self.goal,
             frames: self.frames.checked_add(frames)?,
             faster: self.faster + of(retimable.faster),
             slower: self.slower + of(retimable.slower),
@@ -151,7 +152,7 @@ fn alike_cell(placement: Rigid2, distance: f32, angle: f32) -> [i32; 3] {
     ]
 }
 
-/// The paths of all nodes. Those of a table from a file are restored node by node, when they are first asked for.
+/// The paths of all nodes. Paths of a table from a file are restored node by node on first use.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct PathTable {
     /// Index of each node's first path. The last entry is the number of paths. The paths of a node
@@ -169,7 +170,7 @@ pub struct PathTable {
 }
 
 impl PartialEq for PathTable {
-    /// The rest follows from the graph.
+    /// Compares the stored parts. All others are derived from the graph.
     fn eq(&self, other: &Self) -> bool {
         (&self.first, &self.links, self.report) == (&other.first, &other.links, other.report)
     }
@@ -222,8 +223,8 @@ impl PathTable {
         })
     }
 
-    /// Restores all paths. Nodes are taken from the last to the first: most paths go on along their clip, and the next node of a clip is
-    /// the next in number.
+    /// Restores all paths. Nodes are processed from the last to the first, because most paths continue along their clip, whose next node has
+    /// the next number.
     pub(super) fn prepare(&self) {
         in_parallel(0, self.paths.len(), |node| {
             let _ = self.of(NodeId((self.paths.len() - 1 - node) as u32));
@@ -248,7 +249,7 @@ impl PathTable {
 /// Finds the node of a path by its index.
 #[derive(Clone, Debug, Default)]
 struct NodeOfPath {
-    /// The node of every [`NodeOfPath::STEP`]th path.
+    /// Node of every [`NodeOfPath::STEP`]th path.
     nodes: Vec<u32>,
 }
 

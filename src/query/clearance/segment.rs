@@ -1,22 +1,22 @@
 use glam::Vec3;
 
 use super::extent::SAMPLE_RATE;
-use crate::maps::{HullRows, MovingSphere, SphereKey};
+use crate::maps::{MovingSphere, SphereKey, SphereRows};
 
 /// Number of spheres or intervals in a vector.
 pub(super) const LANES: usize = 16;
 
-/// One number per lane.
+/// One number for each lane.
 pub(super) type Lanes = [f32; LANES];
 
-/// A sphere of the attack on its straight line through a part of the time between two samples of the body.
+/// A sphere of the attack on a straight line during a part of the time between two samples of the body.
 #[derive(Clone, Copy)]
 pub(super) struct SphereSegment {
     /// Centres at the start and the end.
     pub centres: [Vec3; 2],
     /// Radii at the start and the end.
     pub radii: [f32; 2],
-    /// The part of the time, as shares of the interval between the samples.
+    /// Start and end of the part, as shares of the interval between the samples.
     pub shares: [f32; 2],
 }
 
@@ -26,7 +26,7 @@ impl SphereSegment {
         Self::part(keys, ticks, ticks)
     }
 
-    /// The same during `part` alone. Its shares are those of the interval between `ticks`.
+    /// Like [`SphereSegment::between`], only from one sample to the other of `part`. Shares refer to the interval between `ticks`.
     pub(super) fn part(keys: [SphereKey; 2], part: [usize; 2], ticks: [usize; 2]) -> Self {
         let at = |tick: usize| {
             let t = (tick as f32 / SAMPLE_RATE).clamp(keys[0].t, keys[1].t);
@@ -42,13 +42,13 @@ impl SphereSegment {
         }
     }
 
-    /// The sample number, with a fraction, at a share of the segment, which lies between two samples.
+    /// Fractional sample number at a share of the segment, which lies between two samples.
     pub(super) fn tick(&self, [from, to]: [usize; 2], share: f32) -> f32 {
         let share = self.shares[0] + (self.shares[1] - self.shares[0]) * share;
         from as f32 + (to - from) as f32 * share
     }
 
-    /// The sphere at each of the two samples; `None` if the segment does not reach it.
+    /// The sphere at each of the two samples; `None` if the segment does not include that sample.
     pub(super) fn at_ends(&self) -> impl Iterator<Item = Option<Self>> + '_ {
         [0, 1].into_iter().map(|end| {
             let share = self.shares[end];
@@ -62,10 +62,10 @@ impl SphereSegment {
 
     /// Lower bounds of the distances from sixteen resting spheres, for any time on the segment.
     #[inline(always)]
-    pub(super) fn distances_to_hulls(&self, [x, y, z, radii]: &HullRows) -> Lanes {
+    pub(super) fn distances_to_bounds(&self, [x, y, z, radii]: &SphereRows) -> Lanes {
         let ([start, end], radius) = (self.centres, self.radii[0].max(self.radii[1]));
         let motion = end - start;
-        // The added number only prevents a division by 0: where nothing moves, the share is not used.
+        // The added number prevents a division by 0. The share is not used if nothing moves.
         let squared = motion.length_squared() + f32::MIN_POSITIVE;
         let mut distances = [0.0; LANES];
         for lane in 0..LANES {

@@ -4,14 +4,14 @@ use glam::Vec3;
 
 use super::extent::SAMPLE_RATE;
 use super::segment::{LANES, Lanes};
-use crate::maps::{HullRows, SphereKey};
+use crate::maps::{SphereKey, SphereRows};
 
 /// Vertical cylinders: x and z of the axis, radius, lowest and highest y.
 pub(super) type CylinderRows = [Lanes; 5];
 
 /// A sphere that moves between two keys: one [`SphereSegment`](super::segment::SphereSegment) for each of sixteen consecutive intervals.
 pub(super) struct SegmentLanes {
-    /// `[end][axis]`
+    /// Centres, `[end][axis]`.
     centres: [[Lanes; 3]; 2],
     radii: [Lanes; 2],
     shares: [Lanes; 2],
@@ -27,7 +27,7 @@ struct Rows<const AXES: usize> {
 }
 
 impl SegmentLanes {
-    /// Starts at sample `first`; an interval has `interval` samples.
+    /// Creates the segments of sixteen intervals of `interval` samples, the first of which starts at sample `first`.
     #[inline(always)]
     pub(super) fn new(keys: [SphereKey; 2], first: usize, interval: usize) -> Self {
         let mut segments = Self {
@@ -57,17 +57,17 @@ impl SegmentLanes {
         segments
     }
 
-    /// The smallest distances from spheres that hold the whole body at the two ends of each interval.
+    /// The smallest distances from spheres that contain the whole body at the two ends of each interval.
     #[inline(always)]
-    pub(super) fn distances_to_spheres(&self, hulls: [&HullRows; 2]) -> Lanes {
+    pub(super) fn distances_to_spheres(&self, spheres: [&SphereRows; 2]) -> Lanes {
         let rows = Rows {
             axes: [(0, 0), (1, 1), (2, 2)],
             radii: 3,
         };
-        self.distances(hulls, rows)
+        self.distances(spheres, rows)
     }
 
-    /// The same from upright cylinders.
+    /// The smallest distances from vertical cylinders that contain the whole body at the two ends of each interval.
     #[inline(always)]
     pub(super) fn distances_to_cylinders(&self, [from, to]: [&CylinderRows; 2]) -> Lanes {
         let rows = Rows {
@@ -144,16 +144,16 @@ mod tests {
     use crate::math::Isa;
     use proptest::prelude::*;
 
-    /// Of one interval, with its ends' spheres: the naive way.
+    /// Naive distance in one interval from the spheres at its ends.
     fn to_spheres(segment: &SphereSegment, [from, to]: [[f32; 4]; 2]) -> f32 {
-        let hull = [from, to].map(|[x, y, z, _]| Vec3::new(x, y, z));
+        let ends = [from, to].map(|[x, y, z, _]| Vec3::new(x, y, z));
         let apart =
-            [0, 1].map(|end| hull[0].lerp(hull[1], segment.shares[end]) - segment.centres[end]);
+            [0, 1].map(|end| ends[0].lerp(ends[1], segment.shares[end]) - segment.centres[end]);
         let reach = from[3].max(to[3]) + segment.radii[0].max(segment.radii[1]);
         closest(apart, [reach; 2]).1
     }
 
-    /// The way on the ground, or what lies between the heights.
+    /// Naive distance in one interval from the cylinders at its ends: the horizontal distance or the vertical distance, whichever is larger.
     fn to_cylinders(segment: &SphereSegment, [from, to]: [[f32; 5]; 2]) -> f32 {
         let apart = [0, 1].map(|end| {
             let share = segment.shares[end];
@@ -212,30 +212,30 @@ mod tests {
         }
 
         #[test]
-        fn nothing_in_a_hull_is_nearer_than_it(
+        fn nothing_in_a_bounding_sphere_is_nearer_than_it(
             segment in prop::array::uniform6(-2.0f32..2.0), radii in prop::array::uniform2(0.01f32..0.3),
-            hulls in rows::<4>(), (towards, share) in (prop::array::uniform3(-1.0f32..1.0), 0.0f32..=1.0),
+            bounds in rows::<4>(), (towards, share) in (prop::array::uniform3(-1.0f32..1.0), 0.0f32..=1.0),
         ) {
             let segment = SphereSegment {
                 centres: [Vec3::from_slice(&segment[..3]), Vec3::from_slice(&segment[3..])],
                 radii,
                 shares: [0.0, 1.0],
             };
-            let mut hulls = hulls[0];
-            hulls[3][0] = f32::NEG_INFINITY;
-            let found = segment.distances_to_hulls(&hulls);
+            let mut bounds = bounds[0];
+            bounds[3][0] = f32::NEG_INFINITY;
+            let found = segment.distances_to_bounds(&bounds);
             prop_assert_eq!(found[0], f32::INFINITY);
             for at in 1..LANES {
-                let [x, y, z, radius] = hulls.map(|row| row[at]);
+                let [x, y, z, radius] = bounds.map(|row| row[at]);
                 let radius = radius.abs();
-                // A small sphere somewhere in the hull.
+                // A small sphere somewhere in the bounding sphere.
                 let small = 0.3 * radius;
                 let centre = Vec3::new(x, y, z) + Vec3::from(towards).normalize_or(Vec3::X) * (radius - small) * share;
                 let apart = [0, 1].map(|end| centre - segment.centres[end]);
                 let nearest = closest(apart, segment.radii.map(|own| own + small)).1;
-                let mut positive = hulls;
+                let mut positive = bounds;
                 positive[3][at] = radius;
-                prop_assert!(segment.distances_to_hulls(&positive)[at] <= nearest + 1e-5);
+                prop_assert!(segment.distances_to_bounds(&positive)[at] <= nearest + 1e-5);
             }
         }
     }

@@ -8,7 +8,7 @@ use super::segment_lanes::SegmentLanes;
 use crate::maps::{BakedGraph, BodyTrack, BoundingCylinder, PART, SphereKey};
 use crate::math::Isa;
 
-/// The body from an evasion's start on, by its baked track.
+/// The body from an evasion's start on, from its baked track.
 pub(super) struct TrackedBody<'a> {
     track: &'a BodyTrack,
     radii: &'a [f32],
@@ -36,19 +36,22 @@ impl BodySamples for TrackedBody<'_> {
 
     fn bounds(&mut self, keys: [SphereKey; 2], intervals: Intervals) -> Lanes {
         let tick = intervals.tick;
-        let hulls = self.track.hulls(tick / BodyTrack::INTERVAL);
+        let bounds = self.track.bounds(tick / BodyTrack::INTERVAL);
         Isa::best().run(
             #[inline(always)]
-            || SegmentLanes::new(keys, tick, BodyTrack::INTERVAL).distances_to_spheres([&hulls; 2]),
+            || {
+                SegmentLanes::new(keys, tick, BodyTrack::INTERVAL)
+                    .distances_to_spheres([&bounds; 2])
+            },
         )
     }
 
     fn prepare_all(&mut self, first: usize, last: usize) -> BoundingCylinder {
         let intervals = first / BodyTrack::INTERVAL..=last / BodyTrack::INTERVAL;
         BoundingCylinder::around(intervals.step_by(LANES).flat_map(|interval| {
-            let hulls = self.track.hulls(interval);
+            let bounds = self.track.bounds(interval);
             (0..LANES).map(move |lane| {
-                let [x, y, z, radius] = hulls.map(|row| row[lane]);
+                let [x, y, z, radius] = bounds.map(|row| row[lane]);
                 (Vec3::new(x, y, z), radius)
             })
         }))
@@ -57,12 +60,12 @@ impl BodySamples for TrackedBody<'_> {
     fn near_blocks(&self, tick: usize, near: Near<'_>, blocks: &mut Vec<usize>) {
         /// Number of parts of a block.
         const PARTS: usize = BodyTrack::LANES / PART;
-        let hulls = self.track.part_hulls(tick / BodyTrack::INTERVAL);
+        let bounds = self.track.part_bounds(tick / BodyTrack::INTERVAL);
         Isa::best().run(
             #[inline(always)]
             || {
-                for (first, hulls) in (0..).step_by(LANES / PARTS).zip(hulls) {
-                    let distances = near.segment.distances_to_hulls(hulls);
+                for (first, bounds) in (0..).step_by(LANES / PARTS).zip(bounds) {
+                    let distances = near.segment.distances_to_bounds(bounds);
                     for (at, parts) in distances.chunks_exact(PARTS).enumerate() {
                         if parts.iter().any(|&distance| distance < near.limit) {
                             blocks.push(first + at);
@@ -76,7 +79,7 @@ impl BodySamples for TrackedBody<'_> {
     fn prepare(&mut self, _: usize) {}
 
     fn spheres(&self, ticks: [usize; 2]) -> Spheres<'_> {
-        // The last sample has no next one. The body rests there.
+        // The last sample has no next sample. The body is still there.
         let last = self.track.ticks() - 1;
         Spheres {
             from: self.track.axes(ticks[0].min(last)),

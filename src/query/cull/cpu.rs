@@ -14,7 +14,7 @@ use crate::maps::{
 use crate::math::Isa;
 use sabaki_motion::internal::{Lookup, Words};
 
-/// Counts overlaps on the CPU. It keeps its memory: after inputs of similar size it allocates nothing.
+/// Counts overlaps on the CPU. It reuses its memory, so that it allocates nothing after inputs of similar size.
 #[derive(Clone, Debug)]
 pub struct Culler {
     isa: Isa,
@@ -30,7 +30,7 @@ impl Default for Culler {
 }
 
 impl Culler {
-    /// Uses an instruction set, or the program's own if the machine lacks it.
+    /// Creates a culler with an instruction set, or with the program's own if the machine lacks it.
     #[must_use]
     pub fn with_isa(isa: Isa) -> Self {
         Self {
@@ -57,7 +57,8 @@ impl Culler {
         self.isa.look_up(Counting {
             input,
             near: input.atlas.coarse(),
-            attack: (&self.texels, &self.groups),
+            texels: &self.texels,
+            groups: &self.groups,
             counted: self.counted,
             overlaps,
         });
@@ -68,7 +69,8 @@ impl Culler {
 struct Counting<'a> {
     input: &'a CullInput<'a>,
     near: &'a [CoarseRegion],
-    attack: (&'a AttackTexels, &'a Groups),
+    texels: &'a AttackTexels,
+    groups: &'a Groups,
     counted: Counted,
     overlaps: &'a mut Vec<Overlap>,
 }
@@ -78,12 +80,11 @@ impl Lookup for Counting<'_> {
 
     #[inline(always)]
     fn run<W: Words>(self, words: W) {
-        let (texels, groups) = self.attack;
         let up_to_hits = self.counted.up_to_hits && self.input.atlas.grid().is_certain();
         for candidate in self.input.candidates {
             let count = CandidateCount {
-                texels,
-                groups,
+                texels: self.texels,
+                groups: self.groups,
                 counted: self.counted,
                 transform: candidate.transform,
                 steps: TexelSteps::new(candidate.transform),
@@ -101,7 +102,7 @@ impl Lookup for Counting<'_> {
                 ..Overlap::default()
             };
             if up_to_hits {
-                // Most candidates are hit, and need no other counts.
+                // Most candidates are hit and need no other counts.
                 let first = CandidateCount {
                     counted: Counted::BODY,
                     ..count
@@ -154,7 +155,7 @@ struct CandidateCount<'a, W> {
     counted: Counted,
     transform: FixedTransform2,
     steps: TexelSteps,
-    /// Upper bound of |cos| + |sin| of a rotation, in fixed point.
+    /// Maximum of |a| + |b| of a transform for which the coarse maps are valid, in fixed point.
     widest: i32,
     words: W,
 }
@@ -166,7 +167,7 @@ struct CandidateMaps<'a> {
     region: &'a RegionMaps,
 }
 
-/// The blocks of a group that may overlap each map, a bit each.
+/// For each map, a bit for each block of a group that may overlap it.
 #[derive(Clone, Copy, Debug, Default)]
 struct Met {
     /// Index of the group's first block.
@@ -177,7 +178,7 @@ struct Met {
 }
 
 impl Met {
-    /// With the index of the group's first block.
+    /// Sets the index of the group's first block.
     #[inline(always)]
     fn after(self, first: usize) -> Self {
         Self { first, ..self }
@@ -223,7 +224,7 @@ impl<W: Words> CandidateCount<'_, W> {
     #[inline(always)]
     fn meets(&self, group: &Group, near: &CoarseMap) -> Met {
         let (transform, counted) = (self.transform, self.counted);
-        // The cells of the coarse maps hold for rotations only.
+        // The reach of the cells of coarse maps is valid for rotations only.
         if transform.a.abs().saturating_add(transform.b.abs()) > self.widest {
             let all = group.blocks;
             let of = |is_counted: bool| if is_counted { all } else { 0 };
@@ -320,7 +321,7 @@ impl<W: Words> CandidateCount<'_, W> {
         ]
     }
 
-    /// Number of bits that the masks share with those of a map at these positions.
+    /// Number of bits that the masks share with the masks of a map at these positions.
     #[inline(always)]
     fn masks(
         &self,
@@ -377,7 +378,7 @@ impl<W: Words> CandidateCount<'_, W> {
     }
 }
 
-/// A bit for each lane in which two words share a bit.
+/// Returns a bit for each lane in which two words share a bit.
 #[inline(always)]
 fn shared(a: &[u32; LANES], b: &[u32; LANES]) -> u32 {
     let mut lanes = 0;

@@ -1,7 +1,7 @@
 //! The maps of the candidates of a query, and the attack's discs that they are compared with.
 //!
 //! Source: Masaoka & Oshita, section 5.3: the attack is drawn in the frame in which the paths start, and the evasions' maps are
-//! transformed to their places. Differs: only the part of the attack is drawn that some candidate's maps can reach.
+//! transformed to their places. Differs: only the part of the attack that the maps of some candidate can reach is drawn.
 
 use glam::{Vec2, Vec3};
 
@@ -11,7 +11,7 @@ use super::input::CullCandidate;
 use super::steps::AttackSteps;
 use crate::maps::{CLOCK_ERROR, FixedTransform2, Slab, SphereKey};
 
-/// The maps of one round of a query. Their memory is used again by the next round.
+/// The maps of one round of a query. The next round reuses their memory.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(in crate::query) struct QueryMaps {
     pub attack: AttackDrawing,
@@ -31,14 +31,14 @@ impl QueryMaps {
     pub(in crate::query) fn draw(&mut self, input: &DrawInput<'_>) {
         let grid = input.atlas.grid();
         let whole = self.attack.draw(input, &reach(input), &mut self.scratch);
-        let origin = (self.attack.rect.u, self.attack.rect.v);
+        let rect = self.attack.rect;
         self.candidates.clear();
         let candidate = |placed: &PlacedRegion| {
             let back = placed.placement.inverse();
             CullCandidate {
                 region: placed.region,
                 clock: if grid.is_timed() { placed.clock } else { 0 },
-                transform: FixedTransform2::new(back, origin, grid),
+                transform: FixedTransform2::new(back, rect, grid),
                 open: !input.outer
                     || !whole
                     || !FixedTransform2::keeps(back, grid.texel)
@@ -69,7 +69,7 @@ fn reach(input: &DrawInput<'_>) -> Reach {
     reach
 }
 
-/// Whether the attack may come near before the evasion's first slice or after its last.
+/// Whether the attack may come near the body before the evasion's first slice or after its last slice.
 fn is_open(input: &DrawInput<'_>, placed: &PlacedRegion) -> bool {
     let start = input.attack.start() + input.clocks[placed.clock as usize];
     let seconds = input.atlas.region(placed.region).seconds;
@@ -90,7 +90,7 @@ fn is_open(input: &DrawInput<'_>, placed: &PlacedRegion) -> bool {
             .filter(|[from, to]| from <= to && (*from < first || *to > last))
             .any(|times| {
                 let ends = times.map(|time| sphere.at(time));
-                // Straight pieces from key to key.
+                // Straight pieces between keys.
                 let keys = sphere.keys().iter().copied();
                 let between = keys.filter(|key| key.t > times[0] && key.t < times[1]);
                 let mut from = ends[0];
@@ -103,20 +103,20 @@ fn is_open(input: &DrawInput<'_>, placed: &PlacedRegion) -> bool {
     })
 }
 
-/// Place and time of the start of an evasion.
+/// Position and time of the start of an evasion.
 struct EvasionStart {
-    /// Place of the character, in metres.
+    /// Position of the character on the ground, in metres.
     ground: Vec2,
     /// Radius around the character that contains the body, in metres.
     reach: f32,
-    /// Time, in seconds of the attack.
+    /// Time of the evasion's start on the attack's clock, in seconds.
     time: f32,
 }
 
 impl EvasionStart {
-    /// Whether the body may be where a piece of a sphere's path passes, at a time outside of the evasion's.
+    /// Whether a piece of a sphere's path may touch the body at a time that the maps do not cover.
     fn may_be_touched(&self, piece: [SphereKey; 2]) -> bool {
-        /// Upper limit of the speed of a character's root, metres per second.
+        /// Maximum speed of a character's root, in metres per second.
         const FASTEST: f32 = 20.0;
         let times = piece.map(|key| (key.t - self.time).abs());
         let radius = piece[0].radius.max(piece[1].radius);

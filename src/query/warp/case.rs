@@ -5,7 +5,7 @@ use crate::maps::BakedGraph;
 use crate::query::Attack;
 use crate::query::clearance::{Clearance, MotionBody};
 
-/// Number of samples on each side of the moment at which the attack is nearest.
+/// Number of samples on each side of the moment at which the attack is nearest that are linearised.
 pub(super) const SAMPLES: usize = 3;
 
 /// Result of a warp that makes a motion clean.
@@ -13,7 +13,7 @@ pub(super) const SAMPLES: usize = 3;
 pub(crate) struct Warped {
     /// Exact clearance of the warped motion.
     pub clearance: Clearance,
-    /// Share of the bounds that the warp uses: the sum of the squared shares.
+    /// Sum of the squared shares of the bounds that the warp uses.
     pub effort: f32,
 }
 
@@ -30,10 +30,10 @@ pub(crate) struct WarpCase<'a> {
 
 /// Wanted change of the smallest distance from the attack.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Wish {
+pub(super) enum ClearanceChange {
     /// Increase it to the margin.
     Away,
-    /// Decrease it, in metres.
+    /// Decrease it from one value to another, in metres.
     Nearer { from: f32, to: f32 },
 }
 
@@ -41,10 +41,10 @@ pub(super) enum Wish {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Task<'a> {
     pub(super) case: WarpCase<'a>,
-    pub(super) wish: Wish,
+    pub(super) change: ClearanceChange,
 }
 
-/// The exact test of a motion before it is bent, and the memory for the next test.
+/// Result of the exact test of a motion without the warp, and scratch of the next test.
 pub(crate) struct Tested<'b> {
     /// Smallest distance from the attack.
     pub clearance: Clearance,

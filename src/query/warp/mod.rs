@@ -1,4 +1,4 @@
-//! Warps: small displacements that make a motion clean that is hit by little.
+//! Warps: small displacements that make a motion clean if the attack hits it only slightly.
 //!
 //! Source: motion warping (Witkin & Popović 1995), which Masaoka & Oshita propose as future work (section 7). The warp is solved by
 //! sequential linearisation (Gleicher 1997): the distances of the attack from near body spheres are linearised in the warp's
@@ -23,7 +23,7 @@ pub(crate) use case::{Tested, WarpCase, Warped};
 
 use super::clearance::{ExactTest, SAMPLE_RATE};
 use crate::graph::Motion;
-use case::{SAMPLES, Task, Wish};
+use case::{ClearanceChange, SAMPLES, Task};
 use check::{CheckScratch, MotionCheck};
 use contacts::{Contact, ContactSearch};
 use goal::Goal;
@@ -37,7 +37,7 @@ use ticks::Tick;
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Warper {
     ticks: Vec<Tick>,
-    /// Number of ticks in use.
+    /// Number of entries of `ticks` in use.
     used: usize,
     contacts: Vec<Contact>,
     rows: Vec<Row>,
@@ -48,18 +48,19 @@ pub(crate) struct Warper {
 
 /// Tolerance of a wanted distance, in metres.
 const NEARLY: f32 = 0.005;
-/// Latest end of a warp, in seconds after the query.
+/// Maximum time from the query to the end of a warp, in seconds.
 const LONGEST: f32 = 600.0;
 /// Maximum number of moments around which samples are taken.
 const MOMENTS: usize = 3;
-/// Maximum violation of a row at which a solution is tried, in metres. Distances are not linear.
+/// Maximum violation of a row, in metres, up to which a solution is tried, because distances are not linear.
 const HOPE: f32 = 0.02;
 
-/// Attacks of more spheres are not bent away from: each sphere of the attack is compared with each of the body.
+/// Maximum number of spheres of an attack. Motions are not warped away from larger attacks, because each sphere of the attack is compared with
+/// each sphere of the body.
 const MOST_SPHERES: usize = 1024;
 
 impl Warper {
-    /// Bends a motion that is hit so that it is clean. Returns `None` and leaves the motion unchanged if that is not possible. The motion
+    /// Warps a motion that is hit so that it is clean. Returns `None` and leaves the motion unchanged if that is not possible. The motion
     /// must last at least as long as the attack.
     pub(crate) fn warp(
         &mut self,
@@ -67,11 +68,11 @@ impl Warper {
         motion: &mut Motion,
         tested: Tested<'_>,
     ) -> Option<Warped> {
-        let wish = Wish::Away;
-        self.bend(Task { case, wish }, motion, tested)
+        let change = ClearanceChange::Away;
+        self.bend(Task { case, change }, motion, tested)
     }
 
-    /// Bends a motion that the attack misses by more than `widest` so that it misses by `widest`, or as near to it as the bounds allow.
+    /// Warps a motion that the attack misses by more than `widest` so that it misses by `widest`, or as nearly as the bounds allow.
     /// Returns `None` and leaves the motion unchanged if that is not possible.
     pub(crate) fn lessen(
         &mut self,
@@ -81,8 +82,8 @@ impl Warper {
     ) -> Option<Warped> {
         let from = tested.clearance.metres;
         let to = case.settings.widest?;
-        let wish = Wish::Nearer { from, to };
-        let lessened = self.bend(Task { case, wish }, motion, tested)?;
+        let change = ClearanceChange::Nearer { from, to };
+        let lessened = self.bend(Task { case, change }, motion, tested)?;
         if lessened.clearance.metres < from {
             return Some(lessened);
         }
@@ -96,7 +97,7 @@ impl Warper {
             return None;
         }
         let limits = &case.settings.limits;
-        // What stands and what does not is asked until the warp has gone.
+        // The motion must reach the end of the warp, up to which planted feet are looked up.
         let end = tested.clearance.time + 2.0 * limits.hold + limits.way_out;
         motion.extend(case.baked.graph(), end.min(LONGEST));
         self.plain.clone_from(motion);
@@ -120,7 +121,7 @@ impl Warper {
             let mut goal = Goal::new(task.case, motion, &self.ticks[..self.used])?;
             let numbers = self.solve_ticks(task, &mut goal, motion)?;
             let bend = bend_of(&numbers, &goal.scales);
-            motion.bend(Some(Warp {
+            motion.set_warp(Some(Warp {
                 envelope: goal.envelope,
                 bend,
             }));
@@ -140,7 +141,7 @@ impl Warper {
                     effort: settings.bounds.effort(&bend),
                 });
             }
-            motion.bend(None);
+            motion.set_warp(None);
         }
         None
     }
@@ -170,7 +171,7 @@ impl Warper {
         goal: &mut Goal<'_>,
         motion: &mut Motion,
     ) -> Option<Numbers> {
-        let Task { case, wish } = task;
+        let Task { case, change } = task;
         let WarpCase {
             baked,
             attack,
@@ -185,13 +186,13 @@ impl Warper {
             }
         }
         let fixed = self.rows.len();
-        let (margin, mut reach) = match wish {
-            Wish::Away => (settings.margin, settings.margin),
-            Wish::Nearer { from, to } => (to, from),
+        let (margin, mut reach) = match change {
+            ClearanceChange::Away => (settings.margin, settings.margin),
+            ClearanceChange::Nearer { from, to } => (to, from),
         };
         for _ in 0..settings.rounds {
             let bend = bend_of(&numbers, &goal.scales);
-            motion.bend(Some(Warp {
+            motion.set_warp(Some(Warp {
                 envelope: goal.envelope,
                 bend,
             }));
@@ -209,16 +210,16 @@ impl Warper {
                 .iter()
                 .map(|contact| contact.metres)
                 .fold(f32::INFINITY, f32::min);
-            // What was linear once is only kept as long as it is new.
+            // Only recent linearisations are kept.
             if self.rows.len() > fixed + MOST_ROWS {
                 self.rows.drain(fixed..fixed + MOST_ROWS / 2);
             }
             let first = self.rows.len();
             goal.add_limit_rows(ticks, &numbers, &mut self.rows);
             let are_kept = worst(&self.rows[first..], &numbers) <= KEPT;
-            let is_there = match wish {
-                Wish::Away => least > 0.5 * margin,
-                Wish::Nearer { .. } => (least - margin).abs() < NEARLY,
+            let is_there = match change {
+                ClearanceChange::Away => least > 0.5 * margin,
+                ClearanceChange::Nearer { .. } => (least - margin).abs() < NEARLY,
             };
             if is_there && are_kept {
                 return Some(numbers);
@@ -231,22 +232,24 @@ impl Warper {
                 let gradient = contact.gradient(baked, ticks);
                 let row = contact.row(&gradient, now, margin);
                 self.rows.push(row);
-                if matches!(wish, Wish::Nearer { .. }) && contact.metres == least {
+                if matches!(change, ClearanceChange::Nearer { .. }) && contact.metres == least {
                     self.rows.push(row.reversed());
                 }
             }
-            if wish == Wish::Away && least_violation(&self.rows[first..]) > HOPE {
+            if change == ClearanceChange::Away && least_violation(&self.rows[first..]) > HOPE {
                 return None;
             }
             numbers = least_numbers(&self.rows, &mut self.factors);
-            match wish {
-                Wish::Away if worst(&self.rows[first..], &numbers) > HOPE => return None,
-                Wish::Away => {}
-                Wish::Nearer { .. } => reach = least.min(reach).max(margin),
+            match change {
+                ClearanceChange::Away if worst(&self.rows[first..], &numbers) > HOPE => {
+                    return None;
+                }
+                ClearanceChange::Away => {}
+                ClearanceChange::Nearer { .. } => reach = least.min(reach).max(margin),
             }
         }
-        // Nearer is better than not, if the exact test says so.
-        matches!(wish, Wish::Nearer { .. }).then_some(numbers)
+        // A solution that is not exact is accepted too, if the exact test confirms it.
+        matches!(change, ClearanceChange::Nearer { .. }).then_some(numbers)
     }
 }
 

@@ -1,4 +1,4 @@
-//! The body at the samples around the moment at which the attack is nearest, without and with the warp.
+//! Poses the body at the samples around the moment at which the attack is nearest, without and with the warp.
 
 use glam::{Quat, Vec3};
 
@@ -15,26 +15,26 @@ use sabaki_motion::internal::{Chain, Leg, Rig, free_distance};
 pub(super) struct Tick {
     /// Number of the sample since the query.
     pub number: usize,
-    /// Weight of the warp.
+    /// Weight of the warp at the sample.
     pub weight: f32,
-    /// Pose without the warp, and the offset in time at which it was taken.
+    /// Pose without the bend of the warp, and the time offset at which it was sampled.
     base: Pose,
     ahead: Option<f32>,
-    /// For each leg without the warp: the vector from hip to ankle, and the range of its length, in metres.
+    /// For each leg without the warp, the vector from hip to ankle, and the range of its length, in metres.
     pub legs: [LegRange; Rig::LEGS],
     /// Pose with the warp.
     pub pose: Pose,
     pub joints: Vec<JointTransform>,
     pub centres: Vec<Vec3>,
-    /// For each limb whose gradient was asked for: the rotations of its three joints after each small step of the limb's end.
+    /// For each limb whose gradient was computed, the rotations of its three joints after each small step of the limb's end.
     steps: [Option<[[Quat; 3]; STEPS]>; Rig::LIMBS],
-    /// For each limb's joint that was asked for: its frames after each small step of the limb's end.
+    /// For each joint of a limb whose gradient was computed, its frames after each small step of the limb's end.
     stepped: Vec<(JointId, [JointTransform; STEPS])>,
 }
 
-/// Small displacements of a limb's end for finite differences: ahead and back along each axis.
+/// Number of small displacements of a limb's end for finite differences: forwards and backwards along each axis.
 const STEPS: usize = 6;
-/// Length of such a displacement, in metres.
+/// Length of a small displacement, in metres.
 const STEP: f32 = 0.004;
 
 /// Range of the distance from hip to ankle.
@@ -47,9 +47,9 @@ pub(super) struct LegRange {
 /// A body sphere, and the direction in which its distance is measured.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct SphereDirection {
-    /// Index in the body's spheres.
+    /// Index of the sphere among the body's spheres.
     pub sphere: usize,
-    /// From the attack to the sphere.
+    /// Direction from the attack to the sphere.
     pub away: Vec3,
 }
 
@@ -101,14 +101,14 @@ impl Tick {
             let squared = thigh * thigh + shin * shin - 2.0 * thigh * shin * limits.folded.cos();
             let now = hip.distance(chain.global(leg.foot).translation);
             *range = LegRange {
-                // What the motion itself folds further it may.
+                // A leg that the motion itself folds further may stay so.
                 nearest: squared.max(0.0).sqrt().min(now),
                 furthest,
             };
         }
     }
 
-    /// Gradient of a sphere's distance with respect to the bend, at this sample. `velocity` is that of the sphere.
+    /// Gradient of a sphere's distance with respect to the bend, at this sample. `velocity` is the velocity of the sphere.
     pub(super) fn gradient(
         &mut self,
         baked: &BakedGraph,
@@ -132,7 +132,7 @@ impl Tick {
             };
             gradient.ends[limb] = end;
             if limb < Rig::LEGS {
-                // The foot stays where it is: what is not its own way is the pelvis's.
+                // The foot stays in place, so the rest of the displacement is that of the pelvis.
                 gradient.pelvis = away - end;
             }
         }
@@ -252,7 +252,7 @@ mod tests {
     fn place(motion: &Motion, bend: Bend, sphere: usize) -> Vec3 {
         let baked = baked();
         let mut motion = motion.clone();
-        motion.bend(Some(Warp {
+        motion.set_warp(Some(Warp {
             envelope: ENVELOPE,
             bend,
         }));
@@ -271,27 +271,27 @@ mod tests {
             let baked = baked();
             prop_assume!(away.length() > 0.1);
             let away = away.normalize();
-            // A hand's way does not turn with the trunk, as its arm does: where there is none, that makes no difference.
+            // The displacement of a hand does not rotate with the trunk as its arm does. Without one the result is exact.
             let bend = Bend { ends: [bend.ends[0], bend.ends[1], Vec3::ZERO, Vec3::ZERO], ..bend };
             let sphere = picked.index(baked.body().spheres.len());
             let playhead = Playhead::at(baked.graph(), EdgeId(0), start, Rigid2::IDENTITY);
             let mut motion = Motion::new(baked.graph(), playhead, &[]);
             motion.extend(baked.graph(), 2.0);
-            motion.bend(Some(Warp { envelope: ENVELOPE, bend }));
+            motion.set_warp(Some(Warp { envelope: ENVELOPE, bend }));
             let mut tick = Tick::default();
             tick.restart(60);
             tick.pose(baked, &motion, &WarpLimits::default());
             prop_assert_eq!(tick.weight, 1.0);
             let expected = place(&motion, bend, sphere);
             prop_assert!(tick.centres[sphere].distance(expected) < 1e-5);
-            // What a warp may ask of a leg: beyond that its knee straightens faster than any small step tells.
+            // The displacement that a leg allows. Beyond it, the knee straightens faster than small steps predict.
             let legs = (0..Rig::LEGS).filter_map(|limb| Some((tick.legs[limb], baked.graph().rig().limbs()[limb]?)));
             for (range, leg) in legs {
                 let [hip, foot] = [leg.hip, leg.foot].map(|joint| tick.joints[joint.index()].translation);
                 prop_assume!(hip.distance(foot) < range.furthest - 0.01);
             }
             let gradient = tick.gradient(baked, SphereDirection { sphere, away }, Vec3::ZERO);
-            // By each part of a bend alone, and by all together.
+            // Each part of a bend alone, then all together.
             let parts = (0..7).map(|part| {
                 let mut one = Bend::default();
                 match part {
@@ -312,7 +312,7 @@ mod tests {
                 let found = (up - down) / 0.1;
                 let ends: f32 = gradient.ends.iter().zip(&one.ends).map(|(slope, end)| slope.dot(*end)).sum();
                 let linear = gradient.spine.dot(one.spine) + gradient.pelvis.dot(one.pelvis) + ends;
-                // Turns on top of each other are not quite sums of turns: half of their product, times the length of a spine and an arm.
+                // Composed rotations differ from sums of rotation vectors by half of their product, times the length of a spine and an arm.
                 let crossed = 0.6 * bend.spine.length() * one.spine.length();
                 prop_assert!((found - linear).abs() < 8e-3 + crossed, "{found} and {linear} by {one:?}");
             }

@@ -5,7 +5,7 @@ use std::fmt::Write;
 use sabaki::graph::{EdgeId, EdgeMotion};
 use sabaki::internal::{RateError, Warp};
 use sabaki::maps::BakedGraph;
-use sabaki::query::{Answer, CandidateReport, Fate, QuerySettings, Source};
+use sabaki::query::{Answer, CandidateReport, CandidateResult, QuerySettings, Source};
 use sabaki_app::demo::throw::Throw;
 use sabaki_import::{self, Question};
 use serde_json::json;
@@ -72,13 +72,13 @@ const OUTCOMES: [(Outcome, &str); 6] = [
 
 impl Outcome {
     fn of(report: &CandidateReport) -> Self {
-        match report.fate {
-            Fate::Chosen => Self::Chosen,
-            Fate::Outscored if report.clearance.is_none() => Self::Untested,
-            Fate::Outscored => Self::Outscored,
-            Fate::Hit => Self::Hit,
-            Fate::Culled => Self::Culled,
-            Fate::NotInTime => Self::NotInTime,
+        match report.result {
+            CandidateResult::Chosen => Self::Chosen,
+            CandidateResult::Outscored if report.clearance.is_none() => Self::Untested,
+            CandidateResult::Outscored => Self::Outscored,
+            CandidateResult::Hit => Self::Hit,
+            CandidateResult::Culled => Self::Culled,
+            CandidateResult::NotInTime => Self::NotInTime,
         }
     }
 }
@@ -303,11 +303,13 @@ fn warp_line(warp: &Warp) -> String {
 fn rank(report: &CandidateReport) -> f32 {
     let by_clearance = report.clearance.map(|clearance| -clearance.metres);
     let by_maps = report.overlap.map(|overlap| overlap.body as f32);
-    match report.fate {
-        Fate::Chosen | Fate::Outscored => report.score.map_or(f32::MAX, |score| score.total),
-        Fate::Hit => by_clearance.unwrap_or(f32::MAX),
-        Fate::Culled => by_maps.unwrap_or(f32::MAX),
-        Fate::NotInTime => match report.rate {
+    match report.result {
+        CandidateResult::Chosen | CandidateResult::Outscored => {
+            report.score.map_or(f32::MAX, |score| score.total)
+        }
+        CandidateResult::Hit => by_clearance.unwrap_or(f32::MAX),
+        CandidateResult::Culled => by_maps.unwrap_or(f32::MAX),
+        CandidateResult::NotInTime => match report.rate {
             Err(RateError::OutOfRange { rate }) => rate.ln().abs(),
             _ => f32::INFINITY,
         },

@@ -2,7 +2,7 @@
 
 use super::Headless;
 use sabaki::gpu::{Culler, GpuError, PassTime};
-use sabaki::internal::{BitMap, Drawing, MapKind, Rasterizer, raster::EvasionMaps};
+use sabaki::internal::{BatchMaps, BitMap, Drawing, MapKind, Rasterizer, raster::EvasionMaps};
 use sabaki::query::cull::{CullInput, Overlap, cpu};
 
 impl Headless {
@@ -21,10 +21,13 @@ impl Headless {
         };
         let mut maps: Vec<_> = drawings.iter().map(empty).collect();
         for batch in &rasterizer.plan(drawings)? {
+            let recorded = BatchMaps {
+                drawings,
+                batch,
+                kind: MapKind::EveryFrame,
+            };
             // SAFETY: `run` gives a buffer that is being recorded, and has waited for the batch before.
-            self.run(|cmd| unsafe {
-                rasterizer.record(cmd, drawings, batch, MapKind::EveryFrame)
-            })?;
+            self.run(|cmd| unsafe { rasterizer.record(cmd, recorded) })?;
             // SAFETY: `run` has waited.
             unsafe { rasterizer.read_every_frame(drawings, batch, &mut maps) }?;
         }
@@ -45,8 +48,13 @@ impl Headless {
             .map(|drawing| BitMap::new(drawing.rect))
             .collect();
         for batch in &rasterizer.plan(drawings)? {
+            let recorded = BatchMaps {
+                drawings,
+                batch,
+                kind: MapKind::AnyFrame,
+            };
             // SAFETY: as in `every_frame`.
-            self.run(|cmd| unsafe { rasterizer.record(cmd, drawings, batch, MapKind::AnyFrame) })?;
+            self.run(|cmd| unsafe { rasterizer.record(cmd, recorded) })?;
             // SAFETY: `run` has waited.
             unsafe { rasterizer.read_any_frame(drawings, batch, &mut maps) }?;
         }

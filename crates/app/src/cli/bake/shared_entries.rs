@@ -51,7 +51,7 @@ impl SharedBake {
             index: share,
             of: self.shards(),
         };
-        let record = EntryRecord::of_graph(&built.graph, &settings, own, &BakeBar::new());
+        let record = own.test_entries(&built.graph, &settings, &BakeBar::new());
         let record = record.ok_or(Failure::Cancelled)?;
         let contents = sealed::encode(&(share, &record))?;
         sealed::write(

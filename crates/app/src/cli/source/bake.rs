@@ -321,7 +321,7 @@ impl Bake<'_> {
         let made = made.map(|graph| {
             let mut warnings = Vec::new();
             if graph.evasions().is_empty() {
-                let labelled = report.events.0;
+                let labelled = report.events.evasions;
                 warnings.push(match labelled {
                     0 => "no clip has an evasion: attacks are avoided by whatever motion there is".to_owned(),
                     n => format!("none of the {n} evasions can be reached and left again: attacks are avoided by whatever motion there is"),

@@ -3,7 +3,7 @@
 use egui::{Color32, RichText, Sense};
 
 use crate::live::{Fighter, Throw};
-use sabaki::query::{CandidateReport, Fate};
+use sabaki::query::{CandidateReport, CandidateResult};
 
 /// The candidates that are listed.
 #[derive(Default)]
@@ -15,7 +15,7 @@ pub(in crate::window) struct Listed {
 
 struct Listing {
     candidate: usize,
-    fate: Fate,
+    result: CandidateResult,
     text: String,
     name: String,
 }
@@ -75,17 +75,17 @@ fn listing(ui: &mut egui::Ui, line: &Listing, is_picked: bool) -> bool {
     let font = egui::FontId::monospace(11.0);
     let at = egui::pos2(rect.left(), rect.center().y);
     let align = egui::Align2::LEFT_CENTER;
-    painter.text(at, align, &line.text, font, colour(line.fate));
+    painter.text(at, align, &line.text, font, colour(line.result));
     response.on_hover_text(&line.name).clicked()
 }
 
-fn colour(fate: Fate) -> Color32 {
-    match fate {
-        Fate::Chosen => Color32::from_rgb(130, 225, 140),
-        Fate::Outscored => Color32::from_gray(205),
-        Fate::Culled => Color32::from_rgb(225, 175, 90),
-        Fate::Hit => Color32::from_rgb(240, 115, 95),
-        Fate::NotInTime => Color32::from_gray(120),
+fn colour(result: CandidateResult) -> Color32 {
+    match result {
+        CandidateResult::Chosen => Color32::from_rgb(130, 225, 140),
+        CandidateResult::Outscored => Color32::from_gray(205),
+        CandidateResult::Culled => Color32::from_rgb(225, 175, 90),
+        CandidateResult::Hit => Color32::from_rgb(240, 115, 95),
+        CandidateResult::NotInTime => Color32::from_gray(120),
     }
 }
 
@@ -106,7 +106,7 @@ fn lines(fighter: &Fighter<'_>, last: &Throw<'_>) -> Vec<Listing> {
             let total = report.score.map_or(f32::INFINITY, |score| score.total);
             let line = Listing {
                 candidate,
-                fate: report.fate,
+                result: report.result,
                 text: text(report),
                 name: name(report),
             };
@@ -114,43 +114,43 @@ fn lines(fighter: &Fighter<'_>, last: &Throw<'_>) -> Vec<Listing> {
         })
         .collect();
     lines.sort_by(|a, b| {
-        (rank(a.1.fate), a.0)
-            .partial_cmp(&(rank(b.1.fate), b.0))
+        (rank(a.1.result), a.0)
+            .partial_cmp(&(rank(b.1.result), b.0))
             .unwrap_or(std::cmp::Ordering::Equal)
     });
     lines.into_iter().map(|(_, line)| line).collect()
 }
 
-fn rank(fate: Fate) -> u8 {
-    match fate {
-        Fate::Chosen => 0,
-        Fate::Outscored => 1,
-        Fate::Hit => 2,
-        Fate::Culled => 3,
-        Fate::NotInTime => 4,
+fn rank(result: CandidateResult) -> u8 {
+    match result {
+        CandidateResult::Chosen => 0,
+        CandidateResult::Outscored => 1,
+        CandidateResult::Hit => 2,
+        CandidateResult::Culled => 3,
+        CandidateResult::NotInTime => 4,
     }
 }
 
 fn text(report: &CandidateReport) -> String {
-    let fate = match report.fate {
-        Fate::Chosen => "chosen",
-        Fate::Outscored => "outscored",
-        Fate::NotInTime => "late",
-        Fate::Culled => "culled",
-        Fate::Hit => "hit",
+    let result = match report.result {
+        CandidateResult::Chosen => "chosen",
+        CandidateResult::Outscored => "outscored",
+        CandidateResult::NotInTime => "late",
+        CandidateResult::Culled => "culled",
+        CandidateResult::Hit => "hit",
     };
     let rate = report
         .rate
         .map_or_else(|_| "-".to_owned(), |rate| format!("{:.2}", rate.rate));
     match (report.score, report.clearance) {
         (Some(score), _) => format!(
-            "{fate:<9} {rate:>4} {:>5.2} {:>5.2} {:>4.2} {:>5.2}",
+            "{result:<9} {rate:>4} {:>5.2} {:>5.2} {:>4.2} {:>5.2}",
             score.avoid, score.distance, score.time, score.total
         ),
-        (None, Some(hit)) => format!("{fate:<9} {rate:>4}  {:.1} cm deep", -100.0 * hit.metres),
+        (None, Some(hit)) => format!("{result:<9} {rate:>4}  {:.1} cm deep", -100.0 * hit.metres),
         (None, None) => match report.overlap.filter(|overlap| overlap.body > 0) {
-            Some(overlap) => format!("{fate:<9} {rate:>4}  {} texels met", overlap.body),
-            None => format!("{fate:<9} {rate:>4}"),
+            Some(overlap) => format!("{result:<9} {rate:>4}  {} texels met", overlap.body),
+            None => format!("{result:<9} {rate:>4}"),
         },
     }
 }

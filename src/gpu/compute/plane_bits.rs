@@ -7,16 +7,16 @@ use crate::{
     query::cull::TimedDisc,
 };
 
-/// Sides of a block, in texels.
+/// Number of columns and number of rows of a block, in texels.
 pub(super) const COLUMNS: usize = 8;
 pub(super) const ROWS: usize = 4;
-/// One bit for each texel.
+/// Number of texels of a block. A word has one bit for each.
 const TEXELS: usize = COLUMNS * ROWS;
 
 /// The size of all planes of an attack.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Shape {
-    /// Texels of the evasions' maps.
+    /// Size of the plane, in texels of the evasions' maps.
     width: usize,
     height: usize,
     /// log2 of the attack's pitch, in texels.
@@ -72,18 +72,18 @@ impl Shape {
     }
 }
 
-/// One plane. Words without texels are 0.
+/// Bits of one plane, in blocks of 8 × 4 texels. Words of blocks without texels are 0.
 #[derive(Debug, Default)]
-pub(super) struct Sheet {
+pub(super) struct PlaneBits {
     words: Vec<u32>,
-    /// Rows and columns of blocks that may have texels.
+    /// Rows and columns of the blocks that may not be 0.
     rows: Range<usize>,
     columns: Range<usize>,
 }
 
-impl Sheet {
+impl PlaneBits {
     /// Resizes the plane. All existing words are 0.
-    pub(super) fn stretch(&mut self, shape: Shape) {
+    pub(super) fn resize(&mut self, shape: Shape) {
         let words = shape.columns() * shape.rows();
         if self.words.len() < words {
             self.words.resize(words, 0);
