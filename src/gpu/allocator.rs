@@ -15,11 +15,11 @@ use super::{Block, Context, GpuError, Memory, MemoryDesc, MemoryUse, Resource};
 
 /// The default [`Memory`], based on gpu-allocator.
 ///
-/// It must outlive everything that is created with it, and ends with [`GpuAllocatorMemory::destroy`] before the device. A host with an allocator of its own implements [`Memory`] for that one, as
-/// `examples/common/plain_memory.rs` does.
+/// It must outlive everything that is created with it, and ends with [`GpuAllocatorMemory::destroy`] before the device. A host with an
+/// allocator of its own implements [`Memory`] for that one, as `examples/common/plain_memory.rs` does.
 #[derive(Debug)]
 pub struct GpuAllocatorMemory {
-    /// Taken by `destroy`. gpu-allocator frees memory in its own `Drop`, which a forgotten `destroy` must not reach: the device may be gone.
+    /// The allocator. `destroy` drops it; without `destroy` it is leaked, because its `Drop` frees memory of a device that may be gone.
     allocator: ManuallyDrop<Allocator>,
     live: HashMap<u64, Allocation>,
     next_token: u64,
@@ -58,7 +58,7 @@ impl GpuAllocatorMemory {
         self.live.len()
     }
 
-    /// Frees all memory. What was created with it is destroyed, and the device is not.
+    /// Frees all memory. Destroy everything that was created with the allocator before this call, and the device after it.
     pub fn destroy(mut self) {
         if !self.live.is_empty() {
             tracing::error!(

@@ -1,4 +1,4 @@
-//! The host's device, borrowed.
+//! A reference to the host's device.
 //!
 //! Architecture invariant: nothing here creates or destroys an instance, a device or a queue.
 
@@ -39,7 +39,7 @@ impl Context {
     /// Borrows the host's device.
     ///
     /// # Errors
-    /// [`GpuError::Missing`] if no path runs on the device; [`check_enabled`] tells this beforehand.
+    /// [`GpuError::Missing`] if no path runs on the device. [`check_enabled`] tells this in advance.
     ///
     /// # Safety
     /// The handles are valid, belong together, and outlive the context and everything that is created from it. The features that
@@ -136,12 +136,12 @@ impl Context {
         &self.limits
     }
 
-    /// Whose driver it is.
+    /// Driver of the device.
     pub(crate) fn driver(&self) -> vk::DriverId {
         self.driver
     }
 
-    /// Nanoseconds of one step of a timestamp on the queue, and the bits that count; `None` where the queue has no timestamps.
+    /// Duration of one timestamp step on the queue, in nanoseconds, and mask of the valid bits. `None` if the queue has no timestamps.
     pub(crate) fn timestamps(&self) -> Option<(f64, u64)> {
         let mask = u64::MAX.checked_shr(64 - self.timestamp_bits)?;
         (self.timestamp_bits > 0).then_some((self.limits.timestamp_period.into(), mask))
@@ -158,7 +158,7 @@ impl Context {
             .min(self.limits.max_viewport_dimensions[1])
     }
 
-    /// Gives an object a name that debuggers and validation show. A name that cannot be given is no error.
+    /// Names an object for debuggers and validation. A failure is not an error.
     #[doc(hidden)]
     pub fn name<T: Handle>(&self, handle: T, name: &str) {
         let (Some(names), Ok(name)) = (&self.debug, CString::new(name)) else {
@@ -201,7 +201,7 @@ impl Context {
     }
 }
 
-/// The host's function table; below Vulkan 1.3 one in which the extensions' functions have their later names.
+/// The host's function table. Below Vulkan 1.3, the functions of Vulkan 1.3 in it are those of the extensions.
 ///
 /// # Safety
 /// As for [`Context::new`].

@@ -1,4 +1,4 @@
-//! The host's Vulkan objects, as it describes them.
+//! Description of the host's Vulkan objects.
 
 use std::ffi::c_void;
 
@@ -6,29 +6,29 @@ use ash::vk;
 
 use super::{Features, Terms};
 
-/// The host's Vulkan objects, and what the host enabled when it created them.
+/// The host's Vulkan objects, and the features that it enabled when it created them.
 #[derive(Clone, Copy)]
 pub struct ContextDesc<'a> {
-    /// Created with [`Terms::api_version`] as its `apiVersion`.
+    /// Instance, which was created with [`Terms::api_version`] as its `apiVersion`.
     pub instance: &'a ash::Instance,
     /// Physical device of `instance`.
     pub physical_device: vk::PhysicalDevice,
     /// Device of `physical_device`. Below Vulkan 1.3 it has the extensions of the enabled features.
     pub device: &'a ash::Device,
-    /// Family of the queue that runs the recorded commands. The stencil path needs graphics there, the compute path compute.
+    /// Family of the queue that runs the recorded commands. The stencil path needs a graphics queue, the compute path a compute queue.
     pub queue_family: u32,
     /// Features that are enabled on `device`. A path that needs others does not run; see [`check_enabled`](super::check_enabled).
     pub features: Features,
-    /// Whether `VK_EXT_debug_utils` is enabled on `instance`. Objects then have names, and passes labels.
+    /// Whether `VK_EXT_debug_utils` is enabled on `instance`. If so, objects get names and passes get labels.
     pub debug_utils: bool,
-    /// Version of the instance, and what must not be used.
+    /// Version of the instance, and features that must not be used.
     pub terms: Terms,
 }
 
 /// [`ContextDesc`] with raw handles, for hosts that do not use `ash` or use another version of it.
 ///
-/// A handle is its 64 bits: for `VkInstance`, `VkPhysicalDevice` and `VkDevice` those of a pointer (`Handle::as_raw` of any
-/// `ash`).
+/// A handle is given as 64 bits: of the pointer for `VkInstance`, `VkPhysicalDevice` and `VkDevice` (`Handle::as_raw` of any version
+/// of `ash`).
 #[derive(Clone, Copy, Debug)]
 pub struct RawContextDesc {
     /// The `vkGetInstanceProcAddr` that the instance was created with.

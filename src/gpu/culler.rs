@@ -48,7 +48,7 @@ pub struct Culler {
     counts_exact: bool,
     counted: Counted,
     upload: Upload,
-    /// Slots of a batch that is being recorded.
+    /// Scratch: slots of the batch that is being recorded.
     batch: Vec<usize>,
     is_live: bool,
 }
@@ -57,9 +57,9 @@ pub struct Culler {
 #[derive(Debug, Default)]
 struct Slot {
     counted: Counted,
-    /// Whether its commands carry the maps to the device.
+    /// Whether the commands of the cull upload the maps.
     uploads: bool,
-    /// Where they are asked for.
+    /// Timestamps of the passes; `None` unless [`CullerDesc::timestamps`] is set.
     stamps: Option<Stamps>,
 }
 
@@ -67,9 +67,9 @@ impl Culler {
     /// Creates pipelines and allocates memory. On failure everything is freed again.
     ///
     /// # Errors
-    /// Those of Vulkan calls and of the allocator; [`GpuError::Limit`] where the maps or a maximum are more than the device
-    /// offers; [`GpuError::Missing`] where the context lacks what the path needs; [`GpuError::NotADevicePath`] where
-    /// [`CullerDesc::path`] is no path of the device.
+    /// Errors of Vulkan calls and of the allocator; [`GpuError::Limit`] if the maps or a maximum exceed a limit of the device;
+    /// [`GpuError::Missing`] if the context lacks a requirement of the path; [`GpuError::NotADevicePath`] if [`CullerDesc::path`] is not
+    /// a path of the device.
     pub fn new(
         context: &Context,
         memory: &mut dyn Memory,
@@ -110,7 +110,7 @@ impl Culler {
         }
     }
 
-    /// Gives each slot its timestamps, where they are asked for.
+    /// Creates the timestamps of each slot if the description asks for them.
     fn add_stamps(&mut self, desc: &CullerDesc<'_>) -> Result<(), GpuError> {
         if desc.timestamps {
             for (index, slot) in self.slots.iter_mut().enumerate() {
@@ -126,7 +126,7 @@ impl Culler {
     /// and pipelines.
     ///
     /// # Errors
-    /// As for [`Culler::new`], where the maps are more than the device offers.
+    /// As for [`Culler::new`], if the maps exceed a limit of the device.
     pub fn bytes(context: &Context, desc: &CullerDesc<'_>) -> Result<u64, GpuError> {
         match desc.path {
             CullPath::Stencil => StencilPath::bytes(context, desc),
@@ -147,8 +147,8 @@ impl Culler {
         self.counting
     }
 
-    /// Whether an [`Overlap`] holds counts. Without precise queries each number only says none (0) or some (not 0): that is
-    /// enough to remove candidates, but not to score them.
+    /// Whether the numbers of an [`Overlap`] are exact counts. Without precise queries a number is 0 for no overlap and not 0 for some
+    /// overlap, which is enough to remove candidates but not to score them.
     #[must_use]
     pub fn counts_exact(&self) -> bool {
         self.counts_exact
@@ -166,19 +166,19 @@ impl Culler {
         self.slots.len() as u32
     }
 
-    /// Sets what the following culls count. Recorded culls do not change.
+    /// Sets the parts of the overlaps that the following culls count. Recorded culls do not change.
     pub fn count_only(&mut self, counted: Counted) {
         self.counted = counted;
     }
 
-    /// What the following culls count.
+    /// Parts of the overlaps that the following culls count.
     #[must_use]
     pub fn counted(&self) -> Counted {
         self.counted
     }
 
-    /// Records the upload of the maps, at a time of the caller's choice. [`Culler::release_staging`] says when it has
-    /// finished. Otherwise every cull carries the upload until the counts of one have been polled.
+    /// Records the upload of the maps at a time of the caller's choice. The caller reports its end with [`Culler::release_staging`].
+    /// Without it, every cull records the upload until the counts of one cull have been polled.
     ///
     /// # Safety
     /// `cmd` is being recorded, outside of rendering, for a queue of the context's family, and runs before any cull.
@@ -197,7 +197,7 @@ impl Culler {
     /// Frees the staging buffer of the maps. Does nothing before the upload was recorded.
     ///
     /// # Safety
-    /// A command buffer with the upload has finished, and no other one that carries it is in flight or will be submitted.
+    /// A command buffer with the upload has finished, and no other command buffer with the upload is in flight or will be submitted.
     pub unsafe fn release_staging(&mut self, memory: &mut dyn Memory) {
         if self.upload.recorded {
             *self.upload.done.get_mut() = true;
@@ -208,8 +208,8 @@ impl Culler {
     /// Records a cull into the caller's command buffer. It does not submit, does not wait, and allocates nothing after
     /// recording a cull of the same size once.
     ///
-    /// Every barrier that it needs is recorded with it; the last one makes the counts visible to the host. What it leaves
-    /// bound stands in the [contract](super).
+    /// All barriers are recorded with the cull; the last one makes the counts visible to the host. The [contract](super) lists the state
+    /// that stays bound.
     ///
     /// # Errors
     /// [`GpuError::Limit`] names the maximum that the input exceeds, [`GpuError::NoSuchRegion`] a candidate that does not fit the uploaded
@@ -235,8 +235,8 @@ impl Culler {
         batch[0].ticket.ok_or(GpuError::Unfinished)
     }
 
-    /// Records many culls at once: one barrier behind all inputs, one before all counts. No cull waits for another one on the
-    /// compute path. Each entry gets its ticket.
+    /// Records many culls at once, with one barrier after all inputs and one before all counts. On the compute path no cull waits for
+    /// another one. Each entry gets its ticket.
     ///
     /// # Errors
     /// As for [`Culler::record`], for the first entry that is refused; [`GpuError::NoSuchSlot`] also where two entries have one slot.
@@ -319,14 +319,14 @@ impl Culler {
         overlaps.resize(ticket.candidates as usize, Overlap::default());
         self.implementation.add(index, &mut words, overlaps);
         if !slot.counted.outer {
-            // Outer maps that are not counted may share anything.
+            // Without a count, an outer map may overlap anything.
             overlaps.iter_mut().for_each(|one| one.outer = u32::MAX);
         }
         Ok(true)
     }
 
-    /// The time of each pass on the device, of a cull or of the batch that it is the first one of, where [`CullerDesc::timestamps`] asked for it; `false` where the device has
-    /// not finished. Never waits.
+    /// Writes the time of each pass of a cull on the device to `times`, if [`CullerDesc::timestamps`] is set. For the first cull of a batch it
+    /// is the time of the batch. Returns `false` if the device has not finished. Never waits.
     ///
     /// # Errors
     /// [`GpuError::StaleTicket`] when the slot holds another cull; that of `vkGetQueryPoolResults`.

@@ -15,11 +15,11 @@ use crate::{
 pub struct CullerDesc<'a> {
     /// Prefix of the names of Vulkan objects, for debuggers and validation. Default "sabaki".
     pub name: &'a str,
-    /// Maps of all evasions, which are copied.
+    /// Maps of all evasions. The culler copies them.
     pub atlas: &'a RegionAtlas,
     /// [`CullPath::Stencil`] or [`CullPath::Compute`].
     pub path: CullPath,
-    /// What is counted. Default: everything.
+    /// Parts of the overlaps that are counted. Default: all.
     pub counted: Counted,
     /// Maximum number of candidates of a cull. Default 1,024 for the stencil path, 4,096 for the compute path.
     pub max_candidates: u32,
@@ -61,12 +61,12 @@ impl<'a> CullerDesc<'a> {
 }
 
 impl CullerDesc<'_> {
-    /// The same for as many queries in flight, each as large as its settings need: a slot takes a third of a megabyte at most with
-    /// default settings, where [`CullerDesc::new`] takes 11. What does not fit (attacks that are larger than usual; on the stencil
-    /// path also many candidates on maps with many slices, one query in nine) is refused by name, and the CPU counts.
+    /// Sets the maxima for `queries` queries in flight, each of the usual size under `settings`. With default settings a slot then takes at
+    /// most a third of a megabyte instead of 11 MB. Larger inputs (large attacks; on the stencil path also many candidates on maps with many
+    /// slices, one query in nine) are refused with an error that names the limit, and the CPU counts them.
     #[must_use]
     pub fn for_settings(mut self, settings: &QuerySettings, queries: u32) -> Self {
-        /// Boxes of a candidate: its maps are near the attack in few slabs and slices.
+        /// Number of boxes of a candidate. Its maps are near the attack in few slabs and slices.
         const BOXES: u32 = 6;
         let most = settings.most_evasions + settings.moves.candidates;
         self.max_candidates = u32::try_from(most).unwrap_or(u32::MAX);
@@ -82,7 +82,7 @@ impl CullerDesc<'_> {
 /// Settings of the stencil path.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct StencilSettings {
-    /// How samples are counted. Default: as is known to be fast on the driver; see [`Culler::counting`](super::Culler::counting).
+    /// Counting method. Default: the faster one on the driver; see [`Culler::counting`](super::Culler::counting).
     pub counting: Option<Counting>,
     /// Maximum number of discs of an attack, over all slabs and slices. If maps are timed, discs of the inner maps count twice, because
     /// evasion maps are compared with all slices at once. Default 65,536.
@@ -115,8 +115,8 @@ pub enum Counting {
     /// By occlusion queries, as the paper does. Counts are exact where the device's queries are
     /// [precise](super::Features::precise_queries).
     ///
-    /// MoltenVK counts at most 32,768 queries in a submission. A batch with more is refused there; several batches of one submission, and
-    /// queries of the host's own, are not added up. Where they may come to more, submit them apart, or count by atomics.
+    /// MoltenVK counts at most 32,768 queries in a submission. The culler refuses a batch with more there. The queries of several batches in one
+    /// submission, and those of the host, are not added up: if they may exceed the limit, submit them separately or count by atomics.
     Queries,
     /// By atomic additions in the fragment shader, where the device has
     /// [`fragmentStoresAndAtomics`](super::Features::fragment_atomics). Counts are exact. There are few draws, which is faster
@@ -127,7 +127,7 @@ pub enum Counting {
 /// Settings of the compute path.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ComputeSettings {
-    /// Most blocks of an attack. A block is 8 × 4 texels of the evasions' maps that the attack covers at least one of. Blocks
+    /// Maximum number of blocks of an attack. A block is 8 × 4 texels of the evasions' maps that the attack covers at least one of. Blocks
     /// are counted over all slabs, clocks and slices, of inner and outer maps, and once more for the inner maps of all slices
     /// together. Default 32,768.
     pub max_blocks: u32,

@@ -7,7 +7,7 @@ use ash::vk;
 use super::{GpuError, Memory, counts::Counts, passes::Passes};
 use crate::query::cull::{Counted, CullInput, Overlap};
 
-/// An input, and what of it is counted.
+/// An input, and the parts of its overlaps that are counted.
 #[derive(Clone, Copy)]
 pub(super) struct CullRequest<'a> {
     pub(super) input: &'a CullInput<'a>,
@@ -19,22 +19,22 @@ pub(super) struct CullRequest<'a> {
 /// A cull takes these steps: [`gather`](Self::gather), [`write`](Self::write), [`record`](Self::record); when the device has
 /// finished, [`add`](Self::add).
 pub(super) trait DevicePath: Debug + Send + Sync {
-    /// Lays out an input, which is the `entry`th of a batch. Fails without a change where it is beyond a limit.
+    /// Computes the layout of the input of entry `entry` of a batch. Changes nothing and fails if a limit is exceeded.
     fn gather(&mut self, entry: usize, request: CullRequest<'_>) -> Result<(), GpuError>;
 
-    /// Writes an entry of a batch into the memory of a slot, which no device uses any more.
+    /// Writes an entry of a batch to the memory of a slot. The device must no longer use the slot.
     fn write(&mut self, entry: usize, slot: usize) -> Result<(), GpuError>;
 
-    /// Records the culls of a batch, up to the numbers that say that their counts are there. `slots` has the slot of each entry.
+    /// Records the culls of a batch, and at their end the numbers that mark the counts as complete. `slots` holds the slot of each entry.
     ///
     /// # Safety
     /// As for [`Culler::record_batch`](super::Culler::record_batch); [`Self::write`] has filled the slots.
     unsafe fn record(&self, passes: &mut Passes<'_>, slots: &[usize]);
 
-    /// The counts of a slot.
+    /// Counts of the cull of a slot.
     fn counts(&self, slot: usize) -> &Counts;
 
-    /// As [`Self::counts`].
+    /// Counts of the cull of a slot, to be changed.
     fn counts_mut(&mut self, slot: usize) -> &mut Counts;
 
     /// Number of words that the cull of a slot counts into.
@@ -49,9 +49,9 @@ pub(super) trait DevicePath: Debug + Send + Sync {
     /// `cmd` is being recorded outside of rendering; the staging buffer has not been released.
     unsafe fn record_upload(&self, cmd: vk::CommandBuffer);
 
-    /// Frees the staging buffer of the maps, which the device does not use any more.
+    /// Frees the staging buffer of the maps. The device must no longer use it.
     fn release_staging(&mut self, memory: &mut dyn Memory);
 
-    /// Frees everything; the device must be done with it.
+    /// Frees everything. The device must no longer use it.
     fn destroy(&mut self, memory: &mut dyn Memory);
 }

@@ -1,11 +1,11 @@
-//! What must be done otherwise on some drivers. Each line has its entry in `vendor-notes/`.
+//! Differences between drivers. Each has an entry in `vendor-notes/`.
 
 use ash::vk;
 
 use super::{Counting, Features};
 
-/// Occlusion queries in one submission, where a driver counts no more (`vendor-notes/moltenvk.md`). It is compared with the queries of a
-/// batch: what else a submission holds is the host's to know.
+/// Maximum number of occlusion queries in one submission that a driver counts (`vendor-notes/moltenvk.md`). It is compared with the queries
+/// of a batch. The host must know the other queries of a submission.
 pub(crate) fn most_queries(driver: vk::DriverId) -> u64 {
     match driver {
         vk::DriverId::MOLTENVK => 256 * 1024 / 8,
@@ -13,8 +13,8 @@ pub(crate) fn most_queries(driver: vk::DriverId) -> u64 {
     }
 }
 
-/// How the stencil path counts on a driver (`vendor-notes/`, "Fragment shaders can add atomically"): by atomics wherever it can, unless queries are
-/// known to be faster there. Counts by atomics are exact without precise queries, and have no limit.
+/// Counting method of the stencil path on a driver (`vendor-notes/`, "Fragment shaders can add atomically"): atomics if the device has them,
+/// unless queries are known to be faster. Counts by atomics are exact without precise queries, and their number is not limited.
 pub(crate) fn counting(driver: vk::DriverId, features: Features) -> Counting {
     const FASTER_BY_QUERIES: [vk::DriverId; 0] = [];
     match features.fragment_atomics && !FASTER_BY_QUERIES.contains(&driver) {
@@ -23,13 +23,13 @@ pub(crate) fn counting(driver: vk::DriverId, features: Features) -> Counting {
     }
 }
 
-/// Whether fragment shaders read the maps from a texel buffer on a driver: where that is faster than from a storage buffer (`vendor-notes/`, "Texel
-/// buffers are read faster than storage buffers").
+/// Whether fragment shaders read the maps from a texel buffer instead of a storage buffer, because that is faster on the driver
+/// (`vendor-notes/`, "Texel buffers are read faster than storage buffers").
 pub(crate) fn reads_texels(driver: vk::DriverId) -> bool {
     driver == vk::DriverId::MESA_LLVMPIPE
 }
 
-/// Whose driver it is, as `VK_KHR_driver_properties` tells, which is part of Vulkan 1.2. Nobody's where there is no such extension.
+/// Driver of a device, as reported by Vulkan 1.2 or `VK_KHR_driver_properties`. The default value, which names no driver, without either.
 ///
 /// # Safety
 /// `physical_device` belongs to `instance`, both are valid, and both know `version`.
@@ -51,7 +51,7 @@ pub(crate) unsafe fn driver(
     driver.driver_id
 }
 
-/// Whether a device has `VK_KHR_driver_properties`. A property of a physical device can be asked for without enabling its extension.
+/// Whether a device has `VK_KHR_driver_properties`. The extension need not be enabled to query a property of a physical device.
 ///
 /// # Safety
 /// As for [`driver`].

@@ -54,13 +54,13 @@ pub enum GpuError {
         /// Number of regions of the atlas.
         regions: usize,
     },
-    /// A culling path that does not run on a device.
+    /// The culling path does not run on a device.
     #[error("the {0} path does not run on a device")]
     NotADevicePath(
         /// The path.
         CullPath,
     ),
-    /// A slot that does not exist.
+    /// The slot does not exist, or a batch has it twice.
     #[error("slot {slot} of {slots}")]
     NoSuchSlot {
         /// Index of the slot.
@@ -112,20 +112,19 @@ impl GpuError {
     }
 }
 
-/// Names the call that a Vulkan error came from.
+/// Adds the name of the failed call to a Vulkan error.
 pub trait Named<T> {
-    /// The result, with the name of the Vulkan function that gave it.
+    /// Adds the name of the Vulkan function to its error.
     fn call(self, call: &'static str) -> Result<T, GpuError>;
 }
 
 impl<T> Named<T> for Result<T, vk::Result> {
-    /// The result, with the name of the Vulkan function that gave it.
     fn call(self, call: &'static str) -> Result<T, GpuError> {
         self.map_err(|result| GpuError::Call { call, result })
     }
 }
 
-/// Whether `needed` is within a limit.
+/// Returns an error if `needed` exceeds a limit.
 pub fn within(limit: &'static str, needed: u64, most: u64) -> Result<(), GpuError> {
     if needed > most {
         return Err(GpuError::Limit {

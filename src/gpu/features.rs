@@ -1,4 +1,4 @@
-//! Features of a device that matter here.
+//! Features of a device that the culling paths use.
 
 /// Vulkan features that the culling paths use, as offered by a device or enabled by its host.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -25,7 +25,7 @@ impl Features {
         fragment_atomics: true,
     };
 
-    /// Features that both have.
+    /// Features that both sets have.
     #[must_use]
     pub fn and(self, other: Self) -> Self {
         Self {

@@ -1,4 +1,4 @@
-//! A flat image, its view and its memory, made and destroyed together.
+//! A two-dimensional image with its view and its memory, which are created and destroyed together.
 //!
 //! Architecture invariant: nothing here is freed by `Drop`. A default value holds null handles, and destroying it does nothing.
 
@@ -11,7 +11,7 @@ use super::{Block, Context, GpuError, Memory, MemoryDesc, MemoryUse, Resource, e
 pub struct ImageDesc<'a> {
     /// Name for debuggers and validation.
     pub name: &'a str,
-    /// Columns and rows.
+    /// Number of columns and rows, in texels.
     pub side: [u32; 2],
     /// Format of the texels.
     pub format: vk::Format,
@@ -30,7 +30,7 @@ pub struct Image {
     pub handle: vk::Image,
     /// A view of the whole image.
     pub view: vk::ImageView,
-    /// Columns and rows.
+    /// Number of columns and rows, in texels.
     pub side: [u32; 2],
     block: Option<Block>,
 }
@@ -75,7 +75,7 @@ impl Image {
             .samples(desc.samples)
             .tiling(vk::ImageTiling::OPTIMAL)
             .usage(desc.usage);
-        // SAFETY: the context's device is valid, and whoever describes an image knows what its format offers.
+        // SAFETY: the context's device is valid, and the caller describes an image that its format supports.
         self.handle = unsafe { device.create_image(&info, None) }.call("vkCreateImage")?;
         context.name(self.handle, desc.name);
         // SAFETY: the image was just made from this device.
@@ -120,7 +120,7 @@ impl Image {
     }
 }
 
-/// What memory an object needs, and whether the driver prefers an allocation for it alone.
+/// Memory requirements of an image, and whether the driver prefers a dedicated allocation.
 ///
 /// # Safety
 /// The image is of this device, which has Vulkan 1.1.

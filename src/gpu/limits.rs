@@ -1,13 +1,13 @@
-//! Limits of a device, and the least that Vulkan guarantees of them.
+//! Limits of a device, and their minima that Vulkan guarantees.
 //!
-//! Source: the Vulkan specification, "Required Limits". Every component is made so that it runs within the guaranteed
-//! values (`shader_table.rs` asserts it of the shaders); with more than them it has less to cut up.
+//! Source: the Vulkan specification, "Required Limits". Every component runs within the guaranteed values
+//! (`shader_table.rs` asserts it for the shaders). With higher limits the work is divided into fewer parts.
 
 use ash::vk;
 
 use super::Terms;
 
-/// Those that matter here, as Vulkan guarantees them.
+/// Calls a macro with the limits that are used, each with the value that Vulkan guarantees.
 macro_rules! guaranteed {
     ($do:ident) => {
         $do! {
@@ -37,7 +37,7 @@ macro_rules! guaranteed {
     };
 }
 
-/// No more than what the terms leave.
+/// The limits of a device, reduced as the terms say.
 pub(crate) fn allowed(
     offered: &vk::PhysicalDeviceLimits,
     terms: &Terms,
@@ -62,7 +62,7 @@ pub(crate) fn allowed(
     limits
 }
 
-/// Whether they are what Vulkan guarantees at least.
+/// Whether limits are no less than Vulkan guarantees.
 pub(crate) fn are_enough(limits: &vk::PhysicalDeviceLimits) -> bool {
     let mut enough = limits.min_storage_buffer_offset_alignment <= 256
         && limits.min_uniform_buffer_offset_alignment <= 256;

@@ -1,4 +1,4 @@
-//! Where memory comes from: the caller's allocator, behind a small trait.
+//! The trait of an allocator of device memory, which the caller provides.
 
 use std::ptr::NonNull;
 
@@ -68,7 +68,7 @@ pub struct Block {
     pub token: u64,
 }
 
-// SAFETY: a block is a description; whoever reads or writes through `mapped` sees to it that nobody else does.
+// SAFETY: a block is a description. Code that reads or writes through `mapped` ensures exclusive access.
 unsafe impl Send for Block {}
 // SAFETY: as above.
 unsafe impl Sync for Block {}
@@ -81,6 +81,6 @@ pub trait Memory {
     /// [`GpuError::Memory`] if no memory is available.
     fn allocate(&mut self, desc: &MemoryDesc<'_>) -> Result<Block, GpuError>;
 
-    /// Frees a block of [`Memory::allocate`]. No resource that is bound to it is used any more.
+    /// Frees a block of [`Memory::allocate`]. Resources that are bound to it must no longer be used.
     fn free(&mut self, block: Block);
 }

@@ -1,46 +1,46 @@
-//! Maps and culling on a Vulkan device that the caller brings.
+//! Maps and culling on the caller's Vulkan device.
 //!
-//! The caller gives its own instance, device and queue family ([`Context`]) and a way to get memory ([`Memory`]). Components
-//! record into the caller's command buffers; results are polled, or read when the caller knows that they are there.
+//! The caller gives its own instance, device and queue family ([`Context`]) and an allocator ([`Memory`]). Components
+//! record into the caller's command buffers; results are polled, or read once the caller knows that they are complete.
 //!
 //! # Contract
-//! A component is a guest in the caller's command buffer.
+//! A component records commands into the caller's command buffer. What it needs there and what it leaves behind:
 //!
 //! | | [`Culler`], stencil | [`Culler`], compute | `Rasterizer` |
 //! | --- | --- | --- | --- |
-//! | the queue family has | graphics | compute | graphics |
-//! | the command buffer is | being recorded, outside of rendering and of occlusion queries | being recorded, outside of rendering | as for stencil |
-//! | barriers from the caller, before and after | none | none | none |
+//! | required queue family | graphics | compute | graphics |
+//! | state of the command buffer | being recorded, outside of rendering and of occlusion queries | being recorded, outside of rendering | as for stencil |
+//! | barriers that the caller records | none | none | none |
 //! | stages that run | copy, clear, vertex, fragment, fragment tests, host | copy, clear, compute, host | copy, vertex, fragment, fragment tests, host |
-//! | left bound | graphics pipeline, its descriptor set 0 and push constants, vertex buffer 0, index buffer, viewport, scissor, stencil state | compute pipeline, its descriptor set 0 and push constants | graphics pipeline, push constants, vertex buffer 0, viewport, scissor, stencil state |
+//! | state that stays bound | graphics pipeline, its descriptor set 0 and push constants, vertex buffer 0, index buffer, viewport, scissor, stencil state | compute pipeline, its descriptor set 0 and push constants | graphics pipeline, push constants, vertex buffer 0, viewport, scissor, stencil state |
 //! | images of the caller | untouched, no layout changes | the same | the same |
 //!
 //! - **Recording** ([`Culler::record`]) returns a ticket. It writes to mapped memory and records commands. It submits nothing,
-//!   waits for nothing, creates nothing, and allocates nothing after recording a cull of the same size once. A command buffer is
-//!   primary, or secondary where it does not continue a rendering. It is submitted once at most.
+//!   waits for nothing, creates nothing, and allocates nothing after recording a cull of the same size once. The command buffer is
+//!   primary, or secondary without `RENDER_PASS_CONTINUE`. It is submitted at most once.
 //! - **Frames in flight**: a slot is one cull between recording and the end of its commands. The caller records into a slot
-//!   again when those have finished, or will never be submitted. A component orders what its slots share by its own barriers,
-//!   on condition that all of its culls run on one queue, submitted in the order of recording.
+//!   again once they have finished, or if they will never be submitted. Resources that slots share are ordered by the component's own
+//!   barriers, if all its culls run on one queue and are submitted in the order of recording.
 //! - **Polling** never waits. The device makes the counts available to the host, and after that writes the number of the cull, which polling
 //!   looks for. Once the host has seen the submission's fence or timeline semaphore, Vulkan guarantees that polling finds number and
-//!   counts. Polling earlier is safe: it says "not yet", or finds the number. Vulkan does not say in which order the host sees number and
-//!   counts then; where its guarantee alone must do, poll after the fence.
-//! - **Answers that do not come** (a limit, an error, a lost device): [`cpu`](crate::query::cull::cpu) counts the same from
-//!   the same input. After every error but a lost device ([`GpuError::is_device_lost`]) component and device can be used further.
-//!   Polling does not tell of a lost device: it goes on saying "not yet". The host's own submissions, fences and semaphores tell.
+//!   counts. Polling earlier is safe: it says "not yet", or finds the number. Vulkan does not define in which order the host sees number and
+//!   counts then; to rely on the guarantee alone, poll after the fence.
+//! - **Missing answers** (a limit, an error, a lost device): [`cpu`](crate::query::cull::cpu) computes the same counts from the same
+//!   input. After every error but a lost device ([`GpuError::is_device_lost`]) component and device remain usable. Polling does not
+//!   report a lost device: it keeps returning "not yet". The host's submissions, fences and semaphores report it.
 //! - **Memory** is the caller's choice ([`Memory`]): [`GpuAllocatorMemory`] is built in, `examples/common/plain_memory.rs`
-//!   shows another allocator. Components allocate when they are created, never later. `destroy` gives the memory back, and so
-//!   does a creation that fails half way. [`GpuAllocatorMemory::destroy`] comes after that, and before the end of the device.
+//!   shows another allocator. Components allocate only when they are created. `destroy` frees the memory, and so does a
+//!   creation that fails. Call [`GpuAllocatorMemory::destroy`] after that, and before the device is destroyed.
 //! - **Threads**: contexts, components and tickets are `Send` and `Sync`. Recording takes `&mut`, polling `&`. The caller
 //!   guards the command buffer and its pool.
-//! - **The end**: `destroy`, when the device has finished. Dropping without it frees nothing under a running queue: it is
-//!   logged as an error, and leaks.
+//! - **Destruction**: call `destroy` when the device has finished. A component that is dropped without it leaks its Vulkan objects, and
+//!   logs an error.
 //!
-//! [`requirements()`] lists what each path needs of a device. [`check()`] asks a physical device, [`check_enabled()`] looks at
-//! what the host has enabled. The compute path needs Vulkan 1.1 and a queue with compute, and no feature. The stencil path needs
+//! [`requirements()`] lists the requirements of each path. [`check()`] compares them with a physical device, [`check_enabled()`] with the
+//! features that the host has enabled. The compute path needs Vulkan 1.1 and a queue with compute, and no feature. The stencil path needs
 //! graphics, dynamic rendering and, below 1.3, the extensions that [`Report::extensions`] names.
 //!
-//! - Architecture invariant: nothing here submits, waits, or owns a device.
+//! - Architecture invariant: nothing here submits commands, waits for a device, or owns one.
 //! - Architecture invariant: `Drop` frees no Vulkan object. Every component has a `destroy`, and logs an error when it was forgotten.
 //! - Architecture invariant: no map or count depends on a driver's rounding; see `shaders/`.
 
@@ -72,7 +72,7 @@ pub(crate) mod stencil;
 mod terms;
 mod uploaded;
 
-/// The version that signatures here speak of.
+/// The version of `ash` whose types public signatures name.
 pub use ash;
 
 pub use allocator::GpuAllocatorMemory;

@@ -1,4 +1,4 @@
-//! Asks a device what it offers of the requirements.
+//! Queries which requirements a device meets.
 
 use std::ffi::CStr;
 
@@ -7,14 +7,14 @@ use ash::vk;
 use super::{ContextDesc, Features, PathReport, Report, Terms, limits, requirements};
 use crate::query::cull::CullPath;
 
-/// Stencil formats, the best one first.
+/// Stencil formats in the order of preference.
 const STENCIL_FORMATS: [vk::Format; 3] = [
     vk::Format::S8_UINT,
     vk::Format::D24_UNORM_S8_UINT,
     vk::Format::D32_SFLOAT_S8_UINT,
 ];
 
-/// What stands in for Vulkan 1.3, with what it needs itself on 1.1.
+/// Extensions that replace Vulkan 1.3, with those that they depend on under Vulkan 1.1.
 const EXTENSIONS: [&CStr; 5] = [
     ash::khr::synchronization2::NAME,
     ash::khr::dynamic_rendering::NAME,
@@ -23,7 +23,7 @@ const EXTENSIONS: [&CStr; 5] = [
     ash::khr::create_renderpass2::NAME,
 ];
 
-/// Checks what a physical device offers of [`requirements`]. [`check_enabled`] checks what the host has enabled.
+/// Checks which [`requirements`] a physical device meets. [`check_enabled`] checks the features that the host has enabled.
 ///
 /// # Safety
 /// `physical_device` belongs to `instance`, and both are valid. The instance was created with the version of `terms`.
@@ -37,10 +37,10 @@ pub unsafe fn check(
     unsafe { Offer::of(instance, physical_device, terms) }.report()
 }
 
-/// Checks what the host has enabled of [`requirements`] on its device and for its queue family.
+/// Checks which [`requirements`] the host's device and queue family meet with the features that are enabled.
 ///
 /// # Safety
-/// The instance and the physical device of `desc` are as [`check`] has them. Its device may be anything.
+/// The instance and the physical device of `desc` are as for [`check`]. Its device is not used.
 #[must_use]
 pub unsafe fn check_enabled(desc: &ContextDesc<'_>) -> Report {
     let (instance, physical_device) = (desc.instance, desc.physical_device);
@@ -62,22 +62,22 @@ pub unsafe fn check_enabled(desc: &ContextDesc<'_>) -> Report {
     offer.report()
 }
 
-/// The extensions that stand in for what a version lacks.
+/// The extensions that replace the parts of Vulkan 1.3 that a version lacks.
 fn extensions(version: u32) -> &'static [&'static CStr] {
     match version {
         ..vk::API_VERSION_1_1 | vk::API_VERSION_1_3.. => &[],
-        // The other two are part of it.
+        // The other two are part of Vulkan 1.2.
         vk::API_VERSION_1_2.. => &EXTENSIONS[..3],
         _ => &EXTENSIONS,
     }
 }
 
-/// A device's answers.
+/// Capabilities of a device.
 #[derive(Default)]
 struct Offer {
-    /// Of device and instance, the lesser one.
+    /// The lower one of the Vulkan versions of device and instance.
     version: u32,
-    /// Of all families, or of the host's.
+    /// Capabilities of all queue families, or of the host's family.
     queues: vk::QueueFlags,
     features: Features,
     stencil_format: Option<vk::Format>,
@@ -172,7 +172,7 @@ impl Offer {
         instance: &ash::Instance,
         physical_device: vk::PhysicalDevice,
     ) {
-        // SAFETY: the caller vouches for both handles. Where the list cannot be had, it has no extension.
+        // SAFETY: the caller vouches for both handles. Without a list the device counts as having no extension.
         let known = unsafe { instance.enumerate_device_extension_properties(physical_device) }
             .unwrap_or_default();
         let has = |name: &CStr| {
@@ -188,7 +188,7 @@ impl Offer {
         if !is_core && knows(ash::ext::extended_dynamic_state::NAME) {
             features = features.push_next(&mut state);
         }
-        // Below 1.3 it stands on other extensions, which are asked for with it.
+        // Below Vulkan 1.3 it depends on other extensions, which are checked with it.
         if extensions(self.version)
             .iter()
             .filter(|name| **name != ash::khr::synchronization2::NAME)
@@ -212,7 +212,7 @@ impl Offer {
     }
 }
 
-/// Whether stencil targets can have this format.
+/// Whether a device supports stencil targets of a format.
 ///
 /// # Safety
 /// As for [`check`].

@@ -1,4 +1,4 @@
-//! Passes of a command buffer: a label for frame debuggers and, where it is asked for, two timestamps round each.
+//! Passes of a command buffer: a label for frame debuggers and, if requested, two timestamps around each.
 
 use std::ffi::CStr;
 use std::time::Duration;
@@ -20,15 +20,15 @@ pub struct PassTime {
 #[derive(Debug, Default)]
 pub(super) struct Stamps {
     pool: vk::QueryPool,
-    /// Passes that have been recorded: two timestamps each.
+    /// Names of the recorded passes, each of which has two timestamps.
     names: Vec<&'static CStr>,
 }
 
 impl Stamps {
-    /// Most passes of a cull that are timed. Further ones are not.
+    /// Maximum number of timed passes of a cull. Further passes are not timed.
     const MOST: usize = 64;
 
-    /// Fails where the queue has no timestamps.
+    /// Creates the query pool. Fails if the queue has no timestamps.
     pub(super) fn new(context: &Context, name: &str) -> Result<Self, GpuError> {
         if context.timestamps().is_none() {
             return Err(GpuError::Missing(vec!["timestamps on the queue family"]));
@@ -46,12 +46,12 @@ impl Stamps {
         })
     }
 
-    /// Forgets the passes that were timed.
+    /// Removes the timed passes.
     pub(super) fn clear(&mut self) {
         self.names.clear();
     }
 
-    /// The times by pass; `false` where the device has not finished.
+    /// Writes the time of each pass to `times`. Returns `false` if the device has not finished.
     pub(super) fn read(
         &self,
         context: &Context,
@@ -84,7 +84,7 @@ impl Stamps {
         Ok(true)
     }
 
-    /// Frees the pool; the device must be done with it.
+    /// Frees the pool. The device must no longer use it.
     pub(super) fn destroy(&mut self, context: &Context) {
         // SAFETY: the handle is null or was made from this device, which the caller says is done with it.
         unsafe { context.device().destroy_query_pool(self.pool, None) };
@@ -105,8 +105,7 @@ impl<'a> Passes<'a> {
     /// Starts to record passes.
     ///
     /// # Safety
-    /// `cmd` is being recorded outside of rendering, and the cull that the timestamps were of has finished, or will never be
-    /// submitted.
+    /// `cmd` is being recorded outside of rendering. The cull that used the timestamps before has finished, or will never be submitted.
     pub(super) unsafe fn new(
         context: &'a Context,
         cmd: vk::CommandBuffer,
@@ -132,7 +131,7 @@ impl<'a> Passes<'a> {
     /// Begins a pass. Passes do not nest.
     ///
     /// # Safety
-    /// The command buffer is being recorded, and [`Passes::end`] follows within the same rendering, or as this outside of any.
+    /// The command buffer is being recorded, and [`Passes::end`] follows within the same rendering, or outside of rendering if this call is.
     pub(crate) unsafe fn begin(&mut self, name: &'static CStr) {
         // SAFETY: the caller vouches for the command buffer.
         unsafe { self.context.begin_label(self.cmd, name) };
@@ -164,7 +163,7 @@ impl<'a> Passes<'a> {
     fn stamp(&self, at: u32) {
         if let Some(stamps) = &self.stamps {
             let stage = vk::PipelineStageFlags::BOTTOM_OF_PIPE;
-            // SAFETY: whoever made the passes vouches for the command buffer; the pool was reset, and has this timestamp.
+            // SAFETY: the caller of `Passes::new` vouches for the command buffer; the pool was reset, and has this timestamp.
             unsafe {
                 let device = self.context.device();
                 device.cmd_write_timestamp(self.cmd, stage, stamps.pool, at);

@@ -4,7 +4,7 @@ use ash::vk;
 
 use super::{Context, GpuError, error::Named};
 
-/// Bytes of `VkPipelineCacheHeaderVersionOne`.
+/// Size of `VkPipelineCacheHeaderVersionOne`, in bytes.
 const HEADER: usize = 16 + vk::UUID_SIZE;
 
 /// A pipeline cache that is saved to bytes and loaded in a later run. A host with its own cache does not need it.
@@ -66,7 +66,7 @@ impl PipelineCache {
 
     /// Frees the cache. Pipelines that were created with it remain valid.
     pub fn destroy(self) {
-        // SAFETY: the cache is of this device, and no pipeline is being created with it: that borrows nothing of it.
+        // SAFETY: the cache is of this device, and no pipeline is being created with it, because `self` is owned.
         unsafe {
             self.context
                 .device()

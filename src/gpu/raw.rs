@@ -1,4 +1,4 @@
-//! The host's objects by raw handles.
+//! Functions that take the host's objects as raw handles.
 
 use std::ffi::c_void;
 
@@ -6,7 +6,7 @@ use ash::vk::{self, Handle};
 
 use super::{Context, ContextDesc, GpuError, RawContextDesc, Report, check, check_enabled};
 
-/// A `VkCommandBuffer` from the 64 bits of its pointer, for hosts that do not use `ash` or use another version of it.
+/// Converts the 64 bits of a `VkCommandBuffer` to a handle, for hosts that do not use `ash` or use another version of it.
 #[must_use]
 pub fn command_buffer(raw: u64) -> vk::CommandBuffer {
     vk::CommandBuffer::from_raw(raw)

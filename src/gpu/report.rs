@@ -1,4 +1,4 @@
-//! What a device offers to the culling paths, or what its host has enabled.
+//! The report on which culling paths run on a device.
 
 use std::ffi::CStr;
 

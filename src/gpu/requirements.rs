@@ -1,4 +1,4 @@
-//! What each path needs of a device, what is optional, and what happens without it.
+//! Requirements of each culling path, optional features, and the fallbacks without them.
 
 use crate::query::cull::CullPath;
 
@@ -9,7 +9,7 @@ pub struct Requirement {
     pub name: &'static str,
     /// Paths that cannot run without it.
     pub needed_by: &'static [CullPath],
-    /// Fallback without it; `None` for what is required.
+    /// Fallback without it; `None` if it is required.
     pub fallback: Option<&'static str>,
 }
 
@@ -34,7 +34,7 @@ pub(super) const S8: &str = "S8_UINT";
 pub(super) const PRECISE: &str = "occlusionQueryPrecise";
 pub(super) const ATOMICS: &str = "fragmentStoresAndAtomics";
 
-/// All requirements, those that are not optional first.
+/// All requirements, first those that are not optional.
 ///
 /// No limit is needed above the minimum that Vulkan guarantees. Where an input needs more than a device offers, the work is
 /// divided (targets by `maxImageDimension2D`, dispatches by `maxComputeWorkGroupCount`, maps of the compute path by
@@ -65,7 +65,7 @@ pub fn requirements() -> &'static [Requirement] {
             required(GRAPHICS, FOR_STENCIL),
             required(COMPUTE, FOR_COMPUTE),
             required(RENDERING, FOR_STENCIL),
-            // Part of Vulkan 1.3, where no feature has to be enabled for it.
+            // It is part of Vulkan 1.3, where it needs no enabled feature.
             required(DYNAMIC_STATE, FOR_STENCIL),
             required(STENCIL, FOR_STENCIL),
             required(LIMITS, BOTH),

@@ -1,4 +1,4 @@
-//! Buffers and stencil targets: a Vulkan object and its memory, made and destroyed together.
+//! Buffers and stencil targets: Vulkan objects with their memory, which are created and destroyed together.
 //!
 //! Architecture invariant: nothing here is freed by `Drop`. A default value holds null handles, and destroying it does nothing.
 
@@ -54,7 +54,7 @@ pub struct Buffer {
 }
 
 impl Buffer {
-    /// Creates a buffer that shaders may read as a whole. On failure everything is freed again.
+    /// Creates a buffer that may be bound as a whole. On failure everything is freed again.
     pub fn new(
         context: &Context,
         memory: &mut dyn Memory,
@@ -67,7 +67,7 @@ impl Buffer {
         Self::paged(context, memory, desc)
     }
 
-    /// Creates a buffer of which shaders read one bound part at a time. On failure everything is freed again.
+    /// Creates a buffer of which one part at a time is bound. On failure everything is freed again.
     pub fn paged(
         context: &Context,
         memory: &mut dyn Memory,
@@ -134,7 +134,7 @@ impl Buffer {
         }
     }
 
-    /// Whether the host can write to it.
+    /// Whether the buffer's memory is mapped.
     pub fn is_mapped(&self) -> bool {
         self.block.is_some_and(|block| block.mapped.is_some())
     }
@@ -178,7 +178,7 @@ impl Buffer {
             .call("vkInvalidateMappedMemoryRanges")
     }
 
-    /// The first `size` bytes of a mapped buffer; [`Buffer::invalidate`] comes first.
+    /// The first `size` bytes of a mapped buffer. Call [`Buffer::invalidate`] before.
     ///
     /// # Safety
     /// The device has finished writing them.
@@ -201,7 +201,7 @@ impl Buffer {
         Ok(word.load(std::sync::atomic::Ordering::Acquire))
     }
 
-    /// Its bytes, for the host to write.
+    /// Bytes of a mapped buffer, for the host to write.
     ///
     /// # Safety
     /// The device does not use them while they are borrowed, and nobody else writes them.
@@ -221,7 +221,7 @@ impl Buffer {
             })
     }
 
-    /// The whole block: whole atoms, as [`Block::coherent`] asks.
+    /// Range of a whole block. It consists of whole atoms, as [`Block::coherent`] requires.
     fn range(block: &Block) -> vk::MappedMemoryRange<'static> {
         vk::MappedMemoryRange::default()
             .memory(block.memory)
@@ -235,13 +235,13 @@ impl Buffer {
 pub(crate) struct StencilTarget {
     pub(crate) image: vk::Image,
     pub(crate) view: vk::ImageView,
-    /// Columns and rows, texels.
+    /// Number of columns and rows, in texels.
     pub(crate) side: [u32; 2],
     own: Image,
 }
 
 impl StencilTarget {
-    /// Leaves nothing behind when it fails.
+    /// Creates a stencil buffer. On failure everything is freed again.
     pub(crate) fn new(
         device: &mut DeviceMemory<'_>,
         name: &str,
@@ -266,14 +266,14 @@ impl StencilTarget {
         })
     }
 
-    /// Frees all; the device must be done with it.
+    /// Frees image and memory. The device must no longer use them.
     pub(crate) fn destroy(&mut self, context: &Context, memory: &mut dyn Memory) {
         self.own.destroy(context, memory);
         (self.view, self.image) = (vk::ImageView::null(), vk::Image::null());
     }
 }
 
-/// What memory an object needs, and whether the driver prefers an allocation for it alone.
+/// Memory requirements of a buffer, and whether the driver prefers a dedicated allocation.
 ///
 /// # Safety
 /// The buffer is of this device, which has Vulkan 1.1.

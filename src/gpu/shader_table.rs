@@ -8,25 +8,25 @@ use crate::maps::{Disc, FixedTransform2};
 /// One entry of the table.
 #[derive(Clone, Copy, Debug)]
 pub struct Shader {
-    /// Of its file, without the ending.
+    /// Name of the shader's file, without the extension.
     pub name: &'static str,
     /// Pipeline stage.
     pub stage: Stage,
-    /// Bytes.
+    /// Size of the push constants, in bytes.
     pub push_constants: u32,
-    /// Bytes that a work group shares.
+    /// Size of the memory that a work group shares, in bytes.
     pub shared: u32,
-    /// Invocations of a work group, by axis; zeros where there are no groups.
+    /// Number of invocations of a work group along each axis; 0 for shaders without work groups.
     pub group: [u32; 3],
-    /// Of its buffers, how many are storage buffers.
+    /// Number of storage buffers.
     pub storage_buffers: u32,
-    /// Its storage, uniform and texel buffers, and its images.
+    /// Storage, uniform and texel buffers, and images.
     pub bindings: &'static [Binding],
-    /// SPIR-V.
+    /// Words of the SPIR-V module.
     pub words: &'static [u32],
 }
 
-/// The stages in use.
+/// Pipeline stage of a shader.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stage {
     /// Vertex shader.
@@ -44,7 +44,7 @@ pub struct Binding {
     pub set: u32,
     /// Binding number in the set.
     pub binding: u32,
-    /// Of its elements, bytes; 0 for an image.
+    /// Size of an element of the array, in bytes; 0 for an image.
     pub stride: u32,
 }
 
@@ -61,16 +61,16 @@ pub(crate) struct TargetSide {
     pub(crate) side: [u32; 2],
 }
 
-/// A corner of the box in which a candidate's map of one slab and slice is drawn over the attack's: vertex attributes.
+/// Vertex attributes of a corner of the box in which a candidate's map of one slab and slice is drawn over the attack's map.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
 pub(crate) struct BoxCorner {
-    /// Quarters of texels of the target.
+    /// Position in the target, in quarters of a texel.
     pub(crate) corner: [u16; 2],
-    /// From texels of the target to those of the map.
+    /// Transform from texels of the target to texels of the map, as a [`FixedTransform2`].
     pub(crate) turn: [i32; 4],
-    /// Width and height in one, first bit, bits a row; log2 of bits a texel, in bit 5 whether a texel is of two maps, and from bit 6 on the
-    /// number that is counted.
+    /// Width and height in one word; first bit of the map; number of bits of a row; a word with log2 of the bits of a texel, in bit 5 whether
+    /// a texel belongs to two maps, and from bit 6 on the index of the count.
     pub(crate) map: [u32; 4],
 }
 
@@ -98,7 +98,7 @@ pub(crate) struct PlacedPlanes {
     pub(crate) index: u32,
 }
 
-/// Candidates of a work group, and what of the attack they are held against.
+/// Candidates of a work group, and planes of the attack that they are compared with.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
 pub(crate) struct CandidateGroup {
@@ -108,14 +108,14 @@ pub(crate) struct CandidateGroup {
     pub(crate) end_plane: u32,
 }
 
-/// What the compute shader counts of a candidate: body, outer, evasion.
+/// Number of counts of a candidate: body, outer, evasion.
 pub(crate) const COUNTS: usize = 3;
 
-/// A disc on the target, cut off at its map: vertex attributes, one an instance.
+/// Instance attributes of a disc in the target, clipped to its map.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
 pub(crate) struct PlacedDisc {
-    /// Centre and radius, sub-texels of the target.
+    /// Centre and radius, in sub-texels of the target.
     pub(crate) disc: [i32; 3],
     /// First and end texel of the map, in the target.
     pub(crate) clip: [u16; 4],
@@ -139,7 +139,7 @@ pub const fn words<const COUNT: usize>(bytes: &[u8]) -> [u32; COUNT] {
     words
 }
 
-/// Stride of a buffer's elements as a shader reads them; 0 where it does not read that buffer.
+/// Size of an element of a buffer, in bytes, as a shader reads it; 0 if the shader does not read that buffer.
 pub const fn stride(shader: &Shader, binding: u32) -> usize {
     let mut index = 0;
     while index < shader.bindings.len() {
@@ -151,7 +151,7 @@ pub const fn stride(shader: &Shader, binding: u32) -> usize {
     0
 }
 
-/// Whether every device takes it, however few its limits: those that Vulkan guarantees (`limits.rs`).
+/// Whether a shader keeps within the limits that Vulkan guarantees (`limits.rs`), so that it runs on every device.
 pub const fn runs_anywhere(shader: &Shader) -> bool {
     let [x, y, z] = shader.group;
     shader.push_constants <= 128
@@ -163,7 +163,7 @@ pub const fn runs_anywhere(shader: &Shader) -> bool {
         && x * y * z <= 128
 }
 
-/// Whether all that a shader reads is in the one set there is.
+/// Whether all bindings of a shader are in descriptor set 0.
 pub const fn has_one_set(shader: &Shader) -> bool {
     let mut index = 0;
     while index < shader.bindings.len() {
@@ -218,7 +218,7 @@ const _: () = {
     assert!(offset_of!(CandidateGroup, first_plane) == GroupRange::FIRST_PLANE);
     assert!(offset_of!(CandidateGroup, end_plane) == GroupRange::END_PLANE);
 
-    // `disc` and `turn` are their host types, word for word.
+    // `disc` and `turn` have the layout of their host types.
     assert!(size_of::<Disc>() == size_of::<[i32; 3]>());
     assert!(size_of::<FixedTransform2>() == size_of::<[i32; 4]>());
 };

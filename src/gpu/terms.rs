@@ -1,4 +1,4 @@
-//! Terms on which a device is used: the version of Vulkan, and what is done without.
+//! Restrictions on the use of a device: the version of Vulkan, and features that are not used.
 
 use ash::vk;
 
@@ -41,7 +41,7 @@ impl Terms {
         }
     }
 
-    /// What they leave of all features.
+    /// Features that the restrictions allow.
     pub(super) fn features(&self) -> Features {
         Features {
             precise_queries: !self.without_precise_queries,

@@ -149,12 +149,12 @@ impl Gathered {
     pub(super) fn parts(&self) -> u32 {
         let groups = self.groups.len().max(1) as u32;
         let most = (Capacity::WANTED_GROUPS / groups).clamp(1, Capacity::MOST_PARTS);
-        // Each has as many planes as the others, as far as that goes.
+        // The planes are divided as evenly as possible.
         let planes = self.blocks.most_planes().max(1);
         planes.div_ceil(planes.div_ceil(most))
     }
 
-    /// Number of counts of each candidate, which are added up.
+    /// Number of counts of each candidate. Their sum is the candidate's count.
     pub(super) fn sums(&self) -> u32 {
         self.blocks.chunks() * self.parts()
     }

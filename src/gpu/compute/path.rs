@@ -31,7 +31,7 @@ use sabaki_motion::internal::both;
 pub(in crate::gpu) struct ComputePath {
     pub(super) context: Context,
     pub(super) parts: Parts,
-    /// Inputs by entry of a batch.
+    /// Input of each entry of a batch.
     pub(super) gathered: Vec<Gathered>,
     pub(super) capacity: Capacity,
     planes: Planes,
@@ -39,7 +39,7 @@ pub(in crate::gpu) struct ComputePath {
 
 #[derive(Debug, Default)]
 pub(super) struct Parts {
-    /// Pipelines for transforms that do not enlarge blocks, and for all others.
+    /// Pipeline for transforms that do not enlarge blocks, and pipeline for all other transforms.
     pub(super) pipelines: [Pipeline; 2],
     pub(super) atlas: Uploaded,
     pub(super) slots: Vec<Slot>,
@@ -65,7 +65,7 @@ impl ComputePath {
         };
         match path.fill(memory, desc) {
             Ok(()) => {
-                // They are in a buffer now.
+                // The planes are in a buffer now.
                 path.planes.forget_layouts();
                 Ok(path)
             }
@@ -145,7 +145,7 @@ impl ComputePath {
     }
 }
 
-/// Creates the pipelines: for transforms that do not enlarge blocks, and for all others.
+/// Creates the pipeline for transforms that do not enlarge blocks, and the pipeline for all other transforms.
 fn make_pipelines(
     context: &Context,
     desc: &CullerDesc<'_>,

@@ -18,7 +18,7 @@ use sabaki_motion::internal::each;
 const WINDOW: u32 = 5;
 /// Stride of strips, in columns.
 const STRIDE: u32 = 8;
-/// Words of an entry: index of its first word, its first texel, and the number of positions of a window's first texel.
+/// Number of words of an entry: index of its first word, its first texel, and the number of positions of a window's first texel.
 const ENTRY: usize = 3;
 
 /// Alignment of pages, in words: 256 bytes, the largest alignment that a device may require.
@@ -29,7 +29,7 @@ const ALIGNMENT: usize = 64;
 pub(super) struct PlaneRegion {
     /// Index in [`Planes::pages`].
     pub(super) page: u32,
-    /// Word of the page at which its first entry starts: `[slab][slices of body, slices of outer, evasion]`.
+    /// Index of the region's first entry among the words of the page. Order of the entries: `[slab][slices of body, slices of outer, evasion]`.
     pub(super) entries: u32,
     pub(super) first_slab: i32,
     pub(super) slabs: u32,
@@ -38,12 +38,12 @@ pub(super) struct PlaneRegion {
 /// The atlas in the layout of the shader.
 #[derive(Debug, Default)]
 pub(super) struct Planes {
-    /// Number of words of all regions: of each the entries, then the planes.
+    /// Number of words of all regions. A region has its entries first, then its planes.
     pub(super) words: usize,
     pub(super) regions: Vec<PlaneRegion>,
     /// Planes of each region, until they have been written.
     layouts: Vec<RegionLayout>,
-    /// Words that are bound at a time, each some regions whole: no more than a device reads from one buffer.
+    /// Ranges of words that are bound one at a time. Each holds whole regions and is no larger than a device can read from one buffer.
     pub(super) pages: Vec<Range<usize>>,
     pub(super) grid: MapGrid,
 }
@@ -51,31 +51,31 @@ pub(super) struct Planes {
 /// Maximum size of a page.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct PageLimit {
-    /// The setting or the limit of the device that it comes from.
+    /// Name of the setting or the device limit that sets the maximum, for errors.
     pub(super) name: &'static str,
     pub(super) bytes: u64,
 }
 
-/// Where the bits of a plane go.
+/// Layout of the bits of a plane.
 #[derive(Clone, Copy, Debug)]
 struct Plane {
-    /// Word, counted from the region's first entry.
+    /// Index of the plane's first word, counted from the region's first entry.
     start: u32,
-    /// Texel of the first place.
+    /// Texel at the first window position.
     origin: [i32; 2],
-    /// Number of places, by column and row.
+    /// Number of window positions along columns and along rows.
     sides: [u32; 2],
     strips: u32,
-    /// Words of a strip.
+    /// Number of words of a strip.
     rows: u32,
 }
 
-/// Planes of a region, entry by entry. `None` where no texel is set.
+/// Planes of a region, one for each entry. `None` is a plane without set texels.
 #[derive(Debug)]
 struct RegionLayout {
     slices: u32,
     planes: Vec<Option<Plane>>,
-    /// Number of words, from the first entry on.
+    /// Number of words of the entries and the planes.
     words: usize,
 }
 
@@ -99,7 +99,7 @@ impl Planes {
         Ok(planes)
     }
 
-    /// Puts a region's words on the last page, or, where they do not fit, on a new one.
+    /// Puts a region's words on the last page, or on a new page if they do not fit.
     fn add(&mut self, region: &RegionMaps, words: usize, most: u64) {
         let end = self.words + words;
         let fits = |page: &Range<usize>| 4 * (end - page.start) as u64 <= most;
@@ -118,7 +118,7 @@ impl Planes {
         self.pages[page].end = self.words;
     }
 
-    /// Draws the planes of the atlas that these are of, before [`Planes::forget_layouts`].
+    /// Draws the planes. `atlas` is the atlas that they were laid out for. Call it before [`Planes::forget_layouts`].
     pub(super) fn write(&self, atlas: &RegionAtlas, mut out: &mut [u32]) {
         let mut written = 0;
         let parts = self.layouts.iter().zip(&self.regions).zip(atlas.regions());
@@ -138,7 +138,7 @@ impl Planes {
         );
     }
 
-    /// Frees what is needed to draw.
+    /// Frees the layouts, which only [`Planes::write`] needs.
     pub(super) fn forget_layouts(&mut self) {
         self.layouts = Vec::new();
     }
@@ -236,7 +236,8 @@ fn draw_slices(map: &MaskMap, planes: &[Option<Plane>], words: &mut [u32]) {
 }
 
 impl Plane {
-    /// Sets texels of a row from a place on, given as bits, in the strips that hold them. All set texels lie in the plane.
+    /// Sets up to [`bit_square::SIDE`] texels of a row, which start at a texel and are given as bits, in all strips that hold them. All set
+    /// texels lie in the plane.
     #[inline]
     fn set_run(&self, words: &mut [u32], [u, v]: [i32; 2], texels: u32) {
         if texels == 0 {
@@ -265,7 +266,7 @@ impl Plane {
 /// Number of texels of a run: a word has a bit for each.
 const RUN: usize = bit_square::SIDE;
 
-/// Planes of a slab.
+/// Number of planes of a slab.
 pub(super) fn planes_of_slab(slices: u32) -> u32 {
     2 * slices + 1
 }

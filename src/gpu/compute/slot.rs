@@ -13,17 +13,17 @@ use crate::gpu::{
 /// Buffers and descriptor sets of one cull in flight. Default: null handles.
 #[derive(Debug, Default)]
 pub(super) struct Slot {
-    /// Candidates, groups of them, then the attack, as the host writes them.
+    /// Input that the host writes: candidates, groups of candidates, and the attack.
     upload: Buffer,
-    /// The same on the device; null where shaders read what the host has written.
+    /// Copy of the input on the device. Null if shaders read `upload`.
     copy: Buffer,
     /// Three counts for each candidate and part of a sum.
     pub(super) counts: Counts,
-    /// Parts of a sum in the cull that was recorded last.
+    /// Number of parts of each sum in the cull that was recorded last.
     pub(super) sums: u32,
-    /// Candidates of that cull.
+    /// Number of candidates of the cull that was recorded last.
     pub(super) candidates: u32,
-    /// By page of the maps.
+    /// Descriptor set of each page of the maps.
     pub(super) sets: Vec<vk::DescriptorSet>,
 }
 
@@ -32,12 +32,12 @@ pub(super) struct SlotDesc<'a> {
     /// Prefix of the names of its buffers.
     pub(super) name: &'a str,
     pub(super) capacity: &'a Capacity,
-    /// Whether shaders read what the host has written.
+    /// Whether shaders read the buffer that the host writes, without a copy.
     pub(super) direct_input: bool,
 }
 
 impl Slot {
-    /// Fills a default slot. After a failure [`Slot::destroy`] frees what there is.
+    /// Fills a default slot. After a failure, [`Slot::destroy`] frees what was created.
     pub(super) fn fill(
         &mut self,
         device: &mut DeviceMemory<'_>,
@@ -76,7 +76,7 @@ impl Slot {
         Ok(())
     }
 
-    /// Bytes of a slot's buffers.
+    /// Size of a slot's buffers, in bytes.
     pub(super) fn bytes(capacity: &Capacity, direct_input: bool) -> u64 {
         let inputs = if direct_input { 1 } else { 2 };
         inputs * capacity.offsets().end + HEADER + 4 * capacity.counts()
@@ -91,7 +91,7 @@ impl Slot {
         }
     }
 
-    /// Writes a cull's input; no device uses it any more.
+    /// Writes a cull's input. The device must no longer use the slot.
     pub(super) fn write(
         &self,
         context: &Context,
@@ -133,7 +133,7 @@ impl Slot {
         self.copy.handle == vk::Buffer::null()
     }
 
-    /// Frees everything; the device must be done with it. The descriptor sets go with their pool.
+    /// Frees the buffers. The device must no longer use them. The descriptor sets are freed with their pool.
     pub(super) fn destroy(&mut self, context: &Context, memory: &mut dyn Memory) {
         self.counts.destroy(context, memory);
         self.copy.destroy(context, memory);

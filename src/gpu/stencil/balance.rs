@@ -18,7 +18,7 @@ const SAMPLE: usize = 512;
 pub(super) struct Balance {
     /// Number of box texels in each tile.
     tiles: Vec<u64>,
-    /// Difference of the number of texels to the previous row.
+    /// For each row, the difference of its number of texels to the previous row.
     rows: Vec<i64>,
 }
 
@@ -79,7 +79,7 @@ impl BoxCorner {
     pub(super) fn move_down(&mut self, rows: u32) {
         let [a, b, x, z] = &mut self.turn;
         let twice = 2 * rows as i32;
-        // Sums may wrap on the way; what they end as fits.
+        // Intermediate sums may wrap; the results fit.
         *x = x.wrapping_sub(b.wrapping_mul(twice));
         *z = z.wrapping_sub(a.wrapping_mul(twice));
         self.corner[1] += (rows * UNITS) as u16;

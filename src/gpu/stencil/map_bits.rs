@@ -1,4 +1,4 @@
-//! Where a map lies among the words of an atlas.
+//! The position of a map among the words of an atlas.
 
 /// Position of a map in its frame, and of its bits in the atlas's words: `[row][column][slice]`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -16,7 +16,7 @@ pub(super) enum Part {
     Body,
     Outer,
     Evasion,
-    /// Body and evasion map in one ([`Pairs`]).
+    /// Body and evasion map, drawn together ([`Pairs`]).
     Both,
 }
 
@@ -47,7 +47,7 @@ pub(super) struct CandidateMap<'a> {
     pub(super) bits: &'a MapBits,
     /// Bounding rectangle of all slices.
     pub(super) whole: Reach,
-    /// That of each slice; none where all are the same.
+    /// Bounding rectangle of each slice; empty if all slices have that of `whole`.
     slices: &'a [Reach],
 }
 
@@ -65,15 +65,15 @@ impl CandidateMap<'_> {
 #[derive(Debug)]
 pub(super) struct Maps {
     slabs: SlabNumbers,
-    /// Number of words of the atlas.
+    /// Number of words of the maps of the atlas, which are used if there are no pairs.
     unpaired: usize,
-    /// Words of pairs, which take the place of the atlas's. They are freed once they have been uploaded.
+    /// Words of pairs, which replace the words of the atlas. They are freed after the upload.
     paired: Option<Vec<u32>>,
-    /// `[slab][part]`.
+    /// Position of each map, `[slab][part]`.
     bits: Vec<[MapBits; 4]>,
-    /// `[slab][part]`: bounding rectangles of all slices.
+    /// Bounding rectangle of all slices of each map, `[slab][part]`.
     reaches: Vec<[Reach; 4]>,
-    /// `[slab][body, outer][slice]`. All texels of an evasion's map are of its only slice.
+    /// Bounding rectangle of each slice, `[slab][body, outer][slice]`. Evasion maps have one slice.
     slice_reaches: Vec<Reach>,
     slices: usize,
     /// Whether body and evasion maps are counted at once.
@@ -107,7 +107,7 @@ impl Maps {
             slabs: SlabNumbers::new(atlas),
             unpaired: atlas.bytes() / 4,
             paired,
-            // Both maps begin with the body's.
+            // A paired map has the position of the body map.
             bits: bits
                 .into_iter()
                 .map(|[body, outer, evasion]| [body, outer, evasion, body])
@@ -130,7 +130,7 @@ impl Maps {
         1 + u32::from(self.are_pairs)
     }
 
-    /// Kinds of maps that are drawn for what is counted.
+    /// Kinds of maps that are drawn to count some parts of the overlaps.
     pub(super) fn parts(&self, counted: Counted) -> impl Iterator<Item = Part> + use<> {
         let both = self.are_pairs && counted.body && counted.evasion;
         let is_drawn = move |part: &Part| match part {
@@ -147,7 +147,7 @@ impl Maps {
         self.paired.as_ref().map_or(self.unpaired, Vec::len)
     }
 
-    /// Writes the words of all maps of the atlas that these are of, before [`Maps::forget_words`].
+    /// Writes the words of all maps. `atlas` is the atlas that they come from. Call it before [`Maps::forget_words`].
     pub(super) fn write(&self, atlas: &RegionAtlas, mut out: &mut [u32]) {
         if let Some(words) = &self.paired {
             out.copy_from_slice(words);
@@ -160,7 +160,7 @@ impl Maps {
         each(parts, |(to, words), ()| to.copy_from_slice(words));
     }
 
-    /// Frees the words after their upload.
+    /// Frees the words of pairs after their upload.
     pub(super) fn forget_words(&mut self) {
         if let Some(words) = &mut self.paired {
             *words = Vec::new();

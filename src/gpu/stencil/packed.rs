@@ -1,15 +1,15 @@
-//! The maps of an atlas in a buffer that holds their words one after the other.
+//! The layout of an atlas in a buffer: the words of its maps, one after the other.
 
 use super::map_bits::MapBits;
 use crate::maps::{MapRect, RegionAtlas, RegionId, Slab};
 
-/// Words of the evasions' maps, one map after the other: of each slab body masks, outer masks, and bits of the evasion map.
+/// Words of all maps of the atlas. Each slab has its body masks, then its outer masks, then the bits of its evasion map.
 pub(super) fn words(atlas: &RegionAtlas) -> impl Iterator<Item = &[u32]> {
     let slabs = atlas.regions().iter().flat_map(|region| &region.slabs);
     slabs.flat_map(|slab| [slab.body.masks(), slab.outer.masks(), slab.evasion.words()])
 }
 
-/// Places of the maps of each slab among [`words`]: body, outer, evasion.
+/// Positions of the maps of each slab in [`words`]: body, outer, evasion.
 pub(super) fn places(atlas: &RegionAtlas) -> Vec<[MapBits; 3]> {
     let lanes = atlas.grid().lanes() as u32;
     let mut first = 0;
@@ -38,10 +38,10 @@ pub(super) fn places(atlas: &RegionAtlas) -> Vec<[MapBits; 3]> {
     of_slabs.collect()
 }
 
-/// Numbers of all slabs, region by region.
+/// Numbers the slabs of all regions consecutively.
 #[derive(Debug)]
 pub(super) struct SlabNumbers {
-    /// Of each region its first slab, the number of that, and how many slabs it has.
+    /// For each region: its first slab, the number of that slab, and its number of slabs.
     regions: Vec<(Slab, u32, u32)>,
 }
 

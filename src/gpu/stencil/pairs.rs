@@ -1,4 +1,4 @@
-//! Maps of one slice, in as few bits as they need.
+//! Maps of one slice, with one or two bits for each texel.
 //!
 //! Body and evasion map of a slab share a texel of two bits, so that a fragment finds both with one read and a candidate is drawn once
 //! for both. Outer maps have texels of one bit.
@@ -11,19 +11,19 @@ const BODY: u32 = 0;
 /// Bit of the evasion map in a texel.
 const EVASION: u32 = 1;
 
-/// The maps of an atlas of one slice.
+/// The maps of an atlas with one slice.
 #[derive(Debug, Default)]
 pub(super) struct Pairs {
     pub(super) words: Vec<u32>,
-    /// For each slab of each region: body, outer, evasion.
+    /// Positions of the maps of each slab of each region: body, outer, evasion.
     pub(super) bits: Vec<[MapBits; 3]>,
     /// Number of bits in use.
     used: usize,
 }
 
 impl Pairs {
-    /// Packs an atlas of one slice. `None` if a texel is both of a body and of an evasion, or if maps of one slab lie far from each
-    /// other: neither is so in drawn maps.
+    /// Packs an atlas with one slice. Returns `None` if a texel is set in both the body and the evasion map, or if maps of one slab lie far
+    /// from each other. Neither happens with drawn maps.
     pub(super) fn new(atlas: &RegionAtlas) -> Option<Self> {
         let mut pairs = Self::default();
         for slab in atlas.regions().iter().flat_map(|region| &region.slabs) {

@@ -1,7 +1,7 @@
 //! The stencil culling path: its pipelines, maps, target and slots.
 //!
 //! Source: Masaoka & Oshita, section 5.3: the attack is drawn once into the stencil of each slab; each candidate's body map
-//! is drawn over it, moved and turned into place, and an occlusion query counts the samples that pass. Differs: one query
+//! is drawn over it, transformed into the attack's frame, and an occlusion query counts the samples that pass. Differs: one query
 //! spans all slabs and slices of a candidate, whose cells lie in one target (`cells.rs`). A second query counts its outer
 //! map, which proves misses, and a third one its evasion map, for the score. Fragments may count instead of queries
 //! (`tally.rs`); a map of one slice then has body and evasion texels, and is drawn once for both (`pairs.rs`).
@@ -39,18 +39,18 @@ use sabaki_motion::internal::both;
 pub(in crate::gpu) struct StencilPath {
     pub(super) context: Context,
     pub(super) parts: Parts,
-    /// By entry of a batch.
+    /// Input of each entry of a batch.
     pub(super) entries: Vec<Entry>,
     pub(super) capacity: Capacity,
     maps: Maps,
     pub(super) counting: Counting,
 }
 
-/// An input that is laid out for the device.
+/// Input of one cull in the layout of the device.
 #[derive(Debug, Default)]
 pub(super) struct Entry {
     pub(super) gathered: Gathered,
-    /// Where fragments count.
+    /// Boxes in the order of drawing. Used only if fragments count.
     pub(super) by_plane: ByPlane,
 }
 
@@ -60,18 +60,18 @@ pub(super) struct Parts {
     pub(super) candidates: Pipeline,
     pub(super) target: StencilTarget,
     pub(super) atlas: Atlas,
-    /// Of the sets in which fragments count.
+    /// Layout and pool of the descriptor sets for counting fragments. Null if occlusion queries count.
     tally: tally::Layout,
-    /// Of as many boxes as a draw has.
+    /// Index buffer for the maximum number of boxes of a draw.
     pub(super) indices: Buffer,
     pub(super) slots: Vec<Slot>,
-    /// Shared by all slots: Vulkan orders a reset behind the commands before it that use the same queries. Null where fragments
-    /// count.
+    /// Occlusion query pool of all slots. Vulkan executes a reset after earlier commands that use the same queries, so that slots can share
+    /// it. Null if fragments count.
     pub(super) pool: vk::QueryPool,
 }
 
 impl StencilPath {
-    /// Creates pipelines and memory. Leaves nothing behind when it fails.
+    /// Creates pipelines and memory. On failure everything is freed again.
     pub(in crate::gpu) fn new(
         context: &Context,
         memory: &mut dyn Memory,
@@ -105,7 +105,7 @@ impl StencilPath {
         };
         match path.fill(memory, desc) {
             Ok(()) => {
-                // They are in a buffer now.
+                // The words are in a buffer now.
                 path.maps.forget_words();
                 Ok(path)
             }
@@ -116,7 +116,7 @@ impl StencilPath {
         }
     }
 
-    /// What a description asks for, as far as the device allows.
+    /// Capacity of a description, limited to that of the device.
     fn capacity(context: &Context, desc: &CullerDesc<'_>, maps: &Maps) -> Capacity {
         let settings = desc.stencil;
         let most = context.max_target_side().min(boxes::MOST_SIDE);
@@ -131,7 +131,7 @@ impl StencilPath {
         }
     }
 
-    /// Bytes of memory that a culler of this description takes, with the staging buffer of the maps.
+    /// Memory of a culler of this description with the staging buffer of the maps, in bytes.
     pub(in crate::gpu) fn bytes(context: &Context, desc: &CullerDesc<'_>) -> Result<u64, GpuError> {
         let counting = Self::counting(context, desc);
         let maps = Maps::new(desc.atlas, counting)?;
@@ -148,7 +148,7 @@ impl StencilPath {
         Ok(maps + indices + columns * rows * texel + slots * Slot::bytes(&capacity, counting))
     }
 
-    /// The way of counting that a description asks for, or that is known to be fast on the driver.
+    /// Counting method of a description, or by default the faster one on the driver.
     pub(in crate::gpu) fn counting(context: &Context, desc: &CullerDesc<'_>) -> Counting {
         let known = || drivers::counting(context.driver(), context.features());
         desc.stencil.counting.unwrap_or_else(known)
@@ -210,7 +210,7 @@ impl StencilPath {
 }
 
 impl Parts {
-    /// Creates the pipelines and the layouts of their sets.
+    /// Creates the pipelines and the layouts of their descriptor sets.
     fn make_pipelines(
         &mut self,
         context: &Context,
@@ -294,7 +294,7 @@ impl DevicePath for StencilPath {
                 slot.corners.write(&self.context, 0, corners)
             }
             Counting::Atomics => {
-                // SAFETY: a slot is written to when the device has finished its last cull.
+                // SAFETY: a slot is written only after the device has finished its last cull.
                 let out = unsafe { slot.corners.bytes_mut() }?;
                 let out = &mut out[..size_of_val(&corners[..])];
                 by_plane.write(draws, corners, bytemuck::cast_slice_mut(out));
@@ -328,7 +328,7 @@ impl DevicePath for StencilPath {
                 Part::Body => &mut overlap.body,
                 Part::Outer => &mut overlap.outer,
                 Part::Evasion => &mut overlap.evasion,
-                // Queries are of single parts.
+                // Each query counts a single part.
                 Part::Both => continue,
             };
             *sum = sum.saturating_add(count);

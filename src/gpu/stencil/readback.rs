@@ -1,4 +1,4 @@
-//! From the target's texels to maps of bits.
+//! Reads the texels of the target into maps of bits.
 
 use super::{
     batch::Batch,
@@ -16,10 +16,10 @@ impl Rasterizer {
     /// positions of the drawings.
     ///
     /// # Errors
-    /// An invalidate that failed.
+    /// The error of an invalidate.
     ///
     /// # Safety
-    /// What was recorded last is this batch, and it has finished on the device.
+    /// This batch was recorded last, and it has finished on the device.
     pub unsafe fn read_every_frame(
         &self,
         drawings: &[Drawing],
@@ -42,10 +42,10 @@ impl Rasterizer {
     /// positions of the drawings.
     ///
     /// # Errors
-    /// An invalidate that failed.
+    /// The error of an invalidate.
     ///
     /// # Safety
-    /// What was recorded last is this batch, and it has finished on the device.
+    /// This batch was recorded last, and it has finished on the device.
     pub unsafe fn read_any_frame(
         &self,
         drawings: &[Drawing],
@@ -61,6 +61,8 @@ impl Rasterizer {
         Ok(())
     }
 
+    /// Texels of the part of the target that a batch used.
+    ///
     /// # Safety
     /// The device has finished.
     unsafe fn texels(&self, batch: &Batch) -> Result<Texels<'_>, GpuError> {
@@ -75,7 +77,7 @@ impl Rasterizer {
     }
 }
 
-/// The part of the target that a batch used, a byte a texel.
+/// The part of the target that a batch used. Each texel is one byte.
 struct Texels<'a> {
     values: &'a [u8],
     width: u32,

@@ -1,9 +1,9 @@
 //! The stencil passes that draw maps, as data: instances and stencil rules.
 //!
 //! Source: Masaoka & Oshita, section 4.3: frame i is drawn with EQUAL i and INCR, so that only texels that every earlier frame
-//! covered count up, and two discs of one frame count once. Here counting starts at 1, which leaves 0 for texels
-//! that have dropped out, and before a stencil value runs out the count starts again at 1.
-//! CPU twin: `every_frame` and `any_frame` in src/maps/raster.rs.
+//! covered are incremented, and two discs of one frame count once. Differs: counting starts at 1, because 0 marks texels that a frame did
+//! not cover, and before a stencil value overflows the count restarts at 1.
+//! CPU twin: `every_frame` and `any_frame` in `src/maps/raster.rs`.
 
 use std::ops::Range;
 

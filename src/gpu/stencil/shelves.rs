@@ -1,4 +1,8 @@
-//! Rectangles side by side on shelves, the tallest first.
+//! Packs rectangles side by side on shelves.
+//!
+//! Source: next-fit decreasing height (Coffman, Garey, Johnson & Tarjan, "Performance bounds for level-oriented two-dimensional packing
+//! algorithms", 1980): a rectangle goes onto the open shelf, or opens the next one if that is full. Callers sort by height, the tallest
+//! first. Differs: the height is bounded too. A rectangle that no longer fits is refused.
 
 /// Position of a map in a target: its first texel.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -7,7 +11,7 @@ pub(crate) struct Place {
     pub(crate) y: u32,
 }
 
-/// The open shelf of a target.
+/// The open shelf of a target: its end, its lower edge and its height, in texels.
 #[derive(Debug, Default)]
 pub(super) struct Shelves {
     x: u32,

@@ -5,10 +5,10 @@
 
 use crate::maps::{Disc, MapRect, SUB_TEXELS};
 
-/// Margin around a rectangle, in texels: for corners that are rounded here to quarters and by a device to at least sixteenths, and for
-/// the error of single precision.
+/// Margin around a rectangle, in texels. It covers the rounding of corners (here to quarters, on a device to sixteenths or finer) and the
+/// error of single precision.
 const MARGIN: f32 = 0.25;
-/// Share of the rectangle along the axes that another one may have at most.
+/// Maximum ratio of the area of a rotated rectangle to that of the rectangle along the axes. Above it the latter is used.
 const WORTH: f32 = 0.75;
 
 /// A rectangle in texels of the attack's rectangle, in a frame that is turned by an angle.
@@ -34,7 +34,7 @@ impl Slant {
         }
     }
 
-    /// The rectangle around the part of some discs that lies in `rect`. `None` where it is not much smaller than `rect`.
+    /// The rotated rectangle around the part of some discs that lies in `rect`. `None` if it is not much smaller than `rect`.
     pub(super) fn around(discs: impl Iterator<Item = Disc> + Clone, rect: MapRect) -> Option<Self> {
         let (sin, cos) = angle(discs.clone()).sin_cos();
         let mut slant = Self {
@@ -73,7 +73,8 @@ impl Slant {
         ]
     }
 
-    /// The part that a convex shape, given by its four corners in the order of its outline, can share. `None` where it is empty.
+    /// Rectangle around the intersection with a convex shape, which is given by its four corners in the order of its outline. `None` if they
+    /// do not intersect.
     pub(super) fn shared(&self, outline: [[f32; 2]; 4]) -> Option<Self> {
         let mut shared = *self;
         let mut corners = outline.map(|corner| self.turned(corner));
@@ -94,7 +95,7 @@ impl Slant {
         [[a, b], [c, b], [a, d], [c, d]].map(|corner| self.back(corner))
     }
 
-    /// Smallest rectangle of whole texels around it.
+    /// Smallest rectangle of whole texels that contains this one.
     pub(super) fn bounds(&self) -> MapRect {
         let corners = self.corners();
         let of = |axis: usize| {
@@ -127,7 +128,7 @@ impl Slant {
     }
 }
 
-/// Lowest and highest first coordinate of a convex shape where its second one lies in a strip, or slightly outside.
+/// Lowest and highest first coordinate of the points of a convex shape whose second coordinate lies in a strip, or slightly outside.
 fn extent(corners: &[[f32; 2]; 4], [low, high]: [f32; 2]) -> [f32; 2] {
     let (low, high) = (low - MARGIN, high + MARGIN);
     let mut extent = [f32::INFINITY, f32::NEG_INFINITY];

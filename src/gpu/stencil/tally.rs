@@ -36,7 +36,7 @@ pub(super) struct ByPlane {
 }
 
 impl ByPlane {
-    /// Finds the place of each plane's boxes.
+    /// Computes the range of each plane's boxes.
     pub(super) fn fill(&mut self, planes: &[Plane], draws: &[Draw]) {
         self.boxes.clear();
         self.boxes.resize(planes.len(), 0..0);

@@ -1,4 +1,4 @@
-//! From an evasion's frame back to the attack's maps: where a candidate is drawn.
+//! Transforms a candidate's maps into the frame of the attack's maps, where they are drawn.
 
 use super::{
     boxes::{CORNERS, UNITS},
@@ -16,13 +16,13 @@ pub(super) struct WayBack {
     sin: f32,
     /// Translation in the evasion's frame, in texels.
     from: [f32; 2],
-    /// The inverse transform, or `None` if the rotation is 0.
+    /// Whether the transform can be inverted. It cannot if both `a` and `b` are near 0.
     exists: bool,
     turn: FixedTransform2,
 }
 
 impl WayBack {
-    /// Margin around a map, in texels: half a texel from centre to border, and the error of single precision.
+    /// Margin around a map, in texels. It covers half a texel from centre to border, and the error of single precision.
     const MARGIN: f32 = 1.0;
 
     pub(super) fn new(turn: FixedTransform2) -> Self {
@@ -39,8 +39,8 @@ impl WayBack {
         }
     }
 
-    /// `FixedTransform2::texel` with the positions of both maps in the translation: from texels of the target, in which the attack's first
-    /// texel is at `origin`, to texels of the map. Intermediate sums may wrap; the result fits.
+    /// Transform from texels of the target, where the attack's first texel is at `origin`, to texels of the map. It is the arithmetic of
+    /// `FixedTransform2::texel` with both positions added to the translation. Intermediate sums may wrap; the result fits.
     pub(super) fn onto(&self, map: &MapBits, [x, y]: [i32; 2]) -> [i32; 4] {
         let FixedTransform2 { a, b, tx, tz } = self.turn;
         let placed = |start: i32, along: i32, across: i32, texel: i32| {
@@ -60,7 +60,7 @@ impl WayBack {
         origin: [i32; 2],
     ) -> Option<[[u16; 2]; CORNERS]> {
         let shared = self.part(reach, &cell.slant)?;
-        // No corner lies before the target, where a cast would round up.
+        // No corner is negative, where a cast would round up.
         let place = |at: f32, origin: i32| {
             let at = (at + origin as f32) * UNITS as f32;
             (at + 0.5) as u16
@@ -78,7 +78,7 @@ impl WayBack {
             return Some(*slant);
         }
         let ([x, z], [width, height]) = (reach.middle, reach.half);
-        // Most maps are far from most cells.
+        // Tested first because most maps are far from most cells.
         let middle = slant.turned(self.back(reach.middle));
         let [cos, sin] = [
             (self.cos * slant.cos + self.sin * slant.sin).abs(),
@@ -96,7 +96,7 @@ impl WayBack {
         slant.shared(outline.map(|[a, b]| self.back([x + a * width, z + b * height])))
     }
 
-    /// A place of the evasion's frame, in the attack's.
+    /// Transforms a point of the evasion's frame to the attack's frame.
     fn back(&self, place: [f32; 2]) -> [f32; 2] {
         let [x, z] = [0, 1].map(|axis| place[axis] - self.from[axis]);
         [self.cos * x - self.sin * z, self.sin * x + self.cos * z]
