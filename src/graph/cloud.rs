@@ -53,8 +53,7 @@ impl PointCloud {
         cloud
     }
 
-    /// Whether each point and each weight is there and finite. A cloud that comes from a file is
-    /// checked with it.
+    /// Whether all points and weights are present and finite. It checks clouds that come from a file.
     #[must_use]
     pub fn is_sound(&self) -> bool {
         let points = self.frames.checked_mul(self.joints());

@@ -74,7 +74,7 @@ pub enum GraphError {
     /// The input exceeds a limit.
     #[error("{found} {what}; {most} is the most")]
     TooMany {
-        /// What is counted.
+        /// Name of the counted items.
         what: &'static str,
         /// Number that was found. Transitions are counted only until the limit is exceeded.
         found: u64,
@@ -114,7 +114,7 @@ pub enum GraphError {
     /// A clip cannot be resampled.
     #[error(transparent)]
     Clip(#[from] ClipError),
-    /// What watched the build stopped it.
+    /// The watch of the build stopped it.
     #[error("the build was stopped")]
     Stopped,
 }
@@ -135,7 +135,7 @@ fn size(bytes: u64) -> String {
     format!("{:.1} {name}", bytes as f64 / unit)
 }
 
-/// An event, by the name of its clip if it has one.
+/// Names an event by the name of its clip, or by its position without a clip.
 fn event(index: usize, clip: &Option<String>) -> String {
     match clip {
         Some(clip) => format!("\"{clip}\", event {index} of all"),

@@ -62,7 +62,7 @@ pub(super) fn in_frames(
     }
 }
 
-/// Two events of one kind that have the same frames, by their positions.
+/// Positions of two events of one kind that have the same frames; `None` if there are none.
 pub(super) fn twice(events: &[GraphEvent]) -> Option<[usize; 2]> {
     let key = |&index: &usize| {
         let event = &events[index];
@@ -74,8 +74,8 @@ pub(super) fn twice(events: &[GraphEvent]) -> Option<[usize; 2]> {
     Some([pair[0], pair[1]])
 }
 
-/// Events that overlap, merged: one event for each group, from the first start to the last end, in the order of the first of each group.
-/// What overlaps an evasion at whose start the group starts is an evasion.
+/// Merges overlapping events. Each group of them becomes one event from the first start to the last end, in the order of the groups' first
+/// events. It is an evasion if an evasion starts at the start of the group.
 pub(super) fn merged(events: &[GraphEvent]) -> Vec<GraphEvent> {
     let start = |&index: &usize| (events[index].clip, events[index].first);
     let mut groups: Vec<(usize, GraphEvent)> = Vec::new();
@@ -98,7 +98,7 @@ pub(super) fn merged(events: &[GraphEvent]) -> Vec<GraphEvent> {
 
 /// The frames of each clip that events cover.
 pub(super) struct EventCover {
-    /// For each clip the starts of its events in ascending order, each with the last end of this event and those before it.
+    /// For each clip, the starts of its events in ascending order. With each start stands the latest end of this event and those before it.
     clips: Vec<Vec<(u32, u32)>>,
 }
 

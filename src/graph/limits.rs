@@ -52,11 +52,11 @@ impl GraphSettings {
         }
     }
 
-    /// About how much memory a build takes, in bytes.
+    /// Estimate of the memory that a build takes, in bytes.
     fn estimate(&self, source: ClipSource<'_>) -> f64 {
-        // Of a joint and frame: the rotation twice, the point in three layouts, and about as much again of the graph's copies.
+        // Bytes of a joint and frame: the rotation twice, the point in three layouts, and about as much again for the graph's copies.
         const JOINT: f64 = 100.0;
-        // Of a frame: sums and projections of its window, and its place in the search for links.
+        // Bytes of a frame: sums and projections of its window, and its data in the search for links.
         const FRAME: f64 = 400.0;
         // Resampling adds up to one frame beyond the whole frame times of a clip.
         let frames = |clip: &Clip| (clip.duration() * self.frame_rate).ceil() + 1.0;

@@ -51,7 +51,7 @@ impl Moments {
         }
     }
 
-    /// For each moment, whether its clip has a next frame.
+    /// Returns for each moment whether its clip has a next frame.
     pub(super) fn goes_on(&self) -> Vec<bool> {
         let mut goes_on = vec![true; self.len()];
         for pair in self.first.windows(2).filter(|pair| pair[0] < pair[1]) {
@@ -60,7 +60,7 @@ impl Moments {
         goes_on
     }
 
-    /// Moments of the largest strongly connected component, or `None` if there is none.
+    /// Returns for each moment whether it belongs to the largest strongly connected component, or `None` if there is none.
     pub(super) fn component(&self, jumps: &[Jump]) -> Option<Vec<bool>> {
         let goes_on = self.goes_on();
         let steps = (0..self.len() as u32).filter(|&moment| goes_on[moment as usize]);

@@ -5,24 +5,24 @@ use super::{Motion, MotionGraph};
 use crate::anim::Pose;
 use crate::math::Rigid2;
 
-/// A motion that was played until another one takes over.
+/// A motion that was played until another motion replaces it.
 #[derive(Clone, Copy, Debug)]
 pub struct Played<'a> {
     /// The motion.
     pub motion: &'a Motion,
-    /// Time since its start, seconds.
+    /// Time since the start of the motion, in seconds.
     pub seconds: f32,
-    /// Rate at which its time passed.
+    /// Playback rate of the motion.
     pub rate: f32,
 }
 
 impl Motion {
-    /// Becomes [`Motion::rest`]. What remains of a warp stays.
+    /// Replaces the motion by [`Motion::rest`]. The rest of a warp stays.
     pub fn drop_past(&mut self, graph: &MotionGraph, seconds: f32) {
         *self = self.rest(graph, seconds);
     }
 
-    /// Transforms everything that it plays, what it has played included.
+    /// Transforms the whole motion, including the part that has been played.
     pub fn transform(&mut self, by: Rigid2) {
         for piece in &mut self.pieces {
             piece.playhead.clip_to_world = by * piece.playhead.clip_to_world;
@@ -42,7 +42,7 @@ impl Motion {
         }
     }
 
-    /// Starts where `played` is, with its speed, and loses the difference within `blend` seconds. An earlier blend at its start is
+    /// Starts in the pose of `played`, with its velocity. The offset from it fades out within `blend` seconds. An earlier blend at the start is
     /// replaced.
     #[doc(hidden)]
     pub fn blend_from(&mut self, graph: &MotionGraph, played: Played<'_>, blend: f32) {
@@ -54,8 +54,7 @@ impl Motion {
         self.blend_from_scratch(graph, scratch, blend);
     }
 
-    /// Starts with two poses that were seen `seconds` apart: it goes on from the second one with their speed, and loses the difference
-    /// within `blend` seconds.
+    /// Starts in the second of two poses that are `seconds` apart, with their velocity. The offset from it fades out within `blend` seconds.
     pub(crate) fn blend_from_poses(
         &mut self,
         graph: &MotionGraph,
@@ -67,7 +66,7 @@ impl Motion {
         let [from, later] = &mut scratch.from;
         from.copy_from(now);
         later.copy_from(now);
-        // What the joints did in the time before, once more.
+        // Extrapolates the motion of the joints from the previous interval.
         later.root = now.root + (now.root - before.root);
         for (rotation, before) in later.rotations.iter_mut().zip(&before.rotations) {
             *rotation = (*rotation * before.conjugate() * *rotation).normalize();
@@ -96,19 +95,19 @@ impl Motion {
         self.measure_later(graph);
     }
 
-    /// Number of pieces and blends that it holds.
+    /// Number of pieces and blends of the motion.
     #[must_use]
     pub fn len(&self) -> usize {
         self.pieces.len() + self.entered
     }
 
-    /// Whether it was never started.
+    /// Whether the motion was never started.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.pieces.is_empty()
     }
 
-    /// Whether the graph has all that it plays. It checks motions that come from a file.
+    /// Whether the graph has everything that the motion plays. It checks motions that come from a file.
     #[must_use]
     pub fn is_sound(&self, graph: &MotionGraph) -> bool {
         let joints = graph.skeleton().len();

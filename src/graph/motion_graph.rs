@@ -94,7 +94,7 @@ pub struct MotionGraph {
     pub(super) rig: KnownRig,
 }
 
-/// The skeleton's [`Rig`], found when it is first asked for. It follows from the skeleton, so that any two are equal.
+/// The skeleton's [`Rig`], computed on first use. It is derived from the skeleton, so it is ignored by comparisons.
 #[derive(Clone, Debug, Default)]
 pub(super) struct KnownRig(OnceLock<Rig>);
 
@@ -119,7 +119,7 @@ impl MotionGraph {
         self
     }
 
-    /// Legs, then arms, left before right. `None` for each that the joints' names do not identify.
+    /// Legs, then arms, left before right. `None` is a limb that the names of the joints do not identify.
     #[must_use]
     #[doc(hidden)]
     pub fn limbs(&self) -> &[Option<Leg>; 4] {
@@ -197,7 +197,7 @@ impl MotionGraph {
         (0..self.edges.len() as u32).map(EdgeId)
     }
 
-    /// The first edge of each node, and the number of edges.
+    /// Index of each node's first edge. The last entry is the number of edges.
     pub(crate) fn first_edges(&self) -> &[u32] {
         &self.first_edge
     }
@@ -231,7 +231,7 @@ impl MotionGraph {
         }
     }
 
-    /// Default continuation at a node: the next edge of the clip, by preference one that plays an event, or, at its end, the closest
+    /// Default continuation at a node: the next edge of the clip, preferably one that plays an event. At the end of the clip it is the closest
     /// transition.
     #[must_use]
     pub fn natural_edge(&self, node: NodeId) -> EdgeId {
@@ -272,7 +272,7 @@ impl MotionGraph {
         placements
     }
 
-    /// Edges that play a clip outside all events: also no part of an event, which is an edge where events overlap.
+    /// Edges that play a clip outside all events. Edges that play a part of an event, which exist where events overlap, do not belong to them.
     pub fn natural_edges(&self) -> impl Iterator<Item = EdgeId> + '_ {
         let cover = EventCover::new(&self.events, self.clips.len());
         self.edge_ids().filter(move |&id| {

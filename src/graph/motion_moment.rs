@@ -5,7 +5,7 @@ use super::Motion;
 pub struct MotionMoment<'a> {
     /// The motion.
     pub motion: &'a Motion,
-    /// Time since its start, in seconds.
+    /// Time since the start of the motion, in seconds.
     pub seconds: f32,
 }
 

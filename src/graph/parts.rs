@@ -1,6 +1,6 @@
 //! Assembles nodes and edges from clips, events and transitions.
 //!
-//! An event is one edge. Where events overlap, further edges play the parts between their ends.
+//! Each event is one edge. Where events overlap, additional edges play the parts between their ends.
 
 use rustc_hash::FxHashSet;
 
@@ -18,7 +18,7 @@ pub(super) struct Parts<'a> {
     pub(super) events: Vec<GraphEvent>,
     pub(super) aligner: Aligner<'a>,
     pub(super) transitions: &'a [Transition],
-    /// How transitions move their feet, if that is known.
+    /// Known plans of how transitions move their feet.
     pub(super) plans: &'a FootPlans,
     pub(super) frame_rate: f64,
     pub(super) threads: usize,

@@ -5,7 +5,7 @@ use crate::anim::{Pose, forward_kinematics};
 use crate::math::Rigid2;
 use sabaki_motion::internal::Facing;
 
-/// Distance from the origin beyond which a transform is replaced, in metres. No character walks so far.
+/// Distance from the origin beyond which a transform is replaced by the identity, in metres.
 const NOWHERE: f32 = 1e7;
 
 /// A character's position in the graph and in the world.

@@ -35,7 +35,7 @@ pub(super) fn largest(nodes: usize, weighted: &[WeightedEdge]) -> Option<Vec<boo
             );
         }
     }
-    // From the last node to the first, so that a tie selects the component of the first node.
+    // In reverse order, so that a tie selects the component of the first node.
     let best = components
         .iter()
         .rev()
@@ -155,7 +155,7 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    /// Which nodes are reached by following edges, the naive way.
+    /// Naive search: returns for each node whether it is reached by following edges.
     fn reached(nodes: usize, edges: &[(u32, u32)], from: u32) -> Vec<bool> {
         let mut seen = vec![false; nodes];
         let mut open = vec![from];

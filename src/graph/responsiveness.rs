@@ -26,7 +26,7 @@ impl MotionGraph {
         self.responsiveness_within(&[seconds], 1)[0]
     }
 
-    /// [`MotionGraph::responsiveness`] for several times, by so many threads.
+    /// [`MotionGraph::responsiveness`] for several times, computed by `threads` threads.
     pub(super) fn responsiveness_within(
         &self,
         seconds: &[f64],

@@ -26,7 +26,7 @@ pub(super) struct Sides<'a> {
 }
 
 impl<'a> Sides<'a> {
-    /// Returns `None` if the edge is not a transition.
+    /// Both sides of an edge `frame` frames after its start, or `None` if the edge is not a transition.
     pub(super) fn of(graph: &'a MotionGraph, edge: &Edge, frame: f32) -> Option<Self> {
         let moment = graph.edge_moment(edge, frame);
         let target = moment.target?;
@@ -94,7 +94,7 @@ impl<'a> Sides<'a> {
         source.distance(self.target().global(joint).translation)
     }
 
-    /// Root of the blend, without its rotation.
+    /// Position of the root of the blend.
     pub(super) fn root(&self) -> Vec3 {
         let target = self.align.point(self.target.root());
         self.source.root().lerp(target, self.weight)
@@ -115,7 +115,7 @@ impl<'a> Sides<'a> {
         }
     }
 
-    /// Writes the blended rotations. End sites keep what they have.
+    /// Writes the blended rotations. Those of end sites are not changed.
     fn rotations(&self, out: &mut [Quat]) {
         let slerp = Slerp::new(self.weight);
         match (&self.source, &self.target) {
@@ -141,7 +141,7 @@ impl<'a> Sides<'a> {
                     out,
                 });
             }
-            // Clips of one graph have one layout, but for those that could not be compressed.
+            // Clips of one graph have the same layout, except for clips that could not be compressed.
             _ => {
                 let blend = self.blend();
                 for (id, rotation) in self.skeleton.ids().zip(out) {
@@ -151,7 +151,7 @@ impl<'a> Sides<'a> {
         }
     }
 
-    /// Turns the root's rotation on the target's side to the source's space.
+    /// Rotates the root rotation of the target's side into the source's space.
     #[inline(always)]
     fn turn_lane<const N: usize>(&self, target: &mut Rows<N>, lane: usize) {
         let [x, y, z, w] = target.map(|row| row[lane]);

@@ -1,4 +1,4 @@
-//! Parts of a file that are read one by one, and thus at the same time.
+//! Serializes the parts of a file one by one, so that they can be read in parallel.
 
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -8,7 +8,7 @@ pub(crate) fn to_bytes<T: Serialize + ?Sized>(part: &T) -> Result<Vec<u8>, postc
     postcard::to_extend(part, Vec::new())
 }
 
-/// Reads a part, which must take all of the bytes.
+/// Reads a part. It must use all bytes.
 pub(crate) fn from_bytes<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, String> {
     let (part, rest) = postcard::take_from_bytes(bytes).map_err(|error| error.to_string())?;
     match rest.len() {

@@ -1,4 +1,4 @@
-//! The parts of a graph that files hold one by one, so that they are read at the same time.
+//! The parts of a graph that files store separately, so that they can be read in parallel.
 
 use serde::{Deserialize, Serialize};
 
@@ -8,7 +8,7 @@ use super::{Edge, Feet, GraphEvent, MotionGraph, Node};
 use crate::anim::{Clip, Skeleton};
 use sabaki_motion::internal::both;
 
-/// All parts that are small.
+/// All small parts of a graph, stored together.
 #[derive(Deserialize)]
 struct Rest {
     skeleton: Skeleton,
@@ -18,7 +18,7 @@ struct Rest {
     first_edge: Vec<u32>,
 }
 
-/// [`Rest`] of a graph that is written.
+/// [`Rest`] by reference, for writing.
 #[derive(Serialize)]
 struct RestOf<'a> {
     skeleton: &'a Skeleton,

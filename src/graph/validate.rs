@@ -37,7 +37,7 @@ impl MotionGraph {
             let sound = in_parallel(0, self.clips.len(), is_sound);
             sound.iter().all(|&is_sound| is_sound)
         };
-        // The order matters: each check relies on those before it, but none on what the clips' frames hold.
+        // The order matters: each check relies on those before it. None relies on the contents of the clips' frames.
         let checks: [(&(dyn Fn() -> bool + Sync), &str); 8] = [
             (&|| !self.nodes.is_empty(), "it has no nodes"),
             (

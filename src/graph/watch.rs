@@ -1,50 +1,50 @@
-//! What follows a bake, and may stop it.
+//! Progress reports of a bake, and how to stop it.
 
 use std::fmt::Debug;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use crate::math::in_parallel;
 
-/// A long stage of a bake, in their order.
+/// A long stage of a bake, in the order of execution.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum BakeStage {
-    /// Windows are compared, counted in pairs.
+    /// Compares windows. Progress counts pairs.
     Transitions,
-    /// Transitions are tested for darting feet.
+    /// Tests transitions for darting feet.
     Feet,
-    /// Links of events that the graph would drop are searched. It may be repeated.
+    /// Searches links of events that the graph would drop. The stage may be repeated.
     Joins,
-    /// Links to evasions are searched, clip by clip.
+    /// Searches links to evasions. Progress counts clips.
     Links,
-    /// Links to evasions are chosen, goal by goal.
+    /// Chooses links to evasions, goal by goal.
     Choice,
-    /// Entries, exits and layers are tested, by batches of moments.
+    /// Tests entries, exits and layers. Progress counts batches of moments.
     Entries,
-    /// Exits are tested of moments without a branch point.
+    /// Tests exits of moments without a branch point.
     Exits,
 }
 
-/// What is done of a stage.
+/// Progress of a stage.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct BakeProgress {
     /// The stage.
     pub stage: BakeStage,
-    /// Pieces of work that are done.
+    /// Number of finished pieces of work.
     pub done: u64,
-    /// All pieces of the stage.
+    /// Number of all pieces of work of the stage.
     pub all: u64,
 }
 
-/// Follows a bake, and may stop it. Every thread of the bake calls it.
+/// Receives the progress of a bake, and may stop it. All threads of the bake call it.
 pub trait BakeWatch: Sync + Debug {
-    /// Some work is done.
+    /// Receives the progress of a stage.
     fn progress(&self, progress: BakeProgress);
 
-    /// Whether the bake stops here. Once it has stopped, it stays so.
+    /// Whether the bake should stop. Once it returns `true`, it must keep returning `true`.
     fn is_stopped(&self) -> bool;
 }
 
-/// Lets a bake go on to its end.
+/// A watch that ignores progress and never stops a bake.
 #[derive(Clone, Copy, Debug)]
 pub struct Unwatched;
 
@@ -60,17 +60,18 @@ impl BakeWatch for Unwatched {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Stopped;
 
-/// What a step of a bake made, and a record of it: a later bake takes it over or, if this one was stopped, goes on from it.
+/// Result of a step of a bake, and a record for later bakes. A later bake takes over the results in the record or, if this bake was stopped,
+/// continues from them.
 #[derive(Clone, Debug)]
 pub struct Recorded<M, R> {
-    /// `None` if the step was stopped.
+    /// Result of the step; `None` if it was stopped.
     pub made: Option<M>,
-    /// All that is known.
+    /// Record of all results so far.
     pub record: R,
 }
 
 impl dyn BakeWatch + '_ {
-    /// Returns an error if the bake stops here.
+    /// Returns an error if the bake should stop.
     pub(crate) fn check(&self) -> Result<(), Stopped> {
         match self.is_stopped() {
             true => Err(Stopped),
@@ -78,7 +79,7 @@ impl dyn BakeWatch + '_ {
         }
     }
 
-    /// A stage that `threads` threads work at.
+    /// A stage with `threads` threads.
     pub(crate) fn stage(&self, stage: BakeStage, threads: usize) -> WatchedStage<'_> {
         WatchedStage {
             watch: self,
@@ -97,7 +98,7 @@ pub(crate) struct WatchedStage<'a> {
 }
 
 impl WatchedStage<'_> {
-    /// Does the pieces of work of the stage, like [`in_parallel`]. After a stop the results are those of the first pieces.
+    /// Runs the pieces of work of the stage, like [`in_parallel`]. After a stop, only the results of the first pieces are returned.
     pub(crate) fn in_parallel<T: Send>(
         self,
         count: usize,
@@ -114,7 +115,7 @@ impl WatchedStage<'_> {
         results.into_iter().map_while(|result| result).collect()
     }
 
-    /// Some work is done.
+    /// Reports progress.
     pub(crate) fn progress(self, done: u64, all: u64) {
         self.watch.progress(BakeProgress {
             stage: self.stage,

@@ -38,9 +38,9 @@ pub(in crate::graph) struct Compared<'a> {
 /// Windows of the first cloud that are compared along one diagonal.
 #[derive(Clone, Copy)]
 pub(in crate::graph) struct DiagonalRows<'a> {
-    /// Sorted; they belong to the strip and have a window of the second cloud beside them.
+    /// Indices of the windows, sorted. They lie in the strip, and `row + shift` is a window of the second cloud.
     pub(in crate::graph) rows: &'a [u32],
-    /// Window of the second cloud less that of the first.
+    /// Index of the window of the second cloud minus the index of the window of the first cloud.
     pub(in crate::graph) shift: isize,
 }
 
@@ -113,7 +113,7 @@ impl Diagonals {
         let tiles = beside(frames.start) / TILE..beside(frames.end - 1) / TILE + 1;
         for tile in tiles {
             let points = compared.b.tile(tile);
-            // The first lane's frame may lie before the strip, but not by a tile.
+            // The first lane's frame may lie before the strip, by less than a tile.
             let frame = (tile * TILE) as isize - shift;
             let at = (frame + TILE as isize - self.frames.start as isize) as usize;
             for part in 0..TILE / L {

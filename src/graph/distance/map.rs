@@ -123,7 +123,7 @@ impl<T: Copy + Default> Block<T> {
 struct Sums<'a> {
     a: &'a Windows,
     b: &'a Windows,
-    /// Sums of the single rows of the current block.
+    /// Sums of each row of the current block.
     block: Block<f32>,
     /// Suffix sums of the previous block: each row plus all later rows.
     before: Block<f64>,

@@ -78,8 +78,8 @@ impl WindowPair<'_> {
         self.weighted_alignment(|_, _| 0.0)
     }
 
-    /// The same with weights added to those of the points. `extra` gives the weight of a joint in a frame of the windows; all weights of
-    /// a frame sum to 1 without it.
+    /// [`WindowPair::alignment`] with additional weights. `extra` returns the additional weight of a joint in a frame of the windows.
+    /// Without it, the weights of a frame sum to 1.
     pub(in crate::graph) fn weighted_alignment(
         &self,
         extra: impl Fn(usize, usize) -> f64,

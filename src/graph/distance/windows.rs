@@ -35,7 +35,7 @@ pub struct Windows {
     points: usize,
     /// Number of joints with a weight.
     joints: usize,
-    /// Weight of each of these joints.
+    /// Weight of each joint that has one.
     weights: Vec<f32>,
     /// Weighted coordinates, `[frame][joint]`.
     weighted: Vec<[f32; 3]>,
@@ -117,7 +117,7 @@ impl Windows {
         self.frames
     }
 
-    /// Weights of the joints that have one.
+    /// Weight of each joint that has one.
     pub(in crate::graph) fn weights(&self) -> &[f32] {
         &self.weights
     }

@@ -37,8 +37,8 @@ impl MotionGraph {
         &self.feet
     }
 
-    /// Takes the plants of `feet` and, if the settings ask for it, plans the feet of all transitions whose plans are not known. This is the
-    /// last step of building a graph.
+    /// Takes the plants of `feet` and, if feet are kept planted, plans the feet of all transitions without a known plan. This is the last step
+    /// of building a graph.
     pub(in crate::graph) fn with_feet(
         mut self,
         feet: Feet,

@@ -21,19 +21,19 @@ const SAMPLES: u32 = 2;
 /// Maximum ratio of a toe's speed to that of the faster clip.
 const RATIO: f32 = 1.3;
 
-/// Test of transitions.
+/// Test of transitions for darting feet.
 #[derive(Clone, Debug)]
 pub(in crate::graph) struct DartTest {
     /// Graph of the clips, with the tested transitions as its only edges.
     graph: MotionGraph,
-    /// Speed of the fastest toe from each frame of each clip to the next one, in metres per second; of the clips that were needed.
+    /// Speed of the fastest toe from each frame of each clip to the next one, in metres per second. It is computed for a clip on first use.
     clips: Vec<OnceLock<Vec<f32>>>,
     /// Speed up to which no foot darts, in metres per second.
     limit: f32,
     threads: usize,
     /// Results of an earlier bake.
     known: FootPlans,
-    /// Results of this one.
+    /// Results of this bake.
     results: FootPlans,
 }
 
@@ -102,8 +102,8 @@ impl DartTest {
         self.results
     }
 
-    /// For each of some transitions, whether a foot darts in it. `align` aligns a transition's target. The result does not depend on the
-    /// number of threads.
+    /// Returns for each transition whether a foot darts in it. `align` returns the transform of a transition's target to its source. The result
+    /// does not depend on the number of threads.
     pub(in crate::graph) fn darts(
         &mut self,
         transitions: &[Transition],

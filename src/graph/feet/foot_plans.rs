@@ -1,4 +1,4 @@
-//! How transitions move their feet, as it is kept and recorded.
+//! Plans of how transitions move their feet, and the keys that they are recorded by.
 
 use rustc_hash::FxHashMap;
 use serde::{Deserialize, Serialize};
@@ -17,13 +17,13 @@ pub(in crate::graph) struct DartKey {
     frames: u32,
 }
 
-/// How transitions move their feet; `None` for those in which a foot darts.
+/// Plans by transition. `None` is a transition in which a foot darts.
 pub(in crate::graph) type FootPlans = FxHashMap<DartKey, Option<FootPlan>>;
 
-/// The plans as they are recorded, sorted.
+/// Plans with their transitions, sorted, as they are recorded.
 pub(in crate::graph) type FootPlanList = Vec<(DartKey, Option<FootPlan>)>;
 
-/// The plans, sorted.
+/// Sorts plans by transition.
 pub(in crate::graph) fn sorted(plans: FootPlans) -> FootPlanList {
     let mut list: FootPlanList = plans.into_iter().collect();
     sort_rarely(&mut list, |(a, _), (b, _)| a.cmp(b));
@@ -41,7 +41,7 @@ pub(in crate::graph) struct FootPlan {
 }
 
 impl FootPlan {
-    /// Whether this can be the plan of a transition of a skeleton with so many legs. Plans that come from a file are checked.
+    /// Whether this can be the plan of a transition on a skeleton with `legs` legs. It checks plans that come from a file.
     pub(super) fn is_sound(&self, key: DartKey, legs: usize) -> bool {
         let furthest = Skeleton::FURTHEST;
         let mut blends = self.legs.iter().flatten();

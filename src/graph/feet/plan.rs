@@ -83,7 +83,7 @@ struct Planner<'a> {
 }
 
 impl Planner<'_> {
-    /// One blend for each leg.
+    /// Returns a blend for each leg.
     fn plan(self) -> Vec<Option<LegBlend>> {
         let Self { graph, edge } = self;
         let legs = graph.feet.legs.len();
@@ -156,7 +156,7 @@ impl Planner<'_> {
             .collect();
         if let Some(sides) = Sides::of(graph, edge, 0.0) {
             let root = sides.root();
-            // In micrometres.
+            // Distance in micrometres, which sorts as an integer.
             let away = |leg: usize| {
                 let foot = sides.source().global(graph.feet.legs[leg].foot);
                 let away = foot.translation - root;

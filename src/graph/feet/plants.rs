@@ -97,7 +97,7 @@ struct Limits {
 }
 
 impl Limits {
-    /// For a leg of `length` metres.
+    /// Converts the settings for a leg of `length` metres.
     fn new(settings: &FeetSettings, frame_rate: f64, length: f32) -> Self {
         let frames = |seconds: f64| (seconds * frame_rate).round() as u32;
         Self {

@@ -1,4 +1,4 @@
-//! Offsets that decay to 0: of points, of rotations, of feet.
+//! Offsets of points, rotations and feet that decay to 0.
 
 use glam::{Quat, Vec3};
 use serde::{Deserialize, Serialize};
@@ -16,7 +16,7 @@ pub(crate) struct Decay {
 }
 
 impl Decay {
-    /// Decay of an offset that is `now` at first and `then` after `seconds`.
+    /// Decay of an offset whose initial value is `now`, and which would be `then` after `seconds` without decay.
     pub(crate) fn new(now: Vec3, then: Vec3, seconds: f32) -> Self {
         Self {
             value: now,
@@ -38,12 +38,12 @@ impl Decay {
         self.value * weights.value + self.speed * weights.speed
     }
 
-    /// A rotation with the offset added, which is a rotation vector.
+    /// Adds the offset, a rotation vector, to a rotation.
     pub(crate) fn rotated(&self, rotation: Quat, weights: Weights) -> Quat {
         (Quat::from_scaled_axis(self.at(weights)) * rotation).normalize()
     }
 
-    /// The same in a space that is turned.
+    /// Transforms the offset to a space that is rotated by `by`.
     pub(super) fn turn(&mut self, by: Rigid2) {
         self.value = by.vector(self.value);
         self.speed = by.vector(self.speed);
@@ -82,11 +82,11 @@ impl Weights {
 pub(crate) struct FootDecay {
     place: Decay,
     rotation: Decay,
-    /// Height to which the foot is lifted on its way, in metres.
+    /// Height of the foot's step, in metres.
     lift: f32,
     /// Height of the toe at the cut, in metres.
     floor: f32,
-    /// Of both motions' knees at the cut. The hinge is unknown if all are straight.
+    /// Limit of the knee from both motions at the cut. Its hinge is unknown if all knees are straight.
     knee: KneeLimit,
 }
 
@@ -106,11 +106,11 @@ fn toe_in_ankle(skeleton: &Skeleton, pose: &Pose, leg: &Leg) -> Vec3 {
 pub(crate) struct LegPose {
     /// The foot's frame with its origin at the toe.
     pub(crate) at_toe: JointTransform,
-    /// [`Leg::knee_hinge`].
+    /// Hinge of the knee, as from [`Leg::knee_hinge`].
     pub(crate) hinge: Vec3,
 }
 
-/// Where a blend puts a leg.
+/// Target of a leg in a blend.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct LegTarget {
     /// The foot's frame with its origin at the toe.
@@ -137,7 +137,7 @@ impl LegPose {
 }
 
 impl LegTarget {
-    /// Bends a leg of `pose` to where a blend puts it. A knee that the blend bends the wrong way is straightened first.
+    /// Bends a leg of `pose` to this target. A knee that the blend bends the wrong way is straightened first.
     pub(crate) fn bend(self, leg: &Leg, skeleton: &Skeleton, pose: &mut Pose) {
         leg.limit_knee(skeleton, pose, self.knee);
         let JointTransform {
@@ -153,7 +153,7 @@ impl LegTarget {
     }
 }
 
-/// Sum of the sines of the knees' flexions from which their hinge is known.
+/// Minimum sum of the sines of the knees' flexions. Below it their hinge is unknown.
 const KNOWN: f32 = 0.4;
 
 impl FootDecay {
@@ -200,13 +200,13 @@ impl FootDecay {
         }
     }
 
-    /// How far it moves a point [beside](BESIDE) the foot at most, in metres.
+    /// Maximum distance by which the decay moves a point [beside](BESIDE) the foot, in metres.
     pub(super) fn reach(&self, weights: Weights) -> f32 {
         let turned = self.rotation.at(weights).length().min(2.0);
         self.place.at(weights).length() + self.lift * weights.lift + turned * BESIDE
     }
 
-    /// The same in a space that is turned.
+    /// Transforms the offset to a space that is rotated by `by`.
     pub(super) fn turn(&mut self, by: Rigid2) {
         self.place.turn(by);
         self.rotation.turn(by);

@@ -35,7 +35,7 @@ pub struct Entry {
 }
 
 impl Entry {
-    /// The position that it leads to.
+    /// The position as a playhead.
     pub(crate) fn playhead(&self) -> Playhead {
         Playhead {
             edge: self.edge,
@@ -69,27 +69,27 @@ pub(super) struct EntryScratch {
     pub(super) to: [Pose; 2],
 }
 
-/// Largest distance from a joint to what it carries, in metres.
+/// Maximum distance from a joint to a point that it carries, in metres.
 pub(crate) const BESIDE: f32 = 0.1;
 
-/// How far a joint is moved and turned at most, in metres and radians.
+/// Maximum translation and rotation of a joint, in metres and radians.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct JointReach {
     moved: f32,
     turned: f32,
 }
 
-/// How far offsets move points [beside](BESIDE) joints, in metres.
+/// Distances by which offsets move points [beside](BESIDE) joints, in metres.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct BlendReach {
-    /// At most, if all joints turn them the same way. A knee that is nearly straight can be moved further.
+    /// Upper limit for the body, reached if all joints rotate a point in the same direction. A knee that is nearly straight can move further.
     pub(crate) body: f32,
-    /// The farthest foot, which has an offset of its own.
+    /// Maximum over the feet, which have offsets of their own.
     pub(crate) feet: f32,
 }
 
 impl Inertia {
-    /// How far the offsets at `seconds` move the body.
+    /// Distances by which the offsets at `seconds` move the body.
     pub(super) fn reach(
         &self,
         graph: &MotionGraph,
@@ -162,7 +162,7 @@ impl Inertia {
         }
     }
 
-    /// Turns what stands in the space of the motion: root, root rotation and feet.
+    /// Transforms the offsets that are in the space of the motion: those of root, root rotation and feet.
     pub(super) fn turn(&mut self, by: Rigid2) {
         self.root.turn(by);
         if let Some(root) = self.joints.first_mut() {
@@ -173,7 +173,7 @@ impl Inertia {
         }
     }
 
-    /// Whether it fits a skeleton: asked of what is read from a file.
+    /// Whether the offsets fit a skeleton. It checks offsets that come from a file.
     pub(super) fn is_sound(&self, joints: usize, legs: usize) -> bool {
         let feet = self.feet.iter().all(FootDecay::is_finite);
         let lists = [&self.joints, &self.places];

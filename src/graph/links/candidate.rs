@@ -1,11 +1,11 @@
-//! A possible link, and the windows that it is between.
+//! A possible link and the windows that it connects.
 
 use std::cmp::Ordering;
 
 use crate::graph::Transition;
 
-/// Maximum number of links of one part of a clip. It bounds the search by the clips' duration, however many events there are, and is more
-/// than any goal of [`LinkSettings`](super::LinkSettings) asks for by default.
+/// Maximum number of links of one part of a clip. It bounds the search by the clips' duration, regardless of the number of events. It is
+/// larger than the number of evasions of every default goal of [`LinkSettings`](super::LinkSettings).
 pub(super) const MOST: usize = 16;
 
 /// A possible link.
@@ -17,7 +17,7 @@ pub(super) struct Candidate {
     /// Cost: the link's distance, increased if its blend is shorter than the graph's window, in
     /// metres.
     pub(super) cost: f32,
-    /// Number of frames of the windows that its distance was measured of.
+    /// Number of frames of the windows whose distance was measured.
     pub(super) compared: usize,
 }
 
@@ -38,11 +38,11 @@ pub(super) struct WindowPair {
     pub(super) clip: usize,
     /// First frame of the clip's window.
     pub(super) start: usize,
-    /// In metres.
+    /// Distance of the windows, in metres.
     pub(super) distance: f32,
 }
 
-/// Sorts the links of a part, which has one of each event at most, and keeps the closest.
+/// Sorts the links of a part, at most one for each event, and keeps the [`MOST`] closest.
 pub(super) fn keep_closest(part: &mut Vec<Candidate>) {
     part.sort_by(Candidate::closest_first);
     part.truncate(MOST);

@@ -23,7 +23,7 @@ impl<'a> Candidates<'a> {
         }
     }
 
-    /// Makes windows of all clips that are as long as those of some ranges.
+    /// Creates the windows of all clips for the window lengths of some ranges.
     pub(super) fn make_windows<'m>(&mut self, ranges: impl Iterator<Item = &'m EventMargin>) {
         for EventMargin { window, .. } in ranges {
             if !self.windows.contains_key(window) {
@@ -33,12 +33,12 @@ impl<'a> Candidates<'a> {
         }
     }
 
-    /// The windows of all clips, of a length that was made.
+    /// The windows of all clips for a length that [`Candidates::make_windows`] created.
     pub(super) fn windows(&self, length: usize) -> &ClipWindows<'a> {
         &self.windows[&length]
     }
 
-    /// Frees the memory of the windows, which are made anew if they are needed again.
+    /// Frees the memory of the windows. They are created again when needed.
     pub(super) fn forget_windows(&mut self) {
         self.windows.clear();
     }

@@ -10,8 +10,8 @@ use crate::graph::watch::{BakeStage, Stopped};
 use crate::math::in_parallel;
 
 impl Candidates<'_> {
-    /// Finds the closest links of `events` on one side, closest first. `events` are in ascending order. Of each event at most one link is
-    /// kept for each `spread` frames of a clip, and of all events the [`MOST`] closest ones. Only moments that `allowed` contains are
+    /// Finds the closest links of `events` on one side, closest first. `events` are in ascending order. At most one link of each event is
+    /// kept in each `spread` frames of a clip, and at most the [`MOST`] closest links of all events. Only moments that `allowed` contains are
     /// linked; `None` allows all moments.
     pub(super) fn find(
         &mut self,
@@ -26,8 +26,7 @@ impl Candidates<'_> {
         Ok(self.sorted(&found))
     }
 
-    /// Finds the closest links before `events`, like [`Candidates::find`], and records them. Those that an earlier bake found are not
-    /// searched again.
+    /// Finds the closest links before `events`, like [`Candidates::find`], and records them. Links that an earlier bake found are taken over.
     pub(super) fn find_known(
         &mut self,
         events: &[usize],
@@ -46,7 +45,7 @@ impl Candidates<'_> {
         Ok(self.sorted(&found))
     }
 
-    /// The ranges beside events. The windows are made.
+    /// The ranges beside events. Creates the windows for them.
     fn margins(&mut self, events: &[usize], side: Side) -> Vec<EventMargin> {
         let margins = events
             .iter()
@@ -56,7 +55,7 @@ impl Candidates<'_> {
         margins
     }
 
-    /// The links of each part of each clip. After a stop they are those of the first clips.
+    /// The links of each part of each clip. After a stop, only the first clips have links.
     fn of_clips(
         &self,
         of_clip: impl Fn(usize) -> Vec<Vec<Candidate>> + Sync,

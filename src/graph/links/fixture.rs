@@ -48,7 +48,7 @@ fn clip(skeleton: &Skeleton, seed: u32) -> Clip {
     Clip::new(skeleton, desc).unwrap()
 }
 
-/// Events that leave room for windows of full length, and for shorter ones.
+/// Events with enough free frames beside them for windows of full length, and events with fewer.
 fn events() -> Vec<GraphEvent> {
     let event = |(clip, [first, last]): (u32, [u32; 2])| GraphEvent {
         clip: ClipId(clip),
@@ -68,7 +68,7 @@ fn events() -> Vec<GraphEvent> {
     .to_vec()
 }
 
-/// What links are searched in.
+/// Input of a search for links.
 pub(super) struct Scene {
     pub(super) skeleton: Skeleton,
     pub(super) clips: Vec<Clip>,

@@ -1,7 +1,7 @@
 //! The closest links of events that the graph would drop, kept for a later bake.
 //!
-//! Those of an event depend on which moments may be linked, and thus on the whole library. They are taken over where the moments of a clip
-//! that may be linked are the same: only the other clips are searched again.
+//! The links of an event depend on the moments that may be linked, and thus on all clips. They are taken over for clips in which the same
+//! moments may be linked. Only the other clips are searched again.
 
 use rustc_hash::FxHashMap;
 use serde::{Deserialize, Serialize};
@@ -30,7 +30,7 @@ struct SearchKey {
     most: u32,
 }
 
-/// A link, whose blend follows from its distance.
+/// A link as it is recorded. The length of its blend follows from its distance.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 struct JoinLink {
     clip: u32,
@@ -51,19 +51,19 @@ impl JoinLink {
     }
 }
 
-/// The links that an earlier bake found, and those of this one.
+/// The links that an earlier bake found, and the links of this bake.
 #[derive(Debug, Default)]
 pub(super) struct Joins {
     found: FxHashMap<SearchKey, Vec<JoinLink>>,
-    /// For each round of the earlier bake the moments of each clip of this one that could be linked.
+    /// For each round of the earlier bake, the moments of each clip of this bake that could be linked.
     allowed: Vec<Vec<Option<Vec<bool>>>>,
-    /// For each clip whether the moments that may be linked in this round are those of the earlier bake.
+    /// For each clip, whether the moments that may be linked in this round are those of the earlier bake.
     pub(super) is_same: Vec<bool>,
     pub(super) record: JoinRecord,
 }
 
 impl Joins {
-    /// Takes over the links of a record, whose clips are those of `clips`.
+    /// Takes over the links of a record. `clips` maps the clips of the record to those of this bake.
     pub(super) fn onto(clips: &ClipMatch, record: &JoinRecord) -> Self {
         let now = |event: &EventFrames| {
             let clip = clips.now(event.clip)?;
@@ -71,7 +71,7 @@ impl Joins {
         };
         let found = record.found.iter().filter_map(|(key, links)| {
             let event = now(&key.event)?;
-            // A link of a clip that is gone is of no clip.
+            // Links to clips that were removed get an invalid clip.
             let clip = |link: &JoinLink| clips.now(link.clip).unwrap_or(u32::MAX);
             let links = links.iter().map(|link| JoinLink {
                 clip: clip(link),
@@ -131,7 +131,7 @@ impl Joins {
         let links = self.found.get(&self.key(margin, most))?;
         let is_kept = |link: &&JoinLink| self.is_same.get(link.clip as usize) == Some(&true);
         let kept: Vec<&JoinLink> = links.iter().filter(is_kept).collect();
-        // Where there were more, some may have been left out.
+        // If the list was full, closer links to other clips may have displaced some.
         if kept.len() < links.len() && links.len() >= most {
             return None;
         }
@@ -139,7 +139,7 @@ impl Joins {
         kept.into_iter().map(candidate).collect()
     }
 
-    /// Records what was found.
+    /// Records the links that were found for an event.
     pub(super) fn add(&mut self, margin: &EventMargin, most: usize, found: &[Candidate]) {
         let link = |candidate: &Candidate| {
             let link = &candidate.link;

@@ -9,7 +9,7 @@ use crate::graph::distance::Windows;
 pub(super) enum Side {
     /// Before the event's first frame. Links end there.
     Before,
-    /// After its last frame: links start there.
+    /// After the event's last frame. Links start there.
     After,
 }
 
@@ -34,7 +34,7 @@ pub(super) struct EventMargin {
 }
 
 impl Side {
-    /// The frame of a link's end in the clip whose window starts at `start`, or `None` if the clip has no such frame.
+    /// Frame at the far end of a link, in the clip whose window of `window` frames starts at `start`. `None` if the clip has no such frame.
     pub(super) fn far_end(self, start: usize, window: usize) -> Option<usize> {
         match self {
             Self::Before => start.checked_sub(1),

@@ -10,7 +10,7 @@ use crate::graph::watch::{BakeStage, Stopped};
 use crate::math::in_parallel;
 use sabaki_motion::internal::sort_rarely;
 
-/// Events on one side of which links are searched.
+/// Events, and the side of them on which links are searched.
 #[derive(Clone, Copy)]
 pub(super) struct Wanted<'a> {
     /// Indices of the events.
@@ -23,14 +23,14 @@ pub(super) struct Wanted<'a> {
 }
 
 impl Joins {
-    /// Finds the links of each event whose windows are closest, closest first, before they are refined. In each clip there is at most one
-    /// of each event for each `spread` frames.
+    /// Finds the links of each event with the closest windows, closest first, without refining their distances. An event has at most one link
+    /// in each `spread` frames of a clip.
     pub(super) fn nearest(
         &mut self,
         candidates: &mut Candidates<'_>,
         wanted: Wanted<'_>,
     ) -> Result<Vec<Vec<Candidate>>, Stopped> {
-        /// Number of ranges that are compared with a clip one after the other.
+        /// Number of ranges that are compared with one clip before the next clip.
         const TOGETHER: usize = 32;
         let margins: Vec<Option<EventMargin>> = wanted
             .events

@@ -14,12 +14,12 @@ use crate::graph::ClipMatch;
 pub(in crate::graph) struct LinkRecord {
     /// The evasions whose ranges were compared.
     ranges: Vec<EventFrames>,
-    /// For each clip and each of its parts, closest first, before their distances are refined.
+    /// Links of each part of each clip, closest first. Their distances are not refined.
     clips: Vec<Vec<Vec<NearLink>>>,
     pub(super) joins: JoinRecord,
 }
 
-/// A link, whose blend follows from its distance.
+/// A link as it is recorded. The length of its blend follows from its distance.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 struct NearLink {
     /// Index of the range that it leads to.
@@ -36,10 +36,10 @@ pub(in crate::graph) struct KnownLinks {
     record: LinkRecord,
 }
 
-/// The ranges of a bake, and which of them an earlier one had.
+/// The ranges of a bake, matched with those of an earlier bake.
 pub(super) struct KnownRanges<'a> {
     ranges: &'a [EventMargin],
-    /// For each range of the record its index among those of this bake.
+    /// For each range of the record, its index among the ranges of this bake.
     now: Vec<Option<usize>>,
     /// Indices of the ranges that the record lacks.
     pub(super) new: Vec<usize>,
@@ -50,7 +50,7 @@ impl KnownLinks {
         Self { clips, record }
     }
 
-    /// Whether there are any.
+    /// Whether there are known links.
     pub(in crate::graph) fn has_any(&self) -> bool {
         self.record != LinkRecord::default()
     }
@@ -84,8 +84,8 @@ impl KnownLinks {
         }
     }
 
-    /// The closest links of each part of a clip to the ranges that the record has; `None` if the clip is new, or if a part may lack links,
-    /// because those to evasions that are gone took their places.
+    /// The closest links of each part of a clip to the ranges of the record. `None` if the clip is new, or if links to removed evasions may have
+    /// displaced other links of a part.
     pub(super) fn parts(
         &self,
         space: &LinkSpace<'_>,

@@ -39,7 +39,7 @@ impl<'a> LinkSearch<'a> {
         self.links.push(link);
     }
 
-    /// For each of some links, whether a foot darts in it.
+    /// Returns for each link whether a foot darts in it.
     pub(super) fn darts(&mut self, links: &[Transition]) -> Vec<bool> {
         let aligner = self.source().aligner;
         match &mut self.darts {
@@ -53,7 +53,7 @@ impl<'a> LinkSearch<'a> {
         [event.first, event.last].map(|frame| self.moments().at(event.clip.index(), frame as usize))
     }
 
-    /// Maximum number of links of some clips.
+    /// Maximum number of links for the duration of some clips.
     pub(super) fn most(clips: &[Clip], settings: &LinkSettings) -> usize {
         let seconds: f64 = clips.iter().map(Clip::duration).sum();
         (seconds * settings.most_per_second) as usize

@@ -7,8 +7,8 @@ use crate::graph::{EdgeId, EdgeMotion, MotionGraph, MotionStep};
 use sabaki_motion::internal::Warp;
 
 impl Motion {
-    /// Jumps to another position of the graph after `seconds`. The offset of the motion from that position, and its speed, fade out
-    /// during the entry's blend. The motion that was planned from there on is dropped.
+    /// Jumps to another position of the graph after `seconds`. The offset of the motion from that position, with its velocity, fades out
+    /// during the entry's blend. The rest of the previous motion is dropped.
     #[doc(hidden)]
     pub fn enter(&mut self, graph: &MotionGraph, seconds: f32, entry: &Entry) {
         let mut scratch = std::mem::take(&mut self.scratch);
@@ -16,7 +16,7 @@ impl Motion {
         scratch.step = step;
         self.extend(graph, seconds + step);
         self.sample_both(graph, [seconds, seconds + step], &mut scratch.from);
-        // What an earlier entry has left is in these poses.
+        // These poses contain the offset of an earlier entry.
         self.cut(seconds);
         self.push_entry(graph, entry, seconds);
         self.extend(graph, seconds + step);
@@ -29,7 +29,7 @@ impl Motion {
         self.scratch = scratch;
     }
 
-    /// Computes the offset of a cut, from the poses that are left.
+    /// Computes the offset of a cut from the poses of the motion that it leaves.
     fn measure_entry(&mut self, index: usize, graph: &MotionGraph, scratch: &mut EntryScratch) {
         let start = self.inertias[index].start;
         for (later, pose) in [0.0, scratch.step].into_iter().zip(&mut scratch.to) {
@@ -38,8 +38,7 @@ impl Motion {
         self.inertias[index].measure(graph, scratch);
     }
 
-    /// Computes the offsets of later cuts anew, after the first one has changed. A cut leaves the pose in which the offset before it
-    /// still fades out.
+    /// Recomputes the offsets of later cuts after the first one has changed. The pose that a cut leaves contains the offset before it.
     pub(in crate::graph) fn measure_later(&mut self, graph: &MotionGraph) {
         let warp = self.warp.take();
         for index in 1..self.entered {
@@ -59,7 +58,7 @@ impl Motion {
         self.warp = warp;
     }
 
-    /// The motion that a later cut leaves, as if it were not cut.
+    /// The motion that a cut leaves, continued as if it were not cut.
     fn left_at(&self, graph: &MotionGraph, index: usize) -> Self {
         let start = self.inertias[index].start;
         let played = self.pieces.partition_point(|piece| piece.start < start);
@@ -105,7 +104,7 @@ impl Motion {
             let event = graph.edge(edge).event;
             event.is_some_and(|event| graph.event(event).kind == EventKind::Evasion)
         };
-        /// Upper limit of the number of edges of a lead-in.
+        /// Maximum number of edges of a lead-in.
         const MOST: usize = 256;
         let mut pushed = 0;
         while !is_evasion(edge) && pushed < MOST {
@@ -137,8 +136,8 @@ impl Motion {
         self.inertia(self.moment(seconds)).is_some()
     }
 
-    /// Keeps the offset that fades out after `seconds` of `other`, which this motion continues from its start on. Call it before
-    /// any [`Motion::enter`].
+    /// Takes over the offset that fades out `seconds` after the start of `other`, so that this motion continues that one. Call it before any
+    /// [`Motion::enter`].
     pub fn continue_blend(&mut self, other: &Self, seconds: f32) {
         let Some(left) = other.inertia(seconds) else {
             return;
@@ -152,7 +151,7 @@ impl Motion {
         self.entered = 1;
     }
 
-    /// Time until the offset that fades out at the start is gone, in seconds; 0 without one.
+    /// Time until the offset at the start has faded out, in seconds; 0 without an offset.
     #[must_use]
     pub fn blends_until(&self) -> f32 {
         self.inertia(0.0).map_or(0.0, Inertia::end)
@@ -184,7 +183,7 @@ impl Motion {
         let mut inertias: Vec<Inertia> = left.cloned().collect();
         for inertia in &mut inertias {
             inertia.start -= seconds;
-            // Rounding may bring the end of what was left there up to the entry.
+            // Rounding may move the end of the piece before the entry past the entry.
             let left =
                 |piece: &&mut Piece| piece.start < inertia.start && piece.end >= inertia.start;
             if let Some(piece) = pieces.iter_mut().rev().find(left) {

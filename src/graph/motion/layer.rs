@@ -1,7 +1,7 @@
-//! Layers: the upper body plays a part of a clip while pelvis and legs go on.
+//! Layers: the upper body plays a part of a clip while pelvis and legs continue.
 //!
 //! Source: layered blending with a mask of joints, as in game engines ("layered blend per bone", "avatar mask"). Differs: the spine also
-//! takes the part of the other pelvis' tilt that this pelvis lacks, so that the trunk leans as far as in the clip.
+//! takes over the difference between the tilt of the clip's pelvis and that of the played pelvis, so that the trunk leans as in the clip.
 
 use glam::{Quat, Vec3};
 use serde::{Deserialize, Serialize};
@@ -11,7 +11,7 @@ use crate::anim::{JointId, Pose};
 use crate::graph::{ClipId, ClipPosition, MotionGraph};
 use sabaki_motion::internal::{Envelope, slerp};
 
-/// Part of a clip that the upper body plays: spine, arms and head. Pelvis and legs go on.
+/// Part of a clip that the upper body plays: spine, arms and head. Pelvis and legs continue their motion.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Layer {
     /// Clip whose posture is used.
@@ -52,7 +52,7 @@ impl Layer {
         }
     }
 
-    /// Time from which it no longer acts, in seconds since the motion's start.
+    /// Time from which the layer no longer acts, in seconds since the motion's start.
     #[must_use]
     pub fn end(&self) -> f32 {
         self.envelope.end.min(self.cut.unwrap_or(f32::INFINITY))
@@ -130,7 +130,7 @@ pub(crate) fn layer_tilt(pelvis: Quat, wanted: Quat) -> Vec3 {
     turn.to_scaled_axis().clamp_length_max(MOST_TILT)
 }
 
-/// The part of a rotation that is about the vertical axis.
+/// The component of a rotation about the vertical axis.
 pub(crate) fn heading(rotation: Quat) -> Quat {
     let length = rotation.y.hypot(rotation.w);
     match length > 1e-6 {
@@ -140,21 +140,20 @@ pub(crate) fn heading(rotation: Quat) -> Quat {
 }
 
 impl Motion {
-    /// Lets the upper body play a part of a clip, or, with `None`, no longer does. It changes nothing on a skeleton whose spine, legs and
-    /// arms are not known.
+    /// Sets or removes the layer of the upper body. It has no effect on a skeleton whose spine, legs and arms are not known. Default: none.
     #[doc(hidden)]
     pub fn set_layer(&mut self, layer: Option<Layer>) {
         self.layer = layer;
     }
 
-    /// The layer of the upper body.
+    /// The layer of the upper body, or `None` if the motion has none.
     #[must_use]
     #[doc(hidden)]
     pub fn layer(&self) -> Option<&Layer> {
         self.layer.as_ref()
     }
 
-    /// Whether the upper body plays something else than the playhead at `seconds`.
+    /// Whether the layer acts at `seconds`, so that the upper body differs from the playhead.
     #[must_use]
     pub fn is_layered(&self, seconds: f32) -> bool {
         let moment = self.moment(seconds);
@@ -167,13 +166,13 @@ impl Motion {
         }
     }
 
-    /// The layer on a clock that starts `seconds` later; `None` if it has ended by then.
+    /// The layer with times relative to `seconds`; `None` if it has ended by then.
     pub(super) fn layer_since(&self, seconds: f32) -> Option<Layer> {
         let layer = self.layer.filter(|layer| layer.end() > seconds)?;
         Some(layer.since(seconds))
     }
 
-    /// Ends the layer where the motion is cut.
+    /// Ends the layer at a cut of the motion.
     pub(super) fn cut_layer(&mut self, seconds: f32) {
         if let Some(layer) = &mut self.layer {
             layer.cut = Some(layer.cut.map_or(seconds, |cut| cut.min(seconds)));

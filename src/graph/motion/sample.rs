@@ -31,7 +31,7 @@ impl Motion {
         }
     }
 
-    /// Playback rate after `seconds`; 0 where the motion stands at its end.
+    /// Playback rate after `seconds`; 0 at the end of the motion.
     pub(crate) fn rate(&self, seconds: f32) -> f32 {
         let seconds = self.moment(seconds);
         let index = self.pieces.partition_point(|piece| piece.end < seconds);
@@ -56,7 +56,7 @@ impl Motion {
         }
     }
 
-    /// The same as if it were not bent, but for the time at which it is.
+    /// Like [`Motion::sample`], without the bend of a warp. The time shift of the warp still applies.
     pub(crate) fn sample_unbent(&self, graph: &MotionGraph, seconds: f32, out: &mut Pose) {
         self.playhead(graph, seconds).pose(graph, out);
         if let Some(inertia) = self.inertia(self.moment(seconds)) {
@@ -65,7 +65,7 @@ impl Motion {
         self.apply_layer(graph, seconds, out);
     }
 
-    /// Whether the pose at `seconds` is not that of the playhead alone: a blend, a layer or a warp acts.
+    /// Whether a blend, a layer or a warp acts at `seconds`, so that the pose is not that of the playhead alone.
     pub(crate) fn is_composed(&self, seconds: f32) -> bool {
         self.is_blending(seconds) || self.is_bent(seconds)
     }
@@ -75,13 +75,13 @@ impl Motion {
         self.is_layered(seconds) || self.warp.is_some_and(|warp| warp.acts_at(seconds))
     }
 
-    /// Time since the start of the blend that lasts at `seconds`.
+    /// Time since the start of the blend that acts at `seconds`, in seconds; `None` without one.
     pub(crate) fn blend_age(&self, seconds: f32) -> Option<f32> {
         let moment = self.moment(seconds);
         Some(moment - self.inertia(moment)?.start)
     }
 
-    /// How far the blend that lasts at `seconds` moves the body.
+    /// Distances by which the blend that acts at `seconds` moves the body.
     pub(crate) fn blend_reach(
         &self,
         graph: &MotionGraph,
@@ -93,12 +93,12 @@ impl Motion {
         Some(inertia.reach(graph, moment, reaches))
     }
 
-    /// The time that is played, where a warp shifts it.
+    /// Time of the motion that is played at `seconds`. A warp may shift it.
     pub(super) fn moment(&self, seconds: f32) -> f32 {
         self.warp.map_or(seconds, |warp| warp.moment(seconds))
     }
 
-    /// Bends the pose of a moment, which was sampled without.
+    /// Applies the warp to a pose that was sampled without it.
     pub fn apply_warp(&self, graph: &MotionGraph, seconds: f32, pose: &mut Pose) {
         if let Some(warp) = &self.warp {
             warp.apply(graph.rigged_skeleton(), seconds, pose);

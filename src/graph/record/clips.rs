@@ -4,12 +4,12 @@ use rustc_hash::FxHashMap;
 
 use super::ClipKey;
 
-/// The clips of a bake that an earlier bake had, too, in the same order.
+/// Clips that a bake has in common with an earlier bake, in the same order.
 #[derive(Clone, Debug, Default)]
 pub struct ClipMatch {
-    /// For each clip its index in the earlier bake.
+    /// For each clip of this bake, its index in the earlier bake.
     earlier: Vec<Option<u32>>,
-    /// For each clip of the earlier bake its index now.
+    /// For each clip of the earlier bake, its index in this bake.
     now: Vec<Option<u32>>,
 }
 
@@ -37,7 +37,7 @@ impl ClipMatch {
         found
     }
 
-    /// Two bakes of the same clips.
+    /// The match of two bakes with the same `clips` clips.
     #[must_use]
     pub fn same(clips: usize) -> Self {
         let all: Vec<Option<u32>> = (0..clips as u32).map(Some).collect();
@@ -64,12 +64,12 @@ impl ClipMatch {
         self.earlier.iter().chain(&self.now).all(Option::is_some)
     }
 
-    /// Index of a clip in the earlier bake.
+    /// Index of a clip of this bake in the earlier bake, or `None` if the clip is new.
     pub(crate) fn earlier(&self, now: usize) -> Option<u32> {
         self.earlier.get(now).copied().flatten()
     }
 
-    /// Index of a clip of the earlier bake.
+    /// Index of a clip of the earlier bake in this bake, or `None` if the clip was removed.
     pub(crate) fn now(&self, earlier: u32) -> Option<u32> {
         self.now.get(earlier as usize).copied().flatten()
     }
@@ -77,7 +77,7 @@ impl ClipMatch {
 
 /// The longest list of pairs whose second numbers ascend, by patience sorting. The first numbers ascend.
 fn longest_ascending(pairs: &[(usize, usize)]) -> Vec<(usize, usize)> {
-    // For each length the pair that ends a list of this length with the smallest number, and for each pair the one before it.
+    // `ends`: for each length, the pair that ends a list of this length with the smallest number. `before`: for each pair, the one before it.
     let (mut ends, mut before): (Vec<usize>, Vec<Option<usize>>) = (Vec::new(), Vec::new());
     for (index, &(_, number)) in pairs.iter().enumerate() {
         let length = ends.partition_point(|&end| pairs[end].1 < number);

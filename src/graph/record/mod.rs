@@ -1,11 +1,11 @@
 //! Results of a bake that a later bake of nearly the same clips takes over: compressed clips, minima of distance maps, tests for darting
-//! feet, the closest links. A bake that was stopped leaves those that it had, and the next one goes on from them.
+//! feet, the closest links. A bake that was stopped records the results that it has, and the next one continues from them.
 //!
-//! Each of these results depends on the contents of one or two clips, their events and the settings, and on nothing else. The record names
-//! a clip by a checksum of its contents, so that it also serves where clips were added, changed or removed.
+//! Each of these results depends only on the contents of one or two clips, their events and the settings. The record identifies a clip by a
+//! checksum of its contents, so that it remains usable if other clips are added, changed or removed.
 //!
-//! Architecture invariant: a graph that is built with a record equals the one that is built without it, to the bit. What a record lacks is
-//! computed.
+//! Architecture invariant: a graph that is built with a record equals the one that is built without it, to the bit. Results
+//! that a record lacks are computed.
 
 mod clips;
 
@@ -37,18 +37,18 @@ pub(crate) struct ClipKey {
 pub struct GraphRecord {
     basis: Option<Basis>,
     pub(super) clips: Vec<ClipKey>,
-    /// The clips as the graph has them.
+    /// The compressed clips of the graph.
     pub(super) compressed: Vec<Option<Clip>>,
     /// Bands with minima, in the order of the search.
     pub(super) bands: Vec<BandRecord>,
     /// The band before which the search was stopped.
     pub(super) stopped_before: Option<[u32; 3]>,
-    /// Transitions that were tested for darting feet, and how they move their feet.
+    /// Plans of the transitions that were tested for darting feet.
     pub(super) darts: FootPlanList,
     pub(super) links: LinkRecord,
 }
 
-/// What all results depend on.
+/// Inputs that all results depend on.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 struct Basis {
     version: String,
@@ -88,7 +88,7 @@ impl GraphRecord {
         }
     }
 
-    /// The compressed clip that a clip of a later bake has in common with the bake of this record.
+    /// Takes the compressed clip out of the record that clip `clip` of a later bake is equal to.
     pub(super) fn take_clip(&mut self, common: &ClipMatch, clip: usize) -> Option<Clip> {
         let earlier = common.earlier(clip)? as usize;
         self.compressed
@@ -96,7 +96,7 @@ impl GraphRecord {
             .and_then(|slot| slot.take())
     }
 
-    /// The clips of this record that an earlier one has, too; none if that was made with other settings, for another skeleton or by another
+    /// Clips that this record has in common with an earlier one. None if the earlier record has other settings, another skeleton or another
     /// version.
     #[must_use]
     pub fn clips_of(&self, earlier: &Self) -> ClipMatch {
@@ -116,7 +116,7 @@ fn keys(source: ClipSource<'_>, threads: usize) -> Vec<ClipKey> {
                 ..event.clone()
             })
             .collect();
-        // Writing to memory does not fail.
+        // Serializing to memory does not fail.
         let bytes = postcard::to_stdvec(&(&source.clips[clip], events)).unwrap_or_default();
         let mut hasher = FxHasher::default();
         hasher.write(&bytes);
@@ -137,7 +137,7 @@ pub(super) struct KnownMinima {
 }
 
 impl KnownMinima {
-    /// Takes the minima out of a record.
+    /// Takes the minima of a record.
     pub(super) fn take(clips: ClipMatch, record: &mut GraphRecord) -> Self {
         let bands = std::mem::take(&mut record.bands).into_iter();
         Self {
@@ -147,7 +147,7 @@ impl KnownMinima {
         }
     }
 
-    /// The minima of a band, or `None` if a clip of it is new, or if the search was stopped before.
+    /// The minima of a band, or `None` if one of its clips is new, or if the search was stopped before it.
     pub(super) fn of(&self, band: &MapBand) -> Option<&[Minimum]> {
         let [a, b] = [band.a, band.b].map(|clip| self.clips.earlier(clip));
         let place = [a?, b?, band.first as u32];

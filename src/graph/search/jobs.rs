@@ -1,19 +1,20 @@
-//! Bands that one thread searches one after another.
+//! Jobs: runs of bands that one thread searches one after another.
 
 use std::iter::Peekable;
 
 use super::MapBand;
 
-/// Runs of neighbouring bands, long enough that the memory of a search is worth its while and short enough that threads finish
-/// together.
+/// Runs of neighbouring bands. They are long enough to amortise the scratch of a search, and short enough that threads finish at about the
+/// same time.
 #[derive(Debug)]
 pub struct BandJobs<I: Iterator<Item = MapBand>> {
     bands: Peekable<I>,
 }
 
 impl<I: Iterator<Item = MapBand>> BandJobs<I> {
-    /// Limits of a job.
+    /// Maximum number of bands of a job.
     const MOST_BANDS: usize = 1024;
+    /// Maximum number of window pairs of a job with several bands.
     const MOST_PAIRS: u64 = 1 << 24;
 
     /// Divides bands into jobs, in their order.

@@ -1,4 +1,4 @@
-//! Transitions from the minima of all bands.
+//! Turns the minima of all bands into transitions.
 
 use super::minima::{CloseMinima, Minimum};
 use super::{MapBand, SearchSettings};
@@ -17,7 +17,7 @@ pub struct TransitionList {
     transitions: Vec<Transition>,
     /// Number of distances that were computed for the minima.
     distances: u64,
-    /// Bands with minima.
+    /// Bands with minima, for a later bake.
     bands: Vec<BandRecord>,
     /// The band before which the search was stopped.
     stopped_before: Option<[u32; 3]>,
@@ -71,7 +71,7 @@ impl TransitionList {
         (std::mem::take(&mut self.bands), self.stopped_before)
     }
 
-    /// Notes that the search was stopped before a band.
+    /// Records that the search was stopped before a band.
     pub(in crate::graph) fn stop_before(&mut self, band: &MapBand) {
         self.stopped_before = Some(BandRecord::place(band));
     }
@@ -98,8 +98,8 @@ impl TransitionList {
     }
 }
 
-/// If there are more than `most` transitions, keeps the closest of each stretch of `length` frames of a source clip, the same number
-/// of all stretches. Their order stays.
+/// If there are more than `most` transitions, keeps the closest transitions of each stretch of `length` frames of a source clip, with the same
+/// maximum for all stretches. The order does not change.
 fn keep_closest(transitions: &mut Vec<Transition>, length: usize, most: usize) {
     if transitions.len() <= most {
         return;

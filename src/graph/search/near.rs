@@ -20,22 +20,22 @@ pub(in crate::graph) struct WindowCell {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct NearSearch<'a> {
     pub(super) features: [&'a Features; 2],
-    /// Square of the distance below which pairs are near.
+    /// Square of the distance below which pairs are near, in square metres.
     pub(super) limit: f32,
-    /// By how much that distance is above the one that the features are made for, in metres.
+    /// Difference between that distance and the smaller one that the features are made for, in metres.
     pub(super) beyond: f32,
-    /// Number of columns by which minima are right of the diagonal, in the map of a clip with itself.
+    /// Minimum number of columns between the diagonal and a minimum in the map of a clip with itself; `None` for two clips.
     pub(super) gap: Option<usize>,
     pub(super) columns: usize,
 }
 
 impl NearSearch<'_> {
-    /// First column that is a minimum, or beside one.
+    /// First column that can be a minimum or a neighbour of one.
     fn first_column(&self, row: usize) -> usize {
         self.gap.map_or(0, |gap| (row + gap).saturating_sub(2))
     }
 
-    /// Finds the near pairs of the windows `rows` of the first cloud. Of those on one diagonal, the rows ascend.
+    /// Finds the near pairs of the windows `rows` of the first cloud. The rows of pairs on one diagonal ascend.
     #[inline(always)]
     pub(super) fn find(&self, rows: Range<usize>, near: &mut Vec<WindowCell>) {
         for node in rows.start / NODE..rows.end.div_ceil(NODE) {
@@ -87,7 +87,7 @@ pub(in crate::graph) struct NearWindows {
     projection: Projection,
     /// Distance for which the balls are made, in metres.
     least: f32,
-    /// The projected windows of each clip, made when it is first searched.
+    /// The projected windows of each clip, computed when the clip is first searched.
     clips: Vec<OnceLock<Features>>,
 }
 
@@ -110,8 +110,8 @@ pub(in crate::graph) struct NearClip<'a> {
 }
 
 impl NearWindows {
-    /// Prepares the search of the windows of `clips` clips, which have the joints of `samples` and windows of their length. Few pairs are
-    /// found in vain in clips like those of `samples`, for distances of `least` metres and more.
+    /// Prepares the search of the windows of `clips` clips, which have the joints of `samples` and windows of their length. The projection
+    /// is chosen so that few pairs beyond the distance are found in clips like `samples`, for distances of at least `least` metres.
     pub(in crate::graph) fn new(samples: &[&Windows], clips: usize, least: f32) -> Self {
         Self {
             clips: (0..clips).map(|_| OnceLock::new()).collect(),
@@ -140,7 +140,7 @@ impl NearWindows {
 }
 
 impl NearRange {
-    /// Finds all pairs of a window of the range and one of a clip whose distance is below `limit`, in metres, and some others.
+    /// Finds all pairs of a window of the range and a window of a clip whose distance is below `limit` metres, and some farther pairs.
     pub(in crate::graph) fn find(
         &self,
         clip: NearClip<'_>,
@@ -150,7 +150,7 @@ impl NearRange {
         let search = NearSearch {
             features: [&self.features, clip.features],
             limit: limit * limit,
-            // A little more than that, against rounding.
+            // A small addition covers rounding.
             beyond: (limit - self.least).max(0.0) + 1e-5 * limit,
             gap: None,
             columns: clip.columns,

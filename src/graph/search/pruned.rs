@@ -30,10 +30,10 @@ pub struct PrunedSearch<'a> {
     features: Vec<Features>,
 }
 
-/// Minima of a band, row by row, and what they took.
+/// Minima of a band, and the work of their search.
 #[derive(Clone, Debug, Default)]
 pub struct BandMinima {
-    /// The minima.
+    /// Minima, row by row.
     pub minima: Vec<Minimum>,
     /// Number of window pairs whose distance was computed. It may depend on the clips that are searched together.
     pub computed: u64,
@@ -43,10 +43,10 @@ pub struct BandMinima {
 #[derive(Debug, Default)]
 pub struct SearchScratch {
     diagonals: Diagonals,
-    /// Pairs of the strip that may be near, as they are found, and by diagonal.
+    /// Pairs of the strip that may be near, in the order in which they are found.
     near: Vec<WindowCell>,
     sorted: Vec<WindowCell>,
-    /// First of `sorted` of each diagonal.
+    /// Index in `sorted` of the first pair of each diagonal.
     firsts: Vec<u32>,
     /// Rows of one diagonal's pairs.
     rows: Vec<u32>,
@@ -158,7 +158,7 @@ impl<'a> PrunedSearch<'a> {
             search.carry(first..end, scratch);
             first = end;
         }
-        // What is left over is carried nowhere.
+        // The last rows are carried nowhere: this resets the scratch.
         search.carry(first..first + 2, scratch);
         Ok(BandMinima {
             minima: close.minima,
@@ -175,7 +175,7 @@ struct BandSearch<'a> {
 }
 
 impl BandSearch<'_> {
-    /// Finds the pairs of a strip that may be near. Of those on one diagonal, the rows ascend.
+    /// Finds the pairs of a strip that may be near. The rows of pairs on one diagonal ascend.
     fn find_near(&self, rows: Range<usize>, scratch: &mut SearchScratch) {
         scratch.near.clear();
         let near = &mut scratch.near;
@@ -198,7 +198,7 @@ impl BandSearch<'_> {
             ..
         } = scratch;
         let columns = self.band.columns;
-        // After the search of a band all of it is infinite.
+        // Between searches of bands all values are infinite.
         let size = (rows.len() + 3) * columns;
         if squared.len() < size {
             squared.resize(size, f32::INFINITY);
@@ -275,7 +275,7 @@ impl BandSearch<'_> {
         found.sort_unstable_by_key(|minimum| (minimum.a, minimum.b));
     }
 
-    /// Forgets a strip's distances, except for those of its last two rows.
+    /// Removes a strip's distances, except for those of its last two rows, which are carried to the next strip.
     fn carry(&self, rows: Range<usize>, scratch: &mut SearchScratch) {
         let SearchScratch {
             cells,

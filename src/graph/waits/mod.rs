@@ -1,6 +1,6 @@
 //! Computes how soon each moment reaches each evasion's start, up to a horizon: breadth first, for many evasions at once ([`reach`]). New
 //! jumps are added by Dijkstra's algorithm against the motion's direction, with a bucket for each number of frames (Dial, "Algorithm 360",
-//! 1969). Differs: the frames before a moment are lowered with it, and perhaps again.
+//! 1969). Differs: when the wait of a moment falls, those of the frames before it are lowered at once, possibly several times.
 
 mod reach;
 
@@ -60,7 +60,7 @@ impl WaitTable {
     }
 }
 
-/// Moments whose wait may fall, by their new wait.
+/// Moments whose wait may fall, in buckets of their new wait.
 #[derive(Debug, Default)]
 struct Queue {
     moments: Vec<Vec<u32>>,
@@ -135,7 +135,7 @@ impl Waits {
         counts
     }
 
-    /// Sets the evasions, which start at some moments.
+    /// Sets the evasions by the moments at which they start.
     pub(super) fn set_goals(&mut self, starts: &[u32], threads: usize) {
         self.table = WaitTable::new(self.follows.len(), starts.len());
         let steps = Steps::new(&self.follows, &self.into, self.horizon);
@@ -163,8 +163,8 @@ impl Waits {
         }
     }
 
-    /// Lowers the waits for one evasion, from what is in the queue on. From each moment it goes back along the clip at once: what a jump
-    /// lowers further is lowered again later.
+    /// Lowers the waits for one evasion, starting from the moments in the queue. From each moment it goes back along the clip at once. A wait
+    /// that a jump lowers further is lowered again later.
     fn lower(&mut self, evasion: usize, lowered: &mut impl FnMut(WaitChange)) {
         while let Some((last, least)) = self.open.pop() {
             for (moment, new) in (0..=last).rev().zip(least..=self.horizon) {
@@ -191,7 +191,7 @@ impl Waits {
 }
 
 impl Queue {
-    /// Adds a moment with its new wait, unless that is beyond the horizon.
+    /// Adds a moment with its new wait, unless the wait is beyond the horizon.
     fn push(&mut self, frames: u32, moment: u32, horizon: u32) {
         if frames > horizon {
             return;
@@ -208,7 +208,7 @@ impl Queue {
         self.count += 1;
     }
 
-    /// Takes a moment with the shortest wait. Returns both.
+    /// Takes a moment with the shortest wait. Returns the wait and the moment.
     fn pop(&mut self) -> Option<(u32, u32)> {
         if self.count == 0 {
             return None;

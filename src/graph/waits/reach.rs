@@ -1,23 +1,23 @@
-//! The evasions that each moment reaches within a number of frames, as bits: those that it reaches in n frames are those that its next
-//! moment reaches in n - 1, and those that the end of a jump of m frames reaches in n - m.
+//! The evasions that each moment reaches within a number of frames, as bits. A moment reaches within n frames what its next moment reaches
+//! within n - 1, and what the end of a jump of m frames reaches within n - m.
 
 use crate::graph::moments::Jump;
 use crate::math::in_parallel;
 
-/// The ways on from each moment.
+/// Connections from each moment.
 pub(super) struct Steps {
     /// Whether each moment has a next one in its clip.
     goes_on: Vec<bool>,
-    /// First jump of each moment, and the number of jumps.
+    /// Index of each moment's first jump. The last entry is the number of jumps.
     first: Vec<u32>,
-    /// Jumps by their source: target and frames.
+    /// Target and number of frames of each jump, sorted by source.
     jumps: Vec<(u32, u32)>,
     /// Number of frames of the longest jump, at least 1.
     longest: u32,
 }
 
 impl Steps {
-    /// Jumps of more frames than `horizon` lead to no evasion in time.
+    /// Lists the connections. Jumps of more than `horizon` frames are left out, because they lead to no evasion in time.
     pub(super) fn new(follows: &[bool], into: &[Vec<Jump>], horizon: u32) -> Self {
         let moments = follows.len();
         let all = || into.iter().flatten().filter(|jump| jump.frames <= horizon);
@@ -43,9 +43,9 @@ impl Steps {
     }
 }
 
-/// Which of a group of evasions each moment reaches.
+/// The evasions of a group that each moment reaches.
 pub(super) struct Reach {
-    /// For each of the last numbers of frames in turn, a bit for each evasion, by moment.
+    /// Ring buffer over the most recent numbers of frames: for each moment, a bit for each evasion that it reaches within that number.
     within: Vec<Vec<u64>>,
 }
 
@@ -53,7 +53,7 @@ impl Reach {
     /// Number of evasions of a group.
     pub(super) const EVASIONS: usize = u64::BITS as usize;
 
-    /// The evasions start at some moments.
+    /// Starts with the moments at which the evasions of the group start, which reach them within 0 frames.
     pub(super) fn new(steps: &Steps, starts: &[u32]) -> Self {
         let mut none = vec![0; steps.goes_on.len()];
         let mut within = vec![none.clone(); steps.longest as usize + 1];
@@ -68,9 +68,9 @@ impl Reach {
         &self.within[frames as usize % self.within.len()]
     }
 
-    /// Finds what is reached within `frames`, after all that is reached within fewer.
+    /// Computes what is reached within `frames` frames. Call it for all smaller numbers first, in order.
     pub(super) fn extend(&mut self, steps: &Steps, frames: u32, threads: usize) {
-        /// Number of moments that a thread takes at a time.
+        /// Number of moments that a thread processes at a time.
         const PART: usize = 8192;
         let Some(before) = frames.checked_sub(1) else {
             return;
@@ -98,7 +98,7 @@ impl Reach {
         self.within[frames as usize % count] = parts.concat();
     }
 
-    /// Calls `found` for each moment and evasion that it reaches within `frames`, and not within fewer.
+    /// Calls `found` for each moment and each evasion that it reaches within `frames` frames but not within fewer.
     pub(super) fn for_each_new(&self, frames: u32, mut found: impl FnMut(usize, usize)) {
         let earlier = frames.checked_sub(1).map(|before| self.of(before));
         for (moment, &now) in self.of(frames).iter().enumerate() {

@@ -9,17 +9,17 @@ pub(in crate::graph::search) const NODE: usize = 8;
 /// Number of balls that are compared together.
 pub(in crate::graph::search) const NODES: usize = 16;
 
-/// Number of real values of a window: its heights, and two lengths of remainders.
+/// Number of real values of a window: projected heights, and two lengths of remainders.
 const REALS: usize = HEIGHTS + 2;
 
-/// Norm of windows after the last one: no distance to them is below a threshold.
+/// Norm of padding windows after the last one, so that no distance to them is below a threshold.
 const NOWHERE: f32 = 1e30;
 
 /// Twice the rounding error of a squared distance, in units of the mean square of a window's points, for `joints` joints.
 ///
-/// A kernel adds the products of two windows with `joints + 4` roundings of 2^-24 at most (Higham, "Accuracy and stability of
-/// numerical algorithms", section 3.1), of a bound with `REALS + 2 * PLACES`, and a few more with the norms. By the inequality
-/// of Cauchy and Schwarz a sum of products is at most the mean of the two windows' squares.
+/// The kernel of the distance map adds the products of two windows with at most `joints + 4` roundings of 2^-24 (Higham, "Accuracy and
+/// stability of numerical algorithms", section 3.1), that of a bound with at most `REALS + 2 * PLACES`, and both with a few more for the
+/// norms. By the Cauchy–Schwarz inequality a sum of products is at most the mean of the two windows' squares.
 const fn slack(joints: usize) -> f64 {
     const UNIT: f64 = 1.0 / (1 << 24) as f64;
     4.0 * (joints + REALS + 4 * PLACES + 16) as f64 * UNIT
@@ -34,7 +34,7 @@ struct Tile<const L: usize> {
     norm: [f32; L],
 }
 
-/// One window that is compared with many.
+/// Projection of one window that is compared with many windows.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::graph::search) struct Query {
     reals: [f32; REALS],
@@ -43,11 +43,11 @@ pub(in crate::graph::search) struct Query {
     norm: f32,
 }
 
-/// Balls around windows in the middle of [`NODE`] neighbours.
+/// Balls of [`NODE`] neighbouring windows, each around its middle window.
 #[derive(Clone, Copy, Debug)]
 struct Balls {
     centres: Tile<NODES>,
-    /// Radii, each with half of the threshold.
+    /// Radius of each ball, enlarged by half of the threshold.
     radii: [f32; NODES],
 }
 
@@ -56,7 +56,7 @@ struct Balls {
 pub(in crate::graph::search) struct Features {
     tiles: Vec<Tile<NODE>>,
     balls: Vec<Balls>,
-    /// Radius of each window as a ball of its own.
+    /// Radius of the ball of each single window, in metres.
     reaches: Vec<f32>,
 }
 
@@ -64,7 +64,7 @@ pub(in crate::graph::search) struct Features {
 #[derive(Clone, Copy, Debug)]
 pub(in crate::graph::search) struct Ball {
     pub(in crate::graph::search) centre: Query,
-    /// Radius, with half of the threshold.
+    /// Radius of the ball, enlarged by half of the threshold.
     radius: f32,
 }
 
@@ -126,7 +126,7 @@ impl<const L: usize> Tile<L> {
 }
 
 impl Query {
-    /// `slack` is subtracted from the norm.
+    /// Converts a projection. `slack` is subtracted from its norm.
     fn new(projected: &Projected, slack: f64) -> Self {
         let Projected {
             heights,
@@ -250,8 +250,8 @@ impl Features {
         }
     }
 
-    /// Which balls of a group may hold a window that is near one of a ball, also where a distance is not a number. `beyond` is by how
-    /// much windows may be farther apart than the threshold, in metres.
+    /// Returns a bit for each ball of a group, set if it may contain a window near a window of `ball`, or if a distance is not a number. Windows
+    /// are near if they are at most `beyond` metres farther apart than the threshold.
     #[inline(always)]
     pub(in crate::graph::search) fn near_balls(
         &self,
@@ -270,7 +270,7 @@ impl Features {
         bits.iter().fold(0, |all, bit| all | bit)
     }
 
-    /// Which windows of a ball may be nearer to a window than the root of `limit`, also where a distance is not a number.
+    /// Returns a bit for each window of a ball, set if its distance from a window may be below the square root of `limit`, or is not a number.
     #[inline(always)]
     pub(in crate::graph::search) fn near_windows(
         &self,

@@ -14,7 +14,7 @@ pub(super) const HEIGHTS: usize = 6;
 /// Number of directions on the ground.
 pub(super) const PLACES: usize = 8;
 
-/// Number of principal components that are considered, and of cosines.
+/// Number of principal components, and number of cosines, from which the directions are chosen.
 const COMPONENTS: usize = 8;
 const COSINES: usize = 3;
 
@@ -32,13 +32,13 @@ pub(in crate::graph::search) struct Projection {
     roots: Vec<f64>,
     /// Mean height of each joint. Heights are relative to it.
     heights: Vec<f64>,
-    /// Directions over the joints, for heights. Their imaginary parts are 0.
+    /// Directions over the joints for heights. Their imaginary parts are 0.
     high: Vec<Vec<Complex>>,
-    /// Directions over the joints, on the ground. The first one is the ground mean.
+    /// Directions over the joints for ground positions. The first one is the ground mean.
     ground: Vec<Vec<Complex>>,
     /// Directions over the frames.
     cosines: Vec<Vec<f64>>,
-    /// The products that are used, as indices of a direction over the joints and of one over the frames.
+    /// Products of directions that are used for heights. Each is an index of a direction over the joints and one of a direction over the frames.
     of_heights: Vec<[usize; 2]>,
     of_places: Vec<[usize; 2]>,
 }
@@ -47,7 +47,7 @@ pub(in crate::graph::search) struct Projection {
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Projected {
     pub(super) heights: [f64; HEIGHTS],
-    /// Lengths of what the directions for heights, and those on the ground, leave out.
+    /// Lengths of the remainders that the directions for heights and those on the ground do not represent.
     pub(super) remainders: [f64; 2],
     pub(super) places: [Complex; PLACES],
 }
@@ -220,7 +220,7 @@ impl Projection {
 struct Frame {
     high: [Complex; COMPONENTS],
     ground: [Complex; COMPONENTS + 1],
-    /// Sums of the squares of all heights, and of all places on the ground.
+    /// Sum of the squares of all heights, and sum of the squares of all ground positions.
     squares: [f64; 2],
 }
 
@@ -257,7 +257,7 @@ fn square([re, im]: Complex) -> f64 {
     re * re + im * im
 }
 
-/// Inner product: conjugate of `a`, times `b`.
+/// Inner product of two vectors, with `a` conjugated.
 fn inner(a: &[Complex], b: &[Complex]) -> Complex {
     let mut sum = [0.0; 2];
     for (a, b) in a.iter().zip(b) {
@@ -267,7 +267,7 @@ fn inner(a: &[Complex], b: &[Complex]) -> Complex {
     sum
 }
 
-/// Sum of the products of vectors with themselves: a Hermitian matrix, row by row.
+/// Sum of the outer products of vectors with themselves: a Hermitian matrix, stored by rows.
 struct Covariance {
     rows: Vec<Vec<Complex>>,
 }
@@ -288,12 +288,12 @@ impl Covariance {
         }
     }
 
-    /// Up to `count` orthonormal directions with the largest values, orthogonal to `others` too.
+    /// Up to `count` orthonormal directions with the largest eigenvalues among those orthogonal to `others`.
     fn components(&self, count: usize, others: &[Vec<Complex>]) -> Vec<Vec<Complex>> {
         const STEPS: usize = 30;
         let joints = self.rows.len();
         let start = |index: usize| -> Vec<Complex> {
-            // The square makes them independent: sines of evenly spaced angles span a plane only.
+            // The square makes the start vectors independent: sines of evenly spaced angles span only a plane.
             let value = |joint: usize| ((index * joints + joint + 1).pow(2) as f64).sin();
             (0..joints).map(|joint| [value(joint), 0.0]).collect()
         };
@@ -321,7 +321,7 @@ impl Covariance {
     }
 }
 
-/// Gram-Schmidt, twice. A direction that depends on those before it becomes 0, which keeps nothing of a window.
+/// Applies Gram–Schmidt orthonormalization twice. A direction that depends on those before it becomes 0, and projects every window to 0.
 fn orthonormalize(directions: &mut [Vec<Complex>], others: &[Vec<Complex>]) {
     for index in 0..directions.len() {
         let (before, rest) = directions.split_at_mut(index);
