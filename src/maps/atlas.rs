@@ -25,7 +25,7 @@ pub struct RegionAtlas {
     grid: MapGrid,
     regions: Vec<RegionMaps>,
     attacks: Vec<AttackMaps>,
-    /// Coarse maps, by region. They are computed on first use.
+    /// Coarse maps of each region, computed on first use.
     #[serde(skip)]
     coarse: OnceLock<Vec<CoarseRegion>>,
 }

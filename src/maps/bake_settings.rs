@@ -174,7 +174,7 @@ pub enum BakeError {
         /// Number of drawings.
         expected: usize,
     },
-    /// What watched the bake stopped it.
+    /// The watch of the bake stopped it.
     #[error("the bake was stopped")]
     Stopped,
 }

@@ -1,10 +1,9 @@
-//! Squares of bits.
+//! Transposes squares of bits.
 
-/// Number of rows and of columns of a square: a word has a bit for each column.
+/// Number of rows and number of columns of a square. A row is a word with a bit for each column.
 pub(crate) const SIDE: usize = 32;
 
-/// The square of some words, and of 0 for those that are missing, with rows and columns exchanged: bit `i` of word `k` becomes bit `k` of
-/// word `i`.
+/// Returns the transposed square of some words: bit `i` of word `k` becomes bit `k` of word `i`. Missing words are 0.
 pub(crate) fn transposed(words: impl Iterator<Item = u32>) -> [u32; SIDE] {
     let mut square = [0; SIDE];
     for (row, word) in square.iter_mut().zip(words) {
@@ -14,7 +13,9 @@ pub(crate) fn transposed(words: impl Iterator<Item = u32>) -> [u32; SIDE] {
     square
 }
 
-/// Source: Warren, Hacker's Delight, section 7-3: blocks off the diagonal change places, from halves down to single bits.
+/// Transposes a square in place.
+///
+/// Source: Warren, Hacker's Delight, section 7-3: blocks off the diagonal are exchanged, from halves down to single bits.
 fn transpose(words: &mut [u32; SIDE]) {
     let mut mask = u32::MAX;
     for side in [16, 8, 4, 2, 1] {

@@ -27,7 +27,7 @@ struct Bone {
 }
 
 impl BodyRows {
-    /// Number that row lengths are a multiple of.
+    /// Row lengths are multiples of this number.
     pub(super) const ROW_LANES: usize = 16;
 
     /// Creates the rows of a body.

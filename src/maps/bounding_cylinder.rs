@@ -42,7 +42,7 @@ impl Bytes<20> for BoundingCylinder {
 }
 
 impl BoundingCylinder {
-    /// Whether a body can be in the cylinder: asked of what is read from a file.
+    /// Whether the numbers are valid for a body within `furthest` metres. It checks cylinders that come from a file.
     fn is_sound(self, furthest: f32) -> bool {
         let near = |value: f32| value.abs() <= furthest;
         near(self.axis.x)
@@ -72,7 +72,7 @@ impl BoundingCylinder {
         }
     }
 
-    /// X and z of the axis, radius, lowest and highest y.
+    /// X and z of the axis, radius, lowest y and highest y.
     pub(crate) fn to_array(self) -> [f32; 5] {
         let [x, z] = self.axis.to_array();
         [x, z, self.radius, self.low, self.high]
@@ -102,7 +102,7 @@ impl BoundingCylinder {
 /// The cylinders of all frames of all clips.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(super) struct ClipCylinders {
-    /// Cylinders of one clip after the other.
+    /// Cylinders of all clips, clip by clip.
     #[serde(with = "byte_list")]
     frames: Vec<BoundingCylinder>,
     /// Index of each clip's first cylinder. The last entry is the number of cylinders.
@@ -119,7 +119,7 @@ impl ClipCylinders {
         }
     }
 
-    /// Whether each frame of each clip has a cylinder, of a body that reaches no further from its root than `reach`.
+    /// Whether each frame of each clip has a valid cylinder of a body that reaches at most `reach` metres from its root.
     pub(super) fn fits(&self, clips: &[Clip], reach: f32) -> bool {
         // A root lies within this distance, also where a file was written in another precision.
         let furthest = 4.0 * Skeleton::FURTHEST + 2.0 * reach;
@@ -154,7 +154,7 @@ impl ClipCylinders {
     }
 }
 
-/// Index of each clip's first frame among those of all clips, and their number.
+/// Index of each clip's first frame among the frames of all clips. The last entry is the number of frames.
 fn firsts(clips: &[Clip]) -> Vec<u32> {
     let mut firsts = vec![0];
     for clip in clips {

@@ -25,17 +25,17 @@ pub(super) struct DrawingOwner {
     pub part: Part,
 }
 
-/// An event, and where its maps come from.
+/// The source of the maps of an event.
 #[derive(Clone, Debug)]
 enum PendingEvent {
-    /// They are not drawn yet.
+    /// The maps are drawn in this bake.
     Drawn {
         kind: EventKind,
         slabs: SlabRange,
         /// Time from the event's start that the slices cover, in seconds.
         seconds: f32,
     },
-    /// An earlier bake drew them.
+    /// The maps were drawn in an earlier bake.
     Known(EventMaps),
 }
 
@@ -125,7 +125,7 @@ impl MapCollector {
     }
 }
 
-/// The drawn maps of one slab, by slice.
+/// The drawn maps of one slab, each with its slice.
 #[derive(Clone, Debug, Default)]
 struct SlabDrawings<'a> {
     body: Vec<(u32, &'a BitMap)>,

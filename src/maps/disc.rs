@@ -14,7 +14,7 @@ pub struct Disc {
     pub x: i32,
     /// Z coordinate of the centre, in sub-texels.
     pub z: i32,
-    /// Radius, sub-texels.
+    /// Radius, in sub-texels.
     pub radius: i32,
 }
 

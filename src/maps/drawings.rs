@@ -78,7 +78,7 @@ pub(super) struct DrawingSource<'a> {
 }
 
 impl DrawingSource<'_> {
-    /// Number of slices of an evasion, and their duration in seconds.
+    /// Number of slices of an evasion, and duration of a slice in seconds.
     fn slices(&self, edge: EdgeId) -> (u32, f32) {
         match self.grid.is_timed() {
             true => (self.grid.slices, self.grid.slice_seconds),
@@ -86,7 +86,7 @@ impl DrawingSource<'_> {
         }
     }
 
-    /// Time from its start for which an evasion's drawings need its motion, in seconds.
+    /// Duration of the motion from an evasion's start that its drawings need, in seconds.
     pub(super) fn seconds(&self, edge: EdgeId) -> f32 {
         let (slices, slice_seconds) = self.slices(edge);
         slices as f32 * slice_seconds + 3.0 / BodyTrack::RATE
@@ -102,7 +102,7 @@ pub(super) struct SlabRange {
     pub count: usize,
 }
 
-/// The slabs and the grid that spheres are cut by.
+/// The slabs and the grid that cut spheres into discs.
 #[derive(Clone, Copy)]
 struct Cutter {
     slabs: SlabRange,

@@ -127,12 +127,13 @@ impl MaskMap {
     }
 }
 
-/// For each slice, the first mask that has its bit, and the number of masks from there to the last that has it. `None` where none has.
+/// For each slice, the index of the first mask that has its bit, and the number of masks from there to the last one that has it. `None` if no
+/// mask has it.
 fn slice_ends(masks: &[u32], lanes: usize) -> Vec<Option<(i32, u32)>> {
     let mut ends: Vec<Option<(u32, u32)>> = vec![None; SIDE * lanes];
     for (part, first) in masks.chunks(SIDE * lanes).zip((0..).step_by(SIDE)) {
         for (lane, ends) in ends.chunks_exact_mut(SIDE).enumerate() {
-            // Of each mask its slices; then of each slice its masks.
+            // Transposes from slices by mask to masks by slice.
             let masks_of = transposed(part.iter().copied().skip(lane).step_by(lanes));
             for (ends, found) in ends.iter_mut().zip(masks_of) {
                 if found != 0 {
@@ -146,9 +147,9 @@ fn slice_ends(masks: &[u32], lanes: usize) -> Vec<Option<(i32, u32)>> {
     ends.into_iter().map(|ends| ends.map(range)).collect()
 }
 
-/// All bits of one lane of `lanes`.
+/// Union of the words of one lane of `lanes` over all masks.
 fn joined_lane(masks: &[u32], lane: usize, lanes: usize) -> u32 {
-    // With one or two lanes, which is all that there are, these loops are done many words at a time.
+    // The compiler vectorizes these loops for one and two lanes, which are all that exist.
     match (lane, lanes) {
         (_, 1) => masks.iter().fold(0, |joined, word| joined | word),
         (_, 2) => {

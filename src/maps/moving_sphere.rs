@@ -18,7 +18,7 @@ impl Clone for MovingSphere {
         }
     }
 
-    /// Copies into the memory that is already there.
+    /// Copies into existing memory.
     fn clone_from(&mut self, source: &Self) {
         self.keys.clone_from(&source.keys);
     }

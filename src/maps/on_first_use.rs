@@ -1,22 +1,22 @@
 use std::sync::OnceLock;
 
-/// A value that is computed when it is first asked for. It follows from what stands beside it, so that any two are equal.
+/// A value that is computed on first use. It is derived from other data, so it is ignored by comparisons.
 #[derive(Clone, Debug)]
 pub(crate) struct OnFirstUse<T>(OnceLock<T>);
 
 impl<T> OnFirstUse<T> {
-    /// A value that is known.
+    /// A value that is already computed.
     pub(crate) fn known(value: T) -> Self {
         Self(OnceLock::from(value))
     }
 
-    /// The value, if it is there.
+    /// The value, if it is computed.
     #[inline]
     pub(crate) fn get(&self) -> Option<&T> {
         self.0.get()
     }
 
-    /// The value. `make` must give the same whenever it is called.
+    /// The value. `make` computes it and must always return the same value.
     #[inline]
     pub(crate) fn get_or_make(&self, make: impl FnOnce() -> T) -> &T {
         self.0.get_or_init(make)

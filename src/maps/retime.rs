@@ -87,7 +87,7 @@ struct LimbTracks<'a> {
     graph: &'a MotionGraph,
     settings: &'a RetimeSettings,
     limbs: Vec<JointId>,
-    /// `[clip][limb][frame]`.
+    /// Positions, `[clip][limb][frame]`, in metres.
     clips: Vec<Vec<Vec<Vec3>>>,
 }
 

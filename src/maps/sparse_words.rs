@@ -1,7 +1,7 @@
-//! Lists of words, most of which are 0, as few bytes that are read fast. For `#[serde(with = "sparse_words")]`.
+//! Serializes lists of words that are mostly 0 as few bytes that are fast to read. For `#[serde(with = "sparse_words")]`.
 //!
 //! Source: run-length coding of zeros (S. Golomb, "Run-length encodings", 1966). Differs: counts take a byte each, and the words between
-//! runs of zeros are copied as they are. Formats for people hold the list of words.
+//! runs of zeros are copied as they are. Human-readable formats store the list of words.
 //!
 //! ```text
 //! run   number of zeros, 1 byte, at most 24
@@ -51,7 +51,7 @@ fn packed(words: &[u32]) -> Vec<u8> {
     bytes
 }
 
-/// The runs of some bytes: the number of zeros, and the words that follow them. `None` is a run that is not sound, and the last.
+/// The runs of some bytes: number of zeros, and the words after them. `None` is an invalid run, which ends the iterator.
 fn runs(bytes: &[u8]) -> impl Iterator<Item = Option<(usize, &[[u8; 4]])>> {
     let mut left = Some(bytes).filter(|bytes| !bytes.is_empty());
     std::iter::from_fn(move || {
@@ -75,7 +75,7 @@ fn unpacked(bytes: &[u8]) -> Option<Vec<u32>> {
         let (zeros, words) = run?;
         count += zeros + words.len();
     }
-    // What was counted takes no more memory than is promised.
+    // The list takes no more memory than the module promises.
     let mut out = Vec::with_capacity(count);
     for (zeros, words) in runs(bytes).flatten() {
         out.resize(out.len() + zeros, 0);

@@ -1,4 +1,4 @@
-//! The tables that are computed from the parts of a graph, and that files do not store.
+//! Computes the tables that are derived from the parts of a graph and not stored in files.
 
 use super::BakedGraph;
 use crate::graph::{EdgesInto, MotionGraph, NodeId};
@@ -7,7 +7,7 @@ use crate::maps::grid::{GridCells, GridSize};
 use crate::maps::{BodyRows, BodyTrack, Evasion, OnFirstUse, RegionMaps, TrackStart};
 use crate::math::in_parallel;
 
-/// Tables that depend on neither what paths hold nor other maps of the same evasions.
+/// Tables that depend neither on the contents of paths nor on the maps.
 pub(super) struct Tables {
     body_rows: BodyRows,
     grid: GridCells,
@@ -46,10 +46,10 @@ impl BakedGraph {
         self.with_tables(tables)
     }
 
-    /// Computes the tables that depend on nothing but the number of paths.
+    /// Computes the tables that depend only on the number of paths.
     pub(super) fn tables(&self, paths: usize) -> Tables {
         let _span = tracing::trace_span!("bake: derive tables").entered();
-        // Computed here, so that the first query does not have to.
+        // Computed here, so that the first query need not compute them.
         let _ = self.atlas.coarse();
         let size = GridSize {
             reach: self.reach,
@@ -63,7 +63,7 @@ impl BakedGraph {
         }
     }
 
-    /// Takes tables, and makes room for what is computed later.
+    /// Sets the tables, and allocates the slots of data that is computed on first use.
     pub(super) fn with_tables(mut self, tables: Tables) -> Self {
         self.body_rows = tables.body_rows;
         self.entry_tracks = tables.entry_tracks;
@@ -80,10 +80,10 @@ impl BakedGraph {
     /// Maximum number of evasions whose tables are computed when a graph is baked or loaded.
     const PREPARED_EVASIONS: usize = 32;
 
-    /// Computes everything that queries otherwise compute when they first need it: for each evasion the body's spheres over time and
-    /// the cells that it vacates. That takes a few milliseconds an evasion, shared among all CPU cores. Graphs with at most 32
-    /// evasions are prepared when they are baked or loaded. For larger ones call this, on any thread, if no query may take that
-    /// time or allocate memory. Answers do not depend on it.
+    /// Computes everything that queries otherwise compute on first use: for each evasion the body's spheres over time and the cells that
+    /// it vacates. That takes a few milliseconds for each evasion, divided among all CPU cores. Graphs with at most 32 evasions are
+    /// prepared when they are baked or loaded. For larger graphs, call this on any thread if queries must not take that time or allocate
+    /// memory. Answers do not depend on it.
     pub fn prepare(&self) {
         let _span = tracing::trace_span!("bake: prepare evasions").entered();
         let _ = self.graph.rig();

@@ -1,4 +1,4 @@
-//! The parts of a baked graph that files hold one by one, so that they are read at the same time.
+//! The parts of a baked graph that files store separately, so that they can be read in parallel.
 
 use serde::{Deserialize, Serialize};
 
@@ -12,7 +12,7 @@ use crate::maps::paths::PathTable;
 use crate::maps::{AttackMove, Body, BodyRows, Evasion, OnFirstUse, RegionAtlas, Retimable};
 use sabaki_motion::internal::both;
 
-/// All parts that are small.
+/// All small parts of a baked graph, stored together.
 #[derive(Deserialize)]
 struct Rest {
     body: Body,
@@ -22,7 +22,7 @@ struct Rest {
     grid_settings: GridSettings,
 }
 
-/// [`Rest`] of a graph that is written.
+/// [`Rest`] by reference, for writing.
 #[derive(Serialize)]
 struct RestOf<'a> {
     body: &'a Body,
@@ -73,7 +73,7 @@ impl BakedGraph {
             cylinders,
         ]: [&[u8]; Self::SECTIONS],
     ) -> Result<Self, String> {
-        // More threads than there are cores, on some machines: whichever is done first makes room for the others.
+        // On some machines these are more threads than cores; the first to finish frees a core for the others.
         let (graph, ((atlas, entries), (paths, cylinders))) = both(
             || MotionGraph::from_sections([graph_rest, clips, edges, feet]),
             || {

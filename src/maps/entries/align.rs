@@ -1,4 +1,4 @@
-//! Aligns targets with the frame that is left, and rules out those that are too far away.
+//! Aligns targets with the frame that is left, and excludes targets that are too far away.
 
 use glam::Vec3;
 
@@ -10,11 +10,11 @@ use super::targets::ClipFrame;
 use crate::graph::Node;
 use crate::math::Rigid2;
 
-/// A foot is pinned by preference if it stands so many frames after the target too.
+/// Number of frames after the target in which a foot must still stand to be preferred as the pin.
 const STAYS: u32 = 4;
 
 impl Finder<'_> {
-    /// The frame one after a frame of a clip.
+    /// Prepares the frame after a frame of a clip as the one that is left.
     pub(super) fn leaving(&self, before: ClipFrame) -> Leaving {
         let (graph, clip) = (self.graph, before.clip);
         let at = (before.frame + 1).min(graph.clip(clip).frames() as u32 - 1);
@@ -29,7 +29,7 @@ impl Finder<'_> {
         }
     }
 
-    /// Whether a target that the earlier bake did not have can be aligned at no more than a cost.
+    /// Whether a target that the earlier bake did not have can be aligned at a cost of at most `cost`.
     pub(super) fn has_new_near(&self, from: &Leaving, cost: f32, near: &mut Vec<bool>) -> bool {
         let Some(known) = self.known.as_ref().filter(|_| self.has_new()) else {
             return false;
@@ -48,7 +48,7 @@ impl Finder<'_> {
     pub(super) fn find_near(&self, from: &Departed, near: &mut Vec<bool>) {
         match self.near.is_empty() {
             false => self.near.find(&from.at.stance, &from.at.standing, near),
-            // A body without feet.
+            // The body has no feet.
             true => {
                 near.clear();
                 near.resize(self.targets.len(), true);
@@ -56,7 +56,7 @@ impl Finder<'_> {
         }
     }
 
-    /// Aligns a target, or returns `None` if it is where the motion goes anyway or too far away.
+    /// Aligns a target. Returns `None` if it is part of the motion that is left, or too far away.
     pub(super) fn align(&self, from: &Leaving, target: usize) -> Option<Aligned> {
         let at = &self.targets[target];
         let now = from.before.frame + 1;
@@ -75,8 +75,8 @@ impl Finder<'_> {
         })
     }
 
-    /// Departure of hips and head from constant velocity, in metres, and whether it is small enough: after the longest blend of an entry the
-    /// body is where the target's clip has it, so that no pose of the blend is needed to tell.
+    /// Departure of hips and head from constant velocity, in metres, and whether it is within the limits. After the longest blend of an entry
+    /// the body is where the target's clip has it, so no pose of the blend is needed.
     fn departed(&self, [before, now]: [Points; 2], target: usize, align: Rigid2) -> (f32, bool) {
         let last = DEPARTURES.len() - 1;
         let frames = (DEPARTURES[last] * self.graph.frame_rate() as f32).round();
@@ -91,8 +91,9 @@ impl Finder<'_> {
         (hip + head, fits)
     }
 
-    /// What stays in place: of the feet that stand in both motions (if there is none, of those that stand) the one that leaves root and the
-    /// other feet least far apart; `None` where all leave them too far.
+    /// Cost of the best alignment, and the leg whose foot stays in place, or `None` for the root. Candidates are the feet that stand in both
+    /// motions; if there are none, all feet that stand; if there are none, the root. The one that leaves root and other feet least far apart is
+    /// chosen. Returns `None` if all leave them too far apart.
     fn pin(&self, from: &Leaving, target: usize) -> Option<(f32, Option<usize>)> {
         let (stance, standing) = (&from.stance, &from.standing);
         let (other, at) = (&self.stances[target], &self.targets[target]);

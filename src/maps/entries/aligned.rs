@@ -20,7 +20,7 @@ pub(super) struct Points {
 }
 
 impl Points {
-    /// `head` is the graph's, which is not looked for in each frame.
+    /// Positions in a frame. `head` is the head's joint, which the caller looks up once.
     pub(super) fn of(graph: &MotionGraph, head: JointId, at: Node) -> Self {
         let (mut pose, mut joints) = (Pose::default(), Vec::new());
         graph.clip(at.clip).pose(at.frame as usize, &mut pose);
@@ -32,16 +32,16 @@ impl Points {
     }
 }
 
-/// The part of a frame that is left by which targets are aligned.
+/// Data of the frame that is left, by which targets are aligned.
 pub(super) struct Leaving {
-    /// The frame before the one at which the cut is made.
+    /// The frame before the cut.
     pub(super) before: ClipFrame,
     pub(super) stance: Stance,
     pub(super) standing: Vec<bool>,
     pub(super) ways: [Points; 2],
 }
 
-/// How a target is aligned.
+/// Alignment of a target.
 #[derive(Clone, Copy)]
 pub(super) struct Aligned {
     /// Index of the target.
@@ -50,6 +50,6 @@ pub(super) struct Aligned {
     pub(super) align: Rigid2,
     /// Departure of hips and head and distance of the feet, in metres.
     pub(super) cost: f32,
-    /// Whether hips and head go on well enough for a short blend.
+    /// Whether the departure of hips and head is within the limits of a short blend.
     pub(super) goes_on: bool,
 }

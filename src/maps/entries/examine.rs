@@ -1,7 +1,7 @@
 //! The test of cuts from one motion to another against the limits of plausible motion.
 //!
 //! The played motion is that of [`Motion::enter`](crate::graph::Motion::enter): the offset of the motion that is left fades out. Most cuts fail,
-//! so the tests that cost least come first: the hips need no joint, a joint of no leg needs no other joint, the legs need all that carries them.
+//! so the cheapest tests come first. The hips need no joint. A joint outside the legs needs no other joint. The legs need all their ancestors.
 
 mod motion;
 
@@ -22,11 +22,11 @@ pub(super) struct Cut<'a> {
     pub(super) limits: &'a MotionLimits,
     pub(super) left: &'a LeftMotion,
     pub(super) entered: &'a EnteredMotion,
-    /// Transform from the space of the entered clip to that of the left one.
+    /// Transform from the space of the entered clip to that of the left clip.
     pub(super) align: Rigid2,
     /// Whether a foot stands at the cut.
     pub(super) stands: bool,
-    /// Whether a toe may be faster than the limit, if it was when the motion was left.
+    /// Whether the toes may be as fast as before the cut, if that is above the limit.
     pub(super) toe_slows: bool,
 }
 
@@ -34,21 +34,21 @@ pub(super) struct Cut<'a> {
 #[derive(Clone, Debug)]
 pub(super) struct Examiner {
     head: JointId,
-    /// Joints that inverse kinematics moves: of each leg hip, knee and foot.
+    /// Joints that inverse kinematics moves: hip, knee and foot of each leg.
     of_legs: Vec<JointId>,
-    /// All others.
+    /// All other joints.
     others: Vec<JointId>,
     offsets: Offsets,
-    /// Weights of the offsets in each frame, and `None` where they are 0.
+    /// Weights of the offsets in each frame; `None` if they are 0.
     weights: Vec<Option<Weights>>,
     poses: Vec<Pose>,
     /// Steps and limits of each joint after the first frames.
     started: Vec<Option<(JointSteps, JointLimits)>>,
-    /// The comparisons of the tests with the limits.
+    /// How close the compared values are to the limits.
     pub(super) slack: Slack,
 }
 
-/// Offsets at a cut, in the space of the entered clip. Those of joints are computed when they are asked for.
+/// Offsets at a cut, in the space of the entered clip. Those of joints are computed on first use.
 #[derive(Clone, Debug, Default)]
 struct Offsets {
     root: Decay,
@@ -61,7 +61,7 @@ struct Offsets {
 pub(super) struct CutTest<'a> {
     cut: Cut<'a>,
     examiner: &'a mut Examiner,
-    /// Transform from the space of the left clip to that of the entered one.
+    /// Transform from the space of the left clip to that of the entered clip.
     back: Rigid2,
     rate: f32,
 }
@@ -86,7 +86,7 @@ impl Examiner {
         }
     }
 
-    /// Number of frames of the entered motion that a test of a blend of so many frames reads.
+    /// Number of frames of the entered motion that the test of a blend of `blend` frames reads.
     pub(super) fn frames(frame_rate: f32, blend: usize) -> usize {
         (blend + 2).max(departures(frame_rate)[1] + 1)
     }
@@ -113,7 +113,7 @@ impl CutTest<'_> {
         1.0 / self.rate
     }
 
-    /// Whether the cut is plausible with a blend of so many seconds.
+    /// Whether the cut is plausible with a blend of `blend` seconds.
     pub(super) fn is_plausible(&mut self, blend: f32) -> bool {
         let step = self.step();
         let seconds = blend.max(step);
@@ -138,7 +138,7 @@ impl CutTest<'_> {
         is_plausible
     }
 
-    /// Makes room for the poses of so many frames.
+    /// Allocates the poses of `frames` frames.
     fn make_poses(&mut self, frames: usize) {
         let joints = self.skeleton().len();
         let poses = &mut self.examiner.poses;
@@ -166,7 +166,7 @@ impl CutTest<'_> {
         fit
     }
 
-    /// Whether the joints of no leg are plausible in the first frames, where an offset begins to fade out.
+    /// Whether the joints outside the legs are plausible in the first frames, in which the offsets begin to fade out.
     fn joints_start(&mut self) -> bool {
         self.others_fit(|test, joint| {
             let (mut steps, limits) = test.steps(joint);
@@ -176,7 +176,7 @@ impl CutTest<'_> {
         })
     }
 
-    /// Whether the joints of no leg are plausible in the frames after those, up to `frames`.
+    /// Whether the joints outside the legs are plausible in the frames after the first ones, up to `frames`.
     fn joints_fit(&mut self, frames: usize) -> bool {
         self.others_fit(|test, joint| {
             test.examiner.started[joint.index()].is_some_and(|(mut steps, limits)| {
@@ -186,7 +186,7 @@ impl CutTest<'_> {
         })
     }
 
-    /// Whether all joints of no leg pass a test. One that fails is the first to be tested next time: it will often fail again.
+    /// Whether all joints outside the legs pass a test. A joint that fails is tested first the next time, because it often fails again.
     fn others_fit(&mut self, mut fits: impl FnMut(&mut Self, JointId) -> bool) -> bool {
         let mut others = std::mem::take(&mut self.examiner.others);
         let failed = others.iter().position(|&joint| !fits(self, joint));
@@ -197,7 +197,7 @@ impl CutTest<'_> {
         failed.is_none()
     }
 
-    /// Whether a joint is plausible in some frames, whose poses get its rotations.
+    /// Whether a joint is plausible in some frames. Writes its rotations to the poses of these frames.
     fn joint_fits(
         &mut self,
         joint: JointId,
@@ -214,7 +214,7 @@ impl CutTest<'_> {
         fit
     }
 
-    /// Whether the joints of the legs are plausible in all frames. Those of the others are known.
+    /// Whether the joints of the legs are plausible in all frames. The poses have the rotations of the other joints.
     fn legs_fit(&mut self, frames: usize) -> bool {
         self.measure_feet();
         let mut poses = std::mem::take(&mut self.examiner.poses);
@@ -234,7 +234,7 @@ impl CutTest<'_> {
         fit
     }
 
-    /// The step to the cut.
+    /// The step of a joint to the cut, and the limits of the joint.
     fn steps(&self, joint: JointId) -> (JointSteps, JointLimits) {
         let turn = self.cut.left.turns[joint.index()];
         let steps = JointSteps {
@@ -248,7 +248,7 @@ impl CutTest<'_> {
         (steps, JointLimits::of(self.cut.limits, joint, self.rate))
     }
 
-    /// Whether the toes are plausible in so many frames, whose poses are known.
+    /// Whether the toes are plausible in the first `frames` frames, whose poses are complete.
     fn toes_fit(&mut self, frames: usize) -> bool {
         let first = self.cut.left.frames[1].toes();
         let mut before: Vec<Vec3> = first.map(|toe| self.back.point(toe)).collect();
@@ -276,7 +276,7 @@ impl CutTest<'_> {
         !self.cut.stands || self.examiner.slack.fits(slide, limit)
     }
 
-    /// Speed of the fastest toe before the cut.
+    /// Speed of the fastest toe before the cut, in metres per second.
     fn own_toe_speed(&self) -> f32 {
         let [before, now, _] = &self.cut.left.frames;
         let ways = before

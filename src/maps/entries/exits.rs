@@ -24,11 +24,11 @@ impl From<&ClipFrame> for ExitTarget {
     }
 }
 
-/// Exits of all moments, which are those of the [`EntryTable`](super::EntryTable).
+/// Exits of all moments. The moments are those of the [`EntryTable`](super::EntryTable).
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct ExitTable {
     pub(super) targets: Vec<ExitTarget>,
-    /// The exits of each moment, the least departure first.
+    /// Exits of each moment, the one with the least departure first.
     pub(super) lists: MomentLists,
 }
 

@@ -1,4 +1,4 @@
-//! Frames of the motions that are left and entered, each sampled once for all tests.
+//! Frames of the motions that are left and entered. Each is sampled once for all tests.
 
 use glam::Vec3;
 
@@ -15,40 +15,41 @@ use sabaki_motion::internal::Chain;
 pub(super) struct Frame {
     pub(super) pose: Pose,
     pub(super) head: Vec3,
-    /// Each leg, in the order of the graph's.
+    /// Legs, in the order of the graph's legs.
     pub(super) feet: Vec<LegPose>,
 }
 
-/// A motion that is left: the frames before the cut, at it, and after it.
+/// A motion that is left: the frame before the cut, the frame of the cut and the frame after it.
 #[derive(Clone, Debug)]
 pub(super) struct LeftMotion {
     pub(super) frames: [Frame; Self::FRAMES],
     /// Rotation vector of each joint between the first two frames.
     pub(super) turns: Vec<Vec3>,
-    /// Whether all frames are of one clip.
+    /// Whether all frames belong to one clip.
     pub(super) stays_in_clip: bool,
 }
 
-/// A motion that is entered: its frames from the cut on.
+/// Frames of a motion that is entered, from the cut on.
 #[derive(Clone, Debug)]
 pub(super) struct EnteredMotion {
     pub(super) frames: Vec<Frame>,
-    /// Whether all frames are of one clip.
+    /// Whether all frames belong to one clip.
     pub(super) stays_in_clip: bool,
 }
 
 /// Samples motions frame by frame.
 ///
-/// A frame of a clip is read from the clip, at the same number of frames after the motion's first wherever the graph's nodes divide the clip.
+/// While the motion stays in the clip, frames are read from the clip by their number after the first frame, so that they do not depend on
+/// how the graph's nodes divide the clip.
 pub(super) struct FrameSampler<'a> {
     graph: &'a MotionGraph,
     head: JointId,
     motion: Motion,
-    /// Whether all frames that were sampled since the start of the motion are of its clip.
+    /// Whether all frames that were sampled since the start of the motion belong to its clip.
     stays_in_clip: bool,
 }
 
-/// A place on a clip, as a fraction of frames.
+/// A position in a clip, in fractional frames.
 #[derive(Clone, Copy)]
 struct Place {
     clip: ClipId,
@@ -56,7 +57,7 @@ struct Place {
 }
 
 impl LeftMotion {
-    /// Number of frames.
+    /// Number of frames of a motion that is left.
     pub(super) const FRAMES: usize = 3;
 }
 
@@ -106,7 +107,7 @@ impl<'a> FrameSampler<'a> {
         }
     }
 
-    /// So many poses of the motion that goes on at a whole frame of a clip.
+    /// `count` poses of the motion that continues from a whole frame of a clip.
     pub(super) fn goes_on(&mut self, from: Playhead, count: usize) -> Vec<Pose> {
         self.start(from, count);
         (0..count)
@@ -114,7 +115,7 @@ impl<'a> FrameSampler<'a> {
             .collect()
     }
 
-    /// Whether so many frames of the motion that goes on at a whole frame of a clip are of that clip.
+    /// Whether the first `count` frames of the motion that continues from a whole frame of a clip belong to that clip.
     pub(super) fn stays_in_clip(&mut self, from: Playhead, count: usize) -> bool {
         self.start(from, count);
         (0..count).all(|frame| {
@@ -130,13 +131,13 @@ impl<'a> FrameSampler<'a> {
         self.motion.extend(self.graph, seconds);
     }
 
-    /// The pose so many frames after the start.
+    /// The pose `frame` frames after the start.
     fn pose_after(&mut self, start: Playhead, frame: usize) -> Pose {
         let place = self.place_after(start, frame);
         self.pose(frame as f32 / self.graph.frame_rate() as f32, place)
     }
 
-    /// The place so many frames after the start, if the motion stays in the clip.
+    /// The position `frame` frames after the start, if the motion stays in the clip.
     fn place_after(&self, start: Playhead, frame: usize) -> Place {
         let from = self.graph.node(self.graph.edge(start.edge).from);
         Place {
@@ -179,7 +180,7 @@ impl<'a> FrameSampler<'a> {
         Frame::of(self.graph, self.head, pose)
     }
 
-    /// The pose of the motion, without what fades out, at a time at which it is at `place` if it is still in that clip.
+    /// The pose of the motion at a time, without offsets that fade out. `place` is the position at that time if the motion is still in its clip.
     fn pose(&mut self, seconds: f32, place: Place) -> Pose {
         let (graph, mut pose) = (self.graph, Pose::default());
         if self.is_at(seconds, place) {
@@ -191,9 +192,9 @@ impl<'a> FrameSampler<'a> {
         pose
     }
 
-    /// Whether the motion is at a place of a clip at a time.
+    /// Whether the motion is at a position of a clip at a time.
     fn is_at(&self, seconds: f32, place: Place) -> bool {
-        /// Distance that rounding may put a motion off its frame, in frames.
+        /// Maximum rounding error of a position, in frames.
         const ROUNDING: f32 = 0.01;
         let at = self.motion.playhead(self.graph, seconds);
         let edge = self.graph.edge(at.edge);

@@ -1,4 +1,4 @@
-//! The steps of a joint from frame to frame, against the limits of its velocity and acceleration.
+//! Compares the rotations of a joint from frame to frame with the limits of its velocity and acceleration.
 
 use glam::{Quat, Vec3};
 
@@ -7,10 +7,10 @@ use super::slack::{Slack, SquareLimit};
 use crate::anim::JointId;
 use crate::graph::rotation_vector;
 
-/// Rotation vector of a rotation, which is small from one frame to the next: without an arc tangent up to 35°, by the first terms
-/// of the series of the arc sine, whose error is below 1e-8 of the angle.
+/// Rotation vector of a rotation. Up to 35° it is computed without an arc tangent, from the first terms of the arc sine series, with an error
+/// below 1e-8 of the angle. Rotations between two frames are rarely larger.
 fn small_turn(rotation: Quat) -> Vec3 {
-    /// Square of the sine of half the largest angle.
+    /// Square of the sine of half the largest angle for the series.
     const MOST: f32 = 0.09;
     let vector = rotation.xyz();
     let square = vector.length_squared();
@@ -27,9 +27,9 @@ fn small_turn(rotation: Quat) -> Vec3 {
 /// The limits of a joint.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct JointLimits {
-    /// Of the rotation between two frames, in radians.
+    /// Limit of the rotation angle between two frames, in radians.
     step: SquareLimit,
-    /// Of the difference between two such rotations, in radians.
+    /// Limit of the change of the rotation vector between two such steps, in radians.
     change: SquareLimit,
 }
 
@@ -45,19 +45,19 @@ impl JointLimits {
     }
 }
 
-/// The steps of a joint.
+/// State of the test of a joint, frame by frame.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct JointSteps {
     /// Rotation in the last frame.
     pub(super) before: Quat,
     /// Rotation vector of the last step, in the space of the joint's parent.
     pub(super) turn: Vec3,
-    /// The comparisons so far.
+    /// How close the compared values are to the limits so far.
     pub(super) slack: Slack,
 }
 
 impl JointSteps {
-    /// Makes the step to the next rotation and returns whether it is within the limits.
+    /// Moves on to the next rotation, and returns whether the step is within the limits.
     pub(super) fn fits(&mut self, rotation: Quat, limits: JointLimits) -> bool {
         let turn = small_turn(rotation * self.before.conjugate());
         let change = turn - self.turn;

@@ -3,7 +3,7 @@
 //! The limits are percentiles over all frames of the clips: angular velocity and acceleration of each joint, departure of hips and head
 //! from constant velocity, and speed of the toes. A motion within all limits is called plausible.
 //!
-//! Limits are rounded to steps of 3 to 6%, so that a few clips more or less hardly ever change them.
+//! Limits are rounded to steps of 3 to 6%, so that adding or removing a few clips rarely changes them.
 
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
@@ -22,9 +22,9 @@ pub struct PlausibilitySettings {
     /// Percentile of the departure of hips and head from constant velocity. Default 99. For the hips of fighting clips this is 0.13 m in
     /// 0.2 s and 0.22 m in 0.3 s.
     pub departure: f32,
-    /// Maximum slide during the blend, in metres, if a foot is planted at its start: at each moment that of the slower toe. Default 0.02.
+    /// Maximum slide during the blend, in metres, if a foot is planted at its start. At each moment, the slower toe counts. Default 0.02.
     pub slide: f32,
-    /// Maximum speed of a toe, in metres per second. Default 3.5: moments between those of the bake exceed it by up to a quarter.
+    /// Maximum speed of a toe, in metres per second. Default 3.5. Entries between the moments of the bake exceed it by up to a quarter.
     pub toe_speed: f32,
 }
 
@@ -40,7 +40,7 @@ impl Default for PlausibilitySettings {
 }
 
 impl PlausibilitySettings {
-    /// Limits of what the clips show at least once, for exits from stretches that have no others.
+    /// Settings whose limits are the maxima of the clips. They are for exits from stretches that have no other exits.
     #[must_use]
     pub(super) fn utmost(self) -> Self {
         Self {
@@ -90,7 +90,7 @@ impl MotionLimits {
         joints.chain(departures).chain(&others).copied().collect()
     }
 
-    /// The limit of a joint's speed or, shifted by the number of joints, of its acceleration.
+    /// Ids of the limits of a joint's speed and acceleration.
     pub(super) fn id_of_joint(&self, joint: JointId) -> [LimitId; 2] {
         [joint.index(), self.joint_speed.len() + joint.index()].map(LimitId::new)
     }
@@ -113,7 +113,7 @@ impl MotionLimits {
         DepartureLimits([limit(early, place), limit(late, place + 1)])
     }
 
-    /// The limit of a toe's speed, or a faster one in its place.
+    /// The limit of a toe's speed, or `faster` if that is higher.
     pub(super) fn toe_speed_or(&self, faster: f32) -> Limit {
         Limit {
             value: self.toe_speed.max(faster),
@@ -129,7 +129,7 @@ impl MotionLimits {
         }
     }
 
-    /// The factor by which each limit differs from that of `earlier`; `None` if these are of another skeleton.
+    /// The ratio of each limit to that of `earlier`. `None` if those belong to another skeleton.
     pub(super) fn change_since(&self, earlier: &Self) -> Option<Vec<f32>> {
         let (now, before) = (self.numbers(), earlier.numbers());
         let factor = |(now, before): (&f32, &f32)| match now == before {
@@ -154,7 +154,7 @@ impl MotionLimits {
 pub(super) struct DepartureLimits([Limit; 2]);
 
 impl DepartureLimits {
-    /// Whether a point of a motion departs no further than the limits from where it goes at constant velocity between the first two frames.
+    /// Whether the departure of a point from constant velocity is within the limits. The velocity is that between the first two frames.
     pub(super) fn fit(
         self,
         rate: f32,
@@ -169,17 +169,17 @@ impl DepartureLimits {
     }
 }
 
-/// Distance of a point from where its velocity between `before` and `now` would have taken it.
+/// Vector from the position that constant velocity between `before` and `now` predicts after `frames` frames to the position `then`.
 pub(super) fn departure([before, now, then]: [Vec3; 3], frames: usize) -> Vec3 {
     then - (now + (now - before) * frames as f32)
 }
 
-/// Frames at which departures are measured.
+/// Numbers of frames after which departures are measured.
 pub(super) fn departures(frame_rate: f32) -> [usize; 2] {
     DEPARTURES.map(|seconds| (seconds * frame_rate).round() as usize)
 }
 
-/// The part of a clip's frame that the limits depend on.
+/// Data of a clip's frame that the limits depend on.
 #[derive(Clone, Debug, Default)]
 struct Sample {
     pose: Pose,
@@ -199,7 +199,7 @@ impl Sample {
     }
 }
 
-/// Percentile of values, which are put in another order, 0 if there are none.
+/// Percentile of values; 0 if there are none. It reorders the values.
 fn percentile(values: &mut [f32], percent: f32) -> f32 {
     let last = values.len().saturating_sub(1);
     let at = ((last as f32 * percent / 100.0).round() as usize).min(last);
@@ -216,11 +216,11 @@ fn rounded(value: f32) -> f32 {
     f32::from_bits((value.to_bits() + half) >> LOW << LOW)
 }
 
-/// What is measured in the clips. The limits are percentiles of it.
+/// Measurements of the clips. The limits are percentiles of them.
 pub(super) struct MeasuredMotion {
     joints: usize,
-    /// Speeds of each joint, accelerations of each joint, departures of the hips and of the head after each of [`DEPARTURES`], and speeds of
-    /// the toes.
+    /// Measured values, in this order: speeds of each joint, accelerations of each joint, departures of the hips and of the head after each of
+    /// [`DEPARTURES`], and speeds of the toes.
     lists: Vec<Vec<f32>>,
 }
 

@@ -1,5 +1,5 @@
-//! Entries and exits: cuts into evasions from any moment of the clips, and from any moment back into natural motion, without an edge that
-//! leads there.
+//! Entries and exits: cuts that need no edge of the graph. Entries lead from any moment of the clips into evasions, exits from any moment back
+//! into natural motion.
 //!
 //! Source: the cut is that of [`Entry`](crate::graph::Entry) (Bollo, GDC 2018). The table is computed by the bake: each moment of the
 //! clips is paired with each moment of each evasion and of its lead-in. A pair is kept if the blended motion stays within the limits that
@@ -69,8 +69,8 @@ pub struct EntrySettings {
     pub most_targets: u32,
     /// Maximum number of entries of a moment. Default 64.
     pub most: u32,
-    /// Duration of a stretch of a clip without an entry, an exit, or a choice of edges, in seconds, beyond which exits may do what the
-    /// clips show at least once, whatever the percentiles of `plausible`. Default 0.8.
+    /// Maximum duration of a stretch of a clip without an entry, an exit, or a choice of edges, in seconds. In longer stretches, exits may use the
+    /// maxima of the clips as limits instead of the percentiles of `plausible`. Default 0.8.
     pub unbranched: f32,
     /// Limits of plausible motion.
     pub plausible: PlausibilitySettings,
@@ -93,7 +93,8 @@ impl Default for EntrySettings {
 
 /// Durations of an entry's blend, in seconds. The shortest plausible one is used.
 pub(crate) const BLENDS: [f32; 3] = [0.15, 0.2, 0.25];
-/// Durations of an exit's blend, in seconds. Nothing has to be reached in time, and a body that moves fast has to slow down.
+/// Durations of an exit's blend, in seconds. They are longer than those of entries, because an exit is not urgent and a fast body has to slow
+/// down.
 pub(crate) const EXIT_BLENDS: [f32; 4] = [0.2, 0.3, 0.45, 0.65];
 
 /// Playback rates of an entry. Rates up to the fastest plausible one are used.
@@ -132,7 +133,7 @@ impl Bytes<3> for KnownEntry {
     }
 }
 
-/// How a target is entered.
+/// Blend, rate and pin with which a target is entered.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct EntryWay {
     /// Index of the shortest plausible blend, in [`BLENDS`] or [`EXIT_BLENDS`].

@@ -3,7 +3,7 @@ use serde::{Deserialize, Serialize};
 use super::KnownEntry;
 use sabaki_motion::internal::byte_list;
 
-/// A list of entries for each moment, which are those of the [`EntryTable`](super::EntryTable).
+/// A list of entries for each moment. The moments are those of the [`EntryTable`](super::EntryTable).
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct MomentLists {
     /// End of each moment's list in `entries`.
@@ -38,7 +38,7 @@ impl MomentLists {
         &self.entries[start as usize..self.ends[moment] as usize]
     }
 
-    /// Checks that there is a list for each moment, and each entry.
+    /// Checks that there is a list for each moment, and that each entry is valid.
     pub(super) fn fits(&self, moments: usize, is_sound: impl Fn(&KnownEntry) -> bool) -> bool {
         self.moments() == moments
             && self.ends.is_sorted()

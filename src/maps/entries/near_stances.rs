@@ -1,5 +1,5 @@
-//! Targets whose root and feet are near those of a body once a foot is in the same place: a test of all targets that costs little and
-//! leaves out none.
+//! Finds targets whose root and feet are near those of a body when one foot is at the same position. The test is cheap and excludes no target
+//! that is near.
 //!
 //! For each foot, let `d` be the difference of two stances' vectors from the foot to the root, in the character's frame. With foot `a` in
 //! place the roots are `|d_a|` apart and the feet `b` are `|d_a - d_b|` apart; with the root in place the feet are `|d_b|` apart.
@@ -14,11 +14,11 @@ pub(super) struct NearStances {
     limits: [f32; 2],
 }
 
-/// Room for rounding, in metres.
+/// Tolerance for rounding, in metres.
 const ROUNDING: f32 = 1e-3;
 
 impl NearStances {
-    /// The first `legs` feet of stances. Roots and feet are near up to the distances of `limits`, in metres.
+    /// Prepares the first `legs` feet of stances. `limits` are the maximum distances of the roots and of the feet, in metres.
     pub(super) fn new(stances: &[Stance], legs: usize, limits: [f32; 2]) -> Self {
         let of_foot = |foot: usize| {
             let vectors = || stances.iter().map(move |stance| vector(stance, foot));
@@ -35,7 +35,7 @@ impl NearStances {
         self.feet.is_empty()
     }
 
-    /// Writes for each stance whether it is near `stance` with one of the feet that stand in place, or with the root where none stands.
+    /// Writes for each stance whether it is near `stance` when one of the standing feet, or the root if none stands, is at the same position.
     pub(super) fn find(&self, stance: &Stance, standing: &[bool], near: &mut Vec<bool>) {
         let own: Vec<[f32; 2]> = (0..self.feet.len())
             .map(|foot| vector(stance, foot))
@@ -64,7 +64,8 @@ impl NearStances {
         }
     }
 
-    /// Clears `fits` where the difference of a foot's vector from that of `feet`, or of two feet's differences, is longer than a limit.
+    /// Clears the flags of stances for which the difference of a foot's vector from that of `feet`, or that of two feet's differences, is longer
+    /// than the limit.
     fn compare(&self, feet: &[(usize, [f32; 2])], limit: f32, fits: &mut [bool]) {
         let of_foot = |index: usize| {
             let (foot, own) = feet[index];

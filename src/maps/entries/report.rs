@@ -1,4 +1,4 @@
-//! Statistics of entries.
+//! Statistics of entries, exits and layers.
 
 use serde::{Deserialize, Serialize};
 
@@ -7,12 +7,12 @@ use super::targets::ClipPlaces;
 use super::{EntryTable, Stretches};
 use crate::graph::{ClipId, MotionGraph};
 
-/// Figures of the entries of a baked graph.
+/// Statistics of the entries of a baked graph.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct EntryReport {
     /// Number of entries.
     pub entries: usize,
-    /// Number of moments with the maximum number of entries. There may be more.
+    /// Number of moments with the maximum number of entries. Some of their entries may be missing.
     pub cut: u64,
     /// Number of moments that the graph plays and that have an entry.
     pub entered: usize,
@@ -29,7 +29,7 @@ pub struct EntryReport {
     /// Stretches of the clips without a branch point.
     #[serde(default)]
     pub unbranched: Stretches,
-    /// Those of evasions and attacks.
+    /// Stretches of evasions and attacks without a branch point.
     #[serde(default)]
     pub unbranched_in_events: Stretches,
 }
@@ -43,7 +43,7 @@ impl EntryReport {
 }
 
 impl EntryTable {
-    /// Computes the figures.
+    /// Computes the statistics.
     #[must_use]
     pub(crate) fn report(&self, graph: &MotionGraph) -> EntryReport {
         let mut report = EntryReport {
@@ -53,7 +53,7 @@ impl EntryTable {
             layers: self.layers.len(),
             ..EntryReport::default()
         };
-        // A graph without evasions has no table.
+        // The table of a graph without evasions is empty.
         if self.step == 0 {
             return report;
         }

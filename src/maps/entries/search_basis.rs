@@ -1,4 +1,4 @@
-//! What all searches of a bake read, and the targets of each kind of search.
+//! Inputs that all searches of a bake share, and the targets of entries.
 
 use super::limits::MotionLimits;
 use super::targets::ClipPlaces;
@@ -6,7 +6,7 @@ use super::{EntrySettings, EntryTarget};
 use crate::graph::{MotionGraph, Node};
 use crate::maps::Evasion;
 
-/// What all searches of a bake read.
+/// Inputs that all searches of a bake share.
 #[derive(Clone, Copy)]
 pub(super) struct SearchBasis<'a> {
     pub(super) graph: &'a MotionGraph,
@@ -43,7 +43,7 @@ impl SearchBasis<'_> {
             let start = graph.node(edge.from);
             let last = start.frame + edge.frames.min(frames(settings.late));
             let mut frame = start.frame;
-            // Where the lead-in is not in the graph, it cannot be played.
+            // Parts of the lead-in that are not in the graph cannot be played.
             let earliest = start.frame.saturating_sub(frames(settings.lead_in));
             let step = settings.target_step.max(1);
             let place = |frame: u32| self.places.find(Node { frame, ..start });

@@ -1,8 +1,8 @@
-//! Shares of all moments, which several processes test.
+//! Shares of all moments, for several processes that test them.
 
 use super::record::EntryRecord;
 
-/// Every so many batches of moments. Batches take turns, so that shares are of about equal cost.
+/// A share of all moments: every `of`th batch, starting with batch `index`. Shares have about equal cost.
 #[derive(Clone, Copy, Debug)]
 pub struct MomentShare {
     /// Number of the share, from 0.
@@ -15,7 +15,7 @@ impl MomentShare {
     /// All moments.
     pub(super) const ALL: Self = Self { index: 0, of: 1 };
 
-    /// Number of moments of a batch, which share scratch.
+    /// Number of moments of a batch. They share scratch.
     const BATCH: usize = 64;
 
     /// The batches of the share.
@@ -26,14 +26,14 @@ impl MomentShare {
             .step_by(self.of)
     }
 
-    /// The share that a moment is in.
+    /// Index of the share that a moment belongs to.
     fn holds(moment: usize, shares: usize) -> usize {
         moment / Self::BATCH % shares
     }
 }
 
 impl EntryRecord {
-    /// The record of all shares, in order; `None` if they are not those of one graph.
+    /// Joins the records of all shares, given in order. `None` if they do not belong to one graph.
     #[must_use]
     pub fn of_shares(shares: Vec<Self>) -> Option<Self> {
         let first = shares.first()?;

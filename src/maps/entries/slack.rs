@@ -1,29 +1,29 @@
-//! How much the limits of plausible motion may change before the result of a test does.
+//! Tells how much the limits of plausible motion may change before the result of a test may change.
 
 use serde::{Deserialize, Serialize};
 
-/// A limit of [`MotionLimits`](super::limits::MotionLimits), by its place in [`MotionLimits::numbers`](super::limits::MotionLimits::numbers).
+/// Index of a limit in [`MotionLimits::numbers`](super::limits::MotionLimits::numbers).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub(super) struct LimitId(u8);
 
 impl LimitId {
-    /// One of several limits.
+    /// Stands for any limit.
     const ANY: Self = Self(u8::MAX);
 
-    /// The limit at a place. Those beyond the numbers of a byte share one.
+    /// The id of the limit at an index. Indices from 255 on share [`LimitId::ANY`].
     pub(super) fn new(place: usize) -> Self {
         u8::try_from(place).map_or(Self::ANY, Self)
     }
 }
 
-/// A limit, or what follows from it, by which a value is compared.
+/// A limit, or a bound that is derived from it, that a value is compared with.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Limit {
     pub(super) value: f32,
     pub(super) id: LimitId,
 }
 
-/// The square of a limit.
+/// A limit for values that are compared by their squares.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct SquareLimit {
     square: f32,
@@ -42,18 +42,18 @@ impl SquareLimit {
     }
 }
 
-/// The comparisons of some tests with their limits. A ratio is the square of a value divided by that of its limit.
+/// Summary of the comparisons of some tests with their limits. A ratio is the square of a value divided by the square of its limit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Slack {
     /// Largest ratio in the current test so far.
     current: f32,
-    /// Largest ratio of the tests that were passed, at most 1.
+    /// Largest ratio of the passed tests, at most 1.
     passed: f32,
-    /// Smallest ratio by which a test failed, and the limit by which all tests failed that did.
+    /// Smallest ratio of the failed tests, and the limit that all of them failed, or [`LimitId::ANY`] if they failed different ones.
     failed: (f32, LimitId),
 }
 
-/// The result of comparisons as it is stored. The larger a code, the farther values are from their limits.
+/// A [`Slack`] as it is stored. Larger codes mean that values are farther from their limits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub(super) struct SlackCode {
     passed: u8,
@@ -61,13 +61,14 @@ pub(super) struct SlackCode {
     limit: LimitId,
 }
 
-/// The least codes with which results stay the same after a change of limits.
+/// The minimum codes of results that stay the same after a change of limits.
 #[derive(Clone, Debug)]
 pub(super) struct NeededCodes {
+    /// Minimum code of passed tests.
     passed: u16,
-    /// Of each limit.
+    /// Minimum code of tests that failed one limit, for each limit.
     failed: Vec<u16>,
-    /// Of all limits.
+    /// Minimum code of tests that failed different limits: the maximum of `failed`.
     any: u16,
 }
 
@@ -81,9 +82,9 @@ impl Default for Slack {
     }
 }
 
-/// Steps of a code of a factor of two.
+/// Number of code steps for a factor of two.
 const STEPS: f32 = 32.0;
-/// Relative error of a ratio, generously.
+/// Upper bound of the relative error of a ratio.
 const ROUNDING: f32 = 1e-4;
 
 impl Slack {
@@ -108,21 +109,21 @@ impl Slack {
     pub(super) fn square_fits(&mut self, square: f32, limit: SquareLimit) -> bool {
         let ratio = square * limit.inverse;
         if square <= limit.square {
-            // What cannot be compared is as close to its limit as can be: the lesser of 1 and no number is 1.
+            // A NaN counts as equal to its limit: `min` returns 1 for it.
             self.current = self.current.max(ratio.min(1.0));
             return true;
         }
         self.note(false, ratio, limit.id)
     }
 
-    /// Notes the comparisons of another test, which was passed or failed.
+    /// Adds the comparisons of another test. `fits` is whether it was passed.
     pub(super) fn join(&mut self, fits: bool, other: &Self) -> bool {
         let (failed, limit) = other.failed;
         self.note(fits, if fits { other.current } else { failed }, limit)
     }
 
     fn note(&mut self, fits: bool, ratio: f32, limit: LimitId) -> bool {
-        // What cannot be compared is as close to its limit as can be.
+        // A NaN counts as equal to its limit.
         let ratio = if ratio.is_nan() {
             1.0
         } else {
@@ -155,7 +156,7 @@ impl Slack {
 }
 
 impl NeededCodes {
-    /// The codes after a change of each limit by a factor.
+    /// The minimum codes after a change of each limit by a factor.
     pub(super) fn new(factors: &[f32]) -> Self {
         let least = factors.iter().copied().fold(1.0, f32::min);
         let failed: Vec<u16> = factors.iter().map(|&factor| needed(factor)).collect();
@@ -166,7 +167,7 @@ impl NeededCodes {
         }
     }
 
-    /// The codes where nothing of the limits before is known: none suffices.
+    /// The minimum codes if the earlier limits are unknown. No code suffices.
     pub(super) fn unknown() -> Self {
         Self {
             passed: u16::MAX,
@@ -184,7 +185,7 @@ impl NeededCodes {
     }
 }
 
-/// The least code with which a comparison with a limit that grows by a factor stays the same.
+/// The minimum code of a comparison whose result stays the same if its limit grows by a factor.
 fn needed(factor: f32) -> u16 {
     match factor {
         1.0 => 0,

@@ -1,4 +1,4 @@
-//! An order of the targets in which the first ones are spread evenly.
+//! An order of the targets of which each prefix is spread evenly.
 
 /// A permutation of the numbers below `count` in which each prefix is spread evenly.
 pub(super) fn spread(count: usize) -> impl Iterator<Item = usize> {
@@ -9,7 +9,7 @@ pub(super) fn spread(count: usize) -> impl Iterator<Item = usize> {
         }
         a == 1
     };
-    // About the golden ratio's share.
+    // A step of about the golden section, which spreads prefixes evenly.
     let first = (count * 89 / 144).max(1);
     let step = (first..).find(is_coprime).unwrap_or(1);
     (0..count).map(move |index| index * step % count)

@@ -61,7 +61,7 @@ impl Stance {
         Rigid2::new(0.0, off.x, off.z) * turn
     }
 
-    /// Horizontal distances of root and feet after the alignment, in metres: of the root, and of each leg's foot.
+    /// Horizontal distance of the roots, and of each leg's feet, after the alignment, in metres.
     pub(super) fn apart(&self, target: &Self, align: Rigid2) -> (f32, [f32; Self::LEGS]) {
         let apart = |a: Vec3, b: Vec3| (a - align.point(b)).with_y(0.0).length();
         let feet = std::array::from_fn(|leg| apart(self.toes[leg], target.toes[leg]));

@@ -12,14 +12,14 @@ use sabaki_motion::internal::sort_rarely;
 /// Statistics of the stretches of the clips between two branch points: frames with an entry, an exit, or a choice of edges.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Stretches {
-    /// Duration of the stretch that half of the time lies in stretches shorter than, in seconds.
+    /// Median duration, weighted by time, in seconds: half of all time lies in stretches of at most this duration.
     pub median: f32,
     /// Longest duration, in seconds.
     pub longest: f32,
 }
 
 impl Stretches {
-    /// Statistics of stretches, given the length of that of each frame, in frames.
+    /// Computes the statistics from the length of each frame's stretch, in frames.
     pub(super) fn of(mut lengths: Vec<u32>, rate: f64) -> Self {
         sort_rarely(&mut lengths, Ord::cmp);
         let seconds = |at: usize| (f64::from(lengths.get(at).copied().unwrap_or(0)) / rate) as f32;
@@ -33,9 +33,9 @@ impl Stretches {
 /// The frames of a clip that the graph plays.
 pub(super) struct PlayedFrames {
     clip: ClipId,
-    /// Whether each frame is of an event, or `None` if it is not played.
+    /// For each frame, whether it belongs to an event; `None` if the graph does not play it.
     pub(super) is_event: Vec<Option<bool>>,
-    /// Whether the graph has a choice of edges at each frame.
+    /// For each frame, whether the graph has a choice of edges there.
     branches: Vec<bool>,
 }
 

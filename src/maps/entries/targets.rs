@@ -34,7 +34,7 @@ impl ClipFrame {
         }
     }
 
-    /// The frame as a node of a graph would have it.
+    /// Clip and frame as a [`Node`].
     pub(super) fn node(&self) -> Node {
         Node {
             clip: self.clip,
@@ -45,7 +45,7 @@ impl ClipFrame {
 
 /// The edges that play the frames of each clip.
 pub(super) struct ClipPlaces {
-    /// First frame, end and edge, by clip, in order.
+    /// For each clip, first frame, end and edge of all edges that play it, in order.
     edges: Vec<Vec<(u32, u32, EdgeId)>>,
 }
 

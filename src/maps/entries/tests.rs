@@ -1,4 +1,4 @@
-//! The fast tests of cuts and layers have the limits of the played motion, sampled frame by frame.
+//! Compares the fast tests of cuts and layers with the played motion, sampled frame by frame.
 
 use glam::{Quat, Vec3};
 
@@ -72,7 +72,7 @@ fn graph(moves_joints: bool) -> MotionGraph {
     build(source, &settings).unwrap().0
 }
 
-/// Limits of no body: those that bind differ from cut to cut.
+/// Artificial limits. The limit that a cut exceeds first differs from cut to cut.
 fn limits(joints: usize, scale: f32) -> MotionLimits {
     MotionLimits {
         joint_speed: (0..joints)
@@ -88,7 +88,7 @@ fn limits(joints: usize, scale: f32) -> MotionLimits {
     }
 }
 
-/// The played motion, frame by frame: largest share of a limit that it takes.
+/// Evaluates the played motion frame by frame: the largest share of a limit that it reaches.
 struct Played<'a> {
     graph: &'a MotionGraph,
     poses: Vec<Pose>,
@@ -170,7 +170,7 @@ fn places(graph: &MotionGraph) -> Vec<ClipFrame> {
         .collect()
 }
 
-/// The places of a test: where a motion is left, and where it is entered.
+/// The frames of a test: the one at which a motion is left, and the one at which a motion is entered.
 fn ends(places: &[ClipFrame], number: u32) -> [ClipFrame; 2] {
     let number = number as usize;
     [number * 37, number * 23 + places.len() / 3].map(|at| places[at % places.len()])

@@ -52,7 +52,7 @@ impl EntryTrack {
 }
 
 impl EntryTracks {
-    /// Time that tracks continue after the evasion's end, in seconds.
+    /// Duration of a track after the evasion's end, in seconds.
     const BEYOND: f32 = 0.5;
 
     pub(in crate::maps) fn new(graph: &MotionGraph, evasions: usize, table: &EntryTable) -> Self {

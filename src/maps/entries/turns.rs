@@ -1,4 +1,4 @@
-//! How far joints turn between two poses.
+//! Rotations of joints between two poses.
 
 use glam::Vec3;
 

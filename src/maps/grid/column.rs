@@ -29,12 +29,12 @@ impl CellColumn {
         floor(place / cell).clamp(-Self::FURTHEST, Self::FURTHEST)
     }
 
-    /// Distance from a place to the nearest point of a column along one axis, in metres, with its sign.
+    /// Signed distance from a position to the nearest point of a column along one axis, in metres.
     pub(super) fn apart(place: f32, cell: f32, index: i32) -> f32 {
         place.clamp(index as f32 * cell, (index + 1) as f32 * cell) - place
     }
 
-    /// Cells from one bit to another.
+    /// Mask of the cells from one bit to another, both included.
     pub(super) fn between(low: u32, high: u32) -> u64 {
         (u64::MAX >> (63 - high)) & (u64::MAX << low)
     }

@@ -69,7 +69,7 @@ impl<'a> EvasionEnds<'a> {
     }
 }
 
-/// Cells, and the place and heading among them that stand for a kind.
+/// A grid of cells, with the position and heading that represent a kind.
 #[derive(Clone, Copy)]
 struct PlacedCells {
     placement: Rigid2,
@@ -108,7 +108,7 @@ impl VacatedKinds {
 }
 
 impl PlacedCells {
-    /// The middle of a kind's part of cell `(0, 0)`, and of its headings.
+    /// The middle of a kind's part of cell `(0, 0)` and of its range of headings.
     fn of_kind(kind: u32, cell: f32) -> Self {
         let part = |index: u32| (index as f32 + 0.5) / PARTS as f32 * cell;
         let heading = (kind / (PARTS * PARTS)) as f32 + 0.5;
@@ -121,7 +121,7 @@ impl PlacedCells {
     }
 }
 
-/// The columns that the spheres of a body reach, one row for each number. A column that several spheres reach is there several times.
+/// The columns that the spheres of a body reach, as one list for each number. A column that several spheres reach occurs several times.
 #[derive(Default)]
 struct ReachedColumns {
     places: Vec<[i32; 2]>,

@@ -1,6 +1,7 @@
 //! Restores the paths of a table that was read from a file.
 //!
-//! All links are checked when the file is read: every path leads to an evasion. Of each path only its number of frames is computed then.
+//! When the file is read, all links are checked, so that every path leads to an evasion, and the number of frames of each path is computed.
+//! The other data of a path is computed on first use.
 
 use std::sync::atomic::{AtomicBool, AtomicU16, Ordering};
 
@@ -11,7 +12,7 @@ use crate::maps::{Evasion, OnFirstUse, Retimable};
 use crate::math::{Rigid2, in_parallel};
 use sabaki_motion::internal::fill;
 
-/// What paths depend on beside their graph.
+/// Inputs of paths besides their graph.
 #[derive(Clone, Copy)]
 pub(in crate::maps) struct PathsBeside<'a> {
     pub(in crate::maps) retimable: &'a [Retimable],
@@ -69,19 +70,19 @@ impl PathTable {
     }
 }
 
-/// What paths are restored from.
+/// Data that paths are restored from.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Restorer {
-    /// First edge of each node, and the number of edges.
+    /// Index of each node's first edge. The last entry is the number of edges.
     first_edge: Vec<u32>,
     steps: Vec<Step>,
 }
 
-/// What an edge leads to.
+/// Target of an edge, and its part in paths.
 #[derive(Clone, Copy, Debug)]
 struct Step {
     to: NodeId,
-    /// What it adds to paths. It has 0 frames if it is too long for a path.
+    /// The edge's part in paths. It has 0 frames if the edge is too long for a path.
     adds: EdgeStep,
 }
 
@@ -97,7 +98,7 @@ const NO_STEP: Step = Step {
     },
 };
 
-/// How a path goes on: by an edge, and from its end by another path.
+/// Continuation of a path: an edge, and the path from its end.
 #[derive(Clone, Copy)]
 struct Next {
     edge: EdgeId,
@@ -126,10 +127,10 @@ impl Restorer {
         }
     }
 
-    /// The paths of a node, whose links were all checked. The rests of them that are known are not restored again.
+    /// Restores the paths of a node, whose links were checked. Paths of other nodes that are restored already are reused.
     pub(super) fn paths(&self, table: &PathTable, node: NodeId) -> Box<[NodePath]> {
         let [first, end] = table.ends(node);
-        // Edges of the path, the last one first.
+        // Edges of the path in reverse order.
         let mut edges: Vec<Next> = Vec::new();
         let path = |path: u32| {
             edges.clear();
@@ -153,7 +154,7 @@ impl Restorer {
         (first..end).map(path).collect()
     }
 
-    /// How a path from a node goes on, or `None` if its evasion starts there.
+    /// Continuation of a path from a node, or `None` if its evasion starts there.
     #[inline]
     fn next(&self, table: &PathTable, path: u32, node: NodeId) -> Option<Next> {
         let link = table.links[path as usize];
@@ -167,10 +168,10 @@ impl Restorer {
     }
 }
 
-/// Number of frames of a path that is not known yet.
+/// Stands for a number of frames that is not known yet.
 const UNKNOWN: u16 = u16::MAX;
 
-/// A check of all links.
+/// The check of all links.
 struct Check<'a> {
     table: &'a PathTable,
     restorer: &'a Restorer,
@@ -181,11 +182,10 @@ struct Check<'a> {
 }
 
 impl Check<'_> {
-    /// Says what is wrong: a link that points outside the table, a path that contains itself, or a node whose paths are not in the order
-    /// of their length.
+    /// Checks all links. The error describes the first link that points outside the table, path that contains itself, or node whose paths are
+    /// not sorted by length.
     ///
-    /// Nodes are taken from the last to the first: most paths go on along their clip, and the next node of a clip is the next in
-    /// number.
+    /// Nodes are processed from the last to the first, because most paths continue along their clip, whose next node has the next number.
     fn run(&self) -> Result<(), String> {
         /// Number of nodes that are checked together.
         const PART: usize = 1024;
@@ -223,7 +223,7 @@ impl Check<'_> {
         Ok(())
     }
 
-    /// Number of frames of a path of a node; `None` if it leads nowhere.
+    /// Number of frames of a path of a node; `None` if it does not lead to an evasion.
     fn frames_of(&self, path: u32, node: NodeId, open: &mut Vec<OpenPath>) -> Option<u16> {
         open.clear();
         let (mut path, mut node) = (path, node);
@@ -268,6 +268,6 @@ impl Check<'_> {
 /// A path whose rest is not known yet.
 struct OpenPath {
     path: u32,
-    /// Number of frames of its first edge.
+    /// Number of frames of the path's first edge.
     frames: u16,
 }

@@ -1,4 +1,4 @@
-//! The motion over a cut, as it is played: the offsets at the cut, and root, joints, legs and head in the frames after it.
+//! Evaluates the played motion around a cut: the offsets at the cut, and root, joints, legs and head in the frames after it.
 
 use glam::{Quat, Vec3};
 
@@ -9,7 +9,7 @@ use crate::maps::entries::frames::Frame;
 use sabaki_motion::internal::Chain;
 
 impl CutTest<'_> {
-    /// Computes the offsets but for those of the joints.
+    /// Computes the offsets, except for those of the joints.
     pub(super) fn measure(&mut self) {
         let (left, entered) = (&self.cut.left.frames, &self.cut.entered.frames);
         let (back, step) = (self.back, self.step());
@@ -52,7 +52,7 @@ impl CutTest<'_> {
         self.examiner.offsets.feet.extend(feet);
     }
 
-    /// Completes the pose of a frame by root and legs.
+    /// Adds root and legs to the pose of a frame.
     pub(super) fn bend_legs(&mut self, frame: usize, pose: &mut Pose) {
         (pose.root, pose.translations) = (self.root(frame), Vec::new());
         for index in 0..self.examiner.of_legs.len() {
@@ -81,7 +81,7 @@ impl CutTest<'_> {
         legs.iter().map(|leg| toe(leg.toe_or_foot())).collect()
     }
 
-    /// Position of the root in a frame. Frame 1 is that of the cut.
+    /// Position of the root in a frame. Frame 1 is the frame of the cut.
     #[inline]
     pub(super) fn root(&self, frame: usize) -> Vec3 {
         if frame < 2 {
