@@ -8,7 +8,7 @@ use crate::maps::BakedGraph;
 /// use sabaki::query::{Answer, Query, QueryContext, QuerySettings, Request};
 ///
 /// let settings = QuerySettings::default();
-/// // Keep both from one query to the next: after a few queries nothing is allocated any more.
+/// // Keep both from one query to the next. After a few queries nothing is allocated.
 /// let (mut context, mut answer) = (QueryContext::default(), Answer::default());
 /// Query::new(baked, &settings).answer(Request::new(playhead, attack), &mut context, &mut answer);
 /// println!("avoided: {}, by {} m", answer.avoided, answer.clearance().metres);
@@ -21,16 +21,16 @@ pub struct Query<'a> {
 }
 
 impl<'a> Query<'a> {
-    /// A query with settings that the program itself has chosen.
+    /// Creates a query with settings that the program has chosen.
     ///
     /// Settings out of range (see [`QuerySettings::check`]) are used as they are. Nothing panics, but the query is slow or the
-    /// answer is poor. Use [`Query::checked`] for settings from elsewhere.
+    /// answer is poor. Use [`Query::checked`] for settings from other sources.
     #[must_use]
     pub fn new(baked: &'a BakedGraph, settings: &'a QuerySettings) -> Self {
         Self { baked, settings }
     }
 
-    /// A query with settings from a file or a user.
+    /// Creates a query with settings from a file or a user.
     ///
     /// # Errors
     /// The first setting that is out of range.

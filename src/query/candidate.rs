@@ -11,20 +11,20 @@ pub(super) struct Candidate {
     pub rate: Rate,
 }
 
-/// How a candidate avoids the attack.
+/// Kind of a candidate.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum CandidateKind {
-    /// By an evasion at the end of a path.
+    /// An evasion at the end of a path.
     Evasion {
         path: PathId,
-        /// Start of the evasion, seconds since the query.
+        /// Time from the query to the start of the evasion, in seconds.
         start: f32,
     },
-    /// By moving on, for as long as the attack lasts.
+    /// A path without an evasion that lasts as long as the attack.
     Move(MoveId),
-    /// By an evasion that is entered without an edge: a position among the query's entries.
+    /// An evasion that is entered without an edge. Index in the query's entries.
     Entry(u32),
-    /// By the upper body of an evasion, while pelvis and legs go on: a position among the query's layers.
+    /// An evasion of the upper body, while pelvis and legs continue. Index in the query's layers.
     Layer(u32),
 }
 
@@ -43,7 +43,7 @@ impl Candidate {
 pub(super) struct KnownHit {
     pub path: PathId,
     pub overlap: Overlap,
-    /// The exact test; `None` where the maps alone show the hit.
+    /// Result of the exact test; `None` if the maps show the hit.
     pub evaluated: Option<Evaluated>,
 }
 
@@ -54,15 +54,15 @@ pub(super) struct CandidateList {
     pub list: Vec<Candidate>,
     /// Number of candidates that a culling path counts.
     pub counted: usize,
-    /// Counts of those candidates, in their order.
+    /// Counts of these candidates, in order.
     pub overlaps: Vec<Overlap>,
-    /// Results of the candidates that follow them, in their order.
+    /// Results of the candidates that an earlier round has shown to be hit, in order.
     pub known: Vec<KnownHit>,
     scratch: Vec<(Candidate, KnownHit)>,
 }
 
 impl CandidateList {
-    /// The counts of a candidate, from this round or the one before.
+    /// The counts of a candidate, from this round or the previous one.
     pub(super) fn overlap(&self, index: usize) -> Option<Overlap> {
         match index.checked_sub(self.counted) {
             None => self.overlaps.get(index).copied(),
@@ -92,7 +92,7 @@ impl CandidateList {
         self.known.sort_unstable_by_key(|hit| hit.path);
     }
 
-    /// Moves candidates with stored results behind the others, and drops results of paths that are no candidates.
+    /// Moves candidates with stored results to the end, and removes results of paths that are not candidates.
     pub(super) fn put_known_last(&mut self) {
         let Self {
             list,

@@ -51,7 +51,7 @@ impl Tests<'_, '_> {
     /// Number of candidates that one thread tests before several threads share the rest.
     pub(super) const ALONE: usize = 4;
 
-    /// The best score so far; infinite if no candidate is clean.
+    /// The lowest score so far; infinite if no candidate is clean.
     pub(super) fn best_score(&self) -> f32 {
         let scores = self.results.evaluated.iter().flatten();
         scores
@@ -60,13 +60,13 @@ impl Tests<'_, '_> {
             .fold(f32::INFINITY, f32::min)
     }
 
-    /// Whether V without V_d is a lower bound of the score. A negative weight rewards distance.
+    /// Whether V without V_d is a lower bound of the score. It is not if a negative weight rewards distance.
     pub(super) fn is_bounded(&self) -> bool {
         self.input.state.request.evaluation == Evaluation::Lazy
             && self.input.query.settings.weights.distance >= 0.0
     }
 
-    /// The clearance below which a clean candidate with this bound scores better than `best` or is nearly tied with it, metres.
+    /// Clearance below which a clean candidate with this bound scores better than `best` or is nearly tied with it, in metres.
     fn winning_clearance(&self, bound: f32, best: f32) -> f32 {
         let weight = self.input.query.settings.weights.distance;
         match self.is_bounded() && weight > 0.0 {
@@ -102,8 +102,8 @@ impl Tests<'_, '_> {
         }
     }
 
-    /// Tests candidates up to the first clean one, on several threads; returns how many. The tests are independent as long as none
-    /// is clean. Moves are left out, since their tests share prefixes.
+    /// Tests candidates up to the first clean one, on several threads. Returns the number of tested candidates. The tests are independent until
+    /// a candidate is clean. Moves are left out, because their tests share prefixes.
     pub(super) fn until_clean(&mut self, order: &[Bound]) -> usize {
         let input = self.input;
         let threads = thread_count(input.query.settings.threads);
@@ -148,8 +148,8 @@ impl Tests<'_, '_> {
         }
     }
 
-    /// Tests hits over the whole attack, at every sample, until the `count` shallowest ones are known. They are the same for every
-    /// evaluation, so that the same candidates are warped. Each bound is tightened at every fourth sample first.
+    /// Tests hits over the whole attack, at every sample, until the `count` shallowest hits are known. These do not depend on the evaluation, so
+    /// that the same candidates are warped. Each bound is first tightened at every fourth sample.
     pub(super) fn least_deep(&mut self, order: &[Bound], count: usize) {
         let mut depths = std::mem::take(&mut self.results.depths);
         let mut tight = std::mem::take(&mut self.results.tight);
@@ -186,10 +186,10 @@ impl Tests<'_, '_> {
         (self.results.depths, self.results.tight) = (depths, tight);
     }
 
-    /// Finds the `count` shallowest hits of the attack that enter no obstacle and may be bent, and measures them. Those that enter one stay
-    /// at a bound of their clearance.
+    /// Finds the `count` shallowest hits that enter no obstacle and may be bent, and measures them. Hits that enter an obstacle keep a bound of
+    /// their clearance.
     pub(super) fn least_deep_free(&mut self, order: &[Bound], count: usize) {
-        /// Number of hits that are looked at.
+        /// Maximum number of hits that are examined.
         const MOST: usize = 16;
         let warp = &self.input.query.settings.warp;
         let deepest = warp.deepest + self.input.state.request.margin;
@@ -228,17 +228,17 @@ impl Tests<'_, '_> {
         self.results.evaluated[index].is_some_and(|one| one.is_final)
     }
 
-    /// A bound of a hit's clearance that is at most the one before: that at every fourth sample of the posed motion.
+    /// Lowers the bound of a hit's clearance to its clearance at every fourth sample of the posed motion, if that is lower.
     fn tightened(&mut self, Bound { value, index }: Bound, enough: f32) -> f32 {
         let clearance = self.posed(index, enough, Sampling::CoarseFirst);
-        // What fewer samples miss makes no hit clean.
+        // Fewer samples may overestimate the clearance, but the candidate stays a hit.
         if clearance.metres < value {
             self.results.evaluated[index] = Some(self.input.result(index, clearance));
         }
         clearance.metres.min(value)
     }
 
-    /// The clearance of a posed motion, which may be larger where it is below `enough`.
+    /// The clearance of a posed motion. If it is below `enough`, the result may be larger than the exact clearance.
     fn depth(&mut self, index: usize, enough: f32) -> f32 {
         let clearance = self.posed(index, enough, Sampling::Each);
         self.results.evaluated[index] = Some(Evaluated {
@@ -264,7 +264,7 @@ impl Tests<'_, '_> {
     }
 
     /// Writes the chosen candidate's motion to `motion` and tests it, unless the candidate is an evasion that is not a
-    /// [close call](CLOSE_CALL). Returns false if the candidate seemed clean and is hit.
+    /// [close call](CLOSE_CALL). Returns `false` if the candidate seemed clean but is hit.
     pub(super) fn confirm(&mut self, chosen: usize, motion: &mut Motion) -> bool {
         let state = self.input.state;
         self.input.motion(chosen, motion);

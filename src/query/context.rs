@@ -4,8 +4,8 @@ use super::gather::GatherScratch;
 use super::place::PlaceScratch;
 use super::state::QueryState;
 
-/// The memory of queries: the state of the current one, and scratch. A query allocates nothing once its context has held similar
-/// ones. Every thread needs its own, and so does every query that waits for its counts.
+/// The memory of queries: the state of the current query, and scratch. A query allocates nothing if its context has been used for similar
+/// queries. Every thread needs its own context, and so does every query that waits for its counts.
 #[derive(Clone, Debug, Default)]
 pub struct QueryContext {
     pub(super) state: QueryState,
@@ -21,7 +21,7 @@ pub(super) struct Scratch {
     pub evaluate: EvaluateScratch,
 }
 
-/// The CPU's culler, counting what a choice needs.
+/// The CPU culler, which counts the parts that a choice needs.
 #[derive(Clone, Debug)]
 pub(super) struct ChoiceCuller(pub cpu::Culler);
 

@@ -23,7 +23,7 @@ const RATES: [f32; 4] = [1.0, 1.25, 1.5, 0.75];
 const DELAY_STEP: f32 = 0.1;
 /// Minimum time from the entry to the contact, in seconds.
 const SHORTEST: f32 = 0.2;
-/// Range of the contact: from this time after the evasion's start to this time after its end, in seconds.
+/// Range of the contact: minimum time after the evasion's start, and maximum time after its end, in seconds.
 pub(super) const USEFUL: (f32, f32) = (0.1, 0.15);
 
 /// Scratch of the stage.
@@ -33,9 +33,9 @@ pub(super) struct EntryScratch {
     body: MotionBody,
     pose: Pose,
     joints: Vec<JointTransform>,
-    /// Whether the contact is known, and the contact.
+    /// Time of the contact, or `Some(None)` if the natural motion is not hit; `None` if it is not computed yet.
     contact: Option<Option<f32>>,
-    /// Whether `motion` is that of this query.
+    /// Whether `motion` is the natural motion of this query.
     has_motion: bool,
     ranking: LayerRanking,
 }
@@ -79,14 +79,14 @@ pub(super) fn gather_entries(query: Query<'_>, state: &mut QueryState, scratch: 
 }
 
 impl EntryScratch {
-    /// Forgets the motion of an earlier query.
+    /// Discards the motion of an earlier query.
     pub(super) fn start(&mut self) {
         (self.contact, self.has_motion) = (None, false);
     }
 
-    /// Whether layers are asked for and the root of the natural motion moves on over the ground, as it does in a walk.
+    /// Whether layers are enabled and the root of the natural motion moves over the ground at walking speed or faster.
     pub(super) fn walks(&mut self, query: Query<'_>, request: &ActiveRequest) -> bool {
-        /// Time over which the speed is measured, in seconds, and the lowest speed of a walk, in metres per second.
+        /// Time over which the speed is measured, in seconds, and minimum speed of a walk, in metres per second.
         const WALK: (f32, f32) = (0.3, 0.4);
         let Query { baked, settings } = query;
         if settings.entries.layers == 0 || !baked.entries().has_layers() {
@@ -114,7 +114,7 @@ impl EntryScratch {
         found
     }
 
-    /// Time until which the natural motion enters no obstacle, as far as its root shows it, in seconds.
+    /// Time until which the root of the natural motion enters no obstacle, in seconds.
     pub(super) fn free_until(&mut self, baked: &BakedGraph, request: &ActiveRequest) -> f32 {
         if !is_sought(request) {
             return f32::INFINITY;
@@ -159,9 +159,9 @@ struct Jump<'a> {
     known: KnownEntry,
     /// Stance at the moment.
     stance: &'a Stance,
-    /// Time from now to the moment, seconds.
+    /// Time from now to the moment, in seconds.
     delay: f32,
-    /// Time from the moment to the contact, seconds.
+    /// Time from the moment to the contact, in seconds.
     left: f32,
 }
 
@@ -186,7 +186,7 @@ impl Jump<'_> {
         let seconds =
             |from: u32, to: u32| ((f64::from(to) - f64::from(from)) / graph.frame_rate()) as f32;
         let start = graph.node(edge.from).frame;
-        // Since the evasion's start.
+        // Times since the evasion's start.
         let (now, end) = (seconds(start, target.frame), seconds(0, edge.frames));
         let align = stance.align(baked.entry_stance(usize::from(known.target)), known.pin());
         let fastest = known.fastest().min(uses.fastest);
@@ -213,9 +213,9 @@ impl Jump<'_> {
     }
 }
 
-/// Maximum number of entries. It is lower than in the settings for attacks with very many spheres or a duration of minutes.
+/// Maximum number of entries. For attacks with very many spheres or a duration of minutes it is lower than the setting.
 fn most_entries(uses: &EntryUse, request: &ActiveRequest) -> usize {
-    /// Maximum number among obstacles, whose tests cost more.
+    /// Maximum number of entries if there are obstacles, because their tests cost more.
     const AMONG_OBSTACLES: usize = 40;
     /// Maximum number of samples of spheres of all entries together.
     const MOST_SAMPLES: f32 = 500_000.0;

@@ -7,12 +7,12 @@ pub struct EntryUse {
     pub most: usize,
     /// Slowest playback rate of an entered evasion. Default 0.75.
     pub slowest: f32,
-    /// Fastest playback rate of an entered evasion. Each entry has its own limit, too. Default 1.5.
+    /// Fastest playback rate of an entered evasion. Each entry also has its own limit. Default 1.5.
     pub fastest: f32,
     /// Longest time that the natural motion continues before an entry, in seconds. Default 0.8.
     pub longest_delay: f32,
-    /// Maximum number of candidates that layer the upper body of an evasion over the motion that goes on. 0 means none, as in recordings
-    /// that do not have the setting. Default 3.
+    /// Maximum number of candidates that layer the upper body of an evasion over the natural motion. 0 disables layers; recordings without the
+    /// setting are read as 0. Default 3.
     #[serde(default)]
     pub layers: usize,
 }

@@ -2,8 +2,8 @@ use serde::{Deserialize, Serialize};
 
 /// The set that candidates come from.
 ///
-/// Three of them look up the node's grid, in cells that the attack touches. If these have no paths in time, or no clean path, the
-/// candidates are those of [`Enumerate::Whole`].
+/// All sets except [`Enumerate::Whole`] come from the node's grid, from cells that the attack touches. If these have no path in time, or no
+/// clean path, the candidates are those of [`Enumerate::Whole`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(from = "Stored", into = "Stored")]
 pub enum Enumerate {
@@ -19,14 +19,14 @@ pub enum Enumerate {
 }
 
 impl Enumerate {
-    /// Whether the node's grid is looked up.
+    /// Whether the set comes from the node's grid.
     #[must_use]
     pub fn uses_grid(self) -> bool {
         self != Self::Whole
     }
 }
 
-/// The form in files, for example `{"grid":"union"}`.
+/// Serialized form, for example `{"grid":"union"}`.
 #[derive(Clone, Copy, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 enum Stored {

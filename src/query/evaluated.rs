@@ -10,6 +10,6 @@ pub(super) struct Evaluated {
     pub score: Option<Score>,
     /// Whether the final motion was tested over the whole attack.
     pub is_final: bool,
-    /// How its motion is bent.
+    /// Warp of the motion; `None` without a warp.
     pub warp: Option<Warp>,
 }

@@ -7,10 +7,10 @@ use super::moves::MoveSearchDesc;
 use super::retime::Rate;
 use super::state::QueryState;
 
-/// The search for moves ends here, seconds. Longer moves continue along the natural edges.
+/// Maximum duration of the search for moves, in seconds. Longer moves continue along the natural edges.
 const LONGEST_MOVE: f32 = 4.0;
 
-/// Maximum number of moves among obstacles, whose tests cost more.
+/// Maximum number of moves if there are obstacles, because their tests cost more.
 const AMONG_OBSTACLES: usize = 24;
 
 /// Adds moves to the candidates: paths without an evasion.

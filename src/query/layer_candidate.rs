@@ -1,4 +1,4 @@
-//! A candidate that layers the upper body of an evasion over the motion that goes on.
+//! A candidate that layers the upper body of an evasion over the natural motion.
 
 use crate::graph::Layer;
 
@@ -8,6 +8,6 @@ pub(super) struct LayerCandidate {
     pub layer: Layer,
     /// Index in [`BakedGraph::evasions`](crate::maps::BakedGraph::evasions).
     pub evasion: usize,
-    /// Distance from the attack by the ranking, in metres.
+    /// Distance from the attack as the ranking estimates it, in metres.
     pub metres: f32,
 }

@@ -1,5 +1,5 @@
 //! Distances of the attack from layered bodies at a few moments around the contact. They are approximate and cheap: the upper body comes
-//! from the baked track of the evasion, moved to the pelvis of the motion that goes on.
+//! from the baked track of the evasion, moved to the pelvis of the natural motion.
 
 use glam::{Quat, Vec3};
 
@@ -11,25 +11,26 @@ use crate::math::Isa;
 
 const LANES: usize = BodyTrack::LANES;
 
-/// Distance that the attack moves between two moments, in metres.
+/// Distance that the attack travels between two moments, in metres.
 const APART: f32 = 0.1;
-/// Number of moments, of which one is before the contact. Those just after it come first: most layers are hit there.
+/// Number of moments. One is before the contact. Those just after it come first, because most layers are hit there.
 const MOMENTS: usize = 6;
-/// Maximum number of spheres of the attack that are looked at.
+/// Maximum number of spheres of the attack that are used.
 const MOST_SPHERES: usize = 32;
 
-/// The body of the motion that goes on, and the attack, at some moments.
+/// The body of the natural motion, and the attack, at some moments.
 #[derive(Clone, Debug, Default)]
 pub(super) struct LayerRanking {
     moments: Vec<Moment>,
-    /// Radii of the body's spheres that a layer moves, and of those that it does not, in metres. Negative infinity for the others.
+    /// Radii of the body's spheres that a layer moves, in metres; negative infinity for all other spheres.
     upper: Vec<f32>,
+    /// Radii of the body's spheres that no layer moves, in metres; negative infinity for all other spheres.
     lower: Vec<f32>,
     pose: Pose,
     joints: Vec<JointTransform>,
 }
 
-/// An attack that hits the motion that goes on, and when.
+/// An attack that hits the natural motion, and the time of the hit.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct AttackContact<'a> {
     pub attack: &'a Attack,
@@ -56,7 +57,7 @@ struct Moment {
     attack: Vec<SphereKey>,
 }
 
-/// Where a layer brings the body's spheres at a moment.
+/// Positions of the body's spheres under a layer at a moment.
 struct LayeredSpheres<'a> {
     /// Weight of the layer.
     weight: f32,
@@ -86,7 +87,7 @@ impl Moment {
         )
     }
 
-    /// The same of spheres that a layer moves.
+    /// Smallest distance of the attack from spheres that a layer moves, in metres.
     fn layered_distance(&self, layered: &LayeredSpheres<'_>, radii: &[f32]) -> f32 {
         Isa::best().run(
             #[inline(always)]
@@ -206,7 +207,7 @@ impl LayerRanking {
             let tick = tick.min(entered.track.ticks().saturating_sub(1));
             let there = graph.clip(layer.clip).at(frame);
             let turn = heading(moment.pelvis * there.rotation(0).conjugate());
-            // From the track's frame to the pelvis of this motion.
+            // Transform from the track's frame to the pelvis of this motion.
             let place = entered.placement;
             let axes = [Vec3::X, Vec3::Z].map(|axis| turn * place.vector(axis));
             let origin = moment.root + turn * (place.point(Vec3::ZERO) - there.root());
@@ -227,7 +228,7 @@ impl LayerRanking {
 
 /// Speed of the fastest sphere of the attack at a time, in metres per second.
 fn fastest(attack: &Attack, seconds: f32) -> f32 {
-    /// Time over which it is measured, in seconds.
+    /// Time over which the speed is measured, in seconds.
     const STEP: f32 = 0.01;
     let speed = |sphere: &MovingSphere| {
         let way = sphere.at(seconds + STEP).center - sphere.at(seconds).center;
@@ -246,7 +247,7 @@ mod tests {
     use crate::query::warp::fixture::baked;
     use sabaki_motion::internal::Envelope;
 
-    /// Distance at the same moments, of the body as it is played.
+    /// Naive distance at the same moments, from the body as it is played.
     fn naive(motion: &Motion, ranking: &LayerRanking) -> f32 {
         let (baked, mut centres) = (baked(), Vec::new());
         let (mut pose, mut joints) = (Pose::default(), Vec::new());

@@ -1,7 +1,7 @@
-//! Candidates that layer the upper body of an evasion over the motion that goes on.
+//! Candidates that layer the upper body of an evasion over the natural motion.
 //!
-//! Source: the layers are those that the bake found ([`EntryTable`](crate::maps::EntryTable)). Maps show whole bodies and give no bound
-//! for a body that is composed at the query, so layers are not culled. They are ranked by their distance from the attack at a few
+//! Source: the layers are those that the bake found ([`EntryTable`](crate::maps::EntryTable)). Maps are drawn for whole bodies and give no
+//! bound for a body that is composed during the query, so layers are not culled. They are ranked by their distance from the attack at a few
 //! moments ([`LayerRanking`]), and the best few are tested exactly.
 
 use super::ask::Query;
@@ -16,16 +16,16 @@ use sabaki_motion::internal::Envelope;
 
 /// Playback rates that are tried.
 const RATES: [f32; 3] = [1.0, 1.25, 1.5];
-/// Times from a layer's start to the contact, in seconds. A contact that is nearer is answered at once.
+/// Times from a layer's start to the contact that are tried, in seconds. If the contact is earlier, the layer starts at once.
 const LEFT: [f32; 4] = [0.3, 0.45, 0.65, 0.9];
-/// Time from the contact to the start of the fade-out, in seconds: at least and at most.
+/// Minimum and maximum time from the contact to the start of the fade-out, in seconds.
 const HELD: [f32; 2] = [0.1, 0.35];
 /// Duration of the fade-out, in seconds.
 const WAY_OUT: f32 = 0.4;
-/// Distance that is wanted at the moments of the ranking, in metres. Between them the attack comes nearer.
+/// Wanted distance at the moments of the ranking, in metres. Between the moments the attack comes nearer.
 const WANTED: f32 = 0.06;
 
-/// Distance below which a layer is no candidate, in metres. A warp may bend away what is less deep.
+/// Distance below which a layer is not a candidate, in metres. A warp may make shallower hits clean.
 const DEEPEST: f32 = -0.05;
 
 /// Adds the layered evasions that come nearest to a narrow miss, if the natural motion is hit.
@@ -36,7 +36,7 @@ pub(super) fn gather_layers(query: Query<'_>, state: &mut QueryState, scratch: &
     if settings.entries.layers == 0 || !entries.has_layers() {
         return;
     }
-    // Pelvis and legs go on into what the natural motion enters.
+    // Pelvis and legs follow the natural motion into the obstacle.
     if scratch.free_until(baked, &state.request) < f32::INFINITY {
         return;
     }
@@ -49,7 +49,7 @@ pub(super) fn gather_layers(query: Query<'_>, state: &mut QueryState, scratch: &
         seconds: contact,
     };
     ranking.look_at(baked, motion, attack);
-    // What hits pelvis or legs, no layer avoids.
+    // No layer avoids an attack that hits pelvis or legs.
     if ranking.below_waist() < DEEPEST {
         return;
     }
@@ -117,7 +117,7 @@ impl Start {
         let edge = graph.edge(baked.evasions()[evasion].edge);
         let start = graph.node(edge.from);
         let seconds = |frames: f64| (frames / graph.frame_rate()) as f32;
-        // Since the evasion's start.
+        // Times since the evasion's start.
         let now = seconds(f64::from(target.frame) - f64::from(start.frame));
         let end = seconds(f64::from(edge.frames));
         let fastest = known.fastest().min(settings.entries.fastest);

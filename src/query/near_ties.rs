@@ -9,13 +9,13 @@ use super::evaluated::Evaluated;
 use super::evaluation::Evaluation;
 
 impl Tests<'_, '_> {
-    /// Maximum difference of two scores that are nearly tied.
+    /// Maximum difference of scores that count as nearly tied.
     pub(super) fn near_tie(&self) -> f32 {
         self.input.query.settings.weights.distance.abs() * NEAR_TIE
     }
 
-    /// Tests again the candidates that are nearly tied with the best score, and those whose hit is within the error. Returns whether the best
-    /// score got so much worse that skipped candidates may win.
+    /// Tests the candidates that are nearly tied with the best score again, and those that are hit by less than the error. Returns whether the best
+    /// score has become so much worse that skipped candidates may win.
     pub(super) fn settle_near_ties(&mut self) -> bool {
         if self.input.state.request.evaluation == Evaluation::Exhaustive {
             return false;
@@ -40,7 +40,7 @@ impl Tests<'_, '_> {
         self.best_score() > most
     }
 
-    /// Tests again the hits that are nearly tied with the shallowest one.
+    /// Tests the hits that are nearly tied with the shallowest hit again.
     pub(super) fn settle_hits(&mut self) {
         let depths = self.tested().map(|(_, one)| one.clearance.metres);
         let least = depths.fold(f32::NEG_INFINITY, f32::max) - NEAR_TIE;
@@ -50,7 +50,7 @@ impl Tests<'_, '_> {
         }
     }
 
-    /// Tests all that are near. No test changes the result of another candidate.
+    /// Tests all candidates for which `is_near` holds. No test changes the result of another candidate.
     fn settle_all(&mut self, is_near: impl Fn(usize, &Evaluated) -> bool) {
         for index in 0..self.results.evaluated.len() {
             let one = self.results.evaluated[index].filter(|one| is_near(index, one));

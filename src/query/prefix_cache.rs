@@ -1,5 +1,4 @@
-//! Test results of moves, shared by moves with a common prefix: moves that begin with the same edges are hit alike, for as long as
-//! the prefix lasts.
+//! Test results that moves with a common prefix share: moves that begin with the same edges have the same hits until the prefix ends.
 
 use rustc_hash::FxHashMap;
 
@@ -8,13 +7,13 @@ use super::evaluation_input::EvaluationInput;
 use super::moves::MoveId;
 use crate::maps::BodyTrack;
 
-/// Results by prefix; the memory is kept from one query to the next.
+/// Results by prefix. The memory is kept from one query to the next.
 #[derive(Clone, Debug, Default)]
 pub(super) struct PrefixCache {
     results: FxHashMap<MoveId, Clearance>,
 }
 
-/// A test reads samples up to this long after the time of its result, seconds: to the end of the next stretch.
+/// Maximum time from the time of a test's result to the last sample that the test reads, in seconds: to the end of the next interval.
 const AHEAD: f32 = (2 * BodyTrack::INTERVAL + 1) as f32 / SAMPLE_RATE;
 
 impl PrefixCache {
@@ -48,7 +47,7 @@ impl PrefixCache {
     }
 }
 
-/// The shortest prefix that lasts until `time`, seconds since the query; the whole path if it ends earlier.
+/// The shortest prefix that lasts until `time`, in seconds since the query, or the whole path if it ends earlier.
 fn shortest_prefix(input: &EvaluationInput<'_>, path: MoveId, time: f32) -> MoveId {
     let frame_rate = input.query.baked.graph().frame_rate();
     let lasts = |frames: u32| {

@@ -15,9 +15,9 @@ pub struct RateSettings {
     pub slowest: f32,
     /// Fastest rate. Default 2.
     pub fastest: f32,
-    /// Time between the starts of evasion and attack that needs no change of rate, seconds. Default 1/60, half a frame.
+    /// Maximum time between the starts of evasion and attack without a change of rate, in seconds. Default 1/60, half a frame.
     pub tolerance: f32,
-    /// Largest time between the starts of evasion and attack if no path is in time, seconds. Default 0.5.
+    /// Maximum time between the starts of evasion and attack if no path is in time, in seconds. Default 0.5.
     ///
     /// The paths that are nearest to being in time then become candidates. With 0, as in the paper, there are no candidates.
     pub nearest: f32,
@@ -34,21 +34,21 @@ impl Default for RateSettings {
     }
 }
 
-/// Durations of the edges of a path at rate 1, seconds.
+/// Durations of the edges of a path at rate 1, in seconds.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Durations {
-    /// All edges.
+    /// Duration of all edges.
     pub total: f32,
-    /// Edges that may be played faster.
+    /// Duration of the edges that may be played faster.
     pub faster: f32,
-    /// Edges that may be played slower.
+    /// Duration of the edges that may be played slower.
     pub slower: f32,
 }
 
 /// The edges whose rate is changed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) enum Direction {
-    /// None, because the path is in time.
+    /// No edges, because the path is in time.
     Unchanged,
     /// Edges that may be played faster.
     Faster,
@@ -56,17 +56,17 @@ pub(crate) enum Direction {
     Slower,
 }
 
-/// The rate of a path's retimable edges.
+/// Playback rate of a path's retimable edges.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Rate {
-    /// Rate; above 1 is faster than captured.
+    /// Playback rate. Above 1 is faster than captured.
     pub rate: f32,
     /// Edges that are played at this rate.
     pub(crate) direction: Direction,
 }
 
 impl Rate {
-    /// All edges as captured.
+    /// All edges are played as captured.
     pub const UNCHANGED: Self = Self {
         rate: 1.0,
         direction: Direction::Unchanged,
@@ -80,10 +80,10 @@ pub enum RateError {
     /// No edge may change its rate in the needed direction.
     #[error("no edge of the path may be played {}", if *.faster { "faster" } else { "slower" })]
     NothingRetimable {
-        /// Whether the path would have to be faster, not slower.
+        /// Whether the path would have to be faster instead of slower.
         faster: bool,
     },
-    /// The needed rate is beyond the limits. It is infinite if the other edges alone take too long.
+    /// The required rate exceeds the limits. It is infinite if the other edges alone take too long.
     #[error("a rate of {rate:.2} would be needed")]
     OutOfRange {
         /// The needed rate.
@@ -94,7 +94,7 @@ pub enum RateError {
 /// The rate at which a path lasts `available` seconds.
 ///
 /// # Errors
-/// The reason why there is none.
+/// No rate brings the path in time.
 pub(crate) fn rate(
     durations: &Durations,
     available: f32,

@@ -1,4 +1,4 @@
-//! The score of a candidate: how natural it looks.
+//! The score of a candidate, which measures how natural it looks.
 //!
 //! Source: Masaoka & Oshita, section 5.4, equations (1) and (2): V = w_a V_a + w_d V_d + w_t V_t;
 //! the smallest value wins.
@@ -10,13 +10,13 @@ use serde::{Deserialize, Serialize};
 pub struct Weights {
     /// Weight of V_a. Default 1.
     pub avoid: f32,
-    /// Weight of V_d. Default 4: a tenth of a metre weighs as much as 0.4 of the evasion region missed.
+    /// Weight of V_d. Default 4, with which 0.1 m weighs as much as missing 0.4 of the evasion region.
     ///
-    /// With a negative weight the widest miss is the best, and every candidate is tested.
+    /// With a negative weight the widest miss wins, and every candidate is tested.
     pub distance: f32,
-    /// Weight of V_t. Default 1: double rate weighs as much as missing the evasion region altogether.
+    /// Weight of V_t. Default 1, with which double rate weighs as much as missing the whole evasion region.
     pub time: f32,
-    /// Weight of V_w. Default 0.5: a warp that uses one bound completely weighs as much as missing half of the evasion region.
+    /// Weight of V_w. Default 0.5, with which a warp that uses one bound completely weighs as much as missing half of the evasion region.
     #[serde(default)]
     pub warp: f32,
 }
@@ -32,14 +32,14 @@ impl Default for Weights {
     }
 }
 
-/// The facts that a score is computed from.
+/// Inputs of a score.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct ScoreFacts {
-    /// Texels of the evasion region in the slabs that the attack touches.
+    /// Number of texels of the evasion region in the slabs that the attack touches.
     pub region_texels: u32,
     /// Number of these texels that the attack covers.
     pub covered_texels: u32,
-    /// Smallest distance of body and attack, metres.
+    /// Smallest distance of body and attack, in metres.
     pub clearance: f32,
     /// Rate p of the retimable edges.
     pub rate: f32,
@@ -47,7 +47,7 @@ pub(crate) struct ScoreFacts {
     pub is_layered: bool,
 }
 
-/// V_a of a layered evasion: half of the body plays it.
+/// V_a of a layered evasion, which half of the body plays.
 const LAYERED: f32 = 0.5;
 
 /// The terms of a candidate's score, and their weighted sum.
@@ -56,24 +56,24 @@ pub struct Score {
     /// V_a, 0 to 1: share of the evasion region that the attack misses, in the slabs that the attack touches. 1 for a move, 0.5 for a layered
     /// evasion.
     pub avoid: f32,
-    /// V_d: smallest distance of body and attack, metres, 0 or more.
+    /// V_d: smallest distance of body and attack, in metres, at least 0.
     pub distance: f32,
     /// V_t = (p - 1)², 0 to 1 within the default limits of p.
     pub time: f32,
-    /// V_w: share of its bounds that a warp uses, the sum of the squared shares; 0 without a warp.
+    /// V_w: sum of the squared shares of its bounds that a warp uses; 0 without a warp.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub warp: f32,
-    /// V: weighted sum; the smallest is the best.
+    /// V: weighted sum of the terms. The lowest value wins.
     pub total: f32,
 }
 
 impl Score {
-    /// A lower bound of the scores of moves.
+    /// Lower bound of the score of any move.
     pub(super) fn least_of_a_move(weights: &Weights) -> f32 {
         weights.avoid
     }
 
-    /// The score of a candidate.
+    /// Computes the score of a candidate.
     #[must_use]
     pub(crate) fn new(facts: ScoreFacts, weights: &Weights) -> Self {
         let ScoreFacts {
@@ -101,7 +101,7 @@ impl Score {
         }
     }
 
-    /// The score of the same motion with a warp of this effort.
+    /// The score of the same motion with a warp of the given effort.
     pub(super) fn warped(self, effort: f32, weights: &Weights) -> Self {
         Self {
             warp: effort,
@@ -111,7 +111,7 @@ impl Score {
     }
 }
 
-/// The nearest finite number, by which scores can be compared whatever the weights are; the largest one for what is no number.
+/// Clamps a score to finite numbers, so that scores can be compared for any weights. NaN becomes the largest finite number.
 fn finite(total: f32) -> f32 {
     match total.is_nan() {
         true => f32::MAX,

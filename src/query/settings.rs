@@ -17,14 +17,14 @@ pub struct QuerySettings {
     pub enumerate: Enumerate,
     /// Limits of the playback rate.
     pub rates: RateSettings,
-    /// Cell size for positions, metres, 0.001 or more. Default 0.05. Of candidates that perform the same evasion in the same cells,
-    /// one is kept.
+    /// Cell size for positions, in metres, at least 0.001. Default 0.05. Of all candidates that perform the same evasion in the same cells, one
+    /// is kept.
     pub alike_distance: f32,
-    /// Cell size for headings, radians, 0.001 or more. Default 5°.
+    /// Cell size for headings, in radians, at least 0.001. Default 5°.
     pub alike_angle: f32,
-    /// Largest number of candidates that end in an evasion. Default 256. Those with rates nearest to 1 are kept.
+    /// Maximum number of candidates that end in an evasion. Default 256. Those with rates nearest to 1 are kept.
     pub most_evasions: usize,
-    /// Limits of the evasions that are entered without an edge. Recordings from before there were any have none.
+    /// Limits of the evasions that are entered without an edge. Recordings without the setting are read as having none.
     #[serde(default = "EntryUse::none")]
     pub entries: EntryUse,
     /// Limits of the search for moves.
@@ -32,15 +32,15 @@ pub struct QuerySettings {
     pub moves: MoveSettings,
     /// Weights of the score.
     pub weights: Weights,
-    /// Whether the answer lists the paths that are not in time, with their reasons. Default false: they are only counted.
+    /// Whether the answer lists the paths that are not in time, with the reasons. If not, they are only counted. Default false.
     pub list_late: bool,
-    /// Number of threads that test candidates exactly. 0 for one per core. Default 1. The answer does not depend on it.
+    /// Number of threads that test candidates exactly, or 0 for one thread per core. Default 1. The answer does not depend on it.
     ///
-    /// Only independent tests are shared: those before the first clean candidate is found, and all tests of
+    /// Only independent tests are divided among threads: those before the first clean candidate is found, and all tests of
     /// [`Evaluation::Exhaustive`](super::Evaluation::Exhaustive). The threads belong to the
     /// [`QueryContext`](super::QueryContext).
     pub threads: usize,
-    /// Whether and how far motions are bent so that they are clean. What was recorded without is asked again without.
+    /// Settings of warps, which make motions clean. Recordings without the setting are read as having no warps.
     #[serde(default = "WarpSettings::off")]
     pub warp: WarpSettings,
 }
@@ -71,7 +71,7 @@ pub struct QuerySettingsError {
     pub name: &'static str,
     /// Value of the setting.
     pub value: f64,
-    /// Range of the setting, in words.
+    /// Range of valid values, in words.
     pub range: &'static str,
 }
 
@@ -85,7 +85,7 @@ impl QuerySettings {
     /// Checks that every setting is in range.
     ///
     /// # Errors
-    /// The first setting that is not.
+    /// The first setting that is out of range.
     pub fn check(&self) -> Result<(), QuerySettingsError> {
         type Range = (RangeInclusive<f64>, &'static str);
         const CELL: Range = (0.001..=1000.0, "0.001 to 1000");

@@ -10,7 +10,7 @@ pub enum Source {
     NothingFiled,
     /// All paths, because no candidate of the grid is clean.
     NothingClean,
-    /// All paths, as the settings ask.
+    /// All paths, because the settings say so.
     #[default]
     Whole,
 }

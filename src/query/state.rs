@@ -8,10 +8,10 @@ use super::retime::RateError;
 use super::source::Source;
 use crate::maps::PathId;
 
-/// The state of one query, from its start to its answer. Plain data: each stage reads what the stages before it wrote.
+/// The state of one query, from its start to its answer. It is plain data: each stage reads the results of earlier stages.
 #[derive(Clone, Debug, Default)]
 pub(super) struct QueryState {
-    /// Number of the round; each round of each query has its own.
+    /// Number of the round, unique among all rounds of all queries of the context.
     pub round: u64,
     /// Whether the round waits for counts.
     pub is_waiting: bool,
@@ -20,11 +20,11 @@ pub(super) struct QueryState {
     pub candidates: CandidateList,
     pub late: LatePaths,
     pub search: SearchReport,
-    /// The paths of those candidates that are moves.
+    /// Paths of the candidates that are moves.
     pub moves: MoveSearch,
-    /// Those candidates that enter an evasion.
+    /// Candidates that enter an evasion.
     pub entries: Vec<EntryCandidate>,
-    /// Those candidates that layer an evasion.
+    /// Candidates that layer an evasion.
     pub layers: Vec<LayerCandidate>,
     /// The maps of this round's candidates.
     pub maps: QueryMaps,
@@ -34,6 +34,6 @@ pub(super) struct QueryState {
 #[derive(Clone, Debug, Default)]
 pub(super) struct LatePaths {
     pub count: usize,
-    /// The paths; empty unless the settings ask for them.
+    /// The paths with the reasons. Empty unless [`QuerySettings::list_late`](super::QuerySettings::list_late) is set.
     pub list: Vec<(PathId, RateError)>,
 }

@@ -1,4 +1,4 @@
-//! Threads that test candidates side by side.
+//! Threads that test candidates in parallel.
 
 use std::fmt;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -7,13 +7,12 @@ use std::sync::{Mutex, PoisonError};
 use super::clearance::{Clearance, MotionBody};
 use sabaki_motion::internal::{WorkerPool, lock};
 
-/// The threads of a context, with the memory of each. They are started by the first query that asks for them. A clone starts its
-/// own.
+/// The threads of a context, with the memory of each thread. The first query that needs them starts them. A clone starts its own threads.
 #[derive(Default)]
 pub(super) struct Workers {
-    /// The number of threads that was asked for, and the threads, which may be fewer.
+    /// The requested number of threads, and the threads, which may be fewer.
     pool: Option<(usize, WorkerPool)>,
-    /// The first worker is the caller.
+    /// Memory of each thread. The first is that of the caller.
     workers: Vec<Mutex<Worker>>,
     results: Vec<Option<Clearance>>,
 }
@@ -33,12 +32,12 @@ pub(super) struct Batch<T, E> {
     pub count: usize,
     /// Runs a test by its number.
     pub test: T,
-    /// Whether a result ends the batch.
+    /// Returns whether a result ends the batch.
     pub ends: E,
 }
 
 impl Workers {
-    /// More threads than this are never started, since there are too few candidates for them.
+    /// Maximum number of threads. There are too few candidates for more.
     const MAX_THREADS: usize = 64;
 
     /// The caller's memory.
@@ -50,7 +49,7 @@ impl Workers {
         &mut worker.unwrap_or_else(PoisonError::into_inner).body
     }
 
-    /// Forgets all poses.
+    /// Removes the poses of all workers.
     pub(super) fn clear(&mut self) {
         for worker in &mut self.workers {
             let worker = worker.get_mut().unwrap_or_else(PoisonError::into_inner);
@@ -58,8 +57,8 @@ impl Workers {
         }
     }
 
-    /// Runs the tests of a batch up to the first one that ends it. That result, and all before it, do not depend on the number of
-    /// threads. Results after it may be missing.
+    /// Runs the tests of a batch up to the first result that ends it. This result and all results before it do not depend on the number of
+    /// threads. Later results may be missing.
     pub(super) fn run<T, E>(&mut self, batch: &Batch<T, E>) -> &[Option<Clearance>]
     where
         T: Fn(usize, &mut MotionBody) -> Clearance + Sync,
@@ -72,7 +71,7 @@ impl Workers {
             .get_or_insert_with(|| (threads, WorkerPool::new(threads)));
         self.workers
             .resize_with(pool.threads().max(self.workers.len()), Mutex::default);
-        // Here and not by the workers: one that wakes late takes no part. Any of them may run all tests.
+        // The caller does this, because a worker that wakes late takes no part. Any worker may run all tests.
         for worker in &self.workers {
             let results = &mut lock(worker).results;
             results.clear();

@@ -1,10 +1,14 @@
-//! The distance of two moving spheres, in closed form.
+//! The smallest distance of two moving spheres, in closed form.
+//!
+//! Source: the reduction to a moving point and a sphere with the sum of the radii is that of Ericson, "Real-Time Collision Detection" (2005),
+//! section 5.5.5. Differs: the result is the smallest distance instead of the time of contact, and radii may change. The closed form for
+//! changing radii is our own.
 
 use glam::Vec3;
 
-/// The smallest distance of two spheres that both move straight. `apart` is the vector from one centre to the other at the start
-/// and at the end, `radii` the sum of the radii then. Returns the time (0 at the start, 1 at the end) and the distance of the
-/// surfaces.
+/// The smallest distance of two spheres that move along straight lines. `apart` is the vector from one centre to the other at the start and at
+/// the end, and `radii` is the sum of the radii at the start and at the end. Returns the time (0 at the start, 1 at the end) and the distance
+/// of the surfaces.
 ///
 /// With d(t) = |a + t v| - (r + t k), a convex function, the smallest value lies at an end or where d' = 0:
 /// `(v·a + t v·v)² = k² |a + t v|²`.

@@ -1,4 +1,4 @@
-//! The exact test: how near does an attack come to the body?
+//! The exact test: the smallest distance between an attack and the body.
 //!
 //! Source: Masaoka & Oshita, section 5.4, V_d: the smallest distance between any sphere of the body and any sphere of the attack at
 //! equal times. Differs: the distance is also measured between samples. The body's spheres are sampled at [`SAMPLE_RATE`] and move
@@ -38,16 +38,16 @@ pub struct ExactTest<'a> {
 /// An evasion that a character performs.
 #[derive(Clone, Copy, Debug)]
 pub struct PlacedEvasion<'a> {
-    /// Body from the evasion's start on.
+    /// Body track from the evasion's start on.
     pub track: &'a BodyTrack,
-    /// The character's frame at the start, in the world.
+    /// The character's frame at the evasion's start, in the world.
     pub placement: Rigid2,
-    /// Start, seconds since the query.
+    /// Time from the query to the evasion's start, in seconds.
     pub start: f32,
 }
 
 impl<'a> ExactTest<'a> {
-    /// The exact smallest distance over the whole attack, at every sample.
+    /// Creates a test that finds the exact smallest distance over the whole attack, at every sample.
     #[must_use]
     pub fn new(baked: &'a BakedGraph, attack: &'a Attack) -> Self {
         Self {
@@ -64,7 +64,7 @@ impl<'a> ExactTest<'a> {
         self.on_shared_motion(motion, scratch)
     }
 
-    /// The same for one of several motions in the graph: poses that they have in common are computed once.
+    /// Like [`ExactTest::on_motion`], for one of several motions in the graph. Poses that they have in common are computed once.
     pub(in crate::query) fn on_shared_motion(
         &self,
         motion: &Motion,
@@ -77,7 +77,7 @@ impl<'a> ExactTest<'a> {
         sweep.nearest()
     }
 
-    /// The same for a motion that is built for the test alone, in the memory of `scratch`.
+    /// Like [`ExactTest::on_motion`], for a motion that `build` writes to the memory of `scratch`.
     pub(in crate::query) fn on_built_motion(
         &self,
         scratch: &mut MotionBody,
@@ -125,8 +125,8 @@ impl<'a> ExactTest<'a> {
         sweep.nearest()
     }
 
-    /// The smallest distance on a motion that enters an evasion: on its track from the end of the blend to the track's end, posed
-    /// before and after. `build` writes the motion, where that is needed. The posed part is sampled as the test asks.
+    /// The smallest distance on a motion that enters an evasion. From the end of the blend to the end of the evasion's track it is tested on the
+    /// track, before and after on posed samples. `build` writes the motion if it is needed. The posed part is sampled as the test says.
     pub(in crate::query) fn on_entry(
         &self,
         candidate: &EntryCandidate,
@@ -140,7 +140,7 @@ impl<'a> ExactTest<'a> {
         if let Some(entered) = self.baked.entry_track(candidate.evasion) {
             let last = match rate {
                 1.0 => entered.track.seconds() - candidate.ahead,
-                // The rate ends with the evasion.
+                // The rate applies until the evasion's end.
                 _ => candidate.left / rate,
             };
             (from, to) = (delay + candidate.entry.blend, delay + last);

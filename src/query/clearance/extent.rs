@@ -26,10 +26,10 @@ impl Extent {
     };
 }
 
-/// How the samples of a motion are taken.
+/// Which samples of a motion are tested.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Sampling {
-    /// Every sample that the attack may be near.
+    /// Every sample at which the attack may be near.
     #[default]
     Each,
     /// Every fourth sample, then the samples between those where the attack is near. Every hit that it reports is a hit. It may
@@ -38,7 +38,7 @@ pub enum Sampling {
 }
 
 impl Sampling {
-    /// The distance of samples that are always taken.
+    /// Number of samples from one sample that is always tested to the next.
     pub(super) fn interval(self) -> usize {
         match self {
             Self::Each => 1,

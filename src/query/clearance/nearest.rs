@@ -1,4 +1,4 @@
-//! The body sphere that comes nearest to a moving sphere: the innermost loop of the exact test.
+//! Finds the body sphere that is nearest to a moving sphere: the innermost loop of the exact test.
 
 use glam::Vec3;
 
@@ -21,7 +21,7 @@ pub(super) struct Spheres<'a> {
 /// The nearest body sphere.
 #[derive(Clone, Copy)]
 pub(super) struct Nearest {
-    /// Distance of the surfaces, metres.
+    /// Distance of the surfaces, in metres.
     pub metres: f32,
     /// Time on the segment: 0 at its start, 1 at its end.
     pub share: f32,
@@ -35,7 +35,7 @@ pub(super) struct NearestSearch<'a> {
     pub segment: &'a SphereSegment,
     /// Number of spheres without padding.
     pub count: usize,
-    /// Spheres at this distance or further away are not found, metres.
+    /// Spheres at this distance or farther away are not found, in metres.
     pub limit: f32,
 }
 
@@ -151,7 +151,7 @@ fn surface_distance(from: [f32; 3], to: [f32; 3], radius: f32, segment: &SphereS
     }
     let [ax, ay, az] = apart;
     let [vx, vy, vz] = motion;
-    // The added number only prevents a division by 0: where nothing moves, the share is not used.
+    // The added number prevents a division by 0. The share is not used if nothing moves.
     let squared = vx * vx + vy * vy + vz * vz + f32::MIN_POSITIVE;
     let share = (-(ax * vx + ay * vy + az * vz) / squared).clamp(0.0, 1.0);
     let (x, y, z) = (ax + vx * share, ay + vy * share, az + vz * share);

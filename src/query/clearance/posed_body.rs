@@ -15,7 +15,7 @@ use crate::maps::{BakedGraph, BodyTrack, BoundingCylinder, SphereKey};
 use crate::math::Isa;
 use crate::query::obstacle::ObstacleScratch;
 
-/// The memory of tests, with the poses that several motions have in common. Keep it from one test to the next.
+/// Scratch of tests, with the poses that several motions have in common. Keep it from one test to the next.
 #[derive(Clone, Debug, Default)]
 pub struct MotionBody {
     posed: PosedRows,
@@ -44,10 +44,10 @@ pub(super) struct PosedRows {
     known: FxHashMap<PoseKey, usize>,
     /// Coordinates, `[slot][x, y, z][sphere]`, padded.
     rows: Vec<f32>,
-    /// Bounds of the motion that is tested: the next sphere of the attack is often tested at the same samples.
+    /// Bounding spheres of the tested motion, because the next sphere of the attack is often tested at the same samples.
     bounding_spheres: Vec<Ends<4>>,
     bounding_cylinders: Vec<Ends<5>>,
-    /// Cylinders around the body at the ends of intervals that were all posed at first, and the number of the first such interval.
+    /// Cylinders around the body at the ends of intervals, if all were posed in advance, and the number of the first such interval.
     posed_cylinders: Vec<BoundingCylinder>,
     first_posed: usize,
 }
@@ -146,7 +146,7 @@ impl MotionBody {
         }
     }
 
-    /// Forgets all poses. This must be called before a test on another graph.
+    /// Removes all poses. Call it before a test on another graph.
     pub(in crate::query) fn forget(&mut self) {
         self.posed.forget();
         self.obstacles.forget();
@@ -198,7 +198,7 @@ impl PosedBody<'_> {
         [x, y, z, self.baked.reach()]
     }
 
-    /// A vertical cylinder around the body, of its pose if that is known.
+    /// A vertical cylinder around the body. It is that of the pose if the sample is posed.
     fn bounding_cylinder(&self, tick: usize) -> BoundingCylinder {
         if let Some(cylinder) = self.posed_cylinder(tick / self.interval()) {
             return cylinder;
@@ -241,13 +241,13 @@ impl PosedBody<'_> {
         }
     }
 
-    /// The cylinder at the start of an interval; `None` if not all were posed.
+    /// The cylinder at the start of an interval; `None` unless all intervals were posed in advance.
     fn posed_cylinder(&self, interval: usize) -> Option<BoundingCylinder> {
         let at = interval.checked_sub(self.scratch.first_posed)?;
         self.scratch.posed_cylinders.get(at).copied()
     }
 
-    /// Centre and radius of each sphere at a sample, which is prepared.
+    /// Centre and radius of each sphere at a prepared sample.
     fn placed(&self, tick: usize) -> impl Iterator<Item = (Vec3, f32)> + Clone + '_ {
         let [x, y, z] = self.axes(tick);
         let radii = self.baked.body_rows().radii();
@@ -352,7 +352,7 @@ fn put<const ROWS: usize>(rows: &mut [Lanes; ROWS], lane: usize, values: [f32; R
     }
 }
 
-/// The bounds of some intervals, computed where they are not known.
+/// The bounds of some intervals. They are computed if they are not stored.
 fn find_or_add<const ROWS: usize>(
     known: &mut Vec<Ends<ROWS>>,
     intervals: Intervals,

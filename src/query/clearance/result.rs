@@ -3,9 +3,9 @@ use serde::{Deserialize, Serialize};
 /// The smallest distance of body and attack.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Clearance {
-    /// Distance of the surfaces, metres; negative where they overlap.
+    /// Distance of the surfaces, in metres. It is negative if they overlap.
     pub metres: f32,
-    /// Time of the smallest distance, seconds since the query.
+    /// Time from the query to the moment of the smallest distance, in seconds.
     pub time: f32,
     /// Index of the body's sphere.
     pub body_sphere: usize,

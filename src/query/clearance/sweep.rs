@@ -1,8 +1,9 @@
 //! The sweep of the attack's spheres along the samples of the body.
 //!
-//! Each straight segment of a sphere is tested in intervals of samples, in the order of a lower bound of their distances. The
-//! search ends when the bound of the next interval is above the smallest distance so far. Of an attack of many segments, those are
-//! left out first that stay away from all places of the body.
+//! Source: branch and bound (Land & Doig, "An automatic method of solving discrete programming problems", 1960), with the best bound first.
+//! A straight segment of a sphere is divided into intervals of samples, and an interval into samples. Both are tested in the order of a lower
+//! bound of their distances, until the next bound is not below the smallest distance so far. Differs: if an attack has many segments, those that
+//! stay away from a cylinder around all poses of the body are excluded first.
 
 use std::ops::RangeInclusive;
 
@@ -20,9 +21,9 @@ use crate::query::attack::Attack;
 /// Scratch of a sweep.
 #[derive(Clone, Debug, Default)]
 pub(super) struct SweepScratch {
-    /// Intervals by the bounds of the whole body.
+    /// Intervals with a bound from the whole body.
     bounded: Vec<BoundedInterval>,
-    /// Intervals by the distance at their two ends.
+    /// Intervals with a bound from the body at their two ends.
     coarse: Vec<BoundedInterval>,
     /// Blocks of body spheres that may be near in one interval.
     blocks: Vec<usize>,
@@ -31,26 +32,26 @@ pub(super) struct SweepScratch {
 /// An interval, and a lower bound of its distances.
 #[derive(Clone, Copy, Debug)]
 struct BoundedInterval {
-    /// The bound, metres.
+    /// Lower bound, in metres.
     bound: f32,
     /// First sample.
     tick: usize,
 }
 
-/// Deviation of the body's spheres from the straight line between samples a whole interval apart, metres.
+/// Maximum deviation of the body's spheres from the straight line between samples a whole interval apart, in metres.
 ///
-/// 15 rad/s at 0.7 m from the joint make 0.7 (1 - cos(15 / 60)) m = 2.2 cm. The clearance of a sphere that deviates more may be
+/// A rotation of 15 rad/s at 0.7 m from the joint causes 0.7 (1 - cos(15 / 60)) m = 2.2 cm. The clearance of a sphere that deviates more may be
 /// overestimated, until the final motion is tested.
 const DEVIATION: f32 = 0.025;
 
-/// Number of an attack's straight lines for each sample of the body from which on all samples are computed first.
+/// Number of an attack's straight lines for each sample of the body, above which all samples are computed in advance.
 const MANY_LINES: usize = 32;
 
 /// A test of one attack, in parts.
 pub(super) struct Sweep<'a> {
     attack: &'a Attack,
     search: Search,
-    /// What holds the body in the part that is tested.
+    /// Cylinder that contains the body during the tested part; `None` if it was not computed.
     envelope: Option<BoundingCylinder>,
     scratch: &'a mut SweepScratch,
 }
@@ -59,7 +60,7 @@ pub(super) struct Sweep<'a> {
 struct Search {
     extent: Extent,
     best: Clearance,
-    /// The smallest distance if the body moved straight from the start of an interval to its end.
+    /// Smallest distance for a body that moves straight from the start of an interval to its end.
     straight: Option<Nearest>,
 }
 
@@ -87,7 +88,7 @@ impl<'a> Sweep<'a> {
         }
     }
 
-    /// The smallest distance; after an early end of the search, an upper bound of it.
+    /// The smallest distance, or an upper bound of it if the search ended early.
     pub(super) fn nearest(&self) -> Clearance {
         let Search { best, straight, .. } = &self.search;
         let straight = straight.filter(|_| self.is_over());
@@ -98,7 +99,7 @@ impl<'a> Sweep<'a> {
         }
     }
 
-    /// Whether the search has found a distance that is small enough.
+    /// Whether the search has found a distance below [`Extent::enough`](super::Extent::enough).
     pub(super) fn is_over(&self) -> bool {
         self.search.is_over()
     }
@@ -126,7 +127,7 @@ impl<'a> Sweep<'a> {
         }
     }
 
-    /// What holds the body during a time window, in the frame of its samples; `None` where that takes longer to find than it saves.
+    /// Cylinder that contains the body during a time window, in the frame of its samples. `None` if computing it would take longer than it saves.
     fn find_envelope(
         &self,
         samples: &mut impl BodySamples,
@@ -170,11 +171,11 @@ impl<'a> Sweep<'a> {
 struct LineTest<'s, S> {
     search: &'s mut Search,
     samples: &'s mut S,
-    /// Start and end of the line, by the clock and in the frame of the samples.
+    /// Start and end of the line, on the clock and in the frame of the samples.
     keys: [SphereKey; 2],
-    /// The attack's time at sample 0, seconds.
+    /// Time of sample 0 on the attack's clock, in seconds.
     origin: f32,
-    /// Rate of the samples' clock by the attack's.
+    /// Rate of the samples' clock relative to the attack's clock.
     rate: f32,
 }
 
@@ -187,8 +188,8 @@ impl<S: BodySamples> LineTest<'_, S> {
         } = scratch;
         self.find_intervals(bounded);
         coarse.clear();
-        // The interval in which the attack is nearest to the middle of the body comes first: there a hit is found at once, and
-        // nearly at its deepest.
+        // The interval in which the attack is nearest to the middle of the body comes first. A hit is found there at once, near its
+        // deepest point.
         for &BoundedInterval { bound, tick } in bounded.iter() {
             if self.search.is_over() || bound >= self.search.best.metres {
                 break;
@@ -248,7 +249,7 @@ impl<S: BodySamples> LineTest<'_, S> {
         sort(bounded);
     }
 
-    /// Tests every sample of an interval, with those blocks of body spheres that may be near.
+    /// Tests every sample of an interval with the blocks of body spheres that may be near.
     fn test_each(&mut self, tick: usize, blocks: &mut Vec<usize>) {
         let ends = [tick, tick + self.samples.interval()];
         let near = Near {
@@ -265,9 +266,9 @@ impl<S: BodySamples> LineTest<'_, S> {
         }
     }
 
-    /// The distance in an interval if the body moved straight from its start to its end.
+    /// The distance in an interval for a body that moves straight from its start to its end.
     ///
-    /// Such a hit is often a hit at one of the ends too, where the body's position is exact. That may be enough.
+    /// A hit of this body is often a hit at one of the ends too, where the body's position is exact. That may be enough.
     fn test_straight(&mut self, tick: usize) -> f32 {
         let ends = [tick, tick + self.samples.interval()];
         ends.iter().for_each(|&tick| self.samples.prepare(tick));
@@ -393,13 +394,13 @@ impl<S: BodySamples> LineTest<'_, S> {
     }
 }
 
-/// An upper bound of the rounding error of a distance from a sphere between these keys, metres.
+/// An upper bound of the rounding error of a distance from a sphere between these keys, in metres.
 fn rounding(keys: [SphereKey; 2]) -> f32 {
     let furthest = |key: SphereKey| key.center.abs().max_element();
     1e-4 + 1e-6 * furthest(keys[0]).max(furthest(keys[1]))
 }
 
-/// A lower bound of the distance from a cylinder of a sphere that moves between two keys, metres.
+/// A lower bound of the distance between a cylinder and a sphere that moves between two keys, in metres.
 fn distance_from(cylinder: BoundingCylinder, keys: [SphereKey; 2]) -> f32 {
     let axis = Vec3::new(cylinder.axis.x, 0.0, cylinder.axis.y);
     let apart = keys.map(|key| key.center.with_y(0.0) - axis);

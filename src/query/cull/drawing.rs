@@ -1,8 +1,8 @@
-//! The attack as discs, by slab and clock; each disc has a slice of time.
+//! Draws the attack as discs, for each slab and clock. Each disc belongs to a slice of time.
 //!
 //! Source: Masaoka & Oshita, section 5.3. Differs: discs have a time, and there are two kinds, rounded inwards and outwards. The
-//! attack is cut into short steps. Inner discs show the sphere in the middle of a step. Outer discs show a sphere that is larger by
-//! half of the step, and so contains the attack's sphere during the whole step.
+//! attack is cut into short steps. Inner discs represent the sphere in the middle of a step. Outer discs represent a sphere
+//! that is larger by half of the step, so that it contains the attack's sphere during the whole step.
 
 use std::ops::Range;
 
@@ -14,24 +14,25 @@ use crate::math::{Sphere, floor};
 /// The attack's discs, in the frame in which the paths start.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct AttackDrawing {
-    /// Rectangle of all maps; each side has [`AttackDrawing::MAX_SIDE`] texels or less.
+    /// Rectangle of all maps. Each side has at most [`AttackDrawing::MAX_SIDE`] texels.
     pub rect: MapRect,
-    /// Layers: one for each clock and each slab that has discs.
+    /// Layers, one for each clock and each slab that has discs.
     pub layers: Vec<AttackLayer>,
     /// Discs of all layers, relative to the rectangle's first texel.
     pub discs: Vec<TimedDisc>,
 }
 
-/// The attack in one slab, by one clock.
+/// The attack in one slab, relative to one clock.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct AttackLayer {
-    /// Slab.
+    /// Slab of the layer.
     pub slab: Slab,
-    /// Clock ([`CullCandidate::clock`](super::CullCandidate::clock)).
+    /// Clock of the layer ([`CullCandidate::clock`](super::CullCandidate::clock)).
     pub clock: u32,
     /// Range of the inner discs in [`AttackDrawing::discs`], sorted by slice: texels that the attack covers at some time of the slice.
     pub inner: Range<u32>,
-    /// Range of the outer discs: texels that the attack may touch at any time of the slice and any height of the slab.
+    /// Range of the outer discs in [`AttackDrawing::discs`], sorted by slice: texels that the attack may touch at any time of the slice and any
+    /// height of the slab.
     pub outer: Range<u32>,
 }
 
@@ -39,17 +40,17 @@ pub struct AttackLayer {
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TimedDisc {
-    /// Disc.
+    /// Disc, relative to the rectangle's first texel.
     pub disc: Disc,
     /// Slice of time; 0 if maps are not timed.
     pub slice: u32,
 }
 
 impl AttackDrawing {
-    /// Largest side of an attack's maps, texels. The part further out is not drawn, and candidates are open.
+    /// Maximum side of an attack's maps, in texels. Parts outside are not drawn, and candidates are then open.
     pub const MAX_SIDE: u32 = 1024;
 
-    /// Largest number of discs of all layers, 16 MB. Layers beyond that are not drawn, and candidates are open.
+    /// Maximum number of discs of all layers (16 MB). Further layers are not drawn, and candidates are then open.
     pub const MOST_DISCS: usize = 1 << 20;
 
     /// Draws the attack within `reach`. Returns whether everything within reach is drawn.
@@ -122,7 +123,7 @@ impl AttackDrawing {
         whole && !scratch.cut_off
     }
 
-    /// The discs of a layer's inner and outer map.
+    /// The discs of a layer's inner map and outer map.
     #[must_use]
     pub fn discs_of(&self, layer: &AttackLayer) -> [&[TimedDisc]; 2] {
         [&layer.inner, &layer.outer]
@@ -130,7 +131,8 @@ impl AttackDrawing {
     }
 }
 
-/// The middle of a rectangle, limited to the size for which fixed-point transforms are exact enough, and whether that is all of it.
+/// The middle part of a rectangle, limited to the size for which fixed-point transforms are exact enough, and whether that is the whole
+/// rectangle.
 fn limited(rect: MapRect) -> (MapRect, bool) {
     let side = |first: i32, texels: u32| {
         let kept = texels.min(AttackDrawing::MAX_SIDE);
@@ -154,12 +156,12 @@ fn timed_rect(discs: &[TimedDisc]) -> MapRect {
         .fold(MapRect::default(), MapRect::union)
 }
 
-/// A map of the attack: the part of it that is in a slab, seen from the time of a clock.
+/// A map of the attack: the part in a slab, relative to a clock.
 #[derive(Clone, Copy)]
 struct LayerTime {
     slab: i32,
     clock: u32,
-    /// Time at which the clock's first slice begins, seconds.
+    /// Time at which the clock's first slice begins, in seconds.
     offset: f32,
 }
 
@@ -167,7 +169,7 @@ struct LayerTime {
 struct DiscCutter {
     grid: MapGrid,
     rect: MapRect,
-    /// Margins of inner and outer discs, sub-texels.
+    /// Margins of inner and outer discs, in sub-texels.
     inner: f32,
     outer: f32,
 }

@@ -9,16 +9,16 @@ pub(super) const LANES: usize = 16;
 /// Summaries of sixteen blocks.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Group {
-    /// Position of each block's middle, half texels.
+    /// Position of each block's middle, in half texels.
     pub u: [i32; LANES],
     pub v: [i32; LANES],
-    /// Slices of any texel of each block, `[lane][block]`.
+    /// Union of the slices of each block's texels, `[lane][block]`.
     pub outer: [[u32; LANES]; 2],
     pub inner: [[u32; LANES]; 2],
-    /// All bits set for blocks with an inner texel.
+    /// For each block, all bits set if it has an inner texel, otherwise 0.
     pub any_inner: [u32; LANES],
     pub has_inner: bool,
-    /// A bit for each block of the group.
+    /// A bit for each block that exists in the group.
     pub blocks: u32,
 }
 
@@ -26,7 +26,7 @@ pub(super) struct Group {
 #[derive(Clone, Debug, Default)]
 pub(super) struct Groups {
     groups: Vec<Group>,
-    /// First group and first block of each layer, and of the end.
+    /// First group and first block of each layer. The last entry is the end of all groups and blocks.
     layers: Vec<(usize, usize)>,
     largest_first: Vec<usize>,
 }
@@ -56,7 +56,7 @@ impl Groups {
             .sort_unstable_by_key(|&index| (std::cmp::Reverse(blocks(index)), index));
     }
 
-    /// The layers, the largest first: there a hit is most likely.
+    /// The layers, the largest first, because a hit is most likely there.
     pub(super) fn largest_first(&self) -> &[usize] {
         &self.largest_first
     }

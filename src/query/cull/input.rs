@@ -9,12 +9,12 @@ pub struct CullInput<'a> {
     /// Discs of the attack, in the frame in which the paths start.
     #[doc(hidden)]
     pub attack: &'a AttackDrawing,
-    /// Candidates; all are counted.
+    /// Candidates that are counted.
     #[doc(hidden)]
     pub candidates: &'a [CullCandidate],
 }
 
-/// One evasion at one place and time.
+/// An evasion at one position and time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct CullCandidate {
     /// Maps of the evasion.
@@ -23,7 +23,7 @@ pub struct CullCandidate {
     pub clock: u32,
     /// Transform from the attack's maps to the evasion's frame.
     pub transform: FixedTransform2,
-    /// Whether the attack may come near outside of the space or time of the maps. An
-    /// [`Overlap::outer`](super::Overlap::outer) of 0 then proves no miss.
+    /// Whether the attack may come near the body outside the space or time of the maps. An
+    /// [`Overlap::outer`](super::Overlap::outer) of 0 then does not prove a miss.
     pub open: bool,
 }

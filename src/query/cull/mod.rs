@@ -1,10 +1,10 @@
-//! Culling: which candidates does the attack certainly hit, and which does it certainly miss?
+//! Culling: finds candidates that the attack certainly hits, and candidates that it certainly misses.
 //!
 //! Source: Masaoka & Oshita, section 5.3. A culling path ([`CullPath`]) takes a [`CullInput`] and returns an [`Overlap`] for each
 //! candidate. The CPU ([`cpu`]) and the devices count the same texels.
 //!
-//! Differs: sections are planes, and maps have slices of time ([`MapGrid`](crate::maps::MapGrid)). Rounding makes one shared texel
-//! of the inner maps a certain hit, and no shared texel of the outer maps a certain miss.
+//! Differs: sections are planes, and maps have slices of time ([`MapGrid`](crate::maps::MapGrid)). Rounding ensures that one shared
+//! texel of the inner maps proves a hit, and that no shared texel of the outer maps proves a miss.
 
 pub mod cpu;
 mod draw_input;

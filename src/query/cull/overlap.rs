@@ -8,13 +8,13 @@ pub struct Counted {
     pub outer: bool,
     /// Whether [`Overlap::evasion`] is counted, a term of the score. It is 0 otherwise.
     pub evasion: bool,
-    /// Whether counting a candidate may end at its first certain hit. All its counts may then be too small. The CPU and the compute
+    /// Whether counting may end at a candidate's first certain hit. All counts of the candidate may then be too small. The CPU and the compute
     /// path save time by this; the stencil path ignores it.
     pub up_to_hits: bool,
 }
 
 impl Counted {
-    /// Everything.
+    /// All parts.
     pub const ALL: Self = Self {
         body: true,
         outer: true,
@@ -22,15 +22,15 @@ impl Counted {
         up_to_hits: false,
     };
 
-    /// Only certain hits.
+    /// Certain hits only.
     pub(super) const BODY: Self = Self {
         outer: false,
         evasion: false,
         ..Self::ALL
     };
 
-    /// The parts that a query needs. Certain misses are not among them: those candidates are tested too, since the distance is a part
-    /// of the score.
+    /// The parts that a query needs. Certain misses are not needed, because these candidates are tested too: the distance is a part of the
+    /// score.
     pub const FOR_A_CHOICE: Self = Self {
         outer: false,
         up_to_hits: true,
@@ -48,12 +48,12 @@ impl Default for Counted {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Overlap {
     /// Number of texel slices that the attack's inner map and the candidate's body map share. If sections are planes and maps are
-    /// timed, one is a certain hit.
+    /// timed, 1 or more proves a hit.
     pub body: u32,
-    /// Number of texel slices that the two outer maps share. 0 is a certain miss, unless the candidate is
+    /// Number of texel slices that the two outer maps share. 0 proves a miss, unless the candidate is
     /// [`CullCandidate::open`](super::CullCandidate::open).
     pub outer: u32,
-    /// Number of texels that the attack's inner map, in any slice, and the candidate's evasion map share. The more, the more the
-    /// motion looks like an evasion of this attack.
+    /// Number of texels that the attack's inner map, in any slice, and the candidate's evasion map share. A larger number
+    /// means that the motion looks more like an evasion of this attack.
     pub evasion: u32,
 }

@@ -4,19 +4,19 @@ use serde::{Deserialize, Serialize};
 
 use crate::query::evaluation::Evaluation;
 
-/// The implementation that counts the overlaps of candidates and attack. All but [`CullPath::Exact`], which
-/// counts nothing, return the same counts; occlusion queries on a device that has no precise ones tell only zero from more.
+/// The implementation that counts the overlaps of candidates and attack. All paths return the same counts, except [`CullPath::Exact`], which
+/// counts nothing, and occlusion queries on a device without precise queries, which only distinguish zero from more.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum CullPath {
     /// No culling: every candidate is tested exactly, over the whole attack.
     Exact,
-    /// The maps on the CPU.
+    /// Counts maps on the CPU.
     #[default]
     Cpu,
-    /// The maps on a Vulkan device, by stencil buffer, counted by atomic additions or occlusion queries.
+    /// Counts maps on a Vulkan device with the stencil buffer, by atomic additions or occlusion queries.
     Stencil,
-    /// The maps on a Vulkan device, by a compute shader.
+    /// Counts maps on a Vulkan device with a compute shader.
     Compute,
 }
 
@@ -24,7 +24,7 @@ impl CullPath {
     /// All paths.
     pub const ALL: [Self; 4] = [Self::Exact, Self::Cpu, Self::Stencil, Self::Compute];
 
-    /// The name in arguments, tables and files.
+    /// Name of the path in arguments, tables and files.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -41,7 +41,7 @@ impl CullPath {
         Self::ALL.into_iter().find(|path| path.name() == name)
     }
 
-    /// How queries of this path are evaluated: the exact path tests every candidate.
+    /// Evaluation of queries with this path: exhaustive for the exact path, lazy for all others.
     #[must_use]
     pub fn evaluation(self) -> Evaluation {
         match self {

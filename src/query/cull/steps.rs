@@ -1,4 +1,4 @@
-//! The lines of an attack's spheres in short steps, and which of these steps the maps of any candidate can overlap.
+//! Divides the lines of an attack's spheres into short steps, and finds the steps that the maps of any candidate can overlap.
 
 use std::ops::Range;
 
@@ -14,23 +14,22 @@ pub(super) struct Step {
     /// Centre in the middle of the step's time.
     pub(super) centre: Vec3,
     pub(super) radius: f32,
-    /// Radius around that centre that contains the sphere during the whole step, metres.
+    /// Radius around that centre that contains the sphere during the whole step, in metres.
     pub(super) within: f32,
-    /// Middle of the step's time, seconds since the attack's start.
+    /// Time from the attack's start to the middle of the step, in seconds.
     pub(super) middle: f32,
     from: f32,
     to: f32,
     /// First and last slab within reach that the step may touch.
     slabs: (i32, i32),
-    /// Clocks, a bit each, for which the step may overlap the outer or body maps of some candidate. The last bit stands for all
-    /// further clocks.
+    /// A bit for each clock for which the step may overlap the outer or body map of some candidate. The last bit stands for all further clocks.
     met: u64,
-    /// The same for inner discs.
+    /// A bit for each clock for which the step may overlap the inner maps of some candidate.
     met_inner: u64,
 }
 
 impl Step {
-    /// Contains the sphere during the whole step.
+    /// Sphere that contains the attack's sphere during the whole step.
     pub(super) fn bound(&self) -> Sphere {
         Sphere::new(self.centre, self.within)
     }
@@ -45,19 +44,19 @@ fn clock_bit(clock: u32) -> u64 {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(in crate::query) struct AttackSteps {
     steps: Vec<Step>,
-    /// Spheres as the paper draws them, for untimed maps.
+    /// Spheres for untimed maps, as the paper draws them.
     pub(super) untimed: Vec<Sphere>,
     /// Slabs in which a step may overlap the inner maps of each placed evasion.
     pub(in crate::query) touched: Vec<Range<i32>>,
-    /// Whether a limit has cut something off.
+    /// Whether steps were left out because of a limit.
     pub(super) cut_off: bool,
 }
 
-/// Largest number of steps within reach. Steps beyond are not drawn, so more candidates are left to the exact test.
+/// Maximum number of steps within reach. Further steps are not drawn, so that more candidates are left to the exact test.
 const MOST_STEPS: usize = 1 << 18;
 
 impl AttackSteps {
-    /// Removes all steps; the memory is kept.
+    /// Removes all steps. The memory is kept.
     pub(super) fn clear(&mut self) {
         self.steps.clear();
         self.untimed.clear();
@@ -65,7 +64,7 @@ impl AttackSteps {
         self.cut_off = false;
     }
 
-    /// Replaces the steps by those of an attack that may come within reach at a time of some clock.
+    /// Replaces the steps by those steps of an attack that may be within reach at a time that some clock covers.
     pub(super) fn take(&mut self, input: &DrawInput<'_>, reach: &Reach) {
         let (clocks, attack) = (input.clocks, input.attack);
         let grid = input.atlas.grid().for_attacks();
@@ -129,7 +128,7 @@ impl AttackSteps {
     }
 }
 
-/// Whether a sphere may touch a texel of the rectangle, or an attack's texel that falls into it.
+/// Whether a sphere may touch a texel of the rectangle, or a texel of the attack's grid that lies in it.
 fn meets(sphere: Sphere, grid: MapGrid, rect: MapRect) -> bool {
     let Sphere { centre, radius } = sphere;
     let reach = radius / grid.texel + 2.0 * grid.attack_pitch as f32;
@@ -140,10 +139,10 @@ fn meets(sphere: Sphere, grid: MapGrid, rect: MapRect) -> bool {
     axis(centre.x, rect.u, rect.width) && axis(centre.z, rect.v, rect.height)
 }
 
-/// Calls `visit` with the ends of each step of a sphere. Between two keys a step is no longer than half their mean radius and half a slice.
-/// Half the smaller radius would make very many steps of a blast that grows from a point.
+/// Calls `visit` with the ends of each step of a sphere. Between two keys a step is at most half of their mean radius and half of a slice
+/// long. With the smaller radius, a blast that grows from a point would have very many steps.
 fn for_each_span(sphere: &MovingSphere, grid: MapGrid, mut visit: impl FnMut([SphereKey; 2])) {
-    /// Largest number of steps between two keys. The steps of very fast spheres are longer.
+    /// Maximum number of steps between two keys. The steps of very fast spheres are longer.
     const MOST_STEPS: f32 = 1024.0;
     let keys = sphere.keys();
     if let [only] = keys {
@@ -173,12 +172,12 @@ fn for_each_span(sphere: &MovingSphere, grid: MapGrid, mut visit: impl FnMut([Sp
 }
 
 impl Step {
-    /// Whether its outer discs may overlap maps of a clock's candidates.
+    /// Whether the step's outer discs may overlap maps of candidates with a clock.
     pub(super) fn is_met(&self, clock: u32) -> bool {
         self.met & clock_bit(clock) != 0
     }
 
-    /// Whether its inner discs may overlap maps of a clock's candidates.
+    /// Whether the step's inner discs may overlap maps of candidates with a clock.
     pub(super) fn is_inner(&self, clock: u32) -> bool {
         self.met_inner & clock_bit(clock) != 0
     }

@@ -10,14 +10,14 @@ use super::overlap::Counted;
 use crate::maps::{BlockAxis, Disc, MapRect, SUB_TEXELS, Slab};
 use crate::math::Isa;
 
-/// Side of a block, texels.
+/// Side of a block, in texels.
 pub(super) const BLOCK: usize = 4;
-/// Side of a block, sub-texels.
+/// Side of a block, in sub-texels.
 const SIDE: i32 = BLOCK as i32 * SUB_TEXELS;
 /// Number of texels in a block.
 pub(super) const BLOCK_TEXELS: usize = BLOCK * BLOCK;
 
-/// One lane of the masks of a block. Texel `k` lies `k % 4` columns and `k / 4` rows from the block's first texel.
+/// One word of the mask of each texel of a block. Texel `k` lies `k % 4` columns and `k / 4` rows from the block's first texel.
 pub(super) type BlockMasks = [u32; BLOCK_TEXELS];
 
 /// The texels that an attack covers, in blocks of 4 × 4. Other texels of these blocks have masks of 0.
@@ -36,14 +36,14 @@ pub(super) struct AttackTexels {
     canvas: Canvas,
 }
 
-/// The attack in one slab, by one clock.
+/// The attack in one slab, relative to one clock.
 #[derive(Clone, Debug)]
 pub(super) struct TexelLayer {
-    /// Slab.
+    /// Slab of the layer.
     pub(super) slab: Slab,
-    /// Clock.
+    /// Clock of the layer.
     pub(super) clock: u32,
-    /// Blocks of the layer.
+    /// Range of the layer's blocks.
     pub(super) blocks: Range<u32>,
 }
 
@@ -55,9 +55,9 @@ struct Canvas {
     columns: usize,
     /// Number of masks in a block: the lanes of the inner map, then those of the outer map.
     parts: usize,
-    /// Masks, `[row][column][part]`, in blocks; all 0 between two layers.
+    /// Masks of blocks, `[row][column][part]`. All are 0 between two layers.
     masks: Vec<BlockMasks>,
-    /// Blocks of each row that may have texels.
+    /// Range of the blocks of each row that may have texels.
     bands: Vec<Range<usize>>,
 }
 
@@ -70,9 +70,9 @@ const NOTHING: Range<usize> = Range {
 /// The masks of a texel.
 #[derive(Clone, Copy)]
 pub(super) struct MaskLayout {
-    /// Words of a mask.
+    /// Number of words of a mask.
     lanes: usize,
-    /// Number of kinds: inner masks, then outer masks if they are counted.
+    /// Number of kinds of masks: 1 for inner masks only, 2 with outer masks.
     kinds: usize,
 }
 
@@ -146,7 +146,7 @@ impl AttackTexels {
     }
 }
 
-/// The bits that are set in any texel of a block.
+/// Union of the masks of a block's texels.
 #[inline(always)]
 pub(super) fn any_of(masks: &BlockMasks) -> u32 {
     masks.iter().fold(0, |any, mask| any | mask)
@@ -225,7 +225,7 @@ impl Canvas {
     }
 }
 
-/// Centre of a texel of a block along one axis, sub-texels.
+/// Centre of a texel of a block along one axis, in sub-texels.
 #[inline(always)]
 fn centre(block: usize, texel: usize) -> i32 {
     (block * BLOCK + texel) as i32 * SUB_TEXELS + SUB_TEXELS / 2
@@ -261,7 +261,7 @@ mod tests {
             let counted = Counted { outer: with_outer, ..Counted::ALL };
             for isa in Isa::available() {
                 let mut texels = AttackTexels::default();
-                // What was drawn before leaves nothing behind.
+                // An earlier drawing leaves no texels.
                 texels.draw(isa, &attack, MaskLayout::new(2, Counted::ALL));
                 texels.draw(isa, &attack, MaskLayout::new(2, counted));
                 prop_assert_eq!(texels.outer.len(), if with_outer { texels.inner.len() } else { 0 });

@@ -38,7 +38,7 @@ impl Support {
     }
 }
 
-/// Centre of mass from the volumes of the body's spheres, and that of trunk, arms and head with their share of the mass.
+/// Centre of mass of the whole body, and of trunk, arms and head, and their share of the mass. Masses are the volumes of the spheres.
 struct Masses {
     centre: Vec3,
     upper: Vec3,
@@ -95,7 +95,7 @@ impl StandingBody<'_> {
         let out = Vec3::new(out.x, 0.0, out.y);
         let lever = tick.lever(rig, rig.spine().len(), masses.upper);
         let gradient = Gradient {
-            // Of the legs, whose feet stay, about half goes along.
+            // About half of the mass of the legs, whose feet stay in place, follows the pelvis.
             pelvis: out * (0.5 + 0.5 * masses.upper_share) * tick.weight,
             spine: lever.cross(out) * masses.upper_share * tick.weight,
             ..Gradient::default()
@@ -131,7 +131,8 @@ impl StandingBody<'_> {
         if points.is_empty() {
             return None;
         }
-        // The nearest point of a hull of so few points lies on a line between two of them, unless the place lies within three.
+        // The nearest point of a convex hull of so few points lies on a line between two of them, unless the position lies inside a triangle of
+        // three.
         let is_within = |a: Vec2, b: Vec2, c: Vec2| {
             let turns =
                 [(a, b), (b, c), (c, a)].map(|(from, to)| (to - from).perp_dot(place - from));

@@ -1,4 +1,4 @@
-//! Final check of a warped motion, frame by frame: planted feet stay, and no joint exceeds the limits of speed.
+//! Final check of a warped motion, frame by frame: planted feet stay in place, and no joint exceeds the limits of speed.
 
 use glam::Vec3;
 
@@ -106,7 +106,7 @@ impl MotionCheck<'_> {
             let velocity = |a: glam::Quat, b: glam::Quat| {
                 let turn = a.conjugate() * b;
                 let turn = if turn.w < 0.0 { -turn } else { turn };
-                // For the angles between two frames the sine is the angle but for little.
+                // For the small angles between two frames the sine is nearly the angle.
                 turn.xyz() * (2.0 * rate)
             };
             let of = |kind: usize| {

@@ -1,4 +1,4 @@
-//! The nearest points of attack and body between the samples around a moment, and the conditions that keep them apart.
+//! Finds the nearest points of attack and body between the samples around a moment, and the conditions that keep them apart.
 
 use glam::Vec3;
 
@@ -13,10 +13,10 @@ use crate::query::clearance::{SAMPLE_RATE, closest};
 pub(super) struct Contact {
     /// Index of the sample before the contact.
     tick: usize,
-    /// Position between the samples: 0 at that sample, 1 at the next.
+    /// Position between the samples: 0 at sample `tick`, 1 at the next sample.
     share: f32,
     sphere: usize,
-    /// Distance of the surfaces.
+    /// Distance of the surfaces, in metres.
     pub metres: f32,
     /// Direction from the attack to the body.
     away: Vec3,
@@ -61,13 +61,13 @@ impl ContactSearch<'_> {
 
 /// Two consecutive samples.
 struct Interval<'a> {
-    /// Index of the first.
+    /// Index of the first sample.
     tick: usize,
     ticks: [&'a Tick; 2],
 }
 
 impl Interval<'_> {
-    /// The nearest points of body spheres and a sphere of the attack, while that flies, whose distance is below `least`, in metres.
+    /// The nearest points of body spheres and a sphere of the attack during its flight. Only distances below `least` metres are reported.
     fn contacts(
         &self,
         body: &Body,
@@ -89,7 +89,7 @@ impl Interval<'_> {
             let (start, end) = (from.centres[sphere], to.centres[sphere]);
             let apart = [0, 1].map(|at| start.lerp(end, shares[at]) - balls[at].center);
             let radii = balls.map(|ball| ball.radius + own.radius);
-            // Most are further away at the start than the two move.
+            // Most spheres are farther away at the start than both can move.
             let reach = least + radii[0].max(radii[1]) + (apart[1] - apart[0]).length();
             if reach > 0.0 && apart[0].length_squared() > reach * reach {
                 return None;

@@ -1,4 +1,4 @@
-//! A body that stands and sways, for the tests of warps and layers.
+//! A body that stands and sways, for tests of warps and layers.
 
 use std::sync::OnceLock;
 
@@ -57,7 +57,7 @@ fn skeleton() -> Skeleton {
     Skeleton::new(all.into_iter().map(joint).collect()).unwrap()
 }
 
-/// Feet stand, knees are bent, the pelvis, the spine and the arms sway.
+/// A clip in which feet stand, knees are bent, and pelvis, spine and arms sway.
 fn clip(skeleton: &Skeleton, seed: f32) -> Clip {
     const FRAMES: usize = 150;
     let legs = Leg::all(skeleton);

@@ -1,4 +1,4 @@
-//! What a warp must keep to: its time, its bounds, legs and balance.
+//! Constraints of a warp: its time, its bounds, legs and balance.
 
 use glam::Vec3;
 
@@ -11,18 +11,18 @@ use crate::maps::BakedGraph;
 use crate::query::clearance::SAMPLE_RATE;
 use sabaki_motion::internal::{Envelope, Rig};
 
-/// What a solution must keep to.
+/// Constraints of a solution.
 pub(super) struct Goal<'a> {
     baked: &'a BakedGraph,
     pub envelope: Envelope,
     pub scales: Scales,
     support: Option<Support>,
-    /// Distance of the centre of mass from the support without a warp, in metres; known from the first round on.
+    /// Distance of the centre of mass from the support without a warp, in metres; `None` before the first round.
     beside: Option<f32>,
 }
 
 impl<'a> Goal<'a> {
-    /// For the samples in which the attack is near; `None` where there is no time.
+    /// Constraints for the samples at which the attack is near. `None` if there is no time for a warp.
     pub(super) fn new(case: WarpCase<'a>, motion: &Motion, ticks: &[Tick]) -> Option<Self> {
         let WarpCase {
             baked, settings, ..
@@ -41,7 +41,7 @@ impl<'a> Goal<'a> {
                 *scale = 0.0;
             }
         }
-        // Without legs that bring the feet back, feet would slide.
+        // Without known legs, feet would slide.
         if rig.legs().is_none() {
             scales.pelvis = 0.0;
         }
@@ -54,7 +54,7 @@ impl<'a> Goal<'a> {
         })
     }
 
-    /// Adds the conditions of legs and balance at the samples, which are bent by `numbers` now.
+    /// Adds the conditions of legs and balance at the samples, linearised at the current parameters `numbers`.
     pub(super) fn add_limit_rows(
         &mut self,
         ticks: &[Tick],
@@ -77,7 +77,7 @@ impl<'a> Goal<'a> {
             tick,
             support,
         };
-        // The first round is that of the motion itself.
+        // In the first round the motion has no warp yet.
         let beside = *self
             .beside
             .get_or_insert_with(|| body.beside().unwrap_or(0.0));
@@ -91,7 +91,7 @@ impl<'a> Goal<'a> {
         rows.extend(body.row(now, beside));
     }
 
-    /// For how long more than half of the warp acts.
+    /// Time during which the weight of the warp is above one half, in seconds.
     fn half_seconds(&self) -> f32 {
         let Envelope {
             start,
@@ -103,12 +103,12 @@ impl<'a> Goal<'a> {
     }
 }
 
-/// A foot that is moved by more is in the air, metres.
+/// Displacement above which a foot counts as lifted, in metres.
 const LIFTED: f32 = 0.01;
 
-/// What carries a body that stands still while the attack passes; `None` for one that does not.
+/// Support of a body that stands still while the attack passes. `None` if the body moves.
 fn support(case: WarpCase<'_>, motion: &Motion, envelope: &Envelope) -> Option<Support> {
-    /// Metres per second.
+    /// Maximum speed of a body that stands still, in metres per second.
     const STILL: f32 = 0.3;
     let graph = case.baked.graph();
     let [from, to] = [envelope.full, envelope.release].map(|t| motion.root(graph, t));
@@ -122,9 +122,9 @@ fn support(case: WarpCase<'_>, motion: &Motion, envelope: &Envelope) -> Option<S
     })
 }
 
-/// Which feet may be lifted: those that do not stand, or where the other one does, as long as the warp acts.
+/// Returns for each leg whether its foot may be lifted: if it does not stand, or if the other foot stands, as long as the warp acts.
 fn may_lift(case: WarpCase<'_>, motion: &Motion, envelope: &Envelope) -> [bool; Rig::LEGS] {
-    /// Moments that are looked at.
+    /// Number of moments that are examined.
     const LOOKS: usize = 10;
     let graph = case.baked.graph();
     let mut may = [true; Rig::LEGS];

@@ -1,15 +1,15 @@
-//! Conditions of legs: planted feet are within reach, and knees do not fold beyond their limit.
+//! Conditions of legs: planted feet stay within reach, and knees do not fold beyond their limit.
 
 use super::linear::{Gradient, Linearization, Row, Scales, dot};
 use super::ticks::Tick;
 use sabaki_motion::internal::Rig;
 
-/// Distance from a limit below which the condition is added, in metres.
+/// Distance from a limit, in metres. Below it the condition is added.
 const NEAR: f32 = 0.12;
 
 impl Tick {
-    /// Adds the conditions that keep each ankle's distance from its hip within the range of the leg's bones. `now` is the bend of this
-    /// sample.
+    /// Adds the conditions that keep each ankle's distance from its hip within the range of the leg's bones. `now` is the current
+    /// bend at this sample.
     pub(super) fn add_leg_rows(&self, rig: &Rig, now: Linearization<'_>, rows: &mut Vec<Row>) {
         for (limb, range) in self.legs.iter().enumerate() {
             let Some(leg) = rig.limbs()[limb] else {

@@ -8,19 +8,19 @@ use glam::Vec3;
 use crate::math::Isa;
 use sabaki_motion::internal::{Bend, Rig};
 
-/// Number of parameters of a [`Bend`], spine, pelvis, four ends, and time, padded to whole vectors. The padding is 0.
+/// Number of parameters of a [`Bend`] (spine, pelvis, four ends and time), padded to whole vectors. The padding is 0.
 pub(super) const N: usize = (TIME + 1).next_multiple_of(LANES);
-/// Position of the parameter of time.
+/// Index of the parameter of time.
 const TIME: usize = 3 * GROUPS;
-/// Number of vectors among the parameters.
+/// Number of three-dimensional vectors among the parameters.
 const GROUPS: usize = 2 + Rig::LIMBS;
 /// Number of products that are summed together.
 const LANES: usize = 8;
 
-/// Parameters of a bend as shares of their bounds, or derivatives with respect to them.
+/// Parameters of a bend as shares of their bounds, or derivatives with respect to these shares.
 pub(super) type Numbers = [f32; N];
 
-/// Bounds of one motion, by which parameters are scaled. 0 for parts that must not move.
+/// Bounds of the parameters for one motion, which scale them. 0 for parts that must not move.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Scales {
     /// Bound of the spine, in radians.
@@ -113,11 +113,11 @@ pub(super) fn dot(a: &Numbers, b: &Numbers) -> f32 {
     ((a + e) + (b + f)) + ((c + g) + (d + h))
 }
 
-/// The correction of a row so far, and the inverse of its slope's square.
+/// The current correction of a row, and the inverse of its slope's squared length.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Factor {
     value: f32,
-    /// 0 for a row without a slope, which is left out.
+    /// Inverse of the squared length of the slope. 0 for a row without a slope, which is ignored.
     inverse: f32,
 }
 
@@ -199,7 +199,7 @@ pub(super) fn worst(rows: &[Row], numbers: &Numbers) -> f32 {
     missed.fold(f32::NEG_INFINITY, f32::max)
 }
 
-/// A lower bound of the violation of some row, whatever the parameters are within their bounds: by each row alone.
+/// A lower bound of the largest violation over all parameters within their bounds, computed for each row alone.
 pub(super) fn least_violation(rows: &[Row]) -> f32 {
     let most = |row: &Row| -> f32 {
         let parts = row.slope.chunks(3);

@@ -7,14 +7,15 @@ use sabaki_motion::internal::{Bend, Envelope, Rig};
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct WarpSettings {
-    /// Maximum number of candidates that are warped if no candidate is clean, the least deep hits first. 0 means no warping. Default 2. Of
-    /// a fighter's hits by thrown balls, 1 cures 67%, 2 cure 72% and 4 cure 73%.
+    /// Maximum number of candidates that are warped if no candidate is clean, the shallowest hits first. 0 disables warps. Default 2. Of a
+    /// fighter's hits by thrown balls, a value of 1 avoids 67%, 2 avoids 72% and 4 avoids 73%.
     pub candidates: usize,
     /// Maximum depth of a hit that is warped, in metres. Default 0.3.
     pub deepest: f32,
-    /// Clearance below which a clean answer is bent away from the attack, in metres. Default 0: no answer is.
+    /// Clearance below which a clean answer is warped away from the attack, in metres. Default 0, which never warps it away.
     pub nearest: f32,
-    /// Clearance above which a clean answer is bent towards the attack if that lowers its score, in metres. Default `None`: no answer is.
+    /// Clearance above which a clean answer is warped towards the attack if that lowers its score, in metres. Default `None`, which never warps it
+    /// towards the attack.
     pub widest: Option<f32>,
     /// Wanted clearance of a warped motion, in metres. Default 0.01.
     pub margin: f32,
@@ -43,7 +44,7 @@ impl Default for WarpSettings {
     }
 }
 
-/// A setting: its name, its value, its valid range, and the range in words.
+/// Name of a setting, its value, its valid range, and the range in words.
 pub(in crate::query) type RangedSetting = (
     &'static str,
     f64,
@@ -51,7 +52,7 @@ pub(in crate::query) type RangedSetting = (
 );
 
 impl WarpSettings {
-    /// No warping.
+    /// Settings without warps.
     #[must_use]
     pub fn off() -> Self {
         Self::OFF
@@ -104,7 +105,7 @@ impl WarpSettings {
         ]
     }
 
-    /// No warping.
+    /// Settings without warps.
     pub const OFF: Self = Self {
         candidates: 0,
         deepest: 0.0,
@@ -121,15 +122,15 @@ impl WarpSettings {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct WarpBounds {
-    /// Rotation of the whole spine, in radians. Default 15°.
+    /// Maximum rotation of the whole spine, in radians. Default 15°.
     pub spine: f32,
-    /// Translation of the pelvis, in metres. Default 0.10.
+    /// Maximum translation of the pelvis, in metres. Default 0.10.
     pub pelvis: f32,
-    /// Translation of a lifted foot, in metres. Default 0.25.
+    /// Maximum translation of a lifted foot, in metres. Default 0.25.
     pub foot: f32,
-    /// Translation of a hand, in metres. Default 0.20.
+    /// Maximum translation of a hand, in metres. Default 0.20.
     pub hand: f32,
-    /// Offset in time, ahead or behind, in seconds. Default 0.04.
+    /// Maximum offset in time, ahead or behind, in seconds. Default 0.04.
     pub time: f32,
 }
 
@@ -146,7 +147,7 @@ impl Default for WarpBounds {
 }
 
 impl WarpBounds {
-    /// Nothing moves.
+    /// Bounds that allow no displacement.
     pub const NONE: Self = Self {
         spine: 0.0,
         pelvis: 0.0,
@@ -155,7 +156,7 @@ impl WarpBounds {
         time: 0.0,
     };
 
-    /// The bound of a foot, or of a hand.
+    /// The bound of a limb's end: a foot or a hand.
     #[must_use]
     pub fn end(&self, limb: usize) -> f32 {
         if limb < Rig::LEGS {
@@ -165,7 +166,7 @@ impl WarpBounds {
         }
     }
 
-    /// Share of the bounds that a bend uses: the sum of the squared shares.
+    /// Sum of the squared shares of the bounds that a bend uses.
     #[must_use]
     pub(crate) fn effort(&self, bend: &Bend) -> f32 {
         let share = |length: f32, bound: f32| match length {
@@ -182,7 +183,7 @@ impl WarpBounds {
             + share(bend.ahead, self.time)
     }
 
-    /// These bounds, reduced so that no part exceeds the limits of speed in this envelope.
+    /// Reduces the bounds so that no part exceeds the limits of speed within the envelope.
     pub(super) fn within(&self, limits: &WarpLimits, envelope: &Envelope, spine: usize) -> Scales {
         let way = envelope.shortest_way();
         let by_speed = |speed: f32| speed * way / Envelope::STEEPEST;
@@ -210,20 +211,20 @@ pub struct WarpLimits {
     pub shortest_way_in: f32,
     /// Duration of the fade-out, in seconds. Default 0.4.
     pub way_out: f32,
-    /// Earliest start, in seconds after the query. Default 0.
+    /// Minimum time from the query to the start of a warp, in seconds. Default 0.
     pub reaction: f32,
     /// Time at full weight before and after the attack is nearest, in seconds. Default 0.03.
     pub hold: f32,
-    /// Angular velocity of a joint in its parent's frame, in rad/s. It limits what a warp adds, and the warped motion where the motion
-    /// itself is below it. Default 20.
+    /// Maximum angular velocity of a joint in its parent's frame, in rad/s. It limits the velocity that a warp adds, and the velocity of the
+    /// warped motion unless the motion itself exceeds it. Default 20.
     pub angular_velocity: f32,
-    /// Angular acceleration of a joint, limited in the same way, in rad/s². Default 500.
+    /// Maximum angular acceleration of a joint, in rad/s², limited in the same way. Default 500.
     pub angular_acceleration: f32,
-    /// Velocity that a warp adds to the pelvis, in m/s. Default 1.
+    /// Maximum velocity that a warp adds to the pelvis, in m/s. Default 1.
     pub root_speed: f32,
-    /// Acceleration that a warp adds to the pelvis, in m/s². Default 12.
+    /// Maximum acceleration that a warp adds to the pelvis, in m/s². Default 12.
     pub root_acceleration: f32,
-    /// Velocity that a warp adds to a lifted foot or a hand, in m/s. Default 2.5.
+    /// Maximum velocity that a warp adds to a lifted foot or a hand, in m/s. Default 2.5.
     pub end_speed: f32,
     /// Maximum change of the playback rate. Default 0.25.
     pub rate: f32,
@@ -258,7 +259,7 @@ impl Default for WarpLimits {
 }
 
 impl WarpLimits {
-    /// Nothing moves.
+    /// Limits that allow no motion.
     pub const STILL: Self = Self {
         way_in: 0.0,
         shortest_way_in: 0.0,
