@@ -27,22 +27,22 @@
 //! | [`lod`] | joint energy, levels of detail, switching between them |
 //! | [`anim`] | skeleton, clip, pose, forward kinematics |
 //! | [`math`] | rigid transforms of the ground plane, instruction sets, threads |
-//! | `internal` | hidden: what the packages of this workspace share and a host never names; no promise of compatibility |
+//! | `internal` | hidden: types that the packages of this workspace share and that a host does not need; not covered by semantic versioning |
 //!
-//! A module uses those below it in this table, never one above it. [`crowd`], [`lod`], [`anim`] and [`math`] are those of the package
-//! `sabaki-motion`, which a renderer that wants crowds alone takes by itself. Motion files are read by the package `sabaki-import`; pictures are
-//! drawn by `sabaki-draw`; the command is `sabaki-app`.
+//! A module uses those below it in this table, never one above it. [`crowd`], [`lod`], [`anim`] and [`math`] are modules of the
+//! package `sabaki-motion`, which a renderer that only wants crowds can use alone. The package `sabaki-import` reads motion files,
+//! `sabaki-draw` draws pictures, and `sabaki-app` is the command.
 //!
 //! - Architecture invariant: [`query`] does not know that a GPU exists. It hands out plain data (maps and candidates) and takes
 //!   plain data back (counts).
 //! - Architecture invariant: `vk::` and `ash` are used in `gpu` alone. `unsafe` is used in `gpu`, in `capi`, and in the SIMD and
 //!   thread files of [`math`].
-//! - Architecture invariant: whether a texel is covered is decided in integer arithmetic, so that no two rasterizers can differ.
+//! - Architecture invariant: integer arithmetic decides whether a texel is covered, so that all rasterizers agree.
 //! - Architecture invariant: nothing here reads JSON or motion files, parses arguments, or opens a window.
 //!
 //! # Where to begin
 //! [`guide::from_clips`] leads from clips to a character that dodges; [`guide::game_loop`] puts it into a game; [`guide::paper`] maps the papers to the code;
-//! [`guide::culling`] compares the culling paths; [`guide::limits`] lists what is refused.
+//! [`guide::culling`] compares the culling paths; [`guide::limits`] lists the limits on input.
 //!
 //! # Units
 //! Metres, seconds, radians; right-handed, +Y up, the ground is y = 0; unit quaternions, xyzw.

@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 /// Writes a file atomically: its contents appear completely or not at all. They are first written
 /// and synced to a neighbouring file (`NAME.PROCESS.part`), which is then renamed. If the process
 /// is killed or the power fails, either the old or the new file remains, and possibly the
-/// neighbouring file. Where `path` is a symbolic link, the file that it names is written; a file that is there keeps its permissions. A
-/// target that is not a regular file, for example a pipe or a device, is written directly.
+/// neighbouring file. If `path` is a symbolic link, the file that it names is written. An existing file keeps its permissions. A target that
+/// is not a regular file, for example a pipe or a device, is written directly.
 ///
 /// # Errors
 /// An error of the file system. The neighbouring file is removed.
@@ -49,9 +49,9 @@ pub fn write_atomically(
     written
 }
 
-/// The file that a path names in the end, which may not be there yet.
+/// Resolves the symbolic links of a path. The file may not exist.
 fn linked(path: &Path) -> PathBuf {
-    /// Number of links that are followed.
+    /// Maximum number of links that are followed.
     const MOST: usize = 40;
     let mut path = path.to_owned();
     for _ in 0..MOST {

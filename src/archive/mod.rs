@@ -234,7 +234,7 @@ pub fn read(path: &Path) -> Result<BakedGraph, ArchiveError> {
     from_bytes(&bytes, path)
 }
 
-/// Refuses a file of more bytes than are read.
+/// Refuses a file larger than [`LARGEST_FILE`].
 fn check_size(path: &Path, bytes: u64) -> Result<(), ArchiveError> {
     match bytes <= LARGEST_FILE {
         true => Ok(()),
@@ -263,7 +263,7 @@ fn start_of(mut file: &File, length: usize) -> std::io::Result<Vec<u8>> {
 /// Opens a file to be read. A named pipe or a device is an error, since reading from it may never end.
 ///
 /// # Errors
-/// What the file system refuses; a path that is no regular file.
+/// An error of the file system; a path that is not a regular file.
 pub fn open_regular(path: &Path) -> std::io::Result<File> {
     let there = std::fs::metadata(path)?;
     if there.is_file() || there.is_dir() {
@@ -275,8 +275,8 @@ pub fn open_regular(path: &Path) -> std::io::Result<File> {
 /// Writes a baked file atomically ([`write_atomically`]).
 ///
 /// # Errors
-/// An error of the file system, with the path; a file that [`read`] would refuse, since it is larger than [`LARGEST_FILE`]. Nothing is
-/// written then.
+/// An error of the file system, with the path; a file that is larger than [`LARGEST_FILE`], which [`read`] would refuse. Nothing is written
+/// then.
 pub fn write(path: &Path, baked: &BakedGraph) -> Result<(), ArchiveError> {
     let io = |source| ArchiveError::Io {
         path: path.to_owned(),

@@ -1,4 +1,4 @@
-//! Questions in flight, and their answers.
+//! Queries in flight, and their answers.
 
 use std::convert::Infallible;
 use std::ffi::c_void;
@@ -72,12 +72,12 @@ impl JointOut {
     }
 }
 
-/// A question, and what has come of it.
+/// A query in flight, with its state and its answer.
 #[derive(Default)]
 struct Slot {
     context: QueryContext,
     waiting: Option<SessionId>,
-    /// `None` where the CPU has to count.
+    /// Ticket of the recorded cull; `None` if the CPU has to count.
     ticket: Option<Ticket>,
     overlaps: Vec<Overlap>,
     answer: Answer,
@@ -93,7 +93,7 @@ pub(super) struct Culler {
     memory: HostMemory,
     device: gpu::Culler,
     slots: Vec<Slot>,
-    /// Whether counts of the device have come, and with them the maps to it.
+    /// Whether the device has returned counts, which implies that it has the maps.
     has_counted: bool,
 }
 
@@ -387,13 +387,13 @@ impl Culler {
         match recorded {
             Ok(ticket) => place.ticket = Some(ticket),
             Err(error) if error.is_device_lost() => return Err(error.into()),
-            // Nothing was recorded, and the CPU counts the same.
+            // Nothing was recorded. The CPU computes the same counts.
             Err(error) => tracing::debug!("the CPU counts: {error}"),
         }
         Ok(())
     }
 
-    /// Answers, if the counts are there, or at once by counting them here.
+    /// Answers a query if its counts are available. With `now`, the CPU counts at once.
     fn poll(&mut self, slot: u32, now: bool, out: &mut AnswerOut) -> Result<Status, Failure> {
         let place = self.slots.get_mut(slot as usize).ok_or_else(no_slot)?;
         let Some(waiting) = place.waiting else {

@@ -98,7 +98,7 @@ fn describe(report: &Report) -> String {
     paths.into_iter().chain(lines).chain(extensions).collect()
 }
 
-/// Writes as much as there is room for, and a zero byte.
+/// Writes a text, truncated to `size` bytes with its terminating zero byte.
 ///
 /// # Safety
 /// `target` is null, or there are `size` bytes.

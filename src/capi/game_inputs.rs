@@ -1,4 +1,4 @@
-//! Goals, threats, obstacles and events, in C's layout and back.
+//! Converts goals, threats, obstacles and events from and to the layout of C.
 
 use glam::{Vec2, Vec3};
 

@@ -1,4 +1,4 @@
-//! Bodies that are handed out and taken back, and saved games.
+//! Functions that release characters to the host and resume them, and that save and load games.
 
 use glam::{Quat, Vec3};
 

@@ -17,7 +17,7 @@ pub(super) struct Graph {
 }
 
 impl Graph {
-    /// For C to own, until `sabaki_graph_close`.
+    /// Moves a graph to the heap. C owns it until `sabaki_graph_close`.
     fn new(baked: BakedGraph) -> *mut Self {
         let names = baked.graph().skeleton().joints().iter();
         let joint_names =
@@ -72,7 +72,7 @@ unsafe extern "C" fn sabaki_graph_close(graph: *mut Graph) {
     }
 }
 
-/// A number of a graph; 0 without one.
+/// Returns a number of a graph, or 0 if the graph is null.
 ///
 /// # Safety
 /// `graph` is null or valid.

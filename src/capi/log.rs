@@ -6,7 +6,7 @@ use std::sync::{PoisonError, RwLock};
 /// `sabaki_log`.
 pub(super) type Log = Option<unsafe extern "C" fn(*mut c_void, *const c_char)>;
 
-/// The host's function, and what it is called with.
+/// The host's function, and the pointer that it is called with.
 struct Target {
     log: Log,
     user: *mut c_void,
@@ -17,7 +17,7 @@ unsafe impl Send for Target {}
 // SAFETY: as above.
 unsafe impl Sync for Target {}
 
-/// Read while the function runs, so that one that was replaced is not running any more.
+/// The current target. It is read-locked while the function runs, so that a replaced function is no longer running.
 static TARGET: RwLock<Target> = RwLock::new(Target {
     log: None,
     user: std::ptr::null_mut(),
@@ -30,7 +30,7 @@ unsafe extern "C" fn sabaki_set_log(log: Log, user: *mut c_void) {
     *TARGET.write().unwrap_or_else(PoisonError::into_inner) = Target { log, user };
 }
 
-/// Hands a message to the host.
+/// Passes a message to the host.
 pub(super) fn log(words: &CStr) {
     let target = TARGET.read().unwrap_or_else(PoisonError::into_inner);
     if let Some(log) = target.log {

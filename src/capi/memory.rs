@@ -53,7 +53,7 @@ pub(super) enum HostMemory {
 }
 
 impl HostMemory {
-    /// The built-in allocator if the caller has none.
+    /// Wraps the caller's allocator, or creates the built-in one if there is none.
     pub(super) fn new(allocator: Option<&Allocator>, context: &Context) -> Result<Self, GpuError> {
         Ok(match allocator {
             Some(&allocator) => Self::Host(allocator),
@@ -68,7 +68,7 @@ impl HostMemory {
         }
     }
 
-    /// Ends the built-in allocator. What was created with it is destroyed.
+    /// Destroys the built-in allocator. Destroy everything that was created with it before.
     pub(super) fn destroy(self) {
         if let Self::BuiltIn(memory) = self {
             memory.destroy();

@@ -1,8 +1,8 @@
-//! The library for C and C++: what `sabaki.h` beside this file declares.
+//! The library for C and C++. It implements `sabaki.h`, which lies beside this file.
 //!
-//! A library of this crate's own kind is built by default, which costs Rust users nothing; the header says how C gets one.
+//! By default only a Rust library is built. The header says how to build a library for C.
 //!
-//! Architecture invariant: nothing but this module has C's names or types.
+//! Architecture invariant: only this module uses names or types of C.
 
 mod culler;
 mod device;
@@ -16,7 +16,7 @@ mod status;
 
 use std::ffi::{CStr, c_char};
 
-/// A path or another text.
+/// Reads a text, for example a path.
 ///
 /// # Safety
 /// Null, or a text that ends with a zero byte and outlives the result.
@@ -29,7 +29,7 @@ unsafe fn text<'a>(pointer: *const c_char) -> Result<&'a str, String> {
     text.to_str().map_err(|_| "a text is not UTF-8".to_owned())
 }
 
-/// What a pointer leads to.
+/// Reference to the value of a pointer. Null is an error that names `what`.
 ///
 /// # Safety
 /// Null, or valid and not written to while the result lives.
@@ -38,7 +38,7 @@ unsafe fn given<'a, T>(pointer: *const T, what: &str) -> Result<&'a T, String> {
     unsafe { pointer.as_ref() }.ok_or_else(|| format!("{what} is NULL"))
 }
 
-/// As [`given`], to change it.
+/// Mutable reference to the value of a pointer, like [`given`].
 ///
 /// # Safety
 /// Null, or valid and not used by other code while the result lives.
@@ -47,7 +47,7 @@ unsafe fn given_mut<'a, T>(pointer: *mut T, what: &str) -> Result<&'a mut T, Str
     unsafe { pointer.as_mut() }.ok_or_else(|| format!("{what} is NULL"))
 }
 
-/// Elements of the caller.
+/// Slice of the caller's elements.
 ///
 /// # Safety
 /// Null only with a count of 0; otherwise that many valid elements, which are not written to while the result lives.
@@ -66,7 +66,7 @@ unsafe fn given_slice<'a, T>(
     }
 }
 
-/// As [`given_slice`], to write to them.
+/// Mutable slice of the caller's elements, like [`given_slice`].
 ///
 /// # Safety
 /// Null only with a count of 0; otherwise that many elements that nobody else uses while the result lives.

@@ -5,28 +5,28 @@ use crate::query::{Attack, Request};
 /// An announced attack.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Challenge {
-    /// The fighter that attacks.
+    /// Fighter that attacks.
     pub attacker: Side,
     /// Current position of the fighter that is attacked.
     pub playhead: Playhead,
-    /// What that fighter plays from now on. Its blend fades out in every answer.
+    /// Motion of the attacked fighter from now on. Its blend fades out in every answer.
     pub playing: Motion,
-    /// Attack in the duel's world; its clock starts now.
+    /// Attack, in the world of the duel. Its times count from now.
     pub attack: Attack,
     /// Edge of the attack.
     pub strike: EdgeId,
-    /// Edges that lead to it, from the attacker's next node at its beginning.
+    /// Edges that lead to the attack, from the attacker's next node when it decides to attack.
     pub path: Vec<EdgeId>,
-    /// Time of the announcement, seconds since the duel's start.
+    /// Time from the duel's start to the announcement, in seconds.
     pub announced: f32,
-    /// Time from now to the impact, seconds.
+    /// Time from now to the impact, in seconds.
     pub lead: f32,
-    /// Clearance of the body of a fighter that does not react, metres; below 0.
+    /// Clearance of a fighter that does not react, in metres. It is below 0.
     pub without: f32,
 }
 
 impl Challenge {
-    /// The request of the character that is attacked.
+    /// Request of the attacked fighter.
     #[must_use]
     pub fn request(&self) -> Request<'_> {
         Request {

@@ -13,7 +13,8 @@ use crate::query::clearance::{Clearance, ExactTest, MotionBody};
 use crate::query::moves::MoveSearch;
 use crate::query::{Answer, Attack};
 
-/// A duel. It keeps all that was played, for playback: about 50 MB an hour. After three hours its clock has steps of a millisecond.
+/// A duel. It keeps everything that was played for playback, about 50 MB for each hour. After three hours, its clock has steps of a
+/// millisecond.
 pub struct Duel<'a> {
     pub(super) baked: &'a BakedGraph,
     pub(super) grid: &'a AttackGrid,
@@ -23,11 +24,11 @@ pub struct Duel<'a> {
     pub(super) fighters: [Fighter; 2],
     /// The fighter whose turn it is to attack.
     pub(super) turn: Side,
-    /// Time since the duel's start, seconds.
+    /// Time since the duel's start, in seconds.
     pub(super) now: f32,
     exchanges: Vec<Exchange>,
     called_off: u32,
-    /// Edges of recent attacks, the latest last. Other attacks are preferred.
+    /// Edges of recent attacks, the latest last. They are avoided if there are others.
     pub(super) used: Vec<EdgeId>,
     pub(super) search: MoveSearch,
     body: MotionBody,
@@ -37,7 +38,7 @@ impl<'a> Duel<'a> {
     /// Starts a duel: two fighters face each other in the middle of the arena.
     ///
     /// # Errors
-    /// A setting that is out of range; a graph without attacks.
+    /// A setting is out of range, or the graph has no attacks.
     pub fn new(
         baked: &'a BakedGraph,
         grid: &'a AttackGrid,
@@ -74,7 +75,7 @@ impl<'a> Duel<'a> {
         })
     }
 
-    /// Time since the duel's start, seconds. The motions of both fighters are final up to this time.
+    /// Time since the duel's start, in seconds. The motions of both fighters are final up to this time.
     #[must_use]
     pub fn now(&self) -> f32 {
         self.now
@@ -119,7 +120,7 @@ impl<'a> Duel<'a> {
     /// Advances time until the attacker has an attack that would hit an opponent that continues as planned.
     ///
     /// # Errors
-    /// No such attack within [`DuelSettings::patience`].
+    /// There is no such attack within [`DuelSettings::patience`].
     pub fn challenge(&mut self) -> Result<Challenge, DuelError> {
         let begun = self.now;
         // After an exchange there is a pause.

@@ -5,18 +5,18 @@ use crate::math::Rigid2;
 /// The motion of one fighter, from the duel's start on.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Fighter {
-    /// Motions; each is played until the next one begins.
+    /// Motions, each of which is played until the next one begins.
     motions: Vec<TimedMotion>,
 }
 
 #[derive(Clone, Debug, PartialEq)]
 struct TimedMotion {
-    /// Start, seconds since the duel's start.
+    /// Time from the duel's start to the start of the motion, in seconds.
     from: f32,
     motion: Motion,
 }
 
-/// Time for which motions are planned ahead, seconds.
+/// Time for which motions are planned ahead, in seconds.
 const AHEAD: f32 = 8.0;
 
 impl Fighter {
@@ -29,7 +29,7 @@ impl Fighter {
         }
     }
 
-    /// Plays a motion from `now` on, instead of later plans.
+    /// Plays a motion from `now` on. It replaces later motions.
     pub(super) fn play(&mut self, graph: &MotionGraph, now: f32, mut motion: Motion) {
         motion.extend(graph, AHEAD);
         self.motions.retain(|current| current.from < now);
@@ -41,7 +41,7 @@ impl Fighter {
         &self.motions[later.saturating_sub(1)]
     }
 
-    /// The position in graph and world at a time, seconds since the duel's start.
+    /// Position in graph and world at a time, in seconds since the duel's start.
     #[must_use]
     pub fn playhead(&self, graph: &MotionGraph, t: f32) -> Playhead {
         let current = self.current(t);

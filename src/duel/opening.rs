@@ -1,9 +1,9 @@
 use super::rng::SplitMix64;
 use crate::graph::{EdgeId, MotionGraph};
 
-/// A random edge to begin at, without an event on it or soon after it.
+/// A random start edge with no event on it or soon after it.
 pub(super) fn opening_edge(graph: &MotionGraph, rng: &mut SplitMix64) -> EdgeId {
-    /// Number of edges without events.
+    /// Number of edges, from the start edge on, that must have no event.
     const CALM: usize = 12;
     let natural: Vec<EdgeId> = graph.natural_edges().collect();
     let is_natural = |edge: &EdgeId| natural.binary_search(edge).is_ok();

@@ -9,23 +9,23 @@ use crate::query::{Answer, Attack, Counts, Source};
 /// An attack and the answer to it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Exchange {
-    /// The fighter that attacked.
+    /// Fighter that attacked.
     pub attacker: Side,
     /// Edge of the attack.
     pub strike: EdgeId,
-    /// Edges that led to it.
+    /// Edges that led to the attack.
     pub path: Vec<EdgeId>,
-    /// Time of the announcement, seconds since the duel's start.
+    /// Time from the duel's start to the announcement, in seconds.
     pub announced: f32,
-    /// Time from there to the impact, seconds.
+    /// Time from the announcement to the impact, in seconds.
     pub lead: f32,
-    /// Attack; its clock starts with the announcement.
+    /// Attack. Its times count from the announcement.
     pub attack: Attack,
-    /// Whether it was avoided, by the exact test.
+    /// Whether the attack was avoided, by the exact test.
     pub avoided: bool,
-    /// Smallest distance of the attack and the defender; negative for a hit.
+    /// Smallest distance of attack and defender. It is negative for a hit.
     pub clearance: Clearance,
-    /// Distance without the answer: [`Challenge::without`].
+    /// Clearance of a defender that does not react, in metres, as [`Challenge::without`].
     pub without: f32,
     /// Edge of the evasion; `None` for a move.
     pub evasion: Option<EdgeId>,
@@ -59,7 +59,7 @@ impl Exchange {
         }
     }
 
-    /// End of the attack, seconds since the duel's start.
+    /// Time from the duel's start to the end of the attack, in seconds.
     #[must_use]
     pub fn end(&self) -> f32 {
         self.announced + self.attack.end()
@@ -69,9 +69,9 @@ impl Exchange {
 /// The score of a duel.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Score {
-    /// Hits of each fighter, by [`Side::index`].
+    /// Number of hits by each fighter, by [`Side::index`].
     pub hits: [u32; 2],
-    /// Attacks that each fighter avoided.
+    /// Number of attacks that each fighter avoided, by [`Side::index`].
     pub dodges: [u32; 2],
     /// Number of attacks that were called off.
     pub called_off: u32,

@@ -35,7 +35,7 @@ mod tests {
 
     #[test]
     fn the_numbers_are_those_of_the_paper() {
-        // The reference implementation's, from seed 1234567.
+        // Numbers of the reference implementation, from seed 1234567.
         let mut rng = SplitMix64::new(1_234_567);
         assert_eq!(rng.next(), 6_457_827_717_110_365_317);
         assert_eq!(rng.next(), 3_203_168_211_198_807_973);

@@ -1,4 +1,4 @@
-//! The space between two fighters and in their arena.
+//! Distances between two fighters, and from the border of their arena.
 
 use super::duel_state::Duel;
 use crate::anim::{JointTransform, Pose, forward_kinematics};
@@ -6,13 +6,14 @@ use crate::graph::Motion;
 use crate::maps::BodySphere;
 use crate::query::Attack;
 
-/// Samples per second at which distances are tested.
+/// Number of samples per second at which distances are tested.
 const RATE: f32 = 30.0;
-/// How much nearer or further out one may come who is too near or too far out already, metres: it allows standing still.
+/// Distance by which fighters that are too near or too far out may come even nearer or farther out, in metres. It allows them to stand
+/// still.
 const ROUNDING: f32 = 0.01;
 
 impl Duel<'_> {
-    /// The smallest distance of an attack and its targets, metres, on a motion with the same clock. Hands and forearms are no targets.
+    /// Smallest distance of an attack and its targets on a motion with the same clock, in metres. Hands and forearms are not targets.
     pub(super) fn depth(&self, motion: &Motion, attack: &Attack) -> f32 {
         let graph = self.baked.graph();
         let (mut pose, mut joints): (Pose, Vec<JointTransform>) = Default::default();
@@ -33,11 +34,11 @@ impl Duel<'_> {
         nearest
     }
 
-    /// Whether two motions that start now keep the trunks apart for a time, seconds. Trunks that are too near now come no nearer.
+    /// Whether two motions that start now keep the trunks apart for a time, in seconds. Trunks that are too near now must not come nearer.
     pub(super) fn stays_apart(&self, motions: [&Motion; 2], seconds: f32) -> bool {
-        /// Smallest distance at the samples, metres: a reserve for the time between them.
+        /// Minimum distance at the samples, in metres. It is a reserve for the time between samples.
         const SPARE: f32 = 0.04;
-        /// Distance of the roots beyond which trunks cannot touch, metres.
+        /// Distance of the roots beyond which trunks cannot touch, in metres.
         const FAR: f32 = 2.0;
         let graph = self.baked.graph();
         let distance = |t: f32| {
@@ -52,9 +53,9 @@ impl Duel<'_> {
         ticks(seconds).all(|t| distance(t) > least)
     }
 
-    /// Whether the root stays in the arena for a time, seconds. A root that is outside goes no further out.
+    /// Whether the root stays in the arena for a time, in seconds. A root that is outside must not go farther out.
     pub(super) fn stays_inside(&self, motion: &Motion, seconds: f32) -> bool {
-        /// Smallest distance from the border, metres.
+        /// Minimum distance from the border, in metres.
         const SPARE: f32 = 0.02;
         let away = |t: f32| {
             let root = motion.root(self.baked.graph(), t);
@@ -64,8 +65,8 @@ impl Duel<'_> {
         ticks(seconds).all(|t| away(t) < most)
     }
 
-    /// Whether the roots keep the distance of [`DuelSettings::closest`](super::DuelSettings::closest) for a time, seconds. Roots that are
-    /// nearer now come no nearer.
+    /// Whether the roots keep the distance of [`DuelSettings::closest`](super::DuelSettings::closest) for a time, in seconds. Roots
+    /// that are nearer now must not come nearer.
     pub(super) fn keeps_distance(&self, motions: [&Motion; 2], seconds: f32) -> bool {
         let least = (self.settings.closest).min(self.apart(motions, 0.0) - ROUNDING);
         ticks(seconds)
@@ -73,7 +74,7 @@ impl Duel<'_> {
             .all(|t| self.apart(motions, t) >= least)
     }
 
-    /// The distance of the roots over the ground at a time, metres.
+    /// Horizontal distance of the roots at a time, in metres.
     pub(super) fn apart(&self, motions: [&Motion; 2], seconds: f32) -> f32 {
         let [a, b] = motions.map(|motion| motion.root(self.baked.graph(), seconds));
         (a.x - b.x).hypot(a.z - b.z)

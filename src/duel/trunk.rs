@@ -13,7 +13,7 @@ pub struct Trunk {
 }
 
 impl Trunk {
-    /// The spheres of joints without a mirrored joint. If joint names tell no sides, those of the root.
+    /// Finds the spheres of joints without a mirrored joint, or those of the root if joint names do not tell left from right.
     #[must_use]
     pub fn of(baked: &BakedGraph) -> Self {
         let skeleton = baked.graph().skeleton();
@@ -52,7 +52,7 @@ impl Trunk {
         out.extend(spheres.map(|sphere| Sphere::new(sphere.centre(&joints), sphere.radius)));
     }
 
-    /// The smallest distance between the surfaces of two bodies' trunks, metres; negative where they overlap.
+    /// Smallest distance between the surfaces of two bodies' trunks, in metres. It is negative if they overlap.
     #[must_use]
     pub fn distance(&self, baked: &BakedGraph, playheads: [Playhead; 2]) -> f32 {
         let [mut a, mut b] = [Vec::new(), Vec::new()];
