@@ -38,7 +38,7 @@ pub use crate::maps::raster::EvasionMaps;
 pub use crate::maps::region_maps::{AttackMaps, RegionMaps, SlabMaps};
 pub use crate::maps::retime::Retimable;
 pub use crate::maps::slab::{Section, Slab};
-pub use crate::maps::track::{BodyTrack, TrackStart};
+pub use crate::maps::track::{BodyTrack, TrackDesc};
 pub use crate::query::answer::EnteredAt;
 pub use crate::query::clearance::{
     ExactTest, Extent, MotionBody, PlacedEvasion, SAMPLE_RATE, Sampling, closest,

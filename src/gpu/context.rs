@@ -226,7 +226,7 @@ unsafe fn functions(desc: &ContextDesc<'_>, device_version: u32) -> ash::Device 
             .next()
             .map_or(std::ptr::null(), |function| function as *const c_void)
     };
-    // SAFETY: Vulkan's own lookup function knows what is asked for, and extensions that became part of Vulkan kept their
-    // functions' signatures.
+    // SAFETY: Vulkan's lookup function returns functions of the requested names. Extensions that became part of Vulkan kept the signatures
+    // of their functions.
     unsafe { ash::Device::load_with(lookup, device) }
 }

@@ -28,13 +28,13 @@ pub struct Edge {
     pub to: NodeId,
     /// Length, in frames, at least 1.
     pub frames: u32,
-    /// What the edge plays.
+    /// Motion that the edge plays.
     pub motion: EdgeMotion,
     /// Event that the edge plays from its first frame to its last, if any.
     pub event: Option<EventId>,
 }
 
-/// What an [`Edge`] plays.
+/// Motion of an [`Edge`].
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum EdgeMotion {
     /// The frames of the clip between the edge's nodes.

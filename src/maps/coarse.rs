@@ -112,15 +112,12 @@ impl CoarseMap {
             return out;
         }
         let mut joined = vec![0u32; width];
+        let words = MapWords {
+            rect,
+            words: map.masks(),
+        };
         for row in 0..self.rows {
-            if !self.join_rows(
-                row,
-                MapWords {
-                    rect,
-                    words: map.masks(),
-                },
-                &mut joined,
-            ) {
+            if !self.join_rows(row, words, &mut joined) {
                 continue;
             }
             for (column, mask) in joined.chunks_exact(lanes).enumerate() {
@@ -143,15 +140,12 @@ impl CoarseMap {
             return out;
         }
         let mut joined = vec![0u32; map.words_per_row()];
+        let words = MapWords {
+            rect,
+            words: map.words(),
+        };
         for row in 0..self.rows {
-            if !self.join_rows(
-                row,
-                MapWords {
-                    rect,
-                    words: map.words(),
-                },
-                &mut joined,
-            ) {
+            if !self.join_rows(row, words, &mut joined) {
                 continue;
             }
             for (index, &word) in joined.iter().enumerate() {

@@ -17,7 +17,7 @@
 use super::attack_move::attack_spheres;
 use super::slab::Cut;
 use super::{
-    Body, BodyTrack, Disc, Drawing, MapGrid, MapRect, SUB_TEXELS, Section, Slab, TrackStart,
+    Body, BodyTrack, Disc, Drawing, MapGrid, MapRect, SUB_TEXELS, Section, Slab, TrackDesc,
 };
 use crate::anim::{Pose, forward_kinematics};
 use crate::graph::{EdgeId, GraphEvent, MotionGraph};
@@ -120,13 +120,13 @@ pub(super) fn of_evasion(
     let frames = body_frames(source, event, placement.inverse());
     let (slices, slice_seconds) = source.slices(edge);
     let seconds = slices as f32 * slice_seconds;
-    let beyond = source.seconds(edge);
-    let start = TrackStart {
+    let desc = TrackDesc {
         edge,
         frame: 0.0,
         placement,
+        seconds: source.seconds(edge),
     };
-    let track = BodyTrack::along(graph, body, start, beyond);
+    let track = BodyTrack::along(graph, body, desc);
     let moving = MovingBody::new(body, &track);
     let outer: Vec<_> = (0..slices)
         .map(|slice| moving.through(slice, slice_seconds, OUTER_RATE))

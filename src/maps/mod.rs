@@ -76,4 +76,4 @@ pub(crate) use slab::Cut;
 pub use slab::MapGrid;
 pub(crate) use slab::{Section, Slab};
 pub use sphere_key::SphereKey;
-pub(crate) use track::{BodyTrack, TrackStart};
+pub(crate) use track::{BodyTrack, TrackDesc};

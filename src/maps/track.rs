@@ -23,15 +23,17 @@ pub struct BodyTrack {
     bounds: BoundingSpheres,
 }
 
-/// Start of a [`BodyTrack`].
+/// Description of a [`BodyTrack`]: its start and its duration.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct TrackStart {
+pub struct TrackDesc {
     /// Edge that is played at the start.
     pub edge: EdgeId,
     /// Time since the edge's start, in frames.
     pub frame: f32,
     /// Character's frame at the start of the track, in the space of the edge's clip.
     pub placement: Rigid2,
+    /// Minimum duration of the track, in seconds.
+    pub seconds: f32,
 }
 
 impl BodyTrack {
@@ -46,14 +48,14 @@ impl BodyTrack {
     /// Row lengths are multiples of this number. Padding repeats the last sphere.
     pub const LANES: usize = BodyRows::ROW_LANES;
 
-    /// Samples the body on an edge and its default continuation, for `seconds` from its start.
+    /// Samples the body on an edge and its default continuation.
     #[must_use]
-    pub fn along(graph: &MotionGraph, body: &Body, start: TrackStart, seconds: f32) -> Self {
-        let ticks = (seconds * Self::RATE).ceil() as usize + 1;
+    pub fn along(graph: &MotionGraph, body: &Body, desc: TrackDesc) -> Self {
+        let ticks = (desc.seconds * Self::RATE).ceil() as usize + 1;
         let playhead = Playhead {
-            edge: start.edge,
-            frame: start.frame,
-            clip_to_world: start.placement.inverse(),
+            edge: desc.edge,
+            frame: desc.frame,
+            clip_to_world: desc.placement.inverse(),
         };
         let mut motion = Motion::new(graph, playhead, &[]);
         motion.extend(graph, ticks as f32 / Self::RATE);

@@ -7,7 +7,7 @@ use sabaki_testing as common;
 use common::random::Random;
 use common::small::small;
 use glam::Vec3;
-use sabaki::internal::{BodyTrack, RegionId, Section, Slab, TrackStart};
+use sabaki::internal::{BodyTrack, RegionId, Section, Slab, TrackDesc};
 use sabaki::maps::{BakeError, BakeSettings, BakedGraph, Baker, MapGrid};
 
 fn bake(maps: MapGrid, threads: usize) -> BakedGraph {
@@ -67,12 +67,12 @@ fn check(grid: MapGrid) {
     let track = BodyTrack::along(
         baked.graph(),
         baked.body(),
-        TrackStart {
+        TrackDesc {
             edge: evasion.edge,
             frame: 0.0,
             placement: evasion.placement,
+            seconds,
         },
-        seconds,
     );
     let mut random = Random::new(5);
     let (mut inside, mut certain) = (0, 0);

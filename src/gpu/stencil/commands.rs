@@ -299,7 +299,7 @@ impl StencilPath {
         for first in boxes.clone().step_by(BOXES as usize) {
             let count = BOXES.min(boxes.end - first) * INDICES;
             let corner = (first as usize * CORNERS) as i32;
-            // SAFETY: the caller vouches for `cmd`; the slot has corners of so many boxes, and there are indices for a draw's.
+            // SAFETY: the caller vouches for `cmd`. The slot has the corners of these boxes, and there are indices for all boxes of a draw.
             unsafe {
                 let device = self.context.device();
                 device.cmd_draw_indexed(cmd, count, 1, 0, corner, 0);

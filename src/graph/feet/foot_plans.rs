@@ -75,7 +75,7 @@ impl DartKey {
         }
     }
 
-    /// The same transition with the clips of this bake.
+    /// Key of the same transition in this bake, or `None` if one of its clips was removed.
     pub(super) fn now(self, clips: &ClipMatch) -> Option<Self> {
         let place = |[clip, frame]: [u32; 2]| Some([clips.now(clip)?, frame]);
         Some(Self {

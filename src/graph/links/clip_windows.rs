@@ -46,7 +46,7 @@ pub(super) struct KnownStart<'a> {
 
 /// A search for the links of one range to one clip.
 #[derive(Clone, Copy)]
-pub(super) struct NearSearch<'a> {
+pub(super) struct ClipSearch<'a> {
     pub(super) search: RangeSearch<'a>,
     /// The range of `search`, prepared by [`ClipWindows::range`].
     pub(super) range: &'a NearRange,
@@ -126,7 +126,7 @@ impl<'a> ClipWindows<'a> {
                     Some(last) if found.len() == most => last.cost,
                     _ => range.search.space.lengths.loosest,
                 };
-                let search = NearSearch {
+                let search = ClipSearch {
                     search: range.search,
                     range: &range.range,
                     clip,
@@ -153,10 +153,10 @@ impl<'a> ClipWindows<'a> {
     /// The closest link of a range to each part of a clip. Links that cost more than the limit may be missing; the list is empty if all are.
     pub(super) fn near(
         &self,
-        near: NearSearch<'_>,
+        near: ClipSearch<'_>,
         scratch: &mut Scratch,
     ) -> Vec<Option<Candidate>> {
-        let NearSearch {
+        let ClipSearch {
             search,
             range,
             clip,

@@ -3,7 +3,7 @@
 
 use super::candidate::{Candidate, MOST, keep_closest};
 use super::candidates::Candidates;
-use super::clip_windows::{NearSearch, Scratch};
+use super::clip_windows::{ClipSearch, Scratch};
 use super::margin::EventMargin;
 use super::parts::RangeSearch;
 use crate::graph::search::NearRange;
@@ -72,7 +72,7 @@ impl<'a> NearMargins<'a> {
             let windows = self.candidates.windows(margin.window);
             let found = match limit < BOUNDED * loosest {
                 true => {
-                    let near = NearSearch {
+                    let near = ClipSearch {
                         search,
                         range: &self.ranges[index],
                         clip,

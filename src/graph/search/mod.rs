@@ -4,7 +4,7 @@
 //! threshold. Differs: the map is cut into bands, so that threads, or processes that share no memory, can divide the search.
 //!
 //! The bands depend on the lengths of the clips alone, and the minima of a band on the points of its two clips alone. The
-//! transitions are therefore the same whoever searches a band, and in whatever order.
+//! transitions therefore do not depend on who searches a band, nor on the order.
 
 mod bounds;
 mod jobs;

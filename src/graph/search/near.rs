@@ -91,7 +91,7 @@ pub(in crate::graph) struct NearWindows {
     clips: Vec<OnceLock<Features>>,
 }
 
-/// The windows of a range of frames, prepared for finding those of clips that are near.
+/// The windows of a range of frames, prepared for the search of near windows of clips.
 #[derive(Debug)]
 pub(in crate::graph) struct NearRange {
     features: Features,

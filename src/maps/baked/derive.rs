@@ -4,7 +4,7 @@ use super::BakedGraph;
 use crate::graph::{EdgesInto, MotionGraph, NodeId};
 use crate::maps::entries::EntryTracks;
 use crate::maps::grid::{GridCells, GridSize};
-use crate::maps::{BodyRows, BodyTrack, Evasion, OnFirstUse, RegionMaps, TrackStart};
+use crate::maps::{BodyRows, BodyTrack, Evasion, OnFirstUse, RegionMaps, TrackDesc};
 use crate::math::in_parallel;
 
 /// Tables that depend neither on the contents of paths nor on the maps.
@@ -96,13 +96,13 @@ impl BakedGraph {
 
     /// Body spheres during and after an evasion.
     pub(super) fn sampled_track(&self, evasion: &Evasion) -> BodyTrack {
-        let start = TrackStart {
+        let desc = TrackDesc {
             edge: evasion.edge,
             frame: 0.0,
             placement: evasion.placement,
+            seconds: self.graph.seconds(evasion.edge).max(Self::TRACK_SECONDS),
         };
-        let seconds = self.graph.seconds(evasion.edge).max(Self::TRACK_SECONDS);
-        BodyTrack::along(&self.graph, &self.body, start, seconds)
+        BodyTrack::along(&self.graph, &self.body, desc)
     }
 
     /// Computes the tables that depend on the maps.

@@ -56,7 +56,7 @@ impl Finder<'_> {
         }
     }
 
-    /// Aligns a target. Returns `None` if it is part of the motion that is left, or too far away.
+    /// Aligns a target. Returns `None` if it is within three frames of the frame that is left, or too far away.
     pub(super) fn align(&self, from: &Leaving, target: usize) -> Option<Aligned> {
         let at = &self.targets[target];
         let now = from.before.frame + 1;

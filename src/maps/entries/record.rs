@@ -68,7 +68,7 @@ pub(super) struct TargetKey {
     pub(super) continuation: ContinuationKey,
 }
 
-/// Checksums of the frames that a motion plays after the end of its clip; none if the test reads no such frames.
+/// Checksums of the frames of a motion that continues beyond the end of its clip; none if all frames that tests read belong to the clip.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub(super) struct ContinuationKey(Option<(u64, u32)>);
 

@@ -3,7 +3,7 @@
 use super::targets::ClipFrame;
 use super::{EntryTable, EntryTarget, Stance};
 use crate::graph::{EdgeId, MotionGraph};
-use crate::maps::{BakedGraph, BodyTrack, Evasion, OnFirstUse, TrackStart};
+use crate::maps::{BakedGraph, BodyTrack, Evasion, OnFirstUse, TrackDesc};
 use crate::math::{Rigid2, in_parallel};
 use sabaki_motion::internal::Facing;
 
@@ -37,14 +37,14 @@ impl EntryTrack {
         let first = &baked.entries().targets()[target];
         let evasion = &baked.evasions()[usize::from(first.evasion)];
         let placement = baked.entry_stance(target).placement;
-        let start = TrackStart {
+        let desc = TrackDesc {
             edge: first.edge,
             frame: first.edge_frame as f32,
             placement,
+            seconds: EntryTracks::seconds(baked.graph(), evasion, first),
         };
-        let seconds = EntryTracks::seconds(baked.graph(), evasion, first);
         Self {
-            track: BodyTrack::along(baked.graph(), baked.body(), start, seconds),
+            track: BodyTrack::along(baked.graph(), baked.body(), desc),
             first: first.frame,
             placement,
         }

@@ -223,7 +223,7 @@ mod tests {
     proptest! {
         #[test]
         fn the_smallest_that_keeps_all_is_found(known in numbers(), slopes in prop::collection::vec(numbers(), 1..6), slack in 0.0f32..0.2) {
-            // Something keeps them all: what is found does too, and is no larger.
+            // `known` satisfies all rows. The result must satisfy them too, and must not be larger.
             let mut known = known;
             let mut none = [0.0; N];
             for (part, beyond) in known.chunks_mut(3).zip(none.chunks_mut(3)) {
