@@ -22,7 +22,7 @@ pub struct ExternalPose {
 pub struct ExternalGroups {
     /// Form and layout of the crowd's output.
     pub output: Output,
-    /// The line that the first group starts at.
+    /// Start of the first group in the output, in `F32x16`s.
     pub offset: usize,
 }
 
@@ -32,12 +32,12 @@ pub struct ExternalTarget<'a> {
     pub slice: PoseSlice,
     /// The whole output.
     pub out: &'a mut [F32x16],
-    /// Level plus blend that it looks like.
+    /// Level plus blend of the appearance.
     pub detail: f32,
 }
 
 impl AnimationSet {
-    /// The slice of the character of this index.
+    /// The slice of the character at `index`.
     #[must_use]
     #[doc(hidden)]
     pub fn external_slice(&self, groups: ExternalGroups, index: usize) -> PoseSlice {
@@ -103,7 +103,7 @@ impl AnimationSet {
         }
     }
 
-    /// Takes the steps from the finest level, the coarsest first.
+    /// Applies the steps from the finest level to the one of `detail`, the coarsest step first.
     fn look<T: Copy>(&self, detail: f32, models: &mut [T], approach: impl Fn(&mut T, T, Seated)) {
         for (index, step) in self.steps[0].iter().enumerate().rev() {
             let weight = (detail - index as f32).clamp(0.0, 1.0);
@@ -122,13 +122,13 @@ impl AnimationSet {
     }
 }
 
-/// Where a removed joint is in its carrier's frame, and how far it has gone there.
+/// The transform of a removed joint in its carrier's frame, and the weight of that attachment from 0 to 1.
 struct Seated {
     ride: JointTransform,
     weight: f32,
 }
 
-/// Along the shorter arc.
+/// Normalised linear interpolation along the shorter arc.
 fn towards(from: Quat, to: Quat, weight: f32) -> Quat {
     let to = if from.dot(to) < 0.0 { -to } else { to };
     (from * (1.0 - weight) + to * weight).normalize()

@@ -69,7 +69,7 @@ impl Crowd {
             self.unpark(frame, &mut scratch);
         } else {
             self.schedule.show_all();
-            self.debt.hidden = 0;
+            self.stale_cost.hidden = 0;
         }
         self.scratch_of_frames = scratch;
     }
@@ -108,11 +108,11 @@ impl Crowd {
             }
         }
         let levels = scratch.sorted_levels.get_or_insert(found.levels);
-        self.debt.joints = (found.levels - *levels) as isize;
-        self.debt.hidden = found.hidden;
+        self.stale_cost.joints = (found.levels - *levels) as isize;
+        self.stale_cost.hidden = found.hidden;
     }
 
-    /// Characters that wait for a group.
+    /// Chooses levels and visibility of the characters that wait for a group.
     fn choose_late(&mut self, frame: &Frame<'_>) {
         for index in 0..self.late.len() {
             let id = self.late[index] as usize;
@@ -136,7 +136,7 @@ impl Crowd {
         }
     }
 
-    /// Takes parked characters that are visible to those that wait for a group.
+    /// Makes parked characters that are visible wait for a group.
     fn unpark(&mut self, frame: &Frame<'_>, scratch: &mut FrameScratch) {
         scratch.groups.clear();
         let isa = self.settings().isa;

@@ -6,16 +6,16 @@ use super::clip_range::ClipRange;
 use super::moment::Moment;
 use crate::math::{F32x16, Lanes};
 
-/// Of each frame of each clip, the keys up to the next frame.
+/// The keys from each frame of each clip to the next frame.
 #[derive(Clone, Debug, Default)]
 pub(super) struct FrameKeys(Vec<KeysOfFrame>);
 
 /// The keys from a frame to the next one.
 #[derive(Clone, Copy, Debug)]
 struct KeysOfFrame {
-    /// Index of the first of them in its clip.
+    /// Index of the first key in its clip.
     first: f32,
-    /// How many there are.
+    /// Number of keys.
     count: f32,
 }
 
@@ -44,7 +44,8 @@ impl FrameKeys {
         (time - frame) * count + first
     }
 
-    /// The keys of sixteen characters: `frames` are their frames, `before` the frames of all clips before each one's own.
+    /// Looks up the keys of sixteen characters. `frames` are their frames; `before` are the numbers of frames of all clips
+    /// before their own.
     #[inline(always)]
     pub(super) fn of(&self, frames: &F32x16, before: &[u32; F32x16::LANES]) -> LaneKeys {
         let mut keys = LaneKeys {
@@ -59,7 +60,7 @@ impl FrameKeys {
         keys
     }
 
-    /// Size, in bytes.
+    /// Size of the table, in bytes.
     pub(super) fn bytes(&self) -> usize {
         size_of_val(&*self.0)
     }
@@ -72,9 +73,8 @@ pub(super) struct LaneKeys {
 }
 
 impl LaneKeys {
-    /// The moment between keys of one between frames.
-    ///
-    /// No step is fused, so that all machines take the same interval.
+    /// Converts a moment between frames to a moment between keys.
+    /// ¶ No operation is fused, so that all machines find the same interval.
     #[inline(always)]
     pub(super) fn moment<L: Lanes>(&self, part: usize, share: L) -> Moment<L> {
         let count = L::load(&self.count, part);
@@ -92,7 +92,7 @@ mod tests {
     use super::*;
     use crate::math::{Isa, Kernel};
 
-    /// Moments between keys of sixteen moments between frames.
+    /// Converts sixteen moments between frames to moments between keys.
     struct Moments<'a> {
         keys: &'a FrameKeys,
         frames: F32x16,
@@ -100,7 +100,7 @@ mod tests {
     }
 
     impl Kernel for Moments<'_> {
-        /// Intervals and shares.
+        /// Intervals, and shares of them.
         type Out = [F32x16; 2];
 
         #[inline(always)]

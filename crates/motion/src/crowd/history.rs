@@ -12,14 +12,14 @@ pub(super) struct History {
 }
 
 impl History {
-    /// Memory for so many characters.
+    /// Reserves memory for `characters` characters.
     pub(super) fn reserve(&mut self, characters: usize) {
         for places in [&mut self.current, &mut self.previous] {
             places.reserve(characters.saturating_sub(places.len()));
         }
     }
 
-    /// Notes a frame; what was current becomes previous. `place` tells where a lane of a group is written.
+    /// Records a frame: the current positions become the previous ones. `place` returns where a lane of a group is written.
     pub(super) fn note(
         &mut self,
         characters: usize,

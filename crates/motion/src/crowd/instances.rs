@@ -4,7 +4,7 @@ use std::sync::{Arc, Mutex};
 
 use super::animation_set::AnimationSet;
 use super::character::{Character, CharacterState, MemberId, Placement, clamped};
-use super::debt::Debt;
+use super::stale_cost::StaleCost;
 use super::error::CrowdError;
 use super::history::History;
 use super::level_pass::FrameScratch;
@@ -22,7 +22,7 @@ pub struct Crowd {
     pub(super) animations: Arc<AnimationSet>,
     pub(super) settings: CrowdSettings,
     pub(super) pool: WorkerPool,
-    /// One for each thread.
+    /// One scratch for each thread.
     pub(super) scratch: Vec<Mutex<Scratch>>,
     pub(super) states: Vec<CharacterState>,
     /// Group and lane of each character, as one number.
@@ -31,14 +31,14 @@ pub struct Crowd {
     pub(super) rebuild: Rebuild,
     /// Characters that wait for another group.
     pub(super) late: Vec<u32>,
-    /// Seconds.
+    /// The crowd's time, in seconds.
     pub(super) time: f64,
     /// The time at which the groups' clock stands at 0, in seconds.
     pub(super) base: f64,
-    pub(super) debt: Debt,
+    pub(super) stale_cost: StaleCost,
     /// Number of frames that were posed.
     pub(super) frame: usize,
-    /// Used where [`CrowdSettings::keeps_previous`].
+    /// Positions of recent poses; used only with [`CrowdSettings::keeps_previous`].
     pub(super) history: History,
     /// Number of characters that there is memory for.
     pub(super) capacity: usize,
@@ -50,7 +50,8 @@ pub struct Crowd {
 /// The longest time on the groups' clock, in seconds: single precision then still resolves a ten-thousandth of a frame.
 pub(super) const LONGEST_RUN: f64 = 8.0;
 
-/// Chunks that each of several threads finds: the more there are, the less a thread is waited for whose core is taken.
+/// Number of chunks for each thread, if there are several. With more chunks, the others wait less for a thread whose core
+/// another process uses.
 pub(super) const CHUNKS_OF_A_THREAD: usize = 8;
 
 pub(super) const MOST_CHUNKS: usize = 256;
@@ -74,7 +75,7 @@ impl Crowd {
             late: Vec::new(),
             time: 0.0,
             base: 0.0,
-            debt: Debt::default(),
+            stale_cost: StaleCost::default(),
             frame: 0,
             history: History::default(),
             capacity: 0,
@@ -83,7 +84,7 @@ impl Crowd {
         }
     }
 
-    /// The same with memory for so many characters.
+    /// A crowd without characters, with memory for `characters` of them.
     #[must_use]
     pub fn with_capacity(
         animations: Arc<AnimationSet>,
@@ -142,7 +143,7 @@ impl Crowd {
         self.slots.push(NOWHERE);
         self.late.push(id);
         if self.states.len() > self.capacity {
-            // As vectors grow: seldom.
+            // Capacity grows geometrically, so this is rare.
             self.capacity = (2 * self.capacity).max(self.states.len());
         }
         Ok(MemberId(id))
@@ -163,9 +164,8 @@ impl Crowd {
         Ok(())
     }
 
-    /// Moves a character. [`Crowd::place_all`] is faster for many.
-    ///
-    /// # Errors
+    /// Moves a character. [`Crowd::place_all`] is faster for many characters.
+    /// ¶ # Errors
     /// A character that does not exist.
     pub fn place(&mut self, id: MemberId, placement: &Placement) -> Result<(), CrowdError> {
         self.check(id)?;
@@ -181,10 +181,9 @@ impl Crowd {
         self.set_detail(id, level, 0.0)
     }
 
-    /// The same with progress towards the next level: see [`Character::blend`]. [`Crowd::frame`] does it for all characters
-    /// at once.
-    ///
-    /// # Errors
+    /// Changes a character's level and its progress towards the next level: see [`Character::blend`]. [`Crowd::frame`] does
+    /// this for all characters at once.
+    /// ¶ # Errors
     /// A character that does not exist.
     pub fn set_detail(
         &mut self,

@@ -9,23 +9,23 @@ use glam::{Quat, Vec3};
 use crate::anim::JointId;
 use crate::lod::Level;
 
-/// From one level to the next, among the joints of the level that is posed.
+/// The joints that are removed from one level to the next, as joints of the level that is posed.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct LevelStep {
     pub(super) removed: Vec<RemovedJoint>,
 }
 
-/// A joint that is removed, and the joint that carries it from then on, as indices into the posed level's joints.
+/// A removed joint, and its carrier on the coarser level, as indices into the posed level's joints.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct RemovedJoint {
     pub(super) joint: u16,
     pub(super) carrier: u16,
-    /// Its rotation and position in the carrier's frame.
+    /// The joint's rotation in the carrier's frame.
     pub(super) turn: Quat,
     pub(super) place: Vec3,
 }
 
-/// For each level its steps to the levels after it.
+/// The steps from each level to the levels after it, one list for each level.
 pub(super) fn steps(levels: &[Level]) -> Vec<Vec<LevelStep>> {
     let after = |posed: usize| {
         let pairs = levels[posed..].windows(2);

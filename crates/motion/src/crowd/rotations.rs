@@ -6,7 +6,7 @@ use super::quat_lanes::{Local, QuatLanes};
 use super::sampling::Source;
 use crate::math::{F32x16, Lanes};
 
-/// Unit quaternions (x, y, z, w) and places (x, y, z).
+/// Unit quaternions (x, y, z, w) and positions (x, y, z).
 pub(super) struct Rotations;
 
 #[inline(always)]
@@ -19,7 +19,7 @@ impl JointMath for Rotations {
 
     const ROW: usize = 8;
 
-    /// With a unit quaternion.
+    /// A motion whose rotation has length 1.
     type Ready<L: Lanes> = Local<L>;
 
     #[inline(always)]
@@ -57,7 +57,7 @@ impl JointMath for Rotations {
             s.neg_mul_add(q.y, c * q.w),
         ];
         let [px, py, pz] = place;
-        // As below, with u = (0, s, 0).
+        // The product of `compose`, with u = (0, s, 0).
         let (cross_x, cross_z) = (s * pz * two, (zero - s * px) * two);
         let place = [
             s.mul_add(cross_z, c.mul_add(cross_x, px + x)),
@@ -108,7 +108,7 @@ impl JointMath for Rotations {
         Self::compose(above, ready, model, part);
     }
 
-    /// Rotations along the shorter arc.
+    /// Interpolates rotations along the shorter arc, and positions linearly.
     #[inline(always)]
     fn approach<L: Lanes>(model: &mut Self::Model, other: &Self::Model, weight: L, part: usize) {
         let (own, other): ([L; 7], [L; 7]) = (load(model, part), load(other, part));
