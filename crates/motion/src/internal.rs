@@ -14,7 +14,7 @@ pub use crate::anim::rows::{LANES, Rows, Slerp, unpack};
 pub use crate::anim::warp::{Bend, Envelope, Warp};
 pub use crate::crowd::external_pose::{ExternalGroups, ExternalPose, ExternalTarget};
 pub use crate::lod::blend::{Blend, affine};
-pub use crate::lod::level::Seated;
+pub use crate::lod::level::Attachment;
 pub use crate::lod::mass::BoneShape;
 pub use crate::lod::motion::{LevelMotion, LevelTrack, Translations};
 pub use crate::lod::settings::{Branch, Carrier, Flexion, Inertia};

@@ -224,5 +224,5 @@ impl AnimationSet {
 }
 
 fn carriers(level: &Level) -> Vec<u16> {
-    level.seats.iter().map(|seat| seat.carrier).collect()
+    level.attachments.iter().map(|attachment| attachment.carrier).collect()
 }

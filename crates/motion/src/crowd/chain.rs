@@ -157,7 +157,7 @@ impl<L: Lanes, P: JointMath> Apart<L> for StepOn<'_, P> {
             for removed in &step.removed {
                 let ready = P::ready(Local::<L>::splat(removed.turn, removed.place));
                 let mut there = P::Model::zeroed();
-                P::ride(
+                P::compose_blended(
                     &models[usize::from(removed.carrier)],
                     ready,
                     &mut there,

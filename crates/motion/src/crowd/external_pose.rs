@@ -67,8 +67,8 @@ impl AnimationSet {
                 self.look(
                     detail,
                     matrices,
-                    |model, carrier, Seated { ride, weight }| {
-                        let there = carrier * affine(&ride);
+                    |model, carrier, WeightedAttachment { offset, weight }| {
+                        let there = carrier * affine(&offset);
                         model.matrix3 = model.matrix3 * (1.0 - weight) + there.matrix3 * weight;
                         model.translation = model.translation.lerp(there.translation, weight);
                     },
@@ -88,10 +88,10 @@ impl AnimationSet {
                 }
             }
             Form::Rotations => {
-                self.look(detail, joints, |model, carrier, Seated { ride, weight }| {
-                    let turn = carrier.rotation * ride.rotation;
+                self.look(detail, joints, |model, carrier, WeightedAttachment { offset, weight }| {
+                    let turn = carrier.rotation * offset.rotation;
                     model.rotation = towards(model.rotation, turn, weight);
-                    let place = carrier.point(ride.translation);
+                    let place = carrier.point(offset.translation);
                     model.translation = model.translation.lerp(place, weight);
                 });
                 for (joint, model) in joints.iter().enumerate().take(slice.joints) {
@@ -104,18 +104,18 @@ impl AnimationSet {
     }
 
     /// Applies the steps from the finest level to the one of `detail`, the coarsest step first.
-    fn look<T: Copy>(&self, detail: f32, models: &mut [T], approach: impl Fn(&mut T, T, Seated)) {
+    fn look<T: Copy>(&self, detail: f32, models: &mut [T], approach: impl Fn(&mut T, T, WeightedAttachment)) {
         for (index, step) in self.steps[0].iter().enumerate().rev() {
             let weight = (detail - index as f32).clamp(0.0, 1.0);
             if weight > 0.0 {
-                for ride in &step.removed {
-                    let carrier = models[usize::from(ride.carrier)];
-                    let seat = JointTransform {
-                        rotation: ride.turn,
-                        translation: ride.place,
+                for removed in &step.removed {
+                    let carrier = models[usize::from(removed.carrier)];
+                    let offset = JointTransform {
+                        rotation: removed.turn,
+                        translation: removed.place,
                     };
-                    let seated = Seated { ride: seat, weight };
-                    approach(&mut models[usize::from(ride.joint)], carrier, seated);
+                    let attachment = WeightedAttachment { offset, weight };
+                    approach(&mut models[usize::from(removed.joint)], carrier, attachment);
                 }
             }
         }
@@ -123,8 +123,8 @@ impl AnimationSet {
 }
 
 /// The transform of a removed joint in its carrier's frame, and the weight of that attachment from 0 to 1.
-struct Seated {
-    ride: JointTransform,
+struct WeightedAttachment {
+    offset: JointTransform,
     weight: f32,
 }
 

@@ -40,7 +40,7 @@ pub(super) trait JointMath {
     );
 
     /// Computes a joint from its carrier, which may have been [blended](JointMath::approach).
-    fn ride<L: Lanes>(
+    fn compose_blended<L: Lanes>(
         above: &Self::Model,
         ready: Self::Ready<L>,
         model: &mut Self::Model,

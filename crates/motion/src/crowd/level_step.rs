@@ -39,17 +39,17 @@ pub(super) fn steps(levels: &[Level]) -> Vec<Vec<LevelStep>> {
 fn step(posed: &Level, finer: &Level, coarser: &Level) -> LevelStep {
     let index = |joint: JointId| Some(posed.index_of(joint)? as u16);
     let gone = |&&joint: &&JointId| coarser.index_of(joint).is_none();
-    let ride = |&joint: &JointId| {
-        let seat = coarser.seats.get(joint.index())?;
-        let carrier = *coarser.kept.get(usize::from(seat.carrier))?;
+    let removed = |&joint: &JointId| {
+        let attachment = coarser.attachments.get(joint.index())?;
+        let carrier = *coarser.kept.get(usize::from(attachment.carrier))?;
         Some(RemovedJoint {
             joint: index(joint)?,
             carrier: index(carrier)?,
-            turn: seat.offset.rotation,
-            place: seat.offset.translation,
+            turn: attachment.offset.rotation,
+            place: attachment.offset.translation,
         })
     };
     LevelStep {
-        removed: finer.kept.iter().filter(gone).filter_map(ride).collect(),
+        removed: finer.kept.iter().filter(gone).filter_map(removed).collect(),
     }
 }

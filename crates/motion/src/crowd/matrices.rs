@@ -115,7 +115,7 @@ impl JointMath for Matrices {
     }
 
     #[inline(always)]
-    fn ride<L: Lanes>(
+    fn compose_blended<L: Lanes>(
         above: &Self::Model,
         [first, second, place]: [[L; 3]; 3],
         model: &mut Self::Model,

@@ -104,7 +104,7 @@ impl JointMath for Rotations {
     }
 
     #[inline(always)]
-    fn ride<L: Lanes>(above: &Self::Model, ready: Local<L>, model: &mut Self::Model, part: usize) {
+    fn compose_blended<L: Lanes>(above: &Self::Model, ready: Local<L>, model: &mut Self::Model, part: usize) {
         Self::compose(above, ready, model, part);
     }
 

@@ -118,7 +118,7 @@ impl<'a> Truth<'a> {
                 .copied()
                 .unwrap_or(joint.offset)
                 .as_dvec3();
-            let is_still = { places.clone() }.all(|place| place.as_dvec3().distance(first) < STILL);
+            let is_still = places.clone().all(|place| place.as_dvec3().distance(first) < STILL);
             let longest = places.map(|place| f64::from(place.length()));
             self.bones[index] = longest.fold(first.length(), f64::max);
             let kept = if self.moves_joints {

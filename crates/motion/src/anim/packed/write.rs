@@ -93,7 +93,7 @@ impl Segment {
             values
         };
         let (bases, most) = (of_all(i32::min), of_all(i32::max));
-        let ranges: Vec<u32> = { bases.iter().zip(&most) }
+        let ranges: Vec<u32> = bases.iter().zip(&most)
             .map(|(base, most)| most.abs_diff(*base))
             .collect();
         let (rows, root) = ranges.split_at(ranges.len() - 3);
