@@ -20,7 +20,7 @@ pub use channel::Channel;
 pub use error::{BvhError, BvhProblem};
 pub use file::{BvhFile, BvhJoint, MotionError};
 pub(crate) use names::Taken;
-pub use write::write;
+pub use write::{MotionDesc, write};
 
 /// Maximum number of channels of a joint.
 pub const MOST_CHANNELS: usize = 64;

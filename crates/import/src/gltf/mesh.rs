@@ -139,7 +139,7 @@ struct Skin {
 impl Skin {
     fn of(container: &Container) -> Result<Self, GltfError> {
         let root = &container.root;
-        let largest = { root.skins.iter().enumerate().rev() }
+        let largest = root.skins.iter().enumerate().rev()
             .max_by_key(|(_, skin)| skin.joints.len())
             .filter(|(_, skin)| !skin.joints.is_empty());
         let (index, skin) = largest.ok_or(GltfError::NoMesh)?;
@@ -171,8 +171,8 @@ impl Skin {
             if !rotation.is_normalized() || !position.is_finite() {
                 return Err(wrong("its bind matrix has no inverse"));
             }
-            let above = std::iter::successors(nodes.parent(node), |&node| nodes.parent(node));
-            let parent = { above }.find_map(|node| places.get(&node).copied());
+            let mut above = std::iter::successors(nodes.parent(node), |&node| nodes.parent(node));
+            let parent = above.find_map(|node| places.get(&node).copied());
             places.insert(node, joints.len());
             order[joint] = joints.len() as u16;
             joints.push(SkinJoint {
