@@ -18,7 +18,7 @@ use sabaki_app::live::{
 use sabaki_app::window::{
     Click, CrowdView, DriveView, DuelView, FighterView, View, WindowDesc, WindowError, run as open,
 };
-use sabaki_draw::scene::{Crowd, FormationSettings, Outfit, Performer};
+use sabaki_draw::scene::{Formation, FormationSettings, Outfit, Performer};
 
 use super::culling::{DeviceArgs, path_parser};
 use super::mesh::{MeshArgs, Wardrobe};
@@ -326,8 +326,8 @@ impl CrowdArgs {
             clip,
             skin: outfit.as_ref().map(|outfit| &*outfit.skins[0]),
         };
-        let crowd = Crowd::new(performer, &settings);
-        let mut live_crowd = LiveCrowd::new(crowd.map_err(|error| usage(&error))?);
+        let formation = Formation::new(performer, &settings);
+        let mut live_crowd = LiveCrowd::new(formation.map_err(|error| usage(&error))?);
         live_crowd.wear(outfit);
         (live_crowd.levels, live_crowd.tinted) = (!self.no_levels, self.levels);
         Ok(live_crowd)

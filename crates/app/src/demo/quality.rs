@@ -158,7 +158,7 @@ impl<'a> QualityMeter<'a> {
         self.baked.body().centres(&joints, &mut centres);
         Sample {
             rotations: pose.rotations[1..].to_vec(),
-            toes: { self.toes.iter() }
+            toes: self.toes.iter()
                 .map(|toe| joints[toe.index()].translation)
                 .collect(),
             overlap: self.overlap(&centres),
@@ -204,7 +204,7 @@ impl<'a> QualityMeter<'a> {
     }
 
     fn add_feet(&self, pair: &[Sample], quality: &mut Quality) {
-        let ways: Vec<Vec3> = { pair[0].toes.iter().zip(&pair[1].toes) }
+        let ways: Vec<Vec3> = pair[0].toes.iter().zip(&pair[1].toes)
             .map(|(a, b)| (*b - *a) / self.seconds)
             .collect();
         let fold =

@@ -47,13 +47,13 @@ impl Anatomy {
         let arms = sided(Leg::arms(skeleton))?;
         let pelvis = common(skeleton, legs[0].hip, legs[1].hip)?;
         let chest = common(skeleton, arms[0].hip, arms[1].hip)?;
-        let mut trunk: Vec<JointId> = { skeleton.ancestry(chest) }
+        let mut trunk: Vec<JointId> = skeleton.ancestry(chest)
             .take_while(|&id| id != pelvis)
             .collect();
         trunk.push(pelvis);
         trunk.reverse();
         let head = head(skeleton, chest)?;
-        let neck = { skeleton.ancestry(head) }
+        let neck = skeleton.ancestry(head)
             .take_while(|&id| id != chest)
             .last()
             .unwrap_or(head);
@@ -70,7 +70,7 @@ impl Anatomy {
         .fill();
         let frames = straightened(skeleton, standing, &wanted);
         let at = |id: JointId| frames[id.index()].translation;
-        let lowest = { toes.iter() }
+        let lowest = toes.iter()
             .map(|&toe| at(toe).y)
             .fold(f32::MAX, f32::min);
         let top = at(furthest(skeleton, head)).y.max(at(head).y + 0.1);

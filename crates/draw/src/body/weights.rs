@@ -37,7 +37,7 @@ impl Net {
             Carrier::Joint(joint) => joint,
             Carrier::Trunk => anatomy.of_trunk(place),
         };
-        let mut all: Vec<BTreeMap<u16, f32>> = { self.places.iter() }
+        let mut all: Vec<BTreeMap<u16, f32>> = self.places.iter()
             .map(|&place| BTreeMap::from([(start(place).0, 1.0)]))
             .collect();
         // Each step spreads by about 0.8 cells.

@@ -14,7 +14,7 @@ use sabaki::math::Sphere;
 
 /// Settings of the playback of a duel.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct BoutSettings {
+pub struct DuelPlaybackSettings {
     /// Duration before an attack's start, in seconds, 0 to 60. Default 0.75.
     pub before: f32,
     /// Duration after an attack's end, in seconds, 0 to 60. Default 0.45.
@@ -25,7 +25,7 @@ pub struct BoutSettings {
     pub looks: [Look; 2],
 }
 
-impl Default for BoutSettings {
+impl Default for DuelPlaybackSettings {
     fn default() -> Self {
         let blue = Look {
             clothes: Vec3::new(0.10, 0.19, 0.44),
@@ -40,16 +40,16 @@ impl Default for BoutSettings {
     }
 }
 
-/// A finished duel.
+/// The playback of a duel's exchanges.
 #[derive(Clone, Debug)]
-pub struct Bout<'a> {
+pub struct DuelPlayback<'a> {
     baked: &'a BakedGraph,
     fighters: &'a [Fighter; 2],
     exchanges: &'a [Exchange],
     figures: [Figure; 2],
     /// Meshes that are drawn in place of the figures.
     skins: Option<[Arc<Skin>; 2]>,
-    settings: BoutSettings,
+    settings: DuelPlaybackSettings,
 }
 
 /// The part of an exchange that is shown, with its camera.
@@ -65,14 +65,14 @@ pub struct Cut {
 
 const ATTACK: Vec3 = Vec3::new(0.93, 0.10, 0.03);
 
-impl<'a> Bout<'a> {
+impl<'a> DuelPlayback<'a> {
     /// Creates the playback of fighters and their exchanges. Settings out of their ranges are replaced by the nearest ones in them.
     #[must_use]
     pub fn new(
         baked: &'a BakedGraph,
         fighters: &'a [Fighter; 2],
         exchanges: &'a [Exchange],
-        settings: &BoutSettings,
+        settings: &DuelPlaybackSettings,
     ) -> Self {
         let skeleton = baked.graph().skeleton();
         let figure = |look: &Look| Figure::of(skeleton, baked.body(), look);
@@ -82,7 +82,7 @@ impl<'a> Bout<'a> {
             exchanges,
             figures: [0, 1].map(|side| figure(&settings.looks[side])),
             skins: None,
-            settings: BoutSettings {
+            settings: DuelPlaybackSettings {
                 before: bounded(settings.before, AROUND),
                 after: bounded(settings.after, AROUND),
                 slowest: bounded(settings.slowest, SLOWEST),

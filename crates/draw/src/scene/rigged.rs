@@ -102,7 +102,7 @@ impl RiggedMesh {
             taken[found.index()] = true;
             Some(found)
         };
-        let mut matches: Vec<Option<JointId>> = { self.joints.iter() }
+        let mut matches: Vec<Option<JointId>> = self.joints.iter()
             .map(|joint| take(names.get(&joint.name).and_then(|name| skeleton.find(name))))
             .collect();
         let mut fill = |alike: &dyn Fn(&str, &str) -> bool| {

@@ -154,7 +154,7 @@ impl Manifest {
     /// # Errors
     /// A path that is not UTF-8, which JSON cannot hold.
     pub(super) fn to_json(&self) -> Result<serde_json::Value, Failure> {
-        let mut paths = { self.inputs.iter() }
+        let mut paths = self.inputs.iter()
             .map(|input| &input.path)
             .chain([&self.folder]);
         serde_json::to_value(self).map_err(|error| {

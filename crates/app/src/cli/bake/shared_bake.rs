@@ -249,7 +249,7 @@ impl SharedBake {
         let bands: Vec<MapBand> = self.partition.bands(shard).collect();
         let search = &self.manifest.search;
         let fits =
-            of_shard == shard && minima.len() == bands.len() && { bands.iter().zip(&minima) }
+            of_shard == shard && minima.len() == bands.len() && bands.iter().zip(&minima)
                 .all(|(band, minima)| band.admits(minima, search));
         fits.then_some(minima).ok_or(Unusable::Damaged)
     }
@@ -290,7 +290,7 @@ impl SharedBake {
 /// A command of this program on a folder, to be shown or run by a shell.
 pub(super) fn command(words: &[&str], folder: &Path, more: &[&str]) -> String {
     let folder = quoted(&folder.display().to_string());
-    let words: Vec<&str> = { ["sabaki"].iter() }
+    let words: Vec<&str> = ["sabaki"].iter()
         .chain(words)
         .copied()
         .chain([folder.as_str()])

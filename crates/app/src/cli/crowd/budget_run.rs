@@ -73,7 +73,7 @@ impl Scene {
             let started = Instant::now();
             let eye = self.eye(Motion::Run, frame);
             distances.clear();
-            let positions = { self.characters.iter() }.map(|it| it.placement.position());
+            let positions = self.characters.iter().map(|it| it.placement.position());
             distances.extend(positions.map(|position| eye.distance(position)));
             budget.cost = monitor.corrected(&cost);
             let plan = planner
