@@ -24,7 +24,7 @@ const SEED: u64 = 1;
 const FOLDER: &str = "out";
 
 /// The results of the demo.
-struct Shown {
+struct DemoResults {
     baked: Baked,
     culling: String,
     passes: Vec<Pass>,
@@ -63,7 +63,7 @@ pub(crate) fn run(device: &DeviceArgs, as_json: bool) -> Result<Done, Failure> {
         method,
     };
     let files = write_files(&baked.graph, &throw_query, &runner.answer)?;
-    let shown = Shown {
+    let shown = DemoResults {
         baked,
         culling: culling.describe(passes.iter().map(|pass| pass.method.cull)),
         passes,
@@ -103,7 +103,7 @@ fn passes(
     methods.map(one).collect()
 }
 
-impl Shown {
+impl DemoResults {
     fn document(&self) -> String {
         let exact = summary::exact(&self.passes);
         let summary = |pass: &Pass| Summary::of(pass, exact).to_json();

@@ -21,7 +21,7 @@ use sabaki_app::window::{
 use sabaki_draw::scene::{Formation, FormationSettings, Outfit, Performer};
 
 use super::culling::{DeviceArgs, path_parser};
-use super::mesh::{MeshArgs, Wardrobe};
+use super::mesh::{MeshArgs, BoundOutfit};
 use super::numbers::whole;
 use super::source::GraphArgs;
 use super::{Done, Failure, cancel, output};
@@ -162,8 +162,8 @@ pub(crate) fn run(args: &Args, device: &DeviceArgs, as_json: bool) -> Result<Don
     }
     let baked = args.graph.load()?.graph;
     let graph = baked.graph();
-    let wardrobe = args.mesh.load(graph.skeleton(), graph.clips())?;
-    let outfit = wardrobe.map(Wardrobe::reported);
+    let bound_outfit = args.mesh.load(graph.skeleton(), graph.clips())?;
+    let outfit = bound_outfit.map(BoundOutfit::reported);
     if args.drive {
         let drive = Drive::new(&baked, args.seed());
         let mut drive = drive.map_err(|error| Failure::Usage(error.to_string()))?;
@@ -318,8 +318,8 @@ impl CrowdArgs {
             ..FormationSettings::default()
         };
         let body = Body::from_bones(&motions.skeleton);
-        let wardrobe = mesh.load(&motions.skeleton, &motions.clips)?;
-        let outfit = wardrobe.map(Wardrobe::reported);
+        let bound_outfit = mesh.load(&motions.skeleton, &motions.clips)?;
+        let outfit = bound_outfit.map(BoundOutfit::reported);
         let performer = Performer {
             skeleton: &motions.skeleton,
             body: &body,

@@ -275,14 +275,14 @@ fn targets(baked: &BakedGraph, part: Part) -> Vec<usize> {
 
 /// Attacks and how many of them were avoided.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Share {
+pub struct AvoidedCount {
     /// How many.
     pub attacks: u32,
     /// Of these.
     pub avoided: u32,
 }
 
-impl Share {
+impl AvoidedCount {
     /// Adds an attack.
     pub fn add(&mut self, avoided: bool) {
         self.attacks += 1;
@@ -308,13 +308,13 @@ pub struct TimeRow {
     /// Seconds from the query.
     pub contact: f32,
     /// All.
-    pub all: Share,
+    pub all: AvoidedCount,
     /// By [`Part`].
-    pub parts: [Share; 4],
+    pub parts: [AvoidedCount; 4],
     /// Those that come while the character walks.
-    pub walking: Share,
+    pub walking: AvoidedCount,
     /// Those that come while the character walks and that it avoids by a layered evasion, so that it walks on.
-    pub walking_on: Share,
+    pub walking_on: AvoidedCount,
     /// Why the others hit.
     pub causes: Causes,
 }
@@ -337,7 +337,7 @@ impl TimeRow {
     }
 }
 
-impl std::ops::AddAssign for Share {
+impl std::ops::AddAssign for AvoidedCount {
     fn add_assign(&mut self, other: Self) {
         self.attacks += other.attacks;
         self.avoided += other.avoided;

@@ -9,7 +9,7 @@ use sabaki::anim::JointTransform;
 use sabaki::duel::{Duel, DuelError, DuelSettings, Exchange, Score, Side};
 use sabaki::maps::{AttackGrid, BakedGraph};
 use sabaki::query::{Answer, Query, QueryContext, QuerySettings};
-use sabaki_draw::scene::{Camera, Cut, DuelPlayback, DuelPlaybackSettings, Mesh, Outfit, Shot};
+use sabaki_draw::scene::{Camera, Cut, DuelPlayback, DuelPlaybackSettings, Mesh, RecordedDuel, Outfit, Shot};
 
 /// Time that the duel is simulated ahead, in seconds.
 const AHEAD: f32 = 0.25;
@@ -131,7 +131,12 @@ impl<'a> LiveDuel<'a> {
         let exchanges = self.duel.exchanges();
         let one = exchanges.get(exchange..=exchange).unwrap_or(&[]);
         let skins = self.outfit.as_ref().map(|outfit| outfit.skins.clone());
-        DuelPlayback::new(self.baked, self.duel.fighters(), one, &self.settings).with_skins(skins)
+        let duel = RecordedDuel {
+            baked: self.baked,
+            fighters: self.duel.fighters(),
+            exchanges: one,
+        };
+        DuelPlayback::new(duel, &self.settings).with_skins(skins)
     }
 
     /// Draws the fighters with meshes that are bound to the graph's skeleton.

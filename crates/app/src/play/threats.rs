@@ -15,7 +15,7 @@ use sabaki::maps::BakedGraph;
 use sabaki::math::Rigid2;
 use sabaki::query::Obstacle;
 
-use super::room::{Room, Surroundings};
+use super::obstacles::{ScenarioObstacles, Surroundings};
 use super::{FRAME, PlayError, joints_of};
 use crate::demo::throw::{ThrowSettings, random_of};
 
@@ -100,7 +100,7 @@ struct Run<'a> {
     joints: Vec<JointTransform>,
     later: Vec<JointTransform>,
     centres: [Vec<Vec3>; 2],
-    room: Room,
+    around: ScenarioObstacles,
     obstacles: Vec<Obstacle>,
 }
 
@@ -152,7 +152,7 @@ impl Scenarios {
         game.set_delay(scenario.delay)?;
         ahead.set_delay(scenario.delay)?;
         let id = game.spawn(Rigid2::IDENTITY)?;
-        let room = Room::new(scenario.around, &mut random_of(self.seed ^ 0x5eed, index))?;
+        let around = ScenarioObstacles::new(scenario.around, &mut random_of(self.seed ^ 0x5eed, index))?;
         let heading = random.random::<f32>() * TAU;
         let speed = 0.8 + 1.2 * random.random::<f32>();
         if random.random::<f32>() < 0.6 {
@@ -170,7 +170,7 @@ impl Scenarios {
             joints: Vec::new(),
             later: Vec::new(),
             centres: [Vec::new(), Vec::new()],
-            room,
+            around,
             obstacles: Vec::new(),
         };
         run.pass(random.random_range(30..150), &mut random)?;
@@ -247,10 +247,10 @@ impl Run<'_> {
         self.ahead.restore(self.game.state())?;
         let frames = (seconds / FRAME) as usize;
         for _ in 0..frames {
-            self.room.at(self.ahead.now(), &mut self.obstacles);
+            self.around.at(self.ahead.now(), &mut self.obstacles);
             self.ahead.step(FRAME, &self.obstacles, &mut events);
         }
-        self.room.at(self.ahead.now(), &mut self.obstacles);
+        self.around.at(self.ahead.now(), &mut self.obstacles);
         let rest = seconds - frames as f32 * FRAME;
         self.ahead.step(rest, &self.obstacles, &mut events);
         joints_of(self.ahead, self.id, &mut self.later)?;
@@ -293,7 +293,7 @@ impl Run<'_> {
             let before = self.game.state();
             let from = self.game.now();
             events.clear();
-            self.room.at(from, &mut self.obstacles);
+            self.around.at(from, &mut self.obstacles);
             self.game.step(FRAME, &self.obstacles, &mut events);
             self.count(&events);
             self.look_for_pops(before, from)?;
@@ -386,7 +386,7 @@ impl Run<'_> {
         const POP: f32 = 0.005;
         let mut events = Vec::new();
         self.ahead.restore(before)?;
-        self.room.at(from, &mut self.obstacles);
+        self.around.at(from, &mut self.obstacles);
         self.ahead.step(MOMENT, &self.obstacles, &mut events);
         joints_of(self.ahead, self.id, &mut self.later)?;
         let both = self.joints.iter().zip(&self.later);
@@ -399,7 +399,7 @@ impl Run<'_> {
 
     /// How deep the body is in an obstacle at the end of the frame.
     fn enter(&mut self) {
-        self.room.at(self.game.now(), &mut self.obstacles);
+        self.around.at(self.game.now(), &mut self.obstacles);
         let spheres = &self.game.baked().body().spheres;
         for obstacle in &self.obstacles {
             for (centre, sphere) in self.centres[1].iter().zip(spheres) {

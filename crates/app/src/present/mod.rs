@@ -28,7 +28,7 @@ use sabaki_draw::{Picture, Stage, StageDesc, Target};
 use surface::Surface;
 use swapchain::{Acquired, SwapImage, Swapchain, SwapchainDesc};
 
-pub(crate) use overlay::Laid;
+pub(crate) use overlay::GuiOutput;
 pub(crate) use surface::WindowSystem;
 
 /// Settings of a [`Presenter`].
@@ -59,7 +59,7 @@ pub(crate) struct Scene<'a> {
     pub(crate) size: [u32; 2],
     pub(crate) shot: &'a Shot,
     pub(crate) crowd: Option<&'a CrowdShot>,
-    pub(crate) panels: Option<&'a Laid>,
+    pub(crate) panels: Option<&'a GuiOutput>,
     /// Reads the pixels back.
     pub(crate) read: bool,
 }

@@ -5,7 +5,7 @@ use glam::Vec3;
 
 use super::gui::bars;
 use super::times::median;
-use super::{Seen, View, WindowError};
+use super::{Projection, View, WindowError};
 use crate::live::{CameraPath, Clock, Event, LiveCrowd};
 use sabaki::math::F32x16;
 use sabaki_draw::StageDesc;
@@ -119,7 +119,7 @@ impl View for CrowdView {
         census(ui, &live_crowd.formation.census());
     }
 
-    fn label(&self, _: &egui::Painter, _: &Seen) {}
+    fn label(&self, _: &egui::Painter, _: &Projection) {}
 
     fn take_events(&mut self) -> Vec<Event> {
         Vec::new()

@@ -58,7 +58,7 @@ impl Anatomy {
             .last()
             .unwrap_or(head);
         let toes = legs.map(|leg| furthest(skeleton, leg.foot));
-        let wanted = Wanted {
+        let wanted = WantedDirections {
             skeleton,
             standing,
             trunk: &trunk,
@@ -151,7 +151,7 @@ fn furthest(skeleton: &Skeleton, from: JointId) -> JointId {
 }
 
 /// Directions of the bones in the pose that the body is made in.
-struct Wanted<'a> {
+struct WantedDirections<'a> {
     skeleton: &'a Skeleton,
     standing: &'a [JointTransform],
     trunk: &'a [JointId],
@@ -161,7 +161,7 @@ struct Wanted<'a> {
     directions: Vec<Option<Vec3>>,
 }
 
-impl Wanted<'_> {
+impl WantedDirections<'_> {
     fn fill(mut self) -> Vec<Option<Vec3>> {
         let Self {
             trunk,

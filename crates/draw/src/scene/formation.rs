@@ -67,7 +67,7 @@ pub struct Formation {
     pub(super) crowd: Crowd,
     pub(super) levels: Levels,
     pub(super) settings: FormationSettings,
-    pub(super) characters: Vec<Standing>,
+    pub(super) characters: Vec<FormationMember>,
     /// For each level a complete figure, then figures of its [`DISTANT_PARTS`] and [`TINY_PARTS`] largest parts.
     pub(super) figures: Vec<Figure>,
     /// For each level the mesh that is drawn in place of figures, if there is one.
@@ -82,7 +82,7 @@ pub struct Formation {
     pub(super) tinted: bool,
 }
 
-pub(super) struct Standing {
+pub(super) struct FormationMember {
     pub(super) id: MemberId,
     pub(super) place: Vec3,
     pub(super) level: LevelId,
@@ -188,7 +188,7 @@ impl Formation {
                 },
                 ..Character::default()
             };
-            self.characters.push(Standing {
+            self.characters.push(FormationMember {
                 id: self.crowd.add(&character)?,
                 place: Vec3::new(x, 0.0, z),
                 level: LevelId(0),

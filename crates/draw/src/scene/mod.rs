@@ -30,7 +30,7 @@ pub(crate) mod internal {
 pub use camera::{Camera, Orbit};
 pub use crowd_shot::{CrowdMember, CrowdShot, Detail, MemberGroup};
 pub use dodge::{AnsweredAttack, Dodge, DodgeSettings, Nearest};
-pub use duel_playback::{Cut, DuelPlayback, DuelPlaybackSettings};
+pub use duel_playback::{Cut, DuelPlayback, DuelPlaybackSettings, RecordedDuel};
 pub use figure::{Figure, FigurePart, Look};
 pub use formation::{Formation, FormationError, FormationSettings, Performer};
 pub use formation_view::level_colour;

@@ -19,7 +19,7 @@ mod write;
 pub use channel::Channel;
 pub use error::{BvhError, BvhProblem};
 pub use file::{BvhFile, BvhJoint, MotionError};
-pub(crate) use names::Taken;
+pub(crate) use names::UsedNames;
 pub use write::{MotionDesc, write};
 
 /// Maximum number of channels of a joint.

@@ -8,7 +8,7 @@ use sabaki::math::F32x16;
 use sabaki_app::percentile::percentile;
 use serde_json::{Value, json};
 
-use super::cases::{Case, Lod, Motion, What};
+use super::cases::{Case, Lod, Motion, TimedWork};
 use super::row::Row;
 use super::scene::{SECONDS, Scene};
 use super::{Args, usage};
@@ -39,7 +39,7 @@ impl Scene {
     pub(super) fn run_in_budget(&self, args: &Args, rows: &[Row]) -> Result<BudgetRun, Failure> {
         let plain = PlainRows::of(rows, self.animations.levels());
         let case = Case {
-            what: What::Frame(Motion::Run),
+            what: TimedWork::Frame(Motion::Run),
             lod: Lod::Distance,
             ..Case::plain()
         };

@@ -19,7 +19,7 @@ pub(super) enum Lod {
 /// What is measured.
 #[derive(Clone, Copy, PartialEq)]
 pub(super) struct Case {
-    pub(super) what: What,
+    pub(super) what: TimedWork,
     pub(super) lod: Lod,
     pub(super) layout: Layout,
     pub(super) isa: Isa,
@@ -48,7 +48,7 @@ pub(super) enum Mixed {
 
 /// What a measured time contains.
 #[derive(Clone, Copy, PartialEq)]
-pub(super) enum What {
+pub(super) enum TimedWork {
     /// Poses of characters whose levels are known.
     Pose,
     /// The whole frame: levels by a camera at this speed, in metres per second, time and poses.
@@ -79,10 +79,10 @@ impl Args {
         threads.push(most);
         let plain = Case::plain();
         let mut cases = Vec::new();
-        let frame = |motion| (What::Frame(motion), Lod::Distance);
+        let frame = |motion| (TimedWork::Frame(motion), Lod::Distance);
         for (what, lod) in [
-            (What::Pose, Lod::Off),
-            (What::Pose, Lod::Distance),
+            (TimedWork::Pose, Lod::Off),
+            (TimedWork::Pose, Lod::Distance),
             frame(Motion::Still),
             frame(Motion::Walk),
             frame(Motion::Run),
@@ -139,7 +139,7 @@ impl Case {
     /// Poses of all joints in blocks, on one thread and the widest registers.
     pub(super) fn plain() -> Self {
         Self {
-            what: What::Pose,
+            what: TimedWork::Pose,
             lod: Lod::Off,
             layout: Layout::Blocks,
             isa: Isa::best(),
@@ -183,7 +183,7 @@ impl Mixed {
     }
 }
 
-impl What {
+impl TimedWork {
     pub(super) fn name(self) -> &'static str {
         match self {
             Self::Pose => "pose",

@@ -4,7 +4,7 @@ use sabaki::crowd::{Form, Layout};
 use serde_json::{Value, json};
 
 use super::Args;
-use super::cases::{CUTS, Case, Lod, Mixed, What};
+use super::cases::{CUTS, Case, Lod, Mixed, TimedWork};
 
 /// The time of one case.
 pub(super) struct Row {
@@ -47,7 +47,7 @@ impl Row {
     /// clips, as one of them; beside busy threads, as on one thread.
     pub(super) fn against_plain(&self, rows: &[Self]) -> f64 {
         let plain = Case {
-            what: What::Pose,
+            what: TimedWork::Pose,
             lod: Lod::Off,
             layout: Layout::Blocks,
             cut: self.case.cut.map(|_| CUTS[0]),

@@ -15,7 +15,7 @@ use sabaki::lod::{LevelSettings, Levels, Measure, Rule, SwitchSettings, Switchin
 use sabaki::math::{F32x16, Rigid2};
 
 use super::busy::BusyThreads;
-use super::cases::{CUT_SECONDS, Case, Lod, Mixed, Motion, What};
+use super::cases::{CUT_SECONDS, Case, Lod, Mixed, Motion, TimedWork};
 use super::row::Row;
 use super::{Args, usage};
 use crate::cli::{Failure, cancel};
@@ -164,10 +164,10 @@ impl Scene {
     pub(super) fn measure(&self, args: &Args, case: Case) -> Result<Row, Failure> {
         let (crowd, joints) = self.crowd(args, case)?;
         let joints = match case.what {
-            What::Pose => joints as f64 / crowd.len() as f64,
-            What::Frame(_) => self.mean_joints(args, case)?,
+            TimedWork::Pose => joints as f64 / crowd.len() as f64,
+            TimedWork::Frame(_) => self.mean_joints(args, case)?,
         };
-        let mut posed = Posed::new(crowd);
+        let mut posed = PosedCrowd::new(crowd);
         let mut times = Vec::with_capacity(args.frames as usize);
         let _busy = BusyThreads::new(case.busy);
         for frame in 0..args.frames + WARM_UP {
@@ -191,7 +191,7 @@ impl Scene {
     /// Joints of a character in the frames that are measured, on average. The frames are played once more, so that no time is taken
     /// while they are counted.
     fn mean_joints(&self, args: &Args, case: Case) -> Result<f64, Failure> {
-        let mut posed = Posed::new(self.crowd(args, case)?.0);
+        let mut posed = PosedCrowd::new(self.crowd(args, case)?.0);
         let mut joints = 0;
         for frame in 0..args.frames + WARM_UP {
             self.step(&mut posed, case, frame)?;
@@ -211,10 +211,10 @@ impl Scene {
         Vec3::new(0.0, 0.0, -motion.walked(frame as f32 * SECONDS as f32))
     }
 
-    pub(super) fn step(&self, posed: &mut Posed, case: Case, frame: u32) -> Result<(), Failure> {
+    pub(super) fn step(&self, posed: &mut PosedCrowd, case: Case, frame: u32) -> Result<(), Failure> {
         cancel::check()?;
-        let Posed { crowd, out } = posed;
-        let What::Frame(motion) = case.what else {
+        let PosedCrowd { crowd, out } = posed;
+        let TimedWork::Frame(motion) = case.what else {
             crowd.advance(SECONDS);
             return crowd.pose(out).map_err(usage);
         };
@@ -229,12 +229,12 @@ impl Scene {
 }
 
 /// A crowd and the memory of its poses.
-pub(super) struct Posed {
+pub(super) struct PosedCrowd {
     pub(super) crowd: Crowd,
     pub(super) out: Vec<F32x16>,
 }
 
-impl Posed {
+impl PosedCrowd {
     pub(super) fn new(crowd: Crowd) -> Self {
         Self {
             out: vec![F32x16::ZERO; crowd.max_output_len(crowd.len())],

@@ -16,7 +16,7 @@ use super::canvas::Canvas;
 use super::file::{self, Kind};
 use super::{Args, Written, first_given, text_height};
 use crate::cli::culling::DeviceArgs;
-use crate::cli::mesh::Wardrobe;
+use crate::cli::mesh::BoundOutfit;
 use crate::cli::numbers::whole;
 use crate::cli::picture::{Picture, TextLook};
 use crate::cli::plot::INK;
@@ -46,12 +46,12 @@ fn usage(error: impl std::fmt::Display) -> Failure {
 
 pub(super) fn run(args: &Args, kind: Kind, device: &DeviceArgs) -> Result<Written, Failure> {
     let motions = demo::motions().map_err(GraphError::from)?;
-    let wardrobe = args.mesh.load(&motions.skeleton, &motions.clips)?;
-    let mut formation = args.crowd.formation(&motions, wardrobe.as_ref())?;
+    let bound_outfit = args.mesh.load(&motions.skeleton, &motions.clips)?;
+    let mut formation = args.crowd.formation(&motions, bound_outfit.as_ref())?;
     let desc = StageDesc {
-        meshes: wardrobe
+        meshes: bound_outfit
             .as_ref()
-            .map_or(&[], |wardrobe| &wardrobe.outfit.meshes),
+            .map_or(&[], |bound_outfit| &bound_outfit.outfit.meshes),
         shadow_side: 4096,
         max_members: args.crowd.count(),
         max_crowd_len: formation.max_output_len() as u32,
@@ -82,7 +82,7 @@ pub(super) fn run(args: &Args, kind: Kind, device: &DeviceArgs) -> Result<Writte
     drop(canvas);
     let bytes = file::write(&args.out, kind, &film)?;
     let census = formation.census();
-    let mut text = wardrobe.map_or_else(String::new, |wardrobe| wardrobe.report);
+    let mut text = bound_outfit.map_or_else(String::new, |bound_outfit| bound_outfit.report);
     let _ = writeln!(
         text,
         "{}; on each of {} levels: {census:?}",
@@ -123,7 +123,7 @@ impl CrowdArgs {
         self.count.unwrap_or(10_000)
     }
 
-    fn formation(&self, motions: &Motions, wardrobe: Option<&Wardrobe>) -> Result<Formation, Failure> {
+    fn formation(&self, motions: &Motions, bound_outfit: Option<&BoundOutfit>) -> Result<Formation, Failure> {
         let name = self.motion.as_deref().unwrap_or("front_kick");
         let clip = motions.clips.iter().find(|clip| clip.name() == name);
         let clip = clip.ok_or_else(|| {
@@ -139,7 +139,7 @@ impl CrowdArgs {
             skeleton: &motions.skeleton,
             body: &body,
             clip,
-            skin: wardrobe.map(|wardrobe| &*wardrobe.outfit.skins[0]),
+            skin: bound_outfit.map(|bound_outfit| &*bound_outfit.outfit.skins[0]),
         };
         let mut formation = Formation::new(performer, &settings).map_err(usage)?;
         formation.use_levels(!self.no_levels);

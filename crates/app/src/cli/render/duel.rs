@@ -8,14 +8,14 @@ use sabaki::duel::Exchange;
 use sabaki::maps::BakedGraph;
 use sabaki_app::film::{Delay, Film};
 use sabaki_draw::StageDesc;
-use sabaki_draw::scene::{Cut, DuelPlayback, DuelPlaybackSettings};
+use sabaki_draw::scene::{Cut, DuelPlayback, DuelPlaybackSettings, RecordedDuel};
 use serde_json::{Value, json};
 
 use super::canvas::Canvas;
 use super::file::{self, Kind};
 use super::{Written, size, text_height};
 use crate::cli::culling::DeviceArgs;
-use crate::cli::duel::{Fought, clip_of};
+use crate::cli::duel::{DuelRun, clip_of};
 use crate::cli::mesh::MeshArgs;
 use crate::cli::numbers::whole;
 use crate::cli::picture::{Picture, TextLook};
@@ -87,7 +87,7 @@ impl DuelArgs {
     pub(crate) fn draw(
         &self,
         baked: &BakedGraph,
-        fought: &Fought,
+        fought: &DuelRun,
         device: &DeviceArgs,
     ) -> Result<Option<(Value, String)>, Failure> {
         let Some(path) = &self.out else {
@@ -97,11 +97,16 @@ impl DuelArgs {
         let settings = DuelPlaybackSettings::default();
         let exchanges = &fought.exchanges;
         let graph = baked.graph();
-        let wardrobe = self.mesh.load(graph.skeleton(), graph.clips())?;
-        let skins = wardrobe
+        let bound_outfit = self.mesh.load(graph.skeleton(), graph.clips())?;
+        let skins = bound_outfit
             .as_ref()
-            .map(|wardrobe| wardrobe.outfit.skins.clone());
-        let playback = DuelPlayback::new(baked, &fought.fighters, exchanges, &settings).with_skins(skins);
+            .map(|bound_outfit| bound_outfit.outfit.skins.clone());
+        let duel = RecordedDuel {
+            baked,
+            fighters: &fought.fighters,
+            exchanges,
+        };
+        let playback = DuelPlayback::new(duel, &settings).with_skins(skins);
         let mut cuts = playback.cuts(self.size[0] as f32 / self.size[1] as f32);
         cuts.drain(..cuts.len().min(self.from as usize - 1));
         if cuts.is_empty() {
@@ -116,9 +121,9 @@ impl DuelArgs {
             cuts,
         };
         let desc = StageDesc {
-            meshes: wardrobe
+            meshes: bound_outfit
                 .as_ref()
-                .map_or(&[], |wardrobe| &wardrobe.outfit.meshes),
+                .map_or(&[], |bound_outfit| &bound_outfit.outfit.meshes),
             ..StageDesc::default()
         };
         let mut canvas = Canvas::new(device, self.size, &desc)?;
@@ -139,7 +144,7 @@ impl DuelArgs {
             document,
             format!(
                 "{}{file}: {}\n",
-                wardrobe.map_or_else(String::new, |wardrobe| wardrobe.report),
+                bound_outfit.map_or_else(String::new, |bound_outfit| bound_outfit.report),
                 written.describe()
             ),
         )))

@@ -20,7 +20,7 @@ pub enum Surroundings {
 
 /// Obstacles of one run.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Room {
+pub(super) struct ScenarioObstacles {
     solids: Vec<Obstacle>,
     walkers: Vec<Walker>,
 }
@@ -39,16 +39,16 @@ struct Walker {
 /// Radius of a walker's body, in metres.
 const BODY: f32 = 0.3;
 
-impl Room {
+impl ScenarioObstacles {
     /// A room around a character that stands at the origin.
     pub(super) fn new(kind: Surroundings, random: &mut impl Rng) -> Result<Self, ObstacleError> {
-        let mut room = Self::default();
+        let mut obstacles = Self::default();
         match kind {
             Surroundings::Empty => {}
-            Surroundings::Walls => room.add_solids(random)?,
-            Surroundings::Opponents => room.add_walkers(random),
+            Surroundings::Walls => obstacles.add_solids(random)?,
+            Surroundings::Opponents => obstacles.add_walkers(random),
         }
-        Ok(room)
+        Ok(obstacles)
     }
 
     fn add_solids(&mut self, random: &mut impl Rng) -> Result<(), ObstacleError> {
