@@ -1,6 +1,6 @@
-//! What the packages of this workspace share with this one and a host never names: legs and bends, lanes, threads.
+//! Items that the packages of this workspace share and a host never names: legs and bends, lanes, threads.
 //!
-//! No promise of compatibility holds here: a version's last number may change any of it.
+//! They are not covered by semantic versioning: a patch version may change any of them.
 pub use crate::anim::facing::Facing;
 pub use crate::anim::ik::{LegGoal, free_distance};
 pub use crate::anim::knee::{Knee, KneeLimit};

@@ -13,8 +13,8 @@ use super::tracks::{MotionKeys, Tracks};
 use crate::anim::{Clip, ClipId, JointId, Skeleton};
 use crate::lod::{Level, LevelId, LevelMotion, LevelTrack, Levels, Translations};
 
-/// What a crowd can play: clips of one skeleton on each of its levels, as the kernels read them.
-/// Immutable once made; share it by reference count.
+/// The clips of one skeleton that a crowd can play, on each of its levels, in the form that the kernels read. It is
+/// immutable; share it by reference count.
 #[derive(Clone, Debug)]
 pub struct AnimationSet {
     /// The keys of all clips and levels.
@@ -35,7 +35,7 @@ pub struct AnimationSet {
     carriers: Vec<Vec<u16>>,
 }
 
-/// What a motion adds to its first frame.
+/// Converts a motion to its differences from its first frame.
 fn additive(motion: LevelMotion) -> LevelMotion {
     let tracks = motion.tracks.into_iter().map(|track| {
         let (turn, place) = (track.rotations[0].inverse(), track.translations.at(0));
@@ -62,7 +62,8 @@ impl AnimationSet {
     pub const MOST_MOTIONS: usize = slot::MOST_MOTIONS;
 
     /// Builds the animations of clips without additive layers: see [`AnimationSet::build`].
-    /// ¶ # Errors
+    ///
+    /// # Errors
     /// The errors of [`AnimationSet::build`].
     pub fn new(skeleton: &Skeleton, clips: &[Clip], levels: &[Level]) -> Result<Self, CrowdError> {
         Self::build(&AnimationSetDesc {
@@ -224,5 +225,9 @@ impl AnimationSet {
 }
 
 fn carriers(level: &Level) -> Vec<u16> {
-    level.attachments.iter().map(|attachment| attachment.carrier).collect()
+    level
+        .attachments
+        .iter()
+        .map(|attachment| attachment.carrier)
+        .collect()
 }

@@ -8,7 +8,7 @@ use crate::anim::ClipId;
 use crate::lod::LevelId;
 use crate::math::F32x16;
 
-/// What characters must have in common to be posed in one group.
+/// The properties that all characters of a group share.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct GroupKind {
     /// The finest level that a character of the group needs.

@@ -1,8 +1,8 @@
-//! The joints of one part of a group: each from its parent, then the blending between levels, then the output.
+//! Computes the joints of one part of a group: each from its parent, then the blending between levels, then the output.
 //!
-//! Source: Hasegawa, Nishio & Kobori, 3 (joints of a level evaluated in model space). Differs: one joint of sixteen
-//! characters is computed at once, a character in each lane. Joints stand breadth-first, so that a joint seldom waits for
-//! the one just before it. These loops are large: they are compiled once, for all kinds of places that they may go to.
+//! Source: Hasegawa, Nishio & Kobori, 3 (joints of a level evaluated in model space). Differs: a joint of sixteen
+//! characters is computed at once, one character in each lane. Joints are in breadth-first order, so that a joint seldom
+//! waits for the one just before it. These loops are large: they are compiled once, for all kinds of targets.
 
 use bytemuck::Zeroable;
 

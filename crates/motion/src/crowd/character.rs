@@ -46,7 +46,7 @@ impl Default for Placement {
     }
 }
 
-/// What one character of a crowd plays, and where it stands.
+/// The motion, level of detail and placement of one character of a crowd.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Character {
     /// The clip, which is played in a loop.
@@ -93,11 +93,11 @@ impl Default for Character {
 pub struct ClipMix {
     /// The clip.
     pub clip: ClipId,
-    /// Time in it, in seconds, as [`Character::time`].
+    /// Time in the clip, in seconds, as [`Character::time`].
     pub time: f32,
-    /// Its playback rate, as [`Character::speed`].
+    /// Playback rate of the clip, as [`Character::speed`].
     pub speed: f32,
-    /// How much of it: see [`Character::fade`] and [`Character::layer`].
+    /// Weight of the clip: see [`Character::fade`] and [`Character::layer`].
     pub weight: f32,
 }
 
@@ -215,7 +215,7 @@ impl CharacterState {
         state
     }
 
-    /// What the character plays at this moment.
+    /// The description of the character at the crowd's time `now`, in seconds.
     pub(super) fn character(&self, animations: &AnimationSet, now: f64) -> Character {
         let own = self.own().clip_mix(animations, now);
         let fade = self.fade.clip_mix(animations, now);

@@ -1,4 +1,4 @@
-//! Where the keys of a clip stand among those of all clips.
+//! Positions of a clip's keys among those of all clips.
 
 use super::moment::Cycle;
 

@@ -26,7 +26,7 @@ pub struct ExternalGroups {
     pub offset: usize,
 }
 
-/// Where a pose is written, and how.
+/// Destination of a pose, and the level that it is made to look like.
 pub struct ExternalTarget<'a> {
     /// Place of the pose in the output.
     pub slice: PoseSlice,
@@ -88,12 +88,16 @@ impl AnimationSet {
                 }
             }
             Form::Rotations => {
-                self.look(detail, joints, |model, carrier, WeightedAttachment { offset, weight }| {
-                    let turn = carrier.rotation * offset.rotation;
-                    model.rotation = towards(model.rotation, turn, weight);
-                    let place = carrier.point(offset.translation);
-                    model.translation = model.translation.lerp(place, weight);
-                });
+                self.look(
+                    detail,
+                    joints,
+                    |model, carrier, WeightedAttachment { offset, weight }| {
+                        let turn = carrier.rotation * offset.rotation;
+                        model.rotation = towards(model.rotation, turn, weight);
+                        let place = carrier.point(offset.translation);
+                        model.translation = model.translation.lerp(place, weight);
+                    },
+                );
                 for (joint, model) in joints.iter().enumerate().take(slice.joints) {
                     let at = |number| JointNumber { joint, number };
                     slice.set(out, at(0), &model.rotation.to_array());
@@ -104,7 +108,12 @@ impl AnimationSet {
     }
 
     /// Applies the steps from the finest level to the one of `detail`, the coarsest step first.
-    fn look<T: Copy>(&self, detail: f32, models: &mut [T], approach: impl Fn(&mut T, T, WeightedAttachment)) {
+    fn look<T: Copy>(
+        &self,
+        detail: f32,
+        models: &mut [T],
+        approach: impl Fn(&mut T, T, WeightedAttachment),
+    ) {
         for (index, step) in self.steps[0].iter().enumerate().rev() {
             let weight = (detail - index as f32).clamp(0.0, 1.0);
             if weight > 0.0 {

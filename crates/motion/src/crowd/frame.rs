@@ -1,8 +1,8 @@
-//! One call a frame: time, culling, levels of detail and poses of all characters.
+//! One call per frame: time, culling, levels of detail and poses of all characters.
 //!
-//! Source: the levels are those of [`Switching`]. Differs in how they are found: sixteen characters at a time, in the order
-//! of the groups (see `level_pass`). Only characters that need a finer level than their group has, or that enter the frustum,
-//! are put into other groups.
+//! Source: the levels are those of [`Switching`]. Differs in how they are found: for sixteen characters at a time, in the
+//! order of the groups (see `level_pass`). Only characters that need a finer level than their group's, or that enter the
+//! frustum, are moved to other groups.
 
 use glam::Vec3;
 

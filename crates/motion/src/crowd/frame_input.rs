@@ -1,13 +1,13 @@
-//! What a frame is given, and what it reports.
+//! Input and report of a frame.
 
 use glam::{Vec3, Vec4};
 
 use crate::lod::Switching;
 
-/// What changes from one frame to the next.
+/// Input of [`Crowd::frame`](super::Crowd::frame).
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Frame<'a> {
-    /// Seconds since the frame before. 0 by default.
+    /// Time since the previous frame, in seconds. Default 0.
     pub seconds: f64,
     /// The distances from `eye` at which levels of detail change. `None`, the default: characters keep their levels.
     pub switching: Option<&'a Switching>,
@@ -31,7 +31,7 @@ pub struct Frustum {
     pub centre: f32,
 }
 
-/// What a frame did.
+/// Report of [`Crowd::frame`](super::Crowd::frame).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct FrameReport {
     /// Characters that were given another place in the output.

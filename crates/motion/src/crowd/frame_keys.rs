@@ -1,6 +1,6 @@
-//! The keys between the frames of clips: one from each frame to the next, more where a joint turns fast.
+//! The numbers of keys between the frames of clips: one from each frame to the next, more where a joint turns fast.
 //!
-//! Time is counted in frames, which last equally long. A moment between two frames lies between two of the keys there.
+//! Time is counted in frames, which have equal durations. A moment between two frames lies between two of the keys there.
 
 use super::clip_range::ClipRange;
 use super::moment::Moment;
@@ -20,10 +20,10 @@ struct KeysOfFrame {
 }
 
 impl FrameKeys {
-    /// Adds a clip, whose frames but the last have so many keys.
+    /// Adds a clip. `keys_of_frames` has the number of keys of each frame but the last.
     pub(super) fn add(&mut self, keys_of_frames: &[u32]) {
         let mut first = 0;
-        // A clip of one frame stands still for the time of one.
+        // A clip of one frame stands still for the duration of a frame.
         for &count in if keys_of_frames.is_empty() {
             &[1]
         } else {
@@ -37,7 +37,7 @@ impl FrameKeys {
         }
     }
 
-    /// The position of a time, in intervals between keys; both are counted from the clip's beginning.
+    /// The position of `time`, which is in frames, in intervals between keys. Both are counted from the clip's beginning.
     pub(super) fn position(&self, range: &ClipRange, time: f32) -> f32 {
         let frame = time.floor().min(range.frames as f32 - 1.0);
         let KeysOfFrame { first, count } = self.0[range.frame + frame as usize];
@@ -74,7 +74,8 @@ pub(super) struct LaneKeys {
 
 impl LaneKeys {
     /// Converts a moment between frames to a moment between keys.
-    /// ¶ No operation is fused, so that all machines find the same interval.
+    ///
+    /// No operation is fused, so that all machines find the same interval.
     #[inline(always)]
     pub(super) fn moment<L: Lanes>(&self, part: usize, share: L) -> Moment<L> {
         let count = L::load(&self.count, part);

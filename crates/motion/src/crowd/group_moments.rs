@@ -1,4 +1,4 @@
-//! Where the characters of a group are in their clips.
+//! Computes the moments of a group's characters in their clips.
 
 use super::group::{ClipLines, Clock, SharedClip};
 use super::key_bank::KeyPlace;

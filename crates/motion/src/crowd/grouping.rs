@@ -1,13 +1,13 @@
 //! The groups of a crowd, and where they are in the output.
 
 use super::character::MemberId;
-use super::stale_cost::StaleCost;
 use super::error::CrowdError;
 use super::frame_input::FrameReport;
 use super::instances::{CHUNKS_OF_A_THREAD, Crowd, MOST_CHUNKS};
 use super::output::{Layout, PoseSlice, SlicePlace};
 use super::schedule::{Schedule, Sorting};
 use super::slot::{MOST_LATE, NOWHERE, Slot};
+use super::stale_cost::StaleCost;
 use crate::lod::LevelId;
 
 impl Crowd {

@@ -1,10 +1,10 @@
-//! Where the poses of the last two frames are: for motion vectors.
+//! Positions of the last two frames' poses in the output, for motion vectors.
 
 use super::output::{Output, PoseSlice, SlicePlace};
 use super::schedule::Schedule;
 use crate::math::F32x16;
 
-/// Where the poses of two frames are, by character.
+/// Positions of two frames' poses, by character.
 #[derive(Clone, Debug, Default)]
 pub(super) struct History {
     current: Vec<Option<SlicePlace>>,

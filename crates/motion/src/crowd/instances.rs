@@ -4,7 +4,6 @@ use std::sync::{Arc, Mutex};
 
 use super::animation_set::AnimationSet;
 use super::character::{Character, CharacterState, MemberId, Placement, clamped};
-use super::stale_cost::StaleCost;
 use super::error::CrowdError;
 use super::history::History;
 use super::level_pass::FrameScratch;
@@ -13,6 +12,7 @@ use super::schedule::Schedule;
 use super::scratch::Scratch;
 use super::settings::CrowdSettings;
 use super::slot::{self, NOWHERE};
+use super::stale_cost::StaleCost;
 use crate::anim::ClipId;
 use crate::lod::LevelId;
 use crate::math::{WorkerPool, thread_count};
@@ -104,13 +104,14 @@ impl Crowd {
         crowd
     }
 
-    /// The clips that its characters can play.
+    /// The clips that the crowd's characters can play.
     #[must_use]
     pub fn animations(&self) -> &AnimationSet {
         &self.animations
     }
 
-    /// How it is posed. The instruction set is the one that is used: see [`Isa::or_best`](crate::math::Isa::or_best).
+    /// The settings of the crowd, with the instruction set that is actually used: see
+    /// [`Isa::or_best`](crate::math::Isa::or_best).
     #[must_use]
     pub fn settings(&self) -> &CrowdSettings {
         &self.settings
@@ -165,7 +166,8 @@ impl Crowd {
     }
 
     /// Moves a character. [`Crowd::place_all`] is faster for many characters.
-    /// ¶ # Errors
+    ///
+    /// # Errors
     /// A character that does not exist.
     pub fn place(&mut self, id: MemberId, placement: &Placement) -> Result<(), CrowdError> {
         self.check(id)?;
@@ -183,7 +185,8 @@ impl Crowd {
 
     /// Changes a character's level and its progress towards the next level: see [`Character::blend`]. [`Crowd::frame`] does
     /// this for all characters at once.
-    /// ¶ # Errors
+    ///
+    /// # Errors
     /// A character that does not exist.
     pub fn set_detail(
         &mut self,
@@ -208,7 +211,7 @@ impl Crowd {
         Ok(())
     }
 
-    /// What a character plays now: its time is that of this moment, its level that of the last frame.
+    /// The present description of a character: its time in the clip is the present one, its level that of the last frame.
     ///
     /// # Errors
     /// A character that does not exist.

@@ -1,4 +1,4 @@
-//! The poses of groups of sixteen characters: where they are in their clips, their keys, and their joints (see `chain`).
+//! Poses groups of sixteen characters: finds their moments, reads their keys, and computes their joints (see `chain`).
 
 use std::marker::PhantomData;
 

@@ -1,9 +1,9 @@
 //! The keys of all clips, as the kernels read them.
 //!
-//! A clip is a list of tracks, and a track a list of columns: four for a rotation, none to six for a position. A column has
-//! one 16-bit key for each frame, and more where a joint turns fast. The same keys stand twice: column by column, for characters that are near each other in
-//! time and share their loads, and key by key in rows, for those that are not. In a row four keys are a quad: a rotation is
-//! one, a position up to two.
+//! A clip is a list of tracks, and a track a list of columns: four for a rotation, none to six for a position. A column
+//! has one 16-bit key for each frame, and more where a joint turns fast. The keys are stored twice: column by column, for
+//! characters that are near each other in time and share their loads, and key by key in rows, for the others. In a row, four
+//! keys are a quad. A rotation is one quad, a position up to two.
 
 use super::clip_range::ClipRange;
 use super::frame_keys::FrameKeys;
@@ -55,8 +55,8 @@ pub(super) struct TrackPlaces {
 
 impl TrackPlaces {
     /// Assigns columns and quads to the tracks. Columns follow the order of the tracks. In a row, the tracks of the finest
-    /// level come first, ordered by the coarsest level that plays them. A level therefore reads few cache lines and few
-    /// quads that it does not need.
+    /// level come first; within them and within the others, the coarser the coarsest level that plays a track, the earlier
+    /// it comes. A level therefore reads few cache lines, and few quads that it does not need.
     pub(super) fn new(tracks: &Tracks) -> Self {
         let mut columns = Vec::with_capacity(tracks.len());
         let mut column_count = 0;

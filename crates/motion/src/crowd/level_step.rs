@@ -1,8 +1,8 @@
-//! What makes a level look like a coarser one: removed joints are carried by kept ones.
+//! Steps that make a level look like a coarser one: removed joints are moved to where kept ones carry them.
 //!
-//! Beyond Hasegawa, Nishio & Kobori, who leave the jumps between levels to future work (their 4.2): see `lod::blend`.
-//! A group may hold characters of several levels. It is posed on the finest of them; a character of a coarser level takes
-//! some steps from there, and the last of them in part.
+//! This goes beyond Hasegawa, Nishio & Kobori, who leave the jumps between levels to future work (their 4.2): see
+//! `lod::blend`. A group may contain characters of several levels. It is posed on the finest of them. For a character of a
+//! coarser level, some steps are applied to that pose, the last one in part.
 
 use glam::{Quat, Vec3};
 

@@ -1,4 +1,4 @@
-//! What is mixed into the clip of a character or of a group.
+//! The clips that are mixed into those of a character or of a group.
 
 /// Which clips are mixed into a character's own.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -1,4 +1,4 @@
-//! Where characters are in their clips.
+//! Moments of characters in their clips.
 
 use super::quantise::ONE;
 use crate::math::Lanes;
@@ -22,7 +22,7 @@ impl<L: Lanes> Moment<L> {
     }
 }
 
-/// How many intervals a clip has, for each lane.
+/// Number of intervals of a clip, for each lane.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Cycle<L> {
     length: L,
@@ -76,7 +76,8 @@ impl<L: Lanes> Cycle<L> {
     }
 
     /// The moment at `time`, in intervals.
-    /// ¶ No operation is fused, so that all machines find the same interval.
+    ///
+    /// No operation is fused, so that all machines find the same interval.
     #[inline(always)]
     pub(super) fn moment(self, time: L) -> Moment<L> {
         let time = self.wrapped(time);
@@ -88,7 +89,7 @@ impl<L: Lanes> Cycle<L> {
     }
 }
 
-/// How far lanes are from each other in time.
+/// Classes of the distance between lanes in time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Reach {
     /// Less than [`Lanes::REACH`] intervals.

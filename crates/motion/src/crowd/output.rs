@@ -4,7 +4,7 @@ use super::rotations::Rotations;
 use crate::lod::LevelId;
 use crate::math::F32x16;
 
-/// What is written of each joint, in the space of the world.
+/// The values that are written for each joint, in the space of the world.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Form {
     /// A matrix of 3 rows and 4 columns, row by row: 12 numbers. It transforms points from the joint's frame to the world.
@@ -50,7 +50,7 @@ pub enum Layout {
     Instances,
 }
 
-/// How memory is written.
+/// How output is written to memory.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum WriteMode {
     /// Through the caches, for memory that is soon read again.
@@ -60,7 +60,7 @@ pub enum WriteMode {
     Streamed,
 }
 
-/// What a crowd writes.
+/// Form, layout and write mode of a crowd's output.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Output {
     /// The values of each joint. Default [`Form::Matrices`].
@@ -123,7 +123,7 @@ pub(super) fn row_lines<P: JointMath>(joints: usize) -> usize {
     joints.div_ceil(turn_joints::<P>()) * turn_lines::<P>()
 }
 
-/// Where the pose of a character is in the output.
+/// Position of a character's pose in the output.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PoseSlice {
     /// Position of the first joint's first value, counted in values from the start of the output.
@@ -176,7 +176,8 @@ impl PoseSlice {
     }
 
     /// A value of a joint.
-    /// ¶ # Panics
+    ///
+    /// # Panics
     /// If it is not within `out`.
     #[must_use]
     #[inline]
@@ -198,7 +199,8 @@ impl PoseSlice {
 
     /// Copies the values of joints, 12 or 7 for each, in the order of `joints`: indices into the level's joints, such as
     /// [`AnimationSet::skeleton_order`](super::AnimationSet::skeleton_order) gives.
-    /// ¶ # Panics
+    ///
+    /// # Panics
     /// If a joint is not within `out`, or `to` is too short.
     pub fn copy_joints(&self, out: &[F32x16], joints: &[u16], to: &mut [f32]) {
         let out = bytemuck::cast_slice::<F32x16, f32>(out);

@@ -1,6 +1,7 @@
 //! Builds new groups a part in each frame, while the present ones are posed: sorting all characters at once would take
 //! longer than posing them.
-//! ¶ The keys of all characters are recorded and sorted digit by digit, then groups are filled in their order. Changes of
+//!
+//! The keys of all characters are recorded and sorted digit by digit, then groups are filled in their order. Changes of
 //! characters are written to the present groups and to the new ones. A character that does not fit its new group is moved to
 //! another one when the new groups take over.
 

@@ -40,8 +40,8 @@ impl JointMath for Rotations {
         part: usize,
     ) {
         let (zero, one, half, two) = (L::splat(0.0), L::splat(1.0), L::splat(0.5), L::splat(2.0));
-        // Half the heading, from -π to π: its cosine is never below 0. The larger of cosine and sine by its root, the other from
-        // the heading's sine: its root would lose a small heading.
+        // Cosine and sine of half the heading. The heading is from -π to π, so this cosine is not negative. The larger of
+        // the two is computed by a square root, the other from the heading's sine: a square root would lose small headings.
         let (cos_size, sin_size) = (cos.max(zero - cos), sin.max(zero - sin));
         let larger = ((one + cos_size) * half).sqrt();
         let other = sin_size / (larger * two);
@@ -104,7 +104,12 @@ impl JointMath for Rotations {
     }
 
     #[inline(always)]
-    fn compose_blended<L: Lanes>(above: &Self::Model, ready: Local<L>, model: &mut Self::Model, part: usize) {
+    fn compose_blended<L: Lanes>(
+        above: &Self::Model,
+        ready: Local<L>,
+        model: &mut Self::Model,
+        part: usize,
+    ) {
         Self::compose(above, ready, model, part);
     }
 

@@ -20,7 +20,7 @@ pub(super) struct Run<'a> {
     pub(super) ranges: &'a [ClipRange],
     /// For each group, the clip of all its characters if they are near each other in time, else `None`.
     pub(super) near: &'a [Option<ClipId>],
-    /// What is mixed into the clips of the characters.
+    /// The clips that are mixed into those of the characters.
     pub(super) mix: Mix,
     pub(super) groups: &'a [Group],
     /// Lanes of each group that are inside the frustum.

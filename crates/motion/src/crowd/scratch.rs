@@ -9,7 +9,7 @@ use super::output::row_lines;
 use crate::math::F32x16;
 
 /// Number of groups whose moments are found together. Finding a moment is a long chain of dependent operations; the chains
-/// of several groups run at once.
+/// of several groups overlap.
 pub(super) const AHEAD: usize = 8;
 
 /// Memory that a thread keeps from frame to frame.

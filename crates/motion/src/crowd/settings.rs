@@ -2,7 +2,7 @@ use super::output::Output;
 use crate::lod::LevelId;
 use crate::math::Isa;
 
-/// How a crowd is posed.
+/// Settings of a crowd.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CrowdSettings {
     /// Form, layout and write mode of the output.
@@ -21,7 +21,8 @@ pub struct CrowdSettings {
 
 /// Lets characters of coarse levels keep a pose for some frames; groups of sixteen are posed in turn. The caller must pass
 /// the same memory, with its content, in each frame.
-/// ¶ A held character is up to `frames` frames behind: 25 mm per frame at 1.5 m/s and 60 frames a second. A group that comes
+///
+/// A held character is up to `frames` frames behind: 25 mm per frame at 1.5 m/s and 60 frames a second. A group that comes
 /// into view is posed at once. Which groups are posed does not depend on the number of threads.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Hold {

@@ -3,7 +3,7 @@
 //! The method is ours: the crowd is sorted once posing the present groups has cost as much more than posing new ones would as
 //! sorting costs.
 
-/// How much more it costs to pose the present groups than to pose new ones. The unit is a fiftieth of the time that sorting one
+/// Extra cost of posing the present groups instead of new ones. The unit is a fiftieth of the time that sorting one
 /// character takes: about a nanosecond.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct StaleCost {

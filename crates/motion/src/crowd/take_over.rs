@@ -1,11 +1,11 @@
 //! Starts building new groups, and replaces the present groups by them.
 
 use super::character::MemberId;
-use super::stale_cost::StaleCost;
 use super::frame_input::Frame;
 use super::instances::{Crowd, LONGEST_RUN};
 use super::output::Layout;
 use super::slot::{MOST_LATE, NOWHERE, PARKED, Slot};
+use super::stale_cost::StaleCost;
 use crate::lod::{LevelId, Switching};
 
 impl Crowd {

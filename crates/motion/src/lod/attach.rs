@@ -51,7 +51,10 @@ impl Attachments {
     }
 
     /// The joints attached to `joint`, including itself, with their offsets.
-    pub(super) fn attached_to(&self, joint: JointId) -> impl Iterator<Item = (JointId, Place)> + '_ {
+    pub(super) fn attached_to(
+        &self,
+        joint: JointId,
+    ) -> impl Iterator<Item = (JointId, Place)> + '_ {
         let by_joint = self.by_joint.iter().enumerate();
         by_joint.filter_map(move |(attached, &(carrier, offset))| {
             (carrier == joint).then_some((JointId(attached as u16), offset))
@@ -69,7 +72,12 @@ impl Attachments {
     }
 
     /// Fits the attachment of `joint` to `carrier`.
-    pub(super) fn fit(&self, samples: &Samples, joint: JointId, carrier: JointId) -> FittedAttachment {
+    pub(super) fn fit(
+        &self,
+        samples: &Samples,
+        joint: JointId,
+        carrier: JointId,
+    ) -> FittedAttachment {
         let pairs = self.pairs(samples, joint, carrier);
         let offset = pairs.best();
         FittedAttachment {

@@ -17,7 +17,7 @@ pub struct Blend {
     pub joint: u16,
     /// The joint that carries it on the coarser level, as an index into the finer level's `kept`.
     pub carrier: u16,
-    /// Its transform in the carrier's frame.
+    /// The joint's transform in the carrier's frame.
     pub offset: JointTransform,
 }
 

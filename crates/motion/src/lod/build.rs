@@ -161,7 +161,8 @@ impl Builder<'_> {
                 best
             }
         });
-        let attachment = best.unwrap_or_else(|| self.attachments.fit(&self.samples, joint, JointId::ROOT));
+        let attachment =
+            best.unwrap_or_else(|| self.attachments.fit(&self.samples, joint, JointId::ROOT));
         let found = (
             attachment,
             attachment.squares - self.attachments.squares(&self.samples, joint),

@@ -139,7 +139,8 @@ impl Level {
             }
         }
         let mut attachments = self.attachments.iter().zip(skeleton.ids());
-        let wrong = attachments.find(|(attachment, _)| usize::from(attachment.carrier) >= self.kept.len());
+        let wrong =
+            attachments.find(|(attachment, _)| usize::from(attachment.carrier) >= self.kept.len());
         match wrong {
             Some((_, id)) => Err(LodError::Level(id.0)),
             None if self.attachments.len() == skeleton.len() => Ok(()),

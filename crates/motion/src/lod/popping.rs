@@ -39,7 +39,7 @@ impl Walk<'_> {
     /// The level and blend in a frame. By the hysteresis, an approaching camera keeps the coarser level as long as possible and a
     /// departing one the finer level.
     fn choice(&self, frame: u64) -> Choice {
-        /// At least as coarse as any level.
+        /// A level that is at least as coarse as any other.
         const COARSEST: LevelId = LevelId(u16::MAX);
         let before = if frame <= self.turn {
             COARSEST

@@ -38,6 +38,8 @@ impl Level {
     pub fn palette(&self, matrices: &[Affine3A], binds: &[Affine3A], out: &mut Vec<Affine3A>) {
         let pairs = self.attachments.iter().zip(binds);
         out.clear();
-        out.extend(pairs.map(|(attachment, bind)| matrices[usize::from(attachment.carrier)] * *bind));
+        out.extend(
+            pairs.map(|(attachment, bind)| matrices[usize::from(attachment.carrier)] * *bind),
+        );
     }
 }

@@ -36,7 +36,8 @@ impl Bytes<4> for u32 {
 }
 
 /// Writes a list: as bytes, or as a list of values in human-readable formats.
-/// ¶ # Errors
+///
+/// # Errors
 /// The serializer's errors.
 pub fn serialize<T, S, const SIZE: usize>(list: &[T], serializer: S) -> Result<S::Ok, S::Error>
 where

@@ -165,7 +165,7 @@ impl RowReader for ShuffledRows {
     }
 }
 
-/// How the codes of one width are moved to their lanes.
+/// Shuffle and shifts that move the codes of one width to their lanes.
 #[cfg(target_arch = "x86_64")]
 #[repr(C, align(32))]
 struct Plan {
@@ -230,7 +230,8 @@ unsafe fn read_avx2(row: CodeRow<'_>, plan: &Plan, out: &mut [f32; CODES]) {
 }
 
 /// [`unit`] with explicit registers: the compiler vectorises the generic function by four lanes only.
-/// ¶ # Safety
+///
+/// # Safety
 /// The machine must have the features that are named.
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2,fma,bmi1,bmi2,popcnt")]

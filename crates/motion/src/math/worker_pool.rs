@@ -1,5 +1,6 @@
 //! A pool of threads that share the work of each frame.
-//! ¶ Work of a tenth of a millisecond is too short to start threads for. The pool does not wait for a thread that wakes late
+//!
+//! Work of a tenth of a millisecond is too short to start threads for. The pool does not wait for a thread that wakes late
 //! because another process has its core: [`WorkerPool::run`] returns when the work that was begun is done.
 
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};

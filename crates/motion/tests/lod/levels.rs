@@ -124,7 +124,8 @@ fn only_root_and_ends_are_left() {
             let last = levels.levels.last().unwrap();
             let mut left = last.kept.clone();
             left.sort();
-            let expected: Vec<JointId> = skeleton.ids()
+            let expected: Vec<JointId> = skeleton
+                .ids()
                 .filter(|&id| id == JointId::ROOT || is_end(&skeleton, id))
                 .collect();
             assert_eq!(left, expected);
@@ -267,7 +268,8 @@ fn the_humanoid_of_24_joints_has_levels_0_to_18() {
         if order == Order::Error {
             // The ends move as the joints do that they hang on, so these go at no cost at all.
             let free = levels.levels.iter().skip(1);
-            let free: Vec<JointId> = free.take_while(|level| level.error.max < 1e-5)
+            let free: Vec<JointId> = free
+                .take_while(|level| level.error.max < 1e-5)
                 .filter_map(|level| level.removed)
                 .collect();
             let ends = skeleton.ids().filter(|&id| is_end(skeleton, id));

@@ -1,5 +1,6 @@
 //! Lanes of AVX2 and FMA: an [`F32x16`] is two registers.
-//! ¶ Only [`Isa::on_lanes`](crate::math::Isa::on_lanes) names [`Avx2`], and only if the machine has the features of
+//!
+//! Only [`Isa::on_lanes`](crate::math::Isa::on_lanes) names [`Avx2`], and only if the machine has the features of
 //! [`Isa::Avx2`](crate::math::Isa::Avx2): each `unsafe` block below relies on this.
 
 use std::arch::x86_64::*;

@@ -1,5 +1,6 @@
 //! Lanes of AVX-512: an [`F32x16`] is one register.
-//! ¶ Only [`Isa::on_lanes`](crate::math::Isa::on_lanes) names [`Avx512`], and only if the machine has the features of
+//!
+//! Only [`Isa::on_lanes`](crate::math::Isa::on_lanes) names [`Avx512`], and only if the machine has the features of
 //! [`Isa::Avx512`](crate::math::Isa::Avx512): each `unsafe` block below relies on this.
 
 use std::arch::x86_64::*;
@@ -315,7 +316,8 @@ impl Lanes for Avx512 {
 
 /// Transposes eight lanes of sixteen [`F32x16`]s, from the lane `first` on, a multiple of eight. The result has sixteen
 /// numbers for each lane.
-/// ¶ # Safety
+///
+/// # Safety
 /// The machine must have AVX-512F.
 #[inline(always)]
 unsafe fn turned(from: &[&F32x16; F32x16::LANES], first: usize) -> [Avx512; 8] {

@@ -68,7 +68,8 @@ pub(crate) struct KeyRows<'a> {
 
 impl<'a> KeyRows<'a> {
     /// Rows of `length` units, the first of which has the index `starts[lane]` in the table.
-    /// ¶ # Panics
+    ///
+    /// # Panics
     /// If the table ends before the row after a lane's own.
     #[inline(always)]
     pub(crate) fn new(table: &'a [KeyUnit], starts: [u32; F32x16::LANES], length: usize) -> Self {

@@ -18,7 +18,8 @@ pub(crate) struct StridedLines<'a> {
 
 impl<'a> StridedLines<'a> {
     /// The first [`F32x16`] of `lines`, and fifteen more at multiples of `stride`.
-    /// ¶ # Panics
+    ///
+    /// # Panics
     /// If `lines` ends before the last of them.
     #[inline(always)]
     pub(crate) fn new(lines: &'a mut [F32x16], stride: usize) -> Self {
@@ -48,7 +49,8 @@ pub(crate) struct RowLines<'a> {
 
 impl RowLines<'_> {
     /// Rows that start at `starts`.
-    /// ¶ # Safety
+    ///
+    /// # Safety
     /// The `length` items from each start on are valid for writes for as long as the rows live, and nobody else uses them.
     #[inline(always)]
     pub(super) unsafe fn of_starts(starts: [*mut F32x16; F32x16::LANES], length: usize) -> Self {

@@ -68,13 +68,13 @@ pub(crate) trait Lanes:
 
     /// Number of lanes, a divisor of [`F32x16::LANES`].
     const COUNT: usize;
-    /// How many places each of [`Lanes::windows`] has.
+    /// Number of places of a window of [`Lanes::windows`].
     const REACH: usize;
-    /// How many keys each of [`Lanes::windows`] reads at most.
+    /// Maximum number of keys that a window of [`Lanes::windows`] reads.
     const WINDOW: usize = 2 * F32x16::LANES;
-    /// How many places each of [`Lanes::wide_windows`] has.
+    /// Number of places of a window of [`Lanes::wide_windows`].
     const WIDE_REACH: usize;
-    /// How many keys each of [`Lanes::wide_windows`] reads at most.
+    /// Maximum number of keys that a window of [`Lanes::wide_windows`] reads.
     const WIDE_WINDOW: usize = 2 * Self::WINDOW;
     /// Number of registers that hold an [`F32x16`].
     const PARTS: usize = F32x16::LANES / Self::COUNT;
@@ -130,11 +130,13 @@ pub(crate) trait Lanes:
     fn window_places(places: Self) -> Self::Words;
     /// Reads, from each of `N` windows, the key at each lane's place into the lower half of a word, and the next key into
     /// the upper half. Prefetches the windows that are read next, which are too far apart for hardware to predict.
-    /// ¶ # Panics
+    ///
+    /// # Panics
     /// If the table ends before [`Lanes::WINDOW`] keys of the last window.
     fn windows<const N: usize>(columns: KeyColumns<'_>, places: Self::Words) -> [Self::Words; N];
     /// [`Lanes::windows`] for windows that reach further, each of which takes longer.
-    /// ¶ # Panics
+    ///
+    /// # Panics
     /// If the table ends before [`Lanes::WIDE_WINDOW`] keys of the last window.
     fn wide_windows<const N: usize>(
         columns: KeyColumns<'_>,

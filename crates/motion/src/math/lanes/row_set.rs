@@ -39,7 +39,8 @@ impl DistinctRows {
     }
 
     /// Puts a row at a position and removes the one that was there.
-    /// ¶ # Panics
+    ///
+    /// # Panics
     /// If the row is at another position, or is not below the number of rows.
     pub(crate) fn put(&mut self, position: usize, row: u32) {
         self.remove(position);
@@ -78,7 +79,8 @@ unsafe impl Send for RowSet<'_> {}
 
 impl<'a> RowSet<'a> {
     /// All rows, of `length` [`F32x16`]s each.
-    /// ¶ # Panics
+    ///
+    /// # Panics
     /// If the buffer is too small for all rows that can be put in.
     pub(crate) fn new(memory: &'a mut [F32x16], length: usize, rows: &'a DistinctRows) -> Self {
         assert!(rows.is_used.len() * length <= memory.len());
@@ -101,7 +103,8 @@ impl<'a> RowSet<'a> {
     }
 
     /// The rows at sixteen positions from `position` on; `spare` for positions without a row.
-    /// ¶ # Panics
+    ///
+    /// # Panics
     /// If `spare` is shorter than a row.
     #[inline(always)]
     pub(crate) fn sixteen<'b>(
