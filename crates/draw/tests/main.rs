@@ -22,7 +22,8 @@ use sabaki_app::film::{Delay, Film, FilmError};
 use sabaki_app::headless::Headless;
 use sabaki_draw::StageDesc;
 use sabaki_draw::scene::{
-    Camera, Capsule, Formation, Figure, FormationSettings, Layer, Light, Look, Orbit, Performer, Shot,
+    Camera, Capsule, Figure, Formation, FormationSettings, Layer, Light, Look, Orbit, Performer,
+    Shot,
 };
 
 const SIZE: [u32; 2] = [240, 160];

@@ -62,7 +62,10 @@ pub struct ExportedAnswer<'a> {
 ///
 /// # Errors
 /// An error of the file system.
-pub fn write_answer(target: Target<'_>, exported: ExportedAnswer<'_>) -> std::io::Result<[PathBuf; 2]> {
+pub fn write_answer(
+    target: Target<'_>,
+    exported: ExportedAnswer<'_>,
+) -> std::io::Result<[PathBuf; 2]> {
     let ExportedAnswer {
         baked,
         request,

@@ -58,7 +58,7 @@ pub struct Chosen {
     pub clearance: f32,
     /// Whether the answer avoids the attack.
     pub avoided: bool,
-    /// How the motion is bent; `None` where it is not.
+    /// Displacement of the motion; `None` if it is not displaced.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub warp: Option<Warp>,
 }

@@ -14,7 +14,9 @@ use sabaki::anim::{Pose, forward_kinematics};
 use sabaki::archive;
 use sabaki::query::{Answer, Evaluation, Query, QuerySettings};
 use sabaki_app::demo::throw::{Throw, ThrowSettings, throw};
-use sabaki_import::export::{ExportedAnswer, MotionFormat, Target, evasion_placement, write_answer};
+use sabaki_import::export::{
+    ExportedAnswer, MotionFormat, Target, evasion_placement, write_answer,
+};
 use sabaki_import::{Chosen, RecordedRequest, Recording, RecordingError};
 use serde_json::Value;
 

@@ -14,7 +14,9 @@ use sabaki::graph::ClipSource;
 use sabaki::query::{Evaluation, Query, QuerySettings};
 use sabaki_app::demo::throw::{ThrowSettings, throw};
 use sabaki_import::export::{ExportedAnswer, MotionFormat, Target, write_answer};
-use sabaki_import::{ClipSet, EventsFile, ReadError, ReadOptions, RecordedRequest, gltf, read_clips};
+use sabaki_import::{
+    ClipSet, EventsFile, ReadError, ReadOptions, RecordedRequest, gltf, read_clips,
+};
 
 fn read(path: &Path, events: Option<&Path>) -> Result<ClipSet, ReadError> {
     read_clips(&[path.to_owned()], events, &ReadOptions::default())
@@ -68,7 +70,10 @@ fn poses_and_events_come_back() {
     let path = written(folder.path(), source);
     let set = read(&path, None).unwrap();
     assert!(set.skeleton.differences(&motions.skeleton).is_empty());
-    let same = set.clips.iter().zip(&motions.clips)
+    let same = set
+        .clips
+        .iter()
+        .zip(&motions.clips)
         .map(|(again, clip)| furthest(&motions.skeleton, [again, clip]));
     assert!(same.fold(0.0, f32::max) < 1e-4);
     assert!(events.len() > 8);

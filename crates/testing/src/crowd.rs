@@ -16,7 +16,7 @@ use super::random::Random;
 
 /// The clips on one level.
 pub struct Oracle {
-    /// Of clips, then of layers.
+    /// Motions of all clips, then of all layers.
     motions: Vec<LevelMotion>,
 }
 
@@ -192,11 +192,12 @@ impl Stage {
         let at = |joint: JointId| exact[posed.index_of(joint).unwrap()];
         let attached = |level: &Level, joint: JointId| {
             let attachment = level.attachments[joint.index()];
-            let JointTransform { rotation, translation } = attachment.offset;
-            let offset = DAffine3::from_rotation_translation(
-                rotation.as_dquat(),
-                translation.as_dvec3(),
-            );
+            let JointTransform {
+                rotation,
+                translation,
+            } = attachment.offset;
+            let offset =
+                DAffine3::from_rotation_translation(rotation.as_dquat(), translation.as_dvec3());
             (level.kept[usize::from(attachment.carrier)], offset)
         };
         let of_own = |joint: JointId| {

@@ -35,7 +35,7 @@ pub(super) fn shapes(anatomy: &Anatomy, look: &Look) -> Shapes {
     }
 }
 
-/// Makes the shapes, part after part.
+/// Builds the shapes of a body, part by part.
 struct BodyBuilder<'a> {
     anatomy: &'a Anatomy,
     look: &'a Look,
@@ -43,7 +43,7 @@ struct BodyBuilder<'a> {
     all: Vec<Shape>,
 }
 
-/// Whose shapes are added: what moves them, and their colour.
+/// The part whose shapes are added: the joint that moves them, their colour, and the width over which they blend.
 #[derive(Clone, Copy)]
 struct Part {
     carrier: Carrier,
@@ -344,7 +344,7 @@ impl BodyBuilder<'_> {
     }
 }
 
-/// Where the way from a place inside of shapes leaves them, at most half a metre away.
+/// The point at which a ray from a place inside of shapes leaves them, at most half a metre away.
 fn surface(shapes: &[Shape], from: Vec3, step: Vec3) -> Vec3 {
     let most = (0.5 / step.length()) as u32;
     let places = (0..most).map(|count| from + step * count as f32);

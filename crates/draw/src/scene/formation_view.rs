@@ -1,5 +1,5 @@
-//! What a camera sees of a formation: levels of detail by distance, then members with figures and meshes of
-//! their size on the screen.
+//! The view of a formation by a camera: chooses levels of detail by distance, and figures and meshes by the size on the
+//! screen.
 
 use glam::Vec3;
 

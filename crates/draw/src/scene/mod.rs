@@ -20,7 +20,7 @@ mod shot;
 mod simplify;
 mod skinning;
 
-/// What bodies made by code need of poses and meshes.
+/// Functions on poses and meshes that the bodies made by code use.
 pub(crate) mod internal {
     pub(crate) use super::mesh::{inverse, whole};
     pub(crate) use super::pose_fit::straightened;

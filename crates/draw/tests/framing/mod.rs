@@ -7,7 +7,7 @@ use sabaki::math::{F32x16, Rigid2};
 use sabaki::query::{Answer, Attack, Query, QueryContext, QuerySettings, Request};
 use sabaki_app::demo;
 use sabaki_draw::scene::{
-    AnsweredAttack, Camera, Formation, Dodge, DodgeSettings, FormationSettings, Performer,
+    AnsweredAttack, Camera, Dodge, DodgeSettings, Formation, FormationSettings, Performer,
 };
 
 use super::common::baked::embedded;

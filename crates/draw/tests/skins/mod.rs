@@ -9,9 +9,9 @@ use sabaki::maps::Body;
 use sabaki_app::Painter;
 use sabaki_app::demo;
 use sabaki_draw::scene::{
-    BindTarget, BoundMesh, Formation, FormationSettings, JointNames, Look, Mesh, MeshBone, MeshJoint,
-    MeshTexture, MeshVertex, Performer, RiggedMesh, Skin, SkinnedBody, skinned_positions,
-    standing_pose,
+    BindTarget, BoundMesh, Formation, FormationSettings, JointNames, Look, Mesh, MeshBone,
+    MeshJoint, MeshTexture, MeshVertex, Performer, RiggedMesh, Skin, SkinnedBody,
+    skinned_positions, standing_pose,
 };
 use sabaki_draw::{StageDesc, human_body};
 
@@ -185,7 +185,8 @@ fn the_body_stands_on_the_floor_and_does_not_collapse_where_it_twists() {
         let turned = skinned_positions(&body.mesh, &skin, &twisted);
         let aside = |place: Vec3| (place - to).reject_from(axis).length();
         let near = |index: &usize| (places[*index] - to).dot(axis).abs() < 0.04;
-        let ring: Vec<usize> = mainly(&body.mesh, hand).chain(mainly(&body.mesh, elbow))
+        let ring: Vec<usize> = mainly(&body.mesh, hand)
+            .chain(mainly(&body.mesh, elbow))
             .filter(near)
             .collect();
         assert!(ring.len() > 10, "{name}: {}", ring.len());

@@ -18,7 +18,7 @@ const MAGIC: &[u8] = b"glTF";
 const JSON: &[u8] = b"JSON";
 const BINARY: &[u8] = b"BIN\0";
 
-/// What a file is read for.
+/// The part of a file that is read.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum ReadPurpose {
     /// Skeleton and animations.

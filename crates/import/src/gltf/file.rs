@@ -75,7 +75,7 @@ impl GltfFile {
             if !has_tracks {
                 continue;
             }
-            // Of one animation at a time: keys take more memory than frames.
+            // The keys of one animation at a time are in memory, because keys take more than frames.
             let mut tracks = Tracks::new(name);
             tracks.read(&container, animation, is_moving)?;
             animations.push(GltfAnimation {

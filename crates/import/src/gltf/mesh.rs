@@ -139,7 +139,11 @@ struct Skin {
 impl Skin {
     fn of(container: &Container) -> Result<Self, GltfError> {
         let root = &container.root;
-        let largest = root.skins.iter().enumerate().rev()
+        let largest = root
+            .skins
+            .iter()
+            .enumerate()
+            .rev()
             .max_by_key(|(_, skin)| skin.joints.len())
             .filter(|(_, skin)| !skin.joints.is_empty());
         let (index, skin) = largest.ok_or(GltfError::NoMesh)?;

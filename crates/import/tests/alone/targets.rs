@@ -90,7 +90,7 @@ pub fn asf_file(bytes: &[u8]) {
 
 pub fn gltf_file(bytes: &[u8]) {
     if let Ok(mesh) = SkinnedMesh::parse(bytes, |_| Err("there is none".to_owned())) {
-        let mut corners = mesh.triangles.as_flattened();
+        let corners = mesh.triangles.as_flattened();
         assert!(
             corners
                 .iter()
