@@ -3,7 +3,7 @@
 use sabaki::maps::BakedGraph;
 use sabaki::math::in_parallel;
 use sabaki::query::{Answer, Query, QueryContext, QuerySettings};
-use sabaki_app::demo::by_time::{BallSettings, BallThrower, CONTACTS, Part, AvoidedCount, TimeRow};
+use sabaki_app::demo::by_time::{AvoidedCount, BallSettings, BallThrower, CONTACTS, Part, TimeRow};
 use sabaki_app::demo::why_hit::Cause;
 use serde_json::{Map, Value, json};
 

@@ -36,15 +36,15 @@ pub(crate) struct Args {
     film: super::render::DuelArgs,
 }
 
-/// A duel that has been fought, with what it took.
+/// A finished duel, with its duration and the times of its queries.
 pub(crate) struct DuelRun {
     pub(crate) exchanges: Vec<Exchange>,
-    /// Of each exchange's query, milliseconds.
+    /// Duration of each exchange's query, in milliseconds.
     pub(crate) query_ms: Vec<f64>,
     pub(crate) score: Score,
     pub(crate) fighters: [Fighter; 2],
     pub(crate) seconds: f32,
-    /// Why it ended before its last round.
+    /// Reason why the duel ended before its last round.
     pub(crate) ended: Option<DuelError>,
 }
 

@@ -8,7 +8,9 @@ use sabaki::maps::BakedGraph;
 use sabaki::query::{Answer, CandidateReport, Fate, QuerySettings, Source};
 use sabaki_app::demo::throw::Throw;
 use sabaki_import::RecordedRequest;
-use sabaki_import::export::{ExportedAnswer, describe_edge, describe_evasion, document, evasion_placement};
+use sabaki_import::export::{
+    ExportedAnswer, describe_edge, describe_evasion, document, evasion_placement,
+};
 use serde_json::json;
 
 use super::answer_files::{AnswerFolder, ThrowQuery, graph_name};

@@ -30,9 +30,9 @@ pub(crate) struct MeshArgs {
 /// Meshes of one or two characters: in the mesh's own colours, and bluish.
 pub(crate) struct BoundOutfit {
     pub(crate) outfit: Arc<Outfit>,
-    /// Lines on what is bound.
+    /// Report on the bound joints, as text.
     pub(crate) report: String,
-    /// The same as JSON.
+    /// The report as JSON.
     pub(crate) document: Value,
 }
 

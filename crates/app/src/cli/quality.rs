@@ -12,12 +12,12 @@ struct Row {
     name: &'static str,
     values: fn(&Quality) -> &[f32],
     share: f64,
-    /// From the value's own unit to the table's.
+    /// Factor from the value's own unit to the table's.
     scale: f64,
 }
 
 impl Row {
-    /// In the table's unit; `None` where nothing was measured.
+    /// The value in the table's unit; `None` if nothing was measured.
     fn value(&self, quality: &Quality) -> Option<f64> {
         let values = (self.values)(quality);
         let all = || values.iter().copied().map(f64::from).collect();
@@ -107,7 +107,7 @@ pub(super) fn text(clips: &Quality, composed: &Quality, what: &str) -> String {
     )
 }
 
-/// The same for a program.
+/// The measurements as JSON.
 pub(super) fn document(clips: &Quality, composed: &Quality) -> Value {
     let of = |quality: &Quality| {
         let value = |row: &Row| json!(row.value(quality));

@@ -21,7 +21,7 @@ use sabaki_app::window::{
 use sabaki_draw::scene::{Formation, FormationSettings, Outfit, Performer};
 
 use super::culling::{DeviceArgs, path_parser};
-use super::mesh::{MeshArgs, BoundOutfit};
+use super::mesh::{BoundOutfit, MeshArgs};
 use super::numbers::whole;
 use super::source::GraphArgs;
 use super::{Done, Failure, cancel, output};
@@ -247,7 +247,7 @@ fn complain(message: &Message) {
     eprintln!("validation: {message:?}");
 }
 
-/// How the window is opened and what it prints.
+/// How the window is opened, and what is printed.
 struct Display<'a> {
     args: &'a Args,
     device: &'a DeviceArgs,

@@ -19,27 +19,27 @@ use sabaki::maps::{BakedGraph, SphereKey};
 use sabaki::math::Rigid2;
 use sabaki::query::{Answer, Attack, AttackError};
 
-/// From the query to the contact, seconds.
+/// Times from the query to the contact, in seconds.
 pub const CONTACTS: [f32; 8] = [0.3, 0.4, 0.5, 0.65, 0.8, 1.0, 1.5, 2.0];
 
 /// A part of the body that balls are aimed at.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Part {
-    /// At 94% of the body's height.
+    /// The head, at 94% of the body's height.
     Head,
-    /// At 68%: the middle of the trunk.
+    /// The middle of the trunk, at 68% of the body's height.
     Chest,
-    /// At 53%.
+    /// The hips, at 53% of the body's height.
     Hip,
-    /// At 28%, the knees.
+    /// The knees, at 28% of the body's height.
     Leg,
 }
 
 impl Part {
-    /// From the head down.
+    /// All parts, from the head down.
     pub const ALL: [Self; 4] = [Self::Head, Self::Chest, Self::Hip, Self::Leg];
 
-    /// In one word.
+    /// Name of the part: one word.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -50,7 +50,7 @@ impl Part {
         }
     }
 
-    /// As a share of the body's height.
+    /// Height of the part, as a share of the body's height.
     fn height(self) -> f32 {
         match self {
             Self::Head => 0.94,
@@ -71,16 +71,16 @@ impl Part {
     }
 }
 
-/// What balls are thrown.
+/// Settings of the thrown balls.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BallSettings {
-    /// Metres per second. Default 8.
+    /// Speed of a ball, in metres per second. Default 8.
     pub speed: f32,
-    /// Metres. Default 0.1.
+    /// Radius of a ball, in metres. Default 0.1.
     pub radius: f32,
-    /// How much of the flight before the contact is known, metres. Default 2.5.
+    /// Length of the flight before the contact that is known, in metres. Default 2.5.
     pub flight: f32,
-    /// How far the ball flies on, metres. Default 2.5: a step back does not outlast it.
+    /// Length of the flight after the contact, in metres. Default 2.5, so that a step back does not outlast it.
     pub beyond: f32,
     /// Largest slope of the flight, up or down, radians. Default 10°.
     pub slope: f32,
@@ -103,7 +103,7 @@ impl Default for BallSettings {
 pub struct TimedThrow {
     /// The character and the ball.
     pub throw: Throw,
-    /// What it is aimed at.
+    /// The part of the body that the ball is aimed at.
     pub part: Part,
     /// Whether the character walks then: its root goes faster than [`WALKING`].
     pub walks: bool,
@@ -121,7 +121,7 @@ pub struct BallThrower<'a> {
     targets: [Vec<usize>; 4],
 }
 
-/// What a ball meets, and when, in seconds from the query.
+/// The place that a ball flies at, and the time of the contact, in seconds from the query.
 #[derive(Clone, Copy, Debug)]
 struct Aim {
     contact: f32,
@@ -276,9 +276,9 @@ fn targets(baked: &BakedGraph, part: Part) -> Vec<usize> {
 /// Attacks and how many of them were avoided.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct AvoidedCount {
-    /// How many.
+    /// Number of attacks.
     pub attacks: u32,
-    /// Of these.
+    /// Number of attacks that were avoided.
     pub avoided: u32,
 }
 
@@ -289,31 +289,32 @@ impl AvoidedCount {
         self.avoided += u32::from(avoided);
     }
 
-    /// Of the attacks; 0 of none.
+    /// Share of the attacks that were avoided; 0 if there are none.
     #[must_use]
     pub fn value(self) -> f64 {
         f64::from(self.avoided) / f64::from(self.attacks.max(1))
     }
 
-    /// Its 95% interval.
+    /// 95% confidence interval of the share.
     #[must_use]
     pub fn interval(self) -> [f64; 2] {
         wilson(self.avoided, self.attacks)
     }
 }
 
-/// What was avoided of the balls with one contact.
+/// Number of avoided balls with one time of contact.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct TimeRow {
-    /// Seconds from the query.
+    /// Time of the contact, in seconds from the query.
     pub contact: f32,
     /// All.
     pub all: AvoidedCount,
-    /// By [`Part`].
+    /// Balls at each [`Part`], in the order of [`Part::ALL`].
     pub parts: [AvoidedCount; 4],
-    /// Those that come while the character walks.
+    /// Balls that come while the character walks.
     pub walking: AvoidedCount,
-    /// Those that come while the character walks and that it avoids by a layered evasion, so that it walks on.
+    /// Balls that come while the character walks; only those count as avoided that it avoids by a layered evasion, so that
+    /// it walks on.
     pub walking_on: AvoidedCount,
     /// Why the others hit.
     pub causes: Causes,

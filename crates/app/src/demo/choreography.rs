@@ -3,7 +3,7 @@
 
 use glam::{Vec2, Vec3};
 
-use super::feet::{AirKey, Kick, Foot, FootPlacement, Swing, FootPath};
+use super::feet::{AirKey, Foot, FootPath, FootPlacement, Kick, Swing};
 use super::guard::{guard, guard_placement};
 use super::keys::{Body, ROWS, Track};
 use super::rhythm::Rhythm;
@@ -218,7 +218,7 @@ pub(super) struct FootMove<'a> {
     side: usize,
     /// Time from the last key to the start, in seconds.
     delay: f32,
-    /// Seconds.
+    /// Duration of the kick, in seconds.
     duration: f32,
 }
 

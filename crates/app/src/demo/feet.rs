@@ -102,9 +102,9 @@ pub(super) struct AirKey {
 /// One movement of a foot from spot to spot.
 #[derive(Clone, Debug)]
 pub(super) struct Swing {
-    /// Seconds.
+    /// Start of the movement, in seconds.
     pub(super) start: f32,
-    /// Seconds.
+    /// End of the movement, in seconds.
     pub(super) end: f32,
     /// Spot at the start.
     pub(super) from: FootPlacement,
@@ -117,7 +117,7 @@ pub(super) struct Swing {
 }
 
 impl AirKey {
-    /// The same with the foot extended by `point`, in radians.
+    /// The key with the foot extended by `point`, in radians.
     pub(super) fn pointed(self, point: f32) -> Self {
         Self { point, ..self }
     }
@@ -128,7 +128,7 @@ impl AirKey {
 pub(super) struct Kick {
     pub(super) from: FootPlacement,
     pub(super) to: FootPlacement,
-    /// Seconds.
+    /// Duration of the kick, in seconds.
     pub(super) duration: f32,
     /// Space of the keys, in the world.
     pub(super) home: Rigid2,

@@ -9,7 +9,9 @@ use sabaki::anim::JointTransform;
 use sabaki::duel::{Duel, DuelError, DuelSettings, Exchange, Score, Side};
 use sabaki::maps::{AttackGrid, BakedGraph};
 use sabaki::query::{Answer, Query, QueryContext, QuerySettings};
-use sabaki_draw::scene::{Camera, Cut, DuelPlayback, DuelPlaybackSettings, Mesh, RecordedDuel, Outfit, Shot};
+use sabaki_draw::scene::{
+    Camera, Cut, DuelPlayback, DuelPlaybackSettings, Mesh, Outfit, RecordedDuel, Shot,
+};
 
 /// Time that the duel is simulated ahead, in seconds.
 const AHEAD: f32 = 0.25;

@@ -72,7 +72,7 @@ enum FighterState {
     },
 }
 
-/// What has been shown of a ball.
+/// The part of a ball's flight that has been shown.
 #[derive(Clone, Copy)]
 struct BallProgress {
     nearest: f32,

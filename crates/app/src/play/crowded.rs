@@ -21,7 +21,7 @@ use super::{FRAME, joints_of, percentile};
 pub struct CrowdedTimes {
     /// Median time of a step in which each of 200 characters is newly threatened, in milliseconds.
     pub batch_200_ms: f32,
-    /// The same with at most [`PLANS_PER_STEP`] plans in a step: the longest step, in milliseconds.
+    /// Duration of the longest step with at most [`PLANS_PER_STEP`] plans in a step, in milliseconds.
     pub budget_200_ms: f32,
     /// Steps until all 200 have planned.
     pub budget_steps: usize,

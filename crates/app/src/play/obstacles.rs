@@ -1,4 +1,4 @@
-//! What stands and walks around a character: walls, furniture, opponents.
+//! Obstacles around a character: walls, furniture, opponents.
 
 use std::f32::consts::TAU;
 
@@ -6,7 +6,7 @@ use glam::{Vec2, Vec3};
 use rand::{Rng, RngExt};
 use sabaki::query::{Obstacle, ObstacleError};
 
-/// What surrounds the character.
+/// Kind of the obstacles around a character.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Surroundings {
     /// An empty plane.
@@ -30,9 +30,9 @@ pub(super) struct ScenarioObstacles {
 struct Walker {
     middle: Vec2,
     radius: f32,
-    /// At time 0, in radians.
+    /// Angle on the circle at time 0, in radians.
     angle: f32,
-    /// Radians per second.
+    /// Angular speed on the circle, in radians per second.
     turn: f32,
 }
 

@@ -19,16 +19,16 @@ use super::obstacles::{ScenarioObstacles, Surroundings};
 use super::{FRAME, PlayError, joints_of};
 use crate::demo::throw::{ThrowSettings, random_of};
 
-/// What is seen of the balls.
+/// The part of the balls' flight that the character knows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Sight {
-    /// Everything, from the announcement on: 0.4 to 1.5 s before the throw.
+    /// The whole flight, from the announcement on: 0.4 to 1.5 s before the throw.
     Known,
-    /// Nothing before the last 3 m of the flight.
+    /// The last 3 m of the flight.
     Flying,
-    /// The place is wrong by 3 cm on each axis (standard deviation), anew in each frame.
+    /// The flight with a random error of the position in each frame: 3 cm standard deviation on each axis.
     Noisy,
-    /// Half a second before the contact each ball turns to where the body will be by its plan.
+    /// The flight of balls that change their course half a second before the contact, to where the body will be by its plan.
     Feint,
     /// The same balls as [`Sight::Feint`], whose last course is known from the announcement on.
     FeintKnown,
@@ -39,11 +39,11 @@ pub enum Sight {
 pub struct Scenario {
     /// Number of balls.
     pub balls: usize,
-    /// What is seen of them.
+    /// The part of the flight that the character knows.
     pub sight: Sight,
     /// Frames from a query to the takeover of its answer.
     pub delay: u32,
-    /// What surrounds the character.
+    /// Obstacles around the character.
     pub around: Surroundings,
 }
 
@@ -152,7 +152,8 @@ impl Scenarios {
         game.set_delay(scenario.delay)?;
         ahead.set_delay(scenario.delay)?;
         let id = game.spawn(Rigid2::IDENTITY)?;
-        let around = ScenarioObstacles::new(scenario.around, &mut random_of(self.seed ^ 0x5eed, index))?;
+        let around =
+            ScenarioObstacles::new(scenario.around, &mut random_of(self.seed ^ 0x5eed, index))?;
         let heading = random.random::<f32>() * TAU;
         let speed = 0.8 + 1.2 * random.random::<f32>();
         if random.random::<f32>() < 0.6 {
@@ -324,7 +325,7 @@ impl Run<'_> {
 
     /// Lets the characters see what is seen of the balls in this frame.
     fn see(&mut self, random: &mut impl Rng) -> Result<(), CharacterError> {
-        /// Metres.
+        /// Standard deviation of the position's error on each axis, in metres.
         const NOISE: f32 = 0.03;
         /// A ball turns so long before the contact, in seconds.
         const TURNS: f64 = 0.5;
@@ -380,7 +381,7 @@ impl Run<'_> {
         Ok(())
     }
 
-    /// How far the joints go within a moment from the start of the frame on.
+    /// Measures how far the joints move within a moment from the start of the frame.
     fn look_for_pops(&mut self, before: CharactersState, from: f64) -> Result<(), CharacterError> {
         const MOMENT: f32 = 2e-5;
         const POP: f32 = 0.005;
@@ -397,7 +398,7 @@ impl Run<'_> {
         Ok(())
     }
 
-    /// How deep the body is in an obstacle at the end of the frame.
+    /// Measures the depth of the body in obstacles at the end of the frame.
     fn enter(&mut self) {
         self.around.at(self.game.now(), &mut self.obstacles);
         let spheres = &self.game.baked().body().spheres;

@@ -121,12 +121,12 @@ impl Presenter {
         let device = self.device.insert(Headless::new(&wanted)?);
         let surface = self.surface.insert(Surface::new(device, window)?);
         let context = device.context()?.clone();
-        let offer = surface.offer(&context)?;
-        self.format = offer.format()?.format;
+        let support = surface.support(&context)?;
+        self.format = support.format()?.format;
         for frame in &mut self.frames {
             frame.fill(&context)?;
         }
-        let size = offer.size(desc.size).map(|side| side.max(1));
+        let size = support.size(desc.size).map(|side| side.max(1));
         let samples = match desc.stage.samples {
             0 if is_software(&context) => 1,
             0 => StageDesc::default().samples,

@@ -20,7 +20,7 @@ pub(crate) struct GuiOutput {
 /// Draws panels.
 pub(super) struct Overlay {
     renderer: Renderer,
-    /// For uploads.
+    /// Command pool for uploads.
     pool: vk::CommandPool,
     /// Textures to free once no frame in flight reads them, with the number of frames since their release.
     freed: Vec<(egui::TextureId, usize)>,

@@ -2,7 +2,7 @@
 
 use ash::{khr, vk};
 
-use super::surface::{SurfaceSupport, Surface};
+use super::surface::{Surface, SurfaceSupport};
 use sabaki::gpu::internal::Named;
 use sabaki::gpu::{Context, GpuError};
 

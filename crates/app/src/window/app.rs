@@ -12,7 +12,7 @@ use winit::event_loop::{ActiveEventLoop, ControlFlow};
 use winit::window::{Window, WindowId};
 
 use super::desc::PACE;
-use super::gui::{Gui, PANEL, GuiFrame};
+use super::gui::{Gui, GuiFrame, PANEL};
 use super::input::{Mouse, UserAction, held};
 use super::times::Times;
 use super::view::Projection;

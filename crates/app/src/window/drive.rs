@@ -12,7 +12,7 @@ use sabaki_draw::scene::{Camera, CrowdShot, Shot};
 /// A driven character with its keys.
 pub struct DriveView {
     drive: Drive,
-    /// Why nothing goes on.
+    /// Reason why the simulation has stopped.
     failed: Option<String>,
 }
 

@@ -23,12 +23,12 @@ const FIRST_PIXELS: f32 = 8.0;
 /// The default budget in times of a frame whose levels are chosen by `--error`, without a plan.
 const SHARE: f64 = 2.0;
 
-/// What the frames took, and how far bodies were from where they should be.
+/// Times of the frames, and errors of the bodies on the screen.
 pub(super) struct BudgetRun {
     budget: f64,
-    /// Milliseconds of each frame: distances, plan, levels and poses.
+    /// Duration of each frame, in milliseconds: distances, plan, levels and poses.
     frames: Vec<f64>,
-    /// Milliseconds of each frame's plan alone.
+    /// Duration of each frame's plan, in milliseconds.
     plans: Vec<f64>,
     /// Greatest error on the screen that each plan allows, in pixels.
     pixels: Vec<f64>,
@@ -115,7 +115,7 @@ impl<'a> PlainRows<'a> {
         }
     }
 
-    /// What characters and joints cost.
+    /// Measures the costs of characters and of joints.
     fn cost(&self, args: &Args) -> Cost {
         let count = f64::from(args.count);
         let (Some(finest), Some(coarsest)) = (self.finest, self.coarsest) else {

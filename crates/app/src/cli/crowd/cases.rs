@@ -5,18 +5,18 @@ use sabaki::math::{Isa, thread_count};
 
 use super::Args;
 
-/// Which level each character has.
+/// The level of each character.
 #[derive(Clone, Copy, PartialEq)]
 pub(super) enum Lod {
     /// All joints.
     Off,
-    /// The same for all.
+    /// One level for all characters.
     Level(u16),
-    /// By the distance from the head of the column.
+    /// Levels by the distance from the head of the column.
     Distance,
 }
 
-/// What is measured.
+/// A case that is measured.
 #[derive(Clone, Copy, PartialEq)]
 pub(super) struct Case {
     pub(super) what: TimedWork,
@@ -36,7 +36,7 @@ pub(super) struct Case {
 /// Numbers of frames of hold that are measured.
 const HOLDS: [u16; 2] = [1, 3];
 
-/// What is mixed into the clip of each character.
+/// Clips that are mixed into each character's own.
 #[derive(Clone, Copy, PartialEq)]
 pub(super) enum Mixed {
     Nothing,
@@ -46,7 +46,7 @@ pub(super) enum Mixed {
     Layer,
 }
 
-/// What a measured time contains.
+/// The work that a measured time contains.
 #[derive(Clone, Copy, PartialEq)]
 pub(super) enum TimedWork {
     /// Poses of characters whose levels are known.
@@ -61,7 +61,7 @@ pub(super) enum Motion {
     Still,
     Walk,
     Run,
-    /// Between the head of the column and its middle, twice a second.
+    /// The camera jumps between the head of the column and its middle, twice a second.
     Jump,
 }
 
@@ -162,7 +162,7 @@ impl Motion {
         }
     }
 
-    /// How far into the column the camera is after so many seconds, in metres.
+    /// Distance of the camera into the column after `seconds`, in metres.
     pub(super) fn walked(self, seconds: f32) -> f32 {
         match self {
             Self::Still => 0.0,

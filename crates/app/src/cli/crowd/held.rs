@@ -1,4 +1,4 @@
-//! How far held characters are from where they should be, on the screen.
+//! Measures the errors of held characters on the screen.
 
 use glam::Vec3;
 use sabaki::crowd::MemberId;
@@ -20,7 +20,10 @@ const STRIDE: usize = 7;
 impl Scene {
     /// Plays the case with and without hold side by side.
     pub(super) fn held_error(&self, args: &Args, case: Case) -> Result<HeldError, Failure> {
-        let make = |case| self.crowd(args, case).map(|(crowd, _)| PosedCrowd::new(crowd));
+        let make = |case| {
+            self.crowd(args, case)
+                .map(|(crowd, _)| PosedCrowd::new(crowd))
+        };
         let (mut held, mut free) = (make(case)?, make(Case { hold: 0, ..case })?);
         let (mut greatest, mut sum, mut count) = (0.0f64, 0.0, 0usize);
         for frame in 0..WARM_UP + FRAMES {

@@ -13,13 +13,13 @@ pub(super) struct Row {
     /// Joints of a character; the mean, where levels differ.
     pub(super) joints: f64,
     pub(super) ms: f64,
-    /// What hold costs, where there is hold.
+    /// Error of held poses, if the case holds characters.
     pub(super) held: Option<HeldError>,
 }
 
 /// Distances on the screen between the joints of held characters and where they are without hold, at 1080 lines and 60 degrees.
 pub(super) struct HeldError {
-    /// Of the joint that is furthest off.
+    /// Distance of the joint that is furthest off, in pixels.
     pub(super) greatest_pixels: f64,
     /// Mean over characters of each one's joint that is furthest off.
     pub(super) mean_pixels: f64,

@@ -78,7 +78,7 @@ impl Scene {
         })
     }
 
-    /// In a column that walks towards the camera, each at a moment of its own.
+    /// A character of a column that walks towards the camera. Each starts its clip at another moment.
     fn character(index: usize, animations: &AnimationSet, random: &mut impl Rng) -> Character {
         let (row, file) = (index / ABREAST, index % ABREAST);
         let clip = ClipId(random.random_range(0..animations.clips()) as u32);
@@ -206,12 +206,17 @@ impl Scene {
         Ok(joints as f64 / (f64::from(args.count) * f64::from(args.frames)))
     }
 
-    /// Where the camera is in a frame.
+    /// Position of the camera in a frame, in metres.
     pub(super) fn eye(&self, motion: Motion, frame: u32) -> Vec3 {
         Vec3::new(0.0, 0.0, -motion.walked(frame as f32 * SECONDS as f32))
     }
 
-    pub(super) fn step(&self, posed: &mut PosedCrowd, case: Case, frame: u32) -> Result<(), Failure> {
+    pub(super) fn step(
+        &self,
+        posed: &mut PosedCrowd,
+        case: Case,
+        frame: u32,
+    ) -> Result<(), Failure> {
         cancel::check()?;
         let PosedCrowd { crowd, out } = posed;
         let TimedWork::Frame(motion) = case.what else {
@@ -243,7 +248,7 @@ impl PosedCrowd {
     }
 }
 
-/// So many stretches of the clips, which begin later and later.
+/// Cuts `count` clips out of the given ones, each beginning later than the one before.
 fn cut_clips(skeleton: &Skeleton, clips: &[Clip], count: usize) -> Result<Vec<Clip>, Failure> {
     let cut = |index: usize| {
         let clip = &clips[index % clips.len()];

@@ -60,7 +60,9 @@ pub(super) fn run(args: &Args, kind: Kind, device: &DeviceArgs) -> Result<Writte
     };
     let mut canvas = Canvas::new(device, args.size, &desc)?;
     let pictures = match kind.is_film() {
-        true => (formation.period() * f32::from(args.rate())).round().max(1.0) as u32,
+        true => (formation.period() * f32::from(args.rate()))
+            .round()
+            .max(1.0) as u32,
         false => 1,
     };
     let step = formation.period() / pictures as f32;
@@ -123,7 +125,11 @@ impl CrowdArgs {
         self.count.unwrap_or(10_000)
     }
 
-    fn formation(&self, motions: &Motions, bound_outfit: Option<&BoundOutfit>) -> Result<Formation, Failure> {
+    fn formation(
+        &self,
+        motions: &Motions,
+        bound_outfit: Option<&BoundOutfit>,
+    ) -> Result<Formation, Failure> {
         let name = self.motion.as_deref().unwrap_or("front_kick");
         let clip = motions.clips.iter().find(|clip| clip.name() == name);
         let clip = clip.ok_or_else(|| {

@@ -18,7 +18,7 @@ use super::super::bake::recorded::{BakeRecord, UnfinishedBake};
 use super::super::figure::Figure;
 use super::args::MotionPaths;
 use super::bake_bar::BakeBar;
-use super::{Baked, ClipArgs, BuildSummary};
+use super::{Baked, BuildSummary, ClipArgs};
 
 /// Number of transitions on which foot sliding is measured; enough for three digits.
 const MEASURED: usize = 2000;
@@ -250,7 +250,8 @@ impl Bake<'_> {
     fn run(self, find: &FindTransitions<'_>, earlier: Vec<BakeRecord>) -> Result<Baked, Failure> {
         let started = Instant::now();
         let watch = BakeBar::new();
-        let (of_graphs, of_tables): (Vec<_>, Vec<_>) = earlier.into_iter()
+        let (of_graphs, of_tables): (Vec<_>, Vec<_>) = earlier
+            .into_iter()
             .map(|earlier| (earlier.graph, earlier.tables))
             .unzip();
         let GraphOfClips {
@@ -260,7 +261,10 @@ impl Bake<'_> {
         } = self.graph(&watch, find, of_graphs)?;
         let clips = taken_over.iter().map(ClipMatch::count).max().unwrap_or(0);
         // Those of a bake that was stopped are the first, and of the first moments alone.
-        let mut of_tables = of_tables.into_iter().zip(taken_over).rev()
+        let mut of_tables = of_tables
+            .into_iter()
+            .zip(taken_over)
+            .rev()
             .map(|(record, clips)| EarlierTables { record, clips });
         let earlier = of_tables.find(|earlier| earlier.record != TableRecord::default());
         let tables = self.tables(&watch, built, earlier.unwrap_or_default())?;

@@ -84,7 +84,7 @@ pub(crate) struct Baked {
     pub(crate) made: Option<BuildSummary>,
 }
 
-/// How a graph was built.
+/// Report on the build of a graph.
 pub(crate) struct BuildSummary {
     pub(crate) report: BuildReport,
     pub(crate) feet: FootSlide,
