@@ -156,8 +156,8 @@ fn as_clip(graph: &MotionGraph, motion: &Motion, seconds: f32) -> Result<Clip, C
     Clip::new(graph.skeleton(), desc)
 }
 
-/// All data of an answer as JSON with stable keys: what is needed to check the BVH file, the query,
-/// and the result of every candidate.
+/// All data of an answer as JSON with stable keys: the data to check the motion file with, the query, and the result of
+/// every candidate.
 #[must_use]
 pub fn document(exported: ExportedAnswer<'_>) -> Value {
     let ExportedAnswer {

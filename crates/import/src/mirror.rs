@@ -20,7 +20,7 @@ pub enum MirrorError {
     /// No two joints have names of two sides.
     #[error("cannot mirror: no joint names tell left and right, such as LeftHand and RightHand")]
     NoSides,
-    /// The name of a joint tells a side, and the joint of the other side is missing.
+    /// The name of a joint identifies a side, and the joint of the other side is missing.
     #[error("cannot mirror: joint \"{0}\" has no joint of the other side")]
     NoTwin(String),
     /// The parents of two joints are not those of two sides.

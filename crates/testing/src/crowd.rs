@@ -122,7 +122,7 @@ fn local(motion: &LevelMotion, moment: Moment, joint: usize) -> (DQuat, DVec3) {
     )
 }
 
-/// The slice that a character is drawn from, and what is written of each joint.
+/// The slice that a character is drawn from, and the form of its joints.
 #[derive(Clone, Copy)]
 pub struct DrawnAs<'a> {
     pub slice: &'a PoseSlice,

@@ -167,7 +167,7 @@ pub(crate) struct Bar {
     pub(crate) label: String,
 }
 
-/// A name in at most so many letters. Where its end is left out, an ellipsis says so.
+/// A name shortened to `most` letters; an ellipsis replaces the rest.
 pub(crate) fn shortened(name: &str, most: usize) -> String {
     if name.chars().count() <= most {
         return name.to_owned();

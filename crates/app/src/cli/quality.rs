@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 
 use super::output;
 
-/// One row: what is measured, in what unit, of which values, at which share of them.
+/// A row of the table: a percentile of measured values.
 struct Row {
     key: &'static str,
     name: &'static str,
@@ -84,7 +84,7 @@ const ROWS: [Row; 8] = [
     },
 ];
 
-/// The clips beside what is composed of them; `what` names the latter.
+/// The measurements of the clips beside those of motions composed of them, which `what` names.
 pub(super) fn text(clips: &Quality, composed: &Quality, what: &str) -> String {
     let mut table = output::table(&["", "clips", what, "ratio"], 1);
     for row in ROWS {

@@ -98,18 +98,18 @@ impl Default for BallSettings {
     }
 }
 
-/// A ball that would hit, and what is known of the moment.
+/// A ball that would hit, with the state of the character at the throw.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TimedThrow {
     /// The character and the ball.
     pub throw: Throw,
     /// The part of the body that the ball is aimed at.
     pub part: Part,
-    /// Whether the character walks then: its root goes faster than [`WALKING`].
+    /// Whether the character walks at the throw: its root is faster than [`WALKING`].
     pub walks: bool,
 }
 
-/// The root of a character that walks goes faster than this over the ground, metres per second.
+/// Speed of the root over the ground above which a character counts as walking, in metres per second.
 pub const WALKING: f32 = 0.4;
 
 /// Draws balls for a graph.
@@ -235,10 +235,10 @@ fn moment(graph: &MotionGraph, share: f64) -> Playhead {
     Playhead::at(graph, place.0, place.1, Rigid2::IDENTITY)
 }
 
-/// The middle of a part: of the trunk's spheres, as the body stands in the graph's first posture, the one nearest to the body's
-/// axis at the part's height; of the limbs' those nearest to the height, a knee on each side.
+/// Indices of the spheres in the middle of a part, in the graph's first posture. For a part of the trunk, the sphere nearest
+/// to the body's axis at the part's height; for the legs, the spheres nearest to that height, one on each side.
 fn targets(baked: &BakedGraph, part: Part) -> Vec<usize> {
-    /// The knees are not equally high, as a share of the body's height.
+    /// Maximum difference of the heights of both knees, as a share of the body's height.
     const ALIKE: f32 = 0.02;
     let (skeleton, body) = (baked.graph().skeleton(), baked.body());
     let node = baked.graph().nodes()[0];

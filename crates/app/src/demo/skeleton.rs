@@ -30,7 +30,7 @@ pub(super) const FOOT_END: usize = 3;
 /// Number of joints, including end sites.
 pub(super) const JOINTS: usize = 24;
 
-/// Metres, each from its parent; the left side of what is there twice.
+/// Offsets from the parents, in metres; the left side of paired joints.
 pub(super) const SPINE_OFFSET: Vec3 = Vec3::new(0.0, 0.11, 0.0);
 pub(super) const CHEST_OFFSET: Vec3 = Vec3::new(0.0, 0.19, 0.0);
 const NECK_OFFSET: Vec3 = Vec3::new(0.0, 0.21, 0.0);

@@ -81,7 +81,7 @@ pub struct Scenarios {
     throws: ThrowSettings,
 }
 
-/// A ball as it flies, and what is known of it.
+/// A ball as it flies, and the threat that the characters know.
 struct Ball {
     id: ThreatId,
     truth: Threat,
@@ -89,7 +89,7 @@ struct Ball {
     turned: bool,
 }
 
-/// One run.
+/// State of one run of a scenario.
 struct Run<'a> {
     game: &'a mut Characters,
     ahead: &'a mut Characters,
@@ -323,11 +323,11 @@ impl Run<'_> {
         }
     }
 
-    /// Lets the characters see what is seen of the balls in this frame.
+    /// Updates the threats that the characters know to the part of the flight that is visible in this frame.
     fn see(&mut self, random: &mut impl Rng) -> Result<(), CharacterError> {
         /// Standard deviation of the position's error on each axis, in metres.
         const NOISE: f32 = 0.03;
-        /// A ball turns so long before the contact, in seconds.
+        /// Time before the contact at which a ball changes its course, in seconds.
         const TURNS: f64 = 0.5;
         let now = self.game.now();
         for index in 0..self.balls.len() {

@@ -26,9 +26,9 @@ impl Crowd {
         }
     }
 
-    /// A length in `F32x16`s that [`Crowd::output_len`] never exceeds for so many characters, however their levels change:
-    /// the size to allocate. The length for [`Crowd::capacity`] characters stays the same as long as the crowd does not
-    /// outgrow it.
+    /// A length in `F32x16`s that [`Crowd::output_len`] never exceeds for `characters` characters, however their levels
+    /// change: the size to allocate. The length for [`Crowd::capacity`] characters stays the same as long as the crowd does
+    /// not outgrow it.
     #[must_use]
     pub fn max_output_len(&self, characters: usize) -> usize {
         let output = self.settings.output;

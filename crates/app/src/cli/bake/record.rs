@@ -9,7 +9,7 @@ use super::recorded::{BakeRecord, UnfinishedBake};
 use super::sealed::{self, Kind, Seal, Unusable};
 use sabaki::internal::ClipMatch;
 
-/// Version of the form of records. It changes with what is recorded.
+/// Version of the format of records. It changes with their contents.
 const VERSION: u32 = 5;
 
 /// Seal of records.
@@ -109,8 +109,8 @@ impl UnfinishedFile {
         });
     }
 
-    /// Writes what a bake has done that was stopped, unless it went on from what is there, of the same clips, and has not come farther. Returns the error of the
-    /// command.
+    /// Writes the results of a stopped bake, unless it continued an unfinished bake of the same clips and has not advanced.
+    /// Returns the error of the command.
     pub(crate) fn keep(&self, bake: &UnfinishedBake) -> Failure {
         let reached = self.reached.get();
         let is_new = reached.is_none_or(|reached| reached <= bake.reached);

@@ -12,9 +12,9 @@ use crate::cli::Failure;
 
 /// Number of frames that are compared.
 const FRAMES: u32 = 8;
-/// Characters that the camera is nearer to, in metres, count as if they were so far away.
+/// Minimum distance of a character from the camera, in metres. Nearer characters count as this far away.
 const NEAREST: f32 = 1.0;
-/// Every so many characters are compared.
+/// One in this many characters is compared.
 const STRIDE: usize = 7;
 
 impl Scene {

@@ -28,19 +28,21 @@ pub(super) struct Scene {
     pub(super) characters: Vec<Character>,
 }
 
-/// The column: so many abreast, so far apart, metres; the camera stands before its head.
+/// Number of characters in a row of the column.
 pub(super) const ABREAST: usize = 10;
+/// Distance between neighbours in the column, in metres.
 pub(super) const APART: f32 = 1.0;
+/// Distance of the camera from the head of the column, in metres.
 pub(super) const BEFORE: f32 = 5.0;
 
 /// Length of a frame, in seconds.
 pub(super) const SECONDS: f64 = 1.0 / 60.0;
 
-/// Frames that are not measured.
+/// Number of frames before the measured ones.
 pub(super) const WARM_UP: u32 = 3;
 
 impl Scene {
-    /// `cut`: with so many stretches of the clips, and without levels.
+    /// Creates the column. With `cut`, its clips are that many stretches of the given ones, and there are no levels.
     pub(super) fn new(args: &Args, cut: Option<usize>) -> Result<Self, Failure> {
         let (skeleton, mut clips) = args.clips()?;
         if let Some(count) = cut {

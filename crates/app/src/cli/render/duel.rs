@@ -54,7 +54,7 @@ const MOMENTS: u32 = 4;
 const GAP: u32 = 6;
 
 impl DuelArgs {
-    /// Checks the file and the options of a duel of so many rounds, before it starts.
+    /// Checks the file and the options of a duel of `rounds` rounds, before it starts.
     pub(crate) fn check(&self, rounds: u32) -> Result<(), Failure> {
         self.mesh.check()?;
         let from = self.from;
