@@ -27,16 +27,16 @@ pub struct Frustum {
     pub planes: [Vec4; 6],
     /// Radius of a sphere around each character, in metres.
     pub radius: f32,
-    /// Height of that sphere's centre above the character's position, in metres.
+    /// Height of the sphere's centre above the character's position, in metres.
     pub centre: f32,
 }
 
 /// Report of [`Crowd::frame`](super::Crowd::frame).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct FrameReport {
-    /// Characters that were given another place in the output.
+    /// Number of characters that were moved to another place in the output.
     pub moved: usize,
-    /// Whether all characters have new groups. They are sorted a part in each frame, or at once where many have changed.
+    /// Whether all characters are in new groups. They are sorted a part in each frame, or at once if many have changed.
     pub sorted: bool,
 }
 

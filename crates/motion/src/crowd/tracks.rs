@@ -8,8 +8,8 @@ use super::quantise::{Keys, ONE, TracksOfLevel, quantise};
 use crate::anim::JointId;
 use crate::lod::{LevelMotion, Translations};
 
-/// Largest distance of a position from the middle of its range, per axis, for which positions take 16 bits, in metres. Their
-/// resolution is then 0.01 mm.
+/// Largest distance of a position from the middle of its range, per axis, for which positions are stored in 16 bits, in
+/// metres. They are then accurate to 0.01 mm.
 const NARROW: f32 = 0.65;
 
 /// A joint and its parent on some level.

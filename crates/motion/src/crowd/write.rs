@@ -13,7 +13,7 @@ pub(super) trait RunTarget {
     where
         Self: 'a;
 
-    /// Whether groups are written as rows. These are computed with extra joints at the end.
+    /// Whether groups may be written as rows. The last `F32x16` of a row reads joints beyond the last one.
     const HAS_ROWS: bool;
 
     /// The memory of one group, which has `lines` `F32x16`s. `spare` receives the rows of unused lanes.
