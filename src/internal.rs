@@ -50,8 +50,8 @@ pub use crate::query::obstacle::{ObstacleHit, ObstacleScratch, ObstacleTest};
 pub use crate::query::retime::{Rate, RateError};
 pub use crate::query::warp::{WarpBounds, WarpLimits};
 pub use sabaki_motion::internal::{
-    Band, Bend, Blend, BoneShape, Branch, Carrier, Envelope, Facing, Flexion, Inertia, Leg,
-    LevelMotion, LevelTrack, Limbs, Seated, Translations, Warp, affine, smooth_step,
+    Attachment, Band, Bend, Blend, BoneShape, Branch, Carrier, Envelope, Facing, Flexion, Inertia,
+    Leg, LevelMotion, LevelTrack, Limbs, Translations, Warp, affine, smooth_step,
 };
 
 /// The CPU rasterizer, whose results the shaders reproduce.

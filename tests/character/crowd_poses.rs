@@ -79,9 +79,9 @@ impl Scene {
             let blends = self.levels.blend(LevelId(own as u16)).unwrap();
             blends.apply(blend, &mut kept);
         }
-        let seats = levels[own].seats.iter();
-        seats
-            .map(|seat| kept[usize::from(seat.carrier)] * affine(&seat.offset))
+        let attachments = levels[own].attachments.iter();
+        attachments
+            .map(|attachment| kept[usize::from(attachment.carrier)] * affine(&attachment.offset))
             .collect()
     }
 

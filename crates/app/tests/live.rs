@@ -166,7 +166,9 @@ fn a_driven_character_goes_where_the_keys_lead_dodges_and_enters_no_wall() {
         score.missed >= 8 && score.missed > 4 * score.hits,
         "{score:?}"
     );
-    let passed = { drive.take_events().into_iter() }
+    let passed = drive
+        .take_events()
+        .into_iter()
         .filter(|event| matches!(event, Event::Passed { .. }))
         .count();
     assert_eq!(passed as u32, score.missed + score.hits);

@@ -25,7 +25,7 @@ use sabaki_app::live::{
     with_query_worker,
 };
 use sabaki_draw::StageDesc;
-use sabaki_draw::scene::{Crowd, FormationSettings, Outfit, Performer};
+use sabaki_draw::scene::{Formation, FormationSettings, Outfit, Performer};
 use screen::{Screen, Shown};
 use serde_json::Value;
 
@@ -277,19 +277,19 @@ fn a_crowd_marches_past_cameras_posed_into_the_memory_that_is_drawn() {
         clip: clip.unwrap(),
         skin: Some(&outfit.skins[0]),
     };
-    let crowd = Crowd::new(performer, &settings).unwrap();
+    let formation = Formation::new(performer, &settings).unwrap();
     let mut device = device();
     let desc = StageDesc {
         samples: 1,
         shadow_side: 4096,
         max_members: 400,
-        max_crowd_lines: crowd.most_lines() as u32,
-        max_parts: crowd.parts() as u32,
+        max_crowd_len: formation.max_output_len() as u32,
+        max_parts: formation.parts() as u32,
         meshes: &outfit.meshes,
         ..StageDesc::default()
     };
     let mut painter = Painter::new(&mut device, SIZE, &desc).unwrap();
-    let mut live_crowd = LiveCrowd::new(crowd);
+    let mut live_crowd = LiveCrowd::new(formation);
     live_crowd.tinted = true;
     let mut last = None;
     for _ in 0..12 {

@@ -22,7 +22,8 @@ use sabaki_app::film::{Delay, Film, FilmError};
 use sabaki_app::headless::Headless;
 use sabaki_draw::StageDesc;
 use sabaki_draw::scene::{
-    Camera, Capsule, Crowd, Figure, FormationSettings, Layer, Light, Look, Orbit, Performer, Shot,
+    Camera, Capsule, Figure, Formation, FormationSettings, Layer, Light, Look, Orbit, Performer,
+    Shot,
 };
 
 const SIZE: [u32; 2] = [240, 160];
@@ -233,22 +234,22 @@ fn a_crowd_stands_where_it_was_posed_with_levels_and_without() {
         clip: &motions.clips[0],
         skin: None,
     };
-    let mut crowd = Crowd::new(performer, &settings).unwrap();
+    let mut formation = Formation::new(performer, &settings).unwrap();
     let desc = StageDesc {
         max_members: 300,
-        max_crowd_lines: crowd.most_lines() as u32,
-        max_parts: crowd.parts() as u32,
+        max_crowd_len: formation.max_output_len() as u32,
+        max_parts: formation.parts() as u32,
         ..StageDesc::default()
     };
     let mut painter = Painter::new(&mut device, SIZE, &desc).unwrap();
-    let camera = crowd.camera();
+    let camera = formation.camera();
     let mut taken = Vec::new();
     for (lod, tinted) in [(true, false), (false, false), (true, true)] {
-        crowd.use_levels(lod);
-        crowd.show_levels(tinted);
-        crowd.look_from(&camera, SIZE).unwrap();
-        crowd.pose(painter.poses().unwrap()).unwrap();
-        let (shot, shown) = crowd.shot(camera, SIZE).unwrap();
+        formation.use_levels(lod);
+        formation.show_levels(tinted);
+        formation.look_from(&camera, SIZE).unwrap();
+        formation.pose(painter.poses().unwrap()).unwrap();
+        let (shot, shown) = formation.shot(camera, SIZE).unwrap();
         let nobody = Picture(painter.paint(&mut device, &shot, None).unwrap());
         let everybody = Picture(painter.paint(&mut device, &shot, Some(&shown)).unwrap());
         // The first row's trunks.
@@ -276,7 +277,7 @@ fn a_crowd_stands_where_it_was_posed_with_levels_and_without() {
         points(&|at| taken[0].differs(&taken[2], at)) > 2000,
         "colours show"
     );
-    assert!(crowd.census()[0] < 300);
+    assert!(formation.census()[0] < 300);
     painter.destroy(&mut device).unwrap();
     finish(device);
 }

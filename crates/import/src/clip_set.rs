@@ -67,7 +67,10 @@ pub fn read_clips(
         used.as_ref()
             .is_some_and(|used| used.differences(&one.motion.skeleton).is_empty())
     };
-    let first_path = { loaded.iter().find(|one| is_used(one)) }.map(|first| first.path);
+    let first_path = loaded
+        .iter()
+        .find(|one| is_used(one))
+        .map(|first| first.path);
     let loaded = match (&used, first_path) {
         (Some(used), Some(first)) if options.retarget => {
             let (kept, others) = retarget_others(loaded, used, first);

@@ -90,7 +90,7 @@ impl EventsFile {
         Ok(events)
     }
 
-    /// Events of the clip of a name, with or without its folder; none where the file does not have the clip.
+    /// Events of the clip with this name, with or without its folder; empty if the file does not have the clip.
     #[must_use]
     pub fn events_of(&self, clip: &str) -> Vec<EventEntry> {
         let own = self.clips.iter().filter(|entry| entry.is_of(clip));

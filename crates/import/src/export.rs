@@ -8,10 +8,10 @@ use std::path::{Path, PathBuf};
 use serde_json::{Value, json};
 
 use super::recording::Chosen;
-use super::{Question, bvh, gltf};
+use super::{RecordedRequest, bvh, gltf};
 use sabaki::anim::{Clip, ClipDesc, ClipError, Event, Pose};
 use sabaki::archive::write_atomically;
-use sabaki::graph::{ClipSource, EdgeId, EdgeMotion, Motion, MotionGraph, Playhead};
+use sabaki::graph::{ClipSource, EdgeId, EdgeMotion, Motion, MotionGraph};
 use sabaki::internal::{EnteredAt, SAMPLE_RATE};
 use sabaki::maps::BakedGraph;
 use sabaki::math::Rigid2;
@@ -43,14 +43,14 @@ pub struct Target<'a> {
     pub format: MotionFormat,
 }
 
-/// An answer, with the graph and the query that it belongs to.
+/// An answer to export, with the graph and the request that it belongs to.
 #[derive(Clone, Copy, Debug)]
-pub struct Answered<'a> {
-    /// The graph.
+pub struct ExportedAnswer<'a> {
+    /// Graph of the query.
     pub baked: &'a BakedGraph,
-    /// The query.
-    pub question: &'a Question,
-    /// The answer.
+    /// Input of the query.
+    pub request: &'a RecordedRequest,
+    /// Answer of the query.
     pub answer: &'a Answer,
 }
 
@@ -62,12 +62,15 @@ pub struct Answered<'a> {
 ///
 /// # Errors
 /// An error of the file system.
-pub fn write_answer(target: Target<'_>, answered: Answered<'_>) -> std::io::Result<[PathBuf; 2]> {
-    let Answered {
+pub fn write_answer(
+    target: Target<'_>,
+    exported: ExportedAnswer<'_>,
+) -> std::io::Result<[PathBuf; 2]> {
+    let ExportedAnswer {
         baked,
-        question,
+        request,
         answer,
-    } = answered;
+    } = exported;
     let Target {
         folder,
         name,
@@ -80,10 +83,17 @@ pub fn write_answer(target: Target<'_>, answered: Answered<'_>) -> std::io::Resu
     let [motion, facts] =
         [ending, "json"].map(|extension| folder.join(format!("{name}.{extension}")));
     let graph = baked.graph();
-    let (played, seconds) = whole_motion(baked, answer, &question.attack);
+    let (played, seconds) = whole_motion(baked, answer, &request.attack);
     let clip = as_clip(graph, &played, seconds).map_err(std::io::Error::other)?;
     write_atomically(&motion, |file| match format {
-        MotionFormat::Bvh => bvh::write(file, graph.skeleton(), &clip, METRES_PER_UNIT),
+        MotionFormat::Bvh => {
+            let desc = bvh::MotionDesc {
+                skeleton: graph.skeleton(),
+                clip: &clip,
+                metres_per_unit: METRES_PER_UNIT,
+            };
+            bvh::write(file, desc)
+        }
         MotionFormat::Glb => {
             let source = ClipSource {
                 skeleton: graph.skeleton(),
@@ -93,7 +103,7 @@ pub fn write_answer(target: Target<'_>, answered: Answered<'_>) -> std::io::Resu
             gltf::write_labelled(file, source)
         }
     })?;
-    let document = document(baked, question, answer);
+    let document = document(exported);
     write_atomically(&facts, |file: &mut BufWriter<_>| {
         serde_json::to_writer_pretty(&mut *file, &document)?;
         writeln!(file)
@@ -146,10 +156,15 @@ fn as_clip(graph: &MotionGraph, motion: &Motion, seconds: f32) -> Result<Clip, C
     Clip::new(graph.skeleton(), desc)
 }
 
-/// All data of an answer as JSON with stable keys: what is needed to check the BVH file, the query,
-/// and the result of every candidate.
+/// All data of an answer as JSON with stable keys: the data to check the motion file with, the query, and the result of
+/// every candidate.
 #[must_use]
-pub fn document(baked: &BakedGraph, question: &Question, answer: &Answer) -> Value {
+pub fn document(exported: ExportedAnswer<'_>) -> Value {
+    let ExportedAnswer {
+        baked,
+        request,
+        answer,
+    } = exported;
     let skeleton = baked.graph().skeleton();
     let body = baked.body().spheres.iter().map(|sphere| {
         let joint = &skeleton.joint(sphere.joint).name;
@@ -157,7 +172,7 @@ pub fn document(baked: &BakedGraph, question: &Question, answer: &Answer) -> Val
     });
     let described = answer.candidates.iter().map(|candidate| {
         let mut value = describe(baked, answer, candidate);
-        if let Some(place) = evasion_placement(baked, question.playhead, answer, candidate) {
+        if let Some(place) = evasion_placement(exported, candidate) {
             let heading = place.heading().to_degrees();
             value["evades_at"] = json!({ "x": place.x, "z": place.z, "heading": heading });
         }
@@ -169,9 +184,9 @@ pub fn document(baked: &BakedGraph, question: &Question, answer: &Answer) -> Val
         "clearance_time": answer.clearance().time,
         "metres_per_unit": METRES_PER_UNIT,
         "frames_per_second": SAMPLE_RATE,
-        "attack": { "spheres": question.attack.spheres() },
+        "attack": { "spheres": request.attack.spheres() },
         "body": { "spheres": body.collect::<Vec<_>>() },
-        "query": question.stored(),
+        "query": request.stored(),
         "answer": Chosen::of(baked, answer),
         "source": answer.source,
         "chosen": answer.chosen,
@@ -181,15 +196,18 @@ pub fn document(baked: &BakedGraph, question: &Question, answer: &Answer) -> Val
     })
 }
 
-/// Character's frame at the start of a candidate's evasion, in the world of `playhead`. Returns
+/// Character's frame at the start of a candidate's evasion, in the world of the request's playhead. Returns
 /// `None` if the candidate has no evasion, or only its upper body plays one.
 #[must_use]
 pub fn evasion_placement(
-    baked: &BakedGraph,
-    playhead: Playhead,
-    answer: &Answer,
+    exported: ExportedAnswer<'_>,
     candidate: &CandidateReport,
 ) -> Option<Rigid2> {
+    let ExportedAnswer {
+        baked,
+        request,
+        answer,
+    } = exported;
     let evasion = baked.evasion(candidate.evasion?)?;
     if candidate.layer.is_some() {
         return None;
@@ -198,7 +216,7 @@ pub fn evasion_placement(
         return Some(entered.entry.clip_to_world * evasion.placement);
     }
     let graph = baked.graph();
-    let at_node = playhead.next_clip_to_world(graph);
+    let at_node = request.playhead.next_clip_to_world(graph);
     let edges = answer.path(baked, candidate);
     let at_evasion = edges.fold(at_node, |so_far, edge| so_far * graph.clip_change(edge));
     Some(at_evasion * evasion.placement)

@@ -1,4 +1,4 @@
-//! Files as bytes, within the limit of size.
+//! Reads files as bytes, up to the maximum size.
 
 use std::io::Read;
 use std::path::Path;

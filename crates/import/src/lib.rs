@@ -45,7 +45,7 @@ pub use motion_file::{is_gltf, is_motion_file, read_bvh, read_gltf, read_mesh};
 pub use obj::{parse_obj, read_obj};
 pub use options::{LONGEST_CLIP, MOST_ENTRIES, ReadOptions, SCALES};
 pub use read::{read_clip, read_motions};
-pub use recording::{Chosen, Question, Recording};
+pub use recording::{Chosen, RecordedRequest, Recording};
 pub use units::{LengthUnit, STATURE_FACTOR, Scale, ScaleSource, USUAL_STATURE, stature};
 pub use up::{Up, UpError};
 pub use warnings::clip_warnings;

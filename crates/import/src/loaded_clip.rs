@@ -16,6 +16,6 @@ pub struct LoadedClip {
     pub events: Vec<EventEntry>,
     /// Names that several joints have in the file. The first joint keeps the name, the others have a number behind it.
     pub repeated_names: Vec<String>,
-    /// What was read although it is doubtful, one line each.
+    /// Doubtful contents of the file, one line each.
     pub notes: Vec<String>,
 }

@@ -20,7 +20,7 @@ pub enum MirrorError {
     /// No two joints have names of two sides.
     #[error("cannot mirror: no joint names tell left and right, such as LeftHand and RightHand")]
     NoSides,
-    /// The name of a joint tells a side, and the joint of the other side is missing.
+    /// The name of a joint identifies a side, and the joint of the other side is missing.
     #[error("cannot mirror: joint \"{0}\" has no joint of the other side")]
     NoTwin(String),
     /// The parents of two joints are not those of two sides.
@@ -48,9 +48,9 @@ pub enum MirrorError {
     Clip(#[from] ClipError),
 }
 
-/// How a skeleton is mirrored.
+/// The pairs of joints of a skeleton, and the rotations with which it is mirrored.
 struct Mirror {
-    /// Joint of the other side, by joint; a joint between the sides is its own.
+    /// For each joint, the joint of the other side. A joint between the sides is its own twin.
     twins: Vec<JointId>,
     /// For each joint, the rotation from its bones at rest to the reflected bones of its twin.
     rest: Vec<Quat>,
@@ -145,7 +145,7 @@ impl Mirror {
     }
 
     fn check_bones(&self, skeleton: &Skeleton) -> Result<(), MirrorError> {
-        /// Captured bones of two sides differ by less, in metres and as a share of the length.
+        /// Maximum difference of captured bones of the two sides, in metres and as a share of the length.
         const DIFFERENCE: (f32, f32) = (0.05, 0.25);
         for id in skeleton.ids().skip(1) {
             let twin = self.twins[id.index()];
@@ -240,7 +240,7 @@ fn outer(a: DVec3, b: DVec3) -> DMat3 {
 
 /// The rotation that takes vectors a nearest to vectors b, given the sum of their [outer] products.
 fn nearest_rotation(sums: DMat3) -> Quat {
-    /// Squarings of the matrix: its greatest eigenvalue stands out by a power of 2 to this.
+    /// Number of times that the matrix is squared. The ratios of its eigenvalues are raised to the power 2 to this number.
     const SQUARINGS: usize = 32;
     let [x, y, z] = sums.transpose().to_cols_array_2d();
     let diagonal = DVec4::new(

@@ -118,7 +118,7 @@ fn skeleton_of(path: &Path) -> Result<PathBuf, ReadError> {
 
 /// A note on a figure that is far from any person's height, as with a wrong scale.
 fn doubtful_stature(skeleton: &Skeleton, clip: &Clip) -> Option<String> {
-    /// Metres: from a hand-sized creature to one as high as a house.
+    /// Range of plausible heights, in metres: from a hand-sized creature to one as high as a house.
     const USUAL: RangeInclusive<f64> = 0.1..=20.0;
     let mut pose = Pose::default();
     clip.pose(0, &mut pose);
@@ -181,7 +181,7 @@ impl MotionFile {
         }
     }
 
-    /// What is doubtful in the file, and in what it was read as.
+    /// Doubtful contents of the file and of the motion that was read, one line each.
     fn notes(&self, skeleton: &Skeleton, clip: &Clip) -> Vec<String> {
         let mut notes = match self {
             Self::Bvh(file) => file.notes(),

@@ -10,7 +10,7 @@ pub const LONGEST_CLIP: f64 = 36_000.0;
 /// few bytes of a file can stand for many frames of many joints.
 pub const MOST_ENTRIES: u64 = 1 << 26;
 
-/// Metres per unit that may be given: from a millionth of a millimetre to a thousand kilometres.
+/// Range of [`ReadOptions::scale`], in metres per unit: from a millionth of a millimetre to a thousand kilometres.
 pub const SCALES: RangeInclusive<f64> = 1e-9..=1e6;
 
 /// Options for reading files.

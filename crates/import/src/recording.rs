@@ -16,7 +16,7 @@ use sabaki::query::{
 
 /// The input of a query. Together with the graph it determines the answer.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Question {
+pub struct RecordedRequest {
     /// Checksum of the graph ([`archive::checksum`]).
     pub graph: u32,
     /// Playhead of the character at the query.
@@ -29,9 +29,9 @@ pub struct Question {
     pub evaluation: Evaluation,
 }
 
-/// A [`Question`] as it is stored in a file. The attack is stored separately.
+/// A [`RecordedRequest`] as it is stored in a file. The attack is stored separately.
 #[derive(Clone, Debug, Serialize, Deserialize)]
-pub(super) struct StoredQuestion {
+pub(super) struct StoredRequest {
     pub graph: u32,
     pub playhead: Playhead,
     pub settings: QuerySettings,
@@ -58,7 +58,7 @@ pub struct Chosen {
     pub clearance: f32,
     /// Whether the answer avoids the attack.
     pub avoided: bool,
-    /// How the motion is bent; `None` where it is not.
+    /// Displacement of the motion; `None` if it is not displaced.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub warp: Option<Warp>,
 }
@@ -67,7 +67,7 @@ pub struct Chosen {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Recording {
     /// Input of the query.
-    pub question: Question,
+    pub request: RecordedRequest,
     /// Answer of the query.
     pub chosen: Chosen,
 }
@@ -75,7 +75,7 @@ pub struct Recording {
 #[derive(Deserialize)]
 struct File {
     attack: AttackEntry,
-    query: StoredQuestion,
+    query: StoredRequest,
     answer: Chosen,
 }
 
@@ -104,9 +104,9 @@ impl Chosen {
     }
 }
 
-impl Question {
-    pub(super) fn stored(&self) -> StoredQuestion {
-        StoredQuestion {
+impl RecordedRequest {
+    pub(super) fn stored(&self) -> StoredRequest {
+        StoredRequest {
             graph: self.graph,
             playhead: self.playhead,
             settings: self.settings,
@@ -127,7 +127,7 @@ impl Recording {
             answer,
         } = json::parse(text)?;
         Ok(Self {
-            question: Question {
+            request: RecordedRequest {
                 graph: query.graph,
                 playhead: query.playhead,
                 attack: Attack::new(attack.spheres)?,
@@ -154,13 +154,13 @@ impl Recording {
     /// # Errors
     /// The graph is not that of the recording.
     pub fn replay(&self, baked: &BakedGraph) -> Result<Answer, RecordingError> {
-        let Question {
+        let RecordedRequest {
             graph: expected,
             playhead,
             attack,
             settings,
             evaluation,
-        } = &self.question;
+        } = &self.request;
         let found =
             archive::checksum(baked).map_err(|error| RecordingError::Unnamed(error.to_string()))?;
         if found != *expected {

@@ -41,7 +41,7 @@ struct Retargeter<'a> {
     adjustments: Vec<Quat>,
 }
 
-/// How far joints are from where the scaled skeleton of the file would have them, in metres.
+/// Distances of joints from their positions in the scaled skeleton of the file, in metres.
 struct Cost {
     mean: f64,
     most: f32,
@@ -51,14 +51,14 @@ struct Cost {
 pub(super) enum Obstacle {
     /// Names of the moving joints that the file does not have: more than a quarter.
     Missing(Vec<String>),
-    /// The motion is invalid there.
+    /// The motion is invalid on the other skeleton.
     Clip(ClipError),
 }
 
 /// A motion on another skeleton.
 pub(super) struct Retargeted {
     pub(super) clip: Clip,
-    /// What this costs.
+    /// Note on the distances that joints are moved by, for the user.
     pub(super) note: String,
     /// Events of the file, whose joints have the names that they have in the other skeleton. Joints that it lacks keep their names.
     pub(super) events: Vec<EventEntry>,
@@ -336,7 +336,7 @@ fn chain(
     is_below.then_some(chain.map(move |id| skeleton.joint(id).offset))
 }
 
-/// From a joint to one below it in the rest pose; `None` if it is not below.
+/// Vector from a joint to one below it in the rest pose; `None` if it is not below.
 fn rest_bone(skeleton: &Skeleton, above: JointId, below: JointId) -> Option<Vec3> {
     Some(chain(skeleton, above, below)?.sum())
 }

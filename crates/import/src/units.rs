@@ -1,3 +1,8 @@
+//! The unit of length of a motion file.
+//!
+//! The method is ours: the unit is the one in which the height of the skeleton in the first pose ([`stature`]) is closest to a
+//! person's. If none fits, the skeleton is scaled to a person's height.
+
 use glam::Vec3;
 
 use super::bvh::BvhFile;
@@ -6,7 +11,7 @@ use sabaki::anim::{JointId, Pose, Skeleton, forward_kinematics};
 /// Unit of length of a file, and how it was determined.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Scale {
-    /// Metres per unit.
+    /// Length of the unit, in metres.
     pub metres_per_unit: f64,
     /// How the scale was determined.
     pub found: ScaleSource,
@@ -67,7 +72,7 @@ impl LengthUnit {
         Self::Millimetre,
     ];
 
-    /// Metres per unit.
+    /// Length of the unit, in metres.
     #[must_use]
     pub fn metres(self) -> f64 {
         match self {

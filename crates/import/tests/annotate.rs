@@ -78,7 +78,8 @@ fn mirrored_and_resampled_captures_agree_as_well() {
     set.add_mirrored().unwrap();
     let by_hand = EventsFile::of(&set.events, &set.clips, &set.skeleton).unwrap();
     let mirrored = &set.clips[set.clips.len() / 2..];
-    let faster: Vec<Clip> = { set.clips[..set.clips.len() / 2].iter() }
+    let faster: Vec<Clip> = set.clips[..set.clips.len() / 2]
+        .iter()
         .map(|clip| clip.resampled(120.0).unwrap())
         .collect();
     for clips in [mirrored, &faster] {

@@ -100,7 +100,9 @@ fn overlapping_shells_are_fitted_as_well_at_any_triangle_count() {
             shape.shell(ends, radius, grid);
         }
         let corner = |vertex| vertex as u32;
-        let triangles = { shape.triangles().into_iter() }
+        let triangles = shape
+            .triangles()
+            .into_iter()
             .map(|triangle| triangle.map(corner))
             .collect();
         let mesh = Mesh::new(shape.places.clone(), triangles, Vec::new()).unwrap();

@@ -14,8 +14,10 @@ use sabaki::anim::{Pose, forward_kinematics};
 use sabaki::archive;
 use sabaki::query::{Answer, Evaluation, Query, QuerySettings};
 use sabaki_app::demo::throw::{Throw, ThrowSettings, throw};
-use sabaki_import::export::{Answered, MotionFormat, Target, evasion_placement, write_answer};
-use sabaki_import::{Chosen, Question, Recording, RecordingError};
+use sabaki_import::export::{
+    ExportedAnswer, MotionFormat, Target, evasion_placement, write_answer,
+};
+use sabaki_import::{Chosen, RecordedRequest, Recording, RecordingError};
 use serde_json::Value;
 
 const ATTACKS: u64 = 25;
@@ -30,8 +32,8 @@ fn settings() -> QuerySettings {
     }
 }
 
-fn question(throw: &Throw) -> Question {
-    Question {
+fn request(throw: &Throw) -> RecordedRequest {
+    RecordedRequest {
         graph: archive::checksum(embedded()).unwrap(),
         playhead: throw.playhead,
         attack: throw.attack.clone(),
@@ -63,12 +65,12 @@ fn export(folder: &Path, throw: &Throw, answer: &Answer) -> Exported {
         name: "one",
         format: MotionFormat::Bvh,
     };
-    let answered = Answered {
+    let exported = ExportedAnswer {
         baked: embedded(),
-        question: &question(throw),
+        request: &request(throw),
         answer,
     };
-    let [motion, facts] = write_answer(target, answered).unwrap();
+    let [motion, facts] = write_answer(target, exported).unwrap();
     Exported {
         motion: PlainBvh::parse(&fs::read_to_string(motion).unwrap()),
         facts: serde_json::from_slice(&fs::read(facts).unwrap()).unwrap(),
@@ -254,7 +256,7 @@ fn an_exported_answer_can_be_asked_again() {
     for (throw, answer) in answers().take(8) {
         let facts = export(folder.path(), &throw, &answer).facts;
         let recording = Recording::parse(facts.to_string().as_bytes()).unwrap();
-        assert_eq!(recording.question, question(&throw));
+        assert_eq!(recording.request, request(&throw));
         assert_eq!(recording.chosen, Chosen::of(baked, &answer));
         let again = recording.replay(baked).unwrap();
         assert!(Chosen::of(baked, &again).is_same(&recording.chosen));
@@ -302,7 +304,12 @@ fn a_candidates_evasion_is_placed_where_its_motion_performs_it() {
     let mut evasions = 0;
     for (throw, answer) in answers() {
         let chosen = answer.chosen();
-        let place = evasion_placement(baked, throw.playhead, &answer, chosen);
+        let exported = ExportedAnswer {
+            baked,
+            request: &request(&throw),
+            answer: &answer,
+        };
+        let place = evasion_placement(exported, chosen);
         assert_eq!(place.is_some(), chosen.evasion.is_some());
         let Some(place) = place else { continue };
         if let Some(entered) = chosen.entry {

@@ -13,8 +13,10 @@ use sabaki::archive;
 use sabaki::graph::ClipSource;
 use sabaki::query::{Evaluation, Query, QuerySettings};
 use sabaki_app::demo::throw::{ThrowSettings, throw};
-use sabaki_import::export::{Answered, MotionFormat, Target, write_answer};
-use sabaki_import::{ClipSet, EventsFile, Question, ReadError, ReadOptions, gltf, read_clips};
+use sabaki_import::export::{ExportedAnswer, MotionFormat, Target, write_answer};
+use sabaki_import::{
+    ClipSet, EventsFile, ReadError, ReadOptions, RecordedRequest, gltf, read_clips,
+};
 
 fn read(path: &Path, events: Option<&Path>) -> Result<ClipSet, ReadError> {
     read_clips(&[path.to_owned()], events, &ReadOptions::default())
@@ -68,7 +70,10 @@ fn poses_and_events_come_back() {
     let path = written(folder.path(), source);
     let set = read(&path, None).unwrap();
     assert!(set.skeleton.differences(&motions.skeleton).is_empty());
-    let same = { set.clips.iter().zip(&motions.clips) }
+    let same = set
+        .clips
+        .iter()
+        .zip(&motions.clips)
         .map(|(again, clip)| furthest(&motions.skeleton, [again, clip]));
     assert!(same.fold(0.0, f32::max) < 1e-4);
     assert!(events.len() > 8);
@@ -181,7 +186,7 @@ fn an_answer_as_gltf_is_the_motion_and_says_when_it_evades() {
     for index in 0..6 {
         let throw = throw(baked, &ThrowSettings::default(), 11, index).unwrap();
         let answer = answer_throw(&Query::new(baked, &settings), &throw, Evaluation::Lazy);
-        let question = Question {
+        let request = RecordedRequest {
             graph: archive::checksum(baked).unwrap(),
             playhead: throw.playhead,
             attack: throw.attack.clone(),
@@ -193,12 +198,12 @@ fn an_answer_as_gltf_is_the_motion_and_says_when_it_evades() {
             name: "one",
             format: MotionFormat::Glb,
         };
-        let answered = Answered {
+        let exported = ExportedAnswer {
             baked,
-            question: &question,
+            request: &request,
             answer: &answer,
         };
-        let [path, facts] = write_answer(target, answered).unwrap();
+        let [path, facts] = write_answer(target, exported).unwrap();
         assert_eq!(
             [path.extension().unwrap(), facts.extension().unwrap()],
             ["glb", "json"]

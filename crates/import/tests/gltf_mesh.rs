@@ -55,7 +55,8 @@ fn the_figure_of_a_written_file_is_on_its_bones() {
     assert_eq!(mesh.joints.len(), skeleton.len());
     for (index, joint) in mesh.joints.iter().enumerate() {
         let id = skeleton.find(&joint.name).unwrap();
-        let chain: Vec3 = { skeleton.ancestry(id) }
+        let chain: Vec3 = skeleton
+            .ancestry(id)
             .filter(|&above| above != JointId::ROOT)
             .map(|above| skeleton.joint(above).offset)
             .sum();

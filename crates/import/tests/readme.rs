@@ -18,7 +18,9 @@ fn the_attack_file_has_an_attack_of_two_spheres() {
         panic!("one example is expected")
     };
     let file = AttackFile::parse(example.as_bytes()).unwrap();
-    let spheres: Vec<usize> = { file.attacks.iter() }
+    let spheres: Vec<usize> = file
+        .attacks
+        .iter()
         .map(|attack| attack.spheres.len())
         .collect();
     assert_eq!(spheres, [1, 2]);

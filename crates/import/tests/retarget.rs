@@ -67,7 +67,12 @@ fn disguised(skeleton: &Skeleton, clip: &Clip, scale: f32) -> (Skeleton, Clip) {
 }
 
 fn write(path: &Path, skeleton: &Skeleton, clip: &Clip) {
-    bvh::write(&mut File::create(path).unwrap(), skeleton, clip, 0.01).unwrap();
+    let desc = bvh::MotionDesc {
+        skeleton,
+        clip,
+        metres_per_unit: 0.01,
+    };
+    bvh::write(&mut File::create(path).unwrap(), desc).unwrap();
 }
 
 fn note(set: &ClipSet, name: &str) -> String {
@@ -134,15 +139,13 @@ fn captures_by_others_walk_on_the_same_skeleton() {
             let own = name.rsplit(':').next().unwrap();
             own.to_lowercase().replace(['_', '-', '.', ' '], "")
         };
-        let pairs: Vec<(usize, usize)> = { set.skeleton.joints().iter().enumerate() }
-            .filter_map(|(to, joint)| {
-                let mut own = alone.skeleton.joints().iter();
-                Some((
-                    to,
-                    own.position(|own| plain(&own.name) == plain(&joint.name))?,
-                ))
-            })
-            .collect();
+        let twin = |joint: &Joint| {
+            let mut own = alone.skeleton.joints().iter();
+            own.position(|own| plain(&own.name) == plain(&joint.name))
+        };
+        let joints = set.skeleton.joints().iter().enumerate();
+        let pairs = joints.filter_map(|(to, joint)| Some((to, twin(joint)?)));
+        let pairs: Vec<(usize, usize)> = pairs.collect();
         assert!(pairs.len() > 16, "{note}");
         let mut most = 0f32;
         for frame in 0..clip.frames() {
@@ -260,7 +263,8 @@ fn small_person() -> (Skeleton, Clip) {
     let desc = ClipDesc {
         name: "small.bvh".into(),
         frame_rate: 30.0,
-        roots: { frames.clone() }
+        roots: frames
+            .clone()
             .map(|frame| Vec3::new(0.3, 0.9, 0.1 * frame as f32))
             .collect(),
         rotations: frames
@@ -355,7 +359,8 @@ fn labelled(folder: &Path, joint: u16) -> [PathBuf; 3] {
     });
     let other = Skeleton::new(joints).unwrap();
     let mut desc = clip.desc();
-    desc.rotations = { desc.rotations.chunks(7) }
+    let frames = desc.rotations.chunks(7);
+    desc.rotations = frames
         .flat_map(|of_frame| [of_frame, &[Quat::IDENTITY]].concat())
         .collect();
     let event = Event {
@@ -462,9 +467,8 @@ fn below_two_joints_above_the_hips_the_path_is_kept() {
     // Another skeleton, so that it is retargeted: without the head.
     let bare: Vec<Joint> = person.0.joints()[..6].to_vec();
     let mut desc = person.1.desc();
-    desc.rotations = { desc.rotations.chunks(7) }
-        .flat_map(|of_frame| of_frame[..6].to_vec())
-        .collect();
+    let frames = desc.rotations.chunks(7);
+    desc.rotations = frames.flat_map(|of_frame| of_frame[..6].to_vec()).collect();
     let bare = Skeleton::new(bare).unwrap();
     let bare = (bare.clone(), Clip::new(&bare, desc).unwrap());
     let from = wrapped(&person.0, &person.1, "Reference");

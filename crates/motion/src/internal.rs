@@ -1,6 +1,6 @@
-//! What the packages of this workspace share with this one and a host never names: legs and bends, lanes, threads.
+//! Items that the packages of this workspace share and a host never names: legs and bends, lanes, threads.
 //!
-//! No promise of compatibility holds here: a version's last number may change any of it.
+//! They are not covered by semantic versioning: a patch version may change any of them.
 pub use crate::anim::facing::Facing;
 pub use crate::anim::ik::{LegGoal, free_distance};
 pub use crate::anim::knee::{Knee, KneeLimit};
@@ -14,7 +14,7 @@ pub use crate::anim::rows::{LANES, Rows, Slerp, unpack};
 pub use crate::anim::warp::{Bend, Envelope, Warp};
 pub use crate::crowd::external_pose::{ExternalGroups, ExternalPose, ExternalTarget};
 pub use crate::lod::blend::{Blend, affine};
-pub use crate::lod::level::Seated;
+pub use crate::lod::level::Attachment;
 pub use crate::lod::mass::BoneShape;
 pub use crate::lod::motion::{LevelMotion, LevelTrack, Translations};
 pub use crate::lod::settings::{Branch, Carrier, Flexion, Inertia};

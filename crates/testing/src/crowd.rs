@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use glam::{DAffine3, DQuat, DVec3};
-use sabaki::anim::{Clip, JointId, Skeleton};
+use sabaki::anim::{Clip, JointId, JointTransform, Skeleton};
 use sabaki::crowd::{
     AnimationSet, AnimationSetDesc, Character, ClipId, ClipMix, Crowd, CrowdSettings, Form, Layout,
     LevelId, MemberId, Output, Placement, PoseSlice, WriteMode,
@@ -16,7 +16,7 @@ use super::random::Random;
 
 /// The clips on one level.
 pub struct Oracle {
-    /// Of clips, then of layers.
+    /// Motions of all clips, then of all layers.
     motions: Vec<LevelMotion>,
 }
 
@@ -122,7 +122,7 @@ fn local(motion: &LevelMotion, moment: Moment, joint: usize) -> (DQuat, DVec3) {
     )
 }
 
-/// The slice that a character is drawn from, and what is written of each joint.
+/// The slice that a character is drawn from, and the form of its joints.
 #[derive(Clone, Copy)]
 pub struct DrawnAs<'a> {
     pub slice: &'a PoseSlice,
@@ -190,17 +190,18 @@ impl Stage {
         assert!(usize::from(slice.level.0) <= own);
         let ends = [own, (own + 1).min(levels.len() - 1)].map(|level| &levels[level]);
         let at = |joint: JointId| exact[posed.index_of(joint).unwrap()];
-        let seated = |level: &Level, joint: JointId| {
-            let seat = level.seats[joint.index()];
-            let offset = seat.offset;
-            let ride = DAffine3::from_rotation_translation(
-                offset.rotation.as_dquat(),
-                offset.translation.as_dvec3(),
-            );
-            (level.kept[usize::from(seat.carrier)], ride)
+        let attached = |level: &Level, joint: JointId| {
+            let attachment = level.attachments[joint.index()];
+            let JointTransform {
+                rotation,
+                translation,
+            } = attachment.offset;
+            let offset =
+                DAffine3::from_rotation_translation(rotation.as_dquat(), translation.as_dvec3());
+            (level.kept[usize::from(attachment.carrier)], offset)
         };
         let of_own = |joint: JointId| {
-            let (carrier, ride) = seated(ends[1], joint);
+            let (carrier, offset) = attached(ends[1], joint);
             if blend == 0.0 || carrier == joint {
                 return at(joint);
             }
@@ -208,14 +209,14 @@ impl Stage {
                 weight: blend,
                 form,
             };
-            blend.between(at(joint), at(carrier) * ride)
+            blend.between(at(joint), at(carrier) * offset)
         };
         let joints = posed.kept.iter().map(|&joint| {
-            let (carrier, ride) = seated(ends[0], joint);
+            let (carrier, offset) = attached(ends[0], joint);
             if carrier == joint {
                 of_own(joint)
             } else {
-                of_own(carrier) * ride
+                of_own(carrier) * offset
             }
         });
         joints.collect()

@@ -18,7 +18,7 @@ pub struct Fault {
     pub result: vk::Result,
 }
 
-/// What a command buffer does about what the host reads.
+/// Steps of a command buffer that concern data that the host reads.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum HostStep {
     /// A barrier that makes what these stages wrote available to the host.

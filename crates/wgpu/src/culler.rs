@@ -24,7 +24,7 @@ pub struct HostedCuller {
     remains: Arc<Mutex<Option<Parts>>>,
 }
 
-/// What command buffers use. It is dropped when no command buffer uses it any more.
+/// The objects that command buffers use. They are dropped when no command buffer uses them any more.
 #[derive(Debug)]
 struct Parts {
     culler: ManuallyDrop<Culler>,

@@ -29,9 +29,9 @@ pub enum HostError {
     Limit {
         /// Field of [`wgpu::Limits`].
         name: &'static str,
-        /// What the descriptor requires.
+        /// Value that the descriptor requires.
         required: u64,
-        /// What the adapter has.
+        /// Limit of the adapter.
         allowed: u64,
     },
     /// The device lacks something, or a call failed.
@@ -133,7 +133,7 @@ impl Host {
         &self.device
     }
 
-    /// What the device offers to the culling paths.
+    /// The features of the device that the culling paths need.
     #[must_use]
     pub fn report(&self) -> &Report {
         self.context.report()
@@ -183,7 +183,7 @@ fn check_required(
     limit
 }
 
-/// What a physical device offers.
+/// The features of a physical device that the culling paths need.
 fn report(adapter: &wgpu::Adapter) -> Result<Report, HostError> {
     // SAFETY: the handles are wgpu's, which the adapter keeps alive.
     unsafe {

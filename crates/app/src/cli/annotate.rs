@@ -40,7 +40,10 @@ pub(crate) struct Args {
 }
 
 fn share(text: &str) -> Result<f64, String> {
-    let value = { text.parse().ok() }.filter(|value| (0.0..=1.0).contains(value));
+    let value = text
+        .parse()
+        .ok()
+        .filter(|value| (0.0..=1.0).contains(value));
     value.ok_or_else(|| "not a share from 0 to 1".to_owned())
 }
 

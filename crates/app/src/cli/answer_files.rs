@@ -6,8 +6,8 @@ use sabaki::archive;
 use sabaki::maps::BakedGraph;
 use sabaki::query::{Answer, QuerySettings};
 use sabaki_app::demo::throw::Throw;
-use sabaki_import::Question;
-use sabaki_import::export::{Answered, MotionFormat, Target, write_answer};
+use sabaki_import::RecordedRequest;
+use sabaki_import::export::{ExportedAnswer, MotionFormat, Target, write_answer};
 
 use super::Failure;
 use super::method::Method;
@@ -17,9 +17,9 @@ pub(super) fn graph_name(baked: &BakedGraph) -> Result<u32, Failure> {
     archive::checksum(baked).map_err(|error| Failure::Usage(error.to_string()))
 }
 
-/// The query of one attack.
+/// The query of one throw.
 #[derive(Clone, Copy)]
-pub(super) struct Asked<'a> {
+pub(super) struct ThrowQuery<'a> {
     /// Digest of the graph.
     pub(super) graph: u32,
     pub(super) throw: &'a Throw,
@@ -27,10 +27,10 @@ pub(super) struct Asked<'a> {
     pub(super) method: Method,
 }
 
-impl Asked<'_> {
-    /// The query as a recording.
-    pub(super) fn question(&self) -> Question {
-        Question {
+impl ThrowQuery<'_> {
+    /// The input of the query as exported files store it.
+    pub(super) fn recorded(&self) -> RecordedRequest {
+        RecordedRequest {
             graph: self.graph,
             playhead: self.throw.playhead,
             attack: self.throw.attack.clone(),
@@ -53,7 +53,7 @@ impl AnswerFolder<'_> {
     pub(super) fn write(
         &self,
         index: u64,
-        question: &Question,
+        request: &RecordedRequest,
         answer: &Answer,
     ) -> Result<(), Failure> {
         let name = format!("attack_{index:04}");
@@ -62,12 +62,12 @@ impl AnswerFolder<'_> {
             name: &name,
             format: self.format,
         };
-        let answered = Answered {
+        let exported = ExportedAnswer {
             baked: self.baked,
-            question,
+            request,
             answer,
         };
-        let written = write_answer(target, answered);
+        let written = write_answer(target, exported);
         let failed = |source| Failure::Write {
             path: self.path.join(&name),
             source,

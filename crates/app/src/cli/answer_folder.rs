@@ -33,7 +33,9 @@ pub(crate) fn check_holds_no_input(
         };
         let folders = [
             beside.canonicalize().ok(),
-            { path.canonicalize().ok() }.and_then(|file| file.parent().map(Path::to_owned)),
+            path.canonicalize()
+                .ok()
+                .and_then(|file| file.parent().map(Path::to_owned)),
         ];
         folders.contains(&Some(place.clone()))
     };

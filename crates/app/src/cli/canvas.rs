@@ -163,7 +163,8 @@ mod tests {
         let [columns, _] = ink("l l l l l", pos, FontTransform::None);
         let columns: Vec<(f32, f32)> = (0..SIDE).map(|at| at as f32).zip(columns).collect();
         // The middle of each letter's ink.
-        let places: Vec<f32> = { columns.split(|&(_, dark)| dark < 0.01) }
+        let places: Vec<f32> = columns
+            .split(|&(_, dark)| dark < 0.01)
             .filter(|letter| !letter.is_empty())
             .map(|letter| {
                 let moment: f32 = letter.iter().map(|&(at, dark)| at * dark).sum();

@@ -15,12 +15,12 @@ pub(crate) const COLOURS: [[u8; 3]; 5] = [
     [204, 121, 167],
 ];
 
-/// How the values of both axes are spread.
+/// Scale of both axes.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Scale {
-    /// From 0 on.
+    /// Linear, from 0 on.
     Linear,
-    /// By powers of ten. All values are above 0.
+    /// Logarithmic. All values are above 0.
     Log,
 }
 
@@ -35,7 +35,7 @@ pub(crate) struct Line<'a> {
 /// Lines over common axes.
 pub(crate) struct Chart<'a> {
     pub(crate) title: &'a str,
-    /// What the axes show, with the unit.
+    /// Label of the axis, with the unit.
     pub(crate) x: &'a str,
     pub(crate) y: &'a str,
     pub(crate) scale: Scale,
@@ -133,7 +133,7 @@ impl Chart<'_> {
     }
 }
 
-/// What a logarithmic axis shows values as that are not above 0.
+/// The value at which a logarithmic axis shows values that are not above 0.
 const LEAST: f64 = 1e-6;
 
 impl Scale {

@@ -252,7 +252,7 @@ impl Table {
         &self.rows[1]
     }
 
-    /// Number of attacks for which the grid holds paths, and of those that one of these answers.
+    /// Number of attacks for which the grid has paths, and number of attacks that one of these paths answers.
     fn grid(&self) -> [usize; 2] {
         let runs = &self.filed().runs;
         let used = runs.iter().filter(|run| run.used_grid()).count();
@@ -264,7 +264,7 @@ impl Table {
         [0.5, 0.9].map(|share| percentile(self.regret.clone(), share))
     }
 
-    /// Median number of candidates with maps where the grid answers, and of those that the maps keep.
+    /// Median number of candidates with maps if the grid answers, and median number of those that the maps keep.
     fn of_grid(&self) -> [f64; 2] {
         let is_cpu = |row: &&Row| {
             row.method.cull == CullPath::Cpu && row.method.enumerate != Enumerate::Whole

@@ -3,7 +3,7 @@
 use sabaki::maps::BakedGraph;
 use sabaki::math::in_parallel;
 use sabaki::query::{Answer, Query, QueryContext, QuerySettings};
-use sabaki_app::demo::by_time::{BallSettings, BallThrower, CONTACTS, Part, Share, TimeRow};
+use sabaki_app::demo::by_time::{AvoidedCount, BallSettings, BallThrower, CONTACTS, Part, TimeRow};
 use sabaki_app::demo::why_hit::Cause;
 use serde_json::{Map, Value, json};
 
@@ -71,9 +71,9 @@ pub(super) fn throw_all(balls: Balls, baked: &BakedGraph) -> Result<Vec<TimeRow>
 pub(super) fn document(rows: &[TimeRow]) -> Value {
     let round = |share: f64| (share * 1e4).round() / 1e4;
     // Nothing is known of what no ball was thrown at.
-    let known = |share: Share, value: f64| (share.attacks > 0).then(|| round(value));
-    let avoided = |share: Share| known(share, share.value());
-    let interval = |share: Share| share.interval().map(|end| known(share, end));
+    let known = |share: AvoidedCount, value: f64| (share.attacks > 0).then(|| round(value));
+    let avoided = |share: AvoidedCount| known(share, share.value());
+    let interval = |share: AvoidedCount| share.interval().map(|end| known(share, end));
     let row = |row: &TimeRow| {
         let [low, high] = interval(row.all);
         let of_part = |part: Part| (part.name().to_owned(), row.parts[part as usize]);
@@ -115,7 +115,7 @@ pub(super) fn text(rows: &[TimeRow]) -> String {
         .chain(["short by"])
         .collect();
     let mut table = output::table(&head, 0);
-    let percent = |share: Share| match share.attacks {
+    let percent = |share: AvoidedCount| match share.attacks {
         0 => "-".to_owned(),
         _ => format!("{:.0}%", 100.0 * share.value()),
     };

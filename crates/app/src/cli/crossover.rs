@@ -25,7 +25,7 @@ const LEAST: usize = 5;
 const REPEATS: usize = 5;
 const PATIENCE: f64 = 0.3;
 
-/// Milliseconds of one path by the number of candidates.
+/// Times of one path for each number of candidates, in milliseconds.
 pub(crate) struct Line {
     path: CullPath,
     points: Vec<(usize, f64)>,
@@ -86,7 +86,7 @@ fn all_candidates(most_evasions: usize) -> QuerySettings {
     settings
 }
 
-/// What is timed: so many candidates of a throw.
+/// Input of a measurement: a number of candidates of one throw.
 #[derive(Clone, Copy)]
 struct Sample<'a> {
     baked: &'a BakedGraph,

@@ -133,7 +133,7 @@ impl Culling {
         }
     }
 
-    /// These paths, of which one is used.
+    /// One of these paths, for use.
     pub(crate) fn on(&mut self, path: CullPath) -> OnePath<'_> {
         OnePath {
             culling: self,

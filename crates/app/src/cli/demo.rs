@@ -8,7 +8,7 @@ use sabaki_app::demo::throw::{Throw, ThrowSettings, throw};
 use sabaki_import::export;
 use serde_json::json;
 
-use super::answer_files::{Asked, graph_name};
+use super::answer_files::{ThrowQuery, graph_name};
 use super::culling::{self, Culling, DeviceArgs};
 use super::passes::{Attacks, Method, Pass, PassSettings};
 use super::source::Baked;
@@ -24,7 +24,7 @@ const SEED: u64 = 1;
 const FOLDER: &str = "out";
 
 /// The results of the demo.
-struct Shown {
+struct DemoResults {
     baked: Baked,
     culling: String,
     passes: Vec<Pass>,
@@ -56,14 +56,14 @@ pub(crate) fn run(device: &DeviceArgs, as_json: bool) -> Result<Done, Failure> {
     };
     let mut runner = QueryRunner::new(&baked.graph);
     runner.ask(&settings, &throws[written], culling.on(method.cull))?;
-    let asked = Asked {
+    let throw_query = ThrowQuery {
         graph: graph_name(&baked.graph)?,
         throw: &throws[written],
         settings: &settings,
         method,
     };
-    let files = write_files(&baked.graph, &asked, &runner.answer)?;
-    let shown = Shown {
+    let files = write_files(&baked.graph, &throw_query, &runner.answer)?;
+    let shown = DemoResults {
         baked,
         culling: culling.describe(passes.iter().map(|pass| pass.method.cull)),
         passes,
@@ -103,7 +103,7 @@ fn passes(
     methods.map(one).collect()
 }
 
-impl Shown {
+impl DemoResults {
     fn document(&self) -> String {
         let exact = summary::exact(&self.passes);
         let summary = |pass: &Pass| Summary::of(pass, exact).to_json();
@@ -173,7 +173,7 @@ fn closest_shave(baked: &BakedGraph, runs: &[Run]) -> usize {
 /// Writes the answer as BVH and JSON, and its maps as a picture. Returns the file names.
 fn write_files(
     baked: &BakedGraph,
-    asked: &Asked<'_>,
+    throw_query: &ThrowQuery<'_>,
     answer: &Answer,
 ) -> Result<Vec<String>, Failure> {
     let folder = Path::new(FOLDER);
@@ -181,29 +181,29 @@ fn write_files(
         let path = path.to_owned();
         move |source| Failure::Write { path, source }
     };
-    let question = asked.question();
+    let request = throw_query.recorded();
     let target = export::Target {
         folder,
         name: "dodge",
         format: export::MotionFormat::Bvh,
     };
-    let answered = export::Answered {
+    let exported = export::ExportedAnswer {
         baked,
-        question: &question,
+        request: &request,
         answer,
     };
-    let mut files = export::write_answer(target, answered)
+    let mut files = export::write_answer(target, exported)
         .map_err(failed(folder))?
         .to_vec();
     let chosen = answer.chosen;
     // The same source of candidates as the answer's.
     let settings = match answer.source {
-        Source::Grid => *asked.settings,
+        Source::Grid => *throw_query.settings,
         _ => Method::EXACT.settings(),
     };
     let mut context = QueryContext::default();
     let query = Query::new(baked, &settings);
-    let session = query.start(asked.throw.request(), &mut context);
+    let session = query.start(throw_query.throw.request(), &mut context);
     let input = session.cull_input();
     // Candidates with an evasion come first, in the order of the culling input.
     if let Some(candidate) = input.candidates.get(chosen) {

@@ -32,9 +32,9 @@ pub(crate) struct PathTimes {
 
 /// A graph's cullers on the device, by their positions.
 pub(crate) struct Culler {
-    /// Or why there is none.
+    /// Stencil culler, or the reason why there is none.
     stencil: Result<usize, String>,
-    /// Made when it is first asked for.
+    /// Compute culler; created at its first use.
     compute: Option<usize>,
 }
 

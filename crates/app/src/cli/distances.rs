@@ -26,7 +26,7 @@ const BLANK: char = ' ';
 struct Overview {
     /// Cells of the side.
     side: usize,
-    /// Metres, row by row; infinite for cells without distances.
+    /// Least distance in each cell, row by row, in metres; infinite for cells without distances.
     least: Vec<f32>,
     /// Row and column of each transition, and its distance, metres.
     transitions: Vec<(usize, usize, f32)>,
@@ -88,7 +88,7 @@ impl Overview {
         }
     }
 
-    /// How near a cell comes, from 0 for far to 1 for the same posture. `None` for a cell without distances.
+    /// Nearness of a cell: 0 for far, 1 for the same posture, `None` for a cell without distances.
     fn nearness(&self, cell: usize, threshold: f32) -> Option<f32> {
         let least = self.least[cell];
         let near = (1.0 - least / (FAR * threshold)).clamp(0.0, 1.0);
@@ -174,7 +174,7 @@ impl DistanceFigure<'_> {
         })
     }
 
-    /// What shades and dots mean.
+    /// Draws the legend of shades and dots.
     fn legend<DB: DrawingBackend>(&self, area: &Area<DB>) -> Drawn<DB> {
         let style = (FONT, 17).into_font().color(&INK);
         let title = "Distance between the frames of all clips, and the transitions";

@@ -13,7 +13,7 @@ use sabaki_app::demo::throw::{Throw, ThrowSettings, throw};
 use sabaki_import::export::MotionFormat;
 use serde_json::Value;
 
-use super::answer_files::{AnswerFolder, Asked, graph_name};
+use super::answer_files::{AnswerFolder, ThrowQuery, graph_name};
 use super::culling::{self, Culling, DeviceArgs};
 use super::numbers::whole;
 use super::passes::{Attacks, Method, MethodArgs, Pass, PassSettings};
@@ -215,7 +215,7 @@ impl AllPasses<'_> {
                 let (Some(folder), Some(graph)) = (folder, graph) else {
                     return Ok(());
                 };
-                let asked = Asked {
+                let throw_query = ThrowQuery {
                     graph,
                     throw: &throws[index],
                     settings,
@@ -226,7 +226,7 @@ impl AllPasses<'_> {
                     format: args.format.format(),
                     baked,
                 };
-                folder.write(index as u64, &asked.question(), answer)
+                folder.write(index as u64, &throw_query.recorded(), answer)
             };
             passes.push(self.attacks.pass(&settings, culling, export)?);
         }

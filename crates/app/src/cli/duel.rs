@@ -36,15 +36,15 @@ pub(crate) struct Args {
     film: super::render::DuelArgs,
 }
 
-/// A duel that has been fought, with what it took.
-pub(crate) struct Fought {
+/// A finished duel, with its duration and the times of its queries.
+pub(crate) struct DuelRun {
     pub(crate) exchanges: Vec<Exchange>,
-    /// Of each exchange's query, milliseconds.
+    /// Duration of each exchange's query, in milliseconds.
     pub(crate) query_ms: Vec<f64>,
     pub(crate) score: Score,
     pub(crate) fighters: [Fighter; 2],
     pub(crate) seconds: f32,
-    /// Why it ended before its last round.
+    /// Reason why the duel ended before its last round.
     pub(crate) ended: Option<DuelError>,
 }
 
@@ -125,7 +125,7 @@ impl BuiltGrid {
         baked: &BakedGraph,
         rounds: u32,
         settings: &DuelSettings,
-    ) -> Result<Fought, Failure> {
+    ) -> Result<DuelRun, Failure> {
         let usage = |error: DuelError| Failure::Usage(error.to_string());
         let mut duel = Duel::new(baked, &self.grid, settings).map_err(usage)?;
         let bar = output::progress("fighting", u64::from(rounds));
@@ -151,7 +151,7 @@ impl BuiltGrid {
             }
         }
         bar.finish_and_clear();
-        Ok(Fought {
+        Ok(DuelRun {
             exchanges: duel.exchanges().to_vec(),
             query_ms,
             score: duel.score(),
@@ -168,7 +168,7 @@ pub(crate) fn clip_of(baked: &BakedGraph, edge: EdgeId) -> &str {
     graph.clip(graph.node(graph.edge(edge).from).clip).name()
 }
 
-fn document(baked: &BakedGraph, built: &BuiltGrid, fought: &Fought) -> Value {
+fn document(baked: &BakedGraph, built: &BuiltGrid, fought: &DuelRun) -> Value {
     let numbers = |edges: &[EdgeId]| edges.iter().map(|edge| edge.0).collect::<Vec<_>>();
     let exchanges = fought.exchanges.iter().zip(&fought.query_ms);
     let exchanges: Vec<Value> = exchanges
@@ -210,7 +210,7 @@ fn document(baked: &BakedGraph, built: &BuiltGrid, fought: &Fought) -> Value {
     })
 }
 
-fn describe(baked: &BakedGraph, built: &BuiltGrid, fought: &Fought) -> String {
+fn describe(baked: &BakedGraph, built: &BuiltGrid, fought: &DuelRun) -> String {
     let AttackGridReport {
         nodes,
         cells,

@@ -7,10 +7,13 @@ use sabaki::internal::{RateError, Warp};
 use sabaki::maps::BakedGraph;
 use sabaki::query::{Answer, CandidateReport, CandidateResult, QuerySettings, Source};
 use sabaki_app::demo::throw::Throw;
-use sabaki_import::{self, Question};
+use sabaki_import::RecordedRequest;
+use sabaki_import::export::{
+    ExportedAnswer, describe_edge, describe_evasion, document, evasion_placement,
+};
 use serde_json::json;
 
-use super::answer_files::{AnswerFolder, Asked, graph_name};
+use super::answer_files::{AnswerFolder, ThrowQuery, graph_name};
 use super::culling::Culling;
 use super::method::Method;
 use super::stats::{QueryRunner, Run};
@@ -18,7 +21,7 @@ use super::{Done, Failure};
 
 /// Width of a line, in characters.
 const WIDTH: usize = 120;
-/// Number of candidates listed for each outcome, unless all are asked for.
+/// Number of candidates listed for each outcome, unless `--all` is given.
 const LISTED: usize = 8;
 
 /// The query to explain.
@@ -37,6 +40,7 @@ pub(crate) struct Case<'a> {
 /// A query and its answer.
 struct Explanation<'a> {
     case: &'a Case<'a>,
+    request: &'a RecordedRequest,
     answer: &'a Answer,
 }
 
@@ -90,27 +94,28 @@ pub(crate) fn run(case: &Case<'_>, culling: &mut Culling, as_json: bool) -> Resu
     };
     let mut runner = QueryRunner::new(case.baked);
     let run = runner.ask(&settings, case.throw, culling.on(case.method.cull))?;
-    let asked = Asked {
+    let throw_query = ThrowQuery {
         graph: graph_name(case.baked)?,
         throw: case.throw,
         settings: &settings,
         method: case.method,
     };
-    let question = asked.question();
+    let request = throw_query.recorded();
     if let Some(folder) = &case.export {
-        folder.write(case.index, &question, &runner.answer)?;
+        folder.write(case.index, &request, &runner.answer)?;
     }
+    let explanation = Explanation {
+        case,
+        request: &request,
+        answer: &runner.answer,
+    };
     let text = if as_json {
-        let mut document = sabaki_import::export::document(case.baked, &question, &runner.answer);
+        let mut document = document(explanation.exported());
         document["attack_index"] = json!(case.index);
         document["cull"] = json!(case.method.cull.name());
         Done::json(&document)
     } else {
-        Explanation {
-            case,
-            answer: &runner.answer,
-        }
-        .text(&question, &run)
+        explanation.text(&run)
     };
     Ok(Done::answer(text, run.avoided))
 }
@@ -126,7 +131,15 @@ pub(super) fn source_name(source: Source) -> &'static str {
 }
 
 impl Explanation<'_> {
-    fn text(&self, question: &Question, run: &Run) -> String {
+    fn exported(&self) -> ExportedAnswer<'_> {
+        ExportedAnswer {
+            baked: self.case.baked,
+            request: self.request,
+            answer: self.answer,
+        }
+    }
+
+    fn text(&self, run: &Run) -> String {
         let (case, answer) = (self.case, self.answer);
         let (playhead, graph) = (case.throw.playhead, case.baked.graph());
         let mut text = format!(
@@ -141,7 +154,7 @@ impl Explanation<'_> {
             text,
             "moment    {}, {:.2} frames on; {:.3} s to the next node\n\
          stands    at x {:.2} z {:.2} m, facing {:.0}°",
-            sabaki_import::export::describe_edge(case.baked, playhead.edge),
+            describe_edge(case.baked, playhead.edge),
             playhead.frame,
             playhead.seconds_to_next_node(graph),
             // Prints 0 rather than -0.
@@ -149,7 +162,7 @@ impl Explanation<'_> {
             place.z + 0.0,
             place.heading().to_degrees(),
         );
-        for (number, sphere) in question.attack.spheres().iter().enumerate() {
+        for (number, sphere) in self.request.attack.spheres().iter().enumerate() {
             let ends = [&sphere.keys()[0], &sphere.keys()[sphere.keys().len() - 1]];
             let [from, to] = ends.map(|key| {
                 let [x, y, z] = key.center.to_array();
@@ -226,7 +239,6 @@ impl Explanation<'_> {
     /// Two lines: the numbers, then the path.
     fn candidate(&self, text: &mut String, report: &CandidateReport) {
         let (case, answer) = (self.case, self.answer);
-        let playhead = case.throw.playhead;
         match &report.rate {
             Err(reason) => {
                 let reason = match reason {
@@ -238,8 +250,7 @@ impl Explanation<'_> {
                 let _ = writeln!(text, "  {reason}");
             }
             Ok(rate) => {
-                let place =
-                    sabaki_import::export::evasion_placement(case.baked, playhead, answer, report);
+                let place = evasion_placement(self.exported(), report);
                 let without = match report.layer {
                     Some(_) => "upper body only",
                     None => "no evasion",
@@ -324,7 +335,7 @@ fn way(baked: &BakedGraph, edges: &[EdgeId], evasion: Option<EdgeId>) -> String 
     for part in edges.chunk_by(|&a, &b| is_stretch(a) && is_stretch(b)) {
         let (first, last) = (part[0], part[part.len() - 1]);
         words.push(if part.len() == 1 {
-            sabaki_import::export::describe_edge(baked, first)
+            describe_edge(baked, first)
         } else {
             let from = graph.node(graph.edge(first).from);
             let to = graph.node(graph.edge(last).to);
@@ -337,7 +348,7 @@ fn way(baked: &BakedGraph, edges: &[EdgeId], evasion: Option<EdgeId>) -> String 
         });
     }
     if let Some(evasion) = evasion {
-        let event = sabaki_import::export::describe_evasion(baked, evasion);
+        let event = describe_evasion(baked, evasion);
         words.push(format!("evades: {}", event.unwrap_or_default()));
     }
     if words.is_empty() {

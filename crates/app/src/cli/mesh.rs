@@ -28,11 +28,11 @@ pub(crate) struct MeshArgs {
 }
 
 /// Meshes of one or two characters: in the mesh's own colours, and bluish.
-pub(crate) struct Wardrobe {
+pub(crate) struct BoundOutfit {
     pub(crate) outfit: Arc<Outfit>,
-    /// Lines on what is bound.
+    /// Report on the bound joints, as text.
     pub(crate) report: String,
-    /// The same as JSON.
+    /// The report as JSON.
     pub(crate) document: Value,
 }
 
@@ -64,13 +64,13 @@ impl MeshArgs {
         &self,
         skeleton: &Skeleton,
         clips: &[Clip],
-    ) -> Result<Option<Wardrobe>, Failure> {
+    ) -> Result<Option<BoundOutfit>, Failure> {
         let path = match &self.mesh {
-            None => return Ok(Wardrobe::human(skeleton, clips)),
+            None => return Ok(BoundOutfit::human(skeleton, clips)),
             Some(path) if path.as_os_str() == CAPSULES => return Ok(None),
             Some(path) if path.as_os_str() == BODY => {
                 let what = "a body needs a skeleton whose joints' names tell two legs, two arms and a head";
-                let human = Wardrobe::human(skeleton, clips);
+                let human = BoundOutfit::human(skeleton, clips);
                 return human
                     .ok_or_else(|| Failure::Usage(what.to_owned()))
                     .map(Some);
@@ -91,7 +91,7 @@ impl MeshArgs {
         };
         let bound = rigged.bind(target, &names);
         let bound = bound.map_err(|error| Failure::Usage(error.to_string()).within(path))?;
-        Ok(Some(Wardrobe::of(bound, path)))
+        Ok(Some(BoundOutfit::of(bound, path)))
     }
 }
 
@@ -100,7 +100,7 @@ const BODY: &str = "body";
 /// Name of the capsules that are drawn without a mesh.
 const CAPSULES: &str = "capsules";
 
-impl Wardrobe {
+impl BoundOutfit {
     fn human(skeleton: &Skeleton, clips: &[Clip]) -> Option<Self> {
         Some(Self {
             outfit: Arc::new(Outfit::human(skeleton, clips)?),

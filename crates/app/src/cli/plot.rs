@@ -19,7 +19,7 @@ pub(crate) type Area<DB> = DrawingArea<DB, Shift>;
 /// Whether a figure could be drawn.
 pub(crate) type Drawn<DB> = Result<(), DrawingAreaErrorKind<<DB as DrawingBackend>::ErrorType>>;
 
-/// What can be plotted.
+/// A figure that can be plotted.
 pub(crate) trait Figure {
     /// Columns and rows, in pixels.
     fn size(&self) -> (u32, u32);
@@ -38,7 +38,7 @@ pub(crate) enum Format {
     Svg,
 }
 
-/// Where a plot goes.
+/// Destination of a plot.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum Plot {
     /// `-`: letters, after the text on stdout.
@@ -163,11 +163,11 @@ pub(crate) struct Bar {
     pub(crate) name: String,
     /// 0 or more.
     pub(crate) value: f64,
-    /// What stands behind the bar: the value with its unit.
+    /// Text behind the bar: the value with its unit.
     pub(crate) label: String,
 }
 
-/// A name in at most so many letters. Where its end is left out, an ellipsis says so.
+/// A name shortened to `most` letters; an ellipsis replaces the rest.
 pub(crate) fn shortened(name: &str, most: usize) -> String {
     if name.chars().count() <= most {
         return name.to_owned();

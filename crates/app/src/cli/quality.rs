@@ -6,18 +6,18 @@ use serde_json::{Value, json};
 
 use super::output;
 
-/// One row: what is measured, in what unit, of which values, at which share of them.
+/// A row of the table: a percentile of measured values.
 struct Row {
     key: &'static str,
     name: &'static str,
     values: fn(&Quality) -> &[f32],
     share: f64,
-    /// From the value's own unit to the table's.
+    /// Factor from the value's own unit to the table's.
     scale: f64,
 }
 
 impl Row {
-    /// In the table's unit; `None` where nothing was measured.
+    /// The value in the table's unit; `None` if nothing was measured.
     fn value(&self, quality: &Quality) -> Option<f64> {
         let values = (self.values)(quality);
         let all = || values.iter().copied().map(f64::from).collect();
@@ -84,7 +84,7 @@ const ROWS: [Row; 8] = [
     },
 ];
 
-/// The clips beside what is composed of them; `what` names the latter.
+/// The measurements of the clips beside those of motions composed of them, which `what` names.
 pub(super) fn text(clips: &Quality, composed: &Quality, what: &str) -> String {
     let mut table = output::table(&["", "clips", what, "ratio"], 1);
     for row in ROWS {
@@ -107,7 +107,7 @@ pub(super) fn text(clips: &Quality, composed: &Quality, what: &str) -> String {
     )
 }
 
-/// The same for a program.
+/// The measurements as JSON.
 pub(super) fn document(clips: &Quality, composed: &Quality) -> Value {
     let of = |quality: &Quality| {
         let value = |row: &Row| json!(row.value(quality));

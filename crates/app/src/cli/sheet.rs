@@ -50,7 +50,7 @@ struct Column<'a> {
     maps: &'a SlabMaps,
     /// The attack's inner map in the frame of its drawing, by slice.
     attack: MaskMap,
-    /// From the attack's frame to that of the maps.
+    /// Transform from the attack's frame to the maps' frame.
     transform: FixedTransform2,
 }
 

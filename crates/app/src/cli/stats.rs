@@ -94,9 +94,9 @@ impl Run {
 pub(crate) struct QueryRunner<'a> {
     baked: &'a BakedGraph,
     context: QueryContext,
-    /// To the last query.
+    /// Answer to the last query.
     pub(crate) answer: Answer,
-    /// What was counted for the last query, where it is watched.
+    /// Rounds of culling of the last query, if they are recorded.
     pub(crate) rounds: Vec<Round>,
     /// Whether `rounds` are noted.
     pub(crate) watches: bool,

@@ -21,7 +21,7 @@ struct Axis {
 }
 
 impl Axis {
-    /// From 0, or the least value below it, to a whole number of steps that holds all values.
+    /// An axis from 0, or the least value below 0, to a whole number of steps that contains all values.
     fn new(values: impl Iterator<Item = f64>) -> Self {
         let (least, most) = values.fold((0.0f64, 0.0f64), |(a, b), v| (a.min(v), b.max(v)));
         let (step, top) = steps(most.max(-least));

@@ -18,10 +18,10 @@ use sabaki_app::live::{
 use sabaki_app::window::{
     Click, CrowdView, DriveView, DuelView, FighterView, View, WindowDesc, WindowError, run as open,
 };
-use sabaki_draw::scene::{Crowd, FormationSettings, Outfit, Performer};
+use sabaki_draw::scene::{Formation, FormationSettings, Outfit, Performer};
 
 use super::culling::{DeviceArgs, path_parser};
-use super::mesh::{MeshArgs, Wardrobe};
+use super::mesh::{BoundOutfit, MeshArgs};
 use super::numbers::whole;
 use super::source::GraphArgs;
 use super::{Done, Failure, cancel, output};
@@ -162,8 +162,8 @@ pub(crate) fn run(args: &Args, device: &DeviceArgs, as_json: bool) -> Result<Don
     }
     let baked = args.graph.load()?.graph;
     let graph = baked.graph();
-    let wardrobe = args.mesh.load(graph.skeleton(), graph.clips())?;
-    let outfit = wardrobe.map(Wardrobe::reported);
+    let bound_outfit = args.mesh.load(graph.skeleton(), graph.clips())?;
+    let outfit = bound_outfit.map(BoundOutfit::reported);
     if args.drive {
         let drive = Drive::new(&baked, args.seed());
         let mut drive = drive.map_err(|error| Failure::Usage(error.to_string()))?;
@@ -247,7 +247,7 @@ fn complain(message: &Message) {
     eprintln!("validation: {message:?}");
 }
 
-/// How the window is opened and what it prints.
+/// How the window is opened, and what is printed.
 struct Display<'a> {
     args: &'a Args,
     device: &'a DeviceArgs,
@@ -318,16 +318,16 @@ impl CrowdArgs {
             ..FormationSettings::default()
         };
         let body = Body::from_bones(&motions.skeleton);
-        let wardrobe = mesh.load(&motions.skeleton, &motions.clips)?;
-        let outfit = wardrobe.map(Wardrobe::reported);
+        let bound_outfit = mesh.load(&motions.skeleton, &motions.clips)?;
+        let outfit = bound_outfit.map(BoundOutfit::reported);
         let performer = Performer {
             skeleton: &motions.skeleton,
             body: &body,
             clip,
             skin: outfit.as_ref().map(|outfit| &*outfit.skins[0]),
         };
-        let crowd = Crowd::new(performer, &settings);
-        let mut live_crowd = LiveCrowd::new(crowd.map_err(|error| usage(&error))?);
+        let formation = Formation::new(performer, &settings);
+        let mut live_crowd = LiveCrowd::new(formation.map_err(|error| usage(&error))?);
         live_crowd.wear(outfit);
         (live_crowd.levels, live_crowd.tinted) = (!self.no_levels, self.levels);
         Ok(live_crowd)

@@ -19,27 +19,27 @@ use sabaki::maps::{BakedGraph, SphereKey};
 use sabaki::math::Rigid2;
 use sabaki::query::{Answer, Attack, AttackError};
 
-/// From the query to the contact, seconds.
+/// Times from the query to the contact, in seconds.
 pub const CONTACTS: [f32; 8] = [0.3, 0.4, 0.5, 0.65, 0.8, 1.0, 1.5, 2.0];
 
 /// A part of the body that balls are aimed at.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Part {
-    /// At 94% of the body's height.
+    /// The head, at 94% of the body's height.
     Head,
-    /// At 68%: the middle of the trunk.
+    /// The middle of the trunk, at 68% of the body's height.
     Chest,
-    /// At 53%.
+    /// The hips, at 53% of the body's height.
     Hip,
-    /// At 28%, the knees.
+    /// The knees, at 28% of the body's height.
     Leg,
 }
 
 impl Part {
-    /// From the head down.
+    /// All parts, from the head down.
     pub const ALL: [Self; 4] = [Self::Head, Self::Chest, Self::Hip, Self::Leg];
 
-    /// In one word.
+    /// Name of the part: one word.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -50,7 +50,7 @@ impl Part {
         }
     }
 
-    /// As a share of the body's height.
+    /// Height of the part, as a share of the body's height.
     fn height(self) -> f32 {
         match self {
             Self::Head => 0.94,
@@ -71,16 +71,16 @@ impl Part {
     }
 }
 
-/// What balls are thrown.
+/// Settings of the thrown balls.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BallSettings {
-    /// Metres per second. Default 8.
+    /// Speed of a ball, in metres per second. Default 8.
     pub speed: f32,
-    /// Metres. Default 0.1.
+    /// Radius of a ball, in metres. Default 0.1.
     pub radius: f32,
-    /// How much of the flight before the contact is known, metres. Default 2.5.
+    /// Length of the flight before the contact that is known, in metres. Default 2.5.
     pub flight: f32,
-    /// How far the ball flies on, metres. Default 2.5: a step back does not outlast it.
+    /// Length of the flight after the contact, in metres. Default 2.5, so that a step back does not outlast it.
     pub beyond: f32,
     /// Largest slope of the flight, up or down, radians. Default 10°.
     pub slope: f32,
@@ -98,18 +98,18 @@ impl Default for BallSettings {
     }
 }
 
-/// A ball that would hit, and what is known of the moment.
+/// A ball that would hit, with the state of the character at the throw.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TimedThrow {
     /// The character and the ball.
     pub throw: Throw,
-    /// What it is aimed at.
+    /// The part of the body that the ball is aimed at.
     pub part: Part,
-    /// Whether the character walks then: its root goes faster than [`WALKING`].
+    /// Whether the character walks at the throw: its root is faster than [`WALKING`].
     pub walks: bool,
 }
 
-/// The root of a character that walks goes faster than this over the ground, metres per second.
+/// Speed of the root over the ground above which a character counts as walking, in metres per second.
 pub const WALKING: f32 = 0.4;
 
 /// Draws balls for a graph.
@@ -121,7 +121,7 @@ pub struct BallThrower<'a> {
     targets: [Vec<usize>; 4],
 }
 
-/// What a ball meets, and when, in seconds from the query.
+/// The place that a ball flies at, and the time of the contact, in seconds from the query.
 #[derive(Clone, Copy, Debug)]
 struct Aim {
     contact: f32,
@@ -235,10 +235,10 @@ fn moment(graph: &MotionGraph, share: f64) -> Playhead {
     Playhead::at(graph, place.0, place.1, Rigid2::IDENTITY)
 }
 
-/// The middle of a part: of the trunk's spheres, as the body stands in the graph's first posture, the one nearest to the body's
-/// axis at the part's height; of the limbs' those nearest to the height, a knee on each side.
+/// Indices of the spheres in the middle of a part, in the graph's first posture. For a part of the trunk, the sphere nearest
+/// to the body's axis at the part's height; for the legs, the spheres nearest to that height, one on each side.
 fn targets(baked: &BakedGraph, part: Part) -> Vec<usize> {
-    /// The knees are not equally high, as a share of the body's height.
+    /// Maximum difference of the heights of both knees, as a share of the body's height.
     const ALIKE: f32 = 0.02;
     let (skeleton, body) = (baked.graph().skeleton(), baked.body());
     let node = baked.graph().nodes()[0];
@@ -275,46 +275,47 @@ fn targets(baked: &BakedGraph, part: Part) -> Vec<usize> {
 
 /// Attacks and how many of them were avoided.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Share {
-    /// How many.
+pub struct AvoidedCount {
+    /// Number of attacks.
     pub attacks: u32,
-    /// Of these.
+    /// Number of attacks that were avoided.
     pub avoided: u32,
 }
 
-impl Share {
+impl AvoidedCount {
     /// Adds an attack.
     pub fn add(&mut self, avoided: bool) {
         self.attacks += 1;
         self.avoided += u32::from(avoided);
     }
 
-    /// Of the attacks; 0 of none.
+    /// Share of the attacks that were avoided; 0 if there are none.
     #[must_use]
     pub fn value(self) -> f64 {
         f64::from(self.avoided) / f64::from(self.attacks.max(1))
     }
 
-    /// Its 95% interval.
+    /// 95% confidence interval of the share.
     #[must_use]
     pub fn interval(self) -> [f64; 2] {
         wilson(self.avoided, self.attacks)
     }
 }
 
-/// What was avoided of the balls with one contact.
+/// Number of avoided balls with one time of contact.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct TimeRow {
-    /// Seconds from the query.
+    /// Time of the contact, in seconds from the query.
     pub contact: f32,
     /// All.
-    pub all: Share,
-    /// By [`Part`].
-    pub parts: [Share; 4],
-    /// Those that come while the character walks.
-    pub walking: Share,
-    /// Those that come while the character walks and that it avoids by a layered evasion, so that it walks on.
-    pub walking_on: Share,
+    pub all: AvoidedCount,
+    /// Balls at each [`Part`], in the order of [`Part::ALL`].
+    pub parts: [AvoidedCount; 4],
+    /// Balls that come while the character walks.
+    pub walking: AvoidedCount,
+    /// Balls that come while the character walks; only those count as avoided that it avoids by a layered evasion, so that
+    /// it walks on.
+    pub walking_on: AvoidedCount,
     /// Why the others hit.
     pub causes: Causes,
 }
@@ -337,7 +338,7 @@ impl TimeRow {
     }
 }
 
-impl std::ops::AddAssign for Share {
+impl std::ops::AddAssign for AvoidedCount {
     fn add_assign(&mut self, other: Self) {
         self.attacks += other.attacks;
         self.avoided += other.avoided;

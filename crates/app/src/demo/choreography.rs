@@ -3,8 +3,8 @@
 
 use glam::{Vec2, Vec3};
 
-use super::feet::{Air, AirWay, Foot, Spot, Swing, Way};
-use super::guard::{guard, guard_spot};
+use super::feet::{AirKey, Foot, FootPath, FootPlacement, Kick, Swing};
+use super::guard::{guard, guard_placement};
 use super::keys::{Body, ROWS, Track};
 use super::rhythm::Rhythm;
 use super::skeleton::{LEFT, RIGHT};
@@ -21,7 +21,7 @@ pub(super) struct Choreography {
     rhythm: Rhythm,
     southpaw: bool,
     keys: Vec<(f32, Body)>,
-    ways: [Way; 2],
+    ways: [FootPath; 2],
     shares: [Vec<f32>; 2],
     events: Vec<(EventKind, f32, f32, Vec<JointId>)>,
     now: f32,
@@ -34,11 +34,11 @@ pub(super) struct Choreography {
 impl Choreography {
     /// Starts a clip in guard at the origin.
     pub(super) fn new(name: &str, rhythm: Rhythm) -> Self {
-        let spot = |side| own_spot(side, false, &rhythm);
+        let spot = |side| own_placement(side, false, &rhythm);
         Self {
             name: name.to_owned(),
             keys: vec![(0.0, guard(false))],
-            ways: [LEFT, RIGHT].map(|side| Way::new(spot(side))),
+            ways: [LEFT, RIGHT].map(|side| FootPath::new(spot(side))),
             rhythm,
             southpaw: false,
             shares: [Vec::new(), Vec::new()],
@@ -118,14 +118,14 @@ impl Choreography {
     }
 
     /// Place of a foot in this clip's guard, in home.
-    fn own_spot(&self, side: usize) -> Spot {
-        own_spot(side, self.southpaw, &self.rhythm)
+    fn own_placement(&self, side: usize) -> FootPlacement {
+        own_placement(side, self.southpaw, &self.rhythm)
     }
 
-    fn placed(&self, spot: Spot) -> Spot {
+    fn placed(&self, spot: FootPlacement) -> FootPlacement {
         // Headings are not wrapped, so that a foot never turns the long way round.
         let turned = spot.yaw + self.place.y;
-        Spot {
+        FootPlacement {
             yaw: turned,
             ..spot.placed(self.home())
         }
@@ -218,14 +218,14 @@ pub(super) struct FootMove<'a> {
     side: usize,
     /// Time from the last key to the start, in seconds.
     delay: f32,
-    /// Seconds.
+    /// Duration of the kick, in seconds.
     duration: f32,
 }
 
 impl<'a> FootMove<'a> {
     /// Steps to another place: (left, turn left, forward) from that in guard.
     pub(super) fn step_off(self, off: Vec3) -> &'a mut Choreography {
-        let mut spot = self.choreography.own_spot(self.side);
+        let mut spot = self.choreography.own_placement(self.side);
         spot.toe += Vec2::new(off.x, off.z);
         spot.yaw += off.y;
         let to = self.choreography.placed(spot);
@@ -241,26 +241,26 @@ impl<'a> FootMove<'a> {
     pub(super) fn leap(self, lift: f32) -> &'a mut Choreography {
         let to = self
             .choreography
-            .placed(self.choreography.own_spot(self.side));
+            .placed(self.choreography.own_placement(self.side));
         self.push(to, lift, &[])
     }
 
     /// Turns the foot on its ball to an angle relative to guard, in radians to the left.
     pub(super) fn pivot(self, turn: f32) -> &'a mut Choreography {
         let toe = self.choreography.ways[self.side].spot().toe;
-        let yaw = self.choreography.own_spot(self.side).yaw + self.choreography.place.y + turn;
-        self.push(Spot { toe, yaw }, 0.0, &[])
+        let yaw = self.choreography.own_placement(self.side).yaw + self.choreography.place.y + turn;
+        self.push(FootPlacement { toe, yaw }, 0.0, &[])
     }
 
     /// Moves the foot through the air along `keys` and back to its place in guard.
-    pub(super) fn kick(self, keys: &[Air]) -> &'a mut Choreography {
+    pub(super) fn kick(self, keys: &[AirKey]) -> &'a mut Choreography {
         let to = self
             .choreography
-            .placed(self.choreography.own_spot(self.side));
+            .placed(self.choreography.own_placement(self.side));
         self.push(to, 0.05, keys)
     }
 
-    fn push(self, to: Spot, lift: f32, keys: &[Air]) -> &'a mut Choreography {
+    fn push(self, to: FootPlacement, lift: f32, keys: &[AirKey]) -> &'a mut Choreography {
         let Self {
             choreography,
             side,
@@ -269,7 +269,7 @@ impl<'a> FootMove<'a> {
         } = self;
         let from = choreography.ways[side].spot();
         let start = (choreography.now + delay).max(choreography.ways[side].busy_until());
-        let way = AirWay {
+        let way = Kick {
             from,
             to,
             duration,
@@ -298,8 +298,8 @@ impl<'a> FootMove<'a> {
 }
 
 /// Place of a foot in this clip's guard, in home.
-fn own_spot(side: usize, southpaw: bool, rhythm: &Rhythm) -> Spot {
-    let mut spot = guard_spot(side, southpaw);
+fn own_placement(side: usize, southpaw: bool, rhythm: &Rhythm) -> FootPlacement {
+    let mut spot = guard_placement(side, southpaw);
     spot.toe += Vec2::new(rhythm.feet[side].x, rhythm.feet[side].z);
     spot.yaw += rhythm.feet[side].y;
     spot

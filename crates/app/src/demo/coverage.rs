@@ -33,7 +33,7 @@ pub struct Cell {
     pub lead: usize,
 }
 
-/// Which throw of a cell, and how fast.
+/// A throw of a cell, with its speed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CellThrow {
     /// The random draw.

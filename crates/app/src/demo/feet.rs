@@ -9,14 +9,14 @@ use sabaki::math::Rigid2;
 
 /// A foot flat on the ground.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Spot {
+pub(super) struct FootPlacement {
     /// End of the toes in the space of the motion, in metres; it stays when the heel rises or the foot turns.
     pub(super) toe: Vec2,
     /// Heading of the toes, in radians.
     pub(super) yaw: f32,
 }
 
-impl Spot {
+impl FootPlacement {
     /// The spot of a foot with its ankle above this place.
     pub(super) fn at_ankle(ankle: Vec2, yaw: f32) -> Self {
         let toe = Rigid2::new(yaw, ankle.x, ankle.y).point(toe_offset());
@@ -88,7 +88,7 @@ pub(super) fn foot_rotation(yaw: f32, pitch: f32) -> Quat {
 
 /// A key of a foot in the air, in the frame of home.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Air {
+pub(super) struct AirKey {
     /// Time from the start of the movement, in seconds.
     pub(super) after: f32,
     /// Position, in metres.
@@ -102,22 +102,22 @@ pub(super) struct Air {
 /// One movement of a foot from spot to spot.
 #[derive(Clone, Debug)]
 pub(super) struct Swing {
-    /// Seconds.
+    /// Start of the movement, in seconds.
     pub(super) start: f32,
-    /// Seconds.
+    /// End of the movement, in seconds.
     pub(super) end: f32,
     /// Spot at the start.
-    pub(super) from: Spot,
+    pub(super) from: FootPlacement,
     /// Spot at the end.
-    pub(super) to: Spot,
+    pub(super) to: FootPlacement,
     /// Height of the toes on the way, in metres; 0 turns on the ball.
     pub(super) lift: f32,
     /// Track of a kick.
     pub(super) air: Option<Track<4>>,
 }
 
-impl Air {
-    /// The same with the foot extended by `point`, in radians.
+impl AirKey {
+    /// The key with the foot extended by `point`, in radians.
     pub(super) fn pointed(self, point: f32) -> Self {
         Self { point, ..self }
     }
@@ -125,25 +125,25 @@ impl Air {
 
 /// A kick from spot to spot.
 #[derive(Clone, Copy)]
-pub(super) struct AirWay {
-    pub(super) from: Spot,
-    pub(super) to: Spot,
-    /// Seconds.
+pub(super) struct Kick {
+    pub(super) from: FootPlacement,
+    pub(super) to: FootPlacement,
+    /// Duration of the kick, in seconds.
     pub(super) duration: f32,
     /// Space of the keys, in the world.
     pub(super) home: Rigid2,
 }
 
-impl AirWay {
+impl Kick {
     /// The track of the kick: rows are ankle, knee, (yaw, pitch, free), (point, 0, 0).
-    pub(super) fn track(self, keys: &[Air]) -> Track<4> {
+    pub(super) fn track(self, keys: &[AirKey]) -> Track<4> {
         let Self {
             from,
             to,
             duration,
             home,
         } = self;
-        let end = |spot: Spot, knee: Vec3, point: f32| {
+        let end = |spot: FootPlacement, knee: Vec3, point: f32| {
             let yaw = Vec3::new(spot.yaw, 0.0, 0.0);
             [spot.foot(0.0).ankle, knee, yaw, Vec3::new(point, 0.0, 0.0)]
         };
@@ -211,14 +211,14 @@ impl Swing {
 
 /// The movements of one foot in a clip.
 #[derive(Clone, Debug)]
-pub(super) struct Way {
-    first: Spot,
+pub(super) struct FootPath {
+    first: FootPlacement,
     swings: Vec<Swing>,
 }
 
-impl Way {
+impl FootPath {
     /// A foot without movements.
-    pub(super) fn new(first: Spot) -> Self {
+    pub(super) fn new(first: FootPlacement) -> Self {
         Self {
             first,
             swings: Vec::new(),
@@ -226,7 +226,7 @@ impl Way {
     }
 
     /// Spot after all movements.
-    pub(super) fn spot(&self) -> Spot {
+    pub(super) fn spot(&self) -> FootPlacement {
         self.swings.last().map_or(self.first, |swing| swing.to)
     }
 
@@ -256,7 +256,7 @@ impl Way {
     }
 
     /// Spot where the foot stands or last stood.
-    pub(super) fn stood(&self, time: f32) -> Spot {
+    pub(super) fn stood(&self, time: f32) -> FootPlacement {
         let begun = self.swings.partition_point(|swing| swing.end <= time);
         begun
             .checked_sub(1)

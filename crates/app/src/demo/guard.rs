@@ -2,7 +2,7 @@
 
 use glam::{Vec2, Vec3};
 
-use super::feet::Spot;
+use super::feet::FootPlacement;
 use super::keys::Body;
 use super::skeleton::LEFT;
 
@@ -28,15 +28,15 @@ pub(super) fn guard(southpaw: bool) -> Body {
 }
 
 /// Place of a foot in guard, in home.
-pub(super) fn guard_spot(side: usize, southpaw: bool) -> Spot {
+pub(super) fn guard_placement(side: usize, southpaw: bool) -> FootPlacement {
     let front = (side == LEFT) != southpaw;
     let orthodox = if front {
-        Spot::at_ankle(Vec2::new(0.10, 0.20), -0.2)
+        FootPlacement::at_ankle(Vec2::new(0.10, 0.20), -0.2)
     } else {
-        Spot::at_ankle(Vec2::new(-0.12, -0.21), -0.8)
+        FootPlacement::at_ankle(Vec2::new(-0.12, -0.21), -0.8)
     };
     if southpaw {
-        Spot {
+        FootPlacement {
             toe: Vec2::new(-orthodox.toe.x, orthodox.toe.y),
             yaw: -orthodox.yaw,
         }

@@ -124,7 +124,7 @@ impl<const N: usize> Track<N> {
         }
     }
 
-    /// One row at a time in seconds.
+    /// Value of one row at `time`, in seconds.
     pub(super) fn row(&self, row: usize, time: f32) -> Vec3 {
         let after = self.times.partition_point(|&key| key <= time);
         let last = self.times.len() - 1;

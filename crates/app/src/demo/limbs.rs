@@ -1,4 +1,4 @@
-//! Which limb a joint belongs to.
+//! Assigns joints to limbs.
 
 use sabaki::anim::JointId;
 use sabaki::graph::MotionGraph;

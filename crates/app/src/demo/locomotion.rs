@@ -29,11 +29,11 @@ pub(super) fn choreographies(choreographies: &mut Vec<Choreography>) {
 /// One shuffle.
 #[derive(Clone, Copy)]
 pub(super) struct Shuffle {
-    /// Metres.
+    /// Distance to the left, in metres.
     pub(super) left: f32,
-    /// Metres.
+    /// Distance forwards, in metres.
     pub(super) forward: f32,
-    /// Radians to the left.
+    /// Rotation to the left, in radians.
     pub(super) turn: f32,
     /// Factor of its times. Default: 1.
     pub(super) quick: f32,

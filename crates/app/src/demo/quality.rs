@@ -16,7 +16,7 @@ use super::throw::{ThrowSettings, throw};
 /// Answers are measured for this time after the attack's end, in seconds.
 pub const SEEN_ON: f32 = 0.5;
 
-/// What was measured of many samples.
+/// Measurements of many samples.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Quality {
     /// Angular velocities of the joints, radians per second.
@@ -29,7 +29,7 @@ pub struct Quality {
     pub slides: Vec<f32>,
     /// Heights of the lower toe, metres.
     pub heights: Vec<f32>,
-    /// How deep two limbs are in each other at most, metres; below 0 where they are apart.
+    /// Maximum depth of two limbs in each other, in metres; negative if they are apart.
     pub overlaps: Vec<f32>,
 }
 
@@ -124,7 +124,7 @@ impl<'a> QualityMeter<'a> {
         self.add(&samples, quality);
     }
 
-    /// What is composed in the answers to so many random throws, with the default settings.
+    /// Measures the composed motions in the answers to `attacks` random throws, with the default settings.
     #[must_use]
     pub fn answers(&self, attacks: u64, seed: u64) -> Quality {
         let settings = QuerySettings::default();
@@ -158,7 +158,9 @@ impl<'a> QualityMeter<'a> {
         self.baked.body().centres(&joints, &mut centres);
         Sample {
             rotations: pose.rotations[1..].to_vec(),
-            toes: { self.toes.iter() }
+            toes: self
+                .toes
+                .iter()
                 .map(|toe| joints[toe.index()].translation)
                 .collect(),
             overlap: self.overlap(&centres),
@@ -166,7 +168,7 @@ impl<'a> QualityMeter<'a> {
         }
     }
 
-    /// How deep two limbs are in each other.
+    /// Depth of two limbs in each other, in metres; negative if they are apart.
     fn overlap(&self, centres: &[Vec3]) -> f32 {
         let depths = self.pairs.iter();
         let depths = depths.map(|&(a, b, radii)| radii - centres[a].distance(centres[b]));
@@ -204,7 +206,10 @@ impl<'a> QualityMeter<'a> {
     }
 
     fn add_feet(&self, pair: &[Sample], quality: &mut Quality) {
-        let ways: Vec<Vec3> = { pair[0].toes.iter().zip(&pair[1].toes) }
+        let ways: Vec<Vec3> = pair[0]
+            .toes
+            .iter()
+            .zip(&pair[1].toes)
             .map(|(a, b)| (*b - *a) / self.seconds)
             .collect();
         let fold =
@@ -222,7 +227,7 @@ impl<'a> QualityMeter<'a> {
     }
 }
 
-/// The same rotation, by at most half a turn.
+/// The same rotation as an angle of at most half a turn.
 fn shorter(rotation: Quat) -> Quat {
     match rotation.w < 0.0 {
         true => -rotation,

@@ -27,10 +27,10 @@ pub(super) const SHIN: usize = 1;
 pub(super) const FOOT: usize = 2;
 pub(super) const FOOT_END: usize = 3;
 
-/// How many nodes, end sites included.
+/// Number of joints, including end sites.
 pub(super) const JOINTS: usize = 24;
 
-/// Metres, each from its parent; the left side of what is there twice.
+/// Offsets from the parents, in metres; the left side of paired joints.
 pub(super) const SPINE_OFFSET: Vec3 = Vec3::new(0.0, 0.11, 0.0);
 pub(super) const CHEST_OFFSET: Vec3 = Vec3::new(0.0, 0.19, 0.0);
 const NECK_OFFSET: Vec3 = Vec3::new(0.0, 0.21, 0.0);
@@ -70,22 +70,22 @@ fn sided(offset: Vec3, side: usize) -> Vec3 {
     Vec3::new(offset.x * sign(side), offset.y, offset.z)
 }
 
-/// From the chest to a shoulder's collar joint.
+/// Offset of a shoulder's collar joint from the chest, in metres.
 pub(super) fn shoulder_offset(side: usize) -> Vec3 {
     sided(SHOULDER_OFFSET, side)
 }
 
-/// From a collar joint to the upper arm.
+/// Offset of an upper arm from its collar joint, in metres.
 pub(super) fn arm_offset(side: usize) -> Vec3 {
     sided(ARM_OFFSET, side)
 }
 
-/// From the hips to a hip joint.
+/// Offset of a hip joint from the hips, in metres.
 pub(super) fn hip_offset(side: usize) -> Vec3 {
     sided(HIP_OFFSET, side)
 }
 
-/// From an ankle to the toes' end, in the foot's frame.
+/// Offset of the toes' end from the ankle, in the foot's frame, in metres.
 pub(super) const fn toe_offset() -> Vec3 {
     TOE_OFFSET
 }

@@ -132,7 +132,7 @@ fn within_reach(hip: Vec3, foot: &Foot) -> Foot {
     raised(foot, high)
 }
 
-/// What a leg reaches for.
+/// Target of a leg.
 struct LegTarget {
     root: Vec3,
     home: Rigid2,
@@ -159,7 +159,7 @@ fn solve_leg(world: &mut [Quat; JOINTS], target: LegTarget, side: usize) {
     world[first + FOOT + 1] = world[first + FOOT];
 }
 
-/// What an arm reaches for.
+/// Target of an arm.
 struct ArmTarget {
     chest: Vec3,
     wrist: Vec3,

@@ -144,7 +144,7 @@ pub fn aimed(baked: &BakedGraph, aim: &Aim, seed: u64, index: u64) -> Result<Thr
     Ok(Throw { playhead, attack })
 }
 
-/// Names one of the random draws of a seed: the same names draw the same, in whatever order they are asked for.
+/// Identifies one of the random draws of a seed. Equal identifiers draw the same, regardless of the order of calls.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct RandomDraw {
     /// Seed.

@@ -20,10 +20,10 @@ pub enum Cause {
 }
 
 impl Cause {
-    /// In the order of a table.
+    /// All causes, in the order of a table.
     pub const ALL: [Self; 4] = [Self::NoEntry, Self::NoTime, Self::Leg, Self::Short];
 
-    /// In a few words.
+    /// Name of the cause: a few words.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -34,7 +34,7 @@ impl Cause {
         }
     }
 
-    /// Of an answer that is a hit.
+    /// The cause of an answer that is a hit.
     #[must_use]
     pub fn of(baked: &BakedGraph, throw: &Throw, answer: &Answer) -> Self {
         if answer.counts.with_evasion == 0 {
@@ -54,7 +54,7 @@ impl Cause {
 /// The causes of many hits.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Causes {
-    /// How many, in the order of [`Cause::ALL`].
+    /// Number of hits by each cause, in the order of [`Cause::ALL`].
     pub counts: [u32; 4],
     /// Sum of the depths of the hits by [`Cause::Leg`] and [`Cause::Short`], metres.
     depth: f64,
@@ -69,7 +69,7 @@ impl Causes {
         }
     }
 
-    /// By how much the displacement falls short, on average over the hits by a leg or by too short a displacement, metres.
+    /// Mean length by which the displacement falls short, over the hits by a leg or by too short a displacement, in metres.
     #[must_use]
     pub fn short_by(&self) -> Option<f64> {
         let count = self.counts[Cause::Leg as usize] + self.counts[Cause::Short as usize];

@@ -17,7 +17,7 @@ pub struct DeviceInfo {
     pub kind: DeviceKind,
     /// Vulkan version of the device, such as `1.3.230`.
     pub api: String,
-    /// What it offers of [`requirements`](sabaki::gpu::requirements()).
+    /// The [`requirements`](sabaki::gpu::requirements()) that the device meets.
     pub report: Report,
 }
 

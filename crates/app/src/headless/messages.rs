@@ -18,7 +18,7 @@ pub struct Message {
 
 /// A known message that cannot be avoided.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Accepted {
+pub struct AcceptedMessage {
     /// A part of the device's name.
     pub device: &'static str,
     /// The start of [`Message::id`].
@@ -29,7 +29,7 @@ pub struct Accepted {
 
 /// All accepted messages. There are none.
 #[must_use]
-pub fn accepted() -> &'static [Accepted] {
+pub fn accepted() -> &'static [AcceptedMessage] {
     &[]
 }
 

@@ -12,7 +12,7 @@ use ash::vk;
 
 pub use desc::{DeviceChoice, HeadlessDesc};
 pub use list::{DeviceInfo, DeviceKind, devices};
-pub use messages::{Accepted, Message, accepted};
+pub use messages::{AcceptedMessage, Message, accepted};
 
 use device::DevicePart;
 use messages::Collector;

@@ -6,7 +6,7 @@ use glam::Vec3;
 
 use sabaki::crowd::CrowdError;
 use sabaki::math::F32x16;
-use sabaki_draw::scene::{Camera, Crowd, CrowdShot, FormationError, Mesh, Orbit, Outfit, Shot};
+use sabaki_draw::scene::{Camera, CrowdShot, Formation, FormationError, Mesh, Orbit, Outfit, Shot};
 
 /// Path of the camera past a crowd.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -39,14 +39,14 @@ impl CameraPath {
 
     /// The camera after some seconds, for a column of some length in metres; `None` for [`CameraPath::Free`].
     #[must_use]
-    pub fn camera(self, crowd: &Crowd, long: f32, seconds: f32) -> Option<Camera> {
-        let head = crowd.camera();
+    pub fn camera(self, formation: &Formation, length: f32, seconds: f32) -> Option<Camera> {
+        let head = formation.camera();
         match self {
             Self::Head => Some(head),
             Self::Along => {
                 // Along and back in a minute, slow at both ends.
                 let share = 0.5 - 0.5 * (seconds * std::f32::consts::TAU / 60.0).cos();
-                let z = -share * (long - 30.0).max(0.0);
+                let z = -share * (length - 30.0).max(0.0);
                 Some(Camera {
                     eye: head.eye + Vec3::new(0.0, 1.5 * share.min(0.5), z),
                     target: head.target + Vec3::new(0.0, 0.0, z),
@@ -74,7 +74,7 @@ impl CameraPath {
 /// An endless crowd, posed straight into the memory that it is drawn from.
 pub struct LiveCrowd {
     /// The characters.
-    pub crowd: Crowd,
+    pub formation: Formation,
     /// Chooses levels of detail by distance.
     pub levels: bool,
     /// Draws each character in the colour of its level.
@@ -92,9 +92,9 @@ const TIMES: usize = 120;
 impl LiveCrowd {
     /// Creates a crowd with levels by distance, in its own colours.
     #[must_use]
-    pub fn new(crowd: Crowd) -> Self {
+    pub fn new(formation: Formation) -> Self {
         Self {
-            crowd,
+            formation,
             levels: true,
             tinted: false,
             path: CameraPath::default(),
@@ -117,7 +117,7 @@ impl LiveCrowd {
 
     /// Advances the simulation by some seconds.
     pub fn advance(&mut self, seconds: f32) {
-        self.crowd.advance(seconds);
+        self.formation.advance(seconds);
         self.seconds += seconds;
     }
 
@@ -125,7 +125,7 @@ impl LiveCrowd {
     #[must_use]
     pub fn camera(&self) -> Option<Camera> {
         self.path
-            .camera(&self.crowd, self.crowd.long(), self.seconds)
+            .camera(&self.formation, self.formation.length(), self.seconds)
     }
 
     /// Milliseconds to pose the crowd in the last pictures, the latest one last.
@@ -136,24 +136,24 @@ impl LiveCrowd {
     /// Poses the crowd into `poses` for a camera and a picture size in pixels, and returns what to draw.
     ///
     /// # Errors
-    /// A camera without a field of view; less memory than [`Crowd::most_lines`].
+    /// A camera without a field of view; less memory than [`Formation::max_output_len`].
     pub fn shot(
         &mut self,
         camera: Camera,
         size: [u32; 2],
         poses: &mut [F32x16],
     ) -> Result<(Shot, CrowdShot), LiveCrowdError> {
-        self.crowd.use_levels(self.levels);
-        self.crowd.show_levels(self.tinted);
-        self.crowd.look_from(&camera, size)?;
+        self.formation.use_levels(self.levels);
+        self.formation.show_levels(self.tinted);
+        self.formation.look_from(&camera, size)?;
         let started = Instant::now();
-        self.crowd.pose(poses)?;
+        self.formation.pose(poses)?;
         self.pose_ms
             .push_back(1e3 * started.elapsed().as_secs_f32());
         if self.pose_ms.len() > TIMES {
             self.pose_ms.pop_front();
         }
-        Ok(self.crowd.shot(camera, size)?)
+        Ok(self.formation.shot(camera, size)?)
     }
 }
 

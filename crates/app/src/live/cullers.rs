@@ -20,7 +20,7 @@ pub(super) struct Cullers {
     cpu: cpu::Culler,
 }
 
-/// What a culler is made for.
+/// The properties of a culler that is kept.
 #[derive(Clone, Copy, PartialEq)]
 struct CullerKey {
     maps: MapChoice,

@@ -59,7 +59,7 @@ pub struct DriveScore {
 struct Ball {
     number: u32,
     threat: Threat,
-    /// Its name, if the character knows of it.
+    /// Id of the threat, if the character knows of it.
     known: Option<ThreatId>,
     nearest: f32,
     pictures: u32,
@@ -207,7 +207,7 @@ impl Drive {
     }
 
     fn steer(&mut self, dt: f32) -> Result<(), CharacterError> {
-        /// Radians per second.
+        /// Speed of turning, in radians per second.
         const TURN: f32 = 2.2;
         let axis = |positive: usize, negative: usize| {
             f32::from(u8::from(self.held[positive])) - f32::from(u8::from(self.held[negative]))

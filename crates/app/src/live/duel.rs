@@ -9,7 +9,9 @@ use sabaki::anim::JointTransform;
 use sabaki::duel::{Duel, DuelError, DuelSettings, Exchange, Score, Side};
 use sabaki::maps::{AttackGrid, BakedGraph};
 use sabaki::query::{Answer, Query, QueryContext, QuerySettings};
-use sabaki_draw::scene::{Bout, BoutSettings, Camera, Cut, Mesh, Outfit, Shot};
+use sabaki_draw::scene::{
+    Camera, Cut, DuelPlayback, DuelPlaybackSettings, Mesh, Outfit, RecordedDuel, Shot,
+};
 
 /// Time that the duel is simulated ahead, in seconds.
 const AHEAD: f32 = 0.25;
@@ -18,7 +20,7 @@ const AHEAD: f32 = 0.25;
 pub struct LiveDuel<'a> {
     baked: &'a BakedGraph,
     duel: Duel<'a>,
-    settings: BoutSettings,
+    settings: DuelPlaybackSettings,
     outfit: Option<Arc<Outfit>>,
     context: QueryContext,
     answer: Answer,
@@ -47,7 +49,7 @@ impl<'a> LiveDuel<'a> {
         let mut live_duel = Self {
             baked,
             duel: Duel::new(baked, grid, settings)?,
-            settings: BoutSettings::default(),
+            settings: DuelPlaybackSettings::default(),
             outfit: None,
             context: QueryContext::default(),
             answer: Answer::default(),
@@ -65,7 +67,7 @@ impl<'a> LiveDuel<'a> {
     /// Advances the simulation, slower while an attack is near. It stops when the fighters no longer come within reach.
     pub fn advance(&mut self, seconds: f32) {
         let pace = self.cut.map_or(1.0, |cut| {
-            self.bout(cut.exchange).pace(&self.of_one(cut), self.t)
+            self.playback(cut.exchange).pace(&self.of_one(cut), self.t)
         });
         self.t += seconds * pace;
         while self.ended.is_none() && self.duel.now() < self.t + AHEAD {
@@ -75,7 +77,7 @@ impl<'a> LiveDuel<'a> {
         self.tell();
         let current = self.current();
         if self.cut.is_none_or(|cut| cut.exchange != current) {
-            let cuts = self.bout(current).cuts(self.aspect);
+            let cuts = self.playback(current).cuts(self.aspect);
             self.cut = cuts.first().map(|&cut| Cut {
                 exchange: current,
                 ..cut
@@ -126,12 +128,17 @@ impl<'a> LiveDuel<'a> {
         }
     }
 
-    /// The scene of one exchange.
-    fn bout(&self, exchange: usize) -> Bout<'_> {
+    /// The playback of one exchange.
+    fn playback(&self, exchange: usize) -> DuelPlayback<'_> {
         let exchanges = self.duel.exchanges();
         let one = exchanges.get(exchange..=exchange).unwrap_or(&[]);
         let skins = self.outfit.as_ref().map(|outfit| outfit.skins.clone());
-        Bout::new(self.baked, self.duel.fighters(), one, &self.settings).with_skins(skins)
+        let duel = RecordedDuel {
+            baked: self.baked,
+            fighters: self.duel.fighters(),
+            exchanges: one,
+        };
+        DuelPlayback::new(duel, &self.settings).with_skins(skins)
     }
 
     /// Draws the fighters with meshes that are bound to the graph's skeleton.
@@ -145,7 +152,7 @@ impl<'a> LiveDuel<'a> {
         self.outfit.as_ref().map_or(&[], |outfit| &outfit.meshes)
     }
 
-    /// The cut within the scene of its exchange.
+    /// The cut in the playback of its exchange alone.
     fn of_one(&self, cut: Cut) -> Cut {
         Cut { exchange: 0, ..cut }
     }
@@ -166,16 +173,16 @@ impl<'a> LiveDuel<'a> {
             camera,
             ..self.of_one(cut)
         };
-        self.bout(self.cut.map_or(0, |cut| cut.exchange))
+        self.playback(self.cut.map_or(0, |cut| cut.exchange))
             .shot(&cut, self.t)
     }
 
     /// The point between the fighters, at the height of their hips.
     #[must_use]
     pub fn middle(&self) -> Vec3 {
-        let (bout, mut joints) = (self.bout(0), Vec::<JointTransform>::new());
+        let (playback, mut joints) = (self.playback(0), Vec::<JointTransform>::new());
         let hips = [Side::White, Side::Blue].map(|side| {
-            bout.joints(side, self.t, &mut joints);
+            playback.joints(side, self.t, &mut joints);
             joints.first().map_or(Vec3::Y, |joint| joint.translation)
         });
         0.5 * (hips[0] + hips[1])

@@ -43,7 +43,7 @@ pub enum Event {
         number: u32,
         /// Whether the chosen motion avoids the ball.
         avoided: bool,
-        /// What was chosen: `evasion` or `move`.
+        /// The chosen answer: `evasion` or `move`.
         chosen: &'static str,
         /// Smallest distance of body and ball, in metres.
         clearance: f32,

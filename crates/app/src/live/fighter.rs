@@ -58,23 +58,23 @@ impl Default for FighterSettings {
 }
 
 /// The state of the fighter.
-enum Act {
-    Walks,
+enum FighterState {
+    Walking,
     /// A ball was thrown this many seconds ago; the answer is missing.
-    Asks {
+    Querying {
         open: Box<OpenThrow>,
         since: f32,
     },
     /// Shows the last throw, this many seconds after its click.
-    Dodges {
+    Dodging {
         t: f32,
-        seen: Seen,
+        seen: BallProgress,
     },
 }
 
-/// What has been shown of a ball.
+/// The part of a ball's flight that has been shown.
 #[derive(Clone, Copy)]
-struct Seen {
+struct BallProgress {
     nearest: f32,
     pictures: u32,
     passed: bool,
@@ -93,7 +93,7 @@ pub struct Fighter<'a> {
     outfit: Option<Arc<Outfit>>,
     walker: Walker,
     playhead: Playhead,
-    act: Act,
+    state: FighterState,
     last: Option<Throw<'a>>,
     throws: u32,
     replay: Option<f32>,
@@ -132,7 +132,7 @@ impl<'a> Fighter<'a> {
             outfit: None,
             walker: Walker::new(0),
             playhead: Playhead::at(graph, EdgeId(0), 0.0, Rigid2::IDENTITY),
-            act: Act::Walks,
+            state: FighterState::Walking,
             last: None,
             throws: 0,
             replay: None,
@@ -192,7 +192,7 @@ impl<'a> Fighter<'a> {
     /// Whether a query has no answer yet.
     #[must_use]
     pub fn is_waiting(&self) -> bool {
-        matches!(self.act, Act::Asks { .. })
+        matches!(self.state, FighterState::Querying { .. })
     }
 
     /// Whether the last throw is replayed.
@@ -204,9 +204,9 @@ impl<'a> Fighter<'a> {
     /// The shown moment of the last throw, in seconds since its click; `None` while the fighter walks.
     #[must_use]
     pub fn moment(&self) -> Option<f32> {
-        match (self.replay, &self.act) {
+        match (self.replay, &self.state) {
             (Some(t), _) => Some(t),
-            (None, Act::Dodges { t, .. }) => Some(*t),
+            (None, FighterState::Dodging { t, .. }) => Some(*t),
             _ => None,
         }
     }
@@ -247,9 +247,9 @@ impl<'a> Fighter<'a> {
     /// # Errors
     /// The settings of the ball make no attack.
     pub fn throw(&mut self, camera: &Camera, ray: Vec3) -> Result<(), AttackError> {
-        let flies = match (&self.act, &self.last) {
-            (Act::Asks { .. }, _) => true,
-            (Act::Dodges { t, .. }, Some(last)) => *t < last.ball.attack.end(),
+        let flies = match (&self.state, &self.last) {
+            (FighterState::Querying { .. }, _) => true,
+            (FighterState::Dodging { t, .. }, Some(last)) => *t < last.ball.attack.end(),
             _ => false,
         };
         if flies {
@@ -289,7 +289,7 @@ impl<'a> Fighter<'a> {
             culling: self.settings.culling,
             maps: self.chosen,
         });
-        self.act = Act::Asks {
+        self.state = FighterState::Querying {
             open: Box::new(open),
             since: 0.0,
         };
@@ -317,16 +317,16 @@ impl<'a> Fighter<'a> {
         }
         let graph = self.baked.graph();
         let mut over = None;
-        match &mut self.act {
-            Act::Walks => self.walker.advance(graph, &mut self.playhead, seconds),
+        match &mut self.state {
+            FighterState::Walking => self.walker.advance(graph, &mut self.playhead, seconds),
             // Beyond the next node the walk might leave the path that the answer starts from.
-            Act::Asks { since, .. } => {
+            FighterState::Querying { since, .. } => {
                 let before = self.playhead.frame;
                 self.walker
                     .advance_to_node(graph, &mut self.playhead, seconds);
                 *since += (self.playhead.frame - before) / graph.frame_rate() as f32;
             }
-            Act::Dodges { t, .. } => {
+            FighterState::Dodging { t, .. } => {
                 *t += seconds * speed;
                 over = Some(*t);
             }
@@ -339,7 +339,7 @@ impl<'a> Fighter<'a> {
     /// Advances the dodge to a moment.
     fn go_on(&mut self, t: f32) {
         let graph = self.baked.graph();
-        let (Some(last), Act::Dodges { seen, .. }) = (&self.last, &mut self.act) else {
+        let (Some(last), FighterState::Dodging { seen, .. }) = (&self.last, &mut self.state) else {
             return;
         };
         self.playhead = last.motion.playhead(graph, t);
@@ -356,13 +356,13 @@ impl<'a> Fighter<'a> {
             });
         }
         if t >= last.dodge.span()[1] {
-            self.act = Act::Walks;
+            self.state = FighterState::Walking;
         }
     }
 
     /// Starts the dodge of a response, unless it belongs to another throw.
     fn hear(&mut self, response: WorkerResponse) {
-        let Act::Asks { open, since } = &self.act else {
+        let FighterState::Querying { open, since } = &self.state else {
             return;
         };
         if open.number != response.number {
@@ -382,9 +382,9 @@ impl<'a> Fighter<'a> {
         let t = *since;
         self.events.push(throw.event());
         self.last = Some(throw);
-        self.act = Act::Dodges {
+        self.state = FighterState::Dodging {
             t,
-            seen: Seen {
+            seen: BallProgress {
                 nearest: f32::INFINITY,
                 pictures: 0,
                 passed: false,

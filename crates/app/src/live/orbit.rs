@@ -21,11 +21,11 @@ pub struct Orbit {
 
 /// Time constant with which the focus follows, in seconds.
 const SLACK: f32 = 0.35;
-/// Radians per pixel of a drag.
+/// Rotation of the camera for each pixel of a drag, in radians.
 const TURN: f32 = 0.006;
 
 impl Orbit {
-    /// In front of a character that faces +Z, a little to the side and above.
+    /// A camera in front of a character that faces +Z, slightly to the side and above.
     #[must_use]
     pub fn around_fighter(focus: Vec3) -> Self {
         Self {

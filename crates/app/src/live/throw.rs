@@ -36,7 +36,7 @@ pub(super) struct OpenThrow {
 }
 
 impl<'a> Throw<'a> {
-    /// From the click to the response; `baked` with the maps that were asked by.
+    /// Combines a click and the response to it. `baked` has the maps of the query.
     pub(super) fn new(baked: &'a BakedGraph, open: &OpenThrow, response: WorkerResponse) -> Self {
         let (ball, playhead) = (open.ball.clone(), open.playhead);
         let shown = DodgeSettings {

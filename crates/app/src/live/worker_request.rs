@@ -1,4 +1,4 @@
-//! What a worker is asked, and what it answers.
+//! Requests to a query worker, and its responses.
 
 use std::time::Duration;
 

@@ -21,44 +21,44 @@ use super::{FRAME, joints_of, percentile};
 pub struct CrowdedTimes {
     /// Median time of a step in which each of 200 characters is newly threatened, in milliseconds.
     pub batch_200_ms: f32,
-    /// The same with at most [`PLANS_PER_STEP`] plans in a step: the longest step, in milliseconds.
+    /// Duration of the longest step with at most [`PLANS_PER_STEP`] plans in a step, in milliseconds.
     pub budget_200_ms: f32,
-    /// Steps until all 200 have planned.
+    /// Number of steps until all 200 have planned, with at most [`PLANS_PER_STEP`] plans in a step.
     pub budget_steps: usize,
-    /// The same with at most [`PLAN_MILLISECONDS`] for plans in a step: the longest of the steps, in milliseconds.
+    /// Duration of the longest step with at most [`PLAN_MILLISECONDS`] for plans in a step, in milliseconds.
     pub timed_200_ms: f32,
-    /// Steps until all 200 have planned.
+    /// Number of steps until all 200 have planned, with at most [`PLAN_MILLISECONDS`] for plans in a step.
     pub timed_steps: usize,
     /// Time of a step in which one character looks at a new threat, without obstacles and with 100 near it.
     pub plan: [PlanTimes; 2],
     /// Mean time of a frame in which 200 characters are steered and posed on one thread, for each, in microseconds.
     pub us_per_character: f32,
-    /// Poses of many characters at once.
+    /// Times of a crowd's frame.
     pub crowd: CrowdTimes,
 }
 
 /// Mean times of a frame of [`CROWD`] characters that walk, on one thread, for each character, in microseconds.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct CrowdTimes {
-    /// A step.
+    /// Time of a step.
     pub step: f32,
-    /// Poses, one character after the other with all joints.
+    /// Time of the poses, one character after the other with all joints.
     pub one_by_one: f32,
-    /// Poses of all at once on levels of detail, seen from the edge of the crowd.
+    /// Time of the poses of all characters at once, on levels of detail seen from the edge of the crowd.
     pub all_at_once: f32,
-    /// Share of the latter that the crowd's kernels pose.
+    /// Share of the characters that the crowd's kernels pose when all are posed at once.
     pub by_crowd: f32,
 }
 
-/// Characters of [`CrowdTimes`].
+/// Number of characters of [`CrowdTimes`].
 pub const CROWD: usize = 1_000;
 
 /// Times of steps in which one character looks at a new threat, in milliseconds. A step counts whole, with all queries of the plan.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct PlanTimes {
-    /// Median and 99th percentile of all.
+    /// Median and 99th percentile of all steps.
     pub all: [f32; 2],
-    /// The same of those in which what is played could not be kept.
+    /// Median and 99th percentile of the steps in which the present motion could not be kept.
     pub needed: [f32; 2],
 }
 

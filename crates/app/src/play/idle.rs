@@ -1,4 +1,4 @@
-//! What a character does that has nothing to do.
+//! Measures what characters without a task do.
 
 use std::sync::Arc;
 
@@ -9,7 +9,7 @@ use sabaki::math::Rigid2;
 
 use super::{FRAME, clip_frame};
 
-/// What was measured.
+/// Measurements of characters without a task.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct IdleReport {
     /// Labelled attacks and evasions that began, an hour.
@@ -68,7 +68,7 @@ pub fn idle(baked: &Arc<BakedGraph>, threads: usize) -> Result<IdleReport, Chara
     Ok(report)
 }
 
-/// One character that stands.
+/// A character that stands.
 struct Idle {
     id: CharacterId,
     start: Rigid2,

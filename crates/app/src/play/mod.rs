@@ -2,7 +2,7 @@
 
 mod crowded;
 mod idle;
-mod room;
+mod obstacles;
 mod steering;
 mod threats;
 
@@ -14,7 +14,7 @@ use thiserror::Error;
 
 pub use crowded::{CROWD, CrowdTimes, CrowdedTimes, PLAN_MILLISECONDS, PLANS_PER_STEP, crowded};
 pub use idle::{IdleReport, idle};
-pub use room::Surroundings;
+pub use obstacles::Surroundings;
 pub use steering::SteerReport;
 pub use threats::{Outcome, Scenario, Scenarios, Sight};
 

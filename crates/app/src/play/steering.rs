@@ -12,7 +12,7 @@ use sabaki::math::{Rigid2, in_parallel};
 use super::{FRAME, Scenarios, joints_of, percentile};
 use crate::demo::throw::random_of;
 
-/// What was measured.
+/// Measurements of steering.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct SteerReport {
     /// Mean share by which the speed is off, from 1.2 s after a change on.
@@ -21,7 +21,7 @@ pub struct SteerReport {
     pub settle_median: f32,
     /// 95th percentile of that time, in seconds.
     pub settle_p95: f32,
-    /// Share of the changes after which it did not come to stay before the next one.
+    /// Share of the changes after which the velocity did not settle before the next change.
     pub unsettled: f32,
     /// 95th percentile of the distance from the figure of eight, in metres.
     pub path_error: f32,

@@ -15,20 +15,20 @@ use sabaki::maps::BakedGraph;
 use sabaki::math::Rigid2;
 use sabaki::query::Obstacle;
 
-use super::room::{Room, Surroundings};
+use super::obstacles::{ScenarioObstacles, Surroundings};
 use super::{FRAME, PlayError, joints_of};
 use crate::demo::throw::{ThrowSettings, random_of};
 
-/// What is seen of the balls.
+/// The part of the balls' flight that the character knows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Sight {
-    /// Everything, from the announcement on: 0.4 to 1.5 s before the throw.
+    /// The whole flight, from the announcement on: 0.4 to 1.5 s before the throw.
     Known,
-    /// Nothing before the last 3 m of the flight.
+    /// The last 3 m of the flight.
     Flying,
-    /// The place is wrong by 3 cm on each axis (standard deviation), anew in each frame.
+    /// The flight with a random error of the position in each frame: 3 cm standard deviation on each axis.
     Noisy,
-    /// Half a second before the contact each ball turns to where the body will be by its plan.
+    /// The flight of balls that change their course half a second before the contact, to where the body will be by its plan.
     Feint,
     /// The same balls as [`Sight::Feint`], whose last course is known from the announcement on.
     FeintKnown,
@@ -39,11 +39,11 @@ pub enum Sight {
 pub struct Scenario {
     /// Number of balls.
     pub balls: usize,
-    /// What is seen of them.
+    /// The part of the flight that the character knows.
     pub sight: Sight,
     /// Frames from a query to the takeover of its answer.
     pub delay: u32,
-    /// What surrounds the character.
+    /// Obstacles around the character.
     pub around: Surroundings,
 }
 
@@ -81,7 +81,7 @@ pub struct Scenarios {
     throws: ThrowSettings,
 }
 
-/// A ball as it flies, and what is known of it.
+/// A ball as it flies, and the threat that the characters know.
 struct Ball {
     id: ThreatId,
     truth: Threat,
@@ -89,7 +89,7 @@ struct Ball {
     turned: bool,
 }
 
-/// One run.
+/// State of one run of a scenario.
 struct Run<'a> {
     game: &'a mut Characters,
     ahead: &'a mut Characters,
@@ -100,7 +100,7 @@ struct Run<'a> {
     joints: Vec<JointTransform>,
     later: Vec<JointTransform>,
     centres: [Vec<Vec3>; 2],
-    room: Room,
+    around: ScenarioObstacles,
     obstacles: Vec<Obstacle>,
 }
 
@@ -152,7 +152,8 @@ impl Scenarios {
         game.set_delay(scenario.delay)?;
         ahead.set_delay(scenario.delay)?;
         let id = game.spawn(Rigid2::IDENTITY)?;
-        let room = Room::new(scenario.around, &mut random_of(self.seed ^ 0x5eed, index))?;
+        let around =
+            ScenarioObstacles::new(scenario.around, &mut random_of(self.seed ^ 0x5eed, index))?;
         let heading = random.random::<f32>() * TAU;
         let speed = 0.8 + 1.2 * random.random::<f32>();
         if random.random::<f32>() < 0.6 {
@@ -170,7 +171,7 @@ impl Scenarios {
             joints: Vec::new(),
             later: Vec::new(),
             centres: [Vec::new(), Vec::new()],
-            room,
+            around,
             obstacles: Vec::new(),
         };
         run.pass(random.random_range(30..150), &mut random)?;
@@ -247,10 +248,10 @@ impl Run<'_> {
         self.ahead.restore(self.game.state())?;
         let frames = (seconds / FRAME) as usize;
         for _ in 0..frames {
-            self.room.at(self.ahead.now(), &mut self.obstacles);
+            self.around.at(self.ahead.now(), &mut self.obstacles);
             self.ahead.step(FRAME, &self.obstacles, &mut events);
         }
-        self.room.at(self.ahead.now(), &mut self.obstacles);
+        self.around.at(self.ahead.now(), &mut self.obstacles);
         let rest = seconds - frames as f32 * FRAME;
         self.ahead.step(rest, &self.obstacles, &mut events);
         joints_of(self.ahead, self.id, &mut self.later)?;
@@ -293,7 +294,7 @@ impl Run<'_> {
             let before = self.game.state();
             let from = self.game.now();
             events.clear();
-            self.room.at(from, &mut self.obstacles);
+            self.around.at(from, &mut self.obstacles);
             self.game.step(FRAME, &self.obstacles, &mut events);
             self.count(&events);
             self.look_for_pops(before, from)?;
@@ -322,11 +323,11 @@ impl Run<'_> {
         }
     }
 
-    /// Lets the characters see what is seen of the balls in this frame.
+    /// Updates the threats that the characters know to the part of the flight that is visible in this frame.
     fn see(&mut self, random: &mut impl Rng) -> Result<(), CharacterError> {
-        /// Metres.
+        /// Standard deviation of the position's error on each axis, in metres.
         const NOISE: f32 = 0.03;
-        /// A ball turns so long before the contact, in seconds.
+        /// Time before the contact at which a ball changes its course, in seconds.
         const TURNS: f64 = 0.5;
         let now = self.game.now();
         for index in 0..self.balls.len() {
@@ -380,13 +381,13 @@ impl Run<'_> {
         Ok(())
     }
 
-    /// How far the joints go within a moment from the start of the frame on.
+    /// Measures how far the joints move within a moment from the start of the frame.
     fn look_for_pops(&mut self, before: CharactersState, from: f64) -> Result<(), CharacterError> {
         const MOMENT: f32 = 2e-5;
         const POP: f32 = 0.005;
         let mut events = Vec::new();
         self.ahead.restore(before)?;
-        self.room.at(from, &mut self.obstacles);
+        self.around.at(from, &mut self.obstacles);
         self.ahead.step(MOMENT, &self.obstacles, &mut events);
         joints_of(self.ahead, self.id, &mut self.later)?;
         let both = self.joints.iter().zip(&self.later);
@@ -397,9 +398,9 @@ impl Run<'_> {
         Ok(())
     }
 
-    /// How deep the body is in an obstacle at the end of the frame.
+    /// Measures the depth of the body in obstacles at the end of the frame.
     fn enter(&mut self) {
-        self.room.at(self.game.now(), &mut self.obstacles);
+        self.around.at(self.game.now(), &mut self.obstacles);
         let spheres = &self.game.baked().body().spheres;
         for obstacle in &self.obstacles {
             for (centre, sphere) in self.centres[1].iter().zip(spheres) {

@@ -28,7 +28,7 @@ use sabaki_draw::{Picture, Stage, StageDesc, Target};
 use surface::Surface;
 use swapchain::{Acquired, SwapImage, Swapchain, SwapchainDesc};
 
-pub(crate) use overlay::Laid;
+pub(crate) use overlay::GuiOutput;
 pub(crate) use surface::WindowSystem;
 
 /// Settings of a [`Presenter`].
@@ -59,7 +59,7 @@ pub(crate) struct Scene<'a> {
     pub(crate) size: [u32; 2],
     pub(crate) shot: &'a Shot,
     pub(crate) crowd: Option<&'a CrowdShot>,
-    pub(crate) panels: Option<&'a Laid>,
+    pub(crate) panels: Option<&'a GuiOutput>,
     /// Reads the pixels back.
     pub(crate) read: bool,
 }
@@ -121,12 +121,12 @@ impl Presenter {
         let device = self.device.insert(Headless::new(&wanted)?);
         let surface = self.surface.insert(Surface::new(device, window)?);
         let context = device.context()?.clone();
-        let offer = surface.offer(&context)?;
-        self.format = offer.format()?.format;
+        let support = surface.support(&context)?;
+        self.format = support.format()?.format;
         for frame in &mut self.frames {
             frame.fill(&context)?;
         }
-        let size = offer.size(desc.size).map(|side| side.max(1));
+        let size = support.size(desc.size).map(|side| side.max(1));
         let samples = match desc.stage.samples {
             0 if is_software(&context) => 1,
             0 => StageDesc::default().samples,

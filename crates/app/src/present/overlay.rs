@@ -11,7 +11,7 @@ use sabaki::gpu::{Context, GpuError};
 
 /// egui's output of one frame.
 #[derive(Default)]
-pub(crate) struct Laid {
+pub(crate) struct GuiOutput {
     pub(crate) textures: egui::TexturesDelta,
     pub(crate) primitives: Vec<egui::ClippedPrimitive>,
     pub(crate) pixels_per_point: f32,
@@ -20,7 +20,7 @@ pub(crate) struct Laid {
 /// Draws panels.
 pub(super) struct Overlay {
     renderer: Renderer,
-    /// For uploads.
+    /// Command pool for uploads.
     pool: vk::CommandPool,
     /// Textures to free once no frame in flight reads them, with the number of frames since their release.
     freed: Vec<(egui::TextureId, usize)>,
@@ -113,11 +113,11 @@ impl Overlay {
         &mut self,
         cmd: vk::CommandBuffer,
         [width, height]: [u32; 2],
-        laid: &Laid,
+        output: &GuiOutput,
     ) -> Result<(), GpuError> {
         let extent = vk::Extent2D { width, height };
         self.renderer
-            .cmd_draw(cmd, extent, laid.pixels_per_point, &laid.primitives)
+            .cmd_draw(cmd, extent, output.pixels_per_point, &output.primitives)
             .map_err(failed)
     }
 

@@ -38,7 +38,7 @@ pub(super) struct Surface {
 }
 
 /// Current properties of the surface.
-pub(super) struct Offer {
+pub(super) struct SurfaceSupport {
     pub(super) now: vk::SurfaceCapabilitiesKHR,
     pub(super) formats: Vec<vk::SurfaceFormatKHR>,
     pub(super) modes: Vec<vk::PresentModeKHR>,
@@ -78,11 +78,11 @@ impl Surface {
         }
     }
 
-    pub(super) fn offer(&self, context: &Context) -> Result<Offer, GpuError> {
+    pub(super) fn support(&self, context: &Context) -> Result<SurfaceSupport, GpuError> {
         let (physical, functions) = (context.physical_device(), &self.functions);
         // SAFETY: all are of one instance.
         unsafe {
-            Ok(Offer {
+            Ok(SurfaceSupport {
                 now: functions
                     .get_physical_device_surface_capabilities(physical, self.handle)
                     .call("vkGetPhysicalDeviceSurfaceCapabilitiesKHR")?,
@@ -103,7 +103,7 @@ impl Surface {
     }
 }
 
-impl Offer {
+impl SurfaceSupport {
     /// Chooses an sRGB format, as offscreen pictures have; else any format of four bytes.
     pub(super) fn format(&self) -> Result<vk::SurfaceFormatKHR, GpuError> {
         use vk::Format as F;

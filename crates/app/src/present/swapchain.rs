@@ -2,7 +2,7 @@
 
 use ash::{khr, vk};
 
-use super::surface::{Offer, Surface};
+use super::surface::{Surface, SurfaceSupport};
 use sabaki::gpu::internal::Named;
 use sabaki::gpu::{Context, GpuError};
 
@@ -56,8 +56,8 @@ impl Swapchain {
         surface: &Surface,
         desc: SwapchainDesc,
     ) -> Result<(), GpuError> {
-        let offer = surface.offer(context)?;
-        let size = offer.size(desc.size);
+        let support = surface.support(context)?;
+        let size = support.size(desc.size);
         let old = std::mem::take(self);
         if size.contains(&0) {
             old.destroy(context);
@@ -65,7 +65,7 @@ impl Swapchain {
         }
         let functions = khr::swapchain::Device::new(context.instance(), context.device());
         let desc = SwapchainDesc { size, ..desc };
-        let info = info(&offer, desc)?
+        let info = info(&support, desc)?
             .surface(surface.handle)
             .old_swapchain(old.handle);
         // SAFETY: surface and old swapchain are of this device's instance, and the device is idle.
@@ -74,7 +74,7 @@ impl Swapchain {
         self.handle = made.call("vkCreateSwapchainKHR")?;
         self.functions = Some(functions);
         self.size = size;
-        self.readable = is_readable(&offer);
+        self.readable = is_readable(&support);
         self.fill(context, info.image_format)
     }
 
@@ -171,20 +171,20 @@ impl Swapchain {
 }
 
 /// Whether the images of a surface can be copied to the host.
-fn is_readable(offer: &Offer) -> bool {
-    let usages = offer.now.supported_usage_flags;
+fn is_readable(support: &SurfaceSupport) -> bool {
+    let usages = support.now.supported_usage_flags;
     usages.contains(vk::ImageUsageFlags::TRANSFER_SRC)
 }
 
 /// Description of a swapchain, without surface and old swapchain.
 fn info(
-    offer: &Offer,
+    support: &SurfaceSupport,
     desc: SwapchainDesc,
 ) -> Result<vk::SwapchainCreateInfoKHR<'static>, GpuError> {
     use vk::ImageUsageFlags as Usage;
-    let (now, format) = (&offer.now, offer.format()?);
+    let (now, format) = (&support.now, support.format()?);
     let [width, height] = desc.size;
-    let read = match is_readable(offer) {
+    let read = match is_readable(support) {
         true => Usage::TRANSFER_SRC,
         false => Usage::empty(),
     };
@@ -207,6 +207,6 @@ fn info(
         .image_sharing_mode(vk::SharingMode::EXCLUSIVE)
         .pre_transform(now.current_transform)
         .composite_alpha(alpha.unwrap_or(Alpha::OPAQUE))
-        .present_mode(offer.mode(desc.in_step))
+        .present_mode(support.mode(desc.in_step))
         .clipped(true))
 }

@@ -12,10 +12,10 @@ use winit::event_loop::{ActiveEventLoop, ControlFlow};
 use winit::window::{Window, WindowId};
 
 use super::desc::PACE;
-use super::gui::{Gui, PANEL, Sheet};
-use super::input::{Mouse, Wish, held};
+use super::gui::{Gui, GuiFrame, PANEL};
+use super::input::{Mouse, UserAction, held};
 use super::times::Times;
-use super::view::Seen;
+use super::view::Projection;
 use super::{View, WindowDesc, WindowError};
 use crate::film::png;
 use crate::live::{Clock, Event, Orbit};
@@ -25,7 +25,7 @@ use sabaki_draw::StageDesc;
 use sabaki_draw::scene::Camera;
 
 /// State while the window is open.
-struct Open {
+struct OpenWindow {
     window: Arc<Window>,
     presenter: Presenter,
     gui: Gui,
@@ -36,7 +36,7 @@ pub(super) struct App<'a> {
     view: &'a mut dyn View,
     desc: &'a WindowDesc,
     hear: &'a mut dyn FnMut(&Event),
-    open: Option<Open>,
+    open: Option<OpenWindow>,
     failed: Option<WindowError>,
     clock: Clock,
     orbit: Orbit,
@@ -117,7 +117,7 @@ impl<'a> App<'a> {
             device: device.clone(),
             size: [size.width, size.height],
         });
-        self.open = Some(Open {
+        self.open = Some(OpenWindow {
             gui: Gui::new(&window, presenter.most_side()),
             window,
             presenter,
@@ -181,7 +181,7 @@ impl<'a> App<'a> {
         shown
     }
 
-    fn frame_in(&mut self, open: &mut Open) -> Result<bool, WindowError> {
+    fn frame_in(&mut self, open: &mut OpenWindow) -> Result<bool, WindowError> {
         if !open.presenter.begin()? {
             self.times.pause();
             self.last = None;
@@ -200,8 +200,8 @@ impl<'a> App<'a> {
         let poses = open.presenter.poses()?;
         let (shot, crowd) = self.view.draw(camera, picture, poses)?;
         let laid = self.panels.then(|| {
-            let sheet = Sheet {
-                seen: Seen {
+            let frame = GuiFrame {
+                seen: Projection {
                     camera,
                     size: picture,
                     pixels_per_point: open.gui.scale(),
@@ -212,7 +212,7 @@ impl<'a> App<'a> {
                 device: &open.device,
                 help: self.help,
             };
-            open.gui.lay(&open.window, sheet)
+            open.gui.layout(&open.window, frame)
         });
         let is_last = self.desc.frames == Some(self.times.pictures + 1);
         let file = match (&self.desc.screenshot, self.keep) {
@@ -282,27 +282,27 @@ impl<'a> App<'a> {
         }
     }
 
-    fn grant(&mut self, wish: Wish, events: &ActiveEventLoop) -> Result<(), WindowError> {
-        match wish {
-            Wish::Throw(at) if !self.size.contains(&0) => {
+    fn act_on(&mut self, action: UserAction, events: &ActiveEventLoop) -> Result<(), WindowError> {
+        match action {
+            UserAction::Throw(at) if !self.size.contains(&0) => {
                 let scale = self.open.as_ref().map_or(1.0, |open| open.gui.scale());
                 let (camera, picture) = (self.camera(), self.picture(scale));
                 self.view.click(&camera, camera.ray(at, picture))?;
             }
-            Wish::Throw(_) => {}
-            Wish::Turn(pixels) => self.orbit.drag(pixels),
-            Wish::Zoom(notches) => self.orbit.zoom(notches),
-            Wish::Pause => self.clock.paused = !self.clock.paused,
-            Wish::Step => self.clock.step(),
-            Wish::Slow => self.clock.speed = if self.clock.speed < 1.0 { 1.0 } else { SLOW },
-            Wish::Panel => self.panels = !self.panels,
-            Wish::Help => {
+            UserAction::Throw(_) => {}
+            UserAction::Turn(pixels) => self.orbit.drag(pixels),
+            UserAction::Zoom(notches) => self.orbit.zoom(notches),
+            UserAction::Pause => self.clock.paused = !self.clock.paused,
+            UserAction::Step => self.clock.step(),
+            UserAction::Slow => self.clock.speed = if self.clock.speed < 1.0 { 1.0 } else { SLOW },
+            UserAction::Panel => self.panels = !self.panels,
+            UserAction::Help => {
                 self.help = !self.help || !self.panels;
                 self.panels |= self.help;
             }
-            Wish::Screenshot => self.keep = true,
-            Wish::Close => events.exit(),
-            Wish::Key(key) => self.view.key(&key),
+            UserAction::Screenshot => self.keep = true,
+            UserAction::Close => events.exit(),
+            UserAction::Key(key) => self.view.key(&key),
         }
         Ok(())
     }
@@ -344,8 +344,8 @@ impl ApplicationHandler for App<'_> {
         {
             return;
         }
-        if let Some(wish) = self.mouse.wish(&event)
-            && let Err(error) = self.grant(wish, events)
+        if let Some(action) = self.mouse.action(&event)
+            && let Err(error) = self.act_on(action, events)
         {
             self.fail(events, error);
         }

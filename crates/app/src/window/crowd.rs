@@ -5,7 +5,7 @@ use glam::Vec3;
 
 use super::gui::bars;
 use super::times::median;
-use super::{Seen, View, WindowError};
+use super::{Projection, View, WindowError};
 use crate::live::{CameraPath, Clock, Event, LiveCrowd};
 use sabaki::math::F32x16;
 use sabaki_draw::StageDesc;
@@ -32,11 +32,11 @@ impl CrowdView {
 
 impl View for CrowdView {
     fn stage(&self) -> StageDesc<'_> {
-        let crowd = &self.live_crowd.crowd;
+        let crowd = &self.live_crowd.formation;
         StageDesc {
             shadow_side: 4096,
             max_members: crowd.len() as u32,
-            max_crowd_lines: crowd.most_lines() as u32,
+            max_crowd_len: crowd.max_output_len() as u32,
             max_parts: crowd.parts() as u32,
             meshes: self.live_crowd.meshes(),
             ..StageDesc::default()
@@ -92,7 +92,7 @@ impl View for CrowdView {
 
     fn panel(&mut self, ui: &mut egui::Ui, _: &mut Clock) {
         let live_crowd = &mut self.live_crowd;
-        let count = live_crowd.crowd.len();
+        let count = live_crowd.formation.len();
         let plural = if count == 1 { "" } else { "s" };
         ui.label(RichText::new(format!("{count} character{plural}")).strong());
         ui.checkbox(&mut live_crowd.levels, "levels of detail by distance");
@@ -100,10 +100,10 @@ impl View for CrowdView {
             &mut live_crowd.tinted,
             "everybody in the colour of its level",
         );
-        let mut error = live_crowd.crowd.error();
+        let mut error = live_crowd.formation.error();
         let slider = Slider::new(&mut error, 0.25..=16.0).logarithmic(true);
         ui.add_enabled(live_crowd.levels, slider.text("pixels of error"));
-        live_crowd.crowd.set_error(error);
+        live_crowd.formation.set_error(error);
         ui.label("camera");
         ui.horizontal(|ui| {
             for path in CameraPath::ALL {
@@ -116,10 +116,10 @@ impl View for CrowdView {
         bars(ui, live_crowd.pose_times(), "ms");
         ui.separator();
         ui.label("characters on each level");
-        census(ui, &live_crowd.crowd.census());
+        census(ui, &live_crowd.formation.census());
     }
 
-    fn label(&self, _: &egui::Painter, _: &Seen) {}
+    fn label(&self, _: &egui::Painter, _: &Projection) {}
 
     fn take_events(&mut self) -> Vec<Event> {
         Vec::new()

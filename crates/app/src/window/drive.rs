@@ -3,7 +3,7 @@
 use egui::{Color32, RichText};
 use glam::Vec3;
 
-use super::{Seen, View, WindowError};
+use super::{Projection, View, WindowError};
 use crate::live::{Clock, Drive, Event};
 use sabaki::math::F32x16;
 use sabaki_draw::StageDesc;
@@ -12,7 +12,7 @@ use sabaki_draw::scene::{Camera, CrowdShot, Shot};
 /// A driven character with its keys.
 pub struct DriveView {
     drive: Drive,
-    /// Why nothing goes on.
+    /// Reason why the simulation has stopped.
     failed: Option<String>,
 }
 
@@ -121,7 +121,7 @@ impl View for DriveView {
         }
     }
 
-    fn label(&self, painter: &egui::Painter, _: &Seen) {
+    fn label(&self, painter: &egui::Painter, _: &Projection) {
         let (line, colour) = self.line();
         let at = painter.clip_rect().left_top() + egui::vec2(18.0, 14.0);
         let letters = egui::FontId::proportional(22.0);

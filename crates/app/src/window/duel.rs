@@ -3,7 +3,7 @@
 use egui::{Color32, RichText};
 use glam::Vec3;
 
-use super::{Seen, View, WindowError};
+use super::{Projection, View, WindowError};
 use crate::live::{Clock, Event, LiveDuel};
 use sabaki::anim::Clip;
 use sabaki::duel::Exchange;
@@ -113,7 +113,7 @@ impl View for DuelView<'_> {
         }
     }
 
-    fn label(&self, painter: &egui::Painter, _: &Seen) {
+    fn label(&self, painter: &egui::Painter, _: &Projection) {
         let shown = self.live_duel.shown();
         let Some(exchange) = shown.filter(|one| self.live_duel.seen().contains(one)) else {
             return;

@@ -6,7 +6,7 @@ use glam::Vec3;
 use super::gui::{Label, bars};
 use super::panels::candidates::{Listed, candidates};
 use super::panels::maps::Thumbnails;
-use super::{Seen, View, WindowError};
+use super::{Projection, View, WindowError};
 use crate::live::{Clock, Event, Fighter, MapChoice, map_name};
 use sabaki::maps::MapGrid;
 use sabaki::math::F32x16;
@@ -110,7 +110,7 @@ impl View for FighterView<'_> {
         maps.show(ui, |ui| self.maps(ui));
     }
 
-    fn label(&self, painter: &egui::Painter, seen: &Seen) {
+    fn label(&self, painter: &egui::Painter, seen: &Projection) {
         let Some(nearest) = self.fighter.nearest().filter(|one| one.metres < 0.6) else {
             return;
         };

@@ -6,18 +6,18 @@ use winit::window::Window;
 
 use super::View;
 use super::times::Times;
-use super::view::Seen;
+use super::view::Projection;
 use crate::live::Clock;
-use crate::present::Laid;
+use crate::present::GuiOutput;
 
 /// The layout of one picture.
-pub(super) struct Sheet<'a> {
+pub(super) struct GuiFrame<'a> {
     pub(super) view: &'a mut dyn View,
     pub(super) clock: &'a mut Clock,
     pub(super) times: &'a Times,
     pub(super) device: &'a str,
     pub(super) help: bool,
-    pub(super) seen: Seen,
+    pub(super) seen: Projection,
 }
 
 /// egui with its window.
@@ -73,12 +73,12 @@ impl Gui {
         self.context.pixels_per_point()
     }
 
-    pub(super) fn lay(&mut self, window: &Window, mut sheet: Sheet<'_>) -> Laid {
+    pub(super) fn layout(&mut self, window: &Window, mut frame: GuiFrame<'_>) -> GuiOutput {
         let input = self.state.take_egui_input(window);
-        let output = self.context.run(input, |context| sheet.lay(context));
+        let output = self.context.run(input, |context| frame.layout(context));
         self.state
             .handle_platform_output(window, output.platform_output);
-        Laid {
+        GuiOutput {
             primitives: self
                 .context
                 .tessellate(output.shapes, output.pixels_per_point),
@@ -88,8 +88,8 @@ impl Gui {
     }
 }
 
-impl Sheet<'_> {
-    fn lay(&mut self, context: &egui::Context) {
+impl GuiFrame<'_> {
+    fn layout(&mut self, context: &egui::Context) {
         let over = egui::LayerId::background();
         self.view.label(&context.layer_painter(over), &self.seen);
         egui::SidePanel::right("panel")

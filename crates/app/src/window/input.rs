@@ -6,7 +6,7 @@ use winit::keyboard::{Key, NamedKey};
 
 /// An action of the user.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) enum Wish {
+pub(super) enum UserAction {
     Throw(Vec2),
     Turn(Vec2),
     Zoom(f32),
@@ -33,17 +33,17 @@ const NOTCH: f32 = 50.0;
 
 impl Mouse {
     /// The action of an event.
-    pub(super) fn wish(&mut self, event: &WindowEvent) -> Option<Wish> {
+    pub(super) fn action(&mut self, event: &WindowEvent) -> Option<UserAction> {
         match event {
             WindowEvent::CursorMoved { position, .. } => {
                 let at = Vec2::new(position.x as f32, position.y as f32);
                 let moved = at - std::mem::replace(&mut self.at, at);
-                self.turns.then_some(Wish::Turn(moved))
+                self.turns.then_some(UserAction::Turn(moved))
             }
             WindowEvent::MouseInput { state, button, .. } => {
                 let pressed = *state == ElementState::Pressed;
                 match button {
-                    MouseButton::Left => pressed.then_some(Wish::Throw(self.at)),
+                    MouseButton::Left => pressed.then_some(UserAction::Throw(self.at)),
                     MouseButton::Right => {
                         self.turns = pressed;
                         None
@@ -51,7 +51,7 @@ impl Mouse {
                     _ => None,
                 }
             }
-            WindowEvent::MouseWheel { delta, .. } => Some(Wish::Zoom(match delta {
+            WindowEvent::MouseWheel { delta, .. } => Some(UserAction::Zoom(match delta {
                 MouseScrollDelta::LineDelta(_, lines) => *lines,
                 MouseScrollDelta::PixelDelta(pixels) => pixels.y as f32 / NOTCH,
             })),
@@ -80,23 +80,23 @@ pub(super) fn held(event: &WindowEvent) -> Option<(String, bool)> {
     Some((key, event.state == ElementState::Pressed))
 }
 
-fn key(event: &KeyEvent) -> Option<Wish> {
+fn key(event: &KeyEvent) -> Option<UserAction> {
     if event.state != ElementState::Pressed {
         return None;
     }
-    let wish = match &event.logical_key {
-        Key::Named(NamedKey::Space) => Wish::Pause,
-        Key::Named(NamedKey::F12) => Wish::Screenshot,
-        Key::Named(NamedKey::Escape) => Wish::Close,
+    let action = match &event.logical_key {
+        Key::Named(NamedKey::Space) => UserAction::Pause,
+        Key::Named(NamedKey::F12) => UserAction::Screenshot,
+        Key::Named(NamedKey::Escape) => UserAction::Close,
         Key::Character(text) => match text.to_lowercase().as_str() {
-            "." => Wish::Step,
-            "s" => Wish::Slow,
-            "p" => Wish::Panel,
-            "h" => Wish::Help,
-            other => Wish::Key(other.to_owned()),
+            "." => UserAction::Step,
+            "s" => UserAction::Slow,
+            "p" => UserAction::Panel,
+            "h" => UserAction::Help,
+            other => UserAction::Key(other.to_owned()),
         },
         _ => return None,
     };
     // A key that is held down repeats; only single steps use that.
-    (!event.repeat || wish == Wish::Step).then_some(wish)
+    (!event.repeat || action == UserAction::Step).then_some(action)
 }

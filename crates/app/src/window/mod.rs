@@ -41,7 +41,7 @@ pub use drive::DriveView;
 pub use duel::DuelView;
 pub use error::WindowError;
 pub use fighter::FighterView;
-pub use view::{Seen, View};
+pub use view::{Projection, View};
 
 /// The version of egui that [`View`] uses.
 pub use egui;

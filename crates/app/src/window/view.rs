@@ -58,7 +58,7 @@ pub trait View {
     fn panel(&mut self, ui: &mut egui::Ui, clock: &mut Clock);
 
     /// Draws text over the picture.
-    fn label(&self, painter: &egui::Painter, seen: &Seen);
+    fn label(&self, painter: &egui::Painter, seen: &Projection);
 
     /// Takes the events since the last call.
     fn take_events(&mut self) -> Vec<Event>;
@@ -76,7 +76,7 @@ pub trait View {
 
 /// The projection of a picture on the screen.
 #[derive(Clone, Copy, Debug)]
-pub struct Seen {
+pub struct Projection {
     /// Camera of the picture.
     pub camera: Camera,
     /// Size of the picture, in pixels.
@@ -85,7 +85,7 @@ pub struct Seen {
     pub pixels_per_point: f32,
 }
 
-impl Seen {
+impl Projection {
     /// The position of a place on the screen, in points; `None` behind the camera.
     #[must_use]
     pub fn point(&self, place: Vec3) -> Option<egui::Pos2> {

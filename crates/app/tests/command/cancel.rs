@@ -41,7 +41,7 @@ fn interrupted(folder: &Path, args: &[&str], delay: Duration) -> (Option<i32>, S
 fn is_cancelled(folder: &Path, args: &[&str]) {
     // It may not have begun to listen.
     let delays = [200, 400, 800, 1600, 3200].map(Duration::from_millis);
-    let mut ends = { delays.iter() }.map(|&delay| interrupted(folder, args, delay));
+    let mut ends = delays.iter().map(|&delay| interrupted(folder, args, delay));
     let listened = ends.find(|(code, ..)| code.is_some());
     let (code, stdout, stderr) = listened.unwrap_or_else(|| panic!("killed: {args:?}"));
     assert_eq!(

@@ -12,7 +12,10 @@ fn doubtful_files_are_noted() {
     let folder = folder();
     fs::write(folder.path().join("a.bvh"), DOUBTFUL).unwrap();
     let document = sabaki(folder.path(), &["inspect", "a.bvh", "--json"]).json(0);
-    let notes: Vec<&str> = { document["notes"].as_array().unwrap().iter() }
+    let notes: Vec<&str> = document["notes"]
+        .as_array()
+        .unwrap()
+        .iter()
         .map(|note| note.as_str().unwrap())
         .collect();
     for words in [

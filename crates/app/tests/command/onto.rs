@@ -233,7 +233,10 @@ fn a_bake_that_ctrl_c_stops_goes_on_where_it_was() {
     }
     assert!(stopped > 0 && went_on > 0, "{stopped} {went_on}");
     let files = |name: &str| ["", ".record"].map(|end| fs::read(at.join(format!("{name}{end}"))));
-    for (stopped, whole) in { files("stopped.sabaki").into_iter() }.zip(files("whole.sabaki")) {
+    for (stopped, whole) in files("stopped.sabaki")
+        .into_iter()
+        .zip(files("whole.sabaki"))
+    {
         assert!(stopped.unwrap() == whole.unwrap());
     }
     assert!(!unfinished.exists());

@@ -196,12 +196,17 @@ fn meshes_of_files_are_bound_by_names_or_by_a_map() {
         sabaki(folder.path(), &dodge("x.png", args)).is_refused(&[word]);
     };
     refused(&["--mesh", "other.glb"], "at least 2");
-    let names: Vec<(String, String)> = { other.joints().iter().zip(motions.skeleton.joints()) }
+    let names: Vec<(String, String)> = other
+        .joints()
+        .iter()
+        .zip(motions.skeleton.joints())
         .filter(|(_, joint)| !joint.name.ends_with("_End") && joint.name != "Neck")
         .map(|(own, joint)| (own.name.clone(), joint.name.clone()))
         .collect();
     let map = |names: &[(String, String)]| {
-        let map: serde_json::Map<_, _> = { names.iter().cloned() }
+        let map: serde_json::Map<_, _> = names
+            .iter()
+            .cloned()
             .map(|(own, joint)| (own, joint.into()))
             .collect();
         fs::write(

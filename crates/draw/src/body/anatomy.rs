@@ -1,4 +1,4 @@
-//! The parts of a skeleton that a body is made around, in the pose that it is made in.
+//! The parts of a skeleton that a body is built around, in the pose that it is built in.
 
 use glam::Vec3;
 
@@ -7,7 +7,7 @@ use crate::scene::internal::straightened;
 use sabaki::anim::{JointId, JointTransform, Skeleton};
 use sabaki::internal::Leg;
 
-/// Left, as an index of the sides; +X.
+/// Index of the left side, which is at +X.
 pub(super) const LEFT: usize = 0;
 
 /// A skeleton in the pose that the body is made in: upright, facing +Z, arms and legs spread.
@@ -27,7 +27,7 @@ pub(super) struct Anatomy {
     pub(super) girdles: [JointId; 2],
     /// Ends of the toes, as joints.
     pub(super) toes: [JointId; 2],
-    /// Height of the soles.
+    /// Height of the soles, in metres.
     pub(super) sole: f32,
     /// Height of the body, in metres.
     pub(super) height: f32,
@@ -47,18 +47,20 @@ impl Anatomy {
         let arms = sided(Leg::arms(skeleton))?;
         let pelvis = common(skeleton, legs[0].hip, legs[1].hip)?;
         let chest = common(skeleton, arms[0].hip, arms[1].hip)?;
-        let mut trunk: Vec<JointId> = { skeleton.ancestry(chest) }
+        let mut trunk: Vec<JointId> = skeleton
+            .ancestry(chest)
             .take_while(|&id| id != pelvis)
             .collect();
         trunk.push(pelvis);
         trunk.reverse();
         let head = head(skeleton, chest)?;
-        let neck = { skeleton.ancestry(head) }
+        let neck = skeleton
+            .ancestry(head)
             .take_while(|&id| id != chest)
             .last()
             .unwrap_or(head);
         let toes = legs.map(|leg| furthest(skeleton, leg.foot));
-        let wanted = Wanted {
+        let wanted = WantedDirections {
             skeleton,
             standing,
             trunk: &trunk,
@@ -70,9 +72,7 @@ impl Anatomy {
         .fill();
         let frames = straightened(skeleton, standing, &wanted);
         let at = |id: JointId| frames[id.index()].translation;
-        let lowest = { toes.iter() }
-            .map(|&toe| at(toe).y)
-            .fold(f32::MAX, f32::min);
+        let lowest = toes.iter().map(|&toe| at(toe).y).fold(f32::MAX, f32::min);
         let top = at(furthest(skeleton, head)).y.max(at(head).y + 0.1);
         let height = top - lowest;
         let girdles = arms.map(|arm| skeleton.joint(arm.hip).parent.unwrap_or(chest));
@@ -100,9 +100,9 @@ impl Anatomy {
         0.5 * (self.at(self.arms[0].hip) + self.at(self.arms[1].hip))
     }
 
-    /// Where the neck leaves the trunk: a little above the shoulders, however high the joint of the neck is.
+    /// The point at which the neck leaves the trunk: slightly above the shoulders, however high the joint of the neck is.
     pub(super) fn nape(&self) -> Vec3 {
-        /// Height above the shoulders, as a share of the body's.
+        /// Height of the nape above the shoulders, as a share of the body's height.
         const RISE: f32 = 0.032;
         let (neck, shoulders) = (self.at(self.neck), self.shoulders());
         let height = shoulders.y + RISE * self.height;
@@ -130,7 +130,8 @@ fn common(skeleton: &Skeleton, a: JointId, b: JointId) -> Option<JointId> {
     skeleton.ancestry(a).find(|id| of_b.contains(id))
 }
 
-/// The joint named so or, without one, the joint of the trunk's other children that is furthest from the chest.
+/// The head: the joint with that name or, without one, the joint of the trunk's other branches that is furthest from the
+/// chest.
 fn head(skeleton: &Skeleton, chest: JointId) -> Option<JointId> {
     let below = |id: JointId| skeleton.ancestry(id).any(|above| above == chest);
     let named = |id: &JointId| {
@@ -151,7 +152,7 @@ fn furthest(skeleton: &Skeleton, from: JointId) -> JointId {
 }
 
 /// Directions of the bones in the pose that the body is made in.
-struct Wanted<'a> {
+struct WantedDirections<'a> {
     skeleton: &'a Skeleton,
     standing: &'a [JointTransform],
     trunk: &'a [JointId],
@@ -161,7 +162,7 @@ struct Wanted<'a> {
     directions: Vec<Option<Vec3>>,
 }
 
-impl Wanted<'_> {
+impl WantedDirections<'_> {
     fn fill(mut self) -> Vec<Option<Vec3>> {
         let Self {
             trunk,

@@ -16,34 +16,34 @@ const SOFT: f32 = 0.035;
 const HEM: f32 = 0.006;
 
 pub(super) fn shapes(anatomy: &Anatomy, look: &Look) -> Shapes {
-    let mut tailor = Tailor {
+    let mut builder = BodyBuilder {
         anatomy,
         look,
         scale: anatomy.height / HEIGHT,
         all: Vec::new(),
     };
-    tailor.trunk();
+    builder.trunk();
     for side in 0..2 {
-        tailor.leg(side);
-        tailor.foot(side);
-        tailor.arm(side);
+        builder.leg(side);
+        builder.foot(side);
+        builder.arm(side);
     }
-    tailor.head();
+    builder.head();
     Shapes {
-        all: tailor.all,
+        all: builder.all,
         sole: anatomy.sole,
     }
 }
 
-/// Makes the shapes, part after part.
-struct Tailor<'a> {
+/// Builds the shapes of a body, part by part.
+struct BodyBuilder<'a> {
     anatomy: &'a Anatomy,
     look: &'a Look,
     scale: f32,
     all: Vec<Shape>,
 }
 
-/// Whose shapes are added: what moves them, and their colour.
+/// The part whose shapes are added: the joint that moves them, their colour, and the width over which they blend.
 #[derive(Clone, Copy)]
 struct Part {
     carrier: Carrier,
@@ -65,7 +65,7 @@ impl Part {
     }
 }
 
-impl Tailor<'_> {
+impl BodyBuilder<'_> {
     fn add(&mut self, part: Part, form: Form) -> &mut Shape {
         let index = self.all.len();
         self.all.push(Shape {
@@ -160,8 +160,8 @@ impl Tailor<'_> {
             colour: self.look.dark,
             blend: HEM,
         };
-        let edge = |tailor: &Self, from: Vec3, way: Vec3| {
-            surface(&tailor.all, from, way * 0.002 * tailor.scale)
+        let edge = |builder: &Self, from: Vec3, way: Vec3| {
+            surface(&builder.all, from, way * 0.002 * builder.scale)
         };
         let [front, back] = [Vec3::Z, Vec3::NEG_Z].map(|way| edge(self, waist, way));
         let centre = 0.5 * (front + back);
@@ -344,7 +344,7 @@ impl Tailor<'_> {
     }
 }
 
-/// Where the way from a place inside of shapes leaves them, at most half a metre away.
+/// The point at which a ray from a place inside of shapes leaves them, at most half a metre away.
 fn surface(shapes: &[Shape], from: Vec3, step: Vec3) -> Vec3 {
     let most = (0.5 / step.length()) as u32;
     let places = (0..most).map(|count| from + step * count as f32);

@@ -10,7 +10,8 @@ mod weights;
 
 use crate::scene::internal::{inverse, simplified, whole};
 use crate::scene::{
-    BindTarget, BoundMesh, BoutSettings, Look, Mesh, MeshBone, MeshVertex, Outfit, standing_pose,
+    BindTarget, BoundMesh, DuelPlaybackSettings, Look, Mesh, MeshBone, MeshVertex, Outfit,
+    standing_pose,
 };
 use anatomy::Anatomy;
 use sabaki::anim::{Clip, Skeleton};
@@ -42,7 +43,10 @@ pub fn human_body(target: BindTarget<'_>, look: &Look) -> Option<BoundMesh> {
     let distance = |place| human.distance(place);
     let net = surface_net(Grid { low, high, cell }, &distance);
     let weights = net.weights(&anatomy, &human, cell);
-    let vertices: Vec<MeshVertex> = { net.places.iter().zip(weights) }
+    let vertices: Vec<MeshVertex> = net
+        .places
+        .iter()
+        .zip(weights)
         .map(|(&place, (bones, weights))| {
             let [red, green, blue] = whole(human.colour(place));
             MeshVertex {
@@ -77,14 +81,14 @@ impl Outfit {
             skeleton,
             standing: &standing_pose(skeleton, clips),
         };
-        let [white, blue] = BoutSettings::default().looks;
+        let [white, blue] = DuelPlaybackSettings::default().looks;
         let body = human_body(target, &white)?;
         let other = body.mesh.clone().recoloured(white.clothes, blue.clothes);
         Some(Self::new([body.mesh, other], body.bones))
     }
 }
 
-/// Only the vertices that triangles use.
+/// Removes the vertices that no triangle uses.
 fn used(vertices: &[MeshVertex], mut triangles: Vec<[u32; 3]>) -> (Vec<MeshVertex>, Vec<[u32; 3]>) {
     let mut numbers = vec![u32::MAX; vertices.len()];
     let mut kept = Vec::new();

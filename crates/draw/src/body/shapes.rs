@@ -21,7 +21,7 @@ pub(super) enum Form {
     Belt { centre: Vec3, radii: Vec3 },
 }
 
-/// What moves a shape.
+/// The joint that moves a shape.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Carrier {
     Joint(JointId),
@@ -99,7 +99,7 @@ impl Form {
 /// A body of shapes on flat soles.
 pub(super) struct Shapes {
     pub(super) all: Vec<Shape>,
-    /// Height below which there is nothing.
+    /// Height of the soles, in metres. The body ends there.
     pub(super) sole: f32,
 }
 

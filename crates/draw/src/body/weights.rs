@@ -12,7 +12,8 @@ use super::anatomy::Anatomy;
 use super::shapes::{Carrier, Shapes};
 use super::surface_net::Net;
 
-/// Distance that weights spread over, as a share of the height, and that at the hips and shoulders, which turn furthest.
+/// Distance over which weights spread, as a share of the height; then the distance at the hips and shoulders, which rotate
+/// furthest.
 const SPREAD: f32 = 0.022;
 const WIDE: f32 = 0.042;
 /// Distance from the joint of a hip or shoulder at which weights spread as far as elsewhere, as a share of the height.
@@ -37,7 +38,9 @@ impl Net {
             Carrier::Joint(joint) => joint,
             Carrier::Trunk => anatomy.of_trunk(place),
         };
-        let mut all: Vec<BTreeMap<u16, f32>> = { self.places.iter() }
+        let mut all: Vec<BTreeMap<u16, f32>> = self
+            .places
+            .iter()
             .map(|&place| BTreeMap::from([(start(place).0, 1.0)]))
             .collect();
         // Each step spreads by about 0.8 cells.

@@ -18,9 +18,9 @@ pub enum Detail {
 /// A character of a crowd.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CrowdMember {
-    /// Index of the pose's first number in the crowd's output.
+    /// Index of the pose's first value in the crowd's output.
     pub first: u32,
-    /// Distance between the pose's numbers in the crowd's output.
+    /// Distance between the pose's values in the crowd's output.
     pub stride: u32,
     /// Tint colour, and its weight from 0 to 1.
     pub tint: [f32; 4],

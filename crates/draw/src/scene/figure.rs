@@ -125,10 +125,10 @@ impl Figure {
     #[must_use]
     pub(super) fn attached(&self, level: &Level) -> Self {
         let parts = self.parts.iter().map(|part| {
-            let seats = part.joints.map(|joint| &level.seats[joint.index()]);
+            let attachments = part.joints.map(|joint| &level.attachments[joint.index()]);
             FigurePart {
-                joints: seats.map(|seat| JointId(seat.carrier)),
-                ends: [0, 1].map(|end: usize| seats[end].offset.point(part.ends[end])),
+                joints: attachments.map(|attachment| JointId(attachment.carrier)),
+                ends: [0, 1].map(|end: usize| attachments[end].offset.point(part.ends[end])),
                 ..*part
             }
         });

@@ -156,7 +156,8 @@ fn start_of(graph: &MotionGraph, motion: &Motion, wanted: EdgeId) -> Option<f32>
     None
 }
 
-/// Where the map of an attack is drawn, in the evasion's frame. An attack from far away passes more texels than memory holds.
+/// The texels in which an attack's map is drawn, in the evasion's frame. An attack from far away passes more texels than
+/// memory holds.
 const SHOWN: MapRect = MapRect {
     u: -1024,
     v: -1024,

@@ -121,16 +121,16 @@ pub struct Skin {
 }
 
 impl Skin {
-    /// Returns the skin for poses of a level of detail: bones of removed joints ride on kept ones.
+    /// Returns the skin for poses of a level of detail: bones of removed joints are attached to kept ones.
     #[must_use]
     pub fn attached(&self, level: &Level) -> Self {
         let bones = self.bones.iter().map(|bone| {
-            let seat = &level.seats[bone.joint.index()];
+            let attachment = &level.attachments[bone.joint.index()];
             MeshBone {
-                joint: JointId(seat.carrier),
+                joint: JointId(attachment.carrier),
                 bind: JointTransform {
-                    rotation: (seat.offset.rotation * bone.bind.rotation).normalize(),
-                    translation: seat.offset.point(bone.bind.translation),
+                    rotation: (attachment.offset.rotation * bone.bind.rotation).normalize(),
+                    translation: attachment.offset.point(bone.bind.translation),
                 },
             }
         });

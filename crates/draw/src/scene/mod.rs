@@ -3,14 +3,14 @@
 //! Architecture invariant: scenes do not depend on a renderer. They are deterministic.
 
 mod camera;
-mod crowd;
 mod crowd_shot;
-mod crowd_view;
 mod dodge;
 mod dodge_shot;
-mod duel;
+mod duel_playback;
 mod figure;
 mod film_times;
+mod formation;
+mod formation_view;
 mod lead_in;
 mod maps;
 mod mesh;
@@ -20,7 +20,7 @@ mod shot;
 mod simplify;
 mod skinning;
 
-/// What bodies made by code need of poses and meshes.
+/// Functions on poses and meshes that the bodies made by code use.
 pub(crate) mod internal {
     pub(crate) use super::mesh::{inverse, whole};
     pub(crate) use super::pose_fit::straightened;
@@ -28,12 +28,12 @@ pub(crate) mod internal {
 }
 
 pub use camera::{Camera, Orbit};
-pub use crowd::{Crowd, FormationError, FormationSettings, Performer};
 pub use crowd_shot::{CrowdMember, CrowdShot, Detail, MemberGroup};
-pub use crowd_view::level_colour;
 pub use dodge::{AnsweredAttack, Dodge, DodgeSettings, Nearest};
-pub use duel::{Bout, BoutSettings, Cut};
+pub use duel_playback::{Cut, DuelPlayback, DuelPlaybackSettings, RecordedDuel};
 pub use figure::{Figure, FigurePart, Look};
+pub use formation::{Formation, FormationError, FormationSettings, Performer};
+pub use formation_view::level_colour;
 pub use maps::{MapStyle, SlabPicture};
 pub use mesh::{Mesh, MeshBone, MeshTexture, MeshVertex, Outfit, Skin, SkinnedBody};
 pub use pose_fit::standing_pose;

@@ -28,7 +28,9 @@ pub fn standing_pose(skeleton: &Skeleton, clips: &[Clip]) -> Vec<JointTransform>
             None => heights.clone().fold(f32::MIN, f32::max),
         };
         let lowest = heights.fold(f32::MAX, f32::min);
-        let lifted = { feet.iter() }.map(|&foot| joints[foot.index()].translation.y - lowest);
+        let lifted = feet
+            .iter()
+            .map(|&foot| joints[foot.index()].translation.y - lowest);
         top - lowest - lifted.sum::<f32>()
     };
     let mut joints = Vec::new();
@@ -56,9 +58,7 @@ pub fn standing_pose(skeleton: &Skeleton, clips: &[Clip]) -> Vec<JointTransform>
         rotation: back.rotation(),
         translation: back.point(Vec3::ZERO),
     };
-    { best.1.iter() }
-        .map(|joint| after(&upright, joint))
-        .collect()
+    best.1.iter().map(|joint| after(&upright, joint)).collect()
 }
 
 /// Turns the bones of a pose to wanted directions, joint after joint, and keeps what directions leave open.
@@ -82,7 +82,8 @@ pub(crate) fn straightened(
             }
             None => *old,
         };
-        let pairs: Vec<(Vec3, Vec3)> = { skeleton.children(id) }
+        let pairs: Vec<(Vec3, Vec3)> = skeleton
+            .children(id)
             .filter_map(|child| {
                 let away =
                     old.rotation.conjugate() * (pose[child.index()].translation - old.translation);
@@ -118,7 +119,8 @@ fn turned(start: Quat, pairs: &[(Vec3, Vec3)], anew: bool) -> Quat {
         let mut rotation =
             Quat::from_rotation_y(quarter as f32 * std::f32::consts::FRAC_PI_2) * start;
         for _ in 0..200 {
-            let torque: Vec3 = { pairs.iter() }
+            let torque: Vec3 = pairs
+                .iter()
                 .map(|&(own, wanted)| (rotation * own).cross(wanted))
                 .sum();
             let step = torque / pairs.len() as f32;
@@ -133,7 +135,8 @@ fn turned(start: Quat, pairs: &[(Vec3, Vec3)], anew: bool) -> Quat {
 
 /// A foot's rotation with the toes turned towards +Z about the vertical.
 fn ahead(skeleton: &Skeleton, foot: JointId, old: &JointTransform) -> Quat {
-    let toes = { skeleton.children(foot) }
+    let toes = skeleton
+        .children(foot)
         .map(|child| old.rotation * skeleton.joint(child).offset)
         .find(|offset| offset.length() > 1e-3);
     let Some(toes) = toes else {

@@ -37,7 +37,7 @@ pub type JointNames = BTreeMap<String, String>;
 pub struct BindTarget<'a> {
     /// The skeleton.
     pub skeleton: &'a Skeleton,
-    /// A pose of it in which it stands ([`standing_pose`](super::standing_pose)): the joints' frames.
+    /// Frames of the joints in a pose in which the skeleton stands ([`standing_pose`](super::standing_pose)).
     pub standing: &'a [JointTransform],
 }
 
@@ -102,7 +102,9 @@ impl RiggedMesh {
             taken[found.index()] = true;
             Some(found)
         };
-        let mut matches: Vec<Option<JointId>> = { self.joints.iter() }
+        let mut matches: Vec<Option<JointId>> = self
+            .joints
+            .iter()
             .map(|joint| take(names.get(&joint.name).and_then(|name| skeleton.find(name))))
             .collect();
         let mut fill = |alike: &dyn Fn(&str, &str) -> bool| {
@@ -175,7 +177,7 @@ impl Binding<'_> {
         Some(&self.target.standing[self.matches[joint]?.index()])
     }
 
-    /// Metres for each unit of the mesh: the ratio of the lengths of all bones.
+    /// Length of the mesh's unit, in metres: the ratio of the lengths of all bones.
     fn scale(&self) -> f32 {
         let (mut own, mut wanted) = (0.0, 0.0);
         for (parent, child) in self.bones_between() {

@@ -12,7 +12,9 @@ use sabaki::anim::JointTransform;
 /// a crowd.
 #[must_use]
 pub fn skinned_positions(mesh: &Mesh, skin: &Skin, joints: &[JointTransform]) -> Vec<Vec3> {
-    let bones: Vec<JointTransform> = { skin.bones.iter() }
+    let bones: Vec<JointTransform> = skin
+        .bones
+        .iter()
         .map(|bone| after(&joints[bone.joint.index()], &bone.bind))
         .collect();
     let position = |vertex: &super::MeshVertex| {

@@ -26,9 +26,9 @@ pub struct StageDesc<'a> {
     pub shadow_side: u32,
     /// Maximum number of characters of a crowd. Default 0.
     pub max_members: u32,
-    /// Maximum size of their poses, in lines
-    /// ([`crowd::Crowd::output_len`](sabaki::crowd::Crowd::output_len)). Default 0.
-    pub max_crowd_lines: u32,
+    /// Maximum length of a crowd's poses, in [`F32x16`](sabaki::math::F32x16)s: see
+    /// [`crowd::Crowd::output_len`](sabaki::crowd::Crowd::output_len). Default 0.
+    pub max_crowd_len: u32,
     /// Maximum number of parts of a crowd's figures, and of bones of all skins. Default 4,096.
     pub max_parts: u32,
     /// Meshes that skins refer to by index. They are copied to the device. Default: none.
@@ -54,7 +54,7 @@ impl Default for StageDesc<'_> {
             max_map_words: 1 << 18,
             shadow_side: 2048,
             max_members: 0,
-            max_crowd_lines: 0,
+            max_crowd_len: 0,
             max_parts: 4096,
             meshes: &[],
             max_skinned: 8,

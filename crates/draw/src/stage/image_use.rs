@@ -9,9 +9,9 @@ use sabaki::gpu::Context;
 pub struct ImageUse {
     /// Pipeline stages that use it.
     pub stages: vk::PipelineStageFlags2,
-    /// How they access it.
+    /// Access of these stages to the image.
     pub access: vk::AccessFlags2,
-    /// Layout that they need.
+    /// Layout that the access needs.
     pub layout: vk::ImageLayout,
 }
 

@@ -36,7 +36,7 @@ pub struct Target {
     pub size: [u32; 2],
 }
 
-/// What is drawn, and the image that it is drawn into.
+/// A shot, and the image that it is drawn into.
 #[derive(Clone, Copy, Debug)]
 pub struct Picture<'a> {
     /// Bodies, maps, camera and light.

@@ -254,7 +254,7 @@ impl Pipelines {
     }
 }
 
-/// What all pipelines are created with.
+/// The state that all pipelines are created with.
 struct Builder<'a> {
     context: &'a Context,
     layout: vk::PipelineLayout,

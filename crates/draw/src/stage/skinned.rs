@@ -33,7 +33,7 @@ pub(super) struct SkinPass {
     pub(super) commands: vk::Buffer,
 }
 
-/// What is written for skinned bodies and a crowd.
+/// The data that is written for skinned bodies and a crowd.
 pub(super) struct Skinned {
     pub(super) members: Vec<CrowdCharacter>,
     /// Parts of figures, then bones of skins.
@@ -68,7 +68,9 @@ impl Skinned {
     pub(super) fn add_crowd(&mut self, crowd: &CrowdShot) -> Result<(), GpuError> {
         let groups = crowd.groups.len() as u64;
         within("groups of a CrowdShot", groups, MOST_SKINNED_GROUPS.into())?;
-        let firsts: Vec<u32> = { crowd.skins.iter() }
+        let firsts: Vec<u32> = crowd
+            .skins
+            .iter()
             .map(|skin| self.add_bones(skin))
             .collect();
         for group in &crowd.groups {

@@ -47,7 +47,7 @@ impl Skins {
                 indices.extend(mesh.details[detail].as_flattened());
                 (first, indices.len() as u32 - first)
             });
-            let bones = { mesh.vertices.iter() }.flat_map(|vertex| vertex.bones);
+            let bones = mesh.vertices.iter().flat_map(|vertex| vertex.bones);
             self.places.push(Place {
                 bones: bones.max().map_or(0, |bone| u32::from(bone) + 1),
                 first_vertex,

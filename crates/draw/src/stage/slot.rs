@@ -52,7 +52,7 @@ impl Slot {
         };
         let bytes = |count: u64, of: usize| count * of as u64;
         let [members, skinned, lines] =
-            [desc.max_members, desc.max_skinned, desc.max_crowd_lines].map(u64::from);
+            [desc.max_members, desc.max_skinned, desc.max_crowd_len].map(u64::from);
         let storage = Usage::STORAGE_BUFFER;
         self.frame = buffer(
             "frame",
@@ -92,7 +92,7 @@ impl Slot {
             bytes(desc.max_parts.into(), size_of::<CrowdPart>()),
             storage,
         )?;
-        self.lines = desc.max_crowd_lines as usize;
+        self.lines = desc.max_crowd_len as usize;
         // SAFETY: no other code has the buffer yet.
         let start = unsafe { self.poses.bytes_mut() }?.as_ptr() as usize;
         let skipped = start.next_multiple_of(align_of::<F32x16>()) - start;

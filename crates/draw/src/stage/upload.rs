@@ -123,7 +123,7 @@ fn check_poses(crowd: &CrowdShot, numbers: u64) -> Result<(), GpuError> {
             let needed = u64::from(member.first) + u64::from(member.stride) * last + 1;
             let lanes = F32x16::LANES as u64;
             let (needed, most) = (needed.div_ceil(lanes), numbers / lanes);
-            within("StageDesc::max_crowd_lines", needed, most)?;
+            within("StageDesc::max_crowd_len", needed, most)?;
         }
     }
     Ok(())

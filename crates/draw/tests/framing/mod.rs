@@ -7,7 +7,7 @@ use sabaki::math::{F32x16, Rigid2};
 use sabaki::query::{Answer, Attack, Query, QueryContext, QuerySettings, Request};
 use sabaki_app::demo;
 use sabaki_draw::scene::{
-    AnsweredAttack, Camera, Crowd, Dodge, DodgeSettings, FormationSettings, Performer,
+    AnsweredAttack, Camera, Dodge, DodgeSettings, Formation, FormationSettings, Performer,
 };
 
 use super::common::baked::embedded;
@@ -135,8 +135,8 @@ fn a_crowd_of_few_is_in_the_middle_of_the_picture() {
             clip: &motions.clips[0],
             skin: None,
         };
-        let mut crowd = Crowd::new(performer, &settings).unwrap();
-        let camera = crowd.camera();
+        let mut formation = Formation::new(performer, &settings).unwrap();
+        let camera = formation.camera();
         for index in 0..count {
             let x = (index as f32 - 0.5 * (count - 1) as f32) * settings.apart;
             for height in [0.0, 1.7] {
@@ -144,10 +144,10 @@ fn a_crowd_of_few_is_in_the_middle_of_the_picture() {
                 assert!(is_inside(&camera, place), "{index} of {count}, {height}");
             }
         }
-        let mut poses = vec![F32x16::ZERO; crowd.most_lines()];
-        crowd.look_from(&camera, SIZE).unwrap();
-        crowd.pose(&mut poses).unwrap();
-        let (_, shown) = crowd.shot(camera, SIZE).unwrap();
+        let mut poses = vec![F32x16::ZERO; formation.max_output_len()];
+        formation.look_from(&camera, SIZE).unwrap();
+        formation.pose(&mut poses).unwrap();
+        let (_, shown) = formation.shot(camera, SIZE).unwrap();
         assert_eq!(shown.members.len(), count as usize);
     }
 }

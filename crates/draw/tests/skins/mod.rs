@@ -9,9 +9,9 @@ use sabaki::maps::Body;
 use sabaki_app::Painter;
 use sabaki_app::demo;
 use sabaki_draw::scene::{
-    BindTarget, BoundMesh, Crowd, FormationSettings, JointNames, Look, Mesh, MeshBone, MeshJoint,
-    MeshTexture, MeshVertex, Performer, RiggedMesh, Skin, SkinnedBody, skinned_positions,
-    standing_pose,
+    BindTarget, BoundMesh, Formation, FormationSettings, JointNames, Look, Mesh, MeshBone,
+    MeshJoint, MeshTexture, MeshVertex, Performer, RiggedMesh, Skin, SkinnedBody,
+    skinned_positions, standing_pose,
 };
 use sabaki_draw::{StageDesc, human_body};
 
@@ -185,7 +185,8 @@ fn the_body_stands_on_the_floor_and_does_not_collapse_where_it_twists() {
         let turned = skinned_positions(&body.mesh, &skin, &twisted);
         let aside = |place: Vec3| (place - to).reject_from(axis).length();
         let near = |index: &usize| (places[*index] - to).dot(axis).abs() < 0.04;
-        let ring: Vec<usize> = { mainly(&body.mesh, hand).chain(mainly(&body.mesh, elbow)) }
+        let ring: Vec<usize> = mainly(&body.mesh, hand)
+            .chain(mainly(&body.mesh, elbow))
             .filter(near)
             .collect();
         assert!(ring.len() > 10, "{name}: {}", ring.len());
@@ -359,22 +360,26 @@ fn bones_of_removed_joints_ride_on_kept_ones() {
     motions.clips[0].pose(5, &mut pose);
     forward_kinematics(skeleton, &pose, &mut joints);
     for level in &levels.levels {
-        let kept: Vec<JointTransform> = { level.kept.iter() }
+        let kept: Vec<JointTransform> = level
+            .kept
+            .iter()
             .map(|joint| joints[joint.index()])
             .collect();
-        // Removed joints where they sit on the kept ones.
-        let seated: Vec<JointTransform> = { level.seats.iter() }
-            .map(|seat| {
-                let carrier = &kept[usize::from(seat.carrier)];
+        // Removed joints move with the kept joints that they are attached to.
+        let attached: Vec<JointTransform> = level
+            .attachments
+            .iter()
+            .map(|attachment| {
+                let carrier = &kept[usize::from(attachment.carrier)];
                 JointTransform {
-                    rotation: carrier.rotation * seat.offset.rotation,
-                    translation: carrier.point(seat.offset.translation),
+                    rotation: carrier.rotation * attachment.offset.rotation,
+                    translation: carrier.point(attachment.offset.translation),
                 }
             })
             .collect();
-        let whole = skinned_positions(&body.mesh, &skin, &seated);
-        let attached = skinned_positions(&body.mesh, &skin.attached(level), &kept);
-        let apart = { whole.iter().zip(&attached) }.map(|(a, b)| a.distance(*b));
+        let whole = skinned_positions(&body.mesh, &skin, &attached);
+        let coarse = skinned_positions(&body.mesh, &skin.attached(level), &kept);
+        let apart = whole.iter().zip(&coarse).map(|(a, b)| a.distance(*b));
         let most = apart.fold(0.0, f32::max);
         assert!(most < 1e-4, "{} joints: {most} m", level.kept.len());
     }
@@ -399,19 +404,19 @@ fn a_crowd_is_drawn_with_a_mesh() {
             clip: &motions.clips[0],
             skin,
         };
-        let mut crowd = Crowd::new(performer, &settings).unwrap();
+        let mut formation = Formation::new(performer, &settings).unwrap();
         let desc = StageDesc {
             max_members: 300,
-            max_crowd_lines: crowd.most_lines() as u32,
-            max_parts: crowd.parts() as u32,
+            max_crowd_len: formation.max_output_len() as u32,
+            max_parts: formation.parts() as u32,
             meshes: &meshes,
             ..StageDesc::default()
         };
         let mut painter = Painter::new(&mut device, SIZE, &desc).unwrap();
-        let camera = crowd.camera();
-        crowd.look_from(&camera, SIZE).unwrap();
-        crowd.pose(painter.poses().unwrap()).unwrap();
-        let (shot, shown) = crowd.shot(camera, SIZE).unwrap();
+        let camera = formation.camera();
+        formation.look_from(&camera, SIZE).unwrap();
+        formation.pose(painter.poses().unwrap()).unwrap();
+        let (shot, shown) = formation.shot(camera, SIZE).unwrap();
         let groups = shown.groups.len();
         assert!(
             groups >= 3,
@@ -478,7 +483,7 @@ fn meshes_are_bound_by_names_and_what_is_not_bound_is_said() {
     assert!(!bound.is_exact);
     let find = |name: &str| skeleton.find(name).unwrap();
     assert_eq!(bound.bones[0].joint, find("LeftArm"));
-    assert_eq!(bound.bones[1], bound.bones[2], "it rides on the elbow");
+    assert_eq!(bound.bones[1], bound.bones[2], "it moves with the elbow");
     // In metres, and the elbow of the mesh is at the skeleton's.
     let side = bound.mesh.vertices[1].position[0] - bound.mesh.vertices[0].position[0];
     assert!((side - 0.5).abs() < 1e-3, "{side}");

@@ -134,7 +134,7 @@ fn a_member_of_a_crowd_whose_pose_is_not_in_the_memory_is_refused() {
     let mut device = device();
     let desc = StageDesc {
         max_members: 2,
-        max_crowd_lines: 24,
+        max_crowd_len: 24,
         meshes: &[sheet()],
         ..StageDesc::default()
     };
@@ -198,7 +198,7 @@ fn a_member_of_a_crowd_whose_pose_is_not_in_the_memory_is_refused() {
             (u16::MAX, (0, 1)),
         ];
         for (joint, member) in outside {
-            assert_eq!(limit_of(paint(joint, member)), "StageDesc::max_crowd_lines");
+            assert_eq!(limit_of(paint(joint, member)), "StageDesc::max_crowd_len");
         }
     }
     painter.destroy(&mut device).unwrap();
@@ -212,7 +212,7 @@ fn sizes_beyond_all_memory_are_refused() {
     let changes: [Change; 4] = [
         |desc| desc.max_members = u32::MAX,
         |desc| desc.max_skinned = u32::MAX,
-        |desc| desc.max_crowd_lines = u32::MAX,
+        |desc| desc.max_crowd_len = u32::MAX,
         |desc| desc.max_skinned_joints = u32::MAX,
     ];
     for change in changes {

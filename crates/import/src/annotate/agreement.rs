@@ -7,7 +7,7 @@ use crate::events::EventEntry;
 /// Least overlap of a proposed and an annotated event that are the same one.
 pub const MIN_OVERLAP: f64 = 0.5;
 
-/// How far proposed events agree with annotated ones.
+/// Agreement of proposed and annotated events.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Agreement {
     /// Number of proposed events.

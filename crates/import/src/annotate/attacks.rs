@@ -12,7 +12,7 @@ use super::body::{Body, Limb};
 use super::curves::{between, largest, least, speeds};
 use super::settings::AttackSettings;
 
-/// How much faster a limb may count than it moves relative to the root: a lunge adds speed, a run must not.
+/// Maximum factor between a limb's counted speed and its speed relative to the root. A lunge may add speed, a run may not.
 const LUNGE: f32 = 1.15;
 /// Time before the peak and behind the contact in which the reach is compared, in seconds.
 const NEAR_PEAK: f32 = 0.05;
@@ -29,7 +29,7 @@ pub(super) struct Strike {
     pub(super) start: usize,
     pub(super) contact: usize,
     pub(super) end: usize,
-    /// In square statures per second.
+    /// Peak speed times gain in reach, in square statures per second.
     pub(super) score: f32,
 }
 
@@ -142,7 +142,7 @@ impl<'a> Stroke<'a> {
             .map_or(earliest, |frame| frame + 1)
     }
 
-    /// The last frame before the speed has fallen.
+    /// The last frame from the peak on before the speed has fallen.
     fn slow(&self, peak: usize) -> usize {
         let last = self.speeds.len() - 1;
         let latest = (peak + self.body.frames(self.settings.max_fall)).min(last);

@@ -45,14 +45,14 @@ impl Evasion {
 pub(super) struct Trunk {
     root: Vec<Vec3>,
     head: Vec<Vec3>,
-    /// From the root to the head.
+    /// Vector from the root to the head, in statures.
     lean: Vec<Vec3>,
     head_speeds: Vec<f32>,
     /// Speed of head or root, whichever is faster.
     pub(super) speeds: Vec<f32>,
     /// Speed of the fastest hand relative to the root.
     hand_speeds: Vec<f32>,
-    /// From the root to the middle of the hands, if there are hands.
+    /// Vector from the root to the middle of the hands, in statures, if there are hands.
     guard: Option<Vec<Vec3>>,
 }
 
@@ -174,7 +174,7 @@ impl Finder<'_> {
         (self.is_quiet(range, 1.0) && score >= 1.0).then(|| Evasion::new(range, score))
     }
 
-    /// Lean away and back, as a multiple of the least; 0 if it is none.
+    /// Lean away and back, as a multiple of the least that counts; 0 if the range is no dodge.
     fn dodge(&self, range: Range<usize>) -> f32 {
         let rest = self.trunk.lean[range.start.saturating_sub(1)];
         let lean = |frame: usize| (self.trunk.lean[frame] - rest).with_y(0.0).length();
@@ -186,7 +186,7 @@ impl Finder<'_> {
         }
     }
 
-    /// Drop of the head and rise, as a multiple of the least; 0 if it is none.
+    /// Drop of the head and rise, as a multiple of the least that counts; 0 if the range is no duck.
     fn duck(&self, range: Range<usize>) -> f32 {
         let rest = self.trunk.head[range.start.saturating_sub(1)].y;
         let drop = |frame: usize| rest - self.trunk.head[frame].y;
@@ -198,7 +198,7 @@ impl Finder<'_> {
         }
     }
 
-    /// Way sideways or back in guard, as a multiple of the least; 0 if it is none.
+    /// Distance sideways or back in guard, as a multiple of the least that counts; 0 if the range is no step.
     fn step(&self, range: Range<usize>) -> f32 {
         let Some(guard) = &self.trunk.guard else {
             return 0.0;

@@ -1,4 +1,4 @@
-/// What counts as an event. A stature is the height of the figure.
+/// Criteria of events. A stature is the height of the figure.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct AnnotateSettings {
     /// Attacks.
@@ -7,7 +7,7 @@ pub struct AnnotateSettings {
     pub evasions: EvasionSettings,
 }
 
-/// What counts as an attack.
+/// Criteria of attacks.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AttackSettings {
     /// Least peak speed of the hand or foot, in statures per second. Default: 1.95.
@@ -48,7 +48,7 @@ impl Default for AttackSettings {
     }
 }
 
-/// What counts as an evasion.
+/// Criteria of evasions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EvasionSettings {
     /// The trunk moves while head or root is faster than this value, in statures per second. Default: 0.15.

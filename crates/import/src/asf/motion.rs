@@ -116,7 +116,7 @@ impl AmcFile {
     }
 }
 
-/// What an AMC file does not contain of a clip.
+/// The data of a clip that an AMC file does not contain.
 #[derive(Clone, Copy, Debug)]
 pub struct AmcClipDesc<'a> {
     /// Name of the clip.

@@ -126,8 +126,8 @@ impl BvhFile {
         &self.repeated_names
     }
 
-    /// What was read although the file is doubtful there, one line each: frames beyond the number that it states, joints that turn about
-    /// one axis twice in a row, and scales, which are ignored.
+    /// Doubtful contents of the file, one line each: frames beyond the number that it states, joints that rotate about one
+    /// axis twice in a row, and scales, which are ignored.
     #[must_use]
     pub fn notes(&self) -> Vec<String> {
         let mut notes = Vec::new();

@@ -19,8 +19,8 @@ mod write;
 pub use channel::Channel;
 pub use error::{BvhError, BvhProblem};
 pub use file::{BvhFile, BvhJoint, MotionError};
-pub(crate) use names::Taken;
-pub use write::write;
+pub(crate) use names::UsedNames;
+pub use write::{MotionDesc, write};
 
 /// Maximum number of channels of a joint.
 pub const MOST_CHANNELS: usize = 64;

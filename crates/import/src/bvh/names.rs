@@ -7,7 +7,7 @@ use super::hierarchy::RawJoint;
 /// The first joint with a name keeps it; later ones get `_2`, `_3` or the next free number. End
 /// Sites are named after their parents with `_End` or `_End2`; their names in the file are ignored.
 pub(super) fn unique(raw: &[RawJoint]) -> Vec<String> {
-    let mut taken = Taken::default();
+    let mut taken = UsedNames::default();
     let mut names = vec![String::new(); raw.len()];
     for (index, joint) in raw.iter().enumerate().filter(|(_, joint)| !joint.is_end) {
         names[index] = taken.first_free(&joint.name, "_");
@@ -40,12 +40,12 @@ pub(super) fn repeated(raw: &[RawJoint]) -> Vec<String> {
 
 /// The names in use and, for each repeated name, the next number to try.
 #[derive(Default)]
-pub(crate) struct Taken {
+pub(crate) struct UsedNames {
     names: HashSet<String>,
     next: HashMap<String, usize>,
 }
 
-impl Taken {
+impl UsedNames {
     /// Returns the name, or the name with the first free number.
     pub(crate) fn first_free(&mut self, name: &str, before_number: &str) -> String {
         let mut free = name.to_owned();

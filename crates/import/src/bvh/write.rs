@@ -6,20 +6,31 @@ use sabaki::anim::{Clip, JointId, JointKind, Pose, Skeleton};
 const ROTATIONS: &str = "Zrotation Xrotation Yrotation";
 const POSITIONS: &str = "Xposition Yposition Zposition";
 
+/// A motion to write as BVH.
+#[derive(Clone, Copy, Debug)]
+pub struct MotionDesc<'a> {
+    /// Skeleton of the clip.
+    pub skeleton: &'a Skeleton,
+    /// Motion to write.
+    pub clip: &'a Clip,
+    /// Unit of lengths in the file, in metres: 0.01 for centimetres.
+    pub metres_per_unit: f64,
+}
+
 /// Writes a motion as BVH. The root has positions and Z X Y rotations; the other joints have
-/// rotations, and positions if the clip moves joints. Lengths are divided by `metres_per_unit`.
+/// rotations, and positions if the clip moves joints.
 ///
 /// Joints are written depth first. Skeletons from BVH files keep their order. Characters that BVH
 /// names cannot contain (braces, line ends) are replaced by `_`.
 ///
 /// # Errors
 /// An error of `out`, or `InvalidInput` if the scale is not a positive number.
-pub fn write(
-    out: &mut impl Write,
-    skeleton: &Skeleton,
-    clip: &Clip,
-    metres_per_unit: f64,
-) -> io::Result<()> {
+pub fn write(out: &mut impl Write, desc: MotionDesc<'_>) -> io::Result<()> {
+    let MotionDesc {
+        skeleton,
+        clip,
+        metres_per_unit,
+    } = desc;
     if !(metres_per_unit.is_finite() && metres_per_unit > 0.0) {
         let what = format!("a scale of {metres_per_unit} metres per unit is not possible");
         return Err(io::Error::new(io::ErrorKind::InvalidInput, what));

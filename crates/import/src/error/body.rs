@@ -44,7 +44,7 @@ pub enum BodyFileError {
     Ambiguous {
         /// Index of the sphere.
         sphere: usize,
-        /// As written.
+        /// Name of the joint, as written.
         joint: String,
     },
     /// The skeleton has no joint of this name.

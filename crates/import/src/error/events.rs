@@ -43,11 +43,11 @@ pub enum EventsError {
         "\"{file}\", event {event}: several joints are called \"{joint}\"; name one of them, as \"{joint}_2\", or rename them in the file"
     )]
     Ambiguous {
-        /// As written.
+        /// Name of the clip's file, as written.
         file: String,
         /// Index of the event.
         event: usize,
-        /// As written.
+        /// Name of the joint, as written.
         joint: String,
     },
     /// An attack has no joints.

@@ -167,7 +167,7 @@ pub enum ReadError {
     Retargeted {
         /// The file.
         path: PathBuf,
-        /// What is invalid.
+        /// Reason why the motion is invalid.
         error: ClipError,
     },
     /// An events file is invalid or does not fit the clips.

@@ -39,10 +39,10 @@ impl Cover<'_> {
     /// Repeatedly chooses the ball that covers the most remaining points. Ties are decided for the
     /// larger ball, then for the first.
     fn greedy(&mut self, ball_at: impl Fn(usize) -> Ball) -> Vec<usize> {
-        let covered: Vec<Bits> = (0..self.balls.len())
+        let covered: Vec<PointSet> = (0..self.balls.len())
             .map(|ball| self.covered_by(ball))
             .collect();
-        let mut left = Bits::all(self.points.len());
+        let mut left = PointSet::all(self.points.len());
         let mut chosen = Vec::new();
         while chosen.len() < self.most {
             let Some(open) = left.first() else { break };
@@ -71,8 +71,8 @@ impl Cover<'_> {
         chosen
     }
 
-    fn covered_by(&self, ball: usize) -> Bits {
-        Bits::of(self.points.len(), |point| self.covers(ball, point))
+    fn covered_by(&self, ball: usize) -> PointSet {
+        PointSet::of(self.points.len(), |point| self.covers(ball, point))
     }
 
     /// Removes balls whose points later choices cover completely.
@@ -159,9 +159,9 @@ impl Cover<'_> {
 }
 
 /// A set of points.
-struct Bits(Vec<u64>);
+struct PointSet(Vec<u64>);
 
-impl Bits {
+impl PointSet {
     fn of(count: usize, has: impl Fn(usize) -> bool) -> Self {
         let word = |word: usize| {
             let points = 64 * word..count.min(64 * (word + 1));

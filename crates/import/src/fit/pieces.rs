@@ -8,9 +8,9 @@ use glam::Vec3;
 
 use super::Mesh;
 
-/// Pieces that are made beside the triangles that the mesh has. The length that is allowed is doubled until they are enough.
+/// Maximum number of pieces beyond the mesh's triangles. The allowed length is doubled until they suffice.
 const MOST_ADDED: usize = 150_000;
-/// No edge shorter than this share of the mesh's size is halved.
+/// Minimum length of an edge that is halved, as a share of the mesh's size.
 const SHORTEST: f32 = 1.0 / 256.0;
 
 /// The corners of all pieces, with the orientation of their triangles.

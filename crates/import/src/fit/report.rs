@@ -61,8 +61,8 @@ impl Misfit {
 }
 
 impl JointFit {
-    /// What is wrong with the fit, in words, where it misses the settings by far: the spheres stick out by more than twice the bulge
-    /// and `spacing`, or the mesh by more than twice the cover and `spacing`.
+    /// Describes the fit if it misses the settings by far: the spheres stick out by more than twice the bulge and `spacing`,
+    /// or the mesh by more than twice the cover and `spacing`.
     #[must_use]
     pub fn misfit(&self, settings: &FitSettings, spacing: f32) -> Option<String> {
         let sides = [

@@ -21,13 +21,14 @@ const MOST_CHOSEN: usize = 100_000;
 /// Two normals point the same way if the cosine of their angle is above this.
 const ALIKE: f32 = 0.5;
 
-/// The points.
+/// Points on a mesh.
 pub(super) struct Points {
     pub places: Vec<Vec3>,
     pub joints: Vec<JointId>,
-    /// Normals of the triangles by their orientation; of a vertex the mean of its triangles' by area.
+    /// Unit normals. For a point on a triangle, the triangle's normal by its orientation; for a vertex, the mean of its
+    /// triangles' normals by area.
     pub normals: Vec<Vec3>,
-    /// No place on the mesh is further from all points, metres.
+    /// Maximum distance of a place on the mesh from the nearest point, in metres.
     pub spacing: f32,
 }
 
@@ -217,7 +218,7 @@ fn vertex_normals(mesh: &Mesh) -> impl Iterator<Item = (usize, Vec3)> {
     used.filter_map(|(vertex, normal)| Some((vertex, normal?.normalize_or_zero())))
 }
 
-/// Into how many parts each edge of a triangle is cut.
+/// Number of parts that each edge of a triangle is cut into.
 fn parts([a, b, c]: [Vec3; 3], spacing: f32) -> usize {
     let longest = a.distance(b).max(b.distance(c)).max(c.distance(a));
     (longest / spacing).ceil().clamp(1.0, 1e5) as usize
@@ -232,7 +233,7 @@ fn grid_points(mesh: &Mesh, spacing: f32) -> usize {
     (0..mesh.triangles().len()).map(inner).sum()
 }
 
-/// About how many pieces the triangles are cut into: by area, and along long edges.
+/// Approximate number of pieces that the triangles are cut into: by area, and along long edges.
 fn piece_count(mesh: &Mesh, length: f32) -> usize {
     let pieces = |triangle| {
         let corners = mesh.corners(triangle);

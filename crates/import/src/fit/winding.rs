@@ -39,7 +39,7 @@ fn most_work(queries: usize) -> usize {
 pub(super) struct Winding {
     /// The corners of the mesh's triangles, or of the pieces of long ones.
     pieces: Vec<[Vec3; 3]>,
-    /// Over the middles of the pieces.
+    /// Tree of the middles of the pieces.
     tree: PointTree,
     /// One dipole for each node of the tree.
     dipoles: Vec<Dipole>,
@@ -58,7 +58,7 @@ struct Dipole {
 }
 
 impl Winding {
-    /// Chosen for about this number of queries.
+    /// Builds the tree. `queries` is the approximate number of queries, which determines the work of each.
     pub(super) fn new(mesh: &Mesh, queries: usize) -> Self {
         let pieces = pieces(mesh);
         let middles: Vec<Vec3> = pieces

@@ -13,7 +13,7 @@ use super::nodes::Local;
 use super::times::FrameTime;
 use crate::options::MOST_ENTRIES;
 
-/// What a channel moves.
+/// The node and property that a channel moves.
 struct Target {
     node: usize,
     property: Property,
@@ -42,7 +42,7 @@ fn targets(animation: &Animation) -> impl Iterator<Item = Target> + '_ {
     })
 }
 
-/// What the animations of a file move, without their keys.
+/// The nodes that the animations of a file move.
 pub(super) struct Moves {
     /// For each animation whether it moves a node.
     pub(super) animations: Vec<bool>,

@@ -18,9 +18,9 @@ const MAGIC: &[u8] = b"glTF";
 const JSON: &[u8] = b"JSON";
 const BINARY: &[u8] = b"BIN\0";
 
-/// What a file is read for.
+/// The part of a file that is read.
 #[derive(Clone, Copy, PartialEq, Eq)]
-pub(super) enum Needs {
+pub(super) enum ReadPurpose {
     /// Skeleton and animations.
     Motion,
     /// Skin and mesh.
@@ -41,7 +41,7 @@ impl Container {
     /// only for the buffers that are needed, and once for each URI.
     pub(super) fn parse(
         bytes: &[u8],
-        needs: Needs,
+        needs: ReadPurpose,
         load: impl FnMut(&Path) -> Result<Vec<u8>, String>,
     ) -> Result<Self, GltfError> {
         let (json, mut binary) = split(bytes)?;
@@ -50,8 +50,8 @@ impl Container {
             return Err(GltfError::Version(root.asset.version.clone()));
         }
         let needed = match needs {
-            Needs::Motion => motion_buffers(&root),
-            Needs::Mesh => mesh_buffers(&root),
+            ReadPurpose::Motion => motion_buffers(&root),
+            ReadPurpose::Mesh => mesh_buffers(&root),
         };
         let mut files = BufferFiles {
             load,

@@ -6,11 +6,11 @@ use serde::Deserialize;
 
 use super::GltfError;
 use super::animation::{Moves, Tracks, node_name};
-use super::container::{Container, Needs};
+use super::container::{Container, ReadPurpose};
 use super::nodes::{Local, Nodes, World};
 use super::times::Frames;
 use crate::EventEntry;
-use crate::bvh::{MotionError, Taken};
+use crate::bvh::{MotionError, UsedNames};
 use crate::options::{LONGEST_CLIP, MOST_ENTRIES};
 use sabaki::anim::{Clip, ClipDesc, Joint, JointId, JointKind, Skeleton};
 
@@ -53,7 +53,7 @@ impl GltfFile {
         bytes: &[u8],
         load: impl FnMut(&Path) -> Result<Vec<u8>, String>,
     ) -> Result<Self, GltfError> {
-        let container = Container::parse(bytes, Needs::Motion, load)?;
+        let container = Container::parse(bytes, ReadPurpose::Motion, load)?;
         let nodes = Nodes::of(&container.root)?;
         let rig = Rig::new(&container, &nodes);
         let of_rig: HashSet<usize> = rig.chain.iter().map(|link| link.node).collect();
@@ -64,7 +64,7 @@ impl GltfFile {
         }
         let skeleton = rig.skeleton(&container, &moves.nodes)?;
         let (mut animations, mut entries) = (Vec::new(), 0);
-        let mut taken = Taken::default();
+        let mut taken = UsedNames::default();
         let all = container.root.animations.iter().zip(moves.animations);
         for (index, (animation, has_tracks)) in all.enumerate() {
             let name = animation
@@ -75,7 +75,7 @@ impl GltfFile {
             if !has_tracks {
                 continue;
             }
-            // Of one animation at a time: keys take more memory than frames.
+            // The keys of one animation at a time are in memory, because keys take more than frames.
             let mut tracks = Tracks::new(name);
             tracks.read(&container, animation, is_moving)?;
             animations.push(GltfAnimation {
@@ -163,7 +163,7 @@ fn repeated_names(container: &Container, nodes: &[usize]) -> Vec<String> {
 fn events_of(animation: &gltf_json::Animation, name: &str) -> Result<Vec<EventEntry>, GltfError> {
     /// Contents of the key `sabaki`.
     #[derive(Deserialize)]
-    struct Ours {
+    struct SabakiExtras {
         events: Vec<EventEntry>,
     }
     let Some(extras) = &animation.extras else {
@@ -176,7 +176,7 @@ fn events_of(animation: &gltf_json::Animation, name: &str) -> Result<Vec<EventEn
     // Other keys belong to other programs and may hold anything.
     let value: serde_json::Value = serde_json::from_str(extras.get()).map_err(failed)?;
     match value.get("sabaki") {
-        Some(ours) => Ok(Ours::deserialize(ours).map_err(failed)?.events),
+        Some(ours) => Ok(SabakiExtras::deserialize(ours).map_err(failed)?.events),
         None => Ok(Vec::new()),
     }
 }
@@ -255,7 +255,7 @@ impl<'a> Rig<'a> {
         for parent in self.parents().flatten() {
             has_child[parent] = true;
         }
-        let mut taken = Taken::default();
+        let mut taken = UsedNames::default();
         let mut joints = Vec::with_capacity(rest.len());
         for (index, (parent, (rotation, offset))) in self.parents().zip(rest).enumerate() {
             let node = self.nodes.joints[index];

@@ -13,10 +13,10 @@ use gltf_json::validation::Checked;
 
 use super::GltfError;
 use super::animation::node_name;
-use super::container::{Container, Needs};
+use super::container::{Container, ReadPurpose};
 use super::nodes::{Local, Nodes, World};
 use super::texture::{Material, Materials, Texture};
-use crate::bvh::Taken;
+use crate::bvh::UsedNames;
 
 /// Maximum number of vertices, and of triangles, of a mesh. It limits memory.
 pub const MOST_VERTICES: usize = 1 << 20;
@@ -76,7 +76,7 @@ impl SkinnedMesh {
         bytes: &[u8],
         mut load: impl FnMut(&Path) -> Result<Vec<u8>, String>,
     ) -> Result<Self, GltfError> {
-        let container = Container::parse(bytes, Needs::Mesh, &mut load)?;
+        let container = Container::parse(bytes, ReadPurpose::Mesh, &mut load)?;
         let skin = Skin::of(&container)?;
         let mut builder = Builder {
             container: &container,
@@ -139,7 +139,11 @@ struct Skin {
 impl Skin {
     fn of(container: &Container) -> Result<Self, GltfError> {
         let root = &container.root;
-        let largest = { root.skins.iter().enumerate().rev() }
+        let largest = root
+            .skins
+            .iter()
+            .enumerate()
+            .rev()
             .max_by_key(|(_, skin)| skin.joints.len())
             .filter(|(_, skin)| !skin.joints.is_empty());
         let (index, skin) = largest.ok_or(GltfError::NoMesh)?;
@@ -157,7 +161,7 @@ impl Skin {
         }
         let (mut joints, mut places) = (Vec::new(), HashMap::new());
         let mut order = vec![0; skin.joints.len()];
-        let mut taken = Taken::default();
+        let mut taken = UsedNames::default();
         for &node in &nodes.joints {
             let name = taken.first_free(&node_name(container, node), "_");
             let Some(&joint) = of_node.get(&node) else {
@@ -171,8 +175,8 @@ impl Skin {
             if !rotation.is_normalized() || !position.is_finite() {
                 return Err(wrong("its bind matrix has no inverse"));
             }
-            let above = std::iter::successors(nodes.parent(node), |&node| nodes.parent(node));
-            let parent = { above }.find_map(|node| places.get(&node).copied());
+            let mut above = std::iter::successors(nodes.parent(node), |&node| nodes.parent(node));
+            let parent = above.find_map(|node| places.get(&node).copied());
             places.insert(node, joints.len());
             order[joint] = joints.len() as u16;
             joints.push(SkinJoint {

@@ -125,7 +125,7 @@ fn jpeg(bytes: &[u8]) -> Result<Texture, String> {
     })
 }
 
-/// What a primitive is coloured with.
+/// Colour and texture of a primitive.
 pub(super) struct Material {
     /// Linear colour.
     pub(super) factor: [f32; 4],
@@ -178,14 +178,18 @@ impl<'a, 'l> Materials<'a, 'l> {
             what,
             index,
         };
-        let material = { root.materials.get(material.value()) }
+        let material = root
+            .materials
+            .get(material.value())
             .ok_or_else(|| missing("material", material.value()))?;
         let base = &material.pbr_metallic_roughness;
         found.factor = base.base_color_factor.0.map(|part| part.clamp(0.0, 1.0));
         let Some(info) = &base.base_color_texture else {
             return Ok(found);
         };
-        let texture = { root.textures.get(info.index.value()) }
+        let texture = root
+            .textures
+            .get(info.index.value())
             .ok_or_else(|| missing("texture", info.index.value()))?;
         let image = texture.source.value();
         let decoded = self.image(image)?;

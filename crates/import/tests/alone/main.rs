@@ -21,11 +21,13 @@ fn corpus(target: &str) -> Vec<(String, Vec<u8>)> {
     let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR"))
         .join("tests/corpus")
         .join(target);
-    let mut names: Vec<PathBuf> = { std::fs::read_dir(folder).unwrap() }
+    let mut names: Vec<PathBuf> = std::fs::read_dir(folder)
+        .unwrap()
         .map(|entry| entry.unwrap().path())
         .collect();
     names.sort();
-    let mut inputs: Vec<(String, Vec<u8>)> = { names.into_iter() }
+    let mut inputs: Vec<(String, Vec<u8>)> = names
+        .into_iter()
         .map(|path| (path.display().to_string(), std::fs::read(&path).unwrap()))
         .collect();
     if target == "baked" {
@@ -127,7 +129,8 @@ fn damaged(input: &[u8], damages: &[Damage]) -> Vec<u8> {
 
 /// Damages a target's corpus a number of times.
 fn damage(target: &str, cases: u32) {
-    let (_, run) = { targets::TARGETS.into_iter() }
+    let (_, run) = targets::TARGETS
+        .into_iter()
         .find(|(name, _)| *name == target)
         .unwrap();
     let inputs = corpus(target);

@@ -46,7 +46,12 @@ pub fn bvh_file(bytes: &[u8]) {
         return;
     }
     let mut written = Vec::new();
-    bvh::write(&mut written, &skeleton, &clip, scale.metres_per_unit).unwrap();
+    let desc = bvh::MotionDesc {
+        skeleton: &skeleton,
+        clip: &clip,
+        metres_per_unit: scale.metres_per_unit,
+    };
+    bvh::write(&mut written, desc).unwrap();
     // What is written has digits enough for single precision, which a clip of a strange unit may exceed.
     if let Ok(again) = BvhFile::parse(&written)
         && let Ok((same, _)) = again.motion("fuzzed", scale.metres_per_unit)
@@ -189,8 +194,8 @@ pub fn obj_file(bytes: &[u8]) {
     let Ok(mesh) = parse_obj(bytes) else {
         return;
     };
-    let corners = mesh.triangles().iter().flatten();
+    let mut corners = mesh.triangles().iter().flatten();
     let vertices = mesh.positions().len() as u32;
-    assert!({ corners }.all(|&corner| corner < vertices));
+    assert!(corners.all(|&corner| corner < vertices));
     assert!(mesh.positions().iter().all(|place| place.is_finite()));
 }

@@ -44,7 +44,7 @@ impl Facing {
         self.placement_by(|joint| joints[joint.index()])
     }
 
-    /// The same, with the frame of each joint that is asked for.
+    /// [`Facing::placement`] with a function that returns the frame of a joint.
     pub fn placement_by(self, frame: impl Fn(JointId) -> JointTransform) -> Rigid2 {
         let root = frame(JointId::ROOT);
         let forward = match self.pair {

@@ -18,7 +18,7 @@ pub struct Reach {
     pub missed: f32,
 }
 
-/// Where a leg is put.
+/// Target of a leg.
 #[derive(Clone, Copy, Debug)]
 pub struct LegGoal {
     /// The foot's frame, in the space of the motion.

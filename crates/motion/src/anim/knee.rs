@@ -1,6 +1,6 @@
-//! Where a knee bends: in its plane, or about an axis where its plane means little.
+//! The axis about which a knee bends: the normal of its plane, or an axis in the hip's frame if the leg is nearly straight.
 //!
-//! Ours; the rotations are those of [`Leg::reach`].
+//! The method is ours; the rotations are those of [`Leg::reach`].
 
 use glam::{Quat, Vec2, Vec3};
 use serde::{Deserialize, Serialize};
@@ -11,15 +11,16 @@ use crate::math::smooth_step;
 /// The direction in which [`Leg::reach_goal`] bends a knee.
 #[derive(Clone, Copy, Debug)]
 pub enum Knee {
-    /// In the plane in which it is bent. A straight leg bends towards where the foot points.
+    /// The knee bends in its present plane. A straight leg bends towards where the foot points.
     InPlane,
-    /// In that plane if it is bent well, or else about an axis in the hip's frame; one that is zero is unknown, and the foot tells.
+    /// The knee bends in its present plane if it is clearly bent, otherwise about this axis in the hip's frame. If the axis
+    /// is zero, the direction of the foot determines the plane.
     ///
-    /// The plane of a leg that is nearly straight means little, and a blend of two motions may bend a knee the wrong way.
+    /// The plane of a nearly straight leg is unreliable, and a blend of two motions may bend a knee the wrong way.
     Forward(Vec3),
 }
 
-/// How far a knee may be bent the wrong way.
+/// Limit of the rotation of a knee the wrong way.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct KneeLimit {
     /// Axis about which the shin rotates to straighten the knee, in the hip's frame; zero if it is unknown.
@@ -29,7 +30,7 @@ pub struct KneeLimit {
 }
 
 impl KneeLimit {
-    /// Whether it is one: asked of what is read from a file.
+    /// Whether the hinge is zero or a unit vector and the flexion is finite. Checks values that come from a file.
     pub fn is_sound(&self) -> bool {
         let is_axis = self.hinge == Vec3::ZERO || self.hinge.is_normalized();
         self.hinge.is_finite() && is_axis && self.flexion.is_finite()
@@ -78,9 +79,9 @@ pub(super) struct KneePlane {
 }
 
 impl KneePlane {
-    /// Of a knee whose plane is trusted as soon as it is bent.
+    /// [`KneePlane::trusted`] of a knee whose plane is trusted as soon as it is bent.
     pub(super) const BENT: [f32; 2] = [0.04, 0.04];
-    /// Of a knee that a blend of two motions may have bent the wrong way. No knee is bent far the wrong way.
+    /// [`KneePlane::trusted`] of a knee that a blend of two motions may have bent the wrong way, but not far.
     pub(super) const BLENDED: [f32; 2] = [0.25, 0.8];
 
     /// Rotation of the shin that changes the knee's half angle from one to another, both as sine and cosine.

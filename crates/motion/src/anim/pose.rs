@@ -24,7 +24,7 @@ impl Pose {
         }
     }
 
-    /// Becomes another posture, in the memory that it has.
+    /// Copies another pose into this one and reuses its memory.
     #[doc(hidden)]
     pub fn copy_from(&mut self, other: &Self) {
         self.root = other.root;

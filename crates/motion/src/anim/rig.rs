@@ -20,7 +20,7 @@ pub struct Rig {
 pub struct RiggedSkeleton<'a> {
     /// The skeleton.
     pub skeleton: &'a Skeleton,
-    /// Its spine and limbs.
+    /// Spine and limbs of the skeleton.
     pub rig: &'a Rig,
 }
 

@@ -43,7 +43,7 @@ impl Envelope {
         }
     }
 
-    /// The same envelope on a clock that starts `seconds` later.
+    /// The envelope on a clock that starts `seconds` later.
     #[must_use]
     pub fn since(&self, seconds: f32) -> Self {
         Self {

@@ -13,17 +13,17 @@ use super::tracks::{MotionKeys, Tracks};
 use crate::anim::{Clip, ClipId, JointId, Skeleton};
 use crate::lod::{Level, LevelId, LevelMotion, LevelTrack, Levels, Translations};
 
-/// What a crowd can play: clips of one skeleton on each of its levels, as the kernels read them.
-/// Immutable once made; share it by reference count.
+/// The clips of one skeleton that a crowd can play, on each of its levels, in the form that the kernels read. It is
+/// immutable; share it by reference count.
 #[derive(Clone, Debug)]
 pub struct AnimationSet {
     /// The keys of all clips and levels.
     pub(super) keys: KeyBank,
-    /// One for each level.
+    /// The joints of each level, and where their keys are; one entry for each level.
     pub(super) banks: Vec<LevelClips>,
-    /// For each level its steps to the levels after it.
+    /// Steps from each level to the levels after it; one list for each level.
     pub(super) steps: Vec<Vec<LevelStep>>,
-    /// One for each clip and layer.
+    /// Range of keys of each clip, then of each additive layer.
     pub(super) ranges: Vec<ClipRange>,
     /// Number of clips, which come before the additive layers.
     clips: usize,
@@ -31,11 +31,11 @@ pub struct AnimationSet {
     durations: Vec<f32>,
     /// The joints of each level.
     kept: Vec<Vec<JointId>>,
-    /// Of each level, the joint that draws each joint of the skeleton.
+    /// For each level, the index of the joint that draws each joint of the skeleton.
     carriers: Vec<Vec<u16>>,
 }
 
-/// What a motion adds to its first frame.
+/// Converts a motion to its differences from its first frame.
 fn additive(motion: LevelMotion) -> LevelMotion {
     let tracks = motion.tracks.into_iter().map(|track| {
         let (turn, place) = (track.rotations[0].inverse(), track.translations.at(0));
@@ -61,10 +61,10 @@ impl AnimationSet {
     /// Largest number of clips times levels.
     pub const MOST_MOTIONS: usize = slot::MOST_MOTIONS;
 
-    /// Clips without additive layers: see [`AnimationSet::build`].
+    /// Builds the animations of clips without additive layers: see [`AnimationSet::build`].
     ///
     /// # Errors
-    /// Those of [`AnimationSet::build`].
+    /// The errors of [`AnimationSet::build`].
     pub fn new(skeleton: &Skeleton, clips: &[Clip], levels: &[Level]) -> Result<Self, CrowdError> {
         Self::build(&AnimationSetDesc {
             skeleton,
@@ -98,7 +98,7 @@ impl AnimationSet {
             if index >= clips.len() {
                 motions = motions.into_iter().map(additive).collect();
             }
-            // As many keys on every level, so that a moment is the same number on all of them.
+            // All levels have equally many keys, so that a moment has the same number on all of them.
             let mut keys_of_frames = vec![1; clip.frames() - 1];
             for motion in &motions {
                 count_keys(motion, &mut keys_of_frames);
@@ -225,5 +225,9 @@ impl AnimationSet {
 }
 
 fn carriers(level: &Level) -> Vec<u16> {
-    level.seats.iter().map(|seat| seat.carrier).collect()
+    level
+        .attachments
+        .iter()
+        .map(|attachment| attachment.carrier)
+        .collect()
 }

@@ -1,11 +1,11 @@
-//! What a crowd's clips and levels are made of.
+//! Input of [`AnimationSet::build`](super::AnimationSet::build).
 
 use super::error::CrowdError;
 use super::slot::MOST_MOTIONS;
 use crate::anim::{Clip, Skeleton};
 use crate::lod::Level;
 
-/// What an [`AnimationSet`](super::AnimationSet) is made of.
+/// The skeleton, clips, layers and levels of an [`AnimationSet`](super::AnimationSet).
 #[derive(Clone, Copy, Debug)]
 pub struct AnimationSetDesc<'a> {
     /// The skeleton of all clips.

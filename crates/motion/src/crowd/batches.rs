@@ -6,12 +6,12 @@ use super::moment::Reach;
 use super::moments::Moments;
 use super::scratch::AHEAD;
 
-/// Groups whose moments are found together.
+/// Consecutive groups whose moments are found together.
 #[derive(Clone, Copy)]
 pub(super) struct Batch {
-    /// Turn of the first of them.
+    /// Turn of the first group of the batch.
     pub(super) begun: usize,
-    /// At most [`AHEAD`].
+    /// Number of groups, at most [`AHEAD`].
     pub(super) count: usize,
 }
 
@@ -22,7 +22,8 @@ impl Batch {
         self.begun + AHEAD
     }
 
-    /// Where their moments are: two batches take turns.
+    /// Indices of the batch's moments in [`Scratch::moments`](super::scratch::Scratch::moments). Two batches alternate
+    /// there.
     #[inline(always)]
     pub(super) fn places(self) -> Range<usize> {
         let first = self.begun % (2 * AHEAD);
@@ -35,24 +36,24 @@ impl Batch {
     }
 }
 
-/// The groups that are posed, and those that are posed after them.
+/// The groups that are posed now, and those that are posed next.
 #[derive(Clone, Copy)]
 pub(super) struct Batches {
     pub(super) now: Batch,
     pub(super) next: Batch,
-    /// Whether the keys of the first group of `now` that is read one by one have been asked for.
+    /// Whether the keys of the first group of `now` that is read row by row have been prefetched.
     pub(super) is_fetched: bool,
 }
 
 impl Batches {
-    /// Goes on to the groups after these.
+    /// Makes the next batch the present one.
     #[inline(always)]
     pub(super) fn advance(&mut self, is_fetched: bool) {
         self.now = self.next;
         self.is_fetched = is_fetched;
     }
 
-    /// The visible groups of each reach.
+    /// The visible groups, by the reach of their lanes.
     #[inline(always)]
     pub(super) fn by_reach(&self, moments: &[Moments]) -> [Picked; Reach::COUNT] {
         let mut picked = [Picked::NONE; Reach::COUNT];
@@ -89,7 +90,7 @@ impl Batches {
     }
 }
 
-/// Some of the groups that are posed, and the first of those after them.
+/// Some of the groups that are posed now, and the first such group of the next batch.
 #[derive(Clone, Copy)]
 pub(super) struct Picked {
     places: [u8; AHEAD + 1],
@@ -119,25 +120,25 @@ impl Picked {
         }
     }
 
-    /// Number of those that are posed now.
+    /// Number of groups that are posed now.
     #[inline(always)]
     pub(super) fn now(&self) -> usize {
         usize::from(self.now)
     }
 
-    /// Where the moments are of those that are posed now, and of the one after them.
+    /// Indices of the moments of the groups that are posed now, and of the one after them.
     #[inline(always)]
     pub(super) fn places(&self) -> &[u8] {
         &self.places[..usize::from(self.all)]
     }
 
-    /// Where the moments are of the group at a turn; of the last one for the turn after it.
+    /// Index of the moments of the group at a turn. The turn after the last group gives the last group.
     #[inline(always)]
     pub(super) fn place(&self, turn: usize) -> usize {
         usize::from(self.places[turn.min(usize::from(self.all) - 1)])
     }
 
-    /// Whether there is one after those that are posed now.
+    /// Whether the next batch has a group of this selection.
     #[inline(always)]
     pub(super) fn goes_on(&self) -> bool {
         self.all > self.now

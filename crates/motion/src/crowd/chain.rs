@@ -1,8 +1,8 @@
-//! The joints of one part of a group: each from its parent, then the blending between levels, then the output.
+//! Computes the joints of one part of a group: each from its parent, then the blending between levels, then the output.
 //!
-//! Source: Hasegawa, Nishio & Kobori, 3 (joints of a level evaluated in model space). Differs: one joint of sixteen
-//! characters is computed at once, a character in each lane. Joints stand breadth-first, so that a joint seldom waits for
-//! the one just before it. These loops are large: they are compiled once, for all kinds of places that they may go to.
+//! Source: Hasegawa, Nishio & Kobori, 3 (joints of a level evaluated in model space). Differs: a joint of sixteen
+//! characters is computed at once, one character in each lane. Joints are in breadth-first order, so that a joint seldom
+//! waits for the one just before it. These loops are large: they are compiled once, for all kinds of targets.
 
 use bytemuck::Zeroable;
 
@@ -23,12 +23,12 @@ pub(super) struct Posing<'a, P: JointMath> {
     pub(super) group: &'a Group,
     pub(super) models: &'a mut [P::Model],
     pub(super) ahead: Ahead<'a>,
-    /// Nobody is on the way to another level.
+    /// Whether all characters look as on the posed level, so that no joint is blended towards a coarser one.
     pub(super) is_posed: bool,
 }
 
 impl<'a, P: JointMath> Posing<'a, P> {
-    /// All joints of one part, parents first. `fetch` is told of each joint of the first part.
+    /// Computes all joints of one part of the group, parents first. `fetch` is called with each joint of the first part.
     #[inline(always)]
     pub(super) fn joints<L: Lanes, S: Source<L>, F: Fetch>(
         self,
@@ -39,7 +39,7 @@ impl<'a, P: JointMath> Posing<'a, P> {
         L::apart(self.of_part(part, source, fetch));
     }
 
-    /// The same without a call.
+    /// [`Posing::joints`], inlined into the caller and without prefetching.
     #[inline(always)]
     pub(super) fn joints_here<L: Lanes, S: Source<L>>(self, part: usize, source: S) {
         Apart::<L>::run(self.of_part(part, source, None::<&KeyRows<'_>>));
@@ -61,7 +61,7 @@ impl<'a, P: JointMath> Posing<'a, P> {
     }
 }
 
-/// The joints of one part of a group, and where their motion comes from.
+/// The joints of one part of a group, and the source of their motion.
 struct PartJoints<'a, P: JointMath, S, F> {
     posing: Posing<'a, P>,
     part: usize,
@@ -70,7 +70,7 @@ struct PartJoints<'a, P: JointMath, S, F> {
 }
 
 impl<L: Lanes, P: JointMath, S: Source<L>, F: Fetch> Apart<L> for PartJoints<'_, P, S, F> {
-    /// Each joint from its parent.
+    /// Computes each joint from its parent.
     #[inline(always)]
     fn run(self) {
         let Self {
@@ -117,8 +117,8 @@ impl<L: Lanes, P: JointMath, S: Source<L>, F: Fetch> Apart<L> for PartJoints<'_,
 }
 
 impl Level<'_> {
-    /// Whether nobody of a group is on the way to a level so many steps further, or beyond. Asked of the whole group, so
-    /// that the same is computed on registers of every width.
+    /// Whether no character of a group has a level that is more than `steps` levels coarser than the posed one. The whole
+    /// group is tested, so that registers of every width compute the same.
     #[inline(always)]
     pub(super) fn shows<L: Lanes>(&self, detail: &F32x16, steps: usize) -> bool {
         let mut shows = true;
@@ -130,7 +130,7 @@ impl Level<'_> {
     }
 }
 
-/// Puts the joints of one part that are blended towards coarser levels where they are carried.
+/// Moves the joints of one part that are blended towards coarser levels to where their carriers draw them.
 struct StepOn<'a, P: JointMath> {
     level: Level<'a>,
     group: &'a Group,
@@ -139,7 +139,7 @@ struct StepOn<'a, P: JointMath> {
 }
 
 impl<L: Lanes, P: JointMath> Apart<L> for StepOn<'_, P> {
-    /// The coarsest level comes first: what is carried by such a joint goes with it.
+    /// Takes the steps of the coarsest level first, so that a joint that is attached to a removed joint moves with it.
     #[inline(always)]
     fn run(self) {
         let Self {
@@ -157,7 +157,7 @@ impl<L: Lanes, P: JointMath> Apart<L> for StepOn<'_, P> {
             for removed in &step.removed {
                 let ready = P::ready(Local::<L>::splat(removed.turn, removed.place));
                 let mut there = P::Model::zeroed();
-                P::ride(
+                P::compose_blended(
                     &models[usize::from(removed.carrier)],
                     ready,
                     &mut there,

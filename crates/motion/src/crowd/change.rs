@@ -31,7 +31,7 @@ impl Crowd {
         } else if slot != NOWHERE && slot & PARKED == 0 && self.fits(slot, &state) {
             let [before, after] =
                 [before, state.level()].map(|level| self.animations.joints(level));
-            self.debt.joints += before as isize - after as isize;
+            self.stale_cost.joints += before as isize - after as isize;
             self.schedule.write(Slot::of(slot), &state, clock);
         } else {
             state.is_late = true;
@@ -44,7 +44,7 @@ impl Crowd {
         !state.is_inactive && self.schedule.cold[Slot::of(slot).group].kind.takes(state)
     }
 
-    /// Takes the level that a frame has chosen, and whether it saw the character, from the character's lane.
+    /// Reads the level that a frame has chosen, and whether the character was visible, from the character's lane.
     pub(super) fn store_detail(&self, id: MemberId, state: &mut CharacterState) {
         let slot = self.slots[id.index()];
         if slot & PARKED == 0 && !state.is_late {

@@ -46,7 +46,7 @@ impl Default for Placement {
     }
 }
 
-/// What one character of a crowd plays, and where it stands.
+/// The motion, level of detail and placement of one character of a crowd.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Character {
     /// The clip, which is played in a loop.
@@ -93,42 +93,42 @@ impl Default for Character {
 pub struct ClipMix {
     /// The clip.
     pub clip: ClipId,
-    /// Time in it, in seconds, as [`Character::time`].
+    /// Time in the clip, in seconds, as [`Character::time`].
     pub time: f32,
-    /// Its playback rate, as [`Character::speed`].
+    /// Playback rate of the clip, as [`Character::speed`].
     pub speed: f32,
-    /// How much of it: see [`Character::fade`] and [`Character::layer`].
+    /// Weight of the clip: see [`Character::fade`] and [`Character::layer`].
     pub weight: f32,
 }
 
-/// A character as the crowd stores it: 128 bytes, what sorting reads in the first 64.
+/// A character as the crowd stores it: 128 bytes. Sorting reads only the first 64.
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(64))]
 pub(super) struct CharacterState {
     /// Position in the clip at crowd time 0, in frames. Double precision, so that no error adds up.
     phase: f64,
-    /// Seconds of the clip per second.
+    /// Playback rate, in seconds of the clip per second.
     speed: f32,
     pub(super) cos: f32,
     pub(super) sin: f32,
     pub(super) x: f32,
     pub(super) y: f32,
     pub(super) z: f32,
-    /// Level plus blend. While the character is in a group, the group's lane is newer.
+    /// Level plus blend. The lane of a character that is in a group holds a newer value.
     pub(super) detail: f32,
     pub(super) clip: ClipId,
     pub(super) mix: Mix,
     pub(super) is_inactive: bool,
-    /// Outside the frustum of the last frame.
+    /// Whether the character was outside the frustum of the last frame.
     pub(super) is_culled: bool,
-    /// Waits for a group: the state is newer than the group's lane.
+    /// Whether the character waits for a group. Its state is then newer than the group's lane.
     pub(super) is_late: bool,
-    /// The character's own clip with a weight of 0 where nothing is mixed in.
+    /// The second clip; the character's own clip with a weight of 0 if nothing is mixed in.
     fade: MixState,
     layer: MixState,
 }
 
-/// A clip that is mixed in, as [`CharacterState`] has its own.
+/// State of a clip that is mixed in, with the fields of [`CharacterState`].
 #[derive(Clone, Copy, Debug)]
 struct MixState {
     phase: f64,
@@ -173,7 +173,7 @@ impl MixState {
 }
 
 impl CharacterState {
-    /// A character whose clips exist, at the crowd's time `now`.
+    /// Creates the state of a character whose clips exist, at the crowd's time `now`, in seconds.
     pub(super) fn new(character: &Character, animations: &AnimationSet, now: f64) -> Self {
         let own = ClipMix {
             clip: character.clip,
@@ -215,7 +215,7 @@ impl CharacterState {
         state
     }
 
-    /// What the character plays at this moment.
+    /// The description of the character at the crowd's time `now`, in seconds.
     pub(super) fn character(&self, animations: &AnimationSet, now: f64) -> Character {
         let own = self.own().clip_mix(animations, now);
         let fade = self.fade.clip_mix(animations, now);
@@ -256,7 +256,7 @@ impl CharacterState {
         animations.keys.frames.position(range, start) / range.intervals as f32
     }
 
-    /// The character's clips for a group whose clock stands at 0 at `base`.
+    /// The character's clips as lanes of a group whose clock is 0 at the crowd's time `base`, in seconds.
     pub(super) fn lane<'a>(&self, animations: &'a AnimationSet, base: f64) -> LaneClips<'a> {
         let own = self.own().lane(animations, base);
         let mixed = |is_mixed: bool, mix: &MixState| match is_mixed {
@@ -280,7 +280,7 @@ impl CharacterState {
     }
 }
 
-/// From `least` to 1; 0 for NaN, which `clamp` would keep.
+/// `share` clamped to `least..=1`; 0 for NaN, which `clamp` would keep.
 pub(super) fn clamped(share: f32, least: f32) -> f32 {
     if share.is_nan() {
         0.0

@@ -33,7 +33,7 @@ impl Schedule {
         }
     }
 
-    /// All chunks.
+    /// The pieces of each chunk.
     pub(super) fn parts(&self) -> impl Iterator<Item = &[Piece]> {
         (0..self.ends.len()).map(|chunk| self.part(chunk))
     }
@@ -43,19 +43,19 @@ impl Schedule {
         self.ends.len()
     }
 
-    /// One chunk, in the order of the output.
+    /// The pieces of one chunk, in the order of the output.
     pub(super) fn part(&self, chunk: usize) -> &[Piece] {
         let start = chunk.checked_sub(1).map_or(0, |before| self.ends[before]);
         &self.pieces[start..self.ends[chunk]]
     }
 
-    /// Whether the groups of a piece take turns to be posed: they are no finer than the hold says, and none was made since the
-    /// last sorting. It is the same for all groups of a bucket, however they are cut into pieces.
+    /// Whether the groups of a piece are posed in turn: their level is no finer than [`Hold::from`], and all existed at the
+    /// last sorting. The answer is the same for all groups of a bucket, however they are cut into pieces.
     pub(super) fn is_held(&self, piece: &Piece, hold: Hold) -> bool {
         hold.frames > 0 && piece.level >= hold.from && piece.groups.end <= self.first_late
     }
 
-    /// Whether a group has just come into view: its pose may be older than it may be.
+    /// Whether a group has just come into view. Its pose may then be too old.
     pub(super) fn is_new_in_view(&self, group: usize) -> bool {
         self.visible[group] != 0 && !self.was_visible[group]
     }

@@ -1,33 +1,34 @@
-//! Where the keys of a clip stand among those of all clips.
+//! Positions of a clip's keys among those of all clips.
 
 use super::moment::Cycle;
 
-/// Keys that a column repeats from its beginning after its end: a window that starts at the last interval goes on at the
-/// first, and no window ends beyond its column.
+/// Number of keys that a column repeats from its beginning after its end. A window that starts at the last interval
+/// continues with the first keys, and no window reads beyond its column.
 pub(super) const SPARE: usize = 64;
 
-/// A clip's intervals, on every level the same.
+/// Position of a clip's keys among those of all clips; the same on every level.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct ClipRange {
-    /// Rows of all clips before it.
+    /// Number of rows of all clips before this one.
     pub(super) row: usize,
-    /// Keys of one column of all clips before it.
+    /// Number of keys in one column of all clips before this one.
     pub(super) column: usize,
-    /// Frames of all clips before it, without the last one of each.
+    /// Number of frames of all clips before this one, not counting the last frame of each.
     pub(super) frame: usize,
-    /// Intervals between frames; at least one.
+    /// Number of intervals between frames; at least 1.
     pub(super) frames: usize,
-    /// Intervals between keys; at least one.
+    /// Number of intervals between keys; at least 1.
     pub(super) intervals: usize,
-    /// Frames per second.
+    /// Frame rate, in frames per second.
     pub(super) rate: f64,
-    /// `frames` and `intervals` for kernels.
+    /// `frames` and `intervals` in the form that kernels read.
     pub(super) frame_cycle: Cycle<f32>,
     pub(super) key_cycle: Cycle<f32>,
 }
 
 impl ClipRange {
-    /// The clip after `before`, of so many keys from each frame to the next, and frames per second.
+    /// The range of the clip that follows `before`. It has `keys_of_frames` keys from each frame to the next, and `rate`
+    /// frames per second.
     pub(super) fn after(before: Option<&Self>, keys_of_frames: &[u32], rate: f64) -> Self {
         let (row, column, frame) = match before {
             Some(range) => (
@@ -57,7 +58,7 @@ impl ClipRange {
         self.frames == self.intervals
     }
 
-    /// Frames in so many seconds.
+    /// Number of frames in `seconds`.
     pub(super) fn per_second(&self, seconds: f32) -> f64 {
         f64::from(seconds) * self.rate
     }
@@ -78,12 +79,12 @@ impl ClipRange {
         }
     }
 
-    /// Keys of a column, without those that are repeated.
+    /// Number of keys of a column, not counting repeated ones.
     pub(super) fn keys(&self) -> usize {
         self.intervals + 1
     }
 
-    /// Keys from column to column.
+    /// Number of keys from the start of one column to the start of the next.
     pub(super) fn stride(&self) -> usize {
         self.keys() + SPARE
     }

@@ -3,7 +3,7 @@ use thiserror::Error;
 use super::slot;
 use crate::lod::LodError;
 
-/// Why animations cannot be made, a character was not added or changed, or was not posed.
+/// Reason why animations cannot be built, or why a character cannot be added, changed or posed.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum CrowdError {
     /// There is no clip.
@@ -15,49 +15,49 @@ pub enum CrowdError {
     /// A clip or a level does not belong to the skeleton.
     #[error(transparent)]
     Lod(#[from] LodError),
-    /// More than [`AnimationSet::MOST_MOTIONS`](super::AnimationSet::MOST_MOTIONS).
+    /// There are more clips times levels than [`AnimationSet::MOST_MOTIONS`](super::AnimationSet::MOST_MOTIONS).
     #[error("{clips} clips on {levels} levels are more than {max} motions", max = slot::MOST_MOTIONS)]
     TooManyMotions {
-        /// How many clips.
+        /// Number of clips.
         clips: usize,
-        /// How many levels.
+        /// Number of levels.
         levels: usize,
     },
     /// The keys of all clips take more than 2^32 units of 16 bytes.
     #[error("the keys of all clips take more than 64 GiB")]
     TooManyKeys,
-    /// A clip that the animations do not have.
+    /// The animations have no clip of this id.
     #[error("there is no clip {clip}: the animations have {clips}")]
     NoSuchClip {
-        /// The clip.
+        /// Id of the clip.
         clip: u32,
-        /// How many there are.
+        /// Number of clips and layers of the animations.
         clips: usize,
     },
-    /// A clip that is no additive layer, as a layer.
+    /// A clip that is not an additive layer was given as one.
     #[error("clip {clip} is no additive layer")]
     NotALayer {
-        /// The clip.
+        /// Id of the clip.
         clip: u32,
     },
-    /// An additive layer in place of a clip.
+    /// An additive layer was given in place of a clip.
     #[error("clip {clip} is an additive layer and can only be added to others")]
     IsALayer {
-        /// The clip.
+        /// Id of the layer.
         clip: u32,
     },
-    /// A character that the crowd does not have.
+    /// The crowd has no character of this number.
     #[error("there is no character {id}: the crowd has {characters}")]
     NoSuchCharacter {
-        /// The character.
+        /// Number of the character.
         id: u32,
-        /// How many there are.
+        /// Number of characters of the crowd.
         characters: usize,
     },
-    /// A character that the last frame found outside the frustum.
+    /// The character was outside the frustum of the last frame.
     #[error("character {id} is outside the frustum and was not posed")]
     NotVisible {
-        /// The character.
+        /// Number of the character.
         id: u32,
     },
     /// The crowd is full.
@@ -66,9 +66,9 @@ pub enum CrowdError {
     /// The memory for the poses is too small; nothing was written.
     #[error("the poses take {needed} lines of 64 bytes, the memory has {found}")]
     TooSmall {
-        /// Lines that are needed.
+        /// Length that is needed, in [`F32x16`](crate::math::F32x16)s.
         needed: usize,
-        /// Lines that are there.
+        /// Length that was given, in [`F32x16`](crate::math::F32x16)s.
         found: usize,
     },
 }

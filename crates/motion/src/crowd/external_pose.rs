@@ -22,22 +22,22 @@ pub struct ExternalPose {
 pub struct ExternalGroups {
     /// Form and layout of the crowd's output.
     pub output: Output,
-    /// The line that the first group starts at.
+    /// Start of the first group in the output, in `F32x16`s.
     pub offset: usize,
 }
 
-/// Where a pose is written, and how.
+/// Destination of a pose, and the level that it is made to look like.
 pub struct ExternalTarget<'a> {
     /// Place of the pose in the output.
     pub slice: PoseSlice,
     /// The whole output.
     pub out: &'a mut [F32x16],
-    /// Level plus blend that it looks like.
+    /// Level plus blend of the appearance.
     pub detail: f32,
 }
 
 impl AnimationSet {
-    /// The slice of the character of this index.
+    /// The slice of the character at `index`.
     #[must_use]
     #[doc(hidden)]
     pub fn external_slice(&self, groups: ExternalGroups, index: usize) -> PoseSlice {
@@ -67,8 +67,8 @@ impl AnimationSet {
                 self.look(
                     detail,
                     matrices,
-                    |model, carrier, Seated { ride, weight }| {
-                        let there = carrier * affine(&ride);
+                    |model, carrier, WeightedAttachment { offset, weight }| {
+                        let there = carrier * affine(&offset);
                         model.matrix3 = model.matrix3 * (1.0 - weight) + there.matrix3 * weight;
                         model.translation = model.translation.lerp(there.translation, weight);
                     },
@@ -88,12 +88,16 @@ impl AnimationSet {
                 }
             }
             Form::Rotations => {
-                self.look(detail, joints, |model, carrier, Seated { ride, weight }| {
-                    let turn = carrier.rotation * ride.rotation;
-                    model.rotation = towards(model.rotation, turn, weight);
-                    let place = carrier.point(ride.translation);
-                    model.translation = model.translation.lerp(place, weight);
-                });
+                self.look(
+                    detail,
+                    joints,
+                    |model, carrier, WeightedAttachment { offset, weight }| {
+                        let turn = carrier.rotation * offset.rotation;
+                        model.rotation = towards(model.rotation, turn, weight);
+                        let place = carrier.point(offset.translation);
+                        model.translation = model.translation.lerp(place, weight);
+                    },
+                );
                 for (joint, model) in joints.iter().enumerate().take(slice.joints) {
                     let at = |number| JointNumber { joint, number };
                     slice.set(out, at(0), &model.rotation.to_array());
@@ -103,32 +107,37 @@ impl AnimationSet {
         }
     }
 
-    /// Takes the steps from the finest level, the coarsest first.
-    fn look<T: Copy>(&self, detail: f32, models: &mut [T], approach: impl Fn(&mut T, T, Seated)) {
+    /// Applies the steps from the finest level to the one of `detail`, the coarsest step first.
+    fn look<T: Copy>(
+        &self,
+        detail: f32,
+        models: &mut [T],
+        approach: impl Fn(&mut T, T, WeightedAttachment),
+    ) {
         for (index, step) in self.steps[0].iter().enumerate().rev() {
             let weight = (detail - index as f32).clamp(0.0, 1.0);
             if weight > 0.0 {
-                for ride in &step.removed {
-                    let carrier = models[usize::from(ride.carrier)];
-                    let seat = JointTransform {
-                        rotation: ride.turn,
-                        translation: ride.place,
+                for removed in &step.removed {
+                    let carrier = models[usize::from(removed.carrier)];
+                    let offset = JointTransform {
+                        rotation: removed.turn,
+                        translation: removed.place,
                     };
-                    let seated = Seated { ride: seat, weight };
-                    approach(&mut models[usize::from(ride.joint)], carrier, seated);
+                    let attachment = WeightedAttachment { offset, weight };
+                    approach(&mut models[usize::from(removed.joint)], carrier, attachment);
                 }
             }
         }
     }
 }
 
-/// Where a removed joint is in its carrier's frame, and how far it has gone there.
-struct Seated {
-    ride: JointTransform,
+/// The transform of a removed joint in its carrier's frame, and the weight of that attachment from 0 to 1.
+struct WeightedAttachment {
+    offset: JointTransform,
     weight: f32,
 }
 
-/// Along the shorter arc.
+/// Normalised linear interpolation along the shorter arc.
 fn towards(from: Quat, to: Quat, weight: f32) -> Quat {
     let to = if from.dot(to) < 0.0 { -to } else { to };
     (from * (1.0 - weight) + to * weight).normalize()

@@ -1,14 +1,14 @@
-//! Asking for the keys of a group whose characters are read one by one, while the group before it is posed.
+//! Prefetches the keys of a group whose characters are read one by one, while the group before it is posed.
 
 use super::level_clips::LevelClips;
 use crate::math::{F32x16, KeyRows};
 
-/// The rows that a group will read.
+/// The rows of keys that a group will read.
 pub(super) trait Fetch {
-    /// Asks for what one lane needs of a level.
+    /// Prefetches the keys that one lane needs of a level.
     fn prefetch_lane(&self, level: &LevelClips, lane: usize);
 
-    /// Asks for all keys, of a group that no other is posed before.
+    /// Prefetches all keys. This is for the first group, which has no group before it.
     #[inline(always)]
     fn prefetch_all(&self, level: &LevelClips) {
         for lane in 0..F32x16::LANES {
@@ -16,7 +16,7 @@ pub(super) trait Fetch {
         }
     }
 
-    /// Asks for a share of the keys, while a joint of the group before is computed.
+    /// Prefetches a share of the keys, while a joint of the group before is computed.
     #[inline(always)]
     fn prefetch(&self, level: &LevelClips, joint: usize) {
         let joints = level.joints.len();

@@ -1,8 +1,8 @@
-//! One call a frame: time, culling, levels of detail and poses of all characters.
+//! One call per frame: time, culling, levels of detail and poses of all characters.
 //!
-//! Source: the levels are those of [`Switching`]. Differs in how they are found: sixteen characters at a time, in the order
-//! of the groups (see `level_pass`). Only characters that need a finer level than their group has, or that enter the frustum,
-//! are put into other groups.
+//! Source: the levels are those of [`Switching`]. Differs in how they are found: for sixteen characters at a time, in the
+//! order of the groups (see `level_pass`). Only characters that need a finer level than their group's, or that enter the
+//! frustum, are moved to other groups.
 
 use glam::Vec3;
 
@@ -69,7 +69,7 @@ impl Crowd {
             self.unpark(frame, &mut scratch);
         } else {
             self.schedule.show_all();
-            self.debt.hidden = 0;
+            self.stale_cost.hidden = 0;
         }
         self.scratch_of_frames = scratch;
     }
@@ -108,11 +108,11 @@ impl Crowd {
             }
         }
         let levels = scratch.sorted_levels.get_or_insert(found.levels);
-        self.debt.joints = (found.levels - *levels) as isize;
-        self.debt.hidden = found.hidden;
+        self.stale_cost.joints = (found.levels - *levels) as isize;
+        self.stale_cost.hidden = found.hidden;
     }
 
-    /// Characters that wait for a group.
+    /// Chooses levels and visibility of the characters that wait for a group.
     fn choose_late(&mut self, frame: &Frame<'_>) {
         for index in 0..self.late.len() {
             let id = self.late[index] as usize;
@@ -136,7 +136,7 @@ impl Crowd {
         }
     }
 
-    /// Takes parked characters that are visible to those that wait for a group.
+    /// Makes parked characters that are visible wait for a group.
     fn unpark(&mut self, frame: &Frame<'_>, scratch: &mut FrameScratch) {
         scratch.groups.clear();
         let isa = self.settings().isa;

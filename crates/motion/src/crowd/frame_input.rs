@@ -1,13 +1,13 @@
-//! What a frame is given, and what it reports.
+//! Input and report of a frame.
 
 use glam::{Vec3, Vec4};
 
 use crate::lod::Switching;
 
-/// What changes from one frame to the next.
+/// Input of [`Crowd::frame`](super::Crowd::frame).
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Frame<'a> {
-    /// Seconds since the frame before. 0 by default.
+    /// Time since the previous frame, in seconds. Default 0.
     pub seconds: f64,
     /// The distances from `eye` at which levels of detail change. `None`, the default: characters keep their levels.
     pub switching: Option<&'a Switching>,
@@ -27,16 +27,16 @@ pub struct Frustum {
     pub planes: [Vec4; 6],
     /// Radius of a sphere around each character, in metres.
     pub radius: f32,
-    /// Height of that sphere's centre above the character's position, in metres.
+    /// Height of the sphere's centre above the character's position, in metres.
     pub centre: f32,
 }
 
-/// What a frame did.
+/// Report of [`Crowd::frame`](super::Crowd::frame).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct FrameReport {
-    /// Characters that were given another place in the output.
+    /// Number of characters that were moved to another place in the output.
     pub moved: usize,
-    /// Whether all characters have new groups. They are sorted a part in each frame, or at once where many have changed.
+    /// Whether all characters are in new groups. They are sorted a part in each frame, or at once if many have changed.
     pub sorted: bool,
 }
 

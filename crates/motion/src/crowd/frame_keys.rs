@@ -1,29 +1,29 @@
-//! The keys between the frames of clips: one from each frame to the next, more where a joint turns fast.
+//! The numbers of keys between the frames of clips: one from each frame to the next, more where a joint turns fast.
 //!
-//! Time is counted in frames, which last equally long. A moment between two frames lies between two of the keys there.
+//! Time is counted in frames, which have equal durations. A moment between two frames lies between two of the keys there.
 
 use super::clip_range::ClipRange;
 use super::moment::Moment;
 use crate::math::{F32x16, Lanes};
 
-/// Of each frame of each clip, the keys up to the next frame.
+/// The keys from each frame of each clip to the next frame.
 #[derive(Clone, Debug, Default)]
 pub(super) struct FrameKeys(Vec<KeysOfFrame>);
 
 /// The keys from a frame to the next one.
 #[derive(Clone, Copy, Debug)]
 struct KeysOfFrame {
-    /// Index of the first of them in its clip.
+    /// Index of the first key in its clip.
     first: f32,
-    /// How many there are.
+    /// Number of keys.
     count: f32,
 }
 
 impl FrameKeys {
-    /// Adds a clip, whose frames but the last have so many keys.
+    /// Adds a clip. `keys_of_frames` has the number of keys of each frame but the last.
     pub(super) fn add(&mut self, keys_of_frames: &[u32]) {
         let mut first = 0;
-        // A clip of one frame stands still for the time of one.
+        // A clip of one frame stands still for the duration of a frame.
         for &count in if keys_of_frames.is_empty() {
             &[1]
         } else {
@@ -37,14 +37,15 @@ impl FrameKeys {
         }
     }
 
-    /// The position of a time, in intervals between keys; both are counted from the clip's beginning.
+    /// The position of `time`, which is in frames, in intervals between keys. Both are counted from the clip's beginning.
     pub(super) fn position(&self, range: &ClipRange, time: f32) -> f32 {
         let frame = time.floor().min(range.frames as f32 - 1.0);
         let KeysOfFrame { first, count } = self.0[range.frame + frame as usize];
         (time - frame) * count + first
     }
 
-    /// The keys of sixteen characters: `frames` are their frames, `before` the frames of all clips before each one's own.
+    /// Looks up the keys of sixteen characters. `frames` are their frames; `before` are the numbers of frames of all clips
+    /// before their own.
     #[inline(always)]
     pub(super) fn of(&self, frames: &F32x16, before: &[u32; F32x16::LANES]) -> LaneKeys {
         let mut keys = LaneKeys {
@@ -59,7 +60,7 @@ impl FrameKeys {
         keys
     }
 
-    /// Size, in bytes.
+    /// Size of the table, in bytes.
     pub(super) fn bytes(&self) -> usize {
         size_of_val(&*self.0)
     }
@@ -72,9 +73,9 @@ pub(super) struct LaneKeys {
 }
 
 impl LaneKeys {
-    /// The moment between keys of one between frames.
+    /// Converts a moment between frames to a moment between keys.
     ///
-    /// No step is fused, so that all machines take the same interval.
+    /// No operation is fused, so that all machines find the same interval.
     #[inline(always)]
     pub(super) fn moment<L: Lanes>(&self, part: usize, share: L) -> Moment<L> {
         let count = L::load(&self.count, part);
@@ -92,7 +93,7 @@ mod tests {
     use super::*;
     use crate::math::{Isa, Kernel};
 
-    /// Moments between keys of sixteen moments between frames.
+    /// Converts sixteen moments between frames to moments between keys.
     struct Moments<'a> {
         keys: &'a FrameKeys,
         frames: F32x16,
@@ -100,7 +101,7 @@ mod tests {
     }
 
     impl Kernel for Moments<'_> {
-        /// Intervals and shares.
+        /// Intervals, and shares of them.
         type Out = [F32x16; 2];
 
         #[inline(always)]

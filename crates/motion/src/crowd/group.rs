@@ -20,36 +20,36 @@ pub(super) struct Group {
     pub(super) detail: F32x16,
 }
 
-/// Positions in clips, in frames.
+/// Positions in clips, as linear functions of the groups' clock.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Clock {
-    /// When the crowd's clock stands at 0.
+    /// Position when the groups' clock is 0, in frames.
     start: F32x16,
-    /// Frames per second.
+    /// Speed, in frames of the clip per second.
     speed: F32x16,
 }
 
-/// What posing reads only of groups whose characters play several clips.
+/// The fields of a group that posing reads only if its characters play several clips.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct GroupCold {
     pub(super) kind: GroupKind,
-    /// First line of its part of the output.
+    /// Start of the group in the output, in [`F32x16`]s.
     pub(super) offset: usize,
-    /// The characters; [`Group::NOBODY`] for lanes that are not used.
+    /// Numbers of the characters; [`Group::NOBODY`] for unused lanes.
     pub(super) ids: [u32; F32x16::LANES],
-    /// Rows of all clips before each character's own.
+    /// For each lane, number of rows of all clips before the character's own.
     pub(super) rows: [u32; F32x16::LANES],
-    /// Frames of all clips before each character's own.
+    /// For each lane, number of frames of all clips before the character's own.
     pub(super) frames: [u32; F32x16::LANES],
-    /// Intervals between frames of each character's clip.
+    /// Number of intervals between frames of each character's clip.
     pub(super) length: F32x16,
-    /// Whether each of these clips has one key for each frame.
+    /// Whether each of these clips has one key per frame.
     pub(super) is_even: bool,
     pub(super) fade: ClipLines,
     pub(super) layer: ClipLines,
 }
 
-/// Clips that are mixed in. A character without one has its first clip again, with a weight of 0.
+/// Clips that are mixed in. For a character without one, its own clip with a weight of 0.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct ClipLines {
     pub(super) shared: SharedClip,
@@ -72,7 +72,7 @@ pub(super) enum SharedClip {
 }
 
 impl SharedClip {
-    /// The clip that is played if one more lane plays `clip`.
+    /// The common clip after one more lane plays `clip`.
     fn with(self, clip: ClipId) -> Self {
         match self {
             Self::Unknown => Self::One(clip),
@@ -155,7 +155,7 @@ impl GroupCold {
         layer: ClipLines::EMPTY,
     };
 
-    /// Writes a character's clips into a lane: those that the group mixes.
+    /// Writes those clips of a character that the group mixes into a lane.
     pub(super) fn write(&mut self, lane: usize, clips: &LaneClips<'_>) {
         self.rows[lane] = clips.own.range.row as u32;
         self.frames[lane] = clips.own.range.frame as u32;
@@ -178,7 +178,7 @@ impl GroupCold {
         self.layer.copy_lane(from, to);
     }
 
-    /// A lane that is not used repeats another: it stays near in time.
+    /// Whether a lane has a character. Unused lanes repeat another lane, so that they stay near it in time.
     pub(super) fn is_used(&self, lane: usize) -> bool {
         self.ids[lane] != Group::NOBODY
     }

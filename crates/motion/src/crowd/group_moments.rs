@@ -1,4 +1,4 @@
-//! Where the characters of a group are in their clips.
+//! Computes the moments of a group's characters in their clips.
 
 use super::group::{ClipLines, Clock, SharedClip};
 use super::key_bank::KeyPlace;
@@ -8,18 +8,18 @@ use super::run::Run;
 use super::sampling::WindowPlace;
 use crate::math::{F32x16, KeyRows, Lanes};
 
-/// Clips of sixteen characters, and when each plays its own.
+/// The clips of sixteen characters, and their positions in them.
 struct ClockLines<'a> {
     clock: &'a Clock,
     length: &'a F32x16,
-    /// Frames of all clips before each one's own.
+    /// For each lane, number of frames of all clips before the character's own.
     frames: &'a [u32; F32x16::LANES],
-    /// Whether each clip has one key for each frame.
+    /// Whether each clip has one key per frame.
     is_even: bool,
 }
 
 impl Run<'_> {
-    /// Finds where a group is.
+    /// Computes the moments of the group at `index`.
     #[inline(always)]
     pub(super) fn find_moments<L: Lanes>(&self, index: usize, to: &mut Moments) {
         let group = &self.groups[index];
@@ -69,7 +69,7 @@ impl Run<'_> {
         to.is_apart = reach == Reach::Apart;
     }
 
-    /// Where sixteen characters are in clips of their own; `intervals` receives the intervals between keys.
+    /// Computes the moments of sixteen characters in clips of their own. `intervals` receives the intervals between keys.
     #[inline(always)]
     fn moments<L: Lanes>(
         &self,
@@ -90,7 +90,8 @@ impl Run<'_> {
         found
     }
 
-    /// Moments between frames become moments between keys. `before` are the frames of all clips before each lane's own.
+    /// Converts moments between frames to moments between keys. `before` are the numbers of frames of all clips before each
+    /// lane's own.
     #[inline(always)]
     fn between_keys<L: Lanes>(
         &self,
@@ -107,13 +108,13 @@ impl Run<'_> {
         }
     }
 
-    /// The rows of a group's first clips.
+    /// The rows of keys of a group's first clips.
     #[inline(always)]
     pub(super) fn rows(&self, moments: &Moments) -> KeyRows<'_> {
         self.rows_at(&self.cold[moments.group].rows, &moments.interval)
     }
 
-    /// Where characters are in clips that are mixed in.
+    /// The moments of characters in clips that are mixed in.
     #[inline(always)]
     pub(super) fn clip_moments<L: Lanes>(&self, clips: &ClipLines) -> ClipMoments<L> {
         let lines = ClockLines {
@@ -127,7 +128,7 @@ impl Run<'_> {
         ClipMoments { intervals, moments }
     }
 
-    /// The rows of clips that are mixed in, and how far characters are between two of them.
+    /// The rows of keys of clips that are mixed in, and the weights of the two rows of each character.
     #[inline(always)]
     pub(super) fn clip_rows<L: Lanes>(
         &self,
@@ -140,7 +141,7 @@ impl Run<'_> {
         }
     }
 
-    /// The same of characters that mix in one clip, near each other in time.
+    /// The windows of characters that mix in one clip and are near each other in it.
     #[inline(always)]
     pub(super) fn clip_windows<L: Lanes>(
         &self,
@@ -176,7 +177,7 @@ impl Run<'_> {
         })
     }
 
-    /// The rows of sixteen characters whose clips have so many rows before their own.
+    /// The rows of keys at `intervals`. `before` are the numbers of rows of all clips before each character's own.
     #[inline(always)]
     fn rows_at(&self, before: &[u32; F32x16::LANES], intervals: &F32x16) -> KeyRows<'_> {
         let units = self.keys.row_units;
@@ -188,9 +189,9 @@ impl Run<'_> {
     }
 }
 
-/// Where characters are in clips that are mixed in.
+/// Moments of characters in clips that are mixed in.
 pub(super) struct ClipMoments<L: Lanes> {
-    /// Between keys.
+    /// Interval between keys of each character.
     intervals: F32x16,
     moments: L::Parts<Moment<L>>,
 }
@@ -213,7 +214,7 @@ pub(super) struct ClipWindows<L: Lanes> {
     pub(super) weights: L::Parts<Weights<L>>,
 }
 
-/// The rows of one clip for each character.
+/// The rows of keys of one clip for each character.
 #[derive(Clone, Copy)]
 pub(super) struct ClipRows<'a, L: Lanes> {
     pub(super) rows: KeyRows<'a>,

@@ -1,24 +1,24 @@
 //! The groups of a crowd, and where they are in the output.
 
 use super::character::MemberId;
-use super::debt::Debt;
 use super::error::CrowdError;
 use super::frame_input::FrameReport;
 use super::instances::{CHUNKS_OF_A_THREAD, Crowd, MOST_CHUNKS};
 use super::output::{Layout, PoseSlice, SlicePlace};
 use super::schedule::{Schedule, Sorting};
 use super::slot::{MOST_LATE, NOWHERE, Slot};
+use super::stale_cost::StaleCost;
 use crate::lod::LevelId;
 
 impl Crowd {
-    /// Length of what [`Crowd::pose`] writes now. Moves characters to other groups where that is due: a [`PoseSlice`] from
-    /// before this call may be another character's.
+    /// Length of the output of [`Crowd::pose`], in `F32x16`s. Moves characters to other groups where that is due: a
+    /// [`PoseSlice`] from before this call may be another character's.
     pub fn output_len(&mut self) -> usize {
         self.prepare();
         self.needed_len()
     }
 
-    /// The same for the groups as they are.
+    /// Length of the output for the present groups, in `F32x16`s.
     pub(super) fn needed_len(&self) -> usize {
         match self.settings.output.layout {
             Layout::Instances => self.row_len() * self.states.len(),
@@ -26,8 +26,9 @@ impl Crowd {
         }
     }
 
-    /// A length that [`Crowd::output_len`] never exceeds for so many characters, however their levels change: the size to
-    /// allocate. That of [`Crowd::capacity`] stays the same as long as the crowd does not outgrow it.
+    /// A length in `F32x16`s that [`Crowd::output_len`] never exceeds for `characters` characters, however their levels
+    /// change: the size to allocate. The length for [`Crowd::capacity`] characters stays the same as long as the crowd does
+    /// not outgrow it.
     #[must_use]
     pub fn max_output_len(&self, characters: usize) -> usize {
         let output = self.settings.output;
@@ -44,23 +45,23 @@ impl Crowd {
         self.capacity
     }
 
-    /// Lines of a character's row in [`Layout::Instances`].
+    /// Length of a character's row in [`Layout::Instances`], in `F32x16`s.
     pub(super) fn row_len(&self) -> usize {
         let joints = self.animations.joints(LevelId(0));
         self.settings.output.row_len(joints)
     }
 
-    /// Brings all characters into groups: sorts them at once where many are in none.
+    /// Puts all characters into groups. Sorts them all at once if many are in none.
     pub(super) fn prepare(&mut self) -> FrameReport {
         let characters = self.states.len();
         let moved = self.late.len();
-        let sorted = MOST_LATE * (moved + self.debt.late) > characters;
+        let sorted = MOST_LATE * (moved + self.stale_cost.late) > characters;
         if sorted {
             self.rebuild.abort();
             self.schedule.store_details(&mut self.states);
             let (schedule, sorting) = self.sorting();
             schedule.sort(sorting);
-            self.debt = Debt::default();
+            self.stale_cost = StaleCost::default();
             self.is_settled = false;
             let chunks = self.chunks();
             self.rebuild.reserve(characters, chunks);
@@ -71,7 +72,7 @@ impl Crowd {
             let (schedule, sorting) = self.sorting();
             schedule.move_late(&late, sorting);
             self.late = late;
-            self.debt.late += moved;
+            self.stale_cost.late += moved;
         }
         for &id in &self.late {
             self.states[id as usize].is_late = false;
@@ -147,7 +148,7 @@ impl Crowd {
         self.history.previous(self.settings.output, id.index())
     }
 
-    /// Notes where the poses of this frame are.
+    /// Records where the poses of this frame are.
     pub(super) fn note_places(&mut self) {
         if self.settings.keeps_previous {
             let mut history = std::mem::take(&mut self.history);

@@ -1,10 +1,10 @@
-//! Where the poses of the last two frames are: for motion vectors.
+//! Positions of the last two frames' poses in the output, for motion vectors.
 
 use super::output::{Output, PoseSlice, SlicePlace};
 use super::schedule::Schedule;
 use crate::math::F32x16;
 
-/// Where the poses of two frames are, by character.
+/// Positions of two frames' poses, by character.
 #[derive(Clone, Debug, Default)]
 pub(super) struct History {
     current: Vec<Option<SlicePlace>>,
@@ -12,14 +12,14 @@ pub(super) struct History {
 }
 
 impl History {
-    /// Memory for so many characters.
+    /// Reserves memory for `characters` characters.
     pub(super) fn reserve(&mut self, characters: usize) {
         for places in [&mut self.current, &mut self.previous] {
             places.reserve(characters.saturating_sub(places.len()));
         }
     }
 
-    /// Notes a frame; what was current becomes previous. `place` tells where a lane of a group is written.
+    /// Records a frame: the current positions become the previous ones. `place` returns where a lane of a group is written.
     pub(super) fn note(
         &mut self,
         characters: usize,

@@ -4,7 +4,6 @@ use std::sync::{Arc, Mutex};
 
 use super::animation_set::AnimationSet;
 use super::character::{Character, CharacterState, MemberId, Placement, clamped};
-use super::debt::Debt;
 use super::error::CrowdError;
 use super::history::History;
 use super::level_pass::FrameScratch;
@@ -13,6 +12,7 @@ use super::schedule::Schedule;
 use super::scratch::Scratch;
 use super::settings::CrowdSettings;
 use super::slot::{self, NOWHERE};
+use super::stale_cost::StaleCost;
 use crate::anim::ClipId;
 use crate::lod::LevelId;
 use crate::math::{WorkerPool, thread_count};
@@ -22,7 +22,7 @@ pub struct Crowd {
     pub(super) animations: Arc<AnimationSet>,
     pub(super) settings: CrowdSettings,
     pub(super) pool: WorkerPool,
-    /// One for each thread.
+    /// One scratch for each thread.
     pub(super) scratch: Vec<Mutex<Scratch>>,
     pub(super) states: Vec<CharacterState>,
     /// Group and lane of each character, as one number.
@@ -31,14 +31,14 @@ pub struct Crowd {
     pub(super) rebuild: Rebuild,
     /// Characters that wait for another group.
     pub(super) late: Vec<u32>,
-    /// Seconds.
+    /// The crowd's time, in seconds.
     pub(super) time: f64,
     /// The time at which the groups' clock stands at 0, in seconds.
     pub(super) base: f64,
-    pub(super) debt: Debt,
+    pub(super) stale_cost: StaleCost,
     /// Number of frames that were posed.
     pub(super) frame: usize,
-    /// Used where [`CrowdSettings::keeps_previous`].
+    /// Positions of recent poses; used only with [`CrowdSettings::keeps_previous`].
     pub(super) history: History,
     /// Number of characters that there is memory for.
     pub(super) capacity: usize,
@@ -50,7 +50,8 @@ pub struct Crowd {
 /// The longest time on the groups' clock, in seconds: single precision then still resolves a ten-thousandth of a frame.
 pub(super) const LONGEST_RUN: f64 = 8.0;
 
-/// Chunks that each of several threads finds: the more there are, the less a thread is waited for whose core is taken.
+/// Number of chunks for each thread, if there are several. With more chunks, the others wait less for a thread whose core
+/// another process uses.
 pub(super) const CHUNKS_OF_A_THREAD: usize = 8;
 
 pub(super) const MOST_CHUNKS: usize = 256;
@@ -74,7 +75,7 @@ impl Crowd {
             late: Vec::new(),
             time: 0.0,
             base: 0.0,
-            debt: Debt::default(),
+            stale_cost: StaleCost::default(),
             frame: 0,
             history: History::default(),
             capacity: 0,
@@ -83,7 +84,7 @@ impl Crowd {
         }
     }
 
-    /// The same with memory for so many characters.
+    /// A crowd without characters, with memory for `characters` of them.
     #[must_use]
     pub fn with_capacity(
         animations: Arc<AnimationSet>,
@@ -103,13 +104,14 @@ impl Crowd {
         crowd
     }
 
-    /// The clips that its characters can play.
+    /// The clips that the crowd's characters can play.
     #[must_use]
     pub fn animations(&self) -> &AnimationSet {
         &self.animations
     }
 
-    /// How it is posed. The instruction set is the one that is used: see [`Isa::or_best`](crate::math::Isa::or_best).
+    /// The settings of the crowd, with the instruction set that is actually used: see
+    /// [`Isa::or_best`](crate::math::Isa::or_best).
     #[must_use]
     pub fn settings(&self) -> &CrowdSettings {
         &self.settings
@@ -142,7 +144,7 @@ impl Crowd {
         self.slots.push(NOWHERE);
         self.late.push(id);
         if self.states.len() > self.capacity {
-            // As vectors grow: seldom.
+            // Capacity grows geometrically, so this is rare.
             self.capacity = (2 * self.capacity).max(self.states.len());
         }
         Ok(MemberId(id))
@@ -163,7 +165,7 @@ impl Crowd {
         Ok(())
     }
 
-    /// Moves a character. [`Crowd::place_all`] is faster for many.
+    /// Moves a character. [`Crowd::place_all`] is faster for many characters.
     ///
     /// # Errors
     /// A character that does not exist.
@@ -181,8 +183,8 @@ impl Crowd {
         self.set_detail(id, level, 0.0)
     }
 
-    /// The same with progress towards the next level: see [`Character::blend`]. [`Crowd::frame`] does it for all characters
-    /// at once.
+    /// Changes a character's level and its progress towards the next level: see [`Character::blend`]. [`Crowd::frame`] does
+    /// this for all characters at once.
     ///
     /// # Errors
     /// A character that does not exist.
@@ -209,7 +211,7 @@ impl Crowd {
         Ok(())
     }
 
-    /// What a character plays now: its time is that of this moment, its level that of the last frame.
+    /// The present description of a character: its time in the clip is the present one, its level that of the last frame.
     ///
     /// # Errors
     /// A character that does not exist.

@@ -1,4 +1,4 @@
-//! What is computed of a joint: a matrix, or a rotation and a place.
+//! The computation of a joint: as a matrix, or as a rotation and a position.
 
 use bytemuck::Pod;
 
@@ -7,16 +7,16 @@ use super::quat_lanes::Local;
 use super::sampling::Source;
 use crate::math::{F32x16, Lanes};
 
-/// How joints follow from their parents, and what is written of them.
+/// How joints are computed from their parents, and which numbers are written.
 pub(super) trait JointMath {
-    /// A joint of sixteen characters: a line of each of its numbers.
+    /// A joint of sixteen characters: one [`F32x16`] for each of its numbers.
     type Model: Pod + AsRef<[F32x16]>;
 
     /// Numbers of a joint.
     const NUMBERS: usize = size_of::<Self::Model>() / size_of::<F32x16>();
-    /// Numbers of a joint in a row of its character's own: a divisor of a whole number of lines.
+    /// Numbers of a joint in a character's row: a divisor of the numbers of a whole number of `F32x16`s.
     const ROW: usize;
-    /// Joints that memory of a group has behind the last one, so that a row's last line can be read whole.
+    /// Number of joints that a group's memory has beyond the last one, so that the last `F32x16` of a row can be read whole.
     const SPARE: usize = 2;
 
     /// A joint's motion under its parent, ready to be composed.
@@ -25,14 +25,13 @@ pub(super) trait JointMath {
     /// The next joint, as far as it can be computed without its parent.
     fn next<L: Lanes, S: Source<L>>(source: &mut S, joint: &LevelJoint) -> Self::Ready<L>;
 
-    /// The same of a motion whose rotation has length 1.
+    /// Prepares a motion whose rotation has length 1.
     fn ready<L: Lanes>(local: Local<L>) -> Self::Ready<L>;
 
-    /// A joint that has no parent, from where its character is placed: turned by a heading, whose cosine and sine come
-    /// first, then moved.
+    /// Computes a joint without a parent from its character's placement: cosine and sine of the heading, then the position.
     fn stand<L: Lanes>(at: [L; 5], ready: Self::Ready<L>, model: &mut Self::Model, part: usize);
 
-    /// A joint from its parent and its motion under it.
+    /// Computes a joint from its parent and its motion relative to it.
     fn compose<L: Lanes>(
         above: &Self::Model,
         ready: Self::Ready<L>,
@@ -40,15 +39,15 @@ pub(super) trait JointMath {
         part: usize,
     );
 
-    /// The same from what may have [gone a part of the way](JointMath::approach).
-    fn ride<L: Lanes>(
+    /// Computes a joint from its carrier, which may have been [blended](JointMath::approach).
+    fn compose_blended<L: Lanes>(
         above: &Self::Model,
         ready: Self::Ready<L>,
         model: &mut Self::Model,
         part: usize,
     );
 
-    /// Goes a part of the way to another one, 0 none of it and 1 all of it.
+    /// Blends a joint towards another one: weight 0 keeps it, weight 1 gives the other.
     fn approach<L: Lanes>(model: &mut Self::Model, other: &Self::Model, weight: L, part: usize);
 }
 

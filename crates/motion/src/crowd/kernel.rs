@@ -1,4 +1,4 @@
-//! The poses of groups of sixteen characters: where they are in their clips, their keys, and their joints (see `chain`).
+//! Poses groups of sixteen characters: finds their moments, reads their keys, and computes their joints (see `chain`).
 
 use std::marker::PhantomData;
 
@@ -20,8 +20,8 @@ use super::scratch::Scratch;
 use super::write::{Copied, InPlace, RunTarget, Scattered, Target};
 use crate::math::{Apart, F32x16, Isa, Kernel, KeyRows, Lanes};
 
-/// A run in one form, to one kind of place. Each has a kernel of its own, which holds the joints of the commonest groups; those of the others
-/// are [apart](Apart).
+/// A run with one output form and one kind of target. Each pair has a kernel of its own. It contains the joint loop of the
+/// commonest groups; the loops of the others are separate functions ([`Apart`]).
 struct As<'a, P, T> {
     run: Run<'a>,
     to: T,
@@ -83,7 +83,7 @@ impl Run<'_> {
     fn pose<L: Lanes, P: JointMath, T: RunTarget>(self, mut to: T) -> usize {
         let mut scratch = std::mem::take(self.scratch);
         if T::HAS_ROWS {
-            // What rows end with is the same on any thread.
+            // The memory behind the last joint is the same on any thread: zeros.
             for spare in &mut self.models::<P>(&mut scratch.models)[self.bank.joints.len()..] {
                 *spare = P::Model::zeroed();
             }
@@ -111,12 +111,12 @@ impl Run<'_> {
                 apart += usize::from(moments.is_apart);
             }
             let [narrow, wide, read] = batches.by_reach(&scratch.moments);
-            // Keys that are read one by one are asked for some time before.
+            // Keys that are read one by one are prefetched in the batch before.
             if !(read.places().is_empty() || batches.is_fetched && read.now() > 0) {
                 self.rows(&scratch.moments[read.place(0)])
                     .prefetch_all(self.bank);
             }
-            // In loops of their own: the first is short then.
+            // Each reach has a loop of its own, so that the first one is short.
             self.pose_near_groups::<L, P, T, false>(&narrow, scratch, to);
             if wide.now() > 0 {
                 self.pose_near_groups::<L, P, T, true>(&wide, scratch, to);
@@ -155,20 +155,20 @@ impl Run<'_> {
         apart
     }
 
-    /// Number of groups that are posed.
+    /// Number of groups that are posed in this frame.
     #[inline(always)]
     fn turns(&self) -> usize {
         let Turn { first, step } = self.turn;
         (first..self.groups.len()).step_by(step).len()
     }
 
-    /// Lines of a group in the output.
+    /// Number of `F32x16`s of a group in the output.
     #[inline(always)]
     pub(super) fn group_lines(&self) -> usize {
         self.output.group_len(self.bank.joints.len())
     }
 
-    /// The first groups, and none after them.
+    /// The first batch of groups, with an empty one after it.
     #[inline(always)]
     fn first_batches<L: Lanes>(&self, scratch: &mut Scratch) -> Batches {
         let now = self.find_batch::<L>(0, scratch);
@@ -179,7 +179,7 @@ impl Run<'_> {
         }
     }
 
-    /// Finds the moments of the groups from the one at this turn on.
+    /// Finds the moments of the batch that begins at the turn `begun`.
     #[inline(always)]
     fn find_batch<L: Lanes>(&self, begun: usize, scratch: &mut Scratch) -> Batch {
         let count = AHEAD.min(self.turns().saturating_sub(begun));
@@ -192,7 +192,7 @@ impl Run<'_> {
         batch
     }
 
-    /// Groups whose characters share their loads.
+    /// Poses groups whose characters share their loads.
     #[inline(always)]
     fn pose_near_groups<L: Lanes, P: JointMath, T: RunTarget, const WIDE: bool>(
         &self,
@@ -219,7 +219,8 @@ impl Run<'_> {
         }
     }
 
-    /// Groups whose characters are read one by one. The keys of each group are asked for while the one before is posed.
+    /// Poses groups whose characters are read one by one. The keys of each group are prefetched while the group before it is
+    /// posed.
     #[inline(always)]
     fn pose_read_groups<L: Lanes, P: JointMath, T: RunTarget>(
         &self,
@@ -236,7 +237,8 @@ impl Run<'_> {
         let mut rows = [KeyRows::none(&self.keys.rows); AHEAD + 1];
         let places = groups.places();
         for (rows, &place) in rows.iter_mut().zip(places) {
-            // Some groups before they are used: numbers that were stored together are not read one by one at once.
+            // Rows are found some groups before their use: numbers that were stored together cannot be read one by one right
+            // away.
             *rows = self.rows(&ahead[usize::from(place)]);
         }
         for turn in 0..groups.now() {
@@ -276,7 +278,7 @@ impl Run<'_> {
         }
     }
 
-    /// A group's joints in memory of the thread's own.
+    /// The thread's memory for the joints of a group.
     #[inline(always)]
     pub(super) fn models<'a, P: JointMath>(&self, models: &'a mut [F32x16]) -> &'a mut [P::Model] {
         let joints = self.bank.joints.len() + P::SPARE;
@@ -284,7 +286,7 @@ impl Run<'_> {
     }
 }
 
-/// Finds the moments of the groups from the one at a turn on.
+/// Finds the moments of the groups from the turn `begun` on.
 struct FindMoments<'a> {
     run: &'a Run<'a>,
     begun: usize,

@@ -1,9 +1,9 @@
 //! The keys of all clips, as the kernels read them.
 //!
-//! A clip is a list of tracks, and a track a list of columns: four for a rotation, none to six for a position. A column has
-//! one 16-bit key for each frame, and more where a joint turns fast. The same keys stand twice: column by column, for characters that are near each other in
-//! time and share their loads, and key by key in rows, for those that are not. In a row four keys are a quad: a rotation is
-//! one, a position up to two.
+//! A clip is a list of tracks, and a track a list of columns: four for a rotation, none to six for a position. A column
+//! has one 16-bit key for each frame, and more where a joint turns fast. The keys are stored twice: column by column, for
+//! characters that are near each other in time and share their loads, and key by key in rows, for the others. In a row, four
+//! keys are a quad. A rotation is one quad, a position up to two.
 
 use super::clip_range::ClipRange;
 use super::frame_keys::FrameKeys;
@@ -14,24 +14,24 @@ use crate::math::{KeyUnit, UnitHalves, sorted_indices};
 /// The keys of all clips.
 #[derive(Clone, Debug, Default)]
 pub(super) struct KeyBank {
-    /// Columns of all clips.
+    /// Columns of all clips, one after the other.
     pub(super) columns: Vec<i16>,
-    /// Rows of all clips.
+    /// Rows of all clips, one after the other.
     pub(super) rows: Vec<KeyUnit>,
-    /// Columns of a clip.
+    /// Number of columns of a clip.
     column_count: usize,
-    /// Units of a row.
+    /// Number of [`KeyUnit`]s of a row.
     pub(super) row_units: usize,
-    /// When the keys are.
+    /// Times of the keys between the frames of their clips.
     pub(super) frames: FrameKeys,
 }
 
-/// Where a key of a clip stands in each column.
+/// Position of a key of a clip in each column.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct KeyPlace {
-    /// In the first column.
+    /// Index of the key in the first column.
     pub(super) first: usize,
-    /// From column to column.
+    /// Number of keys from the start of one column to the start of the next.
     pub(super) stride: usize,
 }
 
@@ -42,7 +42,7 @@ impl KeyPlace {
     }
 }
 
-/// Where tracks stand among the columns and in a row.
+/// Positions of tracks among the columns and in a row.
 #[derive(Clone, Debug)]
 pub(super) struct TrackPlaces {
     /// The first column of each track.
@@ -54,8 +54,9 @@ pub(super) struct TrackPlaces {
 }
 
 impl TrackPlaces {
-    /// Columns stand in the order of the tracks. In a row the tracks of the finest level come first, and those that are
-    /// played on coarser levels before others: so a level reads few lines, and few quads that it does not need.
+    /// Assigns columns and quads to the tracks. Columns follow the order of the tracks. In a row, the tracks of the finest
+    /// level come first; within them and within the others, the coarser the coarsest level that plays a track, the earlier
+    /// it comes. A level therefore reads few cache lines, and few quads that it does not need.
     pub(super) fn new(tracks: &Tracks) -> Self {
         let mut columns = Vec::with_capacity(tracks.len());
         let mut column_count = 0;
@@ -72,7 +73,7 @@ impl TrackPlaces {
         let (mut quad, mut is_first) = (0, true);
         for track in order {
             if is_first && tracks.levels[track][0] > 0 {
-                // From here on most tracks have two quads: a unit each.
+                // Most of the remaining tracks have two quads, which fill a unit.
                 is_first = false;
                 quad = usize::next_multiple_of(quad, 2);
             }
@@ -89,7 +90,7 @@ impl TrackPlaces {
 }
 
 impl KeyBank {
-    /// The keys of all clips and layers; `ranges` are theirs.
+    /// The keys of all clips and layers, which have the ranges `ranges`.
     pub(super) fn new(tracks: &Tracks, ranges: &[ClipRange], places: &TrackPlaces) -> Self {
         let clips = tracks.clips;
         let mut bank = Self {
@@ -118,12 +119,12 @@ impl KeyBank {
         bank
     }
 
-    /// The same with the keys of the clips' frames.
+    /// Adds the times of the keys.
     pub(super) fn with_frames(self, frames: FrameKeys) -> Self {
         Self { frames, ..self }
     }
 
-    /// A key of a clip in its first column.
+    /// Position of a key of a clip in the first column, and the stride of columns.
     #[inline(always)]
     pub(super) fn place(&self, range: &ClipRange, key: usize) -> KeyPlace {
         KeyPlace {
@@ -138,7 +139,7 @@ impl KeyBank {
     }
 }
 
-/// One track of one clip.
+/// The keys of one track of one clip.
 struct TrackKeys<'a> {
     keys: &'a Keys,
     place: Place,
@@ -177,23 +178,23 @@ impl TrackKeys<'_> {
     }
 }
 
-/// A unit of the rows, and where its quads go among the columns of a group.
+/// A unit of a row, and the columns of a group that its quads become.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct UnitRead {
     pub(super) halves: UnitHalves,
-    /// Lines of the first column of each quad that is wanted.
+    /// Index of the first column of each wanted quad, in `F32x16`s.
     pub(super) lines: [usize; 2],
 }
 
 impl UnitRead {
-    /// The first line that it fills. Each read fills a later one first than the read before it.
+    /// Index of the first `F32x16` that the unit fills. It increases from each read to the next.
     pub(super) fn first_line(&self) -> usize {
         let lines = self.lines.iter().zip(self.halves.wanted);
         let wanted = lines.filter(|&(_, wanted)| wanted);
         wanted.map(|(&line, _)| line).min().unwrap_or_default()
     }
 
-    /// What has to be read for the quads of a level's joints, each of which goes to the next four lines.
+    /// The units to read for the quads of a level's joints. Each quad becomes the next four `F32x16`s.
     pub(super) fn of(quads: &[usize]) -> Vec<Self> {
         let mut reads: Vec<Self> = Vec::new();
         for (index, &quad) in quads.iter().enumerate() {

@@ -8,9 +8,9 @@ use crate::anim::ClipId;
 pub(super) struct LaneClip<'a> {
     pub(super) clip: ClipId,
     pub(super) range: &'a ClipRange,
-    /// Position when the groups' clock stands at 0, in frames.
+    /// Position in the clip when the groups' clock is 0, in frames.
     pub(super) start: f32,
-    /// Seconds of the clip per second.
+    /// Playback rate, in seconds of the clip per second.
     pub(super) speed: f32,
     pub(super) weight: f32,
 }

@@ -6,26 +6,26 @@ use super::tracks::{Place, Tracks};
 use crate::lod::Level;
 use crate::math::KeyUnit;
 
-/// All clips on one level.
+/// The joints of one level, and where the keys of all clips are.
 #[derive(Clone, Debug)]
 pub(super) struct LevelClips {
-    /// Parents first.
+    /// Joints of the level, parents before children.
     pub(super) joints: Vec<LevelJoint>,
-    /// [`LevelJoint::place`] of additive layers: what they add.
+    /// The place of each joint's track in additive layers, as [`LevelJoint::place`] is for clips.
     pub(super) layer_places: Vec<Place>,
     /// The units of a row that the level needs.
     pub(super) reads: Vec<UnitRead>,
-    /// Lines that its columns take for sixteen characters.
+    /// Number of `F32x16`s that the level's columns take for sixteen characters.
     pub(super) column_lines: usize,
-    /// Units that touch all cache lines that the level needs of a row, wherever a row begins in its line.
+    /// Units whose prefetch touches all cache lines that the level needs of a row, wherever in a cache line the row begins.
     pub(super) fetched: Vec<usize>,
 }
 
-/// Units of a cache line.
+/// Number of units in a cache line.
 const LINE_UNITS: usize = 64 / size_of::<KeyUnit>();
 
 impl LevelClips {
-    /// The level of this number.
+    /// Builds the level with index `number`.
     pub(super) fn new(level: &Level, number: usize, stored: Stored<'_>) -> Self {
         let Stored { tracks, places } = stored;
         let of_level = &tracks.of_levels[number];
@@ -66,8 +66,8 @@ impl LevelClips {
     }
 }
 
-/// Few units in whose cache lines all of these are. The first unit of a row may be anywhere in its line: what is between two
-/// units that are at most a line apart is in the line of one of them.
+/// A subset of the units whose cache lines contain all of them, wherever in a cache line the row begins: a unit that lies
+/// between two units at most a cache line apart is in the cache line of one of them.
 fn touching_all_lines(mut units: Vec<usize>) -> Vec<usize> {
     units.sort_unstable();
     let mut touching: Vec<usize> = Vec::new();
@@ -77,7 +77,7 @@ fn touching_all_lines(mut units: Vec<usize>) -> Vec<usize> {
                 .last()
                 .is_some_and(|&last| next <= last + LINE_UNITS)
         };
-        // The next one touches this one's line, too.
+        // The cache line of this unit also contains the next one.
         if !units.get(index + 1).is_some_and(is_reached) {
             touching.push(unit);
         }

@@ -2,15 +2,15 @@
 
 use super::tracks::Place;
 
-/// What all clips agree on.
+/// The data of a joint that all clips share.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct LevelJoint {
-    /// `None` for the root alone.
+    /// Index of the parent among the level's joints; `None` for the root alone.
     pub(super) parent: Option<u16>,
     pub(super) place: Place,
-    /// The first of its columns.
+    /// Index of the first column of the joint's track.
     pub(super) column: usize,
-    /// How many of [`LevelClips::reads`](super::level_clips::LevelClips::reads) are left when it is computed: those of its own keys and of the next joint's are done, so
-    /// that they are there in time.
+    /// Number of [`LevelClips::reads`](super::level_clips::LevelClips::reads) that are still to be done when the joint is
+    /// computed. The reads of its own keys and of the next joint's are done by then, so that they arrive in time.
     pub(super) reads_left: usize,
 }

@@ -1,10 +1,10 @@
 //! Levels of detail and culling of all characters, sixteen at a time.
 //!
-//! Source: Hasegawa, Nishio & Kobori, 3.2 (levels by distance); the bands are those of [`Switching`]. Level plus blend is a
-//! continuous, piecewise linear function of the distance: a sum of ramps from 0 to 1, one for each level. The characters of a
-//! group have similar distances, so that few ramps are neither 0 nor 1 for all of them: only those are evaluated.
+//! Source: Hasegawa, Nishio & Kobori, 3.2 (levels by distance); the bands are those of [`Switching`]. Level plus blend is
+//! a continuous, piecewise linear function of the distance: a sum of ramps from 0 to 1, one for each level. The characters
+//! of a group have similar distances, so most ramps are 0 or 1 for all of them. Only the others are evaluated.
 //!
-//! No step is fused, so that every instruction set gives the same levels, which are those of [`Switching::choose`].
+//! No operation is fused, so that every instruction set gives the same levels, which are those of [`Switching::choose`].
 
 use std::ops::Range;
 
@@ -27,12 +27,12 @@ pub(super) struct FrameScratch {
     pub(super) sorted_levels: Option<f64>,
 }
 
-/// The ramps of a [`Switching`].
+/// The distances at which levels change, as ramps of a [`Switching`].
 #[derive(Clone, Debug, Default)]
 pub(super) struct LevelRamps {
-    /// To the coarsest level that is allowed.
+    /// Ramps of the coarsest level that is allowed.
     coarsest: Ramps,
-    /// To the finest level that is allowed; empty where levels are blended, since hysteresis is not visible then.
+    /// Ramps of the finest level that is allowed; empty if levels are blended, because hysteresis is then invisible.
     finest: Ramps,
     has_hysteresis: bool,
 }
@@ -49,13 +49,13 @@ impl Ramps {
         self.start.clear();
         self.full.clear();
         for (start, full) in ramps {
-            // A step is a ramp from the float just below it.
+            // A step is a ramp that starts at the float just below its end.
             self.start.push(start.min(full.next_down()));
             self.full.push(full);
         }
     }
 
-    /// The ramps that are neither 0 nor 1 for all distances from `near` to `far`; `hint` is where the search begins.
+    /// The ramps that are neither 0 nor 1 for all distances from `near` to `far`, in metres. The search begins at `hint`.
     #[inline(always)]
     fn between(&self, near: f32, far: f32, hint: &mut usize) -> Range<usize> {
         let count = self.full.len();
@@ -89,7 +89,7 @@ impl Ramps {
 }
 
 impl LevelRamps {
-    /// The ramps of these bands. Allocates nothing once there were as many.
+    /// Replaces the ramps by those of `switching`. Allocates only if there are more than before.
     pub(super) fn update(&mut self, switching: &Switching) {
         let bands = switching.bands();
         self.has_hysteresis = !switching.blends();
@@ -110,18 +110,18 @@ pub(super) struct LevelPass<'a> {
     pub(super) schedule: &'a mut Schedule,
     pub(super) frame: &'a Frame<'a>,
     pub(super) ramps: &'a LevelRamps,
-    /// The coarsest level.
+    /// Number of the coarsest level.
     pub(super) last: f32,
-    /// Receives the groups with characters that need a finer level than the group has.
+    /// Receives the indices of groups in which a character needs a finer level than the group's.
     pub(super) finer: &'a mut Vec<u32>,
 }
 
-/// What a [`LevelPass`] counts.
+/// Sums over a [`LevelPass`].
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct LevelSum {
-    /// Sum of all lanes' levels.
+    /// Sum of the levels of all lanes.
     pub(super) levels: f64,
-    /// Joints of lanes that are posed though they are outside the frustum.
+    /// Number of joints that are posed for lanes outside the frustum.
     pub(super) hidden: usize,
 }
 

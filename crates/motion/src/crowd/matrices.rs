@@ -40,12 +40,12 @@ impl JointMath for Matrices {
 
     const ROW: usize = 12;
 
-    /// Two columns of the rotation, and the place: the third column is their cross product.
+    /// Two columns of the rotation, and the position. The third column is the cross product of the two.
     type Ready<L: Lanes> = [[L; 3]; 3];
 
     #[inline(always)]
     fn next<L: Lanes, S: Source<L>>(source: &mut S, joint: &LevelJoint) -> [[L; 3]; 3] {
-        // Any length will do.
+        // A rotation of any length is accepted.
         Self::ready(source.next(joint))
     }
 
@@ -106,7 +106,8 @@ impl JointMath for Matrices {
             turned[1][row].store(&mut model[1], part);
             dot_and(row_above, place, at).store(&mut model[3], part);
         }
-        // Six products; from the parent they would be nine, and three more for the third column of the joint's own.
+        // Six products. Computed from the parent's frame, it would take nine, and three more for the joint's own third
+        // column.
         let third = cross(turned[0], turned[1]);
         for row in 0..3 {
             third[row].store(&mut model[4 * row + 2], part);
@@ -114,7 +115,7 @@ impl JointMath for Matrices {
     }
 
     #[inline(always)]
-    fn ride<L: Lanes>(
+    fn compose_blended<L: Lanes>(
         above: &Self::Model,
         [first, second, place]: [[L; 3]; 3],
         model: &mut Self::Model,
@@ -135,7 +136,7 @@ impl JointMath for Matrices {
         }
     }
 
-    /// Every point goes in a straight line.
+    /// Interpolates matrices linearly: every point moves along a straight line.
     #[inline(always)]
     fn approach<L: Lanes>(model: &mut Self::Model, other: &Self::Model, weight: L, part: usize) {
         let (own, other): ([L; 12], [L; 12]) = (load(model, part), load(other, part));

@@ -1,11 +1,11 @@
-//! What is mixed into the clip of a character or of a group.
+//! The clips that are mixed into those of a character or of a group.
 
-/// What is mixed into a clip.
+/// Which clips are mixed into a character's own.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Mix {
-    /// A second clip.
+    /// Whether a second clip is cross-faded to.
     pub(super) fades: bool,
-    /// An additive layer.
+    /// Whether an additive layer is added.
     pub(super) is_layered: bool,
 }
 
@@ -35,7 +35,7 @@ impl Mix {
         self == Self::default()
     }
 
-    /// Whether characters with less mixed in can be posed so, too.
+    /// Whether a group with this mixture can pose a character with the mixture `other`.
     pub(super) fn covers(self, other: Self) -> bool {
         self.index() & other.index() == other.index()
     }

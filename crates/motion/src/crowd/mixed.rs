@@ -1,5 +1,5 @@
-//! Groups of sixteen characters with a second clip or an additive layer: their keys are read character by character, those of
-//! their first clips where they are not near each other in time.
+//! Poses groups of sixteen characters with a second clip or an additive layer. The keys of what is mixed in are read
+//! character by character, as are those of the first clips if the characters are not near each other in time.
 
 use super::batches::Picked;
 use super::chain::Posing;
@@ -18,13 +18,13 @@ use super::scratch::Scratch;
 use super::write::{RunTarget, Target};
 use crate::math::{Apart, F32x16, KeyRows, Lanes};
 
-/// The rows of a group.
+/// The rows of keys that a group reads.
 #[derive(Clone, Copy)]
 pub(super) struct MixedRows<'a, L: Lanes> {
-    /// `None` where characters share their loads.
+    /// Rows of the first clips. `None` if the characters share their loads.
     own: Option<KeyRows<'a>>,
     faded: Option<ClipRows<'a, L>>,
-    /// In place of the rows of second clips, where characters share their loads of these, too.
+    /// Windows in place of the rows of second clips, if the characters share the loads of these, too.
     faded_near: Option<ClipWindows<L>>,
     layer: Option<ClipRows<'a, L>>,
 }
@@ -53,10 +53,10 @@ impl<L: Lanes> Fetch for MixedRows<'_, L> {
     }
 }
 
-/// Groups that are posed.
+/// A selection of groups to pose.
 pub(super) struct MixedWork<'a, 'b, L: Lanes> {
     pub(super) groups: Picked,
-    /// Whether the keys of the first of them have been asked for.
+    /// Whether the keys of the first of these groups have been prefetched.
     pub(super) is_fetched: bool,
     /// Memory for the rows of these groups, and of the one after them.
     pub(super) rows: &'a mut [MixedRows<'b, L>; AHEAD + 1],
@@ -66,9 +66,9 @@ pub(super) struct MixedWork<'a, 'b, L: Lanes> {
 struct MixedGroup<'a, L: Lanes> {
     moments: &'a Moments,
     rows: &'a MixedRows<'a, L>,
-    /// Those of the group that is posed after it.
+    /// Rows of the next group.
     next: Option<&'a MixedRows<'a, L>>,
-    /// The moments of the group that is posed after it.
+    /// Moments of the next group.
     windows: &'a Moments,
     columns: &'a mut [Vec<F32x16>; 3],
 }
@@ -118,7 +118,7 @@ impl Run<'_> {
         }
     }
 
-    /// The rows of a group. Written in place: they are large.
+    /// Finds the rows of a group. They are large, so they are written in place.
     #[inline(always)]
     fn mixed_rows<'a, L: Lanes>(&'a self, moments: &Moments, to: &mut MixedRows<'a, L>) {
         let cold = &self.cold[moments.group];

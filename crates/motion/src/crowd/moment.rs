@@ -1,9 +1,10 @@
-//! Where characters are in their clips.
+//! Moments of characters in their clips.
 
 use super::quantise::ONE;
 use crate::math::Lanes;
 
-/// The interval between frames, or between keys, that each lane is in, as a float, and how far in it, from 0 to 1.
+/// The interval between frames, or between keys, that contains a moment, as a float, and the position in it from 0 to 1. One
+/// of each for each lane.
 #[derive(Clone, Copy)]
 pub(super) struct Moment<L> {
     pub(super) interval: L,
@@ -21,16 +22,16 @@ impl<L: Lanes> Moment<L> {
     }
 }
 
-/// How many intervals a clip has, for each lane.
+/// Number of intervals of a clip, for each lane.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Cycle<L> {
     length: L,
-    /// One divided by it.
+    /// 1 divided by `length`.
     inverse: L,
 }
 
 impl Cycle<f32> {
-    /// So many intervals.
+    /// The cycle of `length` intervals.
     pub(super) fn of(length: usize) -> Self {
         let length = length as f32;
         Self {
@@ -39,7 +40,7 @@ impl Cycle<f32> {
         }
     }
 
-    /// The same for all lanes.
+    /// The same cycle in all lanes.
     #[inline(always)]
     pub(super) fn lanes<L: Lanes>(self) -> Cycle<L> {
         Cycle {
@@ -58,24 +59,25 @@ impl<L: Lanes> Cycle<L> {
         }
     }
 
-    /// Into `0..length`; what is no number becomes 0. Rounding may give `length` itself, or 0 for what is a little less.
+    /// Wraps `value` into `0..length`; NaN becomes 0. By rounding, the result may be `length` itself, or 0 for values
+    /// slightly below `length`.
     #[inline(always)]
     fn wrapped(self, value: L) -> L {
         let rest = value - (value * self.inverse).floor() * self.length;
         rest.max(L::splat(0.0)).min(self.length)
     }
 
-    /// The same of a whole number of intervals, and without a rounding.
+    /// Wraps a whole number of intervals into `0..length`, exactly.
     #[inline(always)]
     fn wrapped_whole(self, value: L) -> L {
-        // From half an interval away rounding reaches no other multiple of the length.
+        // Half an interval is added, so that rounding does not reach another multiple of the length.
         let turns = ((value + L::splat(0.5)) * self.inverse).floor();
         value - turns * self.length
     }
 
-    /// The moment at a time that is counted in intervals.
+    /// The moment at `time`, in intervals.
     ///
-    /// No step is fused, so that all machines take the same interval.
+    /// No operation is fused, so that all machines find the same interval.
     #[inline(always)]
     pub(super) fn moment(self, time: L) -> Moment<L> {
         let time = self.wrapped(time);
@@ -87,14 +89,14 @@ impl<L: Lanes> Cycle<L> {
     }
 }
 
-/// How far lanes are from each other in time.
+/// Classes of the distance between lanes in time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Reach {
-    /// Within [`Lanes::REACH`] intervals.
+    /// Less than [`Lanes::REACH`] intervals.
     Narrow,
-    /// Within [`Lanes::WIDE_REACH`] intervals.
+    /// Less than [`Lanes::WIDE_REACH`] intervals.
     Wide,
-    /// Further, or in different clips.
+    /// At least as many intervals, or different clips.
     Apart,
 }
 
@@ -102,21 +104,21 @@ impl Reach {
     pub(super) const COUNT: usize = 3;
 }
 
-/// Where lanes are that are near each other in time.
+/// Positions of lanes that are near each other in time.
 #[derive(Clone, Copy)]
 pub(super) struct Near<L: Lanes> {
-    /// The interval of the one that is furthest behind.
+    /// Interval of the lane that is furthest behind.
     pub(super) start: usize,
-    /// How many keys further each is: see [`Lanes::window_places`].
+    /// Number of keys that each lane is ahead of `start`: see [`Lanes::window_places`].
     pub(super) places: L::Words,
     pub(super) reach: Reach,
 }
 
 impl<L: Lanes> Near<L> {
-    /// Of places that are [apart](Reach::Apart) only that is known.
+    /// Measures how far lanes are apart. If they are [apart](Reach::Apart), the other fields are meaningless.
     #[inline(always)]
     pub(super) fn new(intervals: usize, cycle: Cycle<L>, interval: L) -> Self {
-        // From the lane that is furthest behind; the first lane is only near it.
+        // Positions ahead of the lane that is furthest behind. The first lane is only near it.
         let first = interval.first();
         let half = (intervals / 2) as f32;
         let ahead = cycle.wrapped_whole(interval + L::splat(half - first));
@@ -129,7 +131,7 @@ impl<L: Lanes> Near<L> {
         };
         let start = (start as usize).min(intervals - 1);
         let places = ahead - L::splat(least);
-        // Beyond the last interval there is one key more: the clip's last.
+        // There is one more key after the last interval: the last key of the clip.
         let beyond = places - L::splat((intervals - start) as f32 - 1.0);
         let places = places + beyond.max(L::splat(0.0)).min(L::splat(1.0));
         let is_within = |reach: usize| places.all_below(reach as f32);
@@ -146,10 +148,11 @@ impl<L: Lanes> Near<L> {
     }
 }
 
-/// How much of the key before and of the key after.
+/// Weights of the two keys around a moment.
 #[derive(Clone, Copy)]
 pub(super) struct Weights<L: Lanes> {
-    /// As 16-bit numbers whose sum is [`ONE`], in the halves of a word.
+    /// Weight of the key before and of the key after as 16-bit numbers, in the lower and upper half of a word. Their sum is
+    /// [`ONE`].
     pub(super) pair: L::Words,
 }
 

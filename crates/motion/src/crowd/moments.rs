@@ -1,11 +1,12 @@
-//! Where groups are in their clips, as it is kept until they are posed.
+//! Moments of groups in their clips, as they are kept until the groups are posed.
 
 use super::key_bank::KeyPlace;
 use super::moment::{Reach, Weights};
 use super::sampling::WindowPlace;
 use crate::math::{F32x16, Lanes};
 
-/// Where a group is in its clips, and what of it is shown. In lines, so that the same memory serves every instruction set.
+/// Moments of a group's characters in their clips. Lanes are stored as [`F32x16`]s, so that the same memory serves every
+/// instruction set.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Moments {
     /// Index of the group.
@@ -14,19 +15,19 @@ pub(super) struct Moments {
     pub(super) interval: F32x16,
     /// Bits of [`Weights::pair`].
     pub(super) weights: F32x16,
-    /// Where each part is that is near: key of the first column.
+    /// For each part whose lanes are near each other in time, position of its window in the first column, in keys.
     pub(super) starts: [usize; F32x16::LANES],
-    /// From column to column.
+    /// Number of keys from the start of one column to the start of the next.
     pub(super) stride: usize,
     /// Bits of [`Near::places`].
     pub(super) places: F32x16,
-    /// Of the part whose lanes are furthest from each other.
+    /// Reach of the part whose lanes are furthest from each other.
     pub(super) reach: Reach,
-    /// Nobody is on the way to another level.
+    /// Whether all characters look as on the posed level, so that no joint is blended towards a coarser one.
     pub(super) is_posed: bool,
-    /// Some character is inside the frustum.
+    /// Whether a character is inside the frustum.
     pub(super) is_visible: bool,
-    /// All play one clip, but are not near each other in time.
+    /// Whether all characters play one clip, but are not near each other in time.
     pub(super) is_apart: bool,
 }
 
@@ -51,7 +52,7 @@ impl Moments {
         }
     }
 
-    /// Where a part is, of a group that is near, and where the next such group is.
+    /// Windows of a part of this group, whose lanes are near each other in time, and of the group that is posed next.
     #[inline(always)]
     pub(super) fn windows<L: Lanes>(&self, next: &Self, part: usize) -> WindowPlace<L> {
         let place = |moments: &Self| KeyPlace {

@@ -4,7 +4,7 @@ use super::rotations::Rotations;
 use crate::lod::LevelId;
 use crate::math::F32x16;
 
-/// What is written of each joint, in the space of the world.
+/// The values that are written for each joint, in the space of the world.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Form {
     /// A matrix of 3 rows and 4 columns, row by row: 12 numbers. It transforms points from the joint's frame to the world.
@@ -15,7 +15,7 @@ pub enum Form {
 }
 
 impl Form {
-    /// Numbers of a joint: 12 or 7.
+    /// Number of values of a joint: 12 or 7.
     #[must_use]
     pub fn numbers(self) -> usize {
         match self {
@@ -24,7 +24,7 @@ impl Form {
         }
     }
 
-    /// Which numbers of a joint are the coordinates of its position.
+    /// Indices of a joint's values that are the coordinates of its position.
     #[must_use]
     pub fn position_numbers(self) -> [usize; 3] {
         match self {
@@ -34,44 +34,45 @@ impl Form {
     }
 }
 
-/// The order of the numbers of a group of sixteen characters.
+/// The order of the values of a group of sixteen characters.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Layout {
-    /// Joint by joint and number by number, each a line of sixteen characters: the order in which the kernels compute.
+    /// Joint by joint and value by value, each value an [`F32x16`] of sixteen characters: the order in which the kernels
+    /// compute.
     #[default]
     Blocks,
-    /// Character by character: the joints one after the other, each with 12 numbers, or with 7 and a 0. A row ends on a whole
-    /// line; the rest of that line is undefined.
+    /// Character by character: the joints one after the other, each with 12 values, or with 7 and a 0. A row ends on a whole
+    /// [`F32x16`]; the rest of that `F32x16` is undefined.
     Rows,
-    /// Rows at places of their own: that of character `i` starts at line `i` times [`Output::row_len`] of all joints, in every
-    /// frame and whatever its level. So instance `i` of a draw call finds its joints without a table, and two buffers that
-    /// take turns have the poses of this frame and of the one before at the same places.
+    /// Rows at fixed positions: the row of character `i` starts at the `F32x16` with index `i` times [`Output::row_len`] of
+    /// all joints, in every frame and on every level. Instance `i` of a draw call therefore finds its joints without a
+    /// table. If two buffers alternate, they have the poses of this frame and of the previous one at the same positions.
     Instances,
 }
 
-/// How memory is written.
+/// How output is written to memory.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum WriteMode {
-    /// Through the caches, for memory that is read again soon.
+    /// Through the caches, for memory that is soon read again.
     #[default]
     Cached,
-    /// Past the caches, whole lines at a time: for memory that is larger than the caches or mapped from a device.
+    /// Past the caches, whole cache lines at a time: for memory that is larger than the caches or mapped from a device.
     Streamed,
 }
 
-/// What a crowd writes.
+/// Form, layout and write mode of a crowd's output.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Output {
-    /// The numbers of each joint.
+    /// The values of each joint. Default [`Form::Matrices`].
     pub form: Form,
-    /// Their order.
+    /// The order of the values. Default [`Layout::Blocks`].
     pub layout: Layout,
-    /// How they are written.
+    /// How the values are written to memory. Default [`WriteMode::Cached`].
     pub write: WriteMode,
 }
 
 impl Output {
-    /// Lines that a group of sixteen characters takes.
+    /// Length of a group of sixteen characters, in [`F32x16`]s.
     #[must_use]
     pub fn group_len(self, joints: usize) -> usize {
         match self.layout {
@@ -80,13 +81,13 @@ impl Output {
         }
     }
 
-    /// Numbers of a joint: 12 or 7.
+    /// Number of values of a joint: 12 or 7.
     #[must_use]
     pub fn numbers(self) -> usize {
         self.form.numbers()
     }
 
-    /// Numbers of a joint in a row: 12 or 8.
+    /// Number of values of a joint in a row: 12 or 8.
     pub(super) fn row_numbers(self) -> usize {
         match self.form {
             Form::Matrices => Matrices::ROW,
@@ -94,7 +95,7 @@ impl Output {
         }
     }
 
-    /// Lines that the row of a character takes in [`Layout::Rows`] and [`Layout::Instances`].
+    /// Length of a character's row in [`Layout::Rows`] and [`Layout::Instances`], in [`F32x16`]s.
     #[must_use]
     pub fn row_len(self, joints: usize) -> usize {
         match self.form {
@@ -104,12 +105,12 @@ impl Output {
     }
 }
 
-/// Lines that as many joints fill as end on a whole line together.
+/// Number of `F32x16`s that [`turn_joints`] joints fill.
 pub(super) const fn turn_lines<P: JointMath>() -> usize {
     P::ROW * turn_joints::<P>() / F32x16::LANES
 }
 
-/// How many joints end on a whole line together.
+/// The smallest number of joints that fill whole `F32x16`s in a row.
 pub(super) const fn turn_joints<P: JointMath>() -> usize {
     let mut joints = 1;
     while P::ROW * joints % F32x16::LANES != 0 {
@@ -122,14 +123,14 @@ pub(super) fn row_lines<P: JointMath>(joints: usize) -> usize {
     joints.div_ceil(turn_joints::<P>()) * turn_lines::<P>()
 }
 
-/// Where the pose of a character is in the output.
+/// Position of a character's pose in the output.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PoseSlice {
-    /// Position of the first joint's first number, counted in numbers from the start of the output.
+    /// Position of the first joint's first value, counted in values from the start of the output.
     pub start: usize,
-    /// Numbers from one joint to the next.
+    /// Distance from one joint to the next, in values.
     pub joint_stride: usize,
-    /// Numbers from one number of a joint to the next: 1 in [`Layout::Rows`], 16 in [`Layout::Blocks`].
+    /// Distance from one value of a joint to the next, in values: 16 in [`Layout::Blocks`], otherwise 1.
     pub number_stride: usize,
     /// Number of joints, in the order of [`AnimationSet::joint_ids`](super::AnimationSet::joint_ids) of `level`: not in the
     /// order of the skeleton. See [`PoseSlice::copy_joints`].
@@ -140,7 +141,7 @@ pub struct PoseSlice {
 }
 
 impl PoseSlice {
-    /// A character that is written as `output` says.
+    /// The slice at `at` in an output of the form and layout of `output`.
     pub(super) fn new(output: Output, at: SlicePlace) -> Self {
         let SlicePlace {
             level,
@@ -167,14 +168,14 @@ impl PoseSlice {
         }
     }
 
-    /// Where a number of a joint stands, counted in numbers from the start of the output.
+    /// Position of a value of a joint, counted in values from the start of the output.
     #[must_use]
     #[inline]
     pub fn position(&self, joint: usize, number: usize) -> usize {
         self.start + joint * self.joint_stride + number * self.number_stride
     }
 
-    /// A number of a joint.
+    /// A value of a joint.
     ///
     /// # Panics
     /// If it is not within `out`.
@@ -184,8 +185,8 @@ impl PoseSlice {
         bytemuck::cast_slice::<F32x16, f32>(out)[self.position(joint, number)]
     }
 
-    /// All numbers of the character as one slice, [`PoseSlice::joint_stride`] for each joint; `None` in
-    /// [`Layout::Blocks`], and where it is not within `out`.
+    /// All values of the character as one slice, [`PoseSlice::joint_stride`] for each joint; `None` in [`Layout::Blocks`],
+    /// and if it is not within `out`.
     #[must_use]
     #[inline]
     pub fn row<'a>(&self, out: &'a [F32x16]) -> Option<&'a [f32]> {
@@ -196,7 +197,7 @@ impl PoseSlice {
         }
     }
 
-    /// Copies the numbers of joints, 12 or 7 for each, in the order of `joints`: indices into the level's joints, such as
+    /// Copies the values of joints, 12 or 7 for each, in the order of `joints`: indices into the level's joints, such as
     /// [`AnimationSet::skeleton_order`](super::AnimationSet::skeleton_order) gives.
     ///
     /// # Panics
@@ -217,7 +218,7 @@ impl PoseSlice {
         }
     }
 
-    /// Writes numbers of a joint, the first of them at `number`.
+    /// Writes consecutive values of a joint, starting with the value `first`.
     pub(super) fn set(&self, out: &mut [F32x16], first: JointNumber, numbers: &[f32]) {
         for (index, &value) in numbers.iter().enumerate() {
             let position = self.position(first.joint, first.number + index);
@@ -226,18 +227,18 @@ impl PoseSlice {
     }
 }
 
-/// What a [`PoseSlice`] follows from.
+/// Position of a pose in the groups or rows of the output.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct SlicePlace {
     pub(super) level: LevelId,
     pub(super) joints: usize,
-    /// First line of the group, or of the row.
+    /// Start of the group or of the row, in [`F32x16`]s.
     pub(super) offset: usize,
-    /// Lane in the group; 0 for a row.
+    /// Lane in the group; 0 if `offset` is the start of a row.
     pub(super) lane: usize,
 }
 
-/// A number of a joint.
+/// One value of a joint.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct JointNumber {
     pub(super) joint: usize,

@@ -15,7 +15,7 @@ use super::scratch::Scratch;
 use super::settings::CrowdSettings;
 use crate::math::{F32x16, RowSet, lock};
 
-/// What one chunk of the groups writes.
+/// The memory that one chunk of the groups writes.
 struct Part<'a>(Mutex<RunMemory<'a>>);
 
 impl<'a> Part<'a> {
@@ -32,7 +32,7 @@ impl Crowd {
     /// # Errors
     /// A buffer that is too small.
     pub fn pose(&mut self, out: &mut [F32x16]) -> Result<(), CrowdError> {
-        // A caller who has asked for the length has no more memory.
+        // A caller of `output_len` may have allocated exactly the present length.
         self.step_rebuild(None, self.needed_len());
         self.prepare();
         self.pose_prepared(out)
@@ -45,7 +45,7 @@ impl Crowd {
             return Err(CrowdError::TooSmall { needed, found });
         }
         let apart = self.pose_parts(out);
-        self.debt.of_a_frame(apart);
+        self.stale_cost.add_frame(apart);
         self.note_places();
         let Schedule {
             visible,
@@ -60,7 +60,7 @@ impl Crowd {
         Ok(())
     }
 
-    /// Lets the threads take the chunks; returns the number of groups that are no longer near each other in time.
+    /// Poses the chunks on all threads; returns the number of groups that are no longer near each other in time.
     fn pose_parts(&mut self, out: &mut [F32x16]) -> usize {
         let mut parts = [(); MOST_CHUNKS].map(|()| Part::none());
         let schedule = &self.schedule;
@@ -104,12 +104,12 @@ impl Crowd {
     }
 }
 
-/// What pieces are posed from.
+/// Inputs of posing that all pieces share.
 struct Pieces<'a> {
     schedule: &'a Schedule,
     animations: &'a AnimationSet,
     settings: &'a CrowdSettings,
-    /// Whether groups may be held.
+    /// Whether groups may be held: posed only every few frames.
     takes_turns: bool,
     /// Number of frames that were posed.
     frame: usize,
@@ -117,14 +117,14 @@ struct Pieces<'a> {
     now: f32,
 }
 
-/// Memory that a piece is posed with.
+/// Memory for posing a piece.
 struct PieceMemory<'a, 'b> {
     /// Receives the pieces of a chunk, one after the other.
     out: &'a mut RunMemory<'b>,
     scratch: &'a mut Scratch,
 }
 
-/// Groups of a piece that follow each other, and which of them are posed.
+/// Consecutive groups of a piece, and which of them are posed.
 struct Portion {
     groups: Range<usize>,
     turn: Turn,
@@ -155,8 +155,8 @@ impl Pieces<'_> {
         apart
     }
 
-    /// The first of some groups that take turns: as many as have just come into view, which are all posed, or as many as have
-    /// not. Which groups are posed does not depend on how they are cut into pieces.
+    /// The first portion of groups that may be held: either those that have just come into view, which are all posed, or
+    /// those that have not. Which groups are posed does not depend on how groups are cut into pieces.
     fn next_portion(&self, groups: Range<usize>) -> Portion {
         let is_new = |group: usize| self.schedule.is_new_in_view(group);
         let all = is_new(groups.start);

@@ -1,38 +1,38 @@
-//! Rotations as four signed 16-bit numbers, quantised from the root down.
+//! Quantises rotations to four signed 16-bit numbers, parents first.
 //!
-//! A key is rounded against what its parent has become, not against what it was: the error of a joint's rotation in model
-//! space is that of one rounding, however long the chain. A track that several levels share is rounded on the finest of
-//! them. On the others its error is added to the difference of its parent's errors on both levels, which is the same for
-//! all that hangs below one parent.
+//! The method is ours. A joint's key is computed relative to its parent as the parent's keys play it, not as the clip has it.
+//! The error of a joint's rotation in model space is therefore that of one rounding, however long the chain is. A track that
+//! several levels share is rounded on the finest of them. On the other levels its error is added to the difference of its
+//! parent's errors on the two levels, which is the same for all joints below one parent.
 
 use glam::{DQuat, DVec3, Quat, Vec3};
 
 use crate::lod::{LevelMotion, LevelTrack, Translations};
 
-/// What 1 becomes.
+/// The 16-bit number that stands for 1.
 pub(super) const ONE: f32 = 32767.0;
 
-/// Greatest angle between two keys, in radians: the straight line between them then lags behind slerp by less than
-/// 3.3e-5 rad (angle^3 / 249). Clips of slower frame rates get keys between.
+/// Greatest angle between two neighbouring keys, in radians. Linear interpolation then differs from slerp by less than 3.3e-5 rad
+/// (angle^3 / 249). Frames that are further apart get more keys between them.
 pub(super) const WIDEST: f32 = 0.2;
 
 /// The keys of one joint under one parent.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Keys {
-    /// Components times [`ONE`]; neighbours lie in the same half of the sphere.
+    /// Quaternions (x, y, z, w) times [`ONE`]. Neighbours have a positive dot product.
     pub(super) rotations: Vec<[i16; 4]>,
-    /// Positions in the parent's frame, in metres: one for each key, or one for all.
+    /// Positions in the parent's frame, in metres: one for each key, or one for all keys.
     pub(super) places: Vec<Vec3>,
 }
 
-/// Where a joint is in model space.
+/// A joint's frame in model space.
 #[derive(Clone, Copy)]
 struct At {
     turn: DQuat,
     place: DVec3,
 }
 
-/// A joint as the clip has it, and as its keys play it.
+/// A joint's frame in the clip, and the frame that its keys give.
 #[derive(Clone, Copy)]
 struct WantedAndPlayed {
     wanted: At,
@@ -67,7 +67,7 @@ impl WantedAndPlayed {
     };
 }
 
-/// Adds the keys of the tracks that have none yet. `tracks` says where the keys of each joint are in `keys`.
+/// Adds the keys of the tracks that have none yet. `tracks` has the index in `keys` of each joint's track.
 pub(super) fn quantise(motion: &LevelMotion, tracks: &TracksOfLevel<'_>, keys: &mut [Keys]) {
     let is_new = |&track: &usize| keys[track].rotations.is_empty();
     let is_new: Vec<bool> = tracks.indices.iter().map(is_new).collect();
@@ -94,12 +94,12 @@ pub(super) fn quantise(motion: &LevelMotion, tracks: &TracksOfLevel<'_>, keys: &
     }
 }
 
-/// Which tracks the joints of a level play.
+/// Tracks of a level's joints.
 #[derive(Clone, Copy)]
 pub(super) struct TracksOfLevel<'a> {
-    /// Of each joint, in the level's order.
+    /// Index of each joint's track, in the level's order.
     pub(super) indices: &'a [usize],
-    /// Keys from each frame of the clip to the next.
+    /// Number of keys from each frame of the clip to the next.
     pub(super) keys_of_frames: &'a [u32],
 }
 
@@ -109,7 +109,7 @@ impl Keys {
         self.places[key.min(self.places.len() - 1)]
     }
 
-    /// The next key: `at` is where the joint is wanted, and where its parent is played.
+    /// Appends a key. `at` has the joint's frame in the clip, and the frame that the keys give its parent.
     fn push(&mut self, track: &LevelTrack, at: WantedAndPlayed) {
         let to_parent = at.played.turn.inverse();
         let own = round(to_parent * at.wanted.turn, self.rotations.last());
@@ -117,21 +117,21 @@ impl Keys {
         match track.translations {
             Translations::Fixed(place) => self.places = vec![place],
             Translations::Moving(_) => {
-                // What came of the rotations above is taken back.
+                // Compensates for the errors of the rotations above.
                 let place = to_parent * (at.wanted.place - at.played.place);
                 self.places.push(place.as_vec3());
             }
         }
     }
 
-    /// Where a key puts the joint below a parent.
+    /// Frame of the joint at a key, below its parent's frame `above`.
     fn after(&self, above: At, key: usize) -> At {
         let turn = DQuat::from_array(self.rotations[key].map(f64::from)).normalize();
         above.then(turn, self.place(key).as_dvec3())
     }
 }
 
-/// The nearest key, on the side where the one before lies.
+/// The nearest key to a rotation, with the sign that makes it closer to the key before.
 fn round(turn: DQuat, before: Option<&[i16; 4]>) -> [i16; 4] {
     let turned_away = before.is_some_and(|before| {
         let before = DQuat::from_array(before.map(f64::from));
@@ -143,7 +143,7 @@ fn round(turn: DQuat, before: Option<&[i16; 4]>) -> [i16; 4] {
         .map(|component| (component * f64::from(ONE)).round() as i16)
 }
 
-/// Raises the numbers of keys from each frame to the next: so many that no two neighbours are further apart than [`WIDEST`].
+/// Raises the number of keys from each frame to the next until no two neighbours are further apart than [`WIDEST`].
 pub(super) fn count_keys(motion: &LevelMotion, keys_of_frames: &mut [u32]) {
     for track in &motion.tracks {
         for (pair, keys) in track.rotations.windows(2).zip(&mut *keys_of_frames) {
@@ -153,7 +153,7 @@ pub(super) fn count_keys(motion: &LevelMotion, keys_of_frames: &mut [u32]) {
     }
 }
 
-/// Where the keys of a clip are between its frames; the last key is its last frame.
+/// Moments of a clip's keys. The last key is the last frame.
 fn key_moments(keys_of_frames: &[u32]) -> impl Iterator<Item = BetweenFrames> {
     let last = BetweenFrames {
         frame: keys_of_frames.len(),

@@ -31,7 +31,7 @@ impl<L: Lanes> QuatLanes<L> {
         }
     }
 
-    /// A part of the straight line to another one, both of length 1, along the shorter arc; of any length.
+    /// Linear interpolation of two rotations of length 1 along the shorter arc; the result has any length.
     #[inline(always)]
     pub(super) fn towards(self, other: Self, weight: L) -> Self {
         self.mixed(
@@ -41,8 +41,9 @@ impl<L: Lanes> QuatLanes<L> {
         )
     }
 
-    /// [`QuatLanes::towards`] for rotations between two keys, times [`ONE`] squared. The other one is brought to the length of
-    /// this one: with squares of lengths m and n next to 1, √(m / n) = 1 + (m - n) / 2, of which the rest is below 4e-6.
+    /// [`QuatLanes::towards`] for rotations interpolated between two keys, which are scaled by [`ONE`] squared. `other` is
+    /// scaled to the length of this one: with squares of lengths m and n next to 1, √(m / n) = 1 + (m - n) / 2 with an error
+    /// below 4e-6.
     #[inline(always)]
     pub(super) fn towards_between_keys(self, other: Self, weight: L) -> Self {
         const HALF: f32 = 0.5 / (ONE * ONE * ONE * ONE);
@@ -52,7 +53,7 @@ impl<L: Lanes> QuatLanes<L> {
         self.mixed(L::splat(1.0) - weight, other, to_other)
     }
 
-    /// The sum of both, each times its factor.
+    /// The weighted sum of both.
     #[inline(always)]
     fn mixed(self, to_self: L, other: Self, to_other: L) -> Self {
         Self {
@@ -63,8 +64,8 @@ impl<L: Lanes> QuatLanes<L> {
         }
     }
 
-    /// A share of a rotation of length 1, along the straight line from the identity, of any length; the inverse rotation's
-    /// for a share below 0.
+    /// A fraction of a rotation of length 1, by linear interpolation from the identity; a fraction of the inverse rotation
+    /// if `share` is below 0. The result has any length.
     #[inline(always)]
     pub(super) fn share(self, share: L) -> Self {
         let one = L::splat(1.0);
@@ -78,7 +79,7 @@ impl<L: Lanes> QuatLanes<L> {
         }
     }
 
-    /// This rotation after another one.
+    /// The product of quaternions: `q` is applied first.
     #[inline(always)]
     pub(super) fn times(self, q: Self) -> Self {
         let Self { x, y, z, w } = self;
@@ -95,9 +96,9 @@ impl<L: Lanes> QuatLanes<L> {
         self.scaled(L::splat(1.0) / self.dot(self).sqrt())
     }
 
-    /// The same of what stands between two keys, times [`ONE`] squared. With m the square of its length,
-    /// 1 / √m = 15/8 - 5/4 m + 3/8 m² + 5/16 (1 - m)³ + …, of which the last is below 1e-8: keys are no further apart than
-    /// [`WIDEST`](super::quantise::WIDEST). Written as a square and a rest, it takes two products.
+    /// [`QuatLanes::normalized`] for a rotation interpolated between two keys, which is scaled by [`ONE`] squared. With m
+    /// the square of its length, 1 / √m = 15/8 - 5/4 m + 3/8 m² + 5/16 (1 - m)³ + …. The cubic term is below 1e-8, because
+    /// keys are no further apart than [`WIDEST`](super::quantise::WIDEST). Completing the square saves a product.
     #[inline(always)]
     pub(super) fn between_keys_normalized(self) -> Self {
         const UNIT: f64 = ONE as f64;
@@ -119,7 +120,7 @@ pub(super) struct Local<L> {
 }
 
 impl<L: Lanes> Local<L> {
-    /// The same with a rotation of length 1.
+    /// The same motion with a rotation of length 1.
     #[inline(always)]
     pub(super) fn normalized(self) -> Self {
         Self {
@@ -128,7 +129,7 @@ impl<L: Lanes> Local<L> {
         }
     }
 
-    /// The same for all.
+    /// The same rotation and position in all lanes.
     #[inline(always)]
     pub(super) fn splat(turn: Quat, place: Vec3) -> Self {
         Self {

@@ -1,13 +1,15 @@
-//! Sorting in passes of eleven bits, lowest first: linear in the number of keys, and the same time
-//! whatever their order.
+//! Radix sort, least significant digit first: linear in the number of keys, and the same time whatever their order.
+//!
+//! Source: Knuth, "The Art of Computer Programming", volume 3, section 5.2.5, algorithm R. Differs: keys are arrays that are
+//! copied between two buffers, not linked lists, so each pass first counts the keys of each digit (as algorithm 5.2D does).
 
 use std::ops::Range;
 
-/// Bits of a pass.
+/// Number of bits of a digit, by which one pass sorts.
 pub(super) const DIGIT: u32 = 11;
 const VALUES: usize = 1 << DIGIT;
 
-/// Sorts by some bits of the keys; equal ones stay in their order. `spare` is of any length.
+/// Sorts keys by the bits in `bits`; equal ones stay in their order. `spare` may have any length and content.
 pub(super) fn sort(keys: &mut Vec<u64>, spare: &mut Vec<u64>, bits: Range<u32>) {
     spare.resize(keys.len(), 0);
     for shift in bits.clone().step_by(DIGIT as usize) {

@@ -1,8 +1,9 @@
-//! New groups that are made a part in each frame, while the present ones are posed: sorting all characters at once would take
+//! Builds new groups a part in each frame, while the present ones are posed: sorting all characters at once would take
 //! longer than posing them.
 //!
-//! The keys of all characters are noted, sorted digit by digit, and groups are filled in their order. Changes of characters are
-//! written to the present groups and to the new ones. Who fits none of the new groups by then is moved to one when they take over.
+//! The keys of all characters are recorded and sorted digit by digit, then groups are filled in their order. Changes of
+//! characters are written to the present groups and to the new ones. A character that does not fit its new group is moved to
+//! another one when the new groups take over.
 
 use std::ops::Range;
 
@@ -12,40 +13,40 @@ use super::schedule::{GroupClock, Schedule, Sorting};
 use super::slot::{NOWHERE, PARKED, Slot};
 use super::sort::FillWork;
 
-/// New groups.
+/// Groups that are being built.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Rebuild {
     pub(super) schedule: Schedule,
     /// Group and lane of each character among the new groups.
     pub(super) slots: Vec<u32>,
-    /// The time at which the clock of the new groups stands at 0, in seconds.
+    /// The crowd's time at which the clock of the new groups is 0, in seconds.
     pub(super) base: f64,
-    /// Characters that need another one of the new groups.
+    /// Characters that do not fit their new groups.
     pub(super) misfits: Vec<u32>,
     /// Whether each character is one of `misfits`.
     is_misfit: Vec<bool>,
-    /// `None` where no groups are made.
+    /// The next step; `None` if no groups are being built.
     stage: Option<Stage>,
 }
 
-/// What is done next.
+/// The next step of building.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Stage {
-    /// The key of this character and of some after it.
+    /// Records the keys of characters, from this one on.
     Keys(usize),
-    /// Sorting by this digit.
+    /// Sorts the keys by this digit.
     Digit(u32),
-    /// Groups.
+    /// Fills groups.
     Fill,
 }
 
 impl Rebuild {
-    /// Frames in which the keys are noted.
+    /// Number of frames in which keys are recorded.
     const KEY_FRAMES: usize = 10;
-    /// Frames in which groups are filled.
+    /// Number of frames in which groups are filled.
     const FILL_FRAMES: usize = 24;
 
-    /// Memory for so many characters.
+    /// Reserves memory for `characters` characters and `chunks` chunks.
     pub(super) fn reserve(&mut self, characters: usize, chunks: usize) {
         self.schedule.reserve(characters, chunks);
         for ids in [&mut self.slots, &mut self.misfits] {
@@ -59,7 +60,7 @@ impl Rebuild {
         self.stage.is_some()
     }
 
-    /// Begins at a time of the crowd.
+    /// Starts building groups whose clock is 0 at the crowd's time `now`, in seconds.
     pub(super) fn begin(&mut self, now: f64) {
         self.stage = Some(Stage::Keys(0));
         self.base = now;
@@ -68,12 +69,12 @@ impl Rebuild {
         self.is_misfit.clear();
     }
 
-    /// Forgets the new groups.
+    /// Discards the new groups.
     pub(super) fn abort(&mut self) {
         self.stage = None;
     }
 
-    /// The characters whose keys the next step notes.
+    /// Indices of the characters whose keys the next step records.
     pub(super) fn next_ids(&self, characters: usize) -> Range<usize> {
         match self.stage {
             Some(Stage::Keys(first)) => {
@@ -84,7 +85,7 @@ impl Rebuild {
         }
     }
 
-    /// Does a part of the work; returns whether all is done.
+    /// Does one step; returns whether the new groups are complete.
     pub(super) fn step(&mut self, sorting: &Sorting<'_>) -> bool {
         let Some(stage) = self.stage else {
             return false;
@@ -133,7 +134,7 @@ impl Rebuild {
         false
     }
 
-    /// Finds those who are in no group.
+    /// Adds characters that are in no new group to `misfits`.
     fn note_missing(&mut self, states: &[CharacterState]) {
         for (id, state) in states.iter().enumerate() {
             if self.slots[id] == NOWHERE && !state.is_inactive {
@@ -142,14 +143,14 @@ impl Rebuild {
         }
     }
 
-    /// Notes that a character needs another one of the new groups: once, however often it changes.
+    /// Adds a character to `misfits`, at most once.
     pub(super) fn add_misfit(&mut self, id: usize) {
         if !std::mem::replace(&mut self.is_misfit[id], true) {
             self.misfits.push(id as u32);
         }
     }
 
-    /// Writes a character that has changed.
+    /// Updates the new groups after a character has changed.
     pub(super) fn change(&mut self, id: usize, state: &CharacterState, clock: GroupClock<'_>) {
         let slot = match (self.stage, self.slots.get(id)) {
             (Some(_), Some(&slot)) if slot != NOWHERE => slot,

@@ -1,5 +1,5 @@
-//! Changes of the groups between two sortings: characters that are moved to other groups, that leave the frustum, or whose
-//! levels a frame has chosen.
+//! Changes of groups between two sortings: moves characters to other groups, parks those that leave the frustum, and stores
+//! the levels that a frame has chosen.
 
 use super::bucket::{GroupKind, Parked};
 use super::character::CharacterState;
@@ -9,7 +9,7 @@ use super::slot::{NOWHERE, PARKED, Slot};
 use crate::math::F32x16;
 
 impl Schedule {
-    /// Puts a character that is in no group among those that are not posed.
+    /// Parks a character that is in no group: it is not posed.
     pub(super) fn park(&mut self, id: u32, states: &[CharacterState], slots: &mut [u32]) {
         let free = |parked: &Parked| parked.ids.iter().position(|&id| id == Group::NOBODY);
         let lane = match self.parked.last().and_then(free) {
@@ -49,7 +49,7 @@ impl Schedule {
                 near: None,
                 mix: state.mix,
             };
-            // The last few: more are seldom open.
+            // Only the last few groups are searched; others seldom have a free lane.
             let mut open = (self.first_late..self.groups.len()).rev().take(4);
             let vacancy = open.find_map(|group| {
                 let cold = &self.cold[group];
@@ -94,12 +94,12 @@ impl Schedule {
         }
     }
 
-    /// Whether the last frame saw what is in a lane.
+    /// Whether the character in a lane was visible in the last frame.
     pub(super) fn is_visible(&self, slot: Slot) -> bool {
         self.visible[slot.group] >> slot.lane & 1 == 1
     }
 
-    /// Makes all lanes visible, but for groups without characters.
+    /// Makes the lanes of all groups with characters visible.
     pub(super) fn show_all(&mut self) {
         for (visible, cold) in self.visible.iter_mut().zip(&self.cold) {
             let is_empty = *visible == 0 && cold.ids == [Group::NOBODY; F32x16::LANES];
@@ -109,7 +109,7 @@ impl Schedule {
         }
     }
 
-    /// Lets the groups' clock start at 0 again.
+    /// Resets the groups' clock to 0.
     pub(super) fn rebase(&mut self, sorting: &Sorting<'_>) {
         for group in 0..self.groups.len() {
             let ids = self.cold[group].ids;
@@ -126,7 +126,7 @@ impl Schedule {
         }
     }
 
-    /// Takes the levels that frames have chosen from the groups to the characters.
+    /// Copies the levels that frames have chosen from the groups to the characters.
     pub(super) fn store_details(&self, states: &mut [CharacterState]) {
         for ((group, cold), visible) in self.groups.iter().zip(&self.cold).zip(&self.visible) {
             for (lane, &id) in cold.ids.iter().enumerate() {

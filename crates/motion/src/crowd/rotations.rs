@@ -6,7 +6,7 @@ use super::quat_lanes::{Local, QuatLanes};
 use super::sampling::Source;
 use crate::math::{F32x16, Lanes};
 
-/// Unit quaternions (x, y, z, w) and places (x, y, z).
+/// Unit quaternions (x, y, z, w) and positions (x, y, z).
 pub(super) struct Rotations;
 
 #[inline(always)]
@@ -19,7 +19,7 @@ impl JointMath for Rotations {
 
     const ROW: usize = 8;
 
-    /// With a unit quaternion.
+    /// A motion whose rotation has length 1.
     type Ready<L: Lanes> = Local<L>;
 
     #[inline(always)]
@@ -40,8 +40,8 @@ impl JointMath for Rotations {
         part: usize,
     ) {
         let (zero, one, half, two) = (L::splat(0.0), L::splat(1.0), L::splat(0.5), L::splat(2.0));
-        // Half the heading, from -π to π: its cosine is never below 0. The larger of cosine and sine by its root, the other from
-        // the heading's sine: its root would lose a small heading.
+        // Cosine and sine of half the heading. The heading is from -π to π, so this cosine is not negative. The larger of
+        // the two is computed by a square root, the other from the heading's sine: a square root would lose small headings.
         let (cos_size, sin_size) = (cos.max(zero - cos), sin.max(zero - sin));
         let larger = ((one + cos_size) * half).sqrt();
         let other = sin_size / (larger * two);
@@ -57,7 +57,7 @@ impl JointMath for Rotations {
             s.neg_mul_add(q.y, c * q.w),
         ];
         let [px, py, pz] = place;
-        // As below, with u = (0, s, 0).
+        // The product of `compose`, with u = (0, s, 0).
         let (cross_x, cross_z) = (s * pz * two, (zero - s * px) * two);
         let place = [
             s.mul_add(cross_z, c.mul_add(cross_x, px + x)),
@@ -104,11 +104,16 @@ impl JointMath for Rotations {
     }
 
     #[inline(always)]
-    fn ride<L: Lanes>(above: &Self::Model, ready: Local<L>, model: &mut Self::Model, part: usize) {
+    fn compose_blended<L: Lanes>(
+        above: &Self::Model,
+        ready: Local<L>,
+        model: &mut Self::Model,
+        part: usize,
+    ) {
         Self::compose(above, ready, model, part);
     }
 
-    /// Rotations along the shorter arc.
+    /// Interpolates rotations along the shorter arc, and positions linearly.
     #[inline(always)]
     fn approach<L: Lanes>(model: &mut Self::Model, other: &Self::Model, weight: L, part: usize) {
         let (own, other): ([L; 7], [L; 7]) = (load(model, part), load(other, part));

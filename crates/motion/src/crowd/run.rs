@@ -16,11 +16,11 @@ pub(super) struct Run<'a> {
     pub(super) keys: &'a KeyBank,
     pub(super) bank: &'a LevelClips,
     pub(super) level: Level<'a>,
-    /// Those of all clips.
+    /// Ranges of the keys of all clips and layers.
     pub(super) ranges: &'a [ClipRange],
-    /// Of each group the clip of all its characters, where they are near each other in time; else each has its own.
+    /// For each group, the clip of all its characters if they are near each other in time, else `None`.
     pub(super) near: &'a [Option<ClipId>],
-    /// What is mixed into the clips of some of them.
+    /// The clips that are mixed into those of the characters.
     pub(super) mix: Mix,
     pub(super) groups: &'a [Group],
     /// Lanes of each group that are inside the frustum.
@@ -33,16 +33,16 @@ pub(super) struct Run<'a> {
     pub(super) scratch: &'a mut Scratch,
 }
 
-/// Where groups go.
+/// Memory that groups are written to.
 pub(super) enum RunMemory<'a> {
-    /// [`Output::group_len`] for each group.
+    /// One after the other, [`Output::group_len`] `F32x16`s for each group.
     Lines(&'a mut [F32x16]),
-    /// A row of its own for each lane.
+    /// One row for each lane, anywhere in the output.
     Rows(RowSet<'a>),
 }
 
 impl RunMemory<'_> {
-    /// Cuts off what comes first: so much memory for so many groups.
+    /// Splits off the memory of the first `groups` groups, which take `lines` `F32x16`s.
     pub(super) fn split_off_front(&mut self, lines: usize, groups: usize) -> Self {
         match self {
             Self::Lines(all) => {
@@ -55,19 +55,19 @@ impl RunMemory<'_> {
     }
 }
 
-/// Which groups are posed in this frame.
+/// Which groups are posed in this frame: every `step`th, from `first` on.
 #[derive(Clone, Copy)]
 pub(super) struct Turn {
     pub(super) first: usize,
-    /// From one to the next.
+    /// Distance from one posed group to the next, in groups; at least 1.
     pub(super) step: usize,
 }
 
 /// The level that is posed.
 #[derive(Clone, Copy)]
 pub(super) struct Level<'a> {
-    /// By its number.
+    /// Number of the level, as a float.
     pub(super) number: f32,
-    /// To the levels after it.
+    /// Steps from this level to each of the levels after it.
     pub(super) steps: &'a [LevelStep],
 }

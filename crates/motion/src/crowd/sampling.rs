@@ -1,4 +1,4 @@
-//! A clip read at the moments of a register's characters.
+//! Samples a clip at the moments of a register's characters.
 
 use super::key_bank::{KeyBank, KeyPlace, UnitRead};
 use super::level_clips::LevelClips;
@@ -8,36 +8,36 @@ use super::quat_lanes::{Local, QuatLanes};
 use super::tracks::{Place, PlaceRange};
 use crate::math::{F32x16, KeyColumns, KeyRows, KeyUnit, Lanes, NextColumns};
 
-/// What gives the motion of one joint after the other, in the level's order.
+/// The motion of a level's joints, one joint after the other.
 pub(super) trait Source<L: Lanes> {
-    /// Its rotation has any length.
+    /// The motion of the next joint, with a rotation of any length.
     fn next(&mut self, joint: &LevelJoint) -> Local<L>;
 
-    /// The same, its rotation of length 1.
+    /// The motion of the next joint, with a rotation of length 1.
     fn next_unit(&mut self, joint: &LevelJoint) -> Local<L>;
 }
 
-/// Keys of one joint after the other: words of two neighbouring keys each.
+/// The keys of a level's joints, one joint after the other. Each word has two neighbouring keys.
 pub(super) trait Columns<L: Lanes> {
     /// The rotation of the next joint.
     fn rotation(&mut self, joint: &LevelJoint) -> [L::Words; 4];
 
-    /// A quad of its position: from the first to the last.
+    /// A quad of the next joint's position; quads are read in order.
     fn place(&mut self, joint: &LevelJoint, quad: usize) -> [L::Words; 3];
 }
 
-/// Where the windows of lanes are that are near each other in time.
+/// Windows of lanes that are near each other in time.
 #[derive(Clone, Copy)]
 pub(super) struct WindowPlace<L: Lanes> {
-    /// The key of the lane that is furthest behind.
+    /// Position of the key of the lane that is furthest behind.
     pub(super) at: KeyPlace,
-    /// Where the windows are that are needed next.
+    /// Position of the windows that are read next, for prefetching.
     pub(super) next: KeyPlace,
-    /// How many keys further each lane is: see [`Lanes::window_places`].
+    /// Number of keys that each lane is ahead: see [`Lanes::window_places`].
     pub(super) places: L::Words,
 }
 
-/// Columns of lanes that are near each other in time: one load, or two of wide windows, fetches what all of them need.
+/// Columns of lanes that are near each other in time. One load, or two for wide windows, fetches the keys of all lanes.
 pub(super) struct Window<'a, L: Lanes, const WIDE: bool> {
     keys: &'a [i16],
     place: WindowPlace<L>,
@@ -87,20 +87,21 @@ impl<L: Lanes, const WIDE: bool> Columns<L> for Window<'_, L, WIDE> {
     }
 }
 
-/// Columns that are made of sixteen rows, of characters that may be anywhere in any clip: four lines for each quad. They are made
-/// between the joints, one joint ahead: reading waits for memory and exchanges lanes, while joints are products.
+/// Columns that are made from sixteen rows, for characters anywhere in any clip: four `F32x16`s for each quad. They are made
+/// one joint ahead, between the computations of joints: reading waits for memory and exchanges lanes, while joints are
+/// products.
 pub(super) struct ReadRows<'a> {
     rows: &'a KeyRows<'a>,
-    /// Those that are still to be done.
+    /// Units that are still to be read.
     reads: std::slice::Iter<'a, UnitRead>,
     columns: &'a mut [F32x16],
-    /// The next one to use.
+    /// Index of the next `F32x16` to use in `columns`.
     line: usize,
     part: usize,
 }
 
 impl<'a> ReadRows<'a> {
-    /// The first part reads for all. `columns` has memory for them.
+    /// Reads the rows. The first part reads the keys for all parts into `columns`.
     #[inline(always)]
     pub(super) fn new<L: Lanes>(from: RowsPart<'a>, columns: &'a mut [F32x16]) -> Self {
         let RowsPart { level, rows, part } = from;
@@ -121,12 +122,13 @@ impl<'a> ReadRows<'a> {
         own
     }
 
-    /// Whether columns are made between the joints. Kernels without wide registers are faster if they make all of them first.
+    /// Whether columns are made between the computations of joints. Kernels without wide registers are faster if they make
+    /// all of them first.
     const fn reads_between<L: Lanes>() -> bool {
         L::PARTS <= 2
     }
 
-    /// Makes the columns of so many reads.
+    /// Reads units until `left` of them are left.
     #[inline(always)]
     fn read<L: Lanes>(&mut self, left: usize) {
         while self.reads.len() > left {
@@ -181,7 +183,7 @@ impl<L: Lanes> Columns<L> for ReadRows<'_> {
     }
 }
 
-/// One clip.
+/// A clip that is played: its keys, and the weights of the two keys around each moment.
 pub(super) struct Playing<L: Lanes, C> {
     columns: C,
     weights: Weights<L>,
@@ -195,7 +197,7 @@ impl<L: Lanes, C> Playing<L, C> {
 }
 
 impl<L: Lanes, C: Columns<L>> Playing<L, C> {
-    /// What two keys become, times [`ONE`](super::quantise::ONE).
+    /// The weighted sums of two keys, times [`ONE`](super::quantise::ONE).
     #[inline(always)]
     fn mixed<const N: usize>(&self, words: [L::Words; N]) -> [L; N] {
         let mut mixed = [L::splat(0.0); N];
@@ -233,7 +235,7 @@ impl<L: Lanes, C: Columns<L>> Playing<L, C> {
 }
 
 impl<L: Lanes, C: Columns<L>> Playing<L, C> {
-    /// The next joint, whose position is stored so.
+    /// The motion of the next joint, whose position is stored as `place` says.
     #[inline(always)]
     fn next_at(&mut self, joint: &LevelJoint, place: &Place) -> Local<L> {
         let words = self.columns.rotation(joint);
@@ -264,7 +266,7 @@ impl<L: Lanes, C: Columns<L>> Source<L> for Playing<L, C> {
     }
 }
 
-/// Columns of characters that share their loads or do not.
+/// Columns of characters that may or may not share their loads.
 pub(super) enum AnyColumns<'a, L: Lanes> {
     Near(Window<'a, L, false>),
     Wide(Window<'a, L, true>),
@@ -291,13 +293,13 @@ impl<L: Lanes> Columns<L> for AnyColumns<'_, L> {
     }
 }
 
-/// A clip that is mixed in, and how much of it.
+/// A clip that is mixed in, and its weight in each lane.
 pub(super) struct MixedIn<L: Lanes, C> {
     pub(super) clip: Playing<L, C>,
     pub(super) weight: L,
 }
 
-/// A clip, and a second one to cross-fade to.
+/// A clip, and a second clip that it is cross-faded to.
 pub(super) struct Faded<L: Lanes, S, C> {
     pub(super) own: S,
     pub(super) fade: MixedIn<L, C>,
@@ -325,15 +327,15 @@ impl<L: Lanes, S: Source<L>, C: Columns<L>> Source<L> for Faded<L, S, C> {
     }
 }
 
-/// An additive layer, and how much of it.
+/// An additive layer, and its weight in each lane.
 pub(super) struct Layer<'a, L: Lanes> {
     pub(super) clip: Playing<L, ReadRows<'a>>,
-    /// How it stores the positions of the joints, one after the other.
+    /// The layer's place of each joint's track, in the level's order.
     pub(super) places: std::slice::Iter<'a, Place>,
     pub(super) weight: L,
 }
 
-/// A motion, and an additive layer.
+/// A motion with an additive layer.
 pub(super) struct Layered<'a, L: Lanes, S> {
     pub(super) own: S,
     pub(super) layer: Layer<'a, L>,

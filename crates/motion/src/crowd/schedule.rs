@@ -1,4 +1,4 @@
-//! The groups of a crowd, and where their lanes are.
+//! The groups of a crowd, and their positions in the output.
 
 use super::animation_set::AnimationSet;
 use super::bucket::{Bucket, GroupKind, Parked, Piece};
@@ -10,50 +10,50 @@ use super::slot::{MOST_LATE, Slot};
 use crate::anim::ClipId;
 use crate::math::{DistinctRows, F32x16};
 
-/// The order of a crowd.
+/// The groups of a crowd, with buffers for sorting.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Schedule {
     pub(super) groups: Vec<Group>,
     pub(super) cold: Vec<GroupCold>,
     /// [`GroupKind::near`] of each group.
     pub(super) near: Vec<Option<ClipId>>,
-    /// Lanes of each group that are inside the frustum, a bit each. A group without any is not posed.
+    /// For each group, a bit mask of the lanes inside the frustum. A group without any is not posed.
     pub(super) visible: Vec<u16>,
-    /// Whether each group was visible in the frame before, and so its pose is at most as old as it may be.
+    /// Whether each group was visible in the previous frame. Its pose is then no older than [`Hold`](super::Hold) allows.
     pub(super) was_visible: Vec<bool>,
     pub(super) parked: Vec<Parked>,
     pub(super) buckets: Vec<Bucket>,
     pub(super) pieces: Vec<Piece>,
-    /// Where the pieces of each chunk end.
+    /// End index of each chunk's pieces.
     pub(super) ends: Vec<usize>,
-    /// Of the whole output.
+    /// Length of the whole output, in [`F32x16`]s.
     pub(super) lines: usize,
-    /// The first group that was added since the last sorting.
+    /// Index of the first group that was added since the last sorting.
     pub(super) first_late: usize,
-    /// Sorted: level, what is mixed in, clip, position in it, character.
+    /// Sort keys; from the highest bits: level, mixture, clip, position in the clip, character.
     pub(super) keys: Vec<u64>,
     pub(super) spare: Vec<u64>,
     /// Number of keys whose characters are in groups.
     pub(super) filled: usize,
-    /// Whether the keys of a level are done, and those of its characters are put into groups that are not near others.
+    /// Whether all keys of the present level are read. The characters in `rest` are then put into groups.
     pub(super) is_level_read: bool,
-    /// Number of characters of `rest` that are in groups.
+    /// For each mixture, by [`Mix::index`], the number of characters of `rest` that are in groups.
     pub(super) pushed: [usize; Mix::COUNT],
-    /// Fewer than sixteen characters that are not near others, by [`Mix::index`].
+    /// For each mixture, by [`Mix::index`], characters that share no loads and are to be put into groups of sixteen.
     pub(super) rest: [Vec<u32>; Mix::COUNT],
-    /// Of [`Layout::Instances`]: which character's row each lane writes.
+    /// For [`Layout::Instances`], the character whose row each lane writes.
     pub(super) rows: DistinctRows,
 }
 
-/// What the order follows from.
+/// Inputs of sorting a crowd into groups.
 pub(super) struct Sorting<'a> {
     pub(super) animations: &'a AnimationSet,
     pub(super) states: &'a [CharacterState],
-    /// Of each character its group and lane, as one number.
+    /// Group and lane of each character, as one number.
     pub(super) slots: &'a mut [u32],
     /// The crowd's time, in seconds.
     pub(super) now: f64,
-    /// The time at which the groups' clock stands at 0.
+    /// The crowd's time at which the groups' clock is 0, in seconds.
     pub(super) base: f64,
     pub(super) output: Output,
     /// Number of chunks that the groups are cut into, for threads to take.
@@ -61,12 +61,13 @@ pub(super) struct Sorting<'a> {
 }
 
 impl Schedule {
-    /// Full groups of so many characters, one more for each kind of rest, and those of characters that are moved later.
+    /// Maximum number of groups of `characters` characters: full ones, one more for each mixture, and those of characters
+    /// that are moved later.
     pub(super) fn most_groups(characters: usize) -> usize {
         characters.div_ceil(F32x16::LANES) + Mix::COUNT + characters / MOST_LATE + 1
     }
 
-    /// Memory for any order of so many characters, and for those that are moved later.
+    /// Reserves memory for any grouping of `characters` characters, including those that are moved later.
     pub(super) fn reserve(&mut self, characters: usize, chunks: usize) {
         let groups = Self::most_groups(characters);
         reserve(&mut self.groups, groups);
@@ -87,7 +88,7 @@ impl Schedule {
         }
     }
 
-    /// One more group, behind all others.
+    /// Adds a group behind all others.
     pub(super) fn push(
         &mut self,
         kind: GroupKind,
@@ -124,7 +125,7 @@ impl Schedule {
         });
         self.lines += lines;
         for (lane, &id) in ids.iter().enumerate() {
-            // Lanes that nobody uses repeat the first.
+            // Unused lanes repeat the first character.
             let shown = if id == Group::NOBODY { ids[0] } else { id };
             let slot = Slot { group: index, lane };
             if let Some(state) = sorting.states.get(shown as usize) {
@@ -145,7 +146,7 @@ impl Schedule {
         self.cold[group].write(lane, &clips);
     }
 
-    /// Makes a lane a character's own.
+    /// Assigns a lane to a character.
     pub(super) fn enter(&mut self, slot: Slot, id: u32, sorting: &mut Sorting<'_>) {
         self.cold[slot.group].ids[slot.lane] = id;
         sorting.slots[id as usize] = slot.number();
@@ -155,23 +156,23 @@ impl Schedule {
         }
     }
 
-    /// Makes a lane nobody's.
+    /// Makes a lane unused.
     pub(super) fn leave(&mut self, slot: Slot) {
         self.cold[slot.group].ids[slot.lane] = Group::NOBODY;
         self.rows.remove(slot.number() as usize);
     }
 }
 
-/// Makes room for so many items in all.
+/// Reserves memory for `count` items in all.
 fn reserve<T>(items: &mut Vec<T>, count: usize) {
     items.reserve(count.saturating_sub(items.len()));
 }
 
-/// What positions in clips are counted from.
+/// The reference of positions in clips.
 #[derive(Clone, Copy)]
 pub(super) struct GroupClock<'a> {
     pub(super) animations: &'a AnimationSet,
-    /// The time at which the groups' clock stands at 0, in seconds.
+    /// The crowd's time at which the groups' clock is 0, in seconds.
     pub(super) base: f64,
 }
 

@@ -1,4 +1,4 @@
-//! Memory of the threads that pose.
+//! Scratch memory of the threads that pose.
 
 use super::animation_set::AnimationSet;
 use super::joint_math::JointMath;
@@ -8,25 +8,25 @@ use super::moments::Moments;
 use super::output::row_lines;
 use crate::math::F32x16;
 
-/// Groups whose moments are found before the first of them is posed. Where a group is in its clip is a long chain of steps, each of
-/// which waits for the one before: those of several groups are done at once.
+/// Number of groups whose moments are found together. Finding a moment is a long chain of dependent operations; the chains
+/// of several groups overlap.
 pub(super) const AHEAD: usize = 8;
 
-/// What a thread keeps from frame to frame.
+/// Memory that a thread keeps from frame to frame.
 #[derive(Debug, Default)]
 pub(super) struct Scratch {
-    /// Where the groups are that are posed next.
+    /// Moments of two batches of groups, which alternate.
     pub(super) moments: Vec<Moments>,
-    /// A group's joints, where the output is not read from.
+    /// Joints of a group, if they cannot be computed in the output.
     pub(super) models: Vec<F32x16>,
-    /// Columns of a group's first clips, of its second ones, and of its layers.
+    /// Columns of a group's first clips, of its second clips, and of its layers.
     pub(super) columns: [Vec<F32x16>; 3],
-    /// The row of lanes that nobody uses.
+    /// Receives the rows of unused lanes.
     pub(super) spare: Vec<F32x16>,
 }
 
 impl Scratch {
-    /// Enough for any level: threads shall not allocate later.
+    /// Allocates enough for any level, so that threads do not allocate later.
     pub(super) fn of(animations: &AnimationSet) -> Self {
         let mut scratch = Self {
             moments: vec![Moments::BLANK; 2 * AHEAD],

@@ -1,8 +1,9 @@
-//! Which characters form a group.
+//! Sorts characters into groups of sixteen.
 //!
-//! Sixteen characters of one clip and level that are near each other in time share their loads. The others fill groups in the
-//! order of their levels, whatever they play: a group is posed on the finest level of its characters, and those that may be
-//! coarser are made to look so. So few lanes stay empty, however many clips and levels there are.
+//! The method is ours. Sixteen characters of one clip and level that are near each other in time form a group and share their
+//! loads. The others fill groups in the order of their levels, whatever they play. Such a group is posed on the finest level of
+//! its characters, and those with coarser levels are blended to look like them. Few lanes therefore stay empty, however many
+//! clips and levels there are.
 
 use std::ops::Range;
 
@@ -17,26 +18,27 @@ use crate::anim::ClipId;
 use crate::lod::LevelId;
 use crate::math::F32x16;
 
-/// Bits of a key, from the lowest: character ([`ID_BITS`]), position in the clip, what is played (22).
+/// Number of bits for the position in the clip. A key consists, from the lowest bit, of the character ([`ID_BITS`]), the
+/// position in the clip, and the clip with its level and mixture (22).
 const TIME_BITS: u32 = 14;
 
-/// Sixteen characters within so many intervals share their loads, and go on doing so for a while: the widest windows reach 62
-/// intervals.
+/// Sixteen characters within this many intervals are put into one group and share their loads. They drift apart and share
+/// loads for as long as a wide window contains them, which reaches 62 intervals.
 const NEAR: u64 = 40;
 
-/// How much is done at once.
+/// An amount of work.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct FillWork(usize);
 
 impl FillWork {
-    /// All that there is to do.
+    /// All the work that is left.
     pub(super) const ALL: Self = Self(usize::MAX);
-    /// Reading a key.
+    /// Work of reading a key.
     const KEY: usize = 1;
-    /// Filling a group.
+    /// Work of filling a group.
     const GROUP: usize = 128;
 
-    /// One of `parts` equal parts of what so many characters take.
+    /// The work of grouping `characters` characters, divided by `parts`.
     pub(super) fn part(characters: usize, parts: usize) -> Self {
         let groups = characters.div_ceil(F32x16::LANES);
         Self((characters * Self::KEY + groups * Self::GROUP).div_ceil(parts))
@@ -55,7 +57,7 @@ impl Schedule {
         self.end(&mut sorting);
     }
 
-    /// Forgets all groups and keys.
+    /// Removes all groups and keys.
     pub(super) fn begin(&mut self, sorting: &mut Sorting<'_>) {
         self.groups.clear();
         self.cold.clear();
@@ -78,7 +80,7 @@ impl Schedule {
         sorting.slots.fill(NOWHERE);
     }
 
-    /// Adds the keys of some characters.
+    /// Adds the keys of the characters `ids`.
     pub(super) fn add_keys(&mut self, ids: Range<usize>, sorting: &Sorting<'_>) {
         let Sorting {
             animations, now, ..
@@ -96,14 +98,14 @@ impl Schedule {
         }));
     }
 
-    /// Sorts the keys by one digit. Digits are sorted by from the lowest to the highest.
+    /// Sorts the keys by one digit. Digits must be sorted from the lowest to the highest.
     pub(super) fn sort_digit(&mut self, digit: u32, sorting: &Sorting<'_>) {
         let low = ID_BITS + digit * radix_sort::DIGIT;
         let high = sorting.key_bits().min(low + radix_sort::DIGIT);
         radix_sort::sort(&mut self.keys, &mut self.spare, low..high);
     }
 
-    /// Fills groups in the order of the keys, until the groups and keys come to `most`; returns whether all keys are done.
+    /// Fills groups in the order of the keys until the work reaches `most`; returns whether all keys are done.
     pub(super) fn fill(&mut self, most: FillWork, sorting: &mut Sorting<'_>) -> bool {
         let keys = std::mem::take(&mut self.keys);
         let mut work = 0;
@@ -136,7 +138,8 @@ impl Schedule {
         is_done
     }
 
-    /// Makes the last groups, and puts those that are not visible aside. No group is added later but by moving characters.
+    /// Adds the last groups, parks characters that are not visible, and cuts the groups into chunks. From now on, only
+    /// moving characters adds groups.
     pub(super) fn end(&mut self, sorting: &mut Sorting<'_>) {
         for mix in Mix::all() {
             self.push_rest(mix, sorting);
@@ -153,8 +156,8 @@ impl Schedule {
         self.share_out(sorting.chunks);
     }
 
-    /// A group of characters that are not near others, of this level or left over from finer ones; returns whether there were
-    /// sixteen.
+    /// Adds a group of sixteen characters of one mixture that do not share their loads; returns false if no mixture has
+    /// sixteen left. Some may be left over from finer levels.
     fn push_sixteen(&mut self, sorting: &mut Sorting<'_>) -> bool {
         for mix in Mix::all() {
             let (rest, pushed) = (&self.rest[mix.index()], self.pushed[mix.index()]);
@@ -170,7 +173,7 @@ impl Schedule {
         false
     }
 
-    /// The last group, of the characters that are left over.
+    /// Adds the last group of a mixture, with the characters that are left over.
     fn push_rest(&mut self, mix: Mix, sorting: &mut Sorting<'_>) {
         let rest = &mut self.rest[mix.index()];
         let mut ids = [Group::NOBODY; F32x16::LANES];
@@ -180,7 +183,7 @@ impl Schedule {
         self.push_mixed(&ids, mix, sorting);
     }
 
-    /// A group of up to sixteen characters.
+    /// Adds a group of up to sixteen characters that do not share their loads.
     fn push_mixed(&mut self, ids: &[u32; F32x16::LANES], mix: Mix, sorting: &mut Sorting<'_>) {
         let states = ids.iter().filter_map(|&id| sorting.states.get(id as usize));
         let kind = GroupKind {
@@ -191,7 +194,7 @@ impl Schedule {
         self.push_fitting(kind, ids, sorting);
     }
 
-    /// A group of those of these characters that can be posed so: others have changed since their keys were noted.
+    /// Adds a group of those of `ids` that fit `kind`. Others have changed since their keys were recorded.
     fn push_fitting(
         &mut self,
         kind: GroupKind,
@@ -214,18 +217,18 @@ impl Schedule {
 }
 
 impl Sorting<'_> {
-    /// The highest bit of a key.
+    /// Number of bits of a key.
     fn key_bits(&self) -> u32 {
         let kinds = Mix::COUNT * self.animations.levels() * self.animations.clips();
         ID_BITS + TIME_BITS + kinds.next_power_of_two().ilog2()
     }
 
-    /// Number of digits that keys are sorted by.
+    /// Number of digits by which keys are sorted.
     pub(super) fn digits(&self) -> u32 {
         (self.key_bits() - ID_BITS).div_ceil(radix_sort::DIGIT)
     }
 
-    /// How the character of a key is posed with others that are near it in time.
+    /// Kind of the groups for characters with this key that are near each other in time.
     fn kind(&self, key: u64) -> GroupKind {
         let plays = (key >> (TIME_BITS + ID_BITS)) as usize;
         let (kind, clip) = (
@@ -239,7 +242,8 @@ impl Sorting<'_> {
         }
     }
 
-    /// Whether the first sixteen can share their loads for a while: lanes drift apart.
+    /// Whether the first sixteen characters are near enough in time to share their loads for a while, although lanes drift
+    /// apart.
     fn are_near(&self, keys: &[u64]) -> bool {
         let Some(sixteen) = keys.get(..F32x16::LANES) else {
             return false;

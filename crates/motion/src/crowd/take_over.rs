@@ -1,19 +1,19 @@
-//! When new groups are made, and how they take over from the present ones.
+//! Starts building new groups, and replaces the present groups by them.
 
 use super::character::MemberId;
-use super::debt::Debt;
 use super::frame_input::Frame;
 use super::instances::{Crowd, LONGEST_RUN};
 use super::output::Layout;
 use super::slot::{MOST_LATE, NOWHERE, PARKED, Slot};
+use super::stale_cost::StaleCost;
 use crate::lod::{LevelId, Switching};
 
 impl Crowd {
-    /// Share of the longest run of the groups' clock after which new groups are made: theirs starts at 0 again.
+    /// Share of [`LONGEST_RUN`] after which new groups are built, to reset the groups' clock.
     const RUN_SHARE: f64 = 0.75;
 
-    /// Makes a part of new groups, if they are due; returns whether they have taken over. `frame` is what chooses levels next.
-    /// New groups that take more than `most` lines are forgotten.
+    /// Builds a part of new groups if they are due; returns whether they have replaced the present ones. `frame` is the
+    /// frame that chooses levels next. New groups that take more than `most` `F32x16`s are discarded.
     pub(super) fn step_rebuild(&mut self, frame: Option<&Frame<'_>>, most: usize) -> bool {
         if !(self.rebuild.is_running() || self.is_rebuild_due()) {
             return false;
@@ -40,7 +40,7 @@ impl Crowd {
         is_done
     }
 
-    /// The most that the new groups take once all characters are in one of them.
+    /// Maximum length of the new groups once each misfit is in a group, in `F32x16`s.
     fn new_len(&self) -> usize {
         let output = self.settings.output;
         let each = output.group_len(self.animations.joints(LevelId(0)));
@@ -54,16 +54,17 @@ impl Crowd {
 
     fn is_rebuild_due(&self) -> bool {
         let is_old = self.time - self.base > Self::RUN_SHARE * LONGEST_RUN;
-        let is_due = self.debt.is_due(self.states.len()) || self.late_eighths() >= 5;
+        let is_due = self.stale_cost.exceeds_sorting(self.states.len()) || self.late_eighths() >= 5;
         !self.states.is_empty() && (is_old || is_due)
     }
 
-    /// Eighths of the characters that may be moved to other groups before all are sorted at once.
+    /// Number of characters that were moved to other groups, in eighths of the number at which all are sorted at once.
     fn late_eighths(&self) -> usize {
-        8 * MOST_LATE * self.debt.late / self.states.len().max(1)
+        8 * MOST_LATE * self.stale_cost.late / self.states.len().max(1)
     }
 
-    /// More where characters would else be sorted at once before the new groups are made.
+    /// Number of steps in this frame. It grows as the number of moved characters approaches the number at which all are
+    /// sorted at once.
     fn rebuild_steps(&self) -> usize {
         match self.late_eighths() {
             0..=5 => 1,
@@ -72,14 +73,15 @@ impl Crowd {
         }
     }
 
-    /// Takes a character's level, and whether it is visible, from its lane, which is newer.
+    /// Copies a character's level and visibility from its lane, which has newer values.
     fn store_lane(&mut self, id: usize) {
         let mut state = self.states[id];
         self.store_detail(MemberId(id as u32), &mut state);
         self.states[id] = state;
     }
 
-    /// Poses the new groups from now on. `copies_lanes`: what frames have chosen is not chosen again at once.
+    /// Replaces the present groups by the new ones. With `copies_lanes`, levels and visibility that frames have chosen are
+    /// copied, because they are not chosen again at once.
     fn take_over(&mut self, copies_lanes: bool) {
         for index in 0..self.rebuild.misfits.len() {
             self.store_lane(self.rebuild.misfits[index] as usize);
@@ -97,7 +99,7 @@ impl Crowd {
                 self.late.push(id);
             }
         }
-        self.debt = Debt::default();
+        self.stale_cost = StaleCost::default();
         self.is_settled = false;
         self.scratch_of_frames.sorted_levels = None;
     }

@@ -1,5 +1,5 @@
-//! The tracks of all levels: how each joint moves under each of the parents that it has on some level. A joint that has
-//! the same parent on several levels has one track for all of them.
+//! The tracks of all levels: the motion of a joint relative to each of the parents that it has on some level. A joint that
+//! has the same parent on several levels has one track for all of them.
 
 use glam::Vec3;
 
@@ -8,10 +8,11 @@ use super::quantise::{Keys, ONE, TracksOfLevel, quantise};
 use crate::anim::JointId;
 use crate::lod::{LevelMotion, Translations};
 
-/// Positions that stay within this distance of a middle, per axis, are kept in 16 bits, in metres: to 0.01 mm.
+/// Largest distance of a position from the middle of its range, per axis, for which positions are stored in 16 bits, in
+/// metres. They are then accurate to 0.01 mm.
 const NARROW: f32 = 0.65;
 
-/// What a joint hangs from.
+/// A joint and its parent on some level.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct TrackId {
     joint: JointId,
@@ -24,39 +25,39 @@ pub(super) struct Tracks {
     ids: Vec<TrackId>,
     /// Number of clips, which come before the additive layers.
     pub(super) clips: usize,
-    /// The first and the last level that plays each track.
+    /// The finest and the coarsest level that play each track.
     pub(super) levels: Vec<[usize; 2]>,
-    /// Of each level and joint, the track.
+    /// The track of each joint of each level, `[level][joint]`.
     pub(super) of_levels: Vec<Vec<usize>>,
-    /// Of each clip or layer and track.
+    /// Keys of each track in each clip or layer, `[clip][track]`.
     pub(super) keys: Vec<Vec<Keys>>,
-    /// Of each track.
+    /// Storage of the positions of each track in clips.
     pub(super) places: Vec<Place>,
-    /// Of each track in additive layers; as many columns.
+    /// Storage of the positions of each track in additive layers. It has as many columns as in clips.
     pub(super) layer_places: Vec<Place>,
 }
 
-/// A joint's position in its parent's frame.
+/// How positions of a joint in its parent's frame are stored.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Place {
     Fixed(Vec3),
-    /// Three columns.
+    /// Three columns of 16-bit keys.
     Narrow(PlaceRange),
-    /// Six columns: three of whole multiples of [`Place::COARSE`] units, and three of the rest.
+    /// Six columns: three with multiples of [`Place::COARSE`] units, and three with the remainders.
     Wide(PlaceRange),
 }
 
-/// What the keys of a position stand for.
+/// Conversion of a position's keys to metres.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct PlaceRange {
-    /// The position of a key of 0, in metres.
+    /// Position of a key of 0, in metres.
     pub(super) middle: Vec3,
-    /// What one unit of two mixed keys is, in metres: their weights' sum is [`ONE`].
+    /// Size of a unit of two interpolated keys, in metres. The sum of their weights is [`ONE`].
     pub(super) unit: Vec3,
 }
 
 impl Place {
-    /// Units of a step of the coarse columns of a wide range.
+    /// Number of units in a step of the coarse columns of [`Place::Wide`].
     pub(super) const COARSE: f32 = 32768.0;
 
     pub(super) fn columns(self) -> usize {
@@ -71,7 +72,7 @@ impl Place {
         }
     }
 
-    /// The keys of a position, quad by quad; as many as there are [quads](Place::quads).
+    /// The keys of a position, one array for each [quad](Place::quads); unused ones are 0.
     pub(super) fn keys(self, place: Vec3) -> [[i16; 3]; 2] {
         let (range, is_wide) = match self {
             Self::Fixed(_) => return [[0; 3]; 2],
@@ -80,14 +81,14 @@ impl Place {
         };
         let mut keys = [[0; 3]; 2];
         for axis in 0..3 {
-            // A coordinate that stands still has no unit.
+            // A coordinate that does not move has a unit of 0.
             let unit = (range.unit[axis] * ONE).max(f32::MIN_POSITIVE);
             let units = (f64::from(place[axis]) - f64::from(range.middle[axis])) / f64::from(unit);
             let units = units.round();
             if is_wide {
                 let coarse = (units / f64::from(Self::COARSE)).round();
                 keys[0][axis] = coarse as i16;
-                // From -16384 to 16384.
+                // The value is from -16384 to 16384.
                 keys[1][axis] = (units - coarse * f64::from(Self::COARSE)) as i16;
             } else {
                 keys[0][axis] = units as i16;
@@ -98,7 +99,7 @@ impl Place {
 }
 
 impl Tracks {
-    /// Finds the tracks of the levels; no clip has keys yet.
+    /// Finds the tracks of the levels. Keys are added later.
     pub(super) fn new(desc: &AnimationSetDesc<'_>) -> Self {
         let mut tracks = Self {
             clips: desc.clips.len(),
@@ -119,7 +120,7 @@ impl Tracks {
         tracks
     }
 
-    /// A track that a level plays.
+    /// Index of a track that `level` plays. Creates the track if it is new.
     fn track(&mut self, id: TrackId, level: usize) -> usize {
         match self.ids.iter().position(|&known| known == id) {
             Some(track) => {
@@ -139,7 +140,7 @@ impl Tracks {
         self.ids.len()
     }
 
-    /// Adds the keys of the tracks of which a level is the first. Levels are added in their order.
+    /// Adds a clip's keys of the tracks whose first level is `level`. Levels must be added in their order.
     pub(super) fn add(&mut self, level: usize, clip: usize, motion: &MotionKeys<'_>) {
         let of_level = TracksOfLevel {
             indices: &self.of_levels[level],
@@ -148,7 +149,7 @@ impl Tracks {
         quantise(motion.motion, &of_level, &mut self.keys[clip]);
     }
 
-    /// Finds how positions are stored, once all clips have their keys.
+    /// Decides how positions are stored, after all clips have their keys.
     pub(super) fn store_places(&mut self) {
         let (clips, layers) = self.keys.split_at(self.clips);
         for track in 0..self.ids.len() {
@@ -173,7 +174,7 @@ impl Tracks {
 }
 
 impl Place {
-    /// A position is fixed where all clips have the same one.
+    /// Storage of a position that is the same in all clips, or `None` if it is not.
     fn fixed(clips: &[Vec<Vec3>]) -> Option<Self> {
         let place = *clips.first()?.first()?;
         let is_same = |places: &Vec<Vec3>| match places[..] {
@@ -195,7 +196,7 @@ impl Place {
 }
 
 impl PlaceRange {
-    /// All positions, in three columns.
+    /// The range of all positions, for three columns.
     fn of(clips: &[Vec<Vec3>]) -> Self {
         let ends = [Vec3::INFINITY, Vec3::NEG_INFINITY];
         let [low, high] = clips.iter().flatten().fold(ends, |[low, high], &place| {
@@ -213,17 +214,17 @@ impl PlaceRange {
         }
     }
 
-    /// The same in six columns.
+    /// The same range for six columns.
     fn finer(self) -> Self {
         let unit = self.unit / Place::COARSE;
         Self { unit, ..self }
     }
 }
 
-/// A clip on one level.
+/// A clip's motion on one level.
 #[derive(Clone, Copy)]
 pub(super) struct MotionKeys<'a> {
     pub(super) motion: &'a LevelMotion,
-    /// Keys from each frame to the next.
+    /// Number of keys from each frame to the next.
     pub(super) keys_of_frames: &'a [u32],
 }

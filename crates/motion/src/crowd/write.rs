@@ -1,5 +1,5 @@
-//! Where a group's joints go in the output. Each kind of place has kernels of its own: what one of them needs costs the others
-//! nothing.
+//! Writes a group's joints to the output. Each kind of target has kernels of its own, so that it does not slow down the
+//! others.
 
 use super::joint_math::JointMath;
 use super::output::{Layout, Output, WriteMode, row_lines, turn_joints, turn_lines};
@@ -7,16 +7,16 @@ use crate::math::{
     Apart, F32x16, Lanes, PartWrite, RowLines, RowSet, Sixteen, StridedLines, prefetch_for_write,
 };
 
-/// Where the groups of a run go.
+/// Memory that the groups of a run are written to.
 pub(super) trait RunTarget {
     type Group<'a>: Target
     where
         Self: 'a;
 
-    /// Whether rows may be written, which end with joints that there are not.
+    /// Whether groups may be written as rows. The last `F32x16` of a row reads joints beyond the last one.
     const HAS_ROWS: bool;
 
-    /// Where a group of so many lines goes. `spare` takes the rows of lanes that nobody uses.
+    /// The memory of one group, which has `lines` `F32x16`s. `spare` receives the rows of unused lanes.
     fn group<'a>(
         &'a mut self,
         group: usize,
@@ -25,51 +25,51 @@ pub(super) trait RunTarget {
     ) -> Self::Group<'a>;
 }
 
-/// Where a group goes.
+/// Memory that one group is written to.
 pub(super) trait Target {
-    /// Where the joints are computed, which is where children find their parents, and what is asked for meanwhile. `models` is memory of
-    /// the thread's own.
+    /// The memory in which the joints are computed, where children find their parents, and the memory to prefetch meanwhile.
+    /// `models` is the thread's own memory.
     fn computed_in<'a, P: JointMath>(
         &'a mut self,
         models: &'a mut [P::Model],
     ) -> (&'a mut [P::Model], Ahead<'a>);
 
-    /// Writes all joints, where they are not in place. `models` has [`JointMath::SPARE`] more than `joints`.
+    /// Writes all joints, unless they were computed in place. `models` has [`JointMath::SPARE`] more than `joints`.
     fn write<L: Lanes, P: JointMath>(self, joints: usize, models: &[P::Model]);
 }
 
-/// Lines that are written some joints later.
+/// Memory that is written some joints later.
 #[derive(Clone, Copy)]
 pub(super) enum Ahead<'a> {
-    /// They need not be asked for.
+    /// No prefetching is needed.
     Nothing,
-    /// Rows that follow each other.
+    /// Rows one after the other.
     Following(&'a [F32x16]),
     Scattered(&'a RowLines<'a>),
 }
 
-/// [`Layout::Blocks`] through the caches.
+/// Memory for [`Layout::Blocks`], written through the caches. Joints are computed in it.
 pub(super) struct InPlace<'a>(pub(super) &'a mut [F32x16]);
 
-/// Other lines that follow each other, as the output says: blocks past the caches, and [`Layout::Rows`].
+/// Memory for [`Layout::Blocks`] past the caches, and for [`Layout::Rows`]. Joints are copied to it.
 pub(super) struct Copied<'a> {
     pub(super) lines: &'a mut [F32x16],
     pub(super) output: Output,
 }
 
-/// [`Layout::Instances`]: a row of its own for each lane.
+/// Memory for [`Layout::Instances`]: a row for each lane, anywhere in the output.
 pub(super) struct Scattered<'a> {
     pub(super) rows: RowSet<'a>,
     pub(super) is_streamed: bool,
 }
 
-/// Sixteen of these rows.
+/// The sixteen rows of a group in [`Layout::Instances`].
 pub(super) struct ScatteredGroup<'a> {
     rows: RowLines<'a>,
     is_streamed: bool,
 }
 
-/// The lines of a group among those of all, so many each.
+/// The memory of one group, if each has `lines` `F32x16`s.
 #[inline(always)]
 fn lines_of(all: &mut [F32x16], group: usize, lines: usize) -> &mut [F32x16] {
     &mut all[group * lines..][..lines]
@@ -141,13 +141,13 @@ impl Target for InPlace<'_> {
     fn write<L: Lanes, P: JointMath>(self, _: usize, _: &[P::Model]) {}
 }
 
-/// Turns from the one that is computed to the one whose lines are asked for. Some joints end on a whole line together, a turn;
-/// each of them asks for the lines of its share of the rows. The machine does not foresee sixteen rows that are written side by
-/// side.
+/// Prefetching distance, in turns. A turn is the smallest number of joints that fill whole `F32x16`s in a row. Each joint of
+/// a turn prefetches its share of the sixteen rows, for the turn this far ahead: hardware does not predict sixteen rows that
+/// are written side by side.
 const FURTHER: usize = 2;
 
 impl Ahead<'_> {
-    /// Asks for the lines of one of `joints`.
+    /// Prefetches the memory that is written after a joint, which is one of `joints`.
     #[inline(always)]
     pub(super) fn prefetch<P: JointMath>(self, joint: usize, joints: usize) {
         let (of_turn, row) = (turn_joints::<P>(), row_lines::<P>(joints));
@@ -157,7 +157,7 @@ impl Ahead<'_> {
             Self::Nothing => {}
             Self::Following(lines) => {
                 if line >= row {
-                    // The next group.
+                    // The rows of the next sixteen.
                     line -= row;
                     first = F32x16::LANES;
                 }
@@ -236,7 +236,7 @@ impl Target for ScatteredGroup<'_> {
     }
 }
 
-/// Joints that are written as blocks, past the caches.
+/// Copies joints as blocks, past the caches.
 struct WriteBlocks<'a, P: JointMath> {
     models: &'a [P::Model],
     lines: &'a mut [F32x16],
@@ -256,13 +256,13 @@ impl<L: Lanes, P: JointMath> Apart<L> for WriteBlocks<'_, P> {
     }
 }
 
-/// Sixteen rows to write.
+/// Sixteen rows that are written side by side.
 trait Rows {
-    /// A line of each of them, from the first one on.
+    /// The `F32x16` at `index` of each row.
     fn lines(&mut self, index: usize) -> impl Sixteen;
 }
 
-/// Rows of so many lines that follow each other.
+/// Rows one after the other, of `row` `F32x16`s each.
 struct Following<'a> {
     lines: &'a mut [F32x16],
     row: usize,
@@ -282,7 +282,7 @@ impl Rows for RowLines<'_> {
     }
 }
 
-/// One line of each of sixteen rows that start anywhere.
+/// The `F32x16` at one index of each of sixteen rows.
 struct RowsAt<'a, 'b> {
     rows: &'a mut RowLines<'b>,
     index: usize,
@@ -295,10 +295,10 @@ impl Sixteen for RowsAt<'_, '_> {
     }
 }
 
-/// Joints that are written as rows.
+/// Transposes joints to rows.
 struct WriteRows<'a, P: JointMath, R> {
     joints: usize,
-    /// Some more than there are joints.
+    /// Joints to write, followed by [`JointMath::SPARE`] others.
     models: &'a [P::Model],
     is_streamed: bool,
     rows: R,
@@ -323,7 +323,7 @@ impl<L: Lanes, P: JointMath, R: Rows> Apart<L> for WriteRows<'_, P, R> {
     }
 }
 
-/// The sixteen numbers of a line of a row.
+/// The sixteen values in one `F32x16` of a row, each for sixteen characters.
 #[inline(always)]
 fn line_numbers<P: JointMath>(models: &[P::Model], line: usize) -> [&F32x16; F32x16::LANES] {
     let mut numbers = [&F32x16::ZERO; F32x16::LANES];

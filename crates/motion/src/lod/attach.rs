@@ -18,14 +18,14 @@ use crate::anim::JointId;
 
 /// The attachments of all joints on one level.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Riders {
+pub(super) struct Attachments {
     /// Carrier and offset of each joint of the skeleton. A kept joint is its own carrier.
-    pub(super) seats: Vec<(JointId, Place)>,
+    pub(super) by_joint: Vec<(JointId, Place)>,
 }
 
-/// The attachment of a joint, and of all joints attached to it, to a carrier.
+/// The best attachment of a joint, and of all joints attached to it, to a carrier.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Seat {
+pub(super) struct FittedAttachment {
     pub(super) carrier: JointId,
     pub(super) offset: Place,
     /// Sum over frames and points of the squared displacement, in square metres.
@@ -41,38 +41,46 @@ struct Pairs {
     frames: f64,
 }
 
-impl Riders {
-    /// No joint is removed.
+impl Attachments {
+    /// Attachments of a level that removes no joint.
     pub(super) fn none(joints: usize) -> Self {
-        let seats = (0..joints as u16).map(|id| (JointId(id), Place::IDENTITY));
+        let own = (0..joints as u16).map(|id| (JointId(id), Place::IDENTITY));
         Self {
-            seats: seats.collect(),
+            by_joint: own.collect(),
         }
     }
 
     /// The joints attached to `joint`, including itself, with their offsets.
-    pub(super) fn on(&self, joint: JointId) -> impl Iterator<Item = (JointId, Place)> + '_ {
-        let seats = self.seats.iter().enumerate();
-        seats.filter_map(move |(rider, &(carrier, offset))| {
-            (carrier == joint).then_some((JointId(rider as u16), offset))
+    pub(super) fn attached_to(
+        &self,
+        joint: JointId,
+    ) -> impl Iterator<Item = (JointId, Place)> + '_ {
+        let by_joint = self.by_joint.iter().enumerate();
+        by_joint.filter_map(move |(attached, &(carrier, offset))| {
+            (carrier == joint).then_some((JointId(attached as u16), offset))
         })
     }
 
-    /// Removes `joint`: it and the joints attached to it are attached to `seat.carrier`.
-    pub(super) fn remove(&mut self, joint: JointId, seat: &Seat) {
-        for (carrier, offset) in &mut self.seats {
+    /// Removes `joint`: it and the joints attached to it are attached to `attachment.carrier`.
+    pub(super) fn remove(&mut self, joint: JointId, attachment: &FittedAttachment) {
+        for (carrier, offset) in &mut self.by_joint {
             if *carrier == joint {
-                *carrier = seat.carrier;
-                *offset = seat.offset.after(offset);
+                *carrier = attachment.carrier;
+                *offset = attachment.offset.after(offset);
             }
         }
     }
 
     /// Fits the attachment of `joint` to `carrier`.
-    pub(super) fn fit(&self, samples: &Samples, joint: JointId, carrier: JointId) -> Seat {
+    pub(super) fn fit(
+        &self,
+        samples: &Samples,
+        joint: JointId,
+        carrier: JointId,
+    ) -> FittedAttachment {
         let pairs = self.pairs(samples, joint, carrier);
         let offset = pairs.best();
-        Seat {
+        FittedAttachment {
             carrier,
             offset,
             squares: pairs.squares(&offset),
@@ -91,12 +99,12 @@ impl Riders {
             spread: 0.0,
             frames: samples.frames().count() as f64,
         };
-        for (rider, offset) in self.on(joint) {
-            let points = samples.points(rider);
+        for (attached, offset) in self.attached_to(joint) {
+            let points = samples.points(attached);
             let mut means = vec![DVec3::ZERO; points.len()];
             let mut squares = 0.0;
             for frame in samples.frames() {
-                let seen = frame[carrier.index()].sees(&frame[rider.index()]);
+                let seen = frame[carrier.index()].sees(&frame[attached.index()]);
                 for (mean, point) in means.iter_mut().zip(points) {
                     let at = seen.point(*point);
                     *mean += at;

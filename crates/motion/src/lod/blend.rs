@@ -17,7 +17,7 @@ pub struct Blend {
     pub joint: u16,
     /// The joint that carries it on the coarser level, as an index into the finer level's `kept`.
     pub carrier: u16,
-    /// Its transform in the carrier's frame.
+    /// The joint's transform in the carrier's frame.
     pub offset: JointTransform,
 }
 
@@ -31,12 +31,12 @@ impl Levels {
             self.levels.get(level.index() + 1)?,
         );
         let removed = coarser.removed?;
-        let seat = coarser.seats.get(removed.index())?;
-        let carrier = *coarser.kept.get(usize::from(seat.carrier))?;
+        let attachment = coarser.attachments.get(removed.index())?;
+        let carrier = *coarser.kept.get(usize::from(attachment.carrier))?;
         Some(Blend {
             joint: finer.index_of(removed)? as u16,
             carrier: finer.index_of(carrier)? as u16,
-            offset: seat.offset,
+            offset: attachment.offset,
         })
     }
 }

@@ -17,7 +17,7 @@ pub struct Budget {
     pub milliseconds: f32,
     /// Measured costs of posing.
     pub cost: Cost,
-    /// How levels are switched. Its rule is ignored.
+    /// Settings of the switching of levels. The rule is ignored.
     pub switching: SwitchSettings,
     /// Error that is minimized.
     pub measure: Measure,

@@ -4,7 +4,7 @@
 //! the root and the ends are left. [`Order::Error`] goes beyond the paper: it removes the joint whose removal displaces the points of the
 //! body least, together with all earlier removals.
 
-use super::attach::{Riders, Seat};
+use super::attach::{Attachments, FittedAttachment};
 use super::displacement::Measurement;
 use super::energy::Energies;
 use super::motion::check;
@@ -38,18 +38,18 @@ impl Levels {
             settings,
             energies: Energies::new(skeleton, clips, settings)?,
             samples: Samples::of(skeleton, clips, sampling),
-            riders: Riders::none(skeleton.len()),
+            attachments: Attachments::none(skeleton.len()),
             keeps: vec![true; skeleton.len()],
             removable: settings.removable(skeleton),
             found: vec![None; skeleton.len()],
         };
         let mut levels = vec![builder.level()];
-        let mut seats = Vec::new();
+        let mut attachments = Vec::new();
         while builder.removable.contains(&true) {
             let before = &levels[levels.len() - 1];
-            let (level, seat) = builder.next(before)?;
+            let (level, attachment) = builder.next(before)?;
             levels.push(level);
-            seats.push(seat);
+            attachments.push(attachment);
         }
         let on_level = levels[0].joint_energies(skeleton, clips, settings)?;
         let mut energies = vec![0.0; skeleton.len()];
@@ -61,7 +61,7 @@ impl Levels {
             clips,
             samples: &builder.samples,
             levels: &levels,
-            seats: &seats,
+            attachments: &attachments,
         };
         let measured = measurement.run();
         for (level, error) in levels.iter_mut().zip(measured.errors) {
@@ -94,22 +94,22 @@ struct Builder<'a> {
     settings: &'a LevelSettings,
     energies: Energies<'a>,
     samples: Samples,
-    riders: Riders,
+    attachments: Attachments,
     keeps: Vec<bool>,
     removable: Vec<bool>,
     /// Best attachment of each joint and the increase of the squared displacement by its removal; `None` when out of date.
-    found: Vec<Option<(Seat, f64)>>,
+    found: Vec<Option<(FittedAttachment, f64)>>,
 }
 
 impl Builder<'_> {
     fn level(&self) -> Level {
         let mut level = Level::of(self.skeleton, &self.keeps);
-        level.sit(&self.riders.seats);
+        level.attach(&self.attachments.by_joint);
         level
     }
 
     /// The next level, and the attachment of the joint that it has lost.
-    fn next(&mut self, before: &Level) -> Result<(Level, Seat), LodError> {
+    fn next(&mut self, before: &Level) -> Result<(Level, FittedAttachment), LodError> {
         let energies = self.energies.update(before)?;
         let mut best: Option<(f64, usize)> = None;
         for (index, id) in before.kept.iter().enumerate() {
@@ -118,7 +118,7 @@ impl Builder<'_> {
             }
             let price = match self.settings.order {
                 Order::Energy => f64::from(energies[index]),
-                Order::Error => self.seat(before, index).1,
+                Order::Error => self.fitted(before, index).1,
             };
             if best.is_none_or(|(least, _)| price < least) {
                 best = Some((price, index));
@@ -127,8 +127,8 @@ impl Builder<'_> {
         // The caller has checked that a removable joint is left.
         let index = best.map_or(0, |(_, index)| index);
         let joint = before.kept[index];
-        let (seat, _) = self.seat(before, index);
-        self.riders.remove(joint, &seat);
+        let (attachment, _) = self.fitted(before, index);
+        self.attachments.remove(joint, &attachment);
         self.keeps[joint.index()] = false;
         self.removable[joint.index()] = false;
         // The neighbours' attachments are out of date.
@@ -140,11 +140,11 @@ impl Builder<'_> {
             energy: energies[index],
             ..self.level()
         };
-        Ok((level, seat))
+        Ok((level, attachment))
     }
 
     /// The best attachment of a kept joint, and the increase of the squared displacement by its removal.
-    fn seat(&mut self, level: &Level, index: usize) -> (Seat, f64) {
+    fn fitted(&mut self, level: &Level, index: usize) -> (FittedAttachment, f64) {
         let joint = level.kept[index];
         if let Some(found) = self.found[joint.index()] {
             return found;
@@ -152,7 +152,7 @@ impl Builder<'_> {
         let carriers = level
             .neighbours(index)
             .filter(|&carrier| self.settings.carrier == Carrier::Nearest || carrier < index);
-        let fits = carriers.map(|at| self.riders.fit(&self.samples, joint, level.kept[at]));
+        let fits = carriers.map(|at| self.attachments.fit(&self.samples, joint, level.kept[at]));
         // The parent stands first and wins ties.
         let best = fits.reduce(|best, fit| {
             if fit.squares < best.squares {
@@ -161,10 +161,11 @@ impl Builder<'_> {
                 best
             }
         });
-        let seat = best.unwrap_or_else(|| self.riders.fit(&self.samples, joint, JointId::ROOT));
+        let attachment =
+            best.unwrap_or_else(|| self.attachments.fit(&self.samples, joint, JointId::ROOT));
         let found = (
-            seat,
-            seat.squares - self.riders.squares(&self.samples, joint),
+            attachment,
+            attachment.squares - self.attachments.squares(&self.samples, joint),
         );
         self.found[joint.index()] = Some(found);
         found

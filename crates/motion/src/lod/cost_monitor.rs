@@ -34,7 +34,7 @@ impl CostMonitor {
     pub const DEVIATIONS: f32 = 2.0;
     /// Largest number of mean deviations above the mean that the costs allow for.
     const MOST_DEVIATIONS: f32 = 5.0;
-    /// One frame in so many may take longer than its plan.
+    /// Number of frames of which one may take longer than its plan.
     const ONE_OVER_IN: f32 = 150.0;
     /// By how much a frame that takes longer than its plan raises the reserve, in mean deviations.
     const RAISE: f32 = 0.5;
@@ -56,7 +56,7 @@ impl CostMonitor {
         }
     }
 
-    /// Learns from a frame that was planned with [corrected](Self::corrected) costs and took so many milliseconds. Values that are
+    /// Learns from a frame that was planned with [corrected](Self::corrected) costs and took `milliseconds`. Values that are
     /// not positive and finite are ignored.
     pub fn observe(&mut self, plan: &Plan, milliseconds: f32) {
         let ratio = milliseconds * self.scale() / plan.milliseconds;

@@ -4,7 +4,7 @@ use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
 use super::Level;
-use super::attach::{Riders, Seat};
+use super::attach::{Attachments, FittedAttachment};
 use super::frames::{Place, place_all};
 use super::samples::Samples;
 use crate::anim::{Clip, JointId, Skeleton};
@@ -42,10 +42,10 @@ struct Change {
 }
 
 /// A joint, with its attachment before the removal and after it.
-type Moved = (JointId, On, On);
+type Moved = (JointId, CarrierPlace, CarrierPlace);
 
-/// A carrier, and a transform in its frame.
-type On = (JointId, Place);
+/// A carrier, and a transform of an attached joint in its frame.
+type CarrierPlace = (JointId, Place);
 
 /// The levels to measure, and what they were built from.
 pub(super) struct Measurement<'a> {
@@ -53,8 +53,8 @@ pub(super) struct Measurement<'a> {
     pub(super) clips: &'a [Clip],
     pub(super) samples: &'a Samples,
     pub(super) levels: &'a [Level],
-    /// `seats[i]` is the attachment of the joint that `levels[i + 1]` has lost.
-    pub(super) seats: &'a [Seat],
+    /// `attachments[i]` is the attachment of the joint that `levels[i + 1]` has lost.
+    pub(super) attachments: &'a [FittedAttachment],
 }
 
 impl Measurement<'_> {
@@ -65,9 +65,9 @@ impl Measurement<'_> {
             clips,
             samples,
             levels,
-            seats,
+            attachments,
         } = self;
-        let changes = changes(skeleton, levels, seats);
+        let changes = changes(skeleton, levels, attachments);
         let mut pass = Pass {
             samples,
             points: skeleton.ids().map(|id| samples.points(id).len()).sum(),
@@ -98,20 +98,20 @@ impl Measurement<'_> {
     }
 }
 
-fn changes(skeleton: &Skeleton, levels: &[Level], seats: &[Seat]) -> Vec<Change> {
-    let mut riders = Riders::none(skeleton.len());
+fn changes(skeleton: &Skeleton, levels: &[Level], fitted: &[FittedAttachment]) -> Vec<Change> {
+    let mut attachments = Attachments::none(skeleton.len());
     let removed = levels.iter().filter_map(|level| level.removed);
-    let take_out = |(joint, seat): (JointId, &Seat)| {
-        let before: Vec<On> = riders.on(joint).collect();
-        riders.remove(joint, seat);
+    let take_out = |(joint, attachment): (JointId, &FittedAttachment)| {
+        let before: Vec<CarrierPlace> = attachments.attached_to(joint).collect();
+        attachments.remove(joint, attachment);
         let moved = before
             .into_iter()
-            .map(|(rider, offset)| (rider, (joint, offset), riders.seats[rider.index()]));
+            .map(|(moved, offset)| (moved, (joint, offset), attachments.by_joint[moved.index()]));
         Change {
             moved: moved.collect(),
         }
     };
-    removed.zip(seats).map(take_out).collect()
+    removed.zip(fitted).map(take_out).collect()
 }
 
 struct Pass<'a> {
@@ -129,23 +129,23 @@ struct Pass<'a> {
 impl Pass<'_> {
     fn add(&mut self, places: &[Place], changes: &[Change]) {
         self.now.fill((0.0, 0.0));
-        let seated = |(carrier, offset): &On| places[carrier.index()].after(offset);
+        let attached = |(carrier, offset): &CarrierPlace| places[carrier.index()].after(offset);
         let mut sum = 0.0;
         for (level, change) in (1..).zip(changes) {
-            for (rider, old, new) in &change.moved {
-                let truth = places[rider.index()];
-                let (old, new) = (seated(old), seated(new));
-                let mut of_rider = (0.0, 0.0f64);
-                for &point in self.samples.points(*rider) {
+            for (joint, old, new) in &change.moved {
+                let truth = places[joint.index()];
+                let (old, new) = (attached(old), attached(new));
+                let mut of_joint = (0.0, 0.0f64);
+                for &point in self.samples.points(*joint) {
                     let at = new.point(point);
                     let missed = at.distance(truth.point(point));
-                    of_rider = (of_rider.0 + missed, of_rider.1.max(missed));
+                    of_joint = (of_joint.0 + missed, of_joint.1.max(missed));
                     let error = &mut self.errors[level];
                     error.step = error.step.max(at.distance(old.point(point)) as f32);
                     self.reach = self.reach.max(at.distance(places[0].translation));
                 }
-                sum += of_rider.0 - self.now[rider.index()].0;
-                self.now[rider.index()] = of_rider;
+                sum += of_joint.0 - self.now[joint.index()].0;
+                self.now[joint.index()] = of_joint;
             }
             self.sums[level] += sum.max(0.0);
             let worst = self.now.iter().fold(0.0f64, |worst, now| worst.max(now.1));
@@ -162,8 +162,8 @@ impl Pass<'_> {
     fn finish(&mut self, changes: &[Change], frames: usize) {
         let mut removed = 0;
         for (level, change) in (1..).zip(changes) {
-            let joint = change.moved.iter().find(|(rider, old, _)| *rider == old.0);
-            removed += joint.map_or(0, |(rider, ..)| self.samples.points(*rider).len());
+            let joint = change.moved.iter().find(|(joint, old, _)| *joint == old.0);
+            removed += joint.map_or(0, |(joint, ..)| self.samples.points(*joint).len());
             let mean = |points: usize| (self.sums[level] / (points * frames).max(1) as f64) as f32;
             let (of_removed, of_all) = (mean(removed), mean(self.points));
             let error = &mut self.errors[level];

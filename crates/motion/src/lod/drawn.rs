@@ -26,13 +26,13 @@ impl Level {
         for frame in 0..clip.frames() {
             place_all(skeleton, clip.at(frame as f32), &mut places);
             let drawn: Vec<Place> = self
-                .seats
+                .attachments
                 .iter()
-                .map(|seat| {
-                    let carrier = places[self.kept[usize::from(seat.carrier)].index()];
+                .map(|attachment| {
+                    let carrier = places[self.kept[usize::from(attachment.carrier)].index()];
                     carrier.after(&Place {
-                        rotation: seat.offset.rotation.as_dquat(),
-                        translation: seat.offset.translation.as_dvec3(),
+                        rotation: attachment.offset.rotation.as_dquat(),
+                        translation: attachment.offset.translation.as_dvec3(),
                     })
                 })
                 .collect();

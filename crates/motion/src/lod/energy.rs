@@ -76,7 +76,7 @@ const MOST_KEPT: usize = 1 << 20;
 /// The rotation of a joint between two frames.
 #[derive(Clone, Copy)]
 struct Turn {
-    /// Radians per second.
+    /// Angular speed, in radians per second.
     speed: f64,
     /// Factor of the energy by the joint's bend.
     weight: f64,
@@ -282,7 +282,7 @@ impl Pass<'_> {
         }
     }
 
-    /// The inner angle at a joint, radians.
+    /// The inner angle at a joint, in radians.
     fn bend(&self, joint: usize, now: &[Place]) -> f64 {
         let at = |index: usize| now[self.level.kept[index].index()].translation;
         let Some(parent) = self.level.parents[joint].map(usize::from) else {
@@ -308,7 +308,7 @@ impl Pass<'_> {
 
 /// The angle between two vectors in radians; `None` if one of them has no length.
 fn angle_between(a: DVec3, b: DVec3) -> Option<f64> {
-    /// Metres.
+    /// Length below which a vector has no direction, in metres.
     const NO_LENGTH: f64 = 1e-6;
     if a.length() < NO_LENGTH || b.length() < NO_LENGTH {
         return None;

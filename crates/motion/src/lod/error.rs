@@ -49,7 +49,7 @@ pub enum LodError {
     Mass {
         /// Name of the joint.
         joint: String,
-        /// Its mass, in kilograms.
+        /// Mass of the joint, in kilograms.
         kilograms: f32,
     },
     /// The number of masses is not the number of joints.
@@ -65,7 +65,7 @@ pub enum LodError {
     Setting {
         /// Name of the setting.
         setting: &'static str,
-        /// Its value.
+        /// Value of the setting.
         value: f32,
         /// Valid range.
         must: &'static str,

@@ -28,14 +28,14 @@ pub struct Level {
     pub energy: f32,
     /// Attachment of each joint of the skeleton. A kept joint is attached to itself.
     #[doc(hidden)]
-    pub seats: Vec<Seated>,
+    pub attachments: Vec<Attachment>,
     /// Displacement of the body.
     pub error: LevelError,
 }
 
 /// The rigid attachment of a joint of the full skeleton to a kept joint.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Seated {
+pub struct Attachment {
     /// The kept joint, as an index into [`Level::kept`].
     pub carrier: u16,
     /// The joint's transform in the carrier's frame; the identity for a kept joint.
@@ -62,18 +62,18 @@ impl Level {
     pub(super) fn of(skeleton: &Skeleton, keeps: &[bool]) -> Self {
         let is_kept = |id: JointId| id == JointId::ROOT || keeps[id.index()];
         let mut children: Vec<Vec<JointId>> = vec![Vec::new(); skeleton.len()];
-        let mut seats: Vec<(JointId, Place)> = Vec::with_capacity(skeleton.len());
+        let mut attachments: Vec<(JointId, Place)> = Vec::with_capacity(skeleton.len());
         for id in skeleton.ids() {
             let joint = skeleton.joint(id);
-            let above = joint.parent.map(|parent| seats[parent.index()]);
-            seats.push(match above {
-                Some((carrier, seat)) if !is_kept(id) => {
-                    let translation = seat.translation + joint.offset.as_dvec3();
+            let above = joint.parent.map(|parent| attachments[parent.index()]);
+            attachments.push(match above {
+                Some((carrier, attachment)) if !is_kept(id) => {
+                    let translation = attachment.translation + joint.offset.as_dvec3();
                     (
                         carrier,
                         Place {
                             translation,
-                            ..seat
+                            ..attachment
                         },
                     )
                 }
@@ -98,24 +98,24 @@ impl Level {
             parents,
             removed: None,
             energy: 0.0,
-            seats: Vec::new(),
+            attachments: Vec::new(),
             error: LevelError::default(),
         };
-        level.sit(&seats);
+        level.attach(&attachments);
         level
     }
 
     /// Sets the attachments of all joints.
-    pub(super) fn sit(&mut self, seats: &[(JointId, Place)]) {
-        let places = self.places(seats.len());
-        let seated = |&(carrier, offset): &(JointId, Place)| Seated {
+    pub(super) fn attach(&mut self, attachments: &[(JointId, Place)]) {
+        let places = self.places(attachments.len());
+        let attachment = |&(carrier, offset): &(JointId, Place)| Attachment {
             carrier: places[carrier.index()].unwrap_or(0) as u16,
             offset: JointTransform {
                 rotation: offset.rotation.as_quat(),
                 translation: offset.translation.as_vec3(),
             },
         };
-        self.seats = seats.iter().map(seated).collect();
+        self.attachments = attachments.iter().map(attachment).collect();
     }
 
     /// Checks that the level is a tree of joints of this skeleton, each below its parent.
@@ -138,12 +138,13 @@ impl Level {
                 return Err(LodError::Level(id.0));
             }
         }
-        let mut seats = self.seats.iter().zip(skeleton.ids());
-        let wrong = seats.find(|(seat, _)| usize::from(seat.carrier) >= self.kept.len());
+        let mut attachments = self.attachments.iter().zip(skeleton.ids());
+        let wrong =
+            attachments.find(|(attachment, _)| usize::from(attachment.carrier) >= self.kept.len());
         match wrong {
             Some((_, id)) => Err(LodError::Level(id.0)),
-            None if self.seats.len() == skeleton.len() => Ok(()),
-            None => Err(LodError::Level(self.seats.len() as u16)),
+            None if self.attachments.len() == skeleton.len() => Ok(()),
+            None => Err(LodError::Level(self.attachments.len() as u16)),
         }
     }
 

@@ -96,7 +96,7 @@ impl Masses {
 /// The mass of a part of the body and its first two moments, about one point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Moments {
-    /// Kilograms.
+    /// Mass, in kilograms.
     mass: f64,
     /// Sum of mass times position.
     first: DVec3,
@@ -135,7 +135,7 @@ impl Moments {
         moments
     }
 
-    /// Kilograms.
+    /// The mass, in kilograms.
     pub(super) fn mass(&self) -> f64 {
         self.mass
     }

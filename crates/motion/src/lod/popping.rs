@@ -6,6 +6,7 @@
 
 use glam::{Affine3A, Vec3};
 
+use super::level::Attachment;
 use super::motion::check;
 use super::samples::{SampleSettings, Samples};
 use super::switching::Band;
@@ -38,7 +39,7 @@ impl Walk<'_> {
     /// The level and blend in a frame. By the hysteresis, an approaching camera keeps the coarser level as long as possible and a
     /// departing one the finer level.
     fn choice(&self, frame: u64) -> Choice {
-        /// At least as coarse as any level.
+        /// A level that is at least as coarse as any other.
         const COARSEST: LevelId = LevelId(u16::MAX);
         let before = if frame <= self.turn {
             COARSEST
@@ -94,10 +95,11 @@ impl Levels {
         {
             blend.apply(choice.blend, &mut kept);
         }
-        let seated =
-            |seat: &super::level::Seated| kept[usize::from(seat.carrier)] * affine(&seat.offset);
+        let drawn = |attachment: &Attachment| {
+            kept[usize::from(attachment.carrier)] * affine(&attachment.offset)
+        };
         out.clear();
-        out.extend(level.seats.iter().map(seated));
+        out.extend(level.attachments.iter().map(drawn));
     }
 
     /// The largest step of any point of the body on the screen when levels are switched, in pixels. The camera has the settings' view,

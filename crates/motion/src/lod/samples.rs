@@ -3,7 +3,7 @@ use glam::DVec3;
 use super::frames::{Place, place_all};
 use crate::anim::{Clip, JointId, Skeleton};
 
-/// Shorter bones have no direction, in metres.
+/// Length below which a bone has no direction, in metres.
 const NO_BONE: f64 = 1e-4;
 
 /// Evenly spread frames of the clips, and the points of the body at which displacements are measured.

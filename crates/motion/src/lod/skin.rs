@@ -3,7 +3,7 @@
 //! A vertex is skinned by the matrix of a joint of the full skeleton, times the joint's inverse bind matrix. On a level where that joint
 //! is removed, its matrix is the carrier's times a constant. So a renderer draws every level with one mesh in one of two ways:
 //!
-//! - it maps the vertices' joints to their carriers ([`Level::seats`]) and replaces the inverse bind matrices by the level's own
+//! - it maps the vertices' joints to their carriers ([`Level::attachments`]) and replaces the inverse bind matrices by the level's own
 //!   ([`Level::binds`]), without further work per character;
 //! - or it fills a palette of all joints ([`Level::palette`]) for each character.
 
@@ -18,15 +18,15 @@ impl Level {
     /// # Errors
     /// The number of inverse bind matrices is not the number of joints.
     pub fn binds(&self, inverse_binds: &[Affine3A]) -> Result<Vec<Affine3A>, LodError> {
-        if inverse_binds.len() != self.seats.len() {
+        if inverse_binds.len() != self.attachments.len() {
             return Err(LodError::Binds {
                 found: inverse_binds.len(),
-                expected: self.seats.len(),
+                expected: self.attachments.len(),
             });
         }
-        let pairs = self.seats.iter().zip(inverse_binds);
+        let pairs = self.attachments.iter().zip(inverse_binds);
         Ok(pairs
-            .map(|(seat, bind)| affine(&seat.offset) * *bind)
+            .map(|(attachment, bind)| affine(&attachment.offset) * *bind)
             .collect())
     }
 
@@ -36,8 +36,10 @@ impl Level {
     /// # Panics
     /// If there are fewer matrices than kept joints.
     pub fn palette(&self, matrices: &[Affine3A], binds: &[Affine3A], out: &mut Vec<Affine3A>) {
-        let pairs = self.seats.iter().zip(binds);
+        let pairs = self.attachments.iter().zip(binds);
         out.clear();
-        out.extend(pairs.map(|(seat, bind)| matrices[usize::from(seat.carrier)] * *bind));
+        out.extend(
+            pairs.map(|(attachment, bind)| matrices[usize::from(attachment.carrier)] * *bind),
+        );
     }
 }

@@ -254,7 +254,7 @@ impl Switching {
     }
 }
 
-/// What the place of a band depends on.
+/// The values that determine the position of a band.
 #[derive(Clone, Copy)]
 struct BandLimits {
     /// Largest distance of a point from the root, in metres.

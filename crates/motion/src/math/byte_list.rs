@@ -1,5 +1,5 @@
-//! Lists of small values of one size, which binary formats hold as one run of bytes: they are read many times faster than value by
-//! value. Formats for people hold them as lists of values. For `#[serde(with = "byte_list")]`.
+//! Serializes lists of small values of one size. Binary formats store such a list as one run of bytes, which is read many
+//! times faster than value by value. Human-readable formats store a list of values. For `#[serde(with = "byte_list")]`.
 
 use std::fmt;
 use std::marker::PhantomData;
@@ -7,11 +7,11 @@ use std::marker::PhantomData;
 use serde::de::{Error, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-/// A value that takes `SIZE` bytes, on every machine the same ones.
+/// A value that is stored in `SIZE` bytes, the same ones on every machine.
 pub trait Bytes<const SIZE: usize>: Copy {
     /// The bytes of the value.
     fn to_bytes(self) -> [u8; SIZE];
-    /// The value of some bytes.
+    /// The value with these bytes.
     fn from_bytes(bytes: [u8; SIZE]) -> Self;
 }
 
@@ -35,10 +35,10 @@ impl Bytes<4> for u32 {
     }
 }
 
-/// Writes a list: as bytes, or in a format for people as a list of values.
+/// Writes a list: as bytes, or as a list of values in human-readable formats.
 ///
 /// # Errors
-/// The serializer's.
+/// The serializer's errors.
 pub fn serialize<T, S, const SIZE: usize>(list: &[T], serializer: S) -> Result<S::Ok, S::Error>
 where
     T: Bytes<SIZE> + Serialize,
@@ -109,7 +109,7 @@ mod tests {
         let text = serde_json::to_string(&lists).unwrap();
         assert!(text.contains("[7,4294967295,1048576]"), "{text}");
         assert_eq!(serde_json::from_str::<Lists>(&text).unwrap(), lists);
-        // A list that ends within a value.
+        // A list that ends in the middle of a value.
         let mut short = bytes;
         short[4] = 11;
         assert!(postcard::from_bytes::<Lists>(&short).is_err());

@@ -15,18 +15,18 @@ pub(crate) const MOST_BITS: u8 = 16;
 /// Number of bytes that reading a row touches, whatever its width.
 pub(crate) const ROW_BYTES: usize = 16;
 
-/// A row's bytes, and the eight little-endian `i16` that are added to its codes.
+/// Input of reading a row: its bytes, and the eight little-endian `i16` that are added to its codes.
 #[derive(Clone, Copy)]
 pub struct CodeRow<'a> {
     pub bytes: &'a [u8; ROW_BYTES],
     pub bases: &'a [u8; 2 * CODES],
-    /// Width of a code in bits. Values above [`MOST_BITS`] are taken for it.
+    /// Width of a code, in bits. Values above [`MOST_BITS`] count as [`MOST_BITS`].
     pub width: u8,
 }
 
 /// Reads rows. Only [`Isa::read_rows`] creates one, for an instruction set that the machine has.
 pub trait RowReader: Copy {
-    /// The sums of codes and bases.
+    /// The sum of each code and its base.
     #[must_use]
     fn read(self, row: CodeRow<'_>) -> [f32; CODES];
 
@@ -165,13 +165,13 @@ impl RowReader for ShuffledRows {
     }
 }
 
-/// How the codes of one width come to their lanes.
+/// Shuffle and shifts that move the codes of one width to their lanes.
 #[cfg(target_arch = "x86_64")]
 #[repr(C, align(32))]
 struct Plan {
     /// For each lane, the bytes in which its code lies. Bytes beyond the row are 0.
     bytes: [u8; 4 * CODES],
-    /// Place of the code's first bit in them.
+    /// Index of the code's first bit in these bytes.
     shifts: [u32; CODES],
     masks: [u32; CODES],
 }
@@ -229,7 +229,7 @@ unsafe fn read_avx2(row: CodeRow<'_>, plan: &Plan, out: &mut [f32; CODES]) {
     }
 }
 
-/// [`unit`] in explicit registers: of the generic function the compiler makes one of four lanes, by vector.
+/// [`unit`] with explicit registers: the compiler vectorises the generic function by four lanes only.
 ///
 /// # Safety
 /// The machine must have the features that are named.

@@ -4,9 +4,9 @@ use std::ops::Range;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-/// `work(0)` to `work(count - 1)`, in order, done by `threads` threads; 0 for as many as the
-/// machine has. Threads take one short run of neighbours after the other, so that long pieces of
-/// work do not wait for each other and short ones cost no more than themselves.
+/// Returns `work(0)` to `work(count - 1)`, in order, computed by `threads` threads; 0 for as many as the machine has. Each
+/// thread takes short runs of neighbouring items, so that long items do not hold up others and short ones have little
+/// overhead.
 pub fn in_parallel<T: Send>(
     threads: usize,
     count: usize,
@@ -31,12 +31,12 @@ pub fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Consecutive pieces of work that a thread takes at a time.
+/// Runs of consecutive items, each of which one thread takes at a time.
 struct Runs {
     threads: usize,
-    /// Number of pieces of work.
+    /// Number of items.
     pieces: usize,
-    /// Number of pieces of a run.
+    /// Number of items in a run.
     length: usize,
     /// Number of runs.
     count: usize,
@@ -44,7 +44,7 @@ struct Runs {
 
 impl Runs {
     fn new(threads: usize, pieces: usize) -> Self {
-        /// Number of runs of a thread, if there are enough pieces.
+        /// Number of runs for each thread, if there are enough items.
         const RUNS: usize = 16;
         let threads = thread_count(threads).min(pieces).max(1);
         let length = (pieces / (threads * RUNS)).max(1);
@@ -56,7 +56,7 @@ impl Runs {
         }
     }
 
-    /// Calls `work` with the number and the pieces of each run.
+    /// Calls `work` with the number and the items of each run.
     fn share(&self, work: &(dyn Fn(usize, Range<usize>) + Sync)) {
         let next = AtomicUsize::new(0);
         on_threads(self.threads, &|| {
@@ -72,7 +72,7 @@ impl Runs {
     }
 }
 
-/// Sets each value of a list to that of `work`, by as many threads as the machine has.
+/// Sets each value of a list to the result of `work`, on as many threads as the machine has.
 pub fn fill<T: Send>(list: &mut [T], work: impl Fn(usize) -> T + Sync) {
     let length = list.len().div_ceil(thread_count(0)).max(1);
     each(list.chunks_mut(length).enumerate(), |(part, values), ()| {
@@ -82,7 +82,7 @@ pub fn fill<T: Send>(list: &mut [T], work: impl Fn(usize) -> T + Sync) {
     });
 }
 
-/// Works on each part once, by as many threads as the machine has; each has a scratch of its own.
+/// Calls `work` once on each part, on as many threads as the machine has. Each thread has its own scratch.
 pub fn each<T: Send, S: Default>(
     parts: impl Iterator<Item = T> + Send,
     work: impl Fn(T, &mut S) + Sync,
@@ -97,7 +97,7 @@ pub fn each<T: Send, S: Default>(
     });
 }
 
-/// Does two things at a time, on two threads.
+/// Runs `a` and `b` at the same time, on two threads, and returns their results.
 pub fn both<A: Send, B>(a: impl FnOnce() -> A + Send, b: impl FnOnce() -> B) -> (A, B) {
     std::thread::scope(|scope| {
         let a = scope.spawn(a);
@@ -109,8 +109,8 @@ pub fn both<A: Send, B>(a: impl FnOnce() -> A + Send, b: impl FnOnce() -> B) -> 
     })
 }
 
-/// Does the same on a number of threads, of which the caller's is one. The work is not generic:
-/// what starts and joins threads is compiled once, not for each use.
+/// Runs `work` on a number of threads, including the caller's. The function is not generic, so that the code that starts and
+/// joins threads is compiled once.
 fn on_threads(threads: usize, work: &(dyn Fn() + Sync)) {
     std::thread::scope(|scope| {
         let workers: Vec<_> = (1..threads).map(|_| scope.spawn(work)).collect();
@@ -123,10 +123,10 @@ fn on_threads(threads: usize, work: &(dyn Fn() + Sync)) {
     });
 }
 
-/// How many threads a setting asks for: 0 for as many as the machine has. At most 1024, whatever the setting or the machine.
+/// The number of threads for a setting: 0 for as many as the machine has. At most 1024.
 #[must_use]
 pub fn thread_count(setting: usize) -> usize {
-    /// More threads only cost time and memory: no work here is shared among as many cores.
+    /// More threads would only cost time and memory.
     const MOST_THREADS: usize = 1024;
     let threads = match setting {
         0 => std::thread::available_parallelism().map_or(1, usize::from),

@@ -51,7 +51,7 @@ impl Rigid2 {
         self.sin.atan2(self.cos)
     }
 
-    /// Whether its rotation is one and it leads no further than `furthest`: asked of what is read
+    /// Whether the rotation has unit length and the translation is at most `furthest` metres long. Checks values that come
     /// from a file.
     #[must_use]
     pub fn is_sound(self, furthest: f32) -> bool {

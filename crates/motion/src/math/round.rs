@@ -1,4 +1,4 @@
-//! Rounding without a call where the program is built for machines that have no instruction for it.
+//! Rounding that needs no function call on targets without an instruction for it.
 
 /// The whole number at or below `value`: `value.floor() as i32`.
 #[must_use]
@@ -8,7 +8,7 @@ pub fn floor(value: f32) -> i32 {
     cut.saturating_sub(i32::from(cut as f32 > value))
 }
 
-/// The nearest whole number, of two the one further from 0: `value.round() as i32`.
+/// The nearest whole number, rounding halves away from 0: `value.round() as i32`.
 #[must_use]
 #[inline(always)]
 pub fn round(value: f32) -> i32 {

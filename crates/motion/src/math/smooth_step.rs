@@ -1,6 +1,6 @@
-//! A step without corners.
+//! A smooth step function.
 
-/// Rises from 0 to 1 while `x` does, and stays there outside; its slope is 0 at both ends.
+/// Rises smoothly from 0 at `x` = 0 to 1 at `x` = 1 and is constant outside. Its slope is 0 at both ends.
 #[must_use]
 pub fn smooth_step(x: f32) -> f32 {
     let x = x.clamp(0.0, 1.0);

@@ -1,19 +1,20 @@
-//! Sorts whose code is compiled once.
+//! Sorts that are compiled only once.
 
 use std::cmp::Ordering;
 
-/// The indices below `count`, sorted by a comparison; equal ones stay in ascending order. It is not generic: for lists that are not sorted
-/// in every frame.
+/// The indices below `count`, sorted by a comparison; equal ones stay in ascending order. The function is not generic. It is
+/// for lists that are not sorted in every frame.
 pub fn sorted_indices(count: usize, compare: &dyn Fn(&usize, &usize) -> Ordering) -> Vec<usize> {
     let mut indices: Vec<usize> = (0..count).collect();
     indices.sort_by(compare);
     indices
 }
 
-/// Sorts a list; equal values stay in their order. Little of it is compiled for each type: for lists that are not sorted in every frame.
+/// Sorts a list; equal values stay in their order. Little of the function is compiled for each type. It is for lists that
+/// are not sorted in every frame.
 pub fn sort_rarely<T>(list: &mut [T], compare: impl Fn(&T, &T) -> Ordering) {
     let mut order = sorted_indices(list.len(), &|&a, &b| compare(&list[a], &list[b]));
-    // Each cycle of the permutation by itself.
+    // Follows each cycle of the permutation.
     for start in 0..order.len() {
         let mut at = start;
         loop {

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 /// A sphere.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Sphere {
-    /// Position of the centre, in metres. Its key in files is `offset`.
+    /// Position of the centre, in metres. Files call it `offset`.
     #[serde(rename = "offset")]
     pub centre: Vec3,
     /// Radius, in metres.
@@ -20,7 +20,7 @@ impl Sphere {
         Self { centre, radius }
     }
 
-    /// The sphere around the middle of the box of their centres that contains all `spheres`.
+    /// A sphere that contains all `spheres`, centred in the bounding box of their centres.
     #[doc(hidden)]
     pub fn around(spheres: &[Self]) -> Self {
         let centres = || spheres.iter().map(|sphere| sphere.centre);

@@ -1,7 +1,7 @@
-//! Threads that are kept: each frame's work is shared among those that are free.
+//! A pool of threads that share the work of each frame.
 //!
-//! Work of a tenth of a millisecond is too short to start threads for. A thread that wakes late, because another process has
-//! its core, is not waited for: [`WorkerPool::run`] returns when the work that was begun is done.
+//! Work of a tenth of a millisecond is too short to start threads for. The pool does not wait for a thread that wakes late
+//! because another process has its core: [`WorkerPool::run`] returns when the work that was begun is done.
 
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -10,7 +10,7 @@ use std::thread::{self, JoinHandle, Thread};
 
 use super::parallel::lock;
 
-/// Number of times that a thread looks for new work before it sleeps: about 50 microseconds.
+/// Number of times that a thread polls for new work before it sleeps: about 50 microseconds.
 const SPINS: u32 = 2_000;
 
 /// Stack size of a worker, in bytes. Only what is used of it is memory.
@@ -23,7 +23,7 @@ pub struct WorkerPool {
 }
 
 struct Shared {
-    /// The number of the piece of work, [`OPEN`], and the number of workers inside ([`INSIDE`]).
+    /// The number of the piece of work, the flag [`OPEN`], and the number of workers that are running it ([`INSIDE`]).
     gate: AtomicU64,
     work: Mutex<Option<Work>>,
     closing: AtomicBool,
@@ -31,9 +31,9 @@ struct Shared {
     caller: Mutex<Option<Thread>>,
 }
 
-/// Workers may begin.
+/// Flag: workers may begin the work.
 const OPEN: u64 = 1 << 15;
-/// Bits that count the workers that have begun and are not done.
+/// Bits that hold the number of workers that have begun and are not done.
 const INSIDE: u64 = OPEN - 1;
 /// Lowest bit of the number of the piece of work.
 const TURN: u64 = 1 << 16;

@@ -281,8 +281,8 @@ fn held_characters_are_a_few_frames_behind() {
                     };
                     let expected = stage.drawn(character, seconds, drawn);
                     let place = |joint| joint_of(&out, &slice, Form::Matrices, joint).translation;
-                    let joints = expected.iter().enumerate();
-                    { joints }.all(|(joint, at)| place(joint).distance(at.translation) < 2.0 * NEAR)
+                    let mut joints = expected.iter().enumerate();
+                    joints.all(|(joint, at)| place(joint).distance(at.translation) < 2.0 * NEAR)
                 };
                 let most = if slice.level >= hold.from { frames } else { 0 };
                 let behind = (0..=most).find(|&behind| is_at(behind));

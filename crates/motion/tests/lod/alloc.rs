@@ -23,7 +23,9 @@ fn a_frame_of_levels_allocates_nothing() {
     let blends: Vec<_> = (0..levels.levels.len())
         .map(|level| levels.blend(LevelId(level as u16)))
         .collect();
-    let binds: Vec<_> = { levels.levels.iter() }
+    let binds: Vec<_> = levels
+        .levels
+        .iter()
         .map(|level| level.binds(&identity).unwrap())
         .collect();
     let (mut switching, mut planner) = (Switching::default(), Planner::default());

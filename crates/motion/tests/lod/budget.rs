@@ -67,7 +67,7 @@ fn a_budget_is_kept_with_the_least_error() {
             }
             assert_eq!(plan.is_met, plan.milliseconds <= budget.milliseconds);
             // No error that is clearly smaller would do, and where none would do, none is promised.
-            let tries = (0..400).map(|step| 1e-3 * 1.05f32.powi(step));
+            let mut tries = (0..400).map(|step| 1e-3 * 1.05f32.powi(step));
             let fits = |pixels: &f32| {
                 let settings = SwitchSettings {
                     rule: screen_error(*pixels),
@@ -80,7 +80,7 @@ fn a_budget_is_kept_with_the_least_error() {
                 let cost = cost_of(&levels, choices);
                 cost <= 0.995 * budget.milliseconds
             };
-            if let Some(least) = { tries }.find(fits) {
+            if let Some(least) = tries.find(fits) {
                 assert!(
                     plan.is_met && plan.pixels <= 1.06 * least,
                     "{plan:?} {least}"

@@ -22,10 +22,10 @@ fn drawn(levels: &Levels, choice: Choice, joints: &[JointTransform]) -> Vec<Affi
         let blend = levels.blend(choice.level).unwrap();
         blend.apply(choice.blend, &mut matrices);
     }
-    let seat = |seat: &sabaki_motion::internal::Seated| {
-        matrices[usize::from(seat.carrier)] * affine(&seat.offset)
+    let drawn = |attachment: &sabaki_motion::internal::Attachment| {
+        matrices[usize::from(attachment.carrier)] * affine(&attachment.offset)
     };
-    level.seats.iter().map(seat).collect()
+    level.attachments.iter().map(drawn).collect()
 }
 
 #[test]

@@ -369,8 +369,8 @@ fn settings_that_make_no_sense_are_errors() {
         |level: &mut Level| level.parents[1] = None,
         |level: &mut Level| level.parents.truncate(1),
         |level: &mut Level| level.kept[0] = JointId(1),
-        |level: &mut Level| level.seats.truncate(1),
-        |level: &mut Level| level.seats[1].carrier = 500,
+        |level: &mut Level| level.attachments.truncate(1),
+        |level: &mut Level| level.attachments[1].carrier = 500,
     ] {
         let mut spoilt = level.clone();
         spoil(&mut spoilt);

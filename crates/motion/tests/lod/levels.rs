@@ -22,9 +22,9 @@ fn is_end(skeleton: &Skeleton, id: JointId) -> bool {
 
 /// Where a joint's point is drawn on a level.
 fn drawn(level: &Level, joints: &[JointTransform], id: JointId, point: Vec3) -> Vec3 {
-    let seat = level.seats[id.index()];
-    let carrier = joints[level.kept[usize::from(seat.carrier)].index()];
-    carrier.point(seat.offset.point(point))
+    let attachment = level.attachments[id.index()];
+    let carrier = joints[level.kept[usize::from(attachment.carrier)].index()];
+    carrier.point(attachment.offset.point(point))
 }
 
 /// The clip that a level makes of another is what the level draws.
@@ -124,7 +124,8 @@ fn only_root_and_ends_are_left() {
             let last = levels.levels.last().unwrap();
             let mut left = last.kept.clone();
             left.sort();
-            let expected: Vec<JointId> = { skeleton.ids() }
+            let expected: Vec<JointId> = skeleton
+                .ids()
                 .filter(|&id| id == JointId::ROOT || is_end(&skeleton, id))
                 .collect();
             assert_eq!(left, expected);
@@ -267,7 +268,8 @@ fn the_humanoid_of_24_joints_has_levels_0_to_18() {
         if order == Order::Error {
             // The ends move as the joints do that they hang on, so these go at no cost at all.
             let free = levels.levels.iter().skip(1);
-            let free: Vec<JointId> = { free.take_while(|level| level.error.max < 1e-5) }
+            let free: Vec<JointId> = free
+                .take_while(|level| level.error.max < 1e-5)
                 .filter_map(|level| level.removed)
                 .collect();
             let ends = skeleton.ids().filter(|&id| is_end(skeleton, id));
@@ -333,7 +335,7 @@ fn a_lone_joint_and_a_lone_frame_have_levels() {
         assert!(levels.len() > 1);
         for level in &levels {
             assert_eq!(level.energy, 0.0);
-            // What never moves is drawn where it is, whatever it rides on.
+            // A joint that never moves is drawn where it is, whatever its carrier is.
             assert!(level.error.max < 1e-5, "{:?}", level.error);
         }
     }

@@ -118,7 +118,8 @@ fn check(skeleton: &Skeleton, clip: &Clip, order: Order) {
     let mut in_full = Vec::new();
     let binds = levels.levels[0].binds(&inverse_binds).unwrap();
     let frames: Vec<usize> = (0..clip.frames()).step_by(1 + clip.frames() / 20).collect();
-    let truths: Vec<Vec<Vec3>> = { frames.iter() }
+    let truths: Vec<Vec<Vec3>> = frames
+        .iter()
         .map(|&frame| {
             levels.levels[0].palette(&posed(&full, frame), &binds, &mut in_full);
             mesh.iter()

@@ -45,7 +45,9 @@ pub(super) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
 /// The clips that the arguments of the plan name.
 pub(super) fn planned_clips(bake: &SharedBake) -> Result<ClipArgs, Failure> {
     let manifest = bake.manifest();
-    let words = { ["sabaki"].into_iter() }.chain(manifest.arguments.iter().map(String::as_str));
+    let words = ["sabaki"]
+        .into_iter()
+        .chain(manifest.arguments.iter().map(String::as_str));
     match Cli::try_parse_from(words) {
         Ok(Cli {
             command:

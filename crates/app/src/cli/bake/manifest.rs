@@ -16,7 +16,7 @@ pub(super) const MOST_SHARDS: usize = 100_000;
 /// Version of the manifest and of the files beside it.
 const FORMAT: u32 = 1;
 
-/// What all shards and the join must agree on.
+/// The input that all shards and the join must share.
 #[derive(Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Manifest {
     pub(super) format: u32,
@@ -33,7 +33,7 @@ pub(super) struct Manifest {
     pub(super) shards: usize,
 }
 
-/// What a plan is made of.
+/// The input of a plan.
 #[derive(Clone, Copy)]
 pub(super) struct PlanInput<'a> {
     pub(super) clips: &'a source::ClipArgs,
@@ -154,7 +154,9 @@ impl Manifest {
     /// # Errors
     /// A path that is not UTF-8, which JSON cannot hold.
     pub(super) fn to_json(&self) -> Result<serde_json::Value, Failure> {
-        let mut paths = { self.inputs.iter() }
+        let mut paths = self
+            .inputs
+            .iter()
             .map(|input| &input.path)
             .chain([&self.folder]);
         serde_json::to_value(self).map_err(|error| {

@@ -9,7 +9,7 @@ use super::recorded::{BakeRecord, UnfinishedBake};
 use super::sealed::{self, Kind, Seal, Unusable};
 use sabaki::internal::ClipMatch;
 
-/// Version of the form of records. It changes with what is recorded.
+/// Version of the format of records. It changes with their contents.
 const VERSION: u32 = 5;
 
 /// Seal of records.
@@ -47,10 +47,10 @@ impl BakeRecord {
     }
 }
 
-/// What a bake takes over of an unfinished one.
+/// The results that a bake takes over from an unfinished one.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) enum TakenOver {
-    /// Nothing: it is of other clips or settings.
+    /// None: the unfinished bake is of other clips or settings.
     Nothing,
     /// The results of some clips: one of the two has clips that the other lacks.
     SomeClips,
@@ -59,7 +59,7 @@ pub(crate) enum TakenOver {
 }
 
 impl TakenOver {
-    /// Of a bake that has these clips in common with the unfinished one.
+    /// The results that a bake takes over, from the clips that it has in common with the unfinished one.
     pub(crate) fn of(clips: Option<&ClipMatch>) -> Self {
         match clips {
             Some(clips) if clips.count() > 0 && clips.is_whole() => Self::AllClips,
@@ -72,7 +72,7 @@ impl TakenOver {
 /// The file of an unfinished bake, beside the file that it was to write: the same command goes on from it.
 pub(crate) struct UnfinishedFile {
     path: PathBuf,
-    /// How far the bake was whose file is there, if it is of the same clips and settings.
+    /// Progress of the unfinished bake whose file exists, if it is of the same clips and settings.
     reached: Cell<Option<(u8, u64)>>,
 }
 
@@ -109,8 +109,8 @@ impl UnfinishedFile {
         });
     }
 
-    /// Writes what a bake has done that was stopped, unless it went on from what is there, of the same clips, and has not come farther. Returns the error of the
-    /// command.
+    /// Writes the results of a stopped bake, unless it continued an unfinished bake of the same clips and has not advanced.
+    /// Returns the error of the command.
     pub(crate) fn keep(&self, bake: &UnfinishedBake) -> Failure {
         let reached = self.reached.get();
         let is_new = reached.is_none_or(|reached| reached <= bake.reached);

@@ -1,4 +1,4 @@
-//! What a bake hands on to a later one.
+//! The results that a bake hands on to a later one.
 
 use sabaki::internal::{GraphRecord, TableRecord};
 use serde::{Deserialize, Serialize};
@@ -10,7 +10,7 @@ pub(crate) struct BakeRecord {
     pub(crate) tables: TableRecord,
 }
 
-/// What a bake that was stopped had done.
+/// The results of a bake that was stopped.
 #[derive(Debug, Serialize, Deserialize)]
 pub(crate) struct UnfinishedBake {
     pub(crate) record: BakeRecord,

@@ -37,7 +37,7 @@ pub(super) enum Kind {
     Entries,
     /// Record of a bake.
     Record,
-    /// What a bake had done when it was stopped.
+    /// Results of a bake that was stopped.
     Unfinished,
 }
 
@@ -75,7 +75,7 @@ impl Kind {
         kinds.find(|kind| head.starts_with(kind.mark()))
     }
 
-    /// What such a file is, for messages.
+    /// Description of the kind, for messages.
     pub(super) fn describe(self) -> &'static str {
         match self {
             Self::Points | Self::Shard | Self::Graph | Self::Entries => {

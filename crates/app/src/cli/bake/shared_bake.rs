@@ -36,11 +36,11 @@ pub(super) struct SharedBake {
     partition: Partition,
 }
 
-/// What was done for a shard.
+/// Outcome of the work on a shard.
 pub(super) enum ShardOutcome {
-    /// It was there, and sound.
+    /// A sound file of the shard existed.
     WasThere,
-    /// It was computed.
+    /// The shard was computed.
     Computed {
         /// Number of minima.
         minima: usize,
@@ -248,8 +248,11 @@ impl SharedBake {
             sealed::read(&self.shard_file(shard), self.seal(Kind::Shard))?;
         let bands: Vec<MapBand> = self.partition.bands(shard).collect();
         let search = &self.manifest.search;
-        let fits =
-            of_shard == shard && minima.len() == bands.len() && { bands.iter().zip(&minima) }
+        let fits = of_shard == shard
+            && minima.len() == bands.len()
+            && bands
+                .iter()
+                .zip(&minima)
                 .all(|(band, minima)| band.admits(minima, search));
         fits.then_some(minima).ok_or(Unusable::Damaged)
     }
@@ -290,7 +293,8 @@ impl SharedBake {
 /// A command of this program on a folder, to be shown or run by a shell.
 pub(super) fn command(words: &[&str], folder: &Path, more: &[&str]) -> String {
     let folder = quoted(&folder.display().to_string());
-    let words: Vec<&str> = { ["sabaki"].iter() }
+    let words: Vec<&str> = ["sabaki"]
+        .iter()
         .chain(words)
         .copied()
         .chain([folder.as_str()])

@@ -8,7 +8,7 @@ use sabaki::math::F32x16;
 use sabaki_app::percentile::percentile;
 use serde_json::{Value, json};
 
-use super::cases::{Case, Lod, Motion, What};
+use super::cases::{Case, Lod, Motion, TimedWork};
 use super::row::Row;
 use super::scene::{SECONDS, Scene};
 use super::{Args, usage};
@@ -23,12 +23,12 @@ const FIRST_PIXELS: f32 = 8.0;
 /// The default budget in times of a frame whose levels are chosen by `--error`, without a plan.
 const SHARE: f64 = 2.0;
 
-/// What the frames took, and how far bodies were from where they should be.
+/// Times of the frames, and errors of the bodies on the screen.
 pub(super) struct BudgetRun {
     budget: f64,
-    /// Milliseconds of each frame: distances, plan, levels and poses.
+    /// Duration of each frame, in milliseconds: distances, plan, levels and poses.
     frames: Vec<f64>,
-    /// Milliseconds of each frame's plan alone.
+    /// Duration of each frame's plan, in milliseconds.
     plans: Vec<f64>,
     /// Greatest error on the screen that each plan allows, in pixels.
     pixels: Vec<f64>,
@@ -39,7 +39,7 @@ impl Scene {
     pub(super) fn run_in_budget(&self, args: &Args, rows: &[Row]) -> Result<BudgetRun, Failure> {
         let plain = PlainRows::of(rows, self.animations.levels());
         let case = Case {
-            what: What::Frame(Motion::Run),
+            what: TimedWork::Frame(Motion::Run),
             lod: Lod::Distance,
             ..Case::plain()
         };
@@ -73,7 +73,7 @@ impl Scene {
             let started = Instant::now();
             let eye = self.eye(Motion::Run, frame);
             distances.clear();
-            let positions = { self.characters.iter() }.map(|it| it.placement.position());
+            let positions = self.characters.iter().map(|it| it.placement.position());
             distances.extend(positions.map(|position| eye.distance(position)));
             budget.cost = monitor.corrected(&cost);
             let plan = planner
@@ -115,7 +115,7 @@ impl<'a> PlainRows<'a> {
         }
     }
 
-    /// What characters and joints cost.
+    /// Measures the costs of characters and of joints.
     fn cost(&self, args: &Args) -> Cost {
         let count = f64::from(args.count);
         let (Some(finest), Some(coarsest)) = (self.finest, self.coarsest) else {

@@ -5,21 +5,21 @@ use sabaki::math::{Isa, thread_count};
 
 use super::Args;
 
-/// Which level each character has.
+/// The level of each character.
 #[derive(Clone, Copy, PartialEq)]
 pub(super) enum Lod {
     /// All joints.
     Off,
-    /// The same for all.
+    /// One level for all characters.
     Level(u16),
-    /// By the distance from the head of the column.
+    /// Levels by the distance from the head of the column.
     Distance,
 }
 
-/// What is measured.
+/// A case that is measured.
 #[derive(Clone, Copy, PartialEq)]
 pub(super) struct Case {
-    pub(super) what: What,
+    pub(super) what: TimedWork,
     pub(super) lod: Lod,
     pub(super) layout: Layout,
     pub(super) isa: Isa,
@@ -36,7 +36,7 @@ pub(super) struct Case {
 /// Numbers of frames of hold that are measured.
 const HOLDS: [u16; 2] = [1, 3];
 
-/// What is mixed into the clip of each character.
+/// Clips that are mixed into each character's own.
 #[derive(Clone, Copy, PartialEq)]
 pub(super) enum Mixed {
     Nothing,
@@ -46,9 +46,9 @@ pub(super) enum Mixed {
     Layer,
 }
 
-/// What a measured time contains.
+/// The work that a measured time contains.
 #[derive(Clone, Copy, PartialEq)]
-pub(super) enum What {
+pub(super) enum TimedWork {
     /// Poses of characters whose levels are known.
     Pose,
     /// The whole frame: levels by a camera at this speed, in metres per second, time and poses.
@@ -61,7 +61,7 @@ pub(super) enum Motion {
     Still,
     Walk,
     Run,
-    /// Between the head of the column and its middle, twice a second.
+    /// The camera jumps between the head of the column and its middle, twice a second.
     Jump,
 }
 
@@ -79,10 +79,10 @@ impl Args {
         threads.push(most);
         let plain = Case::plain();
         let mut cases = Vec::new();
-        let frame = |motion| (What::Frame(motion), Lod::Distance);
+        let frame = |motion| (TimedWork::Frame(motion), Lod::Distance);
         for (what, lod) in [
-            (What::Pose, Lod::Off),
-            (What::Pose, Lod::Distance),
+            (TimedWork::Pose, Lod::Off),
+            (TimedWork::Pose, Lod::Distance),
             frame(Motion::Still),
             frame(Motion::Walk),
             frame(Motion::Run),
@@ -139,7 +139,7 @@ impl Case {
     /// Poses of all joints in blocks, on one thread and the widest registers.
     pub(super) fn plain() -> Self {
         Self {
-            what: What::Pose,
+            what: TimedWork::Pose,
             lod: Lod::Off,
             layout: Layout::Blocks,
             isa: Isa::best(),
@@ -162,7 +162,7 @@ impl Motion {
         }
     }
 
-    /// How far into the column the camera is after so many seconds, in metres.
+    /// Distance of the camera into the column after `seconds`, in metres.
     pub(super) fn walked(self, seconds: f32) -> f32 {
         match self {
             Self::Still => 0.0,
@@ -183,7 +183,7 @@ impl Mixed {
     }
 }
 
-impl What {
+impl TimedWork {
     pub(super) fn name(self) -> &'static str {
         match self {
             Self::Pose => "pose",

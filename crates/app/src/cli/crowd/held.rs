@@ -1,26 +1,29 @@
-//! How far held characters are from where they should be, on the screen.
+//! Measures the errors of held characters on the screen.
 
 use glam::Vec3;
 use sabaki::crowd::MemberId;
 use sabaki::lod::View;
 
-use super::cases::{Case, What};
+use super::cases::{Case, TimedWork};
 use super::row::HeldError;
-use super::scene::{Posed, Scene, WARM_UP};
+use super::scene::{PosedCrowd, Scene, WARM_UP};
 use super::{Args, usage};
 use crate::cli::Failure;
 
 /// Number of frames that are compared.
 const FRAMES: u32 = 8;
-/// Characters that the camera is nearer to, in metres, count as if they were so far away.
+/// Minimum distance of a character from the camera, in metres. Nearer characters count as this far away.
 const NEAREST: f32 = 1.0;
-/// Every so many characters are compared.
+/// One in this many characters is compared.
 const STRIDE: usize = 7;
 
 impl Scene {
     /// Plays the case with and without hold side by side.
     pub(super) fn held_error(&self, args: &Args, case: Case) -> Result<HeldError, Failure> {
-        let make = |case| self.crowd(args, case).map(|(crowd, _)| Posed::new(crowd));
+        let make = |case| {
+            self.crowd(args, case)
+                .map(|(crowd, _)| PosedCrowd::new(crowd))
+        };
         let (mut held, mut free) = (make(case)?, make(Case { hold: 0, ..case })?);
         let (mut greatest, mut sum, mut count) = (0.0f64, 0.0, 0usize);
         for frame in 0..WARM_UP + FRAMES {
@@ -31,8 +34,8 @@ impl Scene {
                 continue;
             }
             let eye = match case.what {
-                What::Frame(motion) => self.eye(motion, frame),
-                What::Pose => Vec3::ZERO,
+                TimedWork::Frame(motion) => self.eye(motion, frame),
+                TimedWork::Pose => Vec3::ZERO,
             };
             for (index, character) in self.characters.iter().enumerate().step_by(STRIDE) {
                 let distance = eye.distance(character.placement.position()).max(NEAREST);
@@ -51,7 +54,7 @@ impl Scene {
 }
 
 /// Largest distance between the same joint of the same character in two crowds, in metres.
-fn difference(held: &Posed, free: &Posed, id: MemberId) -> Result<f32, Failure> {
+fn difference(held: &PosedCrowd, free: &PosedCrowd, id: MemberId) -> Result<f32, Failure> {
     let one = held.crowd.pose_slice(id).map_err(usage)?;
     let other = free.crowd.pose_slice(id).map_err(usage)?;
     let numbers = free.crowd.settings().output.form.position_numbers();

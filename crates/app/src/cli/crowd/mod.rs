@@ -55,7 +55,8 @@ pub(crate) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
     args.check()?;
     cancel::listen();
     let scene = Scene::new(args, None)?;
-    let cut_scenes = { CUTS.into_iter() }
+    let cut_scenes = CUTS
+        .into_iter()
         .map(|clips| Scene::new(args, Some(clips)))
         .collect::<Result<Vec<_>, _>>()?;
     let cases = args.cases(scene.animations.levels());

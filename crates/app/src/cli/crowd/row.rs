@@ -4,7 +4,7 @@ use sabaki::crowd::{Form, Layout};
 use serde_json::{Value, json};
 
 use super::Args;
-use super::cases::{CUTS, Case, Lod, Mixed, What};
+use super::cases::{CUTS, Case, Lod, Mixed, TimedWork};
 
 /// The time of one case.
 pub(super) struct Row {
@@ -13,13 +13,13 @@ pub(super) struct Row {
     /// Joints of a character; the mean, where levels differ.
     pub(super) joints: f64,
     pub(super) ms: f64,
-    /// What hold costs, where there is hold.
+    /// Error of held poses, if the case holds characters.
     pub(super) held: Option<HeldError>,
 }
 
 /// Distances on the screen between the joints of held characters and where they are without hold, at 1080 lines and 60 degrees.
 pub(super) struct HeldError {
-    /// Of the joint that is furthest off.
+    /// Distance of the joint that is furthest off, in pixels.
     pub(super) greatest_pixels: f64,
     /// Mean over characters of each one's joint that is furthest off.
     pub(super) mean_pixels: f64,
@@ -47,7 +47,7 @@ impl Row {
     /// clips, as one of them; beside busy threads, as on one thread.
     pub(super) fn against_plain(&self, rows: &[Self]) -> f64 {
         let plain = Case {
-            what: What::Pose,
+            what: TimedWork::Pose,
             lod: Lod::Off,
             layout: Layout::Blocks,
             cut: self.case.cut.map(|_| CUTS[0]),

@@ -15,7 +15,7 @@ use sabaki::lod::{LevelSettings, Levels, Measure, Rule, SwitchSettings, Switchin
 use sabaki::math::{F32x16, Rigid2};
 
 use super::busy::BusyThreads;
-use super::cases::{CUT_SECONDS, Case, Lod, Mixed, Motion, What};
+use super::cases::{CUT_SECONDS, Case, Lod, Mixed, Motion, TimedWork};
 use super::row::Row;
 use super::{Args, usage};
 use crate::cli::{Failure, cancel};
@@ -28,19 +28,21 @@ pub(super) struct Scene {
     pub(super) characters: Vec<Character>,
 }
 
-/// The column: so many abreast, so far apart, metres; the camera stands before its head.
+/// Number of characters in a row of the column.
 pub(super) const ABREAST: usize = 10;
+/// Distance between neighbours in the column, in metres.
 pub(super) const APART: f32 = 1.0;
+/// Distance of the camera from the head of the column, in metres.
 pub(super) const BEFORE: f32 = 5.0;
 
 /// Length of a frame, in seconds.
 pub(super) const SECONDS: f64 = 1.0 / 60.0;
 
-/// Frames that are not measured.
+/// Number of frames before the measured ones.
 pub(super) const WARM_UP: u32 = 3;
 
 impl Scene {
-    /// `cut`: with so many stretches of the clips, and without levels.
+    /// Creates the column. With `cut`, its clips are that many stretches of the given ones, and there are no levels.
     pub(super) fn new(args: &Args, cut: Option<usize>) -> Result<Self, Failure> {
         let (skeleton, mut clips) = args.clips()?;
         if let Some(count) = cut {
@@ -78,7 +80,7 @@ impl Scene {
         })
     }
 
-    /// In a column that walks towards the camera, each at a moment of its own.
+    /// A character of a column that walks towards the camera. Each starts its clip at another moment.
     fn character(index: usize, animations: &AnimationSet, random: &mut impl Rng) -> Character {
         let (row, file) = (index / ABREAST, index % ABREAST);
         let clip = ClipId(random.random_range(0..animations.clips()) as u32);
@@ -164,10 +166,10 @@ impl Scene {
     pub(super) fn measure(&self, args: &Args, case: Case) -> Result<Row, Failure> {
         let (crowd, joints) = self.crowd(args, case)?;
         let joints = match case.what {
-            What::Pose => joints as f64 / crowd.len() as f64,
-            What::Frame(_) => self.mean_joints(args, case)?,
+            TimedWork::Pose => joints as f64 / crowd.len() as f64,
+            TimedWork::Frame(_) => self.mean_joints(args, case)?,
         };
-        let mut posed = Posed::new(crowd);
+        let mut posed = PosedCrowd::new(crowd);
         let mut times = Vec::with_capacity(args.frames as usize);
         let _busy = BusyThreads::new(case.busy);
         for frame in 0..args.frames + WARM_UP {
@@ -191,7 +193,7 @@ impl Scene {
     /// Joints of a character in the frames that are measured, on average. The frames are played once more, so that no time is taken
     /// while they are counted.
     fn mean_joints(&self, args: &Args, case: Case) -> Result<f64, Failure> {
-        let mut posed = Posed::new(self.crowd(args, case)?.0);
+        let mut posed = PosedCrowd::new(self.crowd(args, case)?.0);
         let mut joints = 0;
         for frame in 0..args.frames + WARM_UP {
             self.step(&mut posed, case, frame)?;
@@ -206,15 +208,20 @@ impl Scene {
         Ok(joints as f64 / (f64::from(args.count) * f64::from(args.frames)))
     }
 
-    /// Where the camera is in a frame.
+    /// Position of the camera in a frame, in metres.
     pub(super) fn eye(&self, motion: Motion, frame: u32) -> Vec3 {
         Vec3::new(0.0, 0.0, -motion.walked(frame as f32 * SECONDS as f32))
     }
 
-    pub(super) fn step(&self, posed: &mut Posed, case: Case, frame: u32) -> Result<(), Failure> {
+    pub(super) fn step(
+        &self,
+        posed: &mut PosedCrowd,
+        case: Case,
+        frame: u32,
+    ) -> Result<(), Failure> {
         cancel::check()?;
-        let Posed { crowd, out } = posed;
-        let What::Frame(motion) = case.what else {
+        let PosedCrowd { crowd, out } = posed;
+        let TimedWork::Frame(motion) = case.what else {
             crowd.advance(SECONDS);
             return crowd.pose(out).map_err(usage);
         };
@@ -229,12 +236,12 @@ impl Scene {
 }
 
 /// A crowd and the memory of its poses.
-pub(super) struct Posed {
+pub(super) struct PosedCrowd {
     pub(super) crowd: Crowd,
     pub(super) out: Vec<F32x16>,
 }
 
-impl Posed {
+impl PosedCrowd {
     pub(super) fn new(crowd: Crowd) -> Self {
         Self {
             out: vec![F32x16::ZERO; crowd.max_output_len(crowd.len())],
@@ -243,7 +250,7 @@ impl Posed {
     }
 }
 
-/// So many stretches of the clips, which begin later and later.
+/// Cuts `count` clips out of the given ones, each beginning later than the one before.
 fn cut_clips(skeleton: &Skeleton, clips: &[Clip], count: usize) -> Result<Vec<Clip>, Failure> {
     let cut = |index: usize| {
         let clip = &clips[index % clips.len()];

@@ -28,8 +28,8 @@ pub(super) fn run(args: &Args, kind: Kind, device: &DeviceArgs) -> Result<Writte
     let baked = args.graph.load_unprepared()?;
     let graph = baked.graph.graph();
     let (skeleton, clips) = (graph.skeleton(), graph.clips());
-    let wardrobe = args.mesh.load(skeleton, clips)?;
-    let Some(wardrobe) = wardrobe else {
+    let bound_outfit = args.mesh.load(skeleton, clips)?;
+    let Some(bound_outfit) = bound_outfit else {
         let what = "render body needs --mesh: a file, or body".to_owned();
         return Err(Failure::Usage(what));
     };
@@ -60,7 +60,7 @@ pub(super) fn run(args: &Args, kind: Kind, device: &DeviceArgs) -> Result<Writte
     };
     let poses = [standing_pose(skeleton, clips), best(&low), best(&raised)];
     let desc = StageDesc {
-        meshes: &wardrobe.outfit.meshes,
+        meshes: &bound_outfit.outfit.meshes,
         ..StageDesc::default()
     };
     let mut canvas = Canvas::new(device, args.size, &desc)?;
@@ -70,8 +70,8 @@ pub(super) fn run(args: &Args, kind: Kind, device: &DeviceArgs) -> Result<Writte
         poses.len() as u32 * (size[1] + GAP) + GAP,
     ];
     let mut sheet = Picture::new(whole);
-    let skin = &wardrobe.outfit.skins[0];
-    let mesh = &wardrobe.outfit.meshes[skin.mesh];
+    let skin = &bound_outfit.outfit.skins[0];
+    let mesh = &bound_outfit.outfit.meshes[skin.mesh];
     let aspect = size[0] as f32 / size[1] as f32;
     for (row, joints) in (0..).zip(&poses) {
         let heading = Facing::of(skeleton).placement(joints).heading();
@@ -96,7 +96,7 @@ pub(super) fn run(args: &Args, kind: Kind, device: &DeviceArgs) -> Result<Writte
     Ok(Written {
         bytes: file::write(&args.out, kind, &film)?,
         pictures: 1,
-        text: wardrobe.report,
+        text: bound_outfit.report,
         more: Vec::new(),
     })
 }

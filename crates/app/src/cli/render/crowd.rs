@@ -9,14 +9,14 @@ use sabaki_app::demo::{self, Motions};
 use sabaki_app::film::{Delay, Film};
 use sabaki_app::percentile::percentile;
 use sabaki_draw::StageDesc;
-use sabaki_draw::scene::{Crowd, FormationSettings, Performer};
+use sabaki_draw::scene::{Formation, FormationSettings, Performer};
 use serde_json::json;
 
 use super::canvas::Canvas;
 use super::file::{self, Kind};
 use super::{Args, Written, first_given, text_height};
 use crate::cli::culling::DeviceArgs;
-use crate::cli::mesh::Wardrobe;
+use crate::cli::mesh::BoundOutfit;
 use crate::cli::numbers::whole;
 use crate::cli::picture::{Picture, TextLook};
 use crate::cli::plot::INK;
@@ -46,24 +46,26 @@ fn usage(error: impl std::fmt::Display) -> Failure {
 
 pub(super) fn run(args: &Args, kind: Kind, device: &DeviceArgs) -> Result<Written, Failure> {
     let motions = demo::motions().map_err(GraphError::from)?;
-    let wardrobe = args.mesh.load(&motions.skeleton, &motions.clips)?;
-    let mut crowd = args.crowd.formation(&motions, wardrobe.as_ref())?;
+    let bound_outfit = args.mesh.load(&motions.skeleton, &motions.clips)?;
+    let mut formation = args.crowd.formation(&motions, bound_outfit.as_ref())?;
     let desc = StageDesc {
-        meshes: wardrobe
+        meshes: bound_outfit
             .as_ref()
-            .map_or(&[], |wardrobe| &wardrobe.outfit.meshes),
+            .map_or(&[], |bound_outfit| &bound_outfit.outfit.meshes),
         shadow_side: 4096,
         max_members: args.crowd.count(),
-        max_crowd_lines: crowd.most_lines() as u32,
-        max_parts: crowd.parts() as u32,
+        max_crowd_len: formation.max_output_len() as u32,
+        max_parts: formation.parts() as u32,
         ..StageDesc::default()
     };
     let mut canvas = Canvas::new(device, args.size, &desc)?;
     let pictures = match kind.is_film() {
-        true => (crowd.period() * f32::from(args.rate())).round().max(1.0) as u32,
+        true => (formation.period() * f32::from(args.rate()))
+            .round()
+            .max(1.0) as u32,
         false => 1,
     };
-    let step = crowd.period() / pictures as f32;
+    let step = formation.period() / pictures as f32;
     let bar = output::progress("drawing", u64::from(pictures));
     let mut film = Film {
         size: args.size,
@@ -73,21 +75,21 @@ pub(super) fn run(args: &Args, kind: Kind, device: &DeviceArgs) -> Result<Writte
     let mut times = Times::default();
     for _ in 0..pictures {
         cancel::check()?;
-        let picture = times.picture(args, &mut crowd, &mut canvas)?;
+        let picture = times.picture(args, &mut formation, &mut canvas)?;
         film.pictures.push(picture.into_pixels());
-        crowd.advance(step);
+        formation.advance(step);
         bar.inc(1);
     }
     bar.finish_and_clear();
     drop(canvas);
     let bytes = file::write(&args.out, kind, &film)?;
-    let census = crowd.census();
-    let mut text = wardrobe.map_or_else(String::new, |wardrobe| wardrobe.report);
+    let census = formation.census();
+    let mut text = bound_outfit.map_or_else(String::new, |bound_outfit| bound_outfit.report);
     let _ = writeln!(
         text,
         "{}; on each of {} levels: {census:?}",
-        characters(crowd.len()),
-        crowd.levels()
+        characters(formation.len()),
+        formation.levels()
     );
     let [pose, draw] = [times.pose, times.draw].map(|times| percentile(times, 0.5));
     let _ = writeln!(
@@ -101,7 +103,7 @@ pub(super) fn run(args: &Args, kind: Kind, device: &DeviceArgs) -> Result<Writte
         more: vec![
             ("pose_ms", json!(pose)),
             ("draw_ms", json!(draw)),
-            ("characters", json!(crowd.len())),
+            ("characters", json!(formation.len())),
             ("levels", json!(census)),
         ],
     })
@@ -123,7 +125,11 @@ impl CrowdArgs {
         self.count.unwrap_or(10_000)
     }
 
-    fn formation(&self, motions: &Motions, wardrobe: Option<&Wardrobe>) -> Result<Crowd, Failure> {
+    fn formation(
+        &self,
+        motions: &Motions,
+        bound_outfit: Option<&BoundOutfit>,
+    ) -> Result<Formation, Failure> {
         let name = self.motion.as_deref().unwrap_or("front_kick");
         let clip = motions.clips.iter().find(|clip| clip.name() == name);
         let clip = clip.ok_or_else(|| {
@@ -139,12 +145,12 @@ impl CrowdArgs {
             skeleton: &motions.skeleton,
             body: &body,
             clip,
-            skin: wardrobe.map(|wardrobe| &*wardrobe.outfit.skins[0]),
+            skin: bound_outfit.map(|bound_outfit| &*bound_outfit.outfit.skins[0]),
         };
-        let mut crowd = Crowd::new(performer, &settings).map_err(usage)?;
-        crowd.use_levels(!self.no_levels);
-        crowd.show_levels(self.levels);
-        Ok(crowd)
+        let mut formation = Formation::new(performer, &settings).map_err(usage)?;
+        formation.use_levels(!self.no_levels);
+        formation.show_levels(self.levels);
+        Ok(formation)
     }
 }
 
@@ -167,15 +173,15 @@ impl Times {
     fn picture(
         &mut self,
         args: &Args,
-        crowd: &mut Crowd,
+        formation: &mut Formation,
         canvas: &mut Canvas,
     ) -> Result<Picture, Failure> {
-        let camera = crowd.camera();
+        let camera = formation.camera();
         let begun = Instant::now();
-        crowd.look_from(&camera, args.size).map_err(usage)?;
-        crowd.pose(canvas.poses()?).map_err(usage)?;
+        formation.look_from(&camera, args.size).map_err(usage)?;
+        formation.pose(canvas.poses()?).map_err(usage)?;
         self.pose.push(1e3 * begun.elapsed().as_secs_f64());
-        let (shot, shown) = crowd.shot(camera, args.size).map_err(usage)?;
+        let (shot, shown) = formation.shot(camera, args.size).map_err(usage)?;
         let begun = Instant::now();
         let mut picture = canvas.paint(&shot, Some(&shown))?;
         self.draw.push(1e3 * begun.elapsed().as_secs_f64());
@@ -184,7 +190,7 @@ impl Times {
                 height: text_height(args.size[0]),
                 colour: INK,
             };
-            picture.text((10, 8), &characters(crowd.len()), look);
+            picture.text((10, 8), &characters(formation.len()), look);
         }
         Ok(picture)
     }

@@ -98,10 +98,10 @@ pub(super) fn run(args: &Args, kind: Kind, device: &DeviceArgs) -> Result<Writte
         answer: &answer,
     };
     let graph = baked.graph.graph();
-    let wardrobe = args.mesh.load(graph.skeleton(), graph.clips())?;
-    let skin = wardrobe
+    let bound_outfit = args.mesh.load(graph.skeleton(), graph.clips())?;
+    let skin = bound_outfit
         .as_ref()
-        .map(|wardrobe| wardrobe.outfit.skins[0].clone());
+        .map(|bound_outfit| bound_outfit.outfit.skins[0].clone());
     let dodge = Dodge::new(&baked.graph, answered, &settings).with_skin(skin);
     let [width, height] = args.size;
     let show = Show {
@@ -110,9 +110,9 @@ pub(super) fn run(args: &Args, kind: Kind, device: &DeviceArgs) -> Result<Writte
         args,
     };
     let desc = StageDesc {
-        meshes: wardrobe
+        meshes: bound_outfit
             .as_ref()
-            .map_or(&[], |wardrobe| &wardrobe.outfit.meshes),
+            .map_or(&[], |bound_outfit| &bound_outfit.outfit.meshes),
         ..StageDesc::default()
     };
     let mut canvas = Canvas::new(device, args.size, &desc)?;
@@ -124,8 +124,8 @@ pub(super) fn run(args: &Args, kind: Kind, device: &DeviceArgs) -> Result<Writte
     drop(canvas);
     let bytes = file::write(&args.out, kind, &film)?;
     let clearance = show.dodge.clearance();
-    let (mut text, mesh) = match wardrobe {
-        Some(wardrobe) => (wardrobe.report, wardrobe.document),
+    let (mut text, mesh) = match bound_outfit {
+        Some(bound_outfit) => (bound_outfit.report, bound_outfit.document),
         None => Default::default(),
     };
     let evasion = evasion(&answer);

@@ -8,14 +8,14 @@ use sabaki::duel::Exchange;
 use sabaki::maps::BakedGraph;
 use sabaki_app::film::{Delay, Film};
 use sabaki_draw::StageDesc;
-use sabaki_draw::scene::{Bout, BoutSettings, Cut};
+use sabaki_draw::scene::{Cut, DuelPlayback, DuelPlaybackSettings, RecordedDuel};
 use serde_json::{Value, json};
 
 use super::canvas::Canvas;
 use super::file::{self, Kind};
 use super::{Written, size, text_height};
 use crate::cli::culling::DeviceArgs;
-use crate::cli::duel::{Fought, clip_of};
+use crate::cli::duel::{DuelRun, clip_of};
 use crate::cli::mesh::MeshArgs;
 use crate::cli::numbers::whole;
 use crate::cli::picture::{Picture, TextLook};
@@ -54,7 +54,7 @@ const MOMENTS: u32 = 4;
 const GAP: u32 = 6;
 
 impl DuelArgs {
-    /// Checks the file and the options of a duel of so many rounds, before it starts.
+    /// Checks the file and the options of a duel of `rounds` rounds, before it starts.
     pub(crate) fn check(&self, rounds: u32) -> Result<(), Failure> {
         self.mesh.check()?;
         let from = self.from;
@@ -87,22 +87,27 @@ impl DuelArgs {
     pub(crate) fn draw(
         &self,
         baked: &BakedGraph,
-        fought: &Fought,
+        fought: &DuelRun,
         device: &DeviceArgs,
     ) -> Result<Option<(Value, String)>, Failure> {
         let Some(path) = &self.out else {
             return Ok(None);
         };
         let kind = Kind::of(path)?;
-        let settings = BoutSettings::default();
+        let settings = DuelPlaybackSettings::default();
         let exchanges = &fought.exchanges;
         let graph = baked.graph();
-        let wardrobe = self.mesh.load(graph.skeleton(), graph.clips())?;
-        let skins = wardrobe
+        let bound_outfit = self.mesh.load(graph.skeleton(), graph.clips())?;
+        let skins = bound_outfit
             .as_ref()
-            .map(|wardrobe| wardrobe.outfit.skins.clone());
-        let bout = Bout::new(baked, &fought.fighters, exchanges, &settings).with_skins(skins);
-        let mut cuts = bout.cuts(self.size[0] as f32 / self.size[1] as f32);
+            .map(|bound_outfit| bound_outfit.outfit.skins.clone());
+        let duel = RecordedDuel {
+            baked,
+            fighters: &fought.fighters,
+            exchanges,
+        };
+        let playback = DuelPlayback::new(duel, &settings).with_skins(skins);
+        let mut cuts = playback.cuts(self.size[0] as f32 / self.size[1] as f32);
         cuts.drain(..cuts.len().min(self.from as usize - 1));
         if cuts.is_empty() {
             let what = format!("there is no exchange {} to draw", self.from);
@@ -112,13 +117,13 @@ impl DuelArgs {
             args: self,
             baked,
             exchanges,
-            bout,
+            playback,
             cuts,
         };
         let desc = StageDesc {
-            meshes: wardrobe
+            meshes: bound_outfit
                 .as_ref()
-                .map_or(&[], |wardrobe| &wardrobe.outfit.meshes),
+                .map_or(&[], |bound_outfit| &bound_outfit.outfit.meshes),
             ..StageDesc::default()
         };
         let mut canvas = Canvas::new(device, self.size, &desc)?;
@@ -139,7 +144,7 @@ impl DuelArgs {
             document,
             format!(
                 "{}{file}: {}\n",
-                wardrobe.map_or_else(String::new, |wardrobe| wardrobe.report),
+                bound_outfit.map_or_else(String::new, |bound_outfit| bound_outfit.report),
                 written.describe()
             ),
         )))
@@ -151,7 +156,7 @@ struct Show<'a> {
     args: &'a DuelArgs,
     baked: &'a BakedGraph,
     exchanges: &'a [Exchange],
-    bout: Bout<'a>,
+    playback: DuelPlayback<'a>,
     cuts: Vec<Cut>,
 }
 
@@ -159,7 +164,7 @@ impl Show<'_> {
     fn film(&self, canvas: &mut Canvas) -> Result<Film, Failure> {
         let rate = f32::from(self.args.rate());
         let moments = self.cuts.iter().flat_map(|cut| {
-            let moments = self.bout.moments(cut, rate);
+            let moments = self.playback.moments(cut, rate);
             moments.into_iter().map(move |t| (cut, t))
         });
         let moments: Vec<(&Cut, f32)> = moments.collect();
@@ -190,7 +195,7 @@ impl Show<'_> {
         for (row, cut) in (0..rows).zip(&self.cuts) {
             cancel::check()?;
             let exchange = &self.exchanges[cut.exchange];
-            let near = self.bout.nearest_at(cut);
+            let near = self.playback.nearest_at(cut);
             let start = exchange.announced + exchange.attack.start();
             let moments = [
                 0.5 * (cut.span[0] + start),
@@ -212,7 +217,7 @@ impl Show<'_> {
     }
 
     fn picture(&self, cut: &Cut, t: f32, canvas: &mut Canvas) -> Result<Picture, Failure> {
-        let mut picture = canvas.paint(&self.bout.shot(cut, t), None)?;
+        let mut picture = canvas.paint(&self.playback.shot(cut, t), None)?;
         if !self.args.plain {
             self.write_on(&mut picture, cut, t);
         }
@@ -223,7 +228,7 @@ impl Show<'_> {
     fn write_on(&self, picture: &mut Picture, cut: &Cut, t: f32) {
         let height = text_height(self.args.size[0]);
         let exchange = &self.exchanges[cut.exchange];
-        let is_over = t >= self.bout.nearest_at(cut);
+        let is_over = t >= self.playback.nearest_at(cut);
         let mut hits = [0; 2];
         let over = self.exchanges[..cut.exchange + usize::from(is_over)].iter();
         for landed in over.filter(|exchange| !exchange.avoided) {

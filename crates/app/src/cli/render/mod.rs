@@ -142,7 +142,7 @@ impl Args {
     }
 }
 
-/// What was written, for the report.
+/// A written file, for the report.
 struct Written {
     bytes: usize,
     pictures: usize,

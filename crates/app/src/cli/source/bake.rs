@@ -18,13 +18,13 @@ use super::super::bake::recorded::{BakeRecord, UnfinishedBake};
 use super::super::figure::Figure;
 use super::args::MotionPaths;
 use super::bake_bar::BakeBar;
-use super::{Baked, ClipArgs, Made};
+use super::{Baked, BuildSummary, ClipArgs};
 
 /// Number of transitions on which foot sliding is measured; enough for three digits.
 const MEASURED: usize = 2000;
 
 /// Finds the transitions of a graph: in this process, or in the shards of a plan.
-type Find<'f> = dyn Fn(&GraphBuilder<'_>) -> Result<TransitionList, Failure> + 'f;
+type FindTransitions<'f> = dyn Fn(&GraphBuilder<'_>) -> Result<TransitionList, Failure> + 'f;
 
 /// Searches in this process.
 fn find_here(builder: &GraphBuilder<'_>) -> Result<TransitionList, Failure> {
@@ -247,10 +247,11 @@ struct Bake<'a> {
 }
 
 impl Bake<'_> {
-    fn run(self, find: &Find<'_>, earlier: Vec<BakeRecord>) -> Result<Baked, Failure> {
+    fn run(self, find: &FindTransitions<'_>, earlier: Vec<BakeRecord>) -> Result<Baked, Failure> {
         let started = Instant::now();
         let watch = BakeBar::new();
-        let (of_graphs, of_tables): (Vec<_>, Vec<_>) = { earlier.into_iter() }
+        let (of_graphs, of_tables): (Vec<_>, Vec<_>) = earlier
+            .into_iter()
             .map(|earlier| (earlier.graph, earlier.tables))
             .unzip();
         let GraphOfClips {
@@ -260,7 +261,10 @@ impl Bake<'_> {
         } = self.graph(&watch, find, of_graphs)?;
         let clips = taken_over.iter().map(ClipMatch::count).max().unwrap_or(0);
         // Those of a bake that was stopped are the first, and of the first moments alone.
-        let mut of_tables = { of_tables.into_iter().zip(taken_over).rev() }
+        let mut of_tables = of_tables
+            .into_iter()
+            .zip(taken_over)
+            .rev()
             .map(|(record, clips)| EarlierTables { record, clips });
         let earlier = of_tables.find(|earlier| earlier.record != TableRecord::default());
         let tables = self.tables(&watch, built, earlier.unwrap_or_default())?;
@@ -283,7 +287,7 @@ impl Bake<'_> {
     fn graph(
         &self,
         watch: &BakeBar,
-        find: &Find<'_>,
+        find: &FindTransitions<'_>,
         earlier: Vec<GraphRecord>,
     ) -> Result<GraphOfClips, Failure> {
         watch.short("preparing clips");
@@ -329,7 +333,7 @@ impl Bake<'_> {
             }
             Baked {
                 graph,
-                made: Some(Made {
+                made: Some(BuildSummary {
                     report,
                     feet,
                     seconds: started.elapsed().as_secs_f64(),

@@ -16,11 +16,11 @@ const STAGES: usize = BakeStage::Exits as usize + 1;
 #[derive(Debug)]
 pub(crate) struct BakeBar {
     started: Instant,
-    shown: Mutex<Shown>,
+    shown: Mutex<BarState>,
 }
 
 #[derive(Debug)]
-struct Shown {
+struct BarState {
     bar: ProgressBar,
     last: Option<BakeProgress>,
 }
@@ -31,7 +31,7 @@ impl BakeBar {
         cancel::listen();
         Self {
             started: Instant::now(),
-            shown: Mutex::new(Shown {
+            shown: Mutex::new(BarState {
                 bar: ProgressBar::hidden(),
                 last: None,
             }),
@@ -58,7 +58,7 @@ impl BakeBar {
         tracing::info!("{what} at {seconds:.3} s");
     }
 
-    fn lock(&self) -> MutexGuard<'_, Shown> {
+    fn lock(&self) -> MutexGuard<'_, BarState> {
         // A bar is of use, whatever befell the thread that drew it last.
         self.shown.lock().unwrap_or_else(PoisonError::into_inner)
     }
@@ -70,7 +70,7 @@ impl Drop for BakeBar {
     }
 }
 
-impl Shown {
+impl BarState {
     fn show(&mut self, bar: ProgressBar) {
         self.bar.finish_and_clear();
         self.bar = bar;

@@ -81,11 +81,11 @@ impl GraphArgs {
 /// A graph, with its build report if it was built now.
 pub(crate) struct Baked {
     pub(crate) graph: BakedGraph,
-    pub(crate) made: Option<Made>,
+    pub(crate) made: Option<BuildSummary>,
 }
 
-/// How a graph was built.
-pub(crate) struct Made {
+/// Report on the build of a graph.
+pub(crate) struct BuildSummary {
     pub(crate) report: BuildReport,
     pub(crate) feet: FootSlide,
     pub(crate) seconds: f64,

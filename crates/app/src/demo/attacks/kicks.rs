@@ -3,11 +3,11 @@
 use glam::Vec3;
 
 use super::super::choreography::Choreography;
-use super::super::feet::Air;
+use super::super::feet::AirKey;
 use super::super::skeleton::{LEFT, RIGHT, striking_leg};
 
-fn air(after: f32, ankle: [f32; 3], knee: [f32; 3]) -> Air {
-    Air {
+fn air(after: f32, ankle: [f32; 3], knee: [f32; 3]) -> AirKey {
+    AirKey {
         after,
         ankle: Vec3::from_array(ankle),
         point: 0.0,

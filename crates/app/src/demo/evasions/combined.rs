@@ -47,7 +47,7 @@ fn sway_and_counter() -> Choreography {
     s
 }
 
-/// From one side straight to the other, as against two blows.
+/// A slip to one side, then straight to the other side, as against two blows.
 fn slip_slip() -> Choreography {
     let mut s = Choreography::new("slip_slip", Rhythm::varied(141));
     s.guard(0.55);

@@ -38,7 +38,7 @@ pub(super) fn slip(s: &mut Choreography, side: usize, k: f32) {
     s.guard(0.32);
 }
 
-/// Where a slip leads to.
+/// The posture at the end of a slip.
 pub(super) fn slipped(b: &mut Body, side: usize, k: f32) {
     let d = sign(side);
     b.pelvis += Vec3::new(0.07 * d * k, -0.07 * k, 0.02 * d);

@@ -9,11 +9,11 @@ use sabaki::query::{CandidateReport, CandidateResult};
 #[derive(Default)]
 pub(in crate::window) struct Listed {
     /// The sorted lines of the throw with this number.
-    lines: Vec<Listing>,
+    lines: Vec<CandidateLine>,
     of: u32,
 }
 
-struct Listing {
+struct CandidateLine {
     candidate: usize,
     result: CandidateResult,
     text: String,
@@ -64,7 +64,7 @@ pub(in crate::window) fn candidates(
 }
 
 /// Draws one line. Returns whether it was clicked.
-fn listing(ui: &mut egui::Ui, line: &Listing, is_picked: bool) -> bool {
+fn listing(ui: &mut egui::Ui, line: &CandidateLine, is_picked: bool) -> bool {
     let wide = egui::vec2(ui.available_width(), LINE - ui.spacing().item_spacing.y);
     let (rect, response) = ui.allocate_exact_size(wide, Sense::click());
     let painter = ui.painter_at(rect);
@@ -89,7 +89,7 @@ fn colour(result: CandidateResult) -> Color32 {
     }
 }
 
-fn lines(fighter: &Fighter<'_>, last: &Throw<'_>) -> Vec<Listing> {
+fn lines(fighter: &Fighter<'_>, last: &Throw<'_>) -> Vec<CandidateLine> {
     let graph = fighter.baked().graph();
     let name = |report: &CandidateReport| {
         let Some(edge) = report.evasion else {
@@ -101,10 +101,10 @@ fn lines(fighter: &Fighter<'_>, last: &Throw<'_>) -> Vec<Listing> {
         })
     };
     let all = last.answer().candidates.iter().enumerate();
-    let mut lines: Vec<(f32, Listing)> = all
+    let mut lines: Vec<(f32, CandidateLine)> = all
         .map(|(candidate, report)| {
             let total = report.score.map_or(f32::INFINITY, |score| score.total);
-            let line = Listing {
+            let line = CandidateLine {
                 candidate,
                 result: report.result,
                 text: text(report),

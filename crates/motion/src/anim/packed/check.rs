@@ -24,7 +24,7 @@ impl TryFrom<StoredPacked> for PackedClip {
                 _ => return Err("a compressed clip names a joint that is none, or one twice"),
             }
         }
-        // A root is there: so many lanes are joints.
+        // The root exists, so this many lanes are joints.
         if stored.lanes.is_empty() || stored.frames == 0 || stored.bytes.len() > u32::MAX as usize {
             return Err("a compressed clip is empty or too long");
         }

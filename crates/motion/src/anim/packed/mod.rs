@@ -75,7 +75,7 @@ struct StoredPacked {
     bytes: Vec<u8>,
 }
 
-/// Where a segment lies in the bytes.
+/// Position of a segment in the bytes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Segment {
     start: u32,

@@ -70,7 +70,7 @@ pub(super) struct Quantised {
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct JointError {
     pub(super) place: f64,
-    /// Of the points around it.
+    /// Bound of the error of the points around the joint, which stand for the skin, in metres.
     pub(super) skin: f64,
 }
 
@@ -118,7 +118,9 @@ impl<'a> Truth<'a> {
                 .copied()
                 .unwrap_or(joint.offset)
                 .as_dvec3();
-            let is_still = { places.clone() }.all(|place| place.as_dvec3().distance(first) < STILL);
+            let is_still = places
+                .clone()
+                .all(|place| place.as_dvec3().distance(first) < STILL);
             let longest = places.map(|place| f64::from(place.length()));
             self.bones[index] = longest.fold(first.length(), f64::max);
             let kept = if self.moves_joints {

@@ -28,7 +28,7 @@ pub(super) struct FrameBytes<'a> {
     bases: &'a [u8],
     /// Bases of the translations and of the root.
     place_bases: &'a [u8],
-    /// From the frame on to the end of the clip.
+    /// Bytes from the start of the frame to the end of the clip.
     codes: &'a [u8],
     /// Start of the root's codes.
     root: usize,

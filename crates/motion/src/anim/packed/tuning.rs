@@ -58,7 +58,7 @@ struct Tuning<'a> {
 }
 
 impl Tuning<'_> {
-    /// Steps with which a joint's own error is at most about what is allowed for what it carries.
+    /// First steps: each joint's own error is about the largest that the joints and points it carries allow.
     fn first(&self) -> Vec<f64> {
         let mut steps = vec![self.bounds[1] / (2.0 * SKIN); self.truth.skeleton.len()];
         for (joint, &bone) in self.truth.skeleton.joints().iter().zip(&self.truth.bones) {
@@ -78,7 +78,7 @@ impl Tuning<'_> {
         }
     }
 
-    /// Error of what each joint carries, as a share of what is allowed.
+    /// Largest error of the joints and points that each joint carries, as a share of the allowed error.
     fn loads(&self, found: &Quantised) -> Vec<f64> {
         let mut loads = vec![0.0; found.errors.len()];
         for (index, (joint, error)) in self

@@ -71,7 +71,7 @@ impl Source<'_> {
     }
 }
 
-/// Unused lanes are 0.
+/// Appends values row by row to `out`, with 0 in unused lanes.
 fn push_rows<const ROWS: usize>(values: &[[i32; ROWS]], out: &mut Vec<i32>) {
     for group in values.chunks(CODES) {
         for row in 0..ROWS {
@@ -93,7 +93,9 @@ impl Segment {
             values
         };
         let (bases, most) = (of_all(i32::min), of_all(i32::max));
-        let ranges: Vec<u32> = { bases.iter().zip(&most) }
+        let ranges: Vec<u32> = bases
+            .iter()
+            .zip(&most)
             .map(|(base, most)| most.abs_diff(*base))
             .collect();
         let (rows, root) = ranges.split_at(ranges.len() - 3);

@@ -1,7 +1,7 @@
-//! Lanes of AVX2 and FMA: a line is two registers.
+//! Lanes of AVX2 and FMA: an [`F32x16`] is two registers.
 //!
-//! Only [`Isa::on_lanes`](crate::math::Isa::on_lanes) names [`Avx2`], and only where the machine has
-//! the features of [`Isa::Avx2`](crate::math::Isa::Avx2): that is what each block below relies on.
+//! Only [`Isa::on_lanes`](crate::math::Isa::on_lanes) names [`Avx2`], and only if the machine has the features of
+//! [`Isa::Avx2`](crate::math::Isa::Avx2): each `unsafe` block below relies on this.
 
 use std::arch::x86_64::*;
 use std::ops::{Add, Div, Mul, Sub};
@@ -195,7 +195,7 @@ impl Lanes for Avx2 {
     fn window_places(places: Self) -> __m256i {
         // SAFETY: the machine has AVX2.
         unsafe {
-            // As bytes: two for the place, and two for the one after it.
+            // Two bytes of the key at the place, and two of the next key.
             let places = _mm256_cvttps_epi32(places.0);
             let first = _mm256_mullo_epi32(places, _mm256_set1_epi32(0x0202_0202));
             _mm256_add_epi32(first, _mm256_set1_epi32(0x0302_0100))
@@ -308,7 +308,7 @@ impl Lanes for Avx2 {
         Self(unsafe { _mm256_cvtepi32_ps(_mm256_madd_epi16(a, b)) })
     }
 
-    /// Both halves of a line are written close together: stores past the caches are then joined.
+    /// Both halves of an [`F32x16`] are written close together, so that stores past the caches are combined.
     #[inline(always)]
     fn apart(work: impl Apart<Self>) {
         // SAFETY: the machine has the features.
@@ -335,7 +335,7 @@ impl Lanes for Avx2 {
     }
 }
 
-/// A block of 8 x 8: pairs, then fours, then the halves of the registers.
+/// Transposes a block of 8 x 8: pairs, then fours, then the halves of the registers.
 #[inline(always)]
 fn transposed(rows: [Avx2; 8]) -> [Avx2; 8] {
     // SAFETY: the machine has AVX.

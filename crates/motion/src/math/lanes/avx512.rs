@@ -1,8 +1,7 @@
-//! Lanes of AVX-512: a line is one register.
+//! Lanes of AVX-512: an [`F32x16`] is one register.
 //!
-//! Only [`Isa::on_lanes`](crate::math::Isa::on_lanes) names [`Avx512`], and only where the machine
-//! has the features of [`Isa::Avx512`](crate::math::Isa::Avx512): that is what each block below
-//! relies on.
+//! Only [`Isa::on_lanes`](crate::math::Isa::on_lanes) names [`Avx512`], and only if the machine has the features of
+//! [`Isa::Avx512`](crate::math::Isa::Avx512): each `unsafe` block below relies on this.
 
 use std::arch::x86_64::*;
 use std::ops::{Add, Div, Mul, Sub};
@@ -191,7 +190,7 @@ impl Lanes for Avx512 {
     fn window_places(places: Self) -> __m512i {
         // SAFETY: the machine has AVX-512F.
         unsafe {
-            // As 16-bit numbers: the place, and the one after it.
+            // The 16-bit indices of the key at the place, and of the next key.
             let low = _mm512_cvttps_epi32(places.0);
             let high = _mm512_slli_epi32::<16>(_mm512_add_epi32(low, _mm512_set1_epi32(1)));
             _mm512_or_si512(high, low)
@@ -289,8 +288,8 @@ impl Lanes for Avx512 {
         Self(unsafe { _mm512_cvtepi32_ps(_mm512_madd_epi16(a, b)) })
     }
 
-    /// Eight lanes at a time: a register has those of two lines, which loads put together. What is left are exchanges of pairs, of
-    /// fours, and of quarters.
+    /// Transposes eight lanes at a time. Loads combine the lanes of two [`F32x16`]s in a register; pairs, fours and quarters
+    /// are then exchanged.
     #[inline(always)]
     fn apart(work: impl Apart<Self>) {
         // SAFETY: the machine has the features.
@@ -315,7 +314,8 @@ impl Lanes for Avx512 {
     }
 }
 
-/// Eight lanes of sixteen lines, from a lane on that is a multiple of eight: of each lane its sixteen numbers.
+/// Transposes eight lanes of sixteen [`F32x16`]s, from the lane `first` on, a multiple of eight. The result has sixteen
+/// numbers for each lane.
 ///
 /// # Safety
 /// The machine must have AVX-512F.

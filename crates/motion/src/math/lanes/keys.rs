@@ -6,29 +6,29 @@ use bytemuck::{Pod, Zeroable};
 
 use super::{F32x16, prefetch};
 
-/// Eight keys that stand together in a row: two quads, such as two quaternions.
+/// Eight consecutive keys of a row: two quads, such as two quaternions.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C, align(16))]
 pub(crate) struct KeyUnit(pub(crate) [i16; KeyUnit::KEYS]);
 
 impl KeyUnit {
-    /// Keys of a quad.
+    /// Number of keys of a quad.
     pub(crate) const QUAD: usize = 4;
-    /// Keys of a unit.
+    /// Number of keys of a unit.
     pub(crate) const KEYS: usize = 2 * Self::QUAD;
 }
 
-/// Columns of keys: a window starts at `start`, the next one `stride` keys further.
+/// Columns of keys. The first window starts at `start`, each following window `stride` keys after the one before.
 #[derive(Clone, Copy)]
 pub(crate) struct KeyColumns<'a> {
     pub(crate) table: &'a [i16],
     pub(crate) start: usize,
     pub(crate) stride: usize,
-    /// Windows that are needed next, and asked for.
+    /// Windows that are read next, for prefetching.
     pub(crate) next: NextColumns,
 }
 
-/// Columns of keys that need not exist.
+/// Columns of keys to prefetch. They need not be inside the table.
 #[derive(Clone, Copy)]
 pub(crate) struct NextColumns {
     pub(crate) start: usize,
@@ -36,18 +36,18 @@ pub(crate) struct NextColumns {
 }
 
 impl KeyColumns<'_> {
-    /// The table from the first window on; each of `N` windows has `reach` keys there.
+    /// The table from the first window on. Checks that each of `N` windows has `reach` keys.
     #[inline(always)]
     pub(super) fn reaching<const N: usize>(&self, reach: usize) -> &[i16] {
         const { assert!(N > 0 && N <= 8) };
         let table = &self.table[self.start..];
-        // Of at most 2^62 keys: eight strides are a number.
+        // A table has at most 2^62 keys, so eight strides do not overflow.
         assert!(self.stride <= table.len());
         assert!(table.len() >= (N - 1) * self.stride + reach);
         table
     }
 
-    /// Asks for the lines of a window that is needed next.
+    /// Prefetches the cache line of a window that is read next.
     #[inline(always)]
     #[cfg(target_arch = "x86_64")]
     pub(super) fn prefetch_next(&self, index: usize) {
@@ -60,17 +60,17 @@ impl KeyColumns<'_> {
 /// A row of keys for each of sixteen lanes, and the row after it.
 #[derive(Clone, Copy)]
 pub(crate) struct KeyRows<'a> {
-    /// The first unit of each lane's own row.
+    /// The first unit of each lane's row.
     starts: [*const KeyUnit; F32x16::LANES],
     length: usize,
     table: PhantomData<&'a [KeyUnit]>,
 }
 
 impl<'a> KeyRows<'a> {
-    /// Rows of `length` units; a lane's own begins at its start.
+    /// Rows of `length` units, the first of which has the index `starts[lane]` in the table.
     ///
     /// # Panics
-    /// Where the table ends before the row after a lane's own.
+    /// If the table ends before the row after a lane's own.
     #[inline(always)]
     pub(crate) fn new(table: &'a [KeyUnit], starts: [u32; F32x16::LANES], length: usize) -> Self {
         let mut last = 0;
@@ -89,7 +89,7 @@ impl<'a> KeyRows<'a> {
         }
     }
 
-    /// No rows of no units.
+    /// Rows without units, as a placeholder.
     #[inline(always)]
     pub(crate) fn none(table: &'a [KeyUnit]) -> Self {
         Self {
@@ -99,13 +99,13 @@ impl<'a> KeyRows<'a> {
         }
     }
 
-    /// Whether these are [`KeyRows::none`].
+    /// Whether these rows are the placeholder [`KeyRows::none`].
     #[inline(always)]
     pub(crate) fn is_none(&self) -> bool {
         self.length == 0
     }
 
-    /// Asks for the first line from unit `unit` on of one lane's row, and of the row after it.
+    /// Prefetches the cache line of a unit in one lane's row, and in the row after it.
     #[inline(always)]
     pub(crate) fn prefetch(&self, lane: usize, unit: usize) {
         let own = self.starts[lane].wrapping_add(unit);
@@ -113,7 +113,7 @@ impl<'a> KeyRows<'a> {
         prefetch(own.wrapping_add(self.length));
     }
 
-    /// Pointers to a unit of one lane's row, and of the row after it. Both are inside the table.
+    /// Pointers to a unit in one lane's row, and in the row after it. Both are inside the table.
     #[inline(always)]
     #[cfg(target_arch = "x86_64")]
     pub(super) fn pointers(&self, lane: usize, unit: usize) -> [*const KeyUnit; 2] {

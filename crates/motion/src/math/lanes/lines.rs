@@ -1,29 +1,29 @@
-//! Lines of memory that kernels write, and prefetching.
+//! Sixteen rows of [`F32x16`]s that kernels write side by side, and prefetching.
 
 use std::marker::PhantomData;
 
 use super::F32x16;
 
-/// Sixteen lines to write.
+/// Sixteen [`F32x16`]s to write, one for each lane.
 pub(crate) trait Sixteen {
-    /// One of the sixteen.
+    /// The [`F32x16`] of the lane `index`.
     fn line(&mut self, index: usize) -> &mut F32x16;
 }
 
-/// Sixteen lines to write, a stride apart.
+/// Sixteen [`F32x16`]s to write at equal distances in memory.
 pub(crate) struct StridedLines<'a> {
     lines: &'a mut [F32x16],
     stride: usize,
 }
 
 impl<'a> StridedLines<'a> {
-    /// The first line, and each of the fifteen that are `stride` lines further.
+    /// The first [`F32x16`] of `lines`, and fifteen more at multiples of `stride`.
     ///
     /// # Panics
-    /// Where `lines` ends before the last of them.
+    /// If `lines` ends before the last of them.
     #[inline(always)]
     pub(crate) fn new(lines: &'a mut [F32x16], stride: usize) -> Self {
-        // No more than 2^58 lines: their product is a number.
+        // A slice has at most 2^58 items, so the product does not overflow.
         assert!(stride <= lines.len());
         assert!((F32x16::LANES - 1) * stride < lines.len());
         Self { lines, stride }
@@ -39,19 +39,19 @@ impl Sixteen for StridedLines<'_> {
     }
 }
 
-/// Sixteen rows of lines to write, each of which starts anywhere.
+/// Sixteen rows of [`F32x16`]s to write, anywhere in memory.
 pub(crate) struct RowLines<'a> {
     starts: [*mut F32x16; F32x16::LANES],
-    /// Lines of a row that may be written.
+    /// Number of [`F32x16`]s of each row.
     length: usize,
     memory: PhantomData<&'a mut F32x16>,
 }
 
 impl RowLines<'_> {
-    /// Rows that start anywhere.
+    /// Rows that start at `starts`.
     ///
     /// # Safety
-    /// `length` lines from each start on can be written for as long as the rows live, and nobody else uses them.
+    /// The `length` items from each start on are valid for writes for as long as the rows live, and nobody else uses them.
     #[inline(always)]
     pub(super) unsafe fn of_starts(starts: [*mut F32x16; F32x16::LANES], length: usize) -> Self {
         Self {
@@ -61,13 +61,13 @@ impl RowLines<'_> {
         }
     }
 
-    /// Asks the machine for a line that will be written. It need not exist.
+    /// Prefetches an [`F32x16`] that will be written. It need not exist.
     #[inline(always)]
     pub(crate) fn prefetch(&self, row: usize, index: usize) {
         prefetch_line(self.starts[row].wrapping_add(index));
     }
 
-    /// A line of one row.
+    /// An [`F32x16`] of one row.
     #[inline(always)]
     pub(crate) fn line(&mut self, row: usize, index: usize) -> &mut F32x16 {
         assert!(row < F32x16::LANES && index < self.length);
@@ -76,7 +76,7 @@ impl RowLines<'_> {
     }
 }
 
-/// Asks the machine for what will be read. It need not exist.
+/// Prefetches an element that will be read. It need not exist.
 #[inline(always)]
 pub(crate) fn prefetch<T>(element: *const T) {
     #[cfg(target_arch = "x86_64")]
@@ -89,13 +89,14 @@ pub(crate) fn prefetch<T>(element: *const T) {
     let _ = element;
 }
 
-/// Asks the machine for a line that will be written. It need not exist.
+/// Prefetches an [`F32x16`] that will be written. It need not exist.
 #[inline(always)]
 pub(crate) fn prefetch_for_write(lines: &[F32x16], index: usize) {
     prefetch_line(lines.as_ptr().wrapping_add(index));
 }
 
-/// To the second cache: in the first one, lines that wait to be written would displace those that are computed meanwhile.
+/// Prefetches to the second-level cache. In the first-level cache, memory that waits to be written would displace memory
+/// that is in use.
 #[inline(always)]
 fn prefetch_line(line: *const F32x16) {
     #[cfg(target_arch = "x86_64")]

@@ -43,7 +43,7 @@ impl F32x16 {
     /// All lanes 0.
     pub const ZERO: Self = Self([0.0; Self::LANES]);
 
-    /// The numbers of one part, of so many lanes.
+    /// The lanes of one part, of `COUNT` lanes.
     #[inline(always)]
     #[cfg(target_arch = "x86_64")]
     fn part<const COUNT: usize>(&self, part: usize) -> &[f32] {
@@ -68,26 +68,26 @@ pub(crate) trait Lanes:
 
     /// Number of lanes, a divisor of [`F32x16::LANES`].
     const COUNT: usize;
-    /// How many places each of [`Lanes::windows`] has.
+    /// Number of places of a window of [`Lanes::windows`].
     const REACH: usize;
-    /// How many keys each of [`Lanes::windows`] reads at most.
+    /// Maximum number of keys that a window of [`Lanes::windows`] reads.
     const WINDOW: usize = 2 * F32x16::LANES;
-    /// How many places each of [`Lanes::wide_windows`] has.
+    /// Number of places of a window of [`Lanes::wide_windows`].
     const WIDE_REACH: usize;
-    /// How many keys each of [`Lanes::wide_windows`] reads at most.
+    /// Maximum number of keys that a window of [`Lanes::wide_windows`] reads.
     const WIDE_WINDOW: usize = 2 * Self::WINDOW;
-    /// How many of these make a line.
+    /// Number of registers that hold an [`F32x16`].
     const PARTS: usize = F32x16::LANES / Self::COUNT;
 
     /// The same item for all parts.
     fn parts<T: Copy>(value: T) -> Self::Parts<T>;
     /// The same number in all lanes.
     fn splat(value: f32) -> Self;
-    /// Loads a part of a line.
+    /// Loads a part of an [`F32x16`].
     fn load(line: &F32x16, part: usize) -> Self;
-    /// Stores to a part of a line.
+    /// Stores to a part of an [`F32x16`].
     fn store(self, line: &mut F32x16, part: usize);
-    /// Stores to a part of a line without the caches. [`Lanes::fence`] must follow before another thread reads.
+    /// Stores to a part of an [`F32x16`] past the caches. [`Lanes::fence`] must follow before another thread reads it.
     fn stream(self, line: &mut F32x16, part: usize);
     /// Orders all previous [`Lanes::stream`] before later stores.
     fn fence();
@@ -119,71 +119,72 @@ pub(crate) trait Lanes:
     fn splat_words(word: u32) -> Self::Words;
     /// The numbers rounded towards zero, for numbers from 0 to 2^31 - 1.
     fn truncated(self) -> Self::Words;
-    /// Loads the bits of a part of a line.
+    /// Loads the bits of a part of an [`F32x16`].
     fn load_words(line: &F32x16, part: usize) -> Self::Words;
-    /// The numbers with these bits.
+    /// The numbers with the bits of `words`.
     fn from_bits(words: Self::Words) -> Self;
     /// Packs two 16-bit numbers below 2^15 into each word, `high` into its upper half.
     fn pair(low: Self::Words, high: Self::Words) -> Self::Words;
-    /// For whole numbers from 0 to below [`Lanes::REACH`], what [`Lanes::windows`] takes; for those below
-    /// [`Lanes::WIDE_REACH`], what [`Lanes::wide_windows`] takes.
+    /// Converts whole numbers below [`Lanes::REACH`] to the places that [`Lanes::windows`] reads, and those below
+    /// [`Lanes::WIDE_REACH`] to the places that [`Lanes::wide_windows`] reads.
     fn window_places(places: Self) -> Self::Words;
-    /// From each of `N` windows, the key at each lane's place in the lower half of a word, and the next key in the upper
-    /// half. Asks for the windows that are needed next: they are too far apart for the machine to foresee.
+    /// Reads, from each of `N` windows, the key at each lane's place into the lower half of a word, and the next key into
+    /// the upper half. Prefetches the windows that are read next, which are too far apart for hardware to predict.
     ///
     /// # Panics
-    /// Where the table ends before [`Lanes::WINDOW`] keys of the last window.
+    /// If the table ends before [`Lanes::WINDOW`] keys of the last window.
     fn windows<const N: usize>(columns: KeyColumns<'_>, places: Self::Words) -> [Self::Words; N];
-    /// The same from windows that reach further, each of which takes longer.
+    /// [`Lanes::windows`] for windows that reach further, each of which takes longer.
     ///
     /// # Panics
-    /// Where the table ends before [`Lanes::WIDE_WINDOW`] keys of the last window.
+    /// If the table ends before [`Lanes::WIDE_WINDOW`] keys of the last window.
     fn wide_windows<const N: usize>(
         columns: KeyColumns<'_>,
         places: Self::Words,
     ) -> [Self::Words; N];
-    /// Reads a unit of sixteen rows, and of the rows after them, as words like those of [`Lanes::windows`]. `put` is given
-    /// an index from 0 to 3 for the first quad's keys and from 4 to 7 for the second one's, a part, and that part's
-    /// words. Only the quads that are wanted are handed out.
+    /// Reads a unit of sixteen rows, and of the rows after them, as words like those of [`Lanes::windows`]. `put` is called
+    /// with an index (0 to 3 for the first quad's keys, 4 to 7 for the second's), a part, and that part's words. It is
+    /// called only for wanted quads.
     fn unit_with(rows: &KeyRows<'_>, unit: UnitHalves, put: impl FnMut(usize, usize, Self::Words));
-    /// Both halves of the words as signed 16-bit numbers: low times low plus high times high. Exact
-    /// but for the one rounding to a float.
+    /// The sum of the products of the lower halves and of the upper halves of the words, as signed 16-bit numbers. It is
+    /// exact except for one rounding to a float.
     fn dot_pairs(a: Self::Words, b: Self::Words) -> Self;
 
-    /// Transposes sixteen lines: each lane of a part has its sixteen numbers written to the line of its own. Streamed lines are as
-    /// those of [`Lanes::stream`].
+    /// Transposes sixteen [`F32x16`]s: for each lane of a part, writes its sixteen numbers to that lane's [`F32x16`] of
+    /// `to`. Streamed stores are those of [`Lanes::stream`].
     fn transpose(from: [&F32x16; F32x16::LANES], lanes: PartWrite, to: &mut impl Sixteen);
 
-    /// Does some work in a function of its own.
+    /// Runs `work` in a function of its own.
     fn apart(work: impl Apart<Self>);
 }
 
-/// Work on registers of one kind that is a function of its own: it is compiled once, wherever it is called.
+/// Work that is compiled once for each kind of registers, as a function of its own that is called wherever it is needed.
 pub(crate) trait Apart<L: Lanes> {
-    /// Does the work. It and the functions that it calls must be `#[inline(always)]`, or apart themselves.
+    /// Runs the work. This function and those that it calls must be `#[inline(always)]`, or run by [`Lanes::apart`]
+    /// themselves.
     fn run(self);
 }
 
-/// A unit of [`KeyRows`], and which of its quads are wanted.
+/// A unit of [`KeyRows`], and which of its two quads are wanted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct UnitHalves {
     pub(crate) unit: usize,
     pub(crate) wanted: [bool; 2],
 }
 
-/// The lanes of a part, and how they are written.
+/// The part of the lanes to write, and whether stores go past the caches.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct PartWrite {
     pub(crate) part: usize,
     pub(crate) is_streamed: bool,
 }
 
-/// Work that is written over [`Lanes`].
+/// Work that is generic over [`Lanes`].
 pub(crate) trait Kernel {
     /// Result of the kernel.
     type Out;
 
-    /// Runs the kernel. It and the functions that it calls must be `#[inline(always)]`.
+    /// Runs the kernel. This function and those that it calls must be `#[inline(always)]`.
     fn run<L: Lanes>(self) -> Self::Out;
 }
 

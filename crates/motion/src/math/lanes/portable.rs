@@ -1,4 +1,4 @@
-//! Lanes in plain Rust, for every machine: the compiler makes of them what the program was built for.
+//! Lanes in plain Rust, for every machine. The compiler vectorises them for the target that the program is built for.
 
 use std::array::from_fn;
 use std::ops::{Add, Div, Mul, Sub};
@@ -39,7 +39,7 @@ operator!(Sub, sub);
 operator!(Mul, mul);
 operator!(Div, div);
 
-/// Rounded once where that is an instruction of what the program was built for, and no call.
+/// Fused if the target that the program is built for has an instruction for it, otherwise rounded twice.
 #[inline(always)]
 fn mul_add(a: f32, b: f32, c: f32) -> f32 {
     if cfg!(any(target_feature = "fma", target_arch = "aarch64")) {
@@ -59,7 +59,7 @@ impl Lanes for Portable {
     type Parts<T: Copy> = [T; Self::PARTS];
 
     const COUNT: usize = COUNT;
-    /// One key after the other is loaded: they may be anywhere.
+    /// Keys are loaded one by one, so any place of a window can be read.
     const REACH: usize = REACH;
     const WIDE_REACH: usize = WIDE_REACH;
 
@@ -83,7 +83,7 @@ impl Lanes for Portable {
         line.0[part * COUNT..(part + 1) * COUNT].copy_from_slice(&self.0);
     }
 
-    /// Plain Rust has no way past the caches.
+    /// A plain store: Rust has no portable store past the caches.
     #[inline(always)]
     fn stream(self, line: &mut F32x16, part: usize) {
         self.store(line, part);

@@ -1,30 +1,30 @@
-//! Rows of one memory that several threads write, each row by one of them.
+//! Rows of one buffer that several threads write, each row by one of them.
 
 use std::marker::PhantomData;
 
 use super::{F32x16, RowLines};
 
-/// Numbers of rows, each at one position at most.
+/// Row numbers at positions. Each row is at one position at most.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct DistinctRows {
-    /// By position; [`DistinctRows::NONE`] where there is no row.
+    /// Row at each position; [`DistinctRows::NONE`] if there is none.
     rows: Vec<u32>,
-    /// By row.
+    /// Whether each row is at a position.
     is_used: Vec<bool>,
 }
 
 impl DistinctRows {
-    /// A position without a row.
+    /// Marks a position without a row.
     const NONE: u32 = u32::MAX;
 
-    /// Empties all positions. Rows below `rows` can be put in.
+    /// Empties all positions. Rows below `rows` can then be put in.
     pub(crate) fn reset(&mut self, rows: usize) {
         self.rows.clear();
         self.is_used.clear();
         self.is_used.resize(rows, false);
     }
 
-    /// Memory for so many positions and rows.
+    /// Reserves memory for `positions` positions and `rows` rows.
     pub(crate) fn reserve(&mut self, positions: usize, rows: usize) {
         self.rows.reserve(positions.saturating_sub(self.rows.len()));
         self.is_used
@@ -38,10 +38,10 @@ impl DistinctRows {
         }
     }
 
-    /// Puts a row at a position, in place of what was there.
+    /// Puts a row at a position and removes the one that was there.
     ///
     /// # Panics
-    /// If the row is at another position, or beyond those that can be put in.
+    /// If the row is at another position, or is not below the number of rows.
     pub(crate) fn put(&mut self, position: usize, row: u32) {
         self.remove(position);
         if position >= self.rows.len() {
@@ -53,7 +53,7 @@ impl DistinctRows {
         self.rows[position] = row;
     }
 
-    /// Takes away the row at a position, if there is one.
+    /// Removes the row at a position, if there is one.
     pub(crate) fn remove(&mut self, position: usize) {
         if let Some(row) = self.rows.get_mut(position) {
             if let Some(is_used) = self.is_used.get_mut(*row as usize) {
@@ -64,12 +64,12 @@ impl DistinctRows {
     }
 }
 
-/// The rows of a memory at some of the positions of [`DistinctRows`].
+/// The rows of a buffer at some of the positions of [`DistinctRows`].
 pub(crate) struct RowSet<'a> {
     start: *mut F32x16,
-    /// Lines of a row.
+    /// Length of a row, in [`F32x16`]s.
     length: usize,
-    /// Distinct numbers of rows inside the memory, and [`DistinctRows::NONE`].
+    /// Distinct row numbers inside the buffer, or [`DistinctRows::NONE`].
     rows: &'a [u32],
     memory: PhantomData<&'a mut [F32x16]>,
 }
@@ -78,10 +78,10 @@ pub(crate) struct RowSet<'a> {
 unsafe impl Send for RowSet<'_> {}
 
 impl<'a> RowSet<'a> {
-    /// All rows, of `length` lines each.
+    /// All rows, of `length` [`F32x16`]s each.
     ///
     /// # Panics
-    /// If the memory is too small for all rows that can be put in.
+    /// If the buffer is too small for all rows that can be put in.
     pub(crate) fn new(memory: &'a mut [F32x16], length: usize, rows: &'a DistinctRows) -> Self {
         assert!(rows.is_used.len() * length <= memory.len());
         Self {
@@ -92,7 +92,7 @@ impl<'a> RowSet<'a> {
         }
     }
 
-    /// Cuts off the rows at the first positions.
+    /// Splits off the rows at the first `positions` positions.
     pub(crate) fn split_off_front(&mut self, positions: usize) -> Self {
         let (front, rest) = self.rows.split_at(positions.min(self.rows.len()));
         self.rows = rest;
@@ -102,7 +102,7 @@ impl<'a> RowSet<'a> {
         }
     }
 
-    /// The rows at sixteen positions from `position` on; `spare` where there is none.
+    /// The rows at sixteen positions from `position` on; `spare` for positions without a row.
     ///
     /// # Panics
     /// If `spare` is shorter than a row.

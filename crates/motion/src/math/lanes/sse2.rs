@@ -1,4 +1,5 @@
-//! Lanes of SSE2, which every x86-64 has: a line is four registers. They stand in for [`Isa::Portable`](crate::math::Isa::Portable).
+//! Lanes of SSE2, which every x86-64 has: an [`F32x16`] is four registers. They are used for
+//! [`Isa::Portable`](crate::math::Isa::Portable).
 
 use std::arch::x86_64::*;
 use std::ops::{Add, Div, Mul, Sub};
@@ -34,7 +35,7 @@ fn select(mask: __m128, then: __m128, other: __m128) -> __m128 {
 }
 
 impl Sse2 {
-    /// The key at each lane's place of a window, and the next one.
+    /// The key at each lane's place in a window, and the next key.
     #[inline(always)]
     fn windows_of<const N: usize>(
         columns: KeyColumns<'_>,
@@ -69,7 +70,7 @@ impl Lanes for Sse2 {
     type Parts<T: Copy> = [T; Self::PARTS];
 
     const COUNT: usize = 4;
-    /// One key after the other is loaded: they may be anywhere.
+    /// Keys are loaded one by one, so any place of a window can be read.
     const REACH: usize = Self::WINDOW - 1;
     const WIDE_REACH: usize = Self::WIDE_WINDOW - 1;
 
@@ -279,7 +280,7 @@ impl Lanes for Sse2 {
         Self(unsafe { _mm_cvtepi32_ps(_mm_madd_epi16(a, b)) })
     }
 
-    /// The quarters of a line are written one after the other: stores past the caches are then joined.
+    /// The quarters of an [`F32x16`] are written one after the other, so that stores past the caches are combined.
     #[inline(never)]
     fn apart(work: impl Apart<Self>) {
         work.run();
@@ -308,7 +309,7 @@ impl Lanes for Sse2 {
     }
 }
 
-/// A block of 4 x 4: pairs, then fours.
+/// Transposes a block of 4 x 4: pairs, then fours.
 #[inline(always)]
 fn transposed([a, b, c, d]: [Sse2; 4]) -> [Sse2; 4] {
     // SAFETY: every x86-64 has SSE2.

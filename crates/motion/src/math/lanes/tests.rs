@@ -1,8 +1,8 @@
-//! Every kind of lanes against the portable one, and that against plain arithmetic.
+//! Compares every kind of lanes with the portable one, and that one with plain arithmetic.
 
 use super::*;
 
-/// The lanes of an instruction set, or those that need none.
+/// The lanes of an instruction set, or the portable ones.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Kind {
     Plain,
@@ -26,7 +26,7 @@ impl Kind {
     }
 }
 
-/// Some of everything, written over lanes: what it gives must be the same bits on all registers.
+/// Uses every operation of [`Lanes`]. The results must have the same bits for all registers.
 struct Everything<'a> {
     numbers: &'a [F32x16; 16],
     table: &'a [i16],
@@ -117,14 +117,14 @@ impl Kernel for Everything<'_> {
     }
 }
 
-/// Units of sixteen rows.
+/// Reads units of sixteen rows.
 struct Units<'a> {
     rows: KeyRows<'a>,
     halves: UnitHalves,
 }
 
 impl Kernel for Units<'_> {
-    /// Lines of words; -1 for those that are not handed out.
+    /// Words of each key; -1 for those that were not handed out.
     type Out = [[u32; 16]; KeyUnit::KEYS];
 
     #[inline(always)]
@@ -297,7 +297,7 @@ fn products_are_fused_where_the_machine_can() {
     }
 }
 
-/// The last of so many windows begins so late in a table of 100 keys.
+/// Reads windows whose last one begins at `start` in a table of 100 keys.
 struct Late {
     first: usize,
     is_wide: bool,
@@ -339,14 +339,14 @@ fn windows_end_with_the_table() {
     }
 }
 
-/// Words at each place of wide windows, from places that differ by lane.
+/// Reads wide windows at places that differ by lane.
 struct Places<'a> {
     table: &'a [i16],
     places: F32x16,
 }
 
 impl Kernel for Places<'_> {
-    /// Words of two windows, and of the reach.
+    /// The reach, and the words of two windows.
     type Out = (usize, [[u32; 16]; 2]);
 
     #[inline(always)]

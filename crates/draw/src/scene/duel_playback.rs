@@ -14,7 +14,7 @@ use sabaki::math::Sphere;
 
 /// Settings of the playback of a duel.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct BoutSettings {
+pub struct DuelPlaybackSettings {
     /// Duration before an attack's start, in seconds, 0 to 60. Default 0.75.
     pub before: f32,
     /// Duration after an attack's end, in seconds, 0 to 60. Default 0.45.
@@ -25,7 +25,7 @@ pub struct BoutSettings {
     pub looks: [Look; 2],
 }
 
-impl Default for BoutSettings {
+impl Default for DuelPlaybackSettings {
     fn default() -> Self {
         let blue = Look {
             clothes: Vec3::new(0.10, 0.19, 0.44),
@@ -40,16 +40,25 @@ impl Default for BoutSettings {
     }
 }
 
-/// A finished duel.
+/// A duel, or a part of one, to play back.
+#[derive(Clone, Copy, Debug)]
+pub struct RecordedDuel<'a> {
+    /// Graph of both fighters.
+    pub baked: &'a BakedGraph,
+    /// The fighters, with the motions that they have played.
+    pub fighters: &'a [Fighter; 2],
+    /// The exchanges to show.
+    pub exchanges: &'a [Exchange],
+}
+
+/// The playback of a duel's exchanges.
 #[derive(Clone, Debug)]
-pub struct Bout<'a> {
-    baked: &'a BakedGraph,
-    fighters: &'a [Fighter; 2],
-    exchanges: &'a [Exchange],
+pub struct DuelPlayback<'a> {
+    duel: RecordedDuel<'a>,
     figures: [Figure; 2],
     /// Meshes that are drawn in place of the figures.
     skins: Option<[Arc<Skin>; 2]>,
-    settings: BoutSettings,
+    settings: DuelPlaybackSettings,
 }
 
 /// The part of an exchange that is shown, with its camera.
@@ -65,24 +74,17 @@ pub struct Cut {
 
 const ATTACK: Vec3 = Vec3::new(0.93, 0.10, 0.03);
 
-impl<'a> Bout<'a> {
-    /// Creates the playback of fighters and their exchanges. Settings out of their ranges are replaced by the nearest ones in them.
+impl<'a> DuelPlayback<'a> {
+    /// Creates the playback of a duel. Settings out of their ranges are clamped to them.
     #[must_use]
-    pub fn new(
-        baked: &'a BakedGraph,
-        fighters: &'a [Fighter; 2],
-        exchanges: &'a [Exchange],
-        settings: &BoutSettings,
-    ) -> Self {
-        let skeleton = baked.graph().skeleton();
-        let figure = |look: &Look| Figure::of(skeleton, baked.body(), look);
+    pub fn new(duel: RecordedDuel<'a>, settings: &DuelPlaybackSettings) -> Self {
+        let skeleton = duel.baked.graph().skeleton();
+        let figure = |look: &Look| Figure::of(skeleton, duel.baked.body(), look);
         Self {
-            baked,
-            fighters,
-            exchanges,
+            duel,
             figures: [0, 1].map(|side| figure(&settings.looks[side])),
             skins: None,
-            settings: BoutSettings {
+            settings: DuelPlaybackSettings {
                 before: bounded(settings.before, AROUND),
                 after: bounded(settings.after, AROUND),
                 slowest: bounded(settings.slowest, SLOWEST),
@@ -101,8 +103,8 @@ impl<'a> Bout<'a> {
     #[must_use]
     pub fn cuts(&self, aspect: f32) -> Vec<Cut> {
         let mut shown = 0.0;
-        let mut cuts = Vec::with_capacity(self.exchanges.len());
-        for (index, exchange) in self.exchanges.iter().enumerate() {
+        let mut cuts = Vec::with_capacity(self.duel.exchanges.len());
+        for (index, exchange) in self.duel.exchanges.iter().enumerate() {
             let start = exchange.announced + exchange.attack.start() - self.settings.before;
             let span = [start.max(shown), exchange.end() + self.settings.after];
             shown = span[1];
@@ -119,7 +121,7 @@ impl<'a> Bout<'a> {
     /// start.
     #[must_use]
     pub fn nearest_at(&self, cut: &Cut) -> f32 {
-        let exchange = &self.exchanges[cut.exchange];
+        let exchange = &self.duel.exchanges[cut.exchange];
         exchange.announced + exchange.clearance.time
     }
 
@@ -139,8 +141,8 @@ impl<'a> Bout<'a> {
 
     /// Frames of a fighter's joints at a time, in the world.
     pub fn joints(&self, side: Side, t: f32, out: &mut Vec<JointTransform>) {
-        let (graph, mut pose) = (self.baked.graph(), Pose::default());
-        self.fighters[side.index()].pose(graph, t, &mut pose);
+        let (graph, mut pose) = (self.duel.baked.graph(), Pose::default());
+        self.duel.fighters[side.index()].pose(graph, t, &mut pose);
         forward_kinematics(graph.skeleton(), &pose, out);
     }
 
@@ -201,7 +203,7 @@ impl<'a> Bout<'a> {
     /// Shot of a time in a cut.
     #[must_use]
     pub fn shot(&self, cut: &Cut, t: f32) -> Shot {
-        let exchange = &self.exchanges[cut.exchange];
+        let exchange = &self.duel.exchanges[cut.exchange];
         let local = t - exchange.announced;
         let (mut joints, mut middle) = (Vec::new(), Vec3::ZERO);
         let mut shot = Shot::new(cut.camera, Light::default());
@@ -232,7 +234,7 @@ impl<'a> Bout<'a> {
 
     /// For each joint 1 if it belongs to the attacking limb, otherwise 0.
     fn attacking(&self, exchange: &Exchange) -> Vec<f32> {
-        let graph = self.baked.graph();
+        let graph = self.duel.baked.graph();
         let joints: &[JointId] = match graph.edge(exchange.strike).event {
             Some(event) => &graph.event(event).joints,
             None => &[],

@@ -1,9 +1,9 @@
-//! What a camera sees of a formation: levels of detail by distance, then members with figures and meshes of
-//! their size on the screen.
+//! The view of a formation by a camera: chooses levels of detail by distance, and figures and meshes by the size on the
+//! screen.
 
 use glam::Vec3;
 
-use super::crowd::{Crowd, FormationError};
+use super::formation::{Formation, FormationError};
 use super::{Camera, CrowdMember, CrowdShot, Detail, Light, MemberGroup, Shot};
 use sabaki::crowd::{CrowdError, LevelId};
 use sabaki::lod::{Measure, Rule, SwitchSettings, Switching, View};
@@ -19,14 +19,14 @@ const HEIGHT: f32 = 1.7;
 /// Radius of the area with shadows, in metres.
 const SHADOWS: f32 = 24.0;
 
-impl Crowd {
+impl Formation {
     /// Camera above the front of the column. It looks down a long column, and at the middle of a short one.
     #[must_use]
     pub fn camera(&self) -> Camera {
         /// Length from which on a column is a long one, in metres.
         const LONG: f32 = 18.0;
         let wide = 0.5 * self.abreast() as f32 * self.settings.apart;
-        let long = (self.long() / LONG).min(1.0);
+        let long = (self.length() / LONG).min(1.0);
         let short = 1.0 - long;
         Camera {
             eye: Vec3::new(
@@ -73,15 +73,15 @@ impl Crowd {
     /// Evaluates all poses directly into the memory that is drawn from.
     ///
     /// # Errors
-    /// `out` is smaller than [`Crowd::most_lines`].
+    /// `out` is smaller than [`Formation::max_output_len`].
     pub fn pose(&mut self, out: &mut [F32x16]) -> Result<(), CrowdError> {
         self.crowd.pose(out)
     }
 
-    /// Shot of the crowd with the poses of the last [`Crowd::pose`].
+    /// Shot of the crowd with the poses of the last [`Formation::pose`].
     ///
     /// # Errors
-    /// [`Crowd::pose`] has not been called.
+    /// [`Formation::pose`] has not been called.
     pub fn shot(
         &self,
         camera: Camera,

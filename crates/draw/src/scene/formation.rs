@@ -11,7 +11,7 @@ use thiserror::Error;
 use super::{Figure, Look, Skin};
 use sabaki::anim::{Clip, Skeleton};
 use sabaki::crowd::{
-    self, AnimationSet, Character, ClipId, CrowdError, CrowdSettings, Layout, LevelId, MemberId,
+    AnimationSet, Character, ClipId, Crowd, CrowdError, CrowdSettings, Layout, LevelId, MemberId,
     Output, Placement, WriteMode,
 };
 use sabaki::lod::{LevelSettings, Levels, LodError};
@@ -63,25 +63,26 @@ pub enum FormationError {
 }
 
 /// A column of characters that play the same clip, each row later than the row in front of it.
-pub struct Crowd {
-    pub(super) crowd: crowd::Crowd,
+pub struct Formation {
+    pub(super) crowd: Crowd,
     pub(super) levels: Levels,
     pub(super) settings: FormationSettings,
-    pub(super) characters: Vec<Standing>,
+    pub(super) characters: Vec<FormationMember>,
     /// For each level a complete figure, then figures of its [`DISTANT_PARTS`] and [`TINY_PARTS`] largest parts.
     pub(super) figures: Vec<Figure>,
     /// For each level the mesh that is drawn in place of figures, if there is one.
     pub(super) skins: Vec<Arc<Skin>>,
     /// Duration of the clip, in seconds.
     period: f32,
-    most_lines: usize,
+    /// Length of the output when all characters have all joints, in `F32x16`s.
+    start_len: usize,
     /// Whether levels depend on distance.
     pub(super) lod: bool,
     /// Whether colours show the levels.
     pub(super) tinted: bool,
 }
 
-pub(super) struct Standing {
+pub(super) struct FormationMember {
     pub(super) id: MemberId,
     pub(super) place: Vec3,
     pub(super) level: LevelId,
@@ -91,6 +92,7 @@ pub(super) struct Standing {
 const DISTANT_PARTS: usize = 12;
 /// Number of parts of a figure of a few pixels.
 const TINY_PARTS: usize = 4;
+
 /// Body and motion of all characters of a formation.
 #[derive(Clone, Copy, Debug)]
 pub struct Performer<'a> {
@@ -104,7 +106,7 @@ pub struct Performer<'a> {
     pub skin: Option<&'a Skin>,
 }
 
-impl Crowd {
+impl Formation {
     /// Creates a formation in which all characters repeat the performer's clip.
     ///
     /// # Errors
@@ -129,6 +131,11 @@ impl Crowd {
             let tiny = near.largest(TINY_PARTS);
             [near, distant, tiny]
         });
+        let skins = levels
+            .levels
+            .iter()
+            .filter_map(|level| Some(Arc::new(skin?.attached(level))))
+            .collect();
         let output = Output {
             layout: Layout::Blocks,
             write: WriteMode::Streamed,
@@ -137,10 +144,8 @@ impl Crowd {
         let period = animations.duration(ClipId(0)).unwrap_or(1.0).max(1e-3);
         let mut formation = Self {
             figures: figures.collect(),
-            skins: { levels.levels.iter() }
-                .filter_map(|level| Some(Arc::new(skin?.attached(level))))
-                .collect(),
-            crowd: crowd::Crowd::new(
+            skins,
+            crowd: Crowd::new(
                 Arc::clone(&animations),
                 CrowdSettings {
                     output,
@@ -152,12 +157,12 @@ impl Crowd {
             settings: *settings,
             characters: Vec::new(),
             period,
-            most_lines: 0,
+            start_len: 0,
             lod: true,
             tinted: false,
         };
         formation.fill()?;
-        formation.most_lines = formation.crowd.output_len();
+        formation.start_len = formation.crowd.output_len();
         Ok(formation)
     }
 
@@ -183,7 +188,7 @@ impl Crowd {
                 },
                 ..Character::default()
             };
-            self.characters.push(Standing {
+            self.characters.push(FormationMember {
                 id: self.crowd.add(&character)?,
                 place: Vec3::new(x, 0.0, z),
                 level: LevelId(0),
@@ -224,19 +229,18 @@ impl Crowd {
 
     /// Length of the column, in metres.
     #[must_use]
-    pub fn long(&self) -> f32 {
+    pub fn length(&self) -> f32 {
         let rows = self.settings.count.div_ceil(self.abreast());
         rows.saturating_sub(1) as f32 * self.settings.apart
     }
 
-    /// Maximum memory of the poses, in lines: all characters with all joints.
+    /// Maximum length of the poses, in [`F32x16`]s: that of all characters with all joints.
     #[must_use]
-    pub fn most_lines(&self) -> usize {
-        // Characters that change their level stand in groups of their own for a while: at most one
-        // in sixteen.
+    pub fn max_output_len(&self) -> usize {
+        // Characters that change their level are in additional groups for a while: at most one in sixteen.
         let groups = 2 * (self.characters.len().div_ceil(F32x16::LANES) + 2);
         let group = Output::default().group_len(self.levels.levels[0].kept.len());
-        self.most_lines.max(groups * group)
+        self.start_len.max(groups * group)
     }
 
     /// Number of parts of all figures, and of bones of all skins.
@@ -259,7 +263,7 @@ impl Crowd {
     }
 
     /// Sets the maximum error of a level, in pixels. It takes effect with the next
-    /// [`Crowd::look_from`].
+    /// [`Formation::look_from`].
     pub fn set_error(&mut self, pixels: f32) {
         self.settings.error = pixels;
     }

@@ -1,4 +1,4 @@
-//! What stands and walks around a character: walls, furniture, opponents.
+//! Obstacles around a character: walls, furniture, opponents.
 
 use std::f32::consts::TAU;
 
@@ -6,7 +6,7 @@ use glam::{Vec2, Vec3};
 use rand::{Rng, RngExt};
 use sabaki::query::{Obstacle, ObstacleError};
 
-/// What surrounds the character.
+/// Kind of the obstacles around a character.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Surroundings {
     /// An empty plane.
@@ -20,7 +20,7 @@ pub enum Surroundings {
 
 /// Obstacles of one run.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Room {
+pub(super) struct ScenarioObstacles {
     solids: Vec<Obstacle>,
     walkers: Vec<Walker>,
 }
@@ -30,25 +30,25 @@ pub(super) struct Room {
 struct Walker {
     middle: Vec2,
     radius: f32,
-    /// At time 0, in radians.
+    /// Angle on the circle at time 0, in radians.
     angle: f32,
-    /// Radians per second.
+    /// Angular speed on the circle, in radians per second.
     turn: f32,
 }
 
 /// Radius of a walker's body, in metres.
 const BODY: f32 = 0.3;
 
-impl Room {
+impl ScenarioObstacles {
     /// A room around a character that stands at the origin.
     pub(super) fn new(kind: Surroundings, random: &mut impl Rng) -> Result<Self, ObstacleError> {
-        let mut room = Self::default();
+        let mut obstacles = Self::default();
         match kind {
             Surroundings::Empty => {}
-            Surroundings::Walls => room.add_solids(random)?,
-            Surroundings::Opponents => room.add_walkers(random),
+            Surroundings::Walls => obstacles.add_solids(random)?,
+            Surroundings::Opponents => obstacles.add_walkers(random),
         }
-        Ok(room)
+        Ok(obstacles)
     }
 
     fn add_solids(&mut self, random: &mut impl Rng) -> Result<(), ObstacleError> {
