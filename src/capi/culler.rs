@@ -99,7 +99,7 @@ pub(super) struct Culler {
 
 /// # Safety
 /// As `sabaki.h` says.
-#[unsafe(no_mangle)]
+#[cfg_attr(not(test), unsafe(no_mangle))]
 unsafe extern "C" fn sabaki_culler_create(
     graph: *const Graph,
     device: *const Device,
@@ -151,7 +151,7 @@ unsafe extern "C" fn sabaki_culler_create(
 
 /// # Safety
 /// As `sabaki.h` says.
-#[unsafe(no_mangle)]
+#[cfg_attr(not(test), unsafe(no_mangle))]
 unsafe extern "C" fn sabaki_culler_destroy(culler: *mut Culler) {
     if culler.is_null() {
         return;
@@ -167,7 +167,7 @@ unsafe extern "C" fn sabaki_culler_destroy(culler: *mut Culler) {
 
 /// # Safety
 /// As `sabaki.h` says.
-#[unsafe(no_mangle)]
+#[cfg_attr(not(test), unsafe(no_mangle))]
 unsafe extern "C" fn sabaki_release_staging(culler: *mut Culler) -> Status {
     call(|| {
         // SAFETY: the caller's culler.
@@ -182,7 +182,7 @@ unsafe extern "C" fn sabaki_release_staging(culler: *mut Culler) -> Status {
 
 /// # Safety
 /// As `sabaki.h` says.
-#[unsafe(no_mangle)]
+#[cfg_attr(not(test), unsafe(no_mangle))]
 unsafe extern "C" fn sabaki_record(
     culler: *mut Culler,
     slot: u32,
@@ -210,7 +210,7 @@ unsafe extern "C" fn sabaki_record(
 
 /// # Safety
 /// As `sabaki.h` says.
-#[unsafe(no_mangle)]
+#[cfg_attr(not(test), unsafe(no_mangle))]
 unsafe extern "C" fn sabaki_poll(culler: *mut Culler, slot: u32, answer: *mut AnswerOut) -> Status {
     call(|| {
         // SAFETY: the caller's culler, and place for the answer.
@@ -221,7 +221,7 @@ unsafe extern "C" fn sabaki_poll(culler: *mut Culler, slot: u32, answer: *mut An
 
 /// # Safety
 /// As `sabaki.h` says.
-#[unsafe(no_mangle)]
+#[cfg_attr(not(test), unsafe(no_mangle))]
 unsafe extern "C" fn sabaki_answer_now(
     culler: *mut Culler,
     slot: u32,
@@ -236,7 +236,7 @@ unsafe extern "C" fn sabaki_answer_now(
 
 /// # Safety
 /// As `sabaki.h` says.
-#[unsafe(no_mangle)]
+#[cfg_attr(not(test), unsafe(no_mangle))]
 unsafe extern "C" fn sabaki_sample_joints(
     culler: *mut Culler,
     slot: u32,
@@ -262,7 +262,7 @@ unsafe extern "C" fn sabaki_sample_joints(
 
 /// # Safety
 /// As `sabaki.h` says.
-#[unsafe(no_mangle)]
+#[cfg_attr(not(test), unsafe(no_mangle))]
 unsafe extern "C" fn sabaki_sample_spheres(
     culler: *mut Culler,
     slot: u32,
@@ -292,7 +292,7 @@ unsafe extern "C" fn sabaki_sample_spheres(
 
 /// # Safety
 /// As `sabaki.h` says.
-#[unsafe(no_mangle)]
+#[cfg_attr(not(test), unsafe(no_mangle))]
 unsafe extern "C" fn sabaki_sample_place(
     culler: *mut Culler,
     slot: u32,

@@ -66,7 +66,7 @@ impl Device {
 
 /// # Safety
 /// As `sabaki.h` says.
-#[unsafe(no_mangle)]
+#[cfg_attr(not(test), unsafe(no_mangle))]
 unsafe extern "C" fn sabaki_check(device: *const Device, text: *mut c_char, size: usize) -> Status {
     call(|| {
         // SAFETY: the caller's device, with valid handles.

@@ -53,7 +53,7 @@ impl GameSettings {
 
 /// # Safety
 /// As `sabaki.h` says.
-#[unsafe(no_mangle)]
+#[cfg_attr(not(test), unsafe(no_mangle))]
 unsafe extern "C" fn sabaki_game_settings_default(settings: *mut GameSettings) {
     let default = CharacterSettings::default();
     // SAFETY: null, or the caller's place for the settings.
@@ -72,7 +72,7 @@ unsafe extern "C" fn sabaki_game_settings_default(settings: *mut GameSettings) {
 
 /// # Safety
 /// As `sabaki.h` says.
-#[unsafe(no_mangle)]
+#[cfg_attr(not(test), unsafe(no_mangle))]
 unsafe extern "C" fn sabaki_game_create(
     graph: *const Graph,
     settings: *const GameSettings,
@@ -99,7 +99,7 @@ unsafe extern "C" fn sabaki_game_create(
 
 /// # Safety
 /// As `sabaki.h` says.
-#[unsafe(no_mangle)]
+#[cfg_attr(not(test), unsafe(no_mangle))]
 unsafe extern "C" fn sabaki_game_destroy(game: *mut Game) {
     if !game.is_null() {
         // SAFETY: `sabaki_game_create` made it, and the caller does not use it any more.
@@ -109,7 +109,7 @@ unsafe extern "C" fn sabaki_game_destroy(game: *mut Game) {
 
 /// # Safety
 /// As `sabaki.h` says.
-#[unsafe(no_mangle)]
+#[cfg_attr(not(test), unsafe(no_mangle))]
 unsafe extern "C" fn sabaki_game_now(game: *const Game) -> f64 {
     // SAFETY: null, or the caller's game.
     unsafe { game.as_ref() }.map_or(0.0, |game| game.characters.now())
@@ -117,7 +117,7 @@ unsafe extern "C" fn sabaki_game_now(game: *const Game) -> f64 {
 
 /// # Safety
 /// As `sabaki.h` says.
-#[unsafe(no_mangle)]
+#[cfg_attr(not(test), unsafe(no_mangle))]
 unsafe extern "C" fn sabaki_spawn(
     game: *mut Game,
     x: f32,
@@ -136,7 +136,7 @@ unsafe extern "C" fn sabaki_spawn(
 
 /// # Safety
 /// As `sabaki.h` says.
-#[unsafe(no_mangle)]
+#[cfg_attr(not(test), unsafe(no_mangle))]
 unsafe extern "C" fn sabaki_despawn(game: *mut Game, character: u64) -> Status {
     call(|| {
         // SAFETY: the caller's game.
@@ -148,7 +148,7 @@ unsafe extern "C" fn sabaki_despawn(game: *mut Game, character: u64) -> Status {
 
 /// # Safety
 /// As `sabaki.h` says.
-#[unsafe(no_mangle)]
+#[cfg_attr(not(test), unsafe(no_mangle))]
 unsafe extern "C" fn sabaki_steer(game: *mut Game, character: u64, goal: *const GoalIn) -> Status {
     call(|| {
         // SAFETY: the caller's game and goal.
@@ -161,7 +161,7 @@ unsafe extern "C" fn sabaki_steer(game: *mut Game, character: u64, goal: *const 
 
 /// # Safety
 /// As `sabaki.h` says.
-#[unsafe(no_mangle)]
+#[cfg_attr(not(test), unsafe(no_mangle))]
 unsafe extern "C" fn sabaki_threaten(
     game: *mut Game,
     threat: *const ThreatIn,
@@ -180,7 +180,7 @@ unsafe extern "C" fn sabaki_threaten(
 
 /// # Safety
 /// As `sabaki.h` says.
-#[unsafe(no_mangle)]
+#[cfg_attr(not(test), unsafe(no_mangle))]
 unsafe extern "C" fn sabaki_update_threat(
     game: *mut Game,
     id: u64,
@@ -199,7 +199,7 @@ unsafe extern "C" fn sabaki_update_threat(
 
 /// # Safety
 /// As `sabaki.h` says.
-#[unsafe(no_mangle)]
+#[cfg_attr(not(test), unsafe(no_mangle))]
 unsafe extern "C" fn sabaki_remove_threat(game: *mut Game, id: u64) -> Status {
     call(|| {
         // SAFETY: the caller's game.
@@ -211,7 +211,7 @@ unsafe extern "C" fn sabaki_remove_threat(game: *mut Game, id: u64) -> Status {
 
 /// # Safety
 /// As `sabaki.h` says.
-#[unsafe(no_mangle)]
+#[cfg_attr(not(test), unsafe(no_mangle))]
 unsafe extern "C" fn sabaki_step(
     game: *mut Game,
     dt: f32,
@@ -238,7 +238,7 @@ unsafe extern "C" fn sabaki_step(
 
 /// # Safety
 /// As `sabaki.h` says.
-#[unsafe(no_mangle)]
+#[cfg_attr(not(test), unsafe(no_mangle))]
 unsafe extern "C" fn sabaki_events(
     game: *const Game,
     events: *mut EventOut,
@@ -260,7 +260,7 @@ unsafe extern "C" fn sabaki_events(
 
 /// # Safety
 /// As `sabaki.h` says.
-#[unsafe(no_mangle)]
+#[cfg_attr(not(test), unsafe(no_mangle))]
 unsafe extern "C" fn sabaki_pose(
     game: *mut Game,
     character: u64,

@@ -46,7 +46,7 @@ impl LocalPose {
 
 /// # Safety
 /// As `sabaki.h` says.
-#[unsafe(no_mangle)]
+#[cfg_attr(not(test), unsafe(no_mangle))]
 unsafe extern "C" fn sabaki_local_pose_of(
     game: *const Game,
     character: u64,
@@ -86,7 +86,7 @@ unsafe extern "C" fn sabaki_local_pose_of(
 
 /// # Safety
 /// As `sabaki.h` says.
-#[unsafe(no_mangle)]
+#[cfg_attr(not(test), unsafe(no_mangle))]
 unsafe extern "C" fn sabaki_release(game: *mut Game, character: u64) -> Status {
     call(|| {
         // SAFETY: the caller's game.
@@ -98,7 +98,7 @@ unsafe extern "C" fn sabaki_release(game: *mut Game, character: u64) -> Status {
 
 /// # Safety
 /// As `sabaki.h` says.
-#[unsafe(no_mangle)]
+#[cfg_attr(not(test), unsafe(no_mangle))]
 unsafe extern "C" fn sabaki_resume(
     game: *mut Game,
     character: u64,
@@ -122,7 +122,7 @@ unsafe extern "C" fn sabaki_resume(
 
 /// # Safety
 /// As `sabaki.h` says.
-#[unsafe(no_mangle)]
+#[cfg_attr(not(test), unsafe(no_mangle))]
 unsafe extern "C" fn sabaki_save(
     game: *const Game,
     bytes: *mut u8,
@@ -151,7 +151,7 @@ unsafe extern "C" fn sabaki_save(
 
 /// # Safety
 /// As `sabaki.h` says.
-#[unsafe(no_mangle)]
+#[cfg_attr(not(test), unsafe(no_mangle))]
 unsafe extern "C" fn sabaki_load(game: *mut Game, bytes: *const u8, size: usize) -> Status {
     call(|| {
         // SAFETY: the caller's game, and that many bytes.

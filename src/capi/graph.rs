@@ -31,7 +31,7 @@ impl Graph {
 
 /// # Safety
 /// As `sabaki.h` says.
-#[unsafe(no_mangle)]
+#[cfg_attr(not(test), unsafe(no_mangle))]
 unsafe extern "C" fn sabaki_graph_open(path: *const c_char, graph: *mut *mut Graph) -> Status {
     call(|| {
         // SAFETY: the caller gives a text, and a place for the graph.
@@ -44,7 +44,7 @@ unsafe extern "C" fn sabaki_graph_open(path: *const c_char, graph: *mut *mut Gra
 
 /// # Safety
 /// As `sabaki.h` says.
-#[unsafe(no_mangle)]
+#[cfg_attr(not(test), unsafe(no_mangle))]
 unsafe extern "C" fn sabaki_graph_load(
     bytes: *const u8,
     size: usize,
@@ -64,7 +64,7 @@ unsafe extern "C" fn sabaki_graph_load(
 
 /// # Safety
 /// As `sabaki.h` says.
-#[unsafe(no_mangle)]
+#[cfg_attr(not(test), unsafe(no_mangle))]
 unsafe extern "C" fn sabaki_graph_close(graph: *mut Graph) {
     if !graph.is_null() {
         // SAFETY: `sabaki_graph_open` or `sabaki_graph_load` made it, and the caller does not use it any more.
@@ -83,7 +83,7 @@ unsafe fn number(graph: *const Graph, of: impl FnOnce(&BakedGraph) -> usize) -> 
 
 /// # Safety
 /// As `sabaki.h` says.
-#[unsafe(no_mangle)]
+#[cfg_attr(not(test), unsafe(no_mangle))]
 unsafe extern "C" fn sabaki_graph_joints(graph: *const Graph) -> u32 {
     // SAFETY: the caller's graph.
     unsafe { number(graph, |baked| baked.graph().skeleton().len()) }
@@ -91,7 +91,7 @@ unsafe extern "C" fn sabaki_graph_joints(graph: *const Graph) -> u32 {
 
 /// # Safety
 /// As `sabaki.h` says.
-#[unsafe(no_mangle)]
+#[cfg_attr(not(test), unsafe(no_mangle))]
 unsafe extern "C" fn sabaki_graph_spheres(graph: *const Graph) -> u32 {
     // SAFETY: the caller's graph.
     unsafe { number(graph, |baked| baked.body().spheres.len()) }
@@ -99,7 +99,7 @@ unsafe extern "C" fn sabaki_graph_spheres(graph: *const Graph) -> u32 {
 
 /// # Safety
 /// As `sabaki.h` says.
-#[unsafe(no_mangle)]
+#[cfg_attr(not(test), unsafe(no_mangle))]
 unsafe extern "C" fn sabaki_graph_edges(graph: *const Graph) -> u32 {
     // SAFETY: the caller's graph.
     unsafe { number(graph, |baked| baked.graph().edges().len()) }
@@ -107,7 +107,7 @@ unsafe extern "C" fn sabaki_graph_edges(graph: *const Graph) -> u32 {
 
 /// # Safety
 /// As `sabaki.h` says.
-#[unsafe(no_mangle)]
+#[cfg_attr(not(test), unsafe(no_mangle))]
 unsafe extern "C" fn sabaki_graph_joint_name(graph: *const Graph, joint: u32) -> *const c_char {
     // SAFETY: the caller's graph.
     let name = unsafe { graph.as_ref() }.and_then(|graph| graph.joint_names.get(joint as usize));

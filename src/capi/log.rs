@@ -25,7 +25,7 @@ static TARGET: RwLock<Target> = RwLock::new(Target {
 
 /// # Safety
 /// As `sabaki.h` says.
-#[unsafe(no_mangle)]
+#[cfg_attr(not(test), unsafe(no_mangle))]
 unsafe extern "C" fn sabaki_set_log(log: Log, user: *mut c_void) {
     *TARGET.write().unwrap_or_else(PoisonError::into_inner) = Target { log, user };
 }

@@ -83,7 +83,7 @@ pub(super) fn call(work: impl FnOnce() -> Result<Status, Failure>) -> Status {
     })
 }
 
-#[unsafe(no_mangle)]
+#[cfg_attr(not(test), unsafe(no_mangle))]
 extern "C" fn sabaki_last_error() -> *const c_char {
     LAST.with(|last| last.as_ptr().cast())
 }

@@ -239,12 +239,14 @@ impl<'s, 'a> ExactEvaluator<'s, 'a> {
     /// over the whole attack it can only be smaller.
     pub(super) fn measure_least_deep_hit(&mut self) {
         let Self { order, tests, .. } = self;
-        if tests.input.state.request.evaluation == Evaluation::Exhaustive {
+        let is_among_obstacles = tests.input.is_among_obstacles();
+        let is_exhaustive = tests.input.state.request.evaluation == Evaluation::Exhaustive;
+        if is_exhaustive && !is_among_obstacles {
             return;
         }
         least_deep_first(order, &tests.results.evaluated);
         let count = tests.input.query.settings.warp.candidates.max(1);
-        if tests.input.is_among_obstacles() {
+        if is_among_obstacles {
             tests.least_deep_free(order, count);
             return;
         }

@@ -42,7 +42,7 @@ fn static_library() -> PathBuf {
         "--features=capi",
         "--crate-type=staticlib",
         "--message-format=json",
-        "--config=profile.dev.opt-level=0",
+        "--config=profile.dev.opt-level=1",
     ]);
     let text = output_of(&mut cargo);
     let artifacts = text
@@ -131,7 +131,7 @@ fn cmake_installs_a_package_that_the_example_finds() {
         output_of(&mut cmake)
     };
     // The library that Cargo has built already.
-    let arguments = "--offline;--locked;--config=profile.dev.opt-level=0";
+    let arguments = "--offline;--locked;--config=profile.dev.opt-level=1";
     let (sources, package) = (root().join("src/capi"), at("package"));
     run(
         &[

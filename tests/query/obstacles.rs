@@ -14,7 +14,7 @@ use sabaki::graph::{EdgeId, Motion, Playhead};
 use sabaki::internal::{ExactTest, MotionBody, ObstacleScratch, ObstacleTest, Played};
 use sabaki::maps::BakedGraph;
 use sabaki::math::Rigid2;
-use sabaki::query::{Answer, Obstacle, Query, QueryContext, QuerySettings, Request};
+use sabaki::query::{Answer, Evaluation, Obstacle, Query, QueryContext, QuerySettings, Request};
 use sabaki_app::demo::throw::{ThrowSettings, throw};
 
 /// One obstacle of each kind near a place, some of which move.
@@ -227,4 +227,35 @@ fn answers_among_obstacles_enter_none() {
 fn answers_among_obstacles_enter_none_on_real_capture() {
     let Some(baked) = fight() else { return };
     answers_are_free(baked);
+}
+
+/// Hits among obstacles are warped in both evaluations.
+#[test]
+fn what_the_lazy_evaluation_avoids_the_exhaustive_one_avoids_too() {
+    let baked = embedded();
+    let settings = QuerySettings::default();
+    let query = Query::new(baked, &settings);
+    let mut context = QueryContext::default();
+    let mut warped = 0;
+    for index in 0..120 {
+        let throw = throw(baked, &ThrowSettings::default(), 61, index).unwrap();
+        let mut random = Pcg64Mcg::seed_from_u64(index);
+        let natural = Motion::new(baked.graph(), throw.playhead, &[]);
+        let root = natural.root(baked.graph(), 0.0);
+        let way = Vec2::from_angle(random.random_range(0.0..std::f32::consts::TAU));
+        let disc = Obstacle::disc(Vec2::new(root.x, root.z) + 0.9 * way, 0.3).unwrap();
+        let [lazy, all] = [Evaluation::Lazy, Evaluation::Exhaustive].map(|evaluation| {
+            let request = Request {
+                obstacles: &[disc],
+                evaluation,
+                ..Request::new(throw.playhead, &throw.attack)
+            };
+            let mut answer = Answer::default();
+            query.answer(request, &mut context, &mut answer);
+            answer
+        });
+        assert!(!lazy.avoided || all.avoided, "throw {index}");
+        warped += usize::from(all.avoided && all.motion.warp().is_some());
+    }
+    assert!(warped > 0);
 }

@@ -7,8 +7,17 @@ use std::process::Stdio;
 use std::process::{Command, Output};
 use std::time::Duration;
 
-use super::run::{clips, command, folder, sabaki};
+use super::run::{baked, clips, command, folder, sabaki};
 use serde_json::{Value, json};
+
+/// A [`library`], and `old.sabaki` and its record, which were baked of the same files.
+fn baked_library(folder: &Path) {
+    library(folder);
+    for end in ["", ".record"] {
+        let old = folder.join(format!("old.sabaki{end}"));
+        fs::copy(format!("{}{end}", baked()), old).unwrap();
+    }
+}
 
 /// A folder with copies of the clips, and the events file beside it.
 fn library(folder: &Path) {
@@ -78,10 +87,9 @@ fn bakes_the_same(folder: &Path, more: &[&str]) -> u64 {
 fn clips_that_are_added_removed_or_changed_are_baked_as_from_nothing() {
     let folder = folder();
     let at = folder.path();
-    library(at);
+    baked_library(at);
     let names = files(at);
     let count = names.len() as u64;
-    bake(at, "old.sabaki", &[]);
     // Nothing changed.
     assert_eq!(bakes_the_same(at, &[]), count);
     // One removed, from the first and from the middle.
@@ -130,8 +138,7 @@ fn library_again(folder: &Path, names: &[String]) {
 fn nothing_is_taken_over_from_other_settings_or_a_record_that_cannot_be_used() {
     let folder = folder();
     let at = folder.path();
-    library(at);
-    bake(at, "old.sabaki", &[]);
+    baked_library(at);
     assert_eq!(bakes_the_same(at, &["--threshold", "0.09"]), 0);
     assert_eq!(bakes_the_same(at, &["--clip-error", "0.2"]), 0);
     let record = at.join("old.sabaki.record");
@@ -195,10 +202,8 @@ fn a_bake_that_ctrl_c_stops_goes_on_where_it_was() {
     library(at);
     // Enough to be stopped in the middle of it.
     for name in files(at) {
-        for copy in 0..2 {
-            let clips = at.join("clips");
-            fs::copy(clips.join(&name), clips.join(format!("{copy}_{name}"))).unwrap();
-        }
+        let clips = at.join("clips");
+        fs::copy(clips.join(&name), clips.join(format!("again_{name}"))).unwrap();
     }
     bake(at, "whole.sabaki", &[]);
     let clip = format!("clips/{}", files(at)[0]);
@@ -304,8 +309,7 @@ fn a_bake_whose_file_cannot_be_written_is_kept() {
     let (told, count) = (String::from_utf8(output.stdout).unwrap(), files(at).len());
     let all = format!("computed of {count} of {count} clips was taken over");
     assert!(told.contains(&all), "{told}");
-    bake(at, "whole.sabaki", &[]);
-    assert!(fs::read(out).unwrap() == fs::read(at.join("whole.sabaki")).unwrap());
+    assert!(fs::read(out).unwrap() == fs::read(baked()).unwrap());
     assert!(!unfinished.exists());
 }
 

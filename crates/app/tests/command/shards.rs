@@ -5,7 +5,7 @@ use std::path::Path;
 
 #[cfg(unix)]
 use super::run::command;
-use super::run::{clips, folder, sabaki};
+use super::run::{baked, clips, folder, sabaki};
 use serde_json::Value;
 
 const SHARDS: usize = 5;
@@ -34,19 +34,8 @@ fn entries(folder: &Path, share: usize, more: &[&str]) -> Value {
 }
 
 /// The file that one process writes.
-fn in_one_process(folder: &Path) -> Vec<u8> {
-    let (clips, events) = clips();
-    let args = [
-        "bake",
-        "--clips",
-        clips,
-        "--events",
-        events,
-        "--out",
-        "one.sabaki",
-    ];
-    sabaki(folder, &args).is(0);
-    fs::read(folder.join("one.sabaki")).unwrap()
+fn in_one_process() -> Vec<u8> {
+    fs::read(baked()).unwrap()
 }
 
 fn joined(folder: &Path) -> Vec<u8> {
@@ -91,7 +80,7 @@ fn the_joined_file_is_that_of_one_process() {
     ];
     let report = sabaki(&elsewhere, &args).json(0);
     assert!(report["report"]["window_pairs"].as_u64() == Some(pairs.iter().sum()));
-    let expected = in_one_process(at);
+    let expected = in_one_process();
     assert!(fs::read(elsewhere.join("joined.sabaki")).unwrap() == expected);
     // With the tests of entries shared, too.
     let refused = sabaki(at, &["bake", "entries", "plan", "0"]);
@@ -210,7 +199,7 @@ fn what_a_killed_shard_leaves_changes_nothing() {
     // A process that was killed while it wrote leaves a file beside the shard's.
     fs::write(at.join("plan/shards/0.4711.part"), b"sabakis\nhalf").unwrap();
     (0..SHARDS).for_each(|index| assert_eq!(shard(at, index, &[])["was_there"], false));
-    assert!(joined(at) == in_one_process(at));
+    assert!(joined(at) == in_one_process());
 }
 
 #[test]
@@ -418,7 +407,7 @@ fn the_graph_of_another_plan_is_not_joined() {
     sabaki(at, &["bake", "entries", "plan", "0"]).is(0);
     plan("0.1");
     // The threshold is the default one.
-    assert!(joined(at) == in_one_process(at));
+    assert!(joined(at) == in_one_process());
     // What needs the graph names the command that makes it.
     let refused = sabaki(at, &["bake", "entries", "plan", "0"]);
     refused.is_refused(&["of another plan", "sabaki bake graph plan"]);

@@ -104,6 +104,9 @@ impl Figure {
     }
 
     /// Adds the capsules of a pose to `out`.
+    ///
+    /// # Panics
+    /// If `joints` is shorter than the figure's skeleton.
     pub fn capsules(&self, joints: &[JointTransform], alpha: f32, out: &mut Vec<Capsule>) {
         out.extend(self.parts.iter().map(|part| {
             let end = |side: usize| {

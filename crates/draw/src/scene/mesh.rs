@@ -53,6 +53,9 @@ impl Mesh {
     const TRIANGLES: [usize; Self::DETAILS - 1] = [800, 260, 80];
 
     /// Creates a mesh and its coarser resolutions.
+    ///
+    /// # Panics
+    /// If a triangle names a vertex that is not there.
     #[must_use]
     pub fn new(
         vertices: Vec<MeshVertex>,

@@ -10,6 +10,9 @@ use sabaki::anim::JointTransform;
 
 /// Positions of a mesh's vertices in a pose, in the world. Rotations are blended as dual quaternions, as for single bodies and near members of
 /// a crowd.
+///
+/// # Panics
+/// If the skin lacks a bone that a vertex names, or `joints` is shorter than the skin's skeleton.
 #[must_use]
 pub fn skinned_positions(mesh: &Mesh, skin: &Skin, joints: &[JointTransform]) -> Vec<Vec3> {
     let bones: Vec<JointTransform> = skin

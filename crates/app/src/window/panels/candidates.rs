@@ -41,7 +41,7 @@ pub(in crate::window) fn candidates(
     }
     let head = format!(
         "{:<9} {:>4} {:>5} {:>5} {:>4} {:>5}",
-        "fate", "p", "V_a", "V_d", "V_t", "V"
+        "result", "p", "V_a", "V_d", "V_t", "V"
     );
     ui.label(RichText::new(head).monospace().size(11.0).weak());
     let (mut picked, before) = (fighter.picked(), fighter.picked());
