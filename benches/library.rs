@@ -237,7 +237,9 @@ fn onto(set: &ClipSet, minutes: f64) {
         let builder = GraphBuilder::onto(source, &settings, of_graph).unwrap();
         let tables = EarlierTables {
             record: of_tables.unwrap_or_default(),
-            clips: { builder.clips_taken_over().next() }
+            clips: builder
+                .clips_taken_over()
+                .next()
                 .cloned()
                 .unwrap_or_default(),
         };

@@ -30,7 +30,7 @@ const LONGEST_STEP: f32 = 1.0;
 /// The characters of a game: steered, threatened, and stepped together.
 pub struct Characters {
     pub(super) baked: Arc<BakedGraph>,
-    /// What tells the graph from others.
+    /// Checksum that identifies the graph in saved games.
     pub(super) fingerprint: u32,
     settings: CharacterSettings,
     steering: Steering,

@@ -27,8 +27,8 @@ pub struct CrowdPoseSettings {
     pub near: f32,
     /// Choice of the level of detail by distance.
     pub switching: Switching,
-    /// What is left of a blend is not drawn where it moves joints by less than about this share of the distance from the camera, nor is a
-    /// transition between clips that are so near. The crowd then poses the character. Default 0.002, which is 2 pixels of 1080 lines at 60 degrees; 0 draws all blends to their end.
+    /// Error of a pose that is allowed when the crowd poses a character, as a share of the distance from the camera. The crowd leaves out the
+    /// rest of a blend, or a transition, once it moves joints by less than about this. Default 0.002, which is 2 pixels of 1080 lines at 60 degrees; 0 draws all blends to their end.
     pub blend_error: f32,
 }
 
@@ -66,18 +66,18 @@ pub(super) struct Member {
     pub poser: Poser,
 }
 
-/// What poses a member.
+/// Part of the library that posed a member.
 #[derive(Clone, Copy, PartialEq)]
 pub(super) enum Poser {
-    /// Nothing: there is no character, or it was not posed yet.
+    /// None: there is no character, or it has not been posed yet.
     Nothing,
-    /// The graph. Index among all that it poses.
+    /// The graph. The number is the index among the members that it poses.
     Graph(u32),
-    /// The crowd, which plays this.
+    /// The crowd, with the motion that it plays.
     Crowd(Shown),
 }
 
-/// What the crowd plays for a character.
+/// Motion that the crowd plays for a character.
 #[derive(Clone, Copy, PartialEq)]
 pub(super) struct Shown {
     clip: ClipId,
@@ -238,7 +238,7 @@ impl Seen<'_> {
         }
     }
 
-    /// What the crowd plays for it: in a transition the nearer of both clips.
+    /// Motion that the crowd plays for the character; in a transition, that of the clip with the larger weight.
     fn shown(&self) -> Shown {
         let edge = self.graph.edge(self.playhead.edge);
         let moment = self.graph.edge_moment(edge, self.playhead.frame);

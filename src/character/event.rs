@@ -2,18 +2,18 @@ use serde::{Deserialize, Serialize};
 
 use super::ids::{CharacterId, ThreatId};
 
-/// What happened in a step.
+/// Event of a step.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CharacterEvent {
     /// The character.
     pub character: CharacterId,
     /// Time on the clock of [`Characters::now`](super::Characters::now), in seconds.
     pub time: f64,
-    /// What happened.
+    /// Kind of the event.
     pub kind: CharacterEventKind,
 }
 
-/// What happened to a character.
+/// Kind of an event.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum CharacterEventKind {
@@ -21,11 +21,11 @@ pub enum CharacterEventKind {
     Planned {
         /// Smallest distance from the threats on it, in metres.
         clearance: f32,
-        /// Whether it replaces a plan that a threat came to hit.
+        /// Whether the motion replaces a plan that a threat has come to hit.
         is_change: bool,
     },
-    /// What is played already avoids all known threats, and is kept. Of the same threats it is not said again, wherever they move, unless
-    /// they could not be avoided meanwhile.
+    /// The played motion avoids all known threats, and is kept. It is reported once for the same threats, wherever they move, and again only
+    /// after they could not be avoided.
     Kept {
         /// Smallest distance from the threats, in metres; that of the first hit.
         clearance: f32,
@@ -34,14 +34,14 @@ pub enum CharacterEventKind {
     Began,
     /// No motion avoids the threats that are known.
     Cannot,
-    /// No motion avoids both the threats and the obstacles. The one with the least harm is taken, or what is played goes on.
+    /// No motion avoids both the threats and the obstacles. The motion with the least harm is taken, or the played one continues.
     Cornered {
-        /// Depth of the hit on it, in metres; 0 or less for none.
+        /// Depth of the hit on that motion, in metres; 0 or less if it is not hit.
         hit: f32,
         /// Depth in an obstacle times its weight, in metres; 0 for none.
         entered: f32,
     },
-    /// A threat that might have reached the body has passed. Of one that was too far away all the time, nothing is said.
+    /// A threat that might have reached the body has passed. Threats that were always too far away are not reported.
     MissedBy {
         /// The threat.
         threat: ThreatId,

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use super::error::CharacterError;
 use super::range::{ANY, FURTHEST, shorter, within};
 
-/// What a character does while nothing threatens it. Heights are ignored; headings are those of [`Rigid2`](crate::math::Rigid2).
+/// Goal of a character, which it follows while nothing threatens it. Heights are ignored; headings are those of [`Rigid2`](crate::math::Rigid2).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub enum Goal {
     /// Stands, and moves and turns a little as the clips do. [`Goal::Face`] holds a heading.
@@ -35,7 +35,7 @@ pub enum Goal {
     Stop,
 }
 
-/// What a goal asks for at one moment.
+/// Velocity and heading that a goal demands at one moment.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Aim {
     /// Velocity over the ground (x, z), in metres per second.
@@ -68,11 +68,11 @@ impl Goal {
         }
     }
 
-    /// What it asks of a character at a place (x, z). `has_arrived` is whether it reached the point of this goal before.
+    /// Aim for a character at a place (x, z), in metres. `has_arrived` says whether the character reached the goal's point before, and is updated.
     pub(super) fn aim(&self, place: Vec2, has_arrived: &mut bool) -> Aim {
-        /// A character this near has arrived, in metres.
+        /// Distance from the point within which a character has arrived, in metres.
         const ARRIVED: f32 = 0.15;
-        /// What has arrived goes back from so far, in metres.
+        /// Distance from the point beyond which a character that had arrived goes back, in metres.
         const LEFT: f32 = 0.45;
         /// Time in which the rest of the way is walked, in seconds.
         const BRAKING: f32 = 0.5;
@@ -103,7 +103,7 @@ impl Goal {
 }
 
 impl Aim {
-    /// Whether it asks to stand.
+    /// Whether the character shall stand.
     pub(super) fn stands(&self) -> bool {
         self.velocity.length() < STANDING
     }
@@ -140,7 +140,7 @@ pub(super) fn direction(heading: f32) -> Vec2 {
     Vec2::new(sin, cos)
 }
 
-/// The same angle in [-π, π], in radians.
+/// The angle modulo 2π, in [-π, π], in radians.
 pub(super) fn wrapped(angle: f32) -> f32 {
     angle - TAU * (angle / TAU).round()
 }

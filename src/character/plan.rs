@@ -22,9 +22,9 @@ use crate::query::{Attack, Obstacle, PlanScope, Query, Request};
 
 /// The moment that a plan is made for.
 struct Moment {
-    /// On the characters' clock, in seconds.
+    /// Time on the characters' clock, in seconds.
     at: f64,
-    /// Since the start of what is played.
+    /// Time since the start of the played motion, in seconds.
     seconds: f32,
 }
 
@@ -34,12 +34,12 @@ struct NearThreat<'a> {
     window: Window,
 }
 
-/// What one plan answers.
+/// Input of one plan.
 struct Planning<'a> {
     world: &'a World<'a>,
     moment: Moment,
     near: Vec<NearThreat<'a>>,
-    /// Whether the same threats were looked at last.
+    /// Whether the last plan was for the same threats.
     is_repeated: bool,
 }
 
@@ -48,14 +48,15 @@ struct Planning<'a> {
 struct Attempt {
     /// Added to the radii, in metres.
     margin: f32,
-    /// Evasions start when the attack does: it begins so long before each threat is nearest, in seconds. `None`: when the threat comes near.
+    /// Time from the start of the attack, and so of the evasions, to the moment at which each threat is nearest, in seconds. `None`: the attack
+    /// starts when the threat comes near.
     late: Option<f32>,
 }
 
 /// Blend of a takeover from another playback rate or from a bent pose, in seconds.
 const BLEND: f32 = 0.2;
 
-/// Where no evasion that starts early avoids the threats, one that starts so long before the contact is tried, in seconds.
+/// Time before the contact at which evasions start in the second attempt, after no early evasion avoids the threats, in seconds.
 const LATE: f32 = 0.2;
 
 impl CharacterState {
@@ -89,7 +90,7 @@ impl CharacterState {
         (!is_known).then_some(nearest)
     }
 
-    /// Nothing is near: nothing but a planned motion that goes on keeps steering waiting.
+    /// Resets the state of planning if no threat is near. Steering then waits only for the end of a planned motion.
     fn forget_threats(&mut self, now: f64) {
         (self.seen, self.retry_at, self.kept_since) = (0, None, None);
         (self.has_failed, self.avoided) = (false, 0);
@@ -157,7 +158,7 @@ impl CharacterState {
             world,
             attack: &attack,
         };
-        // What was said of the same threats is not said again.
+        // An event about the same threats is not repeated.
         let was_said = planning.is_repeated && self.has_failed;
         let playing = &self.playing.motion;
         let rest = playing.rest(world.baked.graph(), moment.seconds);
@@ -170,7 +171,7 @@ impl CharacterState {
                 self.events
                     .push((world.now, CharacterEventKind::Kept { clearance }));
             }
-            // What was tested has no other rate.
+            // The tested motion is played at rate 1.
             if self.playing.rate != 1.0 && world.now < self.held_until {
                 self.take(moment, kept.motion, world.now);
             }
@@ -226,7 +227,7 @@ impl CharacterState {
         self.take(moment, found.motion, world.now);
     }
 
-    /// Takes the second motion if it is less harmful than what is played. Returns what is to be said of it.
+    /// Takes the second motion if it is less harmful than the played one. Returns the event to report.
     fn take_least_harm(
         &mut self,
         planning: &Planning<'_>,
@@ -282,7 +283,7 @@ impl CharacterState {
         if answer.avoided && !found.is_blended && !scope.evasions_only {
             return test.known(found.motion, known);
         }
-        // What is measured later needs no test.
+        // A motion that is measured later needs no test.
         let weights = scratch.ahead.iter().map(Obstacle::weight);
         let spared = weights.fold(0.0, f32::max) * world.settings.obstacle_margin;
         if !found.is_blended && !scratch.ahead.is_empty() && metres < -spared {
@@ -291,7 +292,7 @@ impl CharacterState {
         test.until_hit(found.motion, scratch)
     }
 
-    /// Joins a motion to what is played, where that is bent or has another rate at its start.
+    /// Joins a motion to the played one, with a blend if that is warped or has another rate at the join.
     fn continued(&self, planning: &Planning<'_>, mut motion: Motion) -> JoinedMotion {
         let Planning { world, moment, .. } = planning;
         let is_bent = |motion: &Motion| motion.warp().is_some_and(|warp| warp.acts_at(0.0));
@@ -316,8 +317,8 @@ impl CharacterState {
         self.retry_at = Some(self.held_until);
     }
 
-    /// What is played goes on as long as it is known to avoid what is near, and an evasion to its end. Steering does not wait for ever for
-    /// what stays near: then it goes on, and what it plays is tested again and again.
+    /// Keeps the played motion while it avoids the threats that are near, and an evasion to its end. Steering waits for a limited time for
+    /// threats that stay near; after that, the motions that it plays are tested again and again.
     fn keep(&mut self, planning: &Planning<'_>, attack: &Attack, end: f32) {
         /// Longest time for which steering waits while nothing is planned, in seconds.
         const LONGEST: f64 = 2.5;
@@ -349,8 +350,8 @@ impl Attempt {
         late: None,
     };
 
-    /// What is tried, in this order, with a margin in metres. Where a blend spoils what avoids the wider attack, one that avoids the plain
-    /// attack may do.
+    /// The attempts, in their order, with a margin in metres. If a blend makes the answer to the wider attack a hit, the answer to the plain
+    /// attack may still avoid it.
     fn all(margin: f32, is_among_obstacles: bool) -> impl Iterator<Item = Self> {
         let early = Self { margin, late: None };
         let late = Self {
@@ -365,7 +366,7 @@ impl Attempt {
 }
 
 impl Planning<'_> {
-    /// A number for these threats, wherever they move; not 0.
+    /// Hash of the ids of the threats, wherever they move; not 0.
     fn threats(&self) -> u64 {
         let mut hasher = FxHasher::default();
         for near in &self.near {
@@ -389,7 +390,7 @@ impl Planning<'_> {
     }
 }
 
-/// One query of a plan.
+/// Input of one query of a plan.
 struct PlanRequest<'a> {
     /// The attack with the margin.
     wider: &'a Attack,
@@ -399,6 +400,6 @@ struct PlanRequest<'a> {
 /// A motion that goes on from what is played.
 struct JoinedMotion {
     motion: Motion,
-    /// Whether what was played fades out in it.
+    /// Whether the motion that was played fades out in it.
     is_blended: bool,
 }

@@ -3,7 +3,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::graph::{Entry, Motion, MotionGraph, Played};
 
-/// What a character plays: a motion, where in it, and how fast.
+/// Motion that a character plays, with the position in it and the rate.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Playing {
     pub motion: Motion,
@@ -32,7 +32,7 @@ impl Playing {
     pub(super) fn ensure(&mut self, graph: &MotionGraph, dt: f32) {
         /// The search looks this far ahead, in seconds.
         const AHEAD: f32 = 0.25;
-        /// What was played is dropped after this time, in seconds.
+        /// Time after which the played part of the motion is dropped, in seconds.
         const KEPT: f32 = 4.0;
         if self.seconds > KEPT {
             self.motion.drop_past(graph, self.seconds);
@@ -48,11 +48,11 @@ impl Playing {
         self.seconds += dt * self.rate;
     }
 
-    /// Goes on from another moment; what was played until now fades out. `spare` is memory for the new motion.
+    /// Continues from another moment. The motion that was played until now fades out. `spare` is memory for the new motion.
     pub(super) fn enter(&mut self, graph: &MotionGraph, entry: &Entry, spare: &mut Motion) {
         let playhead = entry.playhead();
         spare.restart(graph, playhead, []);
-        // Both are played at the same rate.
+        // Both motions are played at the same rate.
         let played = Played {
             rate: 1.0,
             ..self.played_until(self.seconds)

@@ -126,7 +126,7 @@ impl Characters {
     /// The level of detail on which a character was posed. The fraction blends to the next level.
     ///
     /// # Errors
-    /// Those of [`Characters::pose_slice`].
+    /// The errors of [`Characters::pose_slice`].
     pub fn detail(&self, id: CharacterId) -> Result<f32, CharacterError> {
         Ok(self.member(id)?.1.detail)
     }
@@ -134,7 +134,7 @@ impl Characters {
     /// Whether the crowd's kernels posed a character in the last [`Characters::pose_all`], and not the graph.
     ///
     /// # Errors
-    /// Those of [`Characters::pose_slice`].
+    /// The errors of [`Characters::pose_slice`].
     pub fn is_posed_by_crowd(&self, id: CharacterId) -> Result<bool, CharacterError> {
         Ok(matches!(self.member(id)?.1.poser, Poser::Crowd(_)))
     }

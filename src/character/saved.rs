@@ -87,8 +87,8 @@ impl Characters {
     /// [`Characters::restore`] from bytes.
     ///
     /// # Errors
-    /// Those of [`Characters::restore`]; bytes that are none of [`Characters::save`], damaged, or written by a version of this crate
-    /// that saves something else.
+    /// The errors of [`Characters::restore`], and bytes that are not from [`Characters::save`], are damaged, or were written by a version of
+    /// this crate with another format.
     pub fn load(&mut self, bytes: &[u8]) -> Result<(), CharacterError> {
         let wrong = |what| Err(CharacterError::Saved(what));
         let Some((header, saved)) = bytes.split_at_checked(HEADER) else {
@@ -133,7 +133,9 @@ impl CharactersState {
         };
         let states = self.slots.iter().filter_map(|slot| slot.state.as_deref());
         let empty = |index: &u32| {
-            { self.slots.get(*index as usize) }.is_some_and(|slot| slot.state.is_none())
+            self.slots
+                .get(*index as usize)
+                .is_some_and(|slot| slot.state.is_none())
         };
         let vacant = self
             .slots

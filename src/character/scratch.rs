@@ -17,7 +17,7 @@ pub(super) struct Worker {
     pub pose: Pose,
     pub joints: Vec<JointTransform>,
     pub centres: Vec<Vec3>,
-    /// The same a little later.
+    /// Sphere centres a little later.
     pub later_centres: Vec<Vec3>,
     /// Obstacles near the character that is stepped.
     pub obstacles: Vec<Obstacle>,
@@ -46,7 +46,7 @@ pub(super) struct PlanScratch {
     pub body: MotionBody,
     /// Obstacles as they are when the answer is taken over.
     pub ahead: Vec<Obstacle>,
-    /// The same, larger by the margin of plans.
+    /// The obstacles of `ahead`, larger by the margin of plans.
     pub wider: Vec<Obstacle>,
     pub entered: ObstacleScratch,
 }

@@ -61,11 +61,11 @@ impl Slot {
 }
 
 impl Blend {
-    /// About how far it moves the farthest joint when its offsets reach so far, in metres. Most joints move by as many times less as the
-    /// offsets do, but the knee of a nearly straight leg by the square root. A foot that is held while the clip's goes on is moved further
-    /// than before, and its knee with it.
+    /// Estimated displacement of the joint that the blend moves furthest once its offsets have decayed to `reach`, in metres. Displacements
+    /// shrink with the offsets, but that of the knee of a nearly straight leg only with their square root. A planted foot is moved further
+    /// while the clip's foot goes on, and its knee with it.
     pub(super) fn moved_at(&self, reach: BlendReach) -> f32 {
-        /// By how much more a leg moves its knee that straightens meanwhile.
+        /// Factor for the knee of a leg that straightens during the blend.
         const STRAIGHTENED: f32 = 1.4;
         let share = |now: f32, then: f32| now / then.max(1e-3);
         let body = share(reach.body, self.reach.body);

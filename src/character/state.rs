@@ -14,7 +14,7 @@ use crate::graph::Motion;
 use crate::maps::BakedGraph;
 use crate::math::Sphere;
 
-/// One character, whole.
+/// Complete state of one character.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct CharacterState {
     pub playing: Playing,
@@ -22,35 +22,35 @@ pub(super) struct CharacterState {
     pub steer: SteerState,
     /// Whether something else moves the body.
     pub is_released: bool,
-    /// The motion that takes over, and when.
+    /// Motion that takes over at a later time.
     pub pending: Option<Pending>,
-    /// Steering waits until this time, in seconds.
+    /// Time until which steering waits, in seconds.
     pub held_until: f64,
-    /// The threats that the plan avoids have passed at this time, in seconds.
+    /// Time at which the threats that the plan avoids have passed, in seconds.
     pub passed_at: f64,
-    /// Whether what is played avoids threats by a plan.
+    /// Whether the played motion is a plan that avoids threats.
     pub has_plan: bool,
-    /// The threats that were looked at last.
+    /// Hash of the threats of the last plan or test; 0 for none.
     pub seen: u64,
-    /// The threats that are to be looked at.
+    /// Hash of the threats of the next plan or test.
     pub next_seen: u64,
-    /// When the same threats are looked at again, in seconds; `None` if they are not.
+    /// Time at which the same threats are tested again, in seconds; `None` if they are not.
     pub retry_at: Option<f64>,
-    /// Whether they could not be avoided.
+    /// Whether the last plan failed.
     pub has_failed: bool,
-    /// The threats that were last said to be avoided, wherever they move.
+    /// Hash of the ids of the threats that were last reported as avoided; 0 for none.
     pub avoided: u64,
-    /// Since when what is played is kept because it avoids what is near, in seconds.
+    /// Time since which the played motion is kept because it avoids the threats that are near, in seconds.
     pub kept_since: Option<f64>,
-    /// Whether it reached the point of its goal.
+    /// Whether the character reached the point of its goal.
     pub has_arrived: bool,
-    /// The side on which an obstacle is passed.
+    /// Side on which the character passes an obstacle.
     pub side: Side,
-    /// When the plan is tested against the obstacles again, in seconds.
+    /// Time at which the plan is tested against the obstacles again, in seconds.
     pub look_at: f64,
     /// Threats that are near, with the smallest distance so far.
     pub watched: Vec<Watched>,
-    /// The body's spheres at the end of the last step, while a threat is near.
+    /// Centres of the body's spheres at the end of the last step, in metres. Updated while a threat is near.
     pub centres: Vec<Vec3>,
     #[serde(skip)]
     pub events: Vec<(f64, CharacterEventKind)>,

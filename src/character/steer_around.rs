@@ -22,14 +22,14 @@ const ASIDE: f32 = 1.2;
 struct Around<'a> {
     obstacles: &'a [Obstacle],
     place: Vec2,
-    /// Distance that the root keeps, in metres.
+    /// Distance that the root keeps from obstacles, in metres.
     clearance: f32,
-    /// Seconds.
+    /// Time that is looked ahead, in seconds.
     foresight: f32,
 }
 
 impl CharacterState {
-    /// What the goal asks for, as far as obstacles allow it.
+    /// Aim of the goal, changed so that the character goes around obstacles.
     pub(super) fn steer_around(&mut self, world: &World<'_>, obstacles: &[Obstacle]) -> Aim {
         let place = self.ground(world.baked);
         let aim = self.goal.aim(place, &mut self.has_arrived);
@@ -54,11 +54,11 @@ impl CharacterState {
     }
 }
 
-/// What a character would do without obstacles.
+/// Movement of a character without obstacles.
 struct Wanted {
-    /// On the ground (x, z), in metres per second.
+    /// Velocity on the ground (x, z), in metres per second.
     velocity: Vec2,
-    /// What is bound for a place goes around; what is not is slowed down by what it turns off.
+    /// Whether the character goes to a point. If so, it goes around obstacles; otherwise the more it turns, the slower it goes.
     is_bound: bool,
     side: Side,
 }
@@ -105,7 +105,7 @@ impl Around<'_> {
             let side = Side::None;
             return self.velocity(Wanted { side, ..wanted });
         }
-        // Nothing is free for long: slower, so that it stops in front of what is there.
+        // No direction is free for long: the character slows down, so that it stops in front of the obstacle.
         let share = (best.0 / self.foresight).clamp(0.0, 1.0);
         match best.1 == Vec2::ZERO {
             true => (wanted.velocity * (share - 0.3).max(0.0), Side::None),
@@ -115,7 +115,7 @@ impl Around<'_> {
 
     /// The direction in which a body that stands makes way for what it meets first: across its way, on the side where the body is.
     fn aside(&self) -> Vec2 {
-        /// What is this near to the middle of the way goes to the left.
+        /// Distance from the middle of the obstacle's way within which a body always goes to the left, in metres.
         const MIDDLE: f32 = 0.05;
         let free = |obstacle: &&Obstacle| self.free_of(obstacle, Vec2::ZERO);
         let first = self.obstacles.iter();
@@ -150,7 +150,7 @@ impl Around<'_> {
             let (metres, normal) = ground(obstacle, self.place + velocity * seconds, seconds);
             let free = metres - self.clearance;
             if free < 0.0 {
-                // What is too near may go away.
+                // A character that is too near may move away.
                 let goes_away = is_first && closing.dot(normal) >= 0.0;
                 return if goes_away { self.foresight } else { seconds };
             }

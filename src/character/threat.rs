@@ -32,11 +32,11 @@ pub struct Threat {
 /// The time in which a threat may reach a body.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Window {
-    /// The other times count from here, on the characters' clock, in seconds.
+    /// Origin of the other times, on the characters' clock, in seconds.
     pub from: f64,
-    /// 0 or more.
+    /// First time at which the threat may reach the body; 0 or more.
     pub start: f32,
-    /// Time at which it is nearest to the body's middle.
+    /// Time at which the threat is nearest to the middle of the body.
     pub nearest: f32,
     pub end: f32,
     /// Distance from the body's middle then, to the surface of the largest sphere, in metres.
@@ -93,7 +93,7 @@ impl Threat {
         self.target.is_none_or(|target| target == id)
     }
 
-    /// Whether it is over, or goes away from a point.
+    /// Whether the threat has ended, or moves away from a point.
     pub(super) fn has_passed(&self, time: f64, point: Vec3) -> bool {
         let fallen = Vec3::Y * (self.gravity * (time - self.time) as f32);
         let goes_away = (self.at(time) - point).dot(self.velocity - fallen) >= 0.0;

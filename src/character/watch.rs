@@ -16,7 +16,7 @@ use crate::query::clearance::closest;
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Watched {
     id: ThreatId,
-    /// In metres; `f32::MAX` as long as it is not measured.
+    /// Smallest distance so far, in metres; `f32::MAX` until it is measured.
     metres: f32,
     is_hit: bool,
 }
@@ -24,8 +24,9 @@ pub(super) struct Watched {
 /// The part of a step in which a threat exists.
 struct Pass<'a> {
     known: &'a KnownThreat,
-    /// On the characters' clock, in seconds.
+    /// Start, on the characters' clock, in seconds.
     start: f64,
+    /// End, on the same clock, in seconds.
     end: f64,
 }
 
@@ -37,20 +38,20 @@ impl<'a> Pass<'a> {
         (start <= end).then_some(Self { known, start, end })
     }
 
-    /// Whether it may touch a body whose root is there at one end of the step.
+    /// Whether the threat may touch a body whose root is at `root` at one end of the step.
     fn comes_near(&self, root: Vec3, world: &World<'_>) -> bool {
-        /// No body goes faster, in metres per second.
+        /// Maximum speed of a root, in metres per second.
         const FASTEST: f32 = 12.0;
         const RESERVE: f32 = 0.3;
         let threat = &self.known.threat;
         let apart = [self.start, self.end].map(|time| threat.at(time) - root);
-        // A flight leaves the line between its ends by so much at most.
+        // Largest distance of a flight from the line between its ends.
         let bulge = 0.125 * threat.gravity.abs() * world.dt * world.dt;
         let reach = world.baked.reach() + threat.radius();
         closest(apart, [reach; 2]).1 < RESERVE + FASTEST * world.dt + bulge
     }
 
-    /// The times between which it goes nearly straight, in seconds.
+    /// Intervals in which the threat moves nearly in a straight line, in seconds.
     fn pieces(&self) -> impl Iterator<Item = [f64; 2]> + use<'_> {
         /// Duration of a piece of a curved flight, in seconds.
         const PIECE: f64 = 0.02;
@@ -169,7 +170,7 @@ impl CharacterState {
         self.centres.clone_from(&worker.centres);
     }
 
-    /// Forgets the threats that are gone or have passed, and says by how much those missed that did not hit.
+    /// Removes the threats that are gone or have passed, and reports the distance of those that did not hit.
     fn say_what_has_passed(&mut self, me: CharacterId, later: &World<'_>) {
         let root = self.root(later);
         let mut place = 0;

@@ -8,13 +8,13 @@ use super::threat::Threat;
 use crate::maps::BakedGraph;
 use crate::query::Obstacle;
 
-/// What all characters of a step share.
+/// Data that all characters of a step share.
 pub(super) struct World<'a> {
     pub baked: &'a BakedGraph,
     pub settings: &'a CharacterSettings,
     pub steering: &'a Steering,
     pub threats: &'a [KnownThreat],
-    /// Where they are at the start of the step.
+    /// Obstacles, at the start of the step.
     pub obstacles: &'a [Obstacle],
     /// The other characters, if they avoid each other.
     pub bodies: &'a [OtherBody],
@@ -51,8 +51,8 @@ pub(super) struct KnownThreat {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct OtherBody {
     pub index: u32,
-    /// On the ground (x, z), in metres.
+    /// Position on the ground (x, z), in metres.
     pub place: Vec2,
-    /// In metres per second.
+    /// Velocity on the ground (x, z), in metres per second.
     pub velocity: Vec2,
 }

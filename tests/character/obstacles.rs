@@ -160,7 +160,7 @@ fn distances_are_those_of_a_search_over_points() {
         for _ in 0..60 {
             let point = Vec3::new(number(4.0) - 2.0, number(1.0) + 0.2, number(4.0) - 2.0);
             let found = solid.distance(point + velocity * 2.0, 2.0);
-            let least = { inside.iter() }.map(|one| one.distance(point));
+            let least = inside.iter().map(|one| one.distance(point));
             let least = least.fold(f32::INFINITY, f32::min);
             assert!(found <= least + 1e-3, "{solid:?} {point}: {found} {least}");
             if found > 0.0 {

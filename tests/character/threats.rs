@@ -212,7 +212,8 @@ fn those_that_are_reached_first_plan_first() {
                     | CharacterEventKind::Cannot
             )
         };
-        let order: Vec<_> = { events.iter() }
+        let order: Vec<_> = events
+            .iter()
             .filter(|event| looks(&event.kind))
             .map(|event| event.character)
             .collect();

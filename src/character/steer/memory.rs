@@ -7,7 +7,7 @@ use super::SteerStep;
 use super::table::Moment;
 use crate::character::goal::Aim;
 
-/// What steering remembers of one character.
+/// State of the steering of one character.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(in crate::character) struct SteerState {
     /// Time until the next search, in seconds.
@@ -17,7 +17,7 @@ pub(in crate::character) struct SteerState {
     pub(super) facing: Option<f32>,
     /// Frames that were played while it stood idle, oldest first.
     recent: Vec<Recent>,
-    /// Where it came to stand (x, z), in metres; `None` if it does not stand.
+    /// Place where the character came to stand (x, z), in metres; `None` if it does not stand.
     place: Option<[f32; 2]>,
 }
 
@@ -41,22 +41,22 @@ impl SteerState {
             && self.recent.iter().all(|one| one.age >= 0.0)
     }
 
-    /// Searches at the next step. What stands then stays there.
+    /// Makes the next step search. A character that stands then stays where it is.
     pub(in crate::character) fn search_now(&mut self) {
         (self.search_in, self.place) = (0.0, None);
     }
 
-    /// Remembers where it came to stand; `now` is where it is (x, z), in metres.
+    /// Stores the place where the character came to stand. `now` is its position (x, z), in metres.
     pub(super) fn stand(&mut self, now: impl FnOnce() -> Vec2) {
         self.place.get_or_insert_with(|| now().to_array());
     }
 
-    /// Forgets where it came to stand.
+    /// Removes the place where the character came to stand.
     pub(super) fn leave_place(&mut self) {
         self.place = None;
     }
 
-    /// A point of the ground as it lies from where it came to stand (x, z), in metres.
+    /// Offset of a point of the ground from the place where the character came to stand (x, z), in metres.
     pub(super) fn off_place(&self, now: Vec2) -> Vec2 {
         self.place
             .map_or(Vec2::ZERO, |place| now - Vec2::from(place))
@@ -99,11 +99,11 @@ impl SteerState {
         })
     }
 
-    /// Whether the time from a moment on was played.
+    /// Whether the frames from a moment on were played recently.
     pub(super) fn has_played(&self, moment: &Moment) -> bool {
-        /// What is so near in a clip looks the same, in frames.
+        /// Distance in a clip within which frames look the same, in frames.
         const ALIKE: u32 = 12;
-        /// So many frames are played at least.
+        /// Minimum number of frames that are played after a jump.
         const PLAYED: u32 = 30;
         self.recent.iter().any(|one| {
             one.clip == moment.clip.0

@@ -22,10 +22,10 @@ pub(super) use memory::SteerState;
 pub use settings::SteerSettings;
 use table::{AHEAD, Features, Moment, Row, Table, distance};
 
-/// How far a jump goes back to the place where a character came to stand, at most, in metres. Its blend fades it in.
+/// Maximum distance by which a jump brings a character back to the place where it came to stand, in metres. The jump's blend fades it in.
 const WAY_BACK: f32 = 0.02;
 
-/// What goes faster walks, in metres per second.
+/// Speed above which a character walks, in metres per second.
 const WALKS: f32 = 0.3;
 
 /// Scratch of steering.
@@ -44,7 +44,7 @@ pub(super) struct Steering {
     starts: Vec<u32>,
 }
 
-/// One step of one character.
+/// Input of one step of one character.
 pub(super) struct SteerStep<'a> {
     pub baked: &'a BakedGraph,
     pub settings: &'a SteerSettings,
@@ -59,10 +59,10 @@ pub(super) struct SteeredBody<'a> {
     pub state: &'a mut SteerState,
 }
 
-/// Where a character is and how it moves, in the world.
+/// Position and movement of a character in the world.
 struct Now {
     stance: Stance,
-    /// Heading averaged over a stride where the table knows it.
+    /// Heading, in radians; averaged over a stride if the table has the average.
     heading: f32,
     features: Features,
 }
@@ -181,7 +181,7 @@ impl Steering {
         let is_fresh =
             |moment: &Moment| moment.is_calm && moment.left > 20 && !state.has_played(moment);
         let fresh = nearest(&|moment| !is_idle || is_fresh(moment));
-        // What comes to what was just played is left for what was not, if that is near.
+        // A motion that arrives at recently played frames is left for one that was not played, if that is similar enough.
         let repeats = moment.is_some_and(|moment| is_idle && state.repeats(moment))
             && fresh.is_some_and(|(_, apart)| apart < gain);
         let kept = match search.current {
@@ -193,7 +193,7 @@ impl Steering {
         let found = fresh.or_else(|| nearest(&|moment| !is_idle || moment.is_calm));
         let found = found.filter(|(_, apart)| apart + gain < kept);
         let found = found.map(|(found, _)| &moments[found]);
-        // To stand may be nearly as near as to start a slow walk, for as long as that is asked for.
+        // Standing may stay nearly as similar to the aim as a slow walk, for as long as that is the aim.
         let walks = step.aim.velocity.length() > WALKS;
         let stands = |moment: &Moment| moment.is_calm;
         if walks && moment.is_some_and(stands) && found.is_none_or(stands) {
@@ -305,7 +305,10 @@ impl Steering {
         let moves = !step.aim.stands() && speed > WALKS;
         let off = match step.aim.facing {
             None if moves => heading_of(step.aim.velocity) - heading_of(moment.velocity) - turned,
-            _ => { step.aim.heading() }.map_or(0.0, |heading| heading - moment.heading - turned),
+            _ => step
+                .aim
+                .heading()
+                .map_or(0.0, |heading| heading - moment.heading - turned),
         };
         let most = if step.aim.stands() {
             settings.standing_turn
@@ -332,7 +335,7 @@ impl Steering {
 impl SteerStep<'_> {
     /// Whether a character faces the way that is asked for, or none is.
     fn faces(&self, playing: &Playing, moment: Option<&Moment>) -> bool {
-        /// What faces this near to the wanted heading stays, in radians.
+        /// Difference from the wanted heading below which the character does not turn, in radians.
         const NEAR: f32 = 0.15;
         let (Some(wanted), Some(moment)) = (self.aim.heading(), moment) else {
             return true;
@@ -376,7 +379,10 @@ impl SteerStep<'_> {
             None if !self.aim.stands() && moment.velocity.length() > WALKS => {
                 heading_of(self.aim.velocity) - (heading_of(moment.velocity) + kept)
             }
-            _ => { self.aim.heading() }.map_or(0.0, |heading| heading - now.heading),
+            _ => self
+                .aim
+                .heading()
+                .map_or(0.0, |heading| heading - now.heading),
         };
         let most = self.settings.jump_turn;
         let turn = kept + wrapped(off).clamp(-most, most);

@@ -24,7 +24,7 @@ pub(super) const AHEAD: [f32; 2] = [0.2, 0.4];
 /// Half of the time over which a stride's sway is averaged, in seconds.
 const STRIDE: f32 = 0.5;
 
-/// One over the difference that counts as 1: displacement at each time ahead, turn at each, place and velocity of a foot, velocity
+/// Inverse of the difference that counts as 1, for: displacement and turn at each of [`AHEAD`], position and velocity of a foot, velocity
 /// and height of the root.
 const WEIGHTS: ([f32; 2], [f32; 2], f32, f32, f32, f32) =
     ([12.0, 8.0], [4.0, 3.0], 5.0, 0.7, 1.5, 10.0);
@@ -69,7 +69,7 @@ pub(super) struct Table {
     first: Vec<u32>,
 }
 
-/// What is known of the way ahead and of the body now.
+/// Features of the way ahead and of the body at a moment.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Features {
     /// Displacement of the root at each of [`AHEAD`], in the character's frame (x, z).

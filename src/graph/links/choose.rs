@@ -69,12 +69,12 @@ struct Offer {
     evasion: u32,
     /// First moment of the clip that it leaves.
     clip_start: u32,
-    /// Whether it leads to the first frame of a clip.
+    /// Whether the link leads to the first frame of a clip.
     is_to_start: bool,
 }
 
 impl Offer {
-    /// Those of the candidates that lead to an evasion.
+    /// Offers of the candidates that lead to an evasion.
     fn all(search: &LinkSearch<'_>, evasions: &[usize], candidates: &[Candidate]) -> Vec<Self> {
         let offer = |candidate: &Candidate| {
             let link = candidate.link;
@@ -108,7 +108,7 @@ struct GoalProgress {
 /// Number of moments that are marked as changed together.
 const BLOCK: usize = 64;
 
-/// For each [`BLOCK`] moments, what has changed since all was cleared.
+/// Blocks of [`BLOCK`] moments in which something has changed since the last [`Changed::clear`].
 #[derive(Default)]
 struct Changed {
     blocks: usize,
@@ -191,7 +191,8 @@ impl GoalProgress {
             counted,
             goals,
         };
-        let starts: Vec<u32> = { evasions.iter() }
+        let starts: Vec<u32> = evasions
+            .iter()
             .map(|&event| search.ends(&search.source().events[event])[0])
             .collect();
         let threads = search.source().settings.threads;
@@ -336,7 +337,9 @@ fn counted(search: &LinkSearch<'_>) -> Option<Vec<bool>> {
 /// counts one evasion more there.
 fn record(goals: &mut [GoalState], counted: &[bool], change: WaitChange) -> Option<usize> {
     let WaitChange { old, new, .. } = change;
-    let before = { (change.moment as usize).checked_sub(1) }.filter(|&before| counted[before])?;
+    let before = (change.moment as usize)
+        .checked_sub(1)
+        .filter(|&before| counted[before])?;
     let mut changed = None;
     for goal in goals {
         if new < goal.limit && old >= goal.limit {

@@ -25,7 +25,7 @@ struct Covered {
     obstacle: u32,
 }
 
-/// What the cells are made for.
+/// Input that the cells depend on.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::query) struct CellRange {
     /// Middle of the cells, in metres.

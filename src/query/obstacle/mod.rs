@@ -31,7 +31,7 @@ pub struct Obstacle {
     weight: f32,
     /// Time until the moment that counts as now, in seconds.
     later: f32,
-    /// By how much it is larger than its shape, in metres.
+    /// Distance by which the obstacle is larger than its shape, in metres.
     margin: f32,
 }
 
@@ -172,7 +172,7 @@ impl Obstacle {
         Ok(Self::new(Shape::Disc { center, radius }))
     }
 
-    /// The same, moving at a velocity in metres per second from where it is now.
+    /// Returns the obstacle with a velocity, in metres per second.
     ///
     /// # Errors
     /// A velocity that is not finite or above 100 m/s.
@@ -183,7 +183,7 @@ impl Obstacle {
         Ok(Self { velocity, ..self })
     }
 
-    /// The same with another weight: the harm of entering it by a metre, as a multiple of the harm of being hit by a threat a metre
+    /// Returns the obstacle with another weight: the harm of entering it by a metre, as a multiple of the harm of being hit by a threat a metre
     /// deep. It decides where no motion avoids both. Default 4.
     ///
     /// # Errors
@@ -201,7 +201,7 @@ impl Obstacle {
         self.metres(point, seconds)
     }
 
-    /// The same `seconds` later, and larger by `margin` metres.
+    /// The obstacle `seconds` later, and larger by `margin` metres.
     pub(crate) fn later(self, seconds: f32, margin: f32) -> Self {
         Self {
             later: self.later + seconds,

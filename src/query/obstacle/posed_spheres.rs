@@ -43,7 +43,7 @@ pub(super) struct PosedBody<'a> {
 /// How far each sphere of a body reaches from an axis, in metres.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Extents {
-    /// By sphere, padded.
+    /// Distance of each sphere's far side from the axis, in metres, padded to whole blocks.
     pub all: Vec<f32>,
     /// The largest of each block.
     pub widest: Vec<f32>,

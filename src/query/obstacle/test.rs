@@ -31,7 +31,7 @@ pub struct ObstacleScratch {
 }
 
 impl ObstacleScratch {
-    /// Forgets all poses. This must be called before a test on another graph.
+    /// Removes all poses. This must be called before a test on another graph.
     pub(in crate::query) fn forget(&mut self) {
         self.posed.forget();
     }
@@ -54,7 +54,7 @@ struct NearSample {
 pub struct ObstacleTest<'a> {
     /// The graph and the body.
     pub baked: &'a BakedGraph,
-    /// Where they are when the motion starts, and how they move.
+    /// Obstacles, at the start of the motion.
     pub obstacles: &'a [Obstacle],
     /// The part of the motion that is tested, from its start, in seconds.
     pub seconds: (f32, f32),
@@ -84,7 +84,7 @@ impl Around {
     }
 }
 
-/// Where a motion enters an obstacle.
+/// Entry of a motion into an obstacle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ObstacleHit {
     /// Depth times the obstacle's weight, in metres.
@@ -119,7 +119,7 @@ impl ObstacleTest<'_> {
         self.on_shared_motion(motion, scratch)
     }
 
-    /// The same for one of several motions in the graph: poses that they have in common are computed once.
+    /// The worst entry of one of several motions in the graph. Poses that they have in common are computed once.
     pub(in crate::query) fn on_shared_motion(
         &self,
         motion: &Motion,
