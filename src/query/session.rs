@@ -58,12 +58,7 @@ impl<'a> Query<'a> {
         'a: 's,
     {
         let QueryContext { state, scratch, .. } = context;
-        let session = Session {
-            query: *self,
-            state,
-            scratch,
-        };
-        session.start(request)
+        Session::new(*self, state, scratch).start(request)
     }
 
     /// Resumes a session that was dropped before it was done. Use the query that started it.
@@ -75,11 +70,8 @@ impl<'a> Query<'a> {
         'a: 's,
     {
         let QueryContext { state, scratch, .. } = context;
-        (state.is_waiting && state.round == id.0).then_some(Session {
-            query: *self,
-            state,
-            scratch,
-        })
+        let is_waiting = state.is_waiting && state.round == id.0;
+        is_waiting.then(|| Session::new(*self, state, scratch))
     }
 
     /// Answers a request, culling on the CPU.
@@ -89,12 +81,8 @@ impl<'a> Query<'a> {
             scratch,
             culler,
         } = context;
-        let session = Session {
-            query: *self,
-            state,
-            scratch,
-        };
-        session.start(request).run_on_cpu(&mut culler.0, answer);
+        let mut session = Session::new(*self, state, scratch).start(request);
+        session.run_on_cpu(&mut culler.0, answer);
     }
 
     /// Answers a request of a plan. If no motion avoids its attack, the answer may avoid the attack without the margin.
@@ -110,18 +98,21 @@ impl<'a> Query<'a> {
             scratch,
             culler,
         } = context;
-        let session = Session {
-            query: *self,
-            state,
-            scratch,
-        };
-        let mut session = session.start(request);
+        let mut session = Session::new(*self, state, scratch).start(request);
         session.state.request.limit(scope);
         session.run_on_cpu(&mut culler.0, answer);
     }
 }
 
-impl Session<'_> {
+impl<'a> Session<'a> {
+    fn new(query: Query<'a>, state: &'a mut QueryState, scratch: &'a mut Scratch) -> Self {
+        Self {
+            query,
+            state,
+            scratch,
+        }
+    }
+
     /// Begins a request.
     fn start(mut self, request: Request<'_>) -> Self {
         self.state.request.set(self.query.baked, request);
