@@ -6,7 +6,7 @@ use std::borrow::Cow;
 
 use super::component::largest_component;
 use super::distance::Windows;
-use super::feet::{Aligner, DartTest, FootPlanList, FootPlans, PlantedClips, sorted};
+use super::feet::{Aligner, DartTest, FootPlanList, FootPlans, PlantedClips};
 use super::links::{self, KnownLinks, LinkOutput, LinkSource};
 use super::parts::Parts;
 use super::record::{ClipMatch, GraphRecord, KnownMinima};
@@ -252,18 +252,18 @@ impl<'a> GraphBuilder<'a> {
         let mut darts = self.dart_test();
         if let Some(test) = &mut darts {
             for known in &mut self.known {
-                test.take_over(&known.clips, std::mem::take(&mut known.darts));
+                test.take_over(&known.clips, &std::mem::take(&mut known.darts));
             }
         }
         let chosen = self.choose(found, &mut darts, &mut record);
         if matches!(chosen, Err(GraphError::Stopped)) {
-            record.darts = darts.map_or_else(Vec::new, |test| sorted(test.into_all_results()));
+            record.darts = plans_of(darts).into_all();
             return Ok(Recorded { made: None, record });
         }
         let (transitions, counts) = chosen?;
-        let plans = darts.map_or_else(FootPlans::default, DartTest::into_results);
+        let plans = plans_of(darts);
         let made = Some(self.assemble(&transitions, &plans, counts)?);
-        record.darts = sorted(plans);
+        record.darts = plans.into_used();
         Ok(Recorded { made, record })
     }
 
@@ -393,6 +393,11 @@ impl<'a> GraphBuilder<'a> {
         );
         Ok((graph, report))
     }
+}
+
+/// The plans of the transitions that were tested for darting feet.
+fn plans_of(darts: Option<DartTest>) -> FootPlans {
+    darts.map_or_else(FootPlans::default, DartTest::into_plans)
 }
 
 /// The clips at the graph's frame rate, compressed if the settings say so. Clips that an earlier build has compressed are taken over.

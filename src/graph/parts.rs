@@ -95,10 +95,9 @@ impl Parts<'_> {
     }
 
     fn blend(&self, t: &Transition, nodes: &[Node]) -> Edge {
-        let known = self.plans.get(&DartKey::of(t));
-        let align = match known {
-            Some(Some(plan)) => plan.align,
-            _ => self.aligner.align(t),
+        let align = match self.plans.get(&DartKey::of(t)) {
+            Some(plan) => plan.root.align,
+            None => self.aligner.align(t),
         };
         Edge {
             from: node_id(nodes, node(t.source_clip, t.source_frame)),

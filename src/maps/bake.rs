@@ -293,7 +293,8 @@ impl Baker {
                 placement: placement(&self.graph, edge),
             })
             .collect();
-        let retimable = retimable_edges(&self.graph, &self.settings.retime);
+        let settings = &self.settings;
+        let retimable = retimable_edges(&self.graph, &settings.retime, settings.threads);
         let evasions = evasions_of(&self.graph, &self.evasions);
         let search = EntrySearch {
             graph: &self.graph,

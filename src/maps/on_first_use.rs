@@ -5,11 +5,6 @@ use std::sync::OnceLock;
 pub(crate) struct OnFirstUse<T>(OnceLock<T>);
 
 impl<T> OnFirstUse<T> {
-    /// A value that is already computed.
-    pub(crate) fn known(value: T) -> Self {
-        Self(OnceLock::from(value))
-    }
-
     /// The value, if it is computed.
     #[inline]
     pub(crate) fn get(&self) -> Option<&T> {

@@ -11,6 +11,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::anim::{Clip, JointId, Pose, forward_kinematics};
 use crate::graph::{EdgeId, EdgeMotion, MotionGraph};
+use crate::math::in_parallel;
 use sabaki_motion::internal::Limbs;
 
 /// Thresholds for slow, fast and still motion.
@@ -53,12 +54,15 @@ pub struct Retimable {
 /// Classifies every edge of a graph, by [`EdgeId`]. Events and transitions are classified like all
 /// other edges.
 #[must_use]
-pub(crate) fn retimable_edges(graph: &MotionGraph, settings: &RetimeSettings) -> Vec<Retimable> {
-    let tracks = LimbTracks::new(graph, settings);
-    graph
-        .edge_ids()
-        .map(|edge| classify(&tracks.travel(edge), settings))
-        .collect()
+pub(crate) fn retimable_edges(
+    graph: &MotionGraph,
+    settings: &RetimeSettings,
+    threads: usize,
+) -> Vec<Retimable> {
+    let tracks = LimbTracks::new(graph, settings, threads);
+    in_parallel(threads, graph.edges().len(), |edge| {
+        classify(&tracks.travel(EdgeId(edge as u32)), settings)
+    })
 }
 
 /// Travel of hands and feet in an edge, in metres.
@@ -92,14 +96,15 @@ struct LimbTracks<'a> {
 }
 
 impl<'a> LimbTracks<'a> {
-    fn new(graph: &'a MotionGraph, settings: &'a RetimeSettings) -> Self {
+    fn new(graph: &'a MotionGraph, settings: &'a RetimeSettings, threads: usize) -> Self {
         let mut tracks = Self {
             graph,
             settings,
             limbs: Limbs::of(graph.skeleton()).all().collect(),
             clips: Vec::new(),
         };
-        tracks.clips = graph.clips().iter().map(|clip| tracks.of(clip)).collect();
+        let clips = graph.clips();
+        tracks.clips = in_parallel(threads, clips.len(), |clip| tracks.of(&clips[clip]));
         tracks
     }
 

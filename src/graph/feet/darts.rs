@@ -5,7 +5,7 @@
 
 use std::sync::OnceLock;
 
-use super::foot_plans::{DartKey, FootPlan, FootPlanList, FootPlans};
+use super::foot_plans::{DartKey, FootPlanList, FootPlans, RootPlan};
 use super::plan;
 use crate::anim::{Clip, Pose, Skeleton};
 use crate::graph::motion_graph::KnownRig;
@@ -31,10 +31,8 @@ pub(in crate::graph) struct DartTest {
     /// Speed up to which no foot darts, in metres per second.
     limit: f32,
     threads: usize,
-    /// Results of an earlier bake.
-    known: FootPlans,
-    /// Results of this bake.
-    results: FootPlans,
+    /// Results of this bake and of earlier ones.
+    plans: FootPlans,
 }
 
 /// Clips with the frames in which their feet are planted.
@@ -74,32 +72,19 @@ impl DartTest {
             graph,
             limit,
             threads: settings.threads,
-            known: FootPlans::default(),
-            results: FootPlans::default(),
+            plans: FootPlans::default(),
         })
     }
 
     /// Takes over the results of an earlier bake.
-    pub(in crate::graph) fn take_over(&mut self, clips: &ClipMatch, results: FootPlanList) {
-        let known = results.into_iter();
+    pub(in crate::graph) fn take_over(&mut self, clips: &ClipMatch, results: &FootPlanList) {
         let legs = self.graph.feet.legs.len();
-        let is_sound = |key: DartKey, plan: &Option<FootPlan>| {
-            plan.as_ref().is_none_or(|plan| plan.is_sound(key, legs))
-        };
-        let known = known.filter(|(key, plan)| is_sound(*key, plan));
-        let known = known.filter_map(|(key, plan)| Some((key.now(clips)?, plan)));
-        self.known.extend(known);
+        self.plans.add_earlier(clips, results, legs);
     }
 
-    /// All results of this bake and of earlier ones.
-    pub(in crate::graph) fn into_all_results(mut self) -> FootPlans {
-        self.results.extend(self.known);
-        self.results
-    }
-
-    /// All results of this bake.
-    pub(in crate::graph) fn into_results(self) -> FootPlans {
-        self.results
+    /// The results.
+    pub(in crate::graph) fn into_plans(self) -> FootPlans {
+        self.plans
     }
 
     /// Returns for each transition whether a foot darts in it. `align` returns the transform of a transition's target to its source. The result
@@ -109,35 +94,24 @@ impl DartTest {
         transitions: &[Transition],
         align: impl Fn(&Transition) -> Rigid2 + Sync,
     ) -> Vec<bool> {
-        let keys: Vec<DartKey> = transitions.iter().map(DartKey::of).collect();
-        let new: Vec<Transition> = transitions
-            .iter()
-            .zip(&keys)
-            .filter(|(_, key)| !self.known.contains_key(key) && !self.results.contains_key(key))
-            .map(|(transition, _)| *transition)
-            .collect();
-        let tested = self.test(&new, align);
-        let mut tested = new.iter().map(DartKey::of).zip(tested).peekable();
-        let mut darts = Vec::with_capacity(keys.len());
-        for key in keys {
-            let result = match tested.next_if(|(tested, _)| *tested == key) {
-                Some((_, result)) => Some(result),
-                None => self.known.remove(&key),
-            };
-            let result = match result {
-                Some(result) => self.results.entry(key).or_insert(result),
-                None => self.results.entry(key).or_default(),
-            };
-            darts.push(result.is_none());
+        let keys = transitions.iter().map(DartKey::of);
+        let places: Vec<Option<u32>> = keys.map(|key| self.plans.place(&key)).collect();
+        let all = transitions.iter().zip(&places);
+        let new = all.filter(|(_, place)| place.is_none());
+        let new: Vec<Transition> = new.map(|(transition, _)| *transition).collect();
+        if !new.is_empty() {
+            self.test(&new, align);
         }
-        darts
+        let mut new = new.iter();
+        let darts = places.into_iter().map(|place| {
+            let place = place.or_else(|| self.plans.place(&DartKey::of(new.next()?)));
+            place.is_none_or(|place| self.plans.take(place))
+        });
+        darts.collect()
     }
 
-    fn test(
-        &mut self,
-        transitions: &[Transition],
-        align: impl Fn(&Transition) -> Rigid2 + Sync,
-    ) -> Vec<Option<FootPlan>> {
+    /// Tests transitions and adds the results.
+    fn test(&mut self, transitions: &[Transition], align: impl Fn(&Transition) -> Rigid2 + Sync) {
         let aligned = in_parallel(self.threads, transitions.len(), |index| {
             align(&transitions[index])
         });
@@ -167,18 +141,22 @@ impl DartTest {
         }
         let plans = FootPlans::default();
         (graph.feet.blends, graph.feet.root_drops) = plan::all(graph, &plans, self.threads);
-        let (feet, legs) = (&self.graph.feet, self.graph.feet.legs.len());
-        in_parallel(self.threads, transitions.len(), |index| {
+        let darts = in_parallel(self.threads, transitions.len(), |index| {
             let limit = self
                 .limit
                 .max(RATIO * self.fastest_of_clips(&transitions[index]));
-            let darts = is_faster(&self.graph, EdgeId(index as u32), limit);
-            (!darts).then(|| FootPlan {
+            is_faster(&self.graph, EdgeId(index as u32), limit)
+        });
+        let (feet, legs) = (&self.graph.feet, self.graph.feet.legs.len());
+        for (index, (transition, darts)) in transitions.iter().zip(darts).enumerate() {
+            let root = RootPlan {
                 align: aligned[index],
-                legs: feet.blends[index * legs..(index + 1) * legs].into(),
-                root_drop: feet.root_drops[index],
-            })
-        })
+                drop: feet.root_drops[index],
+            };
+            let blends = &feet.blends[index * legs..(index + 1) * legs];
+            let key = DartKey::of(transition);
+            self.plans.add(key, (!darts).then_some(root), blends);
+        }
     }
 
     /// Speed of the fastest toe of both clips in a transition.

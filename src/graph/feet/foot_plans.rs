@@ -7,7 +7,7 @@ use super::LegBlend;
 use crate::anim::Skeleton;
 use crate::graph::{ClipMatch, Edge, MotionGraph, Node, NodeId, Transition};
 use crate::math::Rigid2;
-use sabaki_motion::internal::sort_rarely;
+use sabaki_motion::internal::sorted_indices;
 
 /// A transition, by its clips and frames.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
@@ -17,38 +17,146 @@ pub(in crate::graph) struct DartKey {
     frames: u32,
 }
 
-/// Plans by transition. `None` is a transition in which a foot darts.
-pub(in crate::graph) type FootPlans = FxHashMap<DartKey, Option<FootPlan>>;
-
-/// Plans with their transitions, sorted, as they are recorded.
-pub(in crate::graph) type FootPlanList = Vec<(DartKey, Option<FootPlan>)>;
-
-/// Sorts plans by transition.
-pub(in crate::graph) fn sorted(plans: FootPlans) -> FootPlanList {
-    let mut list: FootPlanList = plans.into_iter().collect();
-    sort_rarely(&mut list, |(a, _), (b, _)| a.cmp(b));
-    list
+/// How a transition moves its feet.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(in crate::graph) struct FootPlan<'a> {
+    pub(in crate::graph) root: RootPlan,
+    /// Blend of each leg.
+    pub(super) legs: &'a [Option<LegBlend>],
 }
 
-/// How a transition moves its feet.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub(in crate::graph) struct FootPlan {
+/// How a transition moves the root.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub(in crate::graph) struct RootPlan {
     /// Transform from the space of the target clip to that of the source clip.
     pub(in crate::graph) align: Rigid2,
-    /// Blend of each leg.
-    pub(super) legs: Box<[Option<LegBlend>]>,
-    pub(super) root_drop: f32,
+    /// Maximum lowering of the root, in metres.
+    pub(super) drop: f32,
 }
 
-impl FootPlan {
-    /// Whether this can be the plan of a transition on a skeleton with `legs` legs. It checks plans that come from a file.
-    pub(super) fn is_sound(&self, key: DartKey, legs: usize) -> bool {
+/// Plans of transitions: of this bake, and those of earlier bakes that it may take over.
+#[derive(Clone, Debug, Default)]
+pub(in crate::graph) struct FootPlans {
+    /// Index of each transition in the lists.
+    places: FxHashMap<DartKey, u32>,
+    list: FootPlanList,
+    /// For each transition, whether this bake has tested it or taken it over.
+    is_used: Vec<bool>,
+}
+
+/// Transitions and their plans, as they are recorded: sorted by transition.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(in crate::graph) struct FootPlanList {
+    keys: Vec<DartKey>,
+    /// `None` for transitions in which a foot darts.
+    roots: Vec<Option<RootPlan>>,
+    /// Blends of all legs, `[transition][leg]`.
+    legs: Vec<Option<LegBlend>>,
+}
+
+impl FootPlans {
+    /// Index of a transition that was tested, by this bake or an earlier one.
+    pub(super) fn place(&self, key: &DartKey) -> Option<u32> {
+        self.places.get(key).copied()
+    }
+
+    /// Takes over the result at an index. Returns whether a foot darts.
+    pub(super) fn take(&mut self, place: u32) -> bool {
+        self.is_used[place as usize] = true;
+        self.list.roots[place as usize].is_none()
+    }
+
+    /// Adds the result for a transition, unless it is known. Returns its index.
+    pub(super) fn add(
+        &mut self,
+        key: DartKey,
+        root: Option<RootPlan>,
+        legs: &[Option<LegBlend>],
+    ) -> u32 {
+        let end = self.list.keys.len() as u32;
+        let place = *self.places.entry(key).or_insert(end);
+        if place == end {
+            self.list.push(key, root, legs);
+            self.is_used.push(false);
+        }
+        place
+    }
+
+    /// The plan of a transition; `None` if there is none, or a foot darts.
+    pub(in crate::graph) fn get(&self, key: &DartKey) -> Option<FootPlan<'_>> {
+        let place = self.place(key)? as usize;
+        Some(FootPlan {
+            root: self.list.roots[place]?,
+            legs: self.list.legs_of(place),
+        })
+    }
+
+    pub(super) fn is_empty(&self) -> bool {
+        self.places.is_empty()
+    }
+
+    /// Adds the plans of an earlier bake on a skeleton with `legs` legs. Those that are not sound, and those of clips that were removed,
+    /// are left out.
+    pub(super) fn add_earlier(&mut self, clips: &ClipMatch, earlier: &FootPlanList, legs: usize) {
+        let FootPlanList { keys, roots, .. } = earlier;
+        if roots.len() != keys.len() || earlier.legs.len() != keys.len() * legs {
+            return;
+        }
+        self.places.reserve(keys.len());
+        for (place, (&key, &root)) in keys.iter().zip(roots).enumerate() {
+            let legs = &earlier.legs[place * legs..(place + 1) * legs];
+            let is_sound = root.is_none_or(|root| FootPlan { root, legs }.is_sound(key));
+            let Some(key) = key.now(clips).filter(|_| is_sound) else {
+                continue;
+            };
+            self.add(key, root, legs);
+        }
+    }
+
+    /// The plans that this bake has used.
+    pub(in crate::graph) fn into_used(self) -> FootPlanList {
+        self.into_list(false)
+    }
+
+    /// All plans, of this bake and of earlier ones.
+    pub(in crate::graph) fn into_all(self) -> FootPlanList {
+        self.into_list(true)
+    }
+
+    fn into_list(self, all: bool) -> FootPlanList {
+        let Self { list, is_used, .. } = self;
+        let keys = &list.keys;
+        // The plans of an earlier bake are sorted.
+        let order = sorted_indices(keys.len(), &|&a, &b| keys[a].cmp(&keys[b]));
+        let mut sorted = FootPlanList::default();
+        for place in order.into_iter().filter(|&place| all || is_used[place]) {
+            sorted.push(keys[place], list.roots[place], list.legs_of(place));
+        }
+        sorted
+    }
+}
+
+impl FootPlanList {
+    fn push(&mut self, key: DartKey, root: Option<RootPlan>, legs: &[Option<LegBlend>]) {
+        self.keys.push(key);
+        self.roots.push(root);
+        self.legs.extend_from_slice(legs);
+    }
+
+    fn legs_of(&self, place: usize) -> &[Option<LegBlend>] {
+        let legs = self.legs.len() / self.keys.len();
+        &self.legs[place * legs..(place + 1) * legs]
+    }
+}
+
+impl FootPlan<'_> {
+    /// Whether this can be the plan of a transition. It checks plans that come from a file.
+    fn is_sound(self, key: DartKey) -> bool {
         let furthest = Skeleton::FURTHEST;
         let mut blends = self.legs.iter().flatten();
-        self.legs.len() == legs
-            && blends.all(|blend| blend.is_sound(key.frames, furthest))
-            && self.align.is_sound(4.0 * furthest)
-            && (0.0..=furthest).contains(&self.root_drop)
+        blends.all(|blend| blend.is_sound(key.frames, furthest))
+            && self.root.align.is_sound(4.0 * furthest)
+            && (0.0..=furthest).contains(&self.root.drop)
     }
 }
 

@@ -3,7 +3,7 @@
 use glam::Vec3;
 
 use super::LegBlend;
-use super::foot_plans::{DartKey, FootPlans};
+use super::foot_plans::{DartKey, FootPlan, FootPlans};
 use super::keep::{foot, root_drop_share};
 use crate::graph::sample::Sides;
 use crate::graph::{ClipId, Edge, EdgeId, EdgeMotion, MotionGraph};
@@ -28,11 +28,10 @@ pub(super) fn all(
     known: &FootPlans,
     threads: usize,
 ) -> (Vec<Option<LegBlend>>, Vec<f32>) {
-    let known = |edge: &Edge| match edge.motion {
-        EdgeMotion::Transition { .. } if !known.is_empty() => {
-            known.get(&DartKey::of_edge(graph, edge))?.as_ref()
-        }
-        _ => None,
+    let known = |edge: &Edge| -> Option<FootPlan<'_>> {
+        let is_transition = edge.motion != EdgeMotion::Clip;
+        let key = (is_transition && !known.is_empty()).then(|| DartKey::of_edge(graph, edge));
+        known.get(&key?)
     };
     let planned = in_parallel(threads, graph.edges.len(), |edge| {
         let edge = graph.edge(EdgeId(edge as u32));
@@ -54,8 +53,8 @@ pub(super) fn all(
                 root_drops.push(drop);
             }
             (None, Some(known)) => {
-                blends.extend_from_slice(&known.legs);
-                root_drops.push(known.root_drop);
+                blends.extend_from_slice(known.legs);
+                root_drops.push(known.root.drop);
             }
             (None, None) => {
                 blends.extend(std::iter::repeat_n(None, legs));

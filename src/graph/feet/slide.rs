@@ -12,6 +12,7 @@ use serde::{Deserialize, Serialize};
 use crate::anim::{JointId, Pose};
 use crate::graph::sample::Sides;
 use crate::graph::{ClipId, Edge, EdgeId, EdgeMotion, MotionGraph, blend_weight};
+use crate::math::in_parallel;
 use sabaki_motion::internal::{Chain, Leg};
 
 /// Height above the clips' foot at which a foot does not count as sliding, in metres per metre of
@@ -131,9 +132,9 @@ impl MotionGraph {
 
     fn slide_of_clips(&self) -> Sum {
         let legs = self.feet.legs.len();
-        let mut sum = Sum::default();
-        let mut pose = Pose::default();
-        for (clip, id) in self.clips.iter().zip((0..).map(ClipId)) {
+        let of_clips = in_parallel(0, self.clips.len(), |clip| {
+            let (clip, id) = (&self.clips[clip], ClipId(clip as u32));
+            let (mut sum, mut pose) = (Sum::default(), Pose::default());
             let mut before: Vec<Option<Contact>> = vec![None; legs];
             for frame in 0..clip.frames() {
                 clip.pose(frame, &mut pose);
@@ -147,8 +148,9 @@ impl MotionGraph {
                     before[index] = now;
                 }
             }
-        }
-        sum
+            sum
+        });
+        of_clips.into_iter().fold(Sum::default(), Sum::plus)
     }
 }
 
@@ -189,6 +191,13 @@ struct Sum {
 }
 
 impl Sum {
+    fn plus(self, other: Self) -> Self {
+        Self {
+            metres: self.metres + other.metres,
+            seconds: self.seconds + other.seconds,
+        }
+    }
+
     fn add(&mut self, metres: f32, frame_rate: f64) {
         self.metres += f64::from(metres);
         self.seconds += frame_rate.recip();

@@ -8,6 +8,7 @@ use reach::{Reach, Steps};
 
 use super::moments::{Jump, Moments};
 use crate::math::in_parallel;
+use sabaki_motion::internal::each;
 
 /// Number of whole frames that fit into a time.
 pub(super) fn within(seconds: f64, frame_rate: f64) -> u32 {
@@ -57,6 +58,22 @@ impl WaitTable {
     fn set(&mut self, evasion: usize, moment: usize, frames: u32) {
         let index = self.index(evasion, moment);
         self.frames[index] = frames as u16;
+    }
+
+    /// Sets the waits for a group of evasions, whose first one is `first`, that are `frames` long.
+    fn set_new(&mut self, reach: &Reach, frames: u32, first: usize) {
+        /// Number of blocks that a thread sets at a time.
+        const PART: usize = 1024;
+        let evasions = self.evasions;
+        let parts = self.frames.chunks_mut(PART * BLOCK * evasions);
+        each(parts.enumerate(), |(part, own), ()| {
+            let start = part * PART * BLOCK;
+            let moments = start..start + own.len() / evasions;
+            reach.for_each_new(frames, moments, |moment, evasion| {
+                let (block, within) = ((moment - start) / BLOCK, moment % BLOCK);
+                own[(block * evasions + first + evasion) * BLOCK + within] = frames as u16;
+            });
+        });
     }
 }
 
@@ -144,9 +161,7 @@ impl Waits {
             let first = group * Reach::EVASIONS;
             for frames in 0..=self.horizon {
                 reach.extend(&steps, frames, threads);
-                reach.for_each_new(frames, |moment, evasion| {
-                    self.table.set(first + evasion, moment, frames);
-                });
+                self.table.set_new(&reach, frames, first);
             }
         }
     }

@@ -1,6 +1,8 @@
 //! The evasions that each moment reaches within a number of frames, as bits. A moment reaches within n frames what its next moment reaches
 //! within n - 1, and what the end of a jump of m frames reaches within n - m.
 
+use std::ops::Range;
+
 use crate::graph::moments::Jump;
 use crate::math::in_parallel;
 
@@ -98,10 +100,16 @@ impl Reach {
         self.within[frames as usize % count] = parts.concat();
     }
 
-    /// Calls `found` for each moment and each evasion that it reaches within `frames` frames but not within fewer.
-    pub(super) fn for_each_new(&self, frames: u32, mut found: impl FnMut(usize, usize)) {
+    /// Calls `found` for each of some moments and each evasion that it reaches within `frames` frames but not within fewer.
+    pub(super) fn for_each_new(
+        &self,
+        frames: u32,
+        moments: Range<usize>,
+        mut found: impl FnMut(usize, usize),
+    ) {
         let earlier = frames.checked_sub(1).map(|before| self.of(before));
-        for (moment, &now) in self.of(frames).iter().enumerate() {
+        let all = self.of(frames).iter().enumerate().take(moments.end);
+        for (moment, &now) in all.skip(moments.start) {
             let mut new = now & !earlier.map_or(0, |earlier| earlier[moment]);
             while new != 0 {
                 found(moment, new.trailing_zeros() as usize);

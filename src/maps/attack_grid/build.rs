@@ -43,6 +43,7 @@ impl AttackGrid {
             goals: &edges(baked),
         };
         let paths = paths::build(source, &settings.paths);
+        paths.prepare();
         let contacts = all_contacts(baked, settings.reach_share);
         let search = NodeSearch {
             rate: graph.frame_rate() as f32,

@@ -4,9 +4,10 @@
 //! the edge's end. If paths are built in the order of n, the shorter paths already exist. Each
 //! length n needs one pass over the edges, regardless of the number of routes.
 
-use super::{Link, NodeOfPath, NodePath, PathId, PathReport, PathSettings, PathTable, alike_cell};
+use super::restore::Restorer;
+use super::{Link, PathReport, PathSettings, PathTable, alike_cell};
 use crate::graph::{EdgeId, EdgeMotion, MotionGraph, NodeId};
-use crate::maps::{OnFirstUse, Retimable};
+use crate::maps::Retimable;
 use crate::math::{Rigid2, in_parallel};
 
 /// Input of the path search.
@@ -16,7 +17,7 @@ pub(in crate::maps) struct PathSource<'a> {
     pub retimable: &'a [Retimable],
     /// Character's frame at each node, in the space of the node's clip.
     pub placements: &'a [Rigid2],
-    /// Edges that paths lead to. [`NodePath::goal`] is an index into this list.
+    /// Edges that paths lead to. [`NodePath::goal`](super::NodePath::goal) is an index into this list.
     pub goals: &'a [EdgeId],
 }
 
@@ -34,33 +35,31 @@ struct Draft {
 }
 
 /// All paths with the same number of frames.
-#[derive(Default)]
 struct Layer {
+    /// Paths of [`BATCH`] nodes each.
+    batches: Vec<LayerBatch>,
+}
+
+/// Number of nodes of a batch. A thread finds its paths.
+const BATCH: usize = 256;
+
+/// Paths of one length of some nodes, with the statistics of [`PathReport`].
+#[derive(Default)]
+struct LayerBatch {
     drafts: Vec<Draft>,
     /// Range of each node's paths. The last entry is the end.
     nodes: Vec<OfNode>,
+    alike: u64,
+    cut: u64,
 }
 
 /// The paths of a node in a layer.
 #[derive(Clone, Copy, Default)]
 struct OfNode {
-    /// Index of the node's first path in [`Layer::drafts`].
+    /// Index of the node's first path in [`LayerBatch::drafts`].
     first: u32,
     /// Number of shorter paths of the node.
     shorter: u32,
-}
-
-/// Number of nodes that share scratch.
-const BATCH: usize = 256;
-
-/// Paths of one length of some nodes, with the statistics of [`PathReport`].
-#[derive(Default)]
-struct LayerPaths {
-    kept: Vec<Draft>,
-    /// End of each node's paths in `kept`.
-    ends: Vec<u32>,
-    alike: u64,
-    cut: u64,
 }
 
 /// Scratch of the selection of paths.
@@ -77,99 +76,89 @@ pub(in crate::maps) fn build(source: PathSource<'_>, settings: &PathSettings) ->
     let nodes = source.graph.nodes().len();
     let (mut layers, mut report) = (Vec::<Layer>::new(), PathReport::default());
     for _ in 0..=search.longest {
-        let found = in_parallel(settings.threads, nodes.div_ceil(BATCH), |batch| {
-            let (mut scratch, mut found) = (Scratch::default(), LayerPaths::default());
+        let batches = in_parallel(settings.threads, nodes.div_ceil(BATCH), |batch| {
+            let (mut scratch, mut found) = (Scratch::default(), LayerBatch::default());
             let end = ((batch + 1) * BATCH).min(nodes);
             for node in batch * BATCH..end {
+                found.nodes.push(OfNode {
+                    first: found.drafts.len() as u32,
+                    shorter: layers.last().map_or(0, |before| before.up_to(node)),
+                });
                 search.find(&layers, NodeId(node as u32), &mut scratch);
                 search.select(&mut scratch, &mut found);
             }
+            found.nodes.push(OfNode {
+                first: found.drafts.len() as u32,
+                shorter: 0,
+            });
             found
         });
-        for found in &found {
+        for found in &batches {
             report.alike += found.alike;
             report.cut += found.cut;
-            report.kept += found.kept.len() as u64;
+            report.kept += found.drafts.len() as u64;
         }
-        let next = Layer::new(layers.last(), &found);
-        layers.push(next);
+        layers.push(Layer { batches });
     }
-    table(source.graph, &layers, report)
+    table(source, settings.threads, &layers, report)
 }
 
 impl Layer {
-    /// Creates the layer after `before` from the paths of all nodes, in order.
-    fn new(before: Option<&Self>, found: &[LayerPaths]) -> Self {
-        let mut layer = Self::default();
-        let shorter = |node: usize| before.map_or(0, |before| before.up_to(node));
-        for found in found {
-            let first = layer.drafts.len() as u32;
-            let mut start = first;
-            for end in &found.ends {
-                layer.nodes.push(OfNode {
-                    first: start,
-                    shorter: shorter(layer.nodes.len()),
-                });
-                start = first + end;
-            }
-            layer.drafts.extend_from_slice(&found.kept);
-        }
-        layer.nodes.push(OfNode {
-            first: layer.drafts.len() as u32,
-            shorter: 0,
-        });
-        layer
-    }
-
     /// Number of paths of a node that are no longer than those of this layer.
     fn up_to(&self, node: usize) -> u32 {
-        let [own, next] = [self.nodes[node], self.nodes[node + 1]];
+        let (_, [own, next]) = self.place(node);
         own.shorter + next.first - own.first
     }
 
     /// The paths of a node, each with its index among all paths of the node.
     fn of(&self, node: NodeId) -> impl Iterator<Item = (u32, &Draft)> {
-        let [own, next] = [0, 1].map(|after| self.nodes[node.index() + after]);
-        let drafts = &self.drafts[own.first as usize..next.first as usize];
+        let (batch, [own, next]) = self.place(node.index());
+        let drafts = &batch.drafts[own.first as usize..next.first as usize];
         (own.shorter..).zip(drafts)
+    }
+
+    /// The batch of a node, and the ranges of the node and the next one in it.
+    fn place(&self, node: usize) -> (&LayerBatch, [OfNode; 2]) {
+        let (batch, own) = (&self.batches[node / BATCH], node % BATCH);
+        (batch, [batch.nodes[own], batch.nodes[own + 1]])
     }
 }
 
-fn table(graph: &MotionGraph, layers: &[Layer], report: PathReport) -> PathTable {
-    let mut table = PathTable {
-        report,
-        first: vec![0],
-        ..PathTable::default()
-    };
-    let last = layers.last();
-    for node in 0..graph.nodes().len() {
-        let count = last.map_or(0, |last| last.up_to(node));
-        table.first.push(table.first[node] + count);
+/// The table of the paths of all layers.
+fn table(
+    source: PathSource<'_>,
+    threads: usize,
+    layers: &[Layer],
+    report: PathReport,
+) -> PathTable {
+    let nodes = source.graph.nodes().len();
+    let mut first = vec![0];
+    for node in 0..nodes {
+        let count = layers.last().map_or(0, |last| last.up_to(node));
+        first.push(first[node] + count);
     }
-    for node in (0..graph.nodes().len() as u32).map(NodeId) {
-        let mut paths = Vec::new();
-        for (layer, frames) in layers.iter().zip(0..) {
-            for (_, draft) in layer.of(node) {
-                let next = draft.link.edge.checked_sub(1).map(|number| {
-                    let edge = EdgeId(graph.first_edges()[node.index()] + number);
-                    let first = table.first[graph.edge(edge).to.index()];
-                    (edge, PathId(first + draft.link.rest))
-                });
-                table.links.push(draft.link);
-                paths.push(NodePath {
-                    next,
-                    goal: draft.goal,
-                    frames,
-                    faster: draft.faster,
-                    slower: draft.slower,
-                    placement: draft.placement,
-                });
+    let links = in_parallel(threads, nodes.div_ceil(BATCH), |batch| {
+        let end = ((batch + 1) * BATCH).min(nodes);
+        let count = first[end] - first[batch * BATCH];
+        let mut links = Vec::with_capacity(count as usize);
+        for node in (batch * BATCH..end).map(|node| NodeId(node as u32)) {
+            for layer in layers {
+                links.extend(layer.of(node).map(|(_, draft)| draft.link));
             }
         }
-        table.paths.push(OnFirstUse::known(paths.into()));
-    }
-    table.nodes = NodeOfPath::new(&table.first);
-    table
+        links
+    });
+    let stored = PathTable {
+        first,
+        links: links.concat(),
+        report,
+        ..PathTable::default()
+    };
+    stored.with_restorer(Restorer::new(
+        source.graph,
+        source.retimable,
+        source.placements,
+    ))
 }
 
 /// Data that all layers share.
@@ -235,15 +224,13 @@ impl<'a> Layers<'a> {
             let Some(left) = frames.checked_sub(edge.frames as usize) else {
                 continue;
             };
-            let rests = layers.get(left).into_iter();
-            found.extend(
-                rests
-                    .flat_map(|layer| layer.of(edge.to))
-                    .map(|(rest, draft)| {
-                        let link = Link { edge: number, rest };
-                        self.extended(id, link, draft)
-                    }),
-            );
+            let Some(layer) = layers.get(left) else {
+                continue;
+            };
+            found.extend(layer.of(edge.to).map(|(rest, draft)| {
+                let link = Link { edge: number, rest };
+                self.extended(id, link, draft)
+            }));
         }
     }
 
@@ -269,7 +256,7 @@ impl<'a> Layers<'a> {
 
     /// Selects the paths to keep: the best one of each group of similar paths, limited to `most` in
     /// turns: first the best of each goal, then the second best of each, and so on.
-    fn select(&self, scratch: &mut Scratch, layer: &mut LayerPaths) {
+    fn select(&self, scratch: &mut Scratch, batch: &mut LayerBatch) {
         let Scratch {
             found,
             keyed,
@@ -282,7 +269,7 @@ impl<'a> Layers<'a> {
             // No two paths are equally good, so an unstable sort is deterministic.
             keyed.sort_unstable_by(|a, b| a.0.cmp(&b.0).then_with(|| better(&a.1, &b.1)));
             keyed.dedup_by_key(|(key, _)| *key);
-            layer.alike += (all - keyed.len()) as u64;
+            batch.alike += (all - keyed.len()) as u64;
             found.clear();
             found.extend(keyed.iter().map(|(_, draft)| *draft));
         }
@@ -300,13 +287,12 @@ impl<'a> Layers<'a> {
                 ranked.push((rank, *draft));
             }
             ranked.sort_unstable_by(|a, b| a.0.cmp(&b.0).then_with(|| better(&a.1, &b.1)));
-            layer.cut += (ranked.len() - self.most) as u64;
+            batch.cut += (ranked.len() - self.most) as u64;
             ranked.truncate(self.most);
             found.clear();
             found.extend(ranked.iter().map(|(_, draft)| *draft));
         }
-        layer.kept.extend_from_slice(found);
-        layer.ends.push(layer.kept.len() as u32);
+        batch.drafts.extend_from_slice(found);
     }
 
     /// Key that is equal for similar paths of one length.

@@ -152,7 +152,7 @@ fn alike_cell(placement: Rigid2, distance: f32, angle: f32) -> [i32; 3] {
     ]
 }
 
-/// The paths of all nodes. Paths of a table from a file are restored node by node on first use.
+/// The paths of all nodes. They are restored node by node on first use.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct PathTable {
     /// Index of each node's first path. The last entry is the number of paths. The paths of a node

@@ -1,6 +1,6 @@
-//! Restores the paths of a table that was read from a file.
+//! Restores the paths of a table from its links: of a bake, or of a file.
 //!
-//! When the file is read, all links are checked, so that every path leads to an evasion, and the number of frames of each path is computed.
+//! When a file is read, all links are checked, so that every path leads to an evasion, and the number of frames of each path is computed.
 //! The other data of a path is computed on first use.
 
 use std::sync::atomic::{AtomicBool, AtomicU16, Ordering};
@@ -40,7 +40,7 @@ impl PathTable {
         {
             return Err("the paths are not those of the graph's nodes".to_owned());
         }
-        let restorer = Restorer::new(graph, beside);
+        let restorer = Restorer::new(graph, beside.retimable, beside.placements);
         let check = Check {
             table: &self,
             restorer: &restorer,
@@ -52,14 +52,18 @@ impl PathTable {
             frames: self.links.iter().map(|_| AtomicU16::new(UNKNOWN)).collect(),
         };
         check.run()?;
-        Ok(Self {
-            paths: std::iter::repeat_with(OnFirstUse::default)
-                .take(graph.nodes().len())
-                .collect(),
+        Ok(self.with_restorer(restorer))
+    }
+
+    /// The table with paths that are restored on first use. Its links are sound.
+    pub(super) fn with_restorer(self, restorer: Restorer) -> Self {
+        let nodes = self.first.len() - 1;
+        Self {
+            paths: (0..nodes).map(|_| OnFirstUse::default()).collect(),
             nodes: NodeOfPath::new(&self.first),
             restorer,
             ..self
-        })
+        }
     }
 
     /// First path of a node, and the end of its paths.
@@ -107,7 +111,7 @@ struct Next {
 }
 
 impl Restorer {
-    fn new(graph: &MotionGraph, beside: PathsBeside<'_>) -> Self {
+    pub(super) fn new(graph: &MotionGraph, retimable: &[Retimable], placements: &[Rigid2]) -> Self {
         let mut steps = vec![NO_STEP; graph.edges().len()];
         fill(&mut steps, |edge| {
             let id = EdgeId(edge as u32);
@@ -116,8 +120,8 @@ impl Restorer {
                 to: edge.to,
                 adds: EdgeStep {
                     frames: u16::try_from(edge.frames).unwrap_or(0),
-                    retimable: beside.retimable[id.index()],
-                    placement: step(graph, beside.placements, id),
+                    retimable: retimable[id.index()],
+                    placement: step(graph, placements, id),
                 },
             }
         });

@@ -8,7 +8,7 @@ use sabaki::archive;
 use super::super::source::{self, ClipArgs};
 use super::super::{Cli, Command, Done, Failure, output};
 use super::shared_bake::SharedBake;
-use super::{Report, Step};
+use super::{Report, Step, while_measured};
 
 #[derive(clap::Args)]
 pub(crate) struct Args {
@@ -33,9 +33,12 @@ pub(super) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
             bake.transitions(builder)
         })?,
     };
-    archive::write(&args.out, &baked.graph)?;
+    let write = || archive::write(&args.out, &baked.graph);
+    let (written, measured) = while_measured(&baked.graph, write);
+    written?;
     Report {
         baked: &baked,
+        measured,
         out: &args.out,
         as_json,
     }

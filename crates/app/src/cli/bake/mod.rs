@@ -15,10 +15,12 @@ mod shared_bake;
 mod shared_entries;
 mod submit;
 
+use std::panic::resume_unwind;
 use std::path::{Path, PathBuf};
 
-use sabaki::archive;
-use sabaki_app::demo::quality::QualityMeter;
+use sabaki::archive::{self, ArchiveError};
+use sabaki::maps::BakedGraph;
+use sabaki_app::demo::quality::{Quality, QualityMeter};
 use serde_json::json;
 
 use super::distances::DistanceFigure;
@@ -97,18 +99,24 @@ fn check(args: &Args, out: &Path, as_json: bool) -> Result<(), Failure> {
 
 fn in_one_process(args: &Args, out: &Path, as_json: bool) -> Result<Done, Failure> {
     check(args, out, as_json)?;
-    let (onto, why) = match &args.onto {
-        Some(onto) => {
-            check_is_there(onto)?;
-            let (record, why) = BakeRecord::read(onto);
-            (Some(record), why)
-        }
-        None => (None, None),
-    };
+    if let Some(onto) = &args.onto {
+        check_is_there(onto)?;
+    }
     let (left, unfinished) = UnfinishedFile::open(out);
-    let earlier = left.into_iter().chain(onto).collect();
+    let mut why = None;
     let matched = |clips: Option<&ClipMatch>| unfinished.tell(TakenOver::of(clips));
-    let baked = source::from_clips_onto(&args.clips, earlier, matched);
+    // The record is read while the clips are.
+    let baked = std::thread::scope(|scope| {
+        let onto = args.onto.as_ref();
+        let onto = onto.map(|onto| scope.spawn(|| BakeRecord::read(onto)));
+        let earlier = || {
+            let onto = onto.map(|onto| onto.join().unwrap_or_else(|panic| resume_unwind(panic)));
+            let (onto, reason) = onto.unzip();
+            why = reason.flatten();
+            left.into_iter().chain(onto).collect()
+        };
+        source::from_clips_onto(&args.clips, earlier, matched)
+    });
     let mut baked = baked.map_err(|failure| match failure {
         Failure::Stopped(bake) if has_neighbours(out) => unfinished.keep(&bake),
         failure => failure,
@@ -116,18 +124,26 @@ fn in_one_process(args: &Args, out: &Path, as_json: bool) -> Result<Done, Failur
     if let Some(made) = &mut baked.made {
         made.warnings.extend(why);
     }
-    if let Err(error) = archive::write(out, &baked.graph) {
-        return Err(match baked.made {
-            Some(made) if has_neighbours(out) => unfinished.keep_whole(made.record, error.into()),
-            _ => error.into(),
-        });
-    }
-    let records = !args.no_record && out.is_file();
-    let made = baked.made.as_ref().filter(|_| records);
-    let record = made.map(|made| made.record.write(out)).transpose()?;
+    let (written, measured) = while_measured(&baked.graph, || {
+        archive::write(out, &baked.graph)?;
+        let records = !args.no_record && out.is_file();
+        let made = baked.made.as_ref().filter(|_| records);
+        Ok(made.map(|made| made.record.write(out)))
+    });
+    let record = match written {
+        Ok(record) => record.transpose()?,
+        Err(error) => {
+            let failure = ArchiveError::into(error);
+            return Err(match baked.made {
+                Some(made) if has_neighbours(out) => unfinished.keep_whole(made.record, failure),
+                _ => failure,
+            });
+        }
+    };
     unfinished.remove();
     let report = Report {
         baked: &baked,
+        measured,
         out,
         as_json,
     };
@@ -157,18 +173,49 @@ fn check_is_there(path: &Path) -> Result<(), Failure> {
         })
 }
 
+/// Quality of a graph's motions.
+struct Measured {
+    of_clips: Quality,
+    composed: Quality,
+}
+
+impl Measured {
+    fn new(baked: &BakedGraph) -> Self {
+        let meter = QualityMeter::new(baked);
+        Self {
+            of_clips: meter.clips(),
+            composed: meter.answers(ANSWERS, 1),
+        }
+    }
+}
+
+/// Runs `work`, which writes a graph, while its motions are measured on another thread.
+fn while_measured<T>(baked: &BakedGraph, work: impl FnOnce() -> T) -> (T, Measured) {
+    std::thread::scope(|scope| {
+        let measured = scope.spawn(|| Measured::new(baked));
+        let done = work();
+        let measured = measured.join();
+        (done, measured.unwrap_or_else(|panic| resume_unwind(panic)))
+    })
+}
+
 /// A finished bake, which is described.
 struct Report<'a> {
     baked: &'a source::Baked,
+    measured: Measured,
     out: &'a Path,
     as_json: bool,
 }
 
 impl Report<'_> {
-    fn done(&self, clips: &source::ClipArgs, plot: Option<&Plot>) -> Result<Done, Failure> {
-        let Self { baked, out, .. } = *self;
-        let meter = QualityMeter::new(&baked.graph);
-        let (of_clips, composed) = (meter.clips(), meter.answers(ANSWERS, 1));
+    fn done(self, clips: &source::ClipArgs, plot: Option<&Plot>) -> Result<Done, Failure> {
+        let Self {
+            baked,
+            measured,
+            out,
+            ..
+        } = self;
+        let Measured { of_clips, composed } = measured;
         let (graph, threshold) = (baked.graph.graph(), clips.threshold);
         let drawn = match plot {
             None => String::new(),

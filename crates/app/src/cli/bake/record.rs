@@ -10,7 +10,7 @@ use super::sealed::{self, Kind, Seal, Unusable};
 use sabaki::internal::ClipMatch;
 
 /// Version of the format of records. It changes with their contents.
-const VERSION: u32 = 5;
+const VERSION: u32 = 6;
 
 /// Seal of records.
 const SEAL: Seal = Seal {

@@ -111,17 +111,18 @@ pub(crate) fn from_clips(args: &ClipArgs) -> Result<Baked, Failure> {
 }
 
 /// Bakes the clips of `args` and takes over the results of earlier bakes: what several of them have of the graph, from the first one, and
-/// tables from the last one. `matched` is told of which clips those of the first one are taken over.
+/// tables from the last one. The clips are read before `earlier` is called. `matched` is told of which clips those of the first one are
+/// taken over.
 pub(crate) fn from_clips_onto(
     args: &ClipArgs,
-    earlier: Vec<BakeRecord>,
+    earlier: impl FnOnce() -> Vec<BakeRecord>,
     matched: impl Fn(Option<&ClipMatch>),
 ) -> Result<Baked, Failure> {
     let find = |builder: &GraphBuilder<'_>| {
         matched(builder.clips_taken_over().next());
         find_here(builder)
     };
-    bake_clips(args, |bake| bake.run(&find, earlier))
+    bake_clips(args, |bake| bake.run(&find, earlier()))
 }
 
 /// Bakes the clips of `args` with the transitions that `find` returns.
