@@ -34,7 +34,7 @@ pub(super) fn choose(search: &mut LinkSearch<'_>) -> Result<Vec<GoalReport>, Sto
     let goals = search.settings.goals.clone();
     let mut before = Vec::new();
     let mut progress = GoalProgress::new(search, &evasions, &candidates);
-    for _ in 0..ROUNDS {
+    for round in 0..ROUNDS {
         let Some(progress) = &mut progress else {
             break;
         };
@@ -43,10 +43,17 @@ pub(super) fn choose(search: &mut LinkSearch<'_>) -> Result<Vec<GoalReport>, Sto
         }
         let links = search.links.len();
         for goal in 0..goals.len() {
+            // Most links are taken in the first round.
+            if round == 0 {
+                progress.forget_waits_beyond(goal);
+            }
             progress.take_for(goal, search)?;
         }
         if search.links.len() == links {
             break;
+        }
+        if round == 0 {
+            progress.find_waits(search);
         }
         progress.count(search);
     }
@@ -97,6 +104,8 @@ struct GoalProgress {
     /// Indices of those that were not taken.
     left: Vec<u32>,
     waits: Waits,
+    /// Moments at which the evasions start.
+    starts: Vec<u32>,
     /// Moments of the graph that have a next frame in their clip.
     counted: Vec<bool>,
     all: usize,
@@ -181,24 +190,33 @@ impl GoalProgress {
             .collect();
         let horizon = goals.iter().map(|goal| goal.limit).max().unwrap_or(0);
         let offers = Offer::all(search, evasions, candidates);
+        let start = |&event: &usize| search.ends(&search.source().events[event])[0];
         let mut progress = Self {
             left: (0..offers.len() as u32).collect(),
             offers,
             waits: Waits::new(search.moments(), &search.jumps, horizon),
+            starts: evasions.iter().map(start).collect(),
             all: 0,
             least_gain: ((search.settings.least_gain * frame_rate).round() as usize).max(1),
             changed: Changed::new(counted.len(), evasions.len()),
             counted,
             goals,
         };
-        let starts: Vec<u32> = evasions
-            .iter()
-            .map(|&event| search.ends(&search.source().events[event])[0])
-            .collect();
-        let threads = search.source().settings.threads;
-        progress.waits.set_goals(&starts, threads);
+        progress.find_waits(search);
         progress.count(search);
         Some(progress)
+    }
+
+    /// Computes all waits.
+    fn find_waits(&mut self, search: &LinkSearch<'_>) {
+        let threads = search.source().settings.threads;
+        self.waits.set_goals(&self.starts, threads);
+    }
+
+    /// Keeps only those waits up to date that matter to a goal or to a later one.
+    fn forget_waits_beyond(&mut self, goal: usize) {
+        let limits = self.goals[goal..].iter().map(|goal| goal.limit);
+        self.waits.forget_beyond(limits.max().unwrap_or(0));
     }
 
     /// Counts anew after links have been added. The waits are known.

@@ -21,6 +21,8 @@ pub(super) fn within(seconds: f64, frame_rate: f64) -> u32 {
 pub(super) struct Waits {
     /// Maximum wait that is computed, in frames.
     horizon: u32,
+    /// Maximum wait that [`Waits::add_jump`] keeps up to date, in frames.
+    near: u32,
     /// For each moment, whether it follows another moment of its clip.
     follows: Vec<bool>,
     /// For each moment, the jumps that end there.
@@ -30,7 +32,7 @@ pub(super) struct Waits {
 }
 
 /// The waits of all moments for all evasions.
-#[derive(Debug, Default)]
+#[derive(Debug, Default, PartialEq)]
 struct WaitTable {
     /// Number of evasions.
     evasions: usize,
@@ -40,7 +42,7 @@ struct WaitTable {
 }
 
 /// Number of moments of a block.
-const BLOCK: usize = 8;
+const BLOCK: usize = 4;
 
 impl WaitTable {
     /// A table of waits beyond the horizon.
@@ -108,8 +110,10 @@ impl Waits {
         for jump in jumps {
             into[jump.to as usize].push(*jump);
         }
+        let horizon = horizon.min(u32::from(u16::MAX) - 1);
         Self {
-            horizon: horizon.min(u32::from(u16::MAX) - 1),
+            horizon,
+            near: horizon,
             follows,
             into,
             table: WaitTable::default(),
@@ -152,8 +156,15 @@ impl Waits {
         counts
     }
 
-    /// Sets the evasions by the moments at which they start.
+    /// From now on, [`Waits::add_jump`] keeps only waits of up to `frames` up to date. Longer ones may be shorter than the table says, until
+    /// [`Waits::set_goals`].
+    pub(super) fn forget_beyond(&mut self, frames: u32) {
+        self.near = self.near.min(frames);
+    }
+
+    /// Sets the evasions by the moments at which they start, and computes all waits.
     pub(super) fn set_goals(&mut self, starts: &[u32], threads: usize) {
+        self.near = self.horizon;
         self.table = WaitTable::new(self.follows.len(), starts.len());
         let steps = Steps::new(&self.follows, &self.into, self.horizon);
         for (group, starts) in starts.chunks(Reach::EVASIONS).enumerate() {
@@ -171,8 +182,8 @@ impl Waits {
         self.into[jump.to as usize].push(jump);
         for evasion in 0..self.table.evasions {
             let frames = self.of(evasion, jump.to).saturating_add(jump.frames);
-            if frames < self.of(evasion, jump.from) {
-                self.open.push(frames, jump.from, self.horizon);
+            if frames <= self.near && frames < self.of(evasion, jump.from) {
+                self.open.push(frames, jump.from, self.near);
                 self.lower(evasion, &mut lowered);
             }
         }
@@ -182,14 +193,14 @@ impl Waits {
     /// that a jump lowers further is lowered again later.
     fn lower(&mut self, evasion: usize, lowered: &mut impl FnMut(WaitChange)) {
         while let Some((last, least)) = self.open.pop() {
-            for (moment, new) in (0..=last).rev().zip(least..=self.horizon) {
+            for (moment, new) in (0..=last).rev().zip(least..=self.near) {
                 let old = self.of(evasion, moment);
                 if new >= old {
                     break;
                 }
                 self.table.set(evasion, moment as usize, new);
                 for jump in &self.into[moment as usize] {
-                    self.open.push(new + jump.frames, jump.from, self.horizon);
+                    self.open.push(new + jump.frames, jump.from, self.near);
                 }
                 if !self.follows[moment as usize] {
                     break;
@@ -275,7 +286,7 @@ mod tests {
         #[test]
         fn jumps_that_come_later_are_taken_in(
             jumps in prop::collection::vec((0..17u32, 0..17u32, 1..6u32), 0..14),
-            (early, horizon) in (0usize..14, 0..15u32),
+            (early, horizon, near) in (0usize..14, 0..15u32, 0..15u32),
             starts in [0..17u32, 0..17u32],
         ) {
             let moments = Moments::new(CLIPS.into_iter());
@@ -293,6 +304,20 @@ mod tests {
                     (0..moments.len() as u32).map(|moment| waits.of(evasion, moment)).collect();
                 prop_assert_eq!(found, expected);
             }
+            let mut nearer = Waits::new(&moments, &jumps[..early], horizon);
+            nearer.set_goals(&starts, 2);
+            nearer.forget_beyond(near);
+            for jump in &jumps[early..] {
+                nearer.add_jump(*jump, |it| assert!(it.new < it.old && it.new <= near));
+            }
+            let is_known = |wait: &u32| *wait <= near;
+            for (evasion, moment) in (0..starts.len()).flat_map(|it| (0..17).map(move |m| (it, m))) {
+                let [exact, found] = [&waits, &nearer].map(|all| all.of(evasion, moment));
+                prop_assert_eq!(Some(exact).filter(is_known), Some(found).filter(is_known));
+                prop_assert!(found >= exact);
+            }
+            nearer.set_goals(&starts, 2);
+            prop_assert_eq!(&nearer.table, &waits.table);
             for limit in 0..horizon + 3 {
                 let below = |moment: u32| {
                     let reached = |evasion: &usize| waits.of(*evasion, moment) < limit;
