@@ -4,11 +4,13 @@
 
 mod reach;
 
+use std::sync::Mutex;
+
 use reach::{Reach, Steps};
 
 use super::moments::{Jump, Moments};
 use crate::math::in_parallel;
-use sabaki_motion::internal::each;
+use sabaki_motion::internal::lock;
 
 /// Number of whole frames that fit into a time.
 pub(super) fn within(seconds: f64, frame_rate: f64) -> u32 {
@@ -36,25 +38,45 @@ pub(super) struct Waits {
 struct WaitTable {
     /// Number of evasions.
     evasions: usize,
-    /// Waits, `[block of moments][evasion][moment]`, or `u16::MAX` if the wait is beyond the horizon. Those of one moment are near each
-    /// other, as are those of one evasion along a clip.
+    /// Number of blocks of moments.
+    blocks: usize,
+    /// Waits, `[group of evasions][block of moments][evasion][moment]`, or `u16::MAX` if the wait is beyond the horizon. Those of one moment
+    /// are near each other, as are those of one evasion along a clip.
     frames: Vec<u16>,
 }
 
 /// Number of moments of a block.
 const BLOCK: usize = 4;
 
+/// The waits of all moments for one group of evasions.
+struct GroupWaits<T> {
+    /// Number of evasions.
+    evasions: usize,
+    frames: T,
+}
+
 impl WaitTable {
     /// A table of waits beyond the horizon.
     fn new(moments: usize, evasions: usize) -> Self {
+        let blocks = moments.div_ceil(BLOCK);
         Self {
             evasions,
-            frames: vec![u16::MAX; moments.div_ceil(BLOCK) * BLOCK * evasions],
+            blocks,
+            frames: vec![u16::MAX; blocks * BLOCK * evasions],
         }
     }
 
+    /// Number of waits of a group of as many evasions as a group can have.
+    fn group_len(&self) -> usize {
+        (Reach::EVASIONS * self.blocks * BLOCK).max(1)
+    }
+
     fn index(&self, evasion: usize, moment: usize) -> usize {
-        (moment / BLOCK * self.evasions + evasion) * BLOCK + moment % BLOCK
+        let (group, evasion) = (evasion / Reach::EVASIONS, evasion % Reach::EVASIONS);
+        let first = group * Reach::EVASIONS;
+        let evasions = (self.evasions - first).min(Reach::EVASIONS);
+        let block = first * self.blocks + moment / BLOCK * evasions;
+        (block + evasion) * BLOCK + moment % BLOCK
     }
 
     fn set(&mut self, evasion: usize, moment: usize, frames: u32) {
@@ -62,20 +84,41 @@ impl WaitTable {
         self.frames[index] = frames as u16;
     }
 
-    /// Sets the waits for a group of evasions, whose first one is `first`, that are `frames` long.
-    fn set_new(&mut self, reach: &Reach, frames: u32, first: usize) {
-        /// Number of blocks that a thread sets at a time.
-        const PART: usize = 1024;
-        let evasions = self.evasions;
-        let parts = self.frames.chunks_mut(PART * BLOCK * evasions);
-        each(parts.enumerate(), |(part, own), ()| {
-            let start = part * PART * BLOCK;
-            let moments = start..start + own.len() / evasions;
-            reach.for_each_new(frames, moments, |moment, evasion| {
-                let (block, within) = ((moment - start) / BLOCK, moment % BLOCK);
-                own[(block * evasions + first + evasion) * BLOCK + within] = frames as u16;
-            });
-        });
+    /// The waits of each group.
+    fn groups(&self) -> impl Iterator<Item = GroupWaits<&[u16]>> + Clone {
+        let moments = (self.blocks * BLOCK).max(1);
+        self.frames
+            .chunks(self.group_len())
+            .map(move |frames| GroupWaits {
+                evasions: frames.len() / moments,
+                frames,
+            })
+    }
+
+    /// The waits of each group, to be set.
+    fn groups_mut(&mut self) -> impl Iterator<Item = GroupWaits<&mut [u16]>> {
+        let (moments, length) = ((self.blocks * BLOCK).max(1), self.group_len());
+        self.frames
+            .chunks_mut(length)
+            .map(move |frames| GroupWaits {
+                evasions: frames.len() / moments,
+                frames,
+            })
+    }
+}
+
+impl GroupWaits<&[u16]> {
+    /// The waits of a block of moments, by evasion.
+    fn block(&self, block: usize) -> &[[u16; BLOCK]] {
+        let size = BLOCK * self.evasions;
+        self.frames[block * size..(block + 1) * size].as_chunks().0
+    }
+}
+
+impl GroupWaits<&mut [u16]> {
+    fn set(&mut self, evasion: usize, moment: usize, frames: u32) {
+        let index = (moment / BLOCK * self.evasions + evasion) * BLOCK + moment % BLOCK;
+        self.frames[index] = frames as u16;
     }
 }
 
@@ -133,20 +176,14 @@ impl Waits {
     /// For each moment, the number of evasions for which the wait is below a number of frames.
     pub(super) fn counts_below(&self, frames: u32, threads: usize) -> Vec<u16> {
         let (moments, frames) = (self.follows.len(), frames.min(self.horizon + 1) as u16);
-        let WaitTable {
-            evasions,
-            frames: all,
-        } = &self.table;
-        if *evasions == 0 {
-            return vec![0; moments];
-        }
+        let groups = self.table.groups();
         let mut counts = in_parallel(threads, moments.div_ceil(BLOCK), |block| {
             let mut counts = [0; BLOCK];
-            let size = BLOCK * evasions;
-            let own = &all[block * size..(block + 1) * size];
-            for waits in own.as_chunks::<BLOCK>().0 {
-                for (count, &wait) in counts.iter_mut().zip(waits) {
-                    *count += u16::from(wait < frames);
+            for group in groups.clone() {
+                for waits in group.block(block) {
+                    for (count, &wait) in counts.iter_mut().zip(waits) {
+                        *count += u16::from(wait < frames);
+                    }
                 }
             }
             counts
@@ -167,14 +204,15 @@ impl Waits {
         self.near = self.horizon;
         self.table = WaitTable::new(self.follows.len(), starts.len());
         let steps = Steps::new(&self.follows, &self.into, self.horizon);
-        for (group, starts) in starts.chunks(Reach::EVASIONS).enumerate() {
+        let groups = self.table.groups_mut().zip(starts.chunks(Reach::EVASIONS));
+        let groups: Vec<_> = groups.map(Mutex::new).collect();
+        in_parallel(threads, groups.len(), |group| {
+            let (waits, starts) = &mut *lock(&groups[group]);
             let mut reach = Reach::new(&steps, starts);
-            let first = group * Reach::EVASIONS;
             for frames in 0..=self.horizon {
-                reach.extend(&steps, frames, threads);
-                self.table.set_new(&reach, frames, first);
+                reach.advance(frames, |moment, evasion| waits.set(evasion, moment, frames));
             }
-        }
+        });
     }
 
     /// Adds a jump. When the wait of a moment that follows another moment of its clip falls, `lowered` is called, maybe several times.
@@ -287,7 +325,7 @@ mod tests {
         fn jumps_that_come_later_are_taken_in(
             jumps in prop::collection::vec((0..17u32, 0..17u32, 1..6u32), 0..14),
             (early, horizon, near) in (0usize..14, 0..15u32, 0..15u32),
-            starts in [0..17u32, 0..17u32],
+            starts in prop::collection::vec(0..17u32, 1..70),
         ) {
             let moments = Moments::new(CLIPS.into_iter());
             let jumps: Vec<Jump> =
@@ -298,7 +336,7 @@ mod tests {
             for jump in &jumps[early..] {
                 waits.add_jump(*jump, |it| assert!(it.new < it.old && it.new <= horizon));
             }
-            for (evasion, start) in starts.into_iter().enumerate() {
+            for (evasion, &start) in starts.iter().enumerate() {
                 let expected = naive(&moments, &jumps, start, horizon);
                 let found: Vec<u32> =
                     (0..moments.len() as u32).map(|moment| waits.of(evasion, moment)).collect();

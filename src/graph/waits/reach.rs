@@ -1,120 +1,129 @@
-//! The evasions that each moment reaches within a number of frames, as bits. A moment reaches within n frames what its next moment reaches
-//! within n - 1, and what the end of a jump of m frames reaches within n - m.
-
-use std::ops::Range;
+//! How soon each moment reaches the evasions of a group: breadth first from their starts, against the motion's direction, for all of them at
+//! once.
+//!
+//! Source: Then et al., "The more the merrier: efficient multi-source graph traversal" (2014), section 3: one bit for each source. Differs: a
+//! jump takes several frames, so the bits that arrive later wait in a ring of frames (Dial, "Algorithm 360", 1969).
 
 use crate::graph::moments::Jump;
-use crate::math::in_parallel;
 
-/// Connections from each moment.
-pub(super) struct Steps {
-    /// Whether each moment has a next one in its clip.
-    goes_on: Vec<bool>,
+/// Connections into each moment.
+pub(super) struct Steps<'a> {
+    /// For each moment, whether it follows another moment of its clip.
+    follows: &'a [bool],
     /// Index of each moment's first jump. The last entry is the number of jumps.
     first: Vec<u32>,
-    /// Target and number of frames of each jump, sorted by source.
+    /// Source and number of frames of each jump, sorted by target.
     jumps: Vec<(u32, u32)>,
     /// Number of frames of the longest jump, at least 1.
     longest: u32,
 }
 
-impl Steps {
+impl<'a> Steps<'a> {
     /// Lists the connections. Jumps of more than `horizon` frames are left out, because they lead to no evasion in time.
-    pub(super) fn new(follows: &[bool], into: &[Vec<Jump>], horizon: u32) -> Self {
-        let moments = follows.len();
-        let all = || into.iter().flatten().filter(|jump| jump.frames <= horizon);
-        let mut first = vec![0; moments + 1];
-        all().for_each(|jump| first[jump.from as usize + 1] += 1);
-        for moment in 0..moments {
-            first[moment + 1] += first[moment];
+    pub(super) fn new(follows: &'a [bool], into: &[Vec<Jump>], horizon: u32) -> Self {
+        let (mut first, mut jumps) = (vec![0], Vec::new());
+        for into in into {
+            let near = into.iter().filter(|jump| jump.frames <= horizon);
+            jumps.extend(near.map(|jump| (jump.from, jump.frames)));
+            first.push(jumps.len() as u32);
         }
-        let (mut next, mut jumps) = (first.clone(), vec![(0, 0); first[moments] as usize]);
-        for jump in all() {
-            let place = &mut next[jump.from as usize];
-            jumps[*place as usize] = (jump.to, jump.frames);
-            *place += 1;
-        }
+        let longest = jumps.iter().map(|&(_, frames)| frames).max();
         Self {
-            goes_on: (0..moments)
-                .map(|moment| follows.get(moment + 1) == Some(&true))
-                .collect(),
-            longest: all().map(|jump| jump.frames).max().unwrap_or(0).max(1),
+            follows,
+            longest: longest.unwrap_or(0).max(1),
             first,
             jumps,
         }
     }
+
+    /// The jumps that lead to a moment.
+    fn into(&self, moment: u32) -> &[(u32, u32)] {
+        let [first, end] = [0, 1].map(|after| self.first[moment as usize + after] as usize);
+        &self.jumps[first..end]
+    }
 }
 
-/// The evasions of a group that each moment reaches.
-pub(super) struct Reach {
-    /// Ring buffer over the most recent numbers of frames: for each moment, a bit for each evasion that it reaches within that number.
-    within: Vec<Vec<u64>>,
+/// The evasions of a group that each moment reaches, as bits.
+pub(super) struct Reach<'a> {
+    steps: &'a Steps<'a>,
+    /// Evasions that each moment reaches within the frames so far.
+    reached: Vec<u64>,
+    /// Evasions that moments may reach within the next numbers of frames: a ring.
+    arriving: Vec<Arriving>,
 }
 
-impl Reach {
-    /// Number of evasions of a group.
+/// The evasions that moments may reach within one number of frames.
+struct Arriving {
+    evasions: Vec<u64>,
+    /// Moments with such evasions.
+    moments: Vec<u32>,
+}
+
+impl<'a> Reach<'a> {
+    /// Maximum number of evasions of a group.
     pub(super) const EVASIONS: usize = u64::BITS as usize;
 
-    /// Starts with the moments at which the evasions of the group start, which reach them within 0 frames.
-    pub(super) fn new(steps: &Steps, starts: &[u32]) -> Self {
-        let mut none = vec![0; steps.goes_on.len()];
-        let mut within = vec![none.clone(); steps.longest as usize + 1];
-        for (evasion, &start) in starts.iter().enumerate() {
-            none[start as usize] |= 1 << evasion;
-        }
-        within[0] = none;
-        Self { within }
-    }
-
-    fn of(&self, frames: u32) -> &[u64] {
-        &self.within[frames as usize % self.within.len()]
-    }
-
-    /// Computes what is reached within `frames` frames. Call it for all smaller numbers first, in order.
-    pub(super) fn extend(&mut self, steps: &Steps, frames: u32, threads: usize) {
-        /// Number of moments that a thread processes at a time.
-        const PART: usize = 8192;
-        let Some(before) = frames.checked_sub(1) else {
-            return;
+    /// Starts with the moments at which the evasions of the group start.
+    pub(super) fn new(steps: &'a Steps<'a>, starts: &[u32]) -> Self {
+        let moments = steps.follows.len();
+        let none = || Arriving {
+            evasions: vec![0; moments],
+            moments: Vec::new(),
         };
-        let moments = steps.goes_on.len();
-        let parts = in_parallel(threads, moments.div_ceil(PART), |part| {
-            let own = part * PART..((part + 1) * PART).min(moments);
-            let last = self.of(before);
-            let reached = |moment: usize| {
-                let mut reached = last[moment];
-                if steps.goes_on[moment] {
-                    reached |= last[moment + 1];
-                }
-                let jumps = steps.first[moment] as usize..steps.first[moment + 1] as usize;
-                for &(to, length) in &steps.jumps[jumps] {
-                    if let Some(left) = frames.checked_sub(length) {
-                        reached |= self.of(left)[to as usize];
-                    }
-                }
-                reached
-            };
-            own.map(reached).collect::<Vec<u64>>()
-        });
-        let count = self.within.len();
-        self.within[frames as usize % count] = parts.concat();
+        let mut reach = Self {
+            steps,
+            reached: vec![0; moments],
+            arriving: (0..=steps.longest).map(|_| none()).collect(),
+        };
+        for (evasion, &start) in starts.iter().enumerate() {
+            reach.arrive(start, 0, 1 << evasion);
+        }
+        reach
     }
 
-    /// Calls `found` for each of some moments and each evasion that it reaches within `frames` frames but not within fewer.
-    pub(super) fn for_each_new(
-        &self,
-        frames: u32,
-        moments: Range<usize>,
-        mut found: impl FnMut(usize, usize),
-    ) {
-        let earlier = frames.checked_sub(1).map(|before| self.of(before));
-        let all = self.of(frames).iter().enumerate().take(moments.end);
-        for (moment, &now) in all.skip(moments.start) {
-            let mut new = now & !earlier.map_or(0, |earlier| earlier[moment]);
-            while new != 0 {
-                found(moment, new.trailing_zeros() as usize);
-                new &= new - 1;
+    /// Calls `found` for each moment and each evasion that it reaches within `frames` frames but not within fewer. Call it for all numbers of
+    /// frames from 0 on, in order.
+    pub(super) fn advance(&mut self, frames: u32, mut found: impl FnMut(usize, usize)) {
+        let now = self.place(frames);
+        let mut moments = std::mem::take(&mut self.arriving[now].moments);
+        for moment in moments.drain(..) {
+            let index = moment as usize;
+            let arrived = std::mem::take(&mut self.arriving[now].evasions[index]);
+            let new = arrived & !self.reached[index];
+            self.reached[index] |= new;
+            let mut left = new;
+            while left != 0 {
+                found(index, left.trailing_zeros() as usize);
+                left &= left - 1;
+            }
+            if self.steps.follows[index] {
+                self.arrive(moment - 1, frames + 1, new);
+            }
+            let steps = self.steps;
+            for &(from, length) in steps.into(moment) {
+                self.arrive(from, frames + length, new);
             }
         }
+        self.arriving[now].moments = moments;
+    }
+
+    /// Place of a number of frames in the ring.
+    fn place(&self, frames: u32) -> usize {
+        frames as usize % self.arriving.len()
+    }
+
+    /// Notes that a moment reaches some evasions within a number of frames.
+    fn arrive(&mut self, moment: u32, frames: u32, evasions: u64) {
+        let new = evasions & !self.reached[moment as usize];
+        if new == 0 {
+            return;
+        }
+        let place = self.place(frames);
+        let Arriving { evasions, moments } = &mut self.arriving[place];
+        let arriving = &mut evasions[moment as usize];
+        if *arriving == 0 {
+            moments.push(moment);
+        }
+        *arriving |= new;
     }
 }
