@@ -46,7 +46,7 @@ pub use crate::query::clearance::{
 pub use crate::query::cull::drawing::{AttackDrawing, AttackLayer, TimedDisc};
 pub use crate::query::cull::input::CullCandidate;
 pub use crate::query::moves::{MoveSettings, SearchReport};
-pub use crate::query::obstacle::{ObstacleHit, ObstacleScratch, ObstacleTest};
+pub use crate::query::obstacle::{ObstacleHit, ObstacleTest};
 pub use crate::query::retime::{Rate, RateError};
 pub use crate::query::warp::{WarpBounds, WarpLimits};
 pub use sabaki_motion::internal::{

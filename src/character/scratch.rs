@@ -5,7 +5,6 @@ use crate::anim::{JointTransform, Pose, forward_kinematics};
 use crate::graph::{JointReach, MotionMoment};
 use crate::maps::BakedGraph;
 use crate::query::clearance::MotionBody;
-use crate::query::obstacle::ObstacleScratch;
 use crate::query::{Answer, Obstacle, QueryContext};
 use sabaki_motion::internal::ExternalPose;
 
@@ -48,5 +47,4 @@ pub(super) struct PlanScratch {
     pub ahead: Vec<Obstacle>,
     /// The obstacles of `ahead`, larger by the margin of plans.
     pub wider: Vec<Obstacle>,
-    pub entered: ObstacleScratch,
 }

@@ -94,7 +94,7 @@ impl PlanTest<'_> {
             seconds: (0.0, tested.end),
             enough,
         };
-        let entered = test.on_motion(&tested.motion, &mut scratch.entered);
+        let entered = test.on_motion(&tested.motion, &mut scratch.body);
         entered.map_or(0.0, |entered| entered.harm)
     }
 }

@@ -280,7 +280,7 @@ impl Tests<'_, '_> {
         }
         let test = self.input.exact_test(Extent::WHOLE);
         let body = self.results.workers.body();
-        let clearance = test.on_shared_motion(motion, body);
+        let clearance = test.on_motion(motion, body);
         let entered = self.input.candidate_entered(chosen, f32::INFINITY, body);
         let clearance = worse(clearance, entered);
         self.results.evaluated[chosen] = Some(Evaluated {

@@ -26,11 +26,10 @@ pub(super) struct EvaluateScratch {
 }
 
 impl EvaluateScratch {
-    /// Discards all poses and results, except the results of known hits.
+    /// Discards all results, except those of known hits.
     pub(super) fn start(&mut self, state: &QueryState) {
         self.entries.start();
         let results = &mut self.results;
-        results.workers.clear();
         results.hits.clear();
         let (evaluated, candidates) = (&mut results.evaluated, &state.candidates);
         evaluated.clear();
@@ -164,7 +163,7 @@ impl<'s, 'a> ExactEvaluator<'s, 'a> {
                     continue;
                 };
                 let body = results.workers.body();
-                if input.entered(motion, 0.0, &mut body.obstacles).is_some() {
+                if input.entered(motion, 0.0, body).is_some() {
                     continue;
                 }
                 // The clearance of the request's attack, which is larger by the margin.
@@ -222,8 +221,8 @@ impl<'s, 'a> ExactEvaluator<'s, 'a> {
             true => metres > before.clearance.metres,
             false => before.score.is_some_and(|own| score.total < own.total),
         };
-        let scratch = &mut results.workers.body().obstacles;
-        if !gains || input.entered(motion, 0.0, scratch).is_some() {
+        let body = results.workers.body();
+        if !gains || input.entered(motion, 0.0, body).is_some() {
             motion.set_warp(None);
             return;
         }

@@ -6,7 +6,7 @@ use super::entry_candidate::EntryCandidate;
 use super::evaluated::Evaluated;
 use super::evaluation::Evaluation;
 use super::moves::MoveId;
-use super::obstacle::{ObstacleHit, ObstacleScratch, ObstacleTest};
+use super::obstacle::{ObstacleHit, ObstacleTest};
 use super::retime::retimed;
 use super::score::{Score, ScoreFacts};
 use super::state::QueryState;
@@ -136,11 +136,10 @@ impl EvaluationInput<'_> {
         if !self.is_among_obstacles() {
             return None;
         }
-        let scratch = &mut body.obstacles;
-        let mut motion = std::mem::take(&mut scratch.motion);
+        let mut motion = std::mem::take(&mut body.obstacles.motion);
         self.motion(index, &mut motion);
-        let hit = self.entered(&mut motion, enough, scratch);
-        scratch.motion = motion;
+        let hit = self.entered(&mut motion, enough, body);
+        body.obstacles.motion = motion;
         hit
     }
 
@@ -149,7 +148,7 @@ impl EvaluationInput<'_> {
         &self,
         motion: &mut Motion,
         enough: f32,
-        scratch: &mut ObstacleScratch,
+        body: &mut MotionBody,
     ) -> Option<ObstacleHit> {
         let (baked, request) = (self.query.baked, &self.state.request);
         if !self.is_among_obstacles() {
@@ -168,7 +167,7 @@ impl EvaluationInput<'_> {
             seconds: (0.0, end),
             enough,
         };
-        test.on_shared_motion(motion, scratch)
+        test.on_motion(motion, body)
     }
 
     /// Tests a candidate against the attack alone. An evasion is tested on its baked body track, a move at every fourth sample first.

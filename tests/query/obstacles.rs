@@ -11,7 +11,7 @@ use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 use sabaki::anim::{Pose, forward_kinematics};
 use sabaki::graph::{EdgeId, Motion, Playhead};
-use sabaki::internal::{ExactTest, MotionBody, ObstacleScratch, ObstacleTest, Played};
+use sabaki::internal::{ExactTest, MotionBody, ObstacleTest, Played};
 use sabaki::maps::BakedGraph;
 use sabaki::math::Rigid2;
 use sabaki::query::{
@@ -69,7 +69,7 @@ fn naive(test: &ObstacleTest<'_>, motion: &Motion) -> f32 {
 fn agrees(baked: &BakedGraph) {
     let graph = baked.graph();
     let mut random = Pcg64Mcg::seed_from_u64(31);
-    let mut scratch = ObstacleScratch::default();
+    let mut scratch = MotionBody::default();
     let (mut entered, mut free, mut blended) = (0, 0, 0);
     let count = graph.edges().len();
     for index in (0..count).step_by((count / 40).max(1)) {
@@ -135,7 +135,7 @@ fn entries_into_obstacles_are_those_of_a_naive_search_on_real_capture() {
 fn passes_are_seen(baked: &BakedGraph) {
     let graph = baked.graph();
     let mut random = Pcg64Mcg::seed_from_u64(43);
-    let mut scratch = ObstacleScratch::default();
+    let mut scratch = MotionBody::default();
     let count = graph.edges().len();
     let (mut seen, mut beside) = (0, 0);
     for index in (0..count).step_by((count / 40).max(1)) {

@@ -6,6 +6,21 @@ use crate::graph::inertia::{Entry, EntryScratch, Inertia};
 use crate::graph::{EdgeId, EdgeMotion, MotionGraph, MotionStep};
 use sabaki_motion::internal::Warp;
 
+/// A blend that motions have taken over from an earlier one.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct ContinuedBlend(Inertia);
+
+impl ContinuedBlend {
+    /// Becomes the blend that a motion has taken over, if there is one. Returns whether it is another one than before.
+    pub(crate) fn follow(&mut self, motion: &Motion) -> bool {
+        let Some(other) = motion.continued_blend().filter(|it| **it != self.0) else {
+            return false;
+        };
+        self.0.clone_from(other);
+        true
+    }
+}
+
 impl Motion {
     /// Jumps to another position of the graph after `seconds`. The offset of the motion from that position, with its velocity, fades out
     /// during the entry's blend. The rest of the previous motion is dropped.
@@ -134,6 +149,18 @@ impl Motion {
     #[must_use]
     pub fn is_blending(&self, seconds: f32) -> bool {
         self.inertia(self.moment(seconds)).is_some()
+    }
+
+    /// Whether nothing but the blend that the motion has taken over from an earlier one acts at `seconds`.
+    pub(crate) fn is_in_continued_blend(&self, seconds: f32) -> bool {
+        let continued = self.continued_blend().is_some_and(|it| it.lasts(seconds));
+        let is_last = self.inertias().iter().skip(1).all(|it| it.start > seconds);
+        continued && is_last && !self.is_bent(seconds)
+    }
+
+    /// The blend that the motion has taken over from an earlier one.
+    fn continued_blend(&self) -> Option<&Inertia> {
+        self.inertias().first().filter(|it| it.start < 0.0)
     }
 
     /// Takes over the offset that fades out `seconds` after the start of `other`, so that this motion continues that one. Call it before any

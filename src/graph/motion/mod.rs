@@ -4,6 +4,7 @@ mod sample;
 
 use serde::{Deserialize, Serialize};
 
+pub(crate) use blend::ContinuedBlend;
 pub use layer::Layer;
 pub(crate) use layer::{heading, layer_tilt};
 

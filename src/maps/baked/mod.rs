@@ -2,8 +2,9 @@ mod derive;
 mod restore;
 mod sections;
 
-use derive::frames_to_evasion;
+use std::sync::Arc;
 
+use derive::frames_to_evasion;
 use serde::{Deserialize, Serialize};
 
 use super::attack_move::attack_spheres;
@@ -57,6 +58,9 @@ pub struct BakedGraph {
     /// Character's frame at each node, in the space of the node's clip.
     #[serde(skip)]
     placements: Vec<Rigid2>,
+    /// Shared by clones, and by no other graph.
+    #[serde(skip)]
+    identity: Arc<()>,
 }
 
 /// The independent parts of a [`BakedGraph`], from which all its tables are computed.
@@ -126,8 +130,14 @@ impl BakedGraph {
             cylinders,
             evasion_texels: Vec::new(),
             placements,
+            identity: Arc::default(),
         }
         .derived()
+    }
+
+    /// Distinguishes this graph from all others, by its address: what is cached for one graph is not used for another.
+    pub(crate) fn identity(&self) -> &Arc<()> {
+        &self.identity
     }
 
     /// The motion graph.

@@ -1,5 +1,7 @@
 //! The parts of a baked graph that files store separately, so that they can be read in parallel.
 
+use std::sync::Arc;
+
 use serde::{Deserialize, Serialize};
 
 use super::BakedGraph;
@@ -115,6 +117,7 @@ impl BakedGraph {
             body_rows: BodyRows::default(),
             evasion_texels: Vec::new(),
             placements: Vec::new(),
+            identity: Arc::default(),
         })
     }
 }

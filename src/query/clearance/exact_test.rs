@@ -12,7 +12,7 @@
 
 use super::body_samples::TimeWindow;
 use super::extent::{Extent, Sampling};
-use super::posed_body::MotionBody;
+use super::posed_body::{MotionBody, SampledMotion};
 use super::result::Clearance;
 use super::sweep::Sweep;
 use super::tracked_body::TrackedBody;
@@ -60,21 +60,22 @@ impl<'a> ExactTest<'a> {
 
     /// The smallest distance on a motion, which must last as long as the attack. `scratch` is kept from one test to the next.
     pub fn on_motion(&self, motion: &Motion, scratch: &mut MotionBody) -> Clearance {
-        scratch.forget();
-        self.on_shared_motion(motion, scratch)
-    }
-
-    /// Like [`ExactTest::on_motion`], for one of several motions in the graph. Poses that they have in common are computed once.
-    pub(in crate::query) fn on_shared_motion(
-        &self,
-        motion: &Motion,
-        scratch: &mut MotionBody,
-    ) -> Clearance {
         let parts = scratch.parts();
-        let mut body = parts.posed.on(self.baked, motion, self.sampling);
+        let mut body = parts.posed.on(parts.poses, self.sampled(motion));
         let mut sweep = Sweep::new(self.attack, self.extent, parts.sweep);
         sweep.run(&mut body, TimeWindow::of_motion(0.0, f32::INFINITY));
         sweep.nearest()
+    }
+
+    fn sampled<'m>(&self, motion: &'m Motion) -> SampledMotion<'m>
+    where
+        'a: 'm,
+    {
+        SampledMotion {
+            baked: self.baked,
+            motion,
+            sampling: self.sampling,
+        }
     }
 
     /// Like [`ExactTest::on_motion`], for a motion that `build` writes to the memory of `scratch`.
@@ -85,7 +86,7 @@ impl<'a> ExactTest<'a> {
     ) -> Clearance {
         let parts = scratch.parts();
         build(parts.motion);
-        let mut body = parts.posed.on(self.baked, parts.motion, self.sampling);
+        let mut body = parts.posed.on(parts.poses, self.sampled(parts.motion));
         let mut sweep = Sweep::new(self.attack, self.extent, parts.sweep);
         sweep.run(&mut body, TimeWindow::of_motion(0.0, f32::INFINITY));
         sweep.nearest()
@@ -118,7 +119,11 @@ impl<'a> ExactTest<'a> {
         );
         if !is_covered && !sweep.is_over() {
             build(parts.motion);
-            let mut body = parts.posed.on(self.baked, parts.motion, Sampling::Each);
+            let each = SampledMotion {
+                sampling: Sampling::Each,
+                ..self.sampled(parts.motion)
+            };
+            let mut body = parts.posed.on(parts.poses, each);
             sweep.run(&mut body, TimeWindow::of_motion(0.0, start));
             sweep.run(&mut body, TimeWindow::of_motion(end, f32::INFINITY));
         }
@@ -157,7 +162,7 @@ impl<'a> ExactTest<'a> {
         let is_covered = self.attack.start() >= from && self.attack.end() <= to;
         if !is_covered && !sweep.is_over() {
             build(parts.motion);
-            let mut body = parts.posed.on(self.baked, parts.motion, self.sampling);
+            let mut body = parts.posed.on(parts.poses, self.sampled(parts.motion));
             sweep.run(&mut body, TimeWindow::of_motion(0.0, from));
             sweep.run(&mut body, TimeWindow::of_motion(to, f32::INFINITY));
         }

@@ -1,16 +1,15 @@
 //! The body along a motion, posed sample by sample.
 
 use glam::{Vec2, Vec3};
-use rustc_hash::FxHashMap;
 
 use super::body_samples::{BodySamples, Intervals, Near};
 use super::extent::{SAMPLE_RATE, Sampling};
 use super::nearest::Spheres;
+use super::pose_cache::PoseCache;
 use super::segment::{LANES, Lanes};
 use super::segment_lanes::SegmentLanes;
 use super::sweep::SweepScratch;
-use crate::anim::{JointTransform, Pose, forward_kinematics};
-use crate::graph::{Motion, Playhead};
+use crate::graph::Motion;
 use crate::maps::{BakedGraph, BodyTrack, BoundingCylinder, SphereKey};
 use crate::math::Isa;
 use crate::query::obstacle::ObstacleScratch;
@@ -18,32 +17,35 @@ use crate::query::obstacle::ObstacleScratch;
 /// Scratch of tests, with the poses that several motions have in common. Keep it from one test to the next.
 #[derive(Clone, Debug, Default)]
 pub struct MotionBody {
-    posed: PosedRows,
+    poses: PoseCache,
+    posed: PosedSamples,
     sweep: SweepScratch,
     /// A motion that is built for one test.
     motion: Motion,
     pub(in crate::query) obstacles: ObstacleScratch,
 }
 
+/// A motion and its samples.
+pub(super) struct SampledMotion<'a> {
+    pub baked: &'a BakedGraph,
+    pub motion: &'a Motion,
+    pub sampling: Sampling,
+}
+
 /// The parts of a [`MotionBody`].
 pub(super) struct MotionBodyParts<'a> {
-    pub posed: &'a mut PosedRows,
+    pub poses: &'a mut PoseCache,
+    pub posed: &'a mut PosedSamples,
     pub sweep: &'a mut SweepScratch,
     pub motion: &'a mut Motion,
 }
 
-/// The posed samples.
+/// The posed samples of one motion.
 #[derive(Clone, Debug, Default)]
-pub(super) struct PosedRows {
-    pose: Pose,
-    joints: Vec<JointTransform>,
-    /// Start of the rows of each sample, from `first_tick` on.
+pub(super) struct PosedSamples {
+    /// Number of each sample's pose in the cache, from `first_tick` on.
     slots: Vec<Option<usize>>,
     first_tick: Option<usize>,
-    /// Start of the rows of each pose, of any motion, since [`MotionBody::forget`].
-    known: FxHashMap<PoseKey, usize>,
-    /// Coordinates, `[slot][x, y, z][sphere]`, padded.
-    rows: Vec<f32>,
     /// Bounding spheres of the tested motion, because the next sphere of the attack is often tested at the same samples.
     bounding_spheres: Vec<Ends<4>>,
     bounding_cylinders: Vec<Ends<5>>,
@@ -63,33 +65,18 @@ struct Ends<const ROWS: usize> {
 /// Number of bounds that are kept.
 const MOST_ENDS: usize = 4;
 
-/// Key of a pose: edge, frame, and placement in the world.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub(in crate::query) struct PoseKey([u32; 6]);
-
-impl PoseKey {
-    pub(in crate::query) fn of(playhead: Playhead) -> Self {
-        let place = playhead.clip_to_world;
-        let [frame, cos, sin, x, z] =
-            [playhead.frame, place.cos(), place.sin(), place.x, place.z].map(f32::to_bits);
-        Self([playhead.edge.0, frame, cos, sin, x, z])
-    }
-}
-
-/// Number of poses that are kept. It is enough for the moves of a query.
-const MOST_KNOWN: usize = 4096;
-
-impl PosedRows {
+impl PosedSamples {
     /// The body along a motion.
     pub(super) fn on<'a>(
         &'a mut self,
-        baked: &'a BakedGraph,
-        motion: &'a Motion,
-        sampling: Sampling,
+        poses: &'a mut PoseCache,
+        SampledMotion {
+            baked,
+            motion,
+            sampling,
+        }: SampledMotion<'a>,
     ) -> PosedBody<'a> {
-        if self.known.len() > MOST_KNOWN {
-            self.forget();
-        }
+        poses.start(baked, motion);
         self.slots.clear();
         self.first_tick = None;
         self.bounding_spheres.clear();
@@ -100,39 +87,8 @@ impl PosedRows {
             motion,
             sampling,
             scratch: self,
+            poses,
         }
-    }
-
-    fn forget(&mut self) {
-        self.known.clear();
-        self.rows.clear();
-    }
-
-    /// Start of the rows of a pose.
-    fn rows_of(&mut self, baked: &BakedGraph, playhead: Playhead) -> usize {
-        let start = *self
-            .known
-            .entry(PoseKey::of(playhead))
-            .or_insert(self.rows.len());
-        if start == self.rows.len() {
-            playhead.pose(baked.graph(), &mut self.pose);
-            self.push(baked);
-        }
-        start
-    }
-
-    /// Start of the rows of a warped or blending pose, which no other motion has.
-    fn rows_of_warped(&mut self, baked: &BakedGraph, motion: &Motion, seconds: f32) -> usize {
-        let start = self.rows.len();
-        motion.sample(baked.graph(), seconds, &mut self.pose);
-        self.push(baked);
-        start
-    }
-
-    /// Appends the rows of the current pose.
-    fn push(&mut self, baked: &BakedGraph) {
-        forward_kinematics(baked.graph().skeleton(), &self.pose, &mut self.joints);
-        baked.body_rows().push(&self.joints, &mut self.rows);
     }
 }
 
@@ -140,16 +96,16 @@ impl MotionBody {
     /// Borrows all parts.
     pub(super) fn parts(&mut self) -> MotionBodyParts<'_> {
         MotionBodyParts {
+            poses: &mut self.poses,
             posed: &mut self.posed,
             sweep: &mut self.sweep,
             motion: &mut self.motion,
         }
     }
 
-    /// Removes all poses. Call it before a test on another graph.
-    pub(in crate::query) fn forget(&mut self) {
-        self.posed.forget();
-        self.obstacles.forget();
+    /// Borrows what the test of obstacles needs.
+    pub(in crate::query) fn for_obstacles(&mut self) -> (&mut PoseCache, &mut ObstacleScratch) {
+        (&mut self.poses, &mut self.obstacles)
     }
 }
 
@@ -158,7 +114,8 @@ pub(super) struct PosedBody<'a> {
     baked: &'a BakedGraph,
     motion: &'a Motion,
     sampling: Sampling,
-    scratch: &'a mut PosedRows,
+    scratch: &'a mut PosedSamples,
+    poses: &'a mut PoseCache,
 }
 
 impl PosedBody<'_> {
@@ -179,15 +136,9 @@ impl PosedBody<'_> {
             self.scratch.slots.resize(index + 1, None);
         }
         if self.scratch.slots[index].is_none() {
-            let seconds = tick as f32 / SAMPLE_RATE;
-            let rows = if self.motion.is_composed(seconds) {
-                self.scratch
-                    .rows_of_warped(self.baked, self.motion, seconds)
-            } else {
-                let playhead = self.motion.playhead(self.baked.graph(), seconds);
-                self.scratch.rows_of(self.baked, playhead)
-            };
-            self.scratch.slots[index] = Some(rows);
+            let moment = self.motion.moment_at(tick as f32 / SAMPLE_RATE);
+            let number = self.poses.number(self.baked, moment);
+            self.scratch.slots[index] = Some(number);
         }
     }
 
@@ -255,9 +206,7 @@ impl PosedBody<'_> {
     }
 
     fn axes(&self, tick: usize) -> [&[f32]; 3] {
-        let row = self.baked.body_rows().radii().len();
-        let start = self.slot(tick).unwrap_or(0);
-        [0, 1, 2].map(|axis| &self.scratch.rows[start + axis * row..start + (axis + 1) * row])
+        self.poses.axes(self.baked, self.slot(tick).unwrap_or(0))
     }
 }
 

@@ -3,15 +3,16 @@
 mod cells;
 mod column;
 mod distance;
+mod extents;
 mod near;
-mod posed_spheres;
 mod test;
 
 use glam::{Vec2, Vec3};
 use thiserror::Error;
 
 pub(in crate::query) use near::{NearObstacles, TrackPart};
-pub use test::{ObstacleHit, ObstacleScratch, ObstacleTest};
+pub(in crate::query) use test::ObstacleScratch;
+pub use test::{ObstacleHit, ObstacleTest};
 
 /// Largest number of corners of a polygon.
 const MOST_CORNERS: usize = 16;

@@ -168,7 +168,8 @@ mod tests {
     use crate::anim::{Pose, forward_kinematics};
     use crate::graph::Motion;
     use crate::graph::Playhead;
-    use crate::query::obstacle::{ObstacleScratch, ObstacleTest};
+    use crate::query::clearance::MotionBody;
+    use crate::query::obstacle::ObstacleTest;
     use crate::query::warp::fixture::baked;
 
     /// One obstacle of each kind within some metres of the origin, which moves at up to `speed`.
@@ -287,7 +288,7 @@ mod tests {
         let baked = baked();
         let graph = baked.graph();
         let mut random = Pcg64Mcg::seed_from_u64(13);
-        let mut shared = ObstacleScratch::default();
+        let mut shared = MotionBody::default();
         let mut entered = 0;
         for round in 0..60 {
             let obstacles = obstacles(&mut random, (round % 2) as f32);
@@ -302,8 +303,8 @@ mod tests {
                 seconds: (0.0, 1.5),
                 enough: f32::INFINITY,
             };
-            let alone = test.on_motion(&motion, &mut ObstacleScratch::default());
-            assert_eq!(test.on_shared_motion(&motion, &mut shared), alone);
+            let alone = test.on_motion(&motion, &mut MotionBody::default());
+            assert_eq!(test.on_motion(&motion, &mut shared), alone);
             entered += usize::from(alone.is_some());
         }
         assert!(entered > 10, "{entered}");

@@ -10,14 +10,14 @@ use glam::Vec2;
 
 use super::Obstacle;
 use super::column::{Column, Heights};
-use super::posed_spheres::{Extents, PosedSpheres};
+use super::extents::Extents;
 use crate::graph::Motion;
 use crate::maps::BakedGraph;
-use crate::query::clearance::Clearance;
+use crate::query::clearance::{Clearance, MotionBody, PoseCache};
 
 /// Scratch of the test.
 #[derive(Clone, Debug, Default)]
-pub struct ObstacleScratch {
+pub(in crate::query) struct ObstacleScratch {
     /// A motion that is built for one test.
     pub motion: Motion,
     columns: Vec<Column>,
@@ -26,15 +26,7 @@ pub struct ObstacleScratch {
     near: Vec<NearSample>,
     /// The worst entry so far.
     worst: Option<ObstacleHit>,
-    posed: PosedSpheres,
     extents: Extents,
-}
-
-impl ObstacleScratch {
-    /// Removes all poses. This must be called before a test on another graph.
-    pub(in crate::query) fn forget(&mut self) {
-        self.posed.forget();
-    }
 }
 
 /// A sample at which an obstacle touches the body's column.
@@ -113,21 +105,13 @@ impl ObstacleTest<'_> {
     /// The longest way of an obstacle between two samples, in metres: less than the body and a thin obstacle are wide.
     const LONGEST_WAY: f32 = 0.15;
 
-    /// The worst entry; `None` if none is entered. The motion must last until the end.
-    pub fn on_motion(&self, motion: &Motion, scratch: &mut ObstacleScratch) -> Option<ObstacleHit> {
-        scratch.forget();
-        self.on_shared_motion(motion, scratch)
-    }
-
-    /// The worst entry of one of several motions in the graph. Poses that they have in common are computed once.
-    pub(in crate::query) fn on_shared_motion(
-        &self,
-        motion: &Motion,
-        scratch: &mut ObstacleScratch,
-    ) -> Option<ObstacleHit> {
+    /// The worst entry; `None` if none is entered. The motion must last until the end. `scratch` is kept from one test to the next.
+    pub fn on_motion(&self, motion: &Motion, scratch: &mut MotionBody) -> Option<ObstacleHit> {
         if self.obstacles.is_empty() {
             return None;
         }
+        let (poses, scratch) = scratch.for_obstacles();
+        poses.start(self.baked, motion);
         self.find_near(motion, scratch);
         scratch.worst = None;
         let mut at = 0;
@@ -138,26 +122,32 @@ impl ObstacleTest<'_> {
             .enumerate()
             .min_by(|a, b| a.1.metres.total_cmp(&b.1.metres))
             .map(|(at, _)| at)?;
-        self.sample(motion, nearest, scratch);
+        self.sample(motion, nearest, scratch, poses);
         while at < scratch.near.len() && scratch.worst.is_none_or(|hit| hit.harm <= self.enough) {
-            at = self.sample(motion, at, scratch);
+            at = self.sample(motion, at, scratch, poses);
         }
         scratch.worst
     }
 
     /// Poses the sample at position `at` of the list and tests the obstacles that are near then. Returns the position after them.
-    fn sample(&self, motion: &Motion, at: usize, scratch: &mut ObstacleScratch) -> usize {
+    fn sample(
+        &self,
+        motion: &Motion,
+        at: usize,
+        scratch: &mut ObstacleScratch,
+        poses: &mut PoseCache,
+    ) -> usize {
         let ObstacleScratch {
             near,
             worst,
-            posed,
             extents,
             ..
         } = scratch;
         let NearSample { seconds, axis, .. } = near[at];
-        let body = posed.at(self.baked, motion.moment_at(seconds));
+        let number = poses.number(self.baked, motion.moment_at(seconds));
+        let joints = poses.joints(self.baked, number);
         let spheres = &self.baked.body().spheres;
-        extents.measure(self.baked, &body, axis);
+        extents.measure(self.baked, poses.axes(self.baked, number), axis);
         let is_same = |one: &&NearSample| (one.seconds, one.axis) == (seconds, axis);
         let same = near[at..].iter().take_while(is_same);
         let mut next = at;
@@ -176,7 +166,7 @@ impl ObstacleTest<'_> {
                         continue;
                     }
                     let part = &spheres[sphere];
-                    let metres = obstacle.distance(part.centre(body.joints), seconds) - part.radius;
+                    let metres = obstacle.distance(part.centre(joints), seconds) - part.radius;
                     let harm = -metres * obstacle.weight;
                     if harm > known {
                         *worst = Some(ObstacleHit {

@@ -118,35 +118,38 @@ fn clip(skeleton: &Skeleton, seed: f32) -> Clip {
 
 pub(in crate::query) fn baked() -> &'static BakedGraph {
     static BAKED: OnceLock<BakedGraph> = OnceLock::new();
-    BAKED.get_or_init(|| {
-        let skeleton = skeleton();
-        let clips = [0.3, 1.1].map(|seed| clip(&skeleton, seed));
-        let events = [Event {
-            clip: 0,
-            kind: EventKind::Evasion,
-            start: 1.8,
-            end: 2.2,
-            joints: Vec::new(),
-        }];
-        let source = ClipSource {
-            skeleton: &skeleton,
-            clips: &clips,
-            events: &events,
-        };
-        let settings = GraphSettings {
-            threshold: 3.0,
-            separation: 0.1,
-            ..GraphSettings::default()
-        };
-        let graph = graph::build(source, &settings).unwrap().0;
-        let settings = BakeSettings {
-            paths: PathSettings {
-                most: 20,
-                ..PathSettings::default()
-            },
-            ..BakeSettings::default()
-        };
-        let baked = Baker::new(graph, settings).unwrap();
-        baked.finish_on_cpu().unwrap()
-    })
+    BAKED.get_or_init(|| bake([0.3, 1.1]))
+}
+
+/// A graph of two clips.
+pub(in crate::query) fn bake(seeds: [f32; 2]) -> BakedGraph {
+    let skeleton = skeleton();
+    let clips = seeds.map(|seed| clip(&skeleton, seed));
+    let events = [Event {
+        clip: 0,
+        kind: EventKind::Evasion,
+        start: 1.8,
+        end: 2.2,
+        joints: Vec::new(),
+    }];
+    let source = ClipSource {
+        skeleton: &skeleton,
+        clips: &clips,
+        events: &events,
+    };
+    let settings = GraphSettings {
+        threshold: 3.0,
+        separation: 0.1,
+        ..GraphSettings::default()
+    };
+    let graph = graph::build(source, &settings).unwrap().0;
+    let settings = BakeSettings {
+        paths: PathSettings {
+            most: 20,
+            ..PathSettings::default()
+        },
+        ..BakeSettings::default()
+    };
+    let baked = Baker::new(graph, settings).unwrap();
+    baked.finish_on_cpu().unwrap()
 }

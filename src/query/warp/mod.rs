@@ -126,7 +126,7 @@ impl Warper {
                 bend,
             }));
             motion.extend(baked.graph(), goal.envelope.end);
-            nearest = ExactTest::new(baked, attack).on_shared_motion(motion, tested.body);
+            nearest = ExactTest::new(baked, attack).on_motion(motion, tested.body);
             if nearest.is_clean() {
                 self.plain.extend(baked.graph(), goal.envelope.end);
                 let check = MotionCheck {

@@ -1,0 +1,160 @@
+//! Poses of the body that several motions have in common.
+
+use std::sync::Arc;
+
+use rustc_hash::FxHashMap;
+
+use crate::anim::{JointTransform, Pose, forward_kinematics};
+use crate::graph::{ContinuedBlend, Motion, MotionMoment, Playhead};
+use crate::maps::BakedGraph;
+
+/// Poses of one graph and its body. They are kept from one motion, and from one query, to the next.
+#[derive(Clone, Debug, Default)]
+pub(in crate::query) struct PoseCache {
+    /// Identity of the graph.
+    graph: Arc<()>,
+    pose: Pose,
+    own_joints: Vec<JointTransform>,
+    /// Numbers of the poses that are those of a playhead alone.
+    known: FxHashMap<PoseKey, usize>,
+    /// The blend in which the motions begin.
+    blend: ContinuedBlend,
+    /// Numbers of the poses in that blend, by their moments.
+    blended: FxHashMap<(PoseKey, u32), usize>,
+    /// Number of poses.
+    count: usize,
+    /// Transforms of the joints to the world, `[pose][joint]`.
+    joints: Vec<JointTransform>,
+    /// Centres of the body's spheres, `[pose][x, y, z][sphere]`, padded.
+    rows: Vec<f32>,
+}
+
+/// Key of a pose: edge, frame, and placement in the world.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+struct PoseKey([u32; 6]);
+
+impl PoseKey {
+    fn of(playhead: Playhead) -> Self {
+        let place = playhead.clip_to_world;
+        let [frame, cos, sin, x, z] =
+            [playhead.frame, place.cos(), place.sin(), place.x, place.z].map(f32::to_bits);
+        Self([playhead.edge.0, frame, cos, sin, x, z])
+    }
+}
+
+impl PoseCache {
+    /// Number of poses from which on all are removed before the next motion. It is enough for the moves of a query.
+    const MOST: usize = 4096;
+
+    /// Prepares for the next motion. The poses of earlier motions remain, except those of another graph or in another blend.
+    pub(in crate::query) fn start(&mut self, baked: &BakedGraph, motion: &Motion) {
+        if !Arc::ptr_eq(&self.graph, baked.identity()) || self.count > Self::MOST {
+            self.graph = Arc::clone(baked.identity());
+            self.known.clear();
+            self.blended.clear();
+            self.count = 0;
+            self.joints.clear();
+            self.rows.clear();
+        }
+        if self.blend.follow(motion) {
+            self.blended.clear();
+        }
+    }
+
+    /// Number of the pose of a moment, until the next [`PoseCache::start`].
+    pub(in crate::query) fn number(
+        &mut self,
+        baked: &BakedGraph,
+        moment: MotionMoment<'_>,
+    ) -> usize {
+        let MotionMoment { motion, seconds } = moment;
+        let graph = baked.graph();
+        let key = || PoseKey::of(motion.playhead(graph, seconds));
+        let next = self.count;
+        let number = if !motion.is_composed(seconds) {
+            *self.known.entry(key()).or_insert(next)
+        } else if motion.is_in_continued_blend(seconds) {
+            let at = (key(), seconds.to_bits());
+            *self.blended.entry(at).or_insert(next)
+        } else {
+            // No other motion has this pose.
+            next
+        };
+        if number == next {
+            motion.sample(graph, seconds, &mut self.pose);
+            forward_kinematics(graph.skeleton(), &self.pose, &mut self.own_joints);
+            self.joints.extend_from_slice(&self.own_joints);
+            baked.body_rows().push(&self.own_joints, &mut self.rows);
+            self.count += 1;
+        }
+        number
+    }
+
+    /// Transforms of the joints to the world in a pose.
+    pub(in crate::query) fn joints(&self, baked: &BakedGraph, number: usize) -> &[JointTransform] {
+        let joints = baked.graph().skeleton().len();
+        &self.joints[number * joints..][..joints]
+    }
+
+    /// Rows of the x, y and z coordinates of the spheres' centres in a pose, in the world, in metres.
+    pub(in crate::query) fn axes(&self, baked: &BakedGraph, number: usize) -> [&[f32]; 3] {
+        let row = baked.body_rows().radii().len();
+        [0, 1, 2].map(|axis| &self.rows[(3 * number + axis) * row..][..row])
+    }
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use super::*;
+    use crate::graph::{EdgeId, Played};
+    use crate::math::Rigid2;
+    use crate::query::warp::fixture::{bake, baked};
+
+    /// Motions of two graphs in turn, on few edges at two places, so that poses come again. Most continue one of two blends, which last for 0.2 s.
+    #[test]
+    fn poses_are_those_of_their_motions() {
+        let graphs = [baked().clone(), bake([0.7, 1.6])];
+        let mut cache = PoseCache::default();
+        let (mut sampled, mut posed) = (0, 0);
+        for round in 0..72 {
+            // Several motions of a graph follow each other.
+            let baked = &graphs[round / 12 % 2];
+            let graph = baked.graph();
+            let motion = |edge: usize, place: f32| {
+                let place = Rigid2::new(0.3, place, 0.0);
+                let at = Playhead::at(graph, EdgeId(edge as u32), 0.0, place);
+                let mut motion = Motion::new(graph, at, &[]);
+                motion.extend(graph, 1.5);
+                motion
+            };
+            let mut tested = motion(round % 2, 0.0);
+            if round % 4 > 0 {
+                let mut blended = motion(round % 2, 0.0);
+                let played = Played {
+                    motion: &motion(2 + round / 4 % 2, 0.1),
+                    seconds: 0.4,
+                    rate: 1.0,
+                };
+                blended.blend_from(graph, played, 0.3);
+                tested.continue_blend(&blended, 0.1);
+                assert!(tested.is_blending(0.1) && !tested.is_blending(0.3));
+            }
+            cache.start(baked, &tested);
+            let before = cache.count;
+            for tick in 0..60 {
+                let moment = tested.moment_at(tick as f32 / 60.0);
+                let number = cache.number(baked, moment);
+                let (mut pose, mut joints, mut rows) = (Pose::default(), Vec::new(), Vec::new());
+                tested.sample(graph, moment.seconds, &mut pose);
+                forward_kinematics(graph.skeleton(), &pose, &mut joints);
+                baked.body_rows().push(&joints, &mut rows);
+                assert_eq!(cache.joints(baked, number), joints, "{round} {tick}");
+                assert_eq!(cache.axes(baked, number).concat(), rows, "{round} {tick}");
+            }
+            sampled += 60;
+            posed += cache.count - before;
+        }
+        assert!(posed < sampled / 2, "{posed} {sampled}");
+    }
+}
