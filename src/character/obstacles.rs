@@ -97,6 +97,7 @@ impl CharacterState {
             seconds: (began, to),
             enough: 0.0,
         };
+        worker.plan.body.forget();
         let entered = test.on_motion(&playing.motion, &mut worker.plan.body);
         if entered.is_some() {
             let is_threatened = std::mem::take(&mut self.seen) != 0;

@@ -158,6 +158,7 @@ impl CharacterState {
             world,
             attack: &attack,
         };
+        scratch.body.forget();
         // An event about the same threats is not repeated.
         let was_said = planning.is_repeated && self.has_failed;
         let playing = &self.playing.motion;

@@ -82,6 +82,7 @@ impl EntryScratch {
     /// Discards the motion of an earlier query.
     pub(super) fn start(&mut self) {
         (self.contact, self.has_motion) = (None, false);
+        self.body.forget();
     }
 
     /// Whether layers are enabled and the root of the natural motion moves over the ground at walking speed or faster.

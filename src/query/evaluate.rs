@@ -26,10 +26,11 @@ pub(super) struct EvaluateScratch {
 }
 
 impl EvaluateScratch {
-    /// Discards all results, except those of known hits.
+    /// Discards all poses and results, except the results of known hits.
     pub(super) fn start(&mut self, state: &QueryState) {
         self.entries.start();
         let results = &mut self.results;
+        results.workers.forget();
         results.hits.clear();
         let (evaluated, candidates) = (&mut results.evaluated, &state.candidates);
         evaluated.clear();

@@ -49,6 +49,14 @@ impl Workers {
         &mut worker.unwrap_or_else(PoisonError::into_inner).body
     }
 
+    /// Removes the poses of all workers.
+    pub(super) fn forget(&mut self) {
+        for worker in &mut self.workers {
+            let worker = worker.get_mut().unwrap_or_else(PoisonError::into_inner);
+            worker.body.forget();
+        }
+    }
+
     /// Runs the tests of a batch up to the first result that ends it. This result and all results before it do not depend on the number of
     /// threads. Later results may be missing.
     pub(super) fn run<T, E>(&mut self, batch: &Batch<T, E>) -> &[Option<Clearance>]

@@ -1,4 +1,4 @@
-//! Poses of the body that several motions have in common.
+//! Poses of the body that several motions have in common: of a query's candidates, or of a plan.
 
 use std::sync::Arc;
 
@@ -8,7 +8,7 @@ use crate::anim::{JointTransform, Pose, forward_kinematics};
 use crate::graph::{ContinuedBlend, Motion, MotionMoment, Playhead};
 use crate::maps::BakedGraph;
 
-/// Poses of one graph and its body. They are kept from one motion, and from one query, to the next.
+/// Poses of one graph and its body. They are kept from one motion to the next.
 #[derive(Clone, Debug, Default)]
 pub(in crate::query) struct PoseCache {
     /// Identity of the graph.
@@ -50,15 +50,20 @@ impl PoseCache {
     pub(in crate::query) fn start(&mut self, baked: &BakedGraph, motion: &Motion) {
         if !Arc::ptr_eq(&self.graph, baked.identity()) || self.count > Self::MOST {
             self.graph = Arc::clone(baked.identity());
-            self.known.clear();
-            self.blended.clear();
-            self.count = 0;
-            self.joints.clear();
-            self.rows.clear();
+            self.forget();
         }
         if self.blend.follow(motion) {
             self.blended.clear();
         }
+    }
+
+    /// Removes all poses.
+    pub(in crate::query) fn forget(&mut self) {
+        self.known.clear();
+        self.blended.clear();
+        self.count = 0;
+        self.joints.clear();
+        self.rows.clear();
     }
 
     /// Number of the pose of a moment, until the next [`PoseCache::start`].

@@ -103,6 +103,11 @@ impl MotionBody {
         }
     }
 
+    /// Removes the poses of earlier motions, so that they take no memory.
+    pub(crate) fn forget(&mut self) {
+        self.poses.forget();
+    }
+
     /// Borrows what the test of obstacles needs.
     pub(in crate::query) fn for_obstacles(&mut self) -> (&mut PoseCache, &mut ObstacleScratch) {
         (&mut self.poses, &mut self.obstacles)
