@@ -274,7 +274,7 @@ impl GoalProgress {
         // Walk back from the link to the first moment that is too early.
         (offer.clip_start as usize..jump.from as usize)
             .rev()
-            .zip(after_link + 1..=goal.limit)
+            .zip(after_link.saturating_add(1)..=goal.limit)
             .filter(|&(moment, _)| lacks(moment))
             .count()
     }
