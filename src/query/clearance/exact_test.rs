@@ -67,6 +67,7 @@ impl<'a> ExactTest<'a> {
         sweep.nearest()
     }
 
+    /// A motion with the samples of the test.
     fn sampled<'m>(&self, motion: &'m Motion) -> SampledMotion<'m>
     where
         'a: 'm,
