@@ -44,7 +44,7 @@ impl PoseKey {
 
 impl PoseCache {
     /// Number of poses from which on all are removed before the next motion. It is enough for the moves of a query.
-    const MOST: usize = 4096;
+    const MOST: usize = 2048;
 
     /// Prepares for the next motion. The poses of earlier motions remain, except those of another graph or in another blend.
     pub(in crate::query) fn start(&mut self, baked: &BakedGraph, motion: &Motion) {
