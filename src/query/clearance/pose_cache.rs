@@ -23,6 +23,8 @@ pub(in crate::query) struct PoseCache {
     blended: FxHashMap<(PoseKey, u32), usize>,
     /// Number of poses.
     count: usize,
+    /// Whether the joints are kept, too.
+    has_joints: bool,
     /// Transforms of the joints to the world, `[pose][joint]`.
     joints: Vec<JointTransform>,
     /// Centres of the body's spheres, `[pose][x, y, z][sphere]`, padded.
@@ -44,21 +46,35 @@ impl PoseKey {
 
 impl PoseCache {
     /// Number of poses from which on all are removed before the next motion. It is enough for the moves of a query.
-    const MOST: usize = 2048;
+    const MOST: usize = 4096;
 
     /// Prepares for the next motion. The poses of earlier motions remain, except those of another graph or in another blend.
     pub(in crate::query) fn start(&mut self, baked: &BakedGraph, motion: &Motion) {
         if !Arc::ptr_eq(&self.graph, baked.identity()) || self.count > Self::MOST {
             self.graph = Arc::clone(baked.identity());
-            self.forget();
+            self.clear();
         }
         if self.blend.follow(motion) {
             self.blended.clear();
         }
     }
 
+    /// Like [`PoseCache::start`]; from now on, until [`PoseCache::forget`], the joints of poses are kept, too.
+    pub(in crate::query) fn start_with_joints(&mut self, baked: &BakedGraph, motion: &Motion) {
+        if !self.has_joints {
+            self.clear();
+            self.has_joints = true;
+        }
+        self.start(baked, motion);
+    }
+
     /// Removes all poses.
     pub(in crate::query) fn forget(&mut self) {
+        self.clear();
+        self.has_joints = false;
+    }
+
+    fn clear(&mut self) {
         self.known.clear();
         self.blended.clear();
         self.count = 0;
@@ -88,14 +104,16 @@ impl PoseCache {
         if number == next {
             motion.sample(graph, seconds, &mut self.pose);
             forward_kinematics(graph.skeleton(), &self.pose, &mut self.own_joints);
-            self.joints.extend_from_slice(&self.own_joints);
+            if self.has_joints {
+                self.joints.extend_from_slice(&self.own_joints);
+            }
             baked.body_rows().push(&self.own_joints, &mut self.rows);
             self.count += 1;
         }
         number
     }
 
-    /// Transforms of the joints to the world in a pose.
+    /// Transforms of the joints to the world in a pose, after [`PoseCache::start_with_joints`].
     pub(in crate::query) fn joints(&self, baked: &BakedGraph, number: usize) -> &[JointTransform] {
         let joints = baked.graph().skeleton().len();
         &self.joints[number * joints..][..joints]
@@ -145,7 +163,10 @@ mod tests {
                 tested.continue_blend(&blended, 0.1);
                 assert!(tested.is_blending(0.1) && !tested.is_blending(0.3));
             }
-            cache.start(baked, &tested);
+            match round % 24 < 3 {
+                true => cache.start(baked, &tested),
+                false => cache.start_with_joints(baked, &tested),
+            }
             let before = cache.count;
             for tick in 0..60 {
                 let moment = tested.moment_at(tick as f32 / 60.0);
@@ -154,7 +175,9 @@ mod tests {
                 tested.sample(graph, moment.seconds, &mut pose);
                 forward_kinematics(graph.skeleton(), &pose, &mut joints);
                 baked.body_rows().push(&joints, &mut rows);
-                assert_eq!(cache.joints(baked, number), joints, "{round} {tick}");
+                if cache.has_joints {
+                    assert_eq!(cache.joints(baked, number), joints, "{round} {tick}");
+                }
                 assert_eq!(cache.axes(baked, number).concat(), rows, "{round} {tick}");
             }
             sampled += 60;

@@ -111,7 +111,7 @@ impl ObstacleTest<'_> {
             return None;
         }
         let (poses, scratch) = scratch.for_obstacles();
-        poses.start(self.baked, motion);
+        poses.start_with_joints(self.baked, motion);
         self.find_near(motion, scratch);
         scratch.worst = None;
         let mut at = 0;
