@@ -97,8 +97,9 @@ impl CharacterState {
             seconds: (began, to),
             enough: 0.0,
         };
-        worker.plan.body.forget();
-        let entered = test.on_motion(&playing.motion, &mut worker.plan.body);
+        let context = &mut worker.plan.context;
+        context.forget_poses(true);
+        let entered = test.on_motion(&playing.motion, context.body());
         if entered.is_some() {
             let is_threatened = std::mem::take(&mut self.seen) != 0;
             if !is_threatened {

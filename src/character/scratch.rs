@@ -4,7 +4,6 @@ use super::steer::SteerScratch;
 use crate::anim::{JointTransform, Pose, forward_kinematics};
 use crate::graph::{JointReach, MotionMoment};
 use crate::maps::BakedGraph;
-use crate::query::clearance::MotionBody;
 use crate::query::{Answer, Obstacle, QueryContext};
 use sabaki_motion::internal::ExternalPose;
 
@@ -42,7 +41,6 @@ impl Worker {
 pub(super) struct PlanScratch {
     pub context: QueryContext,
     pub answer: Answer,
-    pub body: MotionBody,
     /// Obstacles as they are when the answer is taken over.
     pub ahead: Vec<Obstacle>,
     /// The obstacles of `ahead`, larger by the margin of plans.

@@ -68,7 +68,7 @@ impl PlanTest<'_> {
             extent: Extent::UNTIL_HIT,
             ..ExactTest::new(self.world.baked, self.attack)
         };
-        let clearance = test.on_motion(&motion, &mut scratch.body);
+        let clearance = test.on_motion(&motion, scratch.context.body());
         let mut tested = self.known(motion, clearance);
         if clearance.is_clean() {
             tested.entered = self.entered(&tested, 0.0, scratch);
@@ -82,7 +82,7 @@ impl PlanTest<'_> {
             sampling: Sampling::CoarseFirst,
             ..ExactTest::new(self.world.baked, self.attack)
         };
-        tested.clearance = test.on_motion(&tested.motion, &mut scratch.body);
+        tested.clearance = test.on_motion(&tested.motion, scratch.context.body());
         tested.entered = self.entered(tested, f32::INFINITY, scratch);
     }
 
@@ -94,7 +94,7 @@ impl PlanTest<'_> {
             seconds: (0.0, tested.end),
             enough,
         };
-        let entered = test.on_motion(&tested.motion, &mut scratch.body);
+        let entered = test.on_motion(&tested.motion, scratch.context.body());
         entered.map_or(0.0, |entered| entered.harm)
     }
 }

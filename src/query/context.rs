@@ -1,3 +1,4 @@
+use super::clearance::MotionBody;
 use super::cull::{Counted, cpu};
 use super::evaluate::EvaluateScratch;
 use super::gather::GatherScratch;
@@ -11,6 +12,18 @@ pub struct QueryContext {
     pub(super) state: QueryState,
     pub(super) scratch: Scratch,
     pub(super) culler: ChoiceCuller,
+}
+
+impl QueryContext {
+    /// The memory of exact tests, with the poses of the latest query or plan.
+    pub(crate) fn body(&mut self) -> &mut MotionBody {
+        self.scratch.evaluate.body()
+    }
+
+    /// Removes the poses of earlier queries. See [`MotionBody::forget`].
+    pub(crate) fn forget_poses(&mut self, among_obstacles: bool) {
+        self.scratch.evaluate.forget_poses(among_obstacles);
+    }
 }
 
 /// Scratch of the stages.

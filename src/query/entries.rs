@@ -9,6 +9,7 @@ use super::candidate::{Candidate, CandidateKind};
 use super::clearance::{ExactTest, Extent, MotionBody, SAMPLE_RATE, Sampling};
 use super::entry_candidate::EntryCandidate;
 use super::entry_use::EntryUse;
+use super::evaluate::EvaluateScratch;
 use super::layer_ranking::LayerRanking;
 use super::request::ActiveRequest;
 use super::retime::{Direction, Rate};
@@ -30,7 +31,6 @@ pub(super) const USEFUL: (f32, f32) = (0.1, 0.15);
 #[derive(Clone, Debug, Default)]
 pub(super) struct EntryScratch {
     motion: Motion,
-    body: MotionBody,
     pose: Pose,
     joints: Vec<JointTransform>,
     /// Time of the contact, or `Some(None)` if the natural motion is not hit; `None` if it is not computed yet.
@@ -41,14 +41,19 @@ pub(super) struct EntryScratch {
 }
 
 /// Adds the evasions that can be entered in time, if the natural motion is hit.
-pub(super) fn gather_entries(query: Query<'_>, state: &mut QueryState, scratch: &mut EntryScratch) {
+pub(super) fn gather_entries(
+    query: Query<'_>,
+    state: &mut QueryState,
+    scratch: &mut EvaluateScratch,
+) {
     let Query { baked, settings } = query;
     let (graph, uses) = (baked.graph(), &settings.entries);
     state.entries.clear();
     if uses.most == 0 || baked.entries().is_empty() {
         return;
     }
-    let Some(contact) = scratch.contact(baked, &state.request) else {
+    let (scratch, body) = scratch.for_entries();
+    let Some(contact) = scratch.contact(baked, &state.request, body) else {
         return;
     };
     let longest = uses.longest_delay.min(contact - SHORTEST).max(0.0);
@@ -82,7 +87,6 @@ impl EntryScratch {
     /// Discards the motion of an earlier query.
     pub(super) fn start(&mut self) {
         (self.contact, self.has_motion) = (None, false);
-        self.body.forget();
     }
 
     /// Whether layers are enabled and the root of the natural motion moves over the ground at walking speed or faster.
@@ -99,7 +103,12 @@ impl EntryScratch {
     }
 
     /// Time at which the attack hits the natural motion, in seconds.
-    pub(super) fn contact(&mut self, baked: &BakedGraph, request: &ActiveRequest) -> Option<f32> {
+    pub(super) fn contact(
+        &mut self,
+        baked: &BakedGraph,
+        request: &ActiveRequest,
+        body: &mut MotionBody,
+    ) -> Option<f32> {
         if let Some(known) = self.contact {
             return known;
         }
@@ -109,7 +118,7 @@ impl EntryScratch {
             sampling: Sampling::CoarseFirst,
             ..ExactTest::new(baked, &request.attack)
         };
-        let found = test.on_motion(&self.motion, &mut self.body);
+        let found = test.on_motion(&self.motion, body);
         let found = (!found.is_clean()).then_some(found.time);
         self.contact = Some(found);
         found

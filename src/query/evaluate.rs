@@ -5,7 +5,7 @@
 //! whether they are hit, or come near enough to win.
 
 use super::candidate_tests::{Bound, Results, Tests};
-use super::clearance::Clearance;
+use super::clearance::{Clearance, MotionBody};
 use super::entries::EntryScratch;
 use super::evaluated::Evaluated;
 use super::evaluation::Evaluation;
@@ -26,16 +26,30 @@ pub(super) struct EvaluateScratch {
 }
 
 impl EvaluateScratch {
-    /// Discards all poses and results, except the results of known hits.
+    /// Discards all results, except those of known hits.
     pub(super) fn start(&mut self, state: &QueryState) {
         self.entries.start();
         let results = &mut self.results;
-        results.workers.forget();
         results.hits.clear();
         let (evaluated, candidates) = (&mut results.evaluated, &state.candidates);
         evaluated.clear();
         evaluated.resize(candidates.counted, None);
         evaluated.extend(candidates.known.iter().map(|hit| hit.evaluated));
+    }
+
+    /// The memory of exact tests on the caller's thread.
+    pub(super) fn body(&mut self) -> &mut MotionBody {
+        self.results.workers.body()
+    }
+
+    /// Removes all poses. See [`MotionBody::forget`].
+    pub(super) fn forget_poses(&mut self, among_obstacles: bool) {
+        self.results.workers.forget(among_obstacles);
+    }
+
+    /// The scratch of the entries, and the body on which the natural motion is tested.
+    pub(super) fn for_entries(&mut self) -> (&mut EntryScratch, &mut MotionBody) {
+        (&mut self.entries, self.results.workers.body())
     }
 
     /// Result of each candidate.

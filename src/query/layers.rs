@@ -6,7 +6,8 @@
 
 use super::ask::Query;
 use super::candidate::{Candidate, CandidateKind};
-use super::entries::{EntryScratch, USEFUL, rate_of};
+use super::entries::{USEFUL, rate_of};
+use super::evaluate::EvaluateScratch;
 use super::layer_candidate::LayerCandidate;
 use super::layer_ranking::{AttackContact, LayerRanking, LayeredEvasion};
 use super::state::QueryState;
@@ -29,18 +30,23 @@ const WANTED: f32 = 0.06;
 const DEEPEST: f32 = -0.05;
 
 /// Adds the layered evasions that come nearest to a narrow miss, if the natural motion is hit.
-pub(super) fn gather_layers(query: Query<'_>, state: &mut QueryState, scratch: &mut EntryScratch) {
+pub(super) fn gather_layers(
+    query: Query<'_>,
+    state: &mut QueryState,
+    scratch: &mut EvaluateScratch,
+) {
     let Query { baked, settings } = query;
     let (graph, entries) = (baked.graph(), baked.entries());
     state.layers.clear();
     if settings.entries.layers == 0 || !entries.has_layers() {
         return;
     }
+    let (scratch, body) = scratch.for_entries();
     // Pelvis and legs follow the natural motion into the obstacle.
     if scratch.free_until(baked, &state.request) < f32::INFINITY {
         return;
     }
-    let Some(contact) = scratch.contact(baked, &state.request) else {
+    let Some(contact) = scratch.contact(baked, &state.request, body) else {
         return;
     };
     let (motion, ranking) = scratch.layered();

@@ -61,15 +61,15 @@ pub(super) fn select(input: SelectionInput<'_>, motion: &mut Motion) -> Option<S
         // A walking body may keep walking, even if it could stop for another evasion.
         if !has_layers && walks && evaluator.has_clean() {
             has_layers = true;
-            gather_layers(query, state, &mut scratch.entries);
+            gather_layers(query, state, scratch);
             continue;
         }
         if !is_grid && !has_entries && !evaluator.has_clean() {
             if !std::mem::replace(&mut has_layers, true) {
-                gather_layers(query, state, &mut scratch.entries);
+                gather_layers(query, state, scratch);
             }
             has_entries = true;
-            gather_entries(query, state, &mut scratch.entries);
+            gather_entries(query, state, scratch);
             continue;
         }
         // If an entry is clean, moves are not searched: few would score better, and all would be tested.

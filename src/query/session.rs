@@ -57,6 +57,7 @@ impl<'a> Query<'a> {
     where
         'a: 's,
     {
+        context.forget_poses(!request.obstacles.is_empty());
         let QueryContext { state, scratch, .. } = context;
         Session::new(*self, state, scratch).start(request)
     }
@@ -76,6 +77,7 @@ impl<'a> Query<'a> {
 
     /// Answers a request, culling on the CPU.
     pub fn answer(&self, request: Request<'_>, context: &mut QueryContext, answer: &mut Answer) {
+        context.forget_poses(!request.obstacles.is_empty());
         let QueryContext {
             state,
             scratch,
@@ -86,6 +88,8 @@ impl<'a> Query<'a> {
     }
 
     /// Answers a request of a plan. If no motion avoids its attack, the answer may avoid the attack without the margin.
+    ///
+    /// The queries of a plan have their poses in common: [`QueryContext::forget_poses`] comes before the first of them.
     pub(crate) fn answer_plan(
         &self,
         request: Request<'_>,

@@ -68,10 +68,10 @@ impl PoseCache {
         self.start(baked, motion);
     }
 
-    /// Removes all poses.
-    pub(in crate::query) fn forget(&mut self) {
+    /// Removes all poses. `with_joints`: whether the joints of later ones are kept, too.
+    pub(in crate::query) fn forget(&mut self, with_joints: bool) {
         self.clear();
-        self.has_joints = false;
+        self.has_joints = with_joints;
     }
 
     fn clear(&mut self) {
