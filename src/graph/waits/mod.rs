@@ -75,8 +75,7 @@ impl WaitTable {
         let (group, evasion) = (evasion / Reach::EVASIONS, evasion % Reach::EVASIONS);
         let first = group * Reach::EVASIONS;
         let evasions = (self.evasions - first).min(Reach::EVASIONS);
-        let block = first * self.blocks + moment / BLOCK * evasions;
-        (block + evasion) * BLOCK + moment % BLOCK
+        first * self.blocks * BLOCK + index_in_group(evasions, evasion, moment)
     }
 
     fn set(&mut self, evasion: usize, moment: usize, frames: u32) {
@@ -84,27 +83,35 @@ impl WaitTable {
         self.frames[index] = frames as u16;
     }
 
+    /// Number of evasions of each group.
+    fn group_evasions(&self) -> impl Iterator<Item = usize> + Clone + use<> {
+        let all = self.evasions;
+        let firsts = (0..all).step_by(Reach::EVASIONS);
+        firsts.map(move |first| (all - first).min(Reach::EVASIONS))
+    }
+
     /// The waits of each group.
     fn groups(&self) -> impl Iterator<Item = GroupWaits<&[u16]>> + Clone {
-        let moments = (self.blocks * BLOCK).max(1);
-        self.frames
-            .chunks(self.group_len())
-            .map(move |frames| GroupWaits {
-                evasions: frames.len() / moments,
-                frames,
-            })
+        let evasions = self.group_evasions();
+        let groups = self.frames.chunks(self.group_len());
+        groups
+            .zip(evasions)
+            .map(|(frames, evasions)| GroupWaits { evasions, frames })
     }
 
     /// The waits of each group, to be set.
     fn groups_mut(&mut self) -> impl Iterator<Item = GroupWaits<&mut [u16]>> {
-        let (moments, length) = ((self.blocks * BLOCK).max(1), self.group_len());
-        self.frames
-            .chunks_mut(length)
-            .map(move |frames| GroupWaits {
-                evasions: frames.len() / moments,
-                frames,
-            })
+        let (evasions, length) = (self.group_evasions(), self.group_len());
+        let groups = self.frames.chunks_mut(length);
+        groups
+            .zip(evasions)
+            .map(|(frames, evasions)| GroupWaits { evasions, frames })
     }
+}
+
+/// Index of a wait in its group of `evasions` evasions.
+fn index_in_group(evasions: usize, evasion: usize, moment: usize) -> usize {
+    (moment / BLOCK * evasions + evasion) * BLOCK + moment % BLOCK
 }
 
 impl GroupWaits<&[u16]> {
@@ -117,7 +124,7 @@ impl GroupWaits<&[u16]> {
 
 impl GroupWaits<&mut [u16]> {
     fn set(&mut self, evasion: usize, moment: usize, frames: u32) {
-        let index = (moment / BLOCK * self.evasions + evasion) * BLOCK + moment % BLOCK;
+        let index = index_in_group(self.evasions, evasion, moment);
         self.frames[index] = frames as u16;
     }
 }

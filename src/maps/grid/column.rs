@@ -25,16 +25,19 @@ impl CellColumn {
     pub(super) const FURTHEST: i32 = 200;
 
     /// Index of the column at a place along one axis.
+    #[inline(always)]
     pub(super) fn index(place: f32, cell: f32) -> i32 {
         floor(place / cell).clamp(-Self::FURTHEST, Self::FURTHEST)
     }
 
     /// Signed distance from a position to the nearest point of a column along one axis, in metres.
+    #[inline(always)]
     pub(super) fn apart(place: f32, cell: f32, index: i32) -> f32 {
         place.clamp(index as f32 * cell, (index + 1) as f32 * cell) - place
     }
 
     /// Mask of the cells from one bit to another, both included.
+    #[inline]
     pub(super) fn between(low: u32, high: u32) -> u64 {
         (u64::MAX >> (63 - high)) & (u64::MAX << low)
     }
