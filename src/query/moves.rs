@@ -61,6 +61,15 @@ struct State {
     before: Option<(MoveId, EdgeId)>,
 }
 
+/// A path that is long enough.
+#[derive(Clone, Copy, Debug)]
+struct MoveEnd {
+    /// Distance on the ground from the start, in metres.
+    travelled: f32,
+    /// Index in `states`.
+    state: u32,
+}
+
 /// Start and duration of moves, and limits of the search for them.
 #[derive(Clone, Copy)]
 pub(crate) struct MoveSearchDesc<'a> {
@@ -80,7 +89,7 @@ pub(crate) struct MoveSearch {
     /// Indices in `states`, for each number of frames since the start.
     layers: Vec<Vec<u32>>,
     seen: FxHashSet<[i32; 6]>,
-    ends: Vec<u32>,
+    ends: Vec<MoveEnd>,
     report: SearchReport,
     /// Limits of the current search.
     settings: MoveSettings,
@@ -114,7 +123,11 @@ impl MoveSearch {
         while time < self.layers.len() {
             let open = std::mem::take(&mut self.layers[time]);
             if time as u32 >= frames {
-                self.ends.extend_from_slice(&open);
+                let from = ground(graph, &self.states[0]);
+                self.ends.extend(open.iter().map(|&state| MoveEnd {
+                    travelled: ground(graph, &self.states[state as usize]).distance(from),
+                    state,
+                }));
             } else {
                 self.report.followed += open.len().min(settings.width);
                 self.report.cut += open.len().saturating_sub(settings.width);
@@ -126,7 +139,7 @@ impl MoveSearch {
             time += 1;
         }
         found(natural);
-        self.hand_out(graph, natural, &mut found);
+        self.hand_out(natural, &mut found);
         self.report
     }
 
@@ -204,16 +217,17 @@ impl MoveSearch {
     }
 
     /// Returns a limited number of paths, evenly spread by the distance that they travel.
-    fn hand_out(&mut self, graph: &MotionGraph, natural: MoveId, found: &mut impl FnMut(MoveId)) {
+    fn hand_out(&mut self, natural: MoveId, found: &mut impl FnMut(MoveId)) {
         let mut ends = std::mem::take(&mut self.ends);
-        let from = ground(graph, &self.states[0]);
-        let travelled = |&index: &u32| ground(graph, &self.states[index as usize]).distance(from);
-        ends.sort_unstable_by(|a, b| travelled(a).total_cmp(&travelled(b)).then(a.cmp(b)));
+        ends.sort_unstable_by(|a, b| {
+            let by_distance = a.travelled.total_cmp(&b.travelled);
+            by_distance.then(a.state.cmp(&b.state))
+        });
         let most = self.settings.candidates.saturating_sub(1);
         self.report.cut += ends.len().saturating_sub(most);
         for end in evenly(&ends, most) {
-            if !self.same_edges(MoveId(end), natural) {
-                found(MoveId(end));
+            if !self.same_edges(MoveId(end.state), natural) {
+                found(MoveId(end.state));
             }
         }
         self.ends = ends;
@@ -251,7 +265,7 @@ fn key(graph: &MotionGraph, state: &State, settings: &MoveSettings) -> [i32; 6] 
 }
 
 /// Up to `count` elements, evenly spread.
-fn evenly(all: &[u32], count: usize) -> impl Iterator<Item = u32> + '_ {
+fn evenly<T: Copy>(all: &[T], count: usize) -> impl Iterator<Item = T> + '_ {
     let kept = all.len().min(count);
     (0..kept).map(move |i| all[i * all.len() / kept.max(1)])
 }

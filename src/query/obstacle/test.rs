@@ -41,6 +41,13 @@ struct NearSample {
     metres: f32,
 }
 
+impl NearSample {
+    /// Key of the order by time and then by obstacle. Times are not negative, so that their bits are in their order.
+    fn order(&self) -> u64 {
+        u64::from(self.seconds.to_bits()) << 32 | u64::from(self.obstacle)
+    }
+}
+
 /// A motion against obstacles.
 #[derive(Clone, Copy, Debug)]
 pub struct ObstacleTest<'a> {
@@ -253,9 +260,6 @@ impl ObstacleTest<'_> {
                 }
             }
         }
-        near.sort_unstable_by(|a, b| {
-            let by_time = a.seconds.total_cmp(&b.seconds);
-            by_time.then(a.obstacle.cmp(&b.obstacle))
-        });
+        near.sort_unstable_by_key(NearSample::order);
     }
 }
