@@ -98,7 +98,7 @@ impl CharacterState {
             enough: 0.0,
         };
         let context = &mut worker.plan.context;
-        context.forget_poses(true);
+        context.forget_poses();
         let entered = test.on_motion(&playing.motion, context.body());
         if entered.is_some() {
             let is_threatened = std::mem::take(&mut self.seen) != 0;

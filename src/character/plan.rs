@@ -158,7 +158,7 @@ impl CharacterState {
             world,
             attack: &attack,
         };
-        scratch.context.forget_poses(!scratch.ahead.is_empty());
+        scratch.context.forget_poses();
         // An event about the same threats is not repeated.
         let was_said = planning.is_repeated && self.has_failed;
         let playing = &self.playing.motion;

@@ -173,7 +173,7 @@ impl<'a> Duel<'a> {
 
     /// The exact clearance of an attack and a motion that start together.
     pub(super) fn clearance(&mut self, motion: &Motion, attack: &Attack) -> Clearance {
-        self.body.forget(false);
+        self.body.forget();
         ExactTest::new(self.baked, attack).on_motion(motion, &mut self.body)
     }
 }

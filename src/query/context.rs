@@ -20,9 +20,9 @@ impl QueryContext {
         self.scratch.evaluate.body()
     }
 
-    /// Removes the poses of earlier queries. See [`MotionBody::forget`].
-    pub(crate) fn forget_poses(&mut self, among_obstacles: bool) {
-        self.scratch.evaluate.forget_poses(among_obstacles);
+    /// Removes the poses of earlier queries.
+    pub(crate) fn forget_poses(&mut self) {
+        self.scratch.evaluate.forget_poses();
     }
 }
 

@@ -42,9 +42,9 @@ impl EvaluateScratch {
         self.results.workers.body()
     }
 
-    /// Removes all poses. See [`MotionBody::forget`].
-    pub(super) fn forget_poses(&mut self, among_obstacles: bool) {
-        self.results.workers.forget(among_obstacles);
+    /// Removes all poses.
+    pub(super) fn forget_poses(&mut self) {
+        self.results.workers.forget();
     }
 
     /// The scratch of the entries, and the body on which the natural motion is tested.

@@ -119,11 +119,11 @@ impl MoveSearch {
         });
         let natural = self.natural(graph, frames);
         self.place(0, 0);
+        let from = ground(graph, &self.states[0]);
         let mut time = 0;
         while time < self.layers.len() {
             let open = std::mem::take(&mut self.layers[time]);
             if time as u32 >= frames {
-                let from = ground(graph, &self.states[0]);
                 self.ends.extend(open.iter().map(|&state| MoveEnd {
                     travelled: ground(graph, &self.states[state as usize]).distance(from),
                     state,

@@ -57,7 +57,7 @@ impl<'a> Query<'a> {
     where
         'a: 's,
     {
-        context.forget_poses(!request.obstacles.is_empty());
+        context.forget_poses();
         let QueryContext { state, scratch, .. } = context;
         Session::new(*self, state, scratch).start(request)
     }
@@ -77,7 +77,7 @@ impl<'a> Query<'a> {
 
     /// Answers a request, culling on the CPU.
     pub fn answer(&self, request: Request<'_>, context: &mut QueryContext, answer: &mut Answer) {
-        context.forget_poses(!request.obstacles.is_empty());
+        context.forget_poses();
         let QueryContext {
             state,
             scratch,

@@ -49,11 +49,11 @@ impl Workers {
         &mut worker.unwrap_or_else(PoisonError::into_inner).body
     }
 
-    /// Removes the poses of all workers. See [`MotionBody::forget`].
-    pub(super) fn forget(&mut self, among_obstacles: bool) {
+    /// Removes the poses of all workers.
+    pub(super) fn forget(&mut self) {
         for worker in &mut self.workers {
             let worker = worker.get_mut().unwrap_or_else(PoisonError::into_inner);
-            worker.body.forget(among_obstacles);
+            worker.body.forget();
         }
     }
 

@@ -73,9 +73,8 @@ impl WaitTable {
 
     fn index(&self, evasion: usize, moment: usize) -> usize {
         let (group, evasion) = (evasion / Reach::EVASIONS, evasion % Reach::EVASIONS);
-        let first = group * Reach::EVASIONS;
-        let evasions = (self.evasions - first).min(Reach::EVASIONS);
-        first * self.blocks * BLOCK + index_in_group(evasions, evasion, moment)
+        let evasions = evasions_of_group(self.evasions, group);
+        group * Reach::EVASIONS * self.blocks * BLOCK + index_in_group(evasions, evasion, moment)
     }
 
     fn set(&mut self, evasion: usize, moment: usize, frames: u32) {
@@ -86,8 +85,8 @@ impl WaitTable {
     /// Number of evasions of each group.
     fn group_evasions(&self) -> impl Iterator<Item = usize> + Clone + use<> {
         let all = self.evasions;
-        let firsts = (0..all).step_by(Reach::EVASIONS);
-        firsts.map(move |first| (all - first).min(Reach::EVASIONS))
+        let groups = 0..all.div_ceil(Reach::EVASIONS);
+        groups.map(move |group| evasions_of_group(all, group))
     }
 
     /// The waits of each group.
@@ -107,6 +106,11 @@ impl WaitTable {
             .zip(evasions)
             .map(|(frames, evasions)| GroupWaits { evasions, frames })
     }
+}
+
+/// Number of evasions of one group of `all` evasions.
+fn evasions_of_group(all: usize, group: usize) -> usize {
+    (all - group * Reach::EVASIONS).min(Reach::EVASIONS)
 }
 
 /// Index of a wait in its group of `evasions` evasions.

@@ -52,29 +52,24 @@ impl PoseCache {
     pub(in crate::query) fn start(&mut self, baked: &BakedGraph, motion: &Motion) {
         if !Arc::ptr_eq(&self.graph, baked.identity()) || self.count > Self::MOST {
             self.graph = Arc::clone(baked.identity());
-            self.clear();
+            self.forget();
         }
         if self.blend.follow(motion) {
             self.blended.clear();
         }
     }
 
-    /// Like [`PoseCache::start`]; from now on, until [`PoseCache::forget`], the joints of poses are kept, too.
+    /// Like [`PoseCache::start`]; from now on the joints of poses are kept, too.
     pub(in crate::query) fn start_with_joints(&mut self, baked: &BakedGraph, motion: &Motion) {
         if !self.has_joints {
-            self.clear();
+            self.forget();
             self.has_joints = true;
         }
         self.start(baked, motion);
     }
 
-    /// Removes all poses. `with_joints`: whether the joints of later ones are kept, too.
-    pub(in crate::query) fn forget(&mut self, with_joints: bool) {
-        self.clear();
-        self.has_joints = with_joints;
-    }
-
-    fn clear(&mut self) {
+    /// Removes all poses.
+    pub(in crate::query) fn forget(&mut self) {
         self.known.clear();
         self.blended.clear();
         self.count = 0;

@@ -103,10 +103,9 @@ impl MotionBody {
         }
     }
 
-    /// Removes the poses of earlier motions, so that they take no memory. `among_obstacles`: whether later motions are tested against
-    /// obstacles, too.
-    pub(crate) fn forget(&mut self, among_obstacles: bool) {
-        self.poses.forget(among_obstacles);
+    /// Removes the poses of earlier motions, so that they take no memory.
+    pub(crate) fn forget(&mut self) {
+        self.poses.forget();
     }
 
     /// Borrows what the test of obstacles needs.
