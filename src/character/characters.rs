@@ -132,6 +132,7 @@ impl Characters {
                 generation: 0,
                 state: None,
                 urgency: None,
+                is_unfinished: false,
                 blend: None,
             }));
         }
@@ -295,18 +296,18 @@ impl Characters {
             let id = slot.id(index);
             let state = slot.state.as_deref_mut();
             slot.urgency = state.and_then(|state| state.begin(id, &world, worker));
+            slot.is_unfinished &= slot.urgency.is_some();
         });
         most_urgent(shared.slots, self.settings.plans_per_step, &mut self.urgent);
         let queue = PlanQueue {
             urgent: &self.urgent,
             seconds: 1e-3 * self.settings.plan_milliseconds,
         };
-        shared.each_of(queue, &mut self.pool, |index, slot, worker| {
+        shared.each_of(queue, &mut self.pool, |index, slot, worker, deadline| {
             let _span = tracing::trace_span!("character: plan", character = index).entered();
             let id = slot.id(index);
-            if let Some(state) = &mut slot.state {
-                state.avoid(id, &world, worker);
-            }
+            let state = slot.state.as_deref_mut();
+            state.is_none_or(|state| state.avoid(id, &world, worker, deadline))
         });
         shared.each(&mut self.pool, |index, slot, worker| {
             let id = slot.id(index);

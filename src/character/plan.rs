@@ -5,6 +5,7 @@
 //! change it.
 
 use std::hash::{Hash, Hasher};
+use std::time::Instant;
 
 use rustc_hash::FxHasher;
 
@@ -53,11 +54,31 @@ struct Attempt {
     late: Option<f32>,
 }
 
+/// What a plan has found.
+enum Plan {
+    /// What is played avoids the threats.
+    Keep(TestedMotion),
+    /// Another motion does.
+    Take(TestedMotion),
+    /// Nothing does. Among obstacles: the motion of the least harm.
+    Fail(Option<LeastHarm>),
+}
+
+/// The motion of the least harm.
+struct LeastHarm {
+    motion: TestedMotion,
+    /// Whether it is another one than what is played.
+    is_other: bool,
+}
+
 /// Blend of a takeover from another playback rate or from a bent pose, in seconds.
 const BLEND: f32 = 0.2;
 
 /// Time before the contact at which evasions start in the second attempt, after no early evasion avoids the threats, in seconds.
 const LATE: f32 = 0.2;
+
+/// Among obstacles, another motion is taken only if its harm is less by this, in metres.
+const GAIN: f32 = 0.02;
 
 impl CharacterState {
     /// Time until a threat that has to be looked at may reach the body, in seconds; `None` if there is none.
@@ -100,8 +121,15 @@ impl CharacterState {
         }
     }
 
-    /// Answers the threats that are known, if what is played does not avoid them. [`CharacterState::urgency`] comes before it.
-    pub(super) fn avoid(&mut self, id: CharacterId, world: &World<'_>, worker: &mut Worker) {
+    /// Answers the threats that are known, if what is played does not avoid them. [`CharacterState::urgency`] comes before it. Returns
+    /// `false` if the deadline came before the answer: nothing has changed then.
+    pub(super) fn avoid(
+        &mut self,
+        id: CharacterId,
+        world: &World<'_>,
+        worker: &mut Worker,
+        deadline: Option<Instant>,
+    ) -> bool {
         let moment = self.moment(world);
         self.near_obstacles(id, world, &mut worker.obstacles);
         let scratch = &mut worker.plan;
@@ -114,15 +142,22 @@ impl CharacterState {
             scratch.wider.push(obstacle.later(ahead, margin));
         }
         let near = self.near(id, world, &moment).collect();
-        let is_repeated = self.seen == self.next_seen;
-        self.seen = self.next_seen;
         let planning = Planning {
             world,
             moment,
             near,
-            is_repeated,
+            is_repeated: self.seen == self.next_seen,
         };
-        self.answer(&planning, scratch);
+        if let Some(attack) = planning.attack(Attempt::PLAIN) {
+            scratch.context.start_plan(deadline);
+            let plan = self.plan(&planning, &attack, scratch);
+            if !scratch.context.end_plan() {
+                return false;
+            }
+            self.begin_plan(&planning, &attack, plan);
+        }
+        self.seen = self.next_seen;
+        true
     }
 
     /// The moment at which an answer is taken over.
@@ -149,41 +184,24 @@ impl CharacterState {
         })
     }
 
-    fn answer(&mut self, planning: &Planning<'_>, scratch: &mut PlanScratch) {
+    /// Tests what is played, and looks for another motion if it is hit.
+    fn plan(&self, planning: &Planning<'_>, attack: &Attack, scratch: &mut PlanScratch) -> Plan {
         let Planning { world, moment, .. } = planning;
-        let Some(attack) = planning.attack(Attempt::PLAIN) else {
-            return;
-        };
-        let test = PlanTest {
-            world,
-            attack: &attack,
-        };
-        scratch.context.forget_poses();
-        // An event about the same threats is not repeated.
-        let was_said = planning.is_repeated && self.has_failed;
+        let test = PlanTest { world, attack };
         let playing = &self.playing.motion;
         let rest = playing.rest(world.baked.graph(), moment.seconds);
         let mut kept = test.until_hit(self.continued(planning, rest).motion, scratch);
         if kept.is_clean() {
-            self.keep(planning, &attack, kept.end);
-            let threats = planning.threats();
-            if std::mem::replace(&mut self.avoided, threats) != threats {
-                let clearance = kept.clearance.metres;
-                self.events
-                    .push((world.now, CharacterEventKind::Kept { clearance }));
-            }
-            // The tested motion is played at rate 1.
-            if self.playing.rate != 1.0 && world.now < self.held_until {
-                self.take(moment, kept.motion, world.now);
-            }
-            return;
+            return Plan::Keep(kept);
         }
         let is_among_obstacles = !scratch.ahead.is_empty();
         let mut least = None;
-        let found = Attempt::all(world.settings.margin, is_among_obstacles).find_map(|attempt| {
-            let wider = planning.attack(attempt)?;
+        for attempt in Attempt::all(world.settings.margin, is_among_obstacles) {
+            let Some(wider) = planning.attack(attempt) else {
+                continue;
+            };
             let scope = PlanScope {
-                plain: &attack,
+                plain: attack,
                 margin: attempt.margin,
                 evasions_only: attempt.late.is_some(),
             };
@@ -193,61 +211,82 @@ impl CharacterState {
             };
             let mut tested = self.ask(planning, &request, scratch);
             if tested.is_clean() {
-                return Some(tested);
+                return Plan::Take(tested);
             }
             if is_among_obstacles {
                 test.measure(&mut tested, scratch);
-                least = least_harm(least.take(), tested);
+                least = least_harm(least, tested);
             }
-            None
-        });
-        let Some(found) = found else {
-            (self.has_failed, self.avoided) = (true, 0);
-            let failed = match least {
-                Some(least) => {
-                    test.measure(&mut kept, scratch);
-                    self.take_least_harm(planning, &attack, [kept, least])
-                }
-                None => CharacterEventKind::Cannot,
-            };
-            self.retry_at = Some(world.now + f64::from(world.settings.retry));
-            if !was_said {
-                self.events.push((world.now, failed));
-            }
-            return;
-        };
-        (self.has_failed, self.kept_since) = (false, None);
-        self.avoided = planning.threats();
-        let planned = CharacterEventKind::Planned {
-            clearance: found.clearance.metres,
-            is_change: self.has_plan,
-        };
-        self.events.push((world.now, planned));
-        self.has_plan = true;
-        self.hold(moment, &attack, found.end);
-        self.take(moment, found.motion, world.now);
+        }
+        Plan::Fail(least.map(|other| {
+            test.measure(&mut kept, scratch);
+            let is_other = other.harm() + GAIN < kept.harm();
+            let motion = if is_other { other } else { kept };
+            LeastHarm { motion, is_other }
+        }))
     }
 
-    /// Takes the second motion if it is less harmful than the played one. Returns the event to report.
+    /// Begins what was planned, and reports it.
+    fn begin_plan(&mut self, planning: &Planning<'_>, attack: &Attack, plan: Plan) {
+        let Planning { world, moment, .. } = planning;
+        let now = world.now;
+        match plan {
+            Plan::Keep(kept) => {
+                self.keep(planning, attack, kept.end);
+                let threats = planning.threats();
+                if std::mem::replace(&mut self.avoided, threats) != threats {
+                    let clearance = kept.clearance.metres;
+                    self.events
+                        .push((now, CharacterEventKind::Kept { clearance }));
+                }
+                // The tested motion is played at rate 1.
+                if self.playing.rate != 1.0 && now < self.held_until {
+                    self.take(moment, kept.motion, now);
+                }
+            }
+            Plan::Take(found) => {
+                (self.has_failed, self.kept_since) = (false, None);
+                self.avoided = planning.threats();
+                let planned = CharacterEventKind::Planned {
+                    clearance: found.clearance.metres,
+                    is_change: self.has_plan,
+                };
+                self.events.push((now, planned));
+                self.has_plan = true;
+                self.hold(moment, attack, found.end);
+                self.take(moment, found.motion, now);
+            }
+            Plan::Fail(least) => {
+                // An event about the same threats is not repeated.
+                let was_said = planning.is_repeated && self.has_failed;
+                (self.has_failed, self.avoided) = (true, 0);
+                let failed = match least {
+                    Some(least) => self.take_least_harm(planning, attack, least),
+                    None => CharacterEventKind::Cannot,
+                };
+                self.retry_at = Some(now + f64::from(world.settings.retry));
+                if !was_said {
+                    self.events.push((now, failed));
+                }
+            }
+        }
+    }
+
+    /// Takes the motion of the least harm, if it is another one. Returns the event to report.
     fn take_least_harm(
         &mut self,
         planning: &Planning<'_>,
         attack: &Attack,
-        [kept, other]: [TestedMotion; 2],
+        LeastHarm { motion, is_other }: LeastHarm,
     ) -> CharacterEventKind {
-        /// Another motion is taken only if its harm is less by this, in metres.
-        const GAIN: f32 = 0.02;
-        let (now, moment) = (planning.world.now, &planning.moment);
-        let is_less = other.harm() + GAIN < kept.harm();
-        let least = if is_less { other } else { kept };
         let cornered = CharacterEventKind::Cornered {
-            hit: -least.clearance.metres,
-            entered: least.entered,
+            hit: -motion.clearance.metres,
+            entered: motion.entered,
         };
-        if is_less {
+        if is_other {
             self.has_plan = true;
-            self.hold(moment, attack, least.end);
-            self.take(moment, least.motion, now);
+            self.hold(&planning.moment, attack, motion.end);
+            self.take(&planning.moment, motion.motion, planning.world.now);
         }
         cornered
     }

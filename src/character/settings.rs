@@ -31,8 +31,8 @@ pub struct CharacterSettings {
     /// Largest number of characters that plan in one step, those that may be reached first before others; at least 1. Default: no limit.
     pub plans_per_step: usize,
     /// Time for plans in one step, in milliseconds, at most 1,000,000; 0 for no limit. Default 0. Those that may be reached first plan first, at least one in
-    /// each step. A plan that would end too late, if it took as long as the others on average, is left to a later step. With a limit, results
-    /// depend on the machine's speed.
+    /// each step. A plan that is not finished in time is broken off: it comes first in the next step, which finishes it however long that takes. With a
+    /// limit, results depend on the machine's speed.
     pub plan_milliseconds: f32,
     /// Number of threads of [`Characters::step`](super::Characters::step), at most 1,024; 0 for one per core. Default 1. The result does not depend
     /// on it.

@@ -1,8 +1,8 @@
 //! The places of the characters, and the threads that share them.
 
 use std::sync::Mutex;
-use std::sync::atomic::{AtomicU32, AtomicU64, AtomicUsize, Ordering};
-use std::time::Instant;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::time::{Duration, Instant};
 
 use serde::{Deserialize, Serialize};
 
@@ -20,6 +20,9 @@ pub(super) struct Slot {
     /// Time until a new threat may reach the body, during a step.
     #[serde(skip)]
     pub(super) urgency: Option<f32>,
+    /// Whether the last step's time was over before its plan was finished. It plans first in the next step, without a deadline.
+    #[serde(skip)]
+    pub(super) is_unfinished: bool,
     /// The blend that was posed last, while it lasts.
     #[serde(skip)]
     pub(super) blend: Option<Blend>,
@@ -90,44 +93,51 @@ impl Shared<'_> {
         pool: &mut WorkerPool,
         work: impl Fn(usize, &mut Slot, &mut Worker) + Sync,
     ) {
-        let count = self.slots.len();
-        self.in_turn(pool, |turn| (turn < count).then_some(turn), work);
+        let next = |turn: usize| Some((turn, self.slots.get(turn)?));
+        self.in_turn(pool, next, |(index, slot), worker| {
+            work(index, &mut lock(slot), worker);
+        });
     }
 
-    /// Calls `work` for the places of a queue, in its order, on all threads, as long as there is time.
+    /// Calls `plan` for the places of a queue, in its order, on all threads, as long as there is time. `plan` takes a deadline, and returns
+    /// whether it finished before it.
     pub(super) fn each_of(
         self,
         queue: PlanQueue<'_>,
         pool: &mut WorkerPool,
-        work: impl Fn(usize, &mut Slot, &mut Worker) + Sync,
+        plan: impl Fn(usize, &mut Slot, &mut Worker, Option<Instant>) -> bool + Sync,
     ) {
-        if queue.urgent.is_empty() {
+        let Some(first) = queue.urgent.first() else {
             return;
-        }
-        let time = PlanTime::new(queue.seconds);
-        let place = |turn: usize| {
-            let urgent = queue.urgent.get(turn)?;
-            (turn == 0 || time.is_left()).then_some(urgent.index)
         };
-        self.in_turn(pool, place, |index, slot, worker| {
-            let begun = Instant::now();
-            work(index, slot, worker);
-            time.add(begun);
+        let limit = (queue.seconds > 0.0).then(|| Duration::from_secs_f32(queue.seconds));
+        let deadline = limit.map(|limit| Instant::now() + limit);
+        let is_late = || deadline.is_some_and(|deadline| Instant::now() >= deadline);
+        // The most urgent has its whole turn, too.
+        let must_finish = |urgent: &Urgent| urgent.is_unfinished || urgent.index == first.index;
+        let next = |turn: usize| {
+            let urgent = queue.urgent.get(turn)?;
+            (must_finish(urgent) || !is_late()).then_some(urgent)
+        };
+        self.in_turn(pool, next, |urgent, worker| {
+            let mut slot = lock(&self.slots[urgent.index]);
+            let deadline = deadline.filter(|_| !must_finish(urgent));
+            slot.is_unfinished = !plan(urgent.index, &mut slot, worker, deadline);
         });
     }
 
-    /// Calls `work` for the place of each turn until there is none, on all threads.
-    fn in_turn(
+    /// Calls `work` for the item of each turn until there is none, on all threads.
+    fn in_turn<T>(
         self,
         pool: &mut WorkerPool,
-        place: impl Fn(usize) -> Option<usize> + Sync,
-        work: impl Fn(usize, &mut Slot, &mut Worker) + Sync,
+        item: impl Fn(usize) -> Option<T> + Sync,
+        work: impl Fn(T, &mut Worker) + Sync,
     ) {
         let next = AtomicUsize::new(0);
         pool.run(&|thread: usize| {
             let mut worker = lock(&self.workers[thread]);
-            while let Some(index) = place(next.fetch_add(1, Ordering::Relaxed)) {
-                work(index, &mut lock(&self.slots[index]), &mut worker);
+            while let Some(item) = item(next.fetch_add(1, Ordering::Relaxed)) {
+                work(item, &mut worker);
             }
         });
     }
@@ -137,62 +147,37 @@ impl Shared<'_> {
 #[derive(Clone, Copy)]
 pub(super) struct PlanQueue<'a> {
     pub urgent: &'a [Urgent],
-    /// Time for all, in seconds; 0 for no limit. The first always has its turn.
+    /// Time for all, in seconds; 0 for no limit. The first, and those that are unfinished, always have their whole turn.
     pub seconds: f32,
-}
-
-/// The time that plans of a step have taken.
-struct PlanTime {
-    begun: Instant,
-    /// [`PlanQueue::seconds`].
-    seconds: f32,
-    plans: AtomicU32,
-    /// Sum over all plans, in nanoseconds.
-    spent: AtomicU64,
-}
-
-impl PlanTime {
-    fn new(seconds: f32) -> Self {
-        Self {
-            begun: Instant::now(),
-            seconds,
-            plans: AtomicU32::new(0),
-            spent: AtomicU64::new(0),
-        }
-    }
-
-    /// Adds a plan that ends now.
-    fn add(&self, begun: Instant) {
-        let nanoseconds = u64::try_from(begun.elapsed().as_nanos()).unwrap_or(u64::MAX);
-        self.spent.fetch_add(nanoseconds, Ordering::Relaxed);
-        self.plans.fetch_add(1, Ordering::Relaxed);
-    }
-
-    /// Whether a plan that takes as long as the mean of the others would end in time.
-    fn is_left(&self) -> bool {
-        let is_limited = self.seconds > 0.0;
-        let plans = self.plans.load(Ordering::Relaxed).max(1);
-        let mean = 1e-9 * self.spent.load(Ordering::Relaxed) as f32 / plans as f32;
-        !is_limited || self.begun.elapsed().as_secs_f32() + mean <= self.seconds
-    }
 }
 
 /// A character that has to plan.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Urgent {
+    /// [`Slot::is_unfinished`].
+    is_unfinished: bool,
     /// Time until a threat may reach it, in seconds.
     seconds: f32,
     index: usize,
 }
 
-/// Lists the characters that plan in a step, at most `most`, those that may be reached first before others.
+/// Lists the characters that plan in a step, at most `most`: those with unfinished plans, then those that may be reached first before others.
 pub(super) fn most_urgent(slots: &[Mutex<Slot>], most: usize, out: &mut Vec<Urgent>) {
     let urgency = |(index, slot): (usize, &Mutex<Slot>)| {
-        let seconds = lock(slot).urgency?;
-        Some(Urgent { seconds, index })
+        let slot = lock(slot);
+        Some(Urgent {
+            is_unfinished: slot.is_unfinished,
+            seconds: slot.urgency?,
+            index,
+        })
     };
     out.clear();
     out.extend(slots.iter().enumerate().filter_map(urgency));
-    out.sort_unstable_by(|a, b| a.seconds.total_cmp(&b.seconds).then(a.index.cmp(&b.index)));
+    out.sort_unstable_by(|a, b| {
+        let unfinished_first = b.is_unfinished.cmp(&a.is_unfinished);
+        unfinished_first
+            .then(a.seconds.total_cmp(&b.seconds))
+            .then(a.index.cmp(&b.index))
+    });
     out.truncate(most);
 }

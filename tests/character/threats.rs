@@ -194,30 +194,58 @@ fn those_that_are_reached_first_plan_first() {
         let mut characters = characters(settings);
         let ids = spawn(&mut characters, 3);
         play(&mut characters, 5);
-        let now = characters.now();
         for (index, &id) in ids.iter().enumerate() {
-            let middle = joints(&mut characters, id)[0].translation;
-            let velocity = Vec3::new(0.0, 0.0, -8.0);
-            let seconds = 1.2 - 0.2 * index as f32;
-            let threat = Threat::ball(now, middle - velocity * seconds, velocity, 0.1);
-            let target = Some(id);
-            characters.threaten(Threat { target, ..threat }).unwrap();
+            throw(&mut characters, id, 1.2 - 0.2 * index as f32);
         }
         let events = play(&mut characters, 3);
-        let looks = |kind: &CharacterEventKind| {
-            matches!(
-                kind,
-                CharacterEventKind::Planned { .. }
-                    | CharacterEventKind::Kept { .. }
-                    | CharacterEventKind::Cannot
-            )
-        };
         let order: Vec<_> = events
             .iter()
             .filter(|event| looks(&event.kind))
             .map(|event| event.character)
             .collect();
         assert_eq!(order, [ids[2], ids[1], ids[0]]);
+    }
+}
+
+/// Whether an event is the first of a plan.
+fn looks(kind: &CharacterEventKind) -> bool {
+    matches!(
+        kind,
+        CharacterEventKind::Planned { .. }
+            | CharacterEventKind::Kept { .. }
+            | CharacterEventKind::Cannot
+    )
+}
+
+/// Throws a ball at a character, which reaches it after so many seconds.
+fn throw(characters: &mut Characters, target: CharacterId, seconds: f32) {
+    let middle = joints(characters, target)[0].translation;
+    let velocity = Vec3::new(0.0, 0.0, -8.0);
+    let from = middle - velocity * seconds;
+    let threat = Threat::ball(characters.now(), from, velocity, 0.1);
+    let target = Some(target);
+    characters.threaten(Threat { target, ..threat }).unwrap();
+}
+
+/// A plan that is broken off is finished in a later step.
+#[test]
+fn plans_for_which_there_is_no_time_are_made_later() {
+    for threads in [1, 2] {
+        let mut characters = characters(CharacterSettings {
+            plan_milliseconds: 0.05,
+            threads,
+            ..CharacterSettings::default()
+        });
+        let ids = spawn(&mut characters, 12);
+        play(&mut characters, 20);
+        for &id in &ids {
+            throw(&mut characters, id, 1.2);
+        }
+        let events = play(&mut characters, 30);
+        for id in ids {
+            let looks = |event: &CharacterEvent| event.character == id && looks(&event.kind);
+            assert!(events.iter().any(looks), "{id:?}");
+        }
     }
 }
 

@@ -60,11 +60,22 @@ impl<'a> ExactTest<'a> {
 
     /// The smallest distance on a motion, which must last as long as the attack. `scratch` is kept from one test to the next.
     pub fn on_motion(&self, motion: &Motion, scratch: &mut MotionBody) -> Clearance {
-        let parts = scratch.parts();
+        let Some(parts) = scratch.parts() else {
+            return self.too_late();
+        };
         let mut body = parts.posed.on(parts.poses, self.sampled(motion));
         let mut sweep = Sweep::new(self.attack, self.extent, parts.sweep);
         sweep.run(&mut body, TimeWindow::of_motion(0.0, f32::INFINITY));
         sweep.nearest()
+    }
+
+    /// The result after the deadline of a [`MotionBody`]: a touch, so that nothing else is searched for.
+    fn too_late(&self) -> Clearance {
+        let metres = 0.0;
+        Clearance {
+            metres,
+            ..Clearance::none(self.attack.start())
+        }
     }
 
     /// A motion with the samples of the test.
@@ -85,7 +96,9 @@ impl<'a> ExactTest<'a> {
         scratch: &mut MotionBody,
         build: impl FnOnce(&mut Motion),
     ) -> Clearance {
-        let parts = scratch.parts();
+        let Some(parts) = scratch.parts() else {
+            return self.too_late();
+        };
         build(parts.motion);
         let mut body = parts.posed.on(parts.poses, self.sampled(parts.motion));
         let mut sweep = Sweep::new(self.attack, self.extent, parts.sweep);
@@ -105,7 +118,9 @@ impl<'a> ExactTest<'a> {
     ) -> Clearance {
         let (start, end) = (evasion.start, evasion.start + evasion.track.seconds());
         let is_covered = self.attack.start() >= start && self.attack.end() <= end;
-        let parts = scratch.parts();
+        let Some(parts) = scratch.parts() else {
+            return self.too_late();
+        };
         let mut sweep = Sweep::new(self.attack, self.extent, parts.sweep);
         let mut body = TrackedBody::new(self.baked, evasion.track);
         sweep.run(
@@ -139,7 +154,9 @@ impl<'a> ExactTest<'a> {
         scratch: &mut MotionBody,
         build: impl FnOnce(&mut Motion),
     ) -> Clearance {
-        let parts = scratch.parts();
+        let Some(parts) = scratch.parts() else {
+            return self.too_late();
+        };
         let mut sweep = Sweep::new(self.attack, self.extent, parts.sweep);
         let (delay, rate) = (candidate.delay, candidate.entry.rate);
         let (mut from, mut to) = (f32::INFINITY, f32::INFINITY);

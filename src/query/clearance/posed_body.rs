@@ -1,5 +1,7 @@
 //! The body along a motion, posed sample by sample.
 
+use std::time::Instant;
+
 use glam::{Vec2, Vec3};
 
 use super::body_samples::{BodySamples, Intervals, Near};
@@ -23,6 +25,8 @@ pub struct MotionBody {
     /// A motion that is built for one test.
     motion: Motion,
     pub(in crate::query) obstacles: ObstacleScratch,
+    /// Time from which on nothing is tested any more.
+    deadline: Option<Instant>,
 }
 
 /// A motion and its samples.
@@ -93,14 +97,25 @@ impl PosedSamples {
 }
 
 impl MotionBody {
-    /// Borrows all parts.
-    pub(super) fn parts(&mut self) -> MotionBodyParts<'_> {
-        MotionBodyParts {
+    /// Borrows all parts; `None` after the deadline.
+    pub(super) fn parts(&mut self) -> Option<MotionBodyParts<'_>> {
+        (!self.is_late()).then_some(MotionBodyParts {
             poses: &mut self.poses,
             posed: &mut self.posed,
             sweep: &mut self.sweep,
             motion: &mut self.motion,
-        }
+        })
+    }
+
+    /// Sets the deadline. After it, tests find nothing at once: whoever set it discards what they found.
+    pub(crate) fn set_deadline(&mut self, deadline: Option<Instant>) {
+        self.deadline = deadline;
+    }
+
+    /// Whether the deadline has passed.
+    pub(crate) fn is_late(&self) -> bool {
+        self.deadline
+            .is_some_and(|deadline| Instant::now() >= deadline)
     }
 
     /// Removes the poses of earlier motions, so that they take no memory.
@@ -108,9 +123,11 @@ impl MotionBody {
         self.poses.forget();
     }
 
-    /// Borrows what the test of obstacles needs.
-    pub(in crate::query) fn for_obstacles(&mut self) -> (&mut PoseCache, &mut ObstacleScratch) {
-        (&mut self.poses, &mut self.obstacles)
+    /// Borrows what the test of obstacles needs; `None` after the deadline.
+    pub(in crate::query) fn for_obstacles(
+        &mut self,
+    ) -> Option<(&mut PoseCache, &mut ObstacleScratch)> {
+        (!self.is_late()).then_some((&mut self.poses, &mut self.obstacles))
     }
 }
 

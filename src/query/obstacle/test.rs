@@ -117,7 +117,7 @@ impl ObstacleTest<'_> {
         if self.obstacles.is_empty() {
             return None;
         }
-        let (poses, scratch) = scratch.for_obstacles();
+        let (poses, scratch) = scratch.for_obstacles()?;
         poses.start_with_joints(self.baked, motion);
         self.find_near(motion, scratch);
         scratch.worst = None;
