@@ -303,11 +303,11 @@ impl Characters {
             urgent: &self.urgent,
             seconds: 1e-3 * self.settings.plan_milliseconds,
         };
-        shared.each_of(queue, &mut self.pool, |index, slot, worker, deadline| {
+        shared.each_of(queue, &mut self.pool, |index, slot, worker| {
             let _span = tracing::trace_span!("character: plan", character = index).entered();
             let id = slot.id(index);
             let state = slot.state.as_deref_mut();
-            state.is_none_or(|state| state.avoid(id, &world, worker, deadline))
+            state.is_none_or(|state| state.avoid(id, &world, worker))
         });
         shared.each(&mut self.pool, |index, slot, worker| {
             let id = slot.id(index);

@@ -5,7 +5,6 @@
 //! change it.
 
 use std::hash::{Hash, Hasher};
-use std::time::Instant;
 
 use rustc_hash::FxHasher;
 
@@ -122,13 +121,12 @@ impl CharacterState {
     }
 
     /// Answers the threats that are known, if what is played does not avoid them. [`CharacterState::urgency`] comes before it. Returns
-    /// `false` if the deadline came before the answer: nothing has changed then.
+    /// `false` if [`PlanScratch::deadline`] came before the answer: nothing has changed then.
     pub(super) fn avoid(
         &mut self,
         id: CharacterId,
         world: &World<'_>,
         worker: &mut Worker,
-        deadline: Option<Instant>,
     ) -> bool {
         let moment = self.moment(world);
         self.near_obstacles(id, world, &mut worker.obstacles);
@@ -149,7 +147,7 @@ impl CharacterState {
             is_repeated: self.seen == self.next_seen,
         };
         if let Some(attack) = planning.attack(Attempt::PLAIN) {
-            scratch.context.start_plan(deadline);
+            scratch.context.start_plan(scratch.deadline);
             let plan = self.plan(&planning, &attack, scratch);
             if !scratch.context.end_plan() {
                 return false;

@@ -1,3 +1,5 @@
+use std::time::Instant;
+
 use glam::Vec3;
 
 use super::steer::SteerScratch;
@@ -40,6 +42,8 @@ impl Worker {
 #[derive(Default)]
 pub(super) struct PlanScratch {
     pub context: QueryContext,
+    /// Time at which plans are broken off; `None`: never.
+    pub deadline: Option<Instant>,
     pub answer: Answer,
     /// Obstacles as they are when the answer is taken over.
     pub ahead: Vec<Obstacle>,

@@ -99,13 +99,13 @@ impl Shared<'_> {
         });
     }
 
-    /// Calls `plan` for the places of a queue, in its order, on all threads, as long as there is time. `plan` takes a deadline, and returns
-    /// whether it finished before it.
+    /// Calls `plan` for the places of a queue, in its order, on all threads, as long as there is time. `plan` returns whether it finished before
+    /// the worker's deadline.
     pub(super) fn each_of(
         self,
         queue: PlanQueue<'_>,
         pool: &mut WorkerPool,
-        plan: impl Fn(usize, &mut Slot, &mut Worker, Option<Instant>) -> bool + Sync,
+        plan: impl Fn(usize, &mut Slot, &mut Worker) -> bool + Sync,
     ) {
         let Some(first) = queue.urgent.first() else {
             return;
@@ -121,8 +121,8 @@ impl Shared<'_> {
         };
         self.in_turn(pool, next, |urgent, worker| {
             let mut slot = lock(&self.slots[urgent.index]);
-            let deadline = deadline.filter(|_| !must_finish(urgent));
-            slot.is_unfinished = !plan(urgent.index, &mut slot, worker, deadline);
+            worker.plan.deadline = deadline.filter(|_| !must_finish(urgent));
+            slot.is_unfinished = !plan(urgent.index, &mut slot, worker);
         });
     }
 
