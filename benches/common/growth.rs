@@ -85,8 +85,9 @@ pub fn draw(path: &Path, bakes: &[Bake]) -> Result<(), Box<dyn std::error::Error
         .x_label_area_size(50)
         .y_label_area_size(70)
         .build_cartesian_2d(
-            (0.8 * first.minutes..1.25 * last.minutes).log_scale(),
-            (0.5 * least..2.0 * most).log_scale(),
+            // Wide enough for a label at a power of ten, and for the legend above the curves.
+            (0.5 * first.minutes..2.0 * last.minutes).log_scale(),
+            (0.5 * least..10.0 * most).log_scale(),
         )?;
     chart
         .configure_mesh()
