@@ -71,9 +71,8 @@ impl<'a> ExactTest<'a> {
 
     /// The result after the deadline of a [`MotionBody`]: a touch, so that nothing else is searched for.
     fn too_late(&self) -> Clearance {
-        let metres = 0.0;
         Clearance {
-            metres,
+            metres: 0.0,
             ..Clearance::none(self.attack.start())
         }
     }

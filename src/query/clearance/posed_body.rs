@@ -107,7 +107,7 @@ impl MotionBody {
         })
     }
 
-    /// Sets the deadline. After it, tests find nothing at once: whoever set it discards what they found.
+    /// Sets the deadline. After it, tests end at once with a result that means nothing: whoever set it discards them.
     pub(crate) fn set_deadline(&mut self, deadline: Option<Instant>) {
         self.deadline = deadline;
     }
