@@ -4,6 +4,7 @@
 use sabaki_testing as common;
 
 use common::baked::embedded;
+use glam::Vec3;
 use sabaki::maps::{BakedGraph, MapGrid};
 use sabaki::query::cull::cpu;
 use sabaki::query::{Answer, CullPath, Query, QueryContext, Request};
@@ -11,6 +12,7 @@ use sabaki_app::live::{
     Drive, Event, Fighter, FighterSettings, MapChoice, MapChoices, Orbit, QueryWorkerDesc, Throw,
     with_query_worker,
 };
+use sabaki_draw::scene::Camera;
 
 #[test]
 fn a_candidate_that_was_chosen_plays_the_answers_motion() {
@@ -134,6 +136,28 @@ fn answered(baked: &BakedGraph, throw: &Throw<'_>) -> Answer {
         .start(request, &mut context)
         .run_on_cpu(&mut culler, &mut answer);
     answer
+}
+
+#[test]
+fn what_hides_a_driven_character_is_translucent() {
+    let mut drive = Drive::new(embedded(), 5).unwrap();
+    drive.advance(1.0 / 60.0).unwrap();
+    let mut seen_from = |x: f32, z: f32| {
+        let camera = Camera {
+            eye: Vec3::new(x, 2.0, z),
+            target: drive.focus(),
+            field: 0.8,
+        };
+        let shot = drive.shot(camera).unwrap();
+        assert!(shot.ghosts.iter().all(|ghost| ghost.colour[3] < 0.5));
+        (shot.solids.len(), shot.ghosts.len())
+    };
+    let (all, none) = seen_from(-4.0, 5.0);
+    assert_eq!(none, 0);
+    // A pillar and an opponent behind it.
+    let (solids, ghosts) = seen_from(5.0, 4.0);
+    assert_eq!(solids + ghosts, all);
+    assert!(ghosts > 10, "{ghosts}");
 }
 
 #[test]

@@ -13,22 +13,18 @@ use sabaki::character::{
 use sabaki::internal::closest;
 use sabaki::maps::BakedGraph;
 use sabaki::math::{Rigid2, Sphere};
-use sabaki::query::{Obstacle, ObstacleError};
+use sabaki::query::Obstacle;
 use sabaki_draw::scene::{Camera, Capsule, Figure, Light, Look, Mesh, Outfit, Shot, SkinnedBody};
 
 use super::Event;
+use super::room::{HALF_SIDE, add_room, obstacles};
+use super::sight_line::{FADED, SightLine};
 use crate::demo::throw::random_of;
 use crate::play::PlayError;
 
-/// Half of the side of the room, in metres.
-const ROOM: f32 = 6.0;
-/// Pillars: place (x, z) and radius, in metres.
-const PILLARS: [(Vec2, f32); 3] = [
-    (Vec2::new(2.5, 2.0), 0.35),
-    (Vec2::new(-3.0, 1.0), 0.35),
-    (Vec2::new(0.5, -3.2), 0.5),
-];
 const OPPONENTS: usize = 3;
+/// Half of the width of an opponent, in metres.
+const OPPONENT: f32 = 0.3;
 /// Speeds of walking and running, in metres per second.
 const SPEEDS: [f32; 2] = [1.4, 3.0];
 /// Radius of a ball, in metres.
@@ -38,7 +34,6 @@ const PAUSE: (f32, f32) = (1.8, 0.5);
 /// Longest step of the simulation, in seconds.
 const STEP: f32 = 1.0 / 60.0;
 
-const WALL: [f32; 4] = [0.34, 0.38, 0.45, 1.0];
 const FLYING: [f32; 4] = [0.85, 0.12, 0.08, 1.0];
 const OTHERS: Vec3 = Vec3::new(0.30, 0.36, 0.62);
 
@@ -118,7 +113,7 @@ impl Drive {
             let inward = Rigid2::facing(-place, place.x, place.y);
             opponents.push(characters.spawn(inward)?);
         }
-        let obstacles = room()?;
+        let obstacles = obstacles()?;
         Ok(Self {
             dodges_alone: true,
             characters,
@@ -324,7 +319,7 @@ impl Drive {
         let over = |ball: &Ball| {
             ball.threat.time + f64::from(ball.threat.seconds) < now || {
                 let at = ball.threat.at(now);
-                at.x.abs().max(at.z.abs()) > ROOM && ball.threat.time < now - 0.5
+                at.x.abs().max(at.z.abs()) > HALF_SIDE && ball.threat.time < now - 0.5
             }
         };
         let score = &mut self.score;
@@ -411,17 +406,19 @@ impl Drive {
         self.outfit.as_ref().map_or(&[], |outfit| &outfit.meshes)
     }
 
-    fn add_body(&self, which: usize, joints: &[JointTransform], shot: &mut Shot) {
+    /// Adds a character's body. `alpha` below 1 makes it translucent.
+    fn add_body(&self, which: usize, (joints, alpha): (&[JointTransform], f32), shot: &mut Shot) {
         match &self.outfit {
-            Some(outfit) => {
-                let body = SkinnedBody::new(&outfit.skins[which], joints);
-                shot.skinned.push(body);
-            }
+            Some(outfit) => shot.skinned.push(SkinnedBody {
+                alpha,
+                ..SkinnedBody::new(&outfit.skins[which], joints)
+            }),
+            None if alpha < 1.0 => self.figures[which].capsules(joints, alpha, &mut shot.ghosts),
             None => self.figures[which].capsules(joints, 1.0, &mut shot.solids),
         }
     }
 
-    /// The picture that `camera` sees.
+    /// The picture that `camera` sees. What hides the driven character from it is translucent.
     ///
     /// # Errors
     /// Those of the characters.
@@ -434,10 +431,16 @@ impl Drive {
         let mut shot = Shot::new(camera, light);
         let mut joints = self.joints_of_size();
         self.characters.pose(self.me, &mut joints)?;
-        self.add_body(0, &joints, &mut shot);
+        self.add_body(0, (&joints, 1.0), &mut shot);
+        let sight = SightLine::new(&camera, focus);
         for &id in &self.opponents {
             self.characters.pose(id, &mut joints)?;
-            self.add_body(1, &joints, &mut shot);
+            let root = joints[0].translation;
+            let alpha = match sight.meets(Vec2::new(root.x, root.z), OPPONENT) {
+                true => FADED,
+                false => 1.0,
+            };
+            self.add_body(1, (&joints, alpha), &mut shot);
         }
         let now = self.characters.now();
         for ball in &self.balls {
@@ -445,39 +448,7 @@ impl Drive {
             shot.solids
                 .push(Capsule::ball(Sphere::new(at, BALL), FLYING));
         }
-        add_walls(&mut shot.solids);
+        add_room(&sight, &mut shot);
         Ok(shot)
-    }
-}
-
-/// Four walls, pillars and a bench.
-fn room() -> Result<Vec<Obstacle>, ObstacleError> {
-    let mut all = Vec::new();
-    for out in [Vec3::X, Vec3::NEG_X, Vec3::Z, Vec3::NEG_Z] {
-        all.push(Obstacle::half_space(out * ROOM, -out)?);
-    }
-    for (place, radius) in PILLARS {
-        all.push(Obstacle::disc(place, radius)?);
-    }
-    Ok(all)
-}
-
-/// The walls as rails, the pillars as columns.
-fn add_walls(solids: &mut Vec<Capsule>) {
-    const THICK: f32 = 0.06;
-    for height in [0.1, 0.6, 1.1] {
-        let corners = [(1.0, 1.0), (1.0, -1.0), (-1.0, -1.0), (-1.0, 1.0)];
-        let corner = |index: usize| {
-            let (x, z): (f32, f32) = corners[index % 4];
-            Vec3::new(x * (ROOM + THICK), height, z * (ROOM + THICK))
-        };
-        for index in 0..4 {
-            let end = |index| Sphere::new(corner(index), THICK);
-            solids.push(Capsule::new(end(index), end(index + 1), WALL));
-        }
-    }
-    for (place, radius) in PILLARS {
-        let at = |height: f32| Sphere::new(Vec3::new(place.x, height, place.y), radius);
-        solids.push(Capsule::new(at(0.0), at(1.8), WALL));
     }
 }

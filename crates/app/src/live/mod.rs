@@ -14,6 +14,8 @@ mod fighter;
 mod map_choices;
 mod orbit;
 mod query_worker;
+mod room;
+mod sight_line;
 mod throw;
 mod walker;
 mod worker_request;

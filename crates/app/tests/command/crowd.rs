@@ -55,6 +55,14 @@ fn crowd_json_has_its_keys() {
                 );
             }
         }
+        let beginning = &document["beginning"];
+        for time in [
+            &beginning["first_frame_ms"],
+            &beginning["read_value_ns"]["blocks"],
+            &beginning["read_value_ns"]["rows"],
+        ] {
+            assert!(time.as_f64().unwrap() > 0.0, "{beginning}");
+        }
         let budget = &document["budget"];
         assert_eq!(budget["frames"], 2000);
         let share = budget["share_over_budget"].as_f64().unwrap();
@@ -137,6 +145,7 @@ fn crowd_tells_what_it_measures() {
         "distance",
         "ns a joint",
         "against all joints",
+        "first frame of a new crowd",
     ] {
         assert!(told.stdout.contains(word), "{word} in\n{}", told.stdout);
     }

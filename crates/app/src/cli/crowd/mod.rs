@@ -1,6 +1,7 @@
 //! `sabaki crowd`: how long a crowd takes to be posed, before levels of detail and after, on every instruction set and
 //! number of threads, in one run.
 
+mod beginning;
 mod budget_run;
 mod busy;
 mod cases;
@@ -71,6 +72,7 @@ pub(crate) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
         };
         rows.push(scene.measure(args, case)?);
     }
+    let beginning = scene.measure_beginning(args)?;
     let budget = scene.run_in_budget(args, &rows)?;
     Ok(Done::ok(if as_json {
         Done::json(&json!({
@@ -79,11 +81,12 @@ pub(crate) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
             "levels": scene.animations.levels(),
             "key_bytes": scene.animations.bytes(),
             "error_pixels": args.error,
+            "beginning": beginning.to_json(),
             "budget": budget.to_json(),
         }))
     } else {
         let table = rows::describe(args, &scene, &rows);
-        format!("{table}{}\n", budget.describe())
+        format!("{table}{}\n{}\n", beginning.describe(), budget.describe())
     }))
 }
 
