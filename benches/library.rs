@@ -27,7 +27,7 @@ use sabaki::archive;
 use sabaki::character::{CharacterSettings, Characters};
 use sabaki::graph::{ClipSource, GraphSettings};
 use sabaki::internal::{
-    BandJobs, DistanceMap, EarlierTables, GraphBuilder, GraphRecord, PrunedSearch, TableRecord,
+    BandParts, DistanceMap, EarlierTables, GraphBuilder, GraphRecord, PrunedSearch, TableRecord,
     Unwatched, Windows,
 };
 use sabaki::maps::{BakeSettings, BakedGraph, Baker};
@@ -360,9 +360,12 @@ fn windows(builder: &GraphBuilder<'_>) -> Vec<Windows> {
 /// Searches all bands, and returns the number of distances that were computed.
 fn search(builder: &GraphBuilder<'_>, windows: &[Windows], threads: usize) -> u64 {
     let search = PrunedSearch::new(builder.search(), windows.iter().collect(), threads);
-    let jobs: Vec<_> = BandJobs::new(builder.bands()).collect();
-    let found = search.minima_of_jobs(&jobs, threads).unwrap();
-    found.iter().map(|band| band.computed).sum()
+    let parts = BandParts::new(builder.bands());
+    let computed = parts.map(|part| {
+        let found = search.minima_of(&part, threads).unwrap();
+        found.iter().map(|band| band.computed).sum::<u64>()
+    });
+    computed.sum()
 }
 
 /// Seconds that the distances of all pairs take on one thread.

@@ -17,7 +17,7 @@ pub use crate::graph::motion_edit::Played;
 pub use crate::graph::record::{ClipMatch, GraphRecord};
 pub use crate::graph::responsiveness::Responsiveness;
 pub use crate::graph::search::{
-    BandJobs, BandMinima, MapBand, Minimum, PrunedSearch, SearchScratch, SearchSettings,
+    BandMinima, BandParts, MapBand, Minimum, PrunedSearch, SearchScratch, SearchSettings,
     TransitionList,
 };
 pub use crate::graph::watch::{BakeProgress, BakeStage, BakeWatch, Recorded, Unwatched};

@@ -11,7 +11,7 @@ use super::links::{self, KnownLinks, LinkOutput, LinkSource};
 use super::parts::Parts;
 use super::record::{ClipMatch, GraphRecord, KnownMinima};
 use super::report::{BuildCounts, BuiltGraphs};
-use super::search::{BandJobs, MapBand, Minimum, PrunedSearch, SearchSettings, TransitionList};
+use super::search::{BandParts, MapBand, Minimum, PrunedSearch, SearchSettings, TransitionList};
 use super::source::ClipSource;
 use super::watch::{BakeStage, BakeWatch, Recorded, Stopped, Unwatched};
 use super::{
@@ -19,7 +19,7 @@ use super::{
     events,
 };
 use crate::anim::{Clip, ClipError};
-use crate::math::{in_parallel, thread_count};
+use crate::math::in_parallel;
 
 /// Builds a motion graph from `source`.
 ///
@@ -182,30 +182,21 @@ impl<'a> GraphBuilder<'a> {
     /// # Errors
     /// The graph would have too many transitions.
     pub fn find_transitions(&self) -> Result<TransitionList, GraphError> {
-        /// Number of jobs of a thread whose minima are kept until they are added to the list.
-        const PART: usize = 16;
         let threads = self.settings.threads;
         let search = PrunedSearch::new(self.search(), self.windows.iter().collect(), threads);
         let mut list = self.transition_list();
-        let mut jobs = BandJobs::new(self.bands());
         let stage = self.watch.stage(BakeStage::Transitions, threads);
         let (mut done, all) = (0, self.bands().map(|band| band.pairs()).sum());
-        loop {
-            let part: Vec<Vec<MapBand>> =
-                jobs.by_ref().take(PART * thread_count(threads)).collect();
-            let Some(first) = part.first().and_then(|job| job.first()) else {
-                return Ok(list);
-            };
+        for part in BandParts::new(self.bands()) {
             let is_new = |band: &&MapBand| self.known_minima(band).is_none();
-            let new = |job: &Vec<MapBand>| job.iter().filter(is_new).copied().collect();
-            let new: Vec<Vec<MapBand>> = part.iter().map(new).collect();
+            let new: Vec<MapBand> = part.iter().filter(is_new).copied().collect();
             // After a stop, known minima are still taken over.
-            if self.watch.is_stopped() && new.iter().any(|job| !job.is_empty()) {
-                list.stop_before(first);
+            if self.watch.is_stopped() && !new.is_empty() {
+                list.stop_before(&part[0]);
                 return Ok(list);
             }
-            let mut found = search.minima_of_jobs(&new, threads)?.into_iter();
-            for &band in part.iter().flatten() {
+            let mut found = search.minima_of(&new, threads)?.into_iter();
+            for band in part {
                 let minima = match self.known_minima(&band) {
                     Some(minima) => Cow::Borrowed(minima),
                     None => {
@@ -219,6 +210,7 @@ impl<'a> GraphBuilder<'a> {
             }
             stage.progress(done, all);
         }
+        Ok(list)
     }
 
     /// The minima of a band that an earlier build found.

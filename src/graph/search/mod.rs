@@ -7,20 +7,20 @@
 //! transitions therefore do not depend on who searches a band, nor on the order.
 
 mod bounds;
-mod jobs;
 mod list;
 mod minima;
 mod near;
+mod parts;
 mod pruned;
 
 use std::ops::Range;
 
 use serde::{Deserialize, Serialize};
 
-pub use jobs::BandJobs;
 pub use list::TransitionList;
 pub use minima::Minimum;
 pub(super) use near::{NearRange, NearWindows, WindowCell};
+pub use parts::BandParts;
 pub use pruned::{BandMinima, PrunedSearch, SearchScratch};
 
 use super::GraphError;

@@ -49,36 +49,51 @@ impl NearSearch<'_> {
     fn find_of_node(&self, node: usize, rows: Range<usize>, near: &mut Vec<WindowCell>) {
         let [a, b] = self.features;
         let ball = a.ball(node);
+        let own = bits(rows.start - node * NODE..rows.end - node * NODE);
         for group in self.first_column(rows.start) / NODE / NODES..b.groups() {
-            let balls = b.near_balls(&ball, group, self.beyond);
-            if balls == 0 {
-                continue;
-            }
-            for row in rows.clone() {
-                let window = a.window(row);
-                let first = self.first_column(row);
-                let mut balls = balls & b.near_balls(&window, group, self.beyond);
-                while balls != 0 {
-                    let other = group * NODES + balls.trailing_zeros() as usize;
-                    balls &= balls - 1;
-                    if other >= b.nodes() || (other + 1) * NODE <= first {
-                        continue;
-                    }
-                    let mut columns = b.near_windows(&window.centre, other, self.limit);
-                    while columns != 0 {
-                        let column = other * NODE + columns.trailing_zeros() as usize;
-                        columns &= columns - 1;
-                        if column >= first && column < self.columns {
-                            near.push(WindowCell {
-                                row: row as u32,
-                                column: column as u32,
-                            });
-                        }
-                    }
+            let mut balls = b.near_balls(ball, group, self.beyond);
+            while balls != 0 {
+                let other = group * NODES + balls.trailing_zeros() as usize;
+                balls &= balls - 1;
+                if other >= b.nodes() {
+                    break;
+                }
+                let mut windows = own & a.windows_near_ball(node, b.ball(other), self.beyond);
+                while windows != 0 {
+                    let row = node * NODE + windows.trailing_zeros() as usize;
+                    windows &= windows - 1;
+                    self.find_of_row(row, other, near);
                 }
             }
         }
     }
+
+    /// Finds the windows of a ball of the second cloud that are near a row.
+    #[inline(always)]
+    fn find_of_row(&self, row: usize, other: usize, near: &mut Vec<WindowCell>) {
+        let [a, b] = self.features;
+        let first = self.first_column(row);
+        if (other + 1) * NODE <= first {
+            return;
+        }
+        let mut columns = b.near_windows(a.window(row), other, self.limit);
+        while columns != 0 {
+            let column = other * NODE + columns.trailing_zeros() as usize;
+            columns &= columns - 1;
+            if column >= first && column < self.columns {
+                near.push(WindowCell {
+                    row: row as u32,
+                    column: column as u32,
+                });
+            }
+        }
+    }
+}
+
+/// A bit for each index of a range within a ball.
+#[inline(always)]
+fn bits(range: Range<usize>) -> u32 {
+    (1 << range.end) - (1 << range.start)
 }
 
 /// Windows of clips, prepared for finding those that are near windows of a short range of frames.

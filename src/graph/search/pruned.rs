@@ -21,6 +21,12 @@ const STRIP: usize = 64;
 /// are near.
 const MOST_PAIRS: usize = 1 << 22;
 
+/// Number of windows of a block. Their projections fit the second cache.
+const BLOCK: usize = 2048;
+
+/// Number of window pairs that one thread searches at a time, at most, if they are of several bands.
+const MOST_PAIRS_OF_RUN: u64 = 1 << 24;
+
 /// Windows of clips, prepared for a search that computes few distances.
 #[derive(Debug)]
 pub struct PrunedSearch<'a> {
@@ -28,6 +34,8 @@ pub struct PrunedSearch<'a> {
     isa: Isa,
     windows: Vec<&'a Windows>,
     features: Vec<Features>,
+    /// Number of the block of each clip: neighbouring clips with about [`BLOCK`] windows in all.
+    blocks: Vec<usize>,
 }
 
 /// Minima of a band, and the work of their search.
@@ -73,9 +81,15 @@ impl<'a> PrunedSearch<'a> {
         let features = in_parallel(threads, windows.len(), |clip| {
             Features::new(&projection, windows[clip], settings.threshold)
         });
+        let mut before = 0;
+        let block_of = |windows: &&Windows| {
+            before += windows.count();
+            before / BLOCK
+        };
         Self {
             settings,
             isa: Isa::best(),
+            blocks: windows.iter().map(block_of).collect(),
             windows,
             features,
         }
@@ -87,25 +101,44 @@ impl<'a> PrunedSearch<'a> {
         Self { isa, ..self }
     }
 
-    /// Finds the minima of the bands of some jobs, in the order of the bands of each job. The result does not depend on the number of
-    /// threads.
+    /// Finds the minima of bands, in their order. The result does not depend on the number of threads.
     ///
     /// # Errors
     /// The error of [`PrunedSearch::minima`].
-    pub fn minima_of_jobs(
+    pub fn minima_of(
         &self,
-        jobs: &[Vec<MapBand>],
+        bands: &[MapBand],
         threads: usize,
     ) -> Result<Vec<BandMinima>, GraphError> {
-        let found = in_parallel(threads, jobs.len(), |job| {
+        // Bands with columns in the same block follow each other, so that its windows stay in the cache.
+        let mut order: Vec<usize> = (0..bands.len()).collect();
+        order.sort_unstable_by_key(|&index| (self.blocks[bands[index].b], index));
+        let mut pairs = 0;
+        let runs: Vec<&[usize]> = order
+            .chunk_by(|&before, &after| {
+                let [before, after] = [before, after].map(|index| &bands[index]);
+                pairs += before.pairs();
+                let is_same = self.blocks[before.b] == self.blocks[after.b];
+                let is_together = is_same && pairs + after.pairs() <= MOST_PAIRS_OF_RUN;
+                if !is_together {
+                    pairs = 0;
+                }
+                is_together
+            })
+            .collect();
+        let found = in_parallel(threads, runs.len(), |run| {
             let mut scratch = SearchScratch::default();
-            let bands = jobs[job].iter();
-            bands
-                .map(|&band| self.minima(band, &mut scratch))
+            let own = runs[run].iter();
+            own.map(|&index| self.minima(bands[index], &mut scratch))
                 .collect::<Result<Vec<_>, _>>()
         });
-        let found: Vec<Vec<BandMinima>> = found.into_iter().collect::<Result<_, _>>()?;
-        Ok(found.into_iter().flatten().collect())
+        let mut all = vec![BandMinima::default(); bands.len()];
+        for (run, found) in runs.iter().zip(found) {
+            for (&index, found) in run.iter().zip(found?) {
+                all[index] = found;
+            }
+        }
+        Ok(all)
     }
 
     /// Finds the minima of a band: those that [`SearchSettings::minima`] finds, to the bit.

@@ -43,9 +43,9 @@ pub(in crate::graph::search) struct Query {
     norm: f32,
 }
 
-/// Balls of [`NODE`] neighbouring windows, each around its middle window.
+/// [`NODES`] balls, each of [`NODE`] neighbouring windows around their middle one.
 #[derive(Clone, Copy, Debug)]
-struct Balls {
+struct Group {
     centres: Tile<NODES>,
     /// Radius of each ball, enlarged by half of the threshold.
     radii: [f32; NODES],
@@ -54,16 +54,20 @@ struct Balls {
 /// Projections of all windows of a clip.
 #[derive(Clone, Debug)]
 pub(in crate::graph::search) struct Features {
+    /// Single windows and balls, to be compared with many.
+    windows: Vec<Query>,
+    balls: Vec<Ball>,
+    /// Windows and balls that one is compared with.
     tiles: Vec<Tile<NODE>>,
-    balls: Vec<Balls>,
+    groups: Vec<Group>,
     /// Radius of the ball of each single window, in metres.
-    reaches: Vec<f32>,
+    reaches: Vec<[f32; NODE]>,
 }
 
 /// A ball whose neighbours are searched.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::graph::search) struct Ball {
-    pub(in crate::graph::search) centre: Query,
+    centre: Query,
     /// Radius of the ball, enlarged by half of the threshold.
     radius: f32,
 }
@@ -87,16 +91,6 @@ impl<const L: usize> Tile<L> {
             row[lane] = value;
         }
         self.norm[lane] = window.norm;
-    }
-
-    #[inline(always)]
-    fn get(&self, lane: usize) -> Query {
-        Query {
-            reals: self.reals.each_ref().map(|row| row[lane]),
-            re: self.re.each_ref().map(|row| row[lane]),
-            im: self.im.each_ref().map(|row| row[lane]),
-            norm: self.norm[lane],
-        }
     }
 
     /// Lower bounds of the squared distances, in square metres.
@@ -187,17 +181,18 @@ impl Features {
             (Query::new(&projected, slack), slack)
         });
         let windows: Vec<(Query, f64)> = windows.collect();
-        let mut features = Self {
-            tiles: vec![Tile::EMPTY; windows.len().div_ceil(NODE)],
-            balls: Vec::new(),
-            reaches: Vec::with_capacity(windows.len()),
-        };
-        let nodes = features.tiles.len();
-        let empty = Balls {
+        let nodes = windows.len().div_ceil(NODE);
+        let empty = Group {
             centres: Tile::EMPTY,
             radii: [0.0; NODES],
         };
-        features.balls.resize(nodes.div_ceil(NODES), empty);
+        let mut features = Self {
+            windows: windows.iter().map(|(window, _)| *window).collect(),
+            balls: Vec::with_capacity(nodes),
+            tiles: vec![Tile::EMPTY; nodes],
+            groups: vec![empty; nodes.div_ceil(NODES)],
+            reaches: vec![[0.0; NODE]; nodes],
+        };
         for (node, own) in windows.chunks(NODE).enumerate() {
             for (lane, (window, _)) in own.iter().enumerate() {
                 features.tiles[node].set(lane, window);
@@ -208,46 +203,42 @@ impl Features {
             let extra = |slack: f64| (slack / threshold).min((2.0 * slack).sqrt());
             let rounded_up = |radius: f64| (radius * (1.0 + 1e-5) + 1e-6) as f32;
             let own_reach = |&(_, slack): &(Query, f64)| 0.5 * threshold + extra(slack);
-            features
-                .reaches
-                .extend(own.iter().map(own_reach).map(rounded_up));
+            for (reach, own) in features.reaches[node].iter_mut().zip(own) {
+                *reach = rounded_up(own_reach(own));
+            }
             let reach = |own: &(Query, f64)| centre.distance(&own.0) + own_reach(own);
-            let radius = own.iter().map(reach).fold(0.0, f64::max);
-            let balls = &mut features.balls[node / NODES];
-            balls.centres.set(node % NODES, centre);
-            balls.radii[node % NODES] = rounded_up(radius);
+            let radius = rounded_up(own.iter().map(reach).fold(0.0, f64::max));
+            let group = &mut features.groups[node / NODES];
+            group.centres.set(node % NODES, centre);
+            group.radii[node % NODES] = radius;
+            features.balls.push(Ball {
+                centre: *centre,
+                radius,
+            });
         }
         features
     }
 
     /// Number of balls.
     pub(in crate::graph::search) fn nodes(&self) -> usize {
-        self.tiles.len()
+        self.balls.len()
     }
 
     /// Number of groups of [`NODES`] balls.
     pub(in crate::graph::search) fn groups(&self) -> usize {
-        self.balls.len()
+        self.groups.len()
     }
 
     /// A ball of [`NODE`] windows.
     #[inline(always)]
-    pub(in crate::graph::search) fn ball(&self, node: usize) -> Ball {
-        let balls = &self.balls[node / NODES];
-        let lane = node % NODES;
-        Ball {
-            centre: balls.centres.get(lane),
-            radius: balls.radii[lane],
-        }
+    pub(in crate::graph::search) fn ball(&self, node: usize) -> &Ball {
+        &self.balls[node]
     }
 
-    /// The ball of one window.
+    /// One window.
     #[inline(always)]
-    pub(in crate::graph::search) fn window(&self, window: usize) -> Ball {
-        Ball {
-            centre: self.tiles[window / NODE].get(window % NODE),
-            radius: self.reaches[window],
-        }
+    pub(in crate::graph::search) fn window(&self, window: usize) -> &Query {
+        &self.windows[window]
     }
 
     /// Returns a bit for each ball of a group, set if it may contain a window near a window of `ball`, or if a distance is not a number. Windows
@@ -259,15 +250,32 @@ impl Features {
         group: usize,
         beyond: f32,
     ) -> u32 {
-        let balls = &self.balls[group];
+        let balls = &self.groups[group];
         let squared = balls.centres.squared(&ball.centre);
-        let mut bits = [0; NODES];
-        for lane in 0..NODES {
-            let reach = ball.radius + balls.radii[lane] + beyond;
-            let far = squared[lane] > reach * reach;
-            bits[lane] = if far { 0 } else { 1 << lane };
+        let mut near = 0;
+        for (lane, (squared, radius)) in squared.iter().zip(balls.radii).enumerate() {
+            let reach = ball.radius + radius + beyond;
+            near |= unless(*squared > reach * reach) << lane;
         }
-        bits.iter().fold(0, |all, bit| all | bit)
+        near
+    }
+
+    /// Returns a bit for each window of a ball, set if it may be near a window of another ball, or if its distance is not a number. `beyond`
+    /// is that of [`Features::near_balls`].
+    #[inline(always)]
+    pub(in crate::graph::search) fn windows_near_ball(
+        &self,
+        node: usize,
+        ball: &Ball,
+        beyond: f32,
+    ) -> u32 {
+        let squared = self.tiles[node].squared(&ball.centre);
+        let mut near = 0;
+        for (lane, (squared, own)) in squared.iter().zip(self.reaches[node]).enumerate() {
+            let reach = ball.radius + own + beyond;
+            near |= unless(*squared > reach * reach) << lane;
+        }
+        near
     }
 
     /// Returns a bit for each window of a ball, set if its distance from a window may be below the square root of `limit`, or is not a number.
@@ -279,11 +287,16 @@ impl Features {
         limit: f32,
     ) -> u32 {
         let squared = self.tiles[node].squared(window);
-        let mut bits = [0; NODE];
-        for lane in 0..NODE {
-            let far = squared[lane] >= limit;
-            bits[lane] = if far { 0 } else { 1 << lane };
+        let mut near = 0;
+        for (lane, squared) in squared.iter().enumerate() {
+            near |= unless(*squared >= limit) << lane;
         }
-        bits.iter().fold(0, |all, bit| all | bit)
+        near
     }
+}
+
+/// 1, or 0 if a bound is beyond its limit. The compiler keeps lanes together in this form; with a constant for each lane it tears them apart.
+#[inline(always)]
+fn unless(far: bool) -> u32 {
+    u32::from(!far)
 }

@@ -11,10 +11,9 @@
 use std::path::{Path, PathBuf};
 
 use sabaki::internal::{
-    BandJobs, BandMinima, GraphBuilder, MapBand, Minimum, PointCloud, PrunedSearch, SearchScratch,
+    BandMinima, BandParts, GraphBuilder, MapBand, Minimum, PointCloud, PrunedSearch,
     TransitionList, Windows,
 };
-use sabaki::math::in_parallel;
 
 use super::super::{Failure, cancel, output};
 use super::manifest::{Manifest, PlanInput};
@@ -138,7 +137,7 @@ impl SharedBake {
         clips
     }
 
-    /// Computes a shard, unless it is there and sound. Ctrl-C stops it between bands.
+    /// Computes a shard, unless it is there and sound. Ctrl-C stops it between parts of it.
     pub(super) fn compute(&self, shard: usize, threads: usize) -> Result<ShardOutcome, Failure> {
         if self.read_shard(shard).is_ok() {
             return Ok(ShardOutcome::WasThere);
@@ -157,18 +156,12 @@ impl SharedBake {
             b: place(band.b),
             ..band
         });
-        let jobs: Vec<Vec<MapBand>> = BandJobs::new(own).collect();
         let search = PrunedSearch::new(self.manifest.search, windows.iter().collect(), threads);
-        let found = in_parallel(threads, jobs.len(), |job| {
-            let mut scratch = SearchScratch::default();
-            let minima = |&band: &MapBand| {
-                cancel::check()?;
-                Ok(search.minima(band, &mut scratch)?)
-            };
-            jobs[job].iter().map(minima).collect()
-        });
-        let found: Vec<Vec<BandMinima>> = found.into_iter().collect::<Result<_, Failure>>()?;
-        let found: Vec<BandMinima> = found.into_iter().flatten().collect();
+        let mut found: Vec<BandMinima> = Vec::new();
+        for part in BandParts::new(own) {
+            cancel::check()?;
+            found.extend(search.minima_of(&part, threads)?);
+        }
         let distances = found.iter().map(|found| found.computed).sum();
         let found: Vec<Vec<Minimum>> = found.into_iter().map(|found| found.minima).collect();
         let contents = sealed::encode(&(shard, &found))?;
