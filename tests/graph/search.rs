@@ -9,8 +9,8 @@ use common::clips::{small_skeleton, swinging_clip};
 use sabaki::anim::Clip;
 use sabaki::graph::{self, ClipSource, GraphSettings};
 use sabaki::internal::{
-    DistanceMap, GraphBuilder, MapBand, Minimum, PointCloud, PrunedSearch, SearchScratch,
-    SearchSettings, Windows,
+    BandParts, DistanceMap, GraphBuilder, MapBand, Minimum, PointCloud, PrunedSearch,
+    SearchScratch, SearchSettings, Windows,
 };
 use sabaki::math::Isa;
 
@@ -305,6 +305,31 @@ fn bounds_hold_for_still_motion_and_far_from_the_origin() {
         clip(true, 900.0),
     ];
     compare(SETTINGS, &all, &[33, 64]);
+}
+
+#[test]
+fn bands_that_are_searched_together_keep_their_minima() {
+    // More windows than are searched as one block.
+    let frames: Vec<usize> = (0..25).map(|clip| 100 + 13 * (clip % 7)).collect();
+    let clips = frames.iter().enumerate();
+    let windows: Vec<Windows> = clips
+        .map(|(clip, &frames)| windows(frames, 0.1 * clip as f32))
+        .collect();
+    assert!(windows.iter().map(Windows::count).sum::<usize>() > 3000);
+    let bands: Vec<MapBand> = SETTINGS.bands(&frames).collect();
+    let search = PrunedSearch::new(SETTINGS, windows.iter().collect(), 2);
+    let mut scratch = SearchScratch::default();
+    let mut single = |band: &MapBand| search.minima(*band, &mut scratch).unwrap();
+    let expected: Vec<_> = bands.iter().map(|band| single(band).minima).collect();
+    assert!(expected.iter().filter(|minima| !minima.is_empty()).count() > 100);
+    for threads in [1, 2, 3] {
+        let found = search.minima_of(&bands, threads).unwrap();
+        let found: Vec<_> = found.into_iter().map(|found| found.minima).collect();
+        assert_eq!(found, expected, "{threads} threads");
+    }
+    // Bands in parts are the bands.
+    let parts = BandParts::new(bands.iter().copied());
+    assert_eq!(parts.flatten().collect::<Vec<_>>(), bands);
 }
 
 #[test]
