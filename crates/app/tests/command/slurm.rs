@@ -73,6 +73,21 @@ fn running_shard(plan: &Path) -> Option<(u32, String)> {
     None
 }
 
+/// Stops a process in its work. Returns `false` if it has ended.
+fn stop(process: u32) -> bool {
+    let args = ["-STOP", &process.to_string()];
+    Command::new("kill").args(args).output().unwrap();
+    // On a machine that is busy it goes on for a moment.
+    wait("the shard does not stop", || {
+        let stat = fs::read_to_string(format!("/proc/{process}/stat"));
+        match stat.unwrap_or_default().rsplit_once(") ") {
+            Some((_, state)) if state.starts_with('T') => Some(true),
+            Some((_, state)) if !state.starts_with('Z') => None,
+            _ => Some(false),
+        }
+    })
+}
+
 #[test]
 fn a_killed_task_runs_again_and_changes_nothing() {
     if std::env::var_os("SABAKI_SLURM").is_none() {
@@ -105,11 +120,7 @@ fn a_killed_task_runs_again_and_changes_nothing() {
     let plan = at.join("plan");
     let (process, shard) = wait("no shard runs", || {
         let found = running_shard(&plan)?;
-        let stopped = Command::new("kill")
-            .args(["-STOP", &found.0.to_string()])
-            .status();
-        let stat = fs::read_to_string(format!("/proc/{}/stat", found.0)).ok()?;
-        (stopped.unwrap().success() && stat.contains(") T ")).then_some(found)
+        stop(found.0).then_some(found)
     });
     assert!(!plan.join("shards").join(&shard).exists());
     let task = format!("{job}_{shard}");
