@@ -360,7 +360,7 @@ fn windows(builder: &GraphBuilder<'_>) -> Vec<Windows> {
 /// Searches all bands, and returns the number of distances that were computed.
 fn search(builder: &GraphBuilder<'_>, windows: &[Windows], threads: usize) -> u64 {
     let search = PrunedSearch::new(builder.search(), windows.iter().collect(), threads);
-    let parts = BandParts::new(builder.bands());
+    let parts = BandParts::new(builder.bands(), threads);
     let computed = parts.map(|part| {
         let found = search.minima_of(&part, threads).unwrap();
         found.iter().map(|band| band.computed).sum::<u64>()

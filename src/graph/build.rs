@@ -187,7 +187,7 @@ impl<'a> GraphBuilder<'a> {
         let mut list = self.transition_list();
         let stage = self.watch.stage(BakeStage::Transitions, threads);
         let (mut done, all) = (0, self.bands().map(|band| band.pairs()).sum());
-        for part in BandParts::new(self.bands()) {
+        for part in BandParts::new(self.bands(), threads) {
             let is_new = |band: &&MapBand| self.known_minima(band).is_none();
             let new: Vec<MapBand> = part.iter().filter(is_new).copied().collect();
             // After a stop, known minima are still taken over.

@@ -328,7 +328,7 @@ fn bands_that_are_searched_together_keep_their_minima() {
         assert_eq!(found, expected, "{threads} threads");
     }
     // Bands in parts are the bands.
-    let parts = BandParts::new(bands.iter().copied());
+    let parts = BandParts::new(bands.iter().copied(), 2);
     assert_eq!(parts.flatten().collect::<Vec<_>>(), bands);
 }
 

@@ -168,6 +168,20 @@ impl Query {
     }
 }
 
+impl Ball {
+    /// Returns a bit for each of several balls, set if it may be within reach.
+    #[inline(always)]
+    fn near<const L: usize>(&self, centres: &Tile<L>, radii: &[f32; L], beyond: f32) -> u32 {
+        let squared = centres.squared(&self.centre);
+        let mut near = 0;
+        for (lane, (squared, radius)) in squared.iter().zip(radii).enumerate() {
+            let reach = self.radius + radius + beyond;
+            near |= unless(*squared > reach * reach) << lane;
+        }
+        near
+    }
+}
+
 impl Features {
     /// Projects the windows of a clip. `threshold` is that of the search, in metres.
     pub(in crate::graph::search) fn new(
@@ -250,14 +264,8 @@ impl Features {
         group: usize,
         beyond: f32,
     ) -> u32 {
-        let balls = &self.groups[group];
-        let squared = balls.centres.squared(&ball.centre);
-        let mut near = 0;
-        for (lane, (squared, radius)) in squared.iter().zip(balls.radii).enumerate() {
-            let reach = ball.radius + radius + beyond;
-            near |= unless(*squared > reach * reach) << lane;
-        }
-        near
+        let group = &self.groups[group];
+        ball.near(&group.centres, &group.radii, beyond)
     }
 
     /// Returns a bit for each window of a ball, set if it may be near a window of another ball, or if its distance is not a number. `beyond`
@@ -269,13 +277,7 @@ impl Features {
         ball: &Ball,
         beyond: f32,
     ) -> u32 {
-        let squared = self.tiles[node].squared(&ball.centre);
-        let mut near = 0;
-        for (lane, (squared, own)) in squared.iter().zip(self.reaches[node]).enumerate() {
-            let reach = ball.radius + own + beyond;
-            near |= unless(*squared > reach * reach) << lane;
-        }
-        near
+        ball.near(&self.tiles[node], &self.reaches[node], beyond)
     }
 
     /// Returns a bit for each window of a ball, set if its distance from a window may be below the square root of `limit`, or is not a number.
@@ -295,7 +297,8 @@ impl Features {
     }
 }
 
-/// 1, or 0 if a bound is beyond its limit. The compiler keeps lanes together in this form; with a constant for each lane it tears them apart.
+/// 1, or 0 if a bound is beyond its limit. In this form the compiler keeps nearly all lanes together; with a constant for each lane it tears them
+/// apart.
 #[inline(always)]
 fn unless(far: bool) -> u32 {
     u32::from(!far)

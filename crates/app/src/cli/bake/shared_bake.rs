@@ -158,7 +158,7 @@ impl SharedBake {
         });
         let search = PrunedSearch::new(self.manifest.search, windows.iter().collect(), threads);
         let mut found: Vec<BandMinima> = Vec::new();
-        for part in BandParts::new(own) {
+        for part in BandParts::new(own, threads) {
             cancel::check()?;
             found.extend(search.minima_of(&part, threads)?);
         }

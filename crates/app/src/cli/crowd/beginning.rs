@@ -4,6 +4,7 @@ use std::hint::black_box;
 use std::time::Instant;
 
 use sabaki::crowd::{Layout, LevelId, MemberId, PoseSlice};
+use sabaki_app::percentile::percentile;
 use serde_json::{Value, json};
 
 use super::cases::{Case, Motion, TimedWork};
@@ -99,6 +100,5 @@ fn median(measure: impl Fn() -> Result<f64, Failure>) -> Result<f64, Failure> {
         cancel::check()?;
         values.push(measure()?);
     }
-    values.sort_by(f64::total_cmp);
-    Ok(values[CROWDS / 2])
+    Ok(percentile(values, 0.5))
 }
