@@ -49,10 +49,6 @@ pub use crate::query::moves::{MoveSettings, SearchReport};
 pub use crate::query::obstacle::{ObstacleHit, ObstacleTest};
 pub use crate::query::retime::{Rate, RateError};
 pub use crate::query::warp::{WarpBounds, WarpLimits};
-pub use sabaki_motion::internal::{
-    Attachment, Band, Bend, Blend, BoneShape, Branch, Carrier, Envelope, Facing, Flexion, Inertia,
-    Leg, LevelMotion, LevelTrack, Limbs, Translations, Warp, affine, smooth_step,
-};
 
 /// The CPU rasterizer, whose results the shaders reproduce.
 pub mod raster {

@@ -7,8 +7,7 @@ use sabaki::anim::{Clip, ClipDesc, Joint, JointId, JointKind, Skeleton};
 use sabaki::crowd::{
     AnimationSet, Character, ClipId, ClipMix, Crowd, CrowdSettings, LevelId, Placement,
 };
-use sabaki::internal::LevelMotion;
-use sabaki::lod::{LevelSettings, Levels, Measure, Rule, SwitchSettings, Switching};
+use sabaki::lod::{LevelMotion, LevelSettings, Levels, Measure, Rule, SwitchSettings, Switching};
 use sabaki::math::{F32x16, Rigid2};
 use sabaki_app::demo;
 use sabaki_import::{ReadOptions, read_clip};

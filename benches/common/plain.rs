@@ -6,7 +6,7 @@
 //! was built for: `RUSTFLAGS='-C target-cpu=x86-64-v3'` gives it the registers that a game has.
 
 use glam::{Affine3A, Quat, Vec3};
-use sabaki::internal::LevelMotion;
+use sabaki::lod::LevelMotion;
 
 pub(crate) struct PlainClip {
     parents: Vec<usize>,

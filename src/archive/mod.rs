@@ -25,7 +25,7 @@ use thiserror::Error;
 
 use crate::maps::BakedGraph;
 #[cfg(unix)]
-use sabaki_motion::internal::both;
+use crate::math::parallel::both;
 
 pub use atomic_write::write_atomically;
 

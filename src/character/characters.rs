@@ -20,9 +20,9 @@ use super::world::{KnownThreat, OtherBody, World};
 use crate::anim::{JointTransform, Pose, forward_kinematics};
 use crate::graph::{Motion, Playhead};
 use crate::maps::BakedGraph;
+use crate::math::parallel::{WorkerPool, lock};
 use crate::math::{Rigid2, thread_count};
 use crate::query::Obstacle;
-use sabaki_motion::internal::{WorkerPool, lock};
 
 /// Longest time of one step, in seconds.
 const LONGEST_STEP: f32 = 1.0;

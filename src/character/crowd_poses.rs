@@ -10,13 +10,12 @@ use std::sync::Arc;
 use super::state::CharacterState;
 use crate::anim::{ClipId, JointId};
 use crate::crowd::{
-    AnimationSet, Character, Crowd, CrowdError, CrowdSettings, Layout, LevelId, MemberId,
-    Placement, PoseSlice,
+    AnimationSet, Character, Crowd, CrowdError, CrowdSettings, ExternalGroups, Layout, LevelId,
+    MemberId, Placement, PoseSlice,
 };
 use crate::graph::{EdgeMotion, JointReach, MotionGraph, Playhead};
 use crate::lod::{Levels, Switching};
 use crate::math::F32x16;
-use sabaki_motion::internal::ExternalGroups;
 
 /// How [`Characters::pose_all`](super::Characters::pose_all) poses.
 #[derive(Clone, Debug, PartialEq)]

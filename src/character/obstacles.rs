@@ -10,9 +10,9 @@ use super::slot::Slot;
 use super::state::CharacterState;
 use super::world::{OtherBody, World};
 use crate::maps::BakedGraph;
+use crate::math::parallel::lock;
 use crate::query::Obstacle;
 use crate::query::obstacle::ObstacleTest;
-use sabaki_motion::internal::lock;
 
 /// Obstacles within this distance of what the body reaches are near, in metres.
 const NEAR: f32 = 6.0;

@@ -12,12 +12,11 @@ use super::scratch::Worker;
 use super::slot::{Blend, Slot};
 use super::state::CharacterState;
 use crate::anim::forward_kinematics;
-use crate::crowd::{CrowdError, Layout, MemberId, PoseSlice};
+use crate::crowd::{CrowdError, ExternalGroups, ExternalTarget, Layout, MemberId, PoseSlice};
 use crate::graph::{BESIDE, MotionGraph};
 use crate::lod::Levels;
 use crate::math::F32x16;
-use sabaki_motion::internal::lock;
-use sabaki_motion::internal::{ExternalGroups, ExternalTarget};
+use crate::math::parallel::lock;
 
 impl Characters {
     /// Makes [`Characters::pose_all`] possible. `levels` are built from the graph's skeleton and clips.

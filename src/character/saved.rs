@@ -20,7 +20,7 @@ use crate::anim::Clip;
 use crate::archive;
 use crate::graph::{Motion, MotionGraph};
 use crate::maps::BakedGraph;
-use sabaki_motion::internal::lock;
+use crate::math::parallel::lock;
 
 const MAGIC: [u8; 8] = *b"sabgame\n";
 const VERSION: u32 = 1;

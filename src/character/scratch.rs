@@ -4,10 +4,10 @@ use glam::Vec3;
 
 use super::steer::SteerScratch;
 use crate::anim::{JointTransform, Pose, forward_kinematics};
+use crate::crowd::ExternalPose;
 use crate::graph::{JointReach, MotionMoment};
 use crate::maps::BakedGraph;
 use crate::query::{Answer, Obstacle, QueryContext};
-use sabaki_motion::internal::ExternalPose;
 
 /// Scratch of one thread.
 #[derive(Default)]

@@ -10,7 +10,7 @@ use super::ids::CharacterId;
 use super::scratch::Worker;
 use super::state::CharacterState;
 use crate::graph::BlendReach;
-use sabaki_motion::internal::{WorkerPool, lock};
+use crate::math::parallel::{WorkerPool, lock};
 
 /// A place for a character.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -11,8 +11,8 @@ use super::settings::LeadTime;
 use crate::anim::{JointTransform, Pose, forward_kinematics};
 use crate::graph::{EdgeId, Motion, MotionStep, Playhead};
 use crate::maps::AttackOption;
+use crate::math::sort_rarely;
 use crate::query::{Attack, AttackBegin};
-use sabaki_motion::internal::sort_rarely;
 
 /// An attack of the grid, with its rank.
 #[derive(Clone, Copy)]

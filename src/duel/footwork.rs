@@ -8,10 +8,9 @@ use super::duel_state::Duel;
 use super::side::Side;
 use crate::anim::EventKind;
 use crate::graph::{EdgeMotion, Motion, MotionGraph, MotionStep, NodeId};
-use crate::math::Rigid2;
+use crate::math::{Rigid2, sorted_indices};
 use crate::query::MoveSettings;
 use crate::query::moves::MoveSearchDesc;
-use sabaki_motion::internal::sorted_indices;
 
 /// A motion, and its cost.
 struct RatedMotion {

@@ -2,7 +2,7 @@
 
 use super::{ClipId, ClipSource, GraphError, GraphEvent};
 use crate::anim::{Clip, Event, EventKind};
-use sabaki_motion::internal::{sort_rarely, sorted_indices};
+use crate::math::{sort_rarely, sorted_indices};
 
 /// Events in frames of `clips`, which have the frame rate `frame_rate`. An event shorter than a
 /// frame has no motion, so it gets no edge and is reported as dropped.

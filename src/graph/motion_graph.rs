@@ -5,10 +5,9 @@ use serde::{Deserialize, Serialize};
 use super::events::EventCover;
 use super::feet::Feet;
 use super::ids::{ClipId, EdgeId, EventId, NodeId};
-use crate::anim::{Clip, EventKind, JointId, Skeleton};
-use crate::math::Rigid2;
-use sabaki_motion::internal::{Chain, Facing, Leg, Rig};
-use sabaki_motion::internal::{fill, sort_rarely};
+use crate::anim::{Chain, Clip, EventKind, Facing, JointId, Leg, Rig, Skeleton};
+use crate::math::parallel::fill;
+use crate::math::{Rigid2, sort_rarely};
 
 /// A pose where motion can branch.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]

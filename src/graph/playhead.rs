@@ -1,9 +1,8 @@
 use serde::{Deserialize, Serialize};
 
 use super::{EdgeId, MotionGraph, NodeId};
-use crate::anim::{Pose, forward_kinematics};
+use crate::anim::{Facing, Pose, forward_kinematics};
 use crate::math::Rigid2;
-use sabaki_motion::internal::Facing;
 
 /// Distance from the origin beyond which a transform is replaced by the identity, in metres.
 const NOWHERE: f32 = 1e7;

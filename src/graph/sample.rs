@@ -4,12 +4,8 @@
 use glam::{Quat, Vec3};
 
 use super::{ClipId, Edge, EdgeId, EdgeMotion, MotionGraph, blend_weight};
-use crate::anim::{JointId, Pose, Skeleton};
-use crate::math::{Isa, Rigid2};
-use sabaki_motion::internal::{
-    Chain, LANES, Moment, PackedMoment, RiggedSkeleton, RowKernel, RowReader, Rows, Slerp, scatter,
-    slerp, unpack,
-};
+use crate::anim::{Chain, JointId, Moment, Pose, RiggedSkeleton, Skeleton, slerp};
+use crate::math::Rigid2;
 
 /// Both sides of a transition at one moment, in the space of the source's clip.
 pub(super) struct Sides<'a> {
@@ -105,84 +101,14 @@ impl<'a> Sides<'a> {
         out.root = self.root();
         out.rotations.clear();
         out.rotations.resize(self.skeleton.len(), Quat::IDENTITY);
-        self.rotations(&mut out.rotations);
+        self.source
+            .blend_rotations(&self.target, self.turn, self.weight, &mut out.rotations);
         out.translations.clear();
         // If only one of the clips moves joints, the other side uses the skeleton's offsets.
         if self.source.moves_joints() || self.target.moves_joints() {
             let blend = self.blend();
             let places = self.skeleton.ids().map(|id| (blend.local)(id).1);
             out.translations.extend(places);
-        }
-    }
-
-    /// Writes the blended rotations. Those of end sites are not changed.
-    fn rotations(&self, out: &mut [Quat]) {
-        let slerp = Slerp::new(self.weight);
-        match (&self.source, &self.target) {
-            (Moment::Plain(source), Moment::Plain(target)) => Isa::best().run(
-                #[inline(always)]
-                || {
-                    for (index, part) in out.chunks_mut(LANES).enumerate() {
-                        let (source, mut target) = (source.block(index), target.block(index));
-                        if index == 0 {
-                            self.turn_lane(&mut target, 0);
-                        }
-                        unpack(&slerp.between(&source, &target), part);
-                    }
-                },
-            ),
-            (Moment::Packed(source), Moment::Packed(target))
-                if source.lanes() == target.lanes() =>
-            {
-                Isa::best().read_rows(BlendedGroups {
-                    sides: self,
-                    moments: [source, target],
-                    slerp,
-                    out,
-                });
-            }
-            // Clips of one graph have the same layout, except for clips that could not be compressed.
-            _ => {
-                let blend = self.blend();
-                for (id, rotation) in self.skeleton.ids().zip(out) {
-                    *rotation = (blend.local)(id).0;
-                }
-            }
-        }
-    }
-
-    /// Rotates the root rotation of the target's side into the source's space.
-    #[inline(always)]
-    fn turn_lane<const N: usize>(&self, target: &mut Rows<N>, lane: usize) {
-        let [x, y, z, w] = target.map(|row| row[lane]);
-        let turned = (self.turn * Quat::from_xyzw(x, y, z, w)).normalize();
-        for (row, value) in target.iter_mut().zip(turned.to_array()) {
-            row[lane] = value;
-        }
-    }
-}
-
-/// Writes the blended rotations of two compressed moments with the same lanes.
-struct BlendedGroups<'a, 's> {
-    sides: &'a Sides<'s>,
-    moments: [&'a PackedMoment<'s>; 2],
-    slerp: Slerp,
-    out: &'a mut [Quat],
-}
-
-impl RowKernel for BlendedGroups<'_, '_> {
-    type Out = ();
-
-    #[inline(always)]
-    fn run<R: RowReader>(self, reader: R) {
-        let [mut sources, mut targets] = self.moments.map(|moment| moment.groups(reader));
-        for lanes in self.moments[0].lanes().chunks(LANES) {
-            let source = sources.next_block(lanes.len());
-            let mut target = targets.next_block(lanes.len());
-            if let Some(lane) = lanes.iter().position(|&joint| joint == 0) {
-                self.sides.turn_lane(&mut target, lane);
-            }
-            scatter(&self.slerp.between(&source, &target), lanes, self.out);
         }
     }
 }

@@ -6,7 +6,7 @@ use super::motion_graph::KnownRig;
 use super::section;
 use super::{Edge, Feet, GraphEvent, MotionGraph, Node};
 use crate::anim::{Clip, Skeleton};
-use sabaki_motion::internal::both;
+use crate::math::parallel::both;
 
 /// All small parts of a graph, stored together.
 #[derive(Deserialize)]

@@ -6,7 +6,7 @@ use super::{
 };
 use crate::anim::{Clip, Skeleton};
 use crate::math::in_parallel;
-use sabaki_motion::internal::both;
+use crate::math::parallel::both;
 
 impl MotionGraph {
     /// Checks that every index is in range, every edge fits its clips, and every node can be

@@ -3,8 +3,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{BodySphere, Prop};
 use crate::anim::{Clip, JointId, JointKind, JointTransform, Pose, Skeleton};
-use crate::math::in_parallel;
-use sabaki_motion::internal::sort_rarely;
+use crate::math::{in_parallel, sort_rarely};
 
 /// The body as spheres on its bones, with the props that it holds.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]

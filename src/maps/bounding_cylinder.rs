@@ -7,8 +7,11 @@ use serde::{Deserialize, Serialize};
 use super::Body;
 use crate::anim::{Clip, Pose, Skeleton, forward_kinematics};
 use crate::graph::{ClipPosition, EdgeId, MotionGraph};
-use crate::math::{Rigid2, in_parallel};
-use sabaki_motion::internal::byte_list::{self, Bytes};
+use crate::math::{
+    Rigid2,
+    byte_list::{self, Bytes},
+    in_parallel,
+};
 
 /// A cylinder with a vertical axis, in metres.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]

@@ -9,10 +9,9 @@ use std::ops::RangeInclusive;
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
-use crate::anim::{Clip, JointId, Pose, forward_kinematics};
+use crate::anim::{Clip, JointId, Limbs, Pose, forward_kinematics};
 use crate::graph::{EdgeId, EdgeMotion, MotionGraph};
 use crate::math::in_parallel;
-use sabaki_motion::internal::Limbs;
 
 /// Thresholds for slow, fast and still motion.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]

@@ -6,9 +6,9 @@ use super::moves::SearchReport;
 use super::retime::{Rate, RateError};
 use super::score::Score;
 use super::source::Source;
+use crate::anim::Warp;
 use crate::graph::{EdgeId, Entry, Layer, Motion};
 use crate::maps::{BakedGraph, PathId};
-use sabaki_motion::internal::Warp;
 
 /// The answer to a query. Keep it from one query to the next, because its memory is reused.
 #[derive(Clone, Debug, Default)]

@@ -1,6 +1,6 @@
 use super::clearance::Clearance;
 use super::score::Score;
-use sabaki_motion::internal::Warp;
+use crate::anim::Warp;
 
 /// Result of the exact test of one candidate.
 #[derive(Clone, Copy, Debug)]

@@ -242,10 +242,10 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
+    use crate::anim::Envelope;
     use crate::graph::{ClipPosition, Playhead};
     use crate::math::Rigid2;
     use crate::query::warp::fixture::baked;
-    use sabaki_motion::internal::Envelope;
 
     /// Naive distance at the same moments, from the body as it is played.
     fn naive(motion: &Motion, ranking: &LayerRanking) -> f32 {

@@ -11,9 +11,9 @@ use super::evaluate::EvaluateScratch;
 use super::layer_candidate::LayerCandidate;
 use super::layer_ranking::{AttackContact, LayerRanking, LayeredEvasion};
 use super::state::QueryState;
+use crate::anim::Envelope;
 use crate::graph::{ClipPosition, Layer};
 use crate::maps::KnownEntry;
-use sabaki_motion::internal::Envelope;
 
 /// Playback rates that are tried.
 const RATES: [f32; 3] = [1.0, 1.25, 1.5];

@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
 
 use super::clearance::{Clearance, MotionBody};
-use sabaki_motion::internal::{WorkerPool, lock};
+use crate::math::parallel::{WorkerPool, lock};
 
 /// The threads of a context, with the memory of each thread. The first query that needs them starts them. A clone starts its own threads.
 #[derive(Default)]

@@ -9,8 +9,7 @@ use sabaki::character::{
     CharacterError, CharacterId, CharacterSettings, Characters, CrowdPoseSettings, Goal,
 };
 use sabaki::crowd::{CrowdSettings, Form, Layout, Output};
-use sabaki::internal::affine;
-use sabaki::lod::{LevelId, LevelSettings, Levels, Rule, SwitchSettings, Switching};
+use sabaki::lod::{LevelId, LevelSettings, Levels, Rule, SwitchSettings, Switching, affine};
 use sabaki::math::{F32x16, Rigid2};
 use sabaki_testing::crowd::{forms, joint_of};
 use sabaki_testing::random::Random;

@@ -10,11 +10,13 @@ mod walker;
 use common::baked::{embedded, embedded_graph};
 use common::captures::{self, captures};
 use glam::{Quat, Vec3};
-use sabaki::anim::{Clip, ClipDesc, Joint, JointTransform, Pose, Skeleton, forward_kinematics};
+use sabaki::anim::{
+    Clip, ClipDesc, Joint, JointTransform, Leg, Pose, Skeleton, forward_kinematics,
+};
 use sabaki::graph::{
     self, ClipId, ClipSource, EdgeId, EdgeMotion, GraphSettings, MotionGraph, blend_weight,
 };
-use sabaki::internal::{FeetSettings, Leg};
+use sabaki::internal::FeetSettings;
 use sabaki::maps::BakedGraph;
 use sabaki::math::Rigid2;
 

@@ -7,9 +7,8 @@ use common::answer::answer_throw;
 use common::baked::embedded;
 use common::captures::fight;
 use glam::Vec3;
-use sabaki::anim::{JointTransform, Pose, forward_kinematics};
+use sabaki::anim::{JointTransform, Leg, Pose, forward_kinematics};
 use sabaki::graph::Motion;
-use sabaki::internal::Leg;
 use sabaki::maps::BakedGraph;
 use sabaki::query::WarpSettings;
 use sabaki::query::{

@@ -5,8 +5,9 @@
 use std::collections::BTreeSet;
 
 use glam::Vec3;
-use sabaki::anim::{Clip, EventKind, JointId, JointKind, JointTransform, Pose, forward_kinematics};
-use sabaki::internal::Facing;
+use sabaki::anim::{
+    Clip, EventKind, Facing, JointId, JointKind, JointTransform, Pose, forward_kinematics,
+};
 use sabaki_app::demo::{Motions, motions};
 
 /// Places of all joints, frame by frame, metres.

@@ -6,9 +6,10 @@ use super::attacks::AttackEntry;
 use super::error::{ReadError, RecordingError};
 use super::file::read_bytes;
 use super::json;
+use sabaki::anim::Warp;
 use sabaki::archive;
 use sabaki::graph::{EdgeId, Playhead};
-use sabaki::internal::{EnteredAt, Layer, Warp};
+use sabaki::internal::{EnteredAt, Layer};
 use sabaki::maps::BakedGraph;
 use sabaki::query::{
     Answer, Attack, Evaluation, Query, QueryContext, QuerySettings, Request, cull::cpu,

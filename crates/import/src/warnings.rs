@@ -1,7 +1,6 @@
 use glam::Vec3;
 
-use sabaki::anim::{Clip, JointId, Pose, Skeleton, forward_kinematics};
-use sabaki::internal::{Facing, Limbs};
+use sabaki::anim::{Clip, Facing, JointId, Limbs, Pose, Skeleton, forward_kinematics};
 
 /// Warnings about clips that are readable but suspicious, one line each.
 #[must_use]

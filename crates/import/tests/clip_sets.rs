@@ -6,8 +6,9 @@ use std::fs::File;
 use std::path::{Path, PathBuf};
 
 use glam::{Quat, Vec3};
-use sabaki::anim::{Clip, ClipDesc, Joint, JointId, JointKind, JointTransform, Pose, Skeleton};
-use sabaki::internal::Facing;
+use sabaki::anim::{
+    Clip, ClipDesc, Facing, Joint, JointId, JointKind, JointTransform, Pose, Skeleton,
+};
 use sabaki::maps::Body;
 use sabaki_import::{ClipSet, LengthUnit, ReadError, ReadOptions, ScaleSource, gltf, read_clips};
 

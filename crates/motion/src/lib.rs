@@ -14,7 +14,6 @@
 //! | [`lod`] | joint energy, levels of detail, switching between them |
 //! | [`anim`] | skeleton, clip, pose, forward kinematics |
 //! | [`math`] | rigid transforms of the ground plane, instruction sets, threads |
-//! | `internal` | hidden: what the packages of this workspace share and a host never names; no promise of compatibility |
 //!
 //! A module uses those below it in this table, never one above it.
 //!
@@ -28,7 +27,5 @@
 
 pub mod anim;
 pub mod crowd;
-#[doc(hidden)]
-pub mod internal;
 pub mod lod;
 pub mod math;

@@ -8,8 +8,7 @@ use sabaki::crowd::{
     AnimationSet, AnimationSetDesc, Character, ClipId, ClipMix, Crowd, CrowdSettings, Form, Layout,
     LevelId, MemberId, Output, Placement, PoseSlice, WriteMode,
 };
-use sabaki::internal::LevelMotion;
-use sabaki::lod::{Level, Levels};
+use sabaki::lod::{Level, LevelMotion, Levels};
 use sabaki::math::{F32x16, Isa, Rigid2};
 
 use super::random::Random;

@@ -6,11 +6,10 @@
 
 use glam::{Vec2, Vec3};
 
-use crate::anim::{Pose, forward_kinematics};
+use crate::anim::{Facing, Pose, forward_kinematics};
 use crate::character::goal::wrapped;
 use crate::graph::{ClipId, EdgeId, EdgeMotion, MotionGraph, Playhead};
 use crate::maps::Stance;
-use sabaki_motion::internal::Facing;
 
 /// Number of features of a moment, padded to whole vectors.
 pub(super) const FEATURES: usize = 24;

@@ -10,6 +10,7 @@ use super::{
     planes::{PageLimit, Planes},
     slot::{Slot, SlotDesc},
 };
+use crate::math::parallel::both;
 use crate::{
     gpu::{
         Context, CullerDesc, GpuError, Memory,
@@ -24,7 +25,6 @@ use crate::{
     },
     query::cull::{CullPath, Overlap},
 };
-use sabaki_motion::internal::both;
 
 /// Counts overlaps with a compute shader.
 #[derive(Debug)]

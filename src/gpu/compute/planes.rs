@@ -7,12 +7,12 @@
 use std::ops::Range;
 
 use super::blocks::SPAN;
+use crate::math::parallel::each;
 use crate::{
     gpu::{GpuError, error::within},
     maps::{BitMap, MapGrid, MapRect, MaskMap, RegionAtlas, RegionMaps, bit_square},
     math::in_parallel,
 };
-use sabaki_motion::internal::each;
 
 /// Number of words of a window.
 const WINDOW: u32 = 5;

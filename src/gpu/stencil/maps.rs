@@ -3,12 +3,12 @@
 use super::map_bits::MapBits;
 use super::packed::{SlabNumbers, places, words};
 use super::pairs::Pairs;
+use crate::math::parallel::each;
 use crate::{
     gpu::{Counting, GpuError, error::within},
     maps::{MapRect, RegionAtlas, Slab, SlabMaps},
     query::cull::{Counted, CullCandidate},
 };
-use sabaki_motion::internal::each;
 
 /// Kind of a slab's map.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]

@@ -16,6 +16,7 @@ use super::{
     slot::{Slot, SlotDesc},
     tally::{self, ByPlane},
 };
+use crate::math::parallel::both;
 use crate::{
     gpu::{
         Context, Counting, CullerDesc, GpuError, Memory, MemoryUse,
@@ -32,7 +33,6 @@ use crate::{
     },
     query::cull::{CullPath, Overlap},
 };
-use sabaki_motion::internal::both;
 
 /// Counts overlaps with the stencil buffer.
 #[derive(Debug)]

@@ -5,10 +5,9 @@
 //! which is free in the air, moves instead. The distance of the windows, by which transitions are found, is not changed by it.
 
 use super::Feet;
-use crate::anim::JointId;
+use crate::anim::{JointId, Leg};
 use crate::graph::{ClipId, PointCloud, Transition};
 use crate::math::Rigid2;
-use sabaki_motion::internal::Leg;
 
 /// Weight of each joint of a foot that stands. All joints of the body together have weight 1.
 const STANDING: f64 = 1.0;

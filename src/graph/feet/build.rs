@@ -1,9 +1,8 @@
 use super::foot_plans::FootPlans;
 use super::{Feet, LegBlend, Plant, plan, plants::PlantSearch};
-use crate::anim::{Clip, Skeleton};
+use crate::anim::{Clip, Leg, Skeleton};
 use crate::graph::{GraphSettings, MotionGraph};
 use crate::math::in_parallel;
-use sabaki_motion::internal::Leg;
 
 impl Feet {
     /// Legs and plants of clips.

@@ -7,14 +7,13 @@ use std::sync::OnceLock;
 
 use super::foot_plans::{DartKey, FootPlanList, FootPlans, RootPlan};
 use super::plan;
-use crate::anim::{Clip, Pose, Skeleton};
+use crate::anim::{Chain, Clip, Pose, Skeleton};
 use crate::graph::motion_graph::KnownRig;
 use crate::graph::{
     ClipId, ClipMatch, Edge, EdgeId, EdgeMotion, Feet, GraphSettings, MotionGraph, Node, NodeId,
     Transition,
 };
 use crate::math::{Rigid2, in_parallel};
-use sabaki_motion::internal::Chain;
 
 /// Number of samples of a frame.
 const SAMPLES: u32 = 2;

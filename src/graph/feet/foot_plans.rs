@@ -6,8 +6,7 @@ use serde::{Deserialize, Serialize};
 use super::LegBlend;
 use crate::anim::Skeleton;
 use crate::graph::{ClipMatch, Edge, MotionGraph, Node, NodeId, Transition};
-use crate::math::Rigid2;
-use sabaki_motion::internal::sorted_indices;
+use crate::math::{Rigid2, sorted_indices};
 
 /// A transition, by its clips and frames.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]

@@ -1,10 +1,9 @@
 //! Moves the feet of a transition's pose to their planned positions.
 
 use super::LegBlend;
-use crate::anim::{JointTransform, Pose};
+use crate::anim::{Chain, JointTransform, Leg, Pose, slerp};
 use crate::graph::sample::Sides;
 use crate::graph::{EdgeId, MotionGraph};
-use sabaki_motion::internal::{Chain, Leg, slerp};
 
 /// Position and rotation of a leg's foot according to `blend`, in the source's space.
 pub(super) fn foot(sides: &Sides<'_>, leg: &Leg, blend: LegBlend) -> JointTransform {

@@ -30,7 +30,7 @@ pub use settings::FeetSettings;
 pub use slide::FootSlide;
 
 use super::ids::{ClipId, EdgeId};
-use sabaki_motion::internal::Leg;
+use crate::anim::Leg;
 
 /// Range of frames of a clip in which a foot is planted, both ends included.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]

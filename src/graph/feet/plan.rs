@@ -5,11 +5,10 @@ use glam::Vec3;
 use super::LegBlend;
 use super::foot_plans::{DartKey, FootPlan, FootPlans};
 use super::keep::{foot, root_drop_share};
+use crate::anim::free_distance;
 use crate::graph::sample::Sides;
 use crate::graph::{ClipId, Edge, EdgeId, EdgeMotion, MotionGraph};
-use crate::math::in_parallel;
-use sabaki_motion::internal::free_distance;
-use sabaki_motion::internal::sort_rarely;
+use crate::math::{in_parallel, sort_rarely};
 
 /// Minimum and maximum duration of a step in place, in seconds. A transition may be shorter.
 const STEP: [f64; 2] = [0.15, 0.30];

@@ -8,8 +8,7 @@
 use glam::Vec3;
 
 use super::{FeetSettings, Plant};
-use crate::anim::{Clip, Pose, Skeleton, forward_kinematics};
-use sabaki_motion::internal::Leg;
+use crate::anim::{Clip, Leg, Pose, Skeleton, forward_kinematics};
 
 /// Share of a point's heights in a clip that may be below its ground, to ignore a few frames of
 /// noise.

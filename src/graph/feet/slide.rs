@@ -9,11 +9,10 @@
 use glam::{Quat, Vec3};
 use serde::{Deserialize, Serialize};
 
-use crate::anim::{JointId, Pose};
+use crate::anim::{Chain, JointId, Leg, Pose};
 use crate::graph::sample::Sides;
 use crate::graph::{ClipId, Edge, EdgeId, EdgeMotion, MotionGraph, blend_weight};
 use crate::math::in_parallel;
-use sabaki_motion::internal::{Chain, Leg};
 
 /// Height above the clips' foot at which a foot does not count as sliding, in metres per metre of
 /// leg length. Below it, the weight falls linearly. It is 2.5 cm for a person (Zhang et al.).

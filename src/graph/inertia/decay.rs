@@ -4,9 +4,8 @@ use glam::{Quat, Vec3};
 use serde::{Deserialize, Serialize};
 
 use super::BESIDE;
-use crate::anim::{JointTransform, Pose, Skeleton};
+use crate::anim::{Chain, JointTransform, Knee, KneeLimit, Leg, LegGoal, Pose, Skeleton};
 use crate::math::Rigid2;
-use sabaki_motion::internal::{Chain, Knee, KneeLimit, Leg, LegGoal};
 
 /// An offset that decays to 0: its initial value and its initial rate of change per second.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]

@@ -7,8 +7,7 @@ use super::join_record::Joins;
 use super::margin::{EventMargin, Side};
 use super::parts::RangeSearch;
 use crate::graph::watch::{BakeStage, Stopped};
-use crate::math::in_parallel;
-use sabaki_motion::internal::sort_rarely;
+use crate::math::{in_parallel, sort_rarely};
 
 /// Events, and the side of them on which links are searched.
 #[derive(Clone, Copy)]

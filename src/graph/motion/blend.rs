@@ -1,10 +1,9 @@
 //! Entries of a motion, and the offsets that fade out after them.
 
 use super::{Motion, Piece};
-use crate::anim::EventKind;
+use crate::anim::{EventKind, Warp};
 use crate::graph::inertia::{Entry, EntryScratch, Inertia};
 use crate::graph::{EdgeId, EdgeMotion, MotionGraph, MotionStep};
-use sabaki_motion::internal::Warp;
 
 /// A blend that motions have taken over from an earlier one.
 #[derive(Clone, Debug, Default)]

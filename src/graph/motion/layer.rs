@@ -7,9 +7,8 @@ use glam::{Quat, Vec3};
 use serde::{Deserialize, Serialize};
 
 use super::Motion;
-use crate::anim::{JointId, Pose};
+use crate::anim::{Envelope, JointId, Pose, slerp};
 use crate::graph::{ClipId, ClipPosition, MotionGraph};
-use sabaki_motion::internal::{Envelope, slerp};
 
 /// Part of a clip that the upper body plays: spine, arms and head. Pelvis and legs continue their motion.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]

@@ -10,7 +10,7 @@ pub(crate) use layer::{heading, layer_tilt};
 
 use super::inertia::{EntryScratch, Inertia};
 use super::{EdgeId, EventId, MotionGraph, MotionStep, Playhead};
-use sabaki_motion::internal::Warp;
+use crate::anim::Warp;
 
 /// A continuous motion through the graph: the rest of an edge, then the steps of a path, then the
 /// default continuation. It can jump to another position of the graph at any time ([`Motion::enter`]).

@@ -4,7 +4,7 @@ use super::minima::{CloseMinima, Minimum};
 use super::{MapBand, SearchSettings};
 use crate::graph::record::BandRecord;
 use crate::graph::{GraphError, GraphSettings, Transition};
-use sabaki_motion::internal::sorted_indices;
+use crate::math::sorted_indices;
 
 /// Collects the minima of all bands and turns them into transitions, map by map.
 #[derive(Debug)]

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::{MapBand, SearchSettings};
 use crate::graph::distance::DistanceMap;
 use crate::graph::{GraphError, GraphSettings};
-use sabaki_motion::internal::sort_rarely;
+use crate::math::sort_rarely;
 
 /// A pair of similar windows.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]

@@ -10,7 +10,7 @@ use reach::{Reach, Steps};
 
 use super::moments::{Jump, Moments};
 use crate::math::in_parallel;
-use sabaki_motion::internal::lock;
+use crate::math::parallel::lock;
 
 /// Number of whole frames that fit into a time.
 pub(super) fn within(seconds: f64, frame_rate: f64) -> u32 {

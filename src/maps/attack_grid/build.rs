@@ -7,8 +7,7 @@ use super::{AttackGrid, AttackGridSettings, AttackOption, Contact, FiledCell, ce
 use crate::graph::NodeId;
 use crate::maps::paths::{self, PathSource, PathTable};
 use crate::maps::{BakedGraph, Retimable};
-use crate::math::{Sphere, in_parallel};
-use sabaki_motion::internal::sort_rarely;
+use crate::math::{Sphere, in_parallel, sort_rarely};
 
 /// A candidate entry of the grid.
 #[derive(Clone, Copy)]

@@ -16,10 +16,9 @@ use super::{
     AttackMove, Body, BodyRows, BodyTrack, Evasion, MovingSphere, OnFirstUse, RegionAtlas,
     RegionId, Retimable, Slab,
 };
-use crate::anim::{JointTransform, Pose, forward_kinematics};
+use crate::anim::{Facing, JointTransform, Pose, forward_kinematics};
 use crate::graph::{EdgeId, EdgeMotion, Entry, Motion, MotionGraph, NodeId, Playhead};
 use crate::math::Rigid2;
-use sabaki_motion::internal::Facing;
 
 /// The immutable result of a bake: everything that a query needs.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

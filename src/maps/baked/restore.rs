@@ -7,7 +7,7 @@ use crate::maps::Evasion;
 use crate::maps::grid::GridCells;
 use crate::maps::paths::PathsBeside;
 use crate::math::Rigid2;
-use sabaki_motion::internal::both;
+use crate::math::parallel::both;
 
 impl BakedGraph {
     /// Checks all data and indices that were read from a file, and computes the tables that files

@@ -12,7 +12,7 @@ use crate::maps::entries::{EntryTable, EntryTracks};
 use crate::maps::grid::{GridCells, GridSettings};
 use crate::maps::paths::PathTable;
 use crate::maps::{AttackMove, Body, BodyRows, Evasion, OnFirstUse, RegionAtlas, Retimable};
-use sabaki_motion::internal::both;
+use crate::math::parallel::both;
 
 /// All small parts of a baked graph, stored together.
 #[derive(Deserialize)]

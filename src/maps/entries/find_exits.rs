@@ -7,7 +7,7 @@ use super::stretches::PlayedFrames;
 use super::{EntryTable, KnownEntry, MomentLists};
 use crate::graph::watch::WatchedStage;
 use crate::graph::{ClipId, Node};
-use sabaki_motion::internal::sort_rarely;
+use crate::math::sort_rarely;
 
 impl EntryTable {
     /// Finds exits for the moments of stretches without a branch point that are longer than `longest` seconds. Returns the tests. The result does

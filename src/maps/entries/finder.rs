@@ -13,11 +13,9 @@ use super::slack::Slack;
 use super::spread::spread;
 use super::targets::{ClipFrame, ClipPlaces};
 use super::{BLENDS, EXIT_BLENDS, EntryWay, KnownEntry, RATES, Stance};
-use crate::anim::JointId;
+use crate::anim::{Facing, JointId};
 use crate::graph::{MotionGraph, Node};
-use crate::math::in_parallel;
-use sabaki_motion::internal::Facing;
-use sabaki_motion::internal::sort_rarely;
+use crate::math::{in_parallel, sort_rarely};
 
 pub(super) struct Scratch<'a> {
     pub(super) sampler: FrameSampler<'a>,

@@ -5,10 +5,9 @@ use glam::Vec3;
 use super::limits::head;
 use super::targets::ClipFrame;
 use super::turns::turns;
-use crate::anim::{JointId, JointTransform, Pose, Skeleton};
+use crate::anim::{Chain, JointId, JointTransform, Pose, Skeleton};
 use crate::graph::{ClipId, EdgeMotion, Entry, LegPose, Motion, MotionGraph, Playhead};
 use crate::math::Rigid2;
-use sabaki_motion::internal::Chain;
 
 /// A frame of a motion, in the space of its clip.
 #[derive(Clone, Debug, Default)]

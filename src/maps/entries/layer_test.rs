@@ -13,9 +13,8 @@ use super::limits::{MotionLimits, head};
 use super::record::ContinuationKey;
 use super::slack::Slack;
 use super::turns::turns;
-use crate::anim::{JointId, Pose};
+use crate::anim::{Envelope, JointId, Pose, slerp};
 use crate::graph::{MotionGraph, Node, Playhead, layer_tilt};
-use sabaki_motion::internal::{Envelope, slerp};
 
 /// Scratch of the test of layers in one graph.
 pub(super) struct LayerTest<'a> {

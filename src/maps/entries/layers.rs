@@ -15,7 +15,7 @@ use super::{BLENDS, EntryTarget, EntryWay, KnownEntry, RATES};
 use crate::anim::{JointId, Pose, forward_kinematics};
 use crate::graph::{MotionGraph, Node, heading};
 use crate::maps::Evasion;
-use sabaki_motion::internal::sort_rarely;
+use crate::math::sort_rarely;
 
 /// Minimum distance by which an evasion must move the head relative to the pelvis to be layered, in metres.
 const LEANS: f32 = 0.12;

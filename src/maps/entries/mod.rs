@@ -52,7 +52,7 @@ pub(crate) use table::EntryTable;
 pub(super) use tracks::{EntryTrack, EntryTracks};
 
 use crate::graph::EdgeId;
-use sabaki_motion::internal::byte_list::Bytes;
+use crate::math::byte_list::Bytes;
 
 /// Settings of the search for entries.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]

@@ -1,7 +1,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::KnownEntry;
-use sabaki_motion::internal::byte_list;
+use crate::math::byte_list;
 
 /// A list of entries for each moment. The moments are those of the [`EntryTable`](super::EntryTable).
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]

@@ -2,10 +2,9 @@
 
 use glam::Vec3;
 
-use crate::anim::{JointId, JointTransform, Pose, forward_kinematics};
+use crate::anim::{Facing, JointId, JointTransform, Pose, forward_kinematics};
 use crate::graph::{MotionGraph, Node};
 use crate::math::Rigid2;
-use sabaki_motion::internal::Facing;
 
 /// Position and facing direction of a body, and positions of its root and feet.
 #[derive(Clone, Copy, Debug, PartialEq)]

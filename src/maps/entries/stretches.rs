@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::EntryTable;
 use super::targets::ClipPlaces;
 use crate::graph::{ClipId, MotionGraph};
-use sabaki_motion::internal::sort_rarely;
+use crate::math::sort_rarely;
 
 /// Statistics of the stretches of the clips between two branch points: frames with an entry, an exit, or a choice of edges.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]

@@ -1,8 +1,7 @@
 //! Frames of the clips that can be entered.
 
 use crate::graph::{ClipId, EdgeId, EdgeMotion, MotionGraph, Node, Playhead};
-use crate::math::Rigid2;
-use sabaki_motion::internal::sort_rarely;
+use crate::math::{Rigid2, sort_rarely};
 
 /// A frame of a clip, and the edge that plays it.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -7,13 +7,14 @@ use super::frames::FrameSampler;
 use super::layer_test::LayerTest;
 use super::limits::{MotionLimits, departure, departures, head};
 use super::targets::ClipFrame;
-use crate::anim::{Clip, ClipDesc, Event, EventKind, JointId, Pose, Skeleton, forward_kinematics};
+use crate::anim::{
+    Clip, ClipDesc, Envelope, Event, EventKind, JointId, Pose, Skeleton, forward_kinematics,
+};
 use crate::graph::{
     ClipPosition, ClipSource, EdgeMotion, Entry, GraphSettings, Layer, Motion, MotionGraph, build,
     rotation_vector,
 };
 use crate::math::Rigid2;
-use sabaki_motion::internal::Envelope;
 use sabaki_testing::clips::biped;
 
 /// A body that sways with a period of two seconds: each joint by its own amplitude and phase.

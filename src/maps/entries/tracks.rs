@@ -2,10 +2,10 @@
 
 use super::targets::ClipFrame;
 use super::{EntryTable, EntryTarget, Stance};
+use crate::anim::Facing;
 use crate::graph::{EdgeId, MotionGraph};
 use crate::maps::{BakedGraph, BodyTrack, Evasion, OnFirstUse, TrackDesc};
 use crate::math::{Rigid2, in_parallel};
-use sabaki_motion::internal::Facing;
 
 /// Body spheres from the first frame at which an evasion can be entered.
 #[derive(Clone, Debug, PartialEq)]

@@ -9,8 +9,8 @@ use super::build::step;
 use super::{EdgeStep, NodeOfPath, NodePath, PathId, PathTable};
 use crate::graph::{EdgeId, MotionGraph, NodeId};
 use crate::maps::{Evasion, OnFirstUse, Retimable};
+use crate::math::parallel::fill;
 use crate::math::{Rigid2, in_parallel};
-use sabaki_motion::internal::fill;
 
 /// Inputs of paths besides their graph.
 #[derive(Clone, Copy)]

@@ -11,8 +11,7 @@ use super::texels::{AttackTexels, BLOCK, BLOCK_TEXELS, BlockMasks, MaskLayout};
 use crate::maps::{
     BitMap, CoarseMap, CoarseRegion, FixedTransform2, MaskMap, RegionMaps, SlabMaps,
 };
-use crate::math::Isa;
-use sabaki_motion::internal::{Lookup, Words};
+use crate::math::{Isa, Lookup, Words};
 
 /// Counts overlaps on the CPU. It reuses its memory, so that it allocates nothing after inputs of similar size.
 #[derive(Clone, Debug)]

@@ -7,8 +7,8 @@ use glam::{Vec2, Vec3};
 
 use super::linear::{Gradient, Linearization, Row, dot};
 use super::ticks::Tick;
+use crate::anim::Rig;
 use crate::maps::BakedGraph;
-use sabaki_motion::internal::Rig;
 
 /// Distance from the bones of a foot to its edge, in metres.
 const HALF_FOOT: f32 = 0.05;

@@ -3,9 +3,8 @@
 use glam::Vec3;
 
 use super::settings::WarpLimits;
-use crate::anim::Pose;
+use crate::anim::{Chain, Pose, Rig};
 use crate::graph::{Motion, MotionGraph};
-use sabaki_motion::internal::{Chain, Rig};
 
 /// Scratch of the check.
 #[derive(Clone, Debug, Default)]

@@ -5,12 +5,11 @@ use std::sync::OnceLock;
 use glam::{Quat, Vec3};
 
 use crate::anim::{
-    Clip, ClipDesc, Event, EventKind, Joint, JointId, JointKind, JointTransform, Pose, Skeleton,
-    forward_kinematics,
+    Clip, ClipDesc, Event, EventKind, Joint, JointId, JointKind, JointTransform, Leg, Pose,
+    Skeleton, forward_kinematics,
 };
 use crate::graph::{self, ClipSource, GraphSettings};
 use crate::maps::{BakeSettings, BakedGraph, Baker, PathSettings};
-use sabaki_motion::internal::Leg;
 
 fn skeleton() -> Skeleton {
     let side = |x: f32| {

@@ -6,10 +6,10 @@ use super::balance::{StandingBody, Support};
 use super::case::{SAMPLES, WarpCase};
 use super::linear::{Linearization, Numbers, Row, Scales};
 use super::ticks::Tick;
+use crate::anim::{Envelope, Rig};
 use crate::graph::Motion;
 use crate::maps::BakedGraph;
 use crate::query::clearance::SAMPLE_RATE;
-use sabaki_motion::internal::{Envelope, Rig};
 
 /// Constraints of a solution.
 pub(super) struct Goal<'a> {

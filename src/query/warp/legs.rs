@@ -2,7 +2,7 @@
 
 use super::linear::{Gradient, Linearization, Row, Scales, dot};
 use super::ticks::Tick;
-use sabaki_motion::internal::Rig;
+use crate::anim::Rig;
 
 /// Distance from a limit, in metres. Below it the condition is added.
 const NEAR: f32 = 0.12;

@@ -5,8 +5,8 @@
 
 use glam::Vec3;
 
+use crate::anim::{Bend, Rig};
 use crate::math::Isa;
-use sabaki_motion::internal::{Bend, Rig};
 
 /// Number of parameters of a [`Bend`] (spine, pelvis, four ends and time), padded to whole vectors. The padding is 0.
 pub(super) const N: usize = (TIME + 1).next_multiple_of(LANES);

@@ -22,6 +22,7 @@ pub use settings::{WarpBounds, WarpLimits, WarpSettings};
 pub(crate) use case::{Tested, WarpCase, Warped};
 
 use super::clearance::{ExactTest, SAMPLE_RATE};
+use crate::anim::{Rig, Warp};
 use crate::graph::Motion;
 use case::{ClearanceChange, SAMPLES, Task};
 use check::{CheckScratch, MotionCheck};
@@ -30,7 +31,6 @@ use goal::Goal;
 use linear::{
     Factor, Linearization, N, Numbers, Row, bend_of, least_numbers, least_violation, worst,
 };
-use sabaki_motion::internal::{Rig, Warp};
 use ticks::Tick;
 
 /// Solver of warps, with its scratch.

@@ -1,7 +1,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::linear::Scales;
-use sabaki_motion::internal::{Bend, Envelope, Rig};
+use crate::anim::{Bend, Envelope, Rig};
 
 /// Settings of warps.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]

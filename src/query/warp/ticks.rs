@@ -4,11 +4,12 @@ use glam::{Quat, Vec3};
 
 use super::linear::Gradient;
 use super::settings::WarpLimits;
-use crate::anim::{JointId, JointTransform, Pose, forward_kinematics};
+use crate::anim::{
+    Chain, JointId, JointTransform, Leg, Pose, Rig, forward_kinematics, free_distance,
+};
 use crate::graph::Motion;
 use crate::maps::BakedGraph;
 use crate::query::clearance::SAMPLE_RATE;
-use sabaki_motion::internal::{Chain, Leg, Rig, free_distance};
 
 /// The body at one sample.
 #[derive(Clone, Debug, Default)]
@@ -220,11 +221,11 @@ fn set(pose: &mut Pose, joints: [usize; 3], rotations: [Quat; 3]) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::anim::{Bend, Envelope, Warp};
     use crate::graph::{EdgeId, Playhead};
     use crate::math::Rigid2;
     use crate::query::warp::fixture::baked;
     use proptest::prelude::*;
-    use sabaki_motion::internal::{Bend, Envelope, Warp};
 
     const ENVELOPE: Envelope = Envelope {
         start: 0.1,

@@ -1,9 +1,9 @@
 //! Detection of legs, and foot data that is missing or invalid.
 
 use glam::Vec3;
-use sabaki::anim::{Joint, Pose, Skeleton};
+use sabaki::anim::{Joint, Leg, Pose, Skeleton};
 use sabaki::graph::{self, ClipSource, GraphSettings, MotionGraph};
-use sabaki::internal::{FeetSettings, Leg};
+use sabaki::internal::FeetSettings;
 use serde_json::json;
 
 use super::common::clips::{small_skeleton, swinging_clip};

@@ -2,8 +2,9 @@
 
 use std::fmt::Write;
 
+use sabaki::anim::Warp;
 use sabaki::graph::{EdgeId, EdgeMotion};
-use sabaki::internal::{RateError, Warp};
+use sabaki::internal::RateError;
 use sabaki::maps::BakedGraph;
 use sabaki::query::{Answer, CandidateReport, CandidateResult, QuerySettings, Source};
 use sabaki_app::demo::throw::Throw;

@@ -7,9 +7,9 @@ use std::path::{Path, PathBuf};
 use clap::ValueEnum;
 use sabaki::anim::{JointId, Pose, Skeleton};
 use sabaki::archive;
-use sabaki::internal::{Carrier, Flexion, Inertia};
 use sabaki::lod::{
-    LevelSettings, Levels, LodError, Masses, Measure, Order, Rule, SwitchSettings, Switching, View,
+    Carrier, Flexion, Inertia, LevelSettings, Levels, LodError, Masses, Measure, Order, Rule,
+    SwitchSettings, Switching, View,
 };
 use sabaki_app::demo;
 

@@ -4,8 +4,7 @@ use glam::{Quat, Vec2, Vec3};
 
 use super::keys::Track;
 use super::skeleton::{TOE_HEIGHT, toe_offset};
-use sabaki::internal::smooth_step;
-use sabaki::math::Rigid2;
+use sabaki::math::{Rigid2, smooth_step};
 
 /// A foot flat on the ground.
 #[derive(Clone, Copy, Debug)]

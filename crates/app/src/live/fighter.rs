@@ -16,9 +16,8 @@ use super::walker::Walker;
 use super::worker_request::{WorkerRequest, WorkerResponse};
 use sabaki::anim::{JointTransform, Pose, forward_kinematics};
 use sabaki::graph::{EdgeId, Motion, Playhead};
-use sabaki::internal::smooth_step;
 use sabaki::maps::BakedGraph;
-use sabaki::math::{Rigid2, Sphere};
+use sabaki::math::{Rigid2, Sphere, smooth_step};
 use sabaki::query::{AttackError, CullPath, QuerySettings};
 use sabaki_draw::scene::{
     Camera, Figure, Light, Look, MapStyle, Mesh, Nearest, Outfit, Shot, Skin, SkinnedBody,

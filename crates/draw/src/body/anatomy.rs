@@ -4,8 +4,7 @@ use glam::Vec3;
 
 use crate::scene::BindTarget;
 use crate::scene::internal::straightened;
-use sabaki::anim::{JointId, JointTransform, Skeleton};
-use sabaki::internal::Leg;
+use sabaki::anim::{JointId, JointTransform, Leg, Skeleton};
 
 /// Index of the left side, which is at +X.
 pub(super) const LEFT: usize = 0;

@@ -111,7 +111,7 @@ impl BodyBuilder<'_> {
         let at = |id: JointId| self.anatomy.at(id);
         let hips = 0.5 * (at(legs[0].hip) + at(legs[1].hip));
         let shoulders = self.anatomy.shoulders();
-        let half = |limbs: &[sabaki::internal::Leg; 2]| {
+        let half = |limbs: &[sabaki::anim::Leg; 2]| {
             0.5 * at(limbs[0].hip).distance(at(limbs[1].hip)) / self.scale
         };
         let (hip, shoulder) = (half(legs), half(arms));

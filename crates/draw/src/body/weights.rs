@@ -6,7 +6,7 @@
 use std::collections::BTreeMap;
 
 use glam::Vec3;
-use sabaki::internal::smooth_step;
+use sabaki::math::smooth_step;
 
 use super::anatomy::Anatomy;
 use super::shapes::{Carrier, Shapes};

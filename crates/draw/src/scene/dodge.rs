@@ -11,8 +11,8 @@ use super::maps::{DodgeMaps, MapStyle, SlabPicture};
 use super::{Figure, Look, Shot, Skin};
 use sabaki::anim::{JointTransform, Pose, forward_kinematics};
 use sabaki::graph::{Motion, Playhead};
-use sabaki::internal::smooth_step;
 use sabaki::maps::{BakedGraph, MovingSphere};
+use sabaki::math::smooth_step;
 use sabaki::query::{Answer, Attack, Clearance};
 
 /// Settings of the playback of a dodge.

@@ -5,9 +5,8 @@ use glam::{Vec2, Vec3};
 use super::dodge::{Dodge, GHOST};
 use super::{Camera, Capsule, Light, Orbit, Shot, SkinnedBody};
 use sabaki::anim::{JointTransform, Pose, forward_kinematics};
-use sabaki::internal::smooth_step;
 use sabaki::maps::MovingSphere;
-use sabaki::math::Sphere;
+use sabaki::math::{Sphere, smooth_step};
 
 /// Duration of the trail behind a ball, in seconds.
 const TRAIL: f32 = 0.22;

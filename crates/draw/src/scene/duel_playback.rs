@@ -8,9 +8,8 @@ use super::film_times::{AROUND, SLOWEST, bounded, film_times};
 use super::{Camera, Capsule, Figure, Light, Look, Orbit, Shot, Skin, SkinnedBody};
 use sabaki::anim::{JointId, JointTransform, Pose, forward_kinematics};
 use sabaki::duel::{Exchange, Fighter, Side};
-use sabaki::internal::smooth_step;
 use sabaki::maps::{BakedGraph, MovingSphere, SphereKey};
-use sabaki::math::Sphere;
+use sabaki::math::{Sphere, smooth_step};
 
 /// Settings of the playback of a duel.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -3,8 +3,9 @@
 use glam::{Quat, Vec3};
 
 use super::mesh::{after, inverse};
-use sabaki::anim::{Clip, JointId, JointKind, JointTransform, Pose, Skeleton, forward_kinematics};
-use sabaki::internal::{Facing, Limbs};
+use sabaki::anim::{
+    Clip, Facing, JointId, JointKind, JointTransform, Limbs, Pose, Skeleton, forward_kinematics,
+};
 
 /// Frames of a clip that are looked at, at most.
 const FRAMES: usize = 64;

@@ -228,7 +228,7 @@ impl Binding<'_> {
     /// The tips of hands and head go on in the direction of the bone before them.
     fn extend_ends(&self, wanted: &mut [Option<Vec3>]) {
         let skeleton = self.target.skeleton;
-        let feet = sabaki::internal::Limbs::of(skeleton).feet;
+        let feet = sabaki::anim::Limbs::of(skeleton).feet;
         for id in skeleton.ids().filter(|&id| is_last(skeleton, id)) {
             if feet
                 .iter()

@@ -1,6 +1,5 @@
 use glam::Vec3;
-use sabaki::anim::{Clip, JointId, JointKind, Pose, Skeleton, forward_kinematics};
-use sabaki::internal::{Facing, Limbs};
+use sabaki::anim::{Clip, Facing, JointId, JointKind, Limbs, Pose, Skeleton, forward_kinematics};
 
 use super::curves::{between, least, smoothed, speeds};
 use crate::units::stature;

@@ -2,12 +2,13 @@
 
 use glam::{Quat, Vec3};
 
-use super::packed::PackedMoment;
+use super::packed::{PackedMoment, scatter};
 use super::plain::PlainClip;
-use super::pose::nlerp;
-use super::rows::{self, Block, LANES};
+use super::pose::{nlerp, slerp};
+use super::rows::{self, Block, LANES, Rows, Slerp};
 use super::{JointId, Pose, Skeleton};
 use crate::math::Isa;
+use crate::math::code_rows::{RowKernel, RowReader};
 
 /// A moment of a clip. It gives the values of [`Clip::sample`](super::Clip::sample) joint by joint, without computing
 /// the whole pose.
@@ -87,6 +88,81 @@ impl Moment<'_> {
         match self {
             Self::Plain(plain) => plain.moves_joints(),
             Self::Packed(packed) => packed.moves_joints(),
+        }
+    }
+
+    /// Writes the rotations between this moment and `target`, whose root is first rotated by `turn`: slerp along the shorter
+    /// arc, with one weight for all joints. Rotations of end sites may be left as they are.
+    pub fn blend_rotations(&self, target: &Self, turn: Quat, weight: f32, out: &mut [Quat]) {
+        let blend = Slerp::new(weight);
+        match (self, target) {
+            (Self::Plain(source), Self::Plain(target)) => Isa::best().run(
+                #[inline(always)]
+                || {
+                    for (index, part) in out.chunks_mut(LANES).enumerate() {
+                        let (source, mut target) = (source.block(index), target.block(index));
+                        if index == 0 {
+                            turn_lane(turn, &mut target, 0);
+                        }
+                        rows::unpack(&blend.between(&source, &target), part);
+                    }
+                },
+            ),
+            (Self::Packed(source), Self::Packed(target)) if source.lanes() == target.lanes() => {
+                Isa::best().read_rows(BlendedGroups {
+                    source,
+                    target,
+                    turn,
+                    blend,
+                    out,
+                });
+            }
+            // Clips of one skeleton have the same layout, except for those that could not be compressed.
+            _ => {
+                for (joint, out) in out.iter_mut().enumerate() {
+                    let to = match joint {
+                        0 => (turn * target.rotation(0)).normalize(),
+                        _ => target.rotation(joint),
+                    };
+                    *out = slerp(self.rotation(joint), to, weight);
+                }
+            }
+        }
+    }
+}
+
+/// Rotates one rotation of several by `turn`.
+#[inline(always)]
+fn turn_lane<const N: usize>(turn: Quat, rotations: &mut Rows<N>, lane: usize) {
+    let [x, y, z, w] = rotations.map(|row| row[lane]);
+    let turned = (turn * Quat::from_xyzw(x, y, z, w)).normalize();
+    for (row, value) in rotations.iter_mut().zip(turned.to_array()) {
+        row[lane] = value;
+    }
+}
+
+/// [`Moment::blend_rotations`] for two compressed moments with the same lanes.
+struct BlendedGroups<'a> {
+    source: &'a PackedMoment<'a>,
+    target: &'a PackedMoment<'a>,
+    turn: Quat,
+    blend: Slerp,
+    out: &'a mut [Quat],
+}
+
+impl RowKernel for BlendedGroups<'_> {
+    type Out = ();
+
+    #[inline(always)]
+    fn run<R: RowReader>(self, reader: R) {
+        let (mut sources, mut targets) = (self.source.groups(reader), self.target.groups(reader));
+        for lanes in self.source.lanes().chunks(LANES) {
+            let source = sources.next_block(lanes.len());
+            let mut target = targets.next_block(lanes.len());
+            if let Some(lane) = lanes.iter().position(|&joint| joint == 0) {
+                turn_lane(self.turn, &mut target, lane);
+            }
+            scatter(&self.blend.between(&source, &target), lanes, self.out);
         }
     }
 }

@@ -10,10 +10,10 @@ use glam::Quat;
 use crate::math::code_rows::{Vectors, unit};
 
 /// Number of joints in a block.
-pub const LANES: usize = 16;
+pub(super) const LANES: usize = 16;
 
 /// Rotations of several joints: rows of x, y, z and w.
-pub type Rows<const N: usize> = Vectors<N>;
+pub(super) type Rows<const N: usize> = Vectors<N>;
 
 /// Rotations of 16 joints.
 pub(crate) type Block = Rows<LANES>;
@@ -55,7 +55,7 @@ fn block(rotations: &[Quat]) -> Block {
 
 /// Writes the first rotations of a block to `rotations`.
 #[inline(always)]
-pub fn unpack([x, y, z, w]: &Block, rotations: &mut [Quat]) {
+pub(super) fn unpack([x, y, z, w]: &Block, rotations: &mut [Quat]) {
     for (lane, rotation) in rotations.iter_mut().take(LANES).enumerate() {
         *rotation = Quat::from_xyzw(x[lane], y[lane], z[lane], w[lane]);
     }
@@ -81,7 +81,7 @@ pub(super) fn nlerp(a: &Block, b: &Block, weight: f32) -> Block {
 }
 
 /// Slerp along the shorter arc, with one weight for all lanes.
-pub struct Slerp {
+pub(super) struct Slerp {
     series: [Series; 2],
 }
 
@@ -89,7 +89,7 @@ impl Slerp {
     /// Weight 0 gives the first rotation, weight 1 the second. It is not inlined, so that the
     /// compiler computes the coefficients with vector divisions.
     #[inline(never)]
-    pub fn new(weight: f32) -> Self {
+    pub(super) fn new(weight: f32) -> Self {
         Self {
             series: [Series::new(1.0 - weight), Series::new(weight)],
         }
@@ -98,7 +98,7 @@ impl Slerp {
     /// Interpolates lane by lane. The error is at most a thousandth of a degree between rotations
     /// that differ by a quarter turn.
     #[inline(always)]
-    pub fn between<const N: usize>(&self, a: &Rows<N>, b: &Rows<N>) -> Rows<N> {
+    pub(super) fn between<const N: usize>(&self, a: &Rows<N>, b: &Rows<N>) -> Rows<N> {
         let mut out = *a;
         for lane in 0..N {
             let cosine = dot(a, b, lane);

@@ -15,7 +15,8 @@ use super::slot::{self, NOWHERE};
 use super::stale_cost::StaleCost;
 use crate::anim::ClipId;
 use crate::lod::LevelId;
-use crate::math::{WorkerPool, thread_count};
+use crate::math::parallel::WorkerPool;
+use crate::math::thread_count;
 
 /// Characters that are posed together.
 pub struct Crowd {

@@ -13,7 +13,8 @@ use super::run::{Level, Run, RunMemory, Turn};
 use super::schedule::Schedule;
 use super::scratch::Scratch;
 use super::settings::CrowdSettings;
-use crate::math::{F32x16, RowSet, lock};
+use crate::math::parallel::lock;
+use crate::math::{F32x16, RowSet};
 
 /// The memory that one chunk of the groups writes.
 struct Part<'a>(Mutex<RunMemory<'a>>);

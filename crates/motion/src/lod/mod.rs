@@ -6,33 +6,33 @@
 //! removed joints is lost.
 
 mod attach;
-pub(crate) mod blend;
+mod blend;
 mod budget;
 mod build;
 mod cost_monitor;
-pub(crate) mod displacement;
+mod displacement;
 mod drawn;
-pub(crate) mod energy;
+mod energy;
 mod error;
 mod frames;
-pub(crate) mod level;
-pub(crate) mod mass;
-pub(crate) mod motion;
+mod level;
+mod mass;
+mod motion;
 mod popping;
 mod samples;
-pub(crate) mod settings;
+mod settings;
 mod skin;
-pub(crate) mod switching;
+mod switching;
 mod view;
 
-pub(crate) use blend::affine;
+pub use blend::{Blend, affine};
 pub use budget::{Budget, Cost, Plan, Planner};
 pub use cost_monitor::CostMonitor;
 pub use displacement::LevelError;
 pub use error::LodError;
-pub use level::{Level, LevelId, Levels};
-pub use mass::Masses;
-pub(crate) use motion::{LevelMotion, LevelTrack, Translations};
-pub use settings::{LevelSettings, Order};
-pub use switching::{Choice, Measure, Rule, SwitchSettings, Switching};
+pub use level::{Attachment, Level, LevelId, Levels};
+pub use mass::{BoneShape, Masses};
+pub use motion::{LevelMotion, LevelTrack, Translations};
+pub use settings::{Branch, Carrier, Flexion, Inertia, LevelSettings, Order};
+pub use switching::{Band, Choice, Measure, Rule, SwitchSettings, Switching};
 pub use view::View;

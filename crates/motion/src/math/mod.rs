@@ -1,28 +1,26 @@
 //! Rigid transforms of the ground plane; the choice of an instruction set; lanes; threads; rounding.
 
-pub(crate) mod byte_list;
+pub mod byte_list;
 pub(crate) mod code_rows;
 pub(crate) mod isa;
 pub(crate) mod lanes;
-pub(crate) mod parallel;
+pub mod parallel;
 mod rigid2;
 mod round;
-pub(crate) mod smooth_step;
-pub(crate) mod sorted_indices;
+mod smooth_step;
+mod sorted_indices;
 mod sphere;
-pub(crate) mod worker_pool;
+mod worker_pool;
 
-pub use isa::Isa;
+pub use isa::{Isa, Lookup, Words};
 pub use lanes::F32x16;
 pub(crate) use lanes::{
     Apart, DistinctRows, Kernel, KeyColumns, KeyRows, KeyUnit, Lanes, NextColumns, PartWrite,
     RowLines, RowSet, Sixteen, StridedLines, UnitHalves, prefetch_for_write,
 };
-pub(crate) use parallel::lock;
 pub use parallel::{in_parallel, thread_count};
 pub use rigid2::Rigid2;
 pub use round::{floor, round};
-pub(crate) use smooth_step::smooth_step;
-pub(crate) use sorted_indices::{sort_rarely, sorted_indices};
+pub use smooth_step::smooth_step;
+pub use sorted_indices::{sort_rarely, sorted_indices};
 pub use sphere::Sphere;
-pub(crate) use worker_pool::WorkerPool;

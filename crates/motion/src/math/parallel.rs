@@ -4,6 +4,8 @@ use std::ops::Range;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
+pub use super::worker_pool::WorkerPool;
+
 /// Returns `work(0)` to `work(count - 1)`, in order, computed by `threads` threads; 0 for as many as the machine has. Each
 /// thread takes short runs of neighbouring items, so that long items do not hold up others and short ones have little
 /// overhead.

@@ -1,7 +1,6 @@
 //! Promise: the spine, the limbs and what moves a joint are found by names and by the shape of the skeleton.
 use glam::Vec3;
-use sabaki_motion::anim::JointId;
-use sabaki_motion::internal::{Part, Rig};
+use sabaki_motion::anim::{JointId, Part, Rig};
 use sabaki_testing::clips::{biped, skeleton};
 
 #[test]

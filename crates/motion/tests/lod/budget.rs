@@ -116,10 +116,7 @@ fn a_sudden_budget_does_not_move_bands_faster_than_a_camera_or_by_a_hundredth() 
         assert!(plan.pixels > pixels || plan.is_met);
         let now = planner.switching().bands().to_vec();
         for (a, b) in bands.iter().zip(&now) {
-            let (a, b): (
-                &sabaki_motion::internal::Band,
-                &sabaki_motion::internal::Band,
-            ) = (a, b);
+            let (a, b): (&sabaki_motion::lod::Band, &sabaki_motion::lod::Band) = (a, b);
             for (a, b) in [(a.start, b.start), (a.full, b.full)] {
                 let most = (5.0 / 60.0 * 1.05 + 1e-3f32).max(0.0105 * a);
                 assert!((a - b).abs() <= most, "{a} {b}");

@@ -7,8 +7,9 @@ use common::captures::captures;
 use common::lod::{build, frames_of, points_of, random_levels, rules, screen_error};
 use glam::{Affine3A, Vec2, Vec3};
 use sabaki_motion::anim::{Clip, JointTransform, Skeleton};
-use sabaki_motion::internal::affine;
-use sabaki_motion::lod::{Choice, Level, LevelId, Levels, Order, SwitchSettings, Switching, View};
+use sabaki_motion::lod::{
+    Choice, Level, LevelId, Levels, Order, SwitchSettings, Switching, View, affine,
+};
 
 /// The matrices of all joints of the full skeleton as drawn.
 fn drawn(levels: &Levels, choice: Choice, joints: &[JointTransform]) -> Vec<Affine3A> {
@@ -22,7 +23,7 @@ fn drawn(levels: &Levels, choice: Choice, joints: &[JointTransform]) -> Vec<Affi
         let blend = levels.blend(choice.level).unwrap();
         blend.apply(choice.blend, &mut matrices);
     }
-    let drawn = |attachment: &sabaki_motion::internal::Attachment| {
+    let drawn = |attachment: &sabaki_motion::lod::Attachment| {
         matrices[usize::from(attachment.carrier)] * affine(&attachment.offset)
     };
     level.attachments.iter().map(drawn).collect()

@@ -11,8 +11,9 @@ use common::lod::{order_of, random_case};
 use common::random::Random;
 use glam::{DQuat, DVec3};
 use sabaki_motion::anim::{Clip, ClipDesc, JointId, Pose, Skeleton};
-use sabaki_motion::internal::{BoneShape, Branch, Flexion, Inertia};
-use sabaki_motion::lod::{Level, LevelSettings, Levels, LodError, Masses};
+use sabaki_motion::lod::{
+    BoneShape, Branch, Flexion, Inertia, Level, LevelSettings, Levels, LodError, Masses,
+};
 
 type Place = (DQuat, DVec3);
 

@@ -9,8 +9,7 @@ use common::lod::{each_capture, frames_of, points_of, random_case};
 use common::random::Random;
 use glam::Vec3;
 use sabaki_motion::anim::{Clip, ClipDesc, JointId, JointKind, JointTransform, Skeleton};
-use sabaki_motion::internal::Carrier;
-use sabaki_motion::lod::{Level, LevelSettings, Levels, LodError, Order};
+use sabaki_motion::lod::{Carrier, Level, LevelSettings, Levels, LodError, Order};
 
 fn build(skeleton: &Skeleton, clip: &Clip, settings: &LevelSettings) -> Levels {
     Levels::build(skeleton, std::slice::from_ref(clip), settings).unwrap()

@@ -8,8 +8,7 @@ use common::lod::{order_of, random_case};
 use common::random::Random;
 use glam::{DQuat, DVec3};
 use sabaki_motion::anim::{Clip, JointId, JointTransform, Pose, Skeleton, forward_kinematics};
-use sabaki_motion::internal::LevelMotion;
-use sabaki_motion::lod::{Level, Levels, LodError};
+use sabaki_motion::lod::{Level, LevelMotion, Levels, LodError};
 
 /// How far a kept joint is from where the clip has it at most, metres, and its axes' tips.
 fn worst_difference(skeleton: &Skeleton, clip: &Clip, level: &Level) -> f64 {

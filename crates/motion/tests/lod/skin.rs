@@ -13,9 +13,7 @@ use glam::{Affine3A, Vec3};
 use sabaki_motion::anim::{
     Clip, JointId, JointKind, JointTransform, Pose, Skeleton, forward_kinematics,
 };
-use sabaki_motion::internal::LevelMotion;
-use sabaki_motion::internal::affine;
-use sabaki_motion::lod::{LevelSettings, Levels, LodError, Order};
+use sabaki_motion::lod::{LevelMotion, LevelSettings, Levels, LodError, Order, affine};
 
 /// A vertex in bind space, bound to two joints.
 struct Vertex {
@@ -87,7 +85,7 @@ fn skinned(vertex: &Vertex, palette: &[Affine3A]) -> Vec3 {
 }
 
 /// The matrices of a level's joints from its own motion.
-fn posed(motion: &sabaki_motion::internal::LevelMotion, frame: usize) -> Vec<Affine3A> {
+fn posed(motion: &sabaki_motion::lod::LevelMotion, frame: usize) -> Vec<Affine3A> {
     let mut matrices: Vec<Affine3A> = Vec::new();
     for (track, parent) in motion.tracks.iter().zip(&motion.parents) {
         let local = affine(&JointTransform {

@@ -6,7 +6,7 @@
 //! they are.
 
 use crate::graph::distance::Windows;
-use sabaki_motion::internal::sorted_indices;
+use crate::math::sorted_indices;
 
 /// Number of directions for heights.
 pub(super) const HEIGHTS: usize = 6;

@@ -3,10 +3,9 @@
 use glam::{Quat, Vec3};
 
 use super::CutTest;
-use crate::anim::{JointId, JointTransform, Pose};
+use crate::anim::{Chain, JointId, JointTransform, Pose};
 use crate::graph::{Decay, FootDecay, LegPose};
 use crate::maps::entries::frames::Frame;
-use sabaki_motion::internal::Chain;
 
 impl CutTest<'_> {
     /// Computes the offsets, except for those of the joints.

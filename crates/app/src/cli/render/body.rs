@@ -3,8 +3,7 @@
 use std::f32::consts::FRAC_PI_2;
 
 use glam::Vec3;
-use sabaki::anim::{JointTransform, Pose, forward_kinematics};
-use sabaki::internal::{Facing, Limbs};
+use sabaki::anim::{Facing, JointTransform, Limbs, Pose, forward_kinematics};
 use sabaki::math::Sphere;
 use sabaki_app::film::{Delay, Film};
 use sabaki_draw::StageDesc;

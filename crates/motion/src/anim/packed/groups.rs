@@ -98,7 +98,11 @@ impl<'a, R: RowReader> PackedGroups<'a, R> {
 
 /// Writes the rotations of lanes to their joints.
 #[inline(always)]
-pub fn scatter<const N: usize>([x, y, z, w]: &Rows<N>, lanes: &[u16], out: &mut [Quat]) {
+pub(in crate::anim) fn scatter<const N: usize>(
+    [x, y, z, w]: &Rows<N>,
+    lanes: &[u16],
+    out: &mut [Quat],
+) {
     for (lane, &joint) in lanes.iter().take(N).enumerate() {
         out[usize::from(joint)] = Quat::from_xyzw(x[lane], y[lane], z[lane], w[lane]);
     }

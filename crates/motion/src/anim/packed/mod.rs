@@ -33,8 +33,8 @@ use crate::math::code_rows::CODES;
 use crate::math::{byte_list, sort_rarely};
 pub use encode::CompressionSettings;
 pub(super) use encode::largest_errors;
-pub use groups::scatter;
-pub use read::PackedMoment;
+pub(super) use groups::scatter;
+pub(super) use read::PackedMoment;
 
 /// Number of frames of a segment; the last one may have fewer.
 const SEGMENT: usize = 16;
