@@ -23,8 +23,8 @@ use sabaki::internal::CullCandidate;
 use sabaki::maps::{BakedGraph, MapGrid};
 use sabaki::query::cull::{Counted, CullInput, CullPath};
 use sabaki::query::{Query, QueryContext, QuerySettings, Session};
-use sabaki_app::demo::throw::Throw;
-use sabaki_app::headless::{DeviceKind, Headless, HeadlessDesc, devices};
+use sabaki_fixtures::headless::{DeviceKind, Headless, HeadlessDesc, devices};
+use sabaki_fixtures::throw::Throw;
 
 /// Numbers of candidates. A device that is the CPU itself leaves out the last one.
 const SIZES: [usize; 5] = [5, 100, 1000, 10_000, 100_000];

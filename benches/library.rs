@@ -33,7 +33,7 @@ use sabaki::internal::{
 use sabaki::maps::{BakeSettings, BakedGraph, Baker};
 use sabaki::query::cull::cpu;
 use sabaki::query::{Answer, Query, QueryContext, QuerySettings};
-use sabaki_app::demo::throw::{ThrowSettings, throw};
+use sabaki_fixtures::throw::{ThrowSettings, throw};
 use sabaki_import::{ClipSet, EventsFile, ReadOptions, bvh, read_clips};
 use stages::StageClock;
 

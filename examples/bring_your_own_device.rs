@@ -16,7 +16,7 @@ use plain_memory::PlainMemory;
 use renderer::Renderer;
 use sabaki::gpu::{Context, ContextDesc, Culler, CullerDesc, Terms, check};
 use sabaki::query::{Answer, CullPath, Query, QueryContext, QuerySettings, Step, cull::cpu};
-use sabaki_testing::baked::embedded;
+use sabaki_fixtures::baked::embedded;
 
 fn main() -> Result<(), Box<dyn Error>> {
     // SAFETY: everything is made and used in order, and destroyed in the opposite one when the device has finished.

@@ -10,7 +10,7 @@ use sabaki::graph::{self, ClipSource, EdgeId, GraphSettings, Playhead};
 use sabaki::maps::{BakeSettings, Baker, SphereKey};
 use sabaki::math::Rigid2;
 use sabaki::query::{Answer, Attack, Query, QueryContext, QuerySettings, Request};
-use sabaki_app::demo;
+use sabaki_fixtures::demo;
 
 fn main() -> Result<(), Box<dyn Error>> {
     // Offline: clips and events in, one immutable baked graph out. `sabaki_import::read_clips` reads your own clips.

@@ -14,7 +14,7 @@ const FRAME: f32 = 1.0 / 60.0;
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let baked = match std::env::args().nth(1) {
         Some(file) => sabaki::archive::read(Path::new(&file))?,
-        None => sabaki_testing::baked::embedded().clone(),
+        None => sabaki_fixtures::baked::embedded().clone(),
     };
     let mut game = Characters::new(Arc::new(baked), CharacterSettings::default())?;
     let me = game.spawn(Rigid2::IDENTITY)?;

@@ -10,9 +10,9 @@ use sabaki::internal::{AttackDrawing, CullCandidate};
 use sabaki::maps::BakedGraph;
 use sabaki::query::cull::{CullInput, CullPath, Overlap, cpu};
 use sabaki::query::{Query, QueryContext, QuerySettings};
-use sabaki_app::demo::throw::{ThrowSettings, throw};
-use sabaki_app::headless::{Headless, HeadlessDesc};
-use sabaki_testing::baked::embedded;
+use sabaki_fixtures::baked::embedded;
+use sabaki_fixtures::headless::{Headless, HeadlessDesc};
+use sabaki_fixtures::throw::{ThrowSettings, throw};
 
 const SLOTS: usize = 3;
 

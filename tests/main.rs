@@ -12,3 +12,6 @@ mod graph;
 mod guide;
 mod maps;
 mod query;
+
+#[global_allocator]
+static COUNTING: sabaki_fixtures::memory::Counting = sabaki_fixtures::memory::Counting;

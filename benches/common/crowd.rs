@@ -9,7 +9,7 @@ use sabaki::crowd::{
 };
 use sabaki::lod::{LevelMotion, LevelSettings, Levels, Measure, Rule, SwitchSettings, Switching};
 use sabaki::math::{F32x16, Rigid2};
-use sabaki_app::demo;
+use sabaki_fixtures::demo;
 use sabaki_import::{ReadOptions, read_clip};
 
 use super::plain::{PlainCharacter, PlainClip};

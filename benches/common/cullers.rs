@@ -4,7 +4,7 @@
 use ash::vk;
 use sabaki::gpu::{BatchEntry, Context, Counting, Culler, CullerDesc, GpuError};
 use sabaki::query::cull::{Counted, CullInput, CullPath, Overlap, cpu};
-use sabaki_app::headless::Headless;
+use sabaki_fixtures::headless::Headless;
 
 pub(crate) const COLUMNS: [&str; 4] = ["cpu", "compute", "stencil, queries", "stencil, atomics"];
 

@@ -9,8 +9,8 @@ use std::path::PathBuf;
 use sabaki::anim::{Clip, Event, Skeleton};
 use sabaki::graph::{self, ClipSource, GraphSettings};
 use sabaki::maps::{BakeSettings, BakedGraph, Baker, MapGrid};
-use sabaki_app::demo;
-use sabaki_app::demo::throw::{Throw, ThrowSettings, throw};
+use sabaki_fixtures::demo;
+use sabaki_fixtures::throw::{Throw, ThrowSettings, throw};
 use sabaki_import::{ReadOptions, read_clips};
 
 pub(crate) struct Motions {

@@ -7,7 +7,7 @@ use glam::{Quat, Vec3};
 use sabaki::anim::{Pose, forward_kinematics};
 use sabaki::maps::BakedGraph;
 use sabaki::query::{Answer, Attack};
-use sabaki_app::demo::throw::{Throw, ThrowSettings, throw};
+use sabaki_fixtures::throw::{Throw, ThrowSettings, throw};
 
 /// A sphere in camera space: x, y, radius, lowness; red, green, blue, and padding.
 pub type Instance = [f32; 8];

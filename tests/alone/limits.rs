@@ -3,9 +3,9 @@
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 mod attacks;
-use sabaki_testing as common;
+use sabaki_fixtures as common;
 mod graphs;
-use sabaki_testing::memory as peak;
+use sabaki_fixtures::memory as peak;
 mod settings;
 
 /// Bytes.

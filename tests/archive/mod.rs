@@ -2,7 +2,7 @@
 //! used.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
-use sabaki_testing as common;
+use sabaki_fixtures as common;
 mod hostile;
 mod killed;
 

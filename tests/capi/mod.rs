@@ -9,7 +9,7 @@ use std::{
     process::Command,
 };
 
-use sabaki_testing::baked::embedded_file;
+use sabaki_fixtures::baked::embedded_file;
 use serde_json::Value;
 
 fn root() -> &'static Path {

@@ -11,8 +11,8 @@ use sabaki::character::{
 use sabaki::crowd::{CrowdSettings, Form, Layout, Output};
 use sabaki::lod::{LevelId, LevelSettings, Levels, Rule, SwitchSettings, Switching, affine};
 use sabaki::math::{F32x16, Rigid2};
-use sabaki_testing::crowd::{forms, joint_of};
-use sabaki_testing::random::Random;
+use sabaki_fixtures::crowd::{forms, joint_of};
+use sabaki_fixtures::random::Random;
 
 use super::world::{FRAME, baked, ball, characters};
 

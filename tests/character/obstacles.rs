@@ -4,7 +4,7 @@
 use glam::{Vec2, Vec3};
 use sabaki::character::{CharacterEventKind, CharacterId, CharacterSettings, Characters, Goal};
 use sabaki::query::{Obstacle, ObstacleError};
-use sabaki_testing::random::Random;
+use sabaki_fixtures::random::Random;
 
 use super::world::{FRAME, ball, characters, joints, spawn};
 

@@ -4,8 +4,8 @@
 use glam::Vec3;
 use sabaki::character::{CharacterEventKind, CharacterSettings, Characters, CharactersState, Goal};
 use sabaki::math::Rigid2;
-use sabaki_testing::baked::embedded;
-use sabaki_testing::random::Random;
+use sabaki_fixtures::baked::embedded;
+use sabaki_fixtures::random::Random;
 
 use super::world::{ball, characters, play, spawn};
 

@@ -2,17 +2,13 @@
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 use std::f32::consts::TAU;
-use std::sync::Arc;
 
 use glam::{Quat, Vec2, Vec3};
 use sabaki::anim::Pose;
 use sabaki::character::{CharacterError, CharacterSettings, Goal};
-use sabaki::maps::BakedGraph;
 use sabaki::math::Rigid2;
-use sabaki_app::play::idle;
-use sabaki_testing::captures::fight;
 
-use super::world::{FRAME, baked, characters, play};
+use super::world::{FRAME, characters, play};
 
 fn walk(heading: f32, speed: f32) -> Goal {
     Goal::Walk {
@@ -138,13 +134,6 @@ fn what_is_steered_plays_no_labelled_events_and_its_state_does_not_grow() {
     assert!(most(late) < 2 * most(early), "{sizes:?}");
 }
 
-fn stands_without_repeating(baked: Arc<BakedGraph>) {
-    let report = idle(&baked, 2).unwrap();
-    assert_eq!((report.repeated, report.events_per_hour), (0.0, 0.0));
-    assert!(report.drift < 0.7, "{} m", report.drift);
-    assert!(report.in_step < 0.02, "{}", report.in_step);
-}
-
 #[test]
 fn who_stands_for_an_hour_stays_where_it_came_to_stand() {
     let mut characters = characters(CharacterSettings::default());
@@ -166,17 +155,6 @@ fn who_stands_for_an_hour_stays_where_it_came_to_stand() {
             assert!(off < 0.5, "{off} m after {minute} minutes");
         }
     }
-}
-
-#[test]
-fn who_stands_repeats_nothing_within_ten_seconds() {
-    stands_without_repeating(baked());
-}
-
-#[test]
-fn who_stands_repeats_nothing_within_ten_seconds_on_real_capture() {
-    let Some(baked) = fight() else { return };
-    stands_without_repeating(Arc::new(baked.clone()));
 }
 
 #[test]

@@ -8,7 +8,7 @@ use sabaki::character::{
     Goal, Threat,
 };
 use sabaki::math::Rigid2;
-use sabaki_testing::random::Random;
+use sabaki_fixtures::random::Random;
 
 use super::world::{FRAME, baked, ball, characters, joints, play, spawn};
 

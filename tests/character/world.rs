@@ -7,8 +7,8 @@ use sabaki::anim::JointTransform;
 use sabaki::character::{CharacterEvent, CharacterId, CharacterSettings, Characters, Goal, Threat};
 use sabaki::maps::BakedGraph;
 use sabaki::math::Rigid2;
-use sabaki_testing::baked::embedded;
-use sabaki_testing::random::Random;
+use sabaki_fixtures::baked::embedded;
+use sabaki_fixtures::random::Random;
 
 /// Duration of a frame, in seconds.
 pub(super) const FRAME: f32 = 1.0 / 60.0;

@@ -2,7 +2,7 @@
 //! an answer is what the exact test says; nobody stands in the other one, leaves the arena or jumps; the same duel for a seed.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
-use sabaki_testing as common;
+use sabaki_fixtures as common;
 
 use std::sync::OnceLock;
 

@@ -1,8 +1,8 @@
 //! Promise: recording and polling a cull allocates nothing, from the second cull on.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
-use sabaki_testing as common;
-use sabaki_testing::memory as counting;
+use sabaki_fixtures as common;
+use sabaki_fixtures::memory as counting;
 
 use common::cull_cases::Way;
 use common::maps::{attack_of, untimed};
@@ -13,7 +13,7 @@ use sabaki::internal::{CullCandidate, FixedTransform2, MapRect, RegionId, Region
 use sabaki::maps::{MapGrid, RegionAtlas};
 use sabaki::math::Rigid2;
 use sabaki::query::cull::CullInput;
-use sabaki_app::headless::{Headless, HeadlessDesc};
+use sabaki_fixtures::headless::{Headless, HeadlessDesc};
 
 #[test]
 fn a_cull_allocates_nothing() {

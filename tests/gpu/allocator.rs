@@ -3,7 +3,7 @@
 
 use sabaki::gpu::ash::vk;
 use sabaki::gpu::{GpuAllocatorMemory, Memory, MemoryDesc, MemoryUse, Resource};
-use sabaki_testing::shim;
+use sabaki_fixtures::shim;
 
 use super::contract::{Ear, device};
 

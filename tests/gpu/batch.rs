@@ -9,10 +9,10 @@ use plain_memory::PlainMemory;
 use sabaki::gpu::ash::vk;
 use sabaki::gpu::{BatchEntry, Culler, GpuError};
 use sabaki::query::cull::CullInput;
-use sabaki_testing::Random;
-use sabaki_testing::cull::{any_input, atlas_on, counted, sliced};
-use sabaki_testing::cull_cases::Way;
-use sabaki_testing::shim::{self, Fault};
+use sabaki_fixtures::Random;
+use sabaki_fixtures::cull::{any_input, atlas_on, counted, sliced};
+use sabaki_fixtures::cull_cases::Way;
+use sabaki_fixtures::shim::{self, Fault};
 
 use super::contract::device;
 

@@ -2,8 +2,8 @@
 //! candidates, slabs, clocks, slices and placements; and recording allocates nothing once warm.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
-use sabaki_testing as common;
-use sabaki_testing::memory as counting;
+use sabaki_fixtures as common;
+use sabaki_fixtures::memory as counting;
 
 use common::cull::{counted, culler};
 use common::cull_cases::{self, Way};
@@ -14,7 +14,7 @@ use sabaki::gpu::{ComputeSettings, Culler, CullerDesc};
 use sabaki::internal::{AttackDrawing, CullCandidate, MapRect};
 use sabaki::maps::MapGrid;
 use sabaki::query::cull::{Counted, CullInput, Overlap};
-use sabaki_app::headless::{Headless, HeadlessDesc};
+use sabaki_fixtures::headless::{Headless, HeadlessDesc};
 
 const RECT: MapRect = MapRect {
     u: -30,

@@ -2,7 +2,7 @@
 //! the compute path and the CPU agree to the texel, and validation has nothing to say.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
-use sabaki_testing as common;
+use sabaki_fixtures as common;
 
 use common::baked::embedded;
 use common::captures::fight;
@@ -11,7 +11,7 @@ use sabaki::gpu::{Culler, CullerDesc};
 use sabaki::maps::{BakedGraph, MapGrid};
 use sabaki::query::cull::{CullPath, cpu};
 use sabaki::query::{Enumerate, Query, QueryContext, QuerySettings};
-use sabaki_app::demo::throw::{ThrowSettings, throw};
+use sabaki_fixtures::throw::{ThrowSettings, throw};
 
 /// Counts everything that many queries count.
 fn agree(baked: &BakedGraph) {

@@ -2,8 +2,8 @@
 //! barrier is needed, and validation would say so; who forgets to destroy is told.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
-use sabaki_testing as common;
-use sabaki_testing::shim::{self, HostStep};
+use sabaki_fixtures as common;
+use sabaki_fixtures::shim::{self, HostStep};
 
 use std::sync::{Arc, Mutex};
 
@@ -17,7 +17,7 @@ use sabaki::gpu::{
 use sabaki::internal::{MapRect, Rasterizer, RasterizerDesc};
 use sabaki::maps::{MapGrid, RegionAtlas};
 use sabaki::query::cull::{CullInput, Overlap};
-use sabaki_app::headless::{Headless, Message};
+use sabaki_fixtures::headless::{Headless, Message};
 
 pub(super) fn device() -> Headless {
     // SAFETY: the shim calls the system's loader.

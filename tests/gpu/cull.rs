@@ -2,7 +2,7 @@
 //! candidates, slabs and placements.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
-use sabaki_testing as common;
+use sabaki_fixtures as common;
 
 use common::cull::{GRIDS, any_input, atlas, atlas_on, attack, candidates, counted, culler};
 use common::cull_cases::{self, Way};

@@ -2,7 +2,7 @@
 //! made; and what is missing is said by name.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
-use sabaki_testing as common;
+use sabaki_fixtures as common;
 
 use std::ffi::c_void;
 
@@ -17,7 +17,7 @@ use sabaki::gpu::{
 use sabaki::internal::{MapRect, Rasterizer, RasterizerDesc, RegionMaps, Slab};
 use sabaki::maps::{MapGrid, RegionAtlas};
 use sabaki::query::cull::CullPath;
-use sabaki_app::headless::{DeviceChoice, Headless, HeadlessDesc, Message};
+use sabaki_fixtures::headless::{DeviceChoice, Headless, HeadlessDesc, Message};
 
 /// Runs out after some allocations.
 struct Scarce<'a> {

@@ -6,10 +6,10 @@ use sabaki::gpu::ash::vk;
 use sabaki::gpu::{Culler, CullerDesc, GpuError, Terms};
 use sabaki::maps::MapGrid;
 use sabaki::query::cull::CullInput;
-use sabaki_app::headless::{Headless, HeadlessDesc};
-use sabaki_testing::cull::{any_input, atlas_on, counted, culler, sliced};
-use sabaki_testing::cull_cases::Way;
-use sabaki_testing::{Random, desc, finish, shim};
+use sabaki_fixtures::cull::{any_input, atlas_on, counted, culler, sliced};
+use sabaki_fixtures::cull_cases::Way;
+use sabaki_fixtures::headless::{Headless, HeadlessDesc};
+use sabaki_fixtures::{Random, desc, finish, shim};
 
 #[test]
 fn moltenvk_is_known_on_every_version() {

@@ -2,7 +2,7 @@
 //! done instead.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
-use sabaki_testing as common;
+use sabaki_fixtures as common;
 
 use common::cull::{any_input, atlas_on, culler, sliced};
 use common::cull_cases::Way;
@@ -12,7 +12,7 @@ use sabaki::gpu::{Culler, Terms, check, requirements};
 use sabaki::internal::{MapRect, Rasterizer, RasterizerDesc, raster};
 use sabaki::maps::MapGrid;
 use sabaki::query::cull::{CullInput, Overlap, cpu};
-use sabaki_app::headless::Headless;
+use sabaki_fixtures::headless::Headless;
 
 /// Terms that do without all that is optional.
 const LEAST: Terms = Terms {

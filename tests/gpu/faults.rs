@@ -2,11 +2,11 @@
 //! the cpu path gives the answer that the device owes.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
-use sabaki_testing as common;
+use sabaki_fixtures as common;
 #[path = "../../examples/common/plain_memory.rs"]
 #[allow(dead_code)]
 mod plain_memory;
-use sabaki_testing::shim;
+use sabaki_fixtures::shim;
 
 use std::{cell::RefCell, collections::BTreeMap, convert::Infallible, fs, path::Path};
 
@@ -24,7 +24,7 @@ use sabaki::maps::{RegionAtlas, SphereKey};
 use sabaki::math::Rigid2;
 use sabaki::query::cull::{Counted, CullInput, Overlap, cpu};
 use sabaki::query::{Answer, Attack, Query, QueryContext, QuerySettings, Request};
-use sabaki_app::headless::Headless;
+use sabaki_fixtures::headless::Headless;
 use shim::Fault;
 
 /// What a call that fails says, whichever call it is.

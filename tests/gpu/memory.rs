@@ -6,11 +6,11 @@ use std::collections::BTreeMap;
 use sabaki::gpu::{Block, Culler, CullerDesc, GpuError, Memory, MemoryDesc};
 use sabaki::query::cull::{Counted, CullPath, Overlap, cpu};
 use sabaki::query::{Query, QueryContext, QuerySettings};
-use sabaki_app::demo::throw::{ThrowSettings, throw};
-use sabaki_testing::baked::embedded;
-use sabaki_testing::cull::Unmapped;
-use sabaki_testing::cull_cases::Way;
-use sabaki_testing::{device, finish};
+use sabaki_fixtures::baked::embedded;
+use sabaki_fixtures::cull::Unmapped;
+use sabaki_fixtures::cull_cases::Way;
+use sabaki_fixtures::throw::{ThrowSettings, throw};
+use sabaki_fixtures::{device, finish};
 
 /// Notes the bytes that are asked for.
 struct Counting<'a> {

@@ -3,7 +3,7 @@
 //! nothing to say.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
-use sabaki_testing as common;
+use sabaki_fixtures as common;
 
 use common::baked::embedded;
 use common::captures::fight;
@@ -13,8 +13,8 @@ use sabaki::internal::{Drawing, DrawnMaps, Rasterizer, RasterizerDesc, raster};
 use sabaki::maps::{BakeSettings, BakedGraph, Baker, MapGrid};
 use sabaki::query::cull::{CullPath, cpu};
 use sabaki::query::{Query, QueryContext, QuerySettings};
-use sabaki_app::demo::throw::{ThrowSettings, throw};
-use sabaki_app::headless::Headless;
+use sabaki_fixtures::headless::Headless;
+use sabaki_fixtures::throw::{ThrowSettings, throw};
 
 /// Draws what a bake asks for on the device, and holds it against the CPU's.
 fn draw(device: &mut Headless, rasterizer: &mut Rasterizer, baker: &Baker) -> DrawnMaps {

@@ -1,8 +1,8 @@
 //! Promise: each path runs on a device that has what it needs, and what a queue or a device lacks is said by name.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
-use sabaki_testing as common;
-use sabaki_testing::shim;
+use sabaki_fixtures as common;
+use sabaki_fixtures::shim;
 
 use super::contract::device;
 use common::cull::{any_input, atlas_on, counted, sliced};

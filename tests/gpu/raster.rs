@@ -2,12 +2,12 @@
 //! has nothing to say.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
-use sabaki_testing as common;
+use sabaki_fixtures as common;
 
 use common::{FALLBACK_FORMATS, Random, device, device_on, drifting, finish};
 use sabaki::gpu::GpuError;
 use sabaki::internal::{Disc, Drawing, MapRect, Rasterizer, RasterizerDesc, raster};
-use sabaki_app::headless::Headless;
+use sabaki_fixtures::headless::Headless;
 
 fn rect(u: i32, v: i32, width: u32, height: u32) -> MapRect {
     MapRect {

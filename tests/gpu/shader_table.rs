@@ -5,7 +5,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use sabaki_testing::shader_table::{is_current, table};
+use sabaki_fixtures::shader_table::{is_current, table};
 
 fn shaders() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("shaders")

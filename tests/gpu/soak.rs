@@ -3,7 +3,7 @@
 //! `cargo run --release --example soak -- 100000` does the same for longer.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
-use sabaki_testing as common;
+use sabaki_fixtures as common;
 #[path = "../../examples/soak.rs"]
 #[allow(dead_code, reason = "the example has a main")]
 mod soak;
@@ -11,7 +11,7 @@ mod soak;
 use std::process::Command;
 
 use common::{baked::embedded, desc};
-use sabaki_app::headless::HeadlessDesc;
+use sabaki_fixtures::headless::HeadlessDesc;
 
 /// The pages of a process are those of all tests that run in it, so this one runs in a process of its own.
 #[test]

@@ -2,7 +2,7 @@
 //! threads. If no graph can be built, the error gives the reason.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
-use sabaki_testing as common;
+use sabaki_fixtures as common;
 
 use common::baked::{embedded, embedded_graph};
 use common::clips::{small_skeleton, swinging_clip};
@@ -11,7 +11,7 @@ use sabaki::anim::{Clip, Event, EventKind, Pose, forward_kinematics};
 use sabaki::graph::{
     self, ClipSource, EdgeMotion, GraphError, GraphSettings, MotionGraph, NodeId, blend_weight,
 };
-use sabaki_app::demo;
+use sabaki_fixtures::demo;
 
 fn reached(graph: &MotionGraph, forwards: bool) -> usize {
     let ends = |edge: &graph::Edge| {

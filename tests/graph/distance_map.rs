@@ -1,7 +1,7 @@
 //! The sliding-window distance map equals a naive computation of every pair of windows.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
-use sabaki_testing as common;
+use sabaki_fixtures as common;
 
 use common::captures::captures;
 use common::clips::{small_skeleton, swinging_clip};

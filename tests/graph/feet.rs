@@ -2,7 +2,7 @@
 //! slide, and cause no jump, no stretched bone and no changed end pose.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
-use sabaki_testing as common;
+use sabaki_fixtures as common;
 mod darts;
 mod legs;
 mod walker;
@@ -403,7 +403,7 @@ fn the_blend_is_that_of_two_whole_poses() {
 
 #[test]
 fn a_turned_or_mirrored_world_changes_nothing() {
-    let motions = sabaki_app::demo::motions().unwrap();
+    let motions = sabaki_fixtures::demo::motions().unwrap();
     let slide = |skeleton: &Skeleton, change: &dyn Fn(&mut ClipDesc)| {
         let changed = |clip: &Clip| {
             let mut desc = clip.desc().clone();

@@ -2,7 +2,7 @@
 //! cut an event. If an event cannot be linked, the report gives the reason.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
-use sabaki_testing as common;
+use sabaki_fixtures as common;
 
 use common::captures::{captures, source_of};
 use common::clips::{small_skeleton, swinging_clip};
@@ -11,7 +11,7 @@ use sabaki::graph::{
     self, BuildReport, ClipSource, EdgeMotion, GraphError, GraphSettings, MotionGraph,
 };
 use sabaki::internal::{LinkGoal, LinkObstacle, LinkReport, LinkSettings};
-use sabaki_app::demo;
+use sabaki_fixtures::demo;
 
 /// No node and no blend inside an event, and all that a graph promises.
 fn assert_sound(graph: &MotionGraph) {

@@ -9,8 +9,8 @@ use sabaki::character::{CharacterSettings, Characters, Goal};
 use sabaki::graph::{self, BuildReport, ClipSource, EdgeMotion, GraphSettings, MotionGraph};
 use sabaki::maps::{BakeSettings, BakedGraph, Baker};
 use sabaki::math::Rigid2;
-use sabaki_app::demo;
-use sabaki_testing::clips::{small_skeleton, swinging_clip};
+use sabaki_fixtures::clips::{small_skeleton, swinging_clip};
+use sabaki_fixtures::demo;
 
 /// What is built of motions with events that overlap.
 struct Overlapping {

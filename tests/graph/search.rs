@@ -2,7 +2,7 @@
 //! can be stored.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
-use sabaki_testing as common;
+use sabaki_fixtures as common;
 
 use common::captures::{captures, source_of};
 use common::clips::{small_skeleton, swinging_clip};

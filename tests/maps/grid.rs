@@ -2,7 +2,7 @@
 //! cells. A query loses no result if the grid lacks an entry.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
-use sabaki_testing as common;
+use sabaki_fixtures as common;
 
 use std::collections::BTreeSet;
 
@@ -12,7 +12,7 @@ use glam::Vec3;
 use sabaki::graph::NodeId;
 use sabaki::internal::{BodyTrack, CellColumn, PathId, TouchedCells};
 use sabaki::query::{Enumerate, Evaluation, Query, QueryContext, QuerySettings, Source};
-use sabaki_app::demo::throw::{ThrowSettings, throw};
+use sabaki_fixtures::throw::{ThrowSettings, throw};
 
 type Cell = (i32, i32, u32);
 

@@ -1,7 +1,7 @@
 //! A bake that takes over the results of an earlier one gives the same bytes as one from nothing, on real motion capture.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
-use sabaki_testing as common;
+use sabaki_fixtures as common;
 
 use common::captures::captures;
 use sabaki::anim::{Clip, Event};

@@ -3,7 +3,7 @@
 //! does not depend on the number of threads.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
-use sabaki_testing as common;
+use sabaki_fixtures as common;
 
 use std::collections::BTreeSet;
 

@@ -1,7 +1,7 @@
 //! A record that is forged, with whatever is in it, stops no bake and writes no graph that cannot be read.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
-use sabaki_testing as common;
+use sabaki_fixtures as common;
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;

@@ -1,7 +1,7 @@
 //! The CPU's maps equal their definitions, texel by texel.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
-use sabaki_testing as common;
+use sabaki_fixtures as common;
 
 use common::small::small;
 use glam::Vec3;

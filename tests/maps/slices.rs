@@ -2,7 +2,7 @@
 //! that the body touches in it. The maps do not depend on the number of threads.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
-use sabaki_testing as common;
+use sabaki_fixtures as common;
 
 use common::random::Random;
 use common::small::small;

@@ -2,7 +2,7 @@
 //! like any other attack.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
-use sabaki_testing as common;
+use sabaki_fixtures as common;
 
 use common::answer::{answer_request, first_counts};
 use common::baked::embedded;
@@ -13,7 +13,7 @@ use sabaki::internal::AttackMaps;
 use sabaki::maps::AttackMove;
 use sabaki::math::{Rigid2, Sphere};
 use sabaki::query::{Attack, AttackBegin, Query, QuerySettings, Request};
-use sabaki_app::demo::throw::{ThrowSettings, throw};
+use sabaki_fixtures::throw::{ThrowSettings, throw};
 
 fn set_at(maps: &AttackMaps, place: glam::Vec3) -> bool {
     let grid = embedded().atlas().grid();

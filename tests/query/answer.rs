@@ -2,7 +2,7 @@
 //! time, and the motion is continuous.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
-use sabaki_testing as common;
+use sabaki_fixtures as common;
 
 use common::answer::answer_throw;
 use common::baked::embedded;
@@ -17,7 +17,7 @@ use sabaki::query::{
     Answer, Attack, CandidateReport, CandidateResult, EntryUse, Enumerate, Evaluation, Query,
     QuerySettings,
 };
-use sabaki_app::demo::throw::{Throw, ThrowSettings, throw};
+use sabaki_fixtures::throw::{Throw, ThrowSettings, throw};
 
 const ATTACKS: u64 = 60;
 

@@ -2,7 +2,7 @@
 //! is said but by what a body can stray between two samples.
 #![allow(clippy::unwrap_used)]
 
-use sabaki_testing as common;
+use sabaki_fixtures as common;
 
 use common::baked::embedded;
 use common::captures::fight;
@@ -10,7 +10,7 @@ use sabaki::graph::{Motion, MotionStep};
 use sabaki::internal::{ExactTest, Extent, MotionBody, Sampling};
 use sabaki::maps::BakedGraph;
 use sabaki::query::Attack;
-use sabaki_app::demo::throw::{ThrowSettings, throw};
+use sabaki_fixtures::throw::{ThrowSettings, throw};
 
 /// Metres.
 const STRAY: f32 = 0.025;

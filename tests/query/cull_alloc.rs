@@ -2,8 +2,8 @@
 //! time on.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
-use sabaki_testing as common;
-use sabaki_testing::memory as counting;
+use sabaki_fixtures as common;
+use sabaki_fixtures::memory as counting;
 
 use common::small::small;
 use counting::allocations;

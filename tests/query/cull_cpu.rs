@@ -2,7 +2,7 @@
 //! for any maps, attacks and places.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
-use sabaki_testing as common;
+use sabaki_fixtures as common;
 
 use common::maps::oracle;
 use common::random::Random;

@@ -1,7 +1,7 @@
 //! Promise: what the maps remove is hit, and what they prove clean is clean.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
-use sabaki_testing as common;
+use sabaki_fixtures as common;
 
 use common::answer::answer_throw;
 use common::baked::embedded;
@@ -12,7 +12,7 @@ use sabaki::query::cull::cpu::Culler;
 use sabaki::query::{
     Answer, EntryUse, Enumerate, Evaluation, Query, QueryContext, QuerySettings, Request,
 };
-use sabaki_app::demo::throw::{ThrowSettings, throw};
+use sabaki_fixtures::throw::{ThrowSettings, throw};
 
 /// What the maps said of candidates, against the exact test.
 #[derive(Debug, Default)]

@@ -3,7 +3,7 @@
 //! that it finds the same nearest sphere by the unit tests of `avoid::clearance`.)
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
-use sabaki_testing as common;
+use sabaki_fixtures as common;
 
 use common::answer::answer_throw;
 use common::baked::{embedded, embedded_graph};
@@ -13,7 +13,7 @@ use sabaki::maps::{BakeSettings, Baker, PathSettings};
 use sabaki::math::thread_count;
 use sabaki::query::WarpSettings;
 use sabaki::query::{Answer, EntryUse, Enumerate, Evaluation, Query, QuerySettings};
-use sabaki_app::demo::throw::{ThrowSettings, throw};
+use sabaki_fixtures::throw::{ThrowSettings, throw};
 
 #[test]
 fn any_number_of_threads_bakes_the_same_bytes() {

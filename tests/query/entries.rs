@@ -2,7 +2,7 @@
 //! it avoids is avoided, and it avoids what is too near for an edge.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
-use sabaki_testing as common;
+use sabaki_fixtures as common;
 
 use common::answer::answer_throw;
 use common::baked::embedded;
@@ -16,8 +16,8 @@ use sabaki::query::WarpSettings;
 use sabaki::query::{
     Answer, Attack, EntryUse, Evaluation, Query, QueryContext, QuerySettings, Request,
 };
-use sabaki_app::demo::by_time::{BallSettings, BallThrower, TimedThrow};
-use sabaki_app::demo::throw::RandomDraw;
+use sabaki_fixtures::balls::{BallSettings, BallThrower, TimedThrow};
+use sabaki_fixtures::throw::RandomDraw;
 
 /// Some moments' first entries: the natural motion, when it is entered, and what.
 pub(super) fn entered(baked: &BakedGraph) -> Vec<(Motion, f32, Entry)> {

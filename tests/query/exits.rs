@@ -7,9 +7,9 @@ use sabaki::graph::{self, ClipSource, GraphSettings, Motion, Playhead};
 use sabaki::internal::{Entry, EntryReport};
 use sabaki::maps::{BakeSettings, Baker};
 use sabaki::math::Rigid2;
-use sabaki_app::demo;
-use sabaki_testing::baked::embedded;
-use sabaki_testing::captures::fight;
+use sabaki_fixtures::baked::embedded;
+use sabaki_fixtures::captures::fight;
+use sabaki_fixtures::demo;
 
 use super::entries::{centres, speeds};
 

@@ -4,7 +4,7 @@
 use glam::Vec3;
 use sabaki::anim::{Pose, forward_kinematics};
 use sabaki::graph::{Motion, MotionGraph};
-use sabaki_testing::baked::embedded;
+use sabaki_fixtures::baked::embedded;
 
 use super::entries::entered;
 

@@ -2,7 +2,7 @@
 //! from other queries allocates nothing.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
-use sabaki_testing as common;
+use sabaki_fixtures as common;
 
 use std::path::Path;
 use std::sync::OnceLock;
@@ -16,7 +16,7 @@ use sabaki::graph::{self, ClipSource, NodeId};
 use sabaki::internal::PathId;
 use sabaki::maps::{BakeSettings, BakedGraph, Baker};
 use sabaki::query::{Answer, Enumerate, Query, QueryContext, QuerySettings};
-use sabaki_app::demo::throw::{Throw, ThrowSettings, throw};
+use sabaki_fixtures::throw::{Throw, ThrowSettings, throw};
 
 /// A graph of more evasions than are prepared by loading.
 fn built() -> &'static BakedGraph {

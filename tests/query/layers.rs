@@ -4,7 +4,7 @@
 
 use std::sync::OnceLock;
 
-use sabaki_testing as common;
+use sabaki_fixtures as common;
 
 use common::answer::answer_throw;
 use common::baked::embedded;
@@ -14,8 +14,8 @@ use sabaki::internal::{ExactTest, MotionBody};
 use sabaki::query::{
     Answer, EntryUse, Evaluation, Query, QueryContext, QuerySettings, Request, WarpSettings,
 };
-use sabaki_app::demo::by_time::{BallSettings, BallThrower, TimedThrow};
-use sabaki_app::demo::throw::RandomDraw;
+use sabaki_fixtures::balls::{BallSettings, BallThrower, TimedThrow};
+use sabaki_fixtures::throw::RandomDraw;
 
 use super::entries::centres;
 

@@ -2,7 +2,7 @@
 //! among obstacles enters none.
 #![allow(clippy::unwrap_used)]
 
-use sabaki_testing as common;
+use sabaki_fixtures as common;
 
 use common::baked::embedded;
 use common::captures::fight;
@@ -17,7 +17,7 @@ use sabaki::math::Rigid2;
 use sabaki::query::{
     Answer, EntryUse, Evaluation, Obstacle, Query, QueryContext, QuerySettings, Request,
 };
-use sabaki_app::demo::throw::{ThrowSettings, throw};
+use sabaki_fixtures::throw::{ThrowSettings, throw};
 
 /// One obstacle of each kind near a place, some of which move.
 fn obstacles(random: &mut Pcg64Mcg, near: Vec3) -> Vec<Obstacle> {

@@ -1,7 +1,7 @@
 //! Promise: a session that is dropped and resumed in each round ends like one that is not. A context resumes only its last session.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
-use sabaki_testing as common;
+use sabaki_fixtures as common;
 
 use common::small::small;
 use glam::Vec3;

@@ -1,13 +1,13 @@
 //! Promise: a query allocates nothing once its memory has seen others like it.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
-use sabaki_testing as common;
-use sabaki_testing::memory as counting;
+use sabaki_fixtures as common;
+use sabaki_fixtures::memory as counting;
 
 use common::baked::embedded;
 use counting::allocations;
 use sabaki::query::{Answer, Enumerate, Query, QueryContext, QuerySettings};
-use sabaki_app::demo::throw::{Throw, ThrowSettings, throw};
+use sabaki_fixtures::throw::{Throw, ThrowSettings, throw};
 
 #[test]
 fn a_query_allocates_nothing() {

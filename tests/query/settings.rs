@@ -1,12 +1,12 @@
 //! Promise: settings out of range make an answer poor, and panic nowhere.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
-use sabaki_testing as common;
+use sabaki_fixtures as common;
 
 use common::answer::answer_throw;
 use common::baked::embedded;
 use sabaki::query::{Evaluation, Query, QuerySettings};
-use sabaki_app::demo::throw::{ThrowSettings, throw};
+use sabaki_fixtures::throw::{ThrowSettings, throw};
 
 type Change = fn(&mut QuerySettings, f32);
 

@@ -9,9 +9,9 @@ use sabaki::anim::JointTransform;
 use sabaki::character::{CharacterSettings, Characters, Threat};
 use sabaki::math::Rigid2;
 use sabaki::query::{Query, QuerySettings};
-use sabaki_app::demo::throw::{ThrowSettings, throw};
-use sabaki_testing::answer::answer_throw;
-use sabaki_testing::baked::embedded;
+use sabaki_fixtures::answer::answer_throw;
+use sabaki_fixtures::baked::embedded;
+use sabaki_fixtures::throw::{ThrowSettings, throw};
 use tracing::span::{Attributes, Id, Record};
 use tracing::{Event, Metadata, Subscriber};
 

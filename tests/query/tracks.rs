@@ -2,7 +2,7 @@
 //! sphere at every sample gives, however far away the attack is seen to be at once.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
-use sabaki_testing as common;
+use sabaki_fixtures as common;
 
 use common::baked::embedded;
 use glam::Vec3;

@@ -1,7 +1,7 @@
 //! Promise: what a warp bends is clean, within its bounds, and stays a body: feet stand, knees bend their own way.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
-use sabaki_testing as common;
+use sabaki_fixtures as common;
 
 use common::answer::answer_throw;
 use common::baked::embedded;
@@ -14,7 +14,7 @@ use sabaki::query::WarpSettings;
 use sabaki::query::{
     Answer, Attack, EntryUse, Evaluation, Query, QueryContext, QuerySettings, Request,
 };
-use sabaki_app::demo::throw::{ThrowSettings, throw};
+use sabaki_fixtures::throw::{ThrowSettings, throw};
 
 fn joints(baked: &BakedGraph, motion: &Motion, seconds: f32) -> (Pose, Vec<JointTransform>) {
     let graph = baked.graph();

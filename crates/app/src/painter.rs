@@ -1,10 +1,10 @@
 //! Draws shots to pixels on a headless device.
 
-use crate::headless::Headless;
 use sabaki::gpu::GpuError;
 use sabaki::math::F32x16;
 use sabaki_draw::scene::{CrowdShot, Shot};
 use sabaki_draw::{Offscreen, Picture, Stage, StageDesc};
+use sabaki_fixtures::headless::Headless;
 
 /// A stage and an offscreen target of one size.
 #[derive(Debug)]

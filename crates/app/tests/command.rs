@@ -5,7 +5,7 @@ mod annotate;
 mod bad_input;
 #[cfg(unix)]
 mod cancel;
-use sabaki_testing as common;
+use sabaki_fixtures as common;
 mod crowd;
 mod duel;
 mod embedded;

@@ -1,7 +1,7 @@
 //! Promise: what goes on in a window goes on without one: the fighter does what the query answered, by the maps that were chosen.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
-use sabaki_testing as common;
+use sabaki_fixtures as common;
 
 use common::baked::embedded;
 use glam::Vec3;

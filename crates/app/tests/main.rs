@@ -2,6 +2,5 @@
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 mod command;
-mod embedded_motions;
 mod live;
 mod view_window;

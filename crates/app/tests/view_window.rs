@@ -4,8 +4,8 @@
 #![cfg(target_os = "linux")]
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
-use sabaki_testing as common;
-use sabaki_testing::screen;
+use sabaki_fixtures as common;
+use sabaki_fixtures::screen;
 
 use std::fs;
 use std::path::Path;
@@ -19,13 +19,13 @@ use sabaki::duel::DuelSettings;
 use sabaki::graph::MotionGraph;
 use sabaki::maps::{AttackGrid, AttackGridSettings, Body};
 use sabaki_app::Painter;
-use sabaki_app::demo;
 use sabaki_app::live::{
     Fighter, FighterSettings, LiveCrowd, LiveDuel, MapChoices, Orbit, QueryWorkerDesc,
     with_query_worker,
 };
 use sabaki_draw::StageDesc;
 use sabaki_draw::scene::{Formation, FormationSettings, Outfit, Performer};
+use sabaki_fixtures::demo;
 use screen::{Screen, Shown};
 use serde_json::Value;
 

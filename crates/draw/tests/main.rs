@@ -6,7 +6,7 @@ mod framing;
 mod skins;
 mod strange;
 
-use sabaki_testing as common;
+use sabaki_fixtures as common;
 
 use common::{device, finish, shim};
 use glam::{Vec2, Vec3};
@@ -17,14 +17,14 @@ use sabaki::internal::{BitMap, MapRect};
 use sabaki::maps::Body;
 use sabaki::math::{Rigid2, Sphere};
 use sabaki_app::Painter;
-use sabaki_app::demo::{self, Motions};
 use sabaki_app::film::{Delay, Film, FilmError};
-use sabaki_app::headless::Headless;
 use sabaki_draw::StageDesc;
 use sabaki_draw::scene::{
     Camera, Capsule, Figure, Formation, FormationSettings, Layer, Light, Look, Orbit, Performer,
     Shot,
 };
+use sabaki_fixtures::demo::{self, Motions};
+use sabaki_fixtures::headless::Headless;
 
 const SIZE: [u32; 2] = [240, 160];
 const RED: [f32; 4] = [0.9, 0.1, 0.05, 1.0];
@@ -400,5 +400,5 @@ fn an_animated_png_loses_nothing_and_a_film_of_nothing_is_an_error() {
 #[test]
 fn the_shader_table_is_that_of_the_spirv() {
     let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));
-    sabaki_testing::shader_table::is_current(&folder.join("shaders"));
+    sabaki_fixtures::shader_table::is_current(&folder.join("shaders"));
 }

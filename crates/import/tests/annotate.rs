@@ -1,12 +1,12 @@
 //! Events that are proposed: on real capture, on the embedded motions, and on figures of other sizes and rates.
 
 use sabaki::anim::{Clip, ClipDesc, EventKind, Joint, Skeleton};
-use sabaki_app::demo;
+use sabaki_fixtures::captures::captures;
+use sabaki_fixtures::demo;
 use sabaki_import::annotate::{
     Agreement, AnnotateSettings, SpeedCurves, agreement, overlap, propose,
 };
 use sabaki_import::{ClipSet, EventEntry, EventsFile};
-use sabaki_testing::captures::captures;
 
 const KINDS: [EventKind; 2] = [EventKind::Attack, EventKind::Evasion];
 

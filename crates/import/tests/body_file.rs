@@ -1,7 +1,7 @@
 //! A body file is read as it was written. Errors name the sphere, its joint and the field.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
-use sabaki_testing as common;
+use sabaki_fixtures as common;
 
 use common::clips::small_skeleton;
 use glam::Vec3;

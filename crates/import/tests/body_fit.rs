@@ -2,7 +2,7 @@
 //! farther than reported. The fit is deterministic.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
-use sabaki_testing as common;
+use sabaki_fixtures as common;
 mod hostile;
 
 use common::random::Random;
@@ -10,7 +10,7 @@ use common::shapes::Shape;
 use glam::Vec3;
 use sabaki::anim::{JointId, JointTransform, Skeleton};
 use sabaki::maps::Body;
-use sabaki_app::demo;
+use sabaki_fixtures::demo;
 use sabaki_import::fit::{BindPose, FitReport, FitSettings, Mesh, fit_body};
 use sabaki_import::parse_obj;
 

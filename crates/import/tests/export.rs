@@ -2,7 +2,7 @@
 //! exporter.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
-use sabaki_testing as common;
+use sabaki_fixtures as common;
 
 use std::fs;
 use std::path::Path;
@@ -13,7 +13,7 @@ use common::plain_bvh::{PlainBvh, V3, add, apart, lerp, scaled};
 use sabaki::anim::{Pose, forward_kinematics};
 use sabaki::archive;
 use sabaki::query::{Answer, Evaluation, Query, QuerySettings};
-use sabaki_app::demo::throw::{Throw, ThrowSettings, throw};
+use sabaki_fixtures::throw::{Throw, ThrowSettings, throw};
 use sabaki_import::export::{
     ExportedAnswer, MotionFormat, Target, evasion_placement, write_answer,
 };

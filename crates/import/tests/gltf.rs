@@ -1,7 +1,7 @@
 //! Skinned animations in glTF are read correctly, and written files are read back unchanged.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
-use sabaki_testing as common;
+use sabaki_fixtures as common;
 
 use std::path::{Path, PathBuf};
 
@@ -77,7 +77,7 @@ fn random_motions_come_back() {
 
 #[test]
 fn the_embedded_motions_come_back_joint_by_joint() {
-    let motions = sabaki_app::demo::motions().unwrap();
+    let motions = sabaki_fixtures::demo::motions().unwrap();
     let mut bytes = Vec::new();
     gltf::write(&mut bytes, &motions.skeleton, &motions.clips).unwrap();
     let file = parse(&bytes);

@@ -1,7 +1,7 @@
 //! A damaged or malicious glTF file is an error that names the position, and never a crash.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
-use sabaki_testing as common;
+use sabaki_fixtures as common;
 
 use common::clips::{small_skeleton, swinging_clip};
 use common::random::Random;

@@ -2,7 +2,7 @@
 //! answers.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
-use sabaki_testing as common;
+use sabaki_fixtures as common;
 
 use std::path::{Path, PathBuf};
 
@@ -12,7 +12,7 @@ use sabaki::anim::{Clip, Event, EventKind, JointId, Pose, Skeleton, forward_kine
 use sabaki::archive;
 use sabaki::graph::ClipSource;
 use sabaki::query::{Evaluation, Query, QuerySettings};
-use sabaki_app::demo::throw::{ThrowSettings, throw};
+use sabaki_fixtures::throw::{ThrowSettings, throw};
 use sabaki_import::export::{ExportedAnswer, MotionFormat, Target, write_answer};
 use sabaki_import::{
     ClipSet, EventsFile, ReadError, ReadOptions, RecordedRequest, gltf, read_clips,
@@ -54,7 +54,7 @@ fn furthest(skeleton: &Skeleton, [a, b]: [&Clip; 2]) -> f32 {
 
 #[test]
 fn poses_and_events_come_back() {
-    let motions = sabaki_app::demo::motions().unwrap();
+    let motions = sabaki_fixtures::demo::motions().unwrap();
     // Times that no few digits say.
     let mut events = motions.events.clone();
     for (event, index) in events.iter_mut().zip(1..) {
@@ -83,7 +83,7 @@ fn poses_and_events_come_back() {
 
 #[test]
 fn an_events_file_has_the_word_for_the_clips_that_it_names() {
-    let motions = sabaki_app::demo::motions().unwrap();
+    let motions = sabaki_fixtures::demo::motions().unwrap();
     let all = &motions.events;
     let (skeleton, clips) = (&motions.skeleton, &motions.clips[..2]);
     let event = |clip, start| Event {
@@ -121,7 +121,7 @@ fn an_events_file_has_the_word_for_the_clips_that_it_names() {
 
 #[test]
 fn extras_of_others_are_let_be_and_wrong_ones_of_ours_are_named() {
-    let motions = sabaki_app::demo::motions().unwrap();
+    let motions = sabaki_fixtures::demo::motions().unwrap();
     let (skeleton, clips) = (&motions.skeleton, &motions.clips[..1]);
     let events = [Event {
         clip: 0,

@@ -1,7 +1,7 @@
 //! Skinned meshes are read as they were written, and damaged ones are refused.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
-use sabaki_testing as common;
+use sabaki_fixtures as common;
 
 use std::path::PathBuf;
 

@@ -5,8 +5,8 @@
 use glam::{Quat, Vec3};
 use sabaki::anim::{Clip, ClipDesc, Joint, JointId, JointKind, Pose, Skeleton, forward_kinematics};
 use sabaki::graph::{self, EdgeMotion, GraphSettings};
+use sabaki_fixtures::captures::{captures, source_of};
 use sabaki_import::{ClipSet, MirrorError};
-use sabaki_testing::captures::{captures, source_of};
 
 fn set(joints: &[(&str, Option<u16>, [f32; 3])]) -> ClipSet {
     let joints = joints.iter().map(|(name, parent, offset)| Joint {

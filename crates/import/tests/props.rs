@@ -2,7 +2,7 @@
 //! baked files.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
-use sabaki_testing as common;
+use sabaki_fixtures as common;
 
 use std::path::Path;
 

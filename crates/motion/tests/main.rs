@@ -4,3 +4,6 @@
 mod anim;
 mod crowd;
 mod lod;
+
+#[global_allocator]
+static COUNTING: sabaki_fixtures::memory::Counting = sabaki_fixtures::memory::Counting;

@@ -10,7 +10,7 @@ use std::error::Error;
 use pollster::block_on;
 use sabaki::gpu::{BatchEntry, CullerDesc};
 use sabaki::query::{Answer, CullPath, Query, QueryContext, QuerySettings, Step, cull::cpu};
-use sabaki_testing::baked::embedded;
+use sabaki_fixtures::baked::embedded;
 use sabaki_wgpu::Host;
 use scene::{Instance, MOST_INSTANCES};
 

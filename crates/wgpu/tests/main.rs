@@ -2,7 +2,7 @@
 //! work goes on, and validation is silent over both.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
-use sabaki_testing as common;
+use sabaki_fixtures as common;
 
 use std::convert::Infallible;
 
@@ -11,7 +11,7 @@ use pollster::block_on;
 use sabaki::gpu::{BatchEntry, CullerDesc, GpuError};
 use sabaki::query::cull::{CullInput, Overlap};
 use sabaki::query::{Answer, CullPath, Evaluation, Query, QueryContext, QuerySettings};
-use sabaki_app::demo::throw::{ThrowSettings, throw};
+use sabaki_fixtures::throw::{ThrowSettings, throw};
 use sabaki_wgpu::{Host, HostError, HostedCuller};
 
 fn adapter() -> wgpu::Adapter {

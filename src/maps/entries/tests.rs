@@ -15,7 +15,7 @@ use crate::graph::{
     rotation_vector,
 };
 use crate::math::Rigid2;
-use sabaki_testing::clips::biped;
+use sabaki_fixtures::clips::biped;
 
 /// A body that sways with a period of two seconds: each joint by its own amplitude and phase.
 fn clip(skeleton: &Skeleton, moves_joints: bool) -> Clip {

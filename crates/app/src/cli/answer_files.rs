@@ -5,7 +5,7 @@ use std::path::Path;
 use sabaki::archive;
 use sabaki::maps::BakedGraph;
 use sabaki::query::{Answer, QuerySettings};
-use sabaki_app::demo::throw::Throw;
+use sabaki_fixtures::throw::Throw;
 use sabaki_import::RecordedRequest;
 use sabaki_import::export::{ExportedAnswer, MotionFormat, Target, write_answer};
 

@@ -5,8 +5,8 @@
 use super::map_quality::{GroundTruth, MapTally};
 use sabaki::maps::BakedGraph;
 use sabaki::query::{CullPath, Enumerate, Source};
-use sabaki_app::demo::throw::{Throw, ThrowSettings, throw};
 use sabaki_app::percentile::percentile;
+use sabaki_fixtures::throw::{Throw, ThrowSettings, throw};
 use serde_json::{Value, json};
 
 use super::culling::{self, Culling, DeviceArgs, PathTimes};

@@ -2,10 +2,10 @@
 
 use std::fmt::Write;
 
+use crate::measure::coverage::{Cell, CellThrow, Coverage, Gap, HEIGHTS, LEADS};
 use sabaki::maps::BakedGraph;
 use sabaki::math::in_parallel;
 use sabaki::query::{Answer, Query, QueryContext, QuerySettings};
-use sabaki_app::demo::coverage::{Cell, CellThrow, Coverage, Gap, HEIGHTS, LEADS};
 use serde_json::{Value, json};
 
 use super::coverage_by_time::{self, Balls};
@@ -14,7 +14,7 @@ use super::numbers::whole;
 use super::plot::Plot;
 use super::source::{self, Baked, GraphArgs};
 use super::{Done, Failure, cancel, output};
-use sabaki_app::demo::throw::RandomDraw;
+use sabaki_fixtures::throw::RandomDraw;
 
 #[derive(clap::Args)]
 pub(crate) struct Args {

@@ -1,14 +1,15 @@
 //! `sabaki coverage --by-time`: how late may an attack be seen?
 
+use crate::measure::by_time::{AvoidedCount, CONTACTS, TimeRow};
+use crate::measure::why_hit::Cause;
 use sabaki::maps::BakedGraph;
 use sabaki::math::in_parallel;
 use sabaki::query::{Answer, Query, QueryContext, QuerySettings};
-use sabaki_app::demo::by_time::{AvoidedCount, BallSettings, BallThrower, CONTACTS, Part, TimeRow};
-use sabaki_app::demo::why_hit::Cause;
+use sabaki_fixtures::balls::{BallSettings, BallThrower, Part};
 use serde_json::{Map, Value, json};
 
 use super::{Failure, cancel, output};
-use sabaki_app::demo::throw::RandomDraw;
+use sabaki_fixtures::throw::RandomDraw;
 
 /// Balls of each contact: how many, where they begin, and by how many threads they are answered.
 #[derive(Clone, Copy)]

@@ -6,8 +6,8 @@ use plotters::backend::DrawingBackend;
 use sabaki::maps::BakedGraph;
 use sabaki::query::cull::CullInput;
 use sabaki::query::{Answer, CullPath, Evaluation, Query, QueryContext, QuerySettings, Request};
-use sabaki_app::demo::throw::Throw;
 use sabaki_app::percentile::percentile;
+use sabaki_fixtures::throw::Throw;
 use serde_json::{Value, json};
 
 use super::chart::{self, Chart, Scale};

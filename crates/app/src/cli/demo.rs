@@ -4,7 +4,7 @@ use std::path::Path;
 
 use sabaki::maps::BakedGraph;
 use sabaki::query::{Answer, CullPath, Enumerate, Query, QueryContext, QuerySettings, Source};
-use sabaki_app::demo::throw::{Throw, ThrowSettings, throw};
+use sabaki_fixtures::throw::{Throw, ThrowSettings, throw};
 use sabaki_import::export;
 use serde_json::json;
 

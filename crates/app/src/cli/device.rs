@@ -3,7 +3,7 @@
 use sabaki::gpu::{self, CullerDesc, GpuError, PassTime, PathReport};
 use sabaki::maps::RegionAtlas;
 use sabaki::query::cull::{Counted, CullInput, CullPath, Overlap, cpu};
-use sabaki_app::headless::{DeviceChoice, DeviceInfo, Headless, HeadlessDesc};
+use sabaki_fixtures::headless::{DeviceChoice, DeviceInfo, Headless, HeadlessDesc};
 use serde_json::{Value, json};
 
 use super::DeviceArgs;
@@ -50,7 +50,7 @@ pub(crate) struct DeviceReport(DeviceInfo);
 
 /// Every device of the machine.
 pub(crate) fn list() -> Result<Vec<DeviceReport>, String> {
-    let devices = sabaki_app::headless::devices().map_err(|error| error.to_string())?;
+    let devices = sabaki_fixtures::headless::devices().map_err(|error| error.to_string())?;
     Ok(devices.into_iter().map(DeviceReport).collect())
 }
 
@@ -267,7 +267,7 @@ impl Drop for Opened {
     }
 }
 
-fn report(messages: Vec<sabaki_app::headless::Message>) {
+fn report(messages: Vec<sabaki_fixtures::headless::Message>) {
     for message in messages {
         eprintln!("validation: {message:?}");
     }

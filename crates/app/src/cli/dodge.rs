@@ -4,12 +4,12 @@ use std::fmt::Write;
 use std::path::PathBuf;
 use std::sync::Mutex;
 
+use crate::measure::quality::{Quality, QualityMeter, SEEN_ON};
 use sabaki::graph::{EdgeId, Playhead};
 use sabaki::maps::BakedGraph;
 use sabaki::math::Rigid2;
 use sabaki::query::{Answer, Attack, QuerySettings};
-use sabaki_app::demo::quality::{Quality, QualityMeter, SEEN_ON};
-use sabaki_app::demo::throw::{Throw, ThrowSettings, throw};
+use sabaki_fixtures::throw::{Throw, ThrowSettings, throw};
 use sabaki_import::export::MotionFormat;
 use serde_json::Value;
 

@@ -7,7 +7,7 @@ use sabaki::graph::{EdgeId, EdgeMotion};
 use sabaki::internal::RateError;
 use sabaki::maps::BakedGraph;
 use sabaki::query::{Answer, CandidateReport, CandidateResult, QuerySettings, Source};
-use sabaki_app::demo::throw::Throw;
+use sabaki_fixtures::throw::Throw;
 use sabaki_import::RecordedRequest;
 use sabaki_import::export::{
     ExportedAnswer, describe_edge, describe_evasion, document, evasion_placement,

@@ -2,9 +2,9 @@
 
 use std::fmt::Write;
 
+use crate::measure::coverage::{Cell, Coverage, HEIGHTS, LEADS};
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
-use sabaki_app::demo::coverage::{Cell, Coverage, HEIGHTS, LEADS};
 
 use super::picture::FONT;
 use super::plot::{Area, Drawn, Figure, Format, INK, Paint, shade};

@@ -11,7 +11,7 @@ use sabaki::lod::{
     Carrier, Flexion, Inertia, LevelSettings, Levels, LodError, Masses, Measure, Order, Rule,
     SwitchSettings, Switching, View,
 };
-use sabaki_app::demo;
+use sabaki_fixtures::demo;
 
 use super::bake::own_file;
 use super::lod_report::{Report, Source};

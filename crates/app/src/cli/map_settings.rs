@@ -8,7 +8,7 @@ use sabaki::internal::Section;
 use sabaki::maps::{BakedGraph, MapGrid};
 use sabaki::query::cull::cpu;
 use sabaki::query::{Query, QueryContext};
-use sabaki_app::demo::throw::Throw;
+use sabaki_fixtures::throw::Throw;
 use serde_json::{Value, json};
 
 use super::culling::Culling;

@@ -3,7 +3,7 @@
 use sabaki::maps::BakedGraph;
 use sabaki::math::{in_parallel, thread_count};
 use sabaki::query::{Answer, QuerySettings};
-use sabaki_app::demo::throw::Throw;
+use sabaki_fixtures::throw::Throw;
 
 use super::culling::Culling;
 pub(crate) use super::method::{LookupArg, Method, MethodArgs};

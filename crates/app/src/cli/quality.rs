@@ -1,6 +1,6 @@
 //! A table of how human composed motions are, beside the clips.
 
-use sabaki_app::demo::quality::Quality;
+use crate::measure::quality::Quality;
 use sabaki_app::percentile::percentile;
 use serde_json::{Value, json};
 

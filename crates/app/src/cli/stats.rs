@@ -7,8 +7,8 @@ use sabaki::graph::EdgeId;
 use sabaki::internal::SearchReport;
 use sabaki::maps::BakedGraph;
 use sabaki::query::{Answer, Counts, Query, QueryContext, QuerySettings, Request, Source};
-use sabaki_app::demo::throw::Throw;
 use sabaki_app::percentile::percentile;
+use sabaki_fixtures::throw::Throw;
 use serde_json::{Value, json};
 
 use super::Failure;

@@ -9,8 +9,6 @@ use sabaki::duel::DuelSettings;
 use sabaki::graph::GraphError;
 use sabaki::maps::{AttackGrid, AttackGridSettings, BakedGraph, Body};
 use sabaki::query::{CullPath, Enumerate};
-use sabaki_app::demo;
-use sabaki_app::headless::{DeviceChoice, Message};
 use sabaki_app::live::{
     Drive, Event, Fighter, FighterSettings, LiveCrowd, LiveDuel, MapChoices, QueryWorkerDesc,
     with_query_worker,
@@ -19,6 +17,8 @@ use sabaki_app::window::{
     Click, CrowdView, DriveView, DuelView, FighterView, View, WindowDesc, WindowError, run as open,
 };
 use sabaki_draw::scene::{Formation, FormationSettings, Outfit, Performer};
+use sabaki_fixtures::demo;
+use sabaki_fixtures::headless::{DeviceChoice, Message};
 
 use super::culling::{DeviceArgs, path_parser};
 use super::mesh::{BoundOutfit, MeshArgs};

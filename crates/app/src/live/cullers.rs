@@ -4,11 +4,11 @@ use std::convert::Infallible;
 
 use super::map_choices::MapChoice;
 use super::worker_request::{QueryWorkerDesc, WorkerRequest, WorkerResponse};
-use crate::headless::{Headless, HeadlessDesc, Message};
 use sabaki::gpu::{Culler, CullerDesc, GpuError};
 use sabaki::maps::BakedGraph;
 use sabaki::query::cull::{Counted, CullInput, Overlap, cpu};
 use sabaki::query::{CullPath, Query, QueryContext, Request};
+use sabaki_fixtures::headless::{Headless, HeadlessDesc, Message};
 
 /// Cullers, each created when it is first needed.
 pub(super) struct Cullers {

@@ -19,8 +19,8 @@ use sabaki_draw::scene::{Camera, Capsule, Figure, Light, Look, Mesh, Outfit, Sho
 use super::Event;
 use super::room::{HALF_SIDE, add_room, obstacles};
 use super::sight_line::{FADED, SightLine};
-use crate::demo::throw::random_of;
 use crate::play::PlayError;
+use sabaki_fixtures::throw::generator;
 
 const OPPONENTS: usize = 3;
 /// Half of the width of an opponent, in metres.
@@ -122,7 +122,7 @@ impl Drive {
             obstacles,
             figures: [figure, other],
             outfit: None,
-            random: random_of(seed, 0),
+            random: generator(seed, 0),
             held: [false; 7],
             ahead: Vec2::Y,
             facing: None,

@@ -6,8 +6,8 @@ use std::time::{Duration, Instant};
 use super::cullers::Cullers;
 use super::map_choices::{MapChoice, MapChoices};
 use super::worker_request::{QueryWorkerDesc, WorkerRequest, WorkerResponse};
-use crate::headless::Message;
 use sabaki::query::Answer;
+use sabaki_fixtures::headless::Message;
 
 /// A task for the thread.
 #[derive(Debug)]

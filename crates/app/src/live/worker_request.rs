@@ -3,9 +3,9 @@
 use std::time::Duration;
 
 use super::map_choices::MapChoice;
-use crate::headless::DeviceChoice;
 use sabaki::graph::Playhead;
 use sabaki::query::{Answer, Attack, CullPath, QuerySettings};
+use sabaki_fixtures::headless::DeviceChoice;
 
 /// Settings of a [`QueryWorker`](super::QueryWorker).
 #[derive(Clone, Debug, Default)]

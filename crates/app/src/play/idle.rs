@@ -111,3 +111,28 @@ impl Idle {
 fn is_same((a, b): ((u32, f32), (u32, f32))) -> bool {
     a.0 == b.0 && (a.1 - b.1).abs() < SAME
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use sabaki_fixtures::baked::embedded;
+    use sabaki_fixtures::captures::fight;
+
+    fn stands_without_repeating(baked: &BakedGraph) {
+        let report = idle(&Arc::new(baked.clone()), 2).unwrap();
+        assert_eq!((report.repeated, report.events_per_hour), (0.0, 0.0));
+        assert!(report.drift < 0.7, "{} m", report.drift);
+        assert!(report.in_step < 0.02, "{}", report.in_step);
+    }
+
+    #[test]
+    fn who_stands_repeats_nothing_within_ten_seconds() {
+        stands_without_repeating(embedded());
+    }
+
+    #[test]
+    fn who_stands_repeats_nothing_within_ten_seconds_on_real_capture() {
+        let Some(baked) = fight() else { return };
+        stands_without_repeating(baked);
+    }
+}

@@ -10,7 +10,7 @@ use sabaki::maps::BakedGraph;
 use sabaki::math::{Rigid2, in_parallel};
 
 use super::{FRAME, Scenarios, joints_of, percentile};
-use crate::demo::throw::random_of;
+use sabaki_fixtures::throw::generator;
 
 /// Measurements of steering.
 #[derive(Clone, Copy, Debug, Default)]
@@ -44,7 +44,7 @@ impl Scenarios {
     pub fn steer(&self, count: usize, threads: usize) -> Result<SteerReport, CharacterError> {
         let speeds = speeds(&self.baked);
         let runs = in_parallel(threads, count, |index| {
-            changes(&self.baked, &speeds, random_of(self.seed, index as u64))
+            changes(&self.baked, &speeds, generator(self.seed, index as u64))
         });
         let (mut errors, mut settled) = (Vec::new(), Vec::new());
         for run in runs {

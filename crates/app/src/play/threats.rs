@@ -17,7 +17,7 @@ use sabaki::query::Obstacle;
 
 use super::obstacles::{ScenarioObstacles, Surroundings};
 use super::{FRAME, PlayError, joints_of};
-use crate::demo::throw::{ThrowSettings, random_of};
+use sabaki_fixtures::throw::{ThrowSettings, generator};
 
 /// The part of the balls' flight that the character knows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -147,13 +147,13 @@ impl Scenarios {
         scenario: Scenario,
         index: u64,
     ) -> Result<Outcome, PlayError> {
-        let mut random = random_of(self.seed, index);
+        let mut random = generator(self.seed, index);
         game.restore(self.blank.clone())?;
         game.set_delay(scenario.delay)?;
         ahead.set_delay(scenario.delay)?;
         let id = game.spawn(Rigid2::IDENTITY)?;
         let around =
-            ScenarioObstacles::new(scenario.around, &mut random_of(self.seed ^ 0x5eed, index))?;
+            ScenarioObstacles::new(scenario.around, &mut generator(self.seed ^ 0x5eed, index))?;
         let heading = random.random::<f32>() * TAU;
         let speed = 0.8 + 1.2 * random.random::<f32>();
         if random.random::<f32>() < 0.6 {

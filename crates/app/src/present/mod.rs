@@ -1,7 +1,7 @@
 //! Draws a stage into a window: swapchain, frames in flight, panels over the picture, screenshots.
 //!
 //! The window comes from any library that gives raw window handles. The presenter owns its device, as
-//! [`Headless`](crate::headless::Headless) does, and alone submits to its queue.
+//! [`Headless`](sabaki_fixtures::headless::Headless) does, and alone submits to its queue.
 
 mod capture;
 mod frames;
@@ -14,7 +14,6 @@ use std::sync::Arc;
 
 use ash::vk;
 
-use crate::headless::{DeviceChoice, Headless, HeadlessDesc, Message};
 use capture::Capture;
 use frames::Frame;
 use image_uses::{ACQUIRED, BLENDED, PRESENTED, begin_panels};
@@ -25,6 +24,7 @@ use sabaki::math::F32x16;
 use sabaki_draw::internal::{COPIED, DRAWN, ImageBarrier, image_barrier};
 use sabaki_draw::scene::{CrowdShot, Shot};
 use sabaki_draw::{Picture, Stage, StageDesc, Target};
+use sabaki_fixtures::headless::{DeviceChoice, Headless, HeadlessDesc, Message};
 use surface::Surface;
 use swapchain::{Acquired, SwapImage, Swapchain, SwapchainDesc};
 

@@ -6,9 +6,9 @@ use std::sync::Arc;
 use ash::{khr, vk};
 use raw_window_handle::{HandleError, HasDisplayHandle, HasWindowHandle};
 
-use crate::headless::Headless;
 use sabaki::gpu::internal::Named;
 use sabaki::gpu::{Context, GpuError};
+use sabaki_fixtures::headless::Headless;
 
 /// A window of any library.
 pub(crate) trait WindowSystem: HasDisplayHandle + HasWindowHandle {}

@@ -137,8 +137,9 @@ impl<'a> App<'a> {
             self.say(&event);
         }
         if let Some(heard) = heard {
-            let words =
-                |message: crate::headless::Message| format!("{}: {}", message.id, message.text);
+            let words = |message: sabaki_fixtures::headless::Message| {
+                format!("{}: {}", message.id, message.text)
+            };
             self.say(&Event::Closed {
                 asking: self.view.is_waiting(),
                 frames: self.times.pictures,

@@ -1,7 +1,7 @@
 use std::path::PathBuf;
 use std::time::Duration;
 
-use crate::headless::DeviceChoice;
+use sabaki_fixtures::headless::DeviceChoice;
 
 /// Settings of a window.
 #[derive(Clone, Debug)]

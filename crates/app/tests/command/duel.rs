@@ -1,6 +1,6 @@
 //! Two fighters.
 
-use sabaki_testing::baked::embedded_file;
+use sabaki_fixtures::baked::embedded_file;
 
 use super::run::{baked, folder, sabaki};
 use super::without_times;

@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::Path;
 
-use sabaki_testing::baked::embedded_file;
+use sabaki_fixtures::baked::embedded_file;
 use serde_json::Value;
 
 use super::run::{baked, command, folder};

@@ -6,7 +6,7 @@ use glam::Vec3;
 use sabaki::anim::Skeleton;
 use sabaki::archive;
 use sabaki::maps::Body;
-use sabaki_app::demo;
+use sabaki_fixtures::demo;
 use sabaki_import::BodyFile;
 use sabaki_import::fit::BindPose;
 

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::Path;
 
 use sabaki::anim::{Clip, Joint, Skeleton};
-use sabaki_app::demo;
+use sabaki_fixtures::demo;
 use sabaki_import::gltf;
 
 use super::run::{baked, folder, sabaki};

@@ -6,7 +6,7 @@ use std::process::{Command, Stdio};
 use std::sync::OnceLock;
 
 use sabaki::anim::{Clip, ClipDesc, Event};
-use sabaki_app::demo;
+use sabaki_fixtures::demo;
 use sabaki_import::{EventsFile, bvh};
 use serde_json::Value;
 use tempfile::TempDir;

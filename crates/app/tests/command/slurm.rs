@@ -6,8 +6,8 @@ use std::path::Path;
 use std::process::Command;
 use std::time::{Duration, Instant};
 
+use sabaki_fixtures::clips::{small_skeleton, swinging_clip};
 use sabaki_import::bvh;
-use sabaki_testing::clips::{small_skeleton, swinging_clip};
 
 use super::run::{folder, sabaki};
 

@@ -5,10 +5,10 @@ use sabaki::graph::{EdgeId, Playhead};
 use sabaki::maps::{BakedGraph, Body, SphereKey};
 use sabaki::math::{F32x16, Rigid2};
 use sabaki::query::{Answer, Attack, Query, QueryContext, QuerySettings, Request};
-use sabaki_app::demo;
 use sabaki_draw::scene::{
     AnsweredAttack, Camera, Dodge, DodgeSettings, Formation, FormationSettings, Performer,
 };
+use sabaki_fixtures::demo;
 
 use super::common::baked::embedded;
 

@@ -7,13 +7,13 @@ use sabaki::anim::{Joint, JointId, JointTransform, Pose, Skeleton, forward_kinem
 use sabaki::lod::{LevelSettings, Levels};
 use sabaki::maps::Body;
 use sabaki_app::Painter;
-use sabaki_app::demo;
 use sabaki_draw::scene::{
     BindTarget, BoundMesh, Formation, FormationSettings, JointNames, Look, Mesh, MeshBone,
     MeshJoint, MeshTexture, MeshVertex, Performer, RiggedMesh, Skin, SkinnedBody,
     skinned_positions, standing_pose,
 };
 use sabaki_draw::{StageDesc, human_body};
+use sabaki_fixtures::demo;
 
 use super::common::{device, finish};
 use super::{SIZE, camera, empty, is_red, paint};

@@ -9,13 +9,14 @@ use sabaki::graph::{EdgeId, Playhead};
 use sabaki::maps::{Body, SphereKey};
 use sabaki::math::{F32x16, Rigid2};
 use sabaki::query::{Answer, Attack, Query, QueryContext, QuerySettings, Request};
-use sabaki_app::{Painter, demo};
+use sabaki_app::Painter;
 use sabaki_draw::scene::{
     AnsweredAttack, BindTarget, CrowdMember, CrowdShot, Detail, Dodge, DodgeSettings, Figure,
     FigurePart, Look, MapStyle, MemberGroup, Mesh, MeshBone, MeshTexture, MeshVertex, Skin,
     standing_pose,
 };
 use sabaki_draw::{Offscreen, Picture, Stage, StageDesc, Target, human_body};
+use sabaki_fixtures::demo;
 
 use super::common::{baked::embedded, device, finish};
 use super::{SIZE, empty};

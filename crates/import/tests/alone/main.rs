@@ -2,8 +2,8 @@
 //! corpora of the fuzzers (`tests/fuzz`) and random damage of them.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
-use sabaki_testing as common;
-use sabaki_testing::memory as peak;
+use sabaki_fixtures as common;
+use sabaki_fixtures::memory as peak;
 mod limits;
 mod targets;
 
@@ -15,6 +15,9 @@ use proptest::test_runner::TestRunner;
 
 /// Bytes that a target may hold, however small its input is.
 const MOST: usize = 300 << 20;
+
+#[global_allocator]
+static COUNTING: sabaki_fixtures::memory::Counting = sabaki_fixtures::memory::Counting;
 
 /// The inputs of a target, by name; of baked files the small graph too.
 fn corpus(target: &str) -> Vec<(String, Vec<u8>)> {

@@ -1,8 +1,8 @@
 //! Promise: posing a crowd allocates nothing, from the second time on, on no thread; nor does sorting it.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
-use sabaki_testing as common;
-use sabaki_testing::memory as counting;
+use sabaki_fixtures as common;
+use sabaki_fixtures::memory as counting;
 
 use common::clips::{small_skeleton, swinging_clip};
 use common::crowd::{Stage, crowd_of, forms, posed, settings};
@@ -13,6 +13,9 @@ use sabaki_motion::crowd::{Crowd, Frame, Frustum, LevelId};
 use sabaki_motion::lod::{Levels, Rule, SwitchSettings, Switching};
 use sabaki_motion::math::{F32x16, Isa};
 use std::sync::Arc;
+
+#[global_allocator]
+static COUNTING: sabaki_fixtures::memory::Counting = sabaki_fixtures::memory::Counting;
 
 /// One test: the whole process is counted.
 #[test]

@@ -1,10 +1,10 @@
 //! Compressed clips: the error that is promised, the bytes read naively, hostile bytes.
 
 use glam::{DQuat, DVec3, Quat, Vec3};
+use sabaki_fixtures::captures::captures;
+use sabaki_fixtures::clips::{small_skeleton, swinging_clip};
 use sabaki_motion::anim::{Clip, ClipDesc, CompressionSettings, JointKind, Pose, Skeleton};
 use sabaki_motion::math::Isa;
-use sabaki_testing::captures::captures;
-use sabaki_testing::clips::{small_skeleton, swinging_clip};
 use serde_json::{Value, json};
 
 fn settings() -> CompressionSettings {

@@ -1,6 +1,6 @@
 //! Promise: a clip at another frame rate is the same motion, and a frame rate that no memory holds is an error.
+use sabaki_fixtures::clips::{small_skeleton, swinging_clip};
 use sabaki_motion::anim::{Clip, ClipError, CompressionSettings, Pose};
-use sabaki_testing::clips::{small_skeleton, swinging_clip};
 
 #[test]
 fn the_motion_stays_the_same() {

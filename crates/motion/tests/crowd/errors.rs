@@ -1,7 +1,7 @@
 //! Promise: what a crowd cannot do is said by name.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
-use sabaki_testing as common;
+use sabaki_fixtures as common;
 
 use super::pose::{default, stage};
 use common::clips::{small_skeleton, swinging_clip};

@@ -2,7 +2,7 @@
 //! times, speeds and levels that make no sense.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
-use sabaki_testing as common;
+use sabaki_fixtures as common;
 
 use super::pose::{NEAR, default, stage};
 use common::clips::{small_skeleton, swinging_clip};

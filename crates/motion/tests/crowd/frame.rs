@@ -2,7 +2,7 @@
 //! instruction set, whatever the camera does, with and without hysteresis and culling.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
-use sabaki_testing as common;
+use sabaki_fixtures as common;
 
 use common::clips::{small_skeleton, swinging_clip};
 use common::crowd::{Stage, crowd_of, settings};

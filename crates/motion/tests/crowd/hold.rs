@@ -2,7 +2,7 @@
 //! elsewhere.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
-use sabaki_testing as common;
+use sabaki_fixtures as common;
 
 use super::frame::{SECONDS, stage};
 use common::crowd::{Stage, crowd_of, settings};

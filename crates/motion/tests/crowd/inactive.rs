@@ -1,7 +1,7 @@
 //! Promise: characters that are deactivated cost nothing, whatever is told about them, until they are set again.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
-use sabaki_testing as common;
+use sabaki_fixtures as common;
 
 use super::pose::{default, stage};
 use common::crowd::crowd_of;

@@ -2,7 +2,7 @@
 //! meanwhile; the single calls may be mixed with whole frames.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
-use sabaki_testing as common;
+use sabaki_fixtures as common;
 
 use common::clips::{small_skeleton, swinging_clip};
 use common::crowd::{DrawnAs, Stage, crowd_of, joint_of, settings};

@@ -1,7 +1,7 @@
 //! Promise: joints as rotations and positions are where their matrices have them, whatever way a character faces.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
-use sabaki_testing as common;
+use sabaki_fixtures as common;
 
 use common::clips::small_skeleton;
 use common::crowd::{Stage, crowd_of, forms, joint_of, posed, settings};

@@ -2,7 +2,7 @@
 //! time, and wherever a clip has more keys than frames.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
-use sabaki_testing as common;
+use sabaki_fixtures as common;
 
 use common::clips::{small_skeleton, swinging_clip};
 use common::crowd::{Stage, forms, furthest, settings};

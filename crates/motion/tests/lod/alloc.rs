@@ -1,8 +1,8 @@
 //! Promise: choosing levels, planning a budget and drawing a skin allocate nothing once they have seen others like it.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
-use sabaki_testing as common;
-use sabaki_testing::memory as counting;
+use sabaki_fixtures as common;
+use sabaki_fixtures::memory as counting;
 
 use common::lod::random_case;
 use common::random::Random;

@@ -1,7 +1,7 @@
 //! Promise: a budget is kept, with the least error that it allows.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
-use sabaki_testing as common;
+use sabaki_fixtures as common;
 
 use common::lod::{random_levels, screen_error, setting_of};
 use common::random::Random;

@@ -1,7 +1,7 @@
 //! Promise: skeletons and distances at the ends of the range give finite bands in bounded time, or an error.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
-use sabaki_testing as common;
+use sabaki_fixtures as common;
 
 use common::lod::{build, rules};
 use glam::{Quat, Vec3};

@@ -1,7 +1,7 @@
 //! Promise: what is drawn instead of a character differs from it by no more pixels than the settings allow, and nothing on the screen jumps.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
-use sabaki_testing as common;
+use sabaki_fixtures as common;
 
 use common::captures::captures;
 use common::lod::{build, frames_of, points_of, random_levels, rules, screen_error};
@@ -183,7 +183,7 @@ fn steps_of(skeleton: &Skeleton, clips: &[Clip], order: Order) -> (f32, f32) {
 
 #[test]
 fn nothing_jumps_in_the_embedded_motions() {
-    let motions = sabaki_app::demo::motions().unwrap();
+    let motions = sabaki_fixtures::demo::motions().unwrap();
     let clips: Vec<Clip> = motions.clips.iter().step_by(4).cloned().collect();
     for order in [Order::Energy, Order::Error] {
         let (with, without) = steps_of(&motions.skeleton, &clips, order);

@@ -1,7 +1,7 @@
 //! Promise: a joint's energy is what the equations say, on every level, for every setting.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
-use sabaki_testing as common;
+use sabaki_fixtures as common;
 
 use std::f64::consts::PI;
 

@@ -1,7 +1,7 @@
 //! Promise: levels lose one joint after the other, the least first; what they say of their errors is true.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
-use sabaki_testing as common;
+use sabaki_fixtures as common;
 
 use common::captures::captures;
 use common::clips::first_frame;
@@ -253,7 +253,7 @@ fn captures_are_held_to_the_same() {
 
 #[test]
 fn the_humanoid_of_24_joints_has_levels_0_to_18() {
-    let motions = sabaki_app::demo::motions().unwrap();
+    let motions = sabaki_fixtures::demo::motions().unwrap();
     let skeleton = &motions.skeleton;
     for order in [Order::Energy, Order::Error] {
         let settings = LevelSettings {

@@ -1,7 +1,7 @@
 //! Promise: a level of detail keeps the motion of the joints that it keeps, whatever was removed.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
-use sabaki_testing as common;
+use sabaki_fixtures as common;
 
 use common::captures::captures;
 use common::lod::{order_of, random_case};

@@ -2,7 +2,7 @@
 //! the level says.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
-use sabaki_testing as common;
+use sabaki_fixtures as common;
 
 use std::f32::consts::TAU;
 
@@ -162,7 +162,7 @@ fn capsules_on_random_skeletons() {
 
 #[test]
 fn capsules_in_the_embedded_motions() {
-    let motions = sabaki_app::demo::motions().unwrap();
+    let motions = sabaki_fixtures::demo::motions().unwrap();
     for clip in motions.clips.iter().step_by(5) {
         check(&motions.skeleton, clip, Order::Energy);
         check(&motions.skeleton, clip, Order::Error);

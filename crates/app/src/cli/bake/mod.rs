@@ -18,9 +18,9 @@ mod submit;
 use std::panic::resume_unwind;
 use std::path::{Path, PathBuf};
 
+use crate::measure::quality::{Quality, QualityMeter};
 use sabaki::archive::{self, ArchiveError};
 use sabaki::maps::BakedGraph;
-use sabaki_app::demo::quality::{Quality, QualityMeter};
 use serde_json::json;
 
 use super::distances::DistanceFigure;

@@ -15,7 +15,7 @@ use std::path::PathBuf;
 use indicatif::ProgressIterator;
 use sabaki::anim::{Clip, Skeleton};
 use sabaki::crowd::Form;
-use sabaki_app::demo;
+use sabaki_fixtures::demo;
 use serde_json::json;
 
 use self::cases::CUTS;

@@ -3,9 +3,9 @@
 use sabaki::gpu::GpuError;
 use sabaki::math::F32x16;
 use sabaki_app::Painter;
-use sabaki_app::headless::{DeviceChoice, Headless, HeadlessDesc};
 use sabaki_draw::StageDesc;
 use sabaki_draw::scene::{CrowdShot, Shot};
+use sabaki_fixtures::headless::{DeviceChoice, Headless, HeadlessDesc};
 
 use crate::cli::Failure;
 use crate::cli::culling::DeviceArgs;

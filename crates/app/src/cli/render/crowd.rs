@@ -5,11 +5,11 @@ use std::time::Instant;
 
 use sabaki::graph::GraphError;
 use sabaki::maps::Body;
-use sabaki_app::demo::{self, Motions};
 use sabaki_app::film::{Delay, Film};
 use sabaki_app::percentile::percentile;
 use sabaki_draw::StageDesc;
 use sabaki_draw::scene::{Formation, FormationSettings, Performer};
+use sabaki_fixtures::demo::{self, Motions};
 use serde_json::json;
 
 use super::canvas::Canvas;

@@ -9,11 +9,11 @@ use sabaki::graph::{EdgeId, Playhead};
 use sabaki::maps::BakedGraph;
 use sabaki::math::Rigid2;
 use sabaki::query::{Answer, Attack, Query, QueryContext, QuerySettings};
-use sabaki_app::demo::by_time::{BallSettings, BallThrower};
-use sabaki_app::demo::throw::{RandomDraw, Throw, ThrowSettings, throw};
 use sabaki_app::film::{Delay, Film};
 use sabaki_draw::StageDesc;
 use sabaki_draw::scene::{AnsweredAttack, Camera, Dodge, DodgeSettings, MapStyle};
+use sabaki_fixtures::balls::{BallSettings, BallThrower};
+use sabaki_fixtures::throw::{RandomDraw, Throw, ThrowSettings, throw};
 use serde_json::json;
 
 use super::canvas::Canvas;

@@ -9,7 +9,7 @@ use sabaki::internal::{
     TransitionList,
 };
 use sabaki::maps::{BakeSettings, Baker};
-use sabaki_app::demo;
+use sabaki_fixtures::demo;
 use sabaki_import::EventsFile;
 use serde::{Deserialize, Serialize};
 

@@ -88,7 +88,7 @@ fn write(graph: &BakedGraph, file: &Path) -> io::Result<()> {
 #[allow(clippy::unwrap_used)]
 mod tests {
     use super::*;
-    use sabaki_testing::small::small;
+    use sabaki_fixtures::small::small;
 
     fn bytes_of(graph: &BakedGraph) -> Vec<u8> {
         archive::to_bytes(graph).unwrap()

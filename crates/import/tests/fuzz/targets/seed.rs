@@ -6,7 +6,7 @@ mod targets;
 
 fn main() {
     let folder = std::env::args().nth(1).unwrap();
-    let bytes = sabaki::archive::to_bytes(sabaki_testing::small::small()).unwrap();
+    let bytes = sabaki::archive::to_bytes(sabaki_fixtures::small::small()).unwrap();
     let path = std::path::Path::new(&folder).join("small");
     std::fs::write(path, targets::without_header(&bytes)).unwrap();
 }

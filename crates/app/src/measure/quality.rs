@@ -11,7 +11,7 @@ use sabaki::math::in_parallel;
 use sabaki::query::{Answer, Query, QueryContext, QuerySettings};
 
 use super::limbs::{LEGS, limb_of};
-use super::throw::{ThrowSettings, throw};
+use sabaki_fixtures::throw::{ThrowSettings, throw};
 
 /// Answers are measured for this time after the attack's end, in seconds.
 pub const SEEN_ON: f32 = 0.5;

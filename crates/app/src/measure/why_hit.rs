@@ -4,7 +4,7 @@ use sabaki::maps::BakedGraph;
 use sabaki::query::Answer;
 
 use super::limbs::{LEGS, limb_of};
-use super::throw::Throw;
+use sabaki_fixtures::throw::Throw;
 
 /// The reason for a hit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -6,9 +6,9 @@
 use std::f32::consts::TAU;
 
 use super::interval::wilson;
-use super::throw::{Aim, RandomDraw, Throw, aimed};
 use sabaki::maps::BakedGraph;
 use sabaki::query::AttackError;
+use sabaki_fixtures::throw::{Aim, RandomDraw, Throw, aimed};
 
 /// Parts of the body with their heights, as shares of the body's height.
 pub const HEIGHTS: [(&str, f32); 5] = [
@@ -86,12 +86,6 @@ impl Coverage {
     #[must_use]
     pub fn len(&self) -> usize {
         self.counts.len()
-    }
-
-    /// Always false: there is at least one cell.
-    #[must_use]
-    pub fn is_empty(&self) -> bool {
-        self.counts.is_empty()
     }
 
     /// The cell with this index; the lead varies fastest, then the height, then the direction.
