@@ -174,10 +174,9 @@ fn any_window_any_length_any_instruction_set() {
 
 /// On real motion: the closest windows of a long clip far from where it began, too.
 #[test]
+#[ignore = "needs SABAKI_MOCAP"]
 fn real_motion_capture_equals_the_definition() {
-    let Some(set) = captures("fight") else {
-        return;
-    };
+    let set = captures("fight");
     let weights = vec![1.0; set.skeleton.len()];
     let clouds: Vec<PointCloud> = set
         .clips

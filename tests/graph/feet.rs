@@ -8,7 +8,7 @@ mod legs;
 mod walker;
 
 use common::baked::{embedded, embedded_graph};
-use common::captures::{self, captures};
+use common::captures::{captures, fight};
 use glam::{Quat, Vec3};
 use sabaki::anim::{
     Clip, ClipDesc, Joint, JointTransform, Leg, Pose, Skeleton, forward_kinematics,
@@ -17,7 +17,6 @@ use sabaki::graph::{
     self, ClipId, ClipSource, EdgeId, EdgeMotion, GraphSettings, MotionGraph, blend_weight,
 };
 use sabaki::internal::FeetSettings;
-use sabaki::maps::BakedGraph;
 use sabaki::math::Rigid2;
 
 type Sample = fn(&MotionGraph, EdgeId, f32, &mut Pose);
@@ -42,17 +41,6 @@ fn places_at(graph: &MotionGraph, sample: Sample, edge: EdgeId, frame: f32) -> V
     let mut pose = Pose::default();
     sample(graph, edge, frame, &mut pose);
     places(graph, &pose)
-}
-
-fn fight() -> Option<&'static MotionGraph> {
-    captures::fight().map(BakedGraph::graph)
-}
-
-fn graphs() -> Vec<&'static MotionGraph> {
-    [Some(embedded().graph()), fight()]
-        .into_iter()
-        .flatten()
-        .collect()
 }
 
 #[test]
@@ -94,6 +82,7 @@ fn plants_do_not_depend_on_size_place_or_side() {
 }
 
 #[test]
+#[ignore = "needs SABAKI_MOCAP"]
 fn captured_walks_stand_on_one_foot_after_the_other() {
     let walks = [
         "walk/Male2_B3_Walk.bvh",
@@ -101,7 +90,7 @@ fn captured_walks_stand_on_one_foot_after_the_other() {
         "walk/cmu_12_01_walk.bvh",
     ];
     for walk in walks {
-        let Some(set) = captures(walk) else { return };
+        let set = captures(walk);
         // Twice the same, so that there is a graph.
         let again = Clip::new(
             &set.skeleton,
@@ -139,18 +128,20 @@ fn captured_walks_stand_on_one_foot_after_the_other() {
 
 #[test]
 fn planted_feet_slide_a_third_or_no_more_than_as_captured() {
-    for graph in graphs() {
-        let slide = graph.foot_slide(3000);
-        println!("{slide:?}");
-        assert!(
-            slide.planted_seconds > 100.0 && slide.steps > 0,
-            "{slide:?}"
-        );
-        // Whatever the captures slide themselves is theirs.
-        let bound = (slide.blended / 4.0).max(1.1 * slide.clips);
-        assert!(slide.kept < bound, "{slide:?}");
-        assert!(slide.kept < slide.blended / 2.5, "{slide:?}");
-    }
+    check_planted_feet_slide_a_third_or_no_more_than_as_captured(embedded().graph());
+}
+
+fn check_planted_feet_slide_a_third_or_no_more_than_as_captured(graph: &MotionGraph) {
+    let slide = graph.foot_slide(3000);
+    println!("{slide:?}");
+    assert!(
+        slide.planted_seconds > 100.0 && slide.steps > 0,
+        "{slide:?}"
+    );
+    // Whatever the captures slide themselves is theirs.
+    let bound = (slide.blended / 4.0).max(1.1 * slide.clips);
+    assert!(slide.kept < bound, "{slide:?}");
+    assert!(slide.kept < slide.blended / 2.5, "{slide:?}");
 }
 
 /// The same transitions, aligned on the whole body and on the feet that stand.
@@ -219,49 +210,53 @@ fn skated(graph: &MotionGraph, sample: Sample) -> f32 {
 
 #[test]
 fn feet_near_the_ground_go_less_far_by_their_places_alone() {
-    for graph in graphs() {
-        let (blended, kept) = (skated(graph, BLENDED), skated(graph, KEPT));
-        println!("{blended} m, kept {kept} m");
-        assert!(kept < 0.45 * blended, "{kept} of {blended}");
-    }
+    check_feet_near_the_ground_go_less_far_by_their_places_alone(embedded().graph());
+}
+
+fn check_feet_near_the_ground_go_less_far_by_their_places_alone(graph: &MotionGraph) {
+    let (blended, kept) = (skated(graph, BLENDED), skated(graph, KEPT));
+    println!("{blended} m, kept {kept} m");
+    assert!(kept < 0.45 * blended, "{kept} of {blended}");
 }
 
 #[test]
 fn both_ends_of_a_transition_are_the_clips_own() {
-    for graph in graphs() {
-        for id in transitions(graph).step_by(41) {
-            let edge = graph.edge(id);
-            let end = edge.frames as f32;
-            let (from, to) = (graph.node(edge.from), graph.node(edge.to));
-            let mut pose = Pose::default();
-            graph.clip(from.clip).pose(from.frame as usize, &mut pose);
-            let first = places(graph, &pose);
-            graph.clip(to.clip).pose(to.frame as usize, &mut pose);
-            pose.place(graph.clip_change(id));
-            let last = places(graph, &pose);
-            let furthest = |pure: &[Vec3], frame: f32| {
-                let here = places_at(graph, KEPT, id, frame);
-                pure.iter()
-                    .zip(&here)
-                    .map(|(a, b)| a.distance(*b))
-                    .fold(0.0, f32::max)
-            };
-            // Far from the origin a place has few digits left.
-            let size = first
-                .iter()
-                .chain(&last)
-                .map(|place| place.length())
-                .fold(1.0, f32::max);
-            for (pure, frame, inside) in [(&first, 0.0, 1e-3), (&last, end, end - 1e-3)] {
-                assert!(
-                    furthest(pure, frame) < 1e-5 * size,
-                    "{id:?}: {}",
-                    furthest(pure, frame)
-                );
-                // And it is not left by a jump: a thousandth of a frame later it is still there.
-                let near = furthest(pure, inside);
-                assert!(near < 1e-3, "{id:?}: {near} m within 1/30000 s");
-            }
+    check_both_ends_of_a_transition_are_the_clips_own(embedded().graph());
+}
+
+fn check_both_ends_of_a_transition_are_the_clips_own(graph: &MotionGraph) {
+    for id in transitions(graph).step_by(41) {
+        let edge = graph.edge(id);
+        let end = edge.frames as f32;
+        let (from, to) = (graph.node(edge.from), graph.node(edge.to));
+        let mut pose = Pose::default();
+        graph.clip(from.clip).pose(from.frame as usize, &mut pose);
+        let first = places(graph, &pose);
+        graph.clip(to.clip).pose(to.frame as usize, &mut pose);
+        pose.place(graph.clip_change(id));
+        let last = places(graph, &pose);
+        let furthest = |pure: &[Vec3], frame: f32| {
+            let here = places_at(graph, KEPT, id, frame);
+            pure.iter()
+                .zip(&here)
+                .map(|(a, b)| a.distance(*b))
+                .fold(0.0, f32::max)
+        };
+        // Far from the origin a place has few digits left.
+        let size = first
+            .iter()
+            .chain(&last)
+            .map(|place| place.length())
+            .fold(1.0, f32::max);
+        for (pure, frame, inside) in [(&first, 0.0, 1e-3), (&last, end, end - 1e-3)] {
+            assert!(
+                furthest(pure, frame) < 1e-5 * size,
+                "{id:?}: {}",
+                furthest(pure, frame)
+            );
+            // And it is not left by a jump: a thousandth of a frame later it is still there.
+            let near = furthest(pure, inside);
+            assert!(near < 1e-3, "{id:?}: {near} m within 1/30000 s");
         }
     }
 }
@@ -281,46 +276,50 @@ fn fastest(graph: &MotionGraph, sample: Sample, id: EdgeId) -> f32 {
 
 #[test]
 fn no_joint_jumps() {
-    for graph in graphs() {
-        let (mut most, mut most_more) = (0.0f32, 0.0f32);
-        for id in transitions(graph).step_by(7) {
-            let (blended, kept) = (fastest(graph, BLENDED, id), fastest(graph, KEPT, id));
-            (most, most_more) = (most.max(blended), most_more.max(kept - blended));
-        }
-        println!("{most} m in a 120th of a second, up to {most_more} m more");
-        // A step takes a sixth of a second, and the loosest links plant feet 0.3 m apart: nowhere more
-        // than 6 m/s on top.
-        assert!(most_more < 0.05, "{most_more} m");
+    check_no_joint_jumps(embedded().graph());
+}
+
+fn check_no_joint_jumps(graph: &MotionGraph) {
+    let (mut most, mut most_more) = (0.0f32, 0.0f32);
+    for id in transitions(graph).step_by(7) {
+        let (blended, kept) = (fastest(graph, BLENDED, id), fastest(graph, KEPT, id));
+        (most, most_more) = (most.max(blended), most_more.max(kept - blended));
     }
+    println!("{most} m in a 120th of a second, up to {most_more} m more");
+    // A step takes a sixth of a second, and the loosest links plant feet 0.3 m apart: nowhere more
+    // than 6 m/s on top.
+    assert!(most_more < 0.05, "{most_more} m");
 }
 
 #[test]
 fn bones_keep_their_lengths_and_nothing_but_legs_moves() {
-    for graph in graphs() {
-        let legs = Leg::all(graph.skeleton());
-        let of_legs = |joint| {
-            let mut above = graph.skeleton().ancestry(joint);
-            above.any(|above| legs.iter().any(|leg| leg.hip == above))
-        };
-        let (mut plain, mut pose) = (Pose::default(), Pose::default());
-        for id in transitions(graph).step_by(37) {
-            for step in 0..=3 * graph.edge(id).frames {
-                let frame = step as f32 / 3.0;
-                BLENDED(graph, id, frame, &mut plain);
-                KEPT(graph, id, frame, &mut pose);
-                assert_eq!(pose.translations, plain.translations);
-                assert!(
-                    pose.rotations
-                        .iter()
-                        .all(|rotation| rotation.is_normalized())
-                );
-                let sunk = plain.root - pose.root;
-                assert!((sunk.x, sunk.z) == (0.0, 0.0) && (0.0..0.05).contains(&sunk.y));
-                assert_eq!(graph.sample_edge_root(id, frame), pose.root);
-                for joint in graph.skeleton().ids().filter(|&joint| !of_legs(joint)) {
-                    let index = joint.index();
-                    assert_eq!(pose.rotations[index], plain.rotations[index], "{joint:?}");
-                }
+    check_bones_keep_their_lengths_and_nothing_but_legs_moves(embedded().graph());
+}
+
+fn check_bones_keep_their_lengths_and_nothing_but_legs_moves(graph: &MotionGraph) {
+    let legs = Leg::all(graph.skeleton());
+    let of_legs = |joint| {
+        let mut above = graph.skeleton().ancestry(joint);
+        above.any(|above| legs.iter().any(|leg| leg.hip == above))
+    };
+    let (mut plain, mut pose) = (Pose::default(), Pose::default());
+    for id in transitions(graph).step_by(37) {
+        for step in 0..=3 * graph.edge(id).frames {
+            let frame = step as f32 / 3.0;
+            BLENDED(graph, id, frame, &mut plain);
+            KEPT(graph, id, frame, &mut pose);
+            assert_eq!(pose.translations, plain.translations);
+            assert!(
+                pose.rotations
+                    .iter()
+                    .all(|rotation| rotation.is_normalized())
+            );
+            let sunk = plain.root - pose.root;
+            assert!((sunk.x, sunk.z) == (0.0, 0.0) && (0.0..0.05).contains(&sunk.y));
+            assert_eq!(graph.sample_edge_root(id, frame), pose.root);
+            for joint in graph.skeleton().ids().filter(|&joint| !of_legs(joint)) {
+                let index = joint.index();
+                assert_eq!(pose.rotations[index], plain.rotations[index], "{joint:?}");
             }
         }
     }
@@ -454,4 +453,15 @@ fn a_turned_or_mirrored_world_changes_nothing() {
         assert!(near(other.kept, as_it_is.kept), "{other:?}, {as_it_is:?}");
         assert!(other.kept < other.blended / 3.0, "{other:?}");
     }
+}
+
+#[test]
+#[ignore = "needs SABAKI_MOCAP"]
+fn the_same_holds_on_real_capture() {
+    let graph = fight().graph();
+    check_planted_feet_slide_a_third_or_no_more_than_as_captured(graph);
+    check_feet_near_the_ground_go_less_far_by_their_places_alone(graph);
+    check_both_ends_of_a_transition_are_the_clips_own(graph);
+    check_no_joint_jumps(graph);
+    check_bones_keep_their_lengths_and_nothing_but_legs_moves(graph);
 }

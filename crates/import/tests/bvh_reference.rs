@@ -1,7 +1,4 @@
-//! Joint positions of real captures equal those of an independent reader, and the unit of every
-//! file is found.
-//!
-//! Reads the folder that `SABAKI_MOCAP` names; where that is unset, says so and tests nothing.
+//! Joint positions of real captures equal those of an independent reader, and the unit of every file is found.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 use std::collections::BTreeMap;
@@ -9,20 +6,11 @@ use std::path::{Path, PathBuf};
 
 use glam::DVec3;
 use sabaki::anim::{Pose, forward_kinematics};
+use sabaki_fixtures::captures::mocap;
 use sabaki_import::bvh::BvhFile;
 use sabaki_import::{
     LoadedClip, ReadOptions, Scale, ScaleSource, read_bvh, read_clip, read_clips, stature,
 };
-
-fn mocap() -> Option<PathBuf> {
-    let Some(folder) = std::env::var_os("SABAKI_MOCAP") else {
-        eprintln!("skipped: SABAKI_MOCAP is not set");
-        return None;
-    };
-    let folder = PathBuf::from(folder);
-    assert!(folder.is_dir(), "SABAKI_MOCAP is no folder: {folder:?}");
-    Some(folder)
-}
 
 fn bvh_files(folder: &Path) -> Vec<PathBuf> {
     let mut files: Vec<PathBuf> = ["fight", "walk", "dialects"]
@@ -81,8 +69,9 @@ fn largest_difference(
 }
 
 #[test]
+#[ignore = "needs SABAKI_MOCAP"]
 fn positions_are_those_of_an_independent_reader() {
-    let Some(folder) = mocap() else { return };
+    let folder = mocap("");
     let reference = reference(&folder);
     assert_eq!(reference.len(), bvh_files(&folder).len());
     for (name, frames) in &reference {
@@ -95,8 +84,9 @@ fn positions_are_those_of_an_independent_reader() {
 }
 
 #[test]
+#[ignore = "needs SABAKI_MOCAP"]
 fn every_file_is_a_person_high_in_the_unit_that_is_found() {
-    let Some(folder) = mocap() else { return };
+    let folder = mocap("");
     for path in bvh_files(&folder) {
         let loaded = read_clip(&path, &ReadOptions::default()).unwrap();
         let mut pose = Pose::default();
@@ -108,9 +98,10 @@ fn every_file_is_a_person_high_in_the_unit_that_is_found() {
 }
 
 #[test]
+#[ignore = "needs SABAKI_MOCAP"]
 fn units_of_known_captures_are_found() {
     use sabaki_import::LengthUnit::{Centimetre, Cmu, Decimetre, Inch};
-    let Some(folder) = mocap() else { return };
+    let folder = mocap("");
     let known = [
         ("fight/Male2_E1_JabLeft.bvh", Centimetre),
         ("walk/walk-03-sneak-yokoyama.bvh", Centimetre),
@@ -129,8 +120,9 @@ fn units_of_known_captures_are_found() {
 }
 
 #[test]
+#[ignore = "needs SABAKI_MOCAP"]
 fn the_fight_clips_are_one_set_with_their_events() {
-    let Some(folder) = mocap() else { return };
+    let folder = mocap("");
     let fight = folder.join("fight");
     let events = fight.join("events.json");
     let set = read_clips(
@@ -158,8 +150,9 @@ fn the_fight_clips_are_one_set_with_their_events() {
 }
 
 #[test]
+#[ignore = "needs SABAKI_MOCAP"]
 fn what_is_written_again_is_where_it_was() {
-    let Some(folder) = mocap() else { return };
+    let folder = mocap("");
     for path in bvh_files(&folder) {
         let LoadedClip {
             skeleton,

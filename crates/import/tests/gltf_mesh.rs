@@ -3,8 +3,7 @@
 
 use sabaki_fixtures as common;
 
-use std::path::PathBuf;
-
+use common::captures::mocap;
 use common::clips::{small_skeleton, swinging_clip};
 use glam::Vec3;
 use sabaki::anim::JointId;
@@ -164,7 +163,7 @@ fn a_file_beside_is_read_once_and_only_if_it_is_used() {
         Ok(bytes.clone())
     });
     assert_eq!(mesh.unwrap(), parse(&written()).unwrap());
-    assert_eq!(asked, [PathBuf::from("mesh.bin")]);
+    assert_eq!(asked, [std::path::PathBuf::from("mesh.bin")]);
 }
 
 /// Reading each primitive again for each node would take minutes.
@@ -207,12 +206,9 @@ fn nodes_that_share_a_mesh_each_add_its_triangles() {
 }
 
 #[test]
+#[ignore = "needs SABAKI_MOCAP"]
 fn meshes_of_other_programs_are_read_with_their_textures() {
-    let Some(root) = std::env::var_os("SABAKI_MOCAP") else {
-        eprintln!("skipped: SABAKI_MOCAP names no folder with motion capture");
-        return;
-    };
-    let read = |name: &str| read_mesh(&PathBuf::from(&root).join("gltf").join(name)).unwrap();
+    let read = |name: &str| read_mesh(&mocap("gltf").join(name)).unwrap();
     let fox = read("Fox.glb");
     assert_eq!((fox.vertices.len(), fox.triangles.len()), (1728, 576));
     assert_eq!(fox.joints.len(), 24);

@@ -131,8 +131,9 @@ mod tests {
     }
 
     #[test]
+    #[ignore = "needs SABAKI_MOCAP"]
     fn who_stands_repeats_nothing_within_ten_seconds_on_real_capture() {
-        let Some(baked) = fight() else { return };
+        let baked = fight();
         stands_without_repeating(baked);
     }
 }

@@ -208,10 +208,9 @@ fn energies_are_those_of_the_equations_on_random_skeletons() {
 }
 
 #[test]
+#[ignore = "needs SABAKI_MOCAP"]
 fn energies_are_those_of_the_equations_in_captures() {
-    let Some(set) = captures("fight") else {
-        return;
-    };
+    let set = captures("fight");
     let skeleton = &set.skeleton;
     let order = order_of(skeleton, &mut Random::new(1));
     let levels = Levels::in_order(skeleton, &order).unwrap().levels;

@@ -3,9 +3,9 @@
 
 use sabaki_fixtures as common;
 
-use common::captures::captures;
+use common::captures::each_capture;
 use common::clips::first_frame;
-use common::lod::{each_capture, frames_of, points_of, random_case};
+use common::lod::{frames_of, points_of, random_case};
 use common::random::Random;
 use glam::Vec3;
 use sabaki_motion::anim::{Clip, ClipDesc, JointId, JointKind, JointTransform, Skeleton};
@@ -231,12 +231,9 @@ fn the_nearest_carrier_is_never_worse_than_the_parent_where_one_joint_goes() {
 }
 
 #[test]
+#[ignore = "needs SABAKI_MOCAP"]
 fn captures_are_held_to_the_same() {
-    let Some(clips) = each_capture("walk") else {
-        captures("walk");
-        return;
-    };
-    for (skeleton, clip) in clips {
+    for (skeleton, clip) in each_capture("walk") {
         for order in [Order::Energy, Order::Error] {
             let settings = LevelSettings {
                 order,
