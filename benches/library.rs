@@ -1,7 +1,7 @@
 //! The search for transitions in libraries of growing length, and with `bake` whole bakes of them, stage by stage:
 //! `cargo bench --bench library -- 10 60 600`, `cargo bench --bench library -- bake 10 60` (minutes); with `plot=FILE.svg` the growth
-//! of bakes is drawn. `cargo bench --bench library -- onto 60` adds one clip to a bake. `cargo bench --bench library -- files=DIR 60`
-//! writes the clips and the events to files, for the command's bakes.
+//! of bakes is drawn. `cargo bench --bench library -- files=DIR 60` writes the clips and the events to files, for the
+//! command's bakes.
 //!
 //! No library of hours is at hand: these are made of the clips in `SABAKI_MOCAP/fight` and their mirror images, by cutting, by
 //! changes of speed, and by turning each joint about a random axis, in each pass over the clips by other angles of 12° in the mean
@@ -26,10 +26,7 @@ use sabaki::anim::{Clip, ClipDesc};
 use sabaki::archive;
 use sabaki::character::{CharacterSettings, Characters};
 use sabaki::graph::{ClipSource, GraphSettings};
-use sabaki::internal::{
-    BandParts, DistanceMap, EarlierTables, GraphBuilder, GraphRecord, PrunedSearch, TableRecord,
-    Unwatched, Windows,
-};
+use sabaki::internal::{BandParts, DistanceMap, GraphBuilder, PrunedSearch, Windows};
 use sabaki::maps::{BakeSettings, BakedGraph, Baker};
 use sabaki::query::cull::cpu;
 use sabaki::query::{Answer, Query, QueryContext, QuerySettings};
@@ -67,11 +64,6 @@ fn main() {
     let mut set = read_clips(&[folder], Some(&events), &ReadOptions::default()).unwrap();
     set.add_mirrored().unwrap();
     let asked = |word: &str| std::env::args().any(|arg| arg == word);
-    if asked("onto") {
-        StageClock::install();
-        minutes.iter().for_each(|&minutes| onto(&set, minutes));
-        return;
-    }
     let after =
         |name: &str| std::env::args().find_map(|arg| arg.strip_prefix(name).map(PathBuf::from));
     if let Some(folder) = after("files=") {
@@ -205,64 +197,6 @@ fn whole_bake(set: &ClipSet, made: &MadeClips, path: &Path) -> Bake {
         file: bytes as f64 / 1e6,
         load,
     }
-}
-
-/// Bakes a library without one of its clips, and then with it: from nothing, and onto the first bake.
-fn onto(set: &ClipSet, minutes: f64) {
-    let all = library(set).of(60.0 * minutes);
-    let left_out = all.clips.len() / 2;
-    let mut most = MadeClips {
-        clips: all.clips.clone(),
-        events: all.events.clone(),
-    };
-    most.clips.remove(left_out);
-    most.events.retain(|event| event.clip != left_out);
-    for event in &mut most.events {
-        event.clip -= usize::from(event.clip > left_out);
-    }
-    println!("\n{minutes} minutes, {} clips:", all.clips.len());
-    let bake = |name: &str, made: &MadeClips, earlier: Option<(GraphRecord, TableRecord)>| {
-        let source = ClipSource {
-            skeleton: &set.skeleton,
-            clips: &made.clips,
-            events: &made.events,
-        };
-        let settings = GraphSettings {
-            memory: MEMORY,
-            ..GraphSettings::default()
-        };
-        let started = Instant::now();
-        let (of_graph, of_tables) = earlier.unzip();
-        let of_graph = of_graph.into_iter().collect();
-        let builder = GraphBuilder::onto(source, &settings, of_graph).unwrap();
-        let tables = EarlierTables {
-            record: of_tables.unwrap_or_default(),
-            clips: builder
-                .clips_taken_over()
-                .next()
-                .cloned()
-                .unwrap_or_default(),
-        };
-        let found = builder.find_transitions().unwrap();
-        let built = builder.build_recorded(found).unwrap();
-        let (graph, _) = built.made.unwrap();
-        let baker = Baker::onto(graph, BakeSettings::default(), tables).unwrap();
-        let maps = baker.draw_on_cpu();
-        let finished = baker.finish_recorded(maps, &Unwatched).unwrap();
-        let seconds = started.elapsed().as_secs_f64();
-        println!("{name}: {seconds:.2} s");
-        print_stages();
-        (
-            archive::to_bytes(&finished.made.unwrap()).unwrap(),
-            (built.record, finished.record),
-            seconds,
-        )
-    };
-    let (_, record, _) = bake("without the clip", &most, None);
-    let (bytes, _, from_nothing) = bake("with it, from nothing", &all, None);
-    let (same, _, onto) = bake("with it, onto the first", &all, Some(record));
-    assert!(bytes == same, "the files differ");
-    println!("{:.1}% of the time", 100.0 * onto / from_nothing);
 }
 
 fn print_stages() {

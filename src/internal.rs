@@ -14,20 +14,18 @@ pub use crate::graph::links::{
 };
 pub use crate::graph::motion::Layer;
 pub use crate::graph::motion_edit::Played;
-pub use crate::graph::record::{ClipMatch, GraphRecord};
 pub use crate::graph::responsiveness::Responsiveness;
 pub use crate::graph::search::{
     BandMinima, BandParts, MapBand, Minimum, PrunedSearch, SearchScratch, SearchSettings,
     TransitionList,
 };
-pub use crate::graph::watch::{BakeProgress, BakeStage, BakeWatch, Recorded, Unwatched};
+pub use crate::graph::watch::{BakeProgress, BakeStage, BakeWatch, Unwatched};
 pub use crate::maps::atlas::RegionId;
 pub use crate::maps::attack_grid::{AttackGridReport, AttackOption, Contact};
-pub use crate::maps::bake::{EarlierTables, TableRecord};
 pub use crate::maps::collect::DrawnMaps;
 pub use crate::maps::disc::{Disc, SUB_TEXELS};
 pub use crate::maps::entries::{
-    EntryRecord, EntryReport, EntrySettings, MomentShare, PlausibilitySettings, Stretches,
+    EntryReport, EntrySettings, EntryShare, MomentShare, PlausibilitySettings, Stretches,
 };
 pub use crate::maps::fixed_transform::FixedTransform2;
 pub use crate::maps::grid::{CellColumn, Grid, GridSettings, TouchedCells};

@@ -2,18 +2,15 @@
 //!
 //! Source: Kovar, Gleicher & Pighin (2002), sections 3.1–3.3; Masaoka & Oshita, section 4.4. No transition blends an event.
 
-use std::borrow::Cow;
-
 use super::component::largest_component;
 use super::distance::Windows;
-use super::feet::{Aligner, DartTest, FootPlanList, FootPlans, PlantedClips};
-use super::links::{self, KnownLinks, LinkOutput, LinkSource};
+use super::feet::{Aligner, DartTest, FootPlans, PlantedClips};
+use super::links::{self, LinkSource};
 use super::parts::Parts;
-use super::record::{ClipMatch, GraphRecord, KnownMinima};
 use super::report::{BuildCounts, BuiltGraphs};
-use super::search::{BandParts, MapBand, Minimum, PrunedSearch, SearchSettings, TransitionList};
+use super::search::{BandParts, MapBand, PrunedSearch, SearchSettings, TransitionList};
 use super::source::ClipSource;
-use super::watch::{BakeStage, BakeWatch, Recorded, Stopped, Unwatched};
+use super::watch::{BakeStage, BakeWatch, Stopped, Unwatched};
 use super::{
     BuildReport, Feet, GraphError, GraphEvent, GraphSettings, MotionGraph, PointCloud, Transition,
     events,
@@ -46,29 +43,7 @@ pub struct GraphBuilder<'a> {
     clouds: Vec<PointCloud>,
     windows: Vec<Windows>,
     feet: Feet,
-    record: GraphRecord,
-    known: Vec<Known>,
     watch: &'a dyn BakeWatch,
-}
-
-/// Results of an earlier build.
-#[derive(Debug, Default)]
-struct Known {
-    clips: ClipMatch,
-    minima: KnownMinima,
-    darts: FootPlanList,
-    links: KnownLinks,
-}
-
-impl Known {
-    fn new(clips: ClipMatch, mut record: GraphRecord) -> Self {
-        Self {
-            minima: KnownMinima::take(clips.clone(), &mut record),
-            darts: record.darts,
-            links: KnownLinks::new(clips.clone(), record.links),
-            clips,
-        }
-    }
 }
 
 impl<'a> GraphBuilder<'a> {
@@ -77,38 +52,13 @@ impl<'a> GraphBuilder<'a> {
     /// # Errors
     /// The clips, events or settings are invalid.
     pub fn new(source: ClipSource<'a>, settings: &'a GraphSettings) -> Result<Self, GraphError> {
-        Self::onto(source, settings, Vec::new())
-    }
-
-    /// Like [`GraphBuilder::new`], but takes over the results of earlier builds, so that only the results of other clips are computed. A
-    /// result that several builds have is taken from the first of them. The graph is the same.
-    ///
-    /// # Errors
-    /// The errors of [`GraphBuilder::new`].
-    pub fn onto(
-        source: ClipSource<'a>,
-        settings: &'a GraphSettings,
-        mut earlier: Vec<GraphRecord>,
-    ) -> Result<Self, GraphError> {
         if source.clips.is_empty() {
             return Err(GraphError::NoClips);
         }
         let weights = settings.checked_weights(source.skeleton.len())?;
         check_joints(source)?;
         settings.check_size(source)?;
-        let record = GraphRecord::new(source, settings);
-        let common: Vec<ClipMatch> = earlier
-            .iter()
-            .map(|earlier| record.clips_of(earlier))
-            .collect();
-        let clips = clips(source, settings, |clip| {
-            let mut earlier = earlier.iter_mut().zip(&common);
-            let found = earlier.find_map(|(earlier, common)| earlier.take_clip(common, clip));
-            let is_own = |found: &Clip| {
-                found.frame_rate() == settings.frame_rate && found.is_sound(source.skeleton)
-            };
-            found.filter(is_own)
-        })?;
+        let clips = clips(source, settings)?;
         let events = events::in_frames(source, &clips, settings.frame_rate)?;
         let _span = tracing::trace_span!("bake: measure clips").entered();
         let window = settings.frames(settings.window);
@@ -120,12 +70,6 @@ impl<'a> GraphBuilder<'a> {
         let (clouds, windows) = measured.into_iter().unzip();
         let feet = Feet::new(source.skeleton, &clips, settings);
         Ok(Self {
-            record,
-            known: common
-                .into_iter()
-                .zip(earlier)
-                .map(|(clips, earlier)| Known::new(clips, earlier))
-                .collect(),
             watch: &Unwatched,
             source,
             settings,
@@ -141,11 +85,6 @@ impl<'a> GraphBuilder<'a> {
     #[must_use]
     pub fn watched(self, watch: &'a dyn BakeWatch) -> Self {
         Self { watch, ..self }
-    }
-
-    /// For each earlier build, the clips whose results are taken over.
-    pub fn clips_taken_over(&self) -> impl Iterator<Item = &ClipMatch> {
-        self.known.iter().map(|known| &known.clips)
     }
 
     /// Points of each clip. They are the only data of the clips that the search reads.
@@ -176,11 +115,10 @@ impl<'a> GraphBuilder<'a> {
         TransitionList::new(self.search())
     }
 
-    /// Searches all bands in this process. The result does not depend on the number of threads. If the search is stopped, the list holds what
-    /// it found, and [`GraphBuilder::build_recorded`] records that.
+    /// Searches all bands in this process. The result does not depend on the number of threads.
     ///
     /// # Errors
-    /// The graph would have too many transitions.
+    /// The graph would have too many transitions, or the search was stopped.
     pub fn find_transitions(&self) -> Result<TransitionList, GraphError> {
         let threads = self.settings.threads;
         let search = PrunedSearch::new(self.search(), self.windows.iter().collect(), threads);
@@ -188,24 +126,11 @@ impl<'a> GraphBuilder<'a> {
         let stage = self.watch.stage(BakeStage::Transitions, threads);
         let (mut done, all) = (0, self.bands().map(|band| band.pairs()).sum());
         for part in BandParts::new(self.bands(), threads) {
-            let is_new = |band: &&MapBand| self.known_minima(band).is_none();
-            let new: Vec<MapBand> = part.iter().filter(is_new).copied().collect();
-            // After a stop, known minima are still taken over.
-            if self.watch.is_stopped() && !new.is_empty() {
-                list.stop_before(&part[0]);
-                return Ok(list);
-            }
-            let mut found = search.minima_of(&new, threads)?.into_iter();
-            for band in part {
-                let minima = match self.known_minima(&band) {
-                    Some(minima) => Cow::Borrowed(minima),
-                    None => {
-                        let found = found.next().unwrap_or_default();
-                        list.count(found.computed);
-                        Cow::Owned(found.minima)
-                    }
-                };
-                list.add(band, &minima)?;
+            self.watch.check()?;
+            let found = search.minima_of(&part, threads)?;
+            for (band, found) in part.into_iter().zip(found) {
+                list.count(found.computed);
+                list.add(band, &found.minima)?;
                 done += band.pairs();
             }
             stage.progress(done, all);
@@ -213,50 +138,15 @@ impl<'a> GraphBuilder<'a> {
         Ok(list)
     }
 
-    /// The minima of a band that an earlier build found.
-    fn known_minima(&self, band: &MapBand) -> Option<&[Minimum]> {
-        let search = self.search();
-        let mut builds = self.known.iter();
-        let known = builds.find_map(|known| known.minima.of(band));
-        known.filter(|minima| band.admits(minima, &search))
-    }
-
     /// Builds the graph from the minima of all bands.
     ///
     /// # Errors
-    /// The graph would have too many transitions, or the clips contain no cycle.
+    /// The graph would have too many transitions, the clips contain no cycle, or the build was stopped.
     pub fn build(self, found: TransitionList) -> Result<(MotionGraph, BuildReport), GraphError> {
-        let built = self.build_recorded(found)?;
-        built.made.ok_or(GraphError::Stopped)
-    }
-
-    /// Builds the graph like [`GraphBuilder::build`], and returns a record for [`GraphBuilder::onto`], too.
-    ///
-    /// # Errors
-    /// The errors of [`GraphBuilder::build`].
-    pub fn build_recorded(
-        mut self,
-        mut found: TransitionList,
-    ) -> Result<Recorded<(MotionGraph, BuildReport), GraphRecord>, GraphError> {
-        let mut record = std::mem::take(&mut self.record);
-        (record.bands, record.stopped_before) = found.take_bands();
-        record.compressed = self.clips.iter().cloned().map(Some).collect();
         let mut darts = self.dart_test();
-        if let Some(test) = &mut darts {
-            for known in &mut self.known {
-                test.take_over(&known.clips, &std::mem::take(&mut known.darts));
-            }
-        }
-        let chosen = self.choose(found, &mut darts, &mut record);
-        if matches!(chosen, Err(GraphError::Stopped)) {
-            record.darts = plans_of(darts).into_all();
-            return Ok(Recorded { made: None, record });
-        }
-        let (transitions, counts) = chosen?;
-        let plans = plans_of(darts);
-        let made = Some(self.assemble(&transitions, &plans, counts)?);
-        record.darts = plans.into_used();
-        Ok(Recorded { made, record })
+        let (transitions, counts) = self.choose(found, &mut darts)?;
+        let plans = darts.map_or_else(FootPlans::default, DartTest::into_plans);
+        self.assemble(&transitions, &plans, counts)
     }
 
     /// Transitions in which no foot darts and that cut no event, with the links, and the counts of the build.
@@ -264,7 +154,6 @@ impl<'a> GraphBuilder<'a> {
         &self,
         found: TransitionList,
         darts: &mut Option<DartTest>,
-        record: &mut GraphRecord,
     ) -> Result<(Vec<Transition>, BuildCounts), GraphError> {
         self.watch.check()?;
         let distances = found.distances();
@@ -282,29 +171,17 @@ impl<'a> GraphBuilder<'a> {
             }
             None => 0,
         };
-        let none = KnownLinks::default();
-        let known = self
-            .known
-            .iter()
-            .map(|known| &known.links)
-            .find(|links| links.has_any());
         let source = LinkSource {
             clips: &self.clips,
             aligner: self.aligner(),
             windows: &self.windows,
             events: &events::merged(&self.events),
             settings: self.settings,
-            known: known.unwrap_or(&none),
             watch: self.watch,
         };
         let links = {
             let _span = tracing::trace_span!("bake: add links").entered();
-            let output = LinkOutput {
-                transitions: &mut transitions,
-                darts,
-                record: &mut record.links,
-            };
-            links::add(source, output)?
+            links::add(source, &mut transitions, darts)?
         };
         let counts = BuildCounts {
             transitions: under_threshold,
@@ -387,35 +264,17 @@ impl<'a> GraphBuilder<'a> {
     }
 }
 
-/// The plans of the transitions that were tested for darting feet.
-fn plans_of(darts: Option<DartTest>) -> FootPlans {
-    darts.map_or_else(FootPlans::default, DartTest::into_plans)
-}
-
-/// The clips at the graph's frame rate, compressed if the settings say so. Clips that an earlier build has compressed are taken over.
-fn clips(
-    source: ClipSource<'_>,
-    settings: &GraphSettings,
-    mut known: impl FnMut(usize) -> Option<Clip>,
-) -> Result<Vec<Clip>, ClipError> {
+/// The clips at the graph's frame rate, compressed if the settings say so.
+fn clips(source: ClipSource<'_>, settings: &GraphSettings) -> Result<Vec<Clip>, ClipError> {
     let _span = tracing::trace_span!("bake: compress clips").entered();
-    let mut known: Vec<Option<Clip>> = (0..source.clips.len()).map(&mut known).collect();
-    let made = in_parallel(settings.threads, known.len(), |index| {
-        let is_new = known[index].is_none();
-        is_new.then(|| {
-            let clip = source.clips[index].resampled(settings.frame_rate)?;
-            Ok::<_, ClipError>(match &settings.compression {
-                Some(compression) => clip.compressed(source.skeleton, compression),
-                None => clip,
-            })
+    let made = in_parallel(settings.threads, source.clips.len(), |index| {
+        let clip = source.clips[index].resampled(settings.frame_rate)?;
+        Ok(match &settings.compression {
+            Some(compression) => clip.compressed(source.skeleton, compression),
+            None => clip,
         })
     });
-    for (known, made) in known.iter_mut().zip(made) {
-        if let Some(made) = made {
-            *known = Some(made?);
-        }
-    }
-    Ok(known.into_iter().flatten().collect())
+    made.into_iter().collect()
 }
 
 fn check_joints(source: ClipSource<'_>) -> Result<(), GraphError> {

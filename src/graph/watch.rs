@@ -60,16 +60,6 @@ impl BakeWatch for Unwatched {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Stopped;
 
-/// Result of a step of a bake, and a record for later bakes. A later bake takes over the results in the record or, if this bake was stopped,
-/// continues from them.
-#[derive(Clone, Debug)]
-pub struct Recorded<M, R> {
-    /// Result of the step; `None` if it was stopped.
-    pub made: Option<M>,
-    /// Record of all results so far.
-    pub record: R,
-}
-
 impl dyn BakeWatch + '_ {
     /// Returns an error if the bake should stop.
     pub(crate) fn check(&self) -> Result<(), Stopped> {

@@ -4,14 +4,11 @@
 //! [`Baker::every_frame_drawings`] and [`Baker::any_frame_drawings`] list the drawings, and
 //! [`Baker::finish`] takes the drawn maps.
 
-use serde::{Deserialize, Serialize};
-
 use super::bake_settings::{BakeError, BakeSettings};
 use super::baked::BakedParts;
-use super::collect::{DrawingOwner, DrawnMaps, MapCollector};
+use super::collect::{DrawingOwner, DrawnMaps, EventMaps, MapCollector};
 use super::drawings::{self, DrawingSource, EventDrawings, TooHigh};
-use super::entries::{EarlierEntries, EntryRecord, EntrySearch, MomentShare};
-use super::map_record::{EventMaps, KnownMaps, MapBasis, MapKey, MapRecord};
+use super::entries::{EntrySearch, EntryShare, MomentShare};
 use super::raster;
 use super::retime::retimable_edges;
 use super::{
@@ -19,8 +16,8 @@ use super::{
     RegionAtlas, RegionId,
 };
 use crate::anim::EventKind;
-use crate::graph::watch::{BakeWatch, Recorded, Unwatched};
-use crate::graph::{ClipMatch, EdgeId, GraphEvent, MotionGraph};
+use crate::graph::watch::{BakeWatch, Unwatched};
+use crate::graph::{EdgeId, GraphEvent, MotionGraph};
 use crate::math::{Rigid2, in_parallel};
 
 /// A bake whose drawings are prepared and whose maps are not yet drawn.
@@ -35,41 +32,6 @@ pub struct Baker {
     every_frame: Vec<Drawing>,
     any_frame: Vec<Drawing>,
     collector: MapCollector,
-    /// Key of the maps of each event, evasions first. `None` if the maps depend on other clips too.
-    keys: Vec<Option<MapKey>>,
-    earlier: EarlierEntries,
-}
-
-/// Maps and tests of entries that a later bake takes over.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct TableRecord {
-    /// Tests of entries, exits and layers.
-    pub entries: EntryRecord,
-    maps: MapRecord,
-}
-
-impl From<EntryRecord> for TableRecord {
-    fn from(entries: EntryRecord) -> Self {
-        Self {
-            entries,
-            ..Self::default()
-        }
-    }
-}
-
-/// Record of an earlier bake, and the clips that both bakes have in common.
-#[derive(Clone, Debug, Default)]
-pub struct EarlierTables {
-    /// Maps and tests of the earlier bake.
-    pub record: TableRecord,
-    /// Clips that both bakes have in common.
-    pub clips: ClipMatch,
-}
-
-/// An event whose maps are known or whose drawings are prepared.
-enum Prepared {
-    Known(EventMaps),
-    New(EventDrawings),
 }
 
 impl Baker {
@@ -78,20 +40,6 @@ impl Baker {
     /// # Errors
     /// A setting is out of range, or an event's maps would be too large.
     pub fn new(graph: MotionGraph, settings: BakeSettings) -> Result<Self, BakeError> {
-        Self::onto(graph, settings, EarlierTables::default())
-    }
-
-    /// Like [`Baker::new`], but takes over the maps and the tests of an earlier bake. The baked graph is the same.
-    ///
-    /// # Errors
-    /// The errors of [`Baker::new`].
-    #[doc(hidden)]
-    pub fn onto(
-        graph: MotionGraph,
-        settings: BakeSettings,
-        earlier: EarlierTables,
-    ) -> Result<Self, BakeError> {
-        let EarlierTables { record, clips } = earlier;
         let maps = settings.maps;
         if !maps.is_sound() {
             return Err(BakeError::Grid {
@@ -124,28 +72,16 @@ impl Baker {
             every_frame: Vec::new(),
             any_frame: Vec::new(),
             collector: MapCollector::new(maps),
-            keys: Vec::new(),
-            earlier: EarlierEntries::default(),
             graph,
         };
-        let known = KnownMaps::onto(record.maps, &clips, &baker.map_basis());
-        for (kind, key, prepared) in baker.events(&known)? {
-            baker.keys.push(key);
-            baker.add(kind, prepared);
+        for (kind, drawings) in baker.events()? {
+            baker.add(kind, drawings);
         }
-        baker.earlier = EarlierEntries {
-            record: record.entries,
-            clips,
-        };
         Ok(baker)
     }
 
     /// Adds an event.
-    fn add(&mut self, kind: EventKind, prepared: Prepared) {
-        let drawings = match prepared {
-            Prepared::Known(maps) => return self.collector.known(maps),
-            Prepared::New(drawings) => drawings,
-        };
+    fn add(&mut self, kind: EventKind, drawings: EventDrawings) {
         let collector = &mut self.collector;
         let event = collector.event(kind, &drawings);
         for (part, drawing) in drawings.every_frame {
@@ -158,11 +94,8 @@ impl Baker {
         }
     }
 
-    /// Prepares the drawings of all events whose maps are not known, evasions first.
-    fn events(
-        &self,
-        known: &KnownMaps,
-    ) -> Result<Vec<(EventKind, Option<MapKey>, Prepared)>, BakeError> {
+    /// Prepares the drawings of all events, evasions first.
+    fn events(&self) -> Result<Vec<(EventKind, EventDrawings)>, BakeError> {
         let source = DrawingSource {
             graph: &self.graph,
             body: &self.body,
@@ -176,19 +109,14 @@ impl Baker {
                 false => EventKind::Attack,
             };
             let Some(event) = self.graph.edge(edge).event else {
-                return Ok((kind, None, Prepared::New(EventDrawings::default())));
+                return Ok((kind, EventDrawings::default()));
             };
             let event = self.graph.event(event);
-            let key = MapKey::new(source, edge, event);
-            if let Some(maps) = key.as_ref().and_then(|key| known.of(key)) {
-                return Ok((kind, key, Prepared::Known(maps.clone())));
-            }
             let drawings = match kind {
                 EventKind::Evasion => drawings::of_evasion(source, edge, event),
                 EventKind::Attack => drawings::of_attack(source, event),
             };
-            let drawings = self.checked(event, drawings)?;
-            Ok((kind, key, Prepared::New(drawings)))
+            Ok((kind, self.checked(event, drawings)?))
         });
         prepared.into_iter().collect()
     }
@@ -263,28 +191,22 @@ impl Baker {
     /// its drawing's.
     #[doc(hidden)]
     pub fn finish(self, maps: DrawnMaps) -> Result<BakedGraph, BakeError> {
-        let finished = self.finish_recorded(maps, &Unwatched)?;
-        finished.made.ok_or(BakeError::Stopped)
+        self.finish_watched(maps, Vec::new(), &Unwatched)
     }
 
-    /// Finishes the bake like [`Baker::finish`], and returns a record for [`Baker::onto`], too.
+    /// Finishes the bake like [`Baker::finish`]. If `entries` holds all shares that [`MomentShare::find_entries`] found, in order, they are
+    /// not searched again.
     ///
     /// # Errors
-    /// The errors of [`Baker::finish`].
+    /// The errors of [`Baker::finish`], the watch stopped the bake, or the entries are not those of the graph.
     #[doc(hidden)]
-    pub fn finish_recorded(
-        mut self,
+    pub fn finish_watched(
+        self,
         maps: DrawnMaps,
+        entries: Vec<EntryShare>,
         watch: &dyn BakeWatch,
-    ) -> Result<Recorded<BakedGraph, TableRecord>, BakeError> {
+    ) -> Result<BakedGraph, BakeError> {
         let maps = self.gathered(&maps)?;
-        let keys = std::mem::take(&mut self.keys);
-        let recorded = keys
-            .into_iter()
-            .zip(&maps)
-            .filter_map(|(key, maps)| Some((key?, maps.clone())))
-            .collect();
-        let recorded = MapRecord::new(self.map_basis(), recorded);
         let atlas = self.atlas(maps);
         let attacks = self.attacks.iter();
         let attack_moves = attacks
@@ -301,20 +223,15 @@ impl Baker {
             evasions: &evasions,
             settings: &self.settings.entries,
             threads: self.settings.threads,
-            earlier: &self.earlier,
             watch,
         };
-        let found = {
+        let entries = {
             let _span = tracing::trace_span!("bake: find entries").entered();
-            EntryTable::find(search)
+            EntryTable::find(search, entries)?
         };
-        let record = TableRecord {
-            entries: found.record,
-            maps: recorded,
-        };
-        let Some(entries) = found.made else {
-            return Ok(Recorded { made: None, record });
-        };
+        if entries.check(&self.graph, &evasions).is_err() {
+            return Err(BakeError::Entries);
+        }
         let parts = BakedParts {
             graph: self.graph,
             body: self.body,
@@ -324,12 +241,8 @@ impl Baker {
             attack_moves,
             entries,
         };
-        let made = Some(BakedGraph::new(
-            parts,
-            &self.settings.paths,
-            self.settings.grid,
-        ));
-        Ok(Recorded { made, record })
+        let settings = &self.settings;
+        Ok(BakedGraph::new(parts, &settings.paths, settings.grid))
     }
 
     /// The maps of all events.
@@ -338,13 +251,6 @@ impl Baker {
         check(every, &self.every_frame)?;
         check(maps.any_frame.iter().map(BitMap::rect), &self.any_frame)?;
         Ok(self.collector.gather(maps))
-    }
-
-    fn map_basis(&self) -> MapBasis {
-        MapBasis {
-            body: self.body.clone(),
-            grid: self.settings.maps,
-        }
     }
 
     fn atlas(&self, maps: Vec<EventMaps>) -> RegionAtlas {
@@ -360,26 +266,25 @@ impl Baker {
 }
 
 impl MomentShare {
-    /// Tests the entries of this share of the moments of a graph. [`EntryRecord::of_shares`] puts the records of all shares together, and
-    /// [`Baker::onto`] takes that over. Returns `None` if the tests were stopped.
-    #[must_use]
+    /// Finds the entries of this share of the moments of a graph, for [`Baker::finish_watched`].
+    ///
+    /// # Errors
+    /// The watch stopped the search.
     #[doc(hidden)]
-    pub fn test_entries(
+    pub fn find_entries(
         self,
         graph: &MotionGraph,
         settings: &BakeSettings,
         watch: &dyn BakeWatch,
-    ) -> Option<EntryRecord> {
-        let evasions = evasions_of(graph, &edges_of(graph, EventKind::Evasion));
+    ) -> Result<EntryShare, BakeError> {
         let search = EntrySearch {
             graph,
-            evasions: &evasions,
+            evasions: &evasions_of(graph, &edges_of(graph, EventKind::Evasion)),
             settings: &settings.entries,
             threads: settings.threads,
-            earlier: &EarlierEntries::default(),
             watch,
         };
-        EntryRecord::of_share(self, search).ok()
+        Ok(EntryShare::find(search, self)?)
     }
 }
 

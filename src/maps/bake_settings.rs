@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use super::{Body, EntrySettings, GridSettings, MapGrid, PathSettings, Prop, RetimeSettings};
+use crate::graph::watch::Stopped;
 
 /// Settings of a bake.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -174,7 +175,16 @@ pub enum BakeError {
         /// Number of drawings.
         expected: usize,
     },
+    /// The entries that several processes found are not those of the graph.
+    #[error("the entries are not those of the graph")]
+    Entries,
     /// The watch of the bake stopped it.
     #[error("the bake was stopped")]
     Stopped,
+}
+
+impl From<Stopped> for BakeError {
+    fn from(_: Stopped) -> Self {
+        Self::Stopped
+    }
 }

@@ -2,7 +2,6 @@
 //! slice, and all slices of a slab are merged into masks in the smallest rectangle.
 
 use super::drawings::{EventDrawings, Part, SlabRange};
-use super::map_record::EventMaps;
 use super::raster::EvasionMaps;
 use super::region_maps::{AttackMaps, RegionMaps, SlabMaps};
 use super::{BitMap, MapGrid, MapRect, MaskMap, Slab};
@@ -25,18 +24,20 @@ pub(super) struct DrawingOwner {
     pub part: Part,
 }
 
-/// The source of the maps of an event.
+/// The maps of an event.
 #[derive(Clone, Debug)]
-enum PendingEvent {
-    /// The maps are drawn in this bake.
-    Drawn {
-        kind: EventKind,
-        slabs: SlabRange,
-        /// Time from the event's start that the slices cover, in seconds.
-        seconds: f32,
-    },
-    /// The maps were drawn in an earlier bake.
-    Known(EventMaps),
+pub(super) enum EventMaps {
+    Evasion(RegionMaps),
+    Attack(AttackMaps),
+}
+
+/// An event whose maps are drawn.
+#[derive(Clone, Debug)]
+struct PendingEvent {
+    kind: EventKind,
+    slabs: SlabRange,
+    /// Time from the event's start that the slices cover, in seconds.
+    seconds: f32,
 }
 
 /// All events of a bake, with the event of each drawing.
@@ -61,17 +62,12 @@ impl MapCollector {
 
     /// Adds an event whose maps will be drawn, and returns its index.
     pub(super) fn event(&mut self, kind: EventKind, drawings: &EventDrawings) -> usize {
-        self.events.push(PendingEvent::Drawn {
+        self.events.push(PendingEvent {
             kind,
             slabs: drawings.slabs,
             seconds: drawings.seconds,
         });
         self.events.len() - 1
-    }
-
-    /// Adds an event whose maps are known.
-    pub(super) fn known(&mut self, maps: EventMaps) {
-        self.events.push(PendingEvent::Known(maps));
     }
 
     /// Maps of all events. `maps` holds one map for each drawing.
@@ -99,14 +95,11 @@ impl MapCollector {
             slabs
         };
         let gathered = self.events.iter().enumerate().map(|(index, event)| {
-            let (kind, slabs, seconds) = match event {
-                PendingEvent::Known(maps) => return maps.clone(),
-                PendingEvent::Drawn {
-                    kind,
-                    slabs,
-                    seconds,
-                } => (*kind, *slabs, *seconds),
-            };
+            let PendingEvent {
+                kind,
+                slabs,
+                seconds,
+            } = *event;
             let first_slab = Slab(slabs.low);
             let slabs = of_event(index, slabs.count);
             match kind {

@@ -25,7 +25,6 @@ mod evasion;
 pub(crate) mod fixed_transform;
 pub(crate) mod grid;
 pub(crate) mod map;
-mod map_record;
 pub(crate) mod mask;
 mod moving_sphere;
 mod on_first_use;

@@ -15,7 +15,6 @@ mod measure;
 #[cfg(unix)]
 mod names;
 mod notes;
-mod onto;
 mod plots;
 mod refusals;
 mod render;

@@ -5,13 +5,12 @@
 
 use std::sync::OnceLock;
 
-use super::foot_plans::{DartKey, FootPlanList, FootPlans, RootPlan};
+use super::foot_plans::{DartKey, FootPlans, RootPlan};
 use super::plan;
 use crate::anim::{Chain, Clip, Pose, Skeleton};
 use crate::graph::motion_graph::KnownRig;
 use crate::graph::{
-    ClipId, ClipMatch, Edge, EdgeId, EdgeMotion, Feet, GraphSettings, MotionGraph, Node, NodeId,
-    Transition,
+    ClipId, Edge, EdgeId, EdgeMotion, Feet, GraphSettings, MotionGraph, Node, NodeId, Transition,
 };
 use crate::math::{Rigid2, in_parallel};
 
@@ -30,7 +29,7 @@ pub(in crate::graph) struct DartTest {
     /// Speed up to which no foot darts, in metres per second.
     limit: f32,
     threads: usize,
-    /// Results of this bake and of earlier ones.
+    /// Results so far.
     plans: FootPlans,
 }
 
@@ -75,12 +74,6 @@ impl DartTest {
         })
     }
 
-    /// Takes over the results of an earlier bake.
-    pub(in crate::graph) fn take_over(&mut self, clips: &ClipMatch, results: &FootPlanList) {
-        let legs = self.graph.feet.legs.len();
-        self.plans.add_earlier(clips, results, legs);
-    }
-
     /// The results.
     pub(in crate::graph) fn into_plans(self) -> FootPlans {
         self.plans
@@ -93,20 +86,16 @@ impl DartTest {
         transitions: &[Transition],
         align: impl Fn(&Transition) -> Rigid2 + Sync,
     ) -> Vec<bool> {
-        let keys = transitions.iter().map(DartKey::of);
-        let places: Vec<Option<u32>> = keys.map(|key| self.plans.place(&key)).collect();
-        let all = transitions.iter().zip(&places);
-        let new = all.filter(|(_, place)| place.is_none());
-        let new: Vec<Transition> = new.map(|(transition, _)| *transition).collect();
+        let is_new = |transition: &&Transition| {
+            let known = self.plans.darts(&DartKey::of(transition));
+            known.is_none()
+        };
+        let new: Vec<Transition> = transitions.iter().filter(is_new).copied().collect();
         if !new.is_empty() {
             self.test(&new, align);
         }
-        let mut new = new.iter();
-        let darts = places.into_iter().map(|place| {
-            let place = place.or_else(|| self.plans.place(&DartKey::of(new.next()?)));
-            place.is_none_or(|place| self.plans.take(place))
-        });
-        darts.collect()
+        let darts = |transition| self.plans.darts(&DartKey::of(transition)).unwrap_or(true);
+        transitions.iter().map(darts).collect()
     }
 
     /// Tests transitions and adds the results.

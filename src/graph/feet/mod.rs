@@ -25,7 +25,7 @@ use serde::{Deserialize, Serialize};
 pub(in crate::graph) use align::Aligner;
 pub(crate) use blend::LegBlend;
 pub(super) use darts::{DartTest, PlantedClips};
-pub(super) use foot_plans::{DartKey, FootPlanList, FootPlans};
+pub(super) use foot_plans::{DartKey, FootPlans};
 pub use settings::FeetSettings;
 pub use slide::FootSlide;
 

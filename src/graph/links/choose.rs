@@ -3,6 +3,7 @@
 use std::ops::RangeInclusive;
 
 use super::candidate::Candidate;
+use super::margin::Side;
 use super::report::GoalReport;
 use super::search::LinkSearch;
 use super::settings::LinkGoal;
@@ -28,7 +29,7 @@ pub(super) fn choose(search: &mut LinkSearch<'_>) -> Result<Vec<GoalReport>, Sto
     let candidates;
     {
         let _span = tracing::trace_span!("bake: find links").entered();
-        candidates = search.candidates.find_known(&evasions, search.record)?;
+        candidates = search.candidates.find(&evasions, Side::Before, None)?;
         search.candidates.forget_windows();
     }
     let goals = search.settings.goals.clone();

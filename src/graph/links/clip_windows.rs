@@ -37,13 +37,6 @@ pub(super) struct ClipWindows<'a> {
     near: NearWindows,
 }
 
-/// Links of one event that an earlier bake found.
-pub(super) struct KnownStart<'a> {
-    pub(super) links: Vec<Candidate>,
-    /// For each clip, whether the links to it are known, so that it is not searched.
-    pub(super) clips: &'a [bool],
-}
-
 /// A search for the links of one range to one clip.
 #[derive(Clone, Copy)]
 pub(super) struct ClipSearch<'a> {
@@ -59,7 +52,6 @@ pub(super) struct ClipSearch<'a> {
 struct OpenRange<'a> {
     search: RangeSearch<'a>,
     range: NearRange,
-    known: &'a [bool],
     found: Vec<Candidate>,
 }
 
@@ -102,25 +94,18 @@ impl<'a> ClipWindows<'a> {
         self.near.clip(clip, self.windows.of(clip));
     }
 
-    /// The closest links of some ranges, at most `most` of each, among known links and links to the clips that are searched. All ranges are
-    /// compared with one clip before the next, so that its windows stay in the cache.
-    pub(super) fn links(
-        &self,
-        ranges: Vec<(RangeSearch<'_>, &KnownStart<'_>)>,
-        most: usize,
-    ) -> Vec<Vec<Candidate>> {
-        let mut open = Vec::new();
-        for (search, start) in ranges {
-            open.push(OpenRange {
-                range: self.range(search.margin),
-                known: start.clips,
-                found: start.links.clone(),
-                search,
-            });
-        }
+    /// The closest links of some ranges, at most `most` of each. All ranges are compared with one clip before the next, so that its windows
+    /// stay in the cache.
+    pub(super) fn links(&self, ranges: Vec<RangeSearch<'_>>, most: usize) -> Vec<Vec<Candidate>> {
+        let open = ranges.into_iter().map(|search| OpenRange {
+            range: self.range(search.margin),
+            found: Vec::new(),
+            search,
+        });
+        let mut open: Vec<OpenRange<'_>> = open.collect();
         let mut scratch = Scratch::default();
         for clip in 0..self.windows.made.len() {
-            for range in open.iter_mut().filter(|range| !range.known[clip]) {
+            for range in &mut open {
                 let (found, side) = (&mut range.found, range.search.margin.side);
                 let limit = match found.last() {
                     Some(last) if found.len() == most => last.cost,

@@ -4,7 +4,6 @@ use super::candidate::Candidate;
 use super::candidates::Candidates;
 use super::margin::{EventMargin, Side};
 use super::near_margins::NearMargins;
-use super::record::LinkRecord;
 use super::source::LinkSource;
 use crate::graph::watch::{BakeStage, Stopped};
 use crate::math::in_parallel;
@@ -21,27 +20,13 @@ impl Candidates<'_> {
     ) -> Result<Vec<Candidate>, Stopped> {
         let margins = self.margins(events, side);
         let near = NearMargins::new(self, &margins, allowed);
-        let found = self.of_clips(|clip| near.closest(clip));
-        self.space.source.watch.check()?;
-        Ok(self.sorted(&found))
-    }
-
-    /// Finds the closest links before `events`, like [`Candidates::find`], and records them. Links that an earlier bake found are taken over.
-    pub(super) fn find_known(
-        &mut self,
-        events: &[usize],
-        record: &mut LinkRecord,
-    ) -> Result<Vec<Candidate>, Stopped> {
-        let known = self.space.source.known;
-        let margins = self.margins(events, Side::Before);
-        let near = NearMargins::new(self, &margins, None);
-        let ranges = known.ranges(&margins);
-        let found = self.of_clips(|clip| match known.parts(&self.space, &ranges, clip) {
-            Some(parts) => near.add_closest(ranges.new.iter().copied(), clip, parts),
-            None => near.closest(clip),
-        });
-        record.set_links(&margins, &found);
-        self.space.source.watch.check()?;
+        let LinkSource {
+            watch, settings, ..
+        } = self.space.source;
+        let stage = watch.stage(BakeStage::Links, settings.threads);
+        let clips = self.space.source.aligner.clouds.len();
+        let found = stage.in_parallel(clips, |clip| near.closest(clip));
+        watch.check()?;
         Ok(self.sorted(&found))
     }
 
@@ -53,18 +38,6 @@ impl Candidates<'_> {
         let margins: Vec<EventMargin> = margins.collect();
         self.make_windows(margins.iter());
         margins
-    }
-
-    /// The links of each part of each clip. After a stop, only the first clips have links.
-    fn of_clips(
-        &self,
-        of_clip: impl Fn(usize) -> Vec<Vec<Candidate>> + Sync,
-    ) -> Vec<Vec<Vec<Candidate>>> {
-        let LinkSource {
-            watch, settings, ..
-        } = self.space.source;
-        let stage = watch.stage(BakeStage::Links, settings.threads);
-        stage.in_parallel(self.space.source.aligner.clouds.len(), of_clip)
     }
 
     /// All links with their refined distances, closest first.

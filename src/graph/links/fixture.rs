@@ -2,7 +2,6 @@
 
 use glam::{Quat, Vec3};
 
-use super::KnownLinks;
 use super::candidates::Candidates;
 use super::lengths::Lengths;
 use super::source::LinkSource;
@@ -70,13 +69,11 @@ fn events() -> Vec<GraphEvent> {
 
 /// Input of a search for links.
 pub(super) struct Scene {
-    pub(super) skeleton: Skeleton,
     pub(super) clips: Vec<Clip>,
     pub(super) clouds: Vec<PointCloud>,
     pub(super) windows: Vec<Windows>,
     pub(super) events: Vec<GraphEvent>,
     pub(super) settings: GraphSettings,
-    pub(super) known: KnownLinks,
 }
 
 impl Scene {
@@ -93,11 +90,9 @@ impl Scene {
         Self {
             windows: windows.collect(),
             events: events(),
-            skeleton,
             clips,
             clouds,
             settings,
-            known: KnownLinks::default(),
         }
     }
 
@@ -111,7 +106,6 @@ impl Scene {
             windows: &self.windows,
             events: &self.events,
             settings: &self.settings,
-            known: &self.known,
             watch: &Unwatched,
         };
         Candidates::new(

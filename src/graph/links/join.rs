@@ -2,19 +2,15 @@
 //! out.
 
 use super::candidate::Candidate;
-use super::join_record::Joins;
 use super::margin::Side;
-use super::nearest::Wanted;
+use super::nearest::{Wanted, nearest};
 use super::report::{LinkObstacle, UnlinkedEvent};
 use super::search::LinkSearch;
 use crate::graph::watch::Stopped;
 
 /// Links events to the graph's largest component until no further event can be linked. Returns the
 /// events that could not be linked.
-pub(super) fn join(
-    search: &mut LinkSearch<'_>,
-    joins: &mut Joins,
-) -> Result<Vec<UnlinkedEvent>, Stopped> {
+pub(super) fn join(search: &mut LinkSearch<'_>) -> Result<Vec<UnlinkedEvent>, Stopped> {
     let playable = |index: &usize| {
         let event = &search.source().events[*index];
         event.first < event.last
@@ -29,14 +25,13 @@ pub(super) fn join(
                     let [first, last] = search.ends(&search.source().events[event]);
                     !(core[first as usize] && core[last as usize])
                 });
-                joins.begin(&search.candidates.space, &core);
                 let wanted = Wanted {
                     events: &open,
                     side: Side::Before,
                     allowed: &core,
                     most: 16,
                 };
-                to_core(search, joins, wanted)?;
+                to_core(search, wanted)?;
             }
         }
         if search.links.len() == before {
@@ -66,13 +61,9 @@ fn first_cycle(search: &mut LinkSearch<'_>, open: &[usize]) -> Result<(), Stoppe
 }
 
 /// Links each event that has both a link from the component and a link to it, whichever side is wanted first.
-fn to_core(
-    search: &mut LinkSearch<'_>,
-    joins: &mut Joins,
-    wanted: Wanted<'_>,
-) -> Result<(), Stopped> {
+fn to_core(search: &mut LinkSearch<'_>, wanted: Wanted<'_>) -> Result<(), Stopped> {
     let [links_in, links_out] =
-        [Side::Before, Side::After].map(|side| closest(search, joins, Wanted { side, ..wanted }));
+        [Side::Before, Side::After].map(|side| closest(search, Wanted { side, ..wanted }));
     let (links_in, links_out) = (links_in?, links_out?);
     for ends in links_in.into_iter().zip(links_out) {
         if let (Some(link_in), Some(link_out)) = ends {
@@ -87,7 +78,6 @@ fn to_core(
 /// the event.
 fn closest(
     search: &mut LinkSearch<'_>,
-    joins: &mut Joins,
     wanted: Wanted<'_>,
 ) -> Result<Vec<Option<Candidate>>, Stopped> {
     let mut ways = vec![EventWays::default(); wanted.events.len()];
@@ -100,7 +90,7 @@ fn closest(
             most,
             ..wanted
         };
-        let found = joins.nearest(&mut search.candidates, wanted)?;
+        let found = nearest(&mut search.candidates, wanted)?;
         let mut found = found.iter();
         open.retain(|&index| {
             let links = found.next().map_or(&[][..], Vec::as_slice);

@@ -1,7 +1,5 @@
 //! The ranges of frames beside events where links may end or start.
 
-use serde::{Deserialize, Serialize};
-
 use crate::graph::distance::Windows;
 
 /// Side of an event.
@@ -13,18 +11,9 @@ pub(super) enum Side {
     After,
 }
 
-/// An event: its clip and frames.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
-pub(super) struct EventFrames {
-    pub(super) clip: u32,
-    pub(super) first: u32,
-    pub(super) last: u32,
-}
-
 /// The range of frames beside an event where links may end or start.
 pub(super) struct EventMargin {
     pub(super) event: usize,
-    pub(super) frames: EventFrames,
     pub(super) side: Side,
     /// Points of the range, in windows of `window` frames.
     pub(super) windows: Windows,

@@ -19,13 +19,11 @@ mod find;
 mod fixture;
 mod free_frames;
 mod join;
-mod join_record;
 mod lengths;
 mod margin;
 mod near_margins;
 mod nearest;
 mod parts;
-mod record;
 mod report;
 mod search;
 mod settings;
@@ -37,7 +35,6 @@ pub use settings::{LinkGoal, LinkSettings};
 
 use candidates::Candidates;
 use lengths::Lengths;
-pub(super) use record::{KnownLinks, LinkRecord};
 use search::LinkSearch;
 pub(super) use source::LinkSource;
 
@@ -46,23 +43,13 @@ use super::feet::DartTest;
 use super::moments::Jump;
 use super::watch::Stopped;
 
-/// What [`add`] writes to.
-pub(super) struct LinkOutput<'a> {
-    /// Transitions of the graph, to which the links are appended.
-    pub(super) transitions: &'a mut Vec<Transition>,
-    /// Test for darting feet, with its results so far. Links in which a foot darts are avoided. Without it, none are.
-    pub(super) darts: &'a mut Option<DartTest>,
-    /// Links that a later bake takes over.
-    pub(super) record: &'a mut LinkRecord,
-}
-
-/// Adds links to the transitions of a graph, and returns what was added. It does nothing if the settings disable links.
-pub(super) fn add(source: LinkSource<'_>, output: LinkOutput<'_>) -> Result<LinkReport, Stopped> {
-    let LinkOutput {
-        transitions,
-        darts,
-        record,
-    } = output;
+/// Adds links to the transitions of a graph, and returns what was added. It does nothing if the settings disable links. Links in which a foot
+/// darts are avoided; without a test, none are.
+pub(super) fn add(
+    source: LinkSource<'_>,
+    transitions: &mut Vec<Transition>,
+    darts: &mut Option<DartTest>,
+) -> Result<LinkReport, Stopped> {
     let Some(settings) = &source.settings.links else {
         return Ok(LinkReport::default());
     };
@@ -75,16 +62,12 @@ pub(super) fn add(source: LinkSource<'_>, output: LinkOutput<'_>) -> Result<Link
         jumps,
         links: Vec::new(),
         most: LinkSearch::most(source.clips, settings),
-        record,
         darts,
         darting: 0,
     };
     let unlinked = {
         let _span = tracing::trace_span!("bake: join events").entered();
-        let mut joins = source.known.joins();
-        let unlinked = join::join(&mut search, &mut joins);
-        search.record.joins = joins.record;
-        unlinked?
+        join::join(&mut search)?
     };
     let joins = search.links.len();
     let goals = {

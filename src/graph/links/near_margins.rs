@@ -6,6 +6,7 @@ use super::candidates::Candidates;
 use super::clip_windows::{ClipSearch, Scratch};
 use super::margin::EventMargin;
 use super::parts::RangeSearch;
+use super::space::LinkSpace;
 use crate::graph::search::NearRange;
 use crate::math::in_parallel;
 
@@ -39,27 +40,17 @@ impl<'a> NearMargins<'a> {
 
     /// The closest links of all ranges to each part of a clip.
     pub(super) fn closest(&self, clip: usize) -> Vec<Vec<Candidate>> {
-        let frames = self.candidates.space.source.aligner.clouds[clip].frames();
-        let parts = frames.div_ceil(self.candidates.space.lengths.spread);
-        self.add_closest(0..self.margins.len(), clip, vec![Vec::new(); parts])
-    }
-
-    /// Adds the links of some ranges to those of each part of a clip, and keeps the closest.
-    pub(super) fn add_closest(
-        &self,
-        ranges: impl Iterator<Item = usize>,
-        clip: usize,
-        mut parts: Vec<Vec<Candidate>>,
-    ) -> Vec<Vec<Candidate>> {
         /// Share of the loosest distance. Below it, bounds exclude most window pairs.
         const BOUNDED: f32 = 0.6;
-        let loosest = self.candidates.space.lengths.loosest;
-        parts.iter_mut().for_each(keep_closest);
+        let LinkSpace {
+            source, lengths, ..
+        } = &self.candidates.space;
+        let (frames, loosest) = (source.aligner.clouds[clip].frames(), lengths.loosest);
+        let mut parts = vec![Vec::new(); frames.div_ceil(lengths.spread)];
         let mut scratch = Scratch::default();
-        for index in ranges {
-            let margin = &self.margins[index];
+        for (margin, range) in self.margins.iter().zip(&self.ranges) {
             // No link beyond the furthest one of all parts is kept.
-            let furthest = parts.iter().map(|part| match part.last() {
+            let furthest = parts.iter().map(|part: &Vec<Candidate>| match part.last() {
                 Some(last) if part.len() == MOST => last.cost,
                 _ => loosest,
             });
@@ -74,7 +65,7 @@ impl<'a> NearMargins<'a> {
                 true => {
                     let near = ClipSearch {
                         search,
-                        range: &self.ranges[index],
+                        range,
                         clip,
                         limit,
                     };
@@ -118,8 +109,7 @@ mod tests {
         };
         let (mut full, mut partly) = (0, 0);
         for (clip, cloud) in scene.clouds.iter().enumerate() {
-            let none = vec![Vec::new(); near.closest(clip).len()];
-            let mut expected = none.clone();
+            let mut expected = vec![Vec::new(); near.closest(clip).len()];
             for margin in &margins {
                 let search = RangeSearch {
                     space: &candidates.space,
@@ -136,11 +126,6 @@ mod tests {
             full += expected.iter().filter(|part| part.len() == MOST).count();
             partly += expected.iter().filter(|part| part.len() < MOST).count();
             assert!(keys(near.closest(clip)) == expected, "clip {clip}");
-            // In two steps, the later events first.
-            let half = margins.len() / 2;
-            let late = near.add_closest(half..margins.len(), clip, none);
-            let found = near.add_closest(0..half, clip, late);
-            assert!(keys(found) == expected, "clip {clip}, in two steps");
         }
         assert!(
             full > 10 && partly > 0,

@@ -2,8 +2,6 @@
 
 use super::candidate::Candidate;
 use super::candidates::Candidates;
-use super::clip_windows::KnownStart;
-use super::join_record::Joins;
 use super::margin::{EventMargin, Side};
 use super::parts::RangeSearch;
 use crate::graph::watch::{BakeStage, Stopped};
@@ -21,89 +19,61 @@ pub(super) struct Wanted<'a> {
     pub(super) most: usize,
 }
 
-impl Joins {
-    /// Finds the links of each event with the closest windows, closest first, without refining their distances. An event has at most one link
-    /// in each `spread` frames of a clip.
-    pub(super) fn nearest(
-        &mut self,
-        candidates: &mut Candidates<'_>,
-        wanted: Wanted<'_>,
-    ) -> Result<Vec<Vec<Candidate>>, Stopped> {
-        /// Number of ranges that are compared with one clip before the next clip.
-        const TOGETHER: usize = 32;
-        let margins: Vec<Option<EventMargin>> = wanted
-            .events
-            .iter()
-            .map(|&event| candidates.space.margin(event, wanted.side))
-            .collect();
-        candidates.make_windows(margins.iter().flatten());
-        let candidates = &*candidates;
-        let (watch, threads) = (
-            candidates.space.source.watch,
-            candidates.space.source.settings.threads,
-        );
-        let most = wanted.most;
-        let is_same = self.is_same.clone();
-        let none = vec![false; is_same.len()];
-        let starts = in_parallel(threads, margins.len(), |index| {
-            let known = self.known(&candidates.space, margins[index].as_ref()?, most);
-            Some(KnownStart {
-                clips: match known {
-                    Some(_) => &is_same,
-                    None => &none,
-                },
-                links: known.unwrap_or_default(),
-            })
+/// Finds the links of each event with the closest windows, closest first, without refining their distances. An event has at most one link
+/// in each `spread` frames of a clip.
+pub(super) fn nearest(
+    candidates: &mut Candidates<'_>,
+    wanted: Wanted<'_>,
+) -> Result<Vec<Vec<Candidate>>, Stopped> {
+    /// Number of ranges that are compared with one clip before the next clip.
+    const TOGETHER: usize = 32;
+    let margins: Vec<Option<EventMargin>> = wanted
+        .events
+        .iter()
+        .map(|&event| candidates.space.margin(event, wanted.side))
+        .collect();
+    candidates.make_windows(margins.iter().flatten());
+    let candidates = &*candidates;
+    let source = &candidates.space.source;
+    let (watch, threads) = (source.watch, source.settings.threads);
+    let search = |index: usize| {
+        Some(RangeSearch {
+            space: &candidates.space,
+            margin: margins[index].as_ref()?,
+            allowed: Some(wanted.allowed),
+        })
+    };
+    let mut found = vec![Vec::new(); margins.len()];
+    let of_length =
+        |(margin, index): (&Option<EventMargin>, usize)| Some((margin.as_ref()?.window, index));
+    let mut by_length: Vec<(usize, usize)> =
+        margins.iter().zip(0..).filter_map(of_length).collect();
+    sort_rarely(&mut by_length, Ord::cmp);
+    for own in by_length.chunk_by(|a, b| a.0 == b.0) {
+        let windows = candidates.windows(own[0].0);
+        let own: Vec<usize> = own.iter().map(|&(_, index)| index).collect();
+        in_parallel(threads, source.aligner.clouds.len(), |clip| {
+            windows.prepare(clip);
         });
-        let search = |index: usize| {
-            let margin = margins[index].as_ref()?;
-            let search = RangeSearch {
-                space: &candidates.space,
-                margin,
-                allowed: Some(wanted.allowed),
-            };
-            Some((search, starts[index].as_ref()?))
-        };
-        let mut found = vec![Vec::new(); margins.len()];
-        let of_length =
-            |(margin, index): (&Option<EventMargin>, usize)| Some((margin.as_ref()?.window, index));
-        let mut by_length: Vec<(usize, usize)> =
-            margins.iter().zip(0..).filter_map(of_length).collect();
-        sort_rarely(&mut by_length, Ord::cmp);
-        for own in by_length.chunk_by(|a, b| a.0 == b.0) {
-            let windows = candidates.windows(own[0].0);
-            let own: Vec<usize> = own.iter().map(|&(_, index)| index).collect();
-            let starts = || own.iter().filter_map(|&index| starts[index].as_ref());
-            in_parallel(threads, none.len(), |clip| {
-                if starts().any(|start| !start.clips[clip]) {
-                    windows.prepare(clip);
-                }
-            });
-            let parts: Vec<&[usize]> = own.chunks(TOGETHER).collect();
-            let stage = watch.stage(BakeStage::Joins, threads);
-            let of_parts = stage.in_parallel(parts.len(), |part| {
-                let ranges = parts[part].iter().copied().filter_map(search);
-                windows.links(ranges.collect(), most)
-            });
-            for (index, links) in own.into_iter().zip(of_parts.into_iter().flatten()) {
-                if let Some(margin) = &margins[index] {
-                    self.add(margin, most, &links);
-                }
-                found[index] = links;
-            }
-            watch.check()?;
+        let parts: Vec<&[usize]> = own.chunks(TOGETHER).collect();
+        let stage = watch.stage(BakeStage::Joins, threads);
+        let of_parts = stage.in_parallel(parts.len(), |part| {
+            let ranges = parts[part].iter().copied().filter_map(search);
+            windows.links(ranges.collect(), wanted.most)
+        });
+        watch.check()?;
+        for (index, links) in own.into_iter().zip(of_parts.into_iter().flatten()) {
+            found[index] = links;
         }
-        Ok(found)
     }
+    Ok(found)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::graph::ClipSource;
     use crate::graph::distance::Windows;
     use crate::graph::links::fixture::{CLIPS, FRAMES, Scene};
-    use crate::graph::record::GraphRecord;
 
     #[test]
     fn bounds_leave_out_no_link() {
@@ -137,15 +107,13 @@ mod tests {
                 .collect();
             assert!(expected.iter().any(|links| links.len() > 20));
             for most in [1, 3, 16, usize::MAX] {
-                let mut joins = Joins::default();
-                joins.begin(&candidates.space, &allowed);
                 let wanted = Wanted {
                     events: &all,
                     side,
                     allowed: &allowed,
                     most,
                 };
-                let found = joins.nearest(&mut candidates, wanted).unwrap();
+                let found = nearest(&mut candidates, wanted).unwrap();
                 let key = |it: &Candidate| (it.link, it.event, it.cost.to_bits());
                 for (found, expected) in found.iter().zip(&expected) {
                     let expected = expected.iter().take(most).map(key);
@@ -154,55 +122,5 @@ mod tests {
             }
         }
         assert!(lengths.len() > 1, "no range is short: {lengths:?}");
-    }
-
-    #[test]
-    fn links_of_an_earlier_search_are_taken_over() {
-        let scene = Scene::new();
-        let mut candidates = scene.candidates();
-        let input = ClipSource {
-            skeleton: &scene.skeleton,
-            clips: &scene.clips,
-            events: &[],
-        };
-        let same = GraphRecord::new(input, &scene.settings);
-        let same = same.clips_of(&same);
-        let all: Vec<usize> = (0..scene.events.len()).collect();
-        let mut find = |mut joins: Joins, allowed: &[bool], most: usize| {
-            joins.begin(&candidates.space, allowed);
-            let same = joins.is_same.iter().filter(|same| **same).count();
-            let found = [Side::Before, Side::After].map(|side| {
-                let wanted = Wanted {
-                    events: &all,
-                    side,
-                    allowed,
-                    most,
-                };
-                let found = joins.nearest(&mut candidates, wanted).unwrap();
-                let key = |it: &Candidate| (it.link, it.event, it.cost.to_bits());
-                found.iter().flatten().map(key).collect::<Vec<_>>()
-            });
-            (found, joins.record, same)
-        };
-        let allowed = |moment: u32, changed: u32| match moment / FRAMES == changed {
-            true => moment % 5 != 1,
-            false => moment % 7 != 3,
-        };
-        let allowed = |changed: u32| -> Vec<bool> {
-            (0..CLIPS * FRAMES)
-                .map(|moment| allowed(moment, changed))
-                .collect()
-        };
-        for most in [1, 3, 16, 1000] {
-            let (_, record, _) = find(Joins::default(), &allowed(CLIPS), most);
-            for changed in 0..=CLIPS {
-                let (expected, _, none) = find(Joins::default(), &allowed(changed), most);
-                let onto = Joins::onto(&same, &record);
-                let (found, _, kept) = find(onto, &allowed(changed), most);
-                assert!(found == expected, "{most} links, clip {changed} changes");
-                let others = CLIPS as usize - usize::from(changed < CLIPS);
-                assert_eq!([none, kept], [0, others]);
-            }
-        }
     }
 }

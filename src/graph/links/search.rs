@@ -1,5 +1,4 @@
 use super::candidates::Candidates;
-use super::record::LinkRecord;
 use super::settings::LinkSettings;
 use super::source::LinkSource;
 use crate::anim::Clip;
@@ -15,8 +14,6 @@ pub(super) struct LinkSearch<'a> {
     pub(super) jumps: Vec<Jump>,
     /// All links so far.
     pub(super) links: Vec<Transition>,
-    /// Links of this build.
-    pub(super) record: &'a mut LinkRecord,
     pub(super) darts: &'a mut Option<DartTest>,
     /// Maximum number of links.
     pub(super) most: usize,

@@ -1,4 +1,3 @@
-use super::KnownLinks;
 use crate::anim::Clip;
 use crate::graph::distance::Windows;
 use crate::graph::feet::Aligner;
@@ -18,7 +17,5 @@ pub(in crate::graph) struct LinkSource<'a> {
     pub(in crate::graph) events: &'a [GraphEvent],
     /// Settings of the graph.
     pub(in crate::graph) settings: &'a GraphSettings,
-    /// Links of an earlier build.
-    pub(in crate::graph) known: &'a KnownLinks,
     pub(in crate::graph) watch: &'a dyn BakeWatch,
 }

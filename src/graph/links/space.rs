@@ -3,7 +3,7 @@
 use super::candidate::{Candidate, WindowPair};
 use super::free_frames::FreeFrames;
 use super::lengths::Lengths;
-use super::margin::{EventFrames, EventMargin, Side};
+use super::margin::{EventMargin, Side};
 use super::source::LinkSource;
 use crate::graph::distance::Windows;
 use crate::graph::moments::Moments;
@@ -62,11 +62,6 @@ impl LinkSpace<'_> {
         let cloud = &self.source.aligner.clouds[event.clip.index()];
         Some(EventMargin {
             event: index,
-            frames: EventFrames {
-                clip: event.clip.0,
-                first: event.first,
-                last: event.last,
-            },
             side,
             windows: Windows::new(&cloud.part(start..start + window + lead), window),
             window,
@@ -89,17 +84,6 @@ impl LinkSpace<'_> {
         };
         let source_frame = source_start.checked_sub(1)?;
         let target_frame = target_start + margin.window - 1;
-        // Windows that were read from a file may lie anywhere.
-        let frames = |clip: usize| {
-            self.source
-                .aligner
-                .clouds
-                .get(clip)
-                .map_or(0, PointCloud::frames)
-        };
-        if source_frame >= frames(source_clip) || target_frame >= frames(target_clip) {
-            return None;
-        }
         let available = self
             .free_frames
             .after(self.moments.at(source_clip, source_frame))

@@ -159,11 +159,6 @@ impl Motion {
         }
     }
 
-    /// The edges that the motion plays, in order.
-    pub(crate) fn edges(&self) -> impl Iterator<Item = EdgeId> + '_ {
-        self.pieces.iter().map(|piece| piece.playhead.edge)
-    }
-
     /// Sets or removes the warp, which bends the played poses while its envelope lasts. Parts of the body that the skeleton lacks are not
     /// bent. Default: none.
     #[doc(hidden)]

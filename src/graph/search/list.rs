@@ -2,7 +2,6 @@
 
 use super::minima::{CloseMinima, Minimum};
 use super::{MapBand, SearchSettings};
-use crate::graph::record::BandRecord;
 use crate::graph::{GraphError, GraphSettings, Transition};
 use crate::math::sorted_indices;
 
@@ -17,10 +16,6 @@ pub struct TransitionList {
     transitions: Vec<Transition>,
     /// Number of distances that were computed for the minima.
     distances: u64,
-    /// Bands with minima, for a later bake.
-    bands: Vec<BandRecord>,
-    /// The band before which the search was stopped.
-    stopped_before: Option<[u32; 3]>,
 }
 
 impl TransitionList {
@@ -31,8 +26,6 @@ impl TransitionList {
             minima: CloseMinima::new(settings.separation),
             transitions: Vec::new(),
             distances: 0,
-            bands: Vec::new(),
-            stopped_before: None,
         }
     }
 
@@ -55,25 +48,9 @@ impl TransitionList {
             self.close_map()?;
             self.map = (band.a, band.b);
         }
-        if !minima.is_empty() {
-            self.bands.push(BandRecord {
-                at: BandRecord::place(&band),
-                minima: minima.to_vec(),
-            });
-        }
         minima
             .iter()
             .try_for_each(|&minimum| self.minima.push(minimum))
-    }
-
-    /// The bands that have minima, for a later bake, and the first band that was not searched, if the search was stopped.
-    pub(in crate::graph) fn take_bands(&mut self) -> (Vec<BandRecord>, Option<[u32; 3]>) {
-        (std::mem::take(&mut self.bands), self.stopped_before)
-    }
-
-    /// Records that the search was stopped before a band.
-    pub(in crate::graph) fn stop_before(&mut self, band: &MapBand) {
-        self.stopped_before = Some(BandRecord::place(band));
     }
 
     /// All transitions.

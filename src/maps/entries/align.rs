@@ -29,21 +29,6 @@ impl Finder<'_> {
         }
     }
 
-    /// Whether a target that the earlier bake did not have can be aligned at a cost of at most `cost`.
-    pub(super) fn has_new_near(&self, from: &Leaving, cost: f32, near: &mut Vec<bool>) -> bool {
-        let Some(known) = self.known.as_ref().filter(|_| self.has_new()) else {
-            return false;
-        };
-        near.clear();
-        near.resize(known.new.len(), true);
-        if !self.near_new.is_empty() {
-            self.near_new.find(&from.stance, &from.standing, near);
-        }
-        let near = known.new.iter().zip(near.iter()).filter(|(_, near)| **near);
-        let mut aligned = near.filter_map(|(&target, _)| self.align(from, target));
-        aligned.any(|aligned| aligned.cost <= cost)
-    }
-
     /// Writes for each target whether [`Finder::align`] may align it.
     pub(super) fn find_near(&self, from: &Departed, near: &mut Vec<bool>) {
         match self.near.is_empty() {

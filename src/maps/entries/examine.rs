@@ -9,8 +9,7 @@ use glam::{Quat, Vec3};
 
 use super::frames::{EnteredMotion, LeftMotion};
 use super::joint_steps::{JointLimits, JointSteps};
-use super::limits::{MotionLimits, departures, head};
-use super::slack::Slack;
+use super::limits::{MotionLimits, departures, goes_on, head};
 use crate::anim::{JointId, Pose, Skeleton};
 use crate::graph::{Decay, FootDecay, MotionGraph, Weights};
 use crate::math::Rigid2;
@@ -44,8 +43,6 @@ pub(super) struct Examiner {
     poses: Vec<Pose>,
     /// Steps and limits of each joint after the first frames.
     started: Vec<Option<(JointSteps, JointLimits)>>,
-    /// How close the compared values are to the limits.
-    pub(super) slack: Slack,
 }
 
 /// Offsets at a cut, in the space of the entered clip. Those of joints are computed on first use.
@@ -82,7 +79,6 @@ impl Examiner {
             weights: Vec::new(),
             poses: Vec::new(),
             started: vec![None; skeleton.len()],
-            slack: Slack::default(),
         }
     }
 
@@ -124,18 +120,13 @@ impl CutTest<'_> {
         });
         self.examiner.weights.clear();
         self.examiner.weights.extend(weights);
-        self.examiner.slack.start();
         self.make_poses(FIRST.max(frames + 3));
-        let is_plausible = self.hips_go_on()
+        self.hips_go_on()
             && self.joints_start()
             && self.head_goes_on()
             && self.joints_fit(frames + 3)
             && self.legs_fit(frames + 3)
-            && self.toes_fit(frames + 2);
-        if is_plausible {
-            self.examiner.slack.pass();
-        }
-        is_plausible
+            && self.toes_fit(frames + 2)
     }
 
     /// Allocates the poses of `frames` frames.
@@ -151,19 +142,13 @@ impl CutTest<'_> {
     }
 
     fn hips_go_on(&mut self) -> bool {
-        let limits = self.cut.limits.hips();
-        let mut slack = self.examiner.slack;
-        let fit = limits.fit(self.rate, &mut slack, |frame| self.root(frame).with_y(0.0));
-        self.examiner.slack = slack;
-        fit
+        let limits = self.cut.limits.hip_departure;
+        goes_on(limits, self.rate, |frame| self.root(frame).with_y(0.0))
     }
 
     fn head_goes_on(&mut self) -> bool {
-        let limits = self.cut.limits.head();
-        let mut slack = self.examiner.slack;
-        let fit = limits.fit(self.rate, &mut slack, |frame| self.head(frame));
-        self.examiner.slack = slack;
-        fit
+        let limits = self.cut.limits.head_departure;
+        goes_on(limits, self.rate, |frame| self.head(frame))
     }
 
     /// Whether the joints outside the legs are plausible in the first frames, in which the offsets begin to fade out.
@@ -180,7 +165,6 @@ impl CutTest<'_> {
     fn joints_fit(&mut self, frames: usize) -> bool {
         self.others_fit(|test, joint| {
             test.examiner.started[joint.index()].is_some_and(|(mut steps, limits)| {
-                steps.slack = test.examiner.slack;
                 test.joint_fits(joint, FIRST..frames, &mut steps, limits)
             })
         })
@@ -205,13 +189,11 @@ impl CutTest<'_> {
         steps: &mut JointSteps,
         limits: JointLimits,
     ) -> bool {
-        let fit = frames.all(|frame| {
+        frames.all(|frame| {
             let rotation = self.rotation(joint, frame);
             self.examiner.poses[frame].rotations[joint.index()] = rotation;
             steps.fits(rotation, limits)
-        });
-        self.examiner.slack = steps.slack;
-        fit
+        })
     }
 
     /// Whether the joints of the legs are plausible in all frames. The poses have the rotations of the other joints.
@@ -226,9 +208,7 @@ impl CutTest<'_> {
             let (mut steps, limits) = self.steps(joint);
             let rotation = |pose: &Pose| pose.rotations[joint.index()];
             let mut later = poses[2..frames].iter();
-            let fit = later.all(|pose| steps.fits(rotation(pose), limits));
-            self.examiner.slack = steps.slack;
-            fit
+            later.all(|pose| steps.fits(rotation(pose), limits))
         });
         self.examiner.poses = poses;
         fit
@@ -243,7 +223,6 @@ impl CutTest<'_> {
                 JointId::ROOT => self.back.vector(turn),
                 _ => turn,
             },
-            slack: self.examiner.slack,
         };
         (steps, JointLimits::of(self.cut.limits, joint, self.rate))
     }
@@ -256,7 +235,7 @@ impl CutTest<'_> {
             true => self.own_toe_speed(),
             false => 0.0,
         };
-        let fastest = self.cut.limits.toe_speed_or(own);
+        let fastest = self.cut.limits.toe_speed.max(own);
         let mut slide = 0.0;
         for frame in 2..frames {
             let now = self.toes(frame);
@@ -266,14 +245,13 @@ impl CutTest<'_> {
                 longest = longest.max(way.length());
                 slower = slower.min(way.with_y(0.0).length());
             }
-            if !self.examiner.slack.fits(longest * self.rate, fastest) {
+            if longest * self.rate > fastest {
                 return false;
             }
             slide += slower;
             before = now;
         }
-        let limit = self.cut.limits.slide();
-        !self.cut.stands || self.examiner.slack.fits(slide, limit)
+        !self.cut.stands || slide <= self.cut.limits.slide
     }
 
     /// Speed of the fastest toe before the cut, in metres per second.

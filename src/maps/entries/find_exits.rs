@@ -2,7 +2,6 @@
 
 use super::aligned::Aligned;
 use super::finder::{Departed, Finder, Scratch};
-use super::record::{MomentTests, TestTable};
 use super::stretches::PlayedFrames;
 use super::{EntryTable, KnownEntry, MomentLists};
 use crate::graph::watch::WatchedStage;
@@ -10,14 +9,14 @@ use crate::graph::{ClipId, Node};
 use crate::math::sort_rarely;
 
 impl EntryTable {
-    /// Finds exits for the moments of stretches without a branch point that are longer than `longest` seconds. Returns the tests. The result does
-    /// not depend on the number of threads. After a stop, some exits are missing.
+    /// Finds exits for the moments of stretches without a branch point that are longer than `longest` seconds. The result does not depend
+    /// on the number of threads. After a stop, some exits are missing.
     pub(super) fn shorten_stretches(
         &mut self,
         exits: &Finder<'_>,
         longest: f32,
         stage: WatchedStage<'_>,
-    ) -> TestTable {
+    ) {
         let (graph, step) = (exits.graph, self.step as usize);
         let longest = (f64::from(longest) * graph.frame_rate()) as usize;
         // Moments and their frames.
@@ -34,36 +33,27 @@ impl EntryTable {
                 }));
             }
         }
-        type Found = (Vec<KnownEntry>, MomentTests);
-        let found = stage.in_parallel(places.len(), |number| -> Found {
+        let found = stage.in_parallel(places.len(), |number| {
             let mut scratch = Scratch::new(graph);
             let Some(before) = exits.places.find(places[number].1) else {
-                return (Vec::new(), MomentTests::not_played());
+                return Vec::new();
             };
             let from = exits.depart(before, &mut scratch.sampler);
-            let found = exits.exits(&from, &mut scratch);
-            (found, scratch.take_tests(from.continuation))
+            exits.exits(&from, &mut scratch)
         });
         let mut found = places
             .iter()
             .map(|&(moment, _)| moment)
             .zip(found)
             .peekable();
-        let (mut lists, mut table) = (MomentLists::default(), TestTable::new(exits.basis()));
+        let mut lists = MomentLists::default();
         for moment in 0..self.exits.lists.moments() as u32 {
             match found.next_if(|(at, _)| *at == moment) {
-                Some((_, (list, tests))) => {
-                    lists.push(&list);
-                    table.push(tests);
-                }
-                None => {
-                    lists.push(self.exits.lists.of(moment));
-                    table.push(MomentTests::not_played());
-                }
+                Some((_, list)) => lists.push(&list),
+                None => lists.push(self.exits.lists.of(moment)),
             }
         }
         self.exits.lists = lists;
-        table
     }
 }
 
@@ -79,7 +69,6 @@ impl Finder<'_> {
         /// Minimum distance of the targets of one moment's exits in a clip, in frames.
         const APART: u32 = 10;
         let mut found: Vec<KnownEntry> = Vec::new();
-        scratch.furthest = f32::INFINITY;
         self.find_near(from, &mut scratch.near);
         let near = scratch.near.iter().enumerate();
         let near = near.filter_map(|(target, &near)| near.then_some(target));
@@ -89,13 +78,10 @@ impl Finder<'_> {
         sort_rarely(&mut nearest, |a, b| {
             a.cost.total_cmp(&b.cost).then(a.target.cmp(&b.target))
         });
-        let mut considered = 0.0;
         for (rank, aligned) in nearest.into_iter().enumerate() {
             if found.len() == MOST || rank >= EXAMINED && (!found.is_empty() || rank >= LAST) {
-                scratch.furthest = considered;
                 break;
             }
-            considered = aligned.cost;
             let at = self.targets[aligned.target];
             let is_alike = |known: &KnownEntry| {
                 let other = self.targets[usize::from(known.target)];
@@ -104,13 +90,7 @@ impl Finder<'_> {
             if found.iter().any(is_alike) {
                 continue;
             }
-            let Some(exit) = self.plausible(from, aligned, scratch) else {
-                continue;
-            };
-            if let Some(test) = scratch.tests.last_mut() {
-                test.set_rank(found.len());
-            }
-            found.push(exit);
+            found.extend(self.plausible(from, aligned, scratch));
         }
         found
     }

@@ -21,19 +21,15 @@ pub(super) struct Frame {
 /// A motion that is left: the frame before the cut, the frame of the cut and the frame after it.
 #[derive(Clone, Debug)]
 pub(super) struct LeftMotion {
-    pub(super) frames: [Frame; Self::FRAMES],
+    pub(super) frames: [Frame; 3],
     /// Rotation vector of each joint between the first two frames.
     pub(super) turns: Vec<Vec3>,
-    /// Whether all frames belong to one clip.
-    pub(super) stays_in_clip: bool,
 }
 
 /// Frames of a motion that is entered, from the cut on.
 #[derive(Clone, Debug)]
 pub(super) struct EnteredMotion {
     pub(super) frames: Vec<Frame>,
-    /// Whether all frames belong to one clip.
-    pub(super) stays_in_clip: bool,
 }
 
 /// Samples motions frame by frame.
@@ -44,8 +40,6 @@ pub(super) struct FrameSampler<'a> {
     graph: &'a MotionGraph,
     head: JointId,
     motion: Motion,
-    /// Whether all frames that were sampled since the start of the motion belong to its clip.
-    stays_in_clip: bool,
 }
 
 /// A position in a clip, in fractional frames.
@@ -53,11 +47,6 @@ pub(super) struct FrameSampler<'a> {
 struct Place {
     clip: ClipId,
     frame: f32,
-}
-
-impl LeftMotion {
-    /// Number of frames of a motion that is left.
-    pub(super) const FRAMES: usize = 3;
 }
 
 impl Frame {
@@ -88,7 +77,6 @@ impl<'a> FrameSampler<'a> {
             graph,
             head: head(graph.skeleton()),
             motion: Motion::default(),
-            stays_in_clip: true,
         }
     }
 
@@ -102,7 +90,6 @@ impl<'a> FrameSampler<'a> {
         LeftMotion {
             turns: turns(&frames[0].pose, &frames[1].pose),
             frames,
-            stays_in_clip: self.stays_in_clip,
         }
     }
 
@@ -114,17 +101,7 @@ impl<'a> FrameSampler<'a> {
             .collect()
     }
 
-    /// Whether the first `count` frames of the motion that continues from a whole frame of a clip belong to that clip.
-    pub(super) fn stays_in_clip(&mut self, from: Playhead, count: usize) -> bool {
-        self.start(from, count);
-        (0..count).all(|frame| {
-            let seconds = frame as f32 / self.graph.frame_rate() as f32;
-            self.is_at(seconds, self.place_after(from, frame))
-        })
-    }
-
     fn start(&mut self, from: Playhead, frames: usize) {
-        self.stays_in_clip = true;
         let seconds = frames as f32 / self.graph.frame_rate() as f32;
         self.motion.restart(self.graph, from, []);
         self.motion.extend(self.graph, seconds);
@@ -156,7 +133,6 @@ impl<'a> FrameSampler<'a> {
             rate,
             blend: start,
         };
-        self.stays_in_clip = true;
         self.motion.restart(self.graph, entry.playhead(), []);
         self.motion.enter(self.graph, start, &entry);
         self.motion
@@ -171,7 +147,6 @@ impl<'a> FrameSampler<'a> {
         });
         EnteredMotion {
             frames: frames.collect(),
-            stays_in_clip: self.stays_in_clip,
         }
     }
 
@@ -185,7 +160,6 @@ impl<'a> FrameSampler<'a> {
         if self.is_at(seconds, place) {
             graph.clip(place.clip).sample(place.frame, &mut pose);
         } else {
-            self.stays_in_clip = false;
             self.motion.playhead(graph, seconds).pose(graph, &mut pose);
         }
         pose

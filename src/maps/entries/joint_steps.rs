@@ -3,7 +3,6 @@
 use glam::{Quat, Vec3};
 
 use super::limits::MotionLimits;
-use super::slack::{Slack, SquareLimit};
 use crate::anim::JointId;
 use crate::graph::rotation_vector;
 
@@ -27,20 +26,19 @@ fn small_turn(rotation: Quat) -> Vec3 {
 /// The limits of a joint.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct JointLimits {
-    /// Limit of the rotation angle between two frames, in radians.
-    step: SquareLimit,
-    /// Limit of the change of the rotation vector between two such steps, in radians.
-    change: SquareLimit,
+    /// Square of the largest rotation angle between two frames, in radians.
+    step: f32,
+    /// Square of the largest change of the rotation vector between two such steps, in radians.
+    change: f32,
 }
 
 impl JointLimits {
     pub(super) fn of(limits: &MotionLimits, joint: JointId, rate: f32) -> Self {
-        let [speed, acceleration] = limits.id_of_joint(joint);
         let step = limits.joint_speed[joint.index()] / rate;
         let change = limits.joint_acceleration[joint.index()] / (rate * rate);
         Self {
-            step: SquareLimit::new(step, speed),
-            change: SquareLimit::new(change, acceleration),
+            step: step * step,
+            change: change * change,
         }
     }
 }
@@ -52,8 +50,6 @@ pub(super) struct JointSteps {
     pub(super) before: Quat,
     /// Rotation vector of the last step, in the space of the joint's parent.
     pub(super) turn: Vec3,
-    /// How close the compared values are to the limits so far.
-    pub(super) slack: Slack,
 }
 
 impl JointSteps {
@@ -62,8 +58,6 @@ impl JointSteps {
         let turn = small_turn(rotation * self.before.conjugate());
         let change = turn - self.turn;
         (self.before, self.turn) = (rotation, turn);
-        let slack = &mut self.slack;
-        slack.square_fits(turn.length_squared(), limits.step)
-            && slack.square_fits(change.length_squared(), limits.change)
+        turn.length_squared() <= limits.step && change.length_squared() <= limits.change
     }
 }

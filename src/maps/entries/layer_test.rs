@@ -9,9 +9,7 @@ use super::BLENDS;
 use super::examine::Examiner;
 use super::frames::FrameSampler;
 use super::joint_steps::{JointLimits, JointSteps};
-use super::limits::{MotionLimits, head};
-use super::record::ContinuationKey;
-use super::slack::Slack;
+use super::limits::{MotionLimits, goes_on, head};
 use super::turns::turns;
 use crate::anim::{Envelope, JointId, Pose, slerp};
 use crate::graph::{MotionGraph, Node, Playhead, layer_tilt};
@@ -29,8 +27,6 @@ pub(super) struct LayerTest<'a> {
     sampler: FrameSampler<'a>,
     /// Poses whose spine has been computed.
     poses: Vec<Pose>,
-    /// How close the compared values are to the limits.
-    pub(super) slack: Slack,
 }
 
 /// The motion that continues after a frame, without a layer.
@@ -41,8 +37,8 @@ pub(super) struct LayerBase<'a> {
     poses: Vec<Pose>,
     /// Rotation vector of each joint between the first two frames.
     turns: Vec<Vec3>,
-    /// For each of [`BLENDS`], whether the joints that a layer does not move are plausible, and how close they are to the limits.
-    fits: [(bool, Slack); BLENDS.len()],
+    /// For each of [`BLENDS`], whether the joints that a layer does not move are plausible.
+    fits: [bool; BLENDS.len()],
 }
 
 /// One layer on a motion.
@@ -73,7 +69,6 @@ impl<'a> LayerTest<'a> {
             kept,
             sampler: FrameSampler::new(graph),
             poses: Vec::new(),
-            slack: Slack::default(),
         }
     }
 
@@ -94,11 +89,6 @@ impl<'a> LayerTest<'a> {
         poses.collect()
     }
 
-    /// Whether the motion that continues after a frame stays in its clip for all frames that tests read.
-    pub(super) fn stays_in_clip(&mut self, before: Playhead) -> bool {
-        self.sampler.stays_in_clip(before, Self::frames(self.rate))
-    }
-
     /// Samples the motion that continues after a frame, without a layer.
     pub(super) fn base<'l>(&mut self, before: Playhead, limits: &'l MotionLimits) -> LayerBase<'l> {
         let rate = self.rate;
@@ -111,12 +101,11 @@ impl<'a> LayerTest<'a> {
             fits: Default::default(),
         };
         base.fits = BLENDS.map(|blend| {
-            let (frames, mut slack) = (self.tested(blend), Slack::default());
-            let fit = self.kept.iter().all(|&joint| {
+            let frames = self.tested(blend);
+            self.kept.iter().all(|&joint| {
                 let rotation = |frame: usize| base.poses[frame].rotations[joint.index()];
-                base.fits(joint, (2..frames).map(rotation), &mut slack)
-            });
-            (fit, slack)
+                base.fits(joint, (2..frames).map(rotation))
+            })
         });
         base
     }
@@ -145,24 +134,17 @@ impl<'a> LayerTest<'a> {
             },
         };
         let frames = self.tested(BLENDS[blend]);
-        self.slack.start();
-        let (kept_fit, of_kept) = base.fits[blend];
-        let is_plausible = self.slack.join(kept_fit, &of_kept)
+        base.fits[blend]
             && self.joints_fit(layered, FIRST)
             && self.head_goes_on(layered)
-            && self.joints_fit(layered, frames);
-        if is_plausible {
-            self.slack.pass();
-        }
-        is_plausible
+            && self.joints_fit(layered, frames)
     }
 
     /// Whether the joints that the layer moves are plausible in the first frames.
     fn joints_fit(&mut self, layered: Layered<'_>, frames: usize) -> bool {
-        let slack = &mut self.slack;
         let failed = self.free.iter().position(|&joint| {
             let rotations = (2..frames).map(|frame| layered.rotation(joint, frame));
-            !layered.base.fits(joint, rotations, slack)
+            !layered.base.fits(joint, rotations)
         });
         if let Some(failed) = failed {
             // Tested first the next time, because it often fails again.
@@ -170,10 +152,10 @@ impl<'a> LayerTest<'a> {
             return false;
         }
         (2..frames).for_each(|frame| self.bend_spine(layered, frame));
-        let (slack, poses) = (&mut self.slack, &self.poses);
+        let poses = &self.poses;
         self.graph.rig().spine().iter().all(|&joint| {
             let rotations = (2..frames).map(|frame| poses[frame].rotations[joint.index()]);
-            layered.base.fits(joint, rotations, slack)
+            layered.base.fits(joint, rotations)
         })
     }
 
@@ -199,10 +181,8 @@ impl<'a> LayerTest<'a> {
     }
 
     fn head_goes_on(&mut self, layered: Layered<'_>) -> bool {
-        let (limits, mut slack) = (layered.base.limits.head(), self.slack);
-        let fit = limits.fit(self.rate, &mut slack, |frame| self.head(layered, frame));
-        self.slack = slack;
-        fit
+        let limits = layered.base.limits.head_departure;
+        goes_on(limits, self.rate, |frame| self.head(layered, frame))
     }
 
     fn head(&mut self, layered: Layered<'_>, frame: usize) -> Vec3 {
@@ -223,26 +203,14 @@ impl<'a> LayerTest<'a> {
 }
 
 impl LayerBase<'_> {
-    pub(super) fn checksums(&self) -> ContinuationKey {
-        ContinuationKey::of(self.poses.iter())
-    }
-
     /// Whether a joint is plausible, given its rotations from the third frame on.
-    fn fits(
-        &self,
-        joint: JointId,
-        mut rotations: impl Iterator<Item = Quat>,
-        slack: &mut Slack,
-    ) -> bool {
+    fn fits(&self, joint: JointId, mut rotations: impl Iterator<Item = Quat>) -> bool {
         let mut steps = JointSteps {
             before: self.poses[1].rotations[joint.index()],
             turn: self.turns[joint.index()],
-            slack: *slack,
         };
         let limits = JointLimits::of(self.limits, joint, self.rate);
-        let fit = rotations.all(|rotation| steps.fits(rotation, limits));
-        *slack = steps.slack;
-        fit
+        rotations.all(|rotation| steps.fits(rotation, limits))
     }
 }
 

@@ -3,12 +3,9 @@
 use glam::{Quat, Vec3};
 
 use super::finder::{Departed, Finder, Scratch};
-use super::known_tests::KnownTests;
 use super::layer_test::{LayerBase, LayerTest};
 use super::limits::{MotionLimits, head};
-use super::record::{ContinuationKey, PairTest, TestBasis};
 use super::search_basis::SearchBasis;
-use super::slack::Slack;
 use super::spread::spread;
 use super::targets::ClipFrame;
 use super::{BLENDS, EntryTarget, EntryWay, KnownEntry, RATES};
@@ -28,8 +25,6 @@ pub(super) struct LayerSource<'a> {
     /// For each evasion, whether its upper body leans or ducks relative to the pelvis.
     layerable: Vec<bool>,
     limits: MotionLimits,
-    /// The tests of an earlier bake.
-    pub(super) known: Option<KnownTests<'a>>,
 }
 
 impl<'a> LayerSource<'a> {
@@ -74,36 +69,27 @@ impl<'a> LayerSource<'a> {
             wanted: targets.iter().map(wanted).collect(),
             layerable,
             limits,
-            known: None,
         }
     }
 
-    /// Inputs that the tests depend on. The targets are those of the entries.
-    pub(super) fn basis<'b>(&'b self, entries: &'b Finder<'_>) -> TestBasis<'b> {
-        TestBasis {
-            limits: &self.limits,
-            targets: &entries.targets,
-            // Layers play only the target's clip.
-            continuation: &[],
-            legs: entries.graph.feet().legs().len(),
-        }
-    }
-
-    /// Tests a target.
-    fn tested(&self, target: usize, base: &LayerBase<'_>, test: &mut LayerTest<'_>) -> PairTest {
-        test.slack = Slack::default();
+    /// How a target can be layered; `None` if it is not plausible.
+    fn tested(
+        &self,
+        target: usize,
+        base: &LayerBase<'_>,
+        test: &mut LayerTest<'_>,
+    ) -> Option<EntryWay> {
         let mut plausible =
             |blend: usize, rate: usize| test.is_plausible(base, &self.wanted[target][rate], blend);
         let blend = (0..BLENDS.len()).find(|&blend| plausible(blend, 0));
-        let way = blend.map(|blend| {
+        blend.map(|blend| {
             let faster = (1..RATES.len()).take_while(|&rate| plausible(blend, rate));
             EntryWay {
                 blend,
                 rate: faster.last().unwrap_or(0),
                 pin: None,
             }
-        });
-        PairTest::new(target, way, &test.slack)
+        })
     }
 }
 
@@ -121,22 +107,17 @@ fn head_over_pelvis(graph: &MotionGraph, at: Node) -> Vec3 {
 const MOST: usize = 32;
 
 impl Finder<'_> {
-    /// Finds the layered evasions of a frame of a clip, among the targets of the evasions that can be layered. Returns the key of the motion
-    /// after the end of the clip too.
+    /// Finds the layered evasions of a frame of a clip, among the targets of the evasions that can be layered.
     pub(super) fn layers(
         &self,
         from: &Departed,
         source: &LayerSource<'_>,
         scratch: &mut Scratch<'_>,
-    ) -> (Vec<KnownEntry>, ContinuationKey) {
+    ) -> Vec<KnownEntry> {
         let mut found = Vec::new();
         let test = &mut scratch.layers;
-        let (mut base, mut continuation) = (None, ContinuationKey::default());
+        let mut base = None;
         let own = from.at.before;
-        if !test.stays_in_clip(own.playhead()) {
-            let made = base.insert(test.base(own.playhead(), &source.limits));
-            continuation = made.checksums();
-        }
         for target in spread(source.targets.len()) {
             if found.len() == MOST {
                 break;
@@ -146,16 +127,11 @@ impl Finder<'_> {
             if is_own || !source.layerable[evasion] {
                 continue;
             }
-            let known = source.known.as_ref();
-            let known = known.and_then(|known| known.find(own.node(), continuation, target));
-            let tested = known.unwrap_or_else(|| {
-                let base = base.get_or_insert_with(|| test.base(own.playhead(), &source.limits));
-                source.tested(target, base, test)
-            });
-            scratch.tests.push(tested);
-            found.extend(tested.entry());
+            let base = base.get_or_insert_with(|| test.base(own.playhead(), &source.limits));
+            let way = source.tested(target, base, test);
+            found.extend(way.map(|way| KnownEntry::new(target as u16, way)));
         }
         sort_rarely(&mut found, |a, b| a.target.cmp(&b.target));
-        (found, continuation)
+        found
     }
 }

@@ -8,7 +8,6 @@
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
-use super::slack::{Limit, LimitId, Slack};
 use super::turns::turns;
 use crate::anim::{Clip, JointId, JointTransform, Pose, Skeleton, forward_kinematics};
 use crate::graph::MotionGraph;
@@ -82,91 +81,29 @@ pub(super) fn head(skeleton: &Skeleton) -> JointId {
 }
 
 impl MotionLimits {
-    /// All limits: speeds of the joints, accelerations of the joints, departures of hips and head, speed of a toe, and slide.
-    pub(super) fn numbers(&self) -> Vec<f32> {
-        let joints = self.joint_speed.iter().chain(&self.joint_acceleration);
-        let departures = self.hip_departure.iter().chain(&self.head_departure);
-        let others = [self.toe_speed, self.slide];
-        joints.chain(departures).chain(&others).copied().collect()
-    }
-
-    /// Ids of the limits of a joint's speed and acceleration.
-    pub(super) fn id_of_joint(&self, joint: JointId) -> [LimitId; 2] {
-        [joint.index(), self.joint_speed.len() + joint.index()].map(LimitId::new)
-    }
-
-    /// The limits of the hips' departure.
-    pub(super) fn hips(&self) -> DepartureLimits {
-        self.departures(self.hip_departure, 0)
-    }
-
-    /// The limits of the head's departure.
-    pub(super) fn head(&self) -> DepartureLimits {
-        self.departures(self.head_departure, 2)
-    }
-
-    fn departures(&self, [early, late]: [f32; 2], place: usize) -> DepartureLimits {
-        let limit = |value: f32, place: usize| Limit {
-            value,
-            id: LimitId::new(2 * self.joint_speed.len() + place),
-        };
-        DepartureLimits([limit(early, place), limit(late, place + 1)])
-    }
-
-    /// The limit of a toe's speed, or `faster` if that is higher.
-    pub(super) fn toe_speed_or(&self, faster: f32) -> Limit {
-        Limit {
-            value: self.toe_speed.max(faster),
-            id: LimitId::new(2 * self.joint_speed.len() + 4),
-        }
-    }
-
-    /// The limit of the slide.
-    pub(super) fn slide(&self) -> Limit {
-        Limit {
-            value: self.slide,
-            id: LimitId::new(2 * self.joint_speed.len() + 5),
-        }
-    }
-
-    /// The ratio of each limit to that of `earlier`. `None` if those belong to another skeleton.
-    pub(super) fn change_since(&self, earlier: &Self) -> Option<Vec<f32>> {
-        let (now, before) = (self.numbers(), earlier.numbers());
-        let factor = |(now, before): (&f32, &f32)| match now == before {
-            true => 1.0,
-            false => now / before,
-        };
-        (now.len() == before.len()).then(|| now.iter().zip(&before).map(factor).collect())
-    }
-
     /// Whether the limits fit a skeleton. It checks limits that come from a file.
     #[must_use]
     pub(crate) fn is_sound(&self, skeleton: &Skeleton) -> bool {
-        [&self.joint_speed, &self.joint_acceleration]
-            .iter()
-            .all(|list| list.len() == skeleton.len())
-            && self.numbers().iter().all(|&number| number >= 0.0)
+        let lists: [&[f32]; 5] = [
+            &self.joint_speed,
+            &self.joint_acceleration,
+            &self.hip_departure,
+            &self.head_departure,
+            &[self.toe_speed, self.slide],
+        ];
+        lists[..2].iter().all(|list| list.len() == skeleton.len())
+            && lists.into_iter().flatten().all(|&number| number >= 0.0)
     }
 }
 
-/// The limits of a departure after each of [`DEPARTURES`].
-#[derive(Clone, Copy)]
-pub(super) struct DepartureLimits([Limit; 2]);
-
-impl DepartureLimits {
-    /// Whether the departure of a point from constant velocity is within the limits. The velocity is that between the first two frames.
-    pub(super) fn fit(
-        self,
-        rate: f32,
-        slack: &mut Slack,
-        mut point: impl FnMut(usize) -> Vec3,
-    ) -> bool {
-        let mut both = departures(rate).into_iter().zip(self.0);
-        both.all(|(frames, limit)| {
-            let ends = [0, 1, 1 + frames].map(&mut point);
-            slack.fits(departure(ends, frames).length(), limit)
-        })
-    }
+/// Whether the departure of a point from constant velocity is within limits after each of [`DEPARTURES`]. The velocity is that between the
+/// first two frames.
+pub(super) fn goes_on(limits: [f32; 2], rate: f32, mut point: impl FnMut(usize) -> Vec3) -> bool {
+    let mut both = departures(rate).into_iter().zip(limits);
+    both.all(|(frames, limit)| {
+        let ends = [0, 1, 1 + frames].map(&mut point);
+        departure(ends, frames).length() <= limit
+    })
 }
 
 /// Vector from the position that constant velocity between `before` and `now` predicts after `frames` frames to the position `then`.

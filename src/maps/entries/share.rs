@@ -1,6 +1,8 @@
-//! Shares of all moments, for several processes that test them.
+//! Shares of all moments, for several processes that search them.
 
-use super::record::EntryRecord;
+use serde::{Deserialize, Serialize};
+
+use super::moment_search::MomentFound;
 
 /// A share of all moments: every `of`th batch, starting with batch `index`. Shares have about equal cost.
 #[derive(Clone, Copy, Debug)]
@@ -10,6 +12,10 @@ pub struct MomentShare {
     /// Number of shares.
     pub of: usize,
 }
+
+/// Entries, exits and layers of the moments of a share.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct EntryShare(pub(super) Vec<MomentFound>);
 
 impl MomentShare {
     /// All moments.
@@ -25,43 +31,21 @@ impl MomentShare {
             .skip(self.index)
             .step_by(self.of)
     }
-
-    /// Index of the share that a moment belongs to.
-    fn holds(moment: usize, shares: usize) -> usize {
-        moment / Self::BATCH % shares
-    }
 }
 
-impl EntryRecord {
-    /// Joins the records of all shares, given in order. `None` if they do not belong to one graph.
-    #[must_use]
-    pub fn of_shares(shares: Vec<Self>) -> Option<Self> {
-        let first = shares.first()?;
-        let mut all = Self {
-            settings: first.settings,
-            first_moment: first.first_moment.clone(),
-            entries: first.entries.without_tests(),
-            exits: first.exits.without_tests(),
-            layers: first.layers.without_tests(),
-            ..Self::default()
-        };
-        let moments = all.first_moment.last().map_or(0, |&end| end as usize);
-        let mut next = vec![0; shares.len()];
-        for moment in 0..moments {
-            let share = MomentShare::holds(moment, shares.len());
-            let own = &shares[share];
-            let tests = [&own.entries, &own.exits, &own.layers];
-            let [entries, exits, layers] = tests.map(|table| table.moment(next[share]));
-            all.push([entries?, exits?, layers?]);
-            next[share] += 1;
+impl EntryShare {
+    /// Joins all shares, given in order. Too few moments in a share leave out those after them.
+    pub(super) fn joined(shares: Vec<Self>) -> Vec<MomentFound> {
+        let mut rest: Vec<_> = shares.into_iter().map(|it| it.0.into_iter()).collect();
+        let mut all = Vec::new();
+        loop {
+            let before = all.len();
+            for share in &mut rest {
+                all.extend(share.take(MomentShare::BATCH));
+            }
+            if all.len() == before {
+                return all;
+            }
         }
-        let has_same = |own: &Self| {
-            own.settings == all.settings
-                && own.first_moment == all.first_moment
-                && own.entries.is_of(&all.entries)
-                && own.exits.is_of(&all.exits)
-                && own.layers.is_of(&all.layers)
-        };
-        shares.iter().all(has_same).then_some(all)
     }
 }

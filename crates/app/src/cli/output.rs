@@ -13,8 +13,6 @@ use sabaki::query::AttackError;
 use sabaki_import::ReadError;
 use thiserror::Error;
 
-use super::bake::recorded::UnfinishedBake;
-
 /// The output of a subcommand, with its exit code.
 pub(crate) struct Done {
     pub(crate) text: String,
@@ -91,17 +89,6 @@ pub(crate) enum Failure {
     Device(String),
     #[error("cancelled; no file is left half-written")]
     Cancelled,
-    /// A bake was stopped, which had done so much.
-    #[error("cancelled; no file is left half-written")]
-    Stopped(Box<UnfinishedBake>),
-    #[error("cancelled; what is done is in {0}, and the same command goes on from it")]
-    Unfinished(PathBuf),
-    /// A bake whose file could not be written.
-    #[error("{failure}; what is done is in {kept}, and the same command goes on from it", kept = kept.display())]
-    Unwritten {
-        failure: Box<Failure>,
-        kept: PathBuf,
-    },
     #[error("{0}")]
     Usage(String),
     #[error("{} of {all} shards are lacking", lacking.len())]
@@ -121,6 +108,7 @@ impl From<GraphError> for Failure {
     fn from(error: GraphError) -> Self {
         match error {
             GraphError::Memory { .. } => Self::Memory(error),
+            GraphError::Stopped => Self::Cancelled,
             error => Self::Graph(error),
         }
     }
@@ -138,7 +126,7 @@ impl Failure {
     /// 130 after Ctrl-C, as of a command that the signal ends; otherwise 2.
     pub(crate) fn exit_code(&self) -> u8 {
         match self {
-            Self::Cancelled | Self::Stopped(_) | Self::Unfinished(_) => 130,
+            Self::Cancelled => 130,
             Self::Within { failure, .. } => failure.exit_code(),
             _ => 2,
         }

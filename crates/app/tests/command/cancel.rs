@@ -93,10 +93,12 @@ fn swinging(joints: usize, frames: usize) -> String {
 }
 
 #[test]
-fn a_shard_stops_at_a_step() {
+fn a_bake_and_a_shard_stop_at_a_step() {
     let folder = folder();
     let at = folder.path();
     fs::write(at.join("long.bvh"), swinging(3, 150_000)).unwrap();
+    is_cancelled(at, &["bake", "--clips", "long.bvh", "--out", "g.sabaki"]);
+    assert_eq!(fs::read_dir(at).unwrap().count(), 1, "a file is left");
     let plan = [
         "bake", "plan", "--clips", "long.bvh", "--out", "plan", "--shards", "1",
     ];

@@ -7,8 +7,6 @@ mod manifest;
 pub(super) mod own_file;
 mod partition;
 mod plan;
-mod record;
-pub(super) mod recorded;
 mod sealed;
 mod shard;
 mod shared_bake;
@@ -19,16 +17,13 @@ use std::panic::resume_unwind;
 use std::path::{Path, PathBuf};
 
 use crate::measure::quality::{Quality, QualityMeter};
-use sabaki::archive::{self, ArchiveError};
+use sabaki::archive;
 use sabaki::maps::BakedGraph;
 use serde_json::json;
 
 use super::distances::DistanceFigure;
 use super::plot::Plot;
 use super::{Done, Failure, output, quality, source};
-use record::{TakenOver, UnfinishedFile};
-use recorded::BakeRecord;
-use sabaki::internal::ClipMatch;
 
 /// Number of random attacks whose answers are measured.
 const ANSWERS: u64 = 200;
@@ -46,13 +41,6 @@ pub(crate) struct Args {
     /// Plots the distances between the frames of all clips, and the transitions: to a PNG or SVG file, or with - as letters to stdout.
     #[arg(long, value_name = "FILE")]
     plot: Option<Plot>,
-    /// Takes over what an earlier bake, whose graph file this is, computed of the same clips. The file that is written is the same as
-    /// without. It reads the record beside the file (FILE.record).
-    #[arg(long, value_name = "FILE")]
-    onto: Option<PathBuf>,
-    /// Writes no record for --onto beside the graph file.
-    #[arg(long)]
-    no_record: bool,
 }
 
 /// A step of a bake that several processes share.
@@ -99,78 +87,16 @@ fn check(args: &Args, out: &Path, as_json: bool) -> Result<(), Failure> {
 
 fn in_one_process(args: &Args, out: &Path, as_json: bool) -> Result<Done, Failure> {
     check(args, out, as_json)?;
-    if let Some(onto) = &args.onto {
-        check_is_there(onto)?;
-    }
-    let (left, unfinished) = UnfinishedFile::open(out);
-    let mut why = None;
-    let matched = |clips: Option<&ClipMatch>| unfinished.tell(TakenOver::of(clips));
-    // The record is read while the clips are.
-    let baked = std::thread::scope(|scope| {
-        let onto = args.onto.as_ref();
-        let onto = onto.map(|onto| scope.spawn(|| BakeRecord::read(onto)));
-        let earlier = || {
-            let onto = onto.map(|onto| onto.join().unwrap_or_else(|panic| resume_unwind(panic)));
-            let (onto, reason) = onto.unzip();
-            why = reason.flatten();
-            left.into_iter().chain(onto).collect()
-        };
-        source::from_clips_onto(&args.clips, earlier, matched)
-    });
-    let mut baked = baked.map_err(|failure| match failure {
-        Failure::Stopped(bake) if has_neighbours(out) => unfinished.keep(&bake),
-        failure => failure,
-    })?;
-    if let Some(made) = &mut baked.made {
-        made.warnings.extend(why);
-    }
-    let (written, measured) = while_measured(&baked.graph, || {
-        archive::write(out, &baked.graph)?;
-        let records = !args.no_record && out.is_file();
-        let made = baked.made.as_ref().filter(|_| records);
-        Ok(made.map(|made| made.record.write(out)))
-    });
-    let record = match written {
-        Ok(record) => record.transpose()?,
-        Err(error) => {
-            let failure = ArchiveError::into(error);
-            return Err(match baked.made {
-                Some(made) if has_neighbours(out) => unfinished.keep_whole(made.record, failure),
-                _ => failure,
-            });
-        }
-    };
-    unfinished.remove();
-    let report = Report {
+    let baked = source::from_clips(&args.clips)?;
+    let (written, measured) = while_measured(&baked.graph, || archive::write(out, &baked.graph));
+    written?;
+    Report {
         baked: &baked,
         measured,
         out,
         as_json,
-    };
-    let mut done = report.done(&args.clips, args.plot.as_ref())?;
-    if let (Some((path, bytes)), false) = (record, as_json) {
-        let megabytes = bytes as f64 * 1e-6;
-        done.text += &format!(
-            "wrote {}, {megabytes:.1} MB, for bake --onto\n",
-            path.display()
-        );
     }
-    Ok(done)
-}
-
-/// Whether other files can lie beside a file to write. A pipe has no neighbour.
-fn has_neighbours(out: &Path) -> bool {
-    !out.exists() || out.is_file() || out.is_dir()
-}
-
-/// Checks that a file can be opened.
-fn check_is_there(path: &Path) -> Result<(), Failure> {
-    archive::open_regular(path)
-        .map(drop)
-        .map_err(|source| Failure::Open {
-            path: path.to_owned(),
-            source,
-        })
+    .done(&args.clips, args.plot.as_ref())
 }
 
 /// Quality of a graph's motions.

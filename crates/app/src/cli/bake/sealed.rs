@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! 0   8  mark of the kind of file
-//! 8   4  checksum of the plan that the file belongs to, or version of a record, u32 little-endian
+//! 8   4  checksum of the plan that the file belongs to, u32 little-endian
 //! 12  4  CRC-32 of all following bytes, u32 little-endian
 //! 16  …  the contents, serialized by postcard
 //! ```
@@ -20,7 +20,7 @@ use super::super::Failure;
 #[derive(Clone, Copy)]
 pub(super) struct Seal {
     pub(super) kind: Kind,
-    /// Checksum of the plan; 0 for files that any plan may use. Of records it is the version of their form.
+    /// Checksum of the plan; 0 for files that any plan may use.
     pub(super) plan: u32,
 }
 
@@ -35,10 +35,6 @@ pub(super) enum Kind {
     Graph,
     /// Tests of the entries of a share of all moments.
     Entries,
-    /// Record of a bake.
-    Record,
-    /// Results of a bake that was stopped.
-    Unfinished,
 }
 
 /// Length of mark, plan and checksum, in bytes.
@@ -53,21 +49,12 @@ pub(super) enum Unusable {
     Damaged,
     #[error("of another plan")]
     OtherPlan,
-    #[error("of another version")]
-    OtherVersion,
     #[error("not readable ({0})")]
     Io(#[from] std::io::Error),
 }
 
 impl Kind {
-    const ALL: [Self; 6] = [
-        Self::Points,
-        Self::Shard,
-        Self::Graph,
-        Self::Entries,
-        Self::Record,
-        Self::Unfinished,
-    ];
+    const ALL: [Self; 4] = [Self::Points, Self::Shard, Self::Graph, Self::Entries];
 
     /// The kind of a file, by its first bytes.
     pub(super) fn of(head: &[u8]) -> Option<Self> {
@@ -77,13 +64,7 @@ impl Kind {
 
     /// Description of the kind, for messages.
     pub(super) fn describe(self) -> &'static str {
-        match self {
-            Self::Points | Self::Shard | Self::Graph | Self::Entries => {
-                "a part of a shared bake (for bake join)"
-            }
-            Self::Record => "the record of a bake (for bake --onto)",
-            Self::Unfinished => "what is done of a bake that was stopped",
-        }
+        "a part of a shared bake (for bake join)"
     }
 
     fn mark(self) -> &'static [u8; 8] {
@@ -92,8 +73,6 @@ impl Kind {
             Self::Shard => b"sabakis\n",
             Self::Graph => b"sabakig\n",
             Self::Entries => b"sabakie\n",
-            Self::Record => b"sabakir\n",
-            Self::Unfinished => b"sabakiu\n",
         }
     }
 }
@@ -134,10 +113,7 @@ pub(super) fn read<T: DeserializeOwned>(path: &Path, seal: Seal) -> Result<(T, u
         return Err(Unusable::Damaged);
     }
     if of_plan != seal.plan.to_le_bytes() {
-        return Err(match seal.kind {
-            Kind::Record | Kind::Unfinished => Unusable::OtherVersion,
-            Kind::Points | Kind::Shard | Kind::Graph | Kind::Entries => Unusable::OtherPlan,
-        });
+        return Err(Unusable::OtherPlan);
     }
     match postcard::take_from_bytes(contents) {
         Ok((found, [])) => Ok((found, crc32)),

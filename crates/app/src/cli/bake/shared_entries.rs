@@ -8,7 +8,7 @@
 
 use std::path::PathBuf;
 
-use sabaki::internal::{EntryRecord, MomentShare};
+use sabaki::internal::{EntryShare, MomentShare};
 use sabaki::maps::BakeSettings;
 
 use super::super::Failure;
@@ -51,9 +51,8 @@ impl SharedBake {
             index: share,
             of: self.shards(),
         };
-        let record = own.test_entries(&built.graph, &settings, &BakeBar::new());
-        let record = record.ok_or(Failure::Cancelled)?;
-        let contents = sealed::encode(&(share, &record))?;
+        let found = own.find_entries(&built.graph, &settings, &BakeBar::new())?;
+        let contents = sealed::encode(&(share, &found))?;
         sealed::write(
             &self.entries_file(share),
             self.seal(Kind::Entries),
@@ -66,15 +65,13 @@ impl SharedBake {
     ///
     /// # Errors
     /// What is missing or damaged, each with the command that computes it.
-    pub(super) fn shared_entries(&self) -> Result<Option<(BuiltGraph, EntryRecord)>, Failure> {
+    pub(super) fn shared_entries(&self) -> Result<Option<(BuiltGraph, Vec<EntryShare>)>, Failure> {
         let built = match self.read_graph() {
             Err(Unusable::Missing | Unusable::OtherPlan) => return Ok(None),
             built => built.map_err(|why| self.lacks_graph(&why))?,
         };
         let found = self.read_all(["entries", "are"], |share| self.read_entries(share))?;
-        let record = EntryRecord::of_shares(found);
-        let record = record.ok_or_else(|| self.lacks_graph(&Unusable::Damaged))?;
-        Ok(Some((built, record)))
+        Ok(Some((built, found)))
     }
 
     /// What to run after the graph is built.
@@ -98,11 +95,11 @@ impl SharedBake {
         ))
     }
 
-    fn read_entries(&self, share: usize) -> Result<EntryRecord, Unusable> {
-        let ((of_share, record), _): ((usize, EntryRecord), _) =
+    fn read_entries(&self, share: usize) -> Result<EntryShare, Unusable> {
+        let ((of_share, found), _): ((usize, EntryShare), _) =
             sealed::read(&self.entries_file(share), self.seal(Kind::Entries))?;
         (of_share == share)
-            .then_some(record)
+            .then_some(found)
             .ok_or(Unusable::Damaged)
     }
 

@@ -4,17 +4,13 @@ use std::path::Path;
 use std::time::Instant;
 
 use sabaki::graph::{BuildReport, ClipSource, GraphError, GraphSettings, MotionGraph};
-use sabaki::internal::{
-    ClipMatch, EarlierTables, EntryRecord, GraphBuilder, GraphRecord, Recorded, TableRecord,
-    TransitionList,
-};
+use sabaki::internal::{EntryShare, GraphBuilder, TransitionList};
 use sabaki::maps::{BakeSettings, Baker};
 use sabaki_fixtures::demo;
 use sabaki_import::EventsFile;
 use serde::{Deserialize, Serialize};
 
 use super::super::Failure;
-use super::super::bake::recorded::{BakeRecord, UnfinishedBake};
 use super::super::figure::Figure;
 use super::args::MotionPaths;
 use super::bake_bar::BakeBar;
@@ -110,27 +106,12 @@ pub(crate) fn from_clips(args: &ClipArgs) -> Result<Baked, Failure> {
     from_clips_with(args, find_here)
 }
 
-/// Bakes the clips of `args` and takes over the results of earlier bakes: what several of them have of the graph, from the first one, and
-/// tables from the last one. The clips are read before `earlier` is called. `matched` is told of which clips those of the first one are
-/// taken over.
-pub(crate) fn from_clips_onto(
-    args: &ClipArgs,
-    earlier: impl FnOnce() -> Vec<BakeRecord>,
-    matched: impl Fn(Option<&ClipMatch>),
-) -> Result<Baked, Failure> {
-    let find = |builder: &GraphBuilder<'_>| {
-        matched(builder.clips_taken_over().next());
-        find_here(builder)
-    };
-    bake_clips(args, |bake| bake.run(&find, earlier()))
-}
-
 /// Bakes the clips of `args` with the transitions that `find` returns.
 pub(crate) fn from_clips_with(
     args: &ClipArgs,
     find: impl Fn(&GraphBuilder<'_>) -> Result<TransitionList, Failure>,
 ) -> Result<Baked, Failure> {
-    bake_clips(args, |bake| bake.run(&find, Vec::new()))
+    bake_clips(args, |bake| bake.run(&find))
 }
 
 /// Builds the graph of the clips of `args` with the transitions that `find` returns.
@@ -140,26 +121,17 @@ pub(crate) fn graph_of_clips(
 ) -> Result<BuiltGraph, Failure> {
     let input = BakeInput::read(args)?;
     let watch = BakeBar::new();
-    let found = input.bake(args).graph(&watch, &find, Vec::new());
-    let found = found.map_err(|failure| within(args, failure))?;
-    Ok(found.built)
+    let found = input.bake(args).graph(&watch, &find);
+    found.map_err(|failure| within(args, failure))
 }
 
 /// Bakes the clips of `args`, whose graph is built and whose entries are tested.
 pub(crate) fn from_graph(
     args: &ClipArgs,
     built: BuiltGraph,
-    entries: EntryRecord,
+    entries: Vec<EntryShare>,
 ) -> Result<Baked, Failure> {
-    bake_clips(args, |bake| {
-        let earlier = EarlierTables {
-            clips: ClipMatch::same(built.graph.clips().len()),
-            record: entries.into(),
-        };
-        let watch = BakeBar::new();
-        let tables = bake.tables(&watch, built, earlier)?;
-        tables.made.ok_or(Failure::Cancelled)
-    })
+    bake_clips(args, |bake| bake.tables(&BakeBar::new(), built, entries))
 }
 
 fn bake_clips(
@@ -199,8 +171,7 @@ fn within(args: &ClipArgs, failure: Failure) -> Failure {
         return failure.within(path);
     }
     match (failure, args.clips.as_slice()) {
-        (failure @ (Failure::Shards { .. } | Failure::Cancelled | Failure::Stopped(_)), _)
-        | (failure, []) => failure,
+        (failure @ (Failure::Shards { .. } | Failure::Cancelled), _) | (failure, []) => failure,
         (failure, [only]) => failure.within(only),
         (failure, [first, more @ ..]) => failure.within(Path::new(&format!(
             "{} and {} more",
@@ -222,7 +193,7 @@ pub(super) fn bake_embedded() -> Result<Baked, Failure> {
         graph: GraphSettings::default(),
         settings: BakeSettings::default(),
     }
-    .run(&find_here, Vec::new())
+    .run(&find_here)
 }
 
 /// A graph, and how it was built.
@@ -230,14 +201,6 @@ pub(super) fn bake_embedded() -> Result<Baked, Failure> {
 pub(crate) struct BuiltGraph {
     pub(crate) graph: MotionGraph,
     pub(crate) report: BuildReport,
-}
-
-/// A graph, a record of it, and what was taken over.
-struct GraphOfClips {
-    built: BuiltGraph,
-    record: GraphRecord,
-    /// For each earlier bake the clips that were taken over.
-    taken_over: Vec<ClipMatch>,
 }
 
 /// Input and settings of a bake.
@@ -248,66 +211,24 @@ struct Bake<'a> {
 }
 
 impl Bake<'_> {
-    fn run(self, find: &FindTransitions<'_>, earlier: Vec<BakeRecord>) -> Result<Baked, Failure> {
+    fn run(self, find: &FindTransitions<'_>) -> Result<Baked, Failure> {
         let started = Instant::now();
         let watch = BakeBar::new();
-        let (of_graphs, of_tables): (Vec<_>, Vec<_>) = earlier
-            .into_iter()
-            .map(|earlier| (earlier.graph, earlier.tables))
-            .unzip();
-        let GraphOfClips {
-            built,
-            record: graph,
-            taken_over,
-        } = self.graph(&watch, find, of_graphs)?;
-        let clips = taken_over.iter().map(ClipMatch::count).max().unwrap_or(0);
-        // Those of a bake that was stopped are the first, and of the first moments alone.
-        let mut of_tables = of_tables
-            .into_iter()
-            .zip(taken_over)
-            .rev()
-            .map(|(record, clips)| EarlierTables { record, clips });
-        let earlier = of_tables.find(|earlier| earlier.record != TableRecord::default());
-        let tables = self.tables(&watch, built, earlier.unwrap_or_default())?;
-        let record = BakeRecord {
-            graph,
-            tables: tables.record,
-        };
-        let Some(mut baked) = tables.made else {
-            return Err(stopped(&watch, record));
-        };
+        let built = self.graph(&watch, find)?;
+        let mut baked = self.tables(&watch, built, Vec::new())?;
         if let Some(made) = &mut baked.made {
-            made.record = record;
-            made.taken_over = clips;
             made.seconds = started.elapsed().as_secs_f64();
         }
         Ok(baked)
     }
 
     /// Builds the graph.
-    fn graph(
-        &self,
-        watch: &BakeBar,
-        find: &FindTransitions<'_>,
-        earlier: Vec<GraphRecord>,
-    ) -> Result<GraphOfClips, Failure> {
+    fn graph(&self, watch: &BakeBar, find: &FindTransitions<'_>) -> Result<BuiltGraph, Failure> {
         watch.short("preparing clips");
-        let builder = GraphBuilder::onto(self.source, &self.graph, earlier)?.watched(watch);
-        let taken_over = builder.clips_taken_over().cloned().collect();
+        let builder = GraphBuilder::new(self.source, &self.graph)?.watched(watch);
         let transitions = find(&builder)?;
-        let Recorded { made, record } = builder.build_recorded(transitions)?;
-        let Some((graph, report)) = made else {
-            let record = BakeRecord {
-                graph: record,
-                ..BakeRecord::default()
-            };
-            return Err(stopped(watch, record));
-        };
-        Ok(GraphOfClips {
-            built: BuiltGraph { graph, report },
-            record,
-            taken_over,
-        })
+        let (graph, report) = builder.build(transitions)?;
+        Ok(BuiltGraph { graph, report })
     }
 
     /// Computes maps, entries, paths and tables of a graph.
@@ -315,45 +236,32 @@ impl Bake<'_> {
         self,
         watch: &BakeBar,
         BuiltGraph { graph, report }: BuiltGraph,
-        earlier: EarlierTables,
-    ) -> Result<Recorded<Baked, TableRecord>, Failure> {
+        entries: Vec<EntryShare>,
+    ) -> Result<Baked, Failure> {
         let started = Instant::now();
         watch.short("drawing maps");
         let feet = graph.foot_slide(MEASURED);
-        let baker = Baker::onto(graph, self.settings, earlier)?;
+        let baker = Baker::new(graph, self.settings)?;
         let maps = baker.draw_on_cpu();
-        let Recorded { made, record } = baker.finish_recorded(maps, watch)?;
-        let made = made.map(|graph| {
-            let mut warnings = Vec::new();
-            if graph.evasions().is_empty() {
-                let labelled = report.events.evasions;
-                warnings.push(match labelled {
+        let graph = baker.finish_watched(maps, entries, watch)?;
+        let mut warnings = Vec::new();
+        if graph.evasions().is_empty() {
+            let labelled = report.events.evasions;
+            warnings.push(match labelled {
                     0 => "no clip has an evasion: attacks are avoided by whatever motion there is".to_owned(),
                     n => format!("none of the {n} evasions can be reached and left again: attacks are avoided by whatever motion there is"),
                 });
-            }
-            Baked {
-                graph,
-                made: Some(BuildSummary {
-                    report,
-                    feet,
-                    seconds: started.elapsed().as_secs_f64(),
-                    warnings,
-                    figure: Figure::default(),
-                    left_out: Vec::new(),
-                    taken_over: 0,
-                    record: BakeRecord::default(),
-                }),
-            }
-        });
-        Ok(Recorded { made, record })
+        }
+        Ok(Baked {
+            graph,
+            made: Some(BuildSummary {
+                report,
+                feet,
+                seconds: started.elapsed().as_secs_f64(),
+                warnings,
+                figure: Figure::default(),
+                left_out: Vec::new(),
+            }),
+        })
     }
-}
-
-/// The failure of a bake that was stopped.
-fn stopped(watch: &BakeBar, record: BakeRecord) -> Failure {
-    Failure::Stopped(Box::new(UnfinishedBake {
-        record,
-        reached: watch.reached(),
-    }))
 }

@@ -22,7 +22,7 @@ pub(crate) struct BakeBar {
 #[derive(Debug)]
 struct BarState {
     bar: ProgressBar,
-    last: Option<BakeProgress>,
+    last: Option<BakeStage>,
 }
 
 impl BakeBar {
@@ -35,14 +35,6 @@ impl BakeBar {
                 bar: ProgressBar::hidden(),
                 last: None,
             }),
-        }
-    }
-
-    /// Number of the stage that the bake has reached, and the pieces of it that are done.
-    pub(crate) fn reached(&self) -> (u8, u64) {
-        match self.lock().last {
-            Some(last) => (last.stage as u8, last.done),
-            None => (0, 0),
         }
     }
 
@@ -82,11 +74,11 @@ impl BakeWatch for BakeBar {
     fn progress(&self, progress: BakeProgress) {
         let mut shown = self.lock();
         let BakeProgress { stage, done, all } = progress;
-        if shown.last.map(|last| last.stage) != Some(stage) {
+        if shown.last != Some(stage) {
             shown.show(bar(stage));
             self.log(words(stage));
         }
-        shown.last = Some(progress);
+        shown.last = Some(stage);
         shown.bar.set_length(all);
         shown.bar.set_position(done);
     }

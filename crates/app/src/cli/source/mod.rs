@@ -8,7 +8,7 @@ mod statistics;
 
 pub(crate) use args::{ClipArgs, ReadArgs};
 pub(crate) use bake::{
-    BakeInput, BuiltGraph, from_clips, from_clips_onto, from_clips_with, from_graph, graph_of_clips,
+    BakeInput, BuiltGraph, from_clips, from_clips_with, from_graph, graph_of_clips,
 };
 pub(crate) use bake_bar::BakeBar;
 pub(crate) use embedded::embedded_anew;
@@ -22,7 +22,6 @@ use sabaki::internal::FootSlide;
 use sabaki::maps::BakedGraph;
 
 use super::Failure;
-use super::bake::recorded::BakeRecord;
 use super::figure::Figure;
 
 /// The graph to query.
@@ -93,10 +92,6 @@ pub(crate) struct BuildSummary {
     pub(crate) figure: Figure,
     /// Files that were left out, with the reasons.
     pub(crate) left_out: Vec<String>,
-    /// Number of clips whose results were taken over from an earlier bake.
-    pub(crate) taken_over: usize,
-    /// Results that a later bake takes over.
-    pub(crate) record: BakeRecord,
 }
 
 /// Reads a baked file.

@@ -47,7 +47,6 @@ pub(crate) fn statistics(baked: &Baked) -> Value {
         value["foot_slide"] = json!(made.feet);
         value["warnings"] = json!(made.warnings);
         value["left_out"] = json!(made.left_out);
-        value["clips_taken_over"] = json!(made.taken_over);
         value["fits"] = made.figure.to_json();
     }
     value
@@ -69,12 +68,6 @@ pub(crate) fn describe(baked: &Baked) -> String {
         ),
         None => format!("{} clips; {kept}", graph.clips().len()),
     });
-    if let Some(made) = baked.made.as_ref().filter(|made| made.taken_over > 0) {
-        let (taken_over, clips) = (made.taken_over, made.report.clips);
-        line(format!(
-            "what the earlier bake computed of {taken_over} of {clips} clips was taken over"
-        ));
-    }
     line(ClipSizes::of(graph).text());
     line(format!(
         "{} nodes, {} edges ({} of them transitions)",
