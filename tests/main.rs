@@ -10,6 +10,7 @@ mod duel;
 mod gpu;
 mod graph;
 mod guide;
+mod limits;
 mod maps;
 mod query;
 

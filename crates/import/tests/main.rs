@@ -10,6 +10,7 @@ mod bvh_dialects;
 mod bvh_reference;
 mod bvh_round_trip;
 mod clip_sets;
+mod corpora;
 mod events_file;
 mod export;
 mod gltf;
@@ -17,7 +18,12 @@ mod gltf_bad_input;
 mod gltf_channels;
 mod gltf_events;
 mod gltf_mesh;
+mod memory_limits;
 mod mirror;
 mod props;
 mod readme;
 mod retarget;
+mod targets;
+
+#[global_allocator]
+static COUNTING: sabaki_fixtures::memory::Counting = sabaki_fixtures::memory::Counting;

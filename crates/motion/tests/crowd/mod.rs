@@ -1,4 +1,5 @@
 //! Tests of `sabaki_motion::crowd`.
+mod alloc;
 mod culling;
 mod errors;
 mod extremes;

@@ -1,7 +1,7 @@
 #![no_main]
 #![allow(missing_docs)]
 
-#[path = "../../alone/targets.rs"]
+#[path = "../../targets.rs"]
 mod targets;
 
 libfuzzer_sys::fuzz_target!(|bytes: &[u8]| targets::events_file(bytes));

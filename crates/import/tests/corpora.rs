@@ -1,23 +1,17 @@
 //! No input bytes crash a reader, and input that is accepted can be used. The inputs are the
 //! corpora of the fuzzers (`tests/fuzz`) and random damage of them.
-#![allow(clippy::unwrap_used, clippy::expect_used)]
-
-use sabaki_fixtures as common;
-use sabaki_fixtures::memory as peak;
-mod limits;
-mod targets;
 
 use std::path::PathBuf;
 
-use peak::held_at_most;
 use proptest::prelude::*;
 use proptest::test_runner::TestRunner;
+use sabaki_fixtures::memory::{alone, held_at_most};
+use sabaki_fixtures::small::small;
+
+use super::targets;
 
 /// Bytes that a target may hold, however small its input is.
-const MOST: usize = 300 << 20;
-
-#[global_allocator]
-static COUNTING: sabaki_fixtures::memory::Counting = sabaki_fixtures::memory::Counting;
+pub(super) const MOST: usize = 300 << 20;
 
 /// The inputs of a target, by name; of baked files the small graph too.
 fn corpus(target: &str) -> Vec<(String, Vec<u8>)> {
@@ -34,7 +28,7 @@ fn corpus(target: &str) -> Vec<(String, Vec<u8>)> {
         .map(|path| (path.display().to_string(), std::fs::read(&path).unwrap()))
         .collect();
     if target == "baked" {
-        let bytes = sabaki::archive::to_bytes(common::small::small()).unwrap();
+        let bytes = sabaki::archive::to_bytes(small()).unwrap();
         inputs.push(("small".to_owned(), targets::without_header(&bytes).to_vec()));
     }
     inputs
@@ -42,16 +36,18 @@ fn corpus(target: &str) -> Vec<(String, Vec<u8>)> {
 
 #[test]
 fn the_corpora_are_read_in_bounded_memory() {
-    // So that it is made once, and not counted.
-    common::small::small();
-    for (target, run) in targets::TARGETS {
-        let inputs = corpus(target);
-        assert!(!inputs.is_empty(), "{target}");
-        for (name, input) in inputs {
-            let ((), held) = held_at_most(|| run(&input));
-            assert!(held < MOST, "{name}: {} MB", held >> 20);
+    alone(|| {
+        // So that it is made once, and not counted.
+        small();
+        for (target, run) in targets::TARGETS {
+            let inputs = corpus(target);
+            assert!(!inputs.is_empty(), "{target}");
+            for (name, input) in inputs {
+                let ((), held) = held_at_most(|| run(&input));
+                assert!(held < MOST, "{name}: {} MB", held >> 20);
+            }
         }
-    }
+    });
 }
 
 /// What is done to an input at a place, a share of its length.

@@ -6,8 +6,8 @@ use sabaki::maps::{BakeError, BakeSettings, Baker, SphereKey};
 use sabaki::math::Rigid2;
 use sabaki::query::{Answer, Attack, AttackError, Query, QueryContext, QuerySettings, Request};
 
-use super::common::baked::embedded;
-use super::common::small::small;
+use sabaki_fixtures::baked::embedded;
+use sabaki_fixtures::small::small;
 
 /// A way to spoil what a bake is asked for.
 type SpoilBake = fn(&mut BakeSettings);

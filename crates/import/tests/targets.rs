@@ -14,8 +14,8 @@ use sabaki_import::bvh::{self, BvhFile};
 use sabaki_import::gltf::{GltfFile, SkinnedMesh};
 use sabaki_import::{AttackFile, EventsFile, Scale, parse_obj};
 
-use super::common::clips::{small_skeleton, swinging_clip};
-use super::common::small::{small, use_it};
+use sabaki_fixtures::clips::{small_skeleton, swinging_clip};
+use sabaki_fixtures::small::{small, use_it};
 
 /// What is done with bytes.
 pub type Target = fn(&[u8]);

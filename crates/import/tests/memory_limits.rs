@@ -10,8 +10,8 @@ use sabaki_import::gltf::{GltfError, GltfFile};
 use sabaki_import::{MOST_ENTRIES, ReadError, ReadOptions, read_clips, read_motions};
 use serde_json::{Value, json};
 
-use super::MOST;
-use super::peak::held_at_most;
+use super::corpora::MOST;
+use sabaki_fixtures::memory::{alone, held_at_most};
 
 /// The error of a read that holds little memory.
 fn refused<T, E>(read: impl FnOnce() -> Result<T, E>) -> E {
@@ -62,68 +62,76 @@ fn amc(frames: usize) -> String {
 
 #[test]
 fn joints_without_channels_count_in_every_frame_of_a_bvh_file() {
-    let frames = MOST_ENTRIES as usize / 4096 + 1;
-    let text = bvh(4096, frames);
-    let error = refused(|| {
-        let file = BvhFile::parse(text.as_bytes()).unwrap();
-        file.motion("many", 1.0).map(|_| ())
+    alone(|| {
+        let frames = MOST_ENTRIES as usize / 4096 + 1;
+        let text = bvh(4096, frames);
+        let error = refused(|| {
+            let file = BvhFile::parse(text.as_bytes()).unwrap();
+            file.motion("many", 1.0).map(|_| ())
+        });
+        assert_eq!(
+            error,
+            MotionError::TooManyEntries {
+                frames,
+                joints: 4096
+            }
+        );
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("many.bvh");
+        std::fs::write(&path, text).unwrap();
+        let error = refused(|| read_motions(&path, &ReadOptions::default()));
+        assert!(matches!(error, ReadError::Motion { .. }), "{error}");
+        let error = error.to_string();
+        assert!(
+            error.ends_with(
+                "many.bvh: 16385 frames of 4096 joints; 67108864 rotations in all are the most"
+            ),
+            "{error}"
+        );
     });
-    assert_eq!(
-        error,
-        MotionError::TooManyEntries {
-            frames,
-            joints: 4096
-        }
-    );
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("many.bvh");
-    std::fs::write(&path, text).unwrap();
-    let error = refused(|| read_motions(&path, &ReadOptions::default()));
-    assert!(matches!(error, ReadError::Motion { .. }), "{error}");
-    let error = error.to_string();
-    assert!(
-        error.ends_with(
-            "many.bvh: 16385 frames of 4096 joints; 67108864 rotations in all are the most"
-        ),
-        "{error}"
-    );
 }
 
 #[test]
 fn bones_without_freedom_count_in_every_frame_of_an_amc_file() {
-    let bones = 2000;
-    let most = MOST_ENTRIES as usize / bones;
-    let folder = tempfile::tempdir().unwrap();
-    let write = |name: &str, text: &str| {
-        std::fs::write(folder.path().join(name), text).unwrap();
-        folder.path().join(name)
-    };
-    write("many.asf", &asf(bones));
-    let path = write("many.amc", &amc(most + 1));
-    let error = refused(|| read_clips(&[path], None, &ReadOptions::default()));
-    assert!(matches!(error, ReadError::Asf { .. }), "{error}");
-    let error = error.to_string();
-    assert!(
-        error.contains("many.amc: line 67110: more frames of 2000 bones than 67108864 rotations"),
-        "{error}"
-    );
+    alone(|| {
+        let bones = 2000;
+        let most = MOST_ENTRIES as usize / bones;
+        let folder = tempfile::tempdir().unwrap();
+        let write = |name: &str, text: &str| {
+            std::fs::write(folder.path().join(name), text).unwrap();
+            folder.path().join(name)
+        };
+        write("many.asf", &asf(bones));
+        let path = write("many.amc", &amc(most + 1));
+        let error = refused(|| read_clips(&[path], None, &ReadOptions::default()));
+        assert!(matches!(error, ReadError::Asf { .. }), "{error}");
+        let error = error.to_string();
+        assert!(
+            error.contains(
+                "many.amc: line 67110: more frames of 2000 bones than 67108864 rotations"
+            ),
+            "{error}"
+        );
+    });
 }
 
 #[test]
 fn end_sites_count_too() {
-    // Each bone but the root has an end site.
-    let bones = 2000;
-    let skeleton = AsfFile::parse(asf(bones).as_bytes()).unwrap();
-    let frames = MOST_ENTRIES as usize / (2 * bones - 1) + 1;
-    let motion = AmcFile::parse(&skeleton, amc(frames).as_bytes()).unwrap();
-    let desc = AmcClipDesc {
-        name: "many",
-        metres_per_unit: 1.0,
-        frame_rate: 120.0,
-    };
-    let joints = 2 * bones - 1;
-    let error = refused(|| motion.motion(&skeleton, &desc));
-    assert_eq!(error, MotionError::TooManyEntries { frames, joints });
+    alone(|| {
+        // Each bone but the root has an end site.
+        let bones = 2000;
+        let skeleton = AsfFile::parse(asf(bones).as_bytes()).unwrap();
+        let frames = MOST_ENTRIES as usize / (2 * bones - 1) + 1;
+        let motion = AmcFile::parse(&skeleton, amc(frames).as_bytes()).unwrap();
+        let desc = AmcClipDesc {
+            name: "many",
+            metres_per_unit: 1.0,
+            frame_rate: 120.0,
+        };
+        let joints = 2 * bones - 1;
+        let error = refused(|| motion.motion(&skeleton, &desc));
+        assert_eq!(error, MotionError::TooManyEntries { frames, joints });
+    });
 }
 
 #[test]

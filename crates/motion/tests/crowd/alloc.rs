@@ -1,27 +1,22 @@
 //! Promise: posing a crowd allocates nothing, from the second time on, on no thread; nor does sorting it.
-#![allow(clippy::unwrap_used, clippy::expect_used)]
-
-use sabaki_fixtures as common;
-use sabaki_fixtures::memory as counting;
-
-use common::clips::{small_skeleton, swinging_clip};
-use common::crowd::{Stage, crowd_of, forms, posed, settings};
-use counting::all_allocations;
 use glam::{Vec3, Vec4};
+use sabaki_fixtures::clips::{small_skeleton, swinging_clip};
+use sabaki_fixtures::crowd::{Stage, crowd_of, forms, posed, settings};
+use sabaki_fixtures::memory::{all_allocations, alone};
 use sabaki_motion::anim::JointId;
 use sabaki_motion::crowd::{Crowd, Frame, Frustum, LevelId};
 use sabaki_motion::lod::{Levels, Rule, SwitchSettings, Switching};
 use sabaki_motion::math::{F32x16, Isa};
 use std::sync::Arc;
 
-#[global_allocator]
-static COUNTING: sabaki_fixtures::memory::Counting = sabaki_fixtures::memory::Counting;
-
-/// One test: the whole process is counted.
 #[test]
 fn frames_allocate_nothing() {
-    poses_of_all_forms();
-    whole_frames_while_levels_change();
+    alone(poses_of_all_forms);
+}
+
+#[test]
+fn frames_in_which_levels_change_allocate_nothing() {
+    alone(whole_frames_while_levels_change);
 }
 
 fn poses_of_all_forms() {

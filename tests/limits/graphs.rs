@@ -1,0 +1,228 @@
+//! Skeletons, clips and events that nobody captures.
+
+use std::fmt::Write;
+
+use glam::{Quat, Vec3};
+use sabaki::anim::{Clip, ClipDesc, Event, EventKind, Skeleton};
+use sabaki::graph::{self, ClipSource, GraphError, GraphSettings};
+use sabaki_import::bvh::{BvhFile, BvhProblem};
+use sabaki_import::{ReadError, ReadOptions, read_motions};
+
+use super::MB;
+use sabaki_fixtures::clips::{small_skeleton, swinging_clip};
+use sabaki_fixtures::memory::{alone, held_at_most};
+
+/// Builds in a gigabyte, and gives the error.
+fn refused(skeleton: &Skeleton, clips: &[Clip], events: &[Event]) -> GraphError {
+    let settings = GraphSettings {
+        memory: 1 << 30,
+        ..GraphSettings::default()
+    };
+    let source = ClipSource {
+        skeleton,
+        clips,
+        events,
+    };
+    graph::build(source, &settings).err().unwrap()
+}
+
+fn event(start: f64, end: f64) -> Event {
+    Event {
+        clip: 0,
+        kind: EventKind::Evasion,
+        start,
+        end,
+        joints: Vec::new(),
+    }
+}
+
+/// A clip in which nothing moves, of two keys that lie far apart.
+fn still(skeleton: &Skeleton, seconds: f64) -> Clip {
+    let desc = ClipDesc {
+        name: "still".to_owned(),
+        frame_rate: 1.0 / seconds,
+        roots: vec![Vec3::Y; 2],
+        rotations: vec![Quat::IDENTITY; 2 * skeleton.len()],
+        translations: Vec::new(),
+    };
+    Clip::new(skeleton, desc).unwrap()
+}
+
+#[test]
+fn a_skeleton_of_ten_thousand_joints_is_refused() {
+    alone(|| {
+        let mut text =
+            "HIERARCHY\nROOT r\n{\nOFFSET 0 0 0\nCHANNELS 3 Zrotation Xrotation Yrotation\n"
+                .to_owned();
+        for joint in 1..10_000 {
+            write!(
+                text,
+                "JOINT j{joint}\n{{\nOFFSET 0 1 0\nCHANNELS 3 Zrotation Xrotation Yrotation\n"
+            )
+            .unwrap();
+        }
+        text.push_str(&"}\n".repeat(10_000));
+        text.push_str("MOTION\nFrames: 1\nFrame Time: 0.04\n");
+        text.push_str(&"0 ".repeat(30_000));
+        let (read, held) = held_at_most(|| BvhFile::parse(text.as_bytes()));
+        let error = read.err().unwrap();
+        assert_eq!(error.problem, BvhProblem::TooManyJoints);
+        assert!(error.to_string().contains("4096"), "{error}");
+        assert!(held < 4 * text.len(), "{held}");
+    });
+}
+
+#[test]
+fn ten_hours_of_motion_are_read_and_make_no_graph() {
+    alone(|| {
+        // Ten hours in two frames: it is resampling that would fill the memory.
+        let skeleton = small_skeleton();
+        let (error, held) = held_at_most(|| refused(&skeleton, &[still(&skeleton, 36_000.0)], &[]));
+        // 900 bytes for the joints of a frame, and 400 for the frame.
+        let expected = GraphError::Memory {
+            needed: 1_080_001 * 1300,
+            most: 1 << 30,
+        };
+        assert_eq!(error, expected);
+        assert!(held < MB, "{held}");
+        // Longer still is refused when it is read.
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("long.bvh");
+        let motion = "HIERARCHY\nROOT r\n{\nOFFSET 0 0 0\nCHANNELS 3 Zrotation Xrotation Yrotation\n}\nMOTION\nFrames: 12\nFrame Time: 3600\n";
+        std::fs::write(&path, format!("{motion}{}", "0 0 0\n".repeat(12))).unwrap();
+        let error = read_motions(&path, &ReadOptions::default()).err().unwrap();
+        assert!(matches!(error, ReadError::TooLong { .. }), "{error}");
+        assert!(error.to_string().contains("36000 s is the most"), "{error}");
+    });
+}
+
+#[test]
+fn many_joints_for_long_are_refused() {
+    alone(|| {
+        let joint = |index: usize| sabaki::anim::Joint {
+            name: format!("j{index}"),
+            parent: (index > 0).then_some(sabaki::anim::JointId(0)),
+            offset: Vec3::Y,
+            kind: sabaki::anim::JointKind::Moving,
+        };
+        let skeleton = Skeleton::new((0..4096).map(joint).collect()).unwrap();
+        let (error, held) = held_at_most(|| refused(&skeleton, &[still(&skeleton, 3600.0)], &[]));
+        assert!(
+            error.to_string().contains("; 1.1 GB is the most"),
+            "{error}"
+        );
+        assert!(held < MB, "{held}");
+    });
+}
+
+#[test]
+fn a_clip_in_which_nothing_moves_is_answered() {
+    alone(|| {
+        // Each of 50 million pairs of frames is as good as all others.
+        let skeleton = small_skeleton();
+        let clips = [still(&skeleton, 330.0)];
+        let source = ClipSource {
+            skeleton: &skeleton,
+            clips: &clips,
+            events: &[],
+        };
+        let settings = GraphSettings {
+            links: None,
+            ..GraphSettings::default()
+        };
+        let (built, held) = held_at_most(|| graph::build(source, &settings));
+        eprintln!(
+            "{:?}, {} MB",
+            built.as_ref().map(|(graph, _)| graph.edges().len()),
+            held / MB
+        );
+        assert!(built.is_ok() || matches!(built, Err(GraphError::TooMany { .. })));
+        assert!(held < 1024 * MB, "{} MB", held / MB);
+    });
+}
+
+#[test]
+fn a_hundred_thousand_events_are_refused() {
+    alone(|| {
+        let skeleton = small_skeleton();
+        let clips = [swinging_clip(&skeleton, 900, 0.3)];
+        let events: Vec<Event> = (0..100_000)
+            .map(|i| event(i as f64 * 1e-4, (i + 1) as f64 * 1e-4))
+            .collect();
+        let (error, held) = held_at_most(|| refused(&skeleton, &clips, &events));
+        assert_eq!(error.to_string(), "100000 events; 8192 is the most");
+        assert!(held < MB, "{held}");
+    });
+}
+
+#[test]
+fn an_event_that_does_not_end_is_refused_by_number() {
+    let skeleton = small_skeleton();
+    let clips = [swinging_clip(&skeleton, 30 * 90, 0.3)];
+    let error = refused(&skeleton, &clips, &[event(1.0, 2.0), event(3.0, 63.5)]);
+    assert_eq!(
+        error,
+        GraphError::EventTooLong {
+            index: 1,
+            clip: Some(clips[0].name().to_owned()),
+            max: 60.0
+        }
+    );
+    let named = format!("\"{}\", event 1 of all: ", clips[0].name());
+    for words in [named.as_str(), "60 s"] {
+        assert!(error.to_string().contains(words), "{error}");
+    }
+    let stranger = Event {
+        clip: 1,
+        ..event(3.0, 63.5)
+    };
+    let error = refused(&skeleton, &clips, &[stranger]);
+    assert!(error.to_string().starts_with("event 0: "), "{error}");
+}
+
+#[test]
+fn times_that_are_none_are_refused() {
+    let skeleton = small_skeleton();
+    let clips = [swinging_clip(&skeleton, 300, 0.3)];
+    for (start, end) in [
+        (f64::NAN, 1.0),
+        (1.0, f64::NAN),
+        (f64::NEG_INFINITY, 1.0),
+        (1.0, f64::INFINITY),
+        (-1.0, 1.0),
+        (2.0, 2.0),
+        (9.0, 50.0),
+    ] {
+        let error = refused(&skeleton, &clips, &[event(start, end)]);
+        assert!(
+            matches!(
+                error,
+                GraphError::Event { index: 0, .. } | GraphError::EventTooLong { index: 0, .. }
+            ),
+            "{start} to {end}: {error}"
+        );
+    }
+}
+
+#[test]
+fn events_that_are_there_twice_are_refused_with_both_numbers_clip_and_times() {
+    let skeleton = small_skeleton();
+    let clips = [swinging_clip(&skeleton, 300, 0.3)];
+    let events = [event(0.0, 1.0), event(2.0, 3.0), event(2.0, 3.001)];
+    let error = refused(&skeleton, &clips, &events);
+    assert_eq!(
+        error,
+        GraphError::EventTwice {
+            first: 1,
+            second: 2,
+            clip: clips[0].name().to_owned(),
+            start: 2.0,
+            end: 3.0
+        }
+    );
+    let expected = format!(
+        "\"{}\" has two events of one kind in the same frames, from 2 s to 3 s (events 1 and 2 of all)",
+        clips[0].name()
+    );
+    assert_eq!(error.to_string(), expected);
+}
