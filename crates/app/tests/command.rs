@@ -2,7 +2,6 @@
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 mod annotate;
-mod bad_input;
 #[cfg(unix)]
 mod cancel;
 use sabaki_fixtures as common;
@@ -14,14 +13,11 @@ mod lod;
 mod measure;
 #[cfg(unix)]
 mod names;
-mod notes;
-mod plots;
-mod refusals;
+mod refused;
 mod render;
 mod run;
 mod shards;
 mod slurm;
-mod unused;
 
 use std::fs;
 use std::io::{PipeWriter, pipe};
@@ -95,17 +91,6 @@ fn bake_writes_a_graph_and_says_what_is_in_it() {
     for key in ["clips", "nodes", "edges", "evasions"] {
         assert_eq!(inspected[key], document[key], "{key}");
     }
-    // Four texels to one, then the paper's maps; both graphs answer.
-    let bytes = |more: &[&str]| {
-        let document = sabaki(folder.path(), &[&args[..], &["--json"], more].concat()).json(0);
-        let asked = ["dodge", "g.sabaki", "--attacks", "3", "--cull", "cpu"];
-        sabaki(folder.path(), &asked).is(0);
-        document["map_bytes"].as_u64().unwrap()
-    };
-    let usual = document["map_bytes"].as_u64().unwrap();
-    let fine = bytes(&["--texel", "0.01", "--attack-pitch", "2"]);
-    assert!(fine > 3 * usual, "{fine} {usual}");
-    assert!(bytes(&["--paper-maps"]) < usual);
 }
 
 /// A pipe has no neighbour that could take its name.
@@ -368,18 +353,61 @@ fn doctor_says_whether_there_is_a_device() {
 #[test]
 fn a_graph_without_an_evasion_moves_on_and_says_so() {
     let folder = folder();
-    let (clips, _) = clips();
-    let args = ["dodge", "--clips", clips, "--attacks", "2", "--cull", "cpu"];
-    let told = sabaki(folder.path(), &args).is(0);
-    assert!(
-        told.stdout.contains("no clip has an evasion"),
-        "{}",
-        told.stdout
-    );
-    let document = sabaki(folder.path(), &[&args[..], &["--json"]].concat()).json(0);
-    assert_eq!(document["graph"]["evasions"], 0);
+    let bake = ["bake", "--clips", clips().0, "--out", "g.sabaki", "--json"];
+    let document = sabaki(folder.path(), &bake).json(0);
+    assert_eq!(document["evasions"], 0);
+    let warning = document["warnings"][0].as_str().unwrap();
+    assert!(warning.contains("no clip has an evasion"), "{warning}");
+    let args = [
+        "dodge",
+        "g.sabaki",
+        "--attacks",
+        "2",
+        "--cull",
+        "cpu",
+        "--json",
+    ];
+    let document = sabaki(folder.path(), &args).json(0);
     assert_eq!(document["by_evasion"], 0);
-    assert!(document["graph"]["warnings"][0].is_string());
+}
+
+/// Tables fit a terminal of 100 columns.
+#[test]
+fn lines_are_at_most_a_hundred_columns_wide() {
+    let folder = folder();
+    let cases: [&[&str]; 9] = [
+        &[],
+        &["dodge", baked(), "--attacks", "3", "--check"],
+        &["compare", baked(), "--attacks", "3", "--plot", "c.png"],
+        &["coverage", baked(), "--attacks", "1", "--directions", "2"],
+        &["coverage", baked(), "--by-time", "--attacks", "2"],
+        &["lod"],
+        &["crowd", "--count", "50", "--frames", "1", "--threads", "1"],
+        &["duel", baked(), "--apart", "0.8", "--rounds", "1"],
+        &["inspect", baked()],
+    ];
+    for args in cases {
+        let told = sabaki(folder.path(), args);
+        assert!(told.code < 2, "{args:?}: {}", told.stderr);
+        let is_wide = |line: &&str| line.chars().count() > 100 && !line.starts_with("culling: ");
+        let wide: Vec<&str> = told.stdout.lines().filter(is_wide).collect();
+        assert!(wide.is_empty(), "{args:?}: {wide:#?}");
+    }
+}
+
+#[test]
+fn the_label_names_the_paths_that_were_used() {
+    let folder = folder();
+    for (cull, label) in [
+        ("cpu", "culling: on the cpu"),
+        ("exact", "culling: none, every candidate is tested"),
+    ] {
+        let args = ["dodge", baked(), "--attacks", "2", "--cull", cull];
+        let done = sabaki(folder.path(), &args).is(0);
+        let line = done.stdout.lines().find(|line| line.starts_with("culling"));
+        assert!(line.unwrap().starts_with(label), "{cull}: {line:?}");
+        assert!(!done.stdout.contains("stencil buffer"), "{}", done.stdout);
+    }
 }
 
 /// A pipe without a reader.

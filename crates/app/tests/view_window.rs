@@ -43,7 +43,7 @@ fn a_click_is_dodged_and_the_window_is_resized_hidden_and_closed() {
     command.current_dir(folder.path());
     let mut shown = Shown::start(
         command,
-        &["--size", "480x320", "--plain", "--cull", "stencil"],
+        &["dodge", "--size", "480x320", "--plain", "--cull", "stencil"],
     );
     let opened = shown.wait("opened");
     assert!(opened["device"].as_str().unwrap().contains("llvmpipe"));
@@ -115,6 +115,7 @@ fn a_window_closes_while_a_query_is_open() {
     let (screen, folder) = (Screen::new(), tempfile::tempdir().unwrap());
     let baked = embedded_file(folder.path());
     let args = [
+        "dodge",
         baked.to_str().unwrap(),
         "--size",
         "240x160",
@@ -137,6 +138,7 @@ fn a_window_manager_minimises_the_window_and_closes_it_while_a_query_is_open() {
     command.current_dir(folder.path());
     let baked = embedded_file(folder.path());
     let args = [
+        "dodge",
         baked.to_str().unwrap(),
         "--size",
         "320x240",
@@ -185,6 +187,7 @@ fn what_the_window_shows_is_what_is_drawn_without_one() {
     for (pictures, name) in [(10u32, "walk.png"), (48, "dodge.png")] {
         let (frames, png) = (pictures.to_string(), path(name));
         let args = [
+            "dodge",
             file.to_str().unwrap(),
             "--size",
             "320x240",
@@ -238,7 +241,7 @@ fn a_crowd_marches_past_cameras_posed_into_the_memory_that_is_drawn() {
     let (screen, folder) = (Screen::new(), tempfile::tempdir().unwrap());
     let png = folder.path().join("crowd.png");
     let args = [
-        "--crowd",
+        "crowd",
         "--count",
         "400",
         "--size",
@@ -308,7 +311,7 @@ fn a_crowd_marches_past_cameras_posed_into_the_memory_that_is_drawn() {
     finish(device);
 
     // Every path, and the keys of the crowd, by hand.
-    let args = ["--crowd", "--count", "300", "--size", "320x240"];
+    let args = ["crowd", "--count", "300", "--size", "320x240"];
     let mut shown = Shown::start(screen.command(program()), &args);
     shown.wait("opened");
     let window = screen.window(TITLE);
@@ -332,8 +335,8 @@ fn a_duel_in_the_window_is_what_is_fought_and_drawn_without_one() {
     let png = folder.path().join("duel.png");
     let baked = embedded_file(folder.path());
     let args = [
+        "duel",
         baked.to_str().unwrap(),
-        "--duel",
         "--size",
         "320x240",
         "--plain",
@@ -390,7 +393,7 @@ fn without_a_window_system_it_says_so_and_ends_with_2() {
     for name in ["DISPLAY", "WAYLAND_DISPLAY", "WAYLAND_SOCKET"] {
         command.env_remove(name);
     }
-    let crowd = ["view", "--crowd", "--count", "10"];
+    let crowd = ["view", "crowd", "--count", "10"];
     let output = command.args(crowd).stdin(Stdio::null()).output().unwrap();
     let words = String::from_utf8(output.stderr).unwrap();
     assert_eq!(output.status.code(), Some(2), "{words}");

@@ -4,14 +4,13 @@ use std::path::{Path, PathBuf};
 
 use sabaki::anim::EventKind;
 use sabaki::archive;
-use sabaki_import::annotate::{Agreement, AnnotateSettings, SpeedCurves, agreement, propose};
+use sabaki_import::annotate::{Agreement, AnnotateSettings, agreement, propose};
 use sabaki_import::{ClipEvents, EventEntry, EventsFile, LoadedClip};
 use serde_json::{Value, json};
 
-use super::annotate_figure::{Figure, Panel};
 use super::bake::own_file;
+use super::numbers::number;
 use super::output::{check_can_be_written, check_is_no_input, table};
-use super::plot::Plot;
 use super::source::ReadArgs;
 use super::{Done, Failure, cancel};
 
@@ -24,27 +23,16 @@ pub(crate) struct Args {
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
     /// Leaves out events of less confidence, 0 to 1. All events have 0.5 or more.
-    #[arg(long, value_name = "SHARE", default_value_t = 0.5, value_parser = share)]
-    min_confidence: f64,
+    #[arg(long, value_name = "SHARE", default_value_t = 0.5, value_parser = number(0.0..=1.0))]
+    min_confidence: f32,
     /// Events file made by hand: precision and recall are printed. A clip that it does not have counts as one without events.
     #[arg(long, value_name = "FILE")]
     against: Option<PathBuf>,
-    /// Plots the speeds of limbs and trunk with the events to a .png or .svg file; - writes letters to stdout.
-    #[arg(long, value_name = "FILE")]
-    plot: Option<Plot>,
     /// Leaves out files that cannot be read and reports them (exit code 3).
     #[arg(long)]
     keep_going: bool,
     #[command(flatten)]
     read: ReadArgs,
-}
-
-fn share(text: &str) -> Result<f64, String> {
-    let value = text
-        .parse()
-        .ok()
-        .filter(|value| (0.0..=1.0).contains(value));
-    value.ok_or_else(|| "not a share from 0 to 1".to_owned())
 }
 
 /// The kinds in the order of the tables.
@@ -54,13 +42,11 @@ const KINDS: [(EventKind, &str); 2] = [
 ];
 
 pub(crate) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
-    Plot::check(args.plot.as_ref(), as_json)?;
     if !args.keep_going {
         args.clips
             .iter()
             .try_for_each(|path| own_file::check_is_none(path))?;
     }
-    args.read.check_paths(&args.clips)?;
     if let Some(out) = &args.out {
         let inputs = args.clips.iter().chain(&args.against);
         let inputs: Vec<&Path> = inputs.map(PathBuf::as_path).collect();
@@ -73,14 +59,11 @@ pub(crate) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
     if let Some(out) = &args.out {
         report.write(out)?;
     }
-    let mut text = if as_json {
+    let text = if as_json {
         Done::json(&report.document())
     } else {
         report.text()
     };
-    if let Some(plot) = &args.plot {
-        text += &plot.draw(&report.figure())?;
-    }
     let done = Done::ok(text);
     Ok(Done {
         incomplete: !report.left_out.is_empty(),
@@ -102,8 +85,6 @@ struct Report {
 struct Annotated {
     name: String,
     seconds: f64,
-    frame_rate: f64,
-    curves: SpeedCurves,
     proposed: Vec<EventEntry>,
     by_hand: Option<Vec<EventEntry>>,
 }
@@ -209,9 +190,9 @@ impl Report {
                 "clip",
                 "kind",
                 "joints",
-                "start, s",
-                "contact, s",
-                "end, s",
+                "start",
+                "contact",
+                "end",
                 "confidence",
             ],
             3,
@@ -247,21 +228,6 @@ impl Report {
         }
         text
     }
-
-    fn figure(&self) -> Figure {
-        let panel = |clip: &Annotated| Panel {
-            name: clip.name.clone(),
-            seconds: clip.seconds,
-            frame_rate: clip.frame_rate,
-            curves: clip.curves.clone(),
-            proposed: clip.proposed.clone(),
-            by_hand: clip.by_hand.clone().unwrap_or_default(),
-        };
-        let has_events = |panel: &Panel| !(panel.proposed.is_empty() && panel.by_hand.is_empty());
-        let panels: Vec<Panel> = self.clips.iter().map(panel).collect();
-        let (with, without): (Vec<Panel>, Vec<Panel>) = panels.into_iter().partition(has_events);
-        Figure::new(with, &without, self.agreement.is_some())
-    }
 }
 
 impl Annotated {
@@ -271,17 +237,11 @@ impl Annotated {
         proposed.retain(|event| {
             event
                 .confidence
-                .is_none_or(|own| own >= args.min_confidence)
+                .is_none_or(|own| own >= f64::from(args.min_confidence))
         });
         Self {
             name: clip.name().to_owned(),
             seconds: clip.duration(),
-            frame_rate: clip.frame_rate(),
-            curves: if args.plot.is_some() {
-                SpeedCurves::of(skeleton, clip)
-            } else {
-                SpeedCurves::default()
-            },
             proposed,
             by_hand: against.map(|file| file.events_of(clip.name())),
         }

@@ -1,20 +1,24 @@
-//! `sabaki coverage`: which attacks does a graph have an answer to?
+//! `sabaki coverage`: which attacks does a graph have an answer to, and how much warning does a dodge need?
 
 use std::fmt::Write;
+use std::path::PathBuf;
 
+use crate::measure::by_time::{AvoidedCount, CONTACTS, TimeRow};
 use crate::measure::coverage::{Cell, CellThrow, Coverage, Gap, HEIGHTS, LEADS};
+use crate::measure::why_hit::Cause;
+use plotters::prelude::*;
+use plotters::style::text_anchor::{HPos, Pos, VPos};
 use sabaki::maps::BakedGraph;
 use sabaki::math::in_parallel;
 use sabaki::query::{Answer, Query, QueryContext, QuerySettings};
-use serde_json::{Value, json};
-
-use super::coverage_by_time::{self, Balls};
-use super::heat_map::{HeatMap, direction_name};
-use super::numbers::whole;
-use super::plot::Plot;
-use super::source::{self, Baked, GraphArgs};
-use super::{Done, Failure, cancel, output};
+use sabaki_fixtures::balls::{BallSettings, BallThrower, Part};
 use sabaki_fixtures::throw::RandomDraw;
+use serde_json::{Map, Value, json};
+
+use super::numbers::{number, whole};
+use super::plot::{Area, Drawn, INK, text_style, write_figure};
+use super::source::{self, GraphArgs};
+use super::{Done, Failure, cancel, output};
 
 #[derive(clap::Args)]
 pub(crate) struct Args {
@@ -23,7 +27,7 @@ pub(crate) struct Args {
     /// Number of attacks, at least one of each kind. Default: 2800; with --by-time: 400 for each time.
     #[arg(long, value_name = "N", value_parser = whole::<u64>(1..=1_000_000))]
     attacks: Option<u64>,
-    /// Measures by the time from the query to the contact, with balls that would hit the continued motion.
+    /// Measures by the time from the query to the contact instead, with balls that would hit the continued motion.
     #[arg(long, conflicts_with_all = ["directions", "speed", "plot"])]
     by_time: bool,
     /// Seed of the random moments.
@@ -33,62 +37,40 @@ pub(crate) struct Args {
     #[arg(long, value_name = "N", default_value_t = 8, value_parser = whole::<u64>(2..=36))]
     directions: u64,
     /// Speed of the balls, in metres per second.
-    #[arg(long, value_name = "M/S", default_value_t = 10.0)]
+    #[arg(long, value_name = "M/S", default_value_t = 10.0, value_parser = number(0.1..=1000.0))]
     speed: f32,
-    /// Number of threads; 0 for all of the machine. The result does not depend on it.
+    /// Number of threads; 0: all of the machine. The result does not depend on it.
     #[arg(long, value_name = "N", default_value_t = 0, value_parser = whole::<u64>(0..=1024))]
     threads: u64,
-    /// Plots the table as a heat map: to a PNG or SVG file, or with - as letters to stdout.
-    #[arg(long, alias = "png", value_name = "FILE")]
-    plot: Option<Plot>,
+    /// Draws the shares as a heat map (.png).
+    #[arg(long, value_name = "FILE", value_parser = output::png_file())]
+    plot: Option<PathBuf>,
 }
 
 /// Number of gaps that are described.
 const NAMED: usize = 3;
 
 pub(crate) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
-    if !(args.speed >= 0.1 && args.speed <= 1000.0) {
-        let what = format!("--speed must be 0.1 to 1000 m/s; it is {}", args.speed);
-        return Err(Failure::Usage(what));
-    }
-    Plot::check(args.plot.as_ref(), as_json)?;
     cancel::listen();
     let baked = args.graph.load()?;
-    if args.by_time {
-        return by_time(args, &baked, as_json);
-    }
-    let coverage = throw_all(args, &baked.graph)?;
-    let drawn = match &args.plot {
-        None => String::new(),
-        Some(plot) => plot.draw(&HeatMap {
-            coverage: &coverage,
-        })?,
+    let (mut document, text) = if args.by_time {
+        let rows = throw_by_time(args, &baked)?;
+        (time_document(&rows), time_text(&rows))
+    } else {
+        let coverage = throw_all(args, &baked)?;
+        if let Some(path) = &args.plot {
+            let map = HeatMap {
+                coverage: &coverage,
+            };
+            write_figure(path, map.size(), |area| map.draw(area))?;
+        }
+        (document(&coverage), text(&coverage))
     };
     Ok(Done::ok(if as_json {
-        let mut document = document(&coverage);
         document["graph"] = source::statistics(&baked);
         Done::json(&document)
     } else {
-        format!("{}\n{}{drawn}", source::describe(&baked), text(&coverage))
-    }))
-}
-
-fn by_time(args: &Args, baked: &Baked, as_json: bool) -> Result<Done, Failure> {
-    /// Number of balls for each time.
-    const ATTACKS: u64 = 400;
-    let balls = Balls {
-        attacks: args.attacks.unwrap_or(ATTACKS),
-        seed: args.seed,
-        threads: args.threads as usize,
-    };
-    let rows = coverage_by_time::throw_all(balls, &baked.graph)?;
-    Ok(Done::ok(if as_json {
-        let mut document = coverage_by_time::document(&rows);
-        document["graph"] = source::statistics(baked);
-        Done::json(&document)
-    } else {
-        let table = coverage_by_time::text(&rows);
-        format!("{}\n{table}", source::describe(baked))
+        format!("{}\n{text}", source::headline(&baked))
     }))
 }
 
@@ -232,7 +214,8 @@ fn text(coverage: &Coverage) -> String {
     let [thrown, avoided] = coverage.counts(|_| true);
     let [low, high] = coverage.interval(|_| true).map(percent);
     let mut text = format!(
-        "{avoided} of {thrown} attacks are avoided (95% interval: {low} to {high}). Shares by height, direction and lead (time from the query to the throw):\n{table}\n\n"
+        "{avoided} of {thrown} attacks are avoided (95% interval: {low} to {high}). Shares by height, direction and lead\n\
+         (time from the query to the throw):\n{table}\n\n"
     );
     text.push_str(&words(coverage));
     text
@@ -268,7 +251,7 @@ fn words(coverage: &Coverage) -> String {
     for gap in gaps.iter().take(NAMED) {
         let _ = writeln!(
             text,
-            "  {}-high from the {}: {} avoided; with a lead of {:.2} s {}, against {} of all attacks with that lead",
+            "  {}-high from the {}: {} avoided; with a lead of {:.2} s {} ({} of all with that lead)",
             HEIGHTS[gap.cell.height].0,
             direction_name(coverage, gap.cell.direction),
             percent(gap.any_lead),
@@ -286,4 +269,256 @@ fn words(coverage: &Coverage) -> String {
         ),
     }
     text
+}
+
+/// Throws the balls of every contact.
+fn throw_by_time(args: &Args, baked: &BakedGraph) -> Result<Vec<TimeRow>, Failure> {
+    /// Number of balls for each time.
+    const ATTACKS: u64 = 400;
+    /// Balls that one thread takes at a time.
+    const BATCH: u64 = 50;
+    let attacks = args.attacks.unwrap_or(ATTACKS);
+    let bar = output::progress("throwing", attacks * CONTACTS.len() as u64);
+    let thrower = BallThrower::new(baked, BallSettings::default());
+    let settings = QuerySettings::default();
+    let query = Query::new(baked, &settings);
+    let batches = attacks.div_ceil(BATCH);
+    let of_batch = |number: usize| -> Result<TimeRow, Failure> {
+        let contact = CONTACTS[number / batches as usize];
+        let first = number as u64 % batches * BATCH;
+        let mut row = TimeRow {
+            contact,
+            ..TimeRow::default()
+        };
+        let (mut context, mut answer) = (QueryContext::default(), Answer::default());
+        for index in first..(first + BATCH).min(attacks) {
+            cancel::check()?;
+            let thrown = thrower.throw(
+                contact,
+                RandomDraw {
+                    seed: args.seed,
+                    index,
+                },
+            );
+            let thrown = thrown.map_err(|error| Failure::Attack {
+                index: index as usize,
+                error,
+            })?;
+            bar.inc(1);
+            let Some(thrown) = thrown else { continue };
+            let throw = &thrown.throw;
+            query.answer(throw.request(), &mut context, &mut answer);
+            row.add(baked, &thrown, &answer);
+        }
+        Ok(row)
+    };
+    let found = in_parallel(
+        args.threads as usize,
+        batches as usize * CONTACTS.len(),
+        of_batch,
+    );
+    bar.finish_and_clear();
+    let mut rows = CONTACTS.map(|contact| TimeRow {
+        contact,
+        ..TimeRow::default()
+    });
+    for (number, batch) in found.into_iter().enumerate() {
+        rows[number / batches as usize] += batch?;
+    }
+    Ok(rows.to_vec())
+}
+
+fn time_document(rows: &[TimeRow]) -> Value {
+    let round = |share: f64| (share * 1e4).round() / 1e4;
+    // Nothing is known of what no ball was thrown at.
+    let known = |share: AvoidedCount, value: f64| (share.attacks > 0).then(|| round(value));
+    let avoided = |share: AvoidedCount| known(share, share.value());
+    let interval = |share: AvoidedCount| share.interval().map(|end| known(share, end));
+    let row = |row: &TimeRow| {
+        let [low, high] = interval(row.all);
+        let of_part = |part: Part| (part.name().to_owned(), row.parts[part as usize]);
+        let parts = Part::ALL.map(of_part);
+        let walking = row.walking;
+        let [walking_low, walking_high] = interval(walking);
+        json!({
+            "contact_s": (f64::from(row.contact) * 1e3).round() / 1e3,
+            "attacks": row.all.attacks,
+            "avoided": avoided(row.all),
+            "low": low,
+            "high": high,
+            "parts": parts.iter().cloned().map(|(name, share)| (name, json!(avoided(share)))).collect::<Map<_, _>>(),
+            "parts_attacks": parts.iter().cloned().map(|(name, share)| (name, json!(share.attacks))).collect::<Map<_, _>>(),
+            "walking": {
+                "attacks": walking.attacks,
+                "avoided": avoided(walking),
+                "low": walking_low,
+                "high": walking_high,
+                "walks_on": avoided(row.walking_on),
+            },
+            "hits": Cause::ALL.into_iter().zip(row.causes.counts)
+                .map(|(cause, count)| (cause.name().replace(' ', "_"), json!(count)))
+                .collect::<Map<_, _>>(),
+            "short_by_m": row.causes.short_by().map(round),
+        })
+    };
+    json!({ "by_time": rows.iter().map(row).collect::<Vec<_>>() })
+}
+
+/// The shares that are avoided, and the hits by their reasons: a table each.
+fn time_text(rows: &[TimeRow]) -> String {
+    let head = ["contact after", "attacks", "avoided", "95% interval"].into_iter();
+    let head = head.chain(Part::ALL.map(Part::name));
+    let head: Vec<&str> = head.chain(["walking", "walks on"]).collect();
+    let mut shares = output::table(&head, 0);
+    let head = ["contact after", "hits"].into_iter();
+    let head: Vec<&str> = head
+        .chain(Cause::ALL.map(Cause::name))
+        .chain(["short by"])
+        .collect();
+    let mut hits = output::table(&head, 0);
+    let percent = |share: AvoidedCount| match share.attacks {
+        0 => "-".to_owned(),
+        _ => format!("{:.0}%", 100.0 * share.value()),
+    };
+    for row in rows {
+        let [low, high] = row.all.interval().map(|end| 100.0 * end);
+        let contact = format!("{:.2} s", row.contact);
+        let first = [
+            contact.clone(),
+            row.all.attacks.to_string(),
+            percent(row.all),
+            format!("{low:.0}-{high:.0}%"),
+        ];
+        let walking = [row.walking, row.walking_on].map(percent);
+        shares.add_row(
+            first
+                .into_iter()
+                .chain(row.parts.map(percent))
+                .chain(walking),
+        );
+        let counts = row.causes.counts.iter();
+        let sum: usize = counts.map(|&count| count as usize).sum();
+        let counts = row.causes.counts.map(|count| count.to_string());
+        let short = row.causes.short_by();
+        let short = short.map_or("-".to_owned(), |metres| format!("{:.1} cm", 100.0 * metres));
+        let first = [contact, sum.to_string()].into_iter();
+        hits.add_row(first.chain(counts).chain([short]));
+    }
+    format!(
+        "Balls of radius 0.1 m at 8 m/s that would hit the continued motion, seen for the last 2.5 m of their\n\
+         flight, from the query on. Shares avoided, of all and by part; of a character that walks, and by its\n\
+         upper body alone while it walks on:\n{shares}\n\n\
+         The hits by reason. no plausible entry: no evasion can be entered plausibly. no time: no evasion gets\n\
+         far enough. feet, too short: the best candidate leaves a leg, or another part of the body, in the\n\
+         way. short by: mean depth of these hits.\n{hits}\n"
+    )
+}
+
+/// The shares as a heat map: a block for each height from the head down, rows are directions, columns leads.
+struct HeatMap<'a> {
+    coverage: &'a Coverage,
+}
+
+/// Pixels of a cell.
+const CELL: (i32, i32) = (64, 26);
+/// Pixels left of the cells for the names of heights and directions, and above them for title and leads.
+const NAMES: i32 = 190;
+const HEAD: i32 = 96;
+/// Pixels between the blocks, and around the figure.
+const GAP: i32 = 12;
+
+impl HeatMap<'_> {
+    /// Pixels of a block and the gap below it.
+    fn block(&self) -> i32 {
+        self.coverage.directions() as i32 * CELL.1 + GAP
+    }
+
+    fn share(&self, cell: Cell) -> f64 {
+        self.coverage.share(|other| other == cell)
+    }
+
+    /// Number of attacks of each cell; all have as many.
+    fn attacks(&self) -> String {
+        let first = Coverage::cell(0);
+        match self.coverage.counts(|cell| cell == first) {
+            [1, _] => "1 attack a cell".to_owned(),
+            [thrown, _] => format!("{thrown} attacks a cell"),
+        }
+    }
+
+    fn size(&self) -> [u32; 2] {
+        let width = NAMES + LEADS.len() as i32 * CELL.0 + GAP;
+        let height = HEAD + HEIGHTS.len() as i32 * self.block();
+        [width.max(560) as u32, height as u32]
+    }
+
+    fn draw(&self, area: &Area<'_>) -> Drawn {
+        let style = text_style;
+        let centred = |size, colour| style(size, colour).pos(Pos::new(HPos::Center, VPos::Center));
+        let title = format!("Share of attacks avoided, in percent; {}", self.attacks());
+        area.draw(&Text::new(title, (GAP, 10), style(22, INK)))?;
+        let leads = "lead: seconds from the query to the throw";
+        area.draw(&Text::new(leads, (NAMES, 44), style(17, INK)))?;
+        for (column, lead) in (0..).zip(LEADS) {
+            let middle = (NAMES + column * CELL.0 + CELL.0 / 2, HEAD - 14);
+            area.draw(&Text::new(format!("{lead:.2} s"), middle, centred(16, INK)))?;
+        }
+        for (place, height) in (0..).zip((0..HEIGHTS.len()).rev()) {
+            let top = HEAD + place * self.block();
+            area.draw(&Text::new(
+                HEIGHTS[height].0,
+                (GAP, top + 4),
+                style(18, INK),
+            ))?;
+            for direction in 0..self.coverage.directions() {
+                let y = top + direction as i32 * CELL.1;
+                let right = Pos::new(HPos::Right, VPos::Center);
+                let name = direction_name(self.coverage, direction);
+                let at = (NAMES - 10, y + CELL.1 / 2);
+                area.draw(&Text::new(name, at, style(16, INK).pos(right)))?;
+                for (column, lead) in (0..).zip(0..LEADS.len()) {
+                    let share = self.share(Cell {
+                        direction,
+                        height,
+                        lead,
+                    });
+                    let x = NAMES + column * CELL.0;
+                    let fill = heat(share).filled();
+                    let corners = [(x, y), (x + CELL.0 - 2, y + CELL.1 - 2)];
+                    area.draw(&Rectangle::new(corners, fill))?;
+                    let middle = (x + CELL.0 / 2 - 1, y + CELL.1 / 2 - 1);
+                    let text = format!("{:.0}", 100.0 * share);
+                    area.draw(&Text::new(text, middle, centred(16, WHITE)))?;
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+/// From red over brown to green.
+fn heat(share: f64) -> RGBColor {
+    const NONE: [f64; 3] = [170.0, 30.0, 30.0];
+    const ALL: [f64; 3] = [30.0, 120.0, 60.0];
+    let mix = |axis: usize| (NONE[axis] + (ALL[axis] - NONE[axis]) * share) as u8;
+    RGBColor(mix(0), mix(1), mix(2))
+}
+
+/// The name of a direction, or its angle where it has no name.
+fn direction_name(coverage: &Coverage, direction: usize) -> String {
+    const NAMES: [&str; 8] = [
+        "front",
+        "front left",
+        "left",
+        "back left",
+        "back",
+        "back right",
+        "right",
+        "front right",
+    ];
+    let eighths = 8 * direction;
+    if eighths.is_multiple_of(coverage.directions()) {
+        return NAMES[eighths / coverage.directions()].to_owned();
+    }
+    format!("{:.0}° left", coverage.from(direction).to_degrees())
 }

@@ -1,27 +1,22 @@
 //! Which culling paths run on this machine, and running them.
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
+use sabaki::gpu::{self, CullerDesc, GpuError};
 use sabaki::internal::AttackDrawing;
 use sabaki::maps::RegionAtlas;
 use sabaki::query::CullPath;
 use sabaki::query::cull::{Counted, CullInput, Overlap, cpu};
+use sabaki_fixtures::headless::{DeviceChoice, Headless, HeadlessDesc};
 
 use super::Failure;
-
-#[path = "device.rs"]
-mod device;
-
-pub(crate) use device::{DeviceReport, PathTimes, list};
 
 /// Reads a culling path from the command line.
 pub(crate) fn path_parser() -> impl TypedValueParser<Value = CullPath> {
     let help = |path| match path {
         CullPath::Exact => "No culling: every candidate is tested exactly, over the whole attack",
         CullPath::Cpu => "The maps on the CPU",
-        CullPath::Stencil => {
-            "The maps by the stencil buffer and occlusion queries of the Vulkan device"
-        }
-        CullPath::Compute => "The maps as masks of bits, by a compute shader of the Vulkan device",
+        CullPath::Stencil => "The maps by the stencil buffer and occlusion queries of the device",
+        CullPath::Compute => "The maps as masks of bits, by a compute shader of the device",
     };
     let values = CullPath::ALL.map(|path| PossibleValue::new(path.name()).help(help(path)));
     PossibleValuesParser::new(values)
@@ -32,34 +27,70 @@ pub(crate) fn path_parser() -> impl TypedValueParser<Value = CullPath> {
 #[derive(Clone, Debug, clap::Args)]
 #[command(next_help_heading = "General")]
 pub(crate) struct DeviceArgs {
-    /// Use the Vulkan device whose name contains this (any case); otherwise the most capable one.
-    #[arg(long, global = true, value_name = "NAME")]
-    pub(crate) device: Option<String>,
-    /// Listen to Vulkan's validation layer, and print what it says on stderr.
-    #[arg(long, global = true)]
+    /// Uses the Vulkan device whose name contains this (any case), instead of the most capable one.
+    #[arg(long, value_name = "NAME")]
+    device: Option<String>,
+    /// Prints the messages of Vulkan's validation layer to stderr.
+    #[arg(long)]
     pub(crate) validation: bool,
 }
 
 impl DeviceArgs {
-    /// Refuses these options where no device is used. `by` names the command.
-    pub(crate) fn check_unused(&self, by: &str) -> Result<(), Failure> {
-        let option = match (&self.device, self.validation) {
-            (Some(_), _) => "--device",
-            (None, true) => "--validation",
-            (None, false) => return Ok(()),
-        };
-        let what = format!("{option} needs a command that uses a Vulkan device; {by} uses none");
-        Err(Failure::Usage(what))
+    pub(crate) fn is_given(&self) -> bool {
+        self.device.is_some() || self.validation
+    }
+
+    pub(crate) fn choice(&self) -> DeviceChoice {
+        let name = self.device.clone();
+        name.map_or(DeviceChoice::Best, DeviceChoice::Named)
+    }
+
+    /// Creates the device.
+    pub(crate) fn headless(&self) -> Result<Headless, GpuError> {
+        Headless::new(&HeadlessDesc {
+            device: self.choice(),
+            validation: self.validation,
+            ..HeadlessDesc::default()
+        })
+    }
+}
+
+/// Frees a device, and prints what validation said.
+pub(crate) fn destroy(device: Headless) {
+    for message in device.destroy() {
+        eprintln!("validation: {message:?}");
+    }
+}
+
+/// Opens the most capable device, if there is one, or the one that the arguments name.
+///
+/// # Errors
+/// The device that the arguments name cannot be opened.
+pub(crate) fn open(args: &DeviceArgs) -> Result<Result<Headless, String>, Failure> {
+    let opened = args.headless().map_err(|error| error.to_string());
+    match (opened, &args.device) {
+        (Err(why), Some(name)) => Err(Failure::Device(format!("--device {name}: {why}"))),
+        (opened, _) => Ok(opened),
     }
 }
 
 /// The culling paths of one graph.
 pub(crate) struct Culling {
-    device: Device,
-    culler: Option<device::Culler>,
+    device: Result<DeviceCullers, String>,
     cpu: cpu::Culler,
     /// Counts what no choice needs, too.
     whole: cpu::Culler,
+}
+
+/// A device with the cullers of one graph.
+struct DeviceCullers {
+    // `None` only while it is destroyed.
+    headless: Option<Headless>,
+    name: String,
+    /// The culler, or why there is none.
+    stencil: Result<gpu::Culler, String>,
+    /// Created at its first use.
+    compute: Option<gpu::Culler>,
 }
 
 /// One path of a [`Culling`].
@@ -82,42 +113,23 @@ impl OnePath<'_> {
         self.culling.count(self.path, input, overlaps)
     }
 
-    /// As [`Culling::count_whole`].
+    /// Counts everything, outer maps included, which a choice does not need and the times of
+    /// [`OnePath::count`] do not hold. All paths count the same.
     pub(crate) fn count_whole(
         &mut self,
         input: &CullInput<'_>,
         overlaps: &mut Vec<Overlap>,
     ) -> Result<(), Failure> {
-        self.culling.count_whole(input, overlaps)
+        self.culling.whole.count(input, overlaps);
+        Ok(())
     }
-}
-
-/// A Vulkan device, or why there is none.
-pub(crate) type Device = Result<device::Opened, String>;
-
-/// Opens the most capable device, if there is one, or the one that the arguments name.
-///
-/// # Errors
-/// The device that the arguments name cannot be opened.
-pub(crate) fn open(args: &DeviceArgs) -> Result<Device, Failure> {
-    match (try_open(args), &args.device) {
-        (Err(why), Some(name)) => Err(Failure::Device(format!("--device {name}: {why}"))),
-        (device, _) => Ok(device),
-    }
-}
-
-/// Opens the device that the arguments ask for.
-pub(crate) fn try_open(args: &DeviceArgs) -> Device {
-    device::Opened::new(args)
 }
 
 impl Culling {
     /// The maps of `atlas` go to the device, if there is one that takes them.
-    pub(crate) fn new(mut device: Device, atlas: &RegionAtlas) -> Self {
-        let culler = device.as_mut().ok().map(|device| device.culler(atlas));
+    pub(crate) fn new(device: Result<Headless, String>, atlas: &RegionAtlas) -> Self {
         Self {
-            device,
-            culler,
+            device: device.map(|headless| DeviceCullers::new(headless, atlas)),
             cpu: cpu::Culler::default().counting(Counted::FOR_A_CHOICE),
             whole: cpu::Culler::default(),
         }
@@ -127,7 +139,6 @@ impl Culling {
     pub(crate) fn without_device(why: String) -> Self {
         Self {
             device: Err(why),
-            culler: None,
             cpu: cpu::Culler::default().counting(Counted::FOR_A_CHOICE),
             whole: cpu::Culler::default(),
         }
@@ -153,13 +164,7 @@ impl Culling {
 
     /// Which device culls, if there is one.
     pub(crate) fn device_name(&self) -> Option<&str> {
-        self.device.as_ref().ok().map(device::Opened::name)
-    }
-
-    /// Times of the passes on the device, if [`device::Opened::time_passes`] was asked for.
-    pub(crate) fn pass_times(&self) -> Vec<&PathTimes> {
-        let device = self.device.as_ref().ok();
-        device.map_or(Vec::new(), |device| device.pass_times().collect())
+        self.device.as_ref().ok().map(|device| device.name.as_str())
     }
 
     /// The stencil path where it can run, else the CPU's.
@@ -195,11 +200,10 @@ impl Culling {
         format!("culling: {}{why}", ways.join("; "))
     }
 
-    /// The name of the device that takes the stencil path, or why none does.
-    fn stencil(&self) -> Result<&str, &str> {
+    /// Whether the stencil path can run, or why not.
+    fn stencil(&self) -> Result<(), &str> {
         let device = self.device.as_ref().map_err(String::as_str)?;
-        let culler = self.culler.as_ref().ok_or("it has no maps")?;
-        culler.stencil().map(|()| device.name())
+        device.stencil.as_ref().map(drop).map_err(String::as_str)
     }
 
     /// Makes what a path needs on the device and takes the maps there, so that the first query's time is one like the others.
@@ -216,26 +220,12 @@ impl Culling {
         self.count(path, &input, &mut Vec::new())
     }
 
-    /// Counts everything, outer maps included, which a choice does not need and the times of
-    /// [`Culling::count`] do not hold. All paths count the same.
-    ///
-    /// # Errors
-    /// None.
-    pub(crate) fn count_whole(
-        &mut self,
-        input: &CullInput<'_>,
-        overlaps: &mut Vec<Overlap>,
-    ) -> Result<(), Failure> {
-        self.whole.count(input, overlaps);
-        Ok(())
-    }
-
     /// Counts the overlaps that a choice needs. [`CullPath::Exact`] counts them as well, on the CPU: they are a part of
     /// the score.
     ///
     /// # Errors
     /// The paths of the device without one, or with one that fails.
-    pub(crate) fn count(
+    fn count(
         &mut self,
         path: CullPath,
         input: &CullInput<'_>,
@@ -245,13 +235,86 @@ impl Culling {
             self.cpu.count(input, overlaps);
             return Ok(());
         }
-        let counted = match (&mut self.device, &mut self.culler) {
-            (Ok(device), Some(culler)) => device.cull(culler, path, input),
-            (Err(why), _) => Err(why.clone()),
-            _ => Err("the device has no maps".to_owned()),
+        let counted = match &mut self.device {
+            Ok(device) => device.count(path, input),
+            Err(why) => Err(why.clone()),
         };
         let failed = |why| format!("the {} path cannot run: {why}", path.name());
         *overlaps = counted.map_err(|why| Failure::Device(failed(why)))?;
         Ok(())
+    }
+}
+
+fn make(
+    headless: &mut Headless,
+    path: CullPath,
+    atlas: &RegionAtlas,
+) -> Result<gpu::Culler, String> {
+    let desc = CullerDesc {
+        name: path.name(),
+        counted: Counted::FOR_A_CHOICE,
+        ..CullerDesc::new(path, atlas)
+    };
+    let made = headless.make(|context, memory| gpu::Culler::new(context, memory, &desc));
+    made.map_err(|error| error.to_string())
+}
+
+impl DeviceCullers {
+    fn new(mut headless: Headless, atlas: &RegionAtlas) -> Self {
+        Self {
+            stencil: make(&mut headless, CullPath::Stencil, atlas),
+            compute: None,
+            name: headless.device_name().to_owned(),
+            headless: Some(headless),
+        }
+    }
+
+    fn count(&mut self, path: CullPath, input: &CullInput<'_>) -> Result<Vec<Overlap>, String> {
+        let gone = || GpuError::Unfinished.to_string();
+        let headless = self.headless.as_mut().ok_or_else(gone)?;
+        let culler = match path {
+            CullPath::Compute => {
+                if self.compute.is_none() {
+                    self.compute = Some(make(headless, path, input.atlas)?);
+                }
+                self.compute.as_mut().ok_or_else(gone)?
+            }
+            _ => self.stencil.as_mut().map_err(|why| why.clone())?,
+        };
+        match headless.cull(culler, input) {
+            Ok(overlaps) => Ok(overlaps),
+            // A limit of this device or of the culler's buffers: the CPU has none, and counts the
+            // same.
+            Err(GpuError::Limit {
+                limit,
+                needed,
+                most,
+            }) => {
+                tracing::warn!(
+                    limit,
+                    needed,
+                    most,
+                    "beyond the device's limits, counted on the cpu"
+                );
+                let mut overlaps = Vec::new();
+                cpu::count(input, &mut overlaps);
+                Ok(overlaps)
+            }
+            Err(error) => Err(error.to_string()),
+        }
+    }
+}
+
+impl Drop for DeviceCullers {
+    fn drop(&mut self) {
+        let Some(mut headless) = self.headless.take() else {
+            return;
+        };
+        let stencil = std::mem::replace(&mut self.stencil, Err(String::new()));
+        let cullers = stencil.ok().into_iter().chain(self.compute.take());
+        if let Ok(memory) = headless.memory() {
+            cullers.for_each(|culler| culler.destroy(memory));
+        }
+        destroy(headless);
     }
 }

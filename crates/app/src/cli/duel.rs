@@ -1,25 +1,22 @@
 //! `sabaki duel`: two fighters of one graph, in turn.
 
-use std::fmt::Write;
 use std::time::Instant;
 
-use sabaki::duel::Fighter;
-use sabaki::duel::{Duel, DuelError, DuelSettings, Exchange, Score};
+use sabaki::duel::{Duel, DuelError, DuelSettings, Exchange, Fighter, Score};
 use sabaki::graph::EdgeId;
-use sabaki::internal::AttackGridReport;
 use sabaki::maps::{AttackGrid, AttackGridSettings, BakedGraph};
 use sabaki::query::{Answer, Query, QueryContext, QuerySettings};
 use serde_json::{Value, json};
 
-use super::culling::DeviceArgs;
-use super::numbers::whole;
+use super::numbers::{number, whole};
 use super::source::{self, GraphArgs};
 use super::{Done, Failure, cancel, output};
 
+/// A duel; `render duel` draws the same.
 #[derive(clap::Args)]
-pub(crate) struct Args {
+pub(crate) struct FightArgs {
     #[command(flatten)]
-    graph: GraphArgs,
+    pub(crate) graph: GraphArgs,
     /// Number of exchanges. The attacker changes after each.
     #[arg(long, value_name = "N", default_value_t = 8, value_parser = whole::<u32>(1..=10_000))]
     rounds: u32,
@@ -27,139 +24,86 @@ pub(crate) struct Args {
     #[arg(long, value_name = "S", default_value_t = 1, value_parser = whole::<u64>(0..=u64::MAX))]
     seed: u64,
     /// Initial distance between the characters, in metres.
-    #[arg(long, value_name = "METRES", default_value_t = DuelSettings::default().opening)]
+    #[arg(long, value_name = "METRES", default_value_t = DuelSettings::default().opening, value_parser = number(0.3..=6.0))]
     apart: f32,
-    /// Number of threads that build the attack grid; 0 for all of the machine. The duel does not depend on it.
-    #[arg(long, value_name = "N", default_value_t = 0, value_parser = whole::<u64>(0..=1024))]
-    threads: u64,
-    #[command(flatten)]
-    film: super::render::DuelArgs,
 }
 
-/// A finished duel, with its duration and the times of its queries.
+/// A finished duel, with the times of its queries.
 pub(crate) struct DuelRun {
     pub(crate) exchanges: Vec<Exchange>,
     /// Duration of each exchange's query, in milliseconds.
-    pub(crate) query_ms: Vec<f64>,
-    pub(crate) score: Score,
+    query_ms: Vec<f64>,
+    score: Score,
     pub(crate) fighters: [Fighter; 2],
-    pub(crate) seconds: f32,
+    seconds: f32,
     /// Reason why the duel ended before its last round.
-    pub(crate) ended: Option<DuelError>,
+    ended: Option<DuelError>,
 }
 
-/// The attack grid, and the time that it took to build.
-struct BuiltGrid {
-    grid: AttackGrid,
-    seconds: f64,
-}
+/// The attack grid, and the seconds that it took to build.
+type BuiltGrid = (AttackGrid, f64);
 
-pub(crate) fn run(args: &Args, device: &DeviceArgs, as_json: bool) -> Result<Done, Failure> {
-    args.film.check(args.rounds)?;
-    if !args.film.draws() {
-        device.check_unused("duel without --out")?;
-    }
-    let settings = args.settings()?;
+pub(crate) fn run(args: &FightArgs, as_json: bool) -> Result<Done, Failure> {
     cancel::listen();
     let baked = args.graph.load()?;
-    let built = build_grid(&baked.graph, args.threads as usize);
-    let fought = built.fight(&baked.graph, args.rounds, &settings)?;
-    let told = args.film.draw(&baked.graph, &fought, device)?;
-    // A duel that could not be fought out is no duel.
-    let no = fought.ended.is_some();
+    let (built, fought) = fight(&baked, args)?;
     let text = if as_json {
-        let mut document = document(&baked.graph, &built, &fought);
+        let mut document = document(&baked, &fought);
+        document["attack_grid"] = json!({ "build_seconds": built.1, "size": built.0.report() });
         document["graph"] = source::statistics(&baked);
-        if let Some((film, _)) = told {
-            document["film"] = film;
-        }
         Done::json(&document)
     } else {
-        let mut text = source::describe(&baked);
-        text.push_str(&describe(&baked.graph, &built, &fought));
-        if let Some((_, film)) = told {
-            text.push_str(&film);
-        }
-        text
+        let headline = source::headline(&baked);
+        format!("{headline}{}", describe(&baked, &built, &fought))
     };
-    Ok(Done::answer(text, !no))
+    // A duel that could not be fought out is no duel.
+    Ok(Done::answer(text, fought.ended.is_none()))
 }
 
-fn build_grid(baked: &BakedGraph, threads: usize) -> BuiltGrid {
+/// Builds the attack grid and runs the duel.
+pub(crate) fn fight(baked: &BakedGraph, args: &FightArgs) -> Result<(BuiltGrid, DuelRun), Failure> {
+    let usage = |error: DuelError| Failure::Usage(error.to_string());
+    let settings = DuelSettings {
+        seed: args.seed,
+        opening: args.apart,
+        ..DuelSettings::default()
+    };
     let started = Instant::now();
-    let mut settings = AttackGridSettings::default();
-    settings.paths.threads = threads;
-    BuiltGrid {
-        grid: AttackGrid::new(baked, &settings),
-        seconds: started.elapsed().as_secs_f64(),
-    }
-}
-
-impl Args {
-    /// The settings, checked before any work is done; errors name the option.
-    fn settings(&self) -> Result<DuelSettings, Failure> {
-        let settings = DuelSettings {
-            seed: self.seed,
-            opening: self.apart,
-            ..DuelSettings::default()
-        };
-        match settings.check() {
-            Ok(()) => Ok(settings),
-            Err(DuelError::Setting {
-                name: "opening",
-                value,
-                least,
-                most,
-            }) => Err(Failure::Usage(format!(
-                "--apart {value}: must be {least} to {most} metres"
-            ))),
-            Err(other) => Err(Failure::Usage(other.to_string())),
-        }
-    }
-}
-
-impl BuiltGrid {
-    /// Runs a duel of two characters for a number of rounds.
-    fn fight(
-        &self,
-        baked: &BakedGraph,
-        rounds: u32,
-        settings: &DuelSettings,
-    ) -> Result<DuelRun, Failure> {
-        let usage = |error: DuelError| Failure::Usage(error.to_string());
-        let mut duel = Duel::new(baked, &self.grid, settings).map_err(usage)?;
-        let bar = output::progress("fighting", u64::from(rounds));
-        let settings = QuerySettings::default();
-        let query = Query::new(baked, &settings);
-        let (mut context, mut answer) = (QueryContext::default(), Answer::default());
-        let (mut query_ms, mut ended) = (Vec::new(), None);
-        while query_ms.len() < rounds as usize {
-            cancel::check()?;
-            let challenge = match duel.challenge() {
-                Ok(challenge) => challenge,
-                Err(error) => {
-                    ended = Some(error);
-                    break;
-                }
-            };
-            let started = Instant::now();
-            query.answer(challenge.request(), &mut context, &mut answer);
-            let milliseconds = started.elapsed().as_secs_f64() * 1e3;
-            if duel.settle(&challenge, &answer).is_some() {
-                query_ms.push(milliseconds);
-                bar.inc(1);
+    let grid = AttackGrid::new(baked, &AttackGridSettings::default());
+    let seconds = started.elapsed().as_secs_f64();
+    let mut duel = Duel::new(baked, &grid, &settings).map_err(usage)?;
+    let bar = output::progress("fighting", u64::from(args.rounds));
+    let settings = QuerySettings::default();
+    let query = Query::new(baked, &settings);
+    let (mut context, mut answer) = (QueryContext::default(), Answer::default());
+    let (mut query_ms, mut ended) = (Vec::new(), None);
+    while query_ms.len() < args.rounds as usize {
+        cancel::check()?;
+        let challenge = match duel.challenge() {
+            Ok(challenge) => challenge,
+            Err(error) => {
+                ended = Some(error);
+                break;
             }
+        };
+        let started = Instant::now();
+        query.answer(challenge.request(), &mut context, &mut answer);
+        let milliseconds = started.elapsed().as_secs_f64() * 1e3;
+        if duel.settle(&challenge, &answer).is_some() {
+            query_ms.push(milliseconds);
+            bar.inc(1);
         }
-        bar.finish_and_clear();
-        Ok(DuelRun {
-            exchanges: duel.exchanges().to_vec(),
-            query_ms,
-            score: duel.score(),
-            seconds: duel.now(),
-            fighters: duel.into_fighters(),
-            ended,
-        })
     }
+    bar.finish_and_clear();
+    let fought = DuelRun {
+        exchanges: duel.exchanges().to_vec(),
+        query_ms,
+        score: duel.score(),
+        seconds: duel.now(),
+        fighters: duel.into_fighters(),
+        ended,
+    };
+    Ok(((grid, seconds), fought))
 }
 
 /// The clip that an edge starts in.
@@ -168,7 +112,8 @@ pub(crate) fn clip_of(baked: &BakedGraph, edge: EdgeId) -> &str {
     graph.clip(graph.node(graph.edge(edge).from).clip).name()
 }
 
-fn document(baked: &BakedGraph, built: &BuiltGrid, fought: &DuelRun) -> Value {
+/// The score and all exchanges as JSON.
+pub(crate) fn document(baked: &BakedGraph, fought: &DuelRun) -> Value {
     let numbers = |edges: &[EdgeId]| edges.iter().map(|edge| edge.0).collect::<Vec<_>>();
     let exchanges = fought.exchanges.iter().zip(&fought.query_ms);
     let exchanges: Vec<Value> = exchanges
@@ -203,74 +148,62 @@ fn document(baked: &BakedGraph, built: &BuiltGrid, fought: &DuelRun) -> Value {
         },
         "ended": fought.ended.map(|error| error.to_string()),
         "exchanges": exchanges,
-        "attack_grid": {
-            "build_seconds": built.seconds,
-            "size": built.grid.report(),
-        },
     })
 }
 
-fn describe(baked: &BakedGraph, built: &BuiltGrid, fought: &DuelRun) -> String {
-    let AttackGridReport {
-        nodes,
-        cells,
-        options,
-        bytes,
-        paths,
-        path_bytes,
-    } = built.grid.report();
-    let mut text = format!(
-        "attack grid of {nodes} nodes built in {:.2} s: {} paths, {cells} cells, {options} entries; {:.1} MB, and {:.1} MB of paths\n\n",
-        built.seconds,
-        paths.kept,
-        bytes as f64 * 1e-6,
-        path_bytes as f64 * 1e-6,
-    );
+fn describe(baked: &BakedGraph, (grid, seconds): &BuiltGrid, fought: &DuelRun) -> String {
+    let grid = grid.report();
     let head = [
         "attacker",
         "attack",
         "answer",
         "by",
-        "at s",
-        "lead s",
-        "path",
-        "candidates",
-        "clearance cm",
-        "without dodge cm",
-        "query ms",
+        "at",
+        "lead",
+        "clearance",
+        "undodged",
+        "ms",
     ];
     let mut table = output::table(&head, 4);
     for (exchange, query_ms) in fought.exchanges.iter().zip(&fought.query_ms) {
         let by = exchange
             .evasion
             .map_or("continued motion", |edge| clip_of(baked, edge));
-        table.add_row(vec![
+        table.add_row([
             exchange.attacker.name().to_owned(),
             clip_of(baked, exchange.strike).to_owned(),
             if exchange.avoided { "avoided" } else { "HIT" }.to_owned(),
             by.to_owned(),
-            format!("{:.2}", exchange.announced),
-            format!("{:.2}", exchange.lead),
-            exchange.path.len().to_string(),
-            exchange.counts.candidates.to_string(),
-            format!("{:.1}", 100.0 * exchange.clearance.metres),
-            format!("{:.1}", 100.0 * exchange.without),
+            format!("{:.2} s", exchange.announced),
+            format!("{:.2} s", exchange.lead),
+            format!("{:.1} cm", 100.0 * exchange.clearance.metres),
+            format!("{:.1} cm", 100.0 * exchange.without),
             format!("{query_ms:.2}"),
         ]);
     }
-    let _ = writeln!(text, "{table}");
+    let mut text = format!(
+        "attack grid built in {seconds:.2} s: {} paths, {} cells; {:.1} MB\n\n{table}\n\
+         lead: time from the announcement to the blow. undodged: clearance if the motion went on.\n\n{}\n",
+        grid.paths.kept,
+        grid.cells,
+        (grid.bytes + grid.path_bytes) as f64 * 1e-6,
+        score_line(fought),
+    );
+    if let Some(error) = fought.ended {
+        text += &format!("the duel ended early: {error}\n");
+    }
+    text
+}
+
+/// The score in one line.
+pub(crate) fn score_line(fought: &DuelRun) -> String {
     let Score {
         hits,
         dodges,
         called_off,
     } = fought.score;
-    let _ = writeln!(
-        text,
-        "\nhits: white {}, blue {}; avoided: white {}, blue {}; {:.1} s, {called_off} attacks aborted",
+    format!(
+        "hits: white {}, blue {}; avoided: white {}, blue {}; {:.1} s, {called_off} attacks aborted",
         hits[0], hits[1], dodges[0], dodges[1], fought.seconds
-    );
-    if let Some(error) = fought.ended {
-        let _ = writeln!(text, "the duel ended early: {error}");
-    }
-    text
+    )
 }

@@ -3,46 +3,58 @@
 use std::fmt::Write;
 
 use sabaki::anim::Warp;
+use sabaki::archive;
 use sabaki::graph::{EdgeId, EdgeMotion};
 use sabaki::internal::RateError;
 use sabaki::maps::BakedGraph;
 use sabaki::query::{Answer, CandidateReport, CandidateResult, QuerySettings, Source};
 use sabaki_fixtures::throw::Throw;
-use sabaki_import::RecordedRequest;
 use sabaki_import::export::{
     ExportedAnswer, describe_edge, describe_evasion, document, evasion_placement,
 };
-use serde_json::json;
+use serde_json::{Value, json};
 
-use super::answer_files::{AnswerFolder, ThrowQuery, graph_name};
+use super::Failure;
 use super::culling::Culling;
-use super::method::Method;
-use super::stats::{QueryRunner, Run};
-use super::{Done, Failure};
+use super::export::recorded;
+use super::queries::{Method, QueryRunner, Run};
 
 /// Width of a line, in characters.
-const WIDTH: usize = 120;
+const WIDTH: usize = 100;
 /// Number of candidates listed for each outcome, unless `--all` is given.
 const LISTED: usize = 8;
 
-/// The query to explain.
-pub(crate) struct Case<'a> {
-    pub(crate) baked: &'a BakedGraph,
-    pub(crate) throw: &'a Throw,
-    /// Index of the attack.
-    pub(crate) index: u64,
-    pub(crate) method: Method,
-    /// Lists all candidates.
-    pub(crate) all: bool,
-    /// Where the answer is written as a motion file.
-    pub(crate) export: Option<AnswerFolder<'a>>,
+/// A query and its answer.
+pub(crate) struct Explained<'a> {
+    baked: &'a BakedGraph,
+    throw: &'a Throw,
+    method: Method,
+    pub(crate) settings: QuerySettings,
+    runner: QueryRunner<'a>,
+    pub(crate) run: Run,
 }
 
-/// A query and its answer.
-struct Explanation<'a> {
-    case: &'a Case<'a>,
-    request: &'a RecordedRequest,
-    answer: &'a Answer,
+/// Asks the query, and lists candidates that are not in time, too.
+pub(crate) fn ask<'a>(
+    baked: &'a BakedGraph,
+    throw: &'a Throw,
+    method: Method,
+    culling: &mut Culling,
+) -> Result<Explained<'a>, Failure> {
+    let settings = QuerySettings {
+        list_late: true,
+        ..method.settings()
+    };
+    let mut runner = QueryRunner::new(baked);
+    let run = runner.ask(&settings, throw, culling.on(method.cull))?;
+    Ok(Explained {
+        baked,
+        throw,
+        method,
+        settings,
+        runner,
+        run,
+    })
 }
 
 /// A group of candidates in the list.
@@ -88,41 +100,8 @@ impl Outcome {
     }
 }
 
-pub(crate) fn run(case: &Case<'_>, culling: &mut Culling, as_json: bool) -> Result<Done, Failure> {
-    let settings = QuerySettings {
-        list_late: true,
-        ..case.method.settings()
-    };
-    let mut runner = QueryRunner::new(case.baked);
-    let run = runner.ask(&settings, case.throw, culling.on(case.method.cull))?;
-    let throw_query = ThrowQuery {
-        graph: graph_name(case.baked)?,
-        throw: case.throw,
-        settings: &settings,
-        method: case.method,
-    };
-    let request = throw_query.recorded();
-    if let Some(folder) = &case.export {
-        folder.write(case.index, &request, &runner.answer)?;
-    }
-    let explanation = Explanation {
-        case,
-        request: &request,
-        answer: &runner.answer,
-    };
-    let text = if as_json {
-        let mut document = document(explanation.exported());
-        document["attack_index"] = json!(case.index);
-        document["cull"] = json!(case.method.cull.name());
-        Done::json(&document)
-    } else {
-        explanation.text(&run)
-    };
-    Ok(Done::answer(text, run.avoided))
-}
-
 /// Describes the source of the candidates.
-pub(super) fn source_name(source: Source) -> &'static str {
+fn source_name(source: Source) -> &'static str {
     match source {
         Source::Grid => "grid",
         Source::NothingFiled => "whole graph: the grid has no candidate",
@@ -131,23 +110,48 @@ pub(super) fn source_name(source: Source) -> &'static str {
     }
 }
 
-impl Explanation<'_> {
-    fn exported(&self) -> ExportedAnswer<'_> {
-        ExportedAnswer {
-            baked: self.case.baked,
-            request: self.request,
-            answer: self.answer,
-        }
+impl Explained<'_> {
+    pub(crate) fn answer(&self) -> &Answer {
+        &self.runner.answer
     }
 
-    fn text(&self, run: &Run) -> String {
-        let (case, answer) = (self.case, self.answer);
-        let (playhead, graph) = (case.throw.playhead, case.baked.graph());
+    /// Calls `use_it` with the answer as exported files hold it.
+    fn with_exported<T>(&self, use_it: impl FnOnce(ExportedAnswer<'_>) -> T) -> Result<T, Failure> {
+        let graph = archive::checksum(self.baked);
+        let graph = graph.map_err(|error| Failure::Usage(error.to_string()))?;
+        Ok(use_it(ExportedAnswer {
+            baked: self.baked,
+            request: &recorded(graph, self.throw, &self.settings, self.method),
+            answer: self.answer(),
+        }))
+    }
+
+    /// Every candidate as JSON.
+    pub(crate) fn document(&self, index: u64) -> Result<Value, Failure> {
+        let mut document = self.with_exported(document)?;
+        document["attack_index"] = json!(index);
+        document["cull"] = json!(self.method.cull.name());
+        Ok(document)
+    }
+
+    /// The query, the answer, and the candidates by outcome; of long lists the best, unless `all` are wanted.
+    pub(crate) fn text(&self, index: u64, all: bool) -> Result<String, Failure> {
+        let mut text = self.summary(index);
+        self.with_exported(|exported| {
+            for (outcome, meaning) in OUTCOMES {
+                list(&mut text, exported, outcome, meaning, all);
+            }
+        })?;
+        Ok(text)
+    }
+
+    fn summary(&self, index: u64) -> String {
+        let answer = self.answer();
+        let (playhead, graph) = (self.throw.playhead, self.baked.graph());
         let mut text = format!(
-            "Attack {}, culled by {}, grid {}; candidates from: {}\n",
-            case.index,
-            case.method.cull.name(),
-            case.method.grid_name(),
+            "Attack {index}, culled by {}, grid {}; candidates from: {}\n",
+            self.method.cull.name(),
+            self.method.grid_name(),
             source_name(answer.source),
         );
         let place = playhead.placement(graph);
@@ -155,7 +159,7 @@ impl Explanation<'_> {
             text,
             "moment    {}, {:.2} frames on; {:.3} s to the next node\n\
          stands    at x {:.2} z {:.2} m, facing {:.0}°",
-            describe_edge(case.baked, playhead.edge),
+            describe_edge(self.baked, playhead.edge),
             playhead.frame,
             playhead.seconds_to_next_node(graph),
             // Prints 0 rather than -0.
@@ -163,7 +167,7 @@ impl Explanation<'_> {
             place.z + 0.0,
             place.heading().to_degrees(),
         );
-        for (number, sphere) in self.request.attack.spheres().iter().enumerate() {
+        for (number, sphere) in self.throw.attack.spheres().iter().enumerate() {
             let ends = [&sphere.keys()[0], &sphere.keys()[sphere.keys().len() - 1]];
             let [from, to] = ends.map(|key| {
                 let [x, y, z] = key.center.to_array();
@@ -184,7 +188,7 @@ impl Explanation<'_> {
             if answer.avoided { "avoided" } else { "HIT" },
             answer.clearance().metres * 100.0,
             answer.clearance().time,
-            run.query_ms(),
+            self.run.query_ms(),
             counts.candidates,
             counts.with_evasion,
             counts.culled,
@@ -197,100 +201,103 @@ impl Explanation<'_> {
             text.push_str(&warp_line(&warp));
         }
         text.push_str(
-        "\np: rate of the way there. texels: of the attack on the body maps, the outer maps (0: proven clean), the\n\
-         evasion map. V = weighted sum of Va (evasion region missed), Vd (m), Vt ((p-1)²). clear: clearance, cm.\n",
-    );
-        for (outcome, meaning) in OUTCOMES {
-            self.list(&mut text, outcome, meaning);
-        }
+            "\np: rate of the way there. texels: of the attack on the body maps, the outer maps (0: proven\n\
+             clean) and the evasion map. V = weighted sum of Va (evasion region missed), Vd (m) and\n\
+             Vt ((p-1)²). clear: clearance, cm.\n",
+        );
         text
     }
+}
 
-    /// The candidates with one outcome, best first.
-    fn list(&self, text: &mut String, outcome: Outcome, meaning: &str) {
-        let reports = self.answer.candidates.iter();
-        let mut some: Vec<&CandidateReport> = reports
-            .filter(|report| Outcome::of(report) == outcome)
-            .collect();
-        if some.is_empty() {
-            return;
+/// Lists the candidates with one outcome, best first.
+fn list(
+    text: &mut String,
+    exported: ExportedAnswer<'_>,
+    outcome: Outcome,
+    meaning: &str,
+    all: bool,
+) {
+    let reports = exported.answer.candidates.iter();
+    let mut some: Vec<&CandidateReport> = reports
+        .filter(|report| Outcome::of(report) == outcome)
+        .collect();
+    if some.is_empty() {
+        return;
+    }
+    some.sort_by(|a, b| rank(a).total_cmp(&rank(b)));
+    let _ = writeln!(text, "\n{meaning} ({})", some.len());
+    if outcome != Outcome::NotInTime {
+        let _ = writeln!(
+            text,
+            "  {:>5}  {:<22} {:>22}  {:>26}  {:>7}",
+            "p",
+            "evades at x, z, facing",
+            "texels body/outer/evas.",
+            "Va    Vd    Vt     V",
+            "clear"
+        );
+    }
+    let shown = if all { some.len() } else { LISTED };
+    for report in some.iter().take(shown) {
+        list_candidate(text, exported, report);
+    }
+    if let Some(more) = some.len().checked_sub(shown + 1) {
+        let _ = writeln!(text, "  ... and {} more; --all lists them", more + 1);
+    }
+}
+
+/// Two lines: the numbers, then the path.
+fn list_candidate(text: &mut String, exported: ExportedAnswer<'_>, report: &CandidateReport) {
+    match &report.rate {
+        Err(reason) => {
+            let reason = match reason {
+                RateError::OutOfRange { rate } if rate.is_infinite() => {
+                    "too long at any rate".to_owned()
+                }
+                _ => reason.to_string(),
+            };
+            let _ = writeln!(text, "  {reason}");
         }
-        some.sort_by(|a, b| rank(a).total_cmp(&rank(b)));
-        let _ = writeln!(text, "\n{meaning} ({})", some.len());
-        if outcome != Outcome::NotInTime {
+        Ok(rate) => {
+            let place = evasion_placement(exported, report);
+            let without = match report.layer {
+                Some(_) => "upper body only",
+                None => "no evasion",
+            };
+            let place = place.map_or(without.to_owned(), |at| {
+                let degrees = at.heading().to_degrees();
+                format!("{:.2}, {:.2}, {degrees:.0}°", at.x, at.z)
+            });
+            let texels = report.overlap.map_or("-".to_owned(), |overlap| {
+                format!("{}/{}/{}", overlap.body, overlap.outer, overlap.evasion)
+            });
+            let score = report.score.map_or("-".to_owned(), |score| {
+                format!(
+                    "{:.2}  {:.2}  {:.2}  {:.3}",
+                    score.avoid, score.distance, score.time, score.total
+                )
+            });
+            let clear = report.clearance.map_or("-".to_owned(), |clearance| {
+                format!("{:.1}", clearance.metres * 100.0)
+            });
             let _ = writeln!(
                 text,
-                "  {:>5}  {:<22} {:>22}  {:>26}  {:>7}",
-                "p",
-                "evades at x, z, facing",
-                "texels body/outer/evas.",
-                "Va    Vd    Vt     V",
-                "clear"
+                "  {:>5.2}  {place:<22} {texels:>22}  {score:>26}  {clear:>7}",
+                rate.rate
             );
         }
-        let shown = if self.case.all { some.len() } else { LISTED };
-        for report in some.iter().take(shown) {
-            self.candidate(text, report);
-        }
-        if let Some(more) = some.len().checked_sub(shown + 1) {
-            let _ = writeln!(text, "  ... and {} more; --all lists them", more + 1);
-        }
     }
-
-    /// Two lines: the numbers, then the path.
-    fn candidate(&self, text: &mut String, report: &CandidateReport) {
-        let (case, answer) = (self.case, self.answer);
-        match &report.rate {
-            Err(reason) => {
-                let reason = match reason {
-                    RateError::OutOfRange { rate } if rate.is_infinite() => {
-                        "too long at any rate".to_owned()
-                    }
-                    _ => reason.to_string(),
-                };
-                let _ = writeln!(text, "  {reason}");
-            }
-            Ok(rate) => {
-                let place = evasion_placement(self.exported(), report);
-                let without = match report.layer {
-                    Some(_) => "upper body only",
-                    None => "no evasion",
-                };
-                let place = place.map_or(without.to_owned(), |at| {
-                    let degrees = at.heading().to_degrees();
-                    format!("{:.2}, {:.2}, {degrees:.0}°", at.x, at.z)
-                });
-                let texels = report.overlap.map_or("-".to_owned(), |overlap| {
-                    format!("{}/{}/{}", overlap.body, overlap.outer, overlap.evasion)
-                });
-                let score = report.score.map_or("-".to_owned(), |score| {
-                    format!(
-                        "{:.2}  {:.2}  {:.2}  {:.3}",
-                        score.avoid, score.distance, score.time, score.total
-                    )
-                });
-                let clear = report.clearance.map_or("-".to_owned(), |clearance| {
-                    format!("{:.1}", clearance.metres * 100.0)
-                });
-                let _ = writeln!(
-                    text,
-                    "  {:>5.2}  {place:<22} {texels:>22}  {score:>26}  {clear:>7}",
-                    rate.rate
-                );
-            }
-        }
-        let edges: Vec<EdgeId> = answer.path(case.baked, report).collect();
-        let mut path = way(case.baked, &edges, report.evasion);
-        if let Some(entered) = report.entry {
-            let (delay, blend) = (entered.delay, entered.entry.blend);
-            path = format!("entered after {delay:.1} s within {blend:.2} s: {path}");
-        }
-        if let Some(layer) = report.layer {
-            let (start, end) = (layer.envelope.start, layer.envelope.end);
-            path = format!("upper body from {start:.2} to {end:.2} s, legs go on: {path}");
-        }
-        let _ = writeln!(text, "         {}", shortened(&path, WIDTH - 9));
+    let edges: Vec<EdgeId> = exported.answer.path(exported.baked, report).collect();
+    let mut path = way(exported.baked, &edges, report.evasion);
+    if let Some(entered) = report.entry {
+        let (delay, blend) = (entered.delay, entered.entry.blend);
+        path = format!("entered after {delay:.1} s within {blend:.2} s: {path}");
     }
+    if let Some(layer) = report.layer {
+        let (start, end) = (layer.envelope.start, layer.envelope.end);
+        path = format!("upper body from {start:.2} to {end:.2} s, legs go on: {path}");
+    }
+    let _ = writeln!(text, "         {}", shortened(&path, WIDTH - 9));
 }
 
 /// How the chosen motion is bent.

@@ -21,9 +21,6 @@ pub(crate) struct Args {
     read: ReadArgs,
 }
 
-/// The file that the options of reading need.
-const MOTION: &str = "a motion file (BVH, AMC or glTF)";
-
 pub(crate) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
     let path = &args.file;
     let head = head(path).map_err(|source| Failure::Open {
@@ -31,8 +28,7 @@ pub(crate) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
         source,
     })?;
     let (document, text) = if archive::is_baked(&head) {
-        args.read.check_unused(MOTION)?;
-        let baked = source::from_file(path)?;
+        let baked = archive::read(path)?;
         let mut document = source::statistics(&baked);
         document["kind"] = json!("baked");
         (document, source::describe(&baked))
@@ -43,7 +39,6 @@ pub(crate) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
     {
         motion(path, &args.read)?
     } else if head.iter().find(|byte| !byte.is_ascii_whitespace()) == Some(&b'{') {
-        args.read.check_unused(MOTION)?;
         json_file(path)?
     } else {
         motion(path, &args.read)?
@@ -70,7 +65,6 @@ struct MotionFile {
 
 fn motion(path: &Path, read: &ReadArgs) -> Result<(Value, String), Failure> {
     own_file::check_is_none(path)?;
-    read.check_paths(&[path.to_owned()])?;
     let motions = sabaki_import::read_motions(path, &read.options())?;
     let Some(first) = motions.first() else {
         return Err(Failure::Usage(format!("{}: no motion", path.display())));

@@ -2,23 +2,27 @@
 //!
 //! Source: Hasegawa, Nishio & Kobori; the columns beyond the energy are not in the paper.
 
+use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
-use sabaki::anim::{JointId, Pose, Skeleton};
+use indicatif::ProgressIterator;
+use plotters::prelude::*;
+use plotters::style::text_anchor::{HPos, Pos, VPos};
+use sabaki::anim::{Clip, JointId, Pose, Skeleton};
 use sabaki::archive;
 use sabaki::lod::{
-    Carrier, Flexion, Inertia, LevelSettings, Levels, LodError, Masses, Measure, Order, Rule,
-    SwitchSettings, Switching, View,
+    Level, LevelSettings, Levels, LodError, Masses, Measure, Order, Rule, SwitchSettings,
+    Switching, View,
 };
 use sabaki_fixtures::demo;
+use serde_json::{Value, json};
 
 use super::bake::own_file;
-use super::lod_report::{Report, Source};
-use super::numbers::check_number;
-use super::plot::Plot;
+use super::numbers::number;
+use super::plot::{Area, Chart, Drawn, INK, text_style, write_figure};
 use super::source::ReadArgs;
-use super::{Done, Failure, cancel, lod_report, output};
+use super::{Done, Failure, cancel, output};
 
 #[derive(Clone, clap::Args)]
 pub(crate) struct Args {
@@ -31,45 +35,31 @@ pub(crate) struct Args {
     /// that the removal causes.
     #[arg(long, value_enum, default_value = "energy")]
     order: OrderArg,
-    /// What determines the distance of a level: its energy (as in the paper), or its error on the screen.
-    #[arg(long, value_enum, default_value = "energy")]
-    switch: OrderArg,
-    /// Weight of flexed joints: raised above the threshold, the paper's equation to the letter, or ignored.
-    #[arg(long, value_enum, default_value = "raised")]
-    flexion: FlexionArg,
-    /// Moment of inertia: about the joint, or about its axis of rotation.
-    #[arg(long, value_enum, default_value = "joint")]
-    inertia: InertiaArg,
-    /// Joint that carries the points of a removed joint: the nearest kept one, or always the parent.
-    #[arg(long, value_enum, default_value = "nearest")]
-    carrier: CarrierArg,
     /// Masses of the joints (JSON). Default: 70 kg in all, by the lengths of the bones.
     #[arg(long, value_name = "FILE")]
     masses: Option<PathBuf>,
     /// Joint that is never removed; several with commas between them.
     #[arg(long, value_name = "JOINT", value_delimiter = ',')]
     lock: Vec<String>,
-    /// Vertical field of view, in degrees, above 0 and below 180.
-    #[arg(long, value_name = "DEGREES", default_value_t = 60.0)]
+    /// Vertical field of view, in degrees.
+    #[arg(long, value_name = "DEGREES", default_value_t = 60.0, value_parser = number(0.1..=179.0))]
     fov: f32,
     /// Height of the screen, in pixels.
-    #[arg(long, value_name = "PIXELS", default_value_t = 1080.0)]
+    #[arg(long, value_name = "PIXELS", default_value_t = 1080.0, value_parser = number(1.0..=1e6))]
     screen: f32,
-    /// Height of the character on the screen, in pixels, at which its motion can no longer be seen; for --switch energy [default: 20].
-    #[arg(long, value_name = "PIXELS")]
-    vanish: Option<f32>,
-    /// Largest error on the screen, in pixels; for --switch error [default: 1].
-    #[arg(long, value_name = "PIXELS")]
+    /// Height of the character on the screen, in pixels, at which its motion can no longer be seen. Distances are linear in the
+    /// energy up to there (as in the paper).
+    #[arg(long, value_name = "PIXELS", default_value_t = 20.0, value_parser = number(0.01..=1e6))]
+    vanish: f32,
+    /// Chooses the distances by the greatest error on the screen instead, in pixels.
+    #[arg(long, value_name = "PIXELS", conflicts_with = "vanish", value_parser = number(1e-3..=1e6))]
     error: Option<f32>,
-    /// Whether --error limits the greatest error of all points and frames, or the mean; for --switch error [default: greatest].
-    #[arg(long, value_enum)]
-    measure: Option<MeasureArg>,
-    /// Writes the first clip as each level draws it, as animations of one GLB file (.glb).
-    #[arg(long, value_name = "FILE")]
+    /// Writes the first clip as each level draws it, as animations of one file (.glb).
+    #[arg(long, value_name = "FILE", value_parser = output::glb_file())]
     export: Option<PathBuf>,
-    /// Plots the joints' energies, the levels' errors and their distances: to a PNG or SVG file, or with - as letters to stdout.
-    #[arg(long, value_name = "FILE")]
-    plot: Option<Plot>,
+    /// Draws the joints' energies, the levels' errors and their distances (.png).
+    #[arg(long, value_name = "FILE", value_parser = output::png_file())]
+    plot: Option<PathBuf>,
 }
 
 #[derive(Clone, Copy, ValueEnum)]
@@ -78,33 +68,7 @@ enum OrderArg {
     Error,
 }
 
-#[derive(Clone, Copy, ValueEnum)]
-enum MeasureArg {
-    Greatest,
-    Mean,
-}
-
-#[derive(Clone, Copy, ValueEnum)]
-enum FlexionArg {
-    Raised,
-    Literal,
-    Ignored,
-}
-
-#[derive(Clone, Copy, ValueEnum)]
-enum InertiaArg {
-    Joint,
-    Axis,
-}
-
-#[derive(Clone, Copy, ValueEnum)]
-enum CarrierArg {
-    Nearest,
-    Parent,
-}
-
 pub(crate) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
-    Plot::check(args.plot.as_ref(), as_json)?;
     args.check()?;
     let own = args.clone();
     let (report, clips) = cancel::detached(move || {
@@ -113,7 +77,7 @@ pub(crate) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
         Ok((report, clips.map_err(usage)?))
     })?;
     if let (Some(path), Some(clips)) = (&args.export, clips) {
-        let skeleton = &report.source.skeleton;
+        let skeleton = &report.skeleton;
         archive::write_atomically(path, |file| {
             sabaki_import::gltf::write(file, skeleton, &clips)
         })
@@ -122,14 +86,13 @@ pub(crate) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
             source,
         })?;
     }
-    let drawn = match &args.plot {
-        None => String::new(),
-        Some(plot) => plot.draw(&report)?,
-    };
+    if let Some(path) = &args.plot {
+        write_figure(path, SIZE, |area| report.draw(area))?;
+    }
     Ok(Done::ok(if as_json {
         Done::json(&report.to_json())
     } else {
-        report.describe() + &drawn
+        report.describe()
     }))
 }
 
@@ -140,96 +103,63 @@ fn usage(error: LodError) -> Failure {
 impl Args {
     /// What can be refused before the clips are read.
     fn check(&self) -> Result<(), Failure> {
-        if !(self.fov > 0.0 && self.fov < 180.0) {
-            let what = "must be above 0 and below 180 degrees";
-            return Err(Failure::Usage(format!("--fov {}: {what}", self.fov)));
-        }
-        let (other, unused): (_, &[(&str, bool)]) = match self.switch {
-            OrderArg::Energy => (
-                "error",
-                &[
-                    ("--error", self.error.is_some()),
-                    ("--measure", self.measure.is_some()),
-                ],
-            ),
-            OrderArg::Error => ("energy", &[("--vanish", self.vanish.is_some())]),
-        };
-        if let Some((option, _)) = unused.iter().find(|(_, is_given)| *is_given) {
-            return Err(Failure::Usage(format!("{option} needs --switch {other}")));
-        }
-        let pixels = [
-            ("--screen", Some(self.screen)),
-            ("--vanish", self.vanish),
-            ("--error", self.error),
-        ];
-        for (option, pixels) in pixels {
-            let Some(pixels) = pixels else { continue };
-            // An infinite error allows every level.
-            let is_allowed = pixels > 0.0 && (pixels.is_finite() || option == "--error");
-            check_number(is_allowed, || {
-                format!("{option} {pixels}: must be above 0 pixels")
-            })?;
-        }
         self.clips
             .iter()
             .try_for_each(|path| own_file::check_is_none(path))?;
-        self.read.check_paths(&self.clips)?;
         let Some(path) = &self.export else {
             return Ok(());
         };
         let inputs = self.clips.iter().chain(&self.masses).map(PathBuf::as_path);
-        output::check_is_no_input("--export", path, &inputs.collect::<Vec<&Path>>())?;
-        let ending = path.extension();
-        if !ending.is_some_and(|ending| ending.eq_ignore_ascii_case("glb")) {
-            let what = "its name must end in .glb";
-            return Err(Failure::Usage(format!(
-                "--export {}: {what}",
-                path.display()
-            )));
-        }
-        output::check_can_be_written("--export", path)
+        output::check_is_no_input("--export", path, &inputs.collect::<Vec<&Path>>())
     }
 
     /// Reads the clips, builds the levels and measures them.
     fn report(&self) -> Result<Report, Failure> {
-        let source = self.source()?;
-        let settings = self.level_settings(&source.skeleton)?;
-        let levels = Levels::build(&source.skeleton, &source.clips, &settings).map_err(usage)?;
+        let (skeleton, clips, warnings) = if self.clips.is_empty() {
+            let motions = demo::motions().map_err(sabaki::graph::GraphError::from)?;
+            (motions.skeleton, motions.clips, Vec::new())
+        } else {
+            let set = sabaki_import::read_clips(&self.clips, None, &self.read.options())?;
+            (set.skeleton, set.clips, set.warnings)
+        };
+        let settings = self.level_settings(&skeleton)?;
+        let levels = Levels::build(&skeleton, &clips, &settings).map_err(usage)?;
         let mut pose = Pose::default();
-        source.clips[0].pose(0, &mut pose);
-        let stature = sabaki_import::stature(&source.skeleton, &pose) as f32;
+        clips[0].pose(0, &mut pose);
+        let stature = sabaki_import::stature(&skeleton, &pose) as f32;
         // A figure without height in its first frame: its reach serves as its height.
         let stature = if stature > 0.0 { stature } else { levels.reach };
-        let switching = self.switch_settings(stature);
+        let view = View {
+            fov: self.fov.to_radians(),
+            height: self.screen,
+        };
+        let switching = SwitchSettings {
+            view,
+            rule: match self.error {
+                None => Rule::Energy {
+                    furthest: view.distance(stature, self.vanish),
+                },
+                Some(pixels) => Rule::ScreenError {
+                    pixels,
+                    measure: Measure::Greatest,
+                },
+            },
+            ..SwitchSettings::default()
+        };
         let bands = Switching::new(&levels, &switching).map_err(usage)?;
-        let report = Report {
-            source,
+        let mut report = Report {
+            skeleton,
+            clips,
+            warnings,
             levels,
             stature,
             order: settings.order,
             bands,
-            steps: lod_report::Steps::default(),
+            steps: [0.0; 2],
             settings: switching,
         };
-        report.measured().map_err(usage)
-    }
-
-    fn source(&self) -> Result<Source, Failure> {
-        if self.clips.is_empty() {
-            self.read.check_unused("a CLIP")?;
-            let motions = demo::motions().map_err(sabaki::graph::GraphError::from)?;
-            return Ok(Source {
-                skeleton: motions.skeleton,
-                clips: motions.clips,
-                warnings: Vec::new(),
-            });
-        }
-        let set = sabaki_import::read_clips(&self.clips, None, &self.read.options())?;
-        Ok(Source {
-            skeleton: set.skeleton,
-            clips: set.clips,
-            warnings: set.warnings,
-        })
+        report.measure_steps().map_err(usage)?;
+        Ok(report)
     }
 
     fn level_settings(&self, skeleton: &Skeleton) -> Result<LevelSettings, Failure> {
@@ -255,44 +185,305 @@ impl Args {
                 OrderArg::Error => Order::Error,
             },
             masses,
-            flexion: match self.flexion {
-                FlexionArg::Raised => Flexion::Raised,
-                FlexionArg::Literal => Flexion::Literal,
-                FlexionArg::Ignored => Flexion::Ignored,
-            },
-            inertia: match self.inertia {
-                InertiaArg::Joint => Inertia::Joint,
-                InertiaArg::Axis => Inertia::Axis,
-            },
             locked: locked?,
-            carrier: match self.carrier {
-                CarrierArg::Nearest => Carrier::Nearest,
-                CarrierArg::Parent => Carrier::Parent,
-            },
             ..LevelSettings::default()
         })
     }
+}
 
-    fn switch_settings(&self, stature: f32) -> SwitchSettings {
-        let view = View {
-            fov: self.fov.to_radians(),
-            height: self.screen,
+/// Levels of detail of clips, with the distances at which they are drawn.
+struct Report {
+    skeleton: Skeleton,
+    clips: Vec<Clip>,
+    warnings: Vec<String>,
+    levels: Levels,
+    /// Height of the character, in metres.
+    stature: f32,
+    order: Order,
+    settings: SwitchSettings,
+    bands: Switching,
+    /// The largest step of a point on the screen when levels switch, in pixels: blended, and at once.
+    steps: [f32; 2],
+}
+
+/// Largest number of clips on which steps are measured; they are evenly spaced.
+const MEASURED: usize = 12;
+
+impl Report {
+    /// Measures the steps at switches.
+    fn measure_steps(&mut self) -> Result<(), LodError> {
+        let at_once = SwitchSettings {
+            blend_step: None,
+            ..self.settings
         };
-        SwitchSettings {
-            view,
-            rule: match self.switch {
-                OrderArg::Energy => Rule::Energy {
-                    furthest: view.distance(stature, self.vanish.unwrap_or(20.0)),
-                },
-                OrderArg::Error => Rule::ScreenError {
-                    pixels: self.error.unwrap_or(1.0),
-                    measure: match self.measure {
-                        None | Some(MeasureArg::Greatest) => Measure::Greatest,
-                        Some(MeasureArg::Mean) => Measure::Mean,
-                    },
-                },
-            },
-            ..SwitchSettings::default()
+        let every = self.clips.len().div_ceil(MEASURED);
+        let bar = output::progress("switching", self.clips.len().div_ceil(every) as u64);
+        for clip in self.clips.iter().step_by(every).progress_with(bar) {
+            for (step, settings) in self.steps.iter_mut().zip([&self.settings, &at_once]) {
+                let largest = self.levels.largest_step(&self.skeleton, clip, settings)?;
+                *step = step.max(largest);
+            }
         }
+        Ok(())
+    }
+
+    fn name(&self, level: &Level) -> &str {
+        let joint = level.removed.map(|id| self.skeleton.joint(id));
+        joint.map_or("", |joint| joint.name.as_str())
+    }
+
+    /// The first clip as each level draws it.
+    fn drawn(&self) -> Result<Vec<Clip>, LodError> {
+        let (skeleton, clip) = (&self.skeleton, &self.clips[0]);
+        let levels = self.levels.levels.iter().enumerate();
+        levels
+            .map(|(index, level)| {
+                let mut desc = level.drawn(skeleton, clip)?.desc();
+                desc.name = match level.removed {
+                    Some(_) => format!("level {index}, without {}", self.name(level)),
+                    None => "level 0".to_owned(),
+                };
+                Ok(Clip::new(skeleton, desc)?)
+            })
+            .collect()
+    }
+
+    fn seconds(&self) -> f64 {
+        self.clips.iter().map(|clip| clip.duration()).sum()
+    }
+
+    /// The level's largest error at the distance where it is first drawn, in pixels, for the point of the body nearest to the camera.
+    fn pixels(&self, index: usize) -> Option<f32> {
+        let band = self.bands.bands().get(index.checked_sub(1)?)?;
+        let near = band.full - self.levels.reach;
+        let error = self.levels.levels[index].error.max;
+        (near > 0.0).then(|| self.settings.view.pixels(error, near))
+    }
+
+    /// The report as JSON, with stable keys.
+    fn to_json(&self) -> Value {
+        let removed_at = |joint| {
+            let mut levels = self.levels.levels.iter();
+            levels.position(|level| level.removed == Some(joint))
+        };
+        let energies = self.skeleton.ids().zip(&self.levels.energies);
+        let energies: Vec<Value> = energies
+            .map(|(id, energy)| {
+                let name = &self.skeleton.joint(id).name;
+                json!({ "joint": name, "energy": energy, "removed_at_level": removed_at(id) })
+            })
+            .collect();
+        let levels = self.levels.levels.iter().enumerate();
+        let levels: Vec<Value> = levels
+            .map(|(index, level)| {
+                let removed = level.removed.map(|_| self.name(level));
+                let band = index.checked_sub(1).map(|band| self.bands.bands()[band]);
+                json!({
+                    "level": index,
+                    "joints": level.kept.len(),
+                    "removed": removed,
+                    "energy": level.energy,
+                    "position_error_mean": level.error.mean,
+                    "position_error_max": level.error.max,
+                    "body_error_mean": level.error.body_mean,
+                    "step": level.error.step,
+                    "band": band,
+                    "error_pixels": self.pixels(index),
+                })
+            })
+            .collect();
+        json!({
+            "clips": self.clips.len(),
+            "seconds": self.seconds(),
+            "joints": self.skeleton.len(),
+            "order": self.order,
+            "switching": self.settings,
+            "stature": self.stature,
+            "reach": self.levels.reach,
+            "furthest": self.bands.furthest(),
+            "energies": energies,
+            "levels": levels,
+            "largest_step_pixels": { "blended": self.steps[0], "at_once": self.steps[1] },
+            "warnings": self.warnings,
+        })
+    }
+
+    /// The report as text.
+    fn describe(&self) -> String {
+        let mut text = format!(
+            "{} clips, {:.1} s; {} joints, {:.2} m high\n",
+            self.clips.len(),
+            self.seconds(),
+            self.skeleton.len(),
+            self.stature
+        );
+        let head = [
+            "level", "removed", "joints", "energy J", "mean", "max", "step", "blended", "drawn",
+            "there",
+        ];
+        let mut table = output::table(&head, 2);
+        for (index, level) in self.levels.levels.iter().enumerate() {
+            let millimetres = |metres: f32| format!("{:.1} mm", metres * 1e3);
+            let band = index.checked_sub(1).map(|band| self.bands.bands()[band]);
+            let metres = |metres: Option<f32>| {
+                metres.map_or(String::new(), |metres| format!("{metres:.1} m"))
+            };
+            let energy = (index > 0).then(|| format!("{:.4}", level.energy));
+            let pixels = self.pixels(index);
+            table.add_row([
+                index.to_string(),
+                self.name(level).to_owned(),
+                level.kept.len().to_string(),
+                energy.unwrap_or_default(),
+                millimetres(level.error.mean),
+                millimetres(level.error.max),
+                millimetres(level.error.step),
+                metres(band.map(|band| band.start)),
+                metres(band.map(|band| band.end)),
+                pixels.map_or(String::new(), |pixels| format!("{pixels:.1} px")),
+            ]);
+        }
+        let _ = writeln!(text, "{table}");
+        let rule = match self.settings.rule {
+            Rule::Energy { furthest } => {
+                format!("The distances are linear in the energy, up to L = {furthest:.1} m")
+            }
+            Rule::ScreenError { pixels, measure } => {
+                let measure = format!("{measure:?}").to_lowercase();
+                format!("The distances limit the {measure} error to {pixels} pixels")
+            }
+        };
+        let _ = writeln!(
+            text,
+            "mean, max: distance of the removed joints' points from where they are with all joints. step: distance\n\
+             from the previous level. blended, drawn: distances from which on. there: the largest error on the\n\
+             screen, for a point {:.2} m nearer to the camera than the root.\n\
+             {rule}; bands that would overlap are moved outwards. The last level begins at {:.1} m.\n\
+             Largest step of a point on the screen at a switch, with the camera at 5 m/s and 60 frames per second:\n\
+             {:.2} pixels; without blending {:.1} pixels.",
+            self.levels.reach,
+            self.bands.furthest(),
+            self.steps[0],
+            self.steps[1],
+        );
+        for warning in &self.warnings {
+            let _ = writeln!(text, "note: {warning}");
+        }
+        text
+    }
+}
+
+/// Pixels of the figure.
+const SIZE: [u32; 2] = [1240, 920];
+/// Pixels of the left part, which shows the energies.
+const LEFT: u32 = 520;
+/// Pixels left of the bars for the joints' names, and right of them for the energies.
+const NAMES: i32 = 190;
+const VALUES: i32 = 96;
+/// Pixels above the bars.
+const HEAD: i32 = 76;
+/// The largest number of bars.
+const MOST_BARS: usize = 40;
+
+impl Report {
+    fn draw(&self, area: &Area<'_>) -> Drawn {
+        let (left, right) = area.split_horizontally(LEFT);
+        let (above, below) = right.split_vertically(SIZE[1] / 2);
+        self.draw_energies(&left)?;
+        self.errors().draw(&above)?;
+        self.drawn_levels().draw(&below)
+    }
+
+    fn errors(&self) -> Chart<'static> {
+        let of_levels = |value: &dyn Fn(&Level) -> f32| {
+            let levels = self.levels.levels.iter().enumerate();
+            levels
+                .map(|(index, level)| (index as f64, 1e3 * f64::from(value(level))))
+                .collect()
+        };
+        Chart {
+            title: "Position error of each level",
+            x: "level",
+            y: "error, mm",
+            log: false,
+            lines: vec![
+                ("greatest", of_levels(&|level| level.error.max)),
+                (
+                    "mean of removed joints",
+                    of_levels(&|level| level.error.mean),
+                ),
+                (
+                    "mean of the body",
+                    of_levels(&|level| level.error.body_mean),
+                ),
+            ],
+        }
+    }
+
+    fn drawn_levels(&self) -> Chart<'static> {
+        let far = f64::from(self.bands.furthest()).max(1.0) * 1.1;
+        let line = |bands: &Switching| {
+            let distances = (0..=2000).map(|step| far * f64::from(step) / 2000.0);
+            let at = |distance: f64| {
+                let choice = bands.choose(distance as f32, None);
+                let level = f64::from(choice.level.0);
+                (distance, level + f64::from(choice.blend))
+            };
+            distances.map(at).collect()
+        };
+        let at_once = SwitchSettings {
+            blend_step: None,
+            hysteresis: 0.0,
+            ..self.settings
+        };
+        let mut lines = vec![("blended", line(&self.bands))];
+        if let Ok(at_once) = Switching::new(&self.levels, &at_once) {
+            lines.push(("at once", line(&at_once)));
+        }
+        Chart {
+            title: "Level that is drawn",
+            x: "distance from the camera, m",
+            y: "level",
+            log: false,
+            lines,
+        }
+    }
+
+    /// Bars from the top, the most energetic joint first: its name, the level that removes it, and its energy.
+    fn draw_energies(&self, area: &Area<'_>) -> Drawn {
+        let energies = self.skeleton.ids().zip(&self.levels.energies);
+        let mut bars: Vec<(JointId, f32)> = energies.map(|(id, &energy)| (id, energy)).collect();
+        bars.retain(|bar| bar.1 > 0.0);
+        bars.sort_by(|a, b| b.1.total_cmp(&a.1));
+        bars.truncate(MOST_BARS);
+        let title = "Mean energy of the joints, J";
+        area.draw(&Text::new(title, (14, 10), text_style(22, INK)))?;
+        let note = "in brackets: the level that removes the joint";
+        area.draw(&Text::new(note, (14, 41), text_style(17, INK)))?;
+        let most = bars.first().map_or(1.0, |bar| bar.1);
+        let (width, height) = area.dim_in_pixel();
+        let longest = (width as i32 - NAMES - VALUES) as f32;
+        let row = ((height as i32 - HEAD - 12) / bars.len().max(1) as i32).min(26);
+        let size = (row as u32 * 4 / 5).min(16);
+        let centre = |at| text_style(size, INK).pos(Pos::new(at, VPos::Center));
+        for (place, &(joint, energy)) in (0..).zip(&bars) {
+            let middle = HEAD + place * row + row / 2;
+            let mut levels = self.levels.levels.iter();
+            let removal = levels.position(|level| level.removed == Some(joint));
+            let removal = removal.map_or(String::new(), |level| format!(" ({level})"));
+            let name = &self.skeleton.joint(joint).name;
+            let name: String = name.chars().take(22).chain(removal.chars()).collect();
+            area.draw(&Text::new(name, (NAMES - 8, middle), centre(HPos::Right)))?;
+            let end = NAMES + ((longest * energy / most).round() as i32).max(1);
+            let corners = [(NAMES, middle - row * 2 / 5), (end, middle + row * 2 / 5)];
+            area.draw(&Rectangle::new(corners, RGBColor(0, 114, 178).filled()))?;
+            let label = (end + 8, middle);
+            area.draw(&Text::new(
+                format!("{energy:.3}"),
+                label,
+                centre(HPos::Left),
+            ))?;
+        }
+        Ok(())
     }
 }

@@ -40,31 +40,17 @@ pub(crate) struct BoundOutfit {
 const BLUE: Vec3 = Vec3::new(0.35, 0.5, 1.0);
 
 impl MeshArgs {
-    /// What can be refused before the graph is read.
-    pub(crate) fn check(&self) -> Result<(), Failure> {
-        match (&self.mesh, &self.map) {
-            (Some(mesh), Some(map)) if mesh.as_os_str() == BODY || mesh.as_os_str() == CAPSULES => {
-                Err(Failure::Usage(format!(
-                    "--map {}: it is for the mesh of a file; --mesh is {}",
-                    map.display(),
-                    mesh.display()
-                )))
-            }
-            _ => Ok(()),
-        }
-    }
-
-    /// Whether a mesh was asked for.
-    pub(crate) fn is_given(&self) -> bool {
-        self.mesh.is_some()
-    }
-
     /// Reads or makes the mesh and binds it to a skeleton. `None` for capsules.
     pub(crate) fn load(
         &self,
         skeleton: &Skeleton,
         clips: &[Clip],
     ) -> Result<Option<BoundOutfit>, Failure> {
+        let is_named = |path: &PathBuf| path.as_os_str() == BODY || path.as_os_str() == CAPSULES;
+        if self.map.is_some() && self.mesh.as_ref().is_some_and(is_named) {
+            let what = "--map is for the mesh of a file, not for body or capsules";
+            return Err(Failure::Usage(what.to_owned()));
+        }
         let path = match &self.mesh {
             None => return Ok(BoundOutfit::human(skeleton, clips)),
             Some(path) if path.as_os_str() == CAPSULES => return Ok(None),

@@ -1,52 +1,33 @@
 //! The command line: one file for each subcommand, and what they share.
 
 mod annotate;
-mod annotate_figure;
-mod answer_files;
-mod answer_folder;
 mod bake;
 mod cancel;
-mod canvas;
-mod chart;
-mod clip_sizes;
 mod compare;
 mod coverage;
-mod coverage_by_time;
-mod crossover;
 mod crowd;
 mod culling;
 mod demo;
-mod distances;
 mod doctor;
 mod dodge;
 mod duel;
 mod explain;
+mod export;
 mod figure;
-mod heat_map;
 mod inspect;
 mod lod;
-mod lod_figure;
-mod lod_report;
-mod map_quality;
-mod map_settings;
 mod maps;
 mod mesh;
-mod method;
 mod numbers;
 mod output;
-mod pass_times;
-mod passes;
-mod picture;
 mod play;
 mod plot;
 mod quality;
+mod queries;
 mod render;
-mod replay;
 mod sheet;
 mod source;
-mod stats;
 mod summary;
-mod text_chart;
 #[cfg(feature = "window")]
 mod view;
 
@@ -56,10 +37,10 @@ use clap::{ArgMatches, CommandFactory, FromArgMatches, Parser, Subcommand};
 
 pub(crate) use output::{Done, Failure};
 
-/// Dodge by a hair's breadth: avoidance on motion graphs, culled by the stencil buffer.
+/// Characters that dodge by a hair's breadth: avoidance on motion graphs, culled by the stencil buffer.
 ///
-/// Without a subcommand it runs a demo, which bakes the embedded motions, throws balls at a
-/// character, avoids them, and writes a picture, a BVH file and a JSON file to out/.
+/// Without a subcommand it runs a demo: it bakes the embedded motions, throws balls at a character,
+/// avoids them, and writes a picture, a BVH file and a JSON file to out/.
 #[derive(Parser)]
 #[command(
     version,
@@ -74,6 +55,7 @@ struct Cli {
     /// Logs to stderr: -v steps, -vv details.
     #[arg(short, long, global = true, help_heading = "General", action = clap::ArgAction::Count)]
     verbose: u8,
+    /// Options of the demo.
     #[command(flatten)]
     device: culling::DeviceArgs,
 }
@@ -85,28 +67,28 @@ enum Command {
     /// Proposes the events of clips: attacks and evasions, for `bake --events`.
     Annotate(annotate::Args),
     /// Throws attacks at a character and answers them.
-    Dodge(dodge::Args),
+    Dodge(Box<dodge::Args>),
     /// Compares all culling paths, with and without the grid, on the same attacks.
     Compare(compare::Args),
     /// Measures which attacks are avoided by direction, height and lead, and finds the gaps.
     Coverage(coverage::Args),
     /// Analyses levels of detail: joint energies, errors, and the distances at which levels are drawn.
-    Lod(lod::Args),
+    Lod(Box<lod::Args>),
     /// Measures the time to pose a crowd, with and without levels of detail, by instruction set and threads.
     Crowd(crowd::Args),
     /// Lets two characters of one graph attack and avoid in turn.
-    Duel(duel::Args),
+    Duel(duel::FightArgs),
     /// Runs a game without a window and measures how characters are steered, stand idle and avoid threats.
     Play(play::Args),
-    /// Renders a dodge or a crowd: PNG, animated GIF or APNG, or a sheet of moments.
+    /// Draws a scene to a picture (.png) or a film (.gif, .apng), without a window.
     Render(render::Args),
-    /// Opens a window: a click throws a ball, and the fighter dodges. Or a crowd.
+    /// Opens a window with a scene.
     #[cfg(feature = "window")]
     View(view::Args),
     /// Describes a file: BVH or glTF, baked graph, events or attacks.
     Inspect(inspect::Args),
     /// Reports the machine's Vulkan devices and the culling paths that they support.
-    Doctor,
+    Doctor(doctor::Args),
 }
 
 /// Runs the command and returns its exit code.
@@ -149,44 +131,29 @@ impl Cli {
     }
 
     fn run(self) -> Result<Done, Failure> {
-        let Self { device, json, .. } = self;
+        let json = self.json;
         let Some(command) = self.command else {
-            return demo::run(&device, json);
+            return demo::run(&self.device, json);
         };
-        if let Some(name) = command.without_device() {
-            device.check_unused(name)?;
+        if self.device.is_given() {
+            let what = "--device and --validation stand behind the subcommand that uses a device";
+            return Err(Failure::Usage(what.to_owned()));
         }
         match command {
             Command::Bake(args) => bake::run(&args, json),
             Command::Annotate(args) => annotate::run(&args, json),
-            Command::Dodge(args) => dodge::run(&args, &device, json),
-            Command::Compare(args) => compare::run(&args, &device, json),
+            Command::Dodge(args) => dodge::run(&args, json),
+            Command::Compare(args) => compare::run(&args, json),
             Command::Coverage(args) => coverage::run(&args, json),
             Command::Lod(args) => lod::run(&args, json),
             Command::Crowd(args) => crowd::run(&args, json),
-            Command::Duel(args) => duel::run(&args, &device, json),
+            Command::Duel(args) => duel::run(&args, json),
             Command::Play(args) => play::run(&args, json),
-            Command::Render(args) => render::run(&args, &device, json),
+            Command::Render(args) => render::run(&args, json),
             #[cfg(feature = "window")]
-            Command::View(args) => view::run(&args, &device, json),
+            Command::View(args) => view::run(&args, json),
             Command::Inspect(args) => inspect::run(&args, json),
-            Command::Doctor => doctor::run(&device, json),
-        }
-    }
-}
-
-impl Command {
-    /// The name of a command that never uses a Vulkan device.
-    fn without_device(&self) -> Option<&'static str> {
-        match self {
-            Self::Bake(_) => Some("bake"),
-            Self::Annotate(_) => Some("annotate"),
-            Self::Coverage(_) => Some("coverage"),
-            Self::Lod(_) => Some("lod"),
-            Self::Crowd(_) => Some("crowd"),
-            Self::Play(_) => Some("play"),
-            Self::Inspect(_) => Some("inspect"),
-            _ => None,
+            Command::Doctor(args) => doctor::run(&args, json),
         }
     }
 }

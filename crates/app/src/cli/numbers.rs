@@ -29,6 +29,15 @@ where
     }
 }
 
+/// Reads a number of a range.
+pub(crate) fn number(range: RangeInclusive<f32>) -> impl TypedValueParser<Value = f32> {
+    move |text: &str| match text.parse::<f32>() {
+        Ok(number) if range.contains(&number) => Ok(number),
+        Ok(_) => Err(format!("must be {} to {}", range.start(), range.end())),
+        Err(error) => Err(error.to_string()),
+    }
+}
+
 /// Refuses a number that an option gives and that is not allowed; `what` names the option and its range.
 pub(crate) fn check_number(is_allowed: bool, what: impl FnOnce() -> String) -> Result<(), Failure> {
     match is_allowed {

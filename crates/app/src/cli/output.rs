@@ -4,6 +4,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
+use clap::builder::{PathBufValueParser, TypedValueParser};
 use comfy_table::{CellAlignment, ContentArrangement, Table, presets};
 use indicatif::{ProgressBar, ProgressStyle};
 use sabaki::archive;
@@ -179,17 +180,45 @@ pub(crate) fn check_is_no_input(option: &str, out: &Path, inputs: &[&Path]) -> R
 
 /// Refuses a file that cannot be written, before any work is done: a folder, or a file in a folder that does not exist.
 pub(crate) fn check_can_be_written(option: &str, out: &Path) -> Result<(), Failure> {
-    let wrong = |why: String| {
-        let out = out.display();
-        Err(Failure::Usage(format!("{option} {out}: {why}")))
-    };
+    writable(out).map_err(|why| Failure::Usage(format!("{option} {}: {why}", out.display())))
+}
+
+/// Reads the name of a file to write, with a check of [`check_can_be_written`]'s kind and of the name's ending.
+fn file_to_write(endings: &'static [&'static str]) -> impl TypedValueParser<Value = PathBuf> {
+    PathBufValueParser::new().try_map(move |path| {
+        let ending = path.extension().and_then(|ending| ending.to_str());
+        let ending = ending.map(str::to_ascii_lowercase).unwrap_or_default();
+        match endings.contains(&&*ending) {
+            true => writable(&path).map(|()| path),
+            false => Err(format!("its name must end in .{}", endings.join(" or ."))),
+        }
+    })
+}
+
+/// Reads the name of a PNG file to write.
+pub(crate) fn png_file() -> impl TypedValueParser<Value = PathBuf> {
+    file_to_write(&["png"])
+}
+
+/// Reads the name of a picture or a film to write.
+pub(crate) fn picture_file() -> impl TypedValueParser<Value = PathBuf> {
+    file_to_write(&["png", "gif", "apng"])
+}
+
+/// Reads the name of a GLB file to write.
+pub(crate) fn glb_file() -> impl TypedValueParser<Value = PathBuf> {
+    file_to_write(&["glb"])
+}
+
+/// Whether a file can be written: it is no folder, and lies in a folder that exists.
+fn writable(out: &Path) -> Result<(), String> {
     if out.is_dir() {
-        return wrong("this is a folder, and not a file".to_owned());
+        return Err("this is a folder, and not a file".to_owned());
     }
     match out.parent() {
-        None => wrong("this is not the name of a file".to_owned()),
+        None => Err("this is not the name of a file".to_owned()),
         Some(folder) if folder.as_os_str().is_empty() || folder.is_dir() => Ok(()),
-        Some(folder) => wrong(format!("there is no folder {}", folder.display())),
+        Some(folder) => Err(format!("there is no folder {}", folder.display())),
     }
 }
 
@@ -204,12 +233,13 @@ pub(crate) fn check_can_be_folder(what: &str, folder: &Path) -> Result<(), Failu
     }
 }
 
-/// A table with a header. The first `left` columns are aligned to the left, the others to the right.
+/// A table with a header, at most 100 columns wide. The first `left` columns are aligned to the left, the others to the right.
 pub(crate) fn table(head: &[&str], left: usize) -> Table {
     let mut table = Table::new();
     table
         .load_style(presets::ASCII_MARKDOWN)
-        .set_content_arrangement(ContentArrangement::Disabled);
+        .set_content_arrangement(ContentArrangement::Dynamic)
+        .set_width(100);
     table.set_header(head.to_vec());
     for (index, column) in table.column_iter_mut().enumerate() {
         column.set_cell_alignment(if index < left {

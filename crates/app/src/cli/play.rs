@@ -87,7 +87,7 @@ fn refused(error: impl Into<PlayError>) -> Failure {
 }
 
 pub(crate) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
-    let baked = Arc::new(args.graph.load()?.graph);
+    let baked = Arc::new(args.graph.load()?);
     let threads = args.threads as usize;
     cancel::listen();
     let bar = output::progress("playing", args.threats * ROWS.len() as u64);

@@ -1,256 +1,222 @@
-//! `--plot FILE.png`, `--plot FILE.svg` and `--plot -`: a figure in a file, or in letters on the terminal.
+//! Pictures: pixels in memory on which plotters draws, line charts, and PNG files.
 
 use std::error::Error;
-use std::io::{self, IsTerminal, Write};
-use std::path::{Path, PathBuf};
-use std::str::FromStr;
+use std::io::{self, Write};
+use std::path::Path;
+use std::sync::Once;
 
 use plotters::coord::Shift;
+use plotters::coord::ranged1d::{Ranged, ValueFormatter};
 use plotters::prelude::*;
+use plotters::style::{FontStyle, register_font};
 use sabaki::archive;
+use sabaki_app::film::png;
 
-pub(crate) use super::picture::INK;
-use super::picture::{Picture, embed_font};
-use super::{Failure, output};
+use super::Failure;
 
-/// A part of a figure, in pixels.
-pub(crate) type Area<DB> = DrawingArea<DB, Shift>;
+/// The colour of text and axes.
+pub(crate) const INK: RGBColor = RGBColor(38, 44, 56);
 
-/// Whether a figure could be drawn.
-pub(crate) type Drawn<DB> = Result<(), DrawingAreaErrorKind<<DB as DrawingBackend>::ErrorType>>;
+/// The name under which the embedded font is registered. No font of the system is read.
+const FONT: &str = "sans-serif";
 
-/// A figure that can be plotted.
-pub(crate) trait Figure {
-    /// Columns and rows, in pixels.
-    fn size(&self) -> (u32, u32);
+/// A part of a picture, in pixels.
+pub(crate) type Area<'a> = DrawingArea<BitMapBackend<'a>, Shift>;
 
-    /// Draws the figure on a white area of its size.
-    fn draw<DB: DrawingBackend>(&self, area: &Area<DB>, format: Format) -> Drawn<DB>;
+/// Whether something could be drawn.
+pub(crate) type Drawn = Result<(), Box<dyn Error + Send + Sync>>;
 
-    /// The figure in letters, for a terminal.
-    fn letters(&self, paint: Paint) -> String;
+/// Pixels of a picture: red, green and blue (sRGB), row by row from the upper left.
+pub(crate) struct Picture {
+    size: [u32; 2],
+    pixels: Vec<u8>,
 }
 
-/// The format of a plotted file.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Format {
-    Png,
-    Svg,
-}
-
-/// Destination of a plot.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) enum Plot {
-    /// `-`: letters, after the text on stdout.
-    Text,
-    /// A file, in the format of its ending.
-    File(PathBuf, Format),
-}
-
-impl FromStr for Plot {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        let path = Path::new(text);
-        let ending = path.extension().map(|ending| ending.to_ascii_lowercase());
-        match ending.as_ref().and_then(|ending| ending.to_str()) {
-            _ if text == "-" => Ok(Self::Text),
-            Some("png") => Ok(Self::File(path.to_owned(), Format::Png)),
-            Some("svg") => Ok(Self::File(path.to_owned(), Format::Svg)),
-            _ => Err("its name must end in .png or .svg; - writes letters to stdout".to_owned()),
+/// Text of this height in pixels.
+pub(crate) fn text_style(height: u32, colour: RGBColor) -> TextStyle<'static> {
+    static ONCE: Once = Once::new();
+    ONCE.call_once(|| {
+        if register_font(FONT, FontStyle::Normal, epaint_default_fonts::UBUNTU_LIGHT).is_err() {
+            tracing::error!("the embedded font cannot be read");
         }
+    });
+    TextStyle {
+        color: colour.to_backend_color(),
+        ..TextStyle::from((FONT, height).into_font())
     }
 }
 
-impl Plot {
-    /// Refuses `--plot -` beside `--json`, and a file that cannot be written, before any work is done.
-    pub(crate) fn check(plot: Option<&Self>, as_json: bool) -> Result<(), Failure> {
-        match plot {
-            Some(Self::Text) if as_json => Err(Failure::Usage(
-                "--plot - and --json cannot both have stdout; --plot FILE.png can be with --json"
-                    .to_owned(),
-            )),
-            Some(Self::File(path, _)) => output::check_can_be_written("--plot", path),
-            _ => Ok(()),
+impl Picture {
+    /// A white picture.
+    pub(crate) fn new(size: [u32; 2]) -> Self {
+        let count = size[0] as usize * size[1] as usize;
+        Self {
+            size,
+            pixels: vec![255; 3 * count],
         }
     }
 
-    /// Writes the figure to its file, or returns it in letters.
-    pub(crate) fn draw(&self, figure: &impl Figure) -> Result<String, Failure> {
-        let (path, format) = match self {
-            Self::Text => return Ok(figure.letters(Paint::for_stdout())),
-            Self::File(path, format) => (path, *format),
-        };
-        write(path, format, figure).map_err(|source| Failure::Write {
-            path: path.clone(),
-            source,
-        })?;
-        Ok(String::new())
+    /// A picture from pixels of four bytes, the last of which is dropped.
+    pub(crate) fn from_rgba(size: [u32; 2], pixels: &[u8]) -> Self {
+        let rgb = |pixel: &[u8]| [pixel[0], pixel[1], pixel[2]];
+        Self {
+            size,
+            pixels: pixels.chunks_exact(4).flat_map(rgb).collect(),
+        }
+    }
+
+    pub(crate) fn size(&self) -> [u32; 2] {
+        self.size
+    }
+
+    pub(crate) fn into_pixels(self) -> Vec<u8> {
+        self.pixels
+    }
+
+    /// What plotters draws into.
+    pub(crate) fn area(&mut self) -> Area<'_> {
+        let [width, height] = self.size;
+        BitMapBackend::with_buffer(&mut self.pixels, (width, height)).into_drawing_area()
+    }
+
+    /// Copies another picture into this one. What would lie outside is cut off.
+    pub(crate) fn place(&mut self, [x, y]: [u32; 2], other: &Self) {
+        let columns = other.size[0].min(self.size[0].saturating_sub(x)) as usize;
+        let rows = other.size[1].min(self.size[1].saturating_sub(y));
+        for row in 0..rows {
+            let to = 3 * ((y + row) * self.size[0] + x) as usize;
+            let from = 3 * (row * other.size[0]) as usize;
+            self.pixels[to..to + 3 * columns]
+                .copy_from_slice(&other.pixels[from..from + 3 * columns]);
+        }
+    }
+
+    /// Writes a line of text; the place is its upper left corner.
+    pub(crate) fn text(&mut self, at: (i32, i32), text: &str, height: u32, colour: RGBColor) {
+        // A bitmap in memory has no errors.
+        let _ = self
+            .area()
+            .draw(&Text::new(text, at, text_style(height, colour)));
+    }
+
+    /// Draws a straight line, two pixels wide.
+    pub(crate) fn line(&mut self, from: (i32, i32), to: (i32, i32), colour: RGBColor) {
+        let _ = self
+            .area()
+            .draw(&PathElement::new([from, to], colour.stroke_width(2)));
+    }
+
+    /// Writes the picture as a PNG file.
+    pub(crate) fn write(&self, path: &Path) -> io::Result<()> {
+        let bytes = png(self.size, &self.pixels).map_err(io::Error::other)?;
+        archive::write_atomically(path, |file| file.write_all(&bytes))
     }
 }
 
-fn write(path: &Path, format: Format, figure: &impl Figure) -> io::Result<()> {
-    let (width, height) = figure.size();
-    match format {
-        Format::Png => {
-            let mut picture = Picture::new([width, height]);
-            draw(picture.canvas(), figure, format)?;
-            picture.write(path)
-        }
-        Format::Svg => {
-            embed_font();
-            let mut svg = String::new();
-            draw(
-                SVGBackend::with_string(&mut svg, (width, height)),
-                figure,
-                format,
-            )?;
-            archive::write_atomically(path, |file| file.write_all(svg.as_bytes()))
-        }
-    }
-}
-
-fn draw<DB: DrawingBackend>(backend: DB, figure: &impl Figure, format: Format) -> io::Result<()>
-where
-    DB::ErrorType: Error + Send + Sync + 'static,
-{
-    let area = backend.into_drawing_area();
-    let drawn = area.fill(&WHITE).and_then(|()| figure.draw(&area, format));
+/// Draws a figure and writes it as a PNG file.
+pub(crate) fn write_figure(
+    path: &Path,
+    size: [u32; 2],
+    draw: impl FnOnce(&Area<'_>) -> Drawn,
+) -> Result<(), Failure> {
+    let mut picture = Picture::new(size);
+    let drawn = draw(&picture.area()).map_err(io::Error::other);
     drawn
-        .and_then(|()| area.present())
-        .map_err(io::Error::other)
+        .and_then(|()| picture.write(path))
+        .map_err(|source| Failure::Write {
+            path: path.to_owned(),
+            source,
+        })
 }
 
-/// Whether letters have colours.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Paint(bool);
+/// Colours of the lines of a chart, in order; they differ for colour-blind readers, too (Okabe & Ito).
+const COLOURS: [RGBColor; 5] = [
+    RGBColor(213, 94, 0),
+    RGBColor(0, 158, 115),
+    RGBColor(0, 114, 178),
+    RGBColor(230, 159, 0),
+    RGBColor(204, 121, 167),
+];
 
-impl Paint {
-    #[cfg(test)]
-    pub(crate) const PLAIN: Self = Self(false);
+/// Lines over common axes.
+pub(crate) struct Chart<'a> {
+    pub(crate) title: &'a str,
+    /// Label of the axis, with the unit.
+    pub(crate) x: &'a str,
+    pub(crate) y: &'a str,
+    /// Logarithmic axes, instead of linear ones from 0 on.
+    pub(crate) log: bool,
+    /// Names and points.
+    pub(crate) lines: Vec<(&'a str, Vec<(f64, f64)>)>,
+}
 
-    /// Colours on a terminal, unless `NO_COLOR` is set to anything or the terminal is dumb (no-color.org).
-    fn for_stdout() -> Self {
-        let set = |name| std::env::var_os(name).is_some_and(|value| !value.is_empty());
-        let dumb = std::env::var_os("TERM").is_some_and(|term| term == "dumb");
-        Self::of(std::io::stdout().is_terminal(), set("NO_COLOR") || dumb)
+impl Chart<'_> {
+    pub(crate) fn draw(&self, area: &Area<'_>) -> Drawn {
+        let (x, y) = (self.range(|point| point.0), self.range(|point| point.1));
+        let mut chart = ChartBuilder::on(area);
+        chart
+            .caption(self.title, text_style(22, INK))
+            .margin(12)
+            .x_label_area_size(52)
+            .y_label_area_size(78);
+        match self.log {
+            false => self.fill(chart.build_cartesian_2d(0.0..x.1, 0.0..y.1)?),
+            true => {
+                self.fill(chart.build_cartesian_2d((x.0..x.1).log_scale(), (y.0..y.1).log_scale())?)
+            }
+        }
     }
 
-    fn of(is_terminal: bool, refused: bool) -> Self {
-        Self(is_terminal && !refused)
+    fn fill<'a, 'b: 'a, X, Y>(
+        &self,
+        mut chart: ChartContext<'a, BitMapBackend<'b>, Cartesian2d<X, Y>>,
+    ) -> Drawn
+    where
+        X: Ranged<ValueType = f64> + ValueFormatter<f64>,
+        Y: Ranged<ValueType = f64> + ValueFormatter<f64>,
+    {
+        let mut mesh = chart.configure_mesh();
+        mesh.x_desc(self.x).y_desc(self.y).x_labels(11).y_labels(9);
+        mesh.x_label_formatter(&|value| axis_label(*value));
+        mesh.y_label_formatter(&|value| axis_label(*value));
+        mesh.label_style(text_style(16, INK))
+            .axis_desc_style(text_style(18, INK))
+            .bold_line_style(INK.mix(0.2))
+            .light_line_style(INK.mix(0.05))
+            .draw()?;
+        for ((name, points), colour) in self.lines.iter().zip(COLOURS.iter().cycle()) {
+            let marks = if points.len() < 100 { 4 } else { 0 };
+            let series = LineSeries::new(points.iter().copied(), colour.stroke_width(2));
+            chart
+                .draw_series(series.point_size(marks))?
+                .label(*name)
+                .legend(|(x, y)| PathElement::new([(x, y), (x + 20, y)], colour.stroke_width(3)));
+        }
+        chart
+            .configure_series_labels()
+            .position(SeriesLabelPosition::UpperLeft)
+            .background_style(WHITE.mix(0.8))
+            .label_font(text_style(17, INK))
+            .draw()?;
+        Ok(())
     }
 
-    /// The letters in a colour, where colours are wanted.
-    pub(crate) fn on(self, [red, green, blue]: [u8; 3], letters: &str) -> String {
-        match self {
-            Self(true) => format!("\x1b[38;2;{red};{green};{blue}m{letters}\x1b[0m"),
-            Self(false) => letters.to_owned(),
+    /// The ends of an axis: from 0, or from a little less than the least value.
+    fn range(&self, axis: fn((f64, f64)) -> f64) -> (f64, f64) {
+        let points = self.lines.iter().flat_map(|(_, points)| points);
+        let values = points.map(|&point| axis(point));
+        let (least, most) = values.fold((f64::MAX, f64::MIN_POSITIVE), |(least, most), value| {
+            (least.min(value), most.max(value))
+        });
+        match self.log {
+            true => (0.8 * least.clamp(1e-9, most), 1.25 * most),
+            false => (0.0, 1.04 * most),
         }
     }
 }
 
-/// Letters from none to all.
-const SHADES: [char; 5] = ['·', '░', '▒', '▓', '█'];
-
-/// The letter for a share of 0 to 1.
-pub(crate) fn shade(share: f64) -> char {
-    let last = SHADES.len() - 1;
-    SHADES[(share * last as f64).round().clamp(0.0, last as f64) as usize]
-}
-
-/// A bar of a bar chart.
-pub(crate) struct Bar {
-    pub(crate) name: String,
-    /// 0 or more.
-    pub(crate) value: f64,
-    /// Text behind the bar: the value with its unit.
-    pub(crate) label: String,
-}
-
-/// A name shortened to `most` letters; an ellipsis replaces the rest.
-pub(crate) fn shortened(name: &str, most: usize) -> String {
-    if name.chars().count() <= most {
-        return name.to_owned();
-    }
-    name.chars().take(most - 1).chain(['…']).collect()
-}
-
-/// Horizontal bars in letters, the longest for the largest value.
-pub(crate) fn bars(rows: &[Bar], colour: [u8; 3], paint: Paint) -> String {
-    /// Letters of the longest bar.
-    const LONGEST: f64 = 48.0;
-    const EIGHTHS: [char; 8] = [' ', '▏', '▎', '▍', '▌', '▋', '▊', '▉'];
-    let most = rows.iter().map(|row| row.value).fold(0.0, f64::max);
-    let wide = rows.iter().map(|row| row.name.chars().count()).max();
-    let wide = wide.unwrap_or(0);
-    let row = |Bar { name, value, label }: &Bar| {
-        let eighths = if most > 0.0 {
-            (8.0 * LONGEST * value / most).round() as usize
-        } else {
-            0
-        };
-        let mut bar = "█".repeat(eighths / 8);
-        if !eighths.is_multiple_of(8) {
-            bar.push(EIGHTHS[eighths % 8]);
-        }
-        let gap = " ".repeat(wide - name.chars().count());
-        format!("{name}{gap} {} {label}\n", paint.on(colour, &bar))
-    };
-    rows.iter().map(row).collect()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn colours_are_for_terminals_that_want_them() {
-        assert_eq!(
-            Paint::of(true, false).on([1, 2, 3], "a"),
-            "\x1b[38;2;1;2;3ma\x1b[0m"
-        );
-        for plain in [
-            Paint::of(false, false),
-            Paint::of(true, true),
-            Paint::of(false, true),
-        ] {
-            assert_eq!(plain.on([1, 2, 3], "a"), "a");
-        }
-    }
-
-    #[test]
-    fn a_plot_goes_where_its_name_says() {
-        let file = |name: &str, format| Ok(Plot::File(name.into(), format));
-        assert_eq!(Plot::from_str("-"), Ok(Plot::Text));
-        assert_eq!(Plot::from_str("a.png"), file("a.png", Format::Png));
-        assert_eq!(Plot::from_str("b/a.SVG"), file("b/a.SVG", Format::Svg));
-        for wrong in ["a.gif", "png", "", "a."] {
-            assert!(Plot::from_str(wrong).is_err(), "{wrong}");
-        }
-    }
-
-    #[test]
-    fn bars_are_as_long_as_their_values() {
-        let row = |name: &str, value| Bar {
-            name: name.to_owned(),
-            value,
-            label: "w".to_owned(),
-        };
-        let rows = [row("a", 4.0), row("bc", 1.0), row("d", 0.0)];
-        let text = bars(&rows, [0; 3], Paint::PLAIN);
-        let full = text.lines().map(|line| line.matches('█').count());
-        assert_eq!(full.collect::<Vec<_>>(), [48, 12, 0]);
-        assert!(text.starts_with("a  █") && text.contains("\nbc █"));
-        assert_eq!(bars(&[row("a", 0.0)], [0; 3], Paint::PLAIN), "a  w\n");
-    }
-
-    #[test]
-    fn a_shade_grows_with_its_share() {
-        let shades: String = [-1.0, 0.0, 0.3, 0.5, 0.7, 1.0, 7.0]
-            .map(shade)
-            .iter()
-            .collect();
-        assert_eq!(shades, "··░▒▓██");
-        assert_eq!(shade(f64::NAN), '·');
-    }
+/// A label of an axis, without digits that say nothing.
+fn axis_label(value: f64) -> String {
+    let text = format!("{value:.6}");
+    text.trim_end_matches('0').trim_end_matches('.').to_owned()
 }

@@ -1,13 +1,16 @@
 //! A contact sheet of the maps of one dodge: a column for each slab, rows for body, evasion, attack
 //! and what they share.
 
-use plotters::style::RGBColor;
+use plotters::prelude::{Rectangle, Text};
+use plotters::style::{Color, RGBColor};
 use sabaki::internal::{CullCandidate, Drawing, FixedTransform2, MaskMap, Slab, SlabMaps, raster};
-use sabaki::maps::MapGrid;
+use sabaki::maps::{BakedGraph, MapGrid};
 use sabaki::query::cull::CullInput;
+use sabaki::query::{Answer, Query, QueryContext, QuerySettings, Source};
+use sabaki_fixtures::throw::Throw;
 
-use super::picture::{Picture, TextLook};
-use super::plot::INK;
+use super::plot::{INK, Picture, text_style};
+use super::queries::Method;
 
 /// Pixels of a texel's side.
 const ZOOM: u32 = 3;
@@ -20,20 +23,19 @@ const NAMES: u32 = 76;
 /// Pixels of a line of the key, and the width that its longest line needs.
 const LINE: u32 = 21;
 const LEAST_WIDTH: u32 = 420;
-
 /// The largest number of slabs that are shown.
 const MOST_COLUMNS: usize = 8;
 
 const ROWS: [&str; 4] = ["body", "evasion", "attack", "overlap"];
-const CELL: [u8; 3] = [44, 47, 54];
-const BODY: [u8; 3] = [92, 190, 110];
-const EVASION: [u8; 3] = [90, 140, 235];
-const ATTACK: [u8; 3] = [225, 80, 70];
-const AVOIDED: [u8; 3] = [250, 205, 70];
-const HIT: [u8; 3] = [255, 255, 255];
+const CELL: RGBColor = RGBColor(44, 47, 54);
+const BODY: RGBColor = RGBColor(92, 190, 110);
+const EVASION: RGBColor = RGBColor(90, 140, 235);
+const ATTACK: RGBColor = RGBColor(225, 80, 70);
+const AVOIDED: RGBColor = RGBColor(250, 205, 70);
+const HIT: RGBColor = RGBColor(255, 255, 255);
 
 /// What the colours mean.
-const KEY: [([u8; 3], &str); 5] = [
+const KEY: [(RGBColor, &str); 5] = [
     (BODY, "body, all through a slice of time"),
     (
         EVASION,
@@ -54,53 +56,70 @@ struct Column<'a> {
     transform: FixedTransform2,
 }
 
-/// Texels of the attack's frame.
-#[derive(Clone, Copy)]
-struct Window {
-    u: (i32, i32),
-    v: (i32, i32),
+/// Draws the maps of the answer to an attack; `None` if it has none: it enters or layers its evasion, or has none.
+pub(crate) fn draw_answer(baked: &BakedGraph, throw: &Throw, answer: &Answer) -> Option<Picture> {
+    // The same source of candidates as the answer's.
+    let settings = match answer.source {
+        Source::Grid => QuerySettings::default(),
+        _ => Method::EXACT.settings(),
+    };
+    let mut context = QueryContext::default();
+    let query = Query::new(baked, &settings);
+    let session = query.start(throw.request(), &mut context);
+    let input = session.cull_input();
+    // Candidates with an evasion come first, in the order of the culling input.
+    let candidate = input.candidates.get(answer.chosen)?;
+    Some(draw(&input, candidate))
 }
 
 /// Draws the maps of one candidate as the culling sees them: in the frame in which the paths start,
 /// the candidate's maps moved and turned into place.
-pub(crate) fn draw(input: &CullInput<'_>, candidate: &CullCandidate) -> Picture {
+fn draw(input: &CullInput<'_>, candidate: &CullCandidate) -> Picture {
     let columns = columns(input, candidate);
-    let window = window(&columns);
-    let width = (window.u.1 - window.u.0) as u32 * ZOOM;
-    let height = (window.v.1 - window.v.0) as u32 * ZOOM;
+    let [us, vs] = window(&columns);
+    let width = us.len() as u32 * ZOOM;
+    let height = vs.len() as u32 * ZOOM;
     let across = NAMES + columns.len() as u32 * (width + GAP);
     let below = HEAD + ROWS.len() as u32 * (height + GAP);
     let key_height = LINE * KEY.len() as u32 + GAP;
     let mut picture = Picture::new([across.max(LEAST_WIDTH), below + key_height]);
-    let look = TextLook {
-        height: 16,
-        colour: INK,
+    let area = picture.area();
+    // A bitmap in memory has no errors.
+    let write = |x: u32, y: u32, text: &str| {
+        let _ = area.draw(&Text::new(text, (x as i32, y as i32), text_style(16, INK)));
+    };
+    let fill = |x: u32, y: u32, side: u32, colour: RGBColor| {
+        let corners = [(x, y), (x + side - 1, y + side - 1)].map(|(x, y)| (x as i32, y as i32));
+        let _ = area.draw(&Rectangle::new(corners, colour.filled()));
     };
     for (row, name) in (0..).zip(ROWS) {
-        let y = HEAD + row * (height + GAP) + height / 2 - 8;
-        picture.text((GAP as i32, y as i32), name, look);
+        write(GAP, HEAD + row * (height + GAP) + height / 2 - 8, name);
     }
     for (index, column) in (0..).zip(&columns) {
         let x = NAMES + index * (width + GAP);
-        let heights = heights(column.slab, input.atlas.grid());
-        picture.text((x as i32, 5), &heights, look);
+        write(x, 5, &heights(column.slab, input.atlas.grid()));
         for row in 0..ROWS.len() {
             let y = HEAD + row as u32 * (height + GAP);
-            let colour = |u, v| column.colour(row, [u, v]);
-            picture.place([x, y], &cell(window, colour));
+            // As seen from above by a viewer behind the character: +v is up, +u is to the left.
+            for (down, v) in (0..).zip(vs.clone().rev()) {
+                for (right, u) in (0..).zip(us.clone().rev()) {
+                    fill(
+                        x + right * ZOOM,
+                        y + down * ZOOM,
+                        ZOOM,
+                        column.colour(row, [u, v]),
+                    );
+                }
+            }
         }
     }
     for (line, (colour, text)) in (0..).zip(KEY) {
-        let y = (below + line * LINE) as i32;
-        let [red, green, blue] = colour;
-        let left = GAP as i32;
-        picture.swatch(
-            (left, y + 3),
-            (left + 12, y + 15),
-            RGBColor(red, green, blue),
-        );
-        picture.text((GAP as i32 + 22, y), text, look);
+        let y = below + line * LINE;
+        fill(GAP, y + 3, 13, INK);
+        fill(GAP + 1, y + 4, 11, colour);
+        write(GAP + 22, y, text);
     }
+    drop(area);
     picture
 }
 
@@ -124,7 +143,7 @@ fn columns<'a>(input: &CullInput<'a>, candidate: &CullCandidate) -> Vec<Column<'
     chosen.into_iter().step_by(step).collect()
 }
 
-/// The attack's inner map in one slab, by the candidate's clock.
+/// The attack's inner map in one slab, by the candidate's time offset.
 fn attack_map(input: &CullInput<'_>, candidate: &CullCandidate, slab: Slab) -> MaskMap {
     let rect = input.attack.rect;
     let mut map = MaskMap::new(rect, input.atlas.grid().lanes());
@@ -143,28 +162,23 @@ fn attack_map(input: &CullInput<'_>, candidate: &CullCandidate, slab: Slab) -> M
     map
 }
 
-/// The texels of the attack's frame around all maps.
-fn window(columns: &[Column<'_>]) -> Window {
+/// The ranges of u and v in the attack's frame that hold all maps.
+fn window(columns: &[Column<'_>]) -> [std::ops::Range<i32>; 2] {
     /// Further than any evasion's maps reach from the attack's first texel.
     const FAR: i32 = 400;
-    let lit = |u: i32, v: i32| {
-        columns
-            .iter()
-            .any(|column| column.region([u, v]) != (0, false))
-    };
-    let all = (-FAR..FAR).flat_map(|v| (-FAR..FAR).map(move |u| (u, v)));
-    let (mut low, mut high) = ((FAR, FAR), (-FAR, -FAR));
-    for (u, v) in all.filter(|&(u, v)| lit(u, v)) {
-        low = (low.0.min(u), low.1.min(v));
-        high = (high.0.max(u), high.1.max(v));
+    let is_lit = |at| columns.iter().any(|column| column.region(at) != (0, false));
+    let all = (-FAR..FAR).flat_map(|v| (-FAR..FAR).map(move |u| [u, v]));
+    let (mut low, mut high) = ([FAR; 2], [-FAR; 2]);
+    for at in all.filter(|&at| is_lit(at)) {
+        for axis in 0..2 {
+            low[axis] = low[axis].min(at[axis]);
+            high[axis] = high[axis].max(at[axis]);
+        }
     }
-    if low.0 > high.0 {
-        (low, high) = ((0, 0), (0, 0));
+    if low[0] > high[0] {
+        (low, high) = ([0; 2], [0; 2]);
     }
-    Window {
-        u: (low.0 - MARGIN, high.0 + MARGIN + 1),
-        v: (low.1 - MARGIN, high.1 + MARGIN + 1),
-    }
+    [0, 1].map(|axis| low[axis] - MARGIN..high[axis] + MARGIN + 1)
 }
 
 impl Column<'_> {
@@ -179,10 +193,10 @@ impl Column<'_> {
     }
 
     /// Colour of a texel in a row of the sheet.
-    fn colour(&self, row: usize, [u, v]: [i32; 2]) -> [u8; 3] {
+    fn colour(&self, row: usize, [u, v]: [i32; 2]) -> RGBColor {
         let (body, evasion) = self.region([u, v]);
         let attack = self.attack.get(u, v);
-        let layers: &[(bool, [u8; 3])] = match row {
+        let layers: &[(bool, RGBColor)] = match row {
             0 => &[(body != 0, BODY)],
             1 => &[(evasion, EVASION)],
             2 => &[(attack != 0, ATTACK)],
@@ -194,7 +208,7 @@ impl Column<'_> {
                 (evasion, EVASION),
             ],
         };
-        let top = layers.iter().find(|(lit, _)| *lit);
+        let top = layers.iter().find(|(is_lit, _)| *is_lit);
         top.map_or(CELL, |&(_, colour)| colour)
     }
 }
@@ -202,17 +216,4 @@ impl Column<'_> {
 fn heights(slab: Slab, grid: MapGrid) -> String {
     let bottom = slab.0 as f32 * grid.slab_height;
     format!("{:.2}-{:.2} m", bottom, bottom + grid.slab_height)
-}
-
-/// One cell. Rows run away from the viewer upwards: +v is up, +u is to the left, as seen from above by
-/// a viewer behind the character.
-fn cell(window: Window, colour: impl Fn(i32, i32) -> [u8; 3]) -> Picture {
-    let columns = (window.u.1 - window.u.0) as u32 * ZOOM;
-    let rows = (window.v.1 - window.v.0) as u32 * ZOOM;
-    let texel = |column: u32, row: u32| {
-        let (right, down) = ((column / ZOOM) as i32, (row / ZOOM) as i32);
-        colour(window.u.1 - 1 - right, window.v.1 - 1 - down)
-    };
-    let pixels = (0..rows).flat_map(|row| (0..columns).flat_map(move |column| texel(column, row)));
-    Picture::from_rgb([columns, rows], pixels.collect())
 }

@@ -1,11 +1,12 @@
 //! Statistics over many attacks.
 
+use sabaki::maps::BakedGraph;
+use sabaki::query::Source;
 use sabaki_app::percentile::percentile;
 use serde_json::{Value, json};
 
 use super::output;
-use super::passes::{Method, Pass};
-use super::stats::{Run, Times};
+use super::queries::{Method, Pass, Run, Times};
 
 /// Statistics of one method.
 pub(crate) struct Summary {
@@ -34,18 +35,23 @@ pub(crate) struct Summary {
 }
 
 /// The exact whole search among the passes, which the others' hits are checked against.
-pub(crate) fn exact(passes: &[Pass]) -> Option<&Pass> {
+fn exact(passes: &[Pass]) -> Option<&Pass> {
     passes.iter().find(|pass| pass.method == Method::EXACT)
 }
 
 impl Summary {
-    /// Hits are checked against `exact`, or against the answer's own tests without it.
-    pub(crate) fn of(pass: &Pass, exact: Option<&Pass>) -> Self {
+    /// One summary for each pass. Hits are checked against the exact whole search among them, or against the answer's own tests without it.
+    pub(crate) fn of_all(passes: &[Pass]) -> Vec<Self> {
+        let exact = exact(passes);
+        passes.iter().map(|pass| Self::new(pass, exact)).collect()
+    }
+
+    fn new(pass: &Pass, exact: Option<&Pass>) -> Self {
         let runs = &pass.runs;
-        let sum = |of: fn(&Run) -> usize| runs.iter().map(of).sum::<usize>();
+        let sum = |number: fn(&Run) -> usize| runs.iter().map(number).sum::<usize>();
         let count = |is: fn(&Run) -> bool| runs.iter().filter(|run| is(run)).count();
         let (culled, mapped) = (sum(|r| r.counts.culled), sum(Run::mapped));
-        let values = |of: fn(&Run) -> f64| runs.iter().map(of).collect::<Vec<_>>();
+        let values = |number: fn(&Run) -> f64| runs.iter().map(number).collect::<Vec<_>>();
         let clean = runs.iter().filter(|r| r.avoided);
         let clean: Vec<f64> = clean.map(|r| f64::from(r.clearance)).collect();
         let unavoidable = runs.iter().enumerate().filter(|(index, run)| {
@@ -61,13 +67,13 @@ impl Summary {
             unavoidable: unavoidable.count(),
             checked: exact.is_some(),
             grid_used: count(Run::used_grid),
-            grid_answered: count(|run| run.source == sabaki::query::Source::Grid),
+            grid_answered: count(|run| run.source == Source::Grid),
             with_evasion: percentile(values(|r| r.counts.with_evasion as f64), 0.5),
             candidates: percentile(values(|r| r.counts.candidates as f64), 0.5),
             culled_share: culled as f64 / mapped.max(1) as f64,
             median_clearance: (!clean.is_empty()).then(|| percentile(clean, 0.5)),
-            query_ms: Times::of(runs, Run::query_ms),
-            cull_ms: Times::of(runs, |r| r.cull_ms),
+            query_ms: Times::new(runs, Run::query_ms),
+            cull_ms: Times::new(runs, |r| r.cull_ms),
             evading: count(|run| run.evasion.is_some()),
         }
     }
@@ -101,54 +107,104 @@ impl Summary {
     }
 }
 
-/// All passes as a table, with the reference of their hits.
-pub(crate) fn table(passes: &[Pass]) -> String {
+fn share(part: usize, whole: usize) -> String {
+    match whole {
+        0 => "-".to_owned(),
+        _ => format!("{:.1}%", 100.0 * part as f64 / whole as f64),
+    }
+}
+
+/// What each method answers, and what it costs: a table each.
+pub(crate) fn tables(passes: &[Pass]) -> String {
     let head = [
         "culled by",
         "grid",
-        "attacks, would hit",
-        "avoided: of those, of all",
-        "hit though avoidable",
-        "grid used, answered",
-        "by an evasion",
-        "candidates, with evasion",
-        "culled, of those with maps",
-        "clearance cm, median",
-        "query ms, median / p99",
-        "culling ms, median / p99",
+        "attacks",
+        "avoided",
+        "would hit",
+        "avoided",
+        "missed",
+        "by evasion",
+        "grid used",
+        "answered",
     ];
-    let mut table = output::table(&head, 2);
-    let exact = exact(passes);
-    for pass in passes {
-        let s = Summary::of(pass, exact);
-        let share = |part: usize, whole: usize| match whole {
-            0 => "-".to_owned(),
-            _ => format!("{:.1}%", 100.0 * part as f64 / whole as f64),
-        };
-        let percent = |part: usize| share(part, s.attacks);
-        let metres = s.median_clearance;
-        table.add_row(vec![
+    let mut answers = output::table(&head, 2);
+    let head = [
+        "culled by",
+        "grid",
+        "candidates",
+        "to evasions",
+        "culled",
+        "clearance",
+        "query ms",
+        "culling ms",
+    ];
+    let mut costs = output::table(&head, 2);
+    for s in Summary::of_all(passes) {
+        let name = [
             s.method.cull.name().to_owned(),
             s.method.grid_name().to_owned(),
-            format!("{}, {}", s.attacks, s.would_hit),
-            format!("{}, {}", share(s.dodged, s.would_hit), percent(s.avoided)),
+        ];
+        let percent = |part: usize| share(part, s.attacks);
+        answers.add_row(name.clone().into_iter().chain([
+            s.attacks.to_string(),
+            percent(s.avoided),
+            s.would_hit.to_string(),
+            share(s.dodged, s.would_hit),
             s.hit_though_avoidable().to_string(),
-            format!("{}, {}", percent(s.grid_used), percent(s.grid_answered)),
             percent(s.evading),
-            format!("{:.0}, {:.0}", s.candidates, s.with_evasion),
+            percent(s.grid_used),
+            percent(s.grid_answered),
+        ]));
+        let clearance = s.median_clearance;
+        costs.add_row(name.into_iter().chain([
+            format!("{:.0}", s.candidates),
+            format!("{:.0}", s.with_evasion),
             format!("{:.0}%", 100.0 * s.culled_share),
-            metres.map_or("-".to_owned(), |metres| format!("{:.1}", 100.0 * metres)),
+            clearance.map_or("-".to_owned(), |metres| format!("{:.1} cm", 100.0 * metres)),
             s.query_ms.text(2),
             s.cull_ms.text(3),
-        ]);
+        ]));
     }
-    let check = match exact {
-        Some(_) => {
-            "hit though avoidable: attacks that hit, but that the exact search over the whole graph avoids."
-        }
+    let missed = match exact(passes) {
+        Some(_) => "the attack hits, but the exact search of the whole graph avoids it",
         None => {
-            "hit though avoidable: attacks that hit with a candidate left untested; --check compares with the exact search over the whole graph."
+            "the attack hits, and a candidate was left untested (--check compares with the exact search)"
         }
     };
-    format!("{table}\nwould hit: attacks that hit a character whose motion continues. {check}")
+    format!(
+        "{answers}\n\
+         would hit: attacks that hit if the motion goes on. missed: {missed}.\n\n\
+         {costs}\n\
+         Medians of one query; times: median / 99th percentile. culled: share of the candidates with maps.\n"
+    )
+}
+
+/// One line for each attack.
+pub(crate) fn attack_table(baked: &BakedGraph, runs: &[Run]) -> comfy_table::Table {
+    let head = [
+        "attack",
+        "answer",
+        "by",
+        "rate p",
+        "clearance",
+        "candidates",
+        "culled",
+        "ms",
+    ];
+    let mut table = output::table(&head, 3);
+    for (index, run) in runs.iter().enumerate() {
+        table.add_row([
+            index.to_string(),
+            if run.avoided { "avoided" } else { "HIT" }.to_owned(),
+            run.evasion(baked)
+                .unwrap_or_else(|| "continued motion".to_owned()),
+            format!("{:.2}", run.rate),
+            format!("{:.1} cm", run.clearance * 100.0),
+            run.counts.candidates.to_string(),
+            run.counts.culled.to_string(),
+            format!("{:.2}", run.query_ms()),
+        ]);
+    }
+    table
 }

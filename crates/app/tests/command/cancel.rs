@@ -59,10 +59,9 @@ fn what_takes_long_ends_with_a_message_and_its_exit_code() {
     let folder = folder();
     let graph = baked();
     let many = "1000000";
-    let long: [&[&str]; 7] = [
+    let long: [&[&str]; 6] = [
         &["dodge", graph, "--attacks", many, "--cull", "cpu"],
         &["compare", graph, "--attacks", many],
-        &["compare", graph, "--attacks", many, "--settings"],
         &["coverage", graph, "--attacks", many],
         &["duel", graph, "--rounds", "10000"],
         &["play", graph, "--threats", many],

@@ -10,18 +10,16 @@ fn a_duel_has_the_keys_that_it_promises_and_is_the_same_for_a_seed() {
     let folder = folder();
     let file = embedded_file(folder.path());
     let args = ["--rounds", "3", "--json", "--seed"];
-    let fight = |motions: &[&str], seed, threads| {
-        let more = [seed, "--threads", threads];
-        let args = [&["duel"], motions, &args, &more].concat();
+    let fight = |motions: &[&str], seed| {
+        let args = [&["duel"], motions, &args, &[seed]].concat();
         let mut document = sabaki(folder.path(), &args).json(0);
         document["attack_grid"]["build_seconds"] = serde_json::Value::Null;
         without_times(document)
     };
     let baked = [file.to_str().unwrap()];
-    let document = fight(&baked, "1", "1");
-    assert_eq!(document, fight(&baked, "1", "3"), "any number of threads");
-    assert!(document != fight(&baked, "2", "1"), "another seed");
-    let unbaked = fight(&[], "1", "1");
+    let document = fight(&baked, "1");
+    assert!(document != fight(&baked, "2"), "another seed");
+    let unbaked = fight(&[], "1");
     assert_eq!(
         document["exchanges"], unbaked["exchanges"],
         "without a file"
@@ -58,21 +56,6 @@ fn a_duel_has_the_keys_that_it_promises_and_is_the_same_for_a_seed() {
 #[test]
 fn a_duel_that_cannot_be_fought_says_why() {
     let folder = folder();
-    let none = sabaki(folder.path(), &["duel", "--rounds", "0"]);
-    assert_eq!(none.code, 2);
-    let apart = sabaki(folder.path(), &["duel", baked(), "--apart", "nan"]);
-    apart.is_refused(&["--apart NaN"]);
-    // What is wrong with the film is said before the graph is looked for.
-    let film = |more: &[&str], words: &[&str]| {
-        let args = [&["duel", "no_such.sabaki", "--rounds", "2"], more].concat();
-        sabaki(folder.path(), &args).is_refused(words);
-    };
-    film(
-        &["--out", "a.gif", "--from", "3"],
-        &["--from 3", "--rounds is 2"],
-    );
-    film(&["--out", "no/a.gif"], &["--out no/a.gif", "no folder no"]);
-    film(&["--mesh", "capsules"], &["--mesh needs --out"]);
     // There is no walk in these clips, so the characters do not approach.
     let far = sabaki(folder.path(), &["duel", baked(), "--rounds", "1"]).is(1);
     assert!(
@@ -87,6 +70,7 @@ fn a_duel_that_cannot_be_fought_says_why() {
 fn a_film_and_a_sheet_are_drawn() {
     let folder = folder();
     let args = [
+        "render",
         "duel",
         baked(),
         "--apart",
@@ -102,10 +86,12 @@ fn a_film_and_a_sheet_are_drawn() {
     let said = sabaki(folder.path(), &film).json(0);
     let gif = std::fs::read(folder.path().join("d.gif")).unwrap();
     assert!(gif.starts_with(b"GIF89a"));
-    assert_eq!(said["film"]["bytes"], gif.len());
-    assert!(said["film"]["pictures"].as_u64().unwrap() > 6);
+    assert_eq!(said["bytes"], gif.len());
+    assert!(said["pictures"].as_u64().unwrap() > 6);
+    assert_eq!(said["duel"]["rounds"], 1);
     sabaki(folder.path(), &[&args[..], &["d.png"]].concat()).is(0);
     super::assert_is_png(&folder.path().join("d.png"));
-    sabaki(folder.path(), &[&args[..], &["d.bmp"]].concat()).is_refused(&[".png"]);
+    let later = [&args[..], &["d.png", "--from", "3"]].concat();
+    sabaki(folder.path(), &later).is_refused(&["no exchange 3"]);
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 2);
 }

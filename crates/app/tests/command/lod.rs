@@ -76,13 +76,6 @@ fn settings_change_what_they_say() {
         levels(&comma)[1]["energy"] != levels(&locked)[1]["energy"],
         "another clip"
     );
-    let parent = run(&["--carrier", "parent"]);
-    let last = |document: &Value| {
-        levels(document)[18]["position_error_mean"]
-            .as_f64()
-            .unwrap()
-    };
-    assert!(last(&parent) > last(&plain));
     let small = run(&["--screen", "540"]);
     let furthest = |document: &Value| document["switching"]["rule"]["energy"]["furthest"].as_f64();
     assert!((furthest(&small).unwrap() * 2.0 - furthest(&plain).unwrap()).abs() < 1e-2);
@@ -91,14 +84,7 @@ fn settings_change_what_they_say() {
         r#"{"masses": {"LeftForeArm": 100.0}}"#,
     )
     .unwrap();
-    let heavy = run(&[
-        "--masses",
-        "masses.json",
-        "--inertia",
-        "axis",
-        "--flexion",
-        "literal",
-    ]);
+    let heavy = run(&["--masses", "masses.json"]);
     let energy = |joint: &str| {
         let energies = heavy["energies"].as_array().unwrap();
         let found = energies
@@ -120,54 +106,26 @@ fn lod_refuses_what_makes_no_sense() {
         r#"{"masses": {"Tail": 1.0}}"#,
     )
     .unwrap();
-    std::fs::write(folder.path().join("bad.glb"), b"glTF\x02\0\0\0\0\0").unwrap();
     for (args, expected) in [
         (
             &["--lock", "Tail"][..],
             "the skeleton has no joint \"Tail\"",
         ),
         (
-            &["--fov", "0"],
-            "--fov 0: must be above 0 and below 180 degrees",
-        ),
-        (
-            &["--fov", "200"],
-            "--fov 200: must be above 0 and below 180 degrees",
-        ),
-        (
-            &["--export", "x.bvh"],
-            "--export x.bvh: its name must end in .glb",
-        ),
-        (
-            &["--export", "no/x.glb"],
-            "--export no/x.glb: there is no folder no",
-        ),
-        (&["--scale", "2"], "--scale needs a CLIP"),
-        (&["--screen=-3"], "--screen -3: must be above 0 pixels"),
-        (&["--screen", "-3"], "--screen -3: must be above 0 pixels"),
-        (&["--screen", "NaN"], "--screen NaN: must be above 0 pixels"),
-        (&["--vanish", "0"], "--vanish 0: must be above 0"),
-        (
-            &["--switch", "error", "--error", "0"],
-            "--error 0: must be above 0 pixels",
-        ),
-        (
-            &["--switch", "error", "--error", "NaN"],
-            "--error NaN: must be above 0 pixels",
-        ),
-        (
             &["--masses", "masses.json"],
             "masses.json: the skeleton has no joint \"Tail\"",
         ),
         (&["--masses", "none.json"], "none.json"),
-        (&["nothing.bvh"], "nothing.bvh"),
-        (
-            &["bad.glb"],
-            "bad.glb: the GLB container is damaged: it is cut off",
-        ),
     ] {
-        let done = sabaki(folder.path(), &[&["lod"], args].concat());
-        done.is_refused(&[expected]);
+        sabaki(folder.path(), &[&["lod"], args].concat()).is_refused(&[expected]);
+    }
+    for (args, word) in [
+        (&["--export", "x.bvh"][..], "end in .glb"),
+        (&["--screen", "-3"], "must be 1 to"),
+        (&["--vanish", "0"], "must be 0.01 to"),
+        (&["--error", "NaN"], "must be 0.001 to"),
+    ] {
+        sabaki(folder.path(), &[&["lod"], args].concat()).is_misused(&[word]);
     }
 }
 

@@ -49,7 +49,7 @@ fn an_explanation_lists_every_candidate_in_lines_that_can_be_read() {
         let short = sabaki(folder.path(), &explain).is(0);
         shortened += usize::from(short.stdout.contains("--all lists them"));
         for line in whole.stdout.lines().chain(short.stdout.lines()) {
-            assert!(line.chars().count() <= 120, "{line}");
+            assert!(line.chars().count() <= 100, "{line}");
         }
         assert!(!whole.stdout.contains("--all lists them"));
     }
@@ -135,37 +135,11 @@ fn compare_holds_all_paths_to_the_exact_one() {
     assert!(number(&document["grid_regret"]["median"]) <= number(&document["grid_regret"]["p90"]));
     let crossover = document["crossover"].as_array().unwrap();
     assert!(crossover.iter().any(|line| line["cull"] == "cpu"));
-    assert_eq!(crossover.len() * 2, rows.len());
+    // All but the exact path.
+    assert_eq!((crossover.len() + 1) * 2, rows.len());
     assert_is_png(&folder.path().join("plot.png"));
     let told = sabaki(folder.path(), &args).is(0).stdout;
-    for word in [
-        "496 ms",
-        "undecided",
-        "exact",
-        "cpu",
-        "candidates with maps per query",
-    ] {
-        assert!(told.contains(word), "{word}");
-    }
-}
-
-#[test]
-fn compare_tells_the_time_of_each_pass_on_the_device() {
-    let folder = folder();
-    let args = ["compare", baked(), "--attacks", "2", "--gpu-passes"];
-    let document = sabaki(folder.path(), &[&args[..], &["--json"]].concat()).json(0);
-    let paths = document["gpu_passes"].as_array().unwrap();
-    for cull in ["stencil", "compute"] {
-        let path = paths.iter().find(|path| path["cull"] == cull).unwrap();
-        assert!(number(&path["culls"]) > 0.0);
-        let passes = path["passes"].as_array().unwrap();
-        let named = |name: &str| passes.iter().any(|one| one["pass"] == name);
-        assert!(named("sabaki: counts to the host"), "{cull}: {passes:?}");
-        let all: f64 = passes.iter().map(|one| number(&one["ms"])).sum();
-        assert!(all > 0.0 && all < 60_000.0, "{cull}: {all} ms");
-    }
-    let told = sabaki(folder.path(), &args).is(0).stdout;
-    for word in ["GPU milliseconds by pass", "sabaki: count"] {
+    for word in ["496 ms", "open", "exact", "cpu"] {
         assert!(told.contains(word), "{word}");
     }
 }
@@ -177,31 +151,10 @@ fn row_of<'a>(rows: &'a [Value], other: &Value) -> &'a Value {
 }
 
 #[test]
-fn compare_holds_the_settings_of_maps_to_each_other() {
-    let folder = folder();
-    let args = ["compare", baked(), "--settings", "--attacks", "6"];
-    let document = sabaki(folder.path(), &[&args[..], &["--json"]].concat()).json(0);
-    let settings = document["settings"].as_array().unwrap();
-    assert!(settings.len() >= 8);
-    let named = |name: &str| settings.iter().find(|row| row["name"] == name).unwrap();
-    let (paper, default) = (named("paper"), named("default"));
-    assert_eq!(paper["maps"]["slices"], 1);
-    assert!(number(&default["weak"]) < number(&paper["weak"]));
-    for row in settings {
-        assert_eq!(row["candidates"], paper["candidates"]);
-        assert!(number(&row["map_bytes"]) > 0.0);
-        assert_eq!(row["tally"]["hits"], paper["tally"]["hits"]);
-        let certain = row["maps"]["section"] == "plane" && row["maps"]["slices"] != 1;
-        assert!(!certain || row["wrong"] == 0.0, "{row}");
-    }
-    assert!(sabaki(folder.path(), &args).is(0).stdout.contains("paper"));
-}
-
-#[test]
 fn coverage_says_where_the_gaps_are() {
     let folder = folder();
     let args = ["coverage", baked(), "--attacks", "1", "--directions", "4"];
-    let json = [&args[..], &["--json", "--png", "map.png"]].concat();
+    let json = [&args[..], &["--json", "--plot", "map.png"]].concat();
     let document = sabaki(folder.path(), &json).json(0);
     let cells = document["cells"].as_array().unwrap();
     assert_eq!(cells.len(), 4 * 5 * 7);

@@ -31,6 +31,21 @@ impl Ended {
         serde_json::from_str(&self.is(code).stdout).unwrap()
     }
 
+    /// Its arguments are wrong: it said so, with all of `words`, and did nothing else.
+    pub fn is_misused(&self, words: &[&str]) {
+        let Self {
+            code,
+            stdout,
+            stderr,
+        } = self;
+        assert_eq!(*code, 2, "{words:?}: {stdout}{stderr}");
+        assert!(stdout.is_empty(), "{words:?}: {stdout}");
+        for word in words {
+            assert!(stderr.contains(word), "{word:?} is not in: {stderr}");
+        }
+        assert!(!stderr.contains("panicked"), "{stderr}");
+    }
+
     /// It refused what it was given in one line with all of `words` in it, and did nothing else.
     pub fn is_refused(&self, words: &[&str]) {
         let Self {

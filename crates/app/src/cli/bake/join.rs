@@ -36,13 +36,13 @@ pub(super) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
     let write = || archive::write(&args.out, &baked.graph);
     let (written, measured) = while_measured(&baked.graph, write);
     written?;
-    Report {
+    Ok(Report {
         baked: &baked,
         measured,
         out: &args.out,
         as_json,
     }
-    .done(&clips, None)
+    .done())
 }
 
 /// The clips that the arguments of the plan name.

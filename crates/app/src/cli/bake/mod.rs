@@ -21,8 +21,6 @@ use sabaki::archive;
 use sabaki::maps::BakedGraph;
 use serde_json::json;
 
-use super::distances::DistanceFigure;
-use super::plot::Plot;
 use super::{Done, Failure, output, quality, source};
 
 /// Number of random attacks whose answers are measured.
@@ -38,9 +36,6 @@ pub(crate) struct Args {
     /// Graph file to write.
     #[arg(long, value_name = "FILE", required = true)]
     out: Option<PathBuf>,
-    /// Plots the distances between the frames of all clips, and the transitions: to a PNG or SVG file, or with - as letters to stdout.
-    #[arg(long, value_name = "FILE")]
-    plot: Option<Plot>,
 }
 
 /// A step of a bake that several processes share.
@@ -74,29 +69,28 @@ pub(crate) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
 }
 
 /// What can be refused before any work is done.
-fn check(args: &Args, out: &Path, as_json: bool) -> Result<(), Failure> {
+fn check(args: &Args, out: &Path) -> Result<(), Failure> {
     if args.clips.clips.is_empty() {
         return Err(Failure::Usage(
             "bake needs --clips: BVH or glTF files, or folders of them".to_owned(),
         ));
     }
-    Plot::check(args.plot.as_ref(), as_json)?;
     output::check_is_no_input("--out", out, &args.clips.files())?;
     output::check_can_be_written("--out", out)
 }
 
 fn in_one_process(args: &Args, out: &Path, as_json: bool) -> Result<Done, Failure> {
-    check(args, out, as_json)?;
+    check(args, out)?;
     let baked = source::from_clips(&args.clips)?;
     let (written, measured) = while_measured(&baked.graph, || archive::write(out, &baked.graph));
     written?;
-    Report {
+    Ok(Report {
         baked: &baked,
         measured,
         out,
         as_json,
     }
-    .done(&args.clips, args.plot.as_ref())
+    .done())
 }
 
 /// Quality of a graph's motions.
@@ -134,7 +128,7 @@ struct Report<'a> {
 }
 
 impl Report<'_> {
-    fn done(self, clips: &source::ClipArgs, plot: Option<&Plot>) -> Result<Done, Failure> {
+    fn done(self) -> Done {
         let Self {
             baked,
             measured,
@@ -142,28 +136,23 @@ impl Report<'_> {
             ..
         } = self;
         let Measured { of_clips, composed } = measured;
-        let (graph, threshold) = (baked.graph.graph(), clips.threshold);
-        let drawn = match plot {
-            None => String::new(),
-            Some(plot) => plot.draw(&DistanceFigure { graph, threshold })?,
-        };
         let left_out = baked
             .made
             .as_ref()
             .is_some_and(|made| !made.left_out.is_empty());
         let text = if self.as_json {
-            let mut document = source::statistics(baked);
+            let mut document = source::bake_statistics(baked);
             document["out"] = json!(out.display().to_string());
             document["quality"] = quality::document(&of_clips, &composed);
             Done::json(&document)
         } else {
             let table = quality::text(&of_clips, &composed, "answers");
-            let described = source::describe(baked);
-            format!("{described}{table}{drawn}wrote {}\n", out.display())
+            let described = source::describe_bake(baked);
+            format!("{described}{table}wrote {}\n", out.display())
         };
-        Ok(Done {
+        Done {
             incomplete: left_out,
             ..Done::ok(text)
-        })
+        }
     }
 }

@@ -5,31 +5,33 @@ use std::f32::consts::FRAC_PI_2;
 use glam::Vec3;
 use sabaki::anim::{Facing, JointTransform, Limbs, Pose, forward_kinematics};
 use sabaki::math::Sphere;
-use sabaki_app::film::{Delay, Film};
+use sabaki_app::film::Delay;
 use sabaki_draw::StageDesc;
 use sabaki_draw::scene::{
     Camera, Light, Orbit, Shot, SkinnedBody, skinned_positions, standing_pose,
 };
 
-use super::canvas::Canvas;
-use super::file::{self, Kind};
-use super::{Args, Written};
-use crate::cli::culling::DeviceArgs;
-use crate::cli::picture::Picture;
-use crate::cli::{Failure, cancel};
+use super::{OutArgs, Written, draw_all, on_a_sheet};
+use crate::cli::Failure;
+use crate::cli::source::GraphArgs;
+
+#[derive(clap::Args)]
+pub(super) struct Args {
+    #[command(flatten)]
+    graph: GraphArgs,
+    #[command(flatten)]
+    out: OutArgs,
+}
 
 /// Sides that the body is seen from.
 const SIDES: u32 = 4;
-/// Pixels between pictures.
-const GAP: u32 = 6;
 
-pub(super) fn run(args: &Args, kind: Kind, device: &DeviceArgs) -> Result<Written, Failure> {
+pub(super) fn run(args: &Args) -> Result<Written, Failure> {
     let baked = args.graph.load_unprepared()?;
-    let graph = baked.graph.graph();
+    let graph = baked.graph();
     let (skeleton, clips) = (graph.skeleton(), graph.clips());
-    let bound_outfit = args.mesh.load(skeleton, clips)?;
-    let Some(bound_outfit) = bound_outfit else {
-        let what = "render body needs --mesh: a file, or body".to_owned();
+    let Some(bound) = args.out.mesh.load(skeleton, clips)? else {
+        let what = "render body draws a mesh: --mesh FILE, or --mesh body".to_owned();
         return Err(Failure::Usage(what));
     };
     let hands = Limbs::of(skeleton).hands;
@@ -59,45 +61,26 @@ pub(super) fn run(args: &Args, kind: Kind, device: &DeviceArgs) -> Result<Writte
     };
     let poses = [standing_pose(skeleton, clips), best(&low), best(&raised)];
     let desc = StageDesc {
-        meshes: &bound_outfit.outfit.meshes,
+        meshes: &bound.outfit.meshes,
         ..StageDesc::default()
     };
-    let mut canvas = Canvas::new(device, args.size, &desc)?;
-    let size = args.size;
-    let whole = [
-        SIDES * (size[0] + GAP) + GAP,
-        poses.len() as u32 * (size[1] + GAP) + GAP,
-    ];
-    let mut sheet = Picture::new(whole);
-    let skin = &bound_outfit.outfit.skins[0];
-    let mesh = &bound_outfit.outfit.meshes[skin.mesh];
-    let aspect = size[0] as f32 / size[1] as f32;
-    for (row, joints) in (0..).zip(&poses) {
+    let mut canvas = args.out.canvas(&desc)?;
+    let skin = &bound.outfit.skins[0];
+    let mesh = &bound.outfit.meshes[skin.mesh];
+    let aspect = args.out.size[0] as f32 / args.out.size[1] as f32;
+    let shots = poses.iter().flat_map(|joints| {
         let heading = Facing::of(skeleton).placement(joints).heading();
         let cameras = cameras(&skinned_positions(mesh, skin, joints), heading, aspect);
-        for (column, camera) in (0..).zip(cameras) {
-            cancel::check()?;
-            let mut shot = shot(camera);
-            shot.skinned.push(SkinnedBody::new(skin, joints));
-            let picture = canvas.paint(&shot, None)?;
-            sheet.place(
-                [GAP + column * (size[0] + GAP), GAP + row * (size[1] + GAP)],
-                &picture,
-            );
-        }
-    }
+        cameras.map(|camera| (joints, camera))
+    });
+    let pictures = draw_all(shots.collect(), |(joints, camera)| {
+        let mut shot = shot(camera);
+        shot.skinned.push(SkinnedBody::new(skin, joints));
+        canvas.paint(&shot, None)
+    })?;
     drop(canvas);
-    let film = Film {
-        size: whole,
-        delay: Delay::default(),
-        pictures: vec![sheet.into_pixels()],
-    };
-    Ok(Written {
-        bytes: file::write(&args.out, kind, &film)?,
-        pictures: 1,
-        text: bound_outfit.report,
-        more: Vec::new(),
-    })
+    let sheet = on_a_sheet(&pictures, SIDES);
+    args.out.write(vec![sheet], Delay::default(), Some(&bound))
 }
 
 /// Cameras on all sides of a character with this heading, the front first, that show all positions of its mesh at the same scale.

@@ -1,63 +1,92 @@
 //! `sabaki render`: draws scenes to files, without a window.
 
 mod body;
-mod canvas;
 mod crowd;
 mod dodge;
 mod duel;
-mod file;
 
+use std::io::Write;
 use std::path::PathBuf;
 
-use clap::ValueEnum;
-pub(crate) use duel::DuelArgs;
-use serde_json::json;
+use sabaki::archive;
+use sabaki::gpu::GpuError;
+use sabaki::math::F32x16;
+use sabaki_app::Painter;
+use sabaki_app::film::{Delay, Film, FilmError, png};
+use sabaki_draw::StageDesc;
+use sabaki_draw::scene::{CrowdShot, Shot};
+use sabaki_fixtures::headless::Headless;
+use serde_json::{Value, json};
 
-use super::culling::DeviceArgs;
-use super::mesh::MeshArgs;
+pub(crate) use crowd::CrowdArgs;
+
+use super::culling::{self, DeviceArgs};
+use super::mesh::{BoundOutfit, MeshArgs};
 use super::numbers::whole;
-use super::source::GraphArgs;
-use super::{Done, Failure, cancel, output};
+use super::plot::Picture;
+use super::{Done, Failure, cancel, output, sheet};
 
 #[derive(clap::Args)]
 pub(crate) struct Args {
-    /// Scene to draw.
-    #[arg(value_enum)]
+    #[command(subcommand)]
     scene: Scene,
-    #[command(flatten)]
-    graph: GraphArgs,
+}
+
+#[derive(clap::Subcommand)]
+enum Scene {
+    /// A character that avoids an attack.
+    Dodge(Box<dodge::Args>),
+    /// Two characters that attack and avoid in turn.
+    Duel(Box<duel::Args>),
+    /// A column of ten thousand characters.
+    Crowd(Box<crowd::Args>),
+    /// The mesh of the characters from four sides, in three poses of the clips.
+    Body(Box<body::Args>),
+    /// The maps of the chosen evasion and of the attack, slab by slab, as the culling sees them.
+    Maps(Box<MapsArgs>),
+}
+
+/// The file and what is drawn into it.
+#[derive(Clone, Debug, clap::Args)]
+#[command(next_help_heading = "Picture")]
+struct OutArgs {
     /// File to write: a picture (.png) or a film (.gif, .apng).
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", value_parser = output::picture_file())]
     out: PathBuf,
     /// Size of a picture, in pixels.
     #[arg(long, value_name = "WxH", default_value = "640x400", value_parser = size)]
     size: [u32; 2],
-    /// Pictures per second of a film [default: 25].
-    #[arg(long, value_name = "N", value_parser = whole::<u16>(1..=50))]
-    rate: Option<u16>,
-    /// Leaves out the text.
-    #[arg(long)]
-    plain: bool,
     #[command(flatten)]
     mesh: MeshArgs,
     #[command(flatten)]
-    dodge: dodge::DodgeArgs,
-    #[command(flatten)]
-    crowd: crowd::CrowdArgs,
+    device: DeviceArgs,
 }
 
-#[derive(Clone, Copy, ValueEnum)]
-enum Scene {
-    /// A character that avoids an attack.
-    Dodge,
-    /// A column of ten thousand characters.
-    Crowd,
-    /// The mesh of the characters from four sides, in three poses of the clips.
-    Body,
+/// Options of films.
+#[derive(Clone, Debug, clap::Args)]
+#[command(next_help_heading = "Picture")]
+struct FilmArgs {
+    /// Pictures per second of a film.
+    #[arg(long, value_name = "N", default_value_t = 25, value_parser = whole::<u16>(1..=50))]
+    rate: u16,
+    /// Leaves out the text.
+    #[arg(long)]
+    plain: bool,
+}
+
+#[derive(clap::Args)]
+struct MapsArgs {
+    #[command(flatten)]
+    throw: dodge::ThrowArgs,
+    /// File to write (.png).
+    #[arg(long, value_name = "FILE", value_parser = output::png_file())]
+    out: PathBuf,
 }
 
 /// Largest width and height of a picture, in pixels.
 const MOST_PIXELS: u32 = 4096;
+/// Pixels between the pictures of a sheet.
+const GAP: u32 = 6;
 
 pub(super) fn size(text: &str) -> Result<[u32; 2], String> {
     let sides = text.split_once('x');
@@ -68,10 +97,117 @@ pub(super) fn size(text: &str) -> Result<[u32; 2], String> {
         .ok_or_else(|| format!("not a size such as 640x400, each 16 to {MOST_PIXELS}"))
 }
 
-/// The first option that is given, of options by their names.
-fn first_given(options: &[(&'static str, bool)]) -> Option<&'static str> {
-    let given = options.iter().find(|(_, is_given)| *is_given);
-    given.map(|(option, _)| *option)
+pub(crate) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
+    cancel::listen();
+    let written = match &args.scene {
+        Scene::Dodge(args) => dodge::run(args),
+        Scene::Duel(args) => duel::run(args),
+        Scene::Crowd(args) => crowd::run(args),
+        Scene::Body(args) => body::run(args),
+        Scene::Maps(args) => maps(args),
+    }?;
+    Ok(Done::ok(match as_json {
+        true => Done::json(&written.document),
+        false => written.text,
+    }))
+}
+
+/// The report on a written file.
+struct Written {
+    text: String,
+    document: Value,
+}
+
+impl Written {
+    /// Adds a line to the text, and the values to the document.
+    fn with(mut self, line: &str, values: Value) -> Self {
+        self.text += &format!("{line}\n");
+        if let (Some(all), Value::Object(values)) = (self.document.as_object_mut(), values) {
+            all.extend(values);
+        }
+        self
+    }
+}
+
+fn maps(args: &MapsArgs) -> Result<Written, Failure> {
+    let (baked, throw) = args.throw.load()?;
+    let answer = dodge::answer(&baked, &throw);
+    let picture = sheet::draw_answer(&baked, &throw, &answer);
+    let none = || Failure::Usage("the answer to this attack has no maps".to_owned());
+    write(&args.out, vec![picture.ok_or_else(none)?], Delay::default())
+}
+
+impl OutArgs {
+    /// Creates the device and what draws.
+    fn canvas(&self, desc: &StageDesc<'_>) -> Result<Canvas, Failure> {
+        let mut device = self.device.headless().map_err(failed)?;
+        match Painter::new(&mut device, self.size, desc) {
+            Ok(painter) => Ok(Canvas {
+                parts: Some((device, painter)),
+                size: self.size,
+            }),
+            Err(error) => {
+                culling::destroy(device);
+                Err(failed(error))
+            }
+        }
+    }
+
+    /// Writes pictures as a film, or the only one; reports on the mesh and the file.
+    fn write(
+        &self,
+        pictures: Vec<Picture>,
+        delay: Delay,
+        outfit: Option<&BoundOutfit>,
+    ) -> Result<Written, Failure> {
+        let mut written = write(&self.out, pictures, delay)?;
+        if let Some(outfit) = outfit {
+            written.text.insert_str(0, &outfit.report);
+            written.document["mesh"] = outfit.document.clone();
+        }
+        Ok(written)
+    }
+}
+
+/// Writes pictures as a film, or the only one, by the ending of the file's name.
+fn write(path: &PathBuf, pictures: Vec<Picture>, delay: Delay) -> Result<Written, Failure> {
+    let failed = |source| Failure::Write {
+        path: path.clone(),
+        source,
+    };
+    let count = pictures.len();
+    let film = Film {
+        size: pictures.first().map_or([0; 2], Picture::size),
+        delay,
+        pictures: pictures.into_iter().map(Picture::into_pixels).collect(),
+    };
+    let ending = path.extension().map(|ending| ending.to_ascii_lowercase());
+    let encoded = match ending.as_ref().and_then(|ending| ending.to_str()) {
+        Some("gif") => film.gif(),
+        Some("apng") => film.apng(),
+        _ => match film.pictures.first() {
+            Some(picture) => png(film.size, picture),
+            None => Err(FilmError::Empty),
+        },
+    };
+    let bytes = encoded.map_err(|error| failed(std::io::Error::other(error)))?;
+    cancel::check()?;
+    archive::write_atomically(path, |file| file.write_all(&bytes)).map_err(failed)?;
+    let file = path.display().to_string();
+    Ok(Written {
+        text: format!(
+            "{file}: {count} picture{}, {:.2} MB\n",
+            if count == 1 { "" } else { "s" },
+            bytes.len() as f64 * 1e-6
+        ),
+        document: json!({ "file": file, "bytes": bytes.len(), "pictures": count }),
+    })
+}
+
+/// Whether a file is a film by the ending of its name.
+fn is_film(path: &std::path::Path) -> bool {
+    let ending = path.extension();
+    !ending.is_some_and(|ending| ending.eq_ignore_ascii_case("png"))
 }
 
 /// Height of a line of text, in pixels, in pictures of this width.
@@ -79,87 +215,71 @@ fn text_height(width: u32) -> u32 {
     (width / 26).clamp(14, 32)
 }
 
-pub(crate) fn run(args: &Args, device: &DeviceArgs, as_json: bool) -> Result<Done, Failure> {
-    cancel::listen();
-    let kind = file::Kind::of(&args.out)?;
-    args.check(kind)?;
-    let written = match args.scene {
-        Scene::Dodge => dodge::run(args, kind, device)?,
-        Scene::Crowd => crowd::run(args, kind, device)?,
-        Scene::Body => body::run(args, kind, device)?,
-    };
-    let path = args.out.display().to_string();
-    Ok(Done::ok(if as_json {
-        let mut document =
-            json!({ "file": path, "bytes": written.bytes, "pictures": written.pictures });
-        for (key, value) in written.more {
-            document[key] = value;
-        }
-        Done::json(&document)
-    } else {
-        format!("{}{path}: {}\n", written.text, written.describe())
-    }))
+/// Draws a picture of each moment.
+fn draw_all<T>(
+    moments: Vec<T>,
+    mut draw: impl FnMut(T) -> Result<Picture, Failure>,
+) -> Result<Vec<Picture>, Failure> {
+    let bar = output::progress("drawing", moments.len() as u64);
+    let pictures = moments.into_iter().map(|moment| {
+        cancel::check()?;
+        let picture = draw(moment);
+        bar.inc(1);
+        picture
+    });
+    let pictures = pictures.collect();
+    bar.finish_and_clear();
+    pictures
 }
 
-impl Args {
-    fn rate(&self) -> u16 {
-        self.rate.unwrap_or(25)
+/// Pictures of one size side by side, row by row.
+fn on_a_sheet(pictures: &[Picture], columns: u32) -> Picture {
+    let [width, height] = pictures.first().map_or([0; 2], Picture::size);
+    let (width, height) = (width + GAP, height + GAP);
+    let rows = (pictures.len() as u32).div_ceil(columns);
+    let mut sheet = Picture::new([columns * width + GAP, rows * height + GAP]);
+    for (index, picture) in (0..).zip(pictures) {
+        let (column, row) = (index % columns, index / columns);
+        sheet.place([GAP + column * width, GAP + row * height], picture);
+    }
+    sheet
+}
+
+/// The device and the painter that draw pictures.
+struct Canvas {
+    // `None` only while the canvas is dropped.
+    parts: Option<(Headless, Painter)>,
+    size: [u32; 2],
+}
+
+impl Canvas {
+    /// The memory for a crowd's poses.
+    fn poses(&mut self) -> Result<&mut [F32x16], Failure> {
+        let gone = || failed(GpuError::Unfinished);
+        let (_, painter) = self.parts.as_mut().ok_or_else(gone)?;
+        painter.poses().map_err(failed)
     }
 
-    /// What can be refused before the graph is read: options of another scene or of another kind of file, and a file that cannot be written.
-    fn check(&self, kind: file::Kind) -> Result<(), Failure> {
-        output::check_can_be_written("--out", &self.out)?;
-        self.mesh.check()?;
-        if let Scene::Crowd = self.scene {
-            self.graph.check_unused("render crowd")?;
-        }
-        let (of_dodge, of_crowd) = (self.dodge.given(), self.crowd.given());
-        let of_dodge = of_dodge.map(|option| (option, "render dodge"));
-        let of_crowd = of_crowd.map(|option| (option, "render crowd"));
-        let (scene, wrong) = match self.scene {
-            Scene::Dodge => ("dodge", of_crowd),
-            Scene::Crowd => ("crowd", of_dodge),
-            Scene::Body => {
-                let own = [("--rate", self.rate.is_some()), ("--plain", self.plain)];
-                let own = first_given(&own).map(|option| (option, "render dodge and render crowd"));
-                ("body", of_dodge.or(of_crowd).or(own))
-            }
+    fn paint(&mut self, shot: &Shot, crowd: Option<&CrowdShot>) -> Result<Picture, Failure> {
+        let gone = || failed(GpuError::Unfinished);
+        let (device, painter) = self.parts.as_mut().ok_or_else(gone)?;
+        let pixels = painter.paint(device, shot, crowd).map_err(failed)?;
+        Ok(Picture::from_rgba(self.size, &pixels))
+    }
+}
+
+impl Drop for Canvas {
+    fn drop(&mut self) {
+        let Some((mut device, painter)) = self.parts.take() else {
+            return;
         };
-        if let Some((option, others)) = wrong {
-            let what = format!("render {scene} takes no {option}; it is only for {others}");
-            return Err(Failure::Usage(what));
+        if let Err(error) = painter.destroy(&mut device) {
+            tracing::error!("{error}");
         }
-        if self.rate.is_some() {
-            kind.check_rate(&self.out)?;
-        }
-        match self.dodge.of_a_picture() {
-            Some(option) if kind.is_film() => Err(Failure::Usage(format!(
-                "{option} draws a picture (.png); {} is a film",
-                self.out.display()
-            ))),
-            _ => Ok(()),
-        }
+        culling::destroy(device);
     }
 }
 
-/// A written file, for the report.
-struct Written {
-    bytes: usize,
-    pictures: usize,
-    /// Text of the report; each line ends with a line feed.
-    text: String,
-    more: Vec<(&'static str, serde_json::Value)>,
-}
-
-impl Written {
-    fn describe(&self) -> String {
-        let size = match self.bytes {
-            few if few < 1_000_000 => format!("{:.0} kB", few as f64 / 1e3),
-            many => format!("{:.2} MB", many as f64 / 1e6),
-        };
-        match self.pictures {
-            1 => size,
-            pictures => format!("{pictures} pictures, {size}"),
-        }
-    }
+fn failed(error: GpuError) -> Failure {
+    Failure::Device(format!("no picture can be drawn: {error}"))
 }

@@ -27,34 +27,6 @@ pub(crate) struct ReadArgs {
 }
 
 impl ReadArgs {
-    /// Refuses these options where no file is read for which they matter.
-    pub(crate) fn check_unused(&self, needed: &str) -> Result<(), Failure> {
-        let options = [
-            ("--scale", self.scale.is_some()),
-            ("--up", self.up.is_some()),
-            ("--amc-rate", self.amc_rate.is_some()),
-        ];
-        match options.iter().find(|(_, is_given)| *is_given) {
-            Some((option, _)) => Err(Failure::Usage(format!("{option} needs {needed}"))),
-            None => Ok(()),
-        }
-    }
-
-    /// Refuses `--amc-rate` where no AMC file is among the files and folders that are read.
-    pub(crate) fn check_paths(&self, paths: &[PathBuf]) -> Result<(), Failure> {
-        let is_amc = |path: &PathBuf| {
-            let ending = path.extension();
-            ending.is_some_and(|ending| ending.eq_ignore_ascii_case("amc"))
-        };
-        match self.amc_rate {
-            Some(_) if !sabaki_import::motion_files(paths)?.iter().any(is_amc) => {
-                let what = "--amc-rate needs an AMC file; none is read";
-                Err(Failure::Usage(what.to_owned()))
-            }
-            _ => Ok(()),
-        }
-    }
-
     pub(crate) fn options(&self) -> sabaki_import::ReadOptions {
         sabaki_import::ReadOptions {
             scale: self.scale,
@@ -133,8 +105,7 @@ impl ClipArgs {
             format!("--memory {memory}: must be above 0 GB")
         })?;
         self.maps.check()?;
-        self.figure.check()?;
-        self.read.check_paths(&self.clips)
+        self.figure.check()
     }
 
     /// The files and folders that are read, without those that a bake wrote.

@@ -18,11 +18,9 @@ use super::bake::bake_embedded;
 /// Number of files that are kept, of as many builds.
 const KEPT: usize = 4;
 
-/// The embedded motions, from the cache folder or baked now. How they were built is left out, as it is of a file.
-pub(super) fn embedded() -> Result<Baked, Failure> {
-    let file = cache_file();
-    let graph = read_or_bake(file.as_deref(), || Ok(bake_embedded()?.graph))?;
-    Ok(Baked { graph, made: None })
+/// The embedded motions, from the cache folder or baked now.
+pub(super) fn embedded() -> Result<BakedGraph, Failure> {
+    read_or_bake(cache_file().as_deref(), || Ok(bake_embedded()?.graph))
 }
 
 /// Bakes the embedded motions anew, for later commands too.

@@ -1,4 +1,4 @@
-//! Where a graph comes from: a baked file, clips, or the embedded motions.
+//! Where a graph comes from: a baked file, or the embedded motions. Bakes of clips.
 
 mod args;
 mod bake;
@@ -12,9 +12,11 @@ pub(crate) use bake::{
 };
 pub(crate) use bake_bar::BakeBar;
 pub(crate) use embedded::embedded_anew;
-pub(crate) use statistics::{describe, left_out_and_notes, statistics};
+pub(crate) use statistics::{
+    bake_statistics, describe, describe_bake, headline, left_out_and_notes, statistics,
+};
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use sabaki::archive;
 use sabaki::graph::BuildReport;
@@ -27,52 +29,23 @@ use super::figure::Figure;
 /// The graph to query.
 #[derive(Clone, Debug, clap::Args)]
 pub(crate) struct GraphArgs {
-    /// Graph written by `bake`. Default: --clips, or the embedded motions without them.
+    /// Graph written by `bake`. Default: the embedded motions.
     baked: Option<PathBuf>,
-    #[command(flatten)]
-    clips: ClipArgs,
 }
 
 impl GraphArgs {
-    /// All files and folders that are read.
-    pub(crate) fn files(&self) -> Vec<&Path> {
-        let baked = self.baked.iter().map(PathBuf::as_path);
-        baked.chain(self.clips.files()).collect()
-    }
-
-    /// Refuses a graph that is given where none is read.
-    pub(crate) fn check_unused(&self, by: &str) -> Result<(), Failure> {
-        match self.files().first() {
-            Some(path) => Err(Failure::Usage(format!(
-                "{by} takes no graph and no clips ({})",
-                path.display()
-            ))),
-            None => self.clips.read.check_unused("--clips"),
-        }
-    }
-
-    /// Loads or builds the graph, and prepares it, so that no query that is measured or seen computes what later ones use.
-    pub(crate) fn load(&self) -> Result<Baked, Failure> {
+    /// Reads the graph and prepares it, so that no query that is measured or seen computes what later ones use.
+    pub(crate) fn load(&self) -> Result<BakedGraph, Failure> {
         let baked = self.load_unprepared()?;
-        baked.graph.prepare();
+        baked.prepare();
         Ok(baked)
     }
 
-    /// Loads or builds the graph for a command that asks no query.
-    pub(crate) fn load_unprepared(&self) -> Result<Baked, Failure> {
-        if self.clips.clips.is_empty() {
-            self.clips.read.check_unused("--clips")?;
-        }
-        match (&self.baked, self.clips.clips.is_empty()) {
-            (_, true) if self.clips.events.is_some() => {
-                Err(Failure::Usage("--events needs --clips".to_owned()))
-            }
-            (Some(_), false) => Err(Failure::Usage(
-                "either a baked graph or --clips, not both".to_owned(),
-            )),
-            (Some(path), true) => from_file(path),
-            (None, false) => from_clips(&self.clips),
-            (None, true) => embedded::embedded(),
+    /// Reads the graph for a command that asks no query.
+    pub(crate) fn load_unprepared(&self) -> Result<BakedGraph, Failure> {
+        match &self.baked {
+            Some(path) => Ok(archive::read(path)?),
+            None => embedded::embedded(),
         }
     }
 }
@@ -92,12 +65,4 @@ pub(crate) struct BuildSummary {
     pub(crate) figure: Figure,
     /// Files that were left out, with the reasons.
     pub(crate) left_out: Vec<String>,
-}
-
-/// Reads a baked file.
-pub(crate) fn from_file(path: &Path) -> Result<Baked, Failure> {
-    Ok(Baked {
-        graph: archive::read(path)?,
-        made: None,
-    })
 }

@@ -2,9 +2,9 @@
 
 use sabaki::anim::EventKind;
 use sabaki::graph::MotionGraph;
+use sabaki::maps::BakedGraph;
 use serde_json::{Value, json};
 
-use super::super::clip_sizes::ClipSizes;
 use super::Baked;
 
 fn count(graph: &MotionGraph, kind: EventKind) -> usize {
@@ -16,8 +16,9 @@ fn count(graph: &MotionGraph, kind: EventKind) -> usize {
 }
 
 /// Statistics of a graph as JSON, with stable keys.
-pub(crate) fn statistics(baked: &Baked) -> Value {
-    let graph = baked.graph.graph();
+pub(crate) fn statistics(baked: &BakedGraph) -> Value {
+    let graph = baked.graph();
+    let entries = baked.entry_report();
     let mut value = json!({
         "joints": graph.skeleton().len(),
         "frame_rate": graph.frame_rate(),
@@ -28,19 +29,24 @@ pub(crate) fn statistics(baked: &Baked) -> Value {
         "seconds_kept": graph.seconds_kept(),
         "evasions": count(graph, EventKind::Evasion),
         "attacks": count(graph, EventKind::Attack),
-        "body_spheres": baked.graph.body().spheres.len(),
-        "props": baked.graph.body().props.len(),
-        "map_bytes": baked.graph.atlas().bytes(),
+        "body_spheres": baked.body().spheres.len(),
+        "props": baked.body().props.len(),
+        "map_bytes": baked.atlas().bytes(),
         "evasion_within": {
-            "0.5": baked.graph.responsive_share(0.5),
-            "1.0": baked.graph.responsive_share(1.0),
-            "1.5": baked.graph.responsive_share(1.5),
+            "0.5": baked.responsive_share(0.5),
+            "1.0": baked.responsive_share(1.0),
+            "1.5": baked.responsive_share(1.5),
         },
+        "clip_bytes": ClipSizes::new(graph).to_json(),
+        "entries": entries,
     });
-    value["clip_bytes"] = ClipSizes::of(graph).to_json();
-    let entries = baked.graph.entry_report();
-    value["entries"] = json!(entries);
     value["entries"]["share"] = json!(entries.share());
+    value
+}
+
+/// Statistics of a graph, and of its bake if it was baked now.
+pub(crate) fn bake_statistics(baked: &Baked) -> Value {
+    let mut value = statistics(&baked.graph);
     if let Some(made) = &baked.made {
         value["build_seconds"] = json!(made.seconds);
         value["report"] = json!(made.report);
@@ -52,100 +58,92 @@ pub(crate) fn statistics(baked: &Baked) -> Value {
     value
 }
 
-/// Statistics of a graph as text.
-pub(crate) fn describe(baked: &Baked) -> String {
-    let graph = baked.graph.graph();
-    let mut text = String::new();
-    let mut line = |text_line: String| {
-        text.push_str(&text_line);
-        text.push('\n');
-    };
-    let kept = format!("{:.1} s of motion", graph.seconds_kept());
-    line(match &baked.made {
-        Some(made) => format!(
-            "{} clips, {:.1} s; kept {kept}",
-            made.report.clips, made.report.seconds
-        ),
-        None => format!("{} clips; {kept}", graph.clips().len()),
-    });
-    line(ClipSizes::of(graph).text());
-    line(format!(
-        "{} nodes, {} edges ({} of them transitions)",
+/// A graph in one line.
+pub(crate) fn headline(baked: &BakedGraph) -> String {
+    let graph = baked.graph();
+    format!(
+        "{} clips, {:.1} s; {} nodes, {} edges; {} evasions, {} attacks\n",
+        graph.clips().len(),
+        graph.seconds_kept(),
         graph.nodes().len(),
         graph.edges().len(),
-        graph.transitions()
-    ));
-    line(format!(
-        "{} evasions and {} attacks",
         count(graph, EventKind::Evasion),
-        count(graph, EventKind::Attack)
-    ));
-    if let Some(made) = &baked.made {
-        line(format!(
-            "{} transitions left out because a foot darts in them",
-            made.report.darting
-        ));
-    }
-    let share = |seconds| 100.0 * baked.graph.responsive_share(seconds);
-    line(format!(
-        "an evasion can start within 0.5 s from {:.0}% of all moments, within 1.0 s from {:.0}%, within 1.5 s from {:.0}%",
-        share(0.5),
-        share(1.0),
-        share(1.5)
-    ));
-    let entries = baked.graph.entry_report();
-    line(format!(
-        "an evasion can be entered at once from {:.0}% of all moments, by {:.0} entries on average; the longest stretch of a clip without one is {:.2} s",
-        100.0 * entries.share(),
-        entries.entries as f64 / entries.moments.max(1) as f64,
-        entries.longest_without
-    ));
-    line(format!(
-        "the upper body can play an evasion over legs that go on, by {:.0} layers on average",
-        entries.layers as f64 / entries.moments.max(1) as f64,
-    ));
+        count(graph, EventKind::Attack),
+    )
+}
+
+/// A graph as text.
+pub(crate) fn describe(baked: &BakedGraph) -> String {
+    let graph = baked.graph();
+    let entries = baked.entry_report();
+    let moments = entries.moments.max(1) as f64;
     let [all, events] = [entries.unbranched, entries.unbranched_in_events];
-    line(format!(
-        "stretches without a branch point (an entry, an exit or a choice of edges): {:.2} s in the median, {:.2} s at most; in evasions and attacks {:.2} and {:.2} s",
-        all.median, all.longest, events.median, events.longest
-    ));
-    if let Some(made) = &baked.made {
-        text.push_str(&made.figure.describe());
-    }
+    let percent = |seconds| 100.0 * baked.responsive_share(seconds);
+    format!(
+        "{headline}{clips}\n\
+         {transitions} of the edges are transitions; {maps:.1} MB of maps\n\
+         evasions: one can start within 0.5 s from {:.0}% of all moments, within 1.0 s from {:.0}%,\n\
+         \x20 within 1.5 s from {:.0}%; one can be entered at once from {:.0}%\n\
+         entries: {:.0} for each moment, and {:.0} layers over legs that go on; none for {:.2} s at most\n\
+         seconds without a branch point (entry, exit, choice of edges): {:.2} in the median, {:.2} at most;\n\
+         \x20 in evasions and attacks {:.2} and {:.2}\n",
+        percent(0.5),
+        percent(1.0),
+        percent(1.5),
+        100.0 * entries.share(),
+        entries.entries as f64 / moments,
+        entries.layers as f64 / moments,
+        entries.longest_without,
+        all.median,
+        all.longest,
+        events.median,
+        events.longest,
+        headline = headline(baked),
+        clips = ClipSizes::new(graph).text(),
+        transitions = graph.transitions(),
+        maps = baked.atlas().bytes() as f64 * 1e-6,
+    )
+}
+
+/// A graph that was baked now, as text.
+pub(crate) fn describe_bake(baked: &Baked) -> String {
+    let mut text = describe(&baked.graph);
+    let Some(made) = &baked.made else {
+        return text;
+    };
     let mut line = |text_line: String| {
         text.push_str(&text_line);
         text.push('\n');
     };
-    if let Some(made) = &baked.made {
-        let dropped = &made.report.dropped;
-        if dropped.seconds > 0.05 {
-            line(format!(
-                "dropped because the graph does not lead there and back: {:.1} s of motion, {} whole clips",
-                dropped.seconds,
-                dropped.clips.len()
-            ));
-        }
-        for event in dropped.evasions.iter().chain(&dropped.attacks) {
-            line(format!("dropped event: {event}"));
-        }
-        if made.feet.planted_seconds > 0.0 {
-            line(format!(
-                "slide of planted feet: {:.0} mm/s in transitions ({:.0} without foot locking), {:.0} mm/s in the clips",
-                made.feet.kept, made.feet.blended, made.feet.clips
-            ));
-            let [median, most, largest] = made.feet.displacement.map(|metres| 1e3 * metres);
-            line(format!(
-                "feet that stand in both clips of a transition: {median:.0} mm apart in the median, {most:.0} mm at 90%, {largest:.0} mm at most; they take {} steps in place",
-                made.feet.steps
-            ));
-        }
-        line(format!(
-            "baked in {:.2} s; {:.1} MB of maps",
-            made.seconds,
-            baked.graph.atlas().bytes() as f64 * 1e-6
-        ));
-        text.push_str(&left_out_and_notes(&made.left_out, &made.warnings));
+    let (report, feet, dropped) = (&made.report, &made.feet, &made.report.dropped);
+    line(format!(
+        "read: {} clips, {:.1} s; dropped: {:.1} s and {} whole clips that the graph cannot reach and leave",
+        report.clips,
+        report.seconds,
+        dropped.seconds,
+        dropped.clips.len()
+    ));
+    for event in dropped.evasions.iter().chain(&dropped.attacks) {
+        line(format!("dropped event: {event}"));
     }
+    if feet.planted_seconds > 0.0 {
+        line(format!(
+            "slide of planted feet: {:.0} mm/s in transitions ({:.0} without foot locking), {:.0} mm/s in the clips",
+            feet.kept, feet.blended, feet.clips
+        ));
+        let [median, most, largest] = feet.displacement.map(|metres| 1e3 * metres);
+        line(format!(
+            "feet that stand in both clips of a transition are {median:.0} mm apart in the median, {most:.0} at 90%,\n  \
+             {largest:.0} at most; they take {} steps in place",
+            feet.steps
+        ));
+    }
+    line(format!(
+        "{} transitions left out because a foot would move too fast; baked in {:.2} s",
+        report.darting, made.seconds
+    ));
+    text.push_str(&made.figure.describe());
+    text.push_str(&left_out_and_notes(&made.left_out, &made.warnings));
     text
 }
 
@@ -154,4 +152,63 @@ pub(crate) fn left_out_and_notes(left_out: &[String], notes: &[String]) -> Strin
     let left_out = left_out.iter().map(|file| format!("left out: {file}\n"));
     let notes = notes.iter().map(|note| format!("note: {note}\n"));
     left_out.chain(notes).collect()
+}
+
+/// Sizes of all clips together, and the errors of compressing them.
+#[derive(Default)]
+struct ClipSizes {
+    clips: usize,
+    compressed: usize,
+    bytes: usize,
+    plain_bytes: usize,
+    /// Largest errors of any clip, at the joints and at the ends, in metres.
+    errors: [f32; 2],
+}
+
+impl ClipSizes {
+    fn new(graph: &MotionGraph) -> Self {
+        let mut sizes = Self {
+            clips: graph.clips().len(),
+            ..Self::default()
+        };
+        for clip in graph.clips() {
+            let [bytes, plain] = clip.stored_bytes();
+            sizes.bytes += bytes;
+            sizes.plain_bytes += plain;
+            if let Some(errors) = clip.compression_errors() {
+                sizes.compressed += 1;
+                for (largest, error) in sizes.errors.iter_mut().zip(errors) {
+                    *largest = largest.max(error);
+                }
+            }
+        }
+        sizes
+    }
+
+    fn ratio(&self) -> f64 {
+        self.plain_bytes as f64 / self.bytes.max(1) as f64
+    }
+
+    fn text(&self) -> String {
+        let [joints, ends] = self.errors.map(|metres| 1e3 * metres);
+        format!(
+            "{} of {} clips are compressed: {:.2} MB, {:.1} times smaller than plain, errors of {joints:.3} mm\n  \
+             at the joints and {ends:.3} mm at the ends at most",
+            self.compressed,
+            self.clips,
+            1e-6 * self.bytes as f64,
+            self.ratio()
+        )
+    }
+
+    fn to_json(&self) -> Value {
+        json!({
+            "stored": self.bytes,
+            "plain": self.plain_bytes,
+            "ratio": self.ratio(),
+            "compressed_clips": self.compressed,
+            "joint_error": self.errors[0],
+            "end_error": self.errors[1],
+        })
+    }
 }
