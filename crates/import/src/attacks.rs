@@ -4,11 +4,56 @@ use std::path::Path;
 use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer};
 use serde::de::{MapAccess, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize};
+use thiserror::Error;
 
-use super::error::{AttacksError, ReadError};
-use super::file::read_bytes;
-use super::json;
+use crate::ReadError;
+use crate::file::{JsonError, parse_json, read_bytes};
 use sabaki::maps::SphereKey;
+
+/// Reason why attacks cannot be used. Attacks, spheres and keys are counted from 0.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum AttacksError {
+    /// The text is not a valid attack file.
+    #[error(transparent)]
+    Json(#[from] JsonError),
+    /// The file has no attack.
+    #[error("the file holds no attack")]
+    NoAttack,
+    /// An attack has no sphere, or a sphere has no key.
+    #[error("attack {attack}, sphere {sphere}: no key; a sphere needs one at least")]
+    NoKey {
+        /// Index of the attack.
+        attack: usize,
+        /// Index of the sphere.
+        sphere: usize,
+    },
+    /// A time, a position or a radius is not finite, or the radius is not positive.
+    #[error(
+        "attack {attack}, sphere {sphere}, key {key}: not a finite time and place and a radius above 0"
+    )]
+    BadKey {
+        /// Index of the attack.
+        attack: usize,
+        /// Index of the sphere.
+        sphere: usize,
+        /// Index of the key.
+        key: usize,
+    },
+    /// A key is not later than the one before it.
+    #[error("attack {attack}, sphere {sphere}, key {key}: {t} s is not after {before} s")]
+    Order {
+        /// Index of the attack.
+        attack: usize,
+        /// Index of the sphere.
+        sphere: usize,
+        /// Index of the key.
+        key: usize,
+        /// Time of the key, in seconds.
+        t: f32,
+        /// Time of the previous key, in seconds.
+        before: f32,
+    },
+}
 
 /// An attack file: moving spheres in the character's frame at the time of the query (root on the
 /// ground, facing +Z). Time 0 is the query. Unknown keys are ignored.
@@ -33,7 +78,7 @@ impl AttackFile {
     /// # Errors
     /// The first error, with line and column or with the index of attack, sphere and key.
     pub fn parse(text: &[u8]) -> Result<Self, AttacksError> {
-        let file: Self = json::parse(text)?;
+        let file: Self = parse_json(text)?;
         file.check()?;
         Ok(file)
     }
@@ -43,10 +88,7 @@ impl AttackFile {
     /// # Errors
     /// The first error, with the file and the position in it.
     pub fn read(path: &Path) -> Result<Self, ReadError> {
-        Self::parse(&read_bytes(path)?).map_err(|error| ReadError::Attacks {
-            path: path.to_owned(),
-            error,
-        })
+        Self::parse(&read_bytes(path)?).map_err(ReadError::in_file(path))
     }
 
     fn check(&self) -> Result<(), AttacksError> {

@@ -1,17 +1,79 @@
-//! Body files: spheres on joints, which are identified by name.
+//! Files about bodies: spheres on joints, and masses of joints. Joints are identified by name.
 
+use std::collections::BTreeMap;
 use std::io::Write;
 use std::path::Path;
 
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
+use thiserror::Error;
 
-use super::error::{BodyFileError, ReadError};
-use super::file::read_bytes;
-use super::json;
+use crate::ReadError;
+use crate::file::{JsonError, parse_json, read_bytes};
 use sabaki::anim::Skeleton;
 use sabaki::archive::write_atomically;
+use sabaki::lod::Masses;
 use sabaki::maps::{Body, BodySphere};
+
+/// Reason why a body file cannot be used. Spheres are counted from 0.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum BodyFileError {
+    /// The text is not a valid body file.
+    #[error(transparent)]
+    Json(#[from] JsonError),
+    /// The file has no sphere.
+    #[error("the file holds no sphere")]
+    NoSphere,
+    /// A field is missing.
+    #[error("sphere {sphere}{}: no {field}", of(joint))]
+    Missing {
+        /// Index of the sphere.
+        sphere: usize,
+        /// Name of the sphere's joint, or empty if it has none.
+        joint: String,
+        /// Name of the field.
+        field: &'static str,
+    },
+    /// A field has an invalid value.
+    #[error("sphere {sphere}{}: {field} is {found}; {wanted}", of(joint))]
+    Field {
+        /// Index of the sphere.
+        sphere: usize,
+        /// Name of its joint.
+        joint: String,
+        /// Name of the field.
+        field: &'static str,
+        /// Description of the value.
+        found: String,
+        /// Description of valid values.
+        wanted: String,
+    },
+    /// Several joints of the clips' file have that name.
+    #[error(
+        "sphere {sphere}: several joints are called \"{joint}\"; name one of them, as \"{joint}_2\", or rename them in the file"
+    )]
+    Ambiguous {
+        /// Index of the sphere.
+        sphere: usize,
+        /// Name of the joint, as written.
+        joint: String,
+    },
+    /// The skeleton has no joint of this name.
+    #[error("sphere {sphere}: the skeleton has no joint \"{joint}\"")]
+    UnknownJoint {
+        /// Index of the sphere.
+        sphere: usize,
+        /// Name of the joint.
+        joint: String,
+    },
+}
+
+fn of(joint: &str) -> String {
+    match joint {
+        "" => String::new(),
+        joint => format!(" (joint \"{joint}\")"),
+    }
+}
 
 /// A body file: `{"spheres": [{"joint": "LeftHand", "offset": [x, y, z], "radius": 0.05}, ...]}`,
 /// in metres, in the joint's frame. The object may also be under the key `body`, as in files that
@@ -58,7 +120,7 @@ impl BodyFile {
     /// # Errors
     /// The first error, with line and column, or with the sphere, its joint and the field.
     pub fn parse(text: &[u8]) -> Result<Self, BodyFileError> {
-        let raw: RawFile = json::parse(text)?;
+        let raw: RawFile = parse_json(text)?;
         let spheres = raw.spheres.or(raw.body.map(|body| body.spheres));
         let spheres = spheres.unwrap_or_default();
         if spheres.is_empty() {
@@ -76,10 +138,7 @@ impl BodyFile {
     /// # Errors
     /// The first error, with the file and the position in it.
     pub fn read(path: &Path) -> Result<Self, ReadError> {
-        Self::parse(&read_bytes(path)?).map_err(|error| ReadError::Body {
-            path: path.to_owned(),
-            error,
-        })
+        Self::parse(&read_bytes(path)?).map_err(ReadError::in_file(path))
     }
 
     /// Converts a body to a file.
@@ -191,5 +250,62 @@ impl RawEntry {
             offset: place,
             radius: metres,
         })
+    }
+}
+
+/// Reason why a file of masses cannot be used.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum MassFileError {
+    /// The text is not a valid file of masses.
+    #[error(transparent)]
+    Json(#[from] JsonError),
+    /// The skeleton has no such joint.
+    #[error("the skeleton has no joint \"{0}\"")]
+    UnknownJoint(String),
+    /// A mass is negative or infinite.
+    #[error("joint \"{joint}\": a mass of {kilograms} kg is not possible")]
+    Mass {
+        /// Name of the joint.
+        joint: String,
+        /// Mass, in kilograms.
+        kilograms: f32,
+    },
+}
+
+/// A file of joint masses: `{"masses": {"LeftArm": 2.1, ...}}`, in kilograms. A joint's mass is
+/// that of the bones that start at it. Joints that are not named have no mass.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct MassFile {
+    /// Masses by joint name, in kilograms.
+    pub masses: BTreeMap<String, f32>,
+}
+
+impl MassFile {
+    /// Reads a file.
+    ///
+    /// # Errors
+    /// The first error, with the file and the position in it.
+    pub fn read(path: &Path) -> Result<Self, ReadError> {
+        let parsed = parse_json(&read_bytes(path)?).map_err(MassFileError::from);
+        parsed.map_err(ReadError::in_file(path))
+    }
+
+    /// Masses of a skeleton's joints.
+    ///
+    /// # Errors
+    /// The skeleton does not have a joint, or a mass is invalid.
+    pub fn resolve(&self, skeleton: &Skeleton) -> Result<Masses, MassFileError> {
+        let mut masses = vec![0.0; skeleton.len()];
+        for (joint, &kilograms) in &self.masses {
+            let id = skeleton
+                .find(joint)
+                .ok_or_else(|| MassFileError::UnknownJoint(joint.clone()))?;
+            if !(kilograms.is_finite() && kilograms >= 0.0) {
+                let joint = joint.clone();
+                return Err(MassFileError::Mass { joint, kilograms });
+            }
+            masses[id.index()] = kilograms;
+        }
+        Ok(Masses::Given(masses))
     }
 }

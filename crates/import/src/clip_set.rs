@@ -1,14 +1,13 @@
 use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
 
-use super::error::shortened;
-use super::file::clip_name;
-use super::motion_file::{ENDINGS, MotionFile, ends_with};
-use super::read::check;
-use super::retarget::{Obstacle, Retargeted};
-use super::warnings::clip_warnings;
-use super::{
+use crate::error::shortened;
+use crate::file::clip_name;
+use crate::motion_file::{MotionFile, check_options, is_motion_file};
+use crate::retarget::{Obstacle, Retargeted};
+use crate::{
     ClipEvents, EventsFile, LengthUnit, LoadedClip, ReadError, ReadOptions, Scale, ScaleSource,
+    clip_warnings,
 };
 use sabaki::anim::{Clip, Event, Skeleton};
 use sabaki::math::in_parallel;
@@ -54,7 +53,7 @@ pub fn read_clips(
     events: Option<&Path>,
     options: &ReadOptions,
 ) -> Result<ClipSet, ReadError> {
-    check(options)?;
+    check_options(options)?;
     let files = motion_files(paths)?;
     check_names(&files)?;
     let (loaded, mut failed) = load_all(&files, options);
@@ -137,10 +136,7 @@ pub fn read_clips(
         .check_names(&set.repeated_names)
         .and_then(|()| labels.resolve(&set.clips, &set.skeleton));
     set.events
-        .extend(resolved.map_err(|error| ReadError::Events {
-            path: events.unwrap_or(first_path).to_owned(),
-            error,
-        })?);
+        .extend(resolved.map_err(ReadError::in_file(events.unwrap_or(first_path)))?);
     set.events
         .sort_by(|a, b| a.clip.cmp(&b.clip).then(a.start.total_cmp(&b.start)));
     set.warnings
@@ -205,7 +201,7 @@ pub fn motion_files(paths: &[PathBuf]) -> Result<Vec<PathBuf>, ReadError> {
         let mut inside = Vec::new();
         for entry in std::fs::read_dir(path).map_err(io)? {
             let file = entry.map_err(io)?.path();
-            if ends_with(&file, &ENDINGS) && file.is_file() {
+            if is_motion_file(&file) && file.is_file() {
                 inside.push(file);
             }
         }
@@ -330,10 +326,7 @@ fn resolve_own<'a>(
             Ok(events) => one.events = events,
             Err(error) => failed.push(Failed {
                 file: one.file,
-                error: ReadError::Events {
-                    path: one.path.clone(),
-                    error,
-                },
+                error: ReadError::in_file(one.path)(error),
             }),
         }
     }

@@ -1,12 +1,94 @@
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
+use thiserror::Error;
 
-use super::error::{EventsError, ReadError};
-use super::file::read_bytes;
-use super::json;
 use super::motion_file::is_gltf;
+use crate::ReadError;
+use crate::error::shortened;
+use crate::file::{JsonError, parse_json, read_bytes};
 use sabaki::anim::{Clip, Event, EventKind, JointId, Skeleton};
+
+/// Reason why events cannot be used. Events are counted from 0, in the order of the file.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum EventsError {
+    /// The text is not a valid events file.
+    #[error(transparent)]
+    Json(#[from] JsonError),
+    /// There is no clip of this name.
+    #[error("events for \"{file}\", but there is no such clip")]
+    NoClip {
+        /// Name of the clip's file, as written.
+        file: String,
+    },
+    /// The name stands for several clips.
+    #[error(
+        "events for \"{file}\", which may be any of the clips {}",
+        shortened(clips)
+    )]
+    SeveralClips {
+        /// Name of the clip's file, as written.
+        file: String,
+        /// Names of these clips.
+        clips: Vec<String>,
+    },
+    /// The skeleton has no joint of this name.
+    #[error("\"{file}\", event {event}: the skeleton has no joint \"{joint}\"")]
+    NoJoint {
+        /// Name of the clip's file, as written.
+        file: String,
+        /// Index of the event.
+        event: usize,
+        /// Name of the joint, as written.
+        joint: String,
+    },
+    /// Several joints of the clip's file have that name.
+    #[error(
+        "\"{file}\", event {event}: several joints are called \"{joint}\"; name one of them, as \"{joint}_2\", or rename them in the file"
+    )]
+    Ambiguous {
+        /// Name of the clip's file, as written.
+        file: String,
+        /// Index of the event.
+        event: usize,
+        /// Name of the joint, as written.
+        joint: String,
+    },
+    /// An attack has no joints.
+    #[error("\"{file}\", event {event}: an attack needs the joints that strike")]
+    NoJoints {
+        /// Name of the clip's file, as written.
+        file: String,
+        /// Index of the event.
+        event: usize,
+    },
+    /// The times are negative or not finite, or the end is not after the start.
+    #[error(
+        "\"{file}\", event {event}: from {start} s to {end} s is no time range (0 <= start < end)"
+    )]
+    Range {
+        /// Name of the clip's file, as written.
+        file: String,
+        /// Index of the event.
+        event: usize,
+        /// Start, in seconds.
+        start: f64,
+        /// End, in seconds.
+        end: f64,
+    },
+    /// The event ends more than half a frame after the clip's end.
+    #[error("\"{file}\", event {event}: ends at {end} s, but the clip at {duration} s")]
+    Outside {
+        /// Name of the clip's file, as written.
+        file: String,
+        /// Index of the event.
+        event: usize,
+        /// End of the event, in seconds.
+        end: f64,
+        /// Duration of the clip, in seconds.
+        duration: f64,
+    },
+}
 
 /// An events file: the events of clips. Unknown keys are ignored.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -52,7 +134,7 @@ impl EventsFile {
     /// # Errors
     /// The first error, with line and column.
     pub fn parse(text: &[u8]) -> Result<Self, EventsError> {
-        Ok(json::parse(text)?)
+        Ok(parse_json(text)?)
     }
 
     /// Reads a file.
@@ -60,10 +142,7 @@ impl EventsFile {
     /// # Errors
     /// The first error, with the file, line and column.
     pub fn read(path: &Path) -> Result<Self, ReadError> {
-        Self::parse(&read_bytes(path)?).map_err(|error| ReadError::Events {
-            path: path.to_owned(),
-            error,
-        })
+        Self::parse(&read_bytes(path)?).map_err(ReadError::in_file(path))
     }
 
     /// Resolves the names of clips and joints. The result is sorted by clip and start. An end up to

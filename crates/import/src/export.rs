@@ -2,7 +2,7 @@
 //! and the body's spheres as JSON, with the same clock and world. The JSON also contains the query,
 //! so that it can be repeated ([`Recording`](super::Recording)).
 
-use std::io::{BufWriter, Write};
+use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use serde_json::{Value, json};
@@ -11,7 +11,7 @@ use super::recording::Chosen;
 use super::{RecordedRequest, bvh, gltf};
 use sabaki::anim::{Clip, ClipDesc, ClipError, Event, Pose};
 use sabaki::archive::write_atomically;
-use sabaki::graph::{ClipSource, EdgeId, EdgeMotion, Motion, MotionGraph};
+use sabaki::graph::{EdgeId, EdgeMotion, Motion, MotionGraph};
 use sabaki::internal::{EnteredAt, SAMPLE_RATE};
 use sabaki::maps::BakedGraph;
 use sabaki::math::Rigid2;
@@ -32,29 +32,8 @@ pub enum MotionFormat {
     Glb,
 }
 
-/// Destination and format of an export.
-#[derive(Clone, Copy, Debug)]
-pub struct Target<'a> {
-    /// Folder, which must exist.
-    pub folder: &'a Path,
-    /// Name of the files, without extension.
-    pub name: &'a str,
-    /// File format of the motion.
-    pub format: MotionFormat,
-}
-
-/// An answer to export, with the graph and the request that it belongs to.
-#[derive(Clone, Copy, Debug)]
-pub struct ExportedAnswer<'a> {
-    /// Graph of the query.
-    pub baked: &'a BakedGraph,
-    /// Input of the query.
-    pub request: &'a RecordedRequest,
-    /// Answer of the query.
-    pub answer: &'a Answer,
-}
-
-/// Writes the motion of an answer as `NAME.bvh` or `NAME.glb`, and everything else as `NAME.json`. Returns the two paths.
+/// Writes the motion of an answer as `NAME.bvh` or `NAME.glb`, and everything else as `NAME.json`, to a folder that exists. Returns the two
+/// paths.
 ///
 /// The motion starts at the time of the query. Its frames are the moments at which the exact
 /// test samples the body's spheres; between them the spheres move along straight lines. The JSON is
@@ -63,19 +42,13 @@ pub struct ExportedAnswer<'a> {
 /// # Errors
 /// An error of the file system.
 pub fn write_answer(
-    target: Target<'_>,
-    exported: ExportedAnswer<'_>,
+    folder: &Path,
+    name: &str,
+    format: MotionFormat,
+    baked: &BakedGraph,
+    request: &RecordedRequest,
+    answer: &Answer,
 ) -> std::io::Result<[PathBuf; 2]> {
-    let ExportedAnswer {
-        baked,
-        request,
-        answer,
-    } = exported;
-    let Target {
-        folder,
-        name,
-        format,
-    } = target;
     let ending = match format {
         MotionFormat::Bvh => "bvh",
         MotionFormat::Glb => "glb",
@@ -85,26 +58,16 @@ pub fn write_answer(
     let graph = baked.graph();
     let (played, seconds) = whole_motion(baked, answer, &request.attack);
     let clip = as_clip(graph, &played, seconds).map_err(std::io::Error::other)?;
+    let skeleton = graph.skeleton();
     write_atomically(&motion, |file| match format {
-        MotionFormat::Bvh => {
-            let desc = bvh::MotionDesc {
-                skeleton: graph.skeleton(),
-                clip: &clip,
-                metres_per_unit: METRES_PER_UNIT,
-            };
-            bvh::write(file, desc)
-        }
+        MotionFormat::Bvh => bvh::write(file, skeleton, &clip, METRES_PER_UNIT),
         MotionFormat::Glb => {
-            let source = ClipSource {
-                skeleton: graph.skeleton(),
-                clips: std::slice::from_ref(&clip),
-                events: &events(graph, &played, clip.duration()),
-            };
-            gltf::write_labelled(file, source)
+            let events = events(graph, &played, clip.duration());
+            gltf::write(file, skeleton, std::slice::from_ref(&clip), &events)
         }
     })?;
-    let document = document(exported);
-    write_atomically(&facts, |file: &mut BufWriter<_>| {
+    let document = document(baked, request, answer);
+    write_atomically(&facts, |file| {
         serde_json::to_writer_pretty(&mut *file, &document)?;
         writeln!(file)
     })?;
@@ -159,12 +122,7 @@ fn as_clip(graph: &MotionGraph, motion: &Motion, seconds: f32) -> Result<Clip, C
 /// All data of an answer as JSON with stable keys: the data to check the motion file with, the query, and the result of
 /// every candidate.
 #[must_use]
-pub fn document(exported: ExportedAnswer<'_>) -> Value {
-    let ExportedAnswer {
-        baked,
-        request,
-        answer,
-    } = exported;
+pub fn document(baked: &BakedGraph, request: &RecordedRequest, answer: &Answer) -> Value {
     let skeleton = baked.graph().skeleton();
     let body = baked.body().spheres.iter().map(|sphere| {
         let joint = &skeleton.joint(sphere.joint).name;
@@ -172,7 +130,7 @@ pub fn document(exported: ExportedAnswer<'_>) -> Value {
     });
     let described = answer.candidates.iter().map(|candidate| {
         let mut value = describe(baked, answer, candidate);
-        if let Some(place) = evasion_placement(exported, candidate) {
+        if let Some(place) = evasion_placement(baked, request, answer, candidate) {
             let heading = place.heading().to_degrees();
             value["evades_at"] = json!({ "x": place.x, "z": place.z, "heading": heading });
         }
@@ -200,14 +158,11 @@ pub fn document(exported: ExportedAnswer<'_>) -> Value {
 /// `None` if the candidate has no evasion, or only its upper body plays one.
 #[must_use]
 pub fn evasion_placement(
-    exported: ExportedAnswer<'_>,
+    baked: &BakedGraph,
+    request: &RecordedRequest,
+    answer: &Answer,
     candidate: &CandidateReport,
 ) -> Option<Rigid2> {
-    let ExportedAnswer {
-        baked,
-        request,
-        answer,
-    } = exported;
     let evasion = baked.evasion(candidate.evasion?)?;
     if candidate.layer.is_some() {
         return None;

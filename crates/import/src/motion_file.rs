@@ -1,19 +1,111 @@
+//! Reads the motions of one file, whatever its format, in metres and with +Y up.
+
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
+use std::str::FromStr;
 
-use glam::Quat;
+use glam::{Quat, Vec3};
+use sabaki::anim::{Clip, ClipDesc, ClipError, Joint, JointId, Pose, Skeleton, forward_kinematics};
+use thiserror::Error;
 
-use super::asf::{AmcClipDesc, AmcFile, AsfFile};
-use super::bvh::{BvhFile, MotionError};
-use super::file::{clip_name, read_bytes};
-use super::gltf::{GltfFile, SkinnedMesh};
-use super::{
-    LONGEST_CLIP, LengthUnit, LoadedClip, ReadError, ReadOptions, Scale, ScaleSource, Up, stature,
-};
-use sabaki::anim::{Clip, Pose, Skeleton};
+use crate::asf::{AmcFile, AsfFile};
+use crate::bvh::{BvhFile, MotionError};
+use crate::file::{clip_name, read_bytes};
+use crate::gltf::{GltfAnimation, GltfFile, SkinnedMesh};
+use crate::{EventEntry, LengthUnit, ReadError, Scale, ScaleSource, stature};
+
+/// Maximum duration of a clip, in seconds: ten hours. Longer clips come from wrong frame times and
+/// would exhaust memory.
+pub const LONGEST_CLIP: f64 = 36_000.0;
+
+/// Maximum number of frames times joints of a motion file; of a glTF file, of all its animations together, and of their keys. It limits memory, because a
+/// few bytes of a file can stand for many frames of many joints.
+pub const MOST_ENTRIES: u64 = 1 << 26;
+
+/// Range of [`ReadOptions::scale`], in metres per unit: from a millionth of a millimetre to a thousand kilometres.
+pub const SCALES: RangeInclusive<f64> = 1e-9..=1e6;
+
+/// Options for reading files.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ReadOptions {
+    /// Scale of the files, in metres per unit. Default `None`: BVH files are scaled by the
+    /// skeleton's stature, glTF files by 1.
+    pub scale: Option<f64>,
+    /// Axis that points up in the files. Default +Y.
+    pub up: Up,
+    /// Frame rate of AMC files, which do not contain it, in frames per second. Default `None`:
+    /// [`AmcFile::USUAL_RATE`](crate::asf::AmcFile::USUAL_RATE).
+    pub amc_rate: Option<f64>,
+    /// Leaves out files that cannot be read, and files whose skeleton differs from that of the largest group of files, instead of
+    /// refusing a set of clips. Default `false`.
+    pub keep_going: bool,
+    /// Puts motions of other skeletons on that of the largest group of files, by the joints' names, instead of refusing them. A warning
+    /// says what this costs. Default `false`.
+    pub retarget: bool,
+}
+
+/// A motion from a file, in metres.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LoadedClip {
+    /// Skeleton, in metres.
+    pub skeleton: Skeleton,
+    /// Motion, named after the file without its folder.
+    pub clip: Clip,
+    /// Scale of the file.
+    pub scale: Scale,
+    /// Events in the file itself. Only glTF files can contain them, in their `extras`.
+    pub events: Vec<EventEntry>,
+    /// Names that several joints have in the file. The first joint keeps the name, the others have a number behind it.
+    pub repeated_names: Vec<String>,
+    /// Doubtful contents of the file, one line each.
+    pub notes: Vec<String>,
+}
+
+/// Reads the only motion of a file, in metres. The extension determines the format: glTF (`.glb`,
+/// `.gltf`), AMC (`.amc`), otherwise BVH.
+///
+/// # Errors
+/// The first error, with the file and the position in it. A file with several motions is an error.
+pub fn read_clip(path: &Path, options: &ReadOptions) -> Result<LoadedClip, ReadError> {
+    let mut motions = read_motions(path, options)?;
+    match motions.pop() {
+        Some(only) if motions.is_empty() => Ok(only),
+        last => Err(ReadError::Several {
+            path: path.to_owned(),
+            clips: motions
+                .into_iter()
+                .chain(last)
+                .map(|motion| motion.clip.name().to_owned())
+                .collect(),
+        }),
+    }
+}
+
+/// Reads all motions of a file, in metres: one of a BVH or AMC file, one for each animation of a
+/// glTF file.
+///
+/// # Errors
+/// The first error, with the file and the position in it.
+pub fn read_motions(path: &Path, options: &ReadOptions) -> Result<Vec<LoadedClip>, ReadError> {
+    check_options(options)?;
+    let file = MotionFile::read(path)?;
+    file.to_metres(path, file.scale(options), options)
+}
+
+/// Checks that scale and frame rate are within their ranges.
+pub(super) fn check_options(options: &ReadOptions) -> Result<(), ReadError> {
+    match options.scale {
+        Some(scale) if !SCALES.contains(&scale) => return Err(ReadError::Scale(scale)),
+        _ => {}
+    }
+    match options.amc_rate {
+        Some(rate) if !(1e-3..=1e6).contains(&rate) => Err(ReadError::Rate(rate)),
+        _ => Ok(()),
+    }
+}
 
 /// File extensions of motion files.
-pub(super) const ENDINGS: [&str; 4] = ["bvh", "amc", "glb", "gltf"];
+const ENDINGS: [&str; 4] = ["bvh", "amc", "glb", "gltf"];
 
 /// A parsed motion file, in its own unit.
 pub(super) enum MotionFile {
@@ -23,7 +115,7 @@ pub(super) enum MotionFile {
 }
 
 /// Whether a path has one of the extensions, ignoring case.
-pub(super) fn ends_with(path: &Path, endings: &[&str]) -> bool {
+fn ends_with(path: &Path, endings: &[&str]) -> bool {
     let ending = path.extension().unwrap_or_default();
     endings
         .iter()
@@ -47,10 +139,7 @@ pub fn is_motion_file(path: &Path) -> bool {
 /// # Errors
 /// The first error, with the file and the position in it.
 pub fn read_bvh(path: &Path) -> Result<BvhFile, ReadError> {
-    BvhFile::parse(&read_bytes(path)?).map_err(|error| ReadError::Bvh {
-        path: path.to_owned(),
-        error,
-    })
+    BvhFile::parse(&read_bytes(path)?).map_err(ReadError::in_file(path))
 }
 
 /// Reads a glTF file in its own unit. External buffers are read from its folder.
@@ -58,12 +147,13 @@ pub fn read_bvh(path: &Path) -> Result<BvhFile, ReadError> {
 /// # Errors
 /// The first error, with the file and the position in it.
 pub fn read_gltf(path: &Path) -> Result<GltfFile, ReadError> {
+    GltfFile::parse(&read_bytes(path)?, beside(path)).map_err(ReadError::in_file(path))
+}
+
+/// Reads files from the folder of a file.
+fn beside(path: &Path) -> impl FnMut(&Path) -> Result<Vec<u8>, String> {
     let folder = path.parent().unwrap_or(Path::new(""));
-    let load = |file: &Path| read_bytes(&folder.join(file)).map_err(|error| error.to_string());
-    GltfFile::parse(&read_bytes(path)?, load).map_err(|error| ReadError::Gltf {
-        path: path.to_owned(),
-        error: Box::new(error),
-    })
+    move |file| read_bytes(&folder.join(file)).map_err(|error| error.to_string())
 }
 
 /// Reads the skinned mesh of a glTF file in its own unit. External files are read from its folder.
@@ -71,15 +161,10 @@ pub fn read_gltf(path: &Path) -> Result<GltfFile, ReadError> {
 /// # Errors
 /// The first error, with the file and the position in it.
 pub fn read_mesh(path: &Path) -> Result<SkinnedMesh, ReadError> {
-    let folder = path.parent().unwrap_or(Path::new(""));
-    let load = |file: &Path| read_bytes(&folder.join(file)).map_err(|error| error.to_string());
-    SkinnedMesh::parse(&read_bytes(path)?, load).map_err(|error| ReadError::Gltf {
-        path: path.to_owned(),
-        error: Box::new(error),
-    })
+    SkinnedMesh::parse(&read_bytes(path)?, beside(path)).map_err(ReadError::in_file(path))
 }
 
-pub(super) fn given(metres_per_unit: f64) -> Scale {
+fn given(metres_per_unit: f64) -> Scale {
     Scale {
         metres_per_unit,
         found: ScaleSource::Given,
@@ -139,15 +224,11 @@ impl MotionFile {
             return Ok(Self::Gltf(Box::new(read_gltf(path)?)));
         }
         if ends_with(path, &["amc"]) {
-            let damaged = |path: &Path, error| ReadError::Asf {
-                path: path.to_owned(),
-                error,
-            };
             let skeleton = skeleton_of(path)?;
             let asf = AsfFile::parse(&read_bytes(&skeleton)?);
-            let asf = asf.map_err(|error| damaged(&skeleton, error))?;
+            let asf = asf.map_err(ReadError::in_file(&skeleton))?;
             let amc = AmcFile::parse(&asf, &read_bytes(path)?);
-            let amc = amc.map_err(|error| damaged(path, error))?;
+            let amc = amc.map_err(ReadError::in_file(path))?;
             return Ok(Self::Amc(asf, amc));
         }
         Ok(Self::Bvh(read_bvh(path)?))
@@ -163,7 +244,7 @@ impl MotionFile {
             },
             (Self::Amc(asf, amc), None) => {
                 let mut pose = Pose::default();
-                amc.frame(0).pose(asf, 1.0, &mut pose);
+                amc.pose(asf, 0, 1.0, &mut pose);
                 Scale::of_stature(asf.skeleton(1.0).map_or(0.0, |skeleton| {
                     pose.rotations.resize(skeleton.len(), Quat::IDENTITY);
                     stature(&skeleton, &pose)
@@ -224,10 +305,7 @@ impl MotionFile {
                 });
             }
             let standing = motion().and_then(up);
-            let (skeleton, clip) = standing.map_err(|error| ReadError::Motion {
-                path: path.to_owned(),
-                error,
-            })?;
+            let (skeleton, clip) = standing.map_err(ReadError::in_file(path))?;
             Ok(LoadedClip {
                 notes: self.notes(&skeleton, &clip),
                 skeleton,
@@ -244,7 +322,7 @@ impl MotionFile {
                 Ok(vec![loaded(seconds, &|| file.motion(&name, metres))?])
             }
             Self::Gltf(file) => {
-                let load = |animation: &super::gltf::GltfAnimation| {
+                let load = |animation: &GltfAnimation| {
                     let name = match file.animations() {
                         [_] => name.clone(),
                         _ => format!("{name}:{}", animation.name),
@@ -259,14 +337,150 @@ impl MotionFile {
             Self::Amc(asf, amc) => {
                 let rate = options.amc_rate.unwrap_or(AmcFile::USUAL_RATE);
                 let seconds = (amc.frames() - 1) as f64 / rate;
-                let desc = AmcClipDesc {
-                    name: &name,
-                    metres_per_unit: metres,
-                    frame_rate: rate,
-                };
-                let motion = || amc.motion(asf, &desc);
+                let motion = || amc.motion(asf, &name, metres, rate);
                 Ok(vec![loaded(seconds, &motion)?])
             }
         }
     }
+}
+
+/// Axis that points up in a file.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Up {
+    /// +X.
+    X,
+    /// +Y, as in sabaki.
+    #[default]
+    Y,
+    /// +Z.
+    Z,
+}
+
+/// A word is not the name of an axis.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Error)]
+#[error("up is x, y or z")]
+pub struct UpError;
+
+impl FromStr for Up {
+    type Err = UpError;
+    fn from_str(word: &str) -> Result<Self, UpError> {
+        match word.to_ascii_lowercase().as_str() {
+            "x" => Ok(Self::X),
+            "y" => Ok(Self::Y),
+            "z" => Ok(Self::Z),
+            _ => Err(UpError),
+        }
+    }
+}
+
+impl Up {
+    /// Rotation from the file's axes to +Y up.
+    fn turn(self) -> Quat {
+        match self {
+            Self::X => Quat::from_rotation_arc(Vec3::X, Vec3::Y),
+            Self::Y => Quat::IDENTITY,
+            Self::Z => Quat::from_rotation_arc(Vec3::Z, Vec3::Y),
+        }
+    }
+
+    /// Skeleton and motion with +Y up. The axes of every joint are changed, so that the rest pose
+    /// is upright too.
+    pub(super) fn stood(
+        self,
+        skeleton: &Skeleton,
+        clip: &Clip,
+    ) -> Result<(Skeleton, Clip), ClipError> {
+        let turn = self.turn();
+        let mut joints: Vec<Joint> = skeleton.clone().into();
+        joints
+            .iter_mut()
+            .for_each(|joint| joint.offset = turn * joint.offset);
+        let skeleton = Skeleton::new(joints)?;
+        let ClipDesc {
+            name,
+            frame_rate,
+            roots,
+            rotations,
+            translations,
+        } = &clip.desc();
+        let places = |places: &[Vec3]| places.iter().map(|&place| turn * place).collect();
+        let rotations = rotations
+            .iter()
+            .map(|&q| (turn * q * turn.conjugate()).normalize());
+        let desc = ClipDesc {
+            name: name.clone(),
+            frame_rate: *frame_rate,
+            roots: places(roots),
+            rotations: rotations.collect(),
+            translations: places(translations),
+        };
+        let clip = Clip::new(&skeleton, desc)?;
+        Ok((skeleton, clip))
+    }
+}
+
+/// Warnings about clips that are readable but suspicious, one line each.
+#[must_use]
+pub fn clip_warnings(skeleton: &Skeleton, clips: &[Clip]) -> Vec<String> {
+    [sides(skeleton), upright(skeleton, clips)]
+        .into_iter()
+        .flatten()
+        .collect()
+}
+
+/// Warns if the names of a skeleton with limbs do not tell left from right.
+fn sides(skeleton: &Skeleton) -> Option<String> {
+    /// Minimum number of limb ends: two feet, a head and a hand.
+    const ENDS: usize = 4;
+    let ends = skeleton
+        .ids()
+        .filter(|&id| skeleton.children(id).next().is_none())
+        .count();
+    let doubtful = ends >= ENDS && !Facing::of(skeleton).is_of_hips();
+    doubtful.then(|| {
+        "no joint names tell left from right (as LeftLeg, l_leg, leg.L or Bip01 L Leg do): the character is taken to face along its \
+         root's Z axis, and its trunk and limbs to be as thick as its neck"
+            .to_owned()
+    })
+}
+
+/// The joint that all legs start from: the nearest common ancestor of all feet. It is the root of many skeletons, but not of those whose
+/// root lies on the ground.
+fn hips(skeleton: &Skeleton, feet: &[JointId]) -> JointId {
+    let above = |joint: JointId, foot: JointId| skeleton.ancestry(foot).any(|id| id == joint);
+    let mut candidates = feet
+        .iter()
+        .take(usize::from(feet.len() > 1))
+        .flat_map(|&foot| skeleton.ancestry(foot).skip(1));
+    candidates
+        .find(|&joint| feet.iter().all(|&foot| above(joint, foot)))
+        .unwrap_or(JointId::ROOT)
+}
+
+/// Warns if the hips of the figure are not above its feet along Y, over all clips.
+fn upright(skeleton: &Skeleton, clips: &[Clip]) -> Option<String> {
+    /// Number of samples of each clip.
+    const SAMPLES: usize = 8;
+    let limbs = Limbs::of(skeleton);
+    if limbs.hands.is_empty() || limbs.feet.is_empty() {
+        return None;
+    }
+    let hips = hips(skeleton, &limbs.feet);
+    let (mut pose, mut joints) = (Pose::default(), Vec::new());
+    let mut up = Vec3::ZERO;
+    for clip in clips {
+        for frame in (0..clip.frames()).step_by(clip.frames().div_ceil(SAMPLES)) {
+            clip.pose(frame, &mut pose);
+            forward_kinematics(skeleton, &pose, &mut joints);
+            let feet = limbs.feet.iter().map(|id| joints[id.index()].translation);
+            up += joints[hips.index()].translation - feet.sum::<Vec3>() / limbs.feet.len() as f32;
+        }
+    }
+    let axis = up.abs().max_position();
+    let doubtful = up.length() > 0.0 && (axis != 1 || up.y < 0.0);
+    doubtful.then(|| {
+        let sign = if up[axis] < 0.0 { '-' } else { '+' };
+        let name = ['X', 'Y', 'Z'][axis];
+        format!("the figure seems to stand along {sign}{name}, but +Y is taken for up: say which way is up (--up), or turn the files before use")
+    })
 }

@@ -1,10 +1,31 @@
 use std::path::Path;
 
+use thiserror::Error;
 use tobj::LoadOptions;
 
-use super::error::{ObjError, ReadError};
-use super::file::{read_bytes, without_mark};
-use crate::fit::{Mesh, MeshPart};
+use crate::ReadError;
+use crate::file::{read_bytes, without_mark};
+use crate::fit::{Mesh, MeshError, MeshPart};
+
+/// Reason why an OBJ file cannot be read.
+#[derive(Clone, Debug, PartialEq, Error)]
+#[non_exhaustive]
+pub enum ObjError {
+    /// The text is not valid OBJ. The message is that of the parser, which does not report lines.
+    #[error("not an OBJ mesh: {0}")]
+    Text(String),
+    /// A corner of a face refers to no vertex.
+    #[error("line {line}: a face's corner names vertex \"{found}\"")]
+    Corner {
+        /// Line number, from 1.
+        line: usize,
+        /// The corner as written, without texture and normal.
+        found: String,
+    },
+    /// The mesh is invalid.
+    #[error(transparent)]
+    Mesh(#[from] MeshError),
+}
 
 /// Parses the mesh of an OBJ text, in the text's own units and axes. Polygons are divided into
 /// triangle fans. Each group or object becomes a part. Lines, points, materials and unused vertices
@@ -99,8 +120,5 @@ fn corner(word: &str, vertices: i64) -> Result<i64, &str> {
 /// # Errors
 /// The first error, with the file.
 pub fn read_obj(path: &Path) -> Result<Mesh, ReadError> {
-    parse_obj(&read_bytes(path)?).map_err(|error| ReadError::Obj {
-        path: path.to_owned(),
-        error,
-    })
+    parse_obj(&read_bytes(path)?).map_err(ReadError::in_file(path))
 }

@@ -1,19 +1,49 @@
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
+use thiserror::Error;
 
 use super::attacks::AttackEntry;
-use super::error::{ReadError, RecordingError};
-use super::file::read_bytes;
-use super::json;
+use crate::ReadError;
+use crate::file::{JsonError, parse_json, read_bytes};
 use sabaki::anim::Warp;
 use sabaki::archive;
 use sabaki::graph::{EdgeId, Playhead};
 use sabaki::internal::{EnteredAt, Layer};
 use sabaki::maps::BakedGraph;
 use sabaki::query::{
-    Answer, Attack, Evaluation, Query, QueryContext, QuerySettings, Request, cull::cpu,
+    Answer, Attack, AttackError, Evaluation, Query, QueryContext, QuerySettings, QuerySettingsError, Request, cull::cpu,
 };
+
+/// Reason why a file is not a recording, or cannot be replayed.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum RecordingError {
+    /// The text is not a valid exported answer.
+    #[error(transparent)]
+    Json(#[from] JsonError),
+    /// The attack is invalid.
+    #[error(transparent)]
+    Attack(#[from] AttackError),
+    /// A setting is out of range.
+    #[error(transparent)]
+    Settings(#[from] QuerySettingsError),
+    /// The recording belongs to another graph.
+    #[error(
+        "it was answered on the graph {expected:08x}, and this one is {found:08x}: name the baked graph that it was exported from"
+    )]
+    Graph {
+        /// Checksum of the recording's graph.
+        expected: u32,
+        /// Checksum of the given graph.
+        found: u32,
+    },
+    /// The graph does not have the playhead's edge or frame.
+    #[error("the playhead is no place of the graph")]
+    Playhead,
+    /// The checksum of the graph cannot be computed, because memory is exhausted.
+    #[error("the graph cannot be named: {0}")]
+    Unnamed(String),
+}
 
 /// The input of a query. Together with the graph it determines the answer.
 #[derive(Clone, Debug, PartialEq)]
@@ -126,7 +156,7 @@ impl Recording {
             attack,
             query,
             answer,
-        } = json::parse(text)?;
+        } = parse_json(text)?;
         Ok(Self {
             request: RecordedRequest {
                 graph: query.graph,
@@ -144,10 +174,7 @@ impl Recording {
     /// # Errors
     /// The first error, with the file and the position in it.
     pub fn read(path: &Path) -> Result<Self, ReadError> {
-        Self::parse(&read_bytes(path)?).map_err(|error| ReadError::Recording {
-            path: path.to_owned(),
-            error,
-        })
+        Self::parse(&read_bytes(path)?).map_err(ReadError::in_file(path))
     }
 
     /// Repeats the query, with culling on the CPU. All culling paths give the same counts.
@@ -155,33 +182,24 @@ impl Recording {
     /// # Errors
     /// The graph is not that of the recording.
     pub fn replay(&self, baked: &BakedGraph) -> Result<Answer, RecordingError> {
-        let RecordedRequest {
-            graph: expected,
-            playhead,
-            attack,
-            settings,
-            evaluation,
-        } = &self.request;
+        let RecordedRequest { graph: expected, .. } = self.request;
         let found =
             archive::checksum(baked).map_err(|error| RecordingError::Unnamed(error.to_string()))?;
-        if found != *expected {
-            return Err(RecordingError::Graph {
-                expected: *expected,
-                found,
-            });
+        if found != expected {
+            return Err(RecordingError::Graph { expected, found });
         }
-        if !playhead.is_sound(baked.graph()) {
+        if !self.request.playhead.is_sound(baked.graph()) {
             return Err(RecordingError::Playhead);
         }
         // The answer does not depend on the number of threads, and a file could request any number.
         let settings = QuerySettings {
             threads: 1,
-            ..*settings
+            ..self.request.settings
         };
         let (mut context, mut answer) = (QueryContext::default(), Answer::default());
         let request = Request {
-            evaluation: *evaluation,
-            ..Request::new(*playhead, attack)
+            evaluation: self.request.evaluation,
+            ..Request::new(self.request.playhead, &self.request.attack)
         };
         let mut session = Query::checked(baked, &settings)?.start(request, &mut context);
         session.run_on_cpu(&mut cpu::Culler::default(), &mut answer);

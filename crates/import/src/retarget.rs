@@ -21,8 +21,7 @@ use sabaki::anim::{
     forward_kinematics,
 };
 
-use super::events::EventEntry;
-use super::loaded_clip::LoadedClip;
+use crate::{EventEntry, LoadedClip};
 
 /// Least share of the moving joints that must be found by name.
 const LEAST_FOUND: f32 = 0.75;

@@ -8,9 +8,8 @@
 use glam::Vec3;
 use sabaki::anim::JointId;
 
-use super::body::{Body, Limb};
-use super::curves::{between, largest, least, speeds};
-use super::settings::AttackSettings;
+use super::AttackSettings;
+use super::body::{Body, Limb, between, largest, least, speeds};
 
 /// Maximum factor between a limb's counted speed and its speed relative to the root. A lunge may add speed, a run may not.
 const LUNGE: f32 = 1.15;

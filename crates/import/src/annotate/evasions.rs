@@ -8,9 +8,8 @@ use std::ops::Range;
 
 use glam::Vec3;
 
-use super::body::Body;
-use super::curves::{between, largest, smoothed, speeds};
-use super::settings::EvasionSettings;
+use super::EvasionSettings;
+use super::body::{Body, between, largest, smoothed, speeds};
 
 /// Half width of the window that smooths the trunk's places, in seconds.
 const SMOOTHING: f64 = 0.12;

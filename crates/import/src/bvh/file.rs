@@ -1,9 +1,8 @@
-use glam::{DVec3, Quat, Vec3};
+use glam::{DQuat, DVec3};
 
-use super::channel::local_transform;
-use super::lexer::Lexer;
-use super::{BvhError, Channel, hierarchy, motion, names};
-use crate::options::MOST_ENTRIES;
+use super::BvhError;
+use super::parse::{Lexer, parse_hierarchy, parse_motion, repeated_names, unique_names};
+use crate::MOST_ENTRIES;
 use sabaki::anim::{
     Clip, ClipDesc, ClipError, Joint, JointId, JointKind, Pose, Skeleton, SkeletonError,
 };
@@ -78,9 +77,9 @@ impl BvhFile {
     /// The first error, with its line and column.
     pub fn parse(text: &[u8]) -> Result<Self, BvhError> {
         let mut lexer = Lexer::new(text)?;
-        let raw = hierarchy::parse(&mut lexer)?;
-        let names = names::unique(&raw);
-        let repeated_names = names::repeated(&raw);
+        let raw = parse_hierarchy(&mut lexer)?;
+        let names = unique_names(&raw);
+        let repeated_names = repeated_names(&raw);
         let mut channels = 0;
         let joints = raw
             .into_iter()
@@ -103,7 +102,7 @@ impl BvhFile {
                 joint
             })
             .collect();
-        let motion = motion::parse(&mut lexer, channels)?;
+        let motion = parse_motion(&mut lexer, channels)?;
         Ok(Self {
             joints,
             repeated_names,
@@ -245,8 +244,8 @@ impl BvhFile {
         let mut desc = ClipDesc {
             name: name.to_owned(),
             frame_rate: 1.0 / self.frame_time,
-            roots: Vec::<Vec3>::with_capacity(frames),
-            rotations: Vec::<Quat>::with_capacity(entries),
+            roots: Vec::with_capacity(frames),
+            rotations: Vec::with_capacity(entries),
             translations: Vec::with_capacity(if moves_joints { entries } else { 0 }),
         };
         let mut pose = Pose::default();
@@ -283,4 +282,63 @@ impl BvhFile {
             })
         })
     }
+}
+
+/// A value that a joint has in every frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Channel {
+    /// The joint's position along an axis (0 = X), in the file's unit. It replaces the offset.
+    Position(usize),
+    /// A rotation about an axis (0 = X), in degrees. Rotations are multiplied in the order of the
+    /// channels.
+    Rotation(usize),
+    /// A scale along an axis (0 = X). Joints have no scale, so it is ignored.
+    Scale(usize),
+}
+
+impl Channel {
+    const NAMES: [(&'static str, Self); 9] = [
+        ("Xposition", Self::Position(0)),
+        ("Yposition", Self::Position(1)),
+        ("Zposition", Self::Position(2)),
+        ("Xrotation", Self::Rotation(0)),
+        ("Yrotation", Self::Rotation(1)),
+        ("Zrotation", Self::Rotation(2)),
+        ("Xscale", Self::Scale(0)),
+        ("Yscale", Self::Scale(1)),
+        ("Zscale", Self::Scale(2)),
+    ];
+
+    /// Finds a channel by its BVH name, ignoring case.
+    #[must_use]
+    pub fn by_name(name: &str) -> Option<Self> {
+        Self::NAMES
+            .iter()
+            .find(|(known, _)| known.eq_ignore_ascii_case(name))
+            .map(|&(_, channel)| channel)
+    }
+
+    /// BVH name of the channel.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        Self::NAMES
+            .iter()
+            .find(|&&(_, channel)| channel == self)
+            .map_or("", |&(name, _)| name)
+    }
+}
+
+/// Rotation of a joint and its position in its parent's frame, from its values in one frame.
+fn local_transform(channels: &[Channel], values: &[f64], offset: DVec3) -> (DQuat, DVec3) {
+    let (mut rotation, mut place) = (DQuat::IDENTITY, offset);
+    for (&channel, &value) in channels.iter().zip(values) {
+        match channel {
+            Channel::Position(axis) => place[axis] = value,
+            Channel::Rotation(axis) => {
+                rotation *= DQuat::from_axis_angle(DVec3::AXES[axis], value.to_radians());
+            }
+            Channel::Scale(_) => {}
+        }
+    }
+    (rotation.normalize(), place)
 }

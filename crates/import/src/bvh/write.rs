@@ -1,23 +1,12 @@
 use std::io::{self, Write};
 
-use super::euler::zxy_degrees;
+use glam::{DMat3, Quat};
 use sabaki::anim::{Clip, JointId, JointKind, Pose, Skeleton};
 
 const ROTATIONS: &str = "Zrotation Xrotation Yrotation";
 const POSITIONS: &str = "Xposition Yposition Zposition";
 
-/// A motion to write as BVH.
-#[derive(Clone, Copy, Debug)]
-pub struct MotionDesc<'a> {
-    /// Skeleton of the clip.
-    pub skeleton: &'a Skeleton,
-    /// Motion to write.
-    pub clip: &'a Clip,
-    /// Unit of lengths in the file, in metres: 0.01 for centimetres.
-    pub metres_per_unit: f64,
-}
-
-/// Writes a motion as BVH. The root has positions and Z X Y rotations; the other joints have
+/// Writes a motion as BVH, with lengths in units of `metres_per_unit`: 0.01 for centimetres. The root has positions and Z X Y rotations; the other joints have
 /// rotations, and positions if the clip moves joints.
 ///
 /// Joints are written depth first. Skeletons from BVH files keep their order. Characters that BVH
@@ -25,12 +14,12 @@ pub struct MotionDesc<'a> {
 ///
 /// # Errors
 /// An error of `out`, or `InvalidInput` if the scale is not a positive number.
-pub fn write(out: &mut impl Write, desc: MotionDesc<'_>) -> io::Result<()> {
-    let MotionDesc {
-        skeleton,
-        clip,
-        metres_per_unit,
-    } = desc;
+pub fn write(
+    out: &mut impl Write,
+    skeleton: &Skeleton,
+    clip: &Clip,
+    metres_per_unit: f64,
+) -> io::Result<()> {
     if !(metres_per_unit.is_finite() && metres_per_unit > 0.0) {
         let what = format!("a scale of {metres_per_unit} metres per unit is not possible");
         return Err(io::Error::new(io::ErrorKind::InvalidInput, what));
@@ -168,5 +157,50 @@ fn file_name(name: &str) -> String {
         "_".to_owned()
     } else {
         clean
+    }
+}
+
+/// Decomposes a rotation into angles about Z, then X, then Y (`q = Z · X · Y`), in degrees.
+///
+/// At gimbal lock (X = ±90°) the angle about Y is 0. The angle about Z is computed from what
+/// remains after the rotation about Y, so that the product of the three is accurate arbitrarily
+/// close to gimbal lock.
+fn zxy_degrees(rotation: Quat) -> [f64; 3] {
+    let m = DMat3::from_quat(rotation.as_dquat().normalize());
+    // Row 2 of Z·X·Y: (-cos x sin y, sin x, cos x cos y).
+    let (r20, r21, r22) = (m.x_axis.z, m.y_axis.z, m.z_axis.z);
+    let cos_x = r20.hypot(r22);
+    let x = r21.atan2(cos_x);
+    let y = if cos_x < 1e-9 { 0.0 } else { (-r20).atan2(r22) };
+    let (sin_y, cos_y) = y.sin_cos();
+    let z =
+        (m.x_axis.y * cos_y + m.z_axis.y * sin_y).atan2(m.x_axis.x * cos_y + m.z_axis.x * sin_y);
+    [z, x, y].map(f64::to_degrees)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::{DQuat, DVec3};
+
+    fn again([z, x, y]: [f64; 3]) -> DQuat {
+        let turn = |axis, degrees: f64| DQuat::from_axis_angle(axis, degrees.to_radians());
+        turn(DVec3::Z, z) * turn(DVec3::X, x) * turn(DVec3::Y, y)
+    }
+
+    #[test]
+    fn the_angles_make_up_the_rotation_at_and_near_gimbal_lock() {
+        for x in [
+            0.0, 45.0, 89.9, 89.999_9, 90.0, 90.000_01, -90.0, -89.99, 179.0,
+        ] {
+            for z in [-170.0, 0.0, 33.0] {
+                for y in [-90.0, 10.0, 180.0] {
+                    let rotation = again([z, x, y]).as_quat();
+                    let exact = rotation.as_dquat().normalize();
+                    let angle = exact.angle_between(again(zxy_degrees(rotation)));
+                    assert!(angle < 1e-7, "z {z} x {x} y {y}: {angle}");
+                }
+            }
+        }
     }
 }

@@ -1,31 +1,219 @@
-//! Covers many points with few balls.
+//! Covers the part of a mesh that moves with one joint by few balls.
 //!
-//! Source: Stolpner, Kry & Siddiqi, "Medial Spheres for Shape Approximation" (2012). Balls inside
+//! Candidates: the largest balls inside the mesh that touch it. Source: Ma, Bae & Choi, "3D Medial Axis Point Approximation Using Nearest
+//! Neighbors and the Normal Field" (2012). A large ball that touches a point is shrunk until no other surface point
+//! is inside. Differs: other points may lie inside by a tolerance. Otherwise the edges between the
+//! flat triangles of a round limb would keep nearly all balls small.
+//!
+//! Choice: Stolpner, Kry & Siddiqi, "Medial Spheres for Shape Approximation" (2012). Balls inside
 //! the solid that touch its surface are enlarged by the allowed error, and as few as possible are
 //! kept to cover the surface, by greedy set cover (Chvátal 1979). Differs: a point counts as
 //! covered if it sticks out of an enlarged ball by at most a second tolerance, because between two
 //! balls of a limb a dent remains in any case. The selected balls are then exchanged for better
 //! ones, as in Lloyd's method, while that reduces the deepest dent.
 
+use std::f32::consts::PI;
+
 use glam::Vec3;
+use sabaki::anim::JointId;
 
-use super::medial::Ball;
+use super::surface::Surface;
+use super::{FitSettings, JointFit, Mesh};
 
-/// Input of the cover. The balls already have their final radii.
-pub(super) struct Cover<'a> {
-    pub points: &'a [Vec3],
-    /// Balls to choose from.
-    pub balls: Vec<Ball>,
+/// Maximum number of candidate balls for each joint.
+const CANDIDATES: usize = 384;
+/// Number of points on a sphere at which its distance outside the mesh is measured.
+const PROBES: usize = 96;
+
+/// Points of a surface that belong to one joint.
+pub(super) struct Piece {
+    joint: JointId,
+    /// Indices of the points in the surface.
+    pub points: Vec<u32>,
+    places: Vec<Vec3>,
+}
+
+impl Piece {
+    pub(super) fn of(surface: &Surface, joint: JointId) -> Self {
+        let own = |point: &u32| surface.joints[*point as usize] == joint;
+        let points: Vec<u32> = surface.tree.order.iter().copied().filter(own).collect();
+        let places = points
+            .iter()
+            .map(|&point| surface.places[point as usize])
+            .collect();
+        Self {
+            joint,
+            points,
+            places,
+        }
+    }
+
+    /// Number of the mesh's vertices that belong to the piece.
+    pub(super) fn vertices(&self, mesh: &Mesh, joints: &[JointId]) -> usize {
+        let mut own = vec![false; joints.len()];
+        for &vertex in mesh.triangles().iter().flatten() {
+            own[vertex as usize] = joints[vertex as usize] == self.joint;
+        }
+        own.into_iter().filter(|&own| own).count()
+    }
+
+    /// Finds few balls that cover the piece, in the space of the mesh.
+    pub(super) fn fit(&self, surface: &Surface, settings: &FitSettings) -> Vec<Ball> {
+        let (low, high) = self.places.iter().fold(
+            (Vec3::INFINITY, Vec3::NEG_INFINITY),
+            |(low, high), &place| (low.min(place), high.max(place)),
+        );
+        // Limit the radius, because a ball could grow without bound where the mesh is open.
+        let largest = low.distance(high).max(settings.cover);
+        let inside = 0.5 * settings.bulge;
+        let grown = |point: u32| {
+            let mut ball = medial_ball(surface, point as usize, largest, inside);
+            ball.radius = ball.radius + settings.bulge - inside;
+            ball
+        };
+        let on_border = |&point: &u32| surface.normals[point as usize] != Vec3::ZERO;
+        let mut seeds: Vec<u32> = self.points.iter().copied().filter(on_border).collect();
+        if seeds.is_empty() {
+            seeds.clone_from(&self.points);
+        }
+        let cover = Cover {
+            points: &self.places,
+            // The points are in the order of the tree, so each range of it is local.
+            balls: seeds
+                .iter()
+                .step_by(seeds.len().div_ceil(CANDIDATES))
+                .map(|&p| grown(p))
+                .collect(),
+            allowed: settings.cover,
+            most: settings.most_spheres,
+        };
+        cover.choose(|point| grown(self.points[point]))
+    }
+
+    /// Measures how far the mesh and the balls stick out of each other, with the number of the mesh's vertices that move with the joint.
+    pub(super) fn measure(
+        &self,
+        name: String,
+        vertices: usize,
+        surface: &Surface,
+        balls: &[Ball],
+        settings: &FitSettings,
+    ) -> JointFit {
+        let out = |&place: &Vec3| nearest_distance(balls.iter(), place).max(0.0);
+        let (mesh_out_max, mesh_out_mean) = max_and_mean(self.places.iter().map(out));
+        let probes = balls.iter().enumerate().flat_map(|(index, ball)| {
+            let place = |probe| ball.centre + ball.radius * direction(probe);
+            let others = move || {
+                let others = balls.iter().enumerate();
+                others.filter_map(move |(other, ball)| (other != index).then_some(ball))
+            };
+            let is_outer = move |place: &Vec3| others().all(|other| other.distance(*place) >= 0.0);
+            (0..PROBES).map(place).filter(is_outer)
+        });
+        let probes = probes.map(|place| surface.outside(place));
+        let (spheres_out_max, spheres_out_mean) = max_and_mean(probes);
+        JointFit {
+            joint: name,
+            vertices,
+            points: self.places.len(),
+            spheres: balls.len(),
+            mesh_out_max,
+            mesh_out_mean,
+            spheres_out_max,
+            spheres_out_mean,
+            limited: mesh_out_max > settings.cover + 1e-5,
+        }
+    }
+}
+
+fn max_and_mean(metres: impl Iterator<Item = f32>) -> (f32, f32) {
+    let (mut most, mut sum, mut count) = (0.0f32, 0.0, 0u32);
+    for metres in metres {
+        (most, sum, count) = (most.max(metres), sum + f64::from(metres), count + 1);
+    }
+    (most, (sum / f64::from(count.max(1))) as f32)
+}
+
+/// Distance of a place from the surface of the nearest ball, negative inside.
+fn nearest_distance<'a>(balls: impl Iterator<Item = &'a Ball>, place: Vec3) -> f32 {
+    let distances = balls.map(|ball| ball.distance(place));
+    distances.fold(f32::INFINITY, f32::min)
+}
+
+/// Points distributed evenly on the unit sphere by the golden angle.
+fn direction(index: usize) -> Vec3 {
+    let y = 1.0 - (2 * index + 1) as f32 / PROBES as f32;
+    let turn = index as f32 * PI * (3.0 - 5.0_f32.sqrt());
+    let around = (1.0 - y * y).sqrt();
+    Vec3::new(around * turn.cos(), y, around * turn.sin())
+}
+
+/// A ball in the space of the mesh.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Ball {
+    pub centre: Vec3,
+    pub radius: f32,
+}
+
+impl Ball {
+    /// Distance from the ball's surface to a place, negative inside.
+    pub(super) fn distance(&self, place: Vec3) -> f32 {
+        self.centre.distance(place) - self.radius
+    }
+}
+
+/// Largest ball that touches the surface at a point. On an inner wall it is the largest ball around
+/// the point; on a sheet its radius is 0. Other points lie at most `inside` metres deep in it.
+fn medial_ball(surface: &Surface, point: usize, largest: f32, inside: f32) -> Ball {
+    /// Maximum number of steps. Each step shrinks the ball to one more point; a few suffice.
+    const MOST_STEPS: usize = 64;
+    let (place, normal) = (surface.places[point], surface.normals[point]);
+    if normal == Vec3::ZERO {
+        let border = surface.border.nearest(&surface.places, place);
+        let deep = border.filter(|_| surface.is_inner[point]);
+        let radius = deep.map_or(0.0, |(_, squared)| squared.sqrt().min(0.5 * largest));
+        return Ball {
+            centre: place,
+            radius,
+        };
+    }
+    let mut radius = largest;
+    for _ in 0..MOST_STEPS {
+        let centre = place - radius * normal;
+        let Some((other, squared)) = surface.border.nearest(&surface.places, centre) else {
+            break;
+        };
+        if squared.sqrt() >= radius - inside {
+            break;
+        }
+        let across = place - surface.places[other as usize];
+        let depth = across.dot(normal);
+        let smaller = across.length_squared() / (2.0 * depth);
+        if !(depth > 0.0 && smaller < radius) {
+            break;
+        }
+        radius = smaller;
+    }
+    Ball {
+        centre: place - radius * normal,
+        radius,
+    }
+}
+
+/// Points to cover, and the balls to choose from, which already have their final radii.
+struct Cover<'a> {
+    points: &'a [Vec3],
+    balls: Vec<Ball>,
     /// Distance that a point may stick out, in metres.
-    pub allowed: f32,
+    allowed: f32,
     /// Maximum number of balls.
-    pub most: usize,
+    most: usize,
 }
 
 impl Cover<'_> {
     /// Chooses balls. `ball_at` returns a ball that covers a point, for points that no candidate
     /// covers.
-    pub(super) fn choose(mut self, ball_at: impl Fn(usize) -> Ball) -> Vec<Ball> {
+    fn choose(mut self, ball_at: impl Fn(usize) -> Ball) -> Vec<Ball> {
         let mut chosen = self.greedy(ball_at);
         self.drop_needless(&mut chosen);
         self.exchange(&mut chosen);
@@ -145,12 +333,8 @@ impl Cover<'_> {
 
     /// Maximum distance by which a point sticks out.
     fn worst(&self, chosen: &[usize]) -> f32 {
-        let out = |&point: &Vec3| {
-            chosen
-                .iter()
-                .map(|&ball| self.balls[ball].distance(point))
-                .fold(f32::INFINITY, f32::min)
-        };
+        let balls = || chosen.iter().map(|&ball| &self.balls[ball]);
+        let out = |&point: &Vec3| nearest_distance(balls(), point);
         self.points
             .iter()
             .map(out)

@@ -1,13 +1,17 @@
-//! A mesh as points distributed over its triangles, each with its joint and its outward normal.
+//! A mesh as points spread over its triangles, each with its joint and its outward normal.
+//!
+//! Two ways. A mesh of few triangles has its vertices, and on each triangle the points of a grid. A mesh of many or of long thin
+//! triangles would have far more of them than its surface needs. Its triangles are cut into short pieces, and of the vertices and the
+//! middles of the pieces so many are left out that no two close ones of a joint look the same way: dart throwing on given points
+//! (Cook, "Stochastic Sampling in Computer Graphics", 1986), taken in the mesh's own order, so that the same mesh gives the same points.
 
-use glam::Vec3;
-
-use super::Mesh;
-use super::sampling::Points;
-use super::tree::PointTree;
-use super::winding::Winding;
+use glam::{IVec3, Vec3};
+use rustc_hash::FxHashMap;
 use sabaki::anim::JointId;
 use sabaki::math::in_parallel;
+
+use super::Mesh;
+use super::winding::{PointTree, Winding, cut};
 
 /// Distance from the surface at which inside and outside are tested, in metres.
 const BESIDE: f32 = 5e-4;
@@ -83,5 +87,295 @@ fn side(winding: &Winding, place: Vec3, normal: Vec3) -> (Vec3, bool) {
         [true, false] => (normal, false),
         [false, true] => (-normal, false),
         [behind, _] => (Vec3::ZERO, behind),
+    }
+}
+
+/// Points of the first way. A mesh that needs more is sampled the second way.
+const MOST_POINTS: usize = 60_000;
+/// Maximum number of pieces that the second way makes. Their length is doubled until they are few enough.
+const MOST_PIECES: usize = 1_000_000;
+/// Maximum number of points of the second way. The distance between them is doubled until they are few enough.
+const MOST_CHOSEN: usize = 100_000;
+/// Two normals point the same way if the cosine of their angle is above this.
+const ALIKE: f32 = 0.5;
+
+/// Points on a mesh whose sides are not known yet.
+struct Points {
+    places: Vec<Vec3>,
+    joints: Vec<JointId>,
+    /// Unit normals. For a point on a triangle, the triangle's normal by its orientation; for a vertex, the mean of its
+    /// triangles' normals by area.
+    normals: Vec<Vec3>,
+    /// Maximum distance of a place on the mesh from the nearest point, in metres.
+    spacing: f32,
+}
+
+/// One point that may be taken.
+#[derive(Clone, Copy)]
+struct Candidate {
+    place: Vec3,
+    joint: JointId,
+    normal: Vec3,
+}
+
+impl Points {
+    /// The points of a mesh whose vertices move with `joints`, no further apart than `spacing` where the limits allow.
+    fn new(mesh: &Mesh, joints: &[JointId], spacing: f32) -> Self {
+        let vertices: Vec<Candidate> = vertex_normals(mesh)
+            .map(|(vertex, normal)| Candidate {
+                place: mesh.positions()[vertex],
+                joint: joints[vertex],
+                normal,
+            })
+            .collect();
+        if vertices.len().max(grid_points(mesh, spacing)) <= MOST_POINTS {
+            return on_grids(mesh, joints, &vertices, spacing);
+        }
+        let mut distance = spacing;
+        loop {
+            if let Some(points) = thinned(mesh, joints, &vertices, distance) {
+                return points;
+            }
+            distance *= 2.0;
+        }
+    }
+
+    fn none(spacing: f32) -> Self {
+        Self {
+            places: Vec::new(),
+            joints: Vec::new(),
+            normals: Vec::new(),
+            spacing,
+        }
+    }
+
+    fn push(&mut self, point: Candidate) {
+        self.places.push(point.place);
+        self.joints.push(point.joint);
+        self.normals.push(point.normal);
+    }
+}
+
+/// The vertices, and on each triangle the points of a grid. A point goes to the joint of the nearest corner, counted along the
+/// edges.
+fn on_grids(mesh: &Mesh, joints: &[JointId], vertices: &[Candidate], spacing: f32) -> Points {
+    let mut points = Points::none(spacing);
+    vertices.iter().for_each(|&vertex| points.push(vertex));
+    for (triangle, of_triangle) in mesh.triangles().iter().enumerate() {
+        let corners = mesh.corners(triangle);
+        let normal = normal_of(corners).normalize_or_zero();
+        for_each_inner(corners, spacing, |weights, place| {
+            let nearest = (0..3)
+                .rev()
+                .max_by_key(|&corner| weights[corner])
+                .unwrap_or(0);
+            points.push(Candidate {
+                place,
+                joint: joints[of_triangle[nearest] as usize],
+                normal,
+            });
+        });
+    }
+    points
+}
+
+/// The vertices and the middles of short pieces that are no closer than `spacing` to one of the same joint and side; `None` if they are too many.
+fn thinned(
+    mesh: &Mesh,
+    joints: &[JointId],
+    vertices: &[Candidate],
+    spacing: f32,
+) -> Option<Points> {
+    let mut length = spacing;
+    while piece_count(mesh, length) > MOST_PIECES {
+        length *= 2.0;
+    }
+    // A place is within two thirds of the longest edge of its piece's middle.
+    let mut chosen = Chosen {
+        points: Points::none(spacing + length * 2.0 / 3.0),
+        distance: spacing,
+        cells: FxHashMap::default(),
+    };
+    if !vertices.iter().all(|&vertex| chosen.offer(vertex)) {
+        return None;
+    }
+    for (triangle, of_triangle) in mesh.triangles().iter().enumerate() {
+        let corners = mesh.corners(triangle);
+        if parts(corners, length) == 1 {
+            // Its corners are near enough.
+            continue;
+        }
+        let normal = normal_of(corners).normalize_or_zero();
+        let mut offer = |piece: [Vec3; 3]| {
+            let place = piece.iter().sum::<Vec3>() / 3.0;
+            let far = |&corner: &usize| corners[corner].distance_squared(place);
+            let nearest = (0..3).min_by(|a, b| far(a).total_cmp(&far(b))).unwrap_or(0);
+            chosen.offer(Candidate {
+                place,
+                joint: joints[of_triangle[nearest] as usize],
+                normal,
+            })
+        };
+        if !cut(corners, length, &mut offer) {
+            return None;
+        }
+    }
+    Some(chosen.points)
+}
+
+/// The points that are taken so far, in cells as wide as their distance.
+struct Chosen {
+    points: Points,
+    distance: f32,
+    cells: FxHashMap<IVec3, Vec<u32>>,
+}
+
+impl Chosen {
+    /// Takes a point unless a taken one of its joint and side is near. Returns false if there are too many.
+    fn offer(&mut self, point: Candidate) -> bool {
+        let cell = (point.place / self.distance).floor().as_ivec3();
+        let is_near = |&other: &u32| {
+            let other = other as usize;
+            let (place, normal) = (self.points.places[other], self.points.normals[other]);
+            let is_alike = normal == point.normal || normal.dot(point.normal) > ALIKE;
+            is_alike
+                && self.points.joints[other] == point.joint
+                && place.distance_squared(point.place) < self.distance * self.distance
+        };
+        let around = (0..27).map(|at| cell + IVec3::new(at % 3, at / 3 % 3, at / 9) - IVec3::ONE);
+        let mut near = around.filter_map(|cell| self.cells.get(&cell));
+        if near.any(|taken| taken.iter().any(is_near)) {
+            return true;
+        }
+        self.cells
+            .entry(cell)
+            .or_default()
+            .push(self.points.places.len() as u32);
+        self.points.push(point);
+        self.points.places.len() <= MOST_CHOSEN
+    }
+}
+
+/// The normal of a triangle, as long as twice its area.
+fn normal_of([a, b, c]: [Vec3; 3]) -> Vec3 {
+    (b - a).cross(c - a)
+}
+
+/// The vertices that triangles use, with the mean of their triangles' normals by area.
+fn vertex_normals(mesh: &Mesh) -> impl Iterator<Item = (usize, Vec3)> {
+    let mut normals = vec![None; mesh.positions().len()];
+    for (triangle, vertices) in mesh.triangles().iter().enumerate() {
+        for &vertex in vertices {
+            *normals[vertex as usize].get_or_insert(Vec3::ZERO) +=
+                normal_of(mesh.corners(triangle));
+        }
+    }
+    let used = normals.into_iter().enumerate();
+    used.filter_map(|(vertex, normal)| Some((vertex, normal?.normalize_or_zero())))
+}
+
+/// Number of parts that each edge of a triangle is cut into.
+fn parts([a, b, c]: [Vec3; 3], spacing: f32) -> usize {
+    let longest = a.distance(b).max(b.distance(c)).max(c.distance(a));
+    (longest / spacing).ceil().clamp(1.0, 1e5) as usize
+}
+
+/// Points of all triangles' grids without the corners.
+fn grid_points(mesh: &Mesh, spacing: f32) -> usize {
+    let inner = |triangle| {
+        let n = parts(mesh.corners(triangle), spacing);
+        (n + 1) * (n + 2) / 2 - 3
+    };
+    (0..mesh.triangles().len()).map(inner).sum()
+}
+
+/// Approximate number of pieces that the triangles are cut into: by area, and along long edges.
+fn piece_count(mesh: &Mesh, length: f32) -> usize {
+    let pieces = |triangle| {
+        let corners = mesh.corners(triangle);
+        let by_area = 2.0 * normal_of(corners).length() / (length * length);
+        match parts(corners, length) {
+            1 => 0,
+            along => 2 * along + by_area.min(1e9) as usize,
+        }
+    };
+    (0..mesh.triangles().len()).map(pieces).sum()
+}
+
+/// The points of a triangle's grid but its corners; a corner's weight is the number of steps from the edge across.
+fn for_each_inner(corners: [Vec3; 3], spacing: f32, mut take: impl FnMut([usize; 3], Vec3)) {
+    let n = parts(corners, spacing);
+    for i in 0..=n {
+        for j in 0..=n - i {
+            let weights = [i, j, n - i - j];
+            if weights.contains(&n) {
+                continue;
+            }
+            let share = |corner: usize| weights[corner] as f32 / n as f32;
+            take(
+                weights,
+                corners[0] * share(0) + corners[1] * share(1) + corners[2] * share(2),
+            );
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The largest distance of places all over a triangle from the nearest of some points.
+    fn gap(corners: [Vec3; 3], points: &[Vec3]) -> f32 {
+        let mut largest = 0.0f32;
+        for step in 0..400 {
+            let (u, v) = ((step % 20) as f32 / 20.0, (step / 20) as f32 / 20.0);
+            let (u, v) = if u + v > 1.0 {
+                (1.0 - u, 1.0 - v)
+            } else {
+                (u, v)
+            };
+            let place = corners[0] + (corners[1] - corners[0]) * u + (corners[2] - corners[0]) * v;
+            let nearest = points.iter().map(|p| p.distance(place)).fold(1.0, f32::min);
+            largest = largest.max(nearest);
+        }
+        largest
+    }
+
+    #[test]
+    fn no_place_on_a_triangle_is_far_from_all_points() {
+        let corners = [
+            Vec3::ZERO,
+            Vec3::new(0.31, 0.02, 0.0),
+            Vec3::new(0.05, 0.0, 0.2),
+        ];
+        let mut points = corners.to_vec();
+        for_each_inner(corners, 0.02, |_, place| points.push(place));
+        assert!(gap(corners, &points) <= 0.02);
+    }
+
+    /// A tube of slivers: grids would have a hundred times as many points as its surface needs.
+    #[test]
+    fn slivers_have_as_many_points_as_their_surface_needs() {
+        let around = 2000;
+        let corner = |at: usize| {
+            let angle = std::f32::consts::TAU * (at / 2) as f32 / around as f32;
+            Vec3::new(0.1 * angle.cos(), 0.5 * (at % 2) as f32, 0.1 * angle.sin())
+        };
+        let places: Vec<Vec3> = (0..2 * around).map(corner).collect();
+        let triangles: Vec<[u32; 3]> = (0..2 * around as u32)
+            .map(|at| [at, at + 1, at + 2].map(|at| at % (2 * around as u32)))
+            .collect();
+        let mesh = Mesh::new(places, triangles, Vec::new()).unwrap();
+        let joints = vec![JointId::ROOT; mesh.positions().len()];
+        assert!(grid_points(&mesh, 0.01) > MOST_POINTS);
+        let points = Points::new(&mesh, &joints, 0.01);
+        // 0.31 square metres; a hundred square millimetres each.
+        let count = points.places.len();
+        assert!((2000..10_000).contains(&count), "{count}");
+        assert!(points.spacing < 0.02);
+        for triangle in (0..mesh.triangles().len()).step_by(97) {
+            let gap = gap(mesh.corners(triangle), &points.places);
+            assert!(gap <= points.spacing, "{gap}");
+        }
     }
 }

@@ -5,13 +5,11 @@ use glam::{Quat, Vec3};
 use serde::Deserialize;
 
 use super::GltfError;
-use super::animation::{Moves, Tracks, node_name};
-use super::container::{Container, ReadPurpose};
-use super::nodes::{Local, Nodes, World};
-use super::times::Frames;
-use crate::EventEntry;
+use super::animation::{Frames, Moves, Tracks};
+use super::buffers::{Container, ReadPurpose};
+use super::nodes::{Local, Nodes, World, node_name};
 use crate::bvh::{MotionError, UsedNames};
-use crate::options::{LONGEST_CLIP, MOST_ENTRIES};
+use crate::{EventEntry, LONGEST_CLIP, MOST_ENTRIES};
 use sabaki::anim::{Clip, ClipDesc, Joint, JointId, JointKind, Skeleton};
 
 /// Skeleton and animations of a glTF file, in the file's unit.
@@ -34,7 +32,7 @@ pub struct GltfAnimation {
     pub name: String,
     /// Motion, in the file's unit.
     pub clip: Clip,
-    /// Events in the animation's `extras`, as [`write_labelled`](super::write_labelled) writes
+    /// Events in the animation's `extras`, as [`write`](super::write()) writes
     /// them: `{"sabaki": {"events": [...]}}`, each as in an events file. Empty for files from other
     /// programs.
     pub events: Vec<EventEntry>,
@@ -116,18 +114,6 @@ impl GltfFile {
         &self.animations
     }
 
-    /// Skeleton, in metres.
-    ///
-    /// # Errors
-    /// The scale makes an offset too large.
-    pub fn scaled_skeleton(&self, metres_per_unit: f64) -> Result<Skeleton, MotionError> {
-        let mut joints: Vec<Joint> = self.skeleton.clone().into();
-        for joint in &mut joints {
-            joint.offset = (joint.offset.as_dvec3() * metres_per_unit).as_vec3();
-        }
-        Ok(Skeleton::new(joints)?)
-    }
-
     /// Skeleton and motion of one animation, in metres.
     ///
     /// # Errors
@@ -138,7 +124,11 @@ impl GltfFile {
         name: &str,
         metres_per_unit: f64,
     ) -> Result<(Skeleton, Clip), MotionError> {
-        let skeleton = self.scaled_skeleton(metres_per_unit)?;
+        let mut joints: Vec<Joint> = self.skeleton.clone().into();
+        for joint in &mut joints {
+            joint.offset = (joint.offset.as_dvec3() * metres_per_unit).as_vec3();
+        }
+        let skeleton = Skeleton::new(joints)?;
         let mut desc = animation.clip.desc();
         name.clone_into(&mut desc.name);
         for place in desc.roots.iter_mut().chain(&mut desc.translations) {

@@ -7,20 +7,146 @@
 //! node is applied to the positions of the joints below it. This is exact if the scale is uniform.
 //! [`SkinnedMesh`] reads the mesh of the same skin.
 
-mod accessor;
 mod animation;
-mod channels;
-mod container;
-mod error;
+mod buffers;
 mod file;
 mod mesh;
 mod nodes;
-mod texture;
-mod times;
 mod write;
 
-pub use error::GltfError;
+use sabaki::anim::{ClipError, Skeleton, SkeletonError};
+use thiserror::Error;
+
+use crate::{LONGEST_CLIP, MOST_ENTRIES};
 pub use file::{GltfAnimation, GltfFile};
-pub use mesh::{MOST_VERTICES, SkinJoint, SkinVertex, SkinnedMesh};
-pub use texture::Texture;
-pub use write::{write, write_labelled};
+pub use mesh::{MOST_VERTICES, SkinJoint, SkinVertex, SkinnedMesh, Texture};
+pub use write::write;
+
+/// Reason why a file cannot be read as a skinned glTF animation.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum GltfError {
+    /// The GLB container is truncated, or a chunk is out of range.
+    #[error("the GLB container is damaged: {0}")]
+    Container(&'static str),
+    /// The version is not 2.
+    #[error("glTF {0}: only version 2 can be read")]
+    Version(String),
+    /// The JSON is invalid, or is not glTF.
+    #[error("{0}")]
+    Json(String),
+    /// An index is out of range.
+    #[error("{from} names {what} {index}, which is not there")]
+    Index {
+        /// The object with the index.
+        from: String,
+        /// Kind of the object that it refers to.
+        what: &'static str,
+        /// The index.
+        index: usize,
+    },
+    /// A buffer is not available.
+    #[error("buffer {buffer}: {problem}")]
+    Buffer {
+        /// Index of the buffer.
+        buffer: usize,
+        /// Description of the problem.
+        problem: String,
+    },
+    /// An accessor is outside its buffer or has an unsuitable type.
+    #[error("accessor {accessor}: {problem}")]
+    Accessor {
+        /// Index of the accessor.
+        accessor: usize,
+        /// Description of the problem.
+        problem: &'static str,
+    },
+    /// No triangles belong to a skin.
+    #[error("the file has no skinned mesh")]
+    NoMesh,
+    /// The mesh is invalid.
+    #[error("the skinned mesh: {0}")]
+    Mesh(&'static str),
+    /// The bind matrix of a joint is missing or invalid.
+    #[error("joint {joint} of the largest skin: {problem}")]
+    Skin {
+        /// Index of the joint in the skin.
+        joint: usize,
+        /// Description of the problem.
+        problem: &'static str,
+    },
+    /// An image cannot be read.
+    #[error("image {image}: {problem}")]
+    Image {
+        /// Index of the image.
+        image: usize,
+        /// Description of the problem.
+        problem: String,
+    },
+    /// No skin and no animation refers to a node.
+    #[error("the file has no skin and no animated node")]
+    NoJoints,
+    /// No animation moves the skeleton.
+    #[error("the file has no animation of its skeleton")]
+    NoAnimation,
+    /// A node is its own ancestor or has two parents.
+    #[error("node {0} hangs on itself or on two nodes")]
+    Tree(usize),
+    /// The joints have no common root.
+    #[error("the joints hang on several roots: nodes {0} and {1} have no ancestor in common")]
+    Roots(usize, usize),
+    /// There are more joints than the maximum.
+    #[error("more than {max} joints", max = Skeleton::MAX_JOINTS)]
+    TooManyJoints,
+    /// The time or the value of a key is invalid.
+    #[error("animation \"{animation}\", node \"{node}\", key {key}: {problem}")]
+    Key {
+        /// Name of the animation.
+        animation: String,
+        /// Name of the node.
+        node: String,
+        /// Index of the key, from 0.
+        key: usize,
+        /// Description of the problem.
+        problem: &'static str,
+    },
+    /// The `extras` of an animation contain invalid events.
+    #[error("animation \"{animation}\": the events in its extras: {problem}")]
+    Events {
+        /// Name of the animation.
+        animation: String,
+        /// Description of the problem.
+        problem: String,
+    },
+    /// The animations would need too much memory.
+    #[error("the animations have {keys} keys together; {MOST_ENTRIES} are the most")]
+    TooManyKeys {
+        /// Number of keys; values of cubic splines count three times.
+        keys: u64,
+    },
+    /// The animation lasts longer than [`LONGEST_CLIP`].
+    #[error("animation \"{animation}\": it lasts {seconds} s; {LONGEST_CLIP} s is the most")]
+    Duration {
+        /// Name of the animation.
+        animation: String,
+        /// Duration, in seconds.
+        seconds: f64,
+    },
+    /// The animation would need too much memory, with those before it.
+    #[error(
+        "animation \"{animation}\": {frames} frames of {joints} joints; {MOST_ENTRIES} rotations in all are the most"
+    )]
+    TooLong {
+        /// Name of the animation.
+        animation: String,
+        /// Number of frames.
+        frames: u64,
+        /// Number of joints of the skeleton.
+        joints: usize,
+    },
+    /// The joints do not form a valid skeleton.
+    #[error(transparent)]
+    Skeleton(#[from] SkeletonError),
+    /// The motion is invalid, usually because positions are too far away.
+    #[error(transparent)]
+    Clip(#[from] ClipError),
+}

@@ -8,6 +8,7 @@ use gltf_json::validation::Checked;
 use gltf_json::{Root, scene};
 
 use super::GltfError;
+use super::buffers::Container;
 use sabaki::anim::Skeleton;
 
 /// The tree of all nodes, and the nodes of the skeleton.
@@ -87,6 +88,15 @@ impl Nodes {
     pub(super) fn parent(&self, node: usize) -> Option<usize> {
         self.parents[node]
     }
+}
+
+pub(super) fn node_name(container: &Container, node: usize) -> String {
+    let named = container
+        .root
+        .nodes
+        .get(node)
+        .and_then(|node| node.name.clone());
+    named.unwrap_or_else(|| format!("node_{node}"))
 }
 
 fn parents(nodes: &[scene::Node]) -> Result<Vec<Option<usize>>, GltfError> {

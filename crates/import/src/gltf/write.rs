@@ -6,8 +6,7 @@ use glam::{Mat4, Quat, Vec3};
 use serde_json::{Value, json};
 
 use crate::EventEntry;
-use sabaki::anim::{Clip, JointKind, Pose, Skeleton, forward_kinematics};
-use sabaki::graph::ClipSource;
+use sabaki::anim::{Clip, Event, JointKind, Pose, Skeleton, forward_kinematics};
 
 /// Component types and targets of the specification, section 3.6.
 const FLOAT: u32 = 5126;
@@ -20,35 +19,20 @@ const INDICES: u32 = 34963;
 /// of thin bones is bound to the skeleton, so that every viewer shows the motion. End sites become
 /// nodes too.
 ///
+/// The clips' events stand in the `extras` of each animation: `{"sabaki": {"events": [...]}}`, each event as in an
+/// [`EventsFile`](crate::EventsFile). Reading the file returns them.
+///
 /// Key times are in single precision, so frame rates keep about six digits.
 ///
 /// # Errors
-/// An error of `out`, or `InvalidInput` for a clip of another skeleton or a file larger than GLB's
-/// limit of 4 GiB.
-pub fn write(out: &mut impl Write, skeleton: &Skeleton, clips: &[Clip]) -> Result<()> {
-    let events = &[];
-    write_labelled(
-        out,
-        ClipSource {
-            skeleton,
-            clips,
-            events,
-        },
-    )
-}
-
-/// Like [`write()`], with the clips' events: the `extras` of each animation are `{"sabaki":
-/// {"events": [...]}}`, each event as in an [`EventsFile`](crate::EventsFile). Reading the file
-/// returns them.
-///
-/// # Errors
-/// The errors of [`write()`], and `InvalidInput` for an event of an unknown clip.
-pub fn write_labelled(out: &mut impl Write, source: ClipSource<'_>) -> Result<()> {
-    let ClipSource {
-        skeleton,
-        clips,
-        events,
-    } = source;
+/// An error of `out`, or `InvalidInput` for a clip of another skeleton, an event of an unknown clip, or a file larger than GLB's limit of
+/// 4 GiB.
+pub fn write(
+    out: &mut impl Write,
+    skeleton: &Skeleton,
+    clips: &[Clip],
+    events: &[Event],
+) -> Result<()> {
     if let Some(event) = events.iter().find(|event| event.clip >= clips.len()) {
         let what = format!("an event is of clip {}, which is not there", event.clip);
         return Err(Error::new(ErrorKind::InvalidInput, what));

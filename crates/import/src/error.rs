@@ -1,13 +1,6 @@
 //! Reasons why files cannot be read.
 
-mod attacks;
-mod body;
-mod events;
-mod masses;
-mod obj;
-mod recording;
-
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use sabaki::anim::ClipError;
 use thiserror::Error;
@@ -15,13 +8,10 @@ use thiserror::Error;
 use crate::asf::AsfError;
 use crate::bvh::{BvhError, MotionError};
 use crate::gltf::GltfError;
-use crate::options::{LONGEST_CLIP, SCALES};
-pub use attacks::AttacksError;
-pub use body::BodyFileError;
-pub use events::EventsError;
-pub use masses::MassFileError;
-pub use obj::ObjError;
-pub use recording::RecordingError;
+use crate::{
+    AttacksError, BodyFileError, EventsError, LONGEST_CLIP, MassFileError, ObjError,
+    RecordingError, SCALES,
+};
 
 /// Reason why a file cannot be read, with the file.
 #[derive(Debug, Error)]
@@ -40,21 +30,13 @@ pub enum ReadError {
         /// The file.
         path: PathBuf,
     },
-    /// A BVH file is invalid.
+    /// The contents of the file are invalid, or do not fit the skeleton or the graph.
     #[error("{}: {error}", path.display())]
-    Bvh {
+    Contents {
         /// The file.
         path: PathBuf,
         /// Error and position.
-        error: BvhError,
-    },
-    /// A glTF file is invalid or has no skinned animation.
-    #[error("{}: {error}", path.display())]
-    Gltf {
-        /// The file.
-        path: PathBuf,
-        /// Error and position.
-        error: Box<GltfError>,
+        error: Box<ContentsError>,
     },
     /// A file holds several motions, but one is expected.
     #[error("{}: it holds several motions: {}", path.display(), shortened(clips))]
@@ -70,14 +52,6 @@ pub enum ReadError {
     /// The given frame rate is invalid.
     #[error("{0} frames a second are not possible")]
     Rate(f64),
-    /// An ASF or AMC file is invalid.
-    #[error("{}: {error}", path.display())]
-    Asf {
-        /// The file.
-        path: PathBuf,
-        /// Error and position.
-        error: AsfError,
-    },
     /// The ASF file of an AMC file was not found.
     #[error("{}: an AMC file needs its skeleton: {}, or the only *.asf file of its folder", path.display(), names.join(" or "))]
     NoSkeleton {
@@ -85,14 +59,6 @@ pub enum ReadError {
         path: PathBuf,
         /// File names that were tried.
         names: Vec<String>,
-    },
-    /// The scale makes lengths infinite, or the motion is too large.
-    #[error("{}: {error}", path.display())]
-    Motion {
-        /// The file.
-        path: PathBuf,
-        /// Error.
-        error: MotionError,
     },
     /// The motion is longer than [`LONGEST_CLIP`].
     #[error(
@@ -170,58 +136,56 @@ pub enum ReadError {
         /// Reason why the motion is invalid.
         error: ClipError,
     },
+}
+
+/// Reason why the contents of a file cannot be used.
+#[derive(Clone, Debug, PartialEq, Error)]
+#[non_exhaustive]
+pub enum ContentsError {
+    /// A BVH file is invalid.
+    #[error(transparent)]
+    Bvh(#[from] BvhError),
+    /// A glTF file is invalid or has no skinned animation.
+    #[error(transparent)]
+    Gltf(#[from] GltfError),
+    /// An ASF or AMC file is invalid.
+    #[error(transparent)]
+    Asf(#[from] AsfError),
+    /// The scale makes lengths infinite, or the motion is too large.
+    #[error(transparent)]
+    Motion(#[from] MotionError),
     /// An events file is invalid or does not fit the clips.
-    #[error("{}: {error}", path.display())]
-    Events {
-        /// The file.
-        path: PathBuf,
-        /// Error and position.
-        error: EventsError,
-    },
+    #[error(transparent)]
+    Events(#[from] EventsError),
     /// An attack file is invalid.
-    #[error("{}: {error}", path.display())]
-    Attacks {
-        /// The file.
-        path: PathBuf,
-        /// Error and position.
-        error: AttacksError,
-    },
+    #[error(transparent)]
+    Attacks(#[from] AttacksError),
     /// An exported answer is invalid or belongs to another graph.
-    #[error("{}: {error}", path.display())]
-    Recording {
-        /// The file.
-        path: PathBuf,
-        /// Error and position.
-        error: RecordingError,
-    },
+    #[error(transparent)]
+    Recording(#[from] RecordingError),
     /// A body file is invalid or does not fit the skeleton.
-    #[error("{}: {error}", path.display())]
-    Body {
-        /// The file.
-        path: PathBuf,
-        /// Error and position.
-        error: BodyFileError,
-    },
+    #[error(transparent)]
+    Body(#[from] BodyFileError),
     /// A file of masses is invalid or does not fit the skeleton.
-    #[error("{}: {error}", path.display())]
-    Masses {
-        /// The file.
-        path: PathBuf,
-        /// Error and position.
-        error: MassFileError,
-    },
+    #[error(transparent)]
+    Masses(#[from] MassFileError),
     /// An OBJ file is invalid or contains no mesh.
-    #[error("{}: {error}", path.display())]
-    Obj {
-        /// The file.
-        path: PathBuf,
-        /// Error.
-        error: ObjError,
-    },
+    #[error(transparent)]
+    Obj(#[from] ObjError),
+}
+
+impl ReadError {
+    /// Adds the path of a file to an error in its contents, for `map_err`.
+    pub fn in_file<E: Into<ContentsError>>(path: &Path) -> impl FnOnce(E) -> Self {
+        |error| Self::Contents {
+            path: path.to_owned(),
+            error: Box::new(error.into()),
+        }
+    }
 }
 
 /// The first names of a list, quoted, and the number of the remaining names.
-pub(super) fn shortened(joints: &[String]) -> String {
+pub(crate) fn shortened(joints: &[String]) -> String {
     const MOST: usize = 8;
     let named: Vec<String> = joints
         .iter()

@@ -1,0 +1,711 @@
+//! Reads Acclaim skeletons (ASF) and motions (AMC).
+//!
+//! Source: J. Schafer, "Acclaim Skeleton File Definition" (Acclaim Advanced Technologies, 1994).
+//! Where the definition is ambiguous, files are read as CMU's library intends them. A bone rotates
+//! about its own axes C, which are fixed in the skeleton. Its rotation relative to its parent is C
+//! M C⁻¹, where M is the product of the motion's rotations, the first named applied first. A bone's
+//! joint is at its start, so a joint's offset is its parent's bone.
+//!
+//! Differs: bones that translate or change their length (`tx`, `l`) are rejected. The unit of
+//! length is estimated as for BVH files, because the units in the files are not reliable.
+
+use std::collections::HashMap;
+
+use glam::{DQuat, DVec3, Quat};
+use sabaki::anim::{Clip, ClipDesc, Joint, JointId, JointKind, Pose, Skeleton, SkeletonError};
+use thiserror::Error;
+
+use crate::MOST_ENTRIES;
+use crate::bvh::{LARGEST_VALUE, MotionError, quoted};
+use crate::file::without_mark;
+
+/// An error in an ASF or AMC file, with its line.
+#[derive(Clone, Debug, PartialEq, Error)]
+#[error("line {line}: {problem}")]
+pub struct AsfError {
+    /// Line number, from 1.
+    pub line: usize,
+    /// Kind of error.
+    pub problem: AsfProblem,
+}
+
+/// Kind of error in an ASF or AMC file.
+#[derive(Clone, Debug, PartialEq, Error)]
+#[non_exhaustive]
+pub enum AsfProblem {
+    /// The file is not text.
+    #[error("not a text file")]
+    NotText,
+    /// An unexpected word.
+    #[error("expected {expected}, found {found}")]
+    Expected {
+        /// Description of what is expected.
+        expected: &'static str,
+        /// The word that was found, quoted and shortened.
+        found: String,
+    },
+    /// The file lacks a required section.
+    #[error("the file has no {0}")]
+    Missing(&'static str),
+    /// The skeleton has no bone of this name.
+    #[error("there is no bone \"{0}\"")]
+    NoBone(String),
+    /// A property or a bone is defined twice.
+    #[error("\"{0}\" stands here a second time")]
+    Twice(String),
+    /// A bone is not connected to the root.
+    #[error("bone \"{0}\" does not hang on the root")]
+    Loose(String),
+    /// The skeleton has more joints than the maximum.
+    #[error("more than {max} joints", max = sabaki::anim::Skeleton::MAX_JOINTS)]
+    TooManyJoints,
+    /// A bone has a degree of freedom that is not supported.
+    #[error(
+        "bone \"{bone}\" has the degree of freedom \"{found}\"; only rx, ry and rz are read, and tx, ty and tz of the root"
+    )]
+    Freedom {
+        /// Name of the bone.
+        bone: String,
+        /// The degree of freedom, as in the file.
+        found: String,
+    },
+    /// A frame has the wrong number of values for a bone.
+    #[error("frame {frame}: {found} numbers for \"{bone}\", which has {expected}")]
+    Values {
+        /// Frame number, from 1.
+        frame: usize,
+        /// Name of the bone.
+        bone: String,
+        /// Number of values that were found.
+        found: usize,
+        /// Number of values that are expected.
+        expected: usize,
+    },
+    /// A frame has no values for a moving bone.
+    #[error("frame {frame} has nothing for \"{bone}\"")]
+    NoValues {
+        /// Frame number, from 1.
+        frame: usize,
+        /// Name of the bone.
+        bone: String,
+    },
+    /// The motion has more than [`MOST_ENTRIES`](crate::MOST_ENTRIES) frames times bones.
+    #[error(
+        "more frames of {bones} bones than {MOST_ENTRIES} rotations in all, which are the most"
+    )]
+    TooManyFrames {
+        /// Number of bones of the skeleton.
+        bones: usize,
+    },
+    /// The bones do not form a valid skeleton.
+    #[error(transparent)]
+    Skeleton(#[from] SkeletonError),
+}
+
+/// A line that is neither empty nor a comment.
+#[derive(Clone, Copy, Debug)]
+struct Line<'a> {
+    /// Line number, from 1.
+    number: usize,
+    text: &'a str,
+}
+
+/// Lines of a file that are neither empty nor comments.
+fn lines(bytes: &[u8]) -> Result<impl Iterator<Item = Line<'_>>, AsfError> {
+    let bytes = without_mark(bytes);
+    let text = std::str::from_utf8(bytes).map_err(|error| AsfError {
+        line: 1 + bytes[..error.valid_up_to()]
+            .iter()
+            .filter(|&&byte| byte == b'\n')
+            .count(),
+        problem: AsfProblem::NotText,
+    })?;
+    // A line ends with LF or CR LF; of old files, with CR.
+    let of_lf = text.split('\n');
+    let all = of_lf.flat_map(|line| line.strip_suffix('\r').unwrap_or(line).split('\r'));
+    let all = (1..).zip(all).map(|(number, text)| Line {
+        number,
+        text: text.trim(),
+    });
+    Ok(all.filter(|line| !line.text.is_empty() && !line.text.starts_with('#')))
+}
+
+impl<'a> Line<'a> {
+    fn words(&self) -> impl Iterator<Item = &'a str> + use<'a> {
+        self.text.split_whitespace()
+    }
+
+    fn first(&self) -> &'a str {
+        self.words().next().unwrap_or("")
+    }
+
+    fn error(&self, problem: AsfProblem) -> AsfError {
+        AsfError {
+            line: self.number,
+            problem,
+        }
+    }
+
+    fn expected(&self, expected: &'static str, found: Option<&str>) -> AsfError {
+        let found = found.map_or_else(|| "the line's end".to_owned(), quoted);
+        self.error(AsfProblem::Expected { expected, found })
+    }
+
+    /// Parses a word as a number.
+    fn number(&self, word: Option<&str>) -> Result<f64, AsfError> {
+        let number = word.and_then(|word| word.parse().ok());
+        number
+            .filter(|number: &f64| number.abs() <= LARGEST_VALUE)
+            .ok_or_else(|| self.expected("a number", word))
+    }
+
+    /// Parses the three numbers after the first word.
+    fn vector(&self) -> Result<DVec3, AsfError> {
+        let mut words = self.words().skip(1);
+        let mut next = || self.number(words.next());
+        Ok(DVec3::new(next()?, next()?, next()?))
+    }
+}
+
+/// One value of a frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Freedom {
+    /// A rotation about an axis, 0 to 2.
+    Turn(usize),
+    /// A translation along an axis. Only the root has them.
+    Way(usize),
+}
+
+/// A bone and the joint at its start.
+#[derive(Clone, Debug, PartialEq)]
+struct Bone {
+    name: String,
+    /// Index of the parent, or `None` for the root. Parents come before their children.
+    parent: Option<usize>,
+    /// Vector from the bone's start to its end, in the file's unit.
+    along: DVec3,
+    /// Rotation of the bone's axes.
+    axes: DQuat,
+    freedoms: Vec<Freedom>,
+}
+
+/// An ASF file: a skeleton, and the axes about which motions rotate its bones.
+#[derive(Clone, Debug, PartialEq)]
+pub struct AsfFile {
+    /// Bones, the root first.
+    bones: Vec<Bone>,
+    /// Whether angles are in degrees, unless the motion says otherwise.
+    degrees: bool,
+    /// Offset that is added to the root's position.
+    position: DVec3,
+}
+
+impl AsfFile {
+    /// Parses a file.
+    ///
+    /// # Errors
+    /// The first error, with its line.
+    pub fn parse(bytes: &[u8]) -> Result<Self, AsfError> {
+        let mut reader = AsfReader {
+            degrees: true,
+            root: Part {
+                name: "root".to_owned(),
+                ..Part::default()
+            },
+            bones: Vec::new(),
+            hierarchy: Vec::new(),
+            open: None,
+        };
+        let (mut section, mut last) = ("", None);
+        for line in lines(bytes)? {
+            match line.first().strip_prefix(':') {
+                Some(name) => section = name,
+                None => reader.line(section, line)?,
+            }
+            last = Some(line);
+        }
+        let end = last.ok_or(AsfError {
+            line: 1,
+            problem: AsfProblem::Missing(":root"),
+        })?;
+        reader.finish(end)
+    }
+
+    /// The skeleton in metres, if `metres_per_unit` is correct. Each bone has a joint at its start.
+    /// Each bone without children also has an end site at its end.
+    ///
+    /// # Errors
+    /// The scale makes an offset too large, or there are too many joints.
+    pub fn skeleton(&self, metres_per_unit: f64) -> Result<Skeleton, SkeletonError> {
+        let offset = |along: DVec3| (along * metres_per_unit).as_vec3();
+        let joint = |bone: &Bone| Joint {
+            name: bone.name.clone(),
+            parent: bone.parent.map(|parent| JointId(parent as u16)),
+            offset: offset(
+                bone.parent
+                    .map_or(DVec3::ZERO, |parent| self.bones[parent].along),
+            ),
+            kind: JointKind::Moving,
+        };
+        let mut joints: Vec<Joint> = self.bones.iter().map(joint).collect();
+        let mut is_leaf = vec![true; self.bones.len()];
+        for parent in self.bones.iter().filter_map(|bone| bone.parent) {
+            is_leaf[parent] = false;
+        }
+        for (index, bone) in self
+            .bones
+            .iter()
+            .enumerate()
+            .skip(1)
+            .filter(|(i, _)| is_leaf[*i])
+        {
+            joints.push(Joint {
+                name: format!("{}_End", bone.name),
+                parent: Some(JointId(index as u16)),
+                offset: offset(bone.along),
+                kind: JointKind::EndSite,
+            });
+        }
+        Skeleton::new(joints)
+    }
+}
+
+/// A bone as it is written in the file.
+#[derive(Clone, Debug, Default)]
+struct Part {
+    name: String,
+    direction: DVec3,
+    length: f64,
+    /// Rotations of the axes, the first one applied first.
+    axis: Option<(DVec3, [usize; 3])>,
+    freedoms: Vec<Freedom>,
+    position: DVec3,
+    orientation: DVec3,
+}
+
+/// State of the parser.
+struct AsfReader<'a> {
+    degrees: bool,
+    root: Part,
+    bones: Vec<Part>,
+    /// Child, parent and their line in the file.
+    hierarchy: Vec<(&'a str, &'a str, Line<'a>)>,
+    open: Option<Part>,
+}
+
+impl<'a> AsfReader<'a> {
+    fn line(&mut self, section: &str, line: Line<'a>) -> Result<(), AsfError> {
+        match section.to_ascii_lowercase().as_str() {
+            "units" => self.unit(line),
+            "root" => self.of_root(line),
+            "bonedata" => self.of_bone(line),
+            "hierarchy" => self.of_hierarchy(line),
+            // Names, documentation and meshes are ignored.
+            _ => Ok(()),
+        }
+    }
+
+    fn unit(&mut self, line: Line<'_>) -> Result<(), AsfError> {
+        let mut words = line.words();
+        if words
+            .next()
+            .is_some_and(|word| word.eq_ignore_ascii_case("angle"))
+        {
+            self.degrees = match words.next() {
+                Some(word) if word.eq_ignore_ascii_case("deg") => true,
+                Some(word) if word.eq_ignore_ascii_case("rad") => false,
+                found => return Err(line.expected("deg or rad", found)),
+            };
+        }
+        Ok(())
+    }
+
+    fn of_root(&mut self, line: Line<'_>) -> Result<(), AsfError> {
+        match line.first().to_ascii_lowercase().as_str() {
+            "order" => self.root.freedoms = freedoms(line, "root")?,
+            "axis" => self.root.axis = Some((DVec3::ZERO, order(line, line.words().nth(1))?)),
+            "position" => self.root.position = line.vector()?,
+            "orientation" => self.root.orientation = line.vector()?,
+            _ => {}
+        }
+        Ok(())
+    }
+
+    fn of_bone(&mut self, line: Line<'_>) -> Result<(), AsfError> {
+        let word = line.first().to_ascii_lowercase();
+        let Some(bone) = &mut self.open else {
+            return match word.as_str() {
+                "begin" => {
+                    self.open = Some(Part::default());
+                    Ok(())
+                }
+                _ => Err(line.expected("begin", Some(line.first()))),
+            };
+        };
+        match word.as_str() {
+            "name" => match line.words().nth(1) {
+                Some(name) => name.clone_into(&mut bone.name),
+                None => return Err(line.expected("a name", None)),
+            },
+            "direction" => bone.direction = line.vector()?,
+            "length" => bone.length = line.number(line.words().nth(1))?,
+            "axis" => bone.axis = Some((line.vector()?, order(line, line.words().nth(4))?)),
+            "dof" => bone.freedoms = freedoms(line, &bone.name)?,
+            "end" => return self.close(line),
+            // The bone's number is ignored, and so are limits, which motions respect anyway.
+            _ => {}
+        }
+        Ok(())
+    }
+
+    fn close(&mut self, line: Line<'_>) -> Result<(), AsfError> {
+        let Some(bone) = self.open.take() else {
+            return Ok(());
+        };
+        if bone.name.is_empty() {
+            return Err(line.error(AsfProblem::Missing("name of the bone that ends here")));
+        }
+        if let Some(found) = bone.freedoms.iter().find_map(|one| match one {
+            Freedom::Way(axis) => Some(["tx", "ty", "tz"][*axis].to_owned()),
+            Freedom::Turn(_) => None,
+        }) {
+            return Err(line.error(AsfProblem::Freedom {
+                bone: bone.name,
+                found,
+            }));
+        }
+        if self.bones.len() + 1 >= Skeleton::MAX_JOINTS {
+            return Err(line.error(AsfProblem::TooManyJoints));
+        }
+        self.bones.push(bone);
+        Ok(())
+    }
+
+    fn of_hierarchy(&mut self, line: Line<'a>) -> Result<(), AsfError> {
+        let mut words = line.words();
+        let parent = words.next().unwrap_or("");
+        if !["begin", "end"].contains(&parent) {
+            self.hierarchy
+                .extend(words.map(|child| (child, parent, line)));
+        }
+        Ok(())
+    }
+
+    fn finish(self, end: Line<'_>) -> Result<AsfFile, AsfError> {
+        if self.open.is_some() {
+            return Err(end.error(AsfProblem::Missing("end of its last bone")));
+        }
+        if self.root.freedoms.is_empty() {
+            return Err(end.error(AsfProblem::Missing("order of the root")));
+        }
+        let mut numbers = HashMap::from([("root", 0usize)]);
+        for (part, index) in self.bones.iter().zip(1..) {
+            if numbers.insert(part.name.as_str(), index).is_some() {
+                return Err(end.error(AsfProblem::Twice(part.name.clone())));
+            }
+        }
+        let mut parents = vec![None; self.bones.len() + 1];
+        for &(child, parent, line) in &self.hierarchy {
+            let find = |name: &str| {
+                let found = numbers.get(name).copied();
+                found.ok_or_else(|| line.error(AsfProblem::NoBone(name.to_owned())))
+            };
+            let (child_index, parent) = (find(child)?, find(parent)?);
+            if child_index == 0 || parents[child_index].replace(parent).is_some() {
+                return Err(line.error(AsfProblem::Twice(child.to_owned())));
+            }
+        }
+        let order = breadth_first(&parents);
+        if let Some(loose) = (1..parents.len()).find(|index| !order.contains(index)) {
+            let name = self.bones[loose - 1].name.clone();
+            return Err(end.error(AsfProblem::Loose(name)));
+        }
+        let mut places = vec![0; parents.len()];
+        for (place, &index) in order.iter().enumerate() {
+            places[index] = place;
+        }
+        let all: Vec<&Part> = std::iter::once(&self.root).chain(&self.bones).collect();
+        let bone = |&index: &usize| {
+            let part = all[index];
+            let (angles, order) = part.axis.unwrap_or((DVec3::ZERO, [0, 1, 2]));
+            let angles = if index == 0 { part.orientation } else { angles };
+            Bone {
+                name: part.name.clone(),
+                parent: parents[index].map(|parent: usize| places[parent]),
+                along: part.direction.normalize_or_zero() * part.length,
+                axes: order.iter().fold(DQuat::IDENTITY, |so_far, &axis| {
+                    turn(axis, angles[axis], self.degrees) * so_far
+                }),
+                freedoms: part.freedoms.clone(),
+            }
+        };
+        let file = AsfFile {
+            bones: order.iter().map(bone).collect(),
+            degrees: self.degrees,
+            position: self.root.position,
+        };
+        match file.skeleton(1.0) {
+            Ok(_) => Ok(file),
+            Err(error) => Err(end.error(error.into())),
+        }
+    }
+}
+
+/// Orders the bones breadth first from the root. Bones that are not connected to the root are left
+/// out.
+fn breadth_first(parents: &[Option<usize>]) -> Vec<usize> {
+    let mut children = vec![Vec::new(); parents.len()];
+    for (child, parent) in parents.iter().enumerate() {
+        if let Some(parent) = parent {
+            children[*parent].push(child);
+        }
+    }
+    let mut order = vec![0];
+    let mut at = 0;
+    while at < order.len() {
+        order.append(&mut children[order[at]]);
+        at += 1;
+    }
+    order
+}
+
+/// Rotation about an axis, 0 to 2.
+fn turn(axis: usize, angle: f64, degrees: bool) -> DQuat {
+    let angle = if degrees { angle.to_radians() } else { angle };
+    DQuat::from_axis_angle(DVec3::AXES[axis], angle)
+}
+
+/// Parses an order of axes, for example `XYZ`.
+fn order(line: Line<'_>, word: Option<&str>) -> Result<[usize; 3], AsfError> {
+    let axis = |letter: u8| {
+        b"XYZ"
+            .iter()
+            .position(|&name| name == letter.to_ascii_uppercase())
+    };
+    let found: Option<Vec<usize>> = word.unwrap_or("XYZ").bytes().map(axis).collect();
+    match found.as_deref() {
+        Some(&[a, b, c]) if a != b && b != c && a != c => Ok([a, b, c]),
+        _ => Err(line.expected("an order of X, Y and Z", word)),
+    }
+}
+
+/// Parses the words after `dof` or `order`.
+fn freedoms(line: Line<'_>, bone: &str) -> Result<Vec<Freedom>, AsfError> {
+    let mut found = Vec::new();
+    for word in line.words().skip(1) {
+        let freedom = match word.to_ascii_lowercase().as_str() {
+            "rx" => Freedom::Turn(0),
+            "ry" => Freedom::Turn(1),
+            "rz" => Freedom::Turn(2),
+            "tx" => Freedom::Way(0),
+            "ty" => Freedom::Way(1),
+            "tz" => Freedom::Way(2),
+            _ => {
+                let (bone, found) = (bone.to_owned(), word.to_owned());
+                return Err(line.error(AsfProblem::Freedom { bone, found }));
+            }
+        };
+        if found.contains(&freedom) {
+            return Err(line.error(AsfProblem::Twice(word.to_owned())));
+        }
+        found.push(freedom);
+    }
+    Ok(found)
+}
+
+/// An AMC file: a motion of the skeleton of an [`AsfFile`].
+#[derive(Clone, Debug, PartialEq)]
+pub struct AmcFile {
+    degrees: bool,
+    /// Number of values in a frame.
+    channels: usize,
+    /// Values, frame by frame and bone by bone.
+    values: Vec<f64>,
+}
+
+impl AmcFile {
+    /// Frame rate of CMU's captures, in frames per second. AMC files do not contain it.
+    pub const USUAL_RATE: f64 = 120.0;
+
+    /// Parses a motion of `skeleton`.
+    ///
+    /// # Errors
+    /// The first error, with its line.
+    pub fn parse(skeleton: &AsfFile, bytes: &[u8]) -> Result<Self, AsfError> {
+        let mut firsts = HashMap::new();
+        let mut channels = 0;
+        for (index, bone) in skeleton.bones.iter().enumerate() {
+            firsts.insert(bone.name.as_str(), (index, channels));
+            channels += bone.freedoms.len();
+        }
+        let mut reader = AmcReader {
+            bones: &skeleton.bones,
+            firsts,
+            file: Self {
+                degrees: skeleton.degrees,
+                channels,
+                values: Vec::new(),
+            },
+            seen: Vec::new(),
+            frames: 0,
+        };
+        let mut last = None;
+        for line in lines(bytes)? {
+            reader.line(line)?;
+            last = Some(line);
+        }
+        let missing = AsfProblem::Missing("frames");
+        let end = last.ok_or(AsfError {
+            line: 1,
+            problem: missing.clone(),
+        })?;
+        reader.check_whole(end)?;
+        match reader.frames {
+            0 => Err(end.error(missing)),
+            _ => Ok(reader.file),
+        }
+    }
+
+    /// Number of frames, at least 1.
+    #[must_use]
+    pub fn frames(&self) -> usize {
+        self.values.len() / self.channels
+    }
+
+    /// Writes a frame, counted from 0, to `out` as a pose of [`AsfFile::skeleton`] without its end sites, in metres.
+    ///
+    /// # Panics
+    /// There is no such frame.
+    pub fn pose(&self, skeleton: &AsfFile, frame: usize, metres_per_unit: f64, out: &mut Pose) {
+        out.rotations.clear();
+        out.translations.clear();
+        let mut values = self.values[frame * self.channels..][..self.channels].iter();
+        for (index, bone) in skeleton.bones.iter().enumerate() {
+            let (mut rotation, mut place) = (DQuat::IDENTITY, DVec3::ZERO);
+            for (freedom, &value) in bone.freedoms.iter().zip(&mut values) {
+                match *freedom {
+                    Freedom::Turn(axis) => rotation = turn(axis, value, self.degrees) * rotation,
+                    Freedom::Way(axis) => place[axis] = value,
+                }
+            }
+            let rotation = bone.axes * rotation * bone.axes.conjugate();
+            out.rotations.push(rotation.normalize().as_quat());
+            if index == 0 {
+                out.root = ((place + skeleton.position) * metres_per_unit).as_vec3();
+            }
+        }
+    }
+
+    /// Skeleton and motion, in metres. The frame rate of CMU's captures is [`Self::USUAL_RATE`].
+    ///
+    /// # Errors
+    /// The scale makes a length too large, the frame rate is invalid, or there are more than [`MOST_ENTRIES`] frames times joints.
+    pub fn motion(
+        &self,
+        file: &AsfFile,
+        name: &str,
+        metres_per_unit: f64,
+        frame_rate: f64,
+    ) -> Result<(Skeleton, Clip), MotionError> {
+        let skeleton = file.skeleton(metres_per_unit)?;
+        MotionError::check_entries(self.frames(), skeleton.len())?;
+        let mut desc = ClipDesc {
+            name: name.to_owned(),
+            frame_rate,
+            roots: Vec::with_capacity(self.frames()),
+            rotations: Vec::with_capacity(self.frames() * skeleton.len()),
+            translations: Vec::new(),
+        };
+        let mut pose = Pose::default();
+        for frame in 0..self.frames() {
+            self.pose(file, frame, metres_per_unit, &mut pose);
+            desc.roots.push(pose.root);
+            // End sites come last.
+            pose.rotations.resize(skeleton.len(), Quat::IDENTITY);
+            desc.rotations.append(&mut pose.rotations);
+        }
+        let clip = Clip::new(&skeleton, desc)?;
+        Ok((skeleton, clip))
+    }
+}
+
+/// State of the parser.
+struct AmcReader<'a> {
+    bones: &'a [Bone],
+    /// For each bone, its index and its first value in a frame.
+    firsts: HashMap<&'a str, (usize, usize)>,
+    file: AmcFile,
+    /// Bones that the current frame has values for.
+    seen: Vec<bool>,
+    frames: usize,
+}
+
+impl AmcReader<'_> {
+    fn line(&mut self, line: Line<'_>) -> Result<(), AsfError> {
+        let first = line.first();
+        if let Some(keyword) = first.strip_prefix(':') {
+            match keyword.to_ascii_lowercase().as_str() {
+                "degrees" => self.file.degrees = true,
+                "radians" => self.file.degrees = false,
+                _ => {}
+            }
+            return Ok(());
+        }
+        if first.bytes().all(|byte| byte.is_ascii_digit()) {
+            self.check_whole(line)?;
+            self.frames += 1;
+            if (self.frames as u64).saturating_mul(self.bones.len() as u64) > MOST_ENTRIES {
+                let bones = self.bones.len();
+                return Err(line.error(AsfProblem::TooManyFrames { bones }));
+            }
+            self.seen = vec![false; self.bones.len()];
+            let length = self.file.values.len() + self.file.channels;
+            self.file.values.resize(length, 0.0);
+            return Ok(());
+        }
+        if self.frames == 0 {
+            return Err(line.expected("the number of a frame", Some(first)));
+        }
+        self.values(line)
+    }
+
+    fn values(&mut self, line: Line<'_>) -> Result<(), AsfError> {
+        let name = line.first();
+        let Some(&(index, first)) = self.firsts.get(name) else {
+            return Err(line.error(AsfProblem::NoBone(name.to_owned())));
+        };
+        if std::mem::replace(&mut self.seen[index], true) {
+            return Err(line.error(AsfProblem::Twice(name.to_owned())));
+        }
+        let expected = self.bones[index].freedoms.len();
+        let found = line.words().count() - 1;
+        if found != expected {
+            return Err(line.error(AsfProblem::Values {
+                frame: self.frames,
+                bone: name.to_owned(),
+                found,
+                expected,
+            }));
+        }
+        let frame = self.file.values.len() - self.file.channels + first;
+        for (value, word) in self.file.values[frame..]
+            .iter_mut()
+            .zip(line.words().skip(1))
+        {
+            *value = line.number(Some(word))?;
+        }
+        Ok(())
+    }
+
+    /// Checks that the previous frame has values for every moving bone.
+    fn check_whole(&self, line: Line<'_>) -> Result<(), AsfError> {
+        let mut pairs = self.seen.iter().zip(self.bones);
+        match pairs.find(|(seen, bone)| !**seen && !bone.freedoms.is_empty()) {
+            Some((_, bone)) => Err(line.error(AsfProblem::NoValues {
+                frame: self.frames,
+                bone: bone.name.clone(),
+            })),
+            None => Ok(()),
+        }
+    }
+}

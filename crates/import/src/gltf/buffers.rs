@@ -1,0 +1,550 @@
+//! Splits a file into its JSON and the bytes of its buffers, and reads numbers from them. All indices and ranges are checked.
+//!
+//! Accessors are read here and not by the crate `gltf`. Its readers add offsets without checks,
+//! count down from 0 and unwrap, so a malicious file would panic. Its validation also rejects files
+//! for errors in their meshes, which are not read here.
+
+use std::collections::{BTreeMap, HashMap, HashSet};
+use std::path::{Component, Path, PathBuf};
+use std::rc::Rc;
+
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
+use gltf_json::accessor::sparse::Sparse;
+use gltf_json::accessor::{ComponentType, Type};
+use gltf_json::buffer::View;
+use gltf_json::validation::Checked;
+use gltf_json::{Accessor, Index, Root};
+use sabaki::archive::LARGEST_FILE;
+use serde::Deserialize;
+use serde::de::IgnoredAny;
+use serde_json::value::{RawValue, to_raw_value};
+
+use super::GltfError;
+use crate::file::without_mark;
+
+const MAGIC: &[u8] = b"glTF";
+const JSON: &[u8] = b"JSON";
+const BINARY: &[u8] = b"BIN\0";
+
+/// The part of a file that is read.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum ReadPurpose {
+    /// Skeleton and animations.
+    Motion,
+    /// Skin and mesh.
+    Mesh,
+}
+
+/// Parsed JSON and buffers of a file.
+pub(super) struct Container {
+    pub(super) root: Root,
+    /// Bytes of each buffer, or `None` for unused buffers.
+    pub(super) buffers: Vec<Option<Rc<Vec<u8>>>>,
+    /// Size of the buffers, in bytes. Those of one URI count once.
+    pub(super) bytes: u64,
+}
+
+impl Container {
+    /// `load` reads an external buffer. It is called only for files in the same folder or below,
+    /// only for the buffers that are needed, and once for each URI.
+    pub(super) fn parse(
+        bytes: &[u8],
+        needs: ReadPurpose,
+        load: impl FnMut(&Path) -> Result<Vec<u8>, String>,
+    ) -> Result<Self, GltfError> {
+        let (json, mut binary) = split(bytes)?;
+        let root = parse_root(json)?;
+        if !root.asset.version.starts_with("2.") {
+            return Err(GltfError::Version(root.asset.version.clone()));
+        }
+        let needed = match needs {
+            ReadPurpose::Motion => motion_buffers(&root),
+            ReadPurpose::Mesh => mesh_buffers(&root),
+        };
+        let mut files = BufferFiles {
+            load,
+            read: HashMap::new(),
+            most: LARGEST_FILE,
+            bytes: binary.map_or(0, |binary| binary.len() as u64),
+        };
+        let mut buffers = Vec::with_capacity(root.buffers.len());
+        for (index, buffer) in root.buffers.iter().enumerate() {
+            let failed = |problem: String| GltfError::Buffer {
+                buffer: index,
+                problem,
+            };
+            let bytes = match &buffer.uri {
+                // Only the first buffer can be the GLB container's binary chunk.
+                None => binary.take().map(|binary| Rc::new(binary.to_vec())),
+                Some(_) if !needed.contains(&index) => None,
+                Some(uri) => Some(files.get(uri).map_err(failed)?),
+            };
+            if let Some(bytes) = &bytes
+                && (bytes.len() as u64) < buffer.byte_length.0
+            {
+                let (found, wanted) = (bytes.len(), buffer.byte_length.0);
+                return Err(failed(format!(
+                    "{found} bytes where {wanted} are said to be"
+                )));
+            }
+            binary = None;
+            buffers.push(bytes);
+        }
+        let bytes = files.bytes;
+        Ok(Self {
+            root,
+            buffers,
+            bytes,
+        })
+    }
+
+    /// Bytes of a buffer view, or `None` if they are not there.
+    pub(super) fn view(&self, index: usize) -> Option<&[u8]> {
+        let view = self.root.buffer_views.get(index)?;
+        within(self.buffers.get(view.buffer.value())?.as_ref()?, view)
+    }
+}
+
+/// Bytes of a view of a buffer, or `None` if it ends beyond the buffer.
+fn within<'a>(buffer: &'a [u8], view: &View) -> Option<&'a [u8]> {
+    let start = usize::try_from(view.byte_offset.unwrap_or_default().0).ok()?;
+    let length = usize::try_from(view.byte_length.0).ok()?;
+    buffer.get(start..start.checked_add(length)?)
+}
+
+fn parse_root(json: &[u8]) -> Result<Root, GltfError> {
+    let parsed = Root::from_slice(json).or_else(|error| match without_nodeless(json) {
+        Some(json) => Root::from_slice(&json),
+        None => Err(error),
+    });
+    parsed.map_err(|error| GltfError::Json(error.to_string()))
+}
+
+/// Reads the buffers that stand in URIs, each URI once.
+struct BufferFiles<'a, L> {
+    load: L,
+    read: HashMap<&'a str, Rc<Vec<u8>>>,
+    /// Maximum size of all buffers, in bytes.
+    most: u64,
+    /// Size of all buffers that were read, in bytes.
+    bytes: u64,
+}
+
+impl<'a, L: FnMut(&Path) -> Result<Vec<u8>, String>> BufferFiles<'a, L> {
+    fn get(&mut self, uri: &'a str) -> Result<Rc<Vec<u8>>, String> {
+        if let Some(read) = self.read.get(uri) {
+            return Ok(Rc::clone(read));
+        }
+        let bytes = Rc::new(fetch(uri, &mut self.load)?);
+        self.bytes = self.bytes.saturating_add(bytes.len() as u64);
+        if self.bytes > self.most {
+            return Err(format!(
+                "with it, the buffers have more than {} bytes together",
+                self.most
+            ));
+        }
+        self.read.insert(uri, Rc::clone(&bytes));
+        Ok(bytes)
+    }
+}
+
+/// Buffers that animations use. Invalid indices are reported later.
+fn motion_buffers(root: &Root) -> HashSet<usize> {
+    let samplers = root
+        .animations
+        .iter()
+        .flat_map(|animation| &animation.samplers);
+    let accessors = samplers.flat_map(|sampler| [sampler.input, sampler.output]);
+    accessor_buffers(root, accessors).collect()
+}
+
+/// Buffers that skinned meshes, bind matrices and images use. Invalid indices are reported later.
+fn mesh_buffers(root: &Root) -> HashSet<usize> {
+    let skinned = root.nodes.iter().filter(|node| node.skin.is_some());
+    let meshes: HashSet<usize> = skinned
+        .filter_map(|node| Some(node.mesh?.value()))
+        .collect();
+    let meshes = meshes.iter().filter_map(|&mesh| root.meshes.get(mesh));
+    let of_meshes = meshes.flat_map(|mesh| &mesh.primitives).flat_map(|part| {
+        let attributes = part.attributes.values().copied();
+        attributes.chain(part.indices)
+    });
+    let binds = root
+        .skins
+        .iter()
+        .flat_map(|skin| skin.inverse_bind_matrices);
+    let images = root.images.iter().filter_map(|image| image.buffer_view);
+    accessor_buffers(root, of_meshes.chain(binds))
+        .chain(images.filter_map(|view| view_buffer(root, view)))
+        .collect()
+}
+
+/// Buffers of accessors.
+fn accessor_buffers(
+    root: &Root,
+    accessors: impl Iterator<Item = Index<Accessor>>,
+) -> impl Iterator<Item = usize> {
+    let accessors = accessors.filter_map(|index| root.accessors.get(index.value()));
+    let views = accessors.flat_map(|accessor| {
+        let sparse = accessor.sparse.iter();
+        let own = sparse.flat_map(|sparse| [sparse.indices.buffer_view, sparse.values.buffer_view]);
+        accessor.buffer_view.into_iter().chain(own)
+    });
+    views.filter_map(|view| view_buffer(root, view))
+}
+
+fn view_buffer(root: &Root, view: Index<View>) -> Option<usize> {
+    Some(root.buffer_views.get(view.value())?.buffer.value())
+}
+
+/// JSON and binary chunk of a GLB container, or the whole file as JSON. Chunks of other types are
+/// skipped, as the specification requires.
+fn split(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), GltfError> {
+    if !bytes.starts_with(MAGIC) {
+        return Ok((without_mark(bytes), None));
+    }
+    let cut_off = || GltfError::Container("it is cut off");
+    let word = |at: usize| -> Option<u32> {
+        let four = bytes.get(at..at.checked_add(4)?)?;
+        Some(u32::from_le_bytes(four.try_into().ok()?))
+    };
+    match word(4).ok_or_else(cut_off)? {
+        2 => {}
+        version => return Err(GltfError::Version(version.to_string())),
+    }
+    let length = word(8).ok_or_else(cut_off)? as usize;
+    if length > bytes.len() {
+        return Err(cut_off());
+    }
+    let (mut json, mut binary) = (None, None);
+    let mut at = 12;
+    while at < length {
+        let size = word(at).ok_or_else(cut_off)? as usize;
+        let kind = bytes.get(at + 4..at + 8).ok_or_else(cut_off)?;
+        let chunk = bytes.get(at + 8..).and_then(|rest| rest.get(..size));
+        let chunk = chunk.ok_or_else(cut_off)?;
+        match kind {
+            JSON if json.is_none() => json = Some(chunk),
+            BINARY if binary.is_none() => binary = Some(chunk),
+            _ => {}
+        }
+        at += 8 + size;
+    }
+    let json = json.ok_or(GltfError::Container("it has no JSON"))?;
+    Ok((json, binary))
+}
+
+/// Bytes of a URI, which may be a data URI or a file.
+pub(super) fn fetch(
+    uri: &str,
+    load: &mut impl FnMut(&Path) -> Result<Vec<u8>, String>,
+) -> Result<Vec<u8>, String> {
+    if let Some(data) = uri.strip_prefix("data:") {
+        let (_, text) = data.split_once(";base64,").ok_or("not in base64")?;
+        return STANDARD.decode(text).map_err(|error| error.to_string());
+    }
+    let path = PathBuf::from(unescaped(uri).ok_or("its URI is no path")?);
+    // A file may only refer to files in its own folder or below, not elsewhere on the machine.
+    let stays = |part: Component<'_>| matches!(part, Component::Normal(_) | Component::CurDir);
+    if uri.contains(':') || !path.components().all(stays) {
+        return Err(format!("\"{uri}\" is not in the file's own folder"));
+    }
+    load(&path)
+}
+
+/// Decodes percent escapes.
+fn unescaped(uri: &str) -> Option<String> {
+    let mut bytes = Vec::with_capacity(uri.len());
+    let mut rest = uri.bytes();
+    while let Some(byte) = rest.next() {
+        bytes.push(if byte == b'%' {
+            let digits = [rest.next()?, rest.next()?];
+            u8::from_str_radix(std::str::from_utf8(&digits).ok()?, 16).ok()?
+        } else {
+            byte
+        });
+    }
+    String::from_utf8(bytes).ok()
+}
+
+type Object = BTreeMap<String, Box<RawValue>>;
+
+/// The file without the channels of animations that have no node; `None` if all have one, or if the text is invalid. The specification (3.11)
+/// has readers ignore such channels, and the extension KHR_animation_pointer writes them, but the crate `gltf-json` rejects the file.
+fn without_nodeless(json: &[u8]) -> Option<Vec<u8>> {
+    let mut root: Object = serde_json::from_slice(json).ok()?;
+    let mut animations: Vec<Object> = serde_json::from_str(root.get("animations")?.get()).ok()?;
+    let mut removed = 0;
+    for animation in &mut animations {
+        let Some(channels) = animation.get_mut("channels") else {
+            continue;
+        };
+        let mut kept: Vec<Box<RawValue>> = serde_json::from_str(channels.get()).ok()?;
+        let all = kept.len();
+        kept.retain(|channel| has_node(channel));
+        removed += all - kept.len();
+        *channels = to_raw_value(&kept).ok()?;
+    }
+    if removed == 0 {
+        return None;
+    }
+    root.insert("animations".to_owned(), to_raw_value(&animations).ok()?);
+    serde_json::to_vec(&root).ok()
+}
+
+/// Whether a channel has a node. What is no channel is left for later checks.
+fn has_node(channel: &RawValue) -> bool {
+    #[derive(Deserialize)]
+    struct Channel {
+        target: Target,
+    }
+    #[derive(Deserialize)]
+    struct Target {
+        node: Option<IgnoredAny>,
+    }
+    let channel: Result<Channel, _> = serde_json::from_str(channel.get());
+    channel.map_or(true, |channel| channel.target.node.is_some())
+}
+
+impl Container {
+    /// Elements of an accessor, with `N` floats each. Integers must be normalised.
+    pub(super) fn floats<const N: usize>(
+        &self,
+        index: usize,
+        from: impl Fn() -> String,
+    ) -> Result<Vec<[f32; N]>, GltfError> {
+        self.elements(index, from, |component, is_normalised| match component {
+            ComponentType::F32 => Ok(number),
+            _ if is_normalised => Ok(number),
+            _ => Err("its integers are not normalised"),
+        })
+    }
+
+    /// Elements of an accessor, with `N` unsigned integers each.
+    pub(super) fn integers<const N: usize>(
+        &self,
+        index: usize,
+        from: impl Fn() -> String,
+    ) -> Result<Vec<[u32; N]>, GltfError> {
+        use ComponentType::{U8, U16, U32};
+        self.elements(index, from, |component, is_normalised| match component {
+            U8 | U16 | U32 if !is_normalised => {
+                Ok(|component, bytes| little_endian(&bytes[..component.size()]) as u32)
+            }
+            _ => Err("its elements are not unsigned integers"),
+        })
+    }
+
+    /// Elements of an accessor. `decoder` returns a function for one component, by its type and
+    /// whether it is normalised.
+    fn elements<T: Copy + Default, const N: usize>(
+        &self,
+        index: usize,
+        from: impl Fn() -> String,
+        decoder: impl Fn(ComponentType, bool) -> Result<Decode<T>, &'static str>,
+    ) -> Result<Vec<[T; N]>, GltfError> {
+        let accessors = &self.root.accessors;
+        let accessor = accessors.get(index).ok_or_else(|| GltfError::Index {
+            from: from(),
+            what: "accessor",
+            index,
+        })?;
+        let wrong = |problem| GltfError::Accessor {
+            accessor: index,
+            problem,
+        };
+        let component = match accessor.component_type {
+            Checked::Valid(component) => component.0,
+            Checked::Invalid => return Err(wrong("it has no known component type")),
+        };
+        let decode = decoder(component, accessor.normalized).map_err(wrong)?;
+        let width = match accessor.type_ {
+            Checked::Valid(Type::Scalar) => 1,
+            Checked::Valid(Type::Vec2) => 2,
+            Checked::Valid(Type::Vec3) => 3,
+            Checked::Valid(Type::Vec4) => 4,
+            Checked::Valid(Type::Mat4) => 16,
+            _ => 0,
+        };
+        if width != N {
+            return Err(wrong("its elements have not the size that is wanted"));
+        }
+        let reader = Reader {
+            container: self,
+            accessor: index,
+            from: &from,
+            component,
+            decode,
+        };
+        let offset = accessor.byte_offset.unwrap_or_default().0;
+        let count = accessor.count.0;
+        let mut values = match (accessor.buffer_view, &accessor.sparse) {
+            (Some(view), _) => reader.values(view.value(), offset, count)?,
+            (None, Some(_)) => reader.zeros(count)?,
+            (None, None) => return Err(wrong("it has no buffer view")),
+        };
+        if let Some(sparse) = &accessor.sparse {
+            reader.replace(&mut values, sparse)?;
+        }
+        Ok(values)
+    }
+}
+
+/// Decodes the component at the start of bytes, which must be long enough.
+type Decode<T> = fn(ComponentType, &[u8]) -> T;
+
+/// Reader of one accessor.
+struct Reader<'a, F, T> {
+    container: &'a Container,
+    accessor: usize,
+    /// Returns the name of the object that refers to the accessor.
+    from: &'a F,
+    component: ComponentType,
+    decode: Decode<T>,
+}
+
+impl<F: Fn() -> String, T: Copy + Default> Reader<'_, F, T> {
+    fn wrong(&self, problem: &'static str) -> GltfError {
+        GltfError::Accessor {
+            accessor: self.accessor,
+            problem,
+        }
+    }
+
+    /// Bytes of each of `count` elements of a view, from an offset in bytes on.
+    fn bytes(
+        &self,
+        view: usize,
+        offset: u64,
+        count: u64,
+        size: usize,
+    ) -> Result<impl Iterator<Item = &[u8]>, GltfError> {
+        let missing = |what, index| GltfError::Index {
+            from: (self.from)(),
+            what,
+            index,
+        };
+        let views = &self.container.root.buffer_views;
+        let view = views
+            .get(view)
+            .ok_or_else(|| missing("buffer view", view))?;
+        let index = view.buffer.value();
+        let buffer = self.container.buffers.get(index).and_then(Option::as_ref);
+        let buffer = buffer.ok_or_else(|| missing("buffer", index))?;
+        let stride = view.byte_stride.map_or(size, |stride| stride.0);
+        // Overlapping elements are rejected, because they could expand a small file to large data.
+        let bytes = within(buffer, view).and_then(|view| view.get(usize::try_from(offset).ok()?..));
+        let bytes = bytes.filter(|bytes| match count.checked_sub(1) {
+            None => true,
+            Some(last) => {
+                let start = last.checked_mul(stride as u64);
+                let end = start.and_then(|start| start.checked_add(size as u64));
+                stride >= size && end.is_some_and(|end| end <= bytes.len() as u64)
+            }
+        });
+        let bytes = bytes.ok_or_else(|| self.wrong("it is not within its buffer"))?;
+        Ok((0..count as usize).map(move |element| &bytes[element * stride..][..size]))
+    }
+
+    fn values<const N: usize>(
+        &self,
+        view: usize,
+        offset: u64,
+        count: u64,
+    ) -> Result<Vec<[T; N]>, GltfError> {
+        let (component, decode) = (self.component, self.decode);
+        let value = |bytes: &[u8]| -> [T; N] {
+            std::array::from_fn(|part| decode(component, &bytes[part * component.size()..]))
+        };
+        let bytes = self.bytes(view, offset, count, component.size() * N)?;
+        Ok(bytes.map(value).collect())
+    }
+
+    /// Initial values of a sparse accessor without a view.
+    fn zeros<const N: usize>(&self, count: u64) -> Result<Vec<[T; N]>, GltfError> {
+        // Key times increase, so all but one are stored in a buffer, and other accessors have at
+        // most three elements for each key.
+        match usize::try_from(count) {
+            Ok(elements) if count <= self.container.bytes => Ok(vec![[T::default(); N]; elements]),
+            _ => Err(self.wrong("it has more elements than the buffers have bytes")),
+        }
+    }
+
+    /// Replaces the elements of a sparse accessor.
+    fn replace<const N: usize>(
+        &self,
+        values: &mut [[T; N]],
+        sparse: &Sparse,
+    ) -> Result<(), GltfError> {
+        let kind = match sparse.indices.component_type {
+            Checked::Valid(kind) => kind.0,
+            Checked::Invalid => return Err(self.wrong("its sparse indices have no known type")),
+        };
+        let count = sparse.count.0;
+        let (indices, offset) = (&sparse.indices, sparse.indices.byte_offset.0);
+        let indices = self.bytes(indices.buffer_view.value(), offset, count, kind.size())?;
+        let (own, offset) = (&sparse.values, sparse.values.byte_offset.0);
+        let own = self.values::<N>(own.buffer_view.value(), offset, count)?;
+        let mut next = 0;
+        for (bytes, value) in indices.zip(own) {
+            let index = little_endian(bytes);
+            if index < next {
+                return Err(self.wrong("its sparse indices do not increase"));
+            }
+            let place = values.get_mut(index);
+            *place.ok_or_else(|| self.wrong("a sparse index is beyond its end"))? = value;
+            next = index + 1;
+        }
+        Ok(())
+    }
+}
+
+/// Unsigned little-endian number of up to four bytes.
+fn little_endian(bytes: &[u8]) -> usize {
+    let bytes = bytes.iter().rev();
+    bytes.fold(0, |number, &byte| number << 8 | usize::from(byte))
+}
+
+/// The number at the start of `bytes`, which must be long enough.
+fn number(component: ComponentType, bytes: &[u8]) -> f32 {
+    let two = || [bytes[0], bytes[1]];
+    let four = || [bytes[0], bytes[1], bytes[2], bytes[3]];
+    match component {
+        ComponentType::I8 => (f32::from(bytes[0].cast_signed()) / 127.0).max(-1.0),
+        ComponentType::U8 => f32::from(bytes[0]) / 255.0,
+        ComponentType::I16 => (f32::from(i16::from_le_bytes(two())) / 32767.0).max(-1.0),
+        ComponentType::U16 => f32::from(u16::from_le_bytes(two())) / 65535.0,
+        ComponentType::U32 => (f64::from(u32::from_le_bytes(four())) / f64::from(u32::MAX)) as f32,
+        ComponentType::F32 => f32::from_le_bytes(four()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn buffers_are_read_once_and_refused_when_they_are_too_large_together() {
+        let mut reads = 0;
+        let mut files = BufferFiles {
+            load: |_: &Path| {
+                reads += 1;
+                Ok(vec![7; 40])
+            },
+            read: HashMap::new(),
+            most: 100,
+            bytes: 0,
+        };
+        for uri in ["a.bin", "a.bin", "b.bin", "a.bin"] {
+            assert_eq!(files.get(uri).unwrap().len(), 40);
+        }
+        assert_eq!(files.bytes, 80);
+        let error = files.get("c.bin").unwrap_err();
+        assert_eq!(
+            error,
+            "with it, the buffers have more than 100 bytes together"
+        );
+        assert_eq!(reads, 3);
+    }
+}
