@@ -113,12 +113,7 @@ fn files(set: &ClipSet, minutes: f64, folder: &Path) {
     for clip in &named {
         let file = std::fs::File::create(folder.join("clips").join(clip.name())).unwrap();
         let mut file = std::io::BufWriter::new(file);
-        let desc = bvh::MotionDesc {
-            skeleton: &set.skeleton,
-            clip,
-            metres_per_unit: METRES_PER_UNIT,
-        };
-        bvh::write(&mut file, desc).unwrap();
+        bvh::write(&mut file, &set.skeleton, clip, METRES_PER_UNIT).unwrap();
     }
     let events = EventsFile::of(&made.events, &named, &set.skeleton).unwrap();
     let text = serde_json::to_string(&events).unwrap();

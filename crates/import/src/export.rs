@@ -32,6 +32,17 @@ pub enum MotionFormat {
     Glb,
 }
 
+/// An answer to export, with the graph and the request that it belongs to.
+#[derive(Clone, Copy, Debug)]
+pub struct ExportedAnswer<'a> {
+    /// Graph of the query.
+    pub baked: &'a BakedGraph,
+    /// Input of the query.
+    pub request: &'a RecordedRequest,
+    /// Answer of the query.
+    pub answer: &'a Answer,
+}
+
 /// Writes the motion of an answer as `NAME.bvh` or `NAME.glb`, and everything else as `NAME.json`, to a folder that exists. Returns the two
 /// paths.
 ///
@@ -45,10 +56,13 @@ pub fn write_answer(
     folder: &Path,
     name: &str,
     format: MotionFormat,
-    baked: &BakedGraph,
-    request: &RecordedRequest,
-    answer: &Answer,
+    exported: ExportedAnswer<'_>,
 ) -> std::io::Result<[PathBuf; 2]> {
+    let ExportedAnswer {
+        baked,
+        request,
+        answer,
+    } = exported;
     let ending = match format {
         MotionFormat::Bvh => "bvh",
         MotionFormat::Glb => "glb",
@@ -66,7 +80,7 @@ pub fn write_answer(
             gltf::write(file, skeleton, std::slice::from_ref(&clip), &events)
         }
     })?;
-    let document = document(baked, request, answer);
+    let document = document(exported);
     write_atomically(&facts, |file| {
         serde_json::to_writer_pretty(&mut *file, &document)?;
         writeln!(file)
@@ -122,7 +136,12 @@ fn as_clip(graph: &MotionGraph, motion: &Motion, seconds: f32) -> Result<Clip, C
 /// All data of an answer as JSON with stable keys: the data to check the motion file with, the query, and the result of
 /// every candidate.
 #[must_use]
-pub fn document(baked: &BakedGraph, request: &RecordedRequest, answer: &Answer) -> Value {
+pub fn document(exported: ExportedAnswer<'_>) -> Value {
+    let ExportedAnswer {
+        baked,
+        request,
+        answer,
+    } = exported;
     let skeleton = baked.graph().skeleton();
     let body = baked.body().spheres.iter().map(|sphere| {
         let joint = &skeleton.joint(sphere.joint).name;
@@ -130,7 +149,7 @@ pub fn document(baked: &BakedGraph, request: &RecordedRequest, answer: &Answer) 
     });
     let described = answer.candidates.iter().map(|candidate| {
         let mut value = describe(baked, answer, candidate);
-        if let Some(place) = evasion_placement(baked, request, answer, candidate) {
+        if let Some(place) = evasion_placement(exported, candidate) {
             let heading = place.heading().to_degrees();
             value["evades_at"] = json!({ "x": place.x, "z": place.z, "heading": heading });
         }
@@ -158,11 +177,14 @@ pub fn document(baked: &BakedGraph, request: &RecordedRequest, answer: &Answer) 
 /// `None` if the candidate has no evasion, or only its upper body plays one.
 #[must_use]
 pub fn evasion_placement(
-    baked: &BakedGraph,
-    request: &RecordedRequest,
-    answer: &Answer,
+    exported: ExportedAnswer<'_>,
     candidate: &CandidateReport,
 ) -> Option<Rigid2> {
+    let ExportedAnswer {
+        baked,
+        request,
+        answer,
+    } = exported;
     let evasion = baked.evasion(candidate.evasion?)?;
     if candidate.layer.is_some() {
         return None;

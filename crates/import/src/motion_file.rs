@@ -5,7 +5,9 @@ use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use glam::{Quat, Vec3};
-use sabaki::anim::{Clip, ClipDesc, ClipError, Joint, JointId, Pose, Skeleton, forward_kinematics};
+use sabaki::anim::{
+    Clip, ClipDesc, ClipError, Facing, Joint, JointId, Limbs, Pose, Skeleton, forward_kinematics,
+};
 use thiserror::Error;
 
 use crate::asf::{AmcFile, AsfFile};

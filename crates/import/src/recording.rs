@@ -12,7 +12,8 @@ use sabaki::graph::{EdgeId, Playhead};
 use sabaki::internal::{EnteredAt, Layer};
 use sabaki::maps::BakedGraph;
 use sabaki::query::{
-    Answer, Attack, AttackError, Evaluation, Query, QueryContext, QuerySettings, QuerySettingsError, Request, cull::cpu,
+    Answer, Attack, AttackError, Evaluation, Query, QueryContext, QuerySettings,
+    QuerySettingsError, Request, cull::cpu,
 };
 
 /// Reason why a file is not a recording, or cannot be replayed.
@@ -182,7 +183,9 @@ impl Recording {
     /// # Errors
     /// The graph is not that of the recording.
     pub fn replay(&self, baked: &BakedGraph) -> Result<Answer, RecordingError> {
-        let RecordedRequest { graph: expected, .. } = self.request;
+        let RecordedRequest {
+            graph: expected, ..
+        } = self.request;
         let found =
             archive::checksum(baked).map_err(|error| RecordingError::Unnamed(error.to_string()))?;
         if found != expected {

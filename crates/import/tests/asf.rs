@@ -3,7 +3,7 @@
 
 use glam::{DMat3, DVec3, Quat, Vec3};
 use sabaki::anim::{JointKind, Pose, forward_kinematics};
-use sabaki_import::asf::{AmcClipDesc, AmcFile, AsfFile};
+use sabaki_import::asf::{AmcFile, AsfFile};
 use sabaki_import::{LengthUnit, ReadError, ReadOptions, ScaleSource, Up, read_clip};
 
 /// A skeleton, a line of `---`, and two frames.
@@ -55,12 +55,7 @@ fn bones_stand_where_the_definition_puts_them() {
     let asf = AsfFile::parse(skeleton.as_bytes()).unwrap();
     let amc = AmcFile::parse(&asf, motion.as_bytes()).unwrap();
     assert_eq!(amc.frames(), 2);
-    let desc = AmcClipDesc {
-        name: "person",
-        metres_per_unit: 1.0,
-        frame_rate: 60.0,
-    };
-    let (skeleton, clip) = amc.motion(&asf, &desc).unwrap();
+    let (skeleton, clip) = amc.motion(&asf, "person", 1.0, 60.0).unwrap();
     assert_eq!((skeleton.len(), clip.frame_rate()), (8, 60.0));
     assert_eq!(
         skeleton

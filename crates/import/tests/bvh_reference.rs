@@ -161,12 +161,7 @@ fn what_is_written_again_is_where_it_was() {
             ..
         } = read_clip(&path, &ReadOptions::default()).unwrap();
         let mut text = Vec::new();
-        let desc = sabaki_import::bvh::MotionDesc {
-            skeleton: &skeleton,
-            clip: &clip,
-            metres_per_unit: scale.metres_per_unit,
-        };
-        sabaki_import::bvh::write(&mut text, desc).unwrap();
+        sabaki_import::bvh::write(&mut text, &skeleton, &clip, scale.metres_per_unit).unwrap();
         let file = BvhFile::parse(&text).unwrap();
         let (skeleton_again, again) = file.motion(clip.name(), scale.metres_per_unit).unwrap();
         assert_eq!(skeleton.differences(&skeleton_again), Vec::<String>::new());

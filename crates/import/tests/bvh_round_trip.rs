@@ -5,7 +5,7 @@
 use glam::{Quat, Vec3};
 use proptest::prelude::*;
 use sabaki::anim::{Clip, ClipDesc, Joint, JointId, JointKind, Pose, Skeleton, forward_kinematics};
-use sabaki_import::bvh::{BvhFile, MotionDesc, write};
+use sabaki_import::bvh::{BvhFile, write};
 
 /// Parents as numbers that are taken modulo the joint's own index; whether leaves may be End Sites;
 /// offsets.
@@ -114,7 +114,7 @@ proptest! {
     #[test]
     fn positions_survive((skeleton, clip) in motions(), scale in prop::sample::select(vec![1.0, 0.01, 0.0254])) {
         let mut text = Vec::new();
-        write(&mut text, MotionDesc { skeleton: &skeleton, clip: &clip, metres_per_unit: scale }).unwrap();
+        write(&mut text, &skeleton, &clip, scale).unwrap();
         let file = BvhFile::parse(&text).unwrap();
         let (skeleton_again, again) = file.motion("random", scale).unwrap();
         prop_assert_eq!(skeleton_again.len(), skeleton.len());
@@ -138,7 +138,7 @@ proptest! {
         swaps in prop::collection::vec((any::<prop::sample::Index>(), words()), 0..3),
     ) {
         let mut text = Vec::new();
-        write(&mut text, MotionDesc { skeleton: &skeleton, clip: &clip, metres_per_unit: 0.01 }).unwrap();
+        write(&mut text, &skeleton, &clip, 0.01).unwrap();
         text.truncate((text.len() as f64 * cut) as usize);
         for (index, byte) in changes {
             if !text.is_empty() {
@@ -207,15 +207,7 @@ fn names_that_a_file_cannot_hold_are_changed_not_lost() {
     };
     let clip = Clip::new(&skeleton, desc).unwrap();
     let mut text = Vec::new();
-    write(
-        &mut text,
-        MotionDesc {
-            skeleton: &skeleton,
-            clip: &clip,
-            metres_per_unit: 1.0,
-        },
-    )
-    .unwrap();
+    write(&mut text, &skeleton, &clip, 1.0).unwrap();
     let file = BvhFile::parse(&text).unwrap();
     let names: Vec<_> = file
         .joints()
@@ -223,15 +215,5 @@ fn names_that_a_file_cannot_hold_are_changed_not_lost() {
         .map(|joint| joint.name.as_str())
         .collect();
     assert_eq!(names, ["a__b_", "_", "c d"]);
-    assert!(
-        write(
-            &mut text,
-            MotionDesc {
-                skeleton: &skeleton,
-                clip: &clip,
-                metres_per_unit: 0.0
-            }
-        )
-        .is_err()
-    );
+    assert!(write(&mut text, &skeleton, &clip, 0.0).is_err());
 }

@@ -266,7 +266,7 @@ fn a_rig_that_its_root_turns_upright_stands() {
         let path = folder.path().join("rig.glb");
         let mut file = std::fs::File::create(&path).unwrap();
         let clip = clip(Quat::from_rotation_x(turn.to_radians()));
-        gltf::write(&mut file, &skeleton, &[clip]).unwrap();
+        gltf::write(&mut file, &skeleton, &[clip], &[]).unwrap();
         let set = read_clips(&[path], None, &ReadOptions::default()).unwrap();
         let told = set
             .warnings
@@ -391,7 +391,7 @@ fn write_gltf(path: &Path, skeleton: &Skeleton, animations: &[(&str, Vec3)]) {
         Clip::new(skeleton, desc).unwrap()
     };
     let clips: Vec<Clip> = animations.iter().map(clip).collect();
-    gltf::write(&mut File::create(path).unwrap(), skeleton, &clips).unwrap();
+    gltf::write(&mut File::create(path).unwrap(), skeleton, &clips, &[]).unwrap();
 }
 
 #[test]

@@ -14,9 +14,7 @@ use sabaki::anim::{Pose, forward_kinematics};
 use sabaki::archive;
 use sabaki::query::{Answer, Evaluation, Query, QuerySettings};
 use sabaki_fixtures::throw::{Throw, ThrowSettings, throw};
-use sabaki_import::export::{
-    ExportedAnswer, MotionFormat, Target, evasion_placement, write_answer,
-};
+use sabaki_import::export::{ExportedAnswer, MotionFormat, evasion_placement, write_answer};
 use sabaki_import::{Chosen, RecordedRequest, Recording, RecordingError};
 use serde_json::Value;
 
@@ -60,17 +58,14 @@ struct Exported {
 }
 
 fn export(folder: &Path, throw: &Throw, answer: &Answer) -> Exported {
-    let target = Target {
-        folder,
-        name: "one",
-        format: MotionFormat::Bvh,
-    };
+    let (baked, request) = (embedded(), request(throw));
     let exported = ExportedAnswer {
-        baked: embedded(),
-        request: &request(throw),
+        baked,
+        request: &request,
         answer,
     };
-    let [motion, facts] = write_answer(target, exported).unwrap();
+    let written = write_answer(folder, "one", MotionFormat::Bvh, exported);
+    let [motion, facts] = written.unwrap();
     Exported {
         motion: PlainBvh::parse(&fs::read_to_string(motion).unwrap()),
         facts: serde_json::from_slice(&fs::read(facts).unwrap()).unwrap(),
@@ -304,12 +299,14 @@ fn a_candidates_evasion_is_placed_where_its_motion_performs_it() {
     let mut evasions = 0;
     for (throw, answer) in answers() {
         let chosen = answer.chosen();
-        let exported = ExportedAnswer {
-            baked,
-            request: &request(&throw),
-            answer: &answer,
-        };
-        let place = evasion_placement(exported, chosen);
+        let place = evasion_placement(
+            ExportedAnswer {
+                baked,
+                request: &request(&throw),
+                answer: &answer,
+            },
+            chosen,
+        );
         assert_eq!(place.is_some(), chosen.evasion.is_some());
         let Some(place) = place else { continue };
         if let Some(entered) = chosen.entry {

@@ -50,7 +50,7 @@ fn random_motions_come_back() {
     for seed in 0..60 {
         let (skeleton, clip) = random_case(&mut Random::new(seed));
         let mut bytes = Vec::new();
-        gltf::write(&mut bytes, &skeleton, std::slice::from_ref(&clip)).unwrap();
+        gltf::write(&mut bytes, &skeleton, std::slice::from_ref(&clip), &[]).unwrap();
         let file = parse(&bytes);
         let found = file.skeleton();
         // The file keeps the tree; the order is that of a walk through it, and end sites are known by their names.
@@ -80,7 +80,7 @@ fn random_motions_come_back() {
 fn the_embedded_motions_come_back_joint_by_joint() {
     let motions = sabaki_fixtures::demo::motions().unwrap();
     let mut bytes = Vec::new();
-    gltf::write(&mut bytes, &motions.skeleton, &motions.clips).unwrap();
+    gltf::write(&mut bytes, &motions.skeleton, &motions.clips, &[]).unwrap();
     let file = parse(&bytes);
     // The humanoid stands in the order of a walk through its tree; its ends are called ends.
     assert_eq!(

@@ -15,7 +15,7 @@ fn valid() -> Vec<u8> {
         swinging_clip(&skeleton, 3, 0.9),
     ];
     let mut bytes = Vec::new();
-    gltf::write(&mut bytes, &skeleton, &clips).unwrap();
+    gltf::write(&mut bytes, &skeleton, &clips, &[]).unwrap();
     bytes
 }
 
@@ -460,7 +460,7 @@ fn no_gltf_at_all_is_an_error() {
     assert!(parse(deep.as_bytes()).is_err());
     let mut long = Vec::new();
     let skeleton = small_skeleton();
-    gltf::write(&mut long, &skeleton, &[]).unwrap();
+    gltf::write(&mut long, &skeleton, &[], &[]).unwrap();
     let error = parse(&long).unwrap_err().to_string();
     assert_eq!(error, "the file has no animation of its skeleton");
 }

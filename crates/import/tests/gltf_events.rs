@@ -10,10 +10,9 @@ use common::answer::answer_throw;
 use common::baked::embedded;
 use sabaki::anim::{Clip, Event, EventKind, JointId, Pose, Skeleton, forward_kinematics};
 use sabaki::archive;
-use sabaki::graph::ClipSource;
 use sabaki::query::{Evaluation, Query, QuerySettings};
 use sabaki_fixtures::throw::{ThrowSettings, throw};
-use sabaki_import::export::{ExportedAnswer, MotionFormat, Target, write_answer};
+use sabaki_import::export::{ExportedAnswer, MotionFormat, write_answer};
 use sabaki_import::{
     ClipSet, EventsFile, ReadError, ReadOptions, RecordedRequest, gltf, read_clips,
 };
@@ -22,10 +21,10 @@ fn read(path: &Path, events: Option<&Path>) -> Result<ClipSet, ReadError> {
     read_clips(&[path.to_owned()], events, &ReadOptions::default())
 }
 
-fn written(folder: &Path, source: ClipSource<'_>) -> PathBuf {
+fn written(folder: &Path, skeleton: &Skeleton, clips: &[Clip], events: &[Event]) -> PathBuf {
     let path = folder.join("all.glb");
     let mut bytes = Vec::new();
-    gltf::write_labelled(&mut bytes, source).unwrap();
+    gltf::write(&mut bytes, skeleton, clips, events).unwrap();
     std::fs::write(&path, bytes).unwrap();
     path
 }
@@ -61,13 +60,8 @@ fn poses_and_events_come_back() {
         event.start += f64::from(index) * 1e-7 / 3.0;
         event.end -= f64::from(index) * 1e-7 / 7.0;
     }
-    let source = ClipSource {
-        skeleton: &motions.skeleton,
-        clips: &motions.clips,
-        events: &events,
-    };
     let folder = tempfile::tempdir().unwrap();
-    let path = written(folder.path(), source);
+    let path = written(folder.path(), &motions.skeleton, &motions.clips, &events);
     let set = read(&path, None).unwrap();
     assert!(set.skeleton.differences(&motions.skeleton).is_empty());
     let same = set
@@ -96,14 +90,7 @@ fn an_events_file_has_the_word_for_the_clips_that_it_names() {
     let inside = [event(0, 0.25), event(1, 0.5)];
     assert!(!all.is_empty());
     let folder = tempfile::tempdir().unwrap();
-    let path = written(
-        folder.path(),
-        ClipSource {
-            skeleton,
-            clips,
-            events: &inside,
-        },
-    );
+    let path = written(folder.path(), skeleton, clips, &inside);
     let set = read(&path, None).unwrap();
     assert_eq!(set.events, inside);
     let mut file = EventsFile::of(&[event(0, 1.0)], &set.clips, skeleton).unwrap();
@@ -131,15 +118,7 @@ fn extras_of_others_are_let_be_and_wrong_ones_of_ours_are_named() {
         joints: Vec::new(),
     }];
     let mut bytes = Vec::new();
-    gltf::write_labelled(
-        &mut bytes,
-        ClipSource {
-            skeleton,
-            clips,
-            events: &events,
-        },
-    )
-    .unwrap();
+    gltf::write(&mut bytes, skeleton, clips, &events).unwrap();
     let length = u32::from_le_bytes(bytes[12..16].try_into().unwrap()) as usize;
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("extras.glb");
@@ -166,14 +145,7 @@ fn extras_of_others_are_let_be_and_wrong_ones_of_ours_are_named() {
         clip: 7,
         ..events[0].clone()
     }];
-    let failed = gltf::write_labelled(
-        &mut Vec::new(),
-        ClipSource {
-            skeleton,
-            clips,
-            events: &nowhere,
-        },
-    );
+    let failed = gltf::write(&mut Vec::new(), skeleton, clips, &nowhere);
     assert!(failed.unwrap_err().to_string().contains("clip 7"));
 }
 
@@ -193,17 +165,14 @@ fn an_answer_as_gltf_is_the_motion_and_says_when_it_evades() {
             settings,
             evaluation: Evaluation::Lazy,
         };
-        let target = Target {
-            folder: folder.path(),
-            name: "one",
-            format: MotionFormat::Glb,
-        };
+        let format = MotionFormat::Glb;
         let exported = ExportedAnswer {
             baked,
             request: &request,
             answer: &answer,
         };
-        let [path, facts] = write_answer(target, exported).unwrap();
+        let written = write_answer(folder.path(), "one", format, exported);
+        let [path, facts] = written.unwrap();
         assert_eq!(
             [path.extension().unwrap(), facts.extension().unwrap()],
             ["glb", "json"]

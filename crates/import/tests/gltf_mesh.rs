@@ -20,7 +20,7 @@ fn written() -> Vec<u8> {
     let skeleton = small_skeleton();
     let clip = swinging_clip(&skeleton, 3, 0.0);
     let mut bytes = Vec::new();
-    gltf::write(&mut bytes, &skeleton, &[clip]).unwrap();
+    gltf::write(&mut bytes, &skeleton, &[clip], &[]).unwrap();
     bytes
 }
 

@@ -10,7 +10,6 @@ use sabaki::anim::{
     Clip, ClipDesc, Event, EventKind, Joint, JointId, JointKind, JointTransform, Pose, Skeleton,
     forward_kinematics,
 };
-use sabaki::graph::ClipSource;
 use sabaki_fixtures::captures::mocap;
 use sabaki_import::{ClipSet, ReadError, ReadOptions, bvh, gltf, read_clips};
 
@@ -64,12 +63,7 @@ fn disguised(skeleton: &Skeleton, clip: &Clip, scale: f32) -> (Skeleton, Clip) {
 }
 
 fn write(path: &Path, skeleton: &Skeleton, clip: &Clip) {
-    let desc = bvh::MotionDesc {
-        skeleton,
-        clip,
-        metres_per_unit: 0.01,
-    };
-    bvh::write(&mut File::create(path).unwrap(), desc).unwrap();
+    bvh::write(&mut File::create(path).unwrap(), skeleton, clip, 0.01).unwrap();
 }
 
 fn note(set: &ClipSet, name: &str) -> String {
@@ -372,12 +366,14 @@ fn labelled(folder: &Path, joint: u16) -> [PathBuf; 3] {
     for path in &paths[..2] {
         write(path, &skeleton, &clip);
     }
-    let source = ClipSource {
-        skeleton: &other,
-        clips: &[Clip::new(&other, desc).unwrap()],
-        events: &[event],
-    };
-    gltf::write_labelled(&mut File::create(&paths[2]).unwrap(), source).unwrap();
+    let clips = [Clip::new(&other, desc).unwrap()];
+    gltf::write(
+        &mut File::create(&paths[2]).unwrap(),
+        &other,
+        &clips,
+        &[event],
+    )
+    .unwrap();
     paths
 }
 
@@ -409,7 +405,7 @@ fn a_file_with_an_event_of_a_joint_that_the_others_lack_is_refused_by_its_own_na
         r#"{"clips":[{"file":"a.bvh","events":[{"kind":"evasion","start":0.0,"end":0.1}]}]}"#;
     std::fs::write(&beside, text).unwrap();
     let refused = read_clips(&paths, Some(&beside), &RETARGET).unwrap_err();
-    let ReadError::Events { path, .. } = &refused else {
+    let ReadError::Contents { path, .. } = &refused else {
         panic!("{refused}");
     };
     assert_eq!(path, &paths[2]);

@@ -9,7 +9,7 @@ use sabaki::archive;
 use sabaki::graph::{EdgeId, Playhead};
 use sabaki::math::Rigid2;
 use sabaki::query::{Answer, Attack, Query, QueryContext, QuerySettings, Request};
-use sabaki_import::asf::{AmcClipDesc, AmcFile, AsfFile};
+use sabaki_import::asf::{AmcFile, AsfFile};
 use sabaki_import::bvh::{self, BvhFile};
 use sabaki_import::gltf::{GltfFile, SkinnedMesh};
 use sabaki_import::{AttackFile, EventsFile, Scale, parse_obj};
@@ -46,12 +46,7 @@ pub fn bvh_file(bytes: &[u8]) {
         return;
     }
     let mut written = Vec::new();
-    let desc = bvh::MotionDesc {
-        skeleton: &skeleton,
-        clip: &clip,
-        metres_per_unit: scale.metres_per_unit,
-    };
-    bvh::write(&mut written, desc).unwrap();
+    bvh::write(&mut written, &skeleton, &clip, scale.metres_per_unit).unwrap();
     // What is written has digits enough for single precision, which a clip of a strange unit may exceed.
     if let Ok(again) = BvhFile::parse(&written)
         && let Ok((same, _)) = again.motion("fuzzed", scale.metres_per_unit)
@@ -78,12 +73,7 @@ pub fn asf_file(bytes: &[u8]) {
     let Ok(amc) = AmcFile::parse(&asf, motion) else {
         return;
     };
-    let desc = AmcClipDesc {
-        name: "fuzzed",
-        metres_per_unit: 0.05,
-        frame_rate: AmcFile::USUAL_RATE,
-    };
-    if let Ok((skeleton, clip)) = amc.motion(&asf, &desc) {
+    if let Ok((skeleton, clip)) = amc.motion(&asf, "fuzzed", 0.05, AmcFile::USUAL_RATE) {
         assert_eq!((skeleton.len(), clip.frames()), (bones, amc.frames()));
     }
 }
@@ -112,7 +102,7 @@ pub fn gltf_file(bytes: &[u8]) {
         };
         if clip.frames() * skeleton.len() <= SMALL {
             let mut written = Vec::new();
-            sabaki_import::gltf::write(&mut written, &skeleton, &[clip]).unwrap();
+            sabaki_import::gltf::write(&mut written, &skeleton, &[clip], &[]).unwrap();
             let again = GltfFile::parse(&written, |_| Err("there is none".to_owned()));
             assert_eq!(again.unwrap().skeleton().len(), skeleton.len());
         }

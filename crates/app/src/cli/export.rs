@@ -6,7 +6,7 @@ use sabaki::archive;
 use sabaki::maps::BakedGraph;
 use sabaki::query::{Answer, QuerySettings};
 use sabaki_fixtures::throw::Throw;
-use sabaki_import::export::{ExportedAnswer, MotionFormat, Target, write_answer};
+use sabaki_import::export::{ExportedAnswer, MotionFormat, write_answer};
 use sabaki_import::{Chosen, ReadError, RecordedRequest, Recording};
 use serde_json::json;
 
@@ -91,17 +91,12 @@ impl<'a> Export<'a> {
         method: Method,
         answer: &Answer,
     ) -> Result<[PathBuf; 2], Failure> {
-        let target = Target {
-            folder: self.folder,
-            name,
-            format: self.format,
-        };
         let exported = ExportedAnswer {
             baked: self.baked,
             request: &recorded(self.graph, throw, settings, method),
             answer,
         };
-        write_answer(target, exported).map_err(|source| Failure::Write {
+        write_answer(self.folder, name, self.format, exported).map_err(|source| Failure::Write {
             path: self.folder.join(name),
             source,
         })
@@ -127,12 +122,7 @@ pub(crate) fn recorded(
 /// Asks again what an exported answer was found for.
 pub(crate) fn replay(path: &Path, baked: &BakedGraph, as_json: bool) -> Result<Done, Failure> {
     let recording = Recording::read(path)?;
-    let answer = recording
-        .replay(baked)
-        .map_err(|error| ReadError::Recording {
-            path: path.to_owned(),
-            error,
-        })?;
+    let answer = recording.replay(baked).map_err(ReadError::in_file(path))?;
     let (expected, found) = (&recording.chosen, &Chosen::of(baked, &answer));
     let same = found.is_same(expected);
     let text = if as_json {

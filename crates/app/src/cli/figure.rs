@@ -138,8 +138,7 @@ impl FigureArgs {
             let file = BodyFile::read(path)?;
             let names = file.check_names(&set.repeated_names);
             let body = names.and_then(|()| file.resolve(&set.skeleton));
-            let path = path.to_owned();
-            figure.body = Some(body.map_err(|error| ReadError::Body { path, error })?);
+            figure.body = Some(body.map_err(ReadError::in_file(path))?);
             return Ok(());
         }
         let wrong = |error: FitError| Failure::Usage(error.to_string()).within(path);

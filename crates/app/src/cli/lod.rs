@@ -79,7 +79,7 @@ pub(crate) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
     if let (Some(path), Some(clips)) = (&args.export, clips) {
         let skeleton = &report.skeleton;
         archive::write_atomically(path, |file| {
-            sabaki_import::gltf::write(file, skeleton, &clips)
+            sabaki_import::gltf::write(file, skeleton, &clips, &[])
         })
         .map_err(|source| Failure::Write {
             path: path.clone(),
@@ -175,8 +175,7 @@ impl Args {
             None => Masses::default(),
             Some(path) => {
                 let masses = sabaki_import::MassFile::read(path)?.resolve(skeleton);
-                let path = path.clone();
-                masses.map_err(|error| sabaki_import::ReadError::Masses { path, error })?
+                masses.map_err(sabaki_import::ReadError::in_file(path))?
             }
         };
         Ok(LevelSettings {

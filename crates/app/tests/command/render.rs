@@ -192,7 +192,7 @@ fn meshes_of_files_are_bound_by_names_or_by_a_map() {
     let folder = folder();
     let write = |name: &str, skeleton: &Skeleton, clip: &Clip| {
         let mut bytes = Vec::new();
-        gltf::write(&mut bytes, skeleton, std::slice::from_ref(clip)).unwrap();
+        gltf::write(&mut bytes, skeleton, std::slice::from_ref(clip), &[]).unwrap();
         fs::write(folder.path().join(name), bytes).unwrap();
     };
     let motions = demo::motions().unwrap();

@@ -139,12 +139,7 @@ fn made() -> &'static Made {
         let events: Vec<Event> = motions.events.iter().filter_map(renumbered).collect();
         for clip in &clips {
             let mut file = fs::File::create(clips_folder.join(clip.name())).unwrap();
-            let desc = bvh::MotionDesc {
-                skeleton: &motions.skeleton,
-                clip,
-                metres_per_unit: 0.01,
-            };
-            bvh::write(&mut file, desc).unwrap();
+            bvh::write(&mut file, &motions.skeleton, clip, 0.01).unwrap();
         }
         let file = EventsFile::of(&events, &clips, &motions.skeleton).unwrap();
         let events = folder.join("events.json");

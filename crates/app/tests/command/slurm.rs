@@ -21,12 +21,7 @@ fn write_clips(folder: &Path) {
     for index in 0..8 {
         let clip = swinging_clip(&skeleton, 1800, 0.3 + 0.7 * index as f32);
         let mut file = fs::File::create(folder.join(format!("{index}.bvh"))).unwrap();
-        let desc = bvh::MotionDesc {
-            skeleton: &skeleton,
-            clip: &clip,
-            metres_per_unit: 0.01,
-        };
-        bvh::write(&mut file, desc).unwrap();
+        bvh::write(&mut file, &skeleton, &clip, 0.01).unwrap();
     }
 }
 

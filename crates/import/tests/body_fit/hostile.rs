@@ -1,8 +1,8 @@
 //! Degenerate and malicious meshes: each is an error or gives a usable body, in short time.
 
 use glam::Vec3;
-use sabaki::anim::{JointTransform, Skeleton};
-use sabaki_import::fit::{BindPose, FitError, FitSettings, Mesh, MeshError, fit_body, fit_held};
+use sabaki::anim::{JointId, JointTransform, Skeleton};
+use sabaki_import::fit::{BindPose, FitError, FitSettings, Mesh, MeshError, fit_body, fit_prop};
 use sabaki_import::parse_obj;
 
 use super::common::clips::small_skeleton;
@@ -102,7 +102,7 @@ fn a_mesh_that_stands_elsewhere_names_the_vertex() {
         other => panic!("{other}"),
     }
     assert!(matches!(
-        fit_held(&mesh, &FitSettings::HELD),
+        fit_prop(JointId::ROOT, &mesh, &FitSettings::HELD),
         Err(FitError::Far { vertex: 2, .. })
     ));
     for scale in [0.0, -1.0, f32::NAN, f32::INFINITY] {
