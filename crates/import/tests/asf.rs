@@ -6,6 +6,8 @@ use sabaki::anim::{JointKind, Pose, forward_kinematics};
 use sabaki_import::asf::{AmcFile, AsfFile};
 use sabaki_import::{LengthUnit, ReadError, ReadOptions, ScaleSource, Up, read_clip};
 
+use super::refused::cases;
+
 /// A skeleton, a line of `---`, and two frames.
 const PERSON: &str = include_str!("corpus/asf/person");
 
@@ -186,111 +188,9 @@ fn what_is_wrong_is_named_with_its_line() {
             read.and_then(|asf| AmcFile::parse(&asf, motion.replacen(from, to, 1).as_bytes()));
         read.unwrap_err().to_string()
     };
-    for (from, to, error) in [
-        (
-            "angle deg",
-            "angle grad",
-            "line 7: expected deg or rad, found \"grad\"",
-        ),
-        (
-            "direction 0 1 0",
-            "direction 0 x 0",
-            "line 19: expected a number, found \"x\"",
-        ),
-        (
-            "direction 0 1 0",
-            "direction 0 1",
-            "line 19: expected a number, found the line's end",
-        ),
-        (
-            "length 8",
-            "length 1e99",
-            "line 20: expected a number, found \"1e99\"",
-        ),
-        (
-            "XYZ\n    dof rx ry rz",
-            "XYX\n    dof rx ry rz",
-            "line 21: expected an order of X, Y and Z, found \"XYX\"",
-        ),
-        (
-            "dof rx ry rz",
-            "dof rx ry rz l",
-            "line 22: bone \"lowerback\" has the degree of freedom \"l\"",
-        ),
-        ("dof rx rz", "dof rx rx", "\"rx\" stands here a second time"),
-        (
-            "    name head\n",
-            "",
-            "line 32: the file has no name of the bone that ends here",
-        ),
-        (
-            "name head",
-            "name lowerback",
-            "\"lowerback\" stands here a second time",
-        ),
-        (
-            "lowerback head",
-            "lowerback hat",
-            "there is no bone \"hat\"",
-        ),
-        (
-            "lowerback head",
-            "head head",
-            "bone \"head\" does not hang on the root",
-        ),
-        (
-            "lowerback head",
-            "",
-            "bone \"head\" does not hang on the root",
-        ),
-        (
-            "lowerback head",
-            "lowerback lfemur",
-            "\"lfemur\" stands here a second time",
-        ),
-        (
-            "  order TX TY TZ RX RY RZ\n",
-            "",
-            "the file has no order of the root",
-        ),
-        (
-            "  end\n:hierarchy",
-            ":hierarchy",
-            "the file has no end of its last bone",
-        ),
-        (
-            "rfemur 0 0 0\n",
-            "",
-            "line 8: frame 1 has nothing for \"rfemur\"",
-        ),
-        (
-            "rfemur 0 0 0\n",
-            "rfemur 0 0\n",
-            "line 8: frame 1: 2 numbers for \"rfemur\", which has 3",
-        ),
-        (
-            "rfemur 0 0 0\n",
-            "tail 0 0 0\n",
-            "line 8: there is no bone \"tail\"",
-        ),
-        (
-            "rfemur 0 0 0\n",
-            "lfemur 0 0\n",
-            "line 8: \"lfemur\" stands here a second time",
-        ),
-        (
-            "rfemur 0 0 0\n",
-            "rfemur 0 0 NaN\n",
-            "line 8: expected a number, found \"NaN\"",
-        ),
-        (
-            ":DEGREES\n1\n",
-            ":DEGREES\n",
-            "line 4: expected the number of a frame, found \"root\"",
-        ),
-    ] {
-        let found = damage(from, to);
-        assert!(found.contains(error), "{from:?} to {to:?}: {found}");
+    for [from, to, error] in cases(include_str!("refused/asf.txt")) {
+        let found = damage(&from, &to);
+        assert!(found.contains(&error), "{from:?} to {to:?}: {found}");
     }
     for empty in ["", "# nothing\n", ":bonedata\n"] {
         assert!(

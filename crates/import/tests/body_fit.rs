@@ -87,6 +87,24 @@ fn off_capsules(capsules: &[([Vec3; 2], f32)], place: Vec3) -> f32 {
     capsules.iter().map(off).fold(f32::INFINITY, f32::min)
 }
 
+/// No sphere sticks out of the capsules by more than the fit allows, at random places on it.
+fn check_spheres(body: &Body, pose: &BindPose<'_>, capsules: &[([Vec3; 2], f32)], seed: u64) {
+    let mut random = Random::new(seed);
+    for sphere in &body.spheres {
+        let centre = sphere.centre(pose.joints());
+        for _ in 0..200 {
+            let mut component = || random.below(2001) as f32 / 1000.0 - 1.0;
+            let direction = Vec3::new(component(), component(), component()).normalize_or(Vec3::X);
+            let out = off_capsules(capsules, centre + direction * sphere.radius);
+            assert!(
+                out <= FitSettings::default().bulge + 0.006,
+                "a sphere of joint {} sticks out by {out} m",
+                sphere.joint.index()
+            );
+        }
+    }
+}
+
 /// Closed capsules that reach into one another, merged without welding, from a thousand triangles to a third of a million.
 #[test]
 fn overlapping_shells_are_fitted_as_well_at_any_triangle_count() {
@@ -99,33 +117,13 @@ fn overlapping_shells_are_fitted_as_well_at_any_triangle_count() {
         for &(ends, radius) in &capsules {
             shape.shell(ends, radius, grid);
         }
-        let corner = |vertex| vertex as u32;
-        let triangles = shape
-            .triangles()
-            .into_iter()
-            .map(|triangle| triangle.map(corner))
-            .collect();
-        let mesh = Mesh::new(shape.places.clone(), triangles, Vec::new()).unwrap();
+        let mesh = parse_obj(shape.obj(1.0).as_bytes()).unwrap();
         let (body, report) = fitted(&mesh, &pose);
         let what = format!("{} triangles: {report:#?}", mesh.triangles().len());
         assert!(report.misfits(&settings).is_empty(), "{what}");
         assert!(!report.worst().limited, "{what}");
         // The capsules are known, so winding numbers need not be believed.
-        let mut random = Random::new(5);
-        for sphere in &body.spheres {
-            let centre = sphere.centre(pose.joints());
-            for _ in 0..200 {
-                let mut component = || random.below(2001) as f32 / 1000.0 - 1.0;
-                let direction =
-                    Vec3::new(component(), component(), component()).normalize_or(Vec3::X);
-                let out = off_capsules(&capsules, centre + direction * sphere.radius);
-                assert!(
-                    out <= settings.bulge + 0.006,
-                    "{grid:?}: a sphere of {} sticks out by {out} m",
-                    skeleton.joint(sphere.joint).name
-                );
-            }
-        }
+        check_spheres(&body, &pose, &capsules, 5);
     }
 }
 
@@ -182,35 +180,12 @@ fn a_man_of_tubes_is_covered_and_not_puffed_up() {
         );
     }
     // Independently of winding numbers: the tubes are known.
-    let mut bones = Vec::new();
-    for id in skeleton.ids().skip(1) {
-        let joint = skeleton.joint(id);
-        let ends = [joint.parent.unwrap(), id].map(|j| pose.joints()[j.index()].translation);
-        if ends[0].distance(ends[1]) > 0.02 {
-            bones.push((ends, thickness(&joint.name)));
-        }
-    }
-    let off = |place: Vec3| {
-        let from_tube = |&([a, b], radius): &([Vec3; 2], f32)| {
-            let along = ((place - a).dot(b - a) / (b - a).length_squared()).clamp(0.0, 1.0);
-            place.distance(a.lerp(b, along)) - radius
-        };
-        bones.iter().map(from_tube).fold(f32::INFINITY, f32::min)
-    };
-    let mut random = Random::new(3);
+    // 16 sides of a tube leave 2% of its radius, the points between which a ball stands some more.
+    let capsules = capsules(&skeleton, pose.joints());
+    check_spheres(&body, &pose, &capsules, 3);
     for sphere in &body.spheres {
-        let centre = sphere.centre(pose.joints());
-        assert!(off(centre) < 0.0, "a centre outside of the man");
-        for _ in 0..200 {
-            let mut component = || random.below(2001) as f32 / 1000.0 - 1.0;
-            let direction = Vec3::new(component(), component(), component()).normalize_or(Vec3::X);
-            let out = off(centre + direction * sphere.radius);
-            // 16 sides of a tube leave 2% of its radius, the points between which a ball stands some more.
-            assert!(
-                out <= settings.bulge + 0.006,
-                "a sphere sticks out by {out} m"
-            );
-        }
+        let out = off_capsules(&capsules, sphere.centre(pose.joints()));
+        assert!(out < 0.0, "a centre outside of the man");
     }
 }
 

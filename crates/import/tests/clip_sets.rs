@@ -13,68 +13,23 @@ use sabaki::maps::Body;
 use sabaki_import::{ClipSet, LengthUnit, ReadError, ReadOptions, ScaleSource, gltf, read_clips};
 
 /// Names of a pelvis, two legs, a trunk with a head and two arms.
-type Names = [&'static str; 8];
+type Names<'a> = [&'a str; 8];
 
 const PLAIN: Names = [
     "Hips", "LeftLeg", "RightLeg", "Chest", "Head", "LeftArm", "RightArm", "Neck",
 ];
 
-/// The same figure under other names. Its left is +X.
-const NAMED: [Names; 8] = [
-    [
-        "Bip01",
-        "Bip01 L Thigh",
-        "Bip01 R Thigh",
-        "Bip01 Spine",
-        "Bip01 Head",
-        "Bip01 L UpperArm",
-        "Bip01 R UpperArm",
-        "Bip01 Neck",
-    ],
-    [
-        "Bip01_Pelvis",
-        "Bip01_L_Thigh",
-        "Bip01_R_Thigh",
-        "Bip01_Spine",
-        "Bip01_Head",
-        "Bip01_L_Arm",
-        "Bip01_R_Arm",
-        "Bip01_Neck",
-    ],
-    [
-        "hip", "lThigh", "rThigh", "abdomen", "head", "lShldr", "rShldr", "neck",
-    ],
-    [
-        "mixamorig:Hips",
-        "mixamorig:LeftUpLeg",
-        "mixamorig:RightUpLeg",
-        "mixamorig:Spine",
-        "mixamorig:Head",
-        "mixamorig:LeftArm",
-        "mixamorig:RightArm",
-        "mixamorig:Neck",
-    ],
-    [
-        "root",
-        "rig:l_leg",
-        "rig:r_leg",
-        "rig:spine",
-        "rig:head",
-        "rig:l_arm",
-        "rig:r_arm",
-        "rig:neck",
-    ],
-    // Both legs begin with an l, and the right one comes first in what a program sorts.
-    [
-        "pelvis", "leg.L", "leg.R", "spine", "head", "arm.L", "arm.R", "neck",
-    ],
-    [
-        "pelvis", "LegLeft", "LegRight", "spine", "head", "ArmLeft", "ArmRight", "neck",
-    ],
-    [
-        "Pelvis", "ThighL", "ThighR", "Spine", "Head", "ArmL", "ArmR", "Neck",
-    ],
-];
+/// The same figure under other names, one a line. Its left is +X. Both legs of one begin with an l.
+const NAMED: &str = "\
+Bip01, Bip01 L Thigh, Bip01 R Thigh, Bip01 Spine, Bip01 Head, Bip01 L UpperArm, Bip01 R UpperArm, Bip01 Neck
+Bip01_Pelvis, Bip01_L_Thigh, Bip01_R_Thigh, Bip01_Spine, Bip01_Head, Bip01_L_Arm, Bip01_R_Arm, Bip01_Neck
+hip, lThigh, rThigh, abdomen, head, lShldr, rShldr, neck
+mixamorig:Hips, mixamorig:LeftUpLeg, mixamorig:RightUpLeg, mixamorig:Spine, mixamorig:Head, mixamorig:LeftArm, mixamorig:RightArm, mixamorig:Neck
+root, rig:l_leg, rig:r_leg, rig:spine, rig:head, rig:l_arm, rig:r_arm, rig:neck
+pelvis, leg.L, leg.R, spine, head, arm.L, arm.R, neck
+pelvis, LegLeft, LegRight, spine, head, ArmLeft, ArmRight, neck
+Pelvis, ThighL, ThighR, Spine, Head, ArmL, ArmR, Neck
+";
 
 /// Joints in this order: hips, the right side, the left side, the trunk.
 fn skeleton(names: &Names) -> Skeleton {
@@ -123,59 +78,38 @@ fn sides_are_known_by_the_names_of_many_programs() {
         Body::from_bones(&plain),
         Facing::of(&plain).placement(&at_rest(&plain)),
     );
-    for names in &NAMED {
-        let named = skeleton(names);
-        assert_eq!(Body::from_bones(&named), body, "{names:?}");
+    for names in NAMED.lines() {
+        let named: Vec<&str> = names.split(", ").collect();
+        let named = skeleton(&named.try_into().unwrap());
+        assert_eq!(Body::from_bones(&named), body, "{names}");
         let twins = |skeleton: &Skeleton| {
             skeleton
                 .ids()
                 .map(|id| skeleton.mirror(id))
                 .collect::<Vec<_>>()
         };
-        assert_eq!(twins(&named), twins(&plain), "{names:?}");
+        assert_eq!(twins(&named), twins(&plain), "{names}");
         let placement = Facing::of(&named).placement(&at_rest(&named));
-        assert_eq!(placement, facing, "{names:?}");
-        assert!(placement.heading().abs() < 1e-6, "{names:?}");
+        assert_eq!(placement, facing, "{names}");
+        assert!(placement.heading().abs() < 1e-6, "{names}");
     }
 }
 
 /// The figure as BVH in centimetres, standing, rotated about X by an angle in degrees.
 fn bvh(names: &Names, turn: f32) -> String {
     let skeleton = skeleton(names);
-    let mut text = String::from("HIERARCHY\n");
-    write_joint(&mut text, &skeleton, JointId::ROOT);
-    let values = skeleton
-        .joints()
-        .iter()
-        .skip(1)
-        .filter(|joint| joint.kind == JointKind::Moving)
-        .count();
-    text.push_str("MOTION\nFrames: 2\nFrame Time: 0.033333\n");
-    for _ in 0..2 {
-        text.push_str(&format!("0 90 0 0 {turn} 0 {}\n", "0 0 0 ".repeat(values)));
-    }
-    text
-}
-
-fn write_joint(text: &mut String, skeleton: &Skeleton, id: JointId) {
-    let joint = skeleton.joint(id);
-    let [x, y, z] = (joint.offset * 100.0).to_array();
-    let (head, channels) = match (joint.kind, joint.parent) {
-        (JointKind::EndSite, _) => ("End Site".to_owned(), String::new()),
-        (_, None) => (
-            format!("ROOT {}", joint.name),
-            "CHANNELS 6 Xposition Yposition Zposition Zrotation Xrotation Yrotation\n".to_owned(),
-        ),
-        _ => (
-            format!("JOINT {}", joint.name),
-            "CHANNELS 3 Zrotation Xrotation Yrotation\n".to_owned(),
-        ),
+    let mut rotations = vec![Quat::IDENTITY; skeleton.len()];
+    rotations[0] = Quat::from_rotation_x(turn.to_radians());
+    let desc = ClipDesc {
+        name: "figure".into(),
+        frame_rate: 30.0,
+        roots: vec![Vec3::Y * 0.9; 2],
+        rotations: rotations.repeat(2),
+        translations: Vec::new(),
     };
-    text.push_str(&format!("{head}\n{{\nOFFSET {x} {y} {z}\n{channels}"));
-    for child in skeleton.children(id) {
-        write_joint(text, skeleton, child);
-    }
-    text.push_str("}\n");
+    let (mut text, clip) = (Vec::new(), Clip::new(&skeleton, desc).unwrap());
+    sabaki_import::bvh::write(&mut text, &skeleton, &clip, 0.01).unwrap();
+    String::from_utf8(text).unwrap()
 }
 
 fn read(files: &[(&str, String)]) -> ClipSet {
@@ -234,21 +168,14 @@ fn another_axis_than_y_up_is_warned_of() {
 /// A rig whose root lies on the ground and turns a skeleton that is made with +Z up: it stands, in the space of the scene.
 #[test]
 fn a_rig_that_its_root_turns_upright_stands() {
-    let joint = |name: &str, parent: Option<u16>, offset: [f32; 3]| Joint {
-        name: name.into(),
-        parent: parent.map(JointId),
-        offset: Vec3::from(offset),
-        kind: JointKind::Moving,
-    };
-    let joints = vec![
-        joint("root", None, [0.0; 3]),
-        joint("hips", Some(0), [0.0, 0.0, 0.9]),
-        joint("foot.l", Some(1), [0.1, 0.0, -0.82]),
-        joint("foot.r", Some(1), [-0.1, 0.0, -0.82]),
-        joint("hand.l", Some(1), [0.4, 0.0, 0.5]),
-        joint("hand.r", Some(1), [-0.4, 0.0, 0.5]),
-    ];
-    let skeleton = Skeleton::new(joints).unwrap();
+    let skeleton = sabaki_fixtures::clips::skeleton(&[
+        ("root", None, Vec3::ZERO),
+        ("hips", Some(0), Vec3::new(0.0, 0.0, 0.9)),
+        ("foot.l", Some(1), Vec3::new(0.1, 0.0, -0.82)),
+        ("foot.r", Some(1), Vec3::new(-0.1, 0.0, -0.82)),
+        ("hand.l", Some(1), Vec3::new(0.4, 0.0, 0.5)),
+        ("hand.r", Some(1), Vec3::new(-0.4, 0.0, 0.5)),
+    ]);
     let clip = |turn: Quat| {
         let mut rotations = vec![turn];
         rotations.resize(skeleton.len(), Quat::IDENTITY);
@@ -281,11 +208,12 @@ fn a_rig_that_its_root_turns_upright_stands() {
 
 /// A first pose from which no height can be read: bent over, head and hands below the hips.
 fn folded() -> String {
-    let rest = "0 90 0 0 0 0 0 0 0 0 0 0 0 0 0 0 0 0 0 0 0";
-    let bent = "0 90 0 0 0 0 0 0 0 0 0 0 0 180 0 -90 0 0 90 0 0";
+    let bent = "0 90 0 0 0 0 0 0 0 0 0 0 0 180 0 -90 0 0 90 0 0 0 0 0 0 0 0";
     let text = bvh(&LIMBS, 0.0);
-    assert!(text.contains(rest));
-    text.replacen(rest, bent, 1)
+    let mut lines: Vec<&str> = text.lines().collect();
+    let first = lines.len() - 2;
+    lines[first] = bent;
+    lines.join("\n")
 }
 
 #[test]
@@ -304,6 +232,13 @@ fn clips_with_the_same_bones_have_one_scale() {
             assert_eq!(scale.found, ScaleSource::Unit(LengthUnit::Centimetre));
         }
         assert_eq!(set.warnings, Vec::<String>::new());
+    }
+}
+
+fn keep_going() -> ReadOptions {
+    ReadOptions {
+        keep_going: true,
+        ..ReadOptions::default()
     }
 }
 
@@ -352,12 +287,8 @@ fn all_files_that_cannot_be_read_are_named() {
 fn the_largest_group_is_read_and_the_rest_is_left_out() {
     let folder = untidy_folder();
     let paths = [folder.path().to_owned()];
-    let options = ReadOptions {
-        keep_going: true,
-        ..ReadOptions::default()
-    };
     let events = folder.path().join("events.json");
-    let set = read_clips(&paths, Some(&events), &options).unwrap();
+    let set = read_clips(&paths, Some(&events), &keep_going()).unwrap();
     let names: Vec<&str> = set.clips.iter().map(Clip::name).collect();
     assert_eq!(names, ["b.bvh", "d.bvh", "g.bvh"]);
     assert_eq!(set.left_out.len(), 4, "{:?}", set.left_out);
@@ -374,7 +305,7 @@ fn the_largest_group_is_read_and_the_rest_is_left_out() {
     assert_eq!((&set.clips, &set.skeleton), (&alone.clips, &alone.skeleton));
 
     let broken = ["c.bvh", "f.bvh"].map(|name| folder.path().join(name));
-    let refused = read_clips(&broken, None, &options).unwrap_err();
+    let refused = read_clips(&broken, None, &keep_going()).unwrap_err();
     assert!(matches!(refused, ReadError::Files { files: 2, .. }));
 }
 
@@ -406,12 +337,8 @@ fn the_largest_group_is_that_of_most_files() {
     for name in ["b.bvh", "c.bvh"] {
         std::fs::write(folder.path().join(name), bvh(&LIMBS, 0.0)).unwrap();
     }
-    let options = ReadOptions {
-        keep_going: true,
-        ..ReadOptions::default()
-    };
     let read = |paths: &[PathBuf]| {
-        let set = read_clips(paths, None, &options).unwrap();
+        let set = read_clips(paths, None, &keep_going()).unwrap();
         let names = set.clips.iter().map(|clip| clip.name().to_owned());
         (names.collect::<Vec<_>>(), set.left_out.len())
     };
@@ -444,20 +371,16 @@ fn events_of_the_animations_of_a_file_are_left_out_with_it() {
     for name in ["a.bvh", "b.bvh", "c.bvh"] {
         std::fs::write(folder.path().join(name), bvh(&LIMBS, 0.0)).unwrap();
     }
-    let options = ReadOptions {
-        keep_going: true,
-        ..ReadOptions::default()
-    };
     let paths = [folder.path().to_owned()];
     let names = ["Fox.glb:Walk", "b.bvh", "clips/Fox.glb:a/Run", "Fox.glb"];
     let events = events_for(folder.path(), &names);
-    let set = read_clips(&paths, Some(&events), &options).unwrap();
+    let set = read_clips(&paths, Some(&events), &keep_going()).unwrap();
     assert_eq!((set.clips.len(), set.left_out.len()), (3, 1));
     assert_eq!(set.events.len(), 1);
     assert_eq!(set.clips[set.events[0].clip].name(), "b.bvh");
     // Names of clips that never were are errors, as ever.
     let events = events_for(folder.path(), &["Fix.glb:Walk"]);
-    let refused = read_clips(&paths, Some(&events), &options).unwrap_err();
+    let refused = read_clips(&paths, Some(&events), &keep_going()).unwrap_err();
     assert!(refused.to_string().contains("no such clip"), "{refused}");
 }
 
@@ -478,9 +401,8 @@ fn events_of_an_animation_that_is_read_are_kept() {
         std::fs::write(folder.path().join(name), bvh(&LIMBS, 0.0)).unwrap();
     }
     let options = ReadOptions {
-        keep_going: true,
         retarget: true,
-        ..ReadOptions::default()
+        ..keep_going()
     };
     let events = events_for(folder.path(), &["half.glb:near", "half.glb:far"]);
     let paths = [folder.path().to_owned()];

@@ -58,6 +58,8 @@ enum Damage {
     Cut(f64, usize),
     Repeat(f64, usize),
     Insert(f64, Vec<u8>),
+    /// The next number of the text becomes a word.
+    Number(f64, &'static str),
 }
 
 /// Inputs that break readers: numbers at the ends of their ranges, and brackets that are never closed.
@@ -81,8 +83,9 @@ const WORDS: [&str; 16] = [
 ];
 
 fn damages() -> impl Strategy<Value = Vec<Damage>> {
-    let word = prop::sample::select(WORDS.as_slice()).prop_map(|word| word.as_bytes().to_vec());
-    let bytes = prop_oneof![word, prop::collection::vec(any::<u8>(), 1..9)];
+    let word = || prop::sample::select(WORDS.as_slice());
+    let bytes = word().prop_map(|word| word.as_bytes().to_vec());
+    let bytes = prop_oneof![bytes, prop::collection::vec(any::<u8>(), 1..9)];
     let place = || 0.0..1.0f64;
     let damage = prop_oneof![
         (place(), 0u8..8).prop_map(|(at, bit)| Damage::Flip(at, bit)),
@@ -90,6 +93,7 @@ fn damages() -> impl Strategy<Value = Vec<Damage>> {
         (place(), 1usize..40).prop_map(|(at, length)| Damage::Cut(at, length)),
         (place(), 1usize..200).prop_map(|(at, length)| Damage::Repeat(at, length)),
         (place(), bytes).prop_map(|(at, bytes)| Damage::Insert(at, bytes)),
+        (place(), word()).prop_map(|(at, word)| Damage::Number(at, word)),
     ];
     prop::collection::vec(damage, 1..6)
 }
@@ -120,6 +124,13 @@ fn damaged(input: &[u8], damages: &[Damage]) -> Vec<u8> {
             Damage::Insert(at, insert) => {
                 let at = place(*at);
                 bytes.splice(at..at, insert.iter().copied());
+            }
+            Damage::Number(at, word) => {
+                let is_digit = |byte: &&u8| byte.is_ascii_digit();
+                let from = place(*at);
+                let from = from + bytes[from..].iter().take_while(|b| !is_digit(b)).count();
+                let digits = bytes[from..].iter().take_while(is_digit).count();
+                bytes.splice(from..from + digits, word.bytes());
             }
         }
     }

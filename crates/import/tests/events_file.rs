@@ -5,21 +5,13 @@
 use std::path::PathBuf;
 
 use glam::{Quat, Vec3};
-use sabaki::anim::{Clip, ClipDesc, EventKind, Joint, JointId, JointKind, Skeleton};
+use sabaki::anim::{Clip, ClipDesc, EventKind, JointId, Skeleton};
 use sabaki_import::{AttackFile, EventsFile, ReadOptions, read_clips};
 
+use super::refused::cases;
+
 fn skeleton() -> Skeleton {
-    let joint = |name: &str, parent| Joint {
-        name: name.into(),
-        parent,
-        offset: Vec3::Y,
-        kind: JointKind::Moving,
-    };
-    Skeleton::new(vec![
-        joint("Hips", None),
-        joint("Head", Some(JointId::ROOT)),
-    ])
-    .unwrap()
+    sabaki_fixtures::clips::skeleton(&[("Hips", None, Vec3::Y), ("Head", Some(0), Vec3::Y)])
 }
 
 /// Two clips of 3 s at 10 frames per second.
@@ -144,50 +136,8 @@ fn events_may_overlap() {
 
 #[test]
 fn events_that_are_wrong() {
-    let cases = [
-        (
-            r#"{"kind":"evasion","start":2,"end":2}"#,
-            "\"a.bvh\", event 0: from 2 s to 2 s is no time range (0 <= start < end)",
-        ),
-        (
-            r#"{"kind":"evasion","start":-1,"end":2}"#,
-            "\"a.bvh\", event 0: from -1 s to 2 s is no time range (0 <= start < end)",
-        ),
-        (
-            r#"{"kind":"evasion","start":1,"end":3.06}"#,
-            "\"a.bvh\", event 0: ends at 3.06 s, but the clip at 3 s",
-        ),
-        (
-            r#"{"kind":"evasion","start":3.01,"end":3.04}"#,
-            "\"a.bvh\", event 0: ends at 3.04 s, but the clip at 3 s",
-        ),
-        (
-            r#"{"kind":"evasion","start":1,"end":2,"joints":["Tail"]}"#,
-            "\"a.bvh\", event 0: the skeleton has no joint \"Tail\"",
-        ),
-        (
-            r#"{"kind":"attack","start":1,"end":2}"#,
-            "\"a.bvh\", event 0: an attack needs the joints that strike",
-        ),
-        (
-            r#"{"kind":"dance","start":1,"end":2}"#,
-            "line 2, column 15: unknown variant `dance`, expected `attack` or `evasion`",
-        ),
-        (
-            r#"{"kind":"evasion","start":1}"#,
-            "line 2, column 28: missing field `end`",
-        ),
-        (
-            r#"{"kind":"evasion","start":NaN,"end":2}"#,
-            "line 2, column 27: expected value",
-        ),
-        (
-            r#"{"kind":"evasion","start":1,"end":1e999}"#,
-            "line 2, column 39: number out of range",
-        ),
-    ];
-    for (event, expected) in cases {
-        assert_eq!(error_of(event), expected);
+    for [event, expected] in cases(include_str!("refused/events.txt")) {
+        assert_eq!(error_of(&event), expected);
     }
     let file = EventsFile::parse(br#"{"clips":[{"file":"x/c.bvh"}]}"#).unwrap();
     assert_eq!(
@@ -214,42 +164,7 @@ fn an_attack_file_has_one_sphere_or_several() {
 
 #[test]
 fn attacks_that_are_wrong() {
-    let key = r#"{"t":0,"center":[0,1,2],"radius":0.1}"#;
-    let cases = [
-        (
-            format!("{key},{key}"),
-            "attack 0, sphere 0, key 1: 0 s is not after 0 s",
-        ),
-        (
-            r#"{"t":0,"center":[0,1,2],"radius":0}"#.into(),
-            "attack 0, sphere 0, key 0: not a finite time and place and a radius above 0",
-        ),
-        (
-            r#"{"t":0,"center":[0,1e300,2],"radius":1}"#.into(),
-            "line 2, column 24: number out of range",
-        ),
-        (
-            String::new(),
-            "attack 0, sphere 0: no key; a sphere needs one at least",
-        ),
-        (
-            format!("[{key}],[]"),
-            "attack 0, sphere 1: no key; a sphere needs one at least",
-        ),
-        (
-            format!("{key},[{key}]"),
-            "line 2, column 79: spheres mixes keys and lists of keys",
-        ),
-        (
-            "7".into(),
-            "line 2, column 1: invalid type: integer `7`, expected a key {t, center, radius} or a list of keys",
-        ),
-        (
-            r#"{"t":0,"radius":1}"#.into(),
-            "line 2, column 18: missing field `center`",
-        ),
-    ];
-    for (spheres, expected) in cases {
+    for [spheres, expected] in cases(include_str!("refused/attacks.txt")) {
         let text = format!("{{\"attacks\":[{{\"spheres\":[\n{spheres}]}}]}}");
         assert_eq!(
             AttackFile::parse(text.as_bytes()).unwrap_err().to_string(),

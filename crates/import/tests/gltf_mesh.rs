@@ -11,6 +11,8 @@ use sabaki_import::gltf::{self, GltfError, GltfFile, SkinnedMesh};
 use sabaki_import::read_mesh;
 use serde_json::{Value, json};
 
+use super::gltf::{glb, glb_parts};
+
 fn parse(bytes: &[u8]) -> Result<SkinnedMesh, GltfError> {
     SkinnedMesh::parse(bytes, |file| panic!("{} is not asked for", file.display()))
 }
@@ -26,22 +28,9 @@ fn written() -> Vec<u8> {
 
 /// The file with its JSON changed.
 fn changed(change: impl FnOnce(&mut Value)) -> Vec<u8> {
-    let bytes = written();
-    let word = |at: usize| u32::from_le_bytes(bytes[at..at + 4].try_into().unwrap()) as usize;
-    let length = word(12);
-    let mut root: Value = serde_json::from_slice(&bytes[20..20 + length]).unwrap();
+    let (mut root, binary) = glb_parts(&written());
     change(&mut root);
-    let mut text = serde_json::to_vec(&root).unwrap();
-    text.resize(text.len().next_multiple_of(4), b' ');
-    let rest = &bytes[20 + length..];
-    let mut out = b"glTF".to_vec();
-    out.extend(2u32.to_le_bytes());
-    out.extend(((20 + text.len() + rest.len()) as u32).to_le_bytes());
-    out.extend((text.len() as u32).to_le_bytes());
-    out.extend(b"JSON");
-    out.extend(text);
-    out.extend(rest);
-    out
+    glb(&root, &binary)
 }
 
 #[test]
@@ -133,20 +122,9 @@ fn damaged_meshes_are_refused() {
     );
 }
 
-/// The file as JSON text, with its binary chunk apart.
-fn with_buffer_beside() -> (Value, Vec<u8>) {
-    let mut root = Value::Null;
-    let bytes = changed(|document| root = document.clone());
-    let length = root["buffers"][0]["byteLength"].as_u64().unwrap() as usize;
-    (
-        root,
-        bytes[bytes.len() - length.next_multiple_of(4)..].to_vec(),
-    )
-}
-
 #[test]
 fn a_file_beside_is_read_once_and_only_if_it_is_used() {
-    let (mut root, bytes) = with_buffer_beside();
+    let (mut root, bytes) = glb_parts(&written());
     let length = root["buffers"][0]["byteLength"].clone();
     let buffers = (0..2000).map(|_| json!({ "byteLength": length, "uri": "mesh.bin" }));
     let mut buffers: Vec<Value> = buffers.collect();
@@ -232,7 +210,7 @@ fn meshes_of_other_programs_are_read_with_their_textures() {
 
 #[test]
 fn a_byte_order_mark_does_not_matter() {
-    let (mut root, bytes) = with_buffer_beside();
+    let (mut root, bytes) = glb_parts(&written());
     root["buffers"][0]["uri"] = json!("mesh.bin");
     let (plain, marked) = (root.to_string(), format!("\u{FEFF}{root}"));
     let mesh = |text: &str| SkinnedMesh::parse(text.as_bytes(), |_| Ok(bytes.clone())).unwrap();

@@ -3,19 +3,16 @@
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 use glam::{Quat, Vec3};
-use sabaki::anim::{Clip, ClipDesc, Joint, JointId, JointKind, Pose, Skeleton, forward_kinematics};
+use sabaki::anim::{Clip, ClipDesc, JointId, Pose, forward_kinematics};
 use sabaki::graph::{self, EdgeMotion, GraphSettings};
 use sabaki_fixtures::captures::{captures, source_of};
 use sabaki_import::{ClipSet, MirrorError};
 
 fn set(joints: &[(&str, Option<u16>, [f32; 3])]) -> ClipSet {
-    let joints = joints.iter().map(|(name, parent, offset)| Joint {
-        name: (*name).into(),
-        parent: parent.map(JointId),
-        offset: Vec3::from(*offset),
-        kind: JointKind::Moving,
-    });
-    let skeleton = Skeleton::new(joints.collect()).unwrap();
+    let joints = joints
+        .iter()
+        .map(|&(name, parent, offset)| (name, parent, offset.into()));
+    let skeleton = sabaki_fixtures::clips::skeleton(&joints.collect::<Vec<_>>());
     let desc = ClipDesc {
         name: "still.bvh".into(),
         frame_rate: 30.0,

@@ -20,6 +20,14 @@ const RETARGET: ReadOptions = ReadOptions {
     keep_going: false,
     retarget: true,
 };
+const KEEP_GOING: ReadOptions = ReadOptions {
+    keep_going: true,
+    ..RETARGET
+};
+const CENTIMETRES: ReadOptions = ReadOptions {
+    scale: Some(0.01),
+    ..RETARGET
+};
 
 /// Two clips of one body, and the folder of captures by others.
 fn captures() -> ([PathBuf; 2], PathBuf) {
@@ -168,11 +176,7 @@ fn a_motion_that_ends_too_far_away_is_refused_with_that_reason() {
     desc.roots.iter_mut().for_each(|root| root.x += 600e3);
     write(&far, &other, &Clip::new(&other, desc).unwrap());
     let paths = [files[0].clone(), files[1].clone(), far.clone()];
-    let centimetres = ReadOptions {
-        scale: Some(0.01),
-        ..RETARGET
-    };
-    let refused = read_clips(&paths, None, &centimetres).unwrap_err();
+    let refused = read_clips(&paths, None, &CENTIMETRES).unwrap_err();
     let ReadError::Retargeted { path, error } = &refused else {
         panic!("{refused}");
     };
@@ -194,11 +198,7 @@ fn other_names_are_refused_and_told() {
         missing.iter().any(|name| name == "LeftUpLeg"),
         "{missing:?}"
     );
-    let options = ReadOptions {
-        keep_going: true,
-        ..RETARGET
-    };
-    let set = read_clips(&paths, None, &options).unwrap();
+    let set = read_clips(&paths, None, &KEEP_GOING).unwrap();
     assert_eq!((set.clips.len(), set.left_out.len()), (2, 1));
 }
 
@@ -220,12 +220,8 @@ fn a_motion_without_bones_is_no_motion_of_this_skeleton() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("flat.bvh");
     write(&file, &flat, &Clip::new(&flat, desc).unwrap());
-    let options = ReadOptions {
-        scale: Some(0.01),
-        ..RETARGET
-    };
     let paths = [&own[..], &[file]].concat();
-    let set = read_clips(&paths, None, &options).unwrap();
+    let set = read_clips(&paths, None, &CENTIMETRES).unwrap();
     // Its rotations are all that it has; they are played on the bones of the others.
     let last = set.clips.last().unwrap();
     let places = positions(&set.skeleton, last, 0);
@@ -234,22 +230,15 @@ fn a_motion_without_bones_is_no_motion_of_this_skeleton() {
 
 /// A person of seven joints who walks a step beside the axis Z.
 fn small_person() -> (Skeleton, Clip) {
-    let joint = |name: &str, parent: Option<u16>, offset: [f32; 3]| Joint {
-        name: name.into(),
-        parent: parent.map(JointId),
-        offset: Vec3::from(offset),
-        kind: JointKind::Moving,
-    };
-    let skeleton = Skeleton::new(vec![
-        joint("Hips", None, [0.0; 3]),
-        joint("LeftUpLeg", Some(0), [0.1, 0.0, 0.0]),
-        joint("LeftFoot", Some(1), [0.0, -0.8, 0.0]),
-        joint("RightUpLeg", Some(0), [-0.1, 0.0, 0.0]),
-        joint("RightFoot", Some(3), [0.0, -0.8, 0.0]),
-        joint("Spine", Some(0), [0.0, 0.3, 0.0]),
-        joint("Head", Some(5), [0.0, 0.4, 0.0]),
+    let skeleton = sabaki_fixtures::clips::skeleton(&[
+        ("Hips", None, Vec3::ZERO),
+        ("LeftUpLeg", Some(0), Vec3::X * 0.1),
+        ("LeftFoot", Some(1), Vec3::Y * -0.8),
+        ("RightUpLeg", Some(0), Vec3::X * -0.1),
+        ("RightFoot", Some(3), Vec3::Y * -0.8),
+        ("Spine", Some(0), Vec3::Y * 0.3),
+        ("Head", Some(5), Vec3::Y * 0.4),
     ]);
-    let skeleton = skeleton.unwrap();
     let angle = |index: usize| 0.4 * (1.3 * index as f32).sin();
     let frames = 0..6;
     let desc = ClipDesc {
@@ -315,11 +304,7 @@ fn put_on(to: &(Skeleton, Clip), from: &(Skeleton, Clip)) -> (String, f32) {
     for (path, (skeleton, clip)) in paths.iter().zip([to, to, from]) {
         write(path, skeleton, clip);
     }
-    let options = ReadOptions {
-        scale: Some(0.01),
-        ..RETARGET
-    };
-    let set = read_clips(&paths, None, &options).unwrap();
+    let set = read_clips(&paths, None, &CENTIMETRES).unwrap();
     let mut most = 0f32;
     for frame in 0..from.1.frames() {
         let moved = positions(&set.skeleton, &set.clips[2], frame);
@@ -411,11 +396,7 @@ fn a_file_with_an_event_of_a_joint_that_the_others_lack_is_refused_by_its_own_na
     assert_eq!(path, &paths[2]);
     let problem = "the skeleton has no joint \"mixamorig:Tail\"";
     assert!(refused.to_string().ends_with(problem), "{refused}");
-    let options = ReadOptions {
-        keep_going: true,
-        ..RETARGET
-    };
-    let set = read_clips(&paths, Some(&beside), &options).unwrap();
+    let set = read_clips(&paths, Some(&beside), &KEEP_GOING).unwrap();
     assert_eq!((set.clips.len(), set.events.len()), (2, 1));
     let [left_out] = &set.left_out[..] else {
         panic!("{:?}", set.left_out);
@@ -429,7 +410,7 @@ fn a_file_with_an_event_of_a_joint_that_the_others_lack_is_refused_by_its_own_na
     let bytes = std::fs::read(&paths[2]).unwrap();
     let at = bytes.windows(5).position(|word| word == b"0.125").unwrap();
     std::fs::write(&wrong, [&bytes[..at], b"9.125", &bytes[at + 5..]].concat()).unwrap();
-    let refused = read_clips(&[wrong], None, &options).unwrap_err();
+    let refused = read_clips(&[wrong], None, &KEEP_GOING).unwrap_err();
     assert!(refused.to_string().contains("ends at 9.125 s"), "{refused}");
 }
 

@@ -11,6 +11,7 @@ use sabaki::math::Rigid2;
 use sabaki::query::{Answer, Attack, Query, QueryContext, QuerySettings, Request};
 use sabaki_import::asf::{AmcFile, AsfFile};
 use sabaki_import::bvh::{self, BvhFile};
+use sabaki_import::fit::{BindPose, FitSettings, fit_body};
 use sabaki_import::gltf::{GltfFile, SkinnedMesh};
 use sabaki_import::{AttackFile, EventsFile, Scale, parse_obj};
 
@@ -188,4 +189,16 @@ pub fn obj_file(bytes: &[u8]) {
     let vertices = mesh.positions().len() as u32;
     assert!(corners.all(|&corner| corner < vertices));
     assert!(mesh.positions().iter().all(|place| place.is_finite()));
+    // A fit of many triangles takes a second.
+    if mesh.triangles().len() <= 300 {
+        let (skeleton, _) = clips();
+        let coarse = FitSettings {
+            cover: 0.1,
+            ..FitSettings::default()
+        };
+        if let Ok((body, report)) = fit_body(&BindPose::rest(skeleton), &mesh, &coarse) {
+            assert!(body.is_sound(skeleton), "{body:?}");
+            assert!(report.worst().mesh_out_max.is_finite(), "{report:?}");
+        }
+    }
 }

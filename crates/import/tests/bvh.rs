@@ -1,9 +1,10 @@
-//! BVH variants of common programs are read: white space, case, line ends, names and counts do not
-//! matter.
-#![allow(clippy::unwrap_used, clippy::expect_used)]
+//! BVH variants of common programs are read: white space, case, line ends, names and counts do not matter. A damaged file is an error that
+//! names the line, the column and the problem.
 
 use sabaki::anim::JointKind;
-use sabaki_import::bvh::{BvhError, BvhFile, Channel};
+use sabaki_import::bvh::{BvhError, BvhFile, BvhProblem, Channel};
+
+use super::refused::cases;
 
 const GOOD: &str = "HIERARCHY
 ROOT Hips
@@ -144,4 +145,104 @@ fn a_joint_may_turn_more_than_three_times() {
     assert_eq!(more.joints()[1].channels.len(), 7);
     let turn = |file: &BvhFile| file.motion("a", 1.0).unwrap().1.desc().rotations[1];
     assert!(turn(&more).dot(turn(&plain)).abs() > 1.0 - 1e-6);
+}
+
+#[test]
+fn damaged_files_are_refused_with_line_and_column() {
+    for [from, to, expected] in cases(include_str!("refused/bvh.txt")) {
+        assert!(GOOD.contains(&from), "{from}");
+        let error = parse(&GOOD.replacen(&from, &to, 1)).unwrap_err();
+        assert_eq!(error.to_string(), expected);
+    }
+    let not_text = "not text: a BVH file is ASCII or UTF-8, and this byte is neither";
+    let trailing = format!("{GOOD}Frames: 3");
+    let in_head = &GOOD[..GOOD.find("    End Site").unwrap()];
+    let channels = "HIERARCHY ROOT A { OFFSET 0 0 0 } MOTION Frames: 9 Frame Time: 1";
+    for (bytes, place, problem) in [
+        (&b""[..], [1, 1], "the file is empty"),
+        (b"\xEF\xBB\xBF \n", [1, 1], "the file is empty"),
+        (b"HIER\n\nA\xFF", [3, 2], not_text),
+        (b"HIERARCHY\0", [1, 10], not_text),
+        (b"\x89PNG\r\n", [1, 1], not_text),
+        (
+            b"HIERARCHY\nMOTION\nFrames: 1",
+            [2, 1],
+            "the hierarchy has no joints",
+        ),
+        (
+            trailing.as_bytes(),
+            [21, 1],
+            "\"Frames:\" follows the last frame",
+        ),
+        (
+            in_head.as_bytes(),
+            [10, 1],
+            "the block of \"Head\" is not closed: expected `}`, found the end of the file",
+        ),
+        (
+            &GOOD.as_bytes()[..GOOD.len() - 4],
+            [20, 14],
+            "the motion ends early: 2 frames of 9 values are 18 values, found 16 (1 whole frames)",
+        ),
+        (
+            channels.as_bytes(),
+            [1, 41],
+            "no joint has a channel: there is no motion to read",
+        ),
+    ] {
+        let error = BvhFile::parse(bytes).unwrap_err();
+        assert_eq!(
+            ([error.line, error.column], &*error.problem.to_string()),
+            (place, problem)
+        );
+    }
+}
+
+#[test]
+fn hostile_depth_and_size() {
+    let deep: String = (0..100_000)
+        .map(|i| format!("JOINT j{i} {{ OFFSET 0 1 0\n"))
+        .collect();
+    let text = format!("HIERARCHY ROOT r {{ OFFSET 0 0 0\n{deep}");
+    let error = parse(&text).unwrap_err();
+    assert_eq!(error.problem, BvhProblem::TooManyJoints);
+    assert_eq!(error.line, sabaki::anim::Skeleton::MAX_JOINTS + 1);
+    let long_word = "x".repeat(1_000_000);
+    let error = parse(&GOOD.replace("0.04", &long_word)).unwrap_err();
+    assert!(error.to_string().len() < 200, "{}", error.to_string().len());
+    let same = "JOINT a { OFFSET 0 1 0 }\n".repeat(4_000);
+    let text = format!(
+        "HIERARCHY ROOT a {{ OFFSET 0 0 0 CHANNELS 1 Xrotation\n{same}}} MOTION Frames: 1 Frame Time: 1 5"
+    );
+    assert_eq!(parse(&text).unwrap().joints()[4_000].name, "a_4001");
+}
+
+#[test]
+fn the_library_names_the_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("bad.bvh");
+    std::fs::write(&path, GOOD.replace("OFFSET 0 2 0", "OFFSET 0 2 z")).unwrap();
+    let error =
+        sabaki_import::read_clip(&path, &sabaki_import::ReadOptions::default()).unwrap_err();
+    assert_eq!(
+        error.to_string(),
+        format!(
+            "{}: line 8, column 16: expected a number of OFFSET, found \"z\"",
+            path.display()
+        )
+    );
+    let missing = folder.path().join("none.bvh");
+    let error = sabaki_import::read_bvh(&missing).unwrap_err().to_string();
+    assert!(error.starts_with(&missing.display().to_string()), "{error}");
+    let zero = sabaki_import::ReadOptions {
+        scale: Some(0.0),
+        ..Default::default()
+    };
+    let error = sabaki_import::read_clip(&path, &zero)
+        .unwrap_err()
+        .to_string();
+    assert_eq!(
+        error,
+        "a scale of 0 metres per unit is not possible; it must be 1e-9 to 1e6"
+    );
 }

@@ -1,0 +1,11 @@
+//! Tables of what readers refuse, in `refused/*.txt`: a case a line, its cells separated by ` => `.
+
+/// The cases of a table. `\n` in a cell stands for a line break.
+pub(crate) fn cases<const N: usize>(table: &str) -> impl Iterator<Item = [String; N]> {
+    let rows = table.lines().filter(|line| !line.starts_with('#'));
+    rows.map(|row| {
+        let cells = row.splitn(N, " => ").map(|cell| cell.replace("\\n", "\n"));
+        let cells: Vec<String> = cells.collect();
+        cells.try_into().unwrap_or_else(|_| panic!("{row}"))
+    })
+}
