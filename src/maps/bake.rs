@@ -9,8 +9,8 @@ use super::baked::BakedParts;
 use super::collect::{DrawingOwner, DrawnMaps, EventMaps, MapCollector};
 use super::drawings::{self, DrawingSource, EventDrawings, TooHigh};
 use super::entries::{EntrySearch, EntryShare, MomentShare};
+use super::grid::retimable_edges;
 use super::raster;
-use super::retime::retimable_edges;
 use super::{
     AttackMove, BakedGraph, BitMap, Body, Drawing, EntryTable, Evasion, MapGrid, MapRect,
     RegionAtlas, RegionId,

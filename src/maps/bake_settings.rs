@@ -16,10 +16,8 @@ pub struct BakeSettings {
     /// Horizon of the path search, and limits on the paths that are kept.
     pub paths: PathSettings,
     /// Size of the cells that paths are filed in.
-    #[doc(hidden)]
     pub grid: GridSettings,
     /// Settings of the jumps into evasions that need no edge.
-    #[doc(hidden)]
     pub entries: EntrySettings,
     /// Spheres of the body. Default: spheres along the skeleton's bones ([`Body::from_bones`]).
     pub body: Option<Body>,

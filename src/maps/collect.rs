@@ -2,8 +2,7 @@
 //! slice, and all slices of a slab are merged into masks in the smallest rectangle.
 
 use super::drawings::{EventDrawings, Part, SlabRange};
-use super::raster::EvasionMaps;
-use super::region_maps::{AttackMaps, RegionMaps, SlabMaps};
+use super::regions::{AttackMaps, EvasionMaps, RegionMaps, SlabMaps};
 use super::{BitMap, MapGrid, MapRect, MaskMap, Slab};
 use crate::anim::EventKind;
 

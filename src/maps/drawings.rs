@@ -14,13 +14,10 @@
 //! neighbours. Its spheres shrink or grow by the distance that they travel in that time, and by the
 //! deviation of the motion from a straight line between samples.
 
-use super::attack_move::attack_spheres;
-use super::slab::Cut;
-use super::{
-    Body, BodyTrack, Disc, Drawing, MapGrid, MapRect, SUB_TEXELS, Section, Slab, TrackDesc,
-};
+use super::regions::{Cut, attack_spheres};
+use super::{Body, BodyTrack, Disc, Drawing, MapGrid, MapRect, SUB_TEXELS, Section, Slab};
 use crate::anim::{Pose, forward_kinematics};
-use crate::graph::{EdgeId, GraphEvent, MotionGraph};
+use crate::graph::{EdgeId, GraphEvent, MotionGraph, Playhead};
 use crate::math::{Rigid2, Sphere};
 
 /// Half of a texel's diagonal, rounded up, in sub-texels.
@@ -120,13 +117,12 @@ pub(super) fn of_evasion(
     let frames = body_frames(source, event, placement.inverse());
     let (slices, slice_seconds) = source.slices(edge);
     let seconds = slices as f32 * slice_seconds;
-    let desc = TrackDesc {
+    let playhead = Playhead {
         edge,
         frame: 0.0,
-        placement,
-        seconds: source.seconds(edge),
+        clip_to_world: placement.inverse(),
     };
-    let track = BodyTrack::along(graph, body, desc);
+    let track = BodyTrack::along(graph, body, playhead, source.seconds(edge));
     let moving = MovingBody::new(body, &track);
     let outer: Vec<_> = (0..slices)
         .map(|slice| moving.through(slice, slice_seconds, OUTER_RATE))

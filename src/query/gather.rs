@@ -80,7 +80,7 @@ impl<'a> Gathered<'a> {
     /// The node's paths to evasions.
     fn paths(&self) -> impl Iterator<Item = (PathId, &'a NodePath)> + use<'a> {
         let (table, node) = (self.query.baked.paths(), self.request.node);
-        table.ids(node).zip(table.of(node))
+        table.ids(node).zip(table.from_node(node))
     }
 
     fn total(&self, path: &NodePath) -> f32 {

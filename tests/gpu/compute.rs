@@ -11,8 +11,8 @@ use common::timed::{Bounds, atlas, attack, candidates};
 use common::{Random, desc, device, finish};
 use counting::allocations;
 use sabaki::gpu::{ComputeSettings, Culler, CullerDesc};
-use sabaki::internal::{AttackDrawing, CullCandidate, MapRect};
-use sabaki::maps::MapGrid;
+use sabaki::internal::{AttackDrawing, CullCandidate};
+use sabaki::maps::{MapGrid, MapRect};
 use sabaki::query::cull::{Counted, CullInput, Overlap};
 use sabaki_fixtures::headless::{Headless, HeadlessDesc};
 

@@ -14,8 +14,8 @@ use sabaki::gpu::ash::vk::{self, Handle};
 use sabaki::gpu::{
     Context, Culler, CullerDesc, GpuAllocatorMemory, GpuError, PipelineCache, Ticket,
 };
-use sabaki::internal::{MapRect, Rasterizer, RasterizerDesc};
-use sabaki::maps::{MapGrid, RegionAtlas};
+use sabaki::internal::{Rasterizer, RasterizerDesc};
+use sabaki::maps::{MapGrid, MapRect, RegionAtlas};
 use sabaki::query::cull::{CullInput, Overlap};
 use sabaki_fixtures::headless::{Headless, Message};
 

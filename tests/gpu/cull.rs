@@ -9,10 +9,8 @@ use common::cull_cases::{self, Way};
 use common::maps::attack_of;
 use common::{FALLBACK_FORMATS, Random, device, device_on, drifting, finish};
 use sabaki::gpu::{Counting, CullerDesc, GpuError, StencilSettings, Terms};
-use sabaki::internal::{
-    AttackDrawing, AttackLayer, CullCandidate, Disc, MapRect, RegionId, Slab, TimedDisc,
-};
-use sabaki::maps::MapGrid;
+use sabaki::internal::{AttackDrawing, AttackLayer, CullCandidate, TimedDisc};
+use sabaki::maps::{Disc, MapGrid, MapRect, RegionId, Slab};
 use sabaki::query::cull::{Counted, CullInput, Overlap};
 
 #[test]

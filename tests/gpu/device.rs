@@ -14,8 +14,8 @@ use sabaki::gpu::{
     Block, Context, Culler, CullerDesc, Features, GpuError, Memory, MemoryDesc, RawContextDesc,
     Terms, check, requirements,
 };
-use sabaki::internal::{MapRect, Rasterizer, RasterizerDesc, RegionMaps, Slab};
-use sabaki::maps::{MapGrid, RegionAtlas};
+use sabaki::internal::{Rasterizer, RasterizerDesc};
+use sabaki::maps::{MapGrid, MapRect, RegionAtlas, RegionMaps, Slab};
 use sabaki::query::cull::CullPath;
 use sabaki_fixtures::headless::{DeviceChoice, Headless, HeadlessDesc, Message};
 

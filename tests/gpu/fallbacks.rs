@@ -9,8 +9,8 @@ use common::cull_cases::Way;
 use common::{Random, device_on, drifting, finish};
 use sabaki::gpu::ash::vk;
 use sabaki::gpu::{Culler, Terms, check, requirements};
-use sabaki::internal::{MapRect, Rasterizer, RasterizerDesc, raster};
-use sabaki::maps::MapGrid;
+use sabaki::internal::{Rasterizer, RasterizerDesc};
+use sabaki::maps::{MapGrid, MapRect, raster};
 use sabaki::query::cull::{CullInput, Overlap, cpu};
 use sabaki_fixtures::headless::Headless;
 

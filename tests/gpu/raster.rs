@@ -6,7 +6,8 @@ use sabaki_fixtures as common;
 
 use common::{FALLBACK_FORMATS, Random, device, device_on, drifting, finish};
 use sabaki::gpu::GpuError;
-use sabaki::internal::{Disc, Drawing, MapRect, Rasterizer, RasterizerDesc, raster};
+use sabaki::internal::{Rasterizer, RasterizerDesc};
+use sabaki::maps::{Disc, Drawing, MapRect, raster};
 use sabaki_fixtures::headless::Headless;
 
 fn rect(u: i32, v: i32, width: u32, height: u32) -> MapRect {

@@ -10,7 +10,7 @@ use common::answer::answer_throw;
 use common::baked::embedded;
 use glam::Vec3;
 use sabaki::graph::NodeId;
-use sabaki::internal::{BodyTrack, CellColumn, PathId, TouchedCells};
+use sabaki::maps::{BodyTrack, CellColumn, PathId, TouchedCells};
 use sabaki::query::{Enumerate, Evaluation, Query, QueryContext, QuerySettings, Source};
 use sabaki_fixtures::throw::{ThrowSettings, throw};
 

@@ -10,8 +10,9 @@ use std::collections::BTreeSet;
 use common::baked::embedded;
 use common::small::small;
 use sabaki::graph::{Motion, MotionStep, NodeId, Playhead};
-use sabaki::internal::{EntrySettings, NodePath, PathId};
-use sabaki::maps::{BakeSettings, BakedGraph, Baker, MapGrid, PathSettings};
+use sabaki::maps::{
+    BakeSettings, BakedGraph, Baker, EntrySettings, MapGrid, NodePath, PathId, PathSettings,
+};
 use sabaki::math::Rigid2;
 
 /// Everything that the table may know of a path: its evasion, frames, retimable frames and place.
@@ -81,7 +82,7 @@ fn a_search_along_all_edges_finds_no_other_path() {
     for node in (0..baked.graph().nodes().len() as u32).map(NodeId) {
         let mut found = BTreeSet::new();
         search(&baked, node, longest, &mut found);
-        let table: BTreeSet<Facts> = baked.paths().of(node).iter().map(facts).collect();
+        let table: BTreeSet<Facts> = baked.paths().from_node(node).iter().map(facts).collect();
         assert!(
             table.is_subset(&found),
             "{node:?}: a path that is none: {:?}",
@@ -110,7 +111,7 @@ fn a_path_leads_where_it_says() {
     let (baked, mut checked) = (embedded(), 0);
     let (graph, table) = (baked.graph(), baked.paths());
     for node in (0..graph.nodes().len() as u32).step_by(37).map(NodeId) {
-        let paths = table.of(node);
+        let paths = table.from_node(node);
         assert!(paths.is_sorted_by_key(|path| path.frames));
         for (id, path) in table.ids(node).zip(paths).step_by(11) {
             let edges: Vec<_> = table.edges(id).collect();

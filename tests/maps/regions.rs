@@ -7,8 +7,10 @@ use common::small::small;
 use glam::Vec3;
 use proptest::prelude::*;
 use sabaki::anim::JointId;
-use sabaki::internal::{BitMap, Disc, Drawing, FixedTransform2, MapRect, MaskMap, Slab, raster};
-use sabaki::maps::{BakeError, BakeSettings, Baker, Body, BodySphere, MapGrid};
+use sabaki::maps::{
+    BakeError, BakeSettings, Baker, BitMap, Body, BodySphere, Disc, Drawing, FixedTransform2,
+    MapGrid, MapRect, MaskMap, Slab, raster,
+};
 use sabaki::math::Rigid2;
 
 fn drawing() -> impl Strategy<Value = Drawing> {

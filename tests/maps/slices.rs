@@ -7,8 +7,9 @@ use sabaki_fixtures as common;
 use common::random::Random;
 use common::small::small;
 use glam::Vec3;
-use sabaki::internal::{BodyTrack, RegionId, Section, Slab, TrackDesc};
-use sabaki::maps::{BakeError, BakeSettings, BakedGraph, Baker, MapGrid};
+use sabaki::maps::{
+    BakeError, BakeSettings, BakedGraph, Baker, BodyTrack, MapGrid, RegionId, Section, Slab,
+};
 
 fn bake(maps: MapGrid, threads: usize) -> BakedGraph {
     let settings = BakeSettings {
@@ -64,16 +65,8 @@ fn check(grid: MapGrid) {
     let baked = bake(grid, 1);
     let evasion = baked.evasions()[0];
     let seconds = grid.seconds() + 0.1;
-    let track = BodyTrack::along(
-        baked.graph(),
-        baked.body(),
-        TrackDesc {
-            edge: evasion.edge,
-            frame: 0.0,
-            placement: evasion.placement,
-            seconds,
-        },
-    );
+    let playhead = evasion.playhead();
+    let track = BodyTrack::along(baked.graph(), baked.body(), playhead, seconds);
     let mut random = Random::new(5);
     let (mut inside, mut certain) = (0, 0);
     for round in 0..grid.slices * 40 {

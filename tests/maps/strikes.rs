@@ -9,8 +9,7 @@ use common::baked::embedded;
 use sabaki::anim::{Pose, forward_kinematics};
 
 use sabaki::graph::Playhead;
-use sabaki::internal::AttackMaps;
-use sabaki::maps::AttackMove;
+use sabaki::maps::{AttackMaps, AttackMove};
 use sabaki::math::{Rigid2, Sphere};
 use sabaki::query::{Attack, AttackBegin, Query, QuerySettings, Request};
 use sabaki_fixtures::throw::{ThrowSettings, throw};

@@ -6,11 +6,11 @@ use sabaki_fixtures as common;
 
 use common::maps::oracle;
 use common::random::Random;
-use sabaki::internal::{
-    AttackDrawing, AttackLayer, BitMap, CullCandidate, Disc, FixedTransform2, MapRect, MaskMap,
-    RegionId, RegionMaps, Slab, SlabMaps, TimedDisc,
+use sabaki::internal::{AttackDrawing, AttackLayer, CullCandidate, TimedDisc};
+use sabaki::maps::{
+    BitMap, Disc, FixedTransform2, MapGrid, MapRect, MaskMap, RegionAtlas, RegionId, RegionMaps,
+    Slab, SlabMaps,
 };
-use sabaki::maps::{MapGrid, RegionAtlas};
 use sabaki::math::{Isa, Rigid2};
 use sabaki::query::cull::cpu::Culler;
 use sabaki::query::cull::{CullInput, Overlap};

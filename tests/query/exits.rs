@@ -4,8 +4,8 @@
 use sabaki::BakedGraph;
 use sabaki::anim::Pose;
 use sabaki::graph::{self, ClipSource, GraphSettings, Motion, Playhead};
-use sabaki::internal::{Entry, EntryReport};
-use sabaki::maps::{BakeSettings, Baker};
+use sabaki::internal::Entry;
+use sabaki::maps::{BakeSettings, Baker, EntryReport};
 use sabaki::math::Rigid2;
 use sabaki_fixtures::baked::embedded;
 use sabaki_fixtures::captures::fight;

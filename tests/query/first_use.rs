@@ -13,8 +13,7 @@ use common::small::{small_graph, small_maps};
 use sabaki::anim::{Event, EventKind};
 use sabaki::archive;
 use sabaki::graph::{self, ClipSource, NodeId};
-use sabaki::internal::PathId;
-use sabaki::maps::{BakeSettings, BakedGraph, Baker};
+use sabaki::maps::{BakeSettings, BakedGraph, Baker, PathId};
 use sabaki::query::{Answer, Enumerate, Query, QueryContext, QuerySettings};
 use sabaki_fixtures::throw::{Throw, ThrowSettings, throw};
 
@@ -116,7 +115,7 @@ fn paths_that_are_restored_are_those_of_the_bake() {
     }
     for baked in [loaded(), prepared()] {
         for node in (0..nodes).map(NodeId) {
-            assert_eq!(baked.paths().of(node), expected.of(node));
+            assert_eq!(baked.paths().from_node(node), expected.from_node(node));
         }
     }
 }

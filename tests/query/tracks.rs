@@ -10,9 +10,9 @@ use rand::{Rng, RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 use sabaki::graph::{EdgeId, Motion, Playhead};
 use sabaki::internal::{
-    BodyTrack, ExactTest, Extent, MotionBody, PlacedEvasion, SAMPLE_RATE, Sampling, closest,
+    ExactTest, Extent, MotionBody, PlacedEvasion, SAMPLE_RATE, Sampling, closest,
 };
-use sabaki::maps::{MovingSphere, SphereKey};
+use sabaki::maps::{BodyTrack, MovingSphere, SphereKey};
 use sabaki::math::{Rigid2, Sphere};
 use sabaki::query::{Attack, Clearance};
 

@@ -5,7 +5,7 @@ use glam::Vec3;
 use super::contact::{all_contacts, edges, frames};
 use super::{AttackGrid, AttackGridSettings, AttackOption, Contact, FiledCell, cell_of};
 use crate::graph::NodeId;
-use crate::maps::paths::{self, PathSource, PathTable};
+use crate::maps::grid::{PathTable, find_paths};
 use crate::maps::{BakedGraph, Retimable};
 use crate::math::{Sphere, in_parallel, sort_rarely};
 
@@ -35,13 +35,9 @@ impl AttackGrid {
             faster: false,
             slower: false,
         };
-        let source = PathSource {
-            graph,
-            retimable: &vec![nothing; graph.edges().len()],
-            placements: baked.placements(),
-            goals: &edges(baked),
-        };
-        let paths = paths::build(source, &settings.paths);
+        let retimable = vec![nothing; graph.edges().len()];
+        let (placements, goals) = (baked.placements(), edges(baked));
+        let paths = find_paths(graph, &retimable, placements, &goals, &settings.paths);
         paths.prepare();
         let contacts = all_contacts(baked, settings.reach_share);
         let search = NodeSearch {
@@ -93,7 +89,7 @@ impl NodeSearch<'_> {
     /// Entries to keep for one node, sorted by cell and, within a cell, by cost.
     fn of_node(&self, node: NodeId) -> Vec<Candidate> {
         let mut candidates = Vec::new();
-        for (id, path) in self.paths.ids(node).zip(self.paths.of(node)) {
+        for (id, path) in self.paths.ids(node).zip(self.paths.from_node(node)) {
             let contacts = self.contacts[path.goal as usize].iter();
             for (contact, number) in contacts.zip(0..) {
                 let wait = u32::from(path.frames) + contact.frame;

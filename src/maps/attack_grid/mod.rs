@@ -67,7 +67,6 @@ impl Default for AttackGridSettings {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct AttackOption {
     /// Path to the attack's start, in [`AttackGrid::paths`].
-    #[doc(hidden)]
     pub path: PathId,
     /// Index of the contact in [`AttackGrid::contacts`] of the attack.
     pub contact: u32,
@@ -107,7 +106,6 @@ impl AttackGrid {
 
     /// Attacks that hit `target`, best first. `target` is in the character's frame at the node.
     #[must_use]
-    #[doc(hidden)]
     pub fn at(&self, node: NodeId, target: Vec3) -> &[AttackOption] {
         let (from, to) = (self.first[node.index()], self.first[node.index() + 1]);
         let cells = &self.cells[from as usize..to as usize];
@@ -121,7 +119,6 @@ impl AttackGrid {
     }
 
     /// Non-empty cells of a node in sorted order, each with its attacks.
-    #[doc(hidden)]
     pub fn cells(&self, node: NodeId) -> impl Iterator<Item = ([i16; 3], &[AttackOption])> {
         let (from, to) = (self.first[node.index()], self.first[node.index() + 1]);
         (from as usize..to as usize).map(|index| (self.cells[index].cell, self.options_of(index)))
@@ -136,28 +133,24 @@ impl AttackGrid {
     /// Paths to attacks. [`NodePath::goal`](super::NodePath::goal) is an index in
     /// [`BakedGraph::attack_moves`].
     #[must_use]
-    #[doc(hidden)]
     pub fn paths(&self) -> &PathTable {
         &self.paths
     }
 
     /// Attack at the end of a path.
     #[must_use]
-    #[doc(hidden)]
     pub fn attack_move<'a>(&self, baked: &'a BakedGraph, path: PathId) -> &'a AttackMove {
         &baked.attack_moves()[self.paths.path(path).goal as usize]
     }
 
     /// Contacts of an attack, by its index in [`BakedGraph::attack_moves`].
     #[must_use]
-    #[doc(hidden)]
     pub fn contacts(&self, attack: usize) -> &[Contact] {
         &self.contacts[attack]
     }
 
     /// Contact at which the attack hits.
     #[must_use]
-    #[doc(hidden)]
     pub fn contact(&self, option: AttackOption) -> Contact {
         let attack = self.paths.path(option.path).goal as usize;
         self.contacts[attack][option.contact as usize]
@@ -165,7 +158,6 @@ impl AttackGrid {
 
     /// Time from the node to the hit, in frames.
     #[must_use]
-    #[doc(hidden)]
     pub fn frames(&self, option: AttackOption) -> u32 {
         u32::from(self.paths.path(option.path).frames) + self.contact(option).frame
     }
@@ -195,7 +187,6 @@ impl AttackGrid {
 
     /// Counts of nodes, cells, entries and bytes.
     #[must_use]
-    #[doc(hidden)]
     pub fn report(&self) -> AttackGridReport {
         AttackGridReport {
             nodes: self.first.len() as u64 - 1,

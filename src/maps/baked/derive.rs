@@ -3,8 +3,9 @@
 use super::BakedGraph;
 use crate::graph::{EdgesInto, MotionGraph, NodeId};
 use crate::maps::entries::EntryTracks;
-use crate::maps::grid::{GridCells, GridSize};
-use crate::maps::{BodyRows, BodyTrack, Evasion, OnFirstUse, RegionMaps, TrackDesc};
+use crate::maps::grid::GridCells;
+use crate::maps::regions::EvasionTracks;
+use crate::maps::{BodyRows, BodyTrack, Evasion, RegionMaps};
 use crate::math::in_parallel;
 
 /// Tables that depend neither on the contents of paths nor on the maps.
@@ -23,7 +24,7 @@ impl BakedGraph {
             .evasions
             .iter()
             .map(|evasion| {
-                let seconds = self.graph.seconds(evasion.edge).max(Self::TRACK_SECONDS);
+                let seconds = EvasionTracks::seconds(&self.graph, evasion);
                 let ticks = (seconds * BodyTrack::RATE) as usize + 2;
                 of(ticks, BodyTrack::tick_bytes(&self.body))
             })
@@ -51,14 +52,9 @@ impl BakedGraph {
         let _span = tracing::trace_span!("bake: derive tables").entered();
         // Computed here, so that the first query need not compute them.
         let _ = self.atlas.coarse();
-        let size = GridSize {
-            reach: self.reach,
-            evasions: self.evasions.len(),
-            paths,
-        };
         Tables {
             body_rows: BodyRows::new(&self.body),
-            grid: GridCells::new(size, self.grid_settings),
+            grid: GridCells::new(self.grid_settings, self.reach, self.evasions.len(), paths),
             entry_tracks: EntryTracks::new(&self.graph, self.evasions.len(), &self.entries),
         }
     }
@@ -68,8 +64,7 @@ impl BakedGraph {
         self.body_rows = tables.body_rows;
         self.entry_tracks = tables.entry_tracks;
         self.derive_from_maps();
-        let on_first_use = || std::iter::repeat_with(OnFirstUse::default);
-        self.tracks = on_first_use().take(self.evasions.len()).collect();
+        self.tracks = EvasionTracks::new(self.evasions.len());
         self.grid = tables.grid;
         if self.evasions.len() <= Self::PREPARED_EVASIONS {
             self.prepare();
@@ -92,17 +87,6 @@ impl BakedGraph {
         });
         self.paths.prepare();
         self.grid().prepare();
-    }
-
-    /// Body spheres during and after an evasion.
-    pub(super) fn sampled_track(&self, evasion: &Evasion) -> BodyTrack {
-        let desc = TrackDesc {
-            edge: evasion.edge,
-            frame: 0.0,
-            placement: evasion.placement,
-            seconds: self.graph.seconds(evasion.edge).max(Self::TRACK_SECONDS),
-        };
-        BodyTrack::along(&self.graph, &self.body, desc)
     }
 
     /// Computes the tables that depend on the maps.

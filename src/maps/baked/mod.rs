@@ -7,11 +7,10 @@ use std::sync::Arc;
 use derive::frames_to_evasion;
 use serde::{Deserialize, Serialize};
 
-use super::attack_move::attack_spheres;
-use super::bounding_cylinder::{BoundingCylinder, ClipCylinders};
 use super::entries::{EntryReport, EntryTable, EntryTrack, EntryTracks, KnownEntry, Stance};
-use super::grid::{Grid, GridCells, GridSettings};
-use super::paths::{PathId, PathSettings, PathSource, PathTable, build as find_paths};
+use super::grid::{Grid, GridCells, GridSettings, PathId, PathSettings, PathTable, find_paths};
+use super::regions::attack_spheres;
+use super::regions::{BoundingCylinder, ClipCylinders, EvasionTracks};
 use super::{
     AttackMove, Body, BodyRows, BodyTrack, Evasion, MovingSphere, OnFirstUse, RegionAtlas,
     RegionId, Retimable, Slab,
@@ -38,7 +37,7 @@ pub struct BakedGraph {
     grid: GridCells,
     /// Body spheres of each evasion over time.
     #[serde(skip)]
-    tracks: Vec<OnFirstUse<BodyTrack>>,
+    tracks: EvasionTracks,
     /// Data derived from the entries.
     #[serde(skip)]
     entry_tracks: EntryTracks,
@@ -76,7 +75,7 @@ pub(super) struct BakedParts {
 
 impl BakedGraph {
     /// Minimum time for which a [`BodyTrack`] holds the body, from an evasion's start, in seconds.
-    pub const TRACK_SECONDS: f32 = 1.5;
+    pub const TRACK_SECONDS: f32 = EvasionTracks::SECONDS;
 
     pub(super) fn new(
         parts: BakedParts,
@@ -95,21 +94,15 @@ impl BakedGraph {
         let goals: Vec<EdgeId> = evasions.iter().map(|evasion| evasion.edge).collect();
         let placements = graph.placements();
         let reach = body.reach(graph.skeleton(), graph.clips());
-        let source = PathSource {
-            graph: &graph,
-            retimable: &retimable,
-            placements: &placements,
-            goals: &goals,
-        };
         let paths = {
             let _span = tracing::trace_span!("bake: find paths").entered();
-            find_paths(source, paths)
+            find_paths(&graph, &retimable, &placements, &goals, paths)
         };
         let cylinders = {
             let _span = tracing::trace_span!("bake: bounding cylinders").entered();
             ClipCylinders::new(&graph, &body)
         };
-        let (grid, tracks) = (GridCells::default(), Vec::new());
+        let (grid, tracks) = (GridCells::default(), EvasionTracks::default());
         Self {
             graph,
             body,
@@ -159,7 +152,6 @@ impl BakedGraph {
 
     /// Allowed rate changes of an edge.
     #[must_use]
-    #[doc(hidden)]
     pub fn retimable(&self, edge: EdgeId) -> Retimable {
         self.retimable[edge.index()]
     }
@@ -198,31 +190,32 @@ impl BakedGraph {
 
     /// Paths from each node to evasions.
     #[must_use]
-    #[doc(hidden)]
     pub fn paths(&self) -> &PathTable {
         &self.paths
     }
 
     /// Paths, filed by the cells that the body leaves when it takes them.
     #[must_use]
-    #[doc(hidden)]
     pub fn grid(&self) -> Grid<'_> {
         Grid {
-            baked: self,
             cells: &self.grid,
+            paths: &self.paths,
+            graph: &self.graph,
+            body: &self.body,
+            evasions: &self.evasions,
+            tracks: &self.tracks,
         }
     }
 
     /// Body spheres during and after an evasion, by its index in [`BakedGraph::evasions`].
     #[must_use]
-    #[doc(hidden)]
     pub fn track(&self, evasion: usize) -> &BodyTrack {
-        self.tracks[evasion].get_or_make(|| self.sampled_track(&self.evasions[evasion]))
+        self.tracks
+            .get(&self.graph, &self.body, &self.evasions, evasion)
     }
 
     /// Entries into evasions at a moment of a motion, at playback rate 1.
     #[must_use]
-    #[doc(hidden)]
     pub fn entries_at(&self, motion: &Motion, seconds: f32) -> Vec<Entry> {
         let stance = self.stance_at(motion, seconds);
         let entry = |known: &KnownEntry| {
@@ -244,7 +237,6 @@ impl BakedGraph {
     /// Exits back into natural motion at a moment of a motion, also inside an evasion or an attack. The exit that changes the motion least
     /// comes first. Play one with [`Motion::enter`].
     #[must_use]
-    #[doc(hidden)]
     pub fn exits_at(&self, motion: &Motion, seconds: f32) -> Vec<Entry> {
         let playhead = motion.playhead(&self.graph, seconds);
         if self.entries.exits_at(&self.graph, playhead).is_empty() {
@@ -296,7 +288,6 @@ impl BakedGraph {
 
     /// Statistics of the entries.
     #[must_use]
-    #[doc(hidden)]
     pub fn entry_report(&self) -> EntryReport {
         self.entries.report(&self.graph)
     }
@@ -350,7 +341,6 @@ impl BakedGraph {
 
     /// Number of texels in an evasion map, which is the most that an attack can cover there.
     #[must_use]
-    #[doc(hidden)]
     pub fn evasion_texels(&self, region: RegionId, slab: Slab) -> u32 {
         let first = self.atlas.region(region).first_slab;
         let texels = &self.evasion_texels[region.index()];

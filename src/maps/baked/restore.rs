@@ -5,7 +5,6 @@ use crate::anim::{EventKind, Skeleton};
 use crate::graph::EdgeId;
 use crate::maps::Evasion;
 use crate::maps::grid::GridCells;
-use crate::maps::paths::PathsBeside;
 use crate::math::Rigid2;
 use crate::math::parallel::both;
 
@@ -80,14 +79,11 @@ impl BakedGraph {
         let paths = std::mem::take(&mut self.paths);
         let (paths, tables) = {
             let _span = tracing::trace_span!("load: restore paths").entered();
-            let beside = PathsBeside {
-                retimable: &self.retimable,
-                evasions: &self.evasions,
-                placements: &self.placements,
-            };
+            let start = |evasion: &Evasion| self.graph.edge(evasion.edge).from;
+            let starts: Vec<_> = self.evasions.iter().map(start).collect();
             let count = paths.count();
             both(
-                || paths.restored(&self.graph, beside),
+                || paths.restored(&self.graph, &self.retimable, &self.placements, &starts),
                 || self.tables(count),
             )
         };

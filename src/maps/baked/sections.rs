@@ -7,10 +7,9 @@ use serde::{Deserialize, Serialize};
 use super::BakedGraph;
 use crate::graph::MotionGraph;
 use crate::graph::section;
-use crate::maps::bounding_cylinder::ClipCylinders;
 use crate::maps::entries::{EntryTable, EntryTracks};
-use crate::maps::grid::{GridCells, GridSettings};
-use crate::maps::paths::PathTable;
+use crate::maps::grid::{GridCells, GridSettings, PathTable};
+use crate::maps::regions::{ClipCylinders, EvasionTracks};
 use crate::maps::{AttackMove, Body, BodyRows, Evasion, OnFirstUse, RegionAtlas, Retimable};
 use crate::math::parallel::both;
 
@@ -110,7 +109,7 @@ impl BakedGraph {
             grid_settings,
             cylinders: cylinders?,
             grid: GridCells::default(),
-            tracks: Vec::new(),
+            tracks: EvasionTracks::default(),
             entry_tracks: EntryTracks::default(),
             frames_to_evasion: OnFirstUse::default(),
             reach: 0.0,

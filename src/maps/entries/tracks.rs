@@ -3,8 +3,8 @@
 use super::targets::ClipFrame;
 use super::{EntryTable, EntryTarget, Stance};
 use crate::anim::Facing;
-use crate::graph::{EdgeId, MotionGraph};
-use crate::maps::{BakedGraph, BodyTrack, Evasion, OnFirstUse, TrackDesc};
+use crate::graph::{EdgeId, MotionGraph, Playhead};
+use crate::maps::{BakedGraph, BodyTrack, Evasion, OnFirstUse};
 use crate::math::{Rigid2, in_parallel};
 
 /// Body spheres from the first frame at which an evasion can be entered.
@@ -37,14 +37,14 @@ impl EntryTrack {
         let first = &baked.entries().targets()[target];
         let evasion = &baked.evasions()[usize::from(first.evasion)];
         let placement = baked.entry_stance(target).placement;
-        let desc = TrackDesc {
+        let playhead = Playhead {
             edge: first.edge,
             frame: first.edge_frame as f32,
-            placement,
-            seconds: EntryTracks::seconds(baked.graph(), evasion, first),
+            clip_to_world: placement.inverse(),
         };
+        let seconds = EntryTracks::seconds(baked.graph(), evasion, first);
         Self {
-            track: BodyTrack::along(baked.graph(), baked.body(), desc),
+            track: BodyTrack::along(baked.graph(), baked.body(), playhead, seconds),
             first: first.frame,
             placement,
         }

@@ -1,8 +1,8 @@
 //! The cells that an evasion vacates, for each heading and part of a cell in which it may start.
 
-use super::CellColumn;
-use crate::maps::{Body, BodyTrack};
-use crate::math::{Isa, Rigid2, floor};
+use super::cells::CellColumn;
+use crate::maps::regions::{Body, BodyTrack};
+use crate::math::{Isa, Rigid2, Sphere};
 
 /// Number of headings that have their own cells.
 pub(super) const HEADINGS: u32 = 72;
@@ -41,60 +41,25 @@ pub(super) struct VacatedKinds {
     pub(super) heights: Vec<u64>,
 }
 
-/// A body at the start and at the end of an evasion.
-#[derive(Clone, Copy)]
-pub(super) struct EvasionEnds<'a> {
-    pub(super) body: &'a Body,
-    pub(super) track: &'a BodyTrack,
-    /// Sample of the track at which the evasion ends.
-    pub(super) end: usize,
-}
-
-/// A body at one sample of an evasion.
-#[derive(Clone, Copy)]
-struct BodySample<'a> {
-    body: &'a Body,
-    track: &'a BodyTrack,
-    sample: usize,
-}
-
-impl<'a> EvasionEnds<'a> {
-    /// The body at the start and at the end.
-    fn samples(self) -> [BodySample<'a>; 2] {
-        [0, self.end].map(|sample| BodySample {
-            body: self.body,
-            track: self.track,
-            sample,
-        })
-    }
-}
-
-/// A grid of cells, with the position and heading that represent a kind.
-#[derive(Clone, Copy)]
-struct PlacedCells {
-    placement: Rigid2,
-    /// Size of a cell, in metres.
-    cell: f32,
-}
-
 impl VacatedKinds {
-    pub(super) fn new(ends: EvasionEnds<'_>, cell: f32) -> Self {
+    /// The cells that a body vacates between two samples of its track.
+    pub(super) fn new(body: &Body, track: &BodyTrack, samples: [usize; 2], cell: f32) -> Self {
         let mut found = Self {
             kinds: Vec::with_capacity(KINDS as usize),
             heights: Vec::new(),
         };
-        let [first, last] = ends.samples();
+        let [first, last] = samples.map(|sample| spheres(body, track, sample));
         let (mut start, mut end) = (ReachedColumns::default(), ReachedColumns::default());
         for kind in 0..KINDS {
-            let cells_of_kind = PlacedCells::of_kind(kind, cell);
+            let placement = kind_placement(kind, cell);
             let whole = [-CellColumn::FURTHEST, CellColumn::FURTHEST];
-            start.find(first, cells_of_kind, [whole; 2]);
+            start.find(&first, placement, cell, [whole; 2]);
             let cells = start.around(found.heights.len());
             let room = found.heights.len() + (cells.width * cells.depth) as usize;
             found.heights.resize(room, 0);
             let bounds = [(cells.x, cells.width), (cells.z, cells.depth)];
             let bounds = bounds.map(|(first, count)| [first, first + count as i32 - 1]);
-            end.find(last, cells_of_kind, bounds);
+            end.find(&last, placement, cell, bounds);
             for (at, heights) in start.heights(&cells) {
                 found.heights[at] |= heights;
             }
@@ -107,18 +72,22 @@ impl VacatedKinds {
     }
 }
 
-impl PlacedCells {
-    /// The middle of a kind's part of cell `(0, 0)` and of its range of headings.
-    fn of_kind(kind: u32, cell: f32) -> Self {
-        let part = |index: u32| (index as f32 + 0.5) / PARTS as f32 * cell;
-        let heading = (kind / (PARTS * PARTS)) as f32 + 0.5;
-        let placement = Rigid2::new(
-            heading / HEADINGS as f32 * std::f32::consts::TAU,
-            part(kind / PARTS % PARTS),
-            part(kind % PARTS),
-        );
-        Self { placement, cell }
-    }
+/// Spheres of a body at a sample of its track.
+fn spheres(body: &Body, track: &BodyTrack, sample: usize) -> Vec<Sphere> {
+    let spheres = body.spheres.iter().enumerate();
+    let placed = spheres.map(|(index, own)| Sphere::new(track.centre(sample, index), own.radius));
+    placed.collect()
+}
+
+/// The middle of a kind's part of cell `(0, 0)` and of its range of headings.
+fn kind_placement(kind: u32, cell: f32) -> Rigid2 {
+    let part = |index: u32| (index as f32 + 0.5) / PARTS as f32 * cell;
+    let heading = (kind / (PARTS * PARTS)) as f32 + 0.5;
+    Rigid2::new(
+        heading / HEADINGS as f32 * std::f32::consts::TAU,
+        part(kind / PARTS % PARTS),
+        part(kind % PARTS),
+    )
 }
 
 /// The columns that the spheres of a body reach, as one list for each number. A column that several spheres reach occurs several times.
@@ -134,18 +103,16 @@ struct ReachedColumns {
 }
 
 impl ReachedColumns {
-    /// Finds the columns that a body reaches, within `bounds` along x and along z, both ends included.
-    fn find(&mut self, at: BodySample<'_>, cells: PlacedCells, bounds: [[i32; 2]; 2]) {
-        let PlacedCells { placement, cell } = cells;
+    /// Finds the columns that placed spheres reach, within `bounds` along x and along z, both ends included.
+    fn find(&mut self, body: &[Sphere], placement: Rigid2, cell: f32, bounds: [[i32; 2]; 2]) {
         self.places.clear();
         self.middle.clear();
         self.half_squared.clear();
-        for (index, sphere) in at.body.spheres.iter().enumerate() {
-            let centre = placement.point(at.track.centre(at.sample, index));
-            let radius = sphere.radius;
-            let span = |value: f32, [low, high]: [i32; 2]| {
-                let of = |value| CellColumn::index(value, cell);
-                of(value - radius).max(low)..=of(value + radius).min(high)
+        for &Sphere { centre, radius } in body {
+            let centre = placement.point(centre);
+            let index = |value| CellColumn::index(value, cell);
+            let span = |place: f32, [low, high]: [i32; 2]| {
+                index(place - radius).max(low)..=index(place + radius).min(high)
             };
             for x in span(centre.x, bounds[0]) {
                 let dx = CellColumn::apart(centre.x, cell, x);
@@ -164,7 +131,7 @@ impl ReachedColumns {
         self.find_bits(cell);
     }
 
-    /// [`CellColumn::bits`] of all columns, many at a time.
+    /// First and last [`CellColumn::bit`] of all columns, many at a time.
     fn find_bits(&mut self, cell: f32) {
         let [low, high] = &mut self.bits;
         low.resize(self.places.len(), 0);
@@ -176,11 +143,7 @@ impl ReachedColumns {
             || {
                 for ((low, high), (&middle, &left)) in bits.zip(spheres) {
                     let half = left.sqrt();
-                    let bit = |height: f32| {
-                        floor(height / cell)
-                            .saturating_add(CellColumn::BELOW)
-                            .clamp(0, 63) as u32
-                    };
+                    let bit = |height| CellColumn::bit(height, cell);
                     (*low, *high) = (bit(middle - half), bit(middle + half));
                 }
             },
@@ -227,15 +190,12 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::math::Sphere;
 
-    /// Heights by column, of the body at one sample.
-    fn occupied(at: BodySample<'_>, cells: PlacedCells) -> BTreeMap<(i32, i32), u64> {
-        let PlacedCells { placement, cell } = cells;
+    /// Heights by column that a body reaches.
+    fn occupied(body: &[Sphere], placement: Rigid2, cell: f32) -> BTreeMap<(i32, i32), u64> {
         let mut columns = BTreeMap::new();
-        for (index, sphere) in at.body.spheres.iter().enumerate() {
-            let centre = placement.point(at.track.centre(at.sample, index));
-            let sphere = Sphere::new(centre, sphere.radius);
+        for sphere in body {
+            let sphere = Sphere::new(placement.point(sphere.centre), sphere.radius);
             CellColumn::for_each_reached(sphere, cell, i32::MAX, |column| {
                 *columns.entry((column.x, column.z)).or_default() |= column.heights;
             });
@@ -251,19 +211,18 @@ mod tests {
             moves in prop::array::uniform3(-0.5f32..0.5),
             cell in 0.05f32..0.3,
         ) {
-            let body = Body::new(spheres.iter().map(|&(_, radius)| crate::maps::BodySphere {
+            let body = Body::new(spheres.iter().map(|&(_, radius)| crate::maps::regions::BodySphere {
                 joint: crate::anim::JointId(0),
                 offset: Vec3::ZERO,
                 radius,
             }).collect());
             let places: Vec<Vec3> = spheres.iter().map(|(place, _)| Vec3::from_array(*place)).collect();
             let moved: Vec<Vec3> = places.iter().map(|place| *place + Vec3::from_array(moves)).collect();
-            let track = BodyTrack::of_centres(&[&places, &moved]);
-            let ends = EvasionEnds { body: &body, track: &track, end: 1 };
-            let found = VacatedKinds::new(ends, cell);
+            let track = BodyTrack::from_centres(&[&places, &moved]);
+            let found = VacatedKinds::new(&body, &track, [0, 1], cell);
             for kind in (0..KINDS).step_by(7) {
-                let cells = PlacedCells::of_kind(kind, cell);
-                let [mut start, end] = ends.samples().map(|at| occupied(at, cells));
+                let placement = kind_placement(kind, cell);
+                let [mut start, end] = [0, 1].map(|at| occupied(&self::spheres(&body, &track, at), placement, cell));
                 for (column, heights) in &mut start {
                     *heights &= !end.get(column).copied().unwrap_or(0);
                 }

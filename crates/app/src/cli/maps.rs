@@ -1,7 +1,6 @@
 //! Settings of the maps on the command line.
 
-use sabaki::internal::Section;
-use sabaki::maps::MapGrid;
+use sabaki::maps::{MapGrid, Section};
 
 use super::Failure;
 use super::numbers::check_number;

@@ -5,8 +5,9 @@
 
 use super::{Layer, Shot};
 use sabaki::graph::{EdgeId, Motion, MotionGraph};
-use sabaki::internal::{BitMap, Disc, Drawing, MapRect, MaskMap, SUB_TEXELS, Slab, raster};
-use sabaki::maps::{BakedGraph, MapGrid};
+use sabaki::maps::{
+    BakedGraph, BitMap, Disc, Drawing, MapGrid, MapRect, MaskMap, SUB_TEXELS, Slab, raster,
+};
 use sabaki::math::Rigid2;
 use sabaki::query::{Answer, Attack};
 

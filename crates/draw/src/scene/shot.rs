@@ -1,7 +1,7 @@
 use glam::Vec3;
 
 use super::{Camera, SkinnedBody};
-use sabaki::internal::BitMap;
+use sabaki::maps::BitMap;
 use sabaki::math::{Rigid2, Sphere};
 
 /// The convex hull of two spheres. If both are equal, it is a sphere.

@@ -3,7 +3,7 @@
 use egui::{Color32, ColorImage, RichText, TextureHandle, TextureOptions};
 
 use crate::live::Throw;
-use sabaki::internal::{BitMap, MapRect};
+use sabaki::maps::{BitMap, MapRect};
 use sabaki_draw::scene::SlabPicture;
 
 /// Pictures of the slabs that the ball passed through.

@@ -1,7 +1,10 @@
 //! Coarse maps that tell which slices a block of texels can meet. They reject nearly all of an
 //! attack's blocks, so that only the remaining blocks need texel look-ups.
 
-use super::{BitMap, MapGrid, MapRect, MaskMap, RegionMaps, SlabMaps};
+use super::bit_map::{BitMap, MapRect};
+use super::map_grid::MapGrid;
+use super::mask_map::MaskMap;
+use super::region_maps::{RegionMaps, SlabMaps};
 
 /// The coarse maps and bounding rectangles of one region.
 #[derive(Clone, Debug, Default)]
@@ -65,13 +68,6 @@ pub(crate) struct CoarseMap {
     evasion: Vec<u32>,
 }
 
-/// Words of a map, row by row.
-#[derive(Clone, Copy)]
-struct MapWords<'a> {
-    rect: MapRect,
-    words: &'a [u32],
-}
-
 impl CoarseMap {
     /// Reach of a cell: half of a rotated block, rounded up, in attack texels.
     const REACH: i32 = 3;
@@ -112,12 +108,8 @@ impl CoarseMap {
             return out;
         }
         let mut joined = vec![0u32; width];
-        let words = MapWords {
-            rect,
-            words: map.masks(),
-        };
         for row in 0..self.rows {
-            if !self.join_rows(row, words, &mut joined) {
+            if !self.join_rows(row, rect, map.masks(), &mut joined) {
                 continue;
             }
             for (column, mask) in joined.chunks_exact(lanes).enumerate() {
@@ -140,12 +132,8 @@ impl CoarseMap {
             return out;
         }
         let mut joined = vec![0u32; map.words_per_row()];
-        let words = MapWords {
-            rect,
-            words: map.words(),
-        };
         for row in 0..self.rows {
-            if !self.join_rows(row, words, &mut joined) {
+            if !self.join_rows(row, rect, map.words(), &mut joined) {
                 continue;
             }
             for (index, &word) in joined.iter().enumerate() {
@@ -162,9 +150,8 @@ impl CoarseMap {
         out
     }
 
-    /// Joins the rows of a map that a row of cells reaches, word by word. Returns whether there are any.
-    fn join_rows(&self, row: u32, map: MapWords<'_>, out: &mut [u32]) -> bool {
-        let MapWords { rect, words } = map;
+    /// Joins the rows of a map's words that a row of cells reaches, word by word. Returns whether there are any.
+    fn join_rows(&self, row: u32, rect: MapRect, words: &[u32], out: &mut [u32]) -> bool {
         out.fill(0);
         // With cells of 4 texels, cell i covers 4 i to 4 i + 4 and reaches the texels 4 i - 3 to 4
         // i + 6.

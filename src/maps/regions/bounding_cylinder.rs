@@ -4,7 +4,7 @@
 use glam::{Vec2, Vec3};
 use serde::{Deserialize, Serialize};
 
-use super::Body;
+use super::body::Body;
 use crate::anim::{Clip, Pose, Skeleton, forward_kinematics};
 use crate::graph::{ClipPosition, EdgeId, MotionGraph};
 use crate::math::{
@@ -104,7 +104,7 @@ impl BoundingCylinder {
 
 /// The cylinders of all frames of all clips.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub(super) struct ClipCylinders {
+pub(in crate::maps) struct ClipCylinders {
     /// Cylinders of all clips, clip by clip.
     #[serde(with = "byte_list")]
     frames: Vec<BoundingCylinder>,
@@ -113,33 +113,41 @@ pub(super) struct ClipCylinders {
 }
 
 impl ClipCylinders {
-    pub(super) fn new(graph: &MotionGraph, body: &Body) -> Self {
+    pub(in crate::maps) fn new(graph: &MotionGraph, body: &Body) -> Self {
         let clips = graph.clips();
-        let of = |clip: usize| of_clip(graph.skeleton(), body, &clips[clip]);
+        let frames = |clip: usize| clip_cylinders(graph.skeleton(), body, &clips[clip]);
         Self {
-            frames: in_parallel(0, clips.len(), of).concat(),
+            frames: in_parallel(0, clips.len(), frames).concat(),
             first: firsts(clips),
         }
     }
 
     /// Whether each frame of each clip has a valid cylinder of a body that reaches at most `reach` metres from its root.
-    pub(super) fn fits(&self, clips: &[Clip], reach: f32) -> bool {
+    pub(in crate::maps) fn fits(&self, clips: &[Clip], reach: f32) -> bool {
         // A root lies within this distance, also where a file was written in another precision.
         let furthest = 4.0 * Skeleton::FURTHEST + 2.0 * reach;
         self.first == firsts(clips)
             && self.first.last().map(|&end| end as usize) == Some(self.frames.len())
-            && self.frames.iter().all(|of| of.is_sound(furthest))
+            && self
+                .frames
+                .iter()
+                .all(|cylinder| cylinder.is_sound(furthest))
     }
 
     /// Cylinder around the body at a frame of an edge, in the space of the clip in which the edge
     /// starts. In a transition it is interpolated between the cylinders of the two clips.
-    pub(super) fn at(&self, graph: &MotionGraph, edge: EdgeId, frame: f32) -> BoundingCylinder {
+    pub(in crate::maps) fn at(
+        &self,
+        graph: &MotionGraph,
+        edge: EdgeId,
+        frame: f32,
+    ) -> BoundingCylinder {
         let moment = graph.edge_moment(graph.edge(edge), frame);
-        let source = self.of_frame(moment.source);
+        let source = self.frame(moment.source);
         let Some(target) = moment.target else {
             return source;
         };
-        let other = self.of_frame(target.at).placed(target.align);
+        let other = self.frame(target.at).placed(target.align);
         let blended = source.lerp(other, target.weight);
         BoundingCylinder {
             low: blended.low - graph.root_drop(edge, frame),
@@ -147,7 +155,7 @@ impl ClipCylinders {
         }
     }
 
-    fn of_frame(&self, position: ClipPosition) -> BoundingCylinder {
+    fn frame(&self, position: ClipPosition) -> BoundingCylinder {
         let first = &self.first[position.clip.index()..];
         let frames = &self.frames[first[0] as usize..first[1] as usize];
         let last = frames.len() - 1;
@@ -166,14 +174,14 @@ fn firsts(clips: &[Clip]) -> Vec<u32> {
     firsts
 }
 
-fn of_clip(skeleton: &Skeleton, body: &Body, clip: &Clip) -> Vec<BoundingCylinder> {
+fn clip_cylinders(skeleton: &Skeleton, body: &Body, clip: &Clip) -> Vec<BoundingCylinder> {
     let (mut pose, mut joints, mut centres) = (Pose::default(), Vec::new(), Vec::new());
-    let mut of = |frame: usize| {
+    let mut cylinder = |frame: usize| {
         clip.pose(frame, &mut pose);
         forward_kinematics(skeleton, &pose, &mut joints);
         body.centres(&joints, &mut centres);
         let radii = body.spheres.iter().map(|sphere| sphere.radius);
         BoundingCylinder::around(centres.iter().copied().zip(radii))
     };
-    (0..clip.frames()).map(&mut of).collect()
+    (0..clip.frames()).map(&mut cylinder).collect()
 }

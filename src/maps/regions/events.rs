@@ -1,10 +1,48 @@
+//! Evasions and attacks as edges of a graph, and the spheres of an attack over time.
+
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
-use super::{Body, BodySphere, MovingSphere, SphereKey};
+use super::body::{Body, BodySphere, Prop};
+use super::sphere::{MovingSphere, SphereKey};
 use crate::anim::{JointId, Pose, Skeleton, forward_kinematics};
-use crate::graph::{EdgeId, GraphEvent, MotionGraph};
+use crate::graph::{EdgeId, GraphEvent, MotionGraph, Playhead};
 use crate::math::Rigid2;
+
+/// Index of an evasion's maps in a [`RegionAtlas`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+pub struct RegionId(pub u32);
+
+impl RegionId {
+    /// The id as an index into per-region arrays.
+    #[must_use]
+    pub fn index(self) -> usize {
+        self.0 as usize
+    }
+}
+
+/// An edge that plays an evasion.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Evasion {
+    /// Edge that plays the whole event and nothing else.
+    pub edge: EdgeId,
+    /// Maps of the evasion in the [`RegionAtlas`](super::atlas::RegionAtlas).
+    pub region: RegionId,
+    /// Character's frame at the event's start, in the space of its clip.
+    pub placement: Rigid2,
+}
+
+impl Evasion {
+    /// Playhead at the evasion's start, whose world is the character's frame there.
+    #[must_use]
+    pub fn playhead(&self) -> Playhead {
+        Playhead {
+            edge: self.edge,
+            frame: 0.0,
+            clip_to_world: self.placement.inverse(),
+        }
+    }
+}
 
 /// An edge that plays an attack.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -45,15 +83,12 @@ pub(crate) fn attack_spheres(
 }
 
 /// Spheres of the joints that the event names, of their descendants, and of the props that take
-/// part ([`Prop::takes_part`](super::Prop::takes_part)).
+/// part ([`Prop::takes_part`]).
 fn attacking(skeleton: &Skeleton, body: &Body, event: &GraphEvent) -> Vec<BodySphere> {
-    let taking_part = body
-        .props
-        .iter()
-        .filter(|prop| prop.takes_part(skeleton, &event.joints));
-    let held = taking_part.flat_map(super::Prop::body_spheres);
+    let props = body.props.iter();
+    let taking_part = props.filter(|prop| prop.takes_part(skeleton, &event.joints));
     let mut spheres = limbs(skeleton, body, event);
-    spheres.extend(held);
+    spheres.extend(taking_part.flat_map(Prop::body_spheres));
     spheres
 }
 
@@ -69,17 +104,11 @@ fn limbs(skeleton: &Skeleton, body: &Body, event: &GraphEvent) -> Vec<BodySphere
                 .any(|above| event.joints.contains(&above))
     };
     // Spheres of props that are part of the body.
-    let held: Vec<BodySphere> = body
-        .props
-        .iter()
-        .filter(|prop| prop.is_body)
-        .flat_map(super::Prop::body_spheres)
-        .collect();
+    let held = body.props.iter().filter(|prop| prop.is_body);
+    let held: Vec<BodySphere> = held.flat_map(Prop::body_spheres).collect();
     let own = || body.spheres.iter().filter(|sphere| !held.contains(sphere));
-    let spheres: Vec<BodySphere> = own()
-        .filter(|sphere| takes_part(sphere.joint))
-        .copied()
-        .collect();
+    let attacking = own().filter(|sphere| takes_part(sphere.joint));
+    let spheres: Vec<BodySphere> = attacking.copied().collect();
     if !spheres.is_empty() {
         return spheres;
     }

@@ -1,6 +1,8 @@
+//! Maps over time: each texel has a mask with one bit for each slice.
+
 use serde::{Deserialize, Serialize};
 
-use super::MapRect;
+use super::bit_map::MapRect;
 use super::bit_square::{SIDE, transposed};
 use super::sparse_words;
 

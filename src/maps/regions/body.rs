@@ -1,9 +1,79 @@
+//! The body as spheres that its joints carry, and the props that they hold.
+
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
-use super::{BodySphere, Prop};
 use crate::anim::{Clip, JointId, JointKind, JointTransform, Pose, Skeleton};
-use crate::math::{in_parallel, sort_rarely};
+use crate::math::{Sphere, in_parallel, sort_rarely};
+
+/// A sphere that is fixed to a joint.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct BodySphere {
+    /// Joint that the sphere moves with.
+    pub joint: JointId,
+    /// Position of the centre in the joint's frame, in metres.
+    pub offset: Vec3,
+    /// Radius, in metres.
+    pub radius: f32,
+}
+
+impl BodySphere {
+    /// Whether the joint exists in `skeleton`, the position is finite and the radius is positive.
+    #[must_use]
+    pub fn is_sound(&self, skeleton: &Skeleton) -> bool {
+        self.joint.index() < skeleton.len()
+            && Skeleton::is_near(self.offset)
+            && self.radius > 0.0
+            && self.radius <= Skeleton::FURTHEST
+    }
+
+    /// Position of the centre in the space of `joints`.
+    #[must_use]
+    pub fn centre(&self, joints: &[JointTransform]) -> Vec3 {
+        joints[self.joint.index()].point(self.offset)
+    }
+}
+
+/// An object that a joint holds, for example a staff, a sword or a shield. It attacks when its
+/// joint does.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Prop {
+    /// Joint that the prop moves with.
+    pub joint: JointId,
+    /// Spheres of the prop, in the joint's frame.
+    pub spheres: Vec<Sphere>,
+    /// Whether attacks can hit the prop, which makes it part of the body.
+    pub is_body: bool,
+}
+
+impl Prop {
+    /// Spheres of the prop as body spheres.
+    pub fn body_spheres(&self) -> impl Iterator<Item = BodySphere> + '_ {
+        self.spheres
+            .iter()
+            .map(|&Sphere { centre, radius }| BodySphere {
+                joint: self.joint,
+                offset: centre,
+                radius,
+            })
+    }
+
+    /// Whether the prop has spheres and each has a joint of `skeleton`, a finite position and a
+    /// positive radius.
+    #[must_use]
+    pub fn is_sound(&self, skeleton: &Skeleton) -> bool {
+        !self.spheres.is_empty() && self.body_spheres().all(|sphere| sphere.is_sound(skeleton))
+    }
+
+    /// Whether the prop takes part in an attack of `joints`. It does if its joint is one of them,
+    /// or an ancestor or a descendant of one. An empty list stands for the whole body.
+    #[must_use]
+    pub fn takes_part(&self, skeleton: &Skeleton, joints: &[JointId]) -> bool {
+        let above = |joint: JointId, other: JointId| skeleton.ancestry(joint).any(|j| j == other);
+        let tied = |&joint: &JointId| above(self.joint, joint) || above(joint, self.joint);
+        joints.is_empty() || joints.iter().any(tied)
+    }
+}
 
 /// The body as spheres on its bones, with the props that it holds.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]

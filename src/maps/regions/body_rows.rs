@@ -1,6 +1,6 @@
 //! The body's spheres as rows of numbers, for the inner loop of the exact test.
 
-use super::Body;
+use super::body::{Body, BodySphere};
 use crate::anim::JointTransform;
 use crate::math::Isa;
 
@@ -8,7 +8,7 @@ use crate::math::Isa;
 const LANES: usize = 8;
 
 /// The spheres of a body, sorted by bone, with one row for each axis. Rows are padded with copies
-/// of the last sphere to a multiple of [`BodyTrack::LANES`](super::BodyTrack::LANES).
+/// of the last sphere to a multiple of [`BodyTrack::LANES`](super::track::BodyTrack::LANES).
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct BodyRows {
     spheres: usize,
@@ -35,7 +35,7 @@ impl BodyRows {
     pub(crate) fn new(body: &Body) -> Self {
         let spheres = body.spheres.len();
         let row = spheres.next_multiple_of(Self::ROW_LANES);
-        let padded = |value: &dyn Fn(&super::BodySphere) -> f32| {
+        let padded = |value: &dyn Fn(&BodySphere) -> f32| {
             let mut values: Vec<f32> = body.spheres.iter().map(value).collect();
             values.resize(row, values.last().copied().unwrap_or(0.0));
             values
@@ -145,7 +145,6 @@ fn lanes(values: &[f32], first: usize) -> [f32; LANES] {
 mod tests {
     use super::*;
     use crate::anim::JointId;
-    use crate::maps::BodySphere;
     use glam::{Quat, Vec3};
     use proptest::prelude::*;
 

@@ -1,6 +1,9 @@
+//! Moves texels from one map to another in fixed point, so that all culling paths agree to the bit.
+
 use glam::Vec3;
 
-use super::{MapGrid, MapRect, SUB_TEXELS};
+use super::bit_map::MapRect;
+use super::map_grid::{MapGrid, SUB_TEXELS};
 use crate::math::Rigid2;
 
 /// A fixed-point transform from the texels of an attack's map to those of an evasion's map that is
@@ -115,17 +118,17 @@ impl MapGrid {
         if rect.is_empty() {
             return rect;
         }
-        let (u, v) = (
-            [rect.u, rect.u + rect.width as i32],
-            [rect.v, rect.v + rect.height as i32],
-        );
-        let corners = u.iter().flat_map(|&u| {
-            v.iter()
-                .map(move |&v| Vec3::new(u as f32, 0.0, v as f32) * self.texel)
-        });
+        let [end_u, end_v] = rect.end();
+        let corners = [
+            (rect.u, rect.v),
+            (rect.u, end_v),
+            (end_u, rect.v),
+            (end_u, end_v),
+        ];
         let (mut low, mut high) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
         let texel = self.for_attacks().texel;
-        for corner in corners.map(|corner| placement.point(corner) / texel) {
+        for (u, v) in corners {
+            let corner = placement.point(Vec3::new(u as f32, 0.0, v as f32) * self.texel) / texel;
             low = low.min(corner);
             high = high.max(corner);
         }
@@ -133,13 +136,9 @@ impl MapGrid {
         const FAR: f32 = (1 << 24) as f32;
         let near = |texels: f32| texels.clamp(-FAR, FAR) as i32;
         // One texel on every side for rounding errors.
-        let (first_u, first_v) = (near(low.x.floor()) - 1, near(low.z.floor()) - 1);
-        let (end_u, end_v) = (near(high.x.ceil()) + 1, near(high.z.ceil()) + 1);
-        MapRect {
-            u: first_u,
-            v: first_v,
-            width: (end_u - first_u) as u32,
-            height: (end_v - first_v) as u32,
-        }
+        MapRect::between(
+            [near(low.x.floor()) - 1, near(low.z.floor()) - 1],
+            [near(high.x.ceil()) + 1, near(high.z.ceil()) + 1],
+        )
     }
 }

@@ -2,7 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{BitMap, MapGrid, MapRect, MaskMap, Slab};
+use super::bit_map::{BitMap, MapRect};
+use super::map_grid::{MapGrid, Slab};
+use super::mask_map::MaskMap;
 
 /// The maps of an evasion in one slab, each in its own tight rectangle.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]

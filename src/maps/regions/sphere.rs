@@ -1,7 +1,21 @@
-use serde::Serialize;
+//! Spheres that move along straight lines between keys: the objects of attacks.
 
-use super::SphereKey;
+use glam::Vec3;
+use serde::{Deserialize, Serialize};
+
 use crate::math::{Rigid2, Sphere};
+
+/// Position and radius of a moving sphere at one time. Both are interpolated linearly between keys. The space is that of the object that the
+/// key belongs to; for an attack it is the world.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SphereKey {
+    /// Time, in seconds.
+    pub t: f32,
+    /// Position of the centre, in metres.
+    pub center: Vec3,
+    /// Radius, in metres.
+    pub radius: f32,
+}
 
 /// A sphere that moves along straight lines between keys. It does not exist before its first and
 /// after its last key.
@@ -45,13 +59,9 @@ impl MovingSphere {
     /// Returns the sphere in another frame. `placement` transforms points to that frame.
     #[must_use]
     pub fn placed(&self, placement: Rigid2) -> Self {
-        let key = |key: &SphereKey| SphereKey {
-            center: placement.point(key.center),
-            ..*key
-        };
-        Self {
-            keys: self.keys.iter().map(key).collect(),
-        }
+        let mut placed = Self { keys: Vec::new() };
+        placed.place_from(self, placement);
+        placed
     }
 
     /// Time of the first key, in seconds.

@@ -6,7 +6,8 @@
 
 use std::ops::Range;
 
-use super::{BitMap, Disc, Drawing, MapRect, SUB_TEXELS};
+use super::bit_map::{BitMap, Drawing, MapRect};
+use super::map_grid::{Disc, SUB_TEXELS};
 
 /// Maps that [`every_frame`] draws.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]

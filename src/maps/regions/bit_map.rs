@@ -1,6 +1,8 @@
+//! Maps with one bit for each texel, and the discs that are drawn on them.
+
 use serde::{Deserialize, Serialize};
 
-use super::{Disc, SUB_TEXELS};
+use super::map_grid::{Disc, MapGrid, SUB_TEXELS};
 
 /// A rectangle of texels in the frame that a map is drawn in.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -19,37 +21,22 @@ impl MapRect {
     /// Smallest rectangle that contains every texel that `discs` may cover.
     #[must_use]
     pub fn around(discs: &[Disc]) -> Self {
-        let Some(first) = discs.first() else {
+        let corners = |side: i32| {
+            let corner =
+                move |disc: &Disc| [disc.x + side * disc.radius, disc.z + side * disc.radius];
+            discs.iter().map(corner)
+        };
+        let low = corners(-1).reduce(|[a, b], [c, d]| [a.min(c), b.min(d)]);
+        let high = corners(1).reduce(|[a, b], [c, d]| [a.max(c), b.max(d)]);
+        let (Some(low), Some(high)) = (low, high) else {
             return Self::default();
         };
-        let mut low = (first.x - first.radius, first.z - first.radius);
-        let mut high = (first.x + first.radius, first.z + first.radius);
-        for disc in &discs[1..] {
-            low = (
-                low.0.min(disc.x - disc.radius),
-                low.1.min(disc.z - disc.radius),
-            );
-            high = (
-                high.0.max(disc.x + disc.radius),
-                high.1.max(disc.z + disc.radius),
-            );
-        }
         let texel = |sub: i32| sub.div_euclid(SUB_TEXELS);
-        let (u, v) = (texel(low.0), texel(low.1));
-        Self {
-            u,
-            v,
-            width: (texel(high.0) - u + 1) as u32,
-            height: (texel(high.1) - v + 1) as u32,
-        }
+        Self::between(low.map(texel), high.map(|sub| texel(sub) + 1))
     }
 
-    /// Intersection of two rectangles.
-    #[must_use]
-    pub fn intersection(self, other: Self) -> Self {
-        let (u, v) = (self.u.max(other.u), self.v.max(other.v));
-        let end_u = (self.u + self.width as i32).min(other.u + other.width as i32);
-        let end_v = (self.v + self.height as i32).min(other.v + other.height as i32);
+    /// Rectangle from one texel to another, which lies outside. It is empty if an end lies before its start.
+    pub(super) fn between([u, v]: [i32; 2], [end_u, end_v]: [i32; 2]) -> Self {
         if end_u <= u || end_v <= v {
             return Self::default();
         }
@@ -61,28 +48,35 @@ impl MapRect {
         }
     }
 
+    /// First texel after the last column and row.
+    pub(super) fn end(self) -> [i32; 2] {
+        [self.u + self.width as i32, self.v + self.height as i32]
+    }
+
+    /// Intersection of two rectangles.
+    #[must_use]
+    pub fn intersection(self, other: Self) -> Self {
+        let ([a, b], [c, d]) = (self.end(), other.end());
+        let start = [self.u.max(other.u), self.v.max(other.v)];
+        Self::between(start, [a.min(c), b.min(d)])
+    }
+
     /// Smallest rectangle that contains two rectangles.
     #[must_use]
     pub fn union(self, other: Self) -> Self {
         if self.is_empty() || other.is_empty() {
             return if self.is_empty() { other } else { self };
         }
-        let (u, v) = (self.u.min(other.u), self.v.min(other.v));
-        let end_u = (self.u + self.width as i32).max(other.u + other.width as i32);
-        let end_v = (self.v + self.height as i32).max(other.v + other.height as i32);
-        Self {
-            u,
-            v,
-            width: (end_u - u) as u32,
-            height: (end_v - v) as u32,
-        }
+        let ([a, b], [c, d]) = (self.end(), other.end());
+        let start = [self.u.min(other.u), self.v.min(other.v)];
+        Self::between(start, [a.max(c), b.max(d)])
     }
 
     /// Whether the rectangle is small enough for fixed-point coordinates
-    /// ([`MapGrid::MAX_SIDE`](super::MapGrid::MAX_SIDE)).
+    /// ([`MapGrid::MAX_SIDE`]).
     #[must_use]
     pub fn fits(self) -> bool {
-        let max = super::MapGrid::MAX_SIDE;
+        let max = MapGrid::MAX_SIDE;
         // Half of the distance to which a fixed-point transform clamps.
         let far = |place: i32| place.unsigned_abs() <= 8 * max;
         self.width <= max && self.height <= max && far(self.u) && far(self.v)
@@ -172,20 +166,13 @@ impl BitMap {
     /// is set.
     #[must_use]
     pub fn bounds(&self) -> MapRect {
-        let (mut low, mut high) = ((i32::MAX, i32::MAX), (i32::MIN, i32::MIN));
+        let (mut low, mut end) = ([i32::MAX; 2], [i32::MIN; 2]);
+        let MapRect { u, v, .. } = self.rect;
         self.for_each(|column, row| {
-            low = (low.0.min(column), low.1.min(row));
-            high = (high.0.max(column), high.1.max(row));
+            low = [low[0].min(u + column), low[1].min(v + row)];
+            end = [end[0].max(u + column + 1), end[1].max(v + row + 1)];
         });
-        if low.0 > high.0 {
-            return MapRect::default();
-        }
-        MapRect {
-            u: self.rect.u + low.0,
-            v: self.rect.v + low.1,
-            width: (high.0 - low.0 + 1) as u32,
-            height: (high.1 - low.1 + 1) as u32,
-        }
+        MapRect::between(low, end)
     }
 
     /// Returns the part of the map that lies within `rect`.
@@ -254,11 +241,9 @@ impl Drawing {
     /// Discs of one frame.
     #[must_use]
     pub fn frame(&self, frame: usize) -> &[Disc] {
-        let start = if frame == 0 {
-            0
-        } else {
-            self.frame_ends[frame - 1]
-        };
+        let start = frame
+            .checked_sub(1)
+            .map_or(0, |before| self.frame_ends[before]);
         &self.discs[start as usize..self.frame_ends[frame] as usize]
     }
 

@@ -1,4 +1,4 @@
-//! Columns of cells.
+//! Columns of cells around a node, and the columns that an attack touches.
 
 use glam::Vec3;
 
@@ -42,7 +42,9 @@ impl CellColumn {
         (u64::MAX >> (63 - high)) & (u64::MAX << low)
     }
 
-    fn bit(height: f32, cell: f32) -> u32 {
+    /// Bit of the cell at a height.
+    #[inline(always)]
+    pub(super) fn bit(height: f32, cell: f32) -> u32 {
         floor(height / cell)
             .saturating_add(Self::BELOW)
             .clamp(0, 63) as u32
@@ -74,11 +76,10 @@ impl CellColumn {
             return 0;
         }
         let half = left.sqrt();
-        let (low, high) = (
+        Self::between(
             Self::bit(centre.y - half, cell),
             Self::bit(centre.y + half, cell),
-        );
-        Self::between(low, high)
+        )
     }
 
     /// Calls `visit` for each column that a sphere reaches and that is at most `within` columns
@@ -91,9 +92,13 @@ impl CellColumn {
     ) {
         let Sphere { centre, radius } = sphere;
         let furthest = within.min(Self::FURTHEST);
-        let of = |value: f32| Self::index(value, cell);
-        let span =
-            |value: f32| of(value - radius).max(-furthest)..=of(value + radius).min(furthest);
+        let span = |place: f32| {
+            let (low, high) = (
+                Self::index(place - radius, cell),
+                Self::index(place + radius, cell),
+            );
+            low.max(-furthest)..=high.min(furthest)
+        };
         for x in span(centre.x) {
             for z in span(centre.z) {
                 let heights = Self::reached(sphere, cell, [x, z]);
@@ -102,5 +107,55 @@ impl CellColumn {
                 }
             }
         }
+    }
+}
+
+/// The cells that an attack touches, in the frame of a node. Its buffers are reused.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct TouchedCells {
+    columns: Vec<CellColumn>,
+    /// Number of columns that triggers the next merge.
+    limit: usize,
+}
+
+impl TouchedCells {
+    /// Initial number of columns that triggers a merge: 1.5 MB. An attack touches a few hundred
+    /// columns.
+    const FIRST_LIMIT: usize = 1 << 16;
+
+    /// Removes all cells.
+    pub fn clear(&mut self) {
+        self.columns.clear();
+        self.limit = 0;
+    }
+
+    /// Adds the cells that a sphere touches, within `reach` metres
+    /// of the node's root along x and along z.
+    pub fn add(&mut self, sphere: Sphere, cell: f32, reach: f32) {
+        let Sphere { centre, radius } = sphere;
+        if centre.x.abs() - radius > reach || centre.z.abs() - radius > reach {
+            return;
+        }
+        // Paths have no cells beyond their reach.
+        let within = floor(reach / cell).saturating_add(1);
+        let columns = &mut self.columns;
+        CellColumn::for_each_reached(sphere, cell, within, |c| columns.push(c));
+        if self.columns.len() > self.limit.max(Self::FIRST_LIMIT) {
+            self.merge();
+            self.limit = 2 * self.columns.len();
+        }
+    }
+
+    /// Sorts the columns and merges duplicates. Call it after the last [`TouchedCells::add`].
+    pub fn merge(&mut self) -> &[CellColumn] {
+        self.columns.sort_unstable_by_key(|c| (c.x, c.z));
+        self.columns.dedup_by(|later, kept| {
+            let same = (later.x, later.z) == (kept.x, kept.z);
+            if same {
+                kept.heights |= later.heights;
+            }
+            same
+        });
+        &self.columns
     }
 }

@@ -4,22 +4,10 @@
 //! the edge's end. If paths are built in the order of n, the shorter paths already exist. Each
 //! length n needs one pass over the edges, regardless of the number of routes.
 
-use super::restore::Restorer;
-use super::{Link, PathReport, PathSettings, PathTable, alike_cell};
+use super::paths::{Link, PathReport, PathSettings, PathTable, alike_cell, edge_placement};
+use super::retime::Retimable;
 use crate::graph::{EdgeId, EdgeMotion, MotionGraph, NodeId};
-use crate::maps::Retimable;
 use crate::math::{Rigid2, in_parallel};
-
-/// Input of the path search.
-#[derive(Clone, Copy)]
-pub(in crate::maps) struct PathSource<'a> {
-    pub graph: &'a MotionGraph,
-    pub retimable: &'a [Retimable],
-    /// Character's frame at each node, in the space of the node's clip.
-    pub placements: &'a [Rigid2],
-    /// Edges that paths lead to. [`NodePath::goal`](super::NodePath::goal) is an index into this list.
-    pub goals: &'a [EdgeId],
-}
 
 /// A candidate path, whose number of frames is that of its layer.
 #[derive(Clone, Copy)]
@@ -48,14 +36,14 @@ const BATCH: usize = 256;
 struct LayerBatch {
     drafts: Vec<Draft>,
     /// Range of each node's paths. The last entry is the end.
-    nodes: Vec<OfNode>,
+    nodes: Vec<NodeDrafts>,
     alike: u64,
     cut: u64,
 }
 
 /// The paths of a node in a layer.
 #[derive(Clone, Copy, Default)]
-struct OfNode {
+struct NodeDrafts {
     /// Index of the node's first path in [`LayerBatch::drafts`].
     first: u32,
     /// Number of shorter paths of the node.
@@ -70,24 +58,31 @@ struct Scratch {
     ranked: Vec<(u32, Draft)>,
 }
 
-/// Finds the paths from every node of a graph.
-pub(in crate::maps) fn build(source: PathSource<'_>, settings: &PathSettings) -> PathTable {
-    let search = Layers::new(source, settings);
-    let nodes = source.graph.nodes().len();
+/// Finds the paths from every node of a graph to the edges `goals`. [`NodePath::goal`](super::paths::NodePath::goal) is an index into them.
+/// `placements` holds the character's frame at each node, in the space of the node's clip.
+pub(in crate::maps) fn find_paths(
+    graph: &MotionGraph,
+    retimable: &[Retimable],
+    placements: &[Rigid2],
+    goals: &[EdgeId],
+    settings: &PathSettings,
+) -> PathTable {
+    let search = PathSearch::new(graph, retimable, placements, goals, settings);
+    let nodes = graph.nodes().len();
     let (mut layers, mut report) = (Vec::<Layer>::new(), PathReport::default());
     for _ in 0..=search.longest {
         let batches = in_parallel(settings.threads, nodes.div_ceil(BATCH), |batch| {
             let (mut scratch, mut found) = (Scratch::default(), LayerBatch::default());
             let end = ((batch + 1) * BATCH).min(nodes);
             for node in batch * BATCH..end {
-                found.nodes.push(OfNode {
+                found.nodes.push(NodeDrafts {
                     first: found.drafts.len() as u32,
                     shorter: layers.last().map_or(0, |before| before.up_to(node)),
                 });
                 search.find(&layers, NodeId(node as u32), &mut scratch);
                 search.select(&mut scratch, &mut found);
             }
-            found.nodes.push(OfNode {
+            found.nodes.push(NodeDrafts {
                 first: found.drafts.len() as u32,
                 shorter: 0,
             });
@@ -100,7 +95,23 @@ pub(in crate::maps) fn build(source: PathSource<'_>, settings: &PathSettings) ->
         }
         layers.push(Layer { batches });
     }
-    table(source, settings.threads, &layers, report)
+    let mut first = vec![0];
+    for node in 0..nodes {
+        let count = layers.last().map_or(0, |last| last.up_to(node));
+        first.push(first[node] + count);
+    }
+    let links = in_parallel(settings.threads, nodes.div_ceil(BATCH), |batch| {
+        let end = ((batch + 1) * BATCH).min(nodes);
+        let count = first[end] - first[batch * BATCH];
+        let mut links = Vec::with_capacity(count as usize);
+        for node in (batch * BATCH..end).map(|node| NodeId(node as u32)) {
+            for layer in &layers {
+                links.extend(layer.drafts(node).map(|(_, draft)| draft.link));
+            }
+        }
+        links
+    });
+    PathTable::new(first, links.concat(), report, graph, retimable, placements)
 }
 
 impl Layer {
@@ -111,59 +122,23 @@ impl Layer {
     }
 
     /// The paths of a node, each with its index among all paths of the node.
-    fn of(&self, node: NodeId) -> impl Iterator<Item = (u32, &Draft)> {
+    fn drafts(&self, node: NodeId) -> impl Iterator<Item = (u32, &Draft)> {
         let (batch, [own, next]) = self.place(node.index());
         let drafts = &batch.drafts[own.first as usize..next.first as usize];
         (own.shorter..).zip(drafts)
     }
 
     /// The batch of a node, and the ranges of the node and the next one in it.
-    fn place(&self, node: usize) -> (&LayerBatch, [OfNode; 2]) {
+    fn place(&self, node: usize) -> (&LayerBatch, [NodeDrafts; 2]) {
         let (batch, own) = (&self.batches[node / BATCH], node % BATCH);
         (batch, [batch.nodes[own], batch.nodes[own + 1]])
     }
 }
 
-/// The table of the paths of all layers.
-fn table(
-    source: PathSource<'_>,
-    threads: usize,
-    layers: &[Layer],
-    report: PathReport,
-) -> PathTable {
-    let nodes = source.graph.nodes().len();
-    let mut first = vec![0];
-    for node in 0..nodes {
-        let count = layers.last().map_or(0, |last| last.up_to(node));
-        first.push(first[node] + count);
-    }
-    let links = in_parallel(threads, nodes.div_ceil(BATCH), |batch| {
-        let end = ((batch + 1) * BATCH).min(nodes);
-        let count = first[end] - first[batch * BATCH];
-        let mut links = Vec::with_capacity(count as usize);
-        for node in (batch * BATCH..end).map(|node| NodeId(node as u32)) {
-            for layer in layers {
-                links.extend(layer.of(node).map(|(_, draft)| draft.link));
-            }
-        }
-        links
-    });
-    let stored = PathTable {
-        first,
-        links: links.concat(),
-        report,
-        ..PathTable::default()
-    };
-    stored.with_restorer(Restorer::new(
-        source.graph,
-        source.retimable,
-        source.placements,
-    ))
-}
-
 /// Data that all layers share.
-struct Layers<'a> {
-    source: PathSource<'a>,
+struct PathSearch<'a> {
+    graph: &'a MotionGraph,
+    retimable: &'a [Retimable],
     settings: &'a PathSettings,
     /// Horizon, in frames.
     longest: usize,
@@ -175,28 +150,32 @@ struct Layers<'a> {
     starts: Vec<Vec<u32>>,
 }
 
-impl<'a> Layers<'a> {
-    fn new(source: PathSource<'a>, settings: &'a PathSettings) -> Self {
-        let graph = source.graph;
+impl<'a> PathSearch<'a> {
+    fn new(
+        graph: &'a MotionGraph,
+        retimable: &'a [Retimable],
+        placements: &[Rigid2],
+        goals: &[EdgeId],
+        settings: &'a PathSettings,
+    ) -> Self {
         let longest = (settings.horizon * graph.frame_rate() as f32)
             .round()
             .clamp(0.0, f32::from(u16::MAX - 1)) as usize;
         let mut starts = vec![Vec::new(); graph.nodes().len()];
-        for (&goal, index) in source.goals.iter().zip(0..) {
+        for (&goal, index) in goals.iter().zip(0..) {
             starts[graph.edge(goal).from.index()].push(index);
         }
+        let step = |edge| edge_placement(graph, placements, edge);
         Self {
-            source,
+            graph,
+            retimable,
             settings,
             longest,
             most: (settings.most as usize)
                 .min(PathSettings::MOST_OF_ALL / graph.nodes().len().max(1))
                 .div_euclid(longest + 1)
                 .max(1),
-            steps: graph
-                .edge_ids()
-                .map(|edge| step(graph, source.placements, edge))
-                .collect(),
+            steps: graph.edge_ids().map(step).collect(),
             starts,
         }
     }
@@ -218,16 +197,13 @@ impl<'a> Layers<'a> {
             placement: Rigid2::IDENTITY,
             cost: 0.0,
         }));
-        let graph = self.source.graph;
-        for (id, number) in graph.edges_from(node).zip(1..) {
-            let edge = graph.edge(id);
-            let Some(left) = frames.checked_sub(edge.frames as usize) else {
+        for (id, number) in self.graph.edges_from(node).zip(1..) {
+            let edge = self.graph.edge(id);
+            let left = frames.checked_sub(edge.frames as usize);
+            let Some(layer) = left.and_then(|left| layers.get(left)) else {
                 continue;
             };
-            let Some(layer) = layers.get(left) else {
-                continue;
-            };
-            found.extend(layer.of(edge.to).map(|(rest, draft)| {
+            found.extend(layer.drafts(edge.to).map(|(rest, draft)| {
                 let link = Link { edge: number, rest };
                 self.extended(id, link, draft)
             }));
@@ -236,10 +212,10 @@ impl<'a> Layers<'a> {
 
     /// Path that starts with an edge and continues with `rest`.
     fn extended(&self, id: EdgeId, link: Link, rest: &Draft) -> Draft {
-        let edge = self.source.graph.edge(id);
-        let retimable = self.source.retimable[id.index()];
+        let edge = self.graph.edge(id);
+        let retimable = self.retimable[id.index()];
         // The edge is no longer than the longest path, so the cast is exact.
-        let of = |changes: bool| if changes { edge.frames as u16 } else { 0 };
+        let frames = |changes: bool| if changes { edge.frames as u16 } else { 0 };
         let looks = match edge.motion {
             EdgeMotion::Clip => 0.0,
             EdgeMotion::Transition { distance, .. } => TRANSITION_COST + distance,
@@ -247,8 +223,8 @@ impl<'a> Layers<'a> {
         Draft {
             link,
             goal: rest.goal,
-            faster: rest.faster + of(retimable.faster),
-            slower: rest.slower + of(retimable.slower),
+            faster: rest.faster + frames(retimable.faster),
+            slower: rest.slower + frames(retimable.slower),
             placement: self.steps[id.index()] * rest.placement,
             cost: rest.cost + looks,
         }
@@ -299,17 +275,17 @@ impl<'a> Layers<'a> {
     fn key(&self, path: &Draft) -> [i32; 6] {
         // Paths count as different if their retimable durations differ by a fifth of a second, or
         // if only one of them can be retimed.
-        let fifth = ((self.source.graph.frame_rate() / 5.0) as u16).max(1);
+        let fifth = ((self.graph.frame_rate() / 5.0) as u16).max(1);
         let share = |frames: u16| match frames {
             0 => -1,
             some => i32::from(some / fifth),
         };
-        let PathSettings {
-            alike_distance,
-            alike_angle,
-            ..
-        } = *self.settings;
-        let [x, z, heading] = alike_cell(path.placement, alike_distance, alike_angle);
+        let settings = self.settings;
+        let [x, z, heading] = alike_cell(
+            path.placement,
+            settings.alike_distance,
+            settings.alike_angle,
+        );
         let goal = path.goal as i32;
         [goal, x, z, heading, share(path.faster), share(path.slower)]
     }
@@ -326,10 +302,3 @@ fn better(a: &Draft, b: &Draft) -> std::cmp::Ordering {
 /// Fixed cost of each transition in addition to its distance, in metres. It favours paths with
 /// fewer transitions.
 const TRANSITION_COST: f32 = 0.02;
-
-/// The character's frame at an edge's end, relative to that at its start.
-pub(super) fn step(graph: &MotionGraph, placements: &[Rigid2], id: EdgeId) -> Rigid2 {
-    let edge = graph.edge(id);
-    let (from, to) = (placements[edge.from.index()], placements[edge.to.index()]);
-    from.inverse() * graph.clip_change(id) * to
-}

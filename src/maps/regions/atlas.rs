@@ -1,23 +1,14 @@
+//! The maps of all evasions and attacks of a graph.
+
 use std::sync::OnceLock;
 
 use serde::{Deserialize, Serialize};
 
 use super::coarse::CoarseRegion;
+use super::events::RegionId;
+use super::map_grid::{MapGrid, Slab};
 use super::region_maps::{AttackMaps, RegionMaps, SlabMaps};
-use super::{MapGrid, Slab};
 use crate::math::in_parallel;
-
-/// Index of an evasion's maps in a [`RegionAtlas`].
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
-pub struct RegionId(pub u32);
-
-impl RegionId {
-    /// The id as an index into per-region arrays.
-    #[must_use]
-    pub fn index(self) -> usize {
-        self.0 as usize
-    }
-}
 
 /// The maps of all evasions and attacks of a graph, on one grid.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -38,10 +29,9 @@ impl PartialEq for RegionAtlas {
 
 impl RegionAtlas {
     /// Creates an atlas. `attacks` are in the order of
-    /// [`BakedGraph::attack_moves`](super::BakedGraph::attack_moves). Each mask has one bit for each slice of
+    /// [`BakedGraph::attack_moves`](crate::maps::BakedGraph::attack_moves). Each mask has one bit for each slice of
     /// the grid.
     #[must_use]
-    #[doc(hidden)]
     pub fn new(grid: MapGrid, regions: Vec<RegionMaps>, attacks: Vec<AttackMaps>) -> Self {
         Self {
             grid,
@@ -69,28 +59,24 @@ impl RegionAtlas {
 
     /// Maps of the evasions, by [`RegionId`].
     #[must_use]
-    #[doc(hidden)]
     pub fn regions(&self) -> &[RegionMaps] {
         &self.regions
     }
 
     /// Maps of one evasion.
     #[must_use]
-    #[doc(hidden)]
     pub fn region(&self, region: RegionId) -> &RegionMaps {
         &self.regions[region.index()]
     }
 
-    /// Maps of the attacks, in the order of [`BakedGraph::attack_moves`](super::BakedGraph::attack_moves).
+    /// Maps of the attacks, in the order of [`BakedGraph::attack_moves`](crate::maps::BakedGraph::attack_moves).
     #[must_use]
-    #[doc(hidden)]
     pub fn attacks(&self) -> &[AttackMaps] {
         &self.attacks
     }
 
     /// Maps of one evasion in one slab, or `None` if the body does not reach that slab.
     #[must_use]
-    #[doc(hidden)]
     pub fn maps(&self, region: RegionId, slab: Slab) -> Option<&SlabMaps> {
         let region = self.region(region);
         let index = usize::try_from(slab.0.checked_sub(region.first_slab.0)?).ok()?;
@@ -111,7 +97,7 @@ impl RegionAtlas {
     ///
     /// # Errors
     /// A description of the first invalid item.
-    pub(super) fn check(&self) -> Result<(), &'static str> {
+    pub(in crate::maps) fn check(&self) -> Result<(), &'static str> {
         if !self.grid.is_sound() {
             return Err("the maps' texels, slabs or slices have no possible size");
         }

@@ -1,0 +1,475 @@
+//! For each node, the paths from it to evasions. They are found once, during the bake.
+//!
+//! Source: Masaoka & Oshita, section 4.1: for each node, every path within a time horizon that ends
+//! in an evasion. Differs: a graph of real motion has millions of paths from a node, most of which
+//! are different routes to the same result. A path's result is the evasion, its start time, the
+//! place and heading at its start, and how much of the path can be retimed. Of paths with similar
+//! results, only the one with the best transitions is kept. Paths that a limit removes are counted.
+//!
+//! A path is stored as its first edge and the path from that edge's end, so that paths share their
+//! ends. That takes two numbers for each path. The other data of a path is computed on first use, node by node. When a file is read, all
+//! links are checked, so that every path leads to an evasion.
+
+use std::sync::atomic::{AtomicBool, AtomicU16, Ordering};
+
+use serde::{Deserialize, Serialize};
+
+use super::retime::Retimable;
+use crate::graph::{EdgeId, MotionGraph, NodeId};
+use crate::maps::regions::OnFirstUse;
+use crate::math::parallel::fill;
+use crate::math::{Rigid2, floor, in_parallel};
+
+/// Settings of the path search.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct PathSettings {
+    /// Maximum duration of a path at rate 1, from the node to the evasion's start, in seconds.
+    /// Default 2.
+    pub horizon: f32,
+    /// Cell size for similar places, in metres, at least 0.001. Paths to the same evasion at the
+    /// same time are similar if the evasion starts in the same cell. Default 0.05.
+    pub alike_distance: f32,
+    /// Cell size for similar headings at the evasion's start, in radians, at least 0.001. Default
+    /// 5°.
+    pub alike_angle: f32,
+    /// Maximum number of paths of a node. They are distributed evenly over the frames of the
+    /// horizon and, within a frame, over the evasions. All nodes together have at most
+    /// [`PathSettings::MOST_OF_ALL`] paths. Default 960.
+    pub most: u32,
+    /// Number of threads, or 0 for one thread per CPU core. The paths do not depend on it.
+    pub threads: usize,
+}
+
+impl PathSettings {
+    /// Maximum number of paths of all nodes, 4,194,304. Each node may have at least one path for each number of frames, even if that exceeds
+    /// it. Paths beyond the maximum are removed and counted. So many paths are restored in a fifth of a second when a file is loaded.
+    pub const MOST_OF_ALL: usize = 1 << 22;
+}
+
+impl Default for PathSettings {
+    fn default() -> Self {
+        Self {
+            horizon: 2.0,
+            alike_distance: 0.05,
+            alike_angle: 5f32.to_radians(),
+            most: 960,
+            threads: 0,
+        }
+    }
+}
+
+/// Statistics of the path search.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct PathReport {
+    /// Number of paths of all nodes that were kept.
+    pub kept: u64,
+    /// Number of paths that were removed because a similar path was kept.
+    pub alike: u64,
+    /// Number of paths that [`PathSettings::most`] removed although no similar path was kept.
+    pub cut: u64,
+}
+
+/// Index of a path in the [`PathTable`].
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct PathId(pub u32);
+
+/// A path from a node to the start of a goal: an evasion, or in an attack grid an attack.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct NodePath {
+    /// First edge and the path from its end, or `None` if the evasion starts at the node.
+    pub(super) next: Option<(EdgeId, PathId)>,
+    /// Index of the goal: of the evasion in [`BakedGraph::evasions`](crate::maps::BakedGraph::evasions), or in the paths of an attack grid of the
+    /// attack in [`BakedGraph::attack_moves`](crate::maps::BakedGraph::attack_moves).
+    pub goal: u32,
+    /// Number of frames until the evasion starts, at rate 1.
+    pub frames: u16,
+    /// Number of those frames on edges that may be played faster.
+    pub faster: u16,
+    /// Number of those frames on edges that may be played slower.
+    pub slower: u16,
+    /// Character's frame (root on the ground, facing +Z) at the evasion's start, relative to that
+    /// at the node.
+    pub placement: Rigid2,
+}
+
+impl NodePath {
+    /// Path without edges: the evasion starts at the node.
+    fn start(goal: u32) -> Self {
+        Self {
+            next: None,
+            goal,
+            frames: 0,
+            faster: 0,
+            slower: 0,
+            placement: Rigid2::IDENTITY,
+        }
+    }
+
+    /// Cell of the place and heading at the evasion's start: x, z and heading.
+    #[must_use]
+    pub fn alike_cell(&self, distance: f32, angle: f32) -> [i32; 3] {
+        alike_cell(self.placement, distance, angle)
+    }
+
+    /// Returns this path, whose index is `own`, with an edge in front of it. Returns `None` if the path would have too many frames.
+    fn after(self, edge: EdgeId, own: PathId, step: Step) -> Option<Self> {
+        let frames = |changes: bool| if changes { step.frames } else { 0 };
+        Some(Self {
+            next: Some((edge, own)),
+            goal: self.goal,
+            frames: self.frames.checked_add(step.frames)?,
+            faster: self.faster + frames(step.retimable.faster),
+            slower: self.slower + frames(step.retimable.slower),
+            placement: step.placement * self.placement,
+        })
+    }
+}
+
+/// Cell of a place and heading: x, z and heading.
+pub(super) fn alike_cell(placement: Rigid2, distance: f32, angle: f32) -> [i32; 3] {
+    /// Minimum cell size. It keeps the cell indices finite.
+    const SHORTEST: f32 = 1e-3;
+    let cell = |value: f32, side: f32| floor(value / side.max(SHORTEST));
+    [
+        cell(placement.x, distance),
+        cell(placement.z, distance),
+        cell(placement.heading(), angle),
+    ]
+}
+
+/// The paths of all nodes. They are restored node by node on first use.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+pub struct PathTable {
+    /// Index of each node's first path. The last entry is the number of paths. The paths of a node
+    /// are sorted by length.
+    first: Vec<u32>,
+    links: Vec<Link>,
+    report: PathReport,
+    /// Paths of each node.
+    #[serde(skip)]
+    paths: Vec<OnFirstUse<Box<[NodePath]>>>,
+    /// Node of every [`PathTable::STEP`]th path.
+    #[serde(skip)]
+    nodes: Vec<u32>,
+    /// Index of each node's first edge. The last entry is the number of edges.
+    #[serde(skip)]
+    first_edge: Vec<u32>,
+    /// The part of each edge in paths.
+    #[serde(skip)]
+    steps: Vec<Step>,
+}
+
+/// Target of an edge, and its part in the paths that start with it.
+#[derive(Clone, Copy, Debug)]
+struct Step {
+    to: NodeId,
+    /// Length, in frames, or 0 if the edge is too long for a path.
+    frames: u16,
+    retimable: Retimable,
+    /// Character's frame at the edge's end, relative to that at its start.
+    placement: Rigid2,
+}
+
+impl PartialEq for PathTable {
+    /// Compares the stored parts. All others are derived from the graph.
+    fn eq(&self, other: &Self) -> bool {
+        (&self.first, &self.links, self.report) == (&other.first, &other.links, other.report)
+    }
+}
+
+/// A path as it is stored in files.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub(super) struct Link {
+    /// Number of the edge among the node's edges, from 1, or 0 if the evasion starts at the node.
+    pub(super) edge: u32,
+    /// Index of the rest among the paths from the edge's end, or the evasion's index if `edge` is
+    /// 0.
+    pub(super) rest: u32,
+}
+
+/// Stands for a number of frames that is not known yet.
+const UNKNOWN: u16 = u16::MAX;
+
+const NOWHERE: &str = "a path leads nowhere, or to itself";
+const UNSORTED: &str = "a node's paths are not in the order of their length";
+
+impl PathTable {
+    /// Number of paths between two entries of [`PathTable::nodes`].
+    const STEP: usize = 32;
+
+    /// A table of stored paths whose other data is restored on first use. `placements` holds the character's frame at each node, in the
+    /// space of the node's clip. Links are sound or will be checked.
+    pub(super) fn new(
+        first: Vec<u32>,
+        links: Vec<Link>,
+        report: PathReport,
+        graph: &MotionGraph,
+        retimable: &[Retimable],
+        placements: &[Rigid2],
+    ) -> Self {
+        let none = Step {
+            to: NodeId(0),
+            frames: 0,
+            retimable: Retimable::default(),
+            placement: Rigid2::IDENTITY,
+        };
+        let mut steps = vec![none; graph.edges().len()];
+        fill(&mut steps, |edge| {
+            let id = EdgeId(edge as u32);
+            let edge = graph.edge(id);
+            Step {
+                to: edge.to,
+                frames: u16::try_from(edge.frames).unwrap_or(0),
+                retimable: retimable[id.index()],
+                placement: edge_placement(graph, placements, id),
+            }
+        });
+        let mut node = 0;
+        let nodes = (0..links.len()).step_by(Self::STEP).map(|path| {
+            while first[node + 1] as usize <= path {
+                node += 1;
+            }
+            node as u32
+        });
+        Self {
+            paths: (1..first.len()).map(|_| OnFirstUse::default()).collect(),
+            nodes: nodes.collect(),
+            first,
+            links,
+            report,
+            first_edge: graph.first_edges().to_vec(),
+            steps,
+        }
+    }
+
+    /// Checks the paths of a table from a file against the graph, so that they can be restored. `starts` holds the node at which each
+    /// evasion starts.
+    pub(in crate::maps) fn restored(
+        self,
+        graph: &MotionGraph,
+        retimable: &[Retimable],
+        placements: &[Rigid2],
+        starts: &[NodeId],
+    ) -> Result<Self, String> {
+        let ends = self.first.windows(2).all(|pair| pair[0] <= pair[1]);
+        let all = self.first.last().map(|&end| end as usize);
+        if self.first.len() != graph.nodes().len() + 1
+            || self.first[0] != 0
+            || !ends
+            || all != Some(self.links.len())
+        {
+            return Err("the paths are not those of the graph's nodes".to_owned());
+        }
+        let Self {
+            first,
+            links,
+            report,
+            ..
+        } = self;
+        let table = Self::new(first, links, report, graph, retimable, placements);
+        table.check(starts)?;
+        Ok(table)
+    }
+
+    /// Paths from a node, sorted by length.
+    #[must_use]
+    #[inline]
+    pub fn from_node(&self, node: NodeId) -> &[NodePath] {
+        self.paths[node.index()].get_or_make(|| self.restored_paths(node))
+    }
+
+    /// Number of paths.
+    pub(in crate::maps) fn count(&self) -> usize {
+        self.links.len()
+    }
+
+    /// Ids of the paths in [`PathTable::from_node`], in the same order.
+    #[must_use]
+    pub fn ids(&self, node: NodeId) -> impl ExactSizeIterator<Item = PathId> + use<> {
+        let [first, end] = self.ends(node);
+        (first..end).map(PathId)
+    }
+
+    /// The path with an id.
+    #[must_use]
+    #[inline]
+    pub fn path(&self, id: PathId) -> &NodePath {
+        let mut node = self.nodes[id.0 as usize / Self::STEP] as usize;
+        while self.first[node + 1] <= id.0 {
+            node += 1;
+        }
+        &self.from_node(NodeId(node as u32))[(id.0 - self.first[node]) as usize]
+    }
+
+    /// Edges of a path, without the evasion's edge.
+    pub fn edges(&self, id: PathId) -> impl Iterator<Item = EdgeId> + '_ {
+        let mut next = self.path(id).next;
+        std::iter::from_fn(move || {
+            let (edge, rest) = next?;
+            next = self.path(rest).next;
+            Some(edge)
+        })
+    }
+
+    /// Restores all paths. Nodes are processed from the last to the first, because most paths continue along their clip, whose next node has
+    /// the next number.
+    pub(in crate::maps) fn prepare(&self) {
+        in_parallel(0, self.paths.len(), |node| {
+            let _ = self.from_node(NodeId((self.paths.len() - 1 - node) as u32));
+        });
+    }
+
+    /// Statistics of the path search.
+    #[must_use]
+    pub fn report(&self) -> PathReport {
+        self.report
+    }
+
+    /// Memory of the table with all paths, in bytes.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        size_of_val(self.first.as_slice())
+            + size_of_val(self.links.as_slice())
+            + self.count() * size_of::<NodePath>()
+    }
+
+    /// First path of a node, and the end of its paths.
+    #[inline]
+    fn ends(&self, node: NodeId) -> [u32; 2] {
+        let first = &self.first[node.index()..];
+        [first[0], first[1]]
+    }
+
+    /// Restores the paths of a node, whose links were checked. Paths of other nodes that are restored already are reused.
+    fn restored_paths(&self, node: NodeId) -> Box<[NodePath]> {
+        let [first, end] = self.ends(node);
+        // Edges of the path in reverse order, each with the rest of the path.
+        let mut edges: Vec<(EdgeId, PathId)> = Vec::new();
+        let path = |path: u32| {
+            edges.clear();
+            let (mut at, mut from) = (path, node);
+            let mut path = loop {
+                let link = self.links[at as usize];
+                let Some(number) = link.edge.checked_sub(1) else {
+                    break NodePath::start(link.rest);
+                };
+                let edge = EdgeId(self.first_edge[from.index()] + number);
+                from = self.steps[edge.index()].to;
+                at = self.first[from.index()] + link.rest;
+                edges.push((edge, PathId(at)));
+                if let Some(known) = self.paths[from.index()].get() {
+                    break known[link.rest as usize];
+                }
+            };
+            while let Some((edge, rest)) = edges.pop() {
+                let longer = path.after(edge, rest, self.steps[edge.index()]);
+                path = longer.unwrap_or(path);
+            }
+            path
+        };
+        (first..end).map(path).collect()
+    }
+
+    /// Checks all links. The error describes the first link that points outside the table, path that contains itself, or node whose paths are
+    /// not sorted by length.
+    ///
+    /// Nodes are processed from the last to the first, because most paths continue along their clip, whose next node has the next number.
+    fn check(&self, starts: &[NodeId]) -> Result<(), String> {
+        /// Number of nodes that are checked together.
+        const PART: usize = 1024;
+        // Number of frames of each path.
+        let frames: Vec<_> = self.links.iter().map(|_| AtomicU16::new(UNKNOWN)).collect();
+        let nodes = self.first.len() - 1;
+        let is_wrong = AtomicBool::new(false);
+        let wrong = in_parallel(0, nodes.div_ceil(PART), |part| {
+            let mut open = Vec::new();
+            let end = nodes - part * PART;
+            let own = end.saturating_sub(PART)..end;
+            let nodes = own.rev().map(|node| NodeId(node as u32));
+            nodes
+                .take_while(|_| !is_wrong.load(Ordering::Relaxed))
+                .find_map(|node| {
+                    let wrong = self.check_node(node, starts, &frames, &mut open).err()?;
+                    is_wrong.store(true, Ordering::Relaxed);
+                    Some(wrong)
+                })
+        });
+        match wrong.into_iter().flatten().next() {
+            Some(wrong) => Err(wrong.to_owned()),
+            None => Ok(()),
+        }
+    }
+
+    fn check_node(
+        &self,
+        node: NodeId,
+        starts: &[NodeId],
+        frames: &[AtomicU16],
+        open: &mut Vec<(u32, u16)>,
+    ) -> Result<(), &'static str> {
+        let [first, end] = self.ends(node);
+        let mut longest = 0;
+        for path in first..end {
+            let count = self.count_frames(path, node, starts, frames, open);
+            let count = count.ok_or(NOWHERE)?;
+            if count < longest {
+                return Err(UNSORTED);
+            }
+            longest = count;
+        }
+        Ok(())
+    }
+
+    /// Number of frames of a path of a node; `None` if it does not lead to an evasion. `known` holds the numbers of frames that are known
+    /// already. `open` is scratch: the paths whose rest is not known yet, each with the number of frames of its first edge.
+    fn count_frames(
+        &self,
+        mut path: u32,
+        mut node: NodeId,
+        starts: &[NodeId],
+        known: &[AtomicU16],
+        open: &mut Vec<(u32, u16)>,
+    ) -> Option<u16> {
+        open.clear();
+        let mut frames = loop {
+            match known[path as usize].load(Ordering::Relaxed) {
+                UNKNOWN => {}
+                known => break known,
+            }
+            let link = self.links[path as usize];
+            let Some(number) = link.edge.checked_sub(1) else {
+                let starts_here = starts.get(link.rest as usize) == Some(&node);
+                starts_here.then(|| known[path as usize].store(0, Ordering::Relaxed))?;
+                break 0;
+            };
+            let first = &self.first_edge[node.index()..];
+            let edge = first[0]
+                .checked_add(number)
+                .filter(|&edge| edge < first[1])?;
+            let step = self.steps[edge as usize];
+            let [first, end] = self.ends(step.to);
+            let rest = first.checked_add(link.rest).filter(|&rest| rest < end)?;
+            // Every path is longer than its rest, so a chain has at most `u16::MAX` paths. A path that contains itself exceeds this.
+            if step.frames == 0 || open.len() >= usize::from(u16::MAX) {
+                return None;
+            }
+            open.push((path, step.frames));
+            (path, node) = (rest, step.to);
+        };
+        while let Some((longer, first)) = open.pop() {
+            frames = frames
+                .checked_add(first)
+                .filter(|&frames| frames < UNKNOWN)?;
+            known[longer as usize].store(frames, Ordering::Relaxed);
+        }
+        Some(frames)
+    }
+}
+
+/// The character's frame at an edge's end, relative to that at its start. `placements` holds the frame at each node, in the space of the
+/// node's clip.
+pub(super) fn edge_placement(graph: &MotionGraph, placements: &[Rigid2], id: EdgeId) -> Rigid2 {
+    let edge = graph.edge(id);
+    let (from, to) = (placements[edge.from.index()], placements[edge.to.index()]);
+    from.inverse() * graph.clip_change(id) * to
+}

@@ -1,0 +1,325 @@
+//! The body's spheres during and after an evasion.
+//!
+//! The motion from an evasion's start on is the same in every query: the evasion itself, then the
+//! default continuation. It is sampled once, when a graph is baked or loaded.
+
+use std::ops::Range;
+
+use glam::Vec3;
+
+use super::body::Body;
+use super::body_rows::BodyRows;
+use super::events::Evasion;
+use super::on_first_use::OnFirstUse;
+use crate::anim::{Pose, forward_kinematics};
+use crate::graph::{Motion, MotionGraph, Playhead};
+use crate::math::Sphere;
+
+/// Centres of the body's spheres, sampled [`BodyTrack::RATE`] times per second, in the character's
+/// frame at the start (root on the ground, facing +Z). Time 0 is the first sample.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct BodyTrack {
+    spheres: usize,
+    ticks: usize,
+    /// Coordinates, `[tick][x, y, z][sphere]`, with rows padded to whole vectors.
+    rows: Vec<f32>,
+    /// Bounding spheres of each interval.
+    bounds: BoundingSpheres,
+}
+
+impl BodyTrack {
+    /// Sample rate, per second. Between two samples a rotating limb deviates little from the
+    /// straight line: at 15 rad/s and 0.7 m from its joint, by 0.7 (1 - cos(15 / 240)) m = 1.4 mm.
+    /// At 240 samples per second it would be 0.34 mm.
+    pub const RATE: f32 = 120.0;
+
+    /// Number of samples in an interval for which bounding spheres are stored.
+    pub const INTERVAL: usize = 4;
+
+    /// Row lengths are multiples of this number. Padding repeats the last sphere.
+    pub const LANES: usize = BodyRows::ROW_LANES;
+
+    /// Samples the body from a playhead on, along its edge and the default continuation, for at least `seconds` seconds. The track's frame is
+    /// the world of the playhead.
+    #[must_use]
+    pub fn along(graph: &MotionGraph, body: &Body, playhead: Playhead, seconds: f32) -> Self {
+        let ticks = (seconds * Self::RATE).ceil() as usize + 1;
+        let mut motion = Motion::new(graph, playhead, &[]);
+        motion.extend(graph, ticks as f32 / Self::RATE);
+        let mut track = Self {
+            spheres: body.spheres.len(),
+            ticks,
+            rows: Vec::with_capacity(ticks * 3 * Self::padded(body.spheres.len())),
+            bounds: BoundingSpheres::default(),
+        };
+        let body_rows = BodyRows::new(body);
+        let mut bounds = Vec::with_capacity(ticks);
+        let (mut pose, mut joints, mut centres) = (Pose::default(), Vec::new(), Vec::new());
+        for tick in 0..ticks {
+            motion.sample(graph, tick as f32 / Self::RATE, &mut pose);
+            forward_kinematics(graph.skeleton(), &pose, &mut joints);
+            body_rows.push(&joints, &mut track.rows);
+            body.centres(&joints, &mut centres);
+            let spheres = body.spheres.iter().zip(&centres);
+            let spheres = spheres.map(|(sphere, &centre)| Sphere::new(centre, sphere.radius));
+            bounds.push(Sphere::around(&spheres.collect::<Vec<_>>()));
+        }
+        let firsts = (0..ticks).step_by(Self::INTERVAL);
+        let stretch = |first: usize| first..=(first + Self::INTERVAL).min(ticks - 1);
+        let stretches: Vec<_> = firsts.map(stretch).collect();
+        let whole = stretches.iter().map(|s| Sphere::around(&bounds[s.clone()]));
+        let whole: Vec<_> = whole.collect();
+        let part = |stretch: usize, spheres: Range<usize>| {
+            let all = spheres.flat_map(|sphere| {
+                let (track, radius) = (&track, body.spheres[sphere].radius);
+                let samples = stretches[stretch].clone();
+                samples.map(move |tick| Sphere::new(track.centre(tick, sphere), radius))
+            });
+            Sphere::around(&all.collect::<Vec<_>>())
+        };
+        track.bounds = BoundingSpheres::new(body.spheres.len(), &whole, part);
+        track
+    }
+
+    /// A track of given centres, without bounding spheres: for tests.
+    #[cfg(test)]
+    pub(in crate::maps) fn from_centres(ticks: &[&[Vec3]]) -> Self {
+        let spheres = ticks.first().map_or(0, |centres| centres.len());
+        let mut rows = Vec::new();
+        for centres in ticks {
+            for axis in 0..3 {
+                let first = rows.len();
+                rows.extend(centres.iter().map(|centre| centre[axis]));
+                rows.resize(first + Self::padded(spheres), 0.0);
+            }
+        }
+        Self {
+            spheres,
+            ticks: ticks.len(),
+            rows,
+            bounds: BoundingSpheres::default(),
+        }
+    }
+
+    /// Memory of a sample, in bytes.
+    pub(in crate::maps) fn tick_bytes(body: &Body) -> usize {
+        12 * Self::padded(body.spheres.len())
+            + 64
+            + BoundingSpheres::stretch_bytes(body.spheres.len()) / Self::INTERVAL
+    }
+
+    fn padded(spheres: usize) -> usize {
+        spheres.next_multiple_of(Self::LANES)
+    }
+
+    /// Sphere that contains the whole body during an interval: from sample [`BodyTrack::INTERVAL`]
+    /// `index` to the first sample of the next interval, along straight lines between samples.
+    #[must_use]
+    pub fn bounding_sphere(&self, index: usize) -> Sphere {
+        self.bounds.body(index)
+    }
+
+    /// Bounding spheres of 16 consecutive intervals. The last interval is repeated past the end.
+    pub(crate) fn bounds(&self, first: usize) -> SphereRows {
+        self.bounds.rows(first)
+    }
+
+    /// Spheres that contain the body's parts, [`PART`] spheres each, during an
+    /// interval. Indices past the end return the last interval.
+    pub(crate) fn part_bounds(&self, index: usize) -> &[SphereRows] {
+        self.bounds.parts(index)
+    }
+
+    /// Length of a row of one tick and axis, with padding.
+    #[must_use]
+    pub fn row(&self) -> usize {
+        Self::padded(self.spheres)
+    }
+
+    /// Number of samples.
+    #[must_use]
+    pub fn ticks(&self) -> usize {
+        self.ticks
+    }
+
+    /// Time from the first sample to the last, in seconds.
+    #[must_use]
+    pub fn seconds(&self) -> f32 {
+        self.ticks().saturating_sub(1) as f32 / Self::RATE
+    }
+
+    /// Rows of x, y and z of all spheres at one sample, padded.
+    #[must_use]
+    pub fn axes(&self, tick: usize) -> [&[f32]; 3] {
+        let row = self.row();
+        let axis = |axis: usize| &self.rows[(3 * tick + axis) * row..(3 * tick + axis + 1) * row];
+        [axis(0), axis(1), axis(2)]
+    }
+
+    /// Centre of a sphere at one sample.
+    #[must_use]
+    pub fn centre(&self, tick: usize, sphere: usize) -> Vec3 {
+        let [x, y, z] = self.axes(tick);
+        Vec3::new(x[sphere], y[sphere], z[sphere])
+    }
+}
+
+/// Body tracks of all evasions, each sampled on first use.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(in crate::maps) struct EvasionTracks(Vec<OnFirstUse<BodyTrack>>);
+
+impl EvasionTracks {
+    /// Minimum duration of a track, in seconds.
+    pub(in crate::maps) const SECONDS: f32 = 1.5;
+
+    pub(in crate::maps) fn new(evasions: usize) -> Self {
+        Self((0..evasions).map(|_| OnFirstUse::default()).collect())
+    }
+
+    /// Duration of an evasion's track, in seconds.
+    pub(in crate::maps) fn seconds(graph: &MotionGraph, evasion: &Evasion) -> f32 {
+        graph.seconds(evasion.edge).max(Self::SECONDS)
+    }
+
+    /// The track of an evasion, by its index.
+    pub(in crate::maps) fn get(
+        &self,
+        graph: &MotionGraph,
+        body: &Body,
+        evasions: &[Evasion],
+        index: usize,
+    ) -> &BodyTrack {
+        self.0[index].get_or_make(|| {
+            let evasion = &evasions[index];
+            let seconds = Self::seconds(graph, evasion);
+            BodyTrack::along(graph, body, evasion.playhead(), seconds)
+        })
+    }
+}
+
+/// Number of consecutive spheres of the body in one part.
+pub(crate) const PART: usize = 8;
+
+/// Number of bounding spheres that are tested together.
+const LANES: usize = 16;
+
+/// X, y, z and radius of 16 spheres.
+pub(crate) type SphereRows = [[f32; LANES]; 4];
+
+/// The bounding spheres of a track in each interval.
+#[derive(Clone, Debug, Default, PartialEq)]
+struct BoundingSpheres {
+    /// Bounding spheres of the whole body, as rows of x, y, z and radius. The last bounding sphere is repeated 15 times.
+    body: [Vec<f32>; 4],
+    stretches: usize,
+    /// Bounding spheres of the parts, `[stretch][part / 16]`. Unused lanes have a radius of −∞.
+    parts: Vec<SphereRows>,
+}
+
+impl BoundingSpheres {
+    /// Creates the bounding spheres of a body with `spheres` spheres. `body` holds the bounding sphere of the body in
+    /// each interval; `part` returns the bounding sphere of a range of spheres in an interval.
+    fn new(spheres: usize, body: &[Sphere], part: impl Fn(usize, Range<usize>) -> Sphere) -> Self {
+        let mut bounds = Self {
+            stretches: body.len(),
+            ..Self::default()
+        };
+        let last = body.last().into_iter().cycle().take(LANES - 1);
+        for &bound in body.iter().chain(last) {
+            for (row, value) in bounds.body.iter_mut().zip(values(bound)) {
+                row.push(value);
+            }
+        }
+        for stretch in 0..body.len() {
+            for first in (0..spheres).step_by(PART * LANES) {
+                let mut rows = [[0.0; LANES]; 4];
+                rows[3] = [f32::NEG_INFINITY; LANES];
+                let firsts = (first..spheres).step_by(PART).take(LANES);
+                for (lane, first) in firsts.enumerate() {
+                    let bound = part(stretch, first..(first + PART).min(spheres));
+                    for (row, value) in rows.iter_mut().zip(values(bound)) {
+                        row[lane] = value;
+                    }
+                }
+                bounds.parts.push(rows);
+            }
+        }
+        bounds
+    }
+
+    /// Memory of one interval, in bytes.
+    fn stretch_bytes(spheres: usize) -> usize {
+        size_of::<Sphere>() + spheres.div_ceil(PART * LANES) * size_of::<SphereRows>()
+    }
+
+    /// Bounding sphere of the whole body in an interval.
+    fn body(&self, stretch: usize) -> Sphere {
+        let [x, y, z, radius] = [0, 1, 2, 3].map(|row| self.body[row][stretch]);
+        Sphere::new(Vec3::new(x, y, z), radius)
+    }
+
+    /// Bounding spheres of the whole body in 16 consecutive intervals. The last interval is repeated past the
+    /// end.
+    fn rows(&self, first: usize) -> SphereRows {
+        let first = first.min(self.stretches.saturating_sub(1));
+        let mut rows = [[0.0; LANES]; 4];
+        for (row, values) in rows.iter_mut().zip(&self.body) {
+            row.copy_from_slice(&values[first..first + LANES]);
+        }
+        rows
+    }
+
+    /// Bounding spheres of the body's parts in an interval, 16 to an entry.
+    fn parts(&self, stretch: usize) -> &[SphereRows] {
+        let each = self.parts.len() / self.stretches.max(1);
+        let stretch = stretch.min(self.stretches.saturating_sub(1));
+        &self.parts[stretch * each..(stretch + 1) * each]
+    }
+}
+
+fn values(sphere: Sphere) -> [f32; 4] {
+    let [x, y, z] = sphere.centre.to_array();
+    [x, y, z, sphere.radius]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_part_and_each_stretch_has_its_own_bound() {
+        let body: Vec<Sphere> = (0..5)
+            .map(|i| Sphere::new(Vec3::splat(i as f32), 0.5))
+            .collect();
+        // 131 spheres form 17 parts; the last part has three spheres.
+        let part = |stretch: usize, spheres: Range<usize>| {
+            let place = Vec3::new(stretch as f32, spheres.start as f32, spheres.len() as f32);
+            Sphere::new(place, 1.0 + stretch as f32)
+        };
+        let bounds = BoundingSpheres::new(131, &body, part);
+        for first in 0..8 {
+            let rows = bounds.rows(first);
+            for lane in 0..LANES {
+                let at = (first + lane).min(4);
+                let expected = [at as f32, at as f32, at as f32, 0.5];
+                assert_eq!(rows.map(|row| row[lane]), expected, "{first} {lane}");
+            }
+            let stretch = first.min(4);
+            assert_eq!(bounds.body(stretch), body[stretch]);
+            let parts = bounds.parts(first);
+            assert_eq!(parts.len(), 2);
+            for at in 0..2 * LANES {
+                let [x, y, z, radius] = parts[at / LANES].map(|row| row[at % LANES]);
+                if at > 16 {
+                    assert_eq!(radius, f32::NEG_INFINITY);
+                    continue;
+                }
+                let size = if at == 16 { 3.0 } else { 8.0 };
+                assert_eq!([x, y, z], [stretch as f32, 8.0 * at as f32, size]);
+                assert_eq!(radius, 1.0 + stretch as f32);
+            }
+        }
+        let none = BoundingSpheres::new(0, &body, part);
+        assert!(none.parts(3).is_empty());
+    }
+}
