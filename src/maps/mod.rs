@@ -20,7 +20,7 @@ pub use bake_settings::{BakeError, BakeSettings};
 pub use baked::BakedGraph;
 pub use collect::DrawnMaps;
 pub(crate) use drawings::{CLOCK_ERROR, HALF_DIAGONAL, ROUNDING};
-pub use entries::{EntryReport, EntrySettings, PlausibilitySettings};
+pub use entries::{EntryReport, EntrySettings, PlausibilitySettings, Stretches};
 pub(crate) use entries::{EntryTable, KnownEntry, Stance};
 pub use grid::{
     CellColumn, Grid, GridSettings, NodePath, PathId, PathReport, PathSettings, PathTable,
