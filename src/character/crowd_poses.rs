@@ -164,7 +164,6 @@ impl CrowdPoses {
                     speed: shown.speed,
                     placement: shown.placement,
                     fade: None,
-                    layer: None,
                 };
                 self.crowd.set(id, &character)?;
             }

@@ -9,9 +9,7 @@ use indicatif::ProgressIterator;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg32;
 use sabaki::anim::{Clip, Skeleton};
-use sabaki::crowd::{
-    AnimationSet, AnimationSetDesc, Character, ClipId, Crowd, CrowdSettings, LevelId, Placement,
-};
+use sabaki::crowd::{AnimationSet, Character, ClipId, Crowd, CrowdSettings, LevelId, Placement};
 use sabaki::lod::{LevelSettings, Levels, Measure, Rule, SwitchSettings, Switching};
 use sabaki::math::{F32x16, Isa, Rigid2, thread_count};
 use sabaki_app::percentile::percentile;
@@ -136,12 +134,7 @@ impl Scene {
             },
             ..SwitchSettings::default()
         };
-        let animations = AnimationSet::build(&AnimationSetDesc {
-            skeleton: &skeleton,
-            clips: &clips,
-            layers: &[],
-            levels: &levels.levels,
-        });
+        let animations = AnimationSet::new(&skeleton, &clips, &levels.levels);
         let animations = animations.map_err(usage)?;
         let mut random = Pcg32::seed_from_u64(args.seed);
         let character = |index: usize| {

@@ -1,8 +1,7 @@
 use glam::Vec3;
 
-use super::animation_set::AnimationSet;
-use super::lane_clip::{LaneClip, LaneClips};
-use super::mix::Mix;
+use super::keys::animation_set::AnimationSet;
+use super::keys::clip_times::ClipRange;
 use crate::anim::ClipId;
 use crate::lod::LevelId;
 use crate::math::Rigid2;
@@ -66,10 +65,6 @@ pub struct Character {
     /// A second clip to cross-fade to: rotations by normalised linear interpolation along the shorter arc, positions
     /// linearly. Its weight is its share, from 0 to 1. `None` by default.
     pub fade: Option<ClipMix>,
-    /// An additive layer such as breathing, a lean or an aim: one of [`AnimationSet::layer`](super::AnimationSet::layer). What
-    /// its clip adds to its own first frame is added to the character's pose, joint by joint in the parent's frame. Its weight
-    /// is from -1 to 1; below 0 the opposite is added. `None` by default.
-    pub layer: Option<ClipMix>,
 }
 
 impl Default for Character {
@@ -83,7 +78,6 @@ impl Default for Character {
             speed: 1.0,
             placement: Placement::IDENTITY,
             fade: None,
-            layer: None,
         }
     }
 }
@@ -97,7 +91,7 @@ pub struct ClipMix {
     pub time: f32,
     /// Playback rate of the clip, as [`Character::speed`].
     pub speed: f32,
-    /// Weight of the clip: see [`Character::fade`] and [`Character::layer`].
+    /// Weight of the clip: see [`Character::fade`].
     pub weight: f32,
 }
 
@@ -117,7 +111,8 @@ pub(super) struct CharacterState {
     /// Level plus blend. The lane of a character that is in a group holds a newer value.
     pub(super) detail: f32,
     pub(super) clip: ClipId,
-    pub(super) mix: Mix,
+    /// Whether a second clip is cross-faded to.
+    pub(super) fades: bool,
     pub(super) is_inactive: bool,
     /// Whether the character was outside the frustum of the last frame.
     pub(super) is_culled: bool,
@@ -125,7 +120,6 @@ pub(super) struct CharacterState {
     pub(super) is_late: bool,
     /// The second clip; the character's own clip with a weight of 0 if nothing is mixed in.
     fade: MixState,
-    layer: MixState,
 }
 
 /// State of a clip that is mixed in, with the fields of [`CharacterState`].
@@ -181,10 +175,10 @@ impl CharacterState {
             speed: character.speed,
             weight: 0.0,
         };
-        let mixed = |mix: Option<ClipMix>, least: f32| {
-            let mix = mix.unwrap_or(own);
-            let weight = clamped(mix.weight, least);
-            MixState::new(&ClipMix { weight, ..mix }, animations, now)
+        let fade = character.fade.unwrap_or(own);
+        let fade = ClipMix {
+            weight: clamped(fade.weight),
+            ..fade
         };
         let MixState {
             phase, speed, clip, ..
@@ -199,18 +193,14 @@ impl CharacterState {
             z: 0.0,
             detail: 0.0,
             clip,
-            mix: Mix {
-                fades: character.fade.is_some(),
-                is_layered: character.layer.is_some(),
-            },
+            fades: character.fade.is_some(),
             is_inactive: false,
             is_culled: false,
             is_late: false,
-            fade: mixed(character.fade, 0.0),
-            layer: mixed(character.layer, -1.0),
+            fade: MixState::new(&fade, animations, now),
         };
         state.place(&character.placement);
-        let detail = f32::from(character.level.0) + clamped(character.blend, 0.0);
+        let detail = f32::from(character.level.0) + clamped(character.blend);
         state.set_detail(detail, animations.last());
         state
     }
@@ -219,7 +209,6 @@ impl CharacterState {
     pub(super) fn character(&self, animations: &AnimationSet, now: f64) -> Character {
         let own = self.own().clip_mix(animations, now);
         let fade = self.fade.clip_mix(animations, now);
-        let layer = self.layer.clip_mix(animations, now);
         Character {
             clip: self.clip,
             level: self.level(),
@@ -230,8 +219,7 @@ impl CharacterState {
                 ground: Rigid2::new(self.sin.atan2(self.cos), self.x, self.z),
                 height: self.y,
             },
-            fade: self.mix.fades.then_some(fade),
-            layer: self.mix.is_layered.then_some(layer),
+            fade: self.fades.then_some(fade),
         }
     }
 
@@ -256,18 +244,14 @@ impl CharacterState {
         animations.keys.frames.position(range, start) / range.intervals as f32
     }
 
-    /// The character's clips as lanes of a group whose clock is 0 at the crowd's time `base`, in seconds.
-    pub(super) fn lane<'a>(&self, animations: &'a AnimationSet, base: f64) -> LaneClips<'a> {
+    /// The character's own clip and its second one as lanes of a group whose clock is 0 at the crowd's time `base`, in seconds.
+    pub(super) fn lane<'a>(&self, animations: &'a AnimationSet, base: f64) -> [LaneClip<'a>; 2] {
         let own = self.own().lane(animations, base);
-        let mixed = |is_mixed: bool, mix: &MixState| match is_mixed {
-            true => mix.lane(animations, base),
+        let fade = match self.fades {
+            true => self.fade.lane(animations, base),
             false => own,
         };
-        LaneClips {
-            own,
-            fade: mixed(self.mix.fades, &self.fade),
-            layer: mixed(self.mix.is_layered, &self.layer),
-        }
+        [own, fade]
     }
 
     fn own(&self) -> MixState {
@@ -280,11 +264,23 @@ impl CharacterState {
     }
 }
 
-/// `share` clamped to `least..=1`; 0 for NaN, which `clamp` would keep.
-pub(super) fn clamped(share: f32, least: f32) -> f32 {
+/// `share` clamped to `0..=1`; 0 for NaN, which `clamp` would keep.
+pub(super) fn clamped(share: f32) -> f32 {
     if share.is_nan() {
         0.0
     } else {
-        share.clamp(least, 1.0)
+        share.clamp(0.0, 1.0)
     }
+}
+
+/// A clip as a lane plays it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct LaneClip<'a> {
+    pub(super) clip: ClipId,
+    pub(super) range: &'a ClipRange,
+    /// Position in the clip when the groups' clock is 0, in frames.
+    pub(super) start: f32,
+    /// Playback rate, in seconds of the clip per second.
+    pub(super) speed: f32,
+    pub(super) weight: f32,
 }

@@ -1,7 +1,12 @@
 use thiserror::Error;
 
-use super::slot;
 use crate::lod::LodError;
+
+/// Maximum number of characters of a crowd.
+pub(super) const MOST_CHARACTERS: usize = (1 << 28) - 1;
+
+/// Maximum number of clips times levels.
+pub(super) const MOST_MOTIONS: usize = 1 << 19;
 
 /// Reason why animations cannot be built, or why a character cannot be added, changed or posed.
 #[derive(Clone, Debug, PartialEq, Error)]
@@ -16,7 +21,7 @@ pub enum CrowdError {
     #[error(transparent)]
     Lod(#[from] LodError),
     /// There are more clips times levels than [`AnimationSet::MOST_MOTIONS`](super::AnimationSet::MOST_MOTIONS).
-    #[error("{clips} clips on {levels} levels are more than {max} motions", max = slot::MOST_MOTIONS)]
+    #[error("{clips} clips on {levels} levels are more than {max} motions", max = MOST_MOTIONS)]
     TooManyMotions {
         /// Number of clips.
         clips: usize,
@@ -31,20 +36,8 @@ pub enum CrowdError {
     NoSuchClip {
         /// Id of the clip.
         clip: u32,
-        /// Number of clips and layers of the animations.
+        /// Number of clips of the animations.
         clips: usize,
-    },
-    /// A clip that is not an additive layer was given as one.
-    #[error("clip {clip} is no additive layer")]
-    NotALayer {
-        /// Id of the clip.
-        clip: u32,
-    },
-    /// An additive layer was given in place of a clip.
-    #[error("clip {clip} is an additive layer and can only be added to others")]
-    IsALayer {
-        /// Id of the layer.
-        clip: u32,
     },
     /// The crowd has no character of this number.
     #[error("there is no character {id}: the crowd has {characters}")]
@@ -61,7 +54,7 @@ pub enum CrowdError {
         id: u32,
     },
     /// The crowd is full.
-    #[error("a crowd has {max} characters at most", max = slot::MOST)]
+    #[error("a crowd has {max} characters at most", max = MOST_CHARACTERS)]
     Full,
     /// The memory for the poses is too small; nothing was written.
     #[error("the poses take {needed} lines of 64 bytes, the memory has {found}")]

@@ -2,11 +2,10 @@
 
 use glam::{Affine3A, Quat};
 
-use super::animation_set::AnimationSet;
+use super::keys::animation_set::AnimationSet;
 use super::output::{Form, JointNumber, Output, PoseSlice, SlicePlace};
 use crate::anim::JointTransform;
-use crate::lod::LevelId;
-use crate::lod::affine;
+use crate::lod::{LevelId, affine};
 use crate::math::F32x16;
 
 /// Buffers of a pose, reused for each character.

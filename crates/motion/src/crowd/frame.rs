@@ -3,17 +3,28 @@
 //! Source: the levels are those of [`Switching`]. Differs in how they are found: for sixteen characters at a time, in the
 //! order of the groups (see `level_pass`). Only characters that need a finer level than their group's, or that enter the
 //! frustum, are moved to other groups.
+// MERGED DOCS
+// //! Posing the groups of a crowd, on one thread or on several.
+
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use glam::Vec3;
 
 use super::character::{MemberId, Placement};
 use super::error::CrowdError;
 use super::frame_input::{Frame, FrameReport};
-use super::instances::Crowd;
-use super::level_pass::{FrameScratch, LevelPass};
-use super::slot::{NOWHERE, PARKED, Slot};
+use super::instances::{Crowd, MOST_CHUNKS};
+use super::kernel::moments::{PosedLevel, Run};
+use super::kernel::write::RunMemory;
+use super::keys::animation_set::AnimationSet;
+use super::levels::pass::{FrameScratch, LevelPass, ParkedPass};
+use super::output::{Layout, Output};
+use super::sort::group::{NOWHERE, PARKED, Piece, Slot};
+use super::sort::schedule::Schedule;
 use crate::lod::LevelId;
-use crate::math::F32x16;
+use crate::math::parallel::lock;
+use crate::math::{F32x16, RowSet};
 
 impl Crowd {
     /// Advances time, chooses levels, culls, and poses all visible characters into the beginning of `out`. Allocates nothing
@@ -140,7 +151,7 @@ impl Crowd {
     fn unpark(&mut self, frame: &Frame<'_>, scratch: &mut FrameScratch) {
         scratch.groups.clear();
         let isa = self.settings().isa;
-        isa.on_lanes(super::level_pass::ParkedPass {
+        isa.on_lanes(ParkedPass {
             parked: &self.schedule.parked,
             frame,
             visible: &mut scratch.groups,
@@ -169,5 +180,102 @@ impl Crowd {
             Some(&slot) if slot & PARKED != 0 => false,
             Some(&slot) => self.schedule.is_visible(Slot::of(slot)),
         }
+    }
+}
+
+/// The memory that one chunk of the groups writes.
+struct Part<'a>(Mutex<RunMemory<'a>>);
+
+impl<'a> Part<'a> {
+    fn none() -> Self {
+        Self(Mutex::new(RunMemory::Lines(&mut [])))
+    }
+}
+
+impl Crowd {
+    /// Poses the characters into the beginning of `out`: all but inactive ones and those that the last [`Crowd::frame`] found
+    /// outside its frustum, which stay out until a frame sees them again. Allocates nothing once it has been called a few times for a crowd that has not grown.
+    ///
+    /// # Errors
+    /// A buffer that is too small.
+    pub fn pose(&mut self, out: &mut [F32x16]) -> Result<(), CrowdError> {
+        // A caller of `output_len` may have allocated exactly the present length.
+        self.step_rebuild(None, self.needed_len());
+        self.prepare();
+        self.pose_prepared(out)
+    }
+
+    /// Poses the groups as they are.
+    pub(super) fn pose_prepared(&mut self, out: &mut [F32x16]) -> Result<(), CrowdError> {
+        let (needed, found) = (self.needed_len(), out.len());
+        if found < needed {
+            return Err(CrowdError::TooSmall { needed, found });
+        }
+        let apart = self.pose_parts(out);
+        self.stale_cost.add_frame(apart);
+        Ok(())
+    }
+
+    /// Poses the chunks on all threads; returns the number of groups that are no longer near each other in time.
+    fn pose_parts(&mut self, out: &mut [F32x16]) -> usize {
+        let mut parts = [(); MOST_CHUNKS].map(|()| Part::none());
+        let schedule = &self.schedule;
+        let mut rest = match self.settings.output.layout {
+            Layout::Instances => RunMemory::Rows(RowSet::new(out, self.row_len(), &schedule.rows)),
+            Layout::Blocks | Layout::Rows => RunMemory::Lines(out),
+        };
+        for (part, pieces) in parts.iter_mut().zip(schedule.parts()) {
+            let lines = pieces.iter().map(|piece| piece.lines.len()).sum();
+            let groups = pieces.iter().map(|piece| piece.groups.len()).sum();
+            *part = Part(Mutex::new(rest.split_off_front(lines, groups)));
+        }
+        let (animations, output, now) = (&*self.animations, self.settings.output, self.now());
+        let isa = self.settings.isa;
+        let (apart, next) = (AtomicUsize::new(0), AtomicUsize::new(0));
+        let chunks = schedule.chunks();
+        self.pool.run(&|thread: usize| {
+            let scratch = &mut lock(&self.scratch[thread]);
+            loop {
+                let chunk = next.fetch_add(1, Ordering::Relaxed);
+                if chunk >= chunks {
+                    return;
+                }
+                let mut out = lock(&parts[chunk].0);
+                for piece in schedule.part(chunk) {
+                    let own = out.split_off_front(piece.lines.len(), piece.groups.len());
+                    let run = run(animations, schedule, piece, output, now);
+                    let found = run.pose(isa, scratch, own);
+                    apart.fetch_add(found, Ordering::Relaxed);
+                }
+            }
+        });
+        apart.into_inner()
+    }
+}
+
+/// The groups of a piece, for the kernel.
+fn run<'a>(
+    animations: &'a AnimationSet,
+    schedule: &'a Schedule,
+    piece: &Piece,
+    output: Output,
+    now: f32,
+) -> Run<'a> {
+    let (level, groups) = (piece.level, piece.groups.clone());
+    Run {
+        keys: &animations.keys,
+        bank: &animations.banks[level.index()],
+        level: PosedLevel {
+            number: f32::from(level.0),
+            steps: &animations.steps[level.index()],
+        },
+        ranges: &animations.ranges,
+        near: &schedule.near[groups.clone()],
+        fades: piece.fades,
+        groups: &schedule.groups[groups.clone()],
+        visible: &schedule.visible[groups.clone()],
+        cold: &schedule.cold[groups],
+        now,
+        output,
     }
 }

@@ -1,22 +1,23 @@
 //! The characters of a crowd: adding and changing them, their clock, and their groups.
+// MERGED DOCS
+// //! Changes of a character, in its lane of the present groups and of those that are being made.
+// //! The groups of a crowd, and where they are in the output.
 
 use std::sync::{Arc, Mutex};
 
-use super::animation_set::AnimationSet;
 use super::character::{Character, CharacterState, MemberId, Placement, clamped};
-use super::error::CrowdError;
-use super::history::History;
-use super::level_pass::FrameScratch;
-use super::rebuild::Rebuild;
-use super::schedule::Schedule;
-use super::scratch::Scratch;
-use super::settings::CrowdSettings;
-use super::slot::{self, NOWHERE};
-use super::stale_cost::StaleCost;
-use crate::anim::ClipId;
+use super::error::{CrowdError, MOST_CHARACTERS};
+use super::frame_input::FrameReport;
+use super::kernel::batches::Scratch;
+use super::keys::animation_set::AnimationSet;
+use super::levels::pass::FrameScratch;
+use super::output::{Layout, Output, PoseSlice, SlicePlace};
+use super::sort::group::{MOST_LATE, NOWHERE, PARKED, Slot};
+use super::sort::rebuild::{Rebuild, StaleCost};
+use super::sort::schedule::{GroupClock, Schedule, Sorting};
 use crate::lod::LevelId;
 use crate::math::parallel::WorkerPool;
-use crate::math::thread_count;
+use crate::math::{Isa, thread_count};
 
 /// Characters that are posed together.
 pub struct Crowd {
@@ -37,14 +38,8 @@ pub struct Crowd {
     /// The time at which the groups' clock stands at 0, in seconds.
     pub(super) base: f64,
     pub(super) stale_cost: StaleCost,
-    /// Number of frames that were posed.
-    pub(super) frame: usize,
-    /// Positions of recent poses; used only with [`CrowdSettings::keeps_previous`].
-    pub(super) history: History,
     /// Number of characters that there is memory for.
     pub(super) capacity: usize,
-    /// Whether the groups have not been sorted since the last poses. Those that were made since stand behind the others.
-    pub(super) is_settled: bool,
     pub(super) scratch_of_frames: FrameScratch,
 }
 
@@ -63,7 +58,7 @@ impl Crowd {
     pub fn new(animations: Arc<AnimationSet>, mut settings: CrowdSettings) -> Self {
         settings.isa = settings.isa.or_best();
         let pool = WorkerPool::new(thread_count(settings.threads).min(CrowdSettings::MOST_THREADS));
-        let scratch = |_| Mutex::new(Scratch::of(&animations));
+        let scratch = |_| Mutex::new(Scratch::new(&animations));
         Self {
             scratch: (0..pool.threads()).map(scratch).collect(),
             animations,
@@ -77,10 +72,7 @@ impl Crowd {
             time: 0.0,
             base: 0.0,
             stale_cost: StaleCost::default(),
-            frame: 0,
-            history: History::default(),
             capacity: 0,
-            is_settled: false,
             scratch_of_frames: FrameScratch::default(),
         }
     }
@@ -96,9 +88,6 @@ impl Crowd {
         crowd.states.reserve(characters);
         crowd.slots.reserve(characters);
         crowd.late.reserve(characters);
-        if settings.keeps_previous {
-            crowd.history.reserve(characters);
-        }
         crowd.capacity = characters;
         crowd.schedule.reserve(characters, MOST_CHUNKS);
         crowd.rebuild.reserve(characters, MOST_CHUNKS);
@@ -135,7 +124,7 @@ impl Crowd {
     /// # Errors
     /// A clip that does not exist; a crowd that is full.
     pub fn add(&mut self, character: &Character) -> Result<MemberId, CrowdError> {
-        if self.states.len() >= slot::MOST {
+        if self.states.len() >= MOST_CHARACTERS {
             return Err(CrowdError::Full);
         }
         let mut state = self.state(character)?;
@@ -197,7 +186,7 @@ impl Crowd {
     ) -> Result<(), CrowdError> {
         self.check(id)?;
         let last = self.animations.last();
-        let detail = f32::from(level.0) + clamped(blend, 0.0);
+        let detail = f32::from(level.0) + clamped(blend);
         self.change(id, |state| state.set_detail(detail, last));
         Ok(())
     }
@@ -274,24 +263,223 @@ impl Crowd {
 
     fn state(&self, character: &Character) -> Result<CharacterState, CrowdError> {
         let animations = &*self.animations;
-        let (clips, layers) = (animations.clips(), animations.layers());
-        let is_clip = |clip: ClipId| clip.index() < clips;
-        let is_layer = |clip: ClipId| (clips..clips + layers).contains(&clip.index());
+        let clips = animations.clips();
         let fade = character.fade.map(|fade| fade.clip);
-        let layer = character.layer.map(|layer| layer.clip);
-        let unknown = [Some(character.clip), fade]
-            .into_iter()
-            .flatten()
-            .find(|&clip| !is_clip(clip))
-            .or(layer.filter(|&clip| !is_layer(clip)));
-        match unknown {
-            Some(clip) if is_clip(clip) => Err(CrowdError::NotALayer { clip: clip.0 }),
-            Some(clip) if is_layer(clip) => Err(CrowdError::IsALayer { clip: clip.0 }),
+        let mut played = [Some(character.clip), fade].into_iter().flatten();
+        match played.find(|clip| clip.index() >= clips) {
             Some(clip) => Err(CrowdError::NoSuchClip {
                 clip: clip.0,
                 clips,
             }),
             None => Ok(CharacterState::new(character, animations, self.time)),
+        }
+    }
+}
+
+impl Crowd {
+    /// Changes a character that exists, and its lane or its group.
+    pub(super) fn change(&mut self, id: MemberId, change: impl FnOnce(&mut CharacterState)) {
+        let mut state = self.states[id.index()];
+        self.store_detail(id, &mut state);
+        let before = state.level();
+        change(&mut state);
+        let clock = GroupClock {
+            animations: &self.animations,
+            base: self.base,
+        };
+        self.rebuild.change(id.index(), &state, clock);
+        let slot = self.slots[id.index()];
+        // An inactive character without a group needs none.
+        let is_out = slot == NOWHERE && state.is_inactive;
+        if state.is_late || is_out {
+            self.states[id.index()] = state;
+            return;
+        }
+        if slot != NOWHERE && slot & PARKED != 0 && !state.is_inactive {
+            let Slot { group, lane } = Slot::of(slot);
+            self.schedule.parked[group].move_to(lane, &state);
+            state.is_culled = true;
+        } else if slot != NOWHERE && slot & PARKED == 0 && self.fits(slot, &state) {
+            let [before, after] =
+                [before, state.level()].map(|level| self.animations.joints(level));
+            self.stale_cost.joints += before as isize - after as isize;
+            self.schedule.write(Slot::of(slot), &state, clock);
+        } else {
+            state.is_late = true;
+            self.late.push(id.0);
+        }
+        self.states[id.index()] = state;
+    }
+
+    fn fits(&self, slot: u32, state: &CharacterState) -> bool {
+        !state.is_inactive && self.schedule.cold[Slot::of(slot).group].kind.takes(state)
+    }
+
+    /// Reads the level that a frame has chosen, and whether the character was visible, from the character's lane.
+    pub(super) fn store_detail(&self, id: MemberId, state: &mut CharacterState) {
+        let slot = self.slots[id.index()];
+        if slot & PARKED == 0 && !state.is_late {
+            let slot = Slot::of(slot);
+            state.detail = self.schedule.groups[slot.group].detail.0[slot.lane];
+            state.is_culled = !self.schedule.is_visible(slot);
+        }
+    }
+}
+
+impl Crowd {
+    /// Length of the output of [`Crowd::pose`], in `F32x16`s. Moves characters to other groups where that is due: a
+    /// [`PoseSlice`] from before this call may be another character's.
+    pub fn output_len(&mut self) -> usize {
+        self.prepare();
+        self.needed_len()
+    }
+
+    /// Length of the output for the present groups, in `F32x16`s.
+    pub(super) fn needed_len(&self) -> usize {
+        match self.settings.output.layout {
+            Layout::Instances => self.row_len() * self.states.len(),
+            Layout::Blocks | Layout::Rows => self.schedule.lines,
+        }
+    }
+
+    /// A length in `F32x16`s that [`Crowd::output_len`] never exceeds for `characters` characters, however their levels
+    /// change: the size to allocate. The length for [`Crowd::capacity`] characters stays the same as long as the crowd does
+    /// not outgrow it.
+    #[must_use]
+    pub fn max_output_len(&self, characters: usize) -> usize {
+        let output = self.settings.output;
+        let group = output.group_len(self.animations.joints(LevelId(0)));
+        match output.layout {
+            Layout::Instances => self.row_len() * characters,
+            Layout::Blocks | Layout::Rows => Schedule::most_groups(characters) * group,
+        }
+    }
+
+    /// Number of characters that the crowd has memory for. It grows only where characters are added beyond it.
+    #[must_use]
+    pub fn capacity(&self) -> usize {
+        self.capacity
+    }
+
+    /// Length of a character's row in [`Layout::Instances`], in `F32x16`s.
+    pub(super) fn row_len(&self) -> usize {
+        let joints = self.animations.joints(LevelId(0));
+        self.settings.output.row_len(joints)
+    }
+
+    /// Puts all characters into groups. Sorts them all at once if many are in none.
+    pub(super) fn prepare(&mut self) -> FrameReport {
+        let characters = self.states.len();
+        let moved = self.late.len();
+        let sorted = MOST_LATE * (moved + self.stale_cost.late) > characters;
+        if sorted {
+            self.rebuild.abort();
+            self.schedule.store_details(&mut self.states);
+            let (schedule, sorting) = self.sorting();
+            schedule.sort(sorting);
+            self.stale_cost = StaleCost::default();
+            let chunks = self.chunks();
+            self.rebuild.reserve(characters, chunks);
+            let spare = characters.saturating_sub(self.late.len());
+            self.late.reserve(spare);
+        } else if moved > 0 {
+            let late = std::mem::take(&mut self.late);
+            let (schedule, sorting) = self.sorting();
+            schedule.move_late(&late, sorting);
+            self.late = late;
+            self.stale_cost.late += moved;
+        }
+        for &id in &self.late {
+            self.states[id as usize].is_late = false;
+        }
+        self.late.clear();
+        FrameReport { moved, sorted }
+    }
+
+    pub(super) fn sorting(&mut self) -> (&mut Schedule, Sorting<'_>) {
+        let chunks = self.chunks();
+        let sorting = Sorting {
+            animations: &self.animations,
+            states: &self.states,
+            slots: &mut self.slots,
+            now: self.time,
+            base: self.base,
+            output: self.settings.output,
+            chunks,
+        };
+        (&mut self.schedule, sorting)
+    }
+
+    /// Number of chunks that the groups are cut into.
+    fn chunks(&self) -> usize {
+        match self.pool.threads() {
+            1 => 1,
+            threads => (threads * CHUNKS_OF_A_THREAD).min(MOST_CHUNKS),
+        }
+    }
+
+    /// Where the pose of a character is, as [`Crowd::pose`] or [`Crowd::frame`] wrote it last. Ask for it after that call. It
+    /// is valid until the next [`Crowd::output_len`], [`Crowd::pose`] or [`Crowd::frame`]: each of them may move characters,
+    /// and after `output_len` alone the new places are not written yet.
+    ///
+    /// # Errors
+    /// [`CrowdError::NotVisible`] for a character that the last frame found outside the frustum;
+    /// [`CrowdError::NoSuchCharacter`] for one that does not exist, is [inactive](Crowd::deactivate) or was added since.
+    pub fn pose_slice(&self, id: MemberId) -> Result<PoseSlice, CrowdError> {
+        self.check(id)?;
+        let slot = self.slots[id.index()];
+        if slot == NOWHERE {
+            return Err(self.no_such(id));
+        }
+        if !self.is_posed(id) {
+            return Err(CrowdError::NotVisible { id: id.0 });
+        }
+        let Slot { group, lane } = Slot::of(slot);
+        Ok(PoseSlice::new(
+            self.settings.output,
+            self.slice_place(group, lane),
+        ))
+    }
+
+    fn slice_place(&self, group: usize, lane: usize) -> SlicePlace {
+        let cold = &self.schedule.cold[group];
+        let (offset, lane) = match self.settings.output.layout {
+            Layout::Instances => (self.row_len() * cold.ids[lane] as usize, 0),
+            Layout::Blocks | Layout::Rows => (cold.offset, lane),
+        };
+        SlicePlace {
+            level: cold.kind.level,
+            joints: self.animations.joints(cold.kind.level),
+            offset,
+            lane,
+        }
+    }
+}
+
+/// Settings of a crowd.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CrowdSettings {
+    /// Form, layout and write mode of the output.
+    pub output: Output,
+    /// Instruction set of the kernels. Default: the widest one of the machine.
+    pub isa: Isa,
+    /// Number of threads, including the caller's; 0 for as many as the machine has. At most [`Self::MOST_THREADS`] are
+    /// started. They end when the crowd is dropped. Default 1.
+    pub threads: usize,
+}
+
+impl CrowdSettings {
+    /// Largest number of threads of a crowd.
+    pub const MOST_THREADS: usize = 64;
+}
+
+impl Default for CrowdSettings {
+    /// The widest instruction set of the machine, one thread.
+    fn default() -> Self {
+        Self {
+            output: Output::default(),
+            isa: Isa::best(),
+            threads: 1,
         }
     }
 }

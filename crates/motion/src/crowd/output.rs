@@ -1,6 +1,3 @@
-use super::joint_math::JointMath;
-use super::matrices::Matrices;
-use super::rotations::Rotations;
 use crate::lod::LevelId;
 use crate::math::F32x16;
 
@@ -19,8 +16,8 @@ impl Form {
     #[must_use]
     pub fn numbers(self) -> usize {
         match self {
-            Self::Matrices => Matrices::NUMBERS,
-            Self::Rotations => Rotations::NUMBERS,
+            Self::Matrices => 12,
+            Self::Rotations => 7,
         }
     }
 
@@ -90,37 +87,35 @@ impl Output {
     /// Number of values of a joint in a row: 12 or 8.
     pub(super) fn row_numbers(self) -> usize {
         match self.form {
-            Form::Matrices => Matrices::ROW,
-            Form::Rotations => Rotations::ROW,
+            Form::Matrices => 12,
+            Form::Rotations => 8,
         }
     }
 
     /// Length of a character's row in [`Layout::Rows`] and [`Layout::Instances`], in [`F32x16`]s.
     #[must_use]
     pub fn row_len(self, joints: usize) -> usize {
-        match self.form {
-            Form::Matrices => row_lines::<Matrices>(joints),
-            Form::Rotations => row_lines::<Rotations>(joints),
-        }
+        row_lines(self.row_numbers(), joints)
     }
 }
 
-/// Number of `F32x16`s that [`turn_joints`] joints fill.
-pub(super) const fn turn_lines<P: JointMath>() -> usize {
-    P::ROW * turn_joints::<P>() / F32x16::LANES
-}
-
-/// The smallest number of joints that fill whole `F32x16`s in a row.
-pub(super) const fn turn_joints<P: JointMath>() -> usize {
+/// The smallest number of joints, each of `row` values, that fill whole `F32x16`s.
+pub(super) const fn turn_joints(row: usize) -> usize {
     let mut joints = 1;
-    while P::ROW * joints % F32x16::LANES != 0 {
+    while !(row * joints).is_multiple_of(F32x16::LANES) {
         joints += 1;
     }
     joints
 }
 
-pub(super) fn row_lines<P: JointMath>(joints: usize) -> usize {
-    joints.div_ceil(turn_joints::<P>()) * turn_lines::<P>()
+/// Number of `F32x16`s that [`turn_joints`] joints fill.
+pub(super) const fn turn_lines(row: usize) -> usize {
+    row * turn_joints(row) / F32x16::LANES
+}
+
+/// Length of a row of `joints` joints of `row` values each, in `F32x16`s.
+pub(super) fn row_lines(row: usize, joints: usize) -> usize {
+    joints.div_ceil(turn_joints(row)) * turn_lines(row)
 }
 
 /// Position of a character's pose in the output.

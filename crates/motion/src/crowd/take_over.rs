@@ -4,8 +4,8 @@ use super::character::MemberId;
 use super::frame_input::Frame;
 use super::instances::{Crowd, LONGEST_RUN};
 use super::output::Layout;
-use super::slot::{MOST_LATE, NOWHERE, PARKED, Slot};
-use super::stale_cost::StaleCost;
+use super::sort::group::{MOST_LATE, NOWHERE, PARKED, Slot};
+use super::sort::rebuild::StaleCost;
 use crate::lod::{LevelId, Switching};
 
 impl Crowd {
@@ -100,7 +100,6 @@ impl Crowd {
             }
         }
         self.stale_cost = StaleCost::default();
-        self.is_settled = false;
         self.scratch_of_frames.sorted_levels = None;
     }
 

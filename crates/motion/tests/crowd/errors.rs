@@ -5,69 +5,9 @@ use sabaki_fixtures as common;
 
 use super::pose::{default, stage};
 use common::clips::{small_skeleton, swinging_clip};
-use common::crowd::Stage;
-use sabaki_motion::crowd::{
-    AnimationSet, Character, ClipId, ClipMix, Crowd, CrowdError, LevelId, MemberId,
-};
+use sabaki_motion::crowd::{AnimationSet, Character, ClipId, Crowd, CrowdError, LevelId, MemberId};
 use sabaki_motion::lod::Levels;
 use sabaki_motion::math::F32x16;
-
-#[test]
-fn clips_and_layers_are_told_apart() {
-    let skeleton = small_skeleton();
-    let clips = [swinging_clip(&skeleton, 20, 0.3)];
-    let levels = Levels::in_order(&skeleton, &[]).unwrap();
-    let stage = Stage::with_layers(&skeleton, &clips, &clips, &levels);
-    let layer = stage.animations.layer(0).unwrap();
-    assert_eq!(stage.animations.layer(1), None);
-    let mut crowd = Crowd::new(stage.animations, default());
-    let mix = |clip| {
-        Some(ClipMix {
-            clip,
-            weight: 1.0,
-            ..ClipMix::default()
-        })
-    };
-    let fine = Character {
-        layer: mix(layer),
-        fade: mix(ClipId(0)),
-        ..Character::default()
-    };
-    let id = crowd.add(&fine).unwrap();
-    assert_eq!(crowd.character(id).unwrap(), fine);
-    let mut wrong = |character| crowd.set(id, &character).unwrap_err();
-    let is_layer = CrowdError::IsALayer { clip: layer.0 };
-    assert_eq!(
-        wrong(Character {
-            clip: layer,
-            ..fine
-        }),
-        is_layer
-    );
-    assert_eq!(
-        wrong(Character {
-            fade: mix(layer),
-            ..fine
-        }),
-        is_layer
-    );
-    let not = CrowdError::NotALayer { clip: 0 };
-    assert_eq!(
-        wrong(Character {
-            layer: mix(ClipId(0)),
-            ..fine
-        }),
-        not
-    );
-    let unknown = CrowdError::NoSuchClip { clip: 2, clips: 1 };
-    assert_eq!(
-        wrong(Character {
-            layer: mix(ClipId(2)),
-            ..fine
-        }),
-        unknown
-    );
-}
 
 #[test]
 fn errors_say_what_is_missing() {

@@ -8,8 +8,7 @@ use common::clips::{small_skeleton, swinging_clip};
 use common::crowd::{Stage, crowd_of, settings};
 use glam::{Vec3, Vec4};
 use sabaki_motion::crowd::{
-    Character, Crowd, CrowdError, CrowdSettings, Frame, Frustum, Hold, Layout, MemberId, Output,
-    Placement, PoseSlice,
+    Character, Crowd, CrowdError, Frame, Frustum, Layout, MemberId, Output, Placement,
 };
 use sabaki_motion::lod::{LevelId, Levels, Rule, SwitchSettings, Switching};
 use sabaki_motion::math::{F32x16, Isa, Rigid2};
@@ -328,7 +327,7 @@ fn time_is_exact_after_a_day() {
 }
 
 #[test]
-fn instances_stay_in_their_places_and_two_buffers_hold_two_frames() {
+fn instances_stay_in_their_places() {
     let (stage, levels) = stage();
     let switching = switchings(&levels).remove(2);
     let characters = stage.characters(300, 9);
@@ -337,18 +336,14 @@ fn instances_stay_in_their_places_and_two_buffers_hold_two_frames() {
             layout,
             ..Output::default()
         };
-        let settings = CrowdSettings {
-            keeps_previous: true,
-            ..settings(output, Isa::best(), 2)
-        };
+        let settings = settings(output, Isa::best(), 2);
         let mut crowd = Crowd::with_capacity(Arc::clone(&stage.animations), settings, 400);
         let ids: Vec<MemberId> = characters.iter().map(|c| crowd.add(c).unwrap()).collect();
         assert_eq!(crowd.capacity(), 400);
         let most = crowd.max_output_len(crowd.capacity());
-        let mut buffers = [(); 2].map(|()| vec![F32x16::ZERO; most]);
-        let mut before: Vec<Option<Vec<u32>>> = vec![None; ids.len()];
+        let mut out = vec![F32x16::ZERO; most];
+        let mut posed = 0;
         for frame in 0..60 {
-            let out = &mut buffers[frame % 2];
             let input = Frame {
                 seconds: SECONDS,
                 switching: Some(&switching),
@@ -357,91 +352,19 @@ fn instances_stay_in_their_places_and_two_buffers_hold_two_frames() {
                 ..Frame::default()
             };
             assert!(crowd.output_len() <= most);
-            crowd.frame(&input, out).unwrap();
-            let numbers = |slice: &PoseSlice, out: &[F32x16]| -> Vec<u32> {
-                let joints = (0..slice.joints).flat_map(|joint| (0..12).map(move |n| (joint, n)));
-                joints
-                    .map(|(joint, n)| slice.number(out, joint, n).to_bits())
-                    .collect()
-            };
+            crowd.frame(&input, &mut out).unwrap();
             for (index, &id) in ids.iter().enumerate() {
-                let previous = crowd.previous_slice(id);
-                let found = previous.map(|slice| numbers(&slice, &buffers[(frame + 1) % 2]));
-                assert_eq!(found, before[index], "{layout:?} {id:?} in frame {frame}");
-                let is_posed = crowd.is_posed(id);
-                let slice = is_posed.then(|| crowd.pose_slice(id).unwrap());
-                if let (Some(slice), Layout::Instances) = (&slice, layout) {
+                if !crowd.is_posed(id) {
+                    continue;
+                }
+                posed += 1;
+                let slice = crowd.pose_slice(id).unwrap();
+                if layout == Layout::Instances {
                     let row = output.row_len(crowd.animations().joints(LevelId(0)));
                     assert_eq!(slice.start, 16 * row * index);
                 }
-                before[index] = slice.map(|slice| numbers(&slice, &buffers[frame % 2]));
             }
         }
-        assert!(before.iter().flatten().count() > 10);
-    }
-}
-
-#[test]
-fn held_poses_are_those_of_the_last_frames_whatever_the_camera_does() {
-    let (stage, levels) = stage();
-    let switching = switchings(&levels).swap_remove(2);
-    let characters = stage.characters(300, 8);
-    for (layout, has_frustum) in [
-        (Layout::Blocks, false),
-        (Layout::Rows, true),
-        (Layout::Instances, true),
-    ] {
-        let hold = Hold {
-            from: LevelId(1),
-            frames: 3,
-        };
-        let output = Output {
-            layout,
-            ..Output::default()
-        };
-        let base = settings(output, Isa::best(), 2);
-        let (mut held, ids) = crowd_of(&stage, &characters, CrowdSettings { hold, ..base });
-        let (mut free, _) = crowd_of(&stage, &characters, base);
-        let mut out = vec![F32x16::ZERO; held.max_output_len(ids.len())];
-        // What each character's numbers were in the last frames, the latest first.
-        let mut before: Vec<Vec<Vec<f32>>> = vec![Vec::new(); ids.len()];
-        let (mut old, mut moved) = (0, 0);
-        for index in 0..120 {
-            let frame = Frame {
-                seconds: SECONDS,
-                switching: Some(&switching),
-                eye: eye(index),
-                frustum: has_frustum.then(|| frustum(index)),
-                ..Frame::default()
-            };
-            let report = held.frame(&frame, &mut out).unwrap();
-            moved += usize::from(report.moved > 0 && !report.sorted);
-            let mut all = vec![F32x16::ZERO; out.len()];
-            assert_eq!(free.frame(&frame, &mut all).unwrap(), report);
-            for (&id, before) in ids.iter().zip(&mut before) {
-                assert_eq!(held.pose_slice(id), free.pose_slice(id));
-                let Ok(slice) = free.pose_slice(id) else {
-                    before.clear();
-                    continue;
-                };
-                let numbers = |out: &[F32x16]| -> Vec<f32> {
-                    let joints = 0..slice.joints;
-                    let of = |joint| (0..12).map(move |number| (joint, number));
-                    joints
-                        .flat_map(of)
-                        .map(|(joint, number)| slice.number(out, joint, number))
-                        .collect()
-                };
-                before.insert(0, numbers(&all));
-                before.truncate(4);
-                let found = numbers(&out);
-                let behind = before.iter().position(|numbers| *numbers == found);
-                // Its group may have been posed for others while it was hidden.
-                let is_known = behind.is_some() || before.len() < 4;
-                assert!(is_known, "{layout:?}, frame {index}, {id:?}");
-                old += usize::from(behind > Some(0));
-            }
-        }
-        assert!(old > 200 && moved > 10, "{layout:?}: {old} {moved}");
+        assert!(posed > 600, "{posed}");
     }
 }

@@ -4,7 +4,6 @@ mod culling;
 mod errors;
 mod extremes;
 mod frame;
-mod hold;
 mod inactive;
 mod pose;
 mod rebuild;

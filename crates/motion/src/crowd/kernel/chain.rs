@@ -1,0 +1,170 @@
+//! Computes the joints of one part of a group: each from its parent, then the blending between levels.
+//!
+//! Source: Hasegawa, Nishio & Kobori, 3 (joints of a level evaluated in model space). Differs: a joint of sixteen
+//! characters is computed at once, one character in each lane. Joints are in breadth-first order, so that a joint seldom
+//! waits for the one just before it. These loops are large: they are compiled once, for all kinds of targets.
+//!
+//! ```text
+//! for each joint, parents first:
+//!     local = the joint's motion under its parent, from the keys (sampling)
+//!     model[joint] = model[parent] * local                         or, for the root, placement * local
+//! for each coarser level that some of the characters have, the coarsest first:
+//!     for each joint that this level removes:
+//!         drawn = model[carrier] * attachment
+//!         model[joint] += weight * (drawn - model[joint])          weight: how far the level has come, for each lane
+//! ```
+
+use bytemuck::Zeroable;
+
+use super::joint_math::JointMath;
+use super::moments::PosedLevel;
+use super::quat_lanes::Local;
+use super::sampling::{Fetch, Source};
+use super::write::Ahead;
+use crate::crowd::keys::level_clips::LevelClips;
+use crate::crowd::sort::group::Group;
+use crate::math::{Apart, KeyRows, Lanes};
+
+/// A group, and where its joints are computed.
+pub(crate) struct Posing<'a, P: JointMath> {
+    pub(crate) bank: &'a LevelClips,
+    pub(crate) level: PosedLevel<'a>,
+    pub(crate) group: &'a Group,
+    pub(crate) models: &'a mut [P::Model],
+    pub(crate) ahead: Ahead<'a>,
+    /// Whether all characters look as on the posed level, so that no joint is blended towards a coarser one.
+    pub(crate) is_posed: bool,
+}
+
+impl<'a, P: JointMath> Posing<'a, P> {
+    /// Computes all joints of one part of the group, parents first. `fetch` is called with each joint of the first part.
+    #[inline(always)]
+    pub(crate) fn joints<L: Lanes, S: Source<L>, F: Fetch>(
+        self,
+        part: usize,
+        source: S,
+        fetch: Option<&'a F>,
+    ) {
+        L::apart(self.of_part(part, source, fetch));
+    }
+
+    /// [`Posing::joints`], inlined into the caller and without prefetching.
+    #[inline(always)]
+    pub(crate) fn joints_here<L: Lanes, S: Source<L>>(self, part: usize, source: S) {
+        Apart::<L>::run(self.of_part(part, source, None::<&KeyRows<'_>>));
+    }
+
+    #[inline(always)]
+    fn of_part<S, F>(
+        self,
+        part: usize,
+        source: S,
+        fetch: Option<&'a F>,
+    ) -> PartJoints<'a, P, S, F> {
+        PartJoints {
+            posing: self,
+            part,
+            source,
+            fetch: fetch.filter(|_| part == 0),
+        }
+    }
+}
+
+/// The joints of one part of a group, and the source of their motion.
+struct PartJoints<'a, P: JointMath, S, F> {
+    posing: Posing<'a, P>,
+    part: usize,
+    source: S,
+    fetch: Option<&'a F>,
+}
+
+impl<L: Lanes, P: JointMath, S: Source<L>, F: Fetch> Apart<L> for PartJoints<'_, P, S, F> {
+    /// Computes each joint from its parent.
+    #[inline(always)]
+    fn run(self) {
+        let Self {
+            posing,
+            part,
+            mut source,
+            fetch,
+        } = self;
+        let Posing {
+            bank,
+            level,
+            group,
+            models,
+            ahead,
+            is_posed,
+        } = posing;
+        let joints = &bank.joints[..];
+        assert!(joints.len() <= models.len());
+        for (index, joint) in joints.iter().enumerate() {
+            let ready = P::next(&mut source, joint);
+            let (above, rest) = models.split_at_mut(index);
+            match joint.parent {
+                Some(parent) => {
+                    P::compose(&above[usize::from(parent)], ready, &mut rest[0], part);
+                }
+                None => P::stand(group.placement(part), ready, &mut rest[0], part),
+            }
+            if let Some(fetch) = fetch {
+                fetch.prefetch(bank, index);
+            }
+            if part == 0 {
+                ahead.prefetch::<P>(index, joints.len());
+            }
+        }
+        if !is_posed {
+            L::apart(StepOn::<P> {
+                level,
+                group,
+                models,
+                part,
+            });
+        }
+    }
+}
+
+/// Moves the joints of one part that are blended towards coarser levels to where their carriers draw them.
+struct StepOn<'a, P: JointMath> {
+    level: PosedLevel<'a>,
+    group: &'a Group,
+    models: &'a mut [P::Model],
+    part: usize,
+}
+
+impl<L: Lanes, P: JointMath> Apart<L> for StepOn<'_, P> {
+    /// Takes the steps of the coarsest level first, so that a joint that is attached to a removed joint moves with it.
+    #[inline(always)]
+    fn run(self) {
+        let Self {
+            level,
+            group,
+            models,
+            part,
+        } = self;
+        for (index, step) in level.steps.iter().enumerate().rev() {
+            if level.shows::<L>(&group.detail, index) {
+                continue;
+            }
+            let weight = L::load(&group.detail, part) - L::splat(level.number + index as f32);
+            let weight = weight.max(L::splat(0.0)).min(L::splat(1.0));
+            for removed in &step.removed {
+                let ready = P::ready(Local::<L>::splat(removed.turn, removed.place));
+                let mut there = P::Model::zeroed();
+                P::compose_blended(
+                    &models[usize::from(removed.carrier)],
+                    ready,
+                    &mut there,
+                    part,
+                );
+                P::approach(
+                    &mut models[usize::from(removed.joint)],
+                    &there,
+                    weight,
+                    part,
+                );
+            }
+        }
+    }
+}

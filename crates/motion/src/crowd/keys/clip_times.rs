@@ -1,0 +1,327 @@
+//! Positions of a clip's keys among those of all clips.
+// MERGED DOCS
+// //! Moments of characters in their clips.
+// //! The numbers of keys between the frames of clips: one from each frame to the next, more where a joint turns fast.
+// //!
+// //! Time is counted in frames, which have equal durations. A moment between two frames lies between two of the keys there.
+
+use crate::math::{F32x16, Lanes};
+
+/// Number of keys that a column repeats from its beginning after its end. A window that starts at the last interval
+/// continues with the first keys, and no window reads beyond its column.
+pub(crate) const SPARE: usize = 64;
+
+/// Position of a clip's keys among those of all clips; the same on every level.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct ClipRange {
+    /// Number of rows of all clips before this one.
+    pub(crate) row: usize,
+    /// Number of keys in one column of all clips before this one.
+    pub(crate) column: usize,
+    /// Number of frames of all clips before this one, not counting the last frame of each.
+    pub(crate) frame: usize,
+    /// Number of intervals between frames; at least 1.
+    pub(crate) frames: usize,
+    /// Number of intervals between keys; at least 1.
+    pub(crate) intervals: usize,
+    /// Frame rate, in frames per second.
+    pub(crate) rate: f64,
+    /// `frames` and `intervals` in the form that kernels read.
+    pub(crate) frame_cycle: Cycle<f32>,
+    pub(crate) key_cycle: Cycle<f32>,
+}
+
+impl ClipRange {
+    /// The range of the clip that follows `before`. It has `keys_of_frames` keys from each frame to the next, and `rate`
+    /// frames per second.
+    pub(crate) fn after(before: Option<&Self>, keys_of_frames: &[u32], rate: f64) -> Self {
+        let (row, column, frame) = match before {
+            Some(range) => (
+                range.row + range.keys(),
+                range.column + range.stride(),
+                range.frame + range.frames,
+            ),
+            None => (0, 0, 0),
+        };
+        let keys: u32 = keys_of_frames.iter().sum();
+        let (frames, intervals) = (keys_of_frames.len().max(1), keys.max(1) as usize);
+        Self {
+            row,
+            column,
+            frame,
+            frames,
+            intervals,
+            rate,
+            frame_cycle: Cycle::of(frames),
+            key_cycle: Cycle::of(intervals),
+        }
+    }
+
+    /// Whether each frame has one key.
+    #[inline(always)]
+    pub(crate) fn is_even(&self) -> bool {
+        self.frames == self.intervals
+    }
+
+    /// Number of frames in `seconds`.
+    pub(crate) fn per_second(&self, seconds: f32) -> f64 {
+        f64::from(seconds) * self.rate
+    }
+
+    /// A position in frames as a time, in seconds.
+    pub(crate) fn seconds(&self, at: f32) -> f32 {
+        (f64::from(at) / self.rate) as f32
+    }
+
+    /// A position in frames, wrapped into the clip; 0 for what is not finite.
+    pub(crate) fn wrapped(&self, at: f64) -> f32 {
+        let length = self.frames as f64;
+        let rest = at - (at / length).floor() * length;
+        if rest > 0.0 {
+            rest.min(length) as f32
+        } else {
+            0.0
+        }
+    }
+
+    /// Number of keys of a column, not counting repeated ones.
+    pub(crate) fn keys(&self) -> usize {
+        self.intervals + 1
+    }
+
+    /// Number of keys from the start of one column to the start of the next.
+    pub(crate) fn stride(&self) -> usize {
+        self.keys() + SPARE
+    }
+}
+
+/// The interval between frames, or between keys, that contains a moment, as a float, and the position in it from 0 to 1. One
+/// of each for each lane.
+#[derive(Clone, Copy)]
+pub(crate) struct Moment<L> {
+    pub(crate) interval: L,
+    pub(crate) share: L,
+}
+
+impl<L: Lanes> Moment<L> {
+    #[inline(always)]
+    pub(crate) fn zero() -> Self {
+        let zero = L::splat(0.0);
+        Self {
+            interval: zero,
+            share: zero,
+        }
+    }
+}
+
+/// Number of intervals of a clip, for each lane.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Cycle<L> {
+    length: L,
+    /// 1 divided by `length`.
+    inverse: L,
+}
+
+impl Cycle<f32> {
+    /// The cycle of `length` intervals.
+    pub(crate) fn of(length: usize) -> Self {
+        let length = length as f32;
+        Self {
+            length,
+            inverse: 1.0 / length,
+        }
+    }
+
+    /// The same cycle in all lanes.
+    #[inline(always)]
+    pub(crate) fn lanes<L: Lanes>(self) -> Cycle<L> {
+        Cycle {
+            length: L::splat(self.length),
+            inverse: L::splat(self.inverse),
+        }
+    }
+}
+
+impl<L: Lanes> Cycle<L> {
+    #[inline(always)]
+    pub(crate) fn new(length: L) -> Self {
+        Self {
+            length,
+            inverse: L::splat(1.0) / length,
+        }
+    }
+
+    /// Wraps `value` into `0..length`; NaN becomes 0. By rounding, the result may be `length` itself, or 0 for values
+    /// slightly below `length`.
+    #[inline(always)]
+    fn wrapped(self, value: L) -> L {
+        let rest = value - (value * self.inverse).floor() * self.length;
+        rest.max(L::splat(0.0)).min(self.length)
+    }
+
+    /// Wraps a whole number of intervals into `0..length`, exactly.
+    #[inline(always)]
+    pub(crate) fn wrapped_whole(self, value: L) -> L {
+        // Half an interval is added, so that rounding does not reach another multiple of the length.
+        let turns = ((value + L::splat(0.5)) * self.inverse).floor();
+        value - turns * self.length
+    }
+
+    /// The moment at `time`, in intervals.
+    ///
+    /// No operation is fused, so that all machines find the same interval.
+    #[inline(always)]
+    pub(crate) fn moment(self, time: L) -> Moment<L> {
+        let time = self.wrapped(time);
+        let interval = time.floor().min(self.length - L::splat(1.0));
+        Moment {
+            interval,
+            share: time - interval,
+        }
+    }
+}
+
+/// The keys from each frame of each clip to the next frame.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct FrameKeys(Vec<KeysOfFrame>);
+
+/// The keys from a frame to the next one.
+#[derive(Clone, Copy, Debug)]
+struct KeysOfFrame {
+    /// Index of the first key in its clip.
+    first: f32,
+    /// Number of keys.
+    count: f32,
+}
+
+impl FrameKeys {
+    /// Adds a clip. `keys_of_frames` has the number of keys of each frame but the last.
+    pub(crate) fn add(&mut self, keys_of_frames: &[u32]) {
+        let mut first = 0;
+        // A clip of one frame stands still for the duration of a frame.
+        for &count in if keys_of_frames.is_empty() {
+            &[1]
+        } else {
+            keys_of_frames
+        } {
+            self.0.push(KeysOfFrame {
+                first: first as f32,
+                count: count as f32,
+            });
+            first += count;
+        }
+    }
+
+    /// The position of `time`, which is in frames, in intervals between keys. Both are counted from the clip's beginning.
+    pub(crate) fn position(&self, range: &ClipRange, time: f32) -> f32 {
+        let frame = time.floor().min(range.frames as f32 - 1.0);
+        let KeysOfFrame { first, count } = self.0[range.frame + frame as usize];
+        (time - frame) * count + first
+    }
+
+    /// Looks up the keys of sixteen characters. `frames` are their frames; `before` are the numbers of frames of all clips
+    /// before their own.
+    #[inline(always)]
+    pub(crate) fn of(&self, frames: &F32x16, before: &[u32; F32x16::LANES]) -> LaneKeys {
+        let mut keys = LaneKeys {
+            first: F32x16::ZERO,
+            count: F32x16::ZERO,
+        };
+        for (lane, &before) in before.iter().enumerate() {
+            let own = self.0[before as usize + frames.0[lane] as usize];
+            keys.first.0[lane] = own.first;
+            keys.count.0[lane] = own.count;
+        }
+        keys
+    }
+
+    /// Size of the table, in bytes.
+    pub(crate) fn bytes(&self) -> usize {
+        size_of_val(&*self.0)
+    }
+}
+
+/// The keys of the frames of sixteen characters.
+pub(crate) struct LaneKeys {
+    first: F32x16,
+    count: F32x16,
+}
+
+impl LaneKeys {
+    /// Converts a moment between frames to a moment between keys.
+    ///
+    /// No operation is fused, so that all machines find the same interval.
+    #[inline(always)]
+    pub(crate) fn moment<L: Lanes>(&self, part: usize, share: L) -> Moment<L> {
+        let count = L::load(&self.count, part);
+        let place = share * count;
+        let key = place.floor().min(count - L::splat(1.0));
+        Moment {
+            interval: L::load(&self.first, part) + key,
+            share: place - key,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::{Isa, Kernel};
+
+    /// Converts sixteen moments between frames to moments between keys.
+    struct Moments<'a> {
+        keys: &'a FrameKeys,
+        frames: F32x16,
+        shares: F32x16,
+    }
+
+    impl Kernel for Moments<'_> {
+        /// Intervals, and shares of them.
+        type Out = [F32x16; 2];
+
+        #[inline(always)]
+        fn run<L: Lanes>(self) -> [F32x16; 2] {
+            let keys = self.keys.of(&self.frames, &[3; F32x16::LANES]);
+            let mut out = [F32x16::ZERO; 2];
+            for part in 0..L::PARTS {
+                let moment = keys.moment(part, L::load(&self.shares, part));
+                moment.interval.store(&mut out[0], part);
+                moment.share.store(&mut out[1], part);
+            }
+            out
+        }
+    }
+
+    #[test]
+    fn moments_between_frames_are_moments_between_keys() {
+        let mut keys = FrameKeys::default();
+        let before = ClipRange::after(None, &[1, 1, 1], 30.0);
+        keys.add(&[1, 1, 1]);
+        let counts = [1, 3, 1, 7, 2];
+        let range = ClipRange::after(Some(&before), &counts, 30.0);
+        keys.add(&counts);
+        assert_eq!((range.frame, range.frames, range.intervals), (3, 5, 14));
+        assert!(before.is_even() && !range.is_even());
+        let frames = F32x16(std::array::from_fn(|lane| (lane % 5) as f32));
+        let shares = F32x16(std::array::from_fn(|lane| lane as f32 / 15.0));
+        for isa in Isa::available() {
+            let [intervals, rest] = isa.on_lanes(Moments {
+                keys: &keys,
+                frames,
+                shares,
+            });
+            for lane in 0..F32x16::LANES {
+                let frame = lane % 5;
+                let first: u32 = counts[..frame].iter().sum();
+                let at = first as f32 + shares.0[lane] * counts[frame] as f32;
+                let found = intervals.0[lane] + rest.0[lane];
+                assert!((found - at).abs() < 1e-5, "{isa:?}: {found} {at}");
+                assert!((0.0..=1.0).contains(&rest.0[lane]));
+                assert!(intervals.0[lane] < (first + counts[frame]) as f32);
+                let position = keys.position(&range, frames.0[lane] + shares.0[lane]);
+                assert!((position - at).abs() < 1e-4, "{position} {at}");
+            }
+        }
+        assert_eq!(keys.position(&range, 5.0), 14.0);
+    }
+}

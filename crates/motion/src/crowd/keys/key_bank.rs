@@ -1,0 +1,212 @@
+//! The keys of all clips, as the kernels read them.
+//!
+//! A clip is a list of tracks, and a track a list of columns: four for a rotation, none to six for a position. A column
+//! has one 16-bit key for each frame, and more where a joint turns fast. The keys are stored twice: column by column, for
+//! characters that are near each other in time and share their loads, and key by key in rows, for the others. In a row, four
+//! keys are a quad. A rotation is one quad, a position up to two.
+
+use super::clip_times::{ClipRange, FrameKeys};
+use super::tracks::{Keys, Place, Tracks};
+use crate::math::{KeyUnit, UnitHalves, sorted_indices};
+
+/// The keys of all clips.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct KeyBank {
+    /// Columns of all clips, one after the other.
+    pub(crate) columns: Vec<i16>,
+    /// Rows of all clips, one after the other.
+    pub(crate) rows: Vec<KeyUnit>,
+    /// Number of columns of a clip.
+    column_count: usize,
+    /// Number of [`KeyUnit`]s of a row.
+    pub(crate) row_units: usize,
+    /// Times of the keys between the frames of their clips.
+    pub(crate) frames: FrameKeys,
+}
+
+/// Position of a key of a clip in each column.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct KeyPlace {
+    /// Index of the key in the first column.
+    pub(crate) first: usize,
+    /// Number of keys from the start of one column to the start of the next.
+    pub(crate) stride: usize,
+}
+
+impl KeyPlace {
+    #[inline(always)]
+    pub(crate) fn of_column(self, column: usize) -> usize {
+        self.first + column * self.stride
+    }
+}
+
+/// Positions of tracks among the columns and in a row.
+#[derive(Clone, Debug)]
+pub(crate) struct TrackPlaces {
+    /// The first column of each track.
+    pub(crate) columns: Vec<usize>,
+    /// The first quad of each track.
+    pub(crate) quads: Vec<usize>,
+    column_count: usize,
+    row_units: usize,
+}
+
+impl TrackPlaces {
+    /// Assigns columns and quads to the tracks. Columns follow the order of the tracks. In a row, the tracks of the finest
+    /// level come first; within them and within the others, the coarser the coarsest level that plays a track, the earlier
+    /// it comes. A level therefore reads few cache lines, and few quads that it does not need.
+    pub(crate) fn new(tracks: &Tracks) -> Self {
+        let mut columns = Vec::with_capacity(tracks.len());
+        let mut column_count = 0;
+        for place in &tracks.places {
+            columns.push(column_count);
+            column_count += KeyUnit::QUAD + place.columns();
+        }
+        let key = |&track: &usize| {
+            let [first, last] = tracks.levels[track];
+            (first > 0, std::cmp::Reverse(last))
+        };
+        let order = sorted_indices(tracks.len(), &|a, b| key(a).cmp(&key(b)));
+        let mut quads = vec![0; tracks.len()];
+        let (mut quad, mut is_first) = (0, true);
+        for track in order {
+            if is_first && tracks.levels[track][0] > 0 {
+                // Most of the remaining tracks have two quads, which fill a unit.
+                is_first = false;
+                quad = usize::next_multiple_of(quad, 2);
+            }
+            quads[track] = quad;
+            quad += 1 + tracks.places[track].quads();
+        }
+        Self {
+            columns,
+            quads,
+            column_count,
+            row_units: quad.div_ceil(2),
+        }
+    }
+}
+
+impl KeyBank {
+    /// The keys of all clips, which have the ranges `ranges`; `frames` has the times of the keys.
+    pub(crate) fn new(
+        tracks: &Tracks,
+        ranges: &[ClipRange],
+        places: &TrackPlaces,
+        frames: FrameKeys,
+    ) -> Self {
+        let mut bank = Self {
+            column_count: places.column_count,
+            row_units: places.row_units,
+            frames,
+            ..Self::default()
+        };
+        for (keys, range) in tracks.keys.iter().zip(ranges) {
+            let row = bank.rows.len();
+            let units = range.keys() * places.row_units;
+            bank.rows.resize(row + units, KeyUnit::default());
+            for (track, keys) in keys.iter().enumerate() {
+                let track = TrackKeys {
+                    keys,
+                    place: tracks.places[track],
+                    quad: places.quads[track],
+                };
+                track.add_columns(range, &mut bank.columns);
+                track.add_rows(&mut bank.rows[row..], places.row_units);
+            }
+        }
+        bank
+    }
+
+    /// Position of a key of a clip in the first column, and the stride of columns.
+    #[inline(always)]
+    pub(crate) fn place(&self, range: &ClipRange, key: usize) -> KeyPlace {
+        KeyPlace {
+            first: range.column * self.column_count + key,
+            stride: range.stride(),
+        }
+    }
+
+    /// Size of all keys, in bytes.
+    pub(crate) fn bytes(&self) -> usize {
+        size_of_val(&*self.columns) + size_of_val(&*self.rows) + self.frames.bytes()
+    }
+}
+
+/// The keys of one track of one clip.
+struct TrackKeys<'a> {
+    keys: &'a Keys,
+    place: Place,
+    quad: usize,
+}
+
+impl TrackKeys<'_> {
+    fn add_columns(&self, range: &ClipRange, columns: &mut Vec<i16>) {
+        let last = self.keys.rotations.len() - 1;
+        let keys = || (0..range.stride()).map(|index| (index % range.keys()).min(last));
+        for component in 0..KeyUnit::QUAD {
+            columns.extend(keys().map(|key| self.keys.rotations[key][component]));
+        }
+        for quad in 0..self.place.quads() {
+            for axis in 0..3 {
+                let stored = |key| self.place.keys(self.keys.place(key))[quad][axis];
+                columns.extend(keys().map(stored));
+            }
+        }
+    }
+
+    fn add_rows(&self, rows: &mut [KeyUnit], row_units: usize) {
+        let last = self.keys.rotations.len() - 1;
+        for (key, row) in rows.chunks_exact_mut(row_units).enumerate() {
+            let key = key.min(last);
+            let row: &mut [i16] = bytemuck::cast_slice_mut(row);
+            let place = self.place.keys(self.keys.place(key));
+            let quads = self.place.quads();
+            let own = &mut row[self.quad * KeyUnit::QUAD..][..(1 + quads) * KeyUnit::QUAD];
+            let (rotation, places) = own.split_at_mut(KeyUnit::QUAD);
+            rotation.copy_from_slice(&self.keys.rotations[key]);
+            for (to, from) in places.chunks_exact_mut(KeyUnit::QUAD).zip(place) {
+                to[..3].copy_from_slice(&from);
+            }
+        }
+    }
+}
+
+/// A unit of a row, and the columns of a group that its quads become.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct UnitRead {
+    pub(crate) halves: UnitHalves,
+    /// Index of the first column of each wanted quad, in `F32x16`s.
+    pub(crate) lines: [usize; 2],
+}
+
+impl UnitRead {
+    /// Index of the first `F32x16` that the unit fills. It increases from each read to the next.
+    pub(crate) fn first_line(&self) -> usize {
+        let lines = self.lines.iter().zip(self.halves.wanted);
+        let wanted = lines.filter(|&(_, wanted)| wanted);
+        wanted.map(|(&line, _)| line).min().unwrap_or_default()
+    }
+
+    /// The units to read for the quads of a level's joints. Each quad becomes the next four `F32x16`s.
+    pub(crate) fn of(quads: &[usize]) -> Vec<Self> {
+        let mut reads: Vec<Self> = Vec::new();
+        for (index, &quad) in quads.iter().enumerate() {
+            let (unit, half) = (quad / 2, quad % 2);
+            let known = reads.iter().position(|read| read.halves.unit == unit);
+            let read = known.unwrap_or_else(|| {
+                reads.push(Self {
+                    halves: UnitHalves {
+                        unit,
+                        wanted: [false; 2],
+                    },
+                    lines: [0; 2],
+                });
+                reads.len() - 1
+            });
+            reads[read].halves.wanted[half] = true;
+            reads[read].lines[half] = index * KeyUnit::QUAD;
+        }
+        reads
+    }
+}

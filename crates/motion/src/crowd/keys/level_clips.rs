@@ -1,0 +1,148 @@
+//! A joint of one level, and where its keys are.
+// MERGED DOCS
+// //! The joints of one level, and where their keys are.
+// //! Steps that make a level look like a coarser one: removed joints are moved to where kept ones carry them.
+// //!
+// //! This goes beyond Hasegawa, Nishio & Kobori, who leave the jumps between levels to future work (their 4.2): see
+// //! `lod::blend`. A group may contain characters of several levels. It is posed on the finest of them. For a character of a
+// //! coarser level, some steps are applied to that pose, the last one in part.
+
+use glam::{Quat, Vec3};
+
+use super::key_bank::{TrackPlaces, UnitRead};
+use super::tracks::{Place, Tracks};
+use crate::anim::JointId;
+use crate::lod::Level;
+use crate::math::KeyUnit;
+
+/// The data of a joint that all clips share.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct LevelJoint {
+    /// Index of the parent among the level's joints; `None` for the root alone.
+    pub(crate) parent: Option<u16>,
+    pub(crate) place: Place,
+    /// Index of the first column of the joint's track.
+    pub(crate) column: usize,
+    /// Number of [`LevelClips::reads`](super::level_clips::LevelClips::reads) that are still to be done when the joint is
+    /// computed. The reads of its own keys and of the next joint's are done by then, so that they arrive in time.
+    pub(crate) reads_left: usize,
+}
+
+/// The joints of one level, and where the keys of all clips are.
+#[derive(Clone, Debug)]
+pub(crate) struct LevelClips {
+    /// Joints of the level, parents before children.
+    pub(crate) joints: Vec<LevelJoint>,
+    /// The units of a row that the level needs.
+    pub(crate) reads: Vec<UnitRead>,
+    /// Number of `F32x16`s that the level's columns take for sixteen characters.
+    pub(crate) column_lines: usize,
+    /// Units whose prefetch touches all cache lines that the level needs of a row, wherever in a cache line the row begins.
+    pub(crate) fetched: Vec<usize>,
+}
+
+/// Number of units in a cache line.
+const LINE_UNITS: usize = 64 / size_of::<KeyUnit>();
+
+impl LevelClips {
+    /// Builds the level with index `number`.
+    pub(crate) fn new(level: &Level, number: usize, tracks: &Tracks, places: &TrackPlaces) -> Self {
+        let of_level = &tracks.of_levels[number];
+        let joints = of_level.iter().zip(&level.parents);
+        let joints = joints.map(|(&track, &parent)| LevelJoint {
+            parent,
+            place: tracks.places[track],
+            column: places.columns[track],
+            reads_left: 0,
+        });
+        let quads = of_level.iter().flat_map(|&track| {
+            let first = places.quads[track];
+            first..first + 1 + tracks.places[track].quads()
+        });
+        let quads: Vec<usize> = quads.collect();
+        let reads = UnitRead::of(&quads);
+        let units = reads.iter().map(|read| read.halves.unit);
+        let fetched = touching_all_lines(units.collect());
+        let mut joints: Vec<LevelJoint> = joints.collect();
+        let mut lines = 0;
+        let ends = joints.iter().map(|joint| {
+            lines += (1 + joint.place.quads()) * KeyUnit::QUAD;
+            lines
+        });
+        let ends: Vec<usize> = ends.collect();
+        for (index, joint) in joints.iter_mut().enumerate() {
+            let end = ends[(index + 1).min(ends.len() - 1)];
+            joint.reads_left = reads.len() - reads.partition_point(|read| read.first_line() < end);
+        }
+        Self {
+            joints,
+            column_lines: quads.len() * KeyUnit::QUAD,
+            reads,
+            fetched,
+        }
+    }
+}
+
+/// A subset of the units whose cache lines contain all of them, wherever in a cache line the row begins: a unit that lies
+/// between two units at most a cache line apart is in the cache line of one of them.
+fn touching_all_lines(mut units: Vec<usize>) -> Vec<usize> {
+    units.sort_unstable();
+    let mut touching: Vec<usize> = Vec::new();
+    for (index, &unit) in units.iter().enumerate() {
+        let is_reached = |&next: &usize| {
+            touching
+                .last()
+                .is_some_and(|&last| next <= last + LINE_UNITS)
+        };
+        // The cache line of this unit also contains the next one.
+        if !units.get(index + 1).is_some_and(is_reached) {
+            touching.push(unit);
+        }
+    }
+    touching
+}
+
+/// The joints that are removed from one level to the next, as joints of the level that is posed.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct LevelStep {
+    pub(crate) removed: Vec<RemovedJoint>,
+}
+
+/// A removed joint, and its carrier on the coarser level, as indices into the posed level's joints.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct RemovedJoint {
+    pub(crate) joint: u16,
+    pub(crate) carrier: u16,
+    /// The joint's rotation in the carrier's frame.
+    pub(crate) turn: Quat,
+    pub(crate) place: Vec3,
+}
+
+/// The steps from each level to the levels after it, one list for each level.
+pub(crate) fn steps(levels: &[Level]) -> Vec<Vec<LevelStep>> {
+    let after = |posed: usize| {
+        let pairs = levels[posed..].windows(2);
+        pairs.map(move |pair| step(&levels[posed], &pair[0], &pair[1]))
+    };
+    (0..levels.len())
+        .map(|posed| after(posed).collect())
+        .collect()
+}
+
+fn step(posed: &Level, finer: &Level, coarser: &Level) -> LevelStep {
+    let index = |joint: JointId| Some(posed.index_of(joint)? as u16);
+    let gone = |&&joint: &&JointId| coarser.index_of(joint).is_none();
+    let removed = |&joint: &JointId| {
+        let attachment = coarser.attachments.get(joint.index())?;
+        let carrier = *coarser.kept.get(usize::from(attachment.carrier))?;
+        Some(RemovedJoint {
+            joint: index(joint)?,
+            carrier: index(carrier)?,
+            turn: attachment.offset.rotation,
+            place: attachment.offset.translation,
+        })
+    };
+    LevelStep {
+        removed: finer.kept.iter().filter(gone).filter_map(removed).collect(),
+    }
+}

@@ -1,0 +1,319 @@
+//! Groups: sixteen characters that are posed together. A character's slot is its group and lane, as one number.
+
+use std::ops::Range;
+
+use crate::anim::ClipId;
+use crate::crowd::character::{CharacterState, LaneClip};
+use crate::crowd::keys::clip_times::{ClipRange, Cycle, Moment};
+use crate::lod::LevelId;
+use crate::math::{F32x16, Lanes};
+
+/// All characters are sorted once one in this many was moved to another group.
+pub(crate) const MOST_LATE: usize = 16;
+
+/// The slot of a character that is in no group.
+pub(crate) const NOWHERE: u32 = u32::MAX;
+
+/// Flag in the slots of parked characters.
+pub(crate) const PARKED: u32 = 1 << 31;
+
+/// A lane of a group.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Slot {
+    pub(crate) group: usize,
+    pub(crate) lane: usize,
+}
+
+impl Slot {
+    /// The slot with a number, ignoring the flag [`PARKED`].
+    pub(crate) fn of(number: u32) -> Self {
+        let number = (number & !PARKED) as usize;
+        Self {
+            group: number / F32x16::LANES,
+            lane: number % F32x16::LANES,
+        }
+    }
+
+    pub(crate) fn number(self) -> u32 {
+        (self.group * F32x16::LANES + self.lane) as u32
+    }
+}
+
+/// The properties that all characters of a group share.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct GroupKind {
+    /// The finest level that a character of the group needs.
+    pub(crate) level: LevelId,
+    /// The clip of all characters if they are near each other in time, else `None`.
+    pub(crate) near: Option<ClipId>,
+    /// Whether the characters may cross-fade to second clips.
+    pub(crate) fades: bool,
+}
+
+/// Consecutive groups of one level that all cross-fade or do not, whatever their clips.
+#[derive(Clone, Debug)]
+pub(crate) struct Bucket {
+    pub(crate) level: LevelId,
+    pub(crate) fades: bool,
+    pub(crate) groups: Range<usize>,
+    pub(crate) offset: usize,
+    /// Number of [`F32x16`]s of each group in the output.
+    pub(crate) lines: usize,
+}
+
+impl GroupKind {
+    /// Whether a character can be in a group of this kind.
+    pub(crate) fn takes(self, state: &CharacterState) -> bool {
+        self.level <= state.level()
+            && self.near.is_none_or(|clip| clip == state.clip)
+            && (self.fades || !state.fades)
+    }
+}
+
+/// Consecutive groups of one bucket that belong to one chunk.
+#[derive(Clone, Debug)]
+pub(crate) struct Piece {
+    pub(crate) level: LevelId,
+    pub(crate) fades: bool,
+    pub(crate) groups: Range<usize>,
+    pub(crate) lines: Range<usize>,
+}
+
+/// Sixteen characters outside the frustum, which are not posed.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Parked {
+    pub(crate) x: F32x16,
+    pub(crate) y: F32x16,
+    pub(crate) z: F32x16,
+    /// Numbers of the characters; `Group::NOBODY` for unused lanes.
+    pub(crate) ids: [u32; F32x16::LANES],
+}
+
+/// Sixteen characters that are posed together, field by field.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Group {
+    pub(crate) clock: Clock,
+    cos: F32x16,
+    sin: F32x16,
+    pub(crate) x: F32x16,
+    pub(crate) y: F32x16,
+    pub(crate) z: F32x16,
+    /// Level plus blend of each character.
+    pub(crate) detail: F32x16,
+}
+
+/// Positions in clips, as linear functions of the groups' clock.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Clock {
+    /// Position when the groups' clock is 0, in frames.
+    start: F32x16,
+    /// Speed, in frames of the clip per second.
+    speed: F32x16,
+}
+
+/// The fields of a group that posing reads only if its characters play several clips.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct GroupCold {
+    pub(crate) kind: GroupKind,
+    /// Start of the group in the output, in [`F32x16`]s.
+    pub(crate) offset: usize,
+    /// Numbers of the characters; [`Group::NOBODY`] for unused lanes.
+    pub(crate) ids: [u32; F32x16::LANES],
+    /// Each character's own clip.
+    pub(crate) own: LaneRanges,
+    pub(crate) fade: FadeLines,
+}
+
+/// One clip for each lane.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct LaneRanges {
+    /// For each lane, number of rows of all clips before the character's own.
+    pub(crate) rows: [u32; F32x16::LANES],
+    /// For each lane, number of frames of all clips before the character's own.
+    pub(crate) frames: [u32; F32x16::LANES],
+    /// Number of intervals between frames of each clip.
+    pub(crate) length: F32x16,
+    /// Whether each of these clips has one key per frame.
+    pub(crate) is_even: bool,
+}
+
+/// Second clips. For a character without one, its own clip with a weight of 0.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct FadeLines {
+    pub(crate) shared: SharedClip,
+    pub(crate) weight: F32x16,
+    pub(crate) clock: Clock,
+    pub(crate) clips: LaneRanges,
+}
+
+/// The clip that all lanes play.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum SharedClip {
+    /// No lane has been written.
+    Unknown,
+    One(ClipId),
+    /// Lanes play different clips.
+    None,
+}
+
+impl SharedClip {
+    /// The common clip after one more lane plays `clip`.
+    fn with(self, clip: ClipId) -> Self {
+        match self {
+            Self::Unknown => Self::One(clip),
+            Self::One(own) if own == clip => self,
+            _ => Self::None,
+        }
+    }
+}
+
+impl Group {
+    pub(crate) const NOBODY: u32 = u32::MAX;
+
+    pub(crate) const EMPTY: Self = Self {
+        clock: Clock::STOPPED,
+        cos: F32x16([1.0; F32x16::LANES]),
+        sin: F32x16::ZERO,
+        x: F32x16::ZERO,
+        y: F32x16::ZERO,
+        z: F32x16::ZERO,
+        detail: F32x16::ZERO,
+    };
+
+    /// Writes a character and its own clip into a lane.
+    pub(crate) fn write(&mut self, lane: usize, state: &CharacterState, clip: &LaneClip<'_>) {
+        self.clock.write(lane, clip);
+        self.cos.0[lane] = state.cos;
+        self.sin.0[lane] = state.sin;
+        self.x.0[lane] = state.x;
+        self.y.0[lane] = state.y;
+        self.z.0[lane] = state.z;
+        self.detail.0[lane] = state.detail;
+    }
+
+    /// Copies everything that a lane holds to another lane.
+    pub(crate) fn copy_lane(&mut self, from: usize, to: usize) {
+        self.clock.copy_lane(from, to);
+        for line in [
+            &mut self.cos,
+            &mut self.sin,
+            &mut self.x,
+            &mut self.y,
+            &mut self.z,
+            &mut self.detail,
+        ] {
+            line.0[to] = line.0[from];
+        }
+    }
+
+    #[inline(always)]
+    pub(crate) fn placement<L: Lanes>(&self, part: usize) -> [L; 5] {
+        [
+            L::load(&self.cos, part),
+            L::load(&self.sin, part),
+            L::load(&self.x, part),
+            L::load(&self.y, part),
+            L::load(&self.z, part),
+        ]
+    }
+}
+
+impl GroupCold {
+    pub(crate) const EMPTY: Self = Self {
+        kind: GroupKind {
+            level: LevelId(0),
+            near: None,
+            fades: false,
+        },
+        offset: 0,
+        ids: [Group::NOBODY; F32x16::LANES],
+        own: LaneRanges::EMPTY,
+        fade: FadeLines::EMPTY,
+    };
+
+    /// Writes a character's own clip into a lane, and its second clip if the group cross-fades.
+    pub(crate) fn write(&mut self, lane: usize, [own, fade]: &[LaneClip<'_>; 2]) {
+        self.own.write(lane, own.range);
+        if self.kind.fades {
+            self.fade.write(lane, fade);
+        }
+    }
+
+    /// Copies everything that a lane holds to another lane.
+    pub(crate) fn copy_lane(&mut self, from: usize, to: usize) {
+        self.own.copy_lane(from, to);
+        self.fade.copy_lane(from, to);
+    }
+
+    /// Whether a lane has a character. Unused lanes repeat another lane, so that they stay near it in time.
+    pub(crate) fn is_used(&self, lane: usize) -> bool {
+        self.ids[lane] != Group::NOBODY
+    }
+}
+
+impl LaneRanges {
+    const EMPTY: Self = Self {
+        rows: [0; F32x16::LANES],
+        frames: [0; F32x16::LANES],
+        length: F32x16([1.0; F32x16::LANES]),
+        is_even: true,
+    };
+
+    fn write(&mut self, lane: usize, range: &ClipRange) {
+        self.rows[lane] = range.row as u32;
+        self.frames[lane] = range.frame as u32;
+        self.length.0[lane] = range.frames as f32;
+        self.is_even &= range.is_even();
+    }
+
+    fn copy_lane(&mut self, from: usize, to: usize) {
+        self.rows[to] = self.rows[from];
+        self.frames[to] = self.frames[from];
+        self.length.0[to] = self.length.0[from];
+    }
+}
+
+impl FadeLines {
+    const EMPTY: Self = Self {
+        shared: SharedClip::Unknown,
+        weight: F32x16::ZERO,
+        clock: Clock::STOPPED,
+        clips: LaneRanges::EMPTY,
+    };
+
+    fn write(&mut self, lane: usize, clip: &LaneClip<'_>) {
+        self.shared = self.shared.with(clip.clip);
+        self.weight.0[lane] = clip.weight;
+        self.clock.write(lane, clip);
+        self.clips.write(lane, clip.range);
+    }
+
+    fn copy_lane(&mut self, from: usize, to: usize) {
+        self.weight.0[to] = self.weight.0[from];
+        self.clock.copy_lane(from, to);
+        self.clips.copy_lane(from, to);
+    }
+}
+
+impl Clock {
+    const STOPPED: Self = Self {
+        start: F32x16::ZERO,
+        speed: F32x16::ZERO,
+    };
+
+    fn write(&mut self, lane: usize, clip: &LaneClip<'_>) {
+        self.start.0[lane] = clip.start;
+        self.speed.0[lane] = clip.range.per_second(clip.speed) as f32;
+    }
+
+    fn copy_lane(&mut self, from: usize, to: usize) {
+        self.start.0[to] = self.start.0[from];
+        self.speed.0[to] = self.speed.0[from];
+    }
+
+    #[inline(always)]
+    pub(crate) fn moment<L: Lanes>(&self, part: usize, now: f32, cycle: Cycle<L>) -> Moment<L> {
+        let speed = L::load(&self.speed, part);
+        cycle.moment(L::load(&self.start, part) + speed * L::splat(now))
+    }
+}

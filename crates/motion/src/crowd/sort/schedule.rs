@@ -1,0 +1,369 @@
+//! The groups of a crowd, and their positions in the output.
+
+use super::group::{
+    Bucket, Group, GroupCold, GroupKind, MOST_LATE, NOWHERE, PARKED, Parked, Piece, Slot,
+};
+use crate::anim::ClipId;
+use crate::crowd::character::CharacterState;
+use crate::crowd::keys::animation_set::AnimationSet;
+use crate::crowd::output::{Layout, Output};
+use crate::math::{DistinctRows, F32x16};
+
+/// The groups of a crowd, with buffers for sorting.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Schedule {
+    pub(crate) groups: Vec<Group>,
+    pub(crate) cold: Vec<GroupCold>,
+    /// [`GroupKind::near`] of each group.
+    pub(crate) near: Vec<Option<ClipId>>,
+    /// For each group, a bit mask of the lanes inside the frustum. A group without any is not posed.
+    pub(crate) visible: Vec<u16>,
+    pub(crate) parked: Vec<Parked>,
+    pub(crate) buckets: Vec<Bucket>,
+    pub(crate) pieces: Vec<Piece>,
+    /// End index of each chunk's pieces.
+    pub(crate) ends: Vec<usize>,
+    /// Length of the whole output, in [`F32x16`]s.
+    pub(crate) lines: usize,
+    /// Index of the first group that was added since the last sorting.
+    pub(crate) first_late: usize,
+    /// Sort keys; from the highest bits: level, whether it cross-fades, clip, position in the clip, character.
+    pub(crate) keys: Vec<u64>,
+    pub(crate) spare: Vec<u64>,
+    /// Number of keys whose characters are in groups.
+    pub(crate) filled: usize,
+    /// Whether all keys of the present level are read. The characters in `rest` are then put into groups.
+    pub(crate) is_level_read: bool,
+    /// The number of characters of each list in `rest` that are in groups.
+    pub(crate) pushed: [usize; 2],
+    /// Characters that share no loads and are to be put into groups of sixteen: those that do not cross-fade, and those that
+    /// do.
+    pub(crate) rest: [Vec<u32>; 2],
+    /// For [`Layout::Instances`], the character whose row each lane writes.
+    pub(crate) rows: DistinctRows,
+}
+
+/// Inputs of sorting a crowd into groups.
+pub(crate) struct Sorting<'a> {
+    pub(crate) animations: &'a AnimationSet,
+    pub(crate) states: &'a [CharacterState],
+    /// Group and lane of each character, as one number.
+    pub(crate) slots: &'a mut [u32],
+    /// The crowd's time, in seconds.
+    pub(crate) now: f64,
+    /// The crowd's time at which the groups' clock is 0, in seconds.
+    pub(crate) base: f64,
+    pub(crate) output: Output,
+    /// Number of chunks that the groups are cut into, for threads to take.
+    pub(crate) chunks: usize,
+}
+
+impl Schedule {
+    /// Maximum number of groups of `characters` characters: full ones, one more with and one without cross-fades, and those of characters
+    /// that are moved later.
+    pub(crate) fn most_groups(characters: usize) -> usize {
+        characters.div_ceil(F32x16::LANES) + 2 + characters / MOST_LATE + 1
+    }
+
+    /// Reserves memory for any grouping of `characters` characters, including those that are moved later.
+    pub(crate) fn reserve(&mut self, characters: usize, chunks: usize) {
+        let groups = Self::most_groups(characters);
+        reserve(&mut self.groups, groups);
+        reserve(&mut self.cold, groups);
+        reserve(&mut self.near, groups);
+        reserve(&mut self.visible, groups);
+        reserve(&mut self.parked, groups);
+        reserve(&mut self.buckets, groups);
+        self.rows.reserve(groups * F32x16::LANES, characters);
+        reserve(&mut self.pieces, groups + chunks);
+        reserve(&mut self.ends, chunks);
+        for rest in &mut self.rest {
+            reserve(rest, characters);
+        }
+        for keys in [&mut self.keys, &mut self.spare] {
+            reserve(keys, characters);
+        }
+    }
+
+    /// Adds a group behind all others.
+    pub(crate) fn push(
+        &mut self,
+        kind: GroupKind,
+        ids: &[u32; F32x16::LANES],
+        sorting: &mut Sorting<'_>,
+    ) {
+        let index = self.groups.len();
+        let lines = sorting
+            .output
+            .group_len(sorting.animations.joints(kind.level));
+        let GroupKind { level, near, fades } = kind;
+        match self.buckets.last_mut() {
+            Some(bucket)
+                if (bucket.level, bucket.fades) == (level, fades) && index != self.first_late =>
+            {
+                bucket.groups.end = index + 1;
+            }
+            _ => self.buckets.push(Bucket {
+                level,
+                fades,
+                groups: index..index + 1,
+                offset: self.lines,
+                lines,
+            }),
+        }
+        self.groups.push(Group::EMPTY);
+        self.near.push(near);
+        self.visible.push(u16::MAX);
+        self.cold.push(GroupCold {
+            kind,
+            offset: self.lines,
+            ..GroupCold::EMPTY
+        });
+        self.lines += lines;
+        for (lane, &id) in ids.iter().enumerate() {
+            // Unused lanes repeat the first character.
+            let shown = if id == Group::NOBODY { ids[0] } else { id };
+            let slot = Slot { group: index, lane };
+            if let Some(state) = sorting.states.get(shown as usize) {
+                self.write(slot, state, sorting.clock());
+            }
+            if id != Group::NOBODY {
+                self.enter(slot, id, sorting);
+            }
+        }
+    }
+
+    /// Writes a character into a lane.
+    pub(crate) fn write(&mut self, slot: Slot, state: &CharacterState, clock: GroupClock<'_>) {
+        let GroupClock { animations, base } = clock;
+        let Slot { group, lane } = slot;
+        let clips = state.lane(animations, base);
+        self.groups[group].write(lane, state, &clips[0]);
+        self.cold[group].write(lane, &clips);
+    }
+
+    /// Assigns a lane to a character.
+    pub(crate) fn enter(&mut self, slot: Slot, id: u32, sorting: &mut Sorting<'_>) {
+        self.cold[slot.group].ids[slot.lane] = id;
+        sorting.slots[id as usize] = slot.number();
+        if sorting.output.layout == Layout::Instances {
+            self.rows.grow(sorting.states.len());
+            self.rows.put(slot.number() as usize, id);
+        }
+    }
+
+    /// Makes a lane unused.
+    pub(crate) fn leave(&mut self, slot: Slot) {
+        self.cold[slot.group].ids[slot.lane] = Group::NOBODY;
+        self.rows.remove(slot.number() as usize);
+    }
+}
+
+/// Reserves memory for `count` items in all.
+fn reserve<T>(items: &mut Vec<T>, count: usize) {
+    items.reserve(count.saturating_sub(items.len()));
+}
+
+/// The reference of positions in clips.
+#[derive(Clone, Copy)]
+pub(crate) struct GroupClock<'a> {
+    pub(crate) animations: &'a AnimationSet,
+    /// The crowd's time at which the groups' clock is 0, in seconds.
+    pub(crate) base: f64,
+}
+
+impl<'a> Sorting<'a> {
+    pub(crate) fn clock(&self) -> GroupClock<'a> {
+        GroupClock {
+            animations: self.animations,
+            base: self.base,
+        }
+    }
+}
+
+impl Schedule {
+    /// Parks a character that is in no group: it is not posed.
+    pub(crate) fn park(&mut self, id: u32, states: &[CharacterState], slots: &mut [u32]) {
+        let free = |parked: &Parked| parked.ids.iter().position(|&id| id == Group::NOBODY);
+        let lane = match self.parked.last().and_then(free) {
+            Some(lane) => lane,
+            None => {
+                self.parked.push(Parked {
+                    x: F32x16::ZERO,
+                    y: F32x16::ZERO,
+                    z: F32x16::ZERO,
+                    ids: [Group::NOBODY; F32x16::LANES],
+                });
+                0
+            }
+        };
+        let index = self.parked.len() - 1;
+        let state = &states[id as usize];
+        let parked = &mut self.parked[index];
+        parked.ids[lane] = id;
+        parked.move_to(lane, state);
+        slots[id as usize] = PARKED | (index * F32x16::LANES + lane) as u32;
+    }
+
+    /// Puts characters that do not fit their groups, or that were added, into groups of their own at the end.
+    pub(crate) fn move_late(&mut self, late: &[u32], mut sorting: Sorting<'_>) {
+        for &id in late {
+            self.vacate(id, &mut sorting);
+            let state = &sorting.states[id as usize];
+            if state.is_inactive {
+                continue;
+            }
+            if state.is_culled {
+                self.park(id, sorting.states, sorting.slots);
+                continue;
+            }
+            let own = GroupKind {
+                level: state.level(),
+                near: None,
+                fades: state.fades,
+            };
+            // Only the last few groups are searched; others seldom have a free lane.
+            let mut open = (self.first_late..self.groups.len()).rev().take(4);
+            let vacancy = open.find_map(|group| {
+                let cold = &self.cold[group];
+                let lane = (0..F32x16::LANES).find(|&lane| !cold.is_used(lane))?;
+                cold.kind.takes(state).then_some(Slot { group, lane })
+            });
+            match vacancy {
+                Some(slot) => {
+                    self.write(slot, state, sorting.clock());
+                    self.visible[slot.group] |= 1 << slot.lane;
+                    self.enter(slot, id, &mut sorting);
+                }
+                None => {
+                    let mut ids = [Group::NOBODY; F32x16::LANES];
+                    ids[0] = id;
+                    self.push(own, &ids, &mut sorting);
+                }
+            }
+        }
+        self.share_out(sorting.chunks);
+    }
+
+    fn vacate(&mut self, id: u32, sorting: &mut Sorting<'_>) {
+        let slot = std::mem::replace(&mut sorting.slots[id as usize], NOWHERE);
+        if slot == NOWHERE {
+            return;
+        }
+        if slot & PARKED != 0 {
+            let Slot { group, lane } = Slot::of(slot);
+            self.parked[group].ids[lane] = Group::NOBODY;
+            return;
+        }
+        let slot = Slot::of(slot);
+        self.leave(slot);
+        let Slot { group, lane } = slot;
+        let stays = |&id: &u32| id != Group::NOBODY;
+        if let Some(other) = self.cold[group].ids.iter().position(stays) {
+            self.groups[group].copy_lane(other, lane);
+            self.cold[group].copy_lane(other, lane);
+        } else {
+            self.visible[group] = 0;
+        }
+    }
+
+    /// Whether the character in a lane was visible in the last frame.
+    pub(crate) fn is_visible(&self, slot: Slot) -> bool {
+        self.visible[slot.group] >> slot.lane & 1 == 1
+    }
+
+    /// Makes the lanes of all groups with characters visible.
+    pub(crate) fn show_all(&mut self) {
+        for (visible, cold) in self.visible.iter_mut().zip(&self.cold) {
+            let is_empty = *visible == 0 && cold.ids == [Group::NOBODY; F32x16::LANES];
+            if !is_empty {
+                *visible = u16::MAX;
+            }
+        }
+    }
+
+    /// Resets the groups' clock to 0.
+    pub(crate) fn rebase(&mut self, sorting: &Sorting<'_>) {
+        for group in 0..self.groups.len() {
+            let ids = self.cold[group].ids;
+            let Some(&any) = ids.iter().find(|&&id| id != Group::NOBODY) else {
+                continue;
+            };
+            let detail = self.groups[group].detail;
+            for (lane, id) in ids.into_iter().enumerate() {
+                let shown = if id == Group::NOBODY { any } else { id };
+                let state = &sorting.states[shown as usize];
+                self.write(Slot { group, lane }, state, sorting.clock());
+            }
+            self.groups[group].detail = detail;
+        }
+    }
+
+    /// Copies the levels that frames have chosen from the groups to the characters.
+    pub(crate) fn store_details(&self, states: &mut [CharacterState]) {
+        for ((group, cold), visible) in self.groups.iter().zip(&self.cold).zip(&self.visible) {
+            for (lane, &id) in cold.ids.iter().enumerate() {
+                if let Some(state) = states.get_mut(id as usize)
+                    && !state.is_late
+                {
+                    state.detail = group.detail.0[lane];
+                    state.is_culled = visible >> lane & 1 == 0;
+                }
+            }
+        }
+    }
+}
+
+impl Parked {
+    pub(crate) fn move_to(&mut self, lane: usize, state: &CharacterState) {
+        self.x.0[lane] = state.x;
+        self.y.0[lane] = state.y;
+        self.z.0[lane] = state.z;
+    }
+}
+
+impl Schedule {
+    /// Cuts the groups into chunks of equal lengths in the output.
+    pub(crate) fn share_out(&mut self, chunks: usize) {
+        self.pieces.clear();
+        self.ends.clear();
+        for chunk in 0..chunks {
+            let start = self.lines * chunk / chunks;
+            let end = self.lines * (chunk + 1) / chunks;
+            for bucket in &self.buckets {
+                // A group belongs to the chunk in which it starts.
+                let up_to = |line: usize| {
+                    let groups = line.saturating_sub(bucket.offset).div_ceil(bucket.lines);
+                    groups.min(bucket.groups.len())
+                };
+                let (from, to) = (up_to(start), up_to(end));
+                if from < to {
+                    let line = |group: usize| bucket.offset + group * bucket.lines;
+                    self.pieces.push(Piece {
+                        level: bucket.level,
+                        fades: bucket.fades,
+                        groups: bucket.groups.start + from..bucket.groups.start + to,
+                        lines: line(from)..line(to),
+                    });
+                }
+            }
+            self.ends.push(self.pieces.len());
+        }
+    }
+
+    /// The pieces of each chunk.
+    pub(crate) fn parts(&self) -> impl Iterator<Item = &[Piece]> {
+        (0..self.ends.len()).map(|chunk| self.part(chunk))
+    }
+
+    /// Number of chunks.
+    pub(crate) fn chunks(&self) -> usize {
+        self.ends.len()
+    }
+
+    /// The pieces of one chunk, in the order of the output.
+    pub(crate) fn part(&self, chunk: usize) -> &[Piece] {
+        let start = chunk.checked_sub(1).map_or(0, |before| self.ends[before]);
+        &self.pieces[start..self.ends[chunk]]
+    }
+}
