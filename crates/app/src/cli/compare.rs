@@ -53,8 +53,6 @@ struct Row {
 /// The measurements.
 struct Table {
     rows: Vec<Row>,
-    /// V of the grid's choice minus V of the whole search's choice, for each attack that the grid answers.
-    regret: Vec<f64>,
 }
 
 pub(crate) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
@@ -109,7 +107,6 @@ fn measure(baked: &BakedGraph, throws: &[Throw], culling: &mut Culling) -> Resul
         .flat_map(|&cull| grids.map(|enumerate| Method { cull, enumerate }));
     let mut rows: Vec<Row> = methods.map(Row::new).collect();
     let mut runners: Vec<QueryRunner<'_>> = rows.iter().map(|_| QueryRunner::new(baked)).collect();
-    let mut regret = Vec::new();
     let bar = output::progress("comparing", throws.len() as u64);
     // The first attack twice: memory is filled when times begin to count.
     for (count, throw) in throws[..1].iter().chain(throws).enumerate() {
@@ -131,15 +128,10 @@ fn measure(baked: &BakedGraph, throws: &[Throw], culling: &mut Culling) -> Resul
             row.hit_though_avoidable += usize::from(!run.avoided && runs[0].avoided);
             row.runs.push(run.clone());
         }
-        if let (Source::Grid, Some(by_grid), Some(best)) =
-            (runs[1].source, runs[1].score, runs[0].score)
-        {
-            regret.push(f64::from(by_grid) - f64::from(best));
-        }
         bar.inc(1);
     }
     bar.finish_and_clear();
-    Ok(Table { rows, regret })
+    Ok(Table { rows })
 }
 
 impl Row {
@@ -225,48 +217,12 @@ impl Table {
         [used, answered]
     }
 
-    fn regret(&self) -> [f64; 2] {
-        [0.5, 0.9].map(|share| percentile(self.regret.clone(), share))
-    }
-
-    /// Median number of candidates with maps if the grid answers, and median number of those that the maps keep.
-    fn candidates_of_grid(&self) -> [f64; 2] {
-        let is_cpu = |row: &&Row| {
-            row.method.cull == CullPath::Cpu && row.method.enumerate != Enumerate::Whole
-        };
-        let runs = self
-            .rows
-            .iter()
-            .find(is_cpu)
-            .map_or(&[][..], |row| &row.runs);
-        let median = |number: fn(&Run) -> usize| {
-            let answered = runs.iter().filter(|run| run.source == Source::Grid);
-            percentile(answered.map(|run| number(run) as f64).collect(), 0.5)
-        };
-        [
-            median(Run::mapped),
-            median(|run| run.mapped().saturating_sub(run.counts.culled)),
-        ]
-    }
-
     fn to_json(&self) -> Value {
-        let ([used, answered], [median, p90]) = (self.grid(), self.regret());
-        let [candidates, kept] = self.candidates_of_grid();
+        let [used, answered] = self.grid();
         json!({
             "rows": self.rows.iter().map(Row::to_json).collect::<Vec<_>>(),
             "grid_used": used,
             "grid_answered": answered,
-            "grid_regret": { "median": median, "p90": p90 },
-            "where_the_grid_answers": { "candidates": candidates, "kept": kept },
-            "paper": {
-                "rows": [
-                    { "cull": "exact", "grid": "off", "query_ms": 496, "candidates": 100 },
-                    { "cull": "stencil", "grid": "off", "query_ms": 225, "candidates": 100, "kept": 70 },
-                    { "cull": "exact", "grid": "on", "query_ms": 18, "candidates": 5 },
-                    { "cull": "stencil", "grid": "on", "query_ms": 14, "candidates": 5, "kept": 3 },
-                ],
-                "grid_used_share": 0.9,
-            },
         })
     }
 
@@ -286,12 +242,11 @@ impl Table {
         for row in &self.rows {
             table.add_row(row.cells());
         }
-        let ([used, answered], [median, p90]) = (self.grid(), self.regret());
+        let [used, answered] = self.grid();
         let percent = |count: usize| 100.0 * count as f64 / attacks.max(1) as f64;
         let avoided: Vec<usize> = self.rows.iter().map(Row::avoided).collect();
         let least = avoided.iter().copied().min().unwrap_or(0);
         let missed: usize = self.rows.iter().map(|row| row.hit_though_avoidable).sum();
-        let [candidates, kept] = self.candidates_of_grid();
         format!(
             "{attacks} attacks, each answered by all methods; each avoids {:.1}% or more, and {missed} hits could have been avoided.\n\
              {table}\n\
@@ -299,9 +254,7 @@ impl Table {
              by the exact test for exact. weak: share of the hits that the maps keep. wrong: share of the clean\n\
              candidates that they remove. open: share that they neither remove nor prove clean. Times: median /\n\
              99th percentile.\n\n\
-             The grid has paths for {:.0}% of the attacks and answers {:.0}%: then it has {candidates:.0} candidates with maps in\n\
-             the median, culled to {kept:.0}. Its choice scores worse than the whole search's by {median:.3} in the median and\n\
-             {p90:.3} at the 90th percentile (both exact).\n\n{PAPER}",
+             The grid has paths for {:.0}% of the attacks and answers {:.0}%.\n\n{PAPER}",
             percent(least),
             percent(used),
             percent(answered),

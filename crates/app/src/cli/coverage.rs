@@ -1,13 +1,9 @@
 //! `sabaki coverage`: which attacks does a graph have an answer to, and how much warning does a dodge need?
 
 use std::fmt::Write;
-use std::path::PathBuf;
 
-use crate::measure::by_time::{AvoidedCount, CONTACTS, TimeRow};
+use crate::measure::by_time::{AvoidedCount, CONTACTS, Cause, TimeRow};
 use crate::measure::coverage::{Cell, CellThrow, Coverage, Gap, HEIGHTS, LEADS};
-use crate::measure::why_hit::Cause;
-use plotters::prelude::*;
-use plotters::style::text_anchor::{HPos, Pos, VPos};
 use sabaki::maps::BakedGraph;
 use sabaki::math::in_parallel;
 use sabaki::query::{Answer, Query, QueryContext, QuerySettings};
@@ -16,7 +12,6 @@ use sabaki_fixtures::throw::RandomDraw;
 use serde_json::{Map, Value, json};
 
 use super::numbers::{number, whole};
-use super::plot::{Area, Drawn, INK, text_style, write_figure};
 use super::source::{self, GraphArgs};
 use super::{Done, Failure, cancel, output};
 
@@ -28,7 +23,7 @@ pub(crate) struct Args {
     #[arg(long, value_name = "N", value_parser = whole::<u64>(1..=1_000_000))]
     attacks: Option<u64>,
     /// Measures by the time from the query to the contact instead, with balls that would hit the continued motion.
-    #[arg(long, conflicts_with_all = ["directions", "speed", "plot"])]
+    #[arg(long, conflicts_with_all = ["directions", "speed"])]
     by_time: bool,
     /// Seed of the random moments.
     #[arg(long, value_name = "S", default_value_t = 1, value_parser = whole::<u64>(0..=u64::MAX))]
@@ -42,9 +37,6 @@ pub(crate) struct Args {
     /// Number of threads; 0: all of the machine. The result does not depend on it.
     #[arg(long, value_name = "N", default_value_t = 0, value_parser = whole::<u64>(0..=1024))]
     threads: u64,
-    /// Draws the shares as a heat map (.png).
-    #[arg(long, value_name = "FILE", value_parser = output::png_file())]
-    plot: Option<PathBuf>,
 }
 
 /// Number of gaps that are described.
@@ -58,12 +50,6 @@ pub(crate) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
         (time_document(&rows), time_text(&rows))
     } else {
         let coverage = throw_all(args, &baked)?;
-        if let Some(path) = &args.plot {
-            let map = HeatMap {
-                coverage: &coverage,
-            };
-            write_figure(path, map.size(), |area| map.draw(area))?;
-        }
         (document(&coverage), text(&coverage))
     };
     Ok(Done::ok(if as_json {
@@ -412,96 +398,6 @@ fn time_text(rows: &[TimeRow]) -> String {
          far enough. feet, too short: the best candidate leaves a leg, or another part of the body, in the\n\
          way. short by: mean depth of these hits.\n{hits}\n"
     )
-}
-
-/// The shares as a heat map: a block for each height from the head down, rows are directions, columns leads.
-struct HeatMap<'a> {
-    coverage: &'a Coverage,
-}
-
-/// Pixels of a cell.
-const CELL: (i32, i32) = (64, 26);
-/// Pixels left of the cells for the names of heights and directions, and above them for title and leads.
-const NAMES: i32 = 190;
-const HEAD: i32 = 96;
-/// Pixels between the blocks, and around the figure.
-const GAP: i32 = 12;
-
-impl HeatMap<'_> {
-    /// Pixels of a block and the gap below it.
-    fn block(&self) -> i32 {
-        self.coverage.directions() as i32 * CELL.1 + GAP
-    }
-
-    fn share(&self, cell: Cell) -> f64 {
-        self.coverage.share(|other| other == cell)
-    }
-
-    /// Number of attacks of each cell; all have as many.
-    fn attacks(&self) -> String {
-        let first = Coverage::cell(0);
-        match self.coverage.counts(|cell| cell == first) {
-            [1, _] => "1 attack a cell".to_owned(),
-            [thrown, _] => format!("{thrown} attacks a cell"),
-        }
-    }
-
-    fn size(&self) -> [u32; 2] {
-        let width = NAMES + LEADS.len() as i32 * CELL.0 + GAP;
-        let height = HEAD + HEIGHTS.len() as i32 * self.block();
-        [width.max(560) as u32, height as u32]
-    }
-
-    fn draw(&self, area: &Area<'_>) -> Drawn {
-        let style = text_style;
-        let centred = |size, colour| style(size, colour).pos(Pos::new(HPos::Center, VPos::Center));
-        let title = format!("Share of attacks avoided, in percent; {}", self.attacks());
-        area.draw(&Text::new(title, (GAP, 10), style(22, INK)))?;
-        let leads = "lead: seconds from the query to the throw";
-        area.draw(&Text::new(leads, (NAMES, 44), style(17, INK)))?;
-        for (column, lead) in (0..).zip(LEADS) {
-            let middle = (NAMES + column * CELL.0 + CELL.0 / 2, HEAD - 14);
-            area.draw(&Text::new(format!("{lead:.2} s"), middle, centred(16, INK)))?;
-        }
-        for (place, height) in (0..).zip((0..HEIGHTS.len()).rev()) {
-            let top = HEAD + place * self.block();
-            area.draw(&Text::new(
-                HEIGHTS[height].0,
-                (GAP, top + 4),
-                style(18, INK),
-            ))?;
-            for direction in 0..self.coverage.directions() {
-                let y = top + direction as i32 * CELL.1;
-                let right = Pos::new(HPos::Right, VPos::Center);
-                let name = direction_name(self.coverage, direction);
-                let at = (NAMES - 10, y + CELL.1 / 2);
-                area.draw(&Text::new(name, at, style(16, INK).pos(right)))?;
-                for (column, lead) in (0..).zip(0..LEADS.len()) {
-                    let share = self.share(Cell {
-                        direction,
-                        height,
-                        lead,
-                    });
-                    let x = NAMES + column * CELL.0;
-                    let fill = heat(share).filled();
-                    let corners = [(x, y), (x + CELL.0 - 2, y + CELL.1 - 2)];
-                    area.draw(&Rectangle::new(corners, fill))?;
-                    let middle = (x + CELL.0 / 2 - 1, y + CELL.1 / 2 - 1);
-                    let text = format!("{:.0}", 100.0 * share);
-                    area.draw(&Text::new(text, middle, centred(16, WHITE)))?;
-                }
-            }
-        }
-        Ok(())
-    }
-}
-
-/// From red over brown to green.
-fn heat(share: f64) -> RGBColor {
-    const NONE: [f64; 3] = [170.0, 30.0, 30.0];
-    const ALL: [f64; 3] = [30.0, 120.0, 60.0];
-    let mix = |axis: usize| (NONE[axis] + (ALL[axis] - NONE[axis]) * share) as u8;
-    RGBColor(mix(0), mix(1), mix(2))
 }
 
 /// The name of a direction, or its angle where it has no name.

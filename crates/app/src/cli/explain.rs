@@ -288,7 +288,7 @@ fn list_candidate(text: &mut String, exported: ExportedAnswer<'_>, report: &Cand
         }
     }
     let edges: Vec<EdgeId> = exported.answer.path(exported.baked, report).collect();
-    let mut path = way(exported.baked, &edges, report.evasion);
+    let mut path = describe_path(exported.baked, &edges, report.evasion);
     if let Some(entered) = report.entry {
         let (delay, blend) = (entered.delay, entered.entry.blend);
         path = format!("entered after {delay:.1} s within {blend:.2} s: {path}");
@@ -336,7 +336,7 @@ fn rank(report: &CandidateReport) -> f32 {
 }
 
 /// Describes a path. Consecutive edges of one clip are merged.
-fn way(baked: &BakedGraph, edges: &[EdgeId], evasion: Option<EdgeId>) -> String {
+fn describe_path(baked: &BakedGraph, edges: &[EdgeId], evasion: Option<EdgeId>) -> String {
     let graph = baked.graph();
     let is_stretch = |edge: EdgeId| graph.edge(edge).motion == EdgeMotion::Clip;
     let mut words: Vec<String> = Vec::new();

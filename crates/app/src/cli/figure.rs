@@ -9,6 +9,7 @@ use sabaki_import::fit::{BindPose, FitError, FitSettings, JointFit, Mesh, fit_bo
 use sabaki_import::{self, BodyFile, ClipSet, ReadError};
 use serde_json::{Value, json};
 
+use super::numbers::number;
 use super::{Failure, output};
 
 /// The body and its props.
@@ -20,8 +21,8 @@ pub(crate) struct FigureArgs {
     #[arg(long, value_name = "FILE", requires = "clips")]
     body: Option<PathBuf>,
     /// Metres per unit of the body mesh. Default: derived from the skeleton's size.
-    #[arg(long, value_name = "METRES", requires = "body")]
-    body_scale: Option<f64>,
+    #[arg(long, value_name = "METRES", requires = "body", value_parser = number(1e-9..=1e6))]
+    body_scale: Option<f32>,
     /// Pose of the mesh: a frame of a clip, counted from 0. Default: the skeleton's rest pose, with
     /// no joint rotated.
     #[arg(long, value_name = "CLIP:FRAME", requires = "body")]
@@ -42,17 +43,11 @@ pub(crate) struct FigureArgs {
     prop_grip: Vec<JointTransform>,
     /// Metres per unit of the props. Default: the clips' unit, or one that gives the props a size
     /// that can be held.
-    #[arg(long, value_name = "METRES", requires = "prop")]
-    prop_scale: Option<f64>,
+    #[arg(long, value_name = "METRES", requires = "prop", value_parser = number(1e-9..=1e6))]
+    prop_scale: Option<f32>,
     /// Makes the props part of the body: an attack that touches them hits.
     #[arg(long, requires = "prop")]
     prop_is_body: bool,
-    /// Largest distance by which a mesh may stick out of its spheres, in metres.
-    #[arg(long, value_name = "METRES", requires = "clips", default_value_t = FitSettings::default().cover)]
-    fit_cover: f32,
-    /// Largest distance by which the spheres may stick out of the mesh, in metres.
-    #[arg(long, value_name = "METRES", requires = "clips", default_value_t = FitSettings::default().bulge)]
-    fit_bulge: f32,
 }
 
 /// The body and props, with the quality of the fits.
@@ -97,28 +92,7 @@ impl FigureArgs {
                 "none or each --prop has its --prop-grip".to_owned(),
             ));
         }
-        let scales = [
-            ("--body-scale", self.body_scale),
-            ("--prop-scale", self.prop_scale),
-        ];
-        for (name, scale) in scales {
-            if let Some(scale) = scale.filter(|scale| !(scale.is_finite() && *scale > 0.0)) {
-                return Err(Failure::Usage(format!("{name} {scale}: must be above 0")));
-            }
-        }
-        let of_mesh = [
-            ("--body-scale", self.body_scale.is_some()),
-            ("--body-pose", self.body_pose.is_some()),
-            ("--body-stand", self.body_stand),
-        ];
-        let given = of_mesh.iter().find(|(_, is_given)| *is_given);
-        match (given, &self.body) {
-            (Some((name, _)), Some(body)) if !is_mesh(body) => Err(Failure::Usage(format!(
-                "{name} is for a body mesh (.obj); {} has spheres",
-                body.display()
-            ))),
-            _ => Ok(()),
-        }
+        Ok(())
     }
 
     /// Reads the files and fits the meshes.
@@ -145,7 +119,7 @@ impl FigureArgs {
         let mesh = sabaki_import::read_obj(path)?;
         let pose = self.pose(set)?;
         let found = sabaki_import::body_scale(&mesh, pose.joints()).metres_per_unit;
-        let scale = self.body_scale.unwrap_or(found);
+        let scale = self.body_scale.map_or(found, f64::from);
         let placed = |mesh: &Mesh, scale: f64, translation| {
             let place = JointTransform {
                 translation,
@@ -158,7 +132,7 @@ impl FigureArgs {
         if self.body_stand {
             mesh = placed(&mesh, 1.0, mesh.to_stand_at(pose.joints()))?;
         }
-        let settings = self.settings(FitSettings::default());
+        let settings = FitSettings::default();
         let (body, report) = fit_body(&pose, &mesh, &settings).map_err(wrong)?;
         figure.body = Some(body);
         let misfits = report.misfits(&settings).into_iter();
@@ -190,9 +164,8 @@ impl FigureArgs {
             .scales
             .first()
             .map_or(1.0, |scale| scale.metres_per_unit);
-        let scale = self
-            .prop_scale
-            .unwrap_or_else(|| sabaki_import::held_scale(&mesh, clips).metres_per_unit);
+        let found = sabaki_import::held_scale(&mesh, clips).metres_per_unit;
+        let scale = self.prop_scale.map_or(found, f64::from);
         let grip = self
             .prop_grip
             .get(index)
@@ -201,7 +174,7 @@ impl FigureArgs {
         let mesh = mesh
             .placed(scale as f32, grip)
             .map_err(|error| wrong(error.into()))?;
-        let settings = self.settings(FitSettings::HELD);
+        let settings = FitSettings::HELD;
         let fitted = sabaki_import::fit::fit_prop(joint, &mesh, &settings);
         let (prop, fit) = fitted.map_err(wrong)?;
         figure.props.push(Prop {
@@ -222,14 +195,6 @@ impl FigureArgs {
             ..Fit::of(path, scale, &mesh)
         });
         Ok(())
-    }
-
-    fn settings(&self, other: FitSettings) -> FitSettings {
-        FitSettings {
-            cover: self.fit_cover,
-            bulge: self.fit_bulge,
-            ..other
-        }
     }
 
     fn pose<'a>(&self, set: &'a ClipSet) -> Result<BindPose<'a>, Failure> {
@@ -325,9 +290,9 @@ impl Fit {
                 "joint",
                 "vertices",
                 "spheres",
-                "mesh out: most",
+                "mesh out",
                 "mean",
-                "spheres out: most",
+                "spheres out",
                 "mean",
             ],
             1,

@@ -7,8 +7,6 @@ use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
 use indicatif::ProgressIterator;
-use plotters::prelude::*;
-use plotters::style::text_anchor::{HPos, Pos, VPos};
 use sabaki::anim::{Clip, JointId, Pose, Skeleton};
 use sabaki::archive;
 use sabaki::lod::{
@@ -20,7 +18,7 @@ use serde_json::{Value, json};
 
 use super::bake::own_file;
 use super::numbers::number;
-use super::plot::{Area, Chart, Drawn, INK, text_style, write_figure};
+use super::plot::{Area, Chart, Drawn, write_figure};
 use super::source::ReadArgs;
 use super::{Done, Failure, cancel, output};
 
@@ -57,7 +55,7 @@ pub(crate) struct Args {
     /// Writes the first clip as each level draws it, as animations of one file (.glb).
     #[arg(long, value_name = "FILE", value_parser = output::glb_file())]
     export: Option<PathBuf>,
-    /// Draws the joints' energies, the levels' errors and their distances (.png).
+    /// Draws the levels' errors, and the levels over the distance (.png).
     #[arg(long, value_name = "FILE", value_parser = output::png_file())]
     plot: Option<PathBuf>,
 }
@@ -87,7 +85,7 @@ pub(crate) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
         })?;
     }
     if let Some(path) = &args.plot {
-        write_figure(path, SIZE, |area| report.draw(area))?;
+        write_figure(path, [720, 920], |area| report.draw(area))?;
     }
     Ok(Done::ok(if as_json {
         Done::json(&report.to_json())
@@ -372,23 +370,10 @@ impl Report {
     }
 }
 
-/// Pixels of the figure.
-const SIZE: [u32; 2] = [1240, 920];
-/// Pixels of the left part, which shows the energies.
-const LEFT: u32 = 520;
-/// Pixels left of the bars for the joints' names, and right of them for the energies.
-const NAMES: i32 = 190;
-const VALUES: i32 = 96;
-/// Pixels above the bars.
-const HEAD: i32 = 76;
-/// The largest number of bars.
-const MOST_BARS: usize = 40;
-
 impl Report {
+    /// The errors of the levels, and the levels over the distance.
     fn draw(&self, area: &Area<'_>) -> Drawn {
-        let (left, right) = area.split_horizontally(LEFT);
-        let (above, below) = right.split_vertically(SIZE[1] / 2);
-        self.draw_energies(&left)?;
+        let (above, below) = area.split_vertically(460);
         self.errors().draw(&above)?;
         self.drawn_levels().draw(&below)
     }
@@ -446,43 +431,5 @@ impl Report {
             log: false,
             lines,
         }
-    }
-
-    /// Bars from the top, the most energetic joint first: its name, the level that removes it, and its energy.
-    fn draw_energies(&self, area: &Area<'_>) -> Drawn {
-        let energies = self.skeleton.ids().zip(&self.levels.energies);
-        let mut bars: Vec<(JointId, f32)> = energies.map(|(id, &energy)| (id, energy)).collect();
-        bars.retain(|bar| bar.1 > 0.0);
-        bars.sort_by(|a, b| b.1.total_cmp(&a.1));
-        bars.truncate(MOST_BARS);
-        let title = "Mean energy of the joints, J";
-        area.draw(&Text::new(title, (14, 10), text_style(22, INK)))?;
-        let note = "in brackets: the level that removes the joint";
-        area.draw(&Text::new(note, (14, 41), text_style(17, INK)))?;
-        let most = bars.first().map_or(1.0, |bar| bar.1);
-        let (width, height) = area.dim_in_pixel();
-        let longest = (width as i32 - NAMES - VALUES) as f32;
-        let row = ((height as i32 - HEAD - 12) / bars.len().max(1) as i32).min(26);
-        let size = (row as u32 * 4 / 5).min(16);
-        let centre = |at| text_style(size, INK).pos(Pos::new(at, VPos::Center));
-        for (place, &(joint, energy)) in (0..).zip(&bars) {
-            let middle = HEAD + place * row + row / 2;
-            let mut levels = self.levels.levels.iter();
-            let removal = levels.position(|level| level.removed == Some(joint));
-            let removal = removal.map_or(String::new(), |level| format!(" ({level})"));
-            let name = &self.skeleton.joint(joint).name;
-            let name: String = name.chars().take(22).chain(removal.chars()).collect();
-            area.draw(&Text::new(name, (NAMES - 8, middle), centre(HPos::Right)))?;
-            let end = NAMES + ((longest * energy / most).round() as i32).max(1);
-            let corners = [(NAMES, middle - row * 2 / 5), (end, middle + row * 2 / 5)];
-            area.draw(&Rectangle::new(corners, RGBColor(0, 114, 178).filled()))?;
-            let label = (end + 8, middle);
-            area.draw(&Text::new(
-                format!("{energy:.3}"),
-                label,
-                centre(HPos::Left),
-            ))?;
-        }
-        Ok(())
     }
 }

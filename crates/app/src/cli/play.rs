@@ -277,7 +277,7 @@ impl Report {
                 row.changes_median().to_string(),
             ]);
         }
-        let (pops, largest) = self.pops();
+        let ((pops, largest), (entered, deepest)) = (self.pops(), self.entered());
         let Self {
             steer, idle, times, ..
         } = self;
@@ -285,12 +285,12 @@ impl Report {
             "{table}\n\
              pops over 5 mm: {pops}; the largest step of a joint within 20 microseconds is {:.2} mm\n\
              of feints {:.0}% of what full knowledge avoids\n\
-             steering: speed off by {:.1}%; direction within 10 degrees after {:.2} s in the median, {:.2} s at the 95th percentile\n\
+             steering: speed off by {:.1}%; within 10 degrees of the direction after {:.2} s (median), {:.2} s (95%)\n\
              figure of eight: {:.2} m off at the 95th percentile, {:.2} m at most\n\
-             idle: {:.0} events an hour; {:.1}% of the time repeats what was played within 10 s; two do the same {:.1}% of the time; {:.2} m from the start at most\n\
-             walls and opponents: {} attacks in which the body entered one, by {:.1} mm at most; cornered {} times\n\
-             200 new threats in one step: {:.1} ms; with {PLANS_PER_STEP} plans a step {:.1} ms at most; a character's frame takes {:.1} microseconds\n\
-             {CROWD} characters: each takes {:.1} microseconds to step and {:.2} to pose, by itself {:.2}; the crowd's kernels pose {:.0}%\n",
+             idle: {:.0} events an hour; {:.1}% repeats what was played within 10 s; {:.2} m from the start at most\n\
+             walls and opponents: the body entered one in {entered} attacks, by {:.1} mm at most\n\
+             200 new threats in one step: {:.1} ms; with {PLANS_PER_STEP} plans a step {:.1} ms at most\n\
+             {CROWD} characters, microseconds each: {:.1} to step, {:.2} to pose, {:.2} to pose one by one\n",
             1e3 * largest,
             100.0 * self.feints_kept(),
             100.0 * steer.speed_error,
@@ -300,18 +300,13 @@ impl Report {
             steer.path_error_max,
             idle.events_per_hour,
             100.0 * idle.repeated,
-            100.0 * idle.in_step,
             idle.drift,
-            self.entered().0,
-            1e3 * self.entered().1,
-            self.row("walls").cornered + self.row("opponents").cornered,
+            1e3 * deepest,
             times.batch_200_ms,
             times.budget_200_ms,
-            times.us_per_character,
             times.crowd.step,
             times.crowd.all_at_once,
             times.crowd.one_by_one,
-            100.0 * times.crowd.by_crowd,
         )
     }
 }

@@ -5,7 +5,7 @@
 
 use std::f32::consts::TAU;
 
-use super::interval::wilson;
+use super::wilson;
 use sabaki::maps::BakedGraph;
 use sabaki::query::AttackError;
 use sabaki_fixtures::throw::{Aim, RandomDraw, Throw, aimed};

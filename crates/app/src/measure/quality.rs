@@ -10,7 +10,7 @@ use sabaki::maps::BakedGraph;
 use sabaki::math::in_parallel;
 use sabaki::query::{Answer, Query, QueryContext, QuerySettings};
 
-use super::limbs::{LEGS, limb_of};
+use super::{LEGS, limb_of};
 use sabaki_fixtures::throw::{ThrowSettings, throw};
 
 /// Answers are measured for this time after the attack's end, in seconds.

@@ -132,7 +132,6 @@ fn compare_holds_all_paths_to_the_exact_one() {
     let kept = number(&cpu["tally"]["hits_kept"]) + number(&cpu["tally"]["clean"]);
     assert!((number(&cpu["kept"]) * 12.0 - kept).abs() < 1e-6);
     assert!(number(&document["grid_answered"]) <= number(&document["grid_used"]));
-    assert!(number(&document["grid_regret"]["median"]) <= number(&document["grid_regret"]["p90"]));
     let crossover = document["crossover"].as_array().unwrap();
     assert!(crossover.iter().any(|line| line["cull"] == "cpu"));
     // All but the exact path.
@@ -154,7 +153,7 @@ fn row_of<'a>(rows: &'a [Value], other: &Value) -> &'a Value {
 fn coverage_says_where_the_gaps_are() {
     let folder = folder();
     let args = ["coverage", baked(), "--attacks", "1", "--directions", "4"];
-    let json = [&args[..], &["--json", "--plot", "map.png"]].concat();
+    let json = [&args[..], &["--json"]].concat();
     let document = sabaki(folder.path(), &json).json(0);
     let cells = document["cells"].as_array().unwrap();
     assert_eq!(cells.len(), 4 * 5 * 7);
@@ -168,7 +167,6 @@ fn coverage_says_where_the_gaps_are() {
     assert!(shares.is_sorted());
     let is_certain = document["gaps"][0]["beyond_chance"].as_bool().unwrap();
     assert_eq!(document["capture_next"].is_string(), is_certain);
-    assert_is_png(&folder.path().join("map.png"));
     let one_thread = [&args[..], &["--json", "--threads", "1"]].concat();
     let again = sabaki(folder.path(), &one_thread).json(0);
     assert_eq!(again["cells"], document["cells"]);

@@ -86,7 +86,7 @@ fn words_and_numbers_that_it_does_not_know() {
         (&["dodge", "--replay", "x.json", "--grid", "off"], "--grid"),
         (&["dodge", "--explain", "1", "--check"], "--check"),
         (&["dodge", "--clips", "x.bvh"], "--clips"),
-        (&["coverage", "--by-time", "--plot", "x.png"], "--by-time"),
+        (&["coverage", "--by-time", "--speed", "2"], "--by-time"),
         (&["dodge", "--attacks", "0"], "0 is not in 1..=1000000"),
         (&["dodge", "--attacks", "-3"], "-3 is not in 1..="),
         (&["dodge", "--seed", "-1"], "-1 is not in 0..="),

@@ -115,18 +115,6 @@ mod tests {
     }
 
     #[test]
-    fn a_folder_that_cannot_be_written_to_changes_nothing_else() {
-        let folder = tempfile::tempdir().unwrap();
-        let no_folder = folder.path().join("file");
-        fs::write(&no_folder, "").unwrap();
-        let file = no_folder.join("sabaki/embedded-0.sabaki");
-        for file in [Some(&*file), None] {
-            let graph = read_or_bake(file, || Ok(small().clone())).unwrap();
-            assert_eq!(bytes_of(&graph), bytes_of(small()));
-        }
-    }
-
-    #[test]
     fn the_oldest_files_and_no_others_are_removed() {
         let folder = tempfile::tempdir().unwrap();
         let named = |name: String| folder.path().join(name);
