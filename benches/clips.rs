@@ -5,14 +5,13 @@
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 use std::hint::black_box;
-use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 use sabaki::anim::{Clip, CompressionSettings, Pose};
 use sabaki::math::Isa;
-use sabaki_import::{ReadOptions, read_clips};
+use sabaki_fixtures::captures::captures;
 
 /// Number of moments of a round.
 const MOMENTS: usize = 20_000;
@@ -21,13 +20,7 @@ const MOMENTS: usize = 20_000;
 const ROUNDS: usize = 15;
 
 fn main() {
-    let Some(root) = std::env::var_os("SABAKI_MOCAP") else {
-        eprintln!("skipped: SABAKI_MOCAP names no folder with motion capture");
-        return;
-    };
-    let folder = PathBuf::from(root).join("fight");
-    let events = folder.join("events.json");
-    let mut set = read_clips(&[folder], Some(&events), &ReadOptions::default()).unwrap();
+    let mut set = captures("fight");
     set.add_mirrored().unwrap();
     let plain: Vec<Clip> = set
         .clips

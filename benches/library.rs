@@ -1,6 +1,5 @@
 //! The search for transitions in libraries of growing length, and with `bake` whole bakes of them, stage by stage:
-//! `cargo bench --bench library -- 10 60 600`, `cargo bench --bench library -- bake 10 60` (minutes); with `plot=FILE.svg` the growth
-//! of bakes is drawn. `cargo bench --bench library -- files=DIR 60` writes the clips and the events to files, for the
+//! `cargo bench --bench library -- 10 60 600`, `cargo bench --bench library -- bake 10 60` (minutes). `cargo bench --bench library -- files=DIR 60` writes the clips and the events to files, for the
 //! command's bakes.
 //!
 //! No library of hours is at hand: these are made of the clips in `SABAKI_MOCAP/fight` and their mirror images, by cutting, by
@@ -9,8 +8,6 @@
 //! transitions would grow with the square of its length.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
-#[path = "common/growth.rs"]
-mod growth;
 #[path = "common/library.rs"]
 mod library;
 #[path = "common/stages.rs"]
@@ -20,7 +17,6 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Instant;
 
-use growth::Bake;
 use library::{Library, MadeClips};
 use sabaki::anim::{Clip, ClipDesc};
 use sabaki::archive;
@@ -30,8 +26,9 @@ use sabaki::internal::{BandParts, DistanceMap, GraphBuilder, PrunedSearch, Windo
 use sabaki::maps::{BakeSettings, BakedGraph, Baker};
 use sabaki::query::cull::cpu;
 use sabaki::query::{Answer, Query, QueryContext, QuerySettings};
+use sabaki_fixtures::captures::captures;
 use sabaki_fixtures::throw::{ThrowSettings, throw};
-use sabaki_import::{ClipSet, EventsFile, ReadOptions, bvh, read_clips};
+use sabaki_import::{ClipSet, EventsFile, bvh};
 use stages::StageClock;
 
 /// Standard deviation of the joints' turns, in degrees.
@@ -50,18 +47,12 @@ const MEMORY: u64 = 20 << 30;
 const QUERIES: u64 = 400;
 
 fn main() {
-    let Some(root) = std::env::var_os("SABAKI_MOCAP") else {
-        eprintln!("skipped: SABAKI_MOCAP names no folder with motion capture");
-        return;
-    };
     let minutes: Vec<f64> = std::env::args().filter_map(|a| a.parse().ok()).collect();
     let minutes = match minutes.is_empty() {
         true => vec![1.0, 3.0, 10.0],
         false => minutes,
     };
-    let folder = PathBuf::from(root).join("fight");
-    let events = folder.join("events.json");
-    let mut set = read_clips(&[folder], Some(&events), &ReadOptions::default()).unwrap();
+    let mut set = captures("fight");
     set.add_mirrored().unwrap();
     let asked = |word: &str| std::env::args().any(|arg| arg == word);
     let after =
@@ -76,10 +67,7 @@ fn main() {
         true => {
             let bakes = bakes(&set, &minutes);
             println!();
-            growth::print(&bakes);
-            if let Some(path) = after("plot=") {
-                growth::draw(&path, &bakes).unwrap();
-            }
+            print_growth(&bakes);
         }
         false => searches(&set, &minutes),
     }
@@ -121,6 +109,24 @@ fn files(set: &ClipSet, minutes: f64, folder: &Path) {
     println!("{}: {} clips", folder.display(), named.len());
 }
 
+/// What the bake of one library took: minutes of the library, seconds from clips in memory to the written file, megabytes of the
+/// process at most and of the file, and seconds to load the file.
+type Bake = [f64; 5];
+
+/// Prints the exponents with which each quantity grows from bake to bake.
+fn print_growth(bakes: &[Bake]) {
+    for (index, name) in (1..).zip(["seconds", "memory", "file", "load"]) {
+        let exponents = bakes.windows(2).map(|pair| {
+            let ratio = |index: usize| (pair[1][index] / pair[0][index]).ln();
+            format!("n^{:.2}", ratio(index) / ratio(0))
+        });
+        println!(
+            "growth of {name}: {}",
+            exponents.collect::<Vec<_>>().join(", ")
+        );
+    }
+}
+
 /// Prints and returns what whole bakes take.
 fn bakes(set: &ClipSet, minutes: &[f64]) -> Vec<Bake> {
     StageClock::install();
@@ -129,7 +135,7 @@ fn bakes(set: &ClipSet, minutes: &[f64]) -> Vec<Bake> {
         let made = library(set).of(60.0 * minutes);
         println!("\n{minutes} minutes, {} clips:", made.clips.len());
         let bake = whole_bake(set, &made, &path);
-        println!("peak memory: {:.0} MB", bake.memory);
+        println!("peak memory: {:.0} MB", bake[2]);
         bake
     });
     let bakes = one.collect();
@@ -185,13 +191,8 @@ fn whole_bake(set: &ClipSet, made: &MadeClips, path: &Path) -> Bake {
     let started = Instant::now();
     let _ = Characters::new(Arc::new(baked), CharacterSettings::default()).unwrap();
     println!("steering table in {:.2} s", started.elapsed().as_secs_f64());
-    Bake {
-        minutes: made.clips.iter().map(Clip::duration).sum::<f64>() / 60.0,
-        seconds,
-        memory: peak_memory(),
-        file: bytes as f64 / 1e6,
-        load,
-    }
+    let minutes = made.clips.iter().map(Clip::duration).sum::<f64>() / 60.0;
+    [minutes, seconds, peak_memory(), bytes as f64 / 1e6, load]
 }
 
 fn print_stages() {

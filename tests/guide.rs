@@ -126,34 +126,62 @@ fn the_limits_are_those_of_the_code() {
     assert_eq!(limits(), code.into_iter().collect());
 }
 
-/// A number of a table's row, by the row's first cells and the column.
-fn cell(text: &str, row: [&str; 3], column: usize) -> String {
-    let line = text.lines().find(|line| {
-        let cells: Vec<&str> = line.split('|').map(str::trim).skip(1).collect();
-        cells.len() > column
-            && cells
-                .iter()
-                .zip(row)
-                .all(|(cell, wanted)| wanted.is_empty() || *cell == wanted)
-    });
-    let line = line.unwrap_or_else(|| panic!("no row {row:?}"));
-    line.split('|')
-        .map(str::trim)
-        .nth(column + 1)
-        .unwrap()
-        .to_owned()
+/// The cells of a table's row.
+fn cells(line: &str) -> Vec<&str> {
+    let inner = line
+        .strip_prefix('|')
+        .and_then(|line| line.strip_suffix('|'));
+    inner.map_or(Vec::new(), |inner| {
+        inner.split('|').map(str::trim).collect()
+    })
 }
 
+/// Whether all cells stand in a row, in their order.
+fn is_in(row: &[&str], wanted: &[&str]) -> bool {
+    let mut row = row.iter();
+    wanted.iter().all(|cell| row.any(|other| other == cell))
+}
+
+/// Of each machine and kind, the record with the latest date is the one that a page may name; the tables below it have its
+/// figures.
 #[test]
-fn the_figures_of_culling_are_those_of_the_record() {
-    let record = include_str!("../benches/record/2026-11-21-epyc-2-cores-culling.md");
-    for candidates in ["5", "100", "1,000", "10,000"] {
-        for (maps, ours) in [("default", "default"), ("paper", "the paper's")] {
-            for path in 0..3 {
-                let measured = cell(record, [candidates, maps, "choice"], 3 + path);
-                let shown = cell(PAGES[2].1, [candidates, ours, ""], 2 + path);
-                assert_eq!(shown, measured, "{candidates} {maps}");
+fn figures_are_those_of_the_newest_records() {
+    const FOLDER: &str = "benches/record/";
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join(FOLDER);
+    let names: Vec<String> = std::fs::read_dir(&folder)
+        .unwrap()
+        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+        .collect();
+    let (mut named, mut compared) = (0, 0);
+    for (page, text) in PAGES {
+        let mut record = String::new();
+        for line in text.lines() {
+            if line.starts_with('#') {
+                record.clear();
             }
+            if let Some((_, after)) = line.split_once(FOLDER) {
+                let name = after.split('`').next().unwrap();
+                let (date, kind) = name.split_at("2026-11-27".len());
+                let newest = names.iter().filter(|other| other.ends_with(kind)).max();
+                assert_eq!(
+                    newest.map(|newest| &newest[..date.len()]),
+                    Some(date),
+                    "{page}: {name}"
+                );
+                record = std::fs::read_to_string(folder.join(name)).unwrap();
+                named += 1;
+            }
+            let row = cells(line);
+            let is_figure = |cell: &&str| cell.starts_with(|c: char| c.is_ascii_digit());
+            if record.is_empty() || row.last().is_none_or(|cell| !is_figure(cell)) {
+                continue;
+            }
+            assert!(
+                record.lines().any(|line| is_in(&cells(line), &row)),
+                "{page}: {line}"
+            );
+            compared += 1;
         }
     }
+    assert!(named >= 2 && compared >= 20, "{named} {compared}");
 }

@@ -1,5 +1,6 @@
 //! Crowds to measure.
 
+use std::ops::Range;
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -10,6 +11,7 @@ use sabaki::crowd::{
 use sabaki::lod::{LevelMotion, LevelSettings, Levels, Measure, Rule, SwitchSettings, Switching};
 use sabaki::math::{F32x16, Rigid2};
 use sabaki_fixtures::demo;
+use sabaki_fixtures::random::Random;
 use sabaki_import::{ReadOptions, read_clip};
 
 use super::plain::{PlainCharacter, PlainClip};
@@ -33,21 +35,21 @@ impl Scene {
     pub(crate) fn busy(count: usize) -> Self {
         let clips = (0..8).map(|index| later(&walk().1, 20 * index));
         let mut scene = Self::of(clips.collect(), count);
-        let mut random = Random(2);
+        let mut random = Random::new(2);
         for (index, character) in scene.characters.iter_mut().enumerate() {
             character.placement = Placement {
                 ground: Rigid2::new(
-                    random.number(-3.0, 3.0),
-                    random.number(-100.0, 100.0),
-                    random.number(-100.0, 100.0),
+                    random.float(-3.0, 3.0),
+                    random.float(-100.0, 100.0),
+                    random.float(-100.0, 100.0),
                 ),
-                height: random.number(0.0, 1.0),
+                height: random.float(0.0, 1.0),
             };
             character.fade = (index % 10 == 0).then(|| ClipMix {
-                clip: ClipId(random.number(0.0, 8.0) as u32),
-                time: random.number(0.0, 60.0),
+                clip: ClipId(random.float(0.0, 8.0) as u32),
+                time: random.float(0.0, 60.0),
                 speed: 1.0,
-                weight: random.number(0.0, 1.0),
+                weight: random.float(0.0, 1.0),
             });
         }
         scene
@@ -59,8 +61,8 @@ impl Scene {
         let (skeleton, walk) = walk();
         let frames = ((2.0 * walk.frame_rate()) as usize + 1).min(walk.frames());
         let cut = |index: usize| {
-            let clip = later(&walk, index * 7 % (walk.frames() - frames + 1));
-            first_frames(&clip, frames)
+            let first = index * 7 % (walk.frames() - frames + 1);
+            cut(&walk, first..first + frames)
         };
         let levels = Levels::in_order(&skeleton, &[]).unwrap();
         Self::with_levels((0..clips).map(cut).collect(), levels, count)
@@ -68,13 +70,13 @@ impl Scene {
 
     /// The same, each with a second clip.
     pub(crate) fn fading(mut self) -> Self {
-        let mut random = Random(3);
+        let mut random = Random::new(3);
         for character in &mut self.characters {
             character.fade = Some(ClipMix {
-                clip: ClipId(random.number(0.0, self.clips.len() as f32) as u32),
-                time: random.number(0.0, 60.0),
+                clip: ClipId(random.float(0.0, self.clips.len() as f32) as u32),
+                time: random.float(0.0, 60.0),
                 speed: 1.0,
-                weight: random.number(0.0, 1.0),
+                weight: random.float(0.0, 1.0),
             });
         }
         self
@@ -88,11 +90,11 @@ impl Scene {
     fn with_levels(clips: Vec<Clip>, levels: Levels, count: usize) -> Self {
         let skeleton = walk().0;
         let animations = Arc::new(AnimationSet::new(&skeleton, &clips, &levels.levels).unwrap());
-        let mut random = Random(1);
+        let mut random = Random::new(1);
         let characters = (0..count).map(|_| Character {
-            clip: ClipId(random.number(0.0, clips.len() as f32) as u32),
-            time: random.number(0.0, 60.0),
-            speed: random.number(0.9, 1.1),
+            clip: ClipId(random.float(0.0, clips.len() as f32) as u32),
+            time: random.float(0.0, 60.0),
+            speed: random.float(0.9, 1.1),
             ..Character::default()
         });
         Self {
@@ -227,38 +229,19 @@ fn without(skeleton: &Skeleton, clip: &Clip, dropped: &[usize]) -> (Skeleton, Cl
 
 /// A clip from a later frame on.
 fn later(clip: &Clip, frame: usize) -> Clip {
+    cut(clip, frame..clip.frames())
+}
+
+/// Some frames of a clip.
+fn cut(clip: &Clip, frames: Range<usize>) -> Clip {
     let (skeleton, _) = walk();
     let desc = clip.desc();
+    let joints = skeleton.len();
     let desc = ClipDesc {
-        name: format!("{} {frame}", desc.name),
-        roots: desc.roots[frame..].to_vec(),
-        rotations: desc.rotations[frame * skeleton.len()..].to_vec(),
+        name: format!("{} {}", desc.name, frames.start),
+        roots: desc.roots[frames.clone()].to_vec(),
+        rotations: desc.rotations[frames.start * joints..frames.end * joints].to_vec(),
         ..desc.clone()
     };
     Clip::new(&skeleton, desc).unwrap()
-}
-
-/// The first frames of a clip.
-fn first_frames(clip: &Clip, frames: usize) -> Clip {
-    let (skeleton, _) = walk();
-    let desc = clip.desc();
-    let desc = ClipDesc {
-        roots: desc.roots[..frames].to_vec(),
-        rotations: desc.rotations[..frames * skeleton.len()].to_vec(),
-        ..desc.clone()
-    };
-    Clip::new(&skeleton, desc).unwrap()
-}
-
-/// Marsaglia's xorshift64*.
-pub(crate) struct Random(pub(crate) u64);
-
-impl Random {
-    pub(crate) fn number(&mut self, from: f32, to: f32) -> f32 {
-        self.0 ^= self.0 >> 12;
-        self.0 ^= self.0 << 25;
-        self.0 ^= self.0 >> 27;
-        let bits = self.0.wrapping_mul(0x2545_F491_4F6C_DD1D) >> 40;
-        from + (to - from) * bits as f32 / (1 << 24) as f32
-    }
 }

@@ -4,14 +4,12 @@
 
 pub(crate) mod report;
 
-use std::path::PathBuf;
-
 use sabaki::anim::{Clip, Event, Skeleton};
 use sabaki::graph::{self, ClipSource, GraphSettings};
 use sabaki::maps::{BakeSettings, BakedGraph, Baker, MapGrid};
+use sabaki_fixtures::captures::captures;
 use sabaki_fixtures::demo;
 use sabaki_fixtures::throw::{Throw, ThrowSettings, throw};
-use sabaki_import::{ReadOptions, read_clips};
 
 pub(crate) struct Motions {
     pub(crate) skeleton: Skeleton,
@@ -21,7 +19,7 @@ pub(crate) struct Motions {
 
 impl Motions {
     pub(crate) fn read() -> Self {
-        let Some(folder) = std::env::var_os("SABAKI_MOCAP") else {
+        if std::env::var_os("SABAKI_MOCAP").is_none() {
             let demo::Motions {
                 skeleton,
                 clips,
@@ -32,14 +30,8 @@ impl Motions {
                 clips,
                 events,
             };
-        };
-        let fight = PathBuf::from(folder).join("fight");
-        let set = read_clips(
-            std::slice::from_ref(&fight),
-            Some(&fight.join("events.json")),
-            &ReadOptions::default(),
-        )
-        .unwrap();
+        }
+        let set = captures("fight");
         Self {
             skeleton: set.skeleton,
             clips: set.clips,

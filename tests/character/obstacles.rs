@@ -137,7 +137,7 @@ fn characters_avoid_each_other() {
 #[test]
 fn distances_are_those_of_a_search_over_points() {
     let mut random = Random::new(23);
-    let mut number = |most: f32| most * (random.next() >> 40) as f32 / (1 << 24) as f32;
+    let mut number = |most: f32| random.float(0.0, most);
     let corners: Vec<Vec2> = (0..5)
         .map(|at| Vec2::from_angle(at as f32 * 1.2566) * 0.8)
         .collect();

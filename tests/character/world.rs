@@ -54,7 +54,7 @@ pub(super) fn joints(characters: &mut Characters, id: CharacterId) -> Vec<JointT
 
 /// A ball at a character, from somewhere around it; it reaches it after 0.5 to 1.3 s.
 pub(super) fn ball(characters: &mut Characters, id: CharacterId, random: &mut Random) -> Threat {
-    let mut number = |most: f32| most * (random.next() >> 40) as f32 / (1 << 24) as f32;
+    let mut number = |most: f32| random.float(0.0, most);
     let around = number(std::f32::consts::TAU);
     let (seconds, height, lead) = (0.3 + number(0.4), number(0.7) - 0.2, 0.2 + number(0.4));
     let middle = joints(characters, id)[0].translation + Vec3::Y * height;

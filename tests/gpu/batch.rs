@@ -8,23 +8,17 @@ mod plain_memory;
 use plain_memory::PlainMemory;
 use sabaki::gpu::ash::vk;
 use sabaki::gpu::{BatchEntry, Culler, GpuError};
-use sabaki::query::cull::CullInput;
-use sabaki_fixtures::Random;
-use sabaki_fixtures::cull::{any_input, atlas_on, counted, sliced};
-use sabaki_fixtures::cull_cases::Way;
+use sabaki_fixtures::cull::{CullCase, Way, atlas, counted, sliced};
+use sabaki_fixtures::random::Random;
 use sabaki_fixtures::shim::{self, Fault};
 
 use super::contract::device;
 
 #[test]
 fn a_batch_that_fails_has_no_tickets() {
-    let atlas = atlas_on(sliced(8), &mut Random(3), 6);
-    let (attack, candidates) = any_input(&mut Random(4), &atlas, 20);
-    let input = CullInput {
-        atlas: &atlas,
-        attack: &attack,
-        candidates: &candidates,
-    };
+    let atlas = atlas(&mut Random::new(3), sliced(8), 6);
+    let case = CullCase::any(&mut Random::new(4), &atlas, 20);
+    let input = case.input(&atlas);
     let mut device = device();
     let context = device.context().unwrap().clone();
     // SAFETY: the handles are of the headless device, which outlives the memory.

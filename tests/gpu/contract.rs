@@ -7,16 +7,16 @@ use sabaki_fixtures::shim::{self, HostStep};
 
 use std::sync::{Arc, Mutex};
 
-use common::cull::{any_input, atlas_on, culler, sliced};
-use common::cull_cases::Way;
-use common::{Random, desc, drifting};
+use common::cull::{CullCase, Way, atlas, culler, drifting, sliced};
+use common::desc;
+use common::random::Random;
 use sabaki::gpu::ash::vk::{self, Handle};
 use sabaki::gpu::{
     Context, Culler, CullerDesc, GpuAllocatorMemory, GpuError, PipelineCache, Ticket,
 };
 use sabaki::internal::{Rasterizer, RasterizerDesc};
 use sabaki::maps::{MapGrid, MapRect, RegionAtlas};
-use sabaki::query::cull::{CullInput, Overlap};
+use sabaki::query::cull::Overlap;
 use sabaki_fixtures::headless::{Headless, Message};
 
 pub(super) fn device() -> Headless {
@@ -55,21 +55,17 @@ impl Guests {
 
 #[test]
 fn recording_and_polling_only_record_and_look() {
-    let atlas = atlas_on(sliced(8), &mut Random(1), 8);
+    let atlas = atlas(&mut Random::new(1), sliced(8), 8);
     for way in [Way::STENCIL, Way::ATOMICS] {
         only_records_and_looks(&atlas, Guests::with(&atlas, way));
     }
 }
 
 fn only_records_and_looks(atlas: &RegionAtlas, mut guests: Guests) {
-    let (mut overlaps, mut random) = (Vec::new(), Random(2));
+    let (mut overlaps, mut random) = (Vec::new(), Random::new(2));
     for _ in 0..3 {
-        let (attack, candidates) = any_input(&mut random, atlas, 40);
-        let input = CullInput {
-            atlas,
-            attack: &attack,
-            candidates: &candidates,
-        };
+        let case = CullCase::any(&mut random, atlas, 40);
+        let input = case.input(atlas);
         let Guests {
             device,
             stencil,
@@ -101,13 +97,9 @@ fn only_records_and_looks(atlas: &RegionAtlas, mut guests: Guests) {
 /// What a frame debugger shows round the commands, and what timestamps are of.
 #[test]
 fn passes_have_labels_and_times() {
-    let atlas = atlas_on(sliced(8), &mut Random(1), 8);
-    let (attack, candidates) = any_input(&mut Random(2), &atlas, 40);
-    let input = CullInput {
-        atlas: &atlas,
-        attack: &attack,
-        candidates: &candidates,
-    };
+    let atlas = atlas(&mut Random::new(1), sliced(8), 8);
+    let case = CullCase::any(&mut Random::new(2), &atlas, 40);
+    let input = case.input(&atlas);
     for way in Way::ALL {
         let mut device = device();
         let desc = CullerDesc {
@@ -150,7 +142,7 @@ fn maps_that_are_drawn_have_labels() {
         width: 40,
         height: 30,
     };
-    let drawings = [drifting(&mut Random(5), rect, 3, 4)];
+    let drawings = [drifting(&mut Random::new(5), rect, 3, 4)];
     let desc = RasterizerDesc::default();
     let mut rasterizer = device
         .make(|context, memory| Rasterizer::new(context, memory, &desc))
@@ -164,7 +156,7 @@ fn maps_that_are_drawn_have_labels() {
 
 #[test]
 fn pipelines_are_created_with_the_cache_of_the_host() {
-    let atlas = atlas_on(sliced(8), &mut Random(1), 8);
+    let atlas = atlas(&mut Random::new(1), sliced(8), 8);
     let mut device = device();
     let cache = device.make(|context, _| PipelineCache::new(context, &[]));
     let cache = cache.unwrap();
@@ -192,17 +184,13 @@ fn pipelines_are_created_with_the_cache_of_the_host() {
 /// Each of them costs much on some drivers: `vendor-notes/nvidia.md`.
 #[test]
 fn counts_come_by_few_copies() {
-    let atlas = atlas_on(MapGrid::PAPER, &mut Random(5), 8);
+    let atlas = atlas(&mut Random::new(5), MapGrid::PAPER, 8);
     let mut guests = Guests::new(&atlas);
-    let (mut random, mut counted) = (Random(6), 0);
+    let (mut random, mut counted) = (Random::new(6), 0);
     let before = shim::copies_of_results();
     for _ in 0..40 {
-        let (attack, candidates) = any_input(&mut random, &atlas, 100);
-        let input = CullInput {
-            atlas: &atlas,
-            attack: &attack,
-            candidates: &candidates,
-        };
+        let case = CullCase::any(&mut random, &atlas, 100);
+        let input = case.input(&atlas);
         let counts = guests.device.cull(&mut guests.stencil, &input).unwrap();
         counted += counts.iter().filter(|one| one.outer > 0).count();
     }
@@ -217,7 +205,7 @@ fn counts_come_by_few_copies() {
 /// The counts are made available to the host first, then their number.
 #[test]
 fn counts_reach_the_host_before_their_number() {
-    let atlas = atlas_on(MapGrid::PAPER, &mut Random(5), 8);
+    let atlas = atlas(&mut Random::new(5), MapGrid::PAPER, 8);
     for way in Way::ALL {
         shim::steps_for_host();
         let (_, messages) = without_barrier(&atlas, way, None);
@@ -250,12 +238,8 @@ fn counts_reach_the_host_before_their_number() {
 fn without_barrier(atlas: &RegionAtlas, way: Way, nth: Option<u64>) -> (u64, Vec<Message>) {
     let mut device = device();
     let mut culler = culler(&mut device, &way.desc(atlas));
-    let (attack, candidates) = any_input(&mut Random(6), atlas, 40);
-    let input = CullInput {
-        atlas,
-        attack: &attack,
-        candidates: &candidates,
-    };
+    let case = CullCase::any(&mut Random::new(6), atlas, 40);
+    let input = case.input(atlas);
     let before = shim::barriers();
     shim::swallow_barrier(nth);
     device
@@ -274,7 +258,7 @@ fn without_barrier(atlas: &RegionAtlas, way: Way, nth: Option<u64>) -> (u64, Vec
 
 #[test]
 fn a_missing_barrier_is_detected() {
-    let atlas = atlas_on(MapGrid::PAPER, &mut Random(5), 8);
+    let atlas = atlas(&mut Random::new(5), MapGrid::PAPER, 8);
     for way in Way::ALL {
         let (barriers, messages) = without_barrier(&atlas, way, None);
         assert_eq!(messages, []);
@@ -291,65 +275,6 @@ fn a_missing_barrier_is_detected() {
             "{way:?}: {count} of {barriers} barriers are missed when they are left out: {detected:?}"
         );
         assert!(count >= 2, "{way:?}: {detected:?}");
-    }
-}
-
-/// What the host does around a guest is seen as well: its own copy, with no barrier between the two.
-#[test]
-fn a_wrong_barrier_of_the_host_is_detected() {
-    for wrong in [false, true] {
-        let mut device = device();
-        let context = device.context().unwrap().clone();
-        // SAFETY: the device is valid; the buffer is bound to memory that is large enough, and both are destroyed at the
-        // end, when the device is idle.
-        let messages = unsafe {
-            let info = vk::BufferCreateInfo::default()
-                .size(256)
-                .usage(vk::BufferUsageFlags::TRANSFER_DST | vk::BufferUsageFlags::TRANSFER_SRC);
-            let gpu = context.device();
-            let buffers = [0; 2].map(|_| gpu.create_buffer(&info, None).unwrap());
-            let needs = gpu.get_buffer_memory_requirements(buffers[0]);
-            let info = vk::MemoryAllocateInfo::default()
-                .allocation_size(needs.size * 2)
-                .memory_type_index(needs.memory_type_bits.trailing_zeros());
-            let memory = gpu.allocate_memory(&info, None).unwrap();
-            gpu.bind_buffer_memory(buffers[0], memory, 0).unwrap();
-            gpu.bind_buffer_memory(buffers[1], memory, needs.size)
-                .unwrap();
-            device
-                .run(|cmd| {
-                    gpu.cmd_fill_buffer(cmd, buffers[0], 0, 256, 1);
-                    // A barrier there is in any case; the wrong one is for the readers of another stage.
-                    let reader = match wrong {
-                        false => vk::PipelineStageFlags2::COPY,
-                        true => vk::PipelineStageFlags2::VERTEX_SHADER,
-                    };
-                    let access = match wrong {
-                        false => vk::AccessFlags2::TRANSFER_READ,
-                        true => vk::AccessFlags2::SHADER_READ,
-                    };
-                    let barrier = [vk::MemoryBarrier2::default()
-                        .src_stage_mask(vk::PipelineStageFlags2::ALL_TRANSFER)
-                        .src_access_mask(vk::AccessFlags2::TRANSFER_WRITE)
-                        .dst_stage_mask(reader)
-                        .dst_access_mask(access)];
-                    let info = vk::DependencyInfo::default().memory_barriers(&barrier);
-                    gpu.cmd_pipeline_barrier2(cmd, &info);
-                    let copy = [vk::BufferCopy::default().size(256)];
-                    gpu.cmd_copy_buffer(cmd, buffers[0], buffers[1], &copy);
-                    Ok(())
-                })
-                .unwrap();
-            buffers
-                .iter()
-                .for_each(|&buffer| gpu.destroy_buffer(buffer, None));
-            gpu.free_memory(memory, None);
-            device.destroy()
-        };
-        let hazards = messages
-            .iter()
-            .filter(|one| one.id.starts_with("SYNC-HAZARD"));
-        assert_eq!(hazards.count() > 0, wrong, "{messages:#?}");
     }
 }
 
@@ -381,7 +306,7 @@ impl tracing::Subscriber for Ear {
 
 #[test]
 fn what_is_dropped_is_reported_and_left_as_it_is() {
-    let atlas = atlas_on(MapGrid::PAPER, &mut Random(1), 4);
+    let atlas = atlas(&mut Random::new(1), MapGrid::PAPER, 4);
     let guests = Guests::new(&atlas);
     let Guests {
         device,

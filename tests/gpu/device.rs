@@ -6,18 +6,18 @@ use sabaki_fixtures as common;
 
 use std::ffi::c_void;
 
-use common::maps::untimed;
-use common::{Random, desc, device, drifting, finish};
-use sabaki::gpu::ash;
-use sabaki::gpu::ash::vk::{self, Handle};
+use common::cull::atlas;
+use common::random::Random;
+use common::{device, finish};
+use sabaki::gpu::ash::{self, vk::Handle};
 use sabaki::gpu::{
     Block, Context, Culler, CullerDesc, Features, GpuError, Memory, MemoryDesc, RawContextDesc,
     Terms, check, requirements,
 };
 use sabaki::internal::{Rasterizer, RasterizerDesc};
-use sabaki::maps::{MapGrid, MapRect, RegionAtlas, RegionMaps, Slab};
+use sabaki::maps::MapGrid;
 use sabaki::query::cull::CullPath;
-use sabaki_fixtures::headless::{DeviceChoice, Headless, HeadlessDesc, Message};
+use sabaki_fixtures::headless::Headless;
 
 /// Runs out after some allocations.
 struct Scarce<'a> {
@@ -76,25 +76,11 @@ fn starve<T>(
         .unwrap()
 }
 
-fn atlas() -> RegionAtlas {
-    let rect = MapRect {
-        u: 0,
-        v: 0,
-        width: 40,
-        height: 40,
-    };
-    let region = RegionMaps {
-        first_slab: Slab(0),
-        slabs: vec![untimed(&drifting(&mut Random(1), rect, 4, 3))],
-        seconds: 1.0,
-    };
-    RegionAtlas::new(MapGrid::PAPER, vec![region], Vec::new())
-}
-
 #[test]
 fn a_failed_creation_leaves_nothing_behind() {
     let mut device = device();
-    let (atlas, desc) = (atlas(), RasterizerDesc::default());
+    let atlas = atlas(&mut Random::new(1), MapGrid::PAPER, 3);
+    let desc = RasterizerDesc::default();
     let failures = starve(
         &mut device,
         |context, memory| Rasterizer::new(context, memory, &desc),
@@ -111,42 +97,6 @@ fn a_failed_creation_leaves_nothing_behind() {
     assert_eq!(device.memory().unwrap().live_blocks(), 0);
     // Validation names whatever is left when the device goes.
     finish(device);
-}
-
-#[test]
-fn an_empty_atlas_is_no_error() {
-    let mut device = device();
-    let atlas = RegionAtlas::new(MapGrid::PAPER, Vec::new(), Vec::new());
-    let culler = device
-        .make(|context, memory| {
-            Culler::new(context, memory, &CullerDesc::new(CullPath::Stencil, &atlas))
-        })
-        .unwrap();
-    culler.destroy(device.memory().unwrap());
-    finish(device);
-}
-
-#[test]
-fn validation_is_heard() {
-    let device = device();
-    let context = device.context().unwrap();
-    // Something that best practices advise against, and something that core validation finds at the
-    // end.
-    let info = vk::CommandPoolCreateInfo::default()
-        .flags(vk::CommandPoolCreateFlags::RESET_COMMAND_BUFFER)
-        .queue_family_index(context.queue_family());
-    // SAFETY: the device is valid; the pool is left alive on purpose.
-    let pool = unsafe { context.device().create_command_pool(&info, None) };
-    assert!(pool.is_ok());
-    let heard =
-        |messages: &[Message], start: &str| messages.iter().any(|one| one.id.starts_with(start));
-    assert!(
-        heard(&device.messages(), "UNASSIGNED-BestPractices"),
-        "{:#?}",
-        device.messages()
-    );
-    let messages = device.destroy();
-    assert!(heard(&messages, "VUID-vkDestroyDevice"), "{messages:#?}");
 }
 
 #[test]
@@ -172,17 +122,6 @@ fn raw_handles_make_the_same_context() {
     assert_eq!(raw.stencil_format(), context.stencil_format());
     assert_eq!(raw.max_target_side(), context.max_target_side());
     finish(device);
-}
-
-#[test]
-fn a_device_that_is_not_there_is_named() {
-    let wanted = HeadlessDesc {
-        device: DeviceChoice::Named("no such device".to_owned()),
-        ..desc()
-    };
-    let error = Headless::new(&wanted).unwrap_err();
-    assert!(matches!(&error, GpuError::NoDevice { found, .. } if !found.is_empty()));
-    assert!(error.to_string().contains("no such device"));
 }
 
 #[test]

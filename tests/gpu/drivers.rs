@@ -6,29 +6,25 @@ use sabaki::gpu::ash::vk;
 use sabaki::gpu::{Culler, CullerDesc, GpuError, Terms};
 use sabaki::maps::MapGrid;
 use sabaki::query::cull::CullInput;
-use sabaki_fixtures::cull::{any_input, atlas_on, counted, culler, sliced};
-use sabaki_fixtures::cull_cases::Way;
+use sabaki_fixtures::cull::{CullCase, Way, atlas, counted, culler, sliced};
 use sabaki_fixtures::headless::{Headless, HeadlessDesc};
-use sabaki_fixtures::{Random, desc, finish, shim};
+use sabaki_fixtures::random::Random;
+use sabaki_fixtures::{desc, finish, shim};
 
 #[test]
 fn moltenvk_is_known_on_every_version() {
-    let atlas = atlas_on(sliced(8), &mut Random(3), 6);
-    let (attack, any) = any_input(&mut Random(4), &atlas, 200);
-    let counts = counted(&CullInput {
-        atlas: &atlas,
-        attack: &attack,
-        candidates: &any,
-    });
-    let is_met = |index: &usize| counts[*index].outer > 0;
-    let met: Vec<_> = (0..any.len()).filter(is_met).map(|at| any[at]).collect();
+    let atlas = atlas(&mut Random::new(3), sliced(8), 6);
+    let any = CullCase::any(&mut Random::new(4), &atlas, 200);
+    let counts = counted(&any.input(&atlas));
+    let pairs = any.candidates.iter().zip(&counts);
+    let met: Vec<_> = pairs.filter(|(_, count)| count.outer > 0).collect();
     assert!(!met.is_empty());
     // More than MoltenVK has queries, and each takes one at least.
-    let candidates: Vec<_> = met.iter().copied().cycle().take(33_000).collect();
+    let many = met.iter().map(|(candidate, _)| **candidate).cycle();
+    let candidates: Vec<_> = many.take(33_000).collect();
     let input = CullInput {
-        atlas: &atlas,
-        attack: &attack,
         candidates: &candidates,
+        ..any.input(&atlas)
     };
     for version in [
         vk::API_VERSION_1_1,
@@ -72,13 +68,9 @@ fn lavapipe_reads_maps_from_a_texel_buffer() {
         let mut device = unsafe { Headless::with_loader(shim::entry(), &desc()) }.unwrap();
         shim::pretend_driver(None);
         for grid in [MapGrid::PAPER, sliced(8)] {
-            let atlas = atlas_on(grid, &mut Random(5), 12);
-            let (attack, candidates) = any_input(&mut Random(6), &atlas, 200);
-            let input = CullInput {
-                atlas: &atlas,
-                attack: &attack,
-                candidates: &candidates,
-            };
+            let atlas = atlas(&mut Random::new(5), grid, 12);
+            let case = CullCase::any(&mut Random::new(6), &atlas, 200);
+            let input = case.input(&atlas);
             for way in [Way::STENCIL, Way::ATOMICS] {
                 let of_views = || shim::live().get("vkCreateBufferView").copied();
                 let before = of_views().unwrap_or(0);

@@ -4,14 +4,14 @@
 
 use sabaki_fixtures as common;
 
-use common::cull::{any_input, atlas_on, culler, sliced};
-use common::cull_cases::Way;
-use common::{Random, device_on, drifting, finish};
+use common::cull::{CullCase, Way, atlas, culler, drifting, sliced};
+use common::random::Random;
+use common::{device_on, finish};
 use sabaki::gpu::ash::vk;
 use sabaki::gpu::{Culler, Terms, check, requirements};
 use sabaki::internal::{Rasterizer, RasterizerDesc};
 use sabaki::maps::{MapGrid, MapRect, raster};
-use sabaki::query::cull::{CullInput, Overlap, cpu};
+use sabaki::query::cull::{Overlap, cpu};
 use sabaki_fixtures::headless::Headless;
 
 /// Terms that do without all that is optional.
@@ -28,8 +28,8 @@ const LEAST: Terms = Terms {
 fn all_agree(terms: Terms) {
     let mut device = device_on(terms);
     for grid in [MapGrid::PAPER, sliced(32)] {
-        let mut random = Random(7);
-        let atlas = atlas_on(grid, &mut random, 12);
+        let mut random = Random::new(7);
+        let atlas = atlas(&mut random, grid, 12);
         let mut stencil = culler(&mut device, &Way::STENCIL.desc(&atlas));
         let mut compute = culler(&mut device, &Way::COMPUTE.desc(&atlas));
         let desc = Way::ATOMICS.desc(&atlas);
@@ -43,12 +43,8 @@ fn all_agree(terms: Terms) {
         };
         assert_eq!(atomics.is_none(), terms.without_fragment_atomics);
         for _ in 0..4 {
-            let (attack, candidates) = any_input(&mut random, &atlas, 60);
-            let input = CullInput {
-                atlas: &atlas,
-                attack: &attack,
-                candidates: &candidates,
-            };
+            let case = CullCase::any(&mut random, &atlas, 60);
+            let input = case.input(&atlas);
             let mut expected = Vec::new();
             cpu::count(&input, &mut expected);
             let counts = device.cull(&mut compute, &input).unwrap();
@@ -89,7 +85,7 @@ fn any_of(overlap: &Overlap) -> Overlap {
 }
 
 fn maps_agree(device: &mut Headless) {
-    let mut random = Random(8);
+    let mut random = Random::new(8);
     let rect = MapRect {
         u: -30,
         v: 12,

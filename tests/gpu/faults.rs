@@ -1,5 +1,4 @@
-//! Promise: whichever Vulkan call fails, and whenever, there is a typed error, nothing leaks, the host's device goes on, and
-//! the cpu path gives the answer that the device owes.
+//! Promise: whichever Vulkan call fails, and whenever, there is a typed error, nothing leaks, and the host's device goes on.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 use sabaki_fixtures as common;
@@ -8,24 +7,21 @@ use sabaki_fixtures as common;
 mod plain_memory;
 use sabaki_fixtures::shim;
 
-use std::{cell::RefCell, collections::BTreeMap, convert::Infallible, fs, path::Path};
+use std::{cell::RefCell, collections::BTreeMap, fs, path::Path};
 
-use common::cull::{any_input, atlas_on, culler, sliced};
-use common::cull_cases::Way;
-use common::small::small;
-use common::{Random, desc, drifting, finish};
-use glam::Vec3;
+use common::cull::{CullCase, Way, atlas, counted, drifting, sliced};
+use common::desc;
+use common::random::Random;
 use plain_memory::PlainMemory;
 use sabaki::gpu::ash::vk;
 use sabaki::gpu::{Context, Culler, CullerDesc, GpuError, Memory, PipelineCache};
-use sabaki::graph::{EdgeId, Playhead};
 use sabaki::internal::{Rasterizer, RasterizerDesc};
-use sabaki::maps::{MapRect, RegionAtlas, SphereKey, raster};
-use sabaki::math::Rigid2;
-use sabaki::query::cull::{Counted, CullInput, Overlap, cpu};
-use sabaki::query::{Answer, Attack, Query, QueryContext, QuerySettings, Request};
+use sabaki::maps::{MapRect, raster};
+use sabaki::query::cull::{CullInput, Overlap};
 use sabaki_fixtures::headless::Headless;
 use shim::Fault;
+
+use super::contract::device;
 
 /// What a call that fails says, whichever call it is.
 const RESULTS: [vk::Result; 4] = [
@@ -37,11 +33,6 @@ const RESULTS: [vk::Result; 4] = [
 
 /// Names are a help, and no more: an object without one is no error.
 const HELPS: &str = "vkSetDebugUtilsObjectNameEXT";
-
-fn device() -> Headless {
-    // SAFETY: the shim calls the system's loader.
-    unsafe { Headless::with_loader(shim::entry(), &desc()) }.unwrap()
-}
 
 /// Lets every call of `work` fail, at its first use, its second one, and so on; `check` sees how each ended, and which fault there
 /// was. The first use fails with every result, the later ones with one after the other. Returns the number of faults.
@@ -75,7 +66,11 @@ fn each_fault<T>(
 /// The error is the one of the call that failed.
 fn is_typed(error: &GpuError, fault: Fault) -> bool {
     match error {
-        GpuError::Call { call, result } => *call == fault.call && *result == fault.result,
+        GpuError::Call { call, result } => {
+            let is_lost = *result == vk::Result::ERROR_DEVICE_LOST;
+            assert_eq!(error.is_device_lost(), is_lost);
+            *call == fault.call && *result == fault.result
+        }
         // An allocator's calls.
         GpuError::Memory { name, reason } => {
             !name.is_empty()
@@ -137,69 +132,23 @@ impl Harness {
         work: impl Fn(&RefCell<Headless>, &RefCell<dyn Memory>) -> Result<(T, T), GpuError>,
         owed: &T,
     ) {
-        let faults = self.each(
+        let faults = each_fault(
             || work(&self.device, &self.memory),
-            |ended, fault| match (ended, fault) {
-                (Ok((first, second)), fault) => {
-                    assert!(fault.is_none_or(|fault| fault.call == HELPS));
-                    assert_eq!((&first, &second), (owed, owed));
+            |ended, fault| {
+                match (ended, fault) {
+                    (Ok((first, second)), fault) => {
+                        assert!(fault.is_none_or(|fault| fault.call == HELPS));
+                        assert_eq!((&first, &second), (owed, owed));
+                    }
+                    (Err(error), Some(fault)) => {
+                        assert!(is_typed(&error, fault), "{error}: {fault:?}")
+                    }
+                    (Err(error), None) => panic!("{error} without a fault"),
                 }
-                (Err(error), Some(fault)) => {
-                    assert!(is_typed(&error, fault), "{error}: {fault:?}")
-                }
-                (Err(error), None) => panic!("{error} without a fault"),
+                assert_eq!(self.memory.borrow().live_blocks(), 0, "{fault:?}");
+                assert_eq!(shim::live(), self.alive, "{fault:?}");
             },
         );
-        self.add(faults);
-    }
-
-    /// Holds a culling path to its promise in a whole query: whatever fails, the answer is `owed`.
-    fn hold_query(&mut self, desc: &CullerDesc<'_>, case: &Case, owed: &Answer) {
-        let (device, memory) = (&self.device, &self.memory);
-        let work = || {
-            let mut made = None;
-            let asked = ask(case, |input| {
-                let context = device.borrow().context()?.clone();
-                let culler = match &mut made {
-                    Some(culler) => culler,
-                    none => none.insert(Culler::new(&context, &mut *memory.borrow_mut(), desc)?),
-                };
-                device.borrow_mut().cull(culler, input)
-            });
-            if let Some(culler) = made {
-                culler.destroy(&mut *memory.borrow_mut());
-            }
-            Ok(asked)
-        };
-        let faults = self.each(work, |asked, fault| {
-            let (answer, failed) = asked.unwrap();
-            assert_eq!(answer.candidates, owed.candidates, "{fault:?}");
-            assert_eq!((answer.chosen, &answer.motion), (owed.chosen, &owed.motion));
-            match (failed, fault) {
-                (Some(error), Some(fault)) => {
-                    assert!(is_typed(&error, fault), "{error}: {fault:?}")
-                }
-                (Some(error), None) => panic!("{error} without a fault"),
-                (None, fault) => assert!(fault.is_none_or(|fault| fault.call == HELPS)),
-            }
-        });
-        self.add(faults);
-    }
-
-    /// Does work with each fault, looks at how it ended, and holds it to leaving nothing behind.
-    fn each<T>(
-        &self,
-        work: impl Fn() -> Result<T, GpuError>,
-        look: impl Fn(Result<T, GpuError>, Option<Fault>),
-    ) -> BTreeMap<&'static str, u32> {
-        each_fault(work, |ended, fault| {
-            look(ended, fault);
-            assert_eq!(self.memory.borrow().live_blocks(), 0, "{fault:?}");
-            assert_eq!(shim::live(), self.alive, "{fault:?}");
-        })
-    }
-
-    fn add(&mut self, faults: BTreeMap<&'static str, u32>) {
         for (call, count) in faults {
             *self.faults.entry(call).or_default() += count;
         }
@@ -216,21 +165,12 @@ impl Harness {
     }
 }
 
-fn atlas() -> RegionAtlas {
-    atlas_on(sliced(8), &mut Random(3), 6)
-}
-
 #[test]
 fn every_call_of_every_component_and_of_the_headless_device() {
-    let atlas = atlas();
-    let (attack, candidates) = any_input(&mut Random(4), &atlas, 20);
-    let input = CullInput {
-        atlas: &atlas,
-        attack: &attack,
-        candidates: &candidates,
-    };
-    let mut owed = Vec::new();
-    cpu::count(&input, &mut owed);
+    let atlas = atlas(&mut Random::new(3), sliced(8), 6);
+    let case = CullCase::any(&mut Random::new(4), &atlas, 20);
+    let input = case.input(&atlas);
+    let owed = counted(&input);
     assert!(owed.iter().any(|one| one.body > 0));
     let mut harness = Harness::new();
 
@@ -320,7 +260,7 @@ fn rasterizer(harness: &mut Harness) {
         width: 40,
         height: 30,
     };
-    let drawings = [drifting(&mut Random(5), rect, 3, 4)];
+    let drawings = [drifting(&mut Random::new(5), rect, 3, 4)];
     let owed = vec![raster::any_frame(&drawings[0])];
     harness.hold(
         |device, memory| {
@@ -375,112 +315,4 @@ fn calls_named_in(folder: &Path, names: &mut Vec<String>) {
             names.push(name[..name.find('"').unwrap()].to_owned());
         }
     }
-}
-
-type Case = (Playhead, Attack);
-
-/// A query as a renderer makes it: counted by its device until that fails, and by the CPU from there on. What failed, too.
-fn ask(
-    (playhead, attack): &Case,
-    mut count: impl FnMut(&CullInput<'_>) -> Result<Vec<Overlap>, GpuError>,
-) -> (Answer, Option<GpuError>) {
-    let settings = QuerySettings::default();
-    let query = Query::new(small(), &settings);
-    let (mut context, mut answer) = (QueryContext::default(), Answer::default());
-    let mut failed = None;
-    let mut session = query.start(Request::new(*playhead, attack), &mut context);
-    let Ok(()) = session.run(&mut answer, |input, counts| {
-        *counts = match failed.is_none().then(|| count(input)) {
-            Some(Ok(counted)) => counted,
-            other => {
-                failed = failed.take().or(other.and_then(Result::err));
-                on_cpu(input)
-            }
-        };
-        Ok::<_, Infallible>(())
-    });
-    (answer, failed)
-}
-
-/// The CPU's counts, as far as a choice needs them.
-fn on_cpu(input: &CullInput<'_>) -> Vec<Overlap> {
-    let mut overlaps = Vec::new();
-    let mut culler = cpu::Culler::default().counting(Counted::FOR_A_CHOICE);
-    culler.count(input, &mut overlaps);
-    overlaps
-}
-
-/// A query that its node's grid answers, and one for which the search is widened and counted once more.
-fn cases() -> Vec<(Case, Answer)> {
-    let mut random = Random(12);
-    let graph = small().graph();
-    let mut cases = BTreeMap::new();
-    for _ in 0..4000 {
-        let edge = EdgeId(random.int(0, graph.edges().len() as i32 - 1) as u32);
-        let playhead = Playhead::at(graph, edge, 0.0, Rigid2::IDENTITY);
-        let [t, x, y] = [(5, 30), (-12, 12), (2, 16)].map(|(low, high)| random.int(low, high));
-        let key = |t: f32, x: f32| SphereKey {
-            t,
-            center: Vec3::new(x, 0.1 * y as f32, 0.0),
-            radius: 0.1,
-        };
-        let (t, x) = (0.1 * t as f32, 0.1 * x as f32);
-        let attack = Attack::new(vec![vec![key(t, x - 1.0), key(t + 0.2, x + 1.0)]]).unwrap();
-        let (case, mut rounds) = ((playhead, attack), Vec::new());
-        let (answer, _) = ask(&case, |input| {
-            rounds.push(input.candidates.len());
-            Ok(on_cpu(input))
-        });
-        if rounds.iter().all(|&counted| counted > 0) {
-            cases.entry(rounds.len()).or_insert((case, answer));
-        }
-    }
-    assert_eq!(cases.len(), 2, "one round, and two");
-    cases.into_values().collect()
-}
-
-#[test]
-fn a_query_is_answered_all_the_same_whichever_call_fails() {
-    let mut harness = Harness::new();
-    let atlas = small().atlas();
-    for (case, owed) in &cases() {
-        for way in Way::ALL {
-            let desc = CullerDesc {
-                counted: Counted::FOR_A_CHOICE,
-                ..way.desc(atlas)
-            };
-            harness.hold_query(&desc, case, owed);
-        }
-    }
-    let faults = harness.finish();
-    let all: u32 = faults.values().sum();
-    println!("{all} faults of {} calls in whole queries", faults.len());
-    assert!(faults.len() > 20 && all > 500, "{} {all}", faults.len());
-}
-
-/// What a renderer does when its device's answer does not come: the same question to the CPU.
-#[test]
-fn a_lost_device_is_answered_for_by_the_cpu() {
-    let atlas = atlas();
-    let (attack, candidates) = any_input(&mut Random(9), &atlas, 30);
-    let input = CullInput {
-        atlas: &atlas,
-        attack: &attack,
-        candidates: &candidates,
-    };
-    let mut device = device();
-    let mut culler = culler(&mut device, &Way::STENCIL.desc(&atlas));
-    let healthy = device.cull(&mut culler, &input).unwrap();
-    shim::fail(Fault {
-        call: "vkQueueSubmit2",
-        nth: 1,
-        result: vk::Result::ERROR_DEVICE_LOST,
-    });
-    let error = device.cull(&mut culler, &input).unwrap_err();
-    assert!(error.is_device_lost());
-    let mut answer: Vec<Overlap> = Vec::new();
-    cpu::count(&input, &mut answer);
-    assert_eq!(answer, healthy);
-    culler.destroy(device.memory().unwrap());
-    finish(device);
 }

@@ -7,8 +7,7 @@ use sabaki::gpu::{Block, Culler, CullerDesc, GpuError, Memory, MemoryDesc};
 use sabaki::query::cull::{Counted, CullPath, Overlap, cpu};
 use sabaki::query::{Query, QueryContext, QuerySettings};
 use sabaki_fixtures::baked::embedded;
-use sabaki_fixtures::cull::Unmapped;
-use sabaki_fixtures::cull_cases::Way;
+use sabaki_fixtures::cull::{Unmapped, Way};
 use sabaki_fixtures::throw::{ThrowSettings, throw};
 use sabaki_fixtures::{device, finish};
 

@@ -1,11 +1,8 @@
 //! Tests of `sabaki::gpu`.
-mod alloc;
 mod allocator;
 mod batch;
-mod compute;
-mod compute_motions;
+mod cases;
 mod contract;
-mod cull;
 mod device;
 mod drivers;
 mod fallbacks;

@@ -1,6 +1,5 @@
-//! Promise: on every map and every query of the embedded motions, and of real motion capture where
-//! it is there, the device's stencil buffer and the CPU agree to the texel, and validation has
-//! nothing to say.
+//! Promise: on every map and every query of the embedded motions and of real motion capture, the device's stencil buffer, its
+//! compute path and the CPU agree to the texel, and validation has nothing to say.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 use sabaki_fixtures as common;
@@ -12,7 +11,7 @@ use sabaki::gpu::{Culler, CullerDesc};
 use sabaki::internal::{Rasterizer, RasterizerDesc};
 use sabaki::maps::{BakeSettings, BakedGraph, Baker, Drawing, DrawnMaps, MapGrid, raster};
 use sabaki::query::cull::{CullPath, cpu};
-use sabaki::query::{Query, QueryContext, QuerySettings};
+use sabaki::query::{Enumerate, Query, QueryContext, QuerySettings};
 use sabaki_fixtures::headless::Headless;
 use sabaki_fixtures::throw::{ThrowSettings, throw};
 
@@ -40,12 +39,16 @@ fn draw(device: &mut Headless, rasterizer: &mut Rasterizer, baker: &Baker) -> Dr
 /// Draws everything that a bake and many queries draw on the paper's maps, and counts everything
 /// that they count; counts the same on maps of slices.
 fn agree(device: &mut Headless, baked: &BakedGraph) {
-    let maps = MapGrid {
-        slices: 8,
-        ..MapGrid::default()
+    let by_all_paths = |device: &mut Headless, baked: &BakedGraph| {
+        counts_agree(device, baked, CullPath::Compute, Enumerate::Whole);
+        counts_agree(device, baked, CullPath::Stencil, Enumerate::default())
     };
-    counts_agree(device, &baked.with_maps(maps).unwrap());
-    counts_agree(device, baked);
+    let mut maps = MapGrid::default();
+    for (slices, slice_seconds) in [(8, maps.slice_seconds), (64, 1.0 / 60.0)] {
+        (maps.slices, maps.slice_seconds) = (slices, slice_seconds);
+        by_all_paths(device, &baked.with_maps(maps).unwrap());
+    }
+    by_all_paths(device, baked);
     let settings = BakeSettings {
         maps: MapGrid::PAPER,
         ..BakeSettings::default()
@@ -64,7 +67,7 @@ fn agree(device: &mut Headless, baked: &BakedGraph) {
         drawn.any_frame.iter().all(|map| map.count() > 0),
         "an attack that passes nowhere"
     );
-    let attacks = counts_agree(device, &baker.finish(drawn).unwrap());
+    let attacks = by_all_paths(device, &baker.finish(drawn).unwrap());
     let drawn = device.any_frame(&mut rasterizer, &attacks).unwrap();
     for (drawing, map) in attacks.iter().zip(&drawn) {
         assert_eq!(*map, raster::any_frame(drawing));
@@ -73,12 +76,21 @@ fn agree(device: &mut Headless, baked: &BakedGraph) {
 }
 
 /// Counts what many queries count; returns the attacks' inner maps as drawings.
-fn counts_agree(device: &mut Headless, baked: &BakedGraph) -> Vec<Drawing> {
-    let desc = CullerDesc::new(CullPath::Stencil, baked.atlas());
+fn counts_agree(
+    device: &mut Headless,
+    baked: &BakedGraph,
+    path: CullPath,
+    enumerate: Enumerate,
+) -> Vec<Drawing> {
+    let desc = CullerDesc::new(path, baked.atlas());
     let mut culler = device
         .make(|context, memory| Culler::new(context, memory, &desc))
         .unwrap();
-    let (settings, mut context) = (QuerySettings::default(), QueryContext::default());
+    let settings = QuerySettings {
+        enumerate,
+        ..QuerySettings::default()
+    };
+    let mut context = QueryContext::default();
     let (mut body, mut outer, mut evasion) = (0u64, 0u64, 0u64);
     let mut attacks = Vec::new();
     for index in 0..60 {
@@ -92,7 +104,7 @@ fn counts_agree(device: &mut Headless, baked: &BakedGraph) -> Vec<Drawing> {
         assert_eq!(
             device.cull(&mut culler, &input).unwrap(),
             expected,
-            "attack {index}"
+            "{path}, attack {index}"
         );
         for overlap in &expected {
             body += u64::from(overlap.body);

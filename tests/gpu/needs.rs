@@ -5,24 +5,20 @@ use sabaki_fixtures as common;
 use sabaki_fixtures::shim;
 
 use super::contract::device;
-use common::cull::{any_input, atlas_on, counted, sliced};
-use common::cull_cases::Way;
-use common::{Random, finish};
+use common::cull::{CullCase, Way, atlas, counted, sliced};
+use common::finish;
+use common::random::Random;
 use sabaki::gpu::ash::vk;
 use sabaki::gpu::{Context, Culler, Features, GpuError, Terms};
 use sabaki::maps::MapGrid;
-use sabaki::query::cull::{CullInput, CullPath};
+use sabaki::query::cull::CullPath;
 
 /// Each path runs where its own needs are met, whatever the other one lacks.
 #[test]
 fn a_path_runs_with_what_it_needs_alone() {
-    let atlas = atlas_on(MapGrid::PAPER, &mut Random(1), 4);
-    let (attack, candidates) = any_input(&mut Random(2), &atlas, 40);
-    let input = CullInput {
-        atlas: &atlas,
-        attack: &attack,
-        candidates: &candidates,
-    };
+    let atlas = atlas(&mut Random::new(1), MapGrid::PAPER, 4);
+    let case = CullCase::any(&mut Random::new(2), &atlas, 40);
+    let input = case.input(&atlas);
     let none = Features::default();
     let graphics = "a queue family with graphics";
     let compute = "a queue family with compute";
@@ -88,7 +84,7 @@ fn a_path_runs_with_what_it_needs_alone() {
 /// The barriers of Vulkan 1.0 do what those of synchronization2 do.
 #[test]
 fn every_path_runs_without_synchronization2() {
-    let atlas = atlas_on(sliced(8), &mut Random(3), 8);
+    let atlas = atlas(&mut Random::new(3), sliced(8), 8);
     let mut device = device();
     let whole = device.context().unwrap().clone();
     let features = Features {
@@ -101,12 +97,8 @@ fn every_path_runs_without_synchronization2() {
             Culler::new(&context, device.memory().unwrap(), &way.desc(&atlas)).unwrap();
         let before = shim::barriers();
         for seed in 4..7 {
-            let (attack, candidates) = any_input(&mut Random(seed), &atlas, 40);
-            let input = CullInput {
-                atlas: &atlas,
-                attack: &attack,
-                candidates: &candidates,
-            };
+            let case = CullCase::any(&mut Random::new(seed), &atlas, 40);
+            let input = case.input(&atlas);
             let counts = device.cull(&mut culler, &input).unwrap();
             assert_eq!(counts, counted(&input), "{way:?}");
         }

@@ -4,7 +4,9 @@
 
 use sabaki_fixtures as common;
 
-use common::{FALLBACK_FORMATS, Random, device, device_on, drifting, finish};
+use common::cull::{disc, drifting};
+use common::random::Random;
+use common::{FALLBACK_FORMATS, device, device_on, finish};
 use sabaki::gpu::GpuError;
 use sabaki::internal::{Rasterizer, RasterizerDesc};
 use sabaki::maps::{Disc, Drawing, MapRect, raster};
@@ -50,7 +52,7 @@ fn agree(device: &mut Headless, side: u32, drawings: &[Drawing]) {
 #[test]
 fn random_drawings_agree() {
     let mut device = device();
-    let mut random = Random(1);
+    let mut random = Random::new(1);
     let drawings: Vec<_> = (0..200)
         .map(|_| {
             let (width, height) = (random.int(1, 90), random.int(1, 90));
@@ -73,7 +75,7 @@ fn random_drawings_agree() {
 #[test]
 fn any_number_of_frames_agrees() {
     let mut device = device();
-    let mut random = Random(7);
+    let mut random = Random::new(7);
     // About 254 and 255 a stencil value runs out; further on it does so again.
     let lengths = [
         1, 2, 3, 100, 252, 253, 254, 255, 256, 257, 258, 300, 507, 508, 509, 510, 511, 700,
@@ -96,8 +98,8 @@ fn any_number_of_frames_agrees() {
 #[test]
 fn the_odd_cases_agree() {
     let mut device = device();
-    let mut random = Random(8);
-    let disc = |x, z, radius| Disc { x, z, radius };
+    let mut random = Random::new(8);
+    let at = |x, z, radius| Disc { x, z, radius };
     let drawing = |rect, frames: &[&[Disc]]| {
         let mut drawing = Drawing {
             rect,
@@ -110,7 +112,7 @@ fn the_odd_cases_agree() {
         drawing
     };
     let whole = rect(-3, 4, 20, 10);
-    let all = disc(160, 80, 1000);
+    let all = at(160, 80, 1000);
     let mut drawings = vec![
         drawing(rect(0, 0, 0, 0), &[]),
         drawing(rect(0, 0, 0, 7), &[&[all]]),
@@ -120,15 +122,15 @@ fn the_odd_cases_agree() {
         drawing(whole, &[&[], &[all]]),
         drawing(whole, &[&[all], &[all], &[]]),
         // Two discs of one frame count once.
-        drawing(whole, &[&[all, all, all], &[disc(0, 0, 100)], &[all, all]]),
+        drawing(whole, &[&[all, all, all], &[at(0, 0, 100)], &[all, all]]),
         // A point: at a texel's centre, and beside it.
-        drawing(whole, &[&[disc(8, 8, 0), disc(7 * 16, 8, 0)]]),
-        drawing(whole, &[&[disc(-50, -50, 40), disc(-50, 20, 60)]]),
-        drawing(rect(0, 0, 1, 1), &[&[disc(8, 8, 1)], &[disc(9, 8, 1)]]),
+        drawing(whole, &[&[at(8, 8, 0), at(7 * 16, 8, 0)]]),
+        drawing(whole, &[&[at(-50, -50, 40), at(-50, 20, 60)]]),
+        drawing(rect(0, 0, 1, 1), &[&[at(8, 8, 1)], &[at(9, 8, 1)]]),
     ];
     // Neighbours in the target: discs that reach far over the borders of their own maps.
     for _ in 0..30 {
-        let discs: Vec<_> = (0..4).map(|_| random.disc(whole, 60)).collect();
+        let discs: Vec<_> = (0..4).map(|_| disc(&mut random, whole, 60)).collect();
         drawings.push(drawing(whole, &[&discs[..2], &discs[1..]]));
     }
     agree(&mut device, 64, &drawings);
@@ -138,7 +140,7 @@ fn the_odd_cases_agree() {
 
 #[test]
 fn every_stencil_format_agrees() {
-    let mut random = Random(11);
+    let mut random = Random::new(11);
     let drawings: Vec<_> = (0..20)
         .map(|index| drifting(&mut random, rect(0, 0, 30, 20), 1 + 15 * index, 4))
         .collect();
@@ -153,7 +155,7 @@ fn every_stencil_format_agrees() {
 #[test]
 fn the_largest_maps_agree() {
     let mut device = device();
-    let mut random = Random(9);
+    let mut random = Random::new(9);
     let drawings: Vec<_> = [(2048, 3), (5, 2048), (700, 900)]
         .into_iter()
         .map(|(width, height)| drifting(&mut random, rect(0, 0, width, height), 4, 3))
@@ -174,7 +176,7 @@ fn what_does_not_fit_is_refused_by_name() {
     let mut rasterizer = device
         .make(|context, memory| Rasterizer::new(context, memory, &desc))
         .unwrap();
-    let mut random = Random(10);
+    let mut random = Random::new(10);
     let wide = drifting(&mut random, rect(0, 0, 65, 1), 2, 1);
     let many = drifting(&mut random, rect(0, 0, 9, 9), 100, 2);
     let mut torn = drifting(&mut random, rect(0, 0, 9, 9), 3, 1);

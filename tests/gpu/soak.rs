@@ -8,27 +8,13 @@ use sabaki_fixtures as common;
 #[allow(dead_code, reason = "the example has a main")]
 mod soak;
 
-use std::process::Command;
-
-use common::{baked::embedded, desc};
+use common::{baked::embedded, desc, memory::alone};
 use sabaki_fixtures::headless::HeadlessDesc;
 
-/// The pages of a process are those of all tests that run in it, so this one runs in a process of its own.
+/// The pages of a process are those of all tests that run in it.
 #[test]
 fn memory_stays_flat() {
-    const ALONE: &str = "SABAKI_SOAK_ALONE";
-    if std::env::var_os(ALONE).is_some() {
-        return soak_alone();
-    }
-    let mut alone = Command::new(std::env::current_exe().unwrap());
-    alone.args(["gpu::soak::memory_stays_flat", "--exact", "--nocapture"]);
-    let ran = alone.env(ALONE, "1").output().unwrap();
-    let said = String::from_utf8_lossy(&ran.stdout);
-    assert!(
-        ran.status.success() && said.contains("1 passed"),
-        "{said}\n{}",
-        String::from_utf8_lossy(&ran.stderr)
-    );
+    alone(soak_alone);
 }
 
 fn soak_alone() {

@@ -6,7 +6,7 @@ use sabaki_fixtures as common;
 
 use std::convert::Infallible;
 
-use common::{answer::answer_throw, baked::embedded, cull_cases::Way};
+use common::{answer::answer_throw, baked::embedded, cull::Way};
 use pollster::block_on;
 use sabaki::gpu::{BatchEntry, CullerDesc, GpuError};
 use sabaki::query::cull::{CullInput, Overlap};

@@ -1,0 +1,685 @@
+//! Promise: every culling path of a device counts what the CPU's counts, texel for texel, for any candidates, slabs, clocks,
+//! slices and placements; recording and polling allocate nothing once warm; what does not fit is refused by name.
+
+use sabaki::gpu::{
+    BatchEntry, ComputeSettings, Counting, Culler, CullerDesc, GpuError, StencilSettings,
+};
+use sabaki::internal::{AttackDrawing, AttackLayer, CullCandidate, TimedDisc};
+use sabaki::maps::{Disc, MapGrid, MapRect, RegionAtlas, Slab, SlabMaps};
+use sabaki::query::cull::{Counted, CullInput, Overlap};
+use sabaki_fixtures::cull::{
+    CullCase, GRIDS, Way, atlas, attack, candidates, counted, culler, sliced,
+};
+use sabaki_fixtures::headless::{Headless, HeadlessDesc};
+use sabaki_fixtures::memory::allocations;
+use sabaki_fixtures::random::Random;
+use sabaki_fixtures::{FALLBACK_FORMATS, desc, device, device_on, finish};
+
+const RECT: MapRect = MapRect {
+    u: -30,
+    v: -25,
+    width: 90,
+    height: 70,
+};
+
+/// A culler of each way, of as many slots.
+fn each_culler<'a>(
+    device: &mut Headless,
+    atlas: &'a RegionAtlas,
+    frames_in_flight: u32,
+) -> [(Way, Culler); 3] {
+    Way::ALL.map(|way| {
+        let desc = CullerDesc {
+            frames_in_flight,
+            ..way.desc(atlas)
+        };
+        (way, culler(device, &desc))
+    })
+}
+
+fn destroy(device: &mut Headless, cullers: [(Way, Culler); 3]) {
+    for (_, culler) in cullers {
+        culler.destroy(device.memory().unwrap());
+    }
+}
+
+#[test]
+fn thousands_of_random_candidates_agree() {
+    let mut device = device();
+    for (seed, grid) in (20..).zip(GRIDS) {
+        let mut random = Random::new(seed);
+        let atlas = atlas(&mut random, grid, 30);
+        let mut cullers = each_culler(&mut device, &atlas, 1);
+        let (mut body, mut outer, mut evasion, mut missed) = (0, 0, 0, 0);
+        for _ in 0..30 {
+            let case = CullCase::any(&mut random, &atlas, 100);
+            let expected = counted(&case.input(&atlas));
+            body += expected.iter().filter(|one| one.body > 0).count();
+            outer += expected.iter().filter(|one| one.outer > 0).count();
+            evasion += expected.iter().filter(|one| one.evasion > 0).count();
+            missed += expected.iter().filter(|one| one.outer == 0).count();
+            for (way, culler) in &mut cullers {
+                let counts = device.cull(culler, &case.input(&atlas)).unwrap();
+                assert_eq!(counts, expected, "{way:?}, {grid:?}");
+            }
+        }
+        // The test means something only if there is some of each.
+        assert!(
+            body > 50 && outer > 50 && evasion > 50 && missed > 100,
+            "{grid:?}: {body} {outer} {evasion} {missed}"
+        );
+        destroy(&mut device, cullers);
+    }
+    finish(device);
+}
+
+/// Attacks of one kind of edge each.
+fn odd_attacks(random: &mut Random, grid: MapGrid) -> Vec<(&'static str, AttackDrawing)> {
+    let some = attack(random, grid, RECT, 0..4);
+    let with_layers = |change: &dyn Fn(&mut AttackLayer)| {
+        let mut changed = some.clone();
+        changed.layers.iter_mut().for_each(change);
+        changed
+    };
+    let mut no_discs = with_layers(&|layer| (layer.inner, layer.outer) = (0..0, 0..0));
+    no_discs.discs.clear();
+    let mut reversed = some.clone();
+    reversed.layers.reverse();
+    vec![
+        ("no slabs", AttackDrawing::default()),
+        ("no discs", no_discs),
+        ("no texels", attack(random, grid, MapRect::default(), 0..2)),
+        (
+            "clocks that no candidate has",
+            with_layers(&|layer| layer.clock += 77),
+        ),
+        (
+            "a slab that no region has",
+            with_layers(&|layer| layer.slab = Slab(i32::MAX)),
+        ),
+        (
+            "slabs above all regions",
+            attack(random, grid, RECT, 50..53),
+        ),
+        (
+            "slabs below all regions",
+            attack(random, grid, RECT, -9..-4),
+        ),
+        ("layers in any order", reversed),
+        ("some", some),
+    ]
+}
+
+/// Candidates of one kind of edge each.
+fn odd_candidates(many: &[CullCandidate]) -> Vec<(&'static str, Vec<CullCandidate>)> {
+    let with_turn = |a: i32, b: i32| -> Vec<CullCandidate> {
+        let mut turned = many.to_vec();
+        for candidate in &mut turned {
+            (candidate.transform.a, candidate.transform.b) = (a, b);
+        }
+        turned
+    };
+    // A candidate's borders through the middle of the attack, one texel further each time.
+    let stepped = (-70..70).flat_map(|step| {
+        let mut candidate = many[0];
+        candidate.transform.tz = step << 15;
+        let (mut along, mut turned) = (candidate, candidate);
+        (along.transform.a, along.transform.b, along.transform.tx) = (1 << 14, 0, 0);
+        (turned.transform.a, turned.transform.b, turned.transform.tx) = (0, 1 << 14, 0);
+        [along, turned]
+    });
+    let mut one_larger = many.to_vec();
+    (one_larger[1].transform.a, one_larger[1].transform.b) = (20_000, 9_000);
+    vec![
+        ("none", Vec::new()),
+        ("one", many[..1].to_vec()),
+        ("a turn that is none", with_turn(0, 0)),
+        ("a turn that makes larger", with_turn(32_768, -32_768)),
+        ("one of many that makes larger", one_larger),
+        ("a turn that makes small", with_turn(99, 1)),
+        ("borders", stepped.collect()),
+        ("many", many.to_vec()),
+    ]
+}
+
+/// Every odd attack against every odd set of candidates, one after the other with the same culler.
+#[test]
+fn edges_of_the_input_agree() {
+    let mut device = device();
+    let grid = MapGrid::default();
+    let mut random = Random::new(3);
+    let atlas = atlas(&mut random, grid, 12);
+    let mut cullers = each_culler(&mut device, &atlas, 1);
+    let many = candidates(&mut random, &atlas, RECT, 120);
+    for (attack_case, attack) in odd_attacks(&mut random, grid) {
+        for (case, candidates) in odd_candidates(&many) {
+            let input = CullInput {
+                atlas: &atlas,
+                attack: &attack,
+                candidates: &candidates,
+            };
+            let expected = counted(&input);
+            for (way, culler) in &mut cullers {
+                let counts = device.cull(culler, &input).unwrap();
+                assert_eq!(counts, expected, "{way:?}: {attack_case}, {case}");
+            }
+        }
+    }
+    destroy(&mut device, cullers);
+    finish(device);
+}
+
+/// Maps of no texels, and none at all.
+#[test]
+fn atlases_without_a_map_agree() {
+    let mut device = device();
+    let grid = MapGrid::default();
+    let mut random = Random::new(8);
+    let mut emptied = atlas(&mut random, grid, 3).regions().to_vec();
+    for region in &mut emptied {
+        let maps = region.slabs.iter_mut();
+        maps.for_each(|maps| *maps = SlabMaps::empty(grid.lanes()));
+    }
+    let of_empty_maps = RegionAtlas::new(grid, emptied, Vec::new());
+    let no_regions = RegionAtlas::new(grid, Vec::new(), Vec::new());
+    for (atlas, count) in [(&of_empty_maps, 20), (&no_regions, 0)] {
+        let mut cullers = each_culler(&mut device, atlas, 1);
+        let case = CullCase::new(&mut random, atlas, RECT, 0..3, count);
+        for (_, culler) in &mut cullers {
+            let counts = device.cull(culler, &case.input(atlas)).unwrap();
+            assert_eq!(counts, vec![Overlap::default(); count]);
+        }
+        destroy(&mut device, cullers);
+    }
+    finish(device);
+}
+
+/// Three culls in one command buffer, polled in any order; a ticket fits its cull alone.
+#[test]
+fn slots_in_flight_keep_their_own_counts() {
+    let mut device = device();
+    let mut random = Random::new(4);
+    let atlas = atlas(&mut random, MapGrid::default(), 20);
+    let mut cullers = each_culler(&mut device, &atlas, 3);
+    for (way, culler) in &mut cullers {
+        for _ in 0..4 {
+            let cases = [0; 3].map(|_| {
+                let count = random.int(1, 120) as usize;
+                CullCase::new(&mut random, &atlas, RECT, 0..3, count)
+            });
+            let mut overlaps = Vec::new();
+            let tickets = device
+                .run(|cmd| {
+                    let mut tickets = Vec::new();
+                    for (slot, case) in (0..).zip(&cases) {
+                        // SAFETY: `run` gives a buffer that is being recorded; the slots' earlier culls have been waited for.
+                        let ticket = unsafe { culler.record(cmd, slot, &case.input(&atlas)) }?;
+                        assert!(!culler.poll(ticket, &mut overlaps)?, "nothing has run yet");
+                        tickets.push(ticket);
+                    }
+                    Ok(tickets)
+                })
+                .unwrap();
+            for index in [1, 0, 2] {
+                assert!(culler.poll(tickets[index], &mut overlaps).unwrap());
+                let expected = counted(&cases[index].input(&atlas));
+                assert_eq!(overlaps, expected, "{way:?}, slot {index}");
+            }
+            // SAFETY: the first run has uploaded the maps, and it has been waited for.
+            unsafe { culler.release_staging(device.memory().unwrap()) };
+            let input = cases[2].input(&atlas);
+            // SAFETY: as above.
+            let late = device.run(|cmd| unsafe { culler.record(cmd, 0, &input) });
+            assert!(matches!(
+                culler.poll(tickets[0], &mut overlaps),
+                Err(GpuError::StaleTicket)
+            ));
+            assert!(culler.poll(late.unwrap(), &mut overlaps).unwrap());
+            assert_eq!(overlaps, counted(&input));
+        }
+    }
+    destroy(&mut device, cullers);
+    finish(device);
+}
+
+/// As many culls as there are slots in one recording, in any order of slots; then again with fewer.
+#[test]
+fn a_batch_counts_what_its_culls_count_alone() {
+    let mut device = device();
+    let mut random = Random::new(7);
+    let atlas = atlas(&mut random, MapGrid::default(), 20);
+    let slots = 9;
+    let mut cullers = each_culler(&mut device, &atlas, slots);
+    for (way, culler) in &mut cullers {
+        for round in 0..3 {
+            let one = |_| {
+                let count = random.below(91);
+                CullCase::new(&mut random, &atlas, RECT, 0..3, count)
+            };
+            let cases: Vec<_> = (0..slots - round).map(one).collect();
+            let mut batch = Vec::new();
+            for (index, case) in (0..).zip(&cases) {
+                batch.push(BatchEntry {
+                    slot: (index * 2 + round) % slots,
+                    input: case.input(&atlas),
+                    ticket: None,
+                });
+            }
+            // SAFETY: `run` gives a buffer that is being recorded, and has waited for the batch before.
+            let recorded = device.run(|cmd| unsafe { culler.record_batch(cmd, &mut batch) });
+            recorded.unwrap();
+            let mut overlaps = Vec::new();
+            for entry in &batch {
+                let ticket = entry.ticket.unwrap();
+                assert!(culler.poll(ticket, &mut overlaps).unwrap());
+                assert_eq!(overlaps, counted(&entry.input), "{way:?}, round {round}");
+            }
+            let first = batch[0].slot;
+            batch[1].slot = first;
+            // SAFETY: as above.
+            let twice = device.run(|cmd| unsafe { culler.record_batch(cmd, &mut batch) });
+            assert!(matches!(
+                twice,
+                Err(GpuError::NoSuchSlot { slot, .. }) if slot == first
+            ));
+        }
+    }
+    destroy(&mut device, cullers);
+    finish(device);
+}
+
+/// What is not counted says so; by compute, a candidate that is hit is still one where no more is asked.
+#[test]
+fn what_is_asked_for_is_counted_alone() {
+    let mut device = device();
+    let mut random = Random::new(9);
+    let atlas = atlas(&mut random, MapGrid::default(), 20);
+    let case = CullCase::new(&mut random, &atlas, RECT, 0..4, 200);
+    let input = case.input(&atlas);
+    let whole = counted(&input);
+    assert!(whole.iter().any(|one| one.body > 0) && whole.iter().any(|one| one.body == 0));
+    let mut cullers = each_culler(&mut device, &atlas, 1);
+    for (way, culler) in &mut cullers {
+        for bits in 0..16 {
+            let wanted = Counted {
+                body: bits & 1 != 0,
+                outer: bits & 2 != 0,
+                evasion: bits & 4 != 0,
+                up_to_hits: bits & 8 != 0,
+            };
+            culler.count_only(wanted);
+            let counts = device.cull(culler, &input).unwrap();
+            for (found, whole) in counts.iter().zip(&whole) {
+                if wanted.up_to_hits && wanted.body && whole.body > 0 {
+                    assert!(
+                        (1..=whole.body).contains(&found.body),
+                        "{way:?}: {wanted:?}"
+                    );
+                    continue;
+                }
+                let expected = Overlap {
+                    body: if wanted.body { whole.body } else { 0 },
+                    outer: if wanted.outer { whole.outer } else { u32::MAX },
+                    evasion: if wanted.evasion { whole.evasion } else { 0 },
+                };
+                assert_eq!(*found, expected, "{way:?}: {wanted:?}");
+            }
+        }
+    }
+    destroy(&mut device, cullers);
+    finish(device);
+}
+
+/// Without validation, which allocates for itself on this thread's behalf.
+#[test]
+fn a_cull_allocates_nothing() {
+    let silent = HeadlessDesc {
+        validation: false,
+        ..desc()
+    };
+    let mut device = Headless::new(&silent).unwrap();
+    let mut random = Random::new(1);
+    for grid in [MapGrid::PAPER, MapGrid::default()] {
+        let atlas = atlas(&mut random, grid, 6);
+        let case = CullCase::new(&mut random, &atlas, RECT, 0..3, 100);
+        let mut cullers = each_culler(&mut device, &atlas, 1);
+        for (way, culler) in &mut cullers {
+            let mut overlaps = Vec::new();
+            for cull in 0..4 {
+                let recorded = device.run(|cmd| {
+                    let before = allocations();
+                    // SAFETY: `run` gives a buffer that is being recorded, and has waited for the cull before.
+                    let ticket = unsafe { culler.record(cmd, 0, &case.input(&atlas)) }?;
+                    Ok((ticket, allocations() - before))
+                });
+                let (ticket, recording) = recorded.unwrap();
+                let before = allocations();
+                assert!(culler.poll(ticket, &mut overlaps).unwrap());
+                let polling = allocations() - before;
+                if cull > 0 {
+                    assert_eq!((recording, polling), (0, 0), "{way:?}, cull {cull}");
+                }
+            }
+        }
+        destroy(&mut device, cullers);
+    }
+    assert!(device.destroy().is_empty());
+}
+
+/// Candidates are drawn along a band, and not where their maps miss it.
+#[test]
+fn attacks_that_cross_at_any_angle_agree() {
+    let mut device = device();
+    for (grid, seed) in GRIDS.into_iter().zip(70..) {
+        let mut random = Random::new(seed);
+        let atlas = atlas(&mut random, grid, 20);
+        let mut cullers = each_culler(&mut device, &atlas, 1);
+        let (mut met, mut missed) = (0, 0);
+        for _ in 0..12 {
+            let rect = MapRect {
+                u: random.int(-60, 0),
+                v: random.int(-60, 0),
+                width: random.int(40, 130) as u32,
+                height: random.int(40, 130) as u32,
+            };
+            let attack = band(&mut random, grid, rect);
+            let mut candidates = candidates(&mut random, &atlas, rect, 150);
+            candidates.iter_mut().for_each(|one| one.clock = 0);
+            let input = CullInput {
+                atlas: &atlas,
+                attack: &attack,
+                candidates: &candidates,
+            };
+            let expected = counted(&input);
+            let meets = |one: &&Overlap| one.body > 0 || one.evasion > 0;
+            met += expected.iter().filter(meets).count();
+            missed += expected.iter().filter(|one| one.outer == 0).count();
+            for (way, culler) in &mut cullers {
+                let counts = device.cull(culler, &input).unwrap();
+                assert_eq!(counts, expected, "{way:?}, {grid:?}");
+            }
+        }
+        // The test means something only if there is some of each.
+        assert!(met > 100 && missed > 100, "{grid:?}: {met} {missed}");
+        destroy(&mut device, cullers);
+    }
+    finish(device);
+}
+
+/// A sphere that crosses some slabs along a line, partly outside of its rectangle.
+fn band(random: &mut Random, grid: MapGrid, rect: MapRect) -> AttackDrawing {
+    const STEPS: i32 = 40;
+    let mut attack = AttackDrawing {
+        rect,
+        ..AttackDrawing::default()
+    };
+    let ends = [rect.width, rect.height].map(|side| {
+        let side = 16 * side as i32;
+        [0, 1].map(|_| random.int(-100, side + 100))
+    });
+    let radius = random.int(10, 120);
+    for slab in 0..4 {
+        let mut discs = |radius: i32| {
+            let first = attack.discs.len() as u32;
+            attack.discs.extend((0..STEPS).map(|step| {
+                let [x, z] = ends.map(|[start, end]| start + (end - start) * step / STEPS);
+                TimedDisc {
+                    disc: Disc { x, z, radius },
+                    slice: step as u32 * grid.slices / STEPS as u32,
+                }
+            }));
+            first..attack.discs.len() as u32
+        };
+        let (inner, outer) = (discs(radius), discs(radius + 20));
+        attack.layers.push(AttackLayer {
+            slab: Slab(slab),
+            clock: 0,
+            inner,
+            outer,
+        });
+    }
+    attack
+}
+
+/// A stencil target of few planes, passes of cells that are cut, several turns of a pass.
+#[test]
+fn small_targets_pools_and_buffers_agree() {
+    let mut device = device();
+    for (grid, seed) in GRIDS.into_iter().zip(40..) {
+        let mut random = Random::new(seed);
+        let atlas = atlas(&mut random, grid, 8);
+        let whole = Way::STENCIL.desc(&atlas);
+        let descs = [
+            (
+                [256, 128],
+                whole.stencil.max_queries,
+                whole.stencil.max_boxes,
+            ),
+            ([24, 40], whole.stencil.max_queries, whole.stencil.max_boxes),
+            (whole.stencil.target, 7, whole.stencil.max_boxes),
+            ([64, 64], 1, 1500),
+        ];
+        for (target, max_queries, max_boxes) in descs {
+            for counting in [Counting::Queries, Counting::Atomics] {
+                let stencil = StencilSettings {
+                    target,
+                    max_queries,
+                    max_boxes,
+                    counting: Some(counting),
+                    ..whole.stencil
+                };
+                let mut culler = culler(&mut device, &CullerDesc { stencil, ..whole });
+                for _ in 0..2 {
+                    let case = CullCase::any(&mut random, &atlas, 20);
+                    let counts = device.cull(&mut culler, &case.input(&atlas)).unwrap();
+                    let expected = counted(&case.input(&atlas));
+                    assert_eq!(counts, expected, "{grid:?} {stencil:?}");
+                }
+                culler.destroy(device.memory().unwrap());
+            }
+        }
+    }
+    finish(device);
+}
+
+#[test]
+fn the_maps_outlive_a_first_cull_that_is_never_submitted() {
+    let mut device = device();
+    let mut random = Random::new(61);
+    let atlas = atlas(&mut random, MapGrid::PAPER, 12);
+    let case = CullCase::new(&mut random, &atlas, RECT, 0..3, 100);
+    let input = case.input(&atlas);
+    let expected = counted(&input);
+    assert!(expected.iter().any(|one| one.body > 0));
+    let mut cullers = each_culler(&mut device, &atlas, 2);
+    for (_, culler) in &mut cullers {
+        let lost = device.run(|cmd| {
+            // SAFETY: `run` gives a buffer that is being recorded.
+            unsafe { culler.record(cmd, 0, &input) }?;
+            Err::<(), _>(GpuError::Unfinished)
+        });
+        assert!(matches!(lost, Err(GpuError::Unfinished)));
+        for _ in 0..2 {
+            assert_eq!(device.cull(culler, &input).unwrap(), expected);
+        }
+    }
+    destroy(&mut device, cullers);
+    finish(device);
+}
+
+#[test]
+fn every_stencil_format_agrees() {
+    let mut random = Random::new(12);
+    let atlas = atlas(&mut random, MapGrid::PAPER, 10);
+    let case = CullCase::new(&mut random, &atlas, RECT, 0..4, 60);
+    for (terms, format) in FALLBACK_FORMATS {
+        let mut device = device_on(terms);
+        assert_eq!(device.context().unwrap().stencil_format(), format);
+        let mut culler = culler(&mut device, &Way::STENCIL.desc(&atlas));
+        let counts = device.cull(&mut culler, &case.input(&atlas)).unwrap();
+        assert_eq!(counts, counted(&case.input(&atlas)), "{format:?}");
+        culler.destroy(device.memory().unwrap());
+        finish(device);
+    }
+}
+
+/// More planes and blocks than one chunk of the attack holds.
+#[test]
+fn attacks_of_many_chunks_agree() {
+    let mut device = device();
+    let mut random = Random::new(10);
+    let atlas = atlas(&mut random, sliced(64), 10);
+    let rect = MapRect {
+        u: -200,
+        v: -150,
+        width: 400,
+        height: 300,
+    };
+    let mut case = CullCase::new(&mut random, &atlas, rect, -1..7, 90);
+    for one in &mut case.attack.discs {
+        one.disc.radius += 1000;
+    }
+    let desc = CullerDesc {
+        compute: ComputeSettings {
+            max_blocks: 1 << 20,
+            ..ComputeSettings::default()
+        },
+        ..Way::COMPUTE.desc(&atlas)
+    };
+    let mut culler = culler(&mut device, &desc);
+    for some in [1, 90] {
+        let input = CullInput {
+            candidates: &case.candidates[..some],
+            ..case.input(&atlas)
+        };
+        let expected = counted(&input);
+        assert!(some == 1 || expected.iter().any(|one| one.body > 0));
+        assert_eq!(device.cull(&mut culler, &input).unwrap(), expected);
+    }
+    culler.destroy(device.memory().unwrap());
+    finish(device);
+}
+
+#[test]
+fn any_number_of_dispatches_and_culls_and_either_way_of_the_input_agree() {
+    let mut device = device();
+    let mut random = Random::new(5);
+    let atlas = atlas(&mut random, sliced(64), 20);
+    let case = CullCase::new(&mut random, &atlas, RECT, 0..4, 700);
+    let shapes = [
+        (1, 1, 400_000),
+        (300, 7, 2_000_000),
+        (1000, 1, u64::MAX),
+        (1000, u32::MAX, u64::MAX),
+    ];
+    for direct_input in [false, true] {
+        for (max_candidates, max_groups, max_page) in shapes {
+            let desc = CullerDesc {
+                max_candidates,
+                compute: ComputeSettings {
+                    max_groups,
+                    max_page,
+                    direct_input,
+                    ..ComputeSettings::default()
+                },
+                ..Way::COMPUTE.desc(&atlas)
+            };
+            let mut culler = culler(&mut device, &desc);
+            let some = if max_candidates == 1 { 40 } else { 700 };
+            let input = CullInput {
+                candidates: &case.candidates[..some],
+                ..case.input(&atlas)
+            };
+            let counts = device.cull(&mut culler, &input).unwrap();
+            let which = (direct_input, max_candidates, max_groups, max_page);
+            assert_eq!(counts, counted(&input), "{which:?}");
+            culler.destroy(device.memory().unwrap());
+        }
+    }
+    finish(device);
+}
+
+/// What a recording says of an input.
+fn recorded(
+    device: &mut Headless,
+    culler: &mut Culler,
+    slot: u32,
+    input: &CullInput<'_>,
+) -> String {
+    // SAFETY: `run` gives a buffer that is being recorded.
+    let result = device.run(|cmd| unsafe { culler.record(cmd, slot, input) });
+    result.map_or_else(|error| error.to_string(), |_| String::new())
+}
+
+#[test]
+fn what_does_not_fit_is_refused_by_name() {
+    let mut device = device();
+    let mut random = Random::new(6);
+    let atlas = atlas(&mut random, MapGrid::default(), 4);
+    let case = CullCase::new(&mut random, &atlas, RECT, 0..3, 9);
+    let mut stranger = case.candidates[..4].to_vec();
+    stranger[2].region.0 = 4;
+    let none = AttackDrawing::default();
+    let wide = AttackDrawing {
+        rect: MapRect {
+            width: MapGrid::MAX_SIDE + 1,
+            ..RECT
+        },
+        ..AttackDrawing::default()
+    };
+    for (way, too_many) in [
+        (Way::STENCIL, "StencilSettings::max_discs"),
+        (Way::ATOMICS, "StencilSettings::max_discs"),
+        (Way::COMPUTE, "ComputeSettings::max_blocks"),
+    ] {
+        let mut desc = CullerDesc {
+            max_candidates: 8,
+            ..way.desc(&atlas)
+        };
+        (desc.stencil.max_discs, desc.compute.max_blocks) = (4, 4);
+        let mut culler = culler(&mut device, &desc);
+        let cases = [
+            (
+                &none,
+                &case.candidates[..],
+                0,
+                "max_candidates: 9 needed, 8",
+            ),
+            (&case.attack, &case.candidates[..1], 0, too_many),
+            (&wide, &case.candidates[..1], 0, "side of an attack's maps"),
+            (&none, &stranger[..], 0, "candidate 2 names region 4"),
+            (&none, &[], 2, "slot 2 of 2"),
+        ];
+        for (attack, candidates, slot, words) in cases {
+            let input = CullInput {
+                atlas: &atlas,
+                attack,
+                candidates,
+            };
+            let error = recorded(&mut device, &mut culler, slot, &input);
+            assert!(error.contains(words), "{way:?}: {error}");
+        }
+        let input = CullInput {
+            atlas: &atlas,
+            attack: &none,
+            candidates: &case.candidates[..8],
+        };
+        let counts = device.cull(&mut culler, &input).unwrap();
+        assert_eq!(counts, counted(&input), "{way:?} is of use all the same");
+        culler.destroy(device.memory().unwrap());
+    }
+    let mut desc = Way::STENCIL.desc(&atlas);
+    desc.stencil.max_boxes = 1;
+    let mut tight = culler(&mut device, &desc);
+    let error = recorded(&mut device, &mut tight, 0, &case.input(&atlas));
+    assert!(error.contains("StencilSettings::max_boxes"), "{error}");
+    tight.destroy(device.memory().unwrap());
+
+    let mut desc = Way::COMPUTE.desc(&atlas);
+    desc.compute.max_page = 4096;
+    let made = device.make(|context, memory| Culler::new(context, memory, &desc));
+    let error = made.unwrap_err().to_string();
+    assert!(error.starts_with("ComputeSettings::max_page"), "{error}");
+    assert_eq!(device.memory().unwrap().live_blocks(), 0);
+    finish(device);
+}
