@@ -1,17 +1,16 @@
 //! A node's grid of attacks equals a naive search along all edges. Every entry's attack passes
 //! through its cell at the stated time. The grid does not depend on the number of threads.
-#![allow(clippy::unwrap_used, clippy::expect_used)]
-
-use sabaki_fixtures as common;
 
 use std::collections::BTreeMap;
 
-use common::baked::embedded;
 use glam::Vec3;
 use sabaki::anim::{Pose, forward_kinematics};
-use sabaki::graph::{Motion, MotionStep, NodeId, Playhead};
+use sabaki::graph::NodeId;
 use sabaki::maps::{AttackGrid, AttackGridSettings, BakedGraph, PathSettings};
 use sabaki::math::Rigid2;
+use sabaki_fixtures::baked::embedded;
+
+use super::{nodes, play};
 
 type Cell = [i16; 3];
 
@@ -33,23 +32,14 @@ fn fine(horizon: f32) -> AttackGridSettings {
     }
 }
 
-/// A contact of an attack, and when it comes.
-struct Blow {
-    strike: u32,
-    seconds: f32,
-    centre: Vec3,
-    radius: f32,
-}
-
-/// Files a contact wherever it belongs, by the plainest means.
-fn file(blow: &Blow, settings: &AttackGridSettings, best: &mut Best) {
+/// Adds a contact of an attack wherever it belongs, by the plainest means.
+fn add(
+    (attack, seconds): (u32, f32),
+    (centre, radius): (Vec3, f32),
+    settings: &AttackGridSettings,
+    best: &mut Best,
+) {
     let side = settings.cell;
-    let &Blow {
-        strike,
-        seconds,
-        centre,
-        radius,
-    } = blow;
     let low = ((centre - radius) / side).floor() - 2.0;
     for x in 0..8 {
         for y in 0..8 {
@@ -57,7 +47,7 @@ fn file(blow: &Blow, settings: &AttackGridSettings, best: &mut Best) {
                 let cell = low + Vec3::new(x as f32, y as f32, z as f32);
                 let away = ((cell + 0.5) * side).distance(centre);
                 if away <= radius + 0.5 * side {
-                    let key = ([cell.x as i16, cell.y as i16, cell.z as i16], strike);
+                    let key = ([cell.x as i16, cell.y as i16, cell.z as i16], attack);
                     let cost = seconds + settings.distance_weight * away;
                     let known = best.entry(key).or_insert(f32::INFINITY);
                     *known = known.min(cost);
@@ -84,13 +74,9 @@ fn search(baked: &BakedGraph, grid: &AttackGrid, node: NodeId) -> Best {
             for contact in grid.contacts(index) {
                 let wait = frames + contact.frame;
                 if wait >= notice {
-                    let blow = Blow {
-                        strike: index as u32,
-                        seconds: wait as f32 / rate,
-                        centre: placement.point(contact.centre),
-                        radius: contact.radius,
-                    };
-                    file(&blow, settings, &mut best);
+                    let hit = (index as u32, wait as f32 / rate);
+                    let sphere = (placement.point(contact.centre), contact.radius);
+                    add(hit, sphere, settings, &mut best);
                 }
             }
         }
@@ -118,10 +104,8 @@ fn filed(baked: &BakedGraph, grid: &AttackGrid, node: NodeId) -> Best {
             let place = path.placement.point(grid.contact(blow).centre);
             let cost = grid.frames(blow) as f32 / rate
                 + grid.settings().distance_weight * place.distance(middle);
-            assert!(
-                best.insert((cell, path.goal), cost).is_none(),
-                "an attack stands there twice"
-            );
+            let twice = best.insert((cell, path.goal), cost);
+            assert!(twice.is_none(), "an attack stands there twice");
         }
     }
     best
@@ -132,19 +116,14 @@ fn every_cell_has_what_a_search_along_all_edges_finds() {
     let baked = embedded();
     let grid = AttackGrid::new(baked, &fine(0.7));
     let (mut compared, mut edges) = (0, 0);
-    for node in (0..baked.graph().nodes().len() as u32)
-        .step_by(31)
-        .map(NodeId)
-    {
+    for node in nodes(baked, 31) {
         let (found, filed) = (search(baked, &grid, node), filed(baked, &grid, node));
         // A place that lies a millimetre aside can miss a cell that it would just touch.
         for (key, cost) in &found {
             match filed.get(key) {
                 Some(kept) => {
-                    assert!(
-                        (kept - cost).abs() < 0.01,
-                        "{node:?} {key:?}: {kept} {cost}"
-                    );
+                    let is_same = (kept - cost).abs() < 0.01;
+                    assert!(is_same, "{node:?} {key:?}: {kept} {cost}");
                     compared += 1;
                 }
                 None => edges += 1,
@@ -160,18 +139,13 @@ fn every_cell_has_what_a_search_along_all_edges_finds() {
 fn of_a_cells_attacks_the_soonest_and_closest_are_kept_best_first() {
     let baked = embedded();
     let all = AttackGrid::new(baked, &fine(0.6));
-    let few = AttackGrid::new(
-        baked,
-        &AttackGridSettings {
-            most: 2,
-            ..fine(0.6)
-        },
-    );
+    let most_two = AttackGridSettings {
+        most: 2,
+        ..fine(0.6)
+    };
+    let few = AttackGrid::new(baked, &most_two);
     let mut cut = 0;
-    for node in (0..baked.graph().nodes().len() as u32)
-        .step_by(7)
-        .map(NodeId)
-    {
+    for node in nodes(baked, 7) {
         let cells = all.cells(node).map(|(cell, blows)| (cell, blows.to_vec()));
         for ((cell, mut all), (same, few)) in cells.zip(few.cells(node)) {
             cut += usize::from(all.len() > 2);
@@ -193,43 +167,28 @@ fn the_limb_is_there_when_the_grid_says_so() {
     let rate = graph.frame_rate() as f32;
     let (mut pose, mut joints, mut centres) = (Pose::default(), Vec::new(), Vec::new());
     let mut played = 0;
-    for node in (0..graph.nodes().len() as u32).step_by(211).map(NodeId) {
+    for node in nodes(baked, 211) {
         for (cell, blows) in grid.cells(node).step_by(7) {
             let blow = blows[blows.len() - 1];
             let strike = grid.attack_move(baked, blow.path);
             let edges: Vec<_> = grid.paths().edges(blow.path).chain([strike.edge]).collect();
-            let first = Playhead {
-                edge: edges[0],
-                frame: 0.0,
-                clip_to_world: baked.placement(node).inverse(),
-            };
-            let steps: Vec<MotionStep> = edges[1..]
-                .iter()
-                .map(|&edge| MotionStep { edge, rate: 1.0 })
-                .collect();
-            let motion = Motion::new(graph, first, &steps);
+            let motion = play(baked, node, &edges);
             motion.sample(graph, grid.frames(blow) as f32 / rate, &mut pose);
             forward_kinematics(graph.skeleton(), &pose, &mut joints);
             baked.body().centres(&joints, &mut centres);
             let middle =
                 Vec3::from_array(cell.map(|index| (f32::from(index) + 0.5) * grid.settings().cell));
             let event = graph.event(graph.edge(strike.edge).event.unwrap());
-            let of_limb = baked
-                .body()
-                .spheres
-                .iter()
-                .zip(&centres)
-                .filter(|(sphere, _)| {
-                    let mut above = graph.skeleton().ancestry(sphere.joint);
-                    above.any(|joint| event.joints.contains(&joint))
-                });
+            let spheres = baked.body().spheres.iter().zip(&centres);
+            let of_limb = spheres.filter(|(sphere, _)| {
+                let mut above = graph.skeleton().ancestry(sphere.joint);
+                above.any(|joint| event.joints.contains(&joint))
+            });
             let nearest = of_limb.map(|(sphere, centre)| centre.distance(middle) - sphere.radius);
             let nearest = nearest.fold(f32::INFINITY, f32::min);
             // Paths' places are alike to ten centimetres only where they are merged, which changes where nothing is filed.
-            assert!(
-                nearest <= 0.5 * grid.settings().cell + 0.02,
-                "{node:?} {cell:?}: {nearest} m away"
-            );
+            let most = 0.5 * grid.settings().cell + 0.02;
+            assert!(nearest <= most, "{node:?} {cell:?}: {nearest} m away");
             assert!(grid.frames(blow) as f32 / rate >= grid.settings().min_seconds);
             played += 1;
         }
@@ -246,9 +205,8 @@ fn any_number_of_threads_files_the_same() {
         AttackGrid::new(embedded(), &settings)
     };
     let (one, three) = (grid(1), grid(3));
-    let nodes = (0..embedded().graph().nodes().len() as u32).map(NodeId);
-    assert!(nodes.clone().any(|node| one.cells(node).count() > 50));
-    for node in nodes {
+    assert!(nodes(embedded(), 1).any(|node| one.cells(node).count() > 50));
+    for node in nodes(embedded(), 1) {
         assert!(one.cells(node).eq(three.cells(node)), "{node:?}");
     }
     let report = one.report();

@@ -1,18 +1,16 @@
 //! A path is filed in the cells that the body vacates, and look-ups equal a naive search of all
 //! cells. A query loses no result if the grid lacks an entry.
-#![allow(clippy::unwrap_used, clippy::expect_used)]
-
-use sabaki_fixtures as common;
 
 use std::collections::BTreeSet;
 
-use common::answer::answer_throw;
-use common::baked::embedded;
 use glam::Vec3;
-use sabaki::graph::NodeId;
 use sabaki::maps::{BodyTrack, CellColumn, PathId, TouchedCells};
 use sabaki::query::{Enumerate, Evaluation, Query, QueryContext, QuerySettings, Source};
+use sabaki_fixtures::answer::answer_throw;
+use sabaki_fixtures::baked::embedded;
 use sabaki_fixtures::throw::{ThrowSettings, throw};
+
+use super::nodes;
 
 type Cell = (i32, i32, u32);
 
@@ -42,10 +40,7 @@ fn a_path_is_filed_where_the_body_was_and_is_no_more() {
     // Half a cell's diagonal, and what filing by whole degrees and half cells moves a limb.
     let slack = 0.5 * 3f32.sqrt() * cell + 0.06;
     let mut filed_cells = 0;
-    for node in (0..baked.graph().nodes().len() as u32)
-        .step_by(101)
-        .map(NodeId)
-    {
+    for node in nodes(baked, 101) {
         for path in baked.paths().ids(node).step_by(53) {
             let evasion = baked.evasions()[baked.paths().path(path).goal as usize];
             let end = (baked.graph().seconds(evasion.edge) * BodyTrack::RATE).round() as usize;
@@ -57,10 +52,7 @@ fn a_path_is_filed_where_the_body_was_and_is_no_more() {
                 };
                 let middle = column.middle(cell);
                 assert!(depth(path, 0, middle) > -slack, "nobody was in {column:?}");
-                assert!(
-                    depth(path, end, middle) < slack,
-                    "{column:?} is still occupied"
-                );
+                assert!(depth(path, end, middle) < slack, "{column:?} is occupied");
                 filed_cells += 1;
             }
             assert!(filed_cells > 0);

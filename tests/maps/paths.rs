@@ -1,19 +1,18 @@
 //! The path table equals a naive search along all edges, up to similar paths. Each path is
 //! connected, has the stated length and retimable share, and ends at the stated place. The table
 //! does not depend on the number of threads.
-#![allow(clippy::unwrap_used, clippy::expect_used)]
-
-use sabaki_fixtures as common;
 
 use std::collections::BTreeSet;
 
-use common::baked::embedded;
-use common::small::small;
-use sabaki::graph::{Motion, MotionStep, NodeId, Playhead};
+use sabaki::graph::NodeId;
 use sabaki::maps::{
-    BakeSettings, BakedGraph, Baker, EntrySettings, MapGrid, NodePath, PathId, PathSettings,
+    BakeSettings, BakedGraph, EntrySettings, MapGrid, NodePath, PathId, PathSettings,
 };
 use sabaki::math::Rigid2;
+use sabaki_fixtures::baked::embedded;
+use sabaki_fixtures::small::small;
+
+use super::{bake, nodes, play};
 
 /// Everything that the table may know of a path: its evasion, frames, retimable frames and place.
 type Facts = (u32, u32, u32, u32, [i32; 3]);
@@ -24,14 +23,19 @@ fn facts(path: &NodePath) -> Facts {
     (path.goal, frames, faster, slower, cell)
 }
 
+/// A bake with few maps and without entries, which paths do not depend on.
 fn with_paths(baked: &BakedGraph, paths: PathSettings) -> BakedGraph {
     let settings = BakeSettings {
         maps: MapGrid::PAPER,
+        entries: EntrySettings {
+            moment_step: 0,
+            ..EntrySettings::default()
+        },
+        threads: paths.threads,
         paths,
         ..BakeSettings::default()
     };
-    let baker = Baker::new(baked.graph().clone(), settings).unwrap();
-    baker.finish_on_cpu().unwrap()
+    bake(baked.graph(), settings)
 }
 
 /// All paths from a node, by following every edge.
@@ -79,7 +83,7 @@ fn a_search_along_all_edges_finds_no_other_path() {
     let baked = with_paths(small(), settings);
     let longest = (settings.horizon * baked.graph().frame_rate() as f32).round() as u32;
     let (mut all, mut kept) = (0, 0);
-    for node in (0..baked.graph().nodes().len() as u32).map(NodeId) {
+    for node in nodes(&baked, 1) {
         let mut found = BTreeSet::new();
         search(&baked, node, longest, &mut found);
         let table: BTreeSet<Facts> = baked.paths().from_node(node).iter().map(facts).collect();
@@ -110,7 +114,7 @@ fn a_search_along_all_edges_finds_no_other_path() {
 fn a_path_leads_where_it_says() {
     let (baked, mut checked) = (embedded(), 0);
     let (graph, table) = (baked.graph(), baked.paths());
-    for node in (0..graph.nodes().len() as u32).step_by(37).map(NodeId) {
+    for node in nodes(baked, 37) {
         let paths = table.from_node(node);
         assert!(paths.is_sorted_by_key(|path| path.frames));
         for (id, path) in table.ids(node).zip(paths).step_by(11) {
@@ -132,20 +136,13 @@ fn a_path_leads_where_it_says() {
 
 /// Plays a path and looks where it ends; false for one without an edge.
 fn ends_at(baked: &BakedGraph, node: NodeId, id: PathId) -> bool {
-    let edges: Vec<_> = baked.paths().edges(id).collect();
-    let [first, rest @ ..] = &edges[..] else {
-        return false;
-    };
     let path = baked.paths().path(id);
-    let playhead = Playhead {
-        edge: *first,
-        frame: 0.0,
-        clip_to_world: baked.placement(node).inverse(),
-    };
+    if path.frames == 0 {
+        return false;
+    }
     let evasion = baked.evasions()[path.goal as usize].edge;
-    let steps = rest.iter().chain([&evasion]);
-    let steps: Vec<MotionStep> = steps.map(|&edge| MotionStep { edge, rate: 1.0 }).collect();
-    let motion = Motion::new(baked.graph(), playhead, &steps);
+    let edges: Vec<_> = baked.paths().edges(id).chain([evasion]).collect();
+    let motion = play(baked, node, &edges);
     let seconds = f32::from(path.frames) / baked.graph().frame_rate() as f32;
     let end = motion
         .playhead(baked.graph(), seconds + 1e-3)
@@ -160,31 +157,17 @@ fn ends_at(baked: &BakedGraph, node: NodeId, id: PathId) -> bool {
 
 #[test]
 fn any_number_of_threads_finds_the_same_paths() {
-    let graph = embedded().graph();
-    let bake = |threads: usize| {
-        let settings = BakeSettings {
-            maps: MapGrid::PAPER,
+    let with_threads = |threads| {
+        let most = PathSettings {
             threads,
-            // Paths do not depend on entries, which take most of a bake.
-            entries: EntrySettings {
-                moment_step: 0,
-                ..EntrySettings::default()
-            },
-            paths: PathSettings {
-                threads,
-                most: 200,
-                ..PathSettings::default()
-            },
-            ..BakeSettings::default()
+            most: 200,
+            ..PathSettings::default()
         };
-        Baker::new(graph.clone(), settings)
-            .unwrap()
-            .finish_on_cpu()
-            .unwrap()
+        with_paths(embedded(), most)
     };
-    let one = bake(1);
+    let one = with_threads(1);
     assert!(one.paths().report().cut > 0 && one.paths().report().alike > 0);
     for threads in [2, 3] {
-        assert!(bake(threads) == one, "{threads} threads");
+        assert!(with_threads(threads) == one, "{threads} threads");
     }
 }

@@ -1,9 +1,5 @@
 //! The CPU's maps equal their definitions, texel by texel.
-#![allow(clippy::unwrap_used, clippy::expect_used)]
 
-use sabaki_fixtures as common;
-
-use common::small::small;
 use glam::Vec3;
 use proptest::prelude::*;
 use sabaki::anim::JointId;
@@ -12,6 +8,7 @@ use sabaki::maps::{
     MapGrid, MapRect, MaskMap, Slab, raster,
 };
 use sabaki::math::Rigid2;
+use sabaki_fixtures::small::small;
 
 fn drawing() -> impl Strategy<Value = Drawing> {
     let disc =

@@ -1,15 +1,12 @@
 //! Inner maps lie within the body during a whole slice of time, and outer maps contain everything
 //! that the body touches in it. The maps do not depend on the number of threads.
-#![allow(clippy::unwrap_used, clippy::expect_used)]
 
-use sabaki_fixtures as common;
-
-use common::random::Random;
-use common::small::small;
 use glam::Vec3;
 use sabaki::maps::{
-    BakeError, BakeSettings, BakedGraph, Baker, BodyTrack, MapGrid, RegionId, Section, Slab,
+    BakeError, BakeSettings, BakedGraph, BodyTrack, MapGrid, RegionId, Section, Slab,
 };
+use sabaki_fixtures::random::Random;
+use sabaki_fixtures::small::small;
 
 fn bake(maps: MapGrid, threads: usize) -> BakedGraph {
     let settings = BakeSettings {
@@ -17,10 +14,7 @@ fn bake(maps: MapGrid, threads: usize) -> BakedGraph {
         threads,
         ..BakeSettings::default()
     };
-    Baker::new(small().graph().clone(), settings)
-        .unwrap()
-        .finish_on_cpu()
-        .unwrap()
+    super::bake(small().graph(), settings)
 }
 
 #[test]
@@ -46,11 +40,8 @@ fn a_graph_with_other_maps_is_the_graph_that_is_baked_with_them() {
 fn spheres(baked: &BakedGraph, track: &BodyTrack, time: f32) -> Vec<(Vec3, f32)> {
     let tick = ((time * BodyTrack::RATE) as usize).min(track.ticks() - 2);
     let share = time * BodyTrack::RATE - tick as f32;
-    let place = |index| {
-        track
-            .centre(tick, index)
-            .lerp(track.centre(tick + 1, index), share)
-    };
+    let centre = |tick, index| track.centre(tick, index);
+    let place = |index| centre(tick, index).lerp(centre(tick + 1, index), share);
     let body = baked.body().spheres.iter().enumerate();
     body.map(|(index, sphere)| (place(index), sphere.radius))
         .collect()
@@ -91,15 +82,12 @@ fn check(grid: MapGrid) {
                 // Wherever the centre of the attack's texel lies that the point is in.
                 let [u, v] = [point.x, point.z].map(|place| {
                     let half = 0.5 * grid.for_attacks().texel;
-                    texel(
-                        place + half * [-1.0, 1.0, 2.0 * share(&mut random) - 1.0][random.below(3)],
-                    )
+                    let aside = [-1.0, 1.0, 2.0 * share(&mut random) - 1.0][random.below(3)];
+                    texel(place + half * aside)
                 });
                 let mask = outer.get(u - outer.rect().u, v - outer.rect().v);
-                assert!(
-                    mask >> slice & 1 == 1,
-                    "{point} in slice {slice} is not in the outer map"
-                );
+                let is_set = mask >> slice & 1 == 1;
+                assert!(is_set, "{point} in slice {slice} is not in the outer map");
             }
             let Some(body) = maps.map(|maps| &maps.body) else {
                 continue;
@@ -109,10 +97,8 @@ fn check(grid: MapGrid) {
                 // Any point of the texel, at the plane's height.
                 certain += 1;
                 point.y = (slab.0 as f32 + 0.5) * grid.slab_height;
-                assert!(
-                    touched(point),
-                    "{point} in slice {slice} is not in the body"
-                );
+                let is_in = touched(point);
+                assert!(is_in, "{point} in slice {slice} is not in the body");
             }
         }
     }

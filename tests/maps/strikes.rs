@@ -1,12 +1,9 @@
 //! The attacks of a graph are baked where their fists and feet pass, and queries can avoid them
 //! like any other attack.
-#![allow(clippy::unwrap_used, clippy::expect_used)]
 
-use sabaki_fixtures as common;
-
-use common::answer::{answer_request, first_counts};
-use common::baked::embedded;
 use sabaki::anim::{Pose, forward_kinematics};
+use sabaki_fixtures::answer::{answer_request, first_counts};
+use sabaki_fixtures::baked::embedded;
 
 use sabaki::graph::Playhead;
 use sabaki::maps::{AttackMaps, AttackMove};
@@ -17,10 +14,8 @@ use sabaki_fixtures::throw::{ThrowSettings, throw};
 fn set_at(maps: &AttackMaps, place: glam::Vec3) -> bool {
     let grid = embedded().atlas().grid();
     let slab = (place.y / grid.slab_height).floor() as i32;
-    let Some(map) = usize::try_from(slab - maps.first_slab.0)
-        .ok()
-        .and_then(|index| maps.slabs.get(index))
-    else {
+    let index = usize::try_from(slab - maps.first_slab.0).ok();
+    let Some(map) = index.and_then(|index| maps.slabs.get(index)) else {
         return false;
     };
     let texel = |metres: f32| (metres / grid.texel).floor() as i32;
@@ -55,8 +50,9 @@ fn attack_maps_lie_under_the_attacking_joints() {
         for place in places {
             assert!(set_at(maps, place), "{place} is passed, and not in the map");
         }
+        let behind = glam::Vec3::new(0.0, 0.9, -1.0);
         assert!(
-            !set_at(maps, glam::Vec3::new(0.0, 0.9, -1.0)),
+            !set_at(maps, behind),
             "nothing strikes a metre behind the back"
         );
     }
@@ -70,10 +66,8 @@ fn an_attack_passes_without_gaps() {
             let mut before: Option<glam::Vec3> = None;
             sphere.for_each_step(|Sphere { centre, radius }| {
                 let gap = before.map_or(0.0, |before| before.distance(centre));
-                assert!(
-                    gap <= 0.5 * radius + 1e-5,
-                    "a step of {gap} m with a radius of {radius} m"
-                );
+                let is_small = gap <= 0.5 * radius + 1e-5;
+                assert!(is_small, "a step of {gap} m with a radius of {radius} m");
                 before = Some(centre);
             });
         }
@@ -105,9 +99,7 @@ fn an_attack_of_the_graph_is_answered() {
         avoided += usize::from(answer.avoided);
         met += usize::from(overlaps.iter().any(|overlap| overlap.evasion > 0));
     }
-    assert!(
-        avoided > baked.attack_moves().len() / 2,
-        "only {avoided} avoided"
-    );
+    let half = baked.attack_moves().len() / 2;
+    assert!(avoided > half, "only {avoided} avoided");
     assert!(met > 0, "no strike passes through any evasion region");
 }

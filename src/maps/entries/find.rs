@@ -10,7 +10,7 @@ use super::targets::{ClipFrame, ClipPlaces, natural};
 use super::{EntrySettings, EntryTable, EntryTarget};
 use crate::graph::MotionGraph;
 use crate::graph::watch::{BakeStage, BakeWatch, Stopped, WatchedStage};
-use crate::maps::Evasion;
+use crate::maps::regions::Evasion;
 
 impl EntryTable {
     /// Finds all entries of a graph, or takes those that `shares` found, if there are any. The result does not depend on the number of threads.

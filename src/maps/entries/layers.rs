@@ -11,7 +11,7 @@ use super::targets::ClipFrame;
 use super::{BLENDS, EntryTarget, EntryWay, KnownEntry, RATES};
 use crate::anim::{JointId, Pose, forward_kinematics};
 use crate::graph::{MotionGraph, Node, heading};
-use crate::maps::Evasion;
+use crate::maps::regions::Evasion;
 use crate::math::sort_rarely;
 
 /// Minimum distance by which an evasion must move the head relative to the pelvis to be layered, in metres.

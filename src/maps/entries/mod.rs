@@ -98,7 +98,7 @@ pub(crate) const RATES: [f32; 3] = [1.0, 1.25, 1.5];
 /// A frame of an evasion, or of its lead-in, that can be entered.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct EntryTarget {
-    /// Position in [`BakedGraph::evasions`](super::BakedGraph::evasions).
+    /// Position in [`BakedGraph::evasions`](crate::maps::BakedGraph::evasions).
     pub evasion: u16,
     /// Frame of the evasion's clip.
     pub frame: u32,

@@ -4,7 +4,7 @@ use super::limits::MotionLimits;
 use super::targets::ClipPlaces;
 use super::{EntrySettings, EntryTarget};
 use crate::graph::{MotionGraph, Node};
-use crate::maps::Evasion;
+use crate::maps::regions::Evasion;
 
 /// Inputs that all searches of a bake share.
 #[derive(Clone, Copy)]

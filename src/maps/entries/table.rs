@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::exits::ExitTable;
 use super::{EntryTarget, KnownEntry, MomentLists, MotionLimits};
 use crate::graph::{ClipId, EdgeMotion, MotionGraph, Playhead};
-use crate::maps::Evasion;
+use crate::maps::regions::Evasion;
 
 /// Entries of all moments.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]

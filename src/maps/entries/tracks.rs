@@ -1,10 +1,12 @@
 //! Body tracks and stances that are derived from the entries, and that files do not store.
 
+use std::sync::OnceLock;
+
 use super::targets::ClipFrame;
 use super::{EntryTable, EntryTarget, Stance};
 use crate::anim::Facing;
 use crate::graph::{EdgeId, MotionGraph, Playhead};
-use crate::maps::{BakedGraph, BodyTrack, Evasion, OnFirstUse};
+use crate::maps::regions::{Body, BodyTrack, Evasion};
 use crate::math::{Rigid2, in_parallel};
 
 /// Body spheres from the first frame at which an evasion can be entered.
@@ -19,10 +21,10 @@ pub(crate) struct EntryTrack {
 }
 
 /// Data derived from the entries, which files do not store.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default)]
 pub(in crate::maps) struct EntryTracks {
     /// Track of each evasion, or `None` if it cannot be entered.
-    pub(in crate::maps) tracks: Vec<OnFirstUse<Option<EntryTrack>>>,
+    pub(in crate::maps) tracks: Vec<OnceLock<Option<EntryTrack>>>,
     /// Stance at each target, in the space of its clip.
     pub(in crate::maps) stances: Vec<Stance>,
     /// Stance at each target of an exit, in the space of its clip.
@@ -32,19 +34,22 @@ pub(in crate::maps) struct EntryTracks {
 }
 
 impl EntryTrack {
-    /// The track from an evasion's first target on, given the target's index.
-    pub(in crate::maps) fn new(baked: &BakedGraph, target: usize) -> Self {
-        let first = &baked.entries().targets()[target];
-        let evasion = &baked.evasions()[usize::from(first.evasion)];
-        let placement = baked.entry_stance(target).placement;
+    /// The track of an evasion from its first target on, at which the character has a placement.
+    pub(in crate::maps) fn new(
+        graph: &MotionGraph,
+        body: &Body,
+        evasion: &Evasion,
+        first: &EntryTarget,
+        placement: Rigid2,
+    ) -> Self {
         let playhead = Playhead {
             edge: first.edge,
             frame: first.edge_frame as f32,
             clip_to_world: placement.inverse(),
         };
-        let seconds = EntryTracks::seconds(baked.graph(), evasion, first);
+        let seconds = EntryTracks::seconds(graph, evasion, first);
         Self {
-            track: BodyTrack::along(baked.graph(), baked.body(), playhead, seconds),
+            track: BodyTrack::along(graph, body, playhead, seconds),
             first: first.frame,
             placement,
         }
@@ -68,7 +73,7 @@ impl EntryTracks {
         let exits = table.exits.targets();
         let exit_stance = |target: usize| at(exits[target].edge, exits[target].edge_frame);
         Self {
-            tracks: (0..evasions).map(|_| OnFirstUse::default()).collect(),
+            tracks: (0..evasions).map(|_| OnceLock::new()).collect(),
             stances: in_parallel(0, table.targets.len(), stance),
             exit_stances: in_parallel(0, exits.len(), exit_stance),
             facing: Some(facing),
@@ -83,18 +88,22 @@ impl EntryTracks {
     }
 
     /// Estimated memory of the tracks, in bytes.
-    pub(in crate::maps) fn bytes(baked: &BakedGraph) -> u64 {
-        let table = baked.entries();
+    pub(in crate::maps) fn bytes(
+        graph: &MotionGraph,
+        body: &Body,
+        evasions: &[Evasion],
+        table: &EntryTable,
+    ) -> u64 {
         let stances = table.targets.len() + table.exits.targets().len();
         let mut bytes = (stances * size_of::<Stance>()) as u64;
         let mut last = None;
         for target in &table.targets {
-            let Some(evasion) = baked.evasions().get(usize::from(target.evasion)) else {
+            let Some(evasion) = evasions.get(usize::from(target.evasion)) else {
                 continue;
             };
             if last.replace(target.evasion) != Some(target.evasion) {
-                let ticks = Self::seconds(baked.graph(), evasion, target) * BodyTrack::RATE + 2.0;
-                bytes += ticks as u64 * BodyTrack::tick_bytes(baked.body()) as u64;
+                let ticks = Self::seconds(graph, evasion, target) * BodyTrack::RATE + 2.0;
+                bytes += ticks as u64 * BodyTrack::tick_bytes(body) as u64;
             }
         }
         bytes

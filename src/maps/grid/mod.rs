@@ -2,6 +2,7 @@
 //!
 //! Source: Masaoka & Oshita, sections 4.1 and 4.2.
 
+mod attack_grid;
 mod cells;
 mod node_grid;
 mod path_search;
@@ -9,6 +10,7 @@ mod paths;
 mod retime;
 mod vacated;
 
+pub use attack_grid::{AttackGrid, AttackGridReport, AttackGridSettings, AttackOption, Contact};
 pub use cells::{CellColumn, TouchedCells};
 pub(super) use node_grid::GridCells;
 pub use node_grid::{Grid, GridSettings};

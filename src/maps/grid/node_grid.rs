@@ -9,6 +9,7 @@
 //!
 //! The cells of an evasion, and the index of a path, are computed on first use. They depend only on the graph.
 
+use std::sync::OnceLock;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use serde::{Deserialize, Serialize};
@@ -17,7 +18,7 @@ use super::cells::CellColumn;
 use super::paths::{NodePath, PathId, PathTable};
 use super::vacated::{HEADINGS, KINDS, PARTS, VacatedCells, VacatedKinds};
 use crate::graph::MotionGraph;
-use crate::maps::regions::{Body, BodyTrack, Evasion, EvasionTracks, OnFirstUse};
+use crate::maps::regions::{Body, BodyTrack, Evasion, EvasionTracks};
 use crate::math::{floor, in_parallel};
 
 /// Settings of a [`Grid`].
@@ -78,9 +79,9 @@ impl PathOffset {
 pub(in crate::maps) struct GridCells {
     cell: f32,
     /// Cells of each evasion.
-    evasions: Vec<OnFirstUse<VacatedKinds>>,
+    evasions: Vec<OnceLock<VacatedKinds>>,
     /// [`PathOffset::packed`] of each path; 0 before its first use. Blocks are allocated on first use.
-    offsets: Vec<OnFirstUse<OffsetBlock>>,
+    offsets: Vec<OnceLock<OffsetBlock>>,
     paths: usize,
 }
 
@@ -106,13 +107,6 @@ impl Clone for OffsetBlock {
     }
 }
 
-impl PartialEq for GridCells {
-    /// Compares the stored parts. All others are derived from the graph.
-    fn eq(&self, other: &Self) -> bool {
-        self.cell == other.cell
-    }
-}
-
 impl GridCells {
     /// Maximum number of evasions.
     pub(in crate::maps) const MOST_EVASIONS: usize = 1 << 26;
@@ -127,8 +121,8 @@ impl GridCells {
         let blocks = paths.div_ceil(OffsetBlock::SIZE);
         Self {
             cell: Self::fitting_cell(settings.cell.clamp(0.05, 1.0), reach, evasions),
-            evasions: (0..evasions).map(|_| OnFirstUse::default()).collect(),
-            offsets: (0..blocks).map(|_| OnFirstUse::default()).collect(),
+            evasions: (0..evasions).map(|_| OnceLock::new()).collect(),
+            offsets: (0..blocks).map(|_| OnceLock::new()).collect(),
             paths,
         }
     }
@@ -195,7 +189,7 @@ impl<'a> Grid<'a> {
 
     #[inline]
     fn evasion(self, evasion: usize) -> &'a VacatedKinds {
-        self.cells.evasions[evasion].get_or_make(|| {
+        self.cells.evasions[evasion].get_or_init(|| {
             let track = self
                 .tracks
                 .get(self.graph, self.body, self.evasions, evasion);
@@ -209,7 +203,7 @@ impl<'a> Grid<'a> {
     fn offset(self, path: PathId) -> PathOffset {
         let index = path.0 as usize;
         let block = &self.cells.offsets[index / OffsetBlock::SIZE];
-        let slot = &block.get_or_make(OffsetBlock::default).0[index % OffsetBlock::SIZE];
+        let slot = &block.get_or_init(OffsetBlock::default).0[index % OffsetBlock::SIZE];
         match slot.load(Ordering::Relaxed) {
             0 => {
                 let packed = self.cells.offset(self.paths.path(path)).packed();

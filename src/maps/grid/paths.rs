@@ -10,13 +10,13 @@
 //! ends. That takes two numbers for each path. The other data of a path is computed on first use, node by node. When a file is read, all
 //! links are checked, so that every path leads to an evasion.
 
+use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, AtomicU16, Ordering};
 
 use serde::{Deserialize, Serialize};
 
 use super::retime::Retimable;
 use crate::graph::{EdgeId, MotionGraph, NodeId};
-use crate::maps::regions::OnFirstUse;
 use crate::math::parallel::fill;
 use crate::math::{Rigid2, floor, in_parallel};
 
@@ -147,7 +147,7 @@ pub struct PathTable {
     report: PathReport,
     /// Paths of each node.
     #[serde(skip)]
-    paths: Vec<OnFirstUse<Box<[NodePath]>>>,
+    paths: Vec<OnceLock<Box<[NodePath]>>>,
     /// Node of every [`PathTable::STEP`]th path.
     #[serde(skip)]
     nodes: Vec<u32>,
@@ -232,7 +232,7 @@ impl PathTable {
             node as u32
         });
         Self {
-            paths: (1..first.len()).map(|_| OnFirstUse::default()).collect(),
+            paths: (1..first.len()).map(|_| OnceLock::new()).collect(),
             nodes: nodes.collect(),
             first,
             links,
@@ -275,7 +275,7 @@ impl PathTable {
     #[must_use]
     #[inline]
     pub fn from_node(&self, node: NodeId) -> &[NodePath] {
-        self.paths[node.index()].get_or_make(|| self.restored_paths(node))
+        self.paths[node.index()].get_or_init(|| self.restored_paths(node))
     }
 
     /// Number of paths.

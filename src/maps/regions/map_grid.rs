@@ -14,6 +14,15 @@ use crate::math::{Sphere, floor, round};
 /// 2³¹ for maps of up to 2,048 texels on a side.
 pub const SUB_TEXELS: i32 = 16;
 
+/// Half of a texel's diagonal, rounded up, in sub-texels.
+pub(crate) const HALF_DIAGONAL: f32 = 0.7072 * SUB_TEXELS as f32;
+/// Maximum error of a disc's centre from rounding to sub-texels and from single precision, in
+/// sub-texels.
+pub(crate) const ROUNDING: f32 = 0.7072 + 0.1;
+/// Maximum difference of two motions' clocks from single precision and from merging keys, in
+/// seconds.
+pub(crate) const CLOCK_ERROR: f32 = 3e-5;
+
 /// A filled circle on a map, in sub-texels.
 ///
 /// The disc covers a texel if `dx² + dz² <= radius²` holds in integers, where `dx` and `dz` lead

@@ -4,13 +4,13 @@
 //! default continuation. It is sampled once, when a graph is baked or loaded.
 
 use std::ops::Range;
+use std::sync::OnceLock;
 
 use glam::Vec3;
 
 use super::body::Body;
 use super::body_rows::BodyRows;
 use super::events::Evasion;
-use super::on_first_use::OnFirstUse;
 use crate::anim::{Pose, forward_kinematics};
 use crate::graph::{Motion, MotionGraph, Playhead};
 use crate::math::Sphere;
@@ -165,15 +165,15 @@ impl BodyTrack {
 }
 
 /// Body tracks of all evasions, each sampled on first use.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub(in crate::maps) struct EvasionTracks(Vec<OnFirstUse<BodyTrack>>);
+#[derive(Clone, Debug, Default)]
+pub(in crate::maps) struct EvasionTracks(Vec<OnceLock<BodyTrack>>);
 
 impl EvasionTracks {
     /// Minimum duration of a track, in seconds.
     pub(in crate::maps) const SECONDS: f32 = 1.5;
 
     pub(in crate::maps) fn new(evasions: usize) -> Self {
-        Self((0..evasions).map(|_| OnFirstUse::default()).collect())
+        Self((0..evasions).map(|_| OnceLock::new()).collect())
     }
 
     /// Duration of an evasion's track, in seconds.
@@ -189,7 +189,7 @@ impl EvasionTracks {
         evasions: &[Evasion],
         index: usize,
     ) -> &BodyTrack {
-        self.0[index].get_or_make(|| {
+        self.0[index].get_or_init(|| {
             let evasion = &evasions[index];
             let seconds = Self::seconds(graph, evasion);
             BodyTrack::along(graph, body, evasion.playhead(), seconds)

@@ -1,135 +1,73 @@
-mod derive;
-mod restore;
-mod sections;
+//! The immutable result of a bake: everything that a query needs.
 
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
-use derive::frames_to_evasion;
 use serde::{Deserialize, Serialize};
 
-use super::entries::{EntryReport, EntryTable, EntryTrack, EntryTracks, KnownEntry, Stance};
-use super::grid::{Grid, GridCells, GridSettings, PathId, PathSettings, PathTable, find_paths};
-use super::regions::attack_spheres;
-use super::regions::{BoundingCylinder, ClipCylinders, EvasionTracks};
-use super::{
-    AttackMove, Body, BodyRows, BodyTrack, Evasion, MovingSphere, OnFirstUse, RegionAtlas,
-    RegionId, Retimable, Slab,
-};
 use crate::anim::{Facing, JointTransform, Pose, forward_kinematics};
-use crate::graph::{EdgeId, EdgeMotion, Entry, Motion, MotionGraph, NodeId, Playhead};
-use crate::math::Rigid2;
+use crate::graph::{EdgeId, EdgeMotion, EdgesInto, Entry, Motion, MotionGraph, NodeId, Playhead};
+use crate::maps::entries::{EntryReport, EntryTable, EntryTrack, EntryTracks, KnownEntry, Stance};
+use crate::maps::grid::{
+    AttackGrid, AttackGridSettings, Grid, GridCells, GridSettings, PathId, PathTable, Retimable,
+};
+use crate::maps::regions::{
+    AttackMove, Body, BodyRows, BodyTrack, BoundingCylinder, ClipCylinders, Evasion, EvasionTracks,
+    MovingSphere, RegionAtlas, RegionId, Slab, attack_spheres,
+};
+use crate::math::{Rigid2, in_parallel};
 
 /// The immutable result of a bake: everything that a query needs.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct BakedGraph {
-    graph: MotionGraph,
-    body: Body,
-    atlas: RegionAtlas,
+    pub(super) graph: MotionGraph,
+    pub(super) body: Body,
+    pub(super) atlas: RegionAtlas,
     /// Allowed rate changes of each edge.
-    retimable: Vec<Retimable>,
-    evasions: Vec<Evasion>,
+    pub(super) retimable: Vec<Retimable>,
+    pub(super) evasions: Vec<Evasion>,
     #[serde(rename = "strikes")]
-    attack_moves: Vec<AttackMove>,
-    entries: EntryTable,
-    paths: PathTable,
-    grid_settings: GridSettings,
+    pub(super) attack_moves: Vec<AttackMove>,
+    pub(super) entries: EntryTable,
+    pub(super) paths: PathTable,
+    pub(super) grid_settings: GridSettings,
+    pub(super) cylinders: ClipCylinders,
     #[serde(skip)]
-    grid: GridCells,
-    /// Body spheres of each evasion over time.
-    #[serde(skip)]
-    tracks: EvasionTracks,
-    /// Data derived from the entries.
-    #[serde(skip)]
-    entry_tracks: EntryTracks,
-    /// Minimum number of frames from each node to an evasion's start, at rate 1.
-    #[serde(skip)]
-    frames_to_evasion: OnFirstUse<Vec<u32>>,
-    /// Maximum distance of any part of the body from the root, in metres.
-    #[serde(skip)]
-    reach: f32,
-    #[serde(skip)]
-    body_rows: BodyRows,
-    cylinders: ClipCylinders,
-    /// Number of texels of each region's evasion maps, by slab.
-    #[serde(skip)]
-    evasion_texels: Vec<Vec<u32>>,
-    /// Character's frame at each node, in the space of the node's clip.
-    #[serde(skip)]
-    placements: Vec<Rigid2>,
-    /// Shared by clones, and by no other graph.
-    #[serde(skip)]
-    identity: Arc<()>,
+    pub(super) derived: Derived,
 }
 
-/// The independent parts of a [`BakedGraph`], from which all its tables are computed.
-pub(super) struct BakedParts {
-    pub graph: MotionGraph,
-    pub body: Body,
-    pub atlas: RegionAtlas,
-    /// Allowed rate changes of each edge.
-    pub retimable: Vec<Retimable>,
-    pub evasions: Vec<Evasion>,
-    pub attack_moves: Vec<AttackMove>,
-    pub entries: EntryTable,
+/// What is computed from the rest of a graph and not stored in files.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Derived {
+    /// Character's frame at each node, in the space of the node's clip.
+    pub(super) placements: Vec<Rigid2>,
+    /// Maximum distance of any part of the body from the root, in metres.
+    pub(super) reach: f32,
+    pub(super) body_rows: BodyRows,
+    pub(super) grid: GridCells,
+    pub(super) tracks: EvasionTracks,
+    pub(super) entry_tracks: EntryTracks,
+    /// Number of texels of each region's evasion maps, by slab.
+    pub(super) evasion_texels: Vec<Vec<u32>>,
+    /// Minimum number of frames from each node to an evasion's start, at rate 1.
+    pub(super) frames_to_evasion: OnceLock<Vec<u32>>,
+    /// Shared by clones, and by no other graph.
+    pub(super) identity: Arc<()>,
+}
+
+impl PartialEq for Derived {
+    /// Equal graphs have equal derived data.
+    fn eq(&self, _: &Self) -> bool {
+        true
+    }
 }
 
 impl BakedGraph {
     /// Minimum time for which a [`BodyTrack`] holds the body, from an evasion's start, in seconds.
     pub const TRACK_SECONDS: f32 = EvasionTracks::SECONDS;
 
-    pub(super) fn new(
-        parts: BakedParts,
-        paths: &PathSettings,
-        grid_settings: GridSettings,
-    ) -> Self {
-        let BakedParts {
-            graph,
-            body,
-            atlas,
-            retimable,
-            evasions,
-            attack_moves,
-            entries,
-        } = parts;
-        let goals: Vec<EdgeId> = evasions.iter().map(|evasion| evasion.edge).collect();
-        let placements = graph.placements();
-        let reach = body.reach(graph.skeleton(), graph.clips());
-        let paths = {
-            let _span = tracing::trace_span!("bake: find paths").entered();
-            find_paths(&graph, &retimable, &placements, &goals, paths)
-        };
-        let cylinders = {
-            let _span = tracing::trace_span!("bake: bounding cylinders").entered();
-            ClipCylinders::new(&graph, &body)
-        };
-        let (grid, tracks) = (GridCells::default(), EvasionTracks::default());
-        Self {
-            graph,
-            body,
-            atlas,
-            retimable,
-            evasions,
-            attack_moves,
-            entries,
-            paths,
-            grid_settings,
-            grid,
-            tracks,
-            entry_tracks: EntryTracks::default(),
-            frames_to_evasion: OnFirstUse::default(),
-            reach,
-            body_rows: BodyRows::default(),
-            cylinders,
-            evasion_texels: Vec::new(),
-            placements,
-            identity: Arc::default(),
-        }
-        .derived()
-    }
-
     /// Distinguishes this graph from all others, by its address: what is cached for one graph is not used for another.
     pub(crate) fn identity(&self) -> &Arc<()> {
-        &self.identity
+        &self.derived.identity
     }
 
     /// The motion graph.
@@ -178,14 +116,9 @@ impl BakedGraph {
     /// the start.
     #[must_use]
     pub fn attack_spheres(&self, attack: &AttackMove) -> Vec<MovingSphere> {
-        let event = self
-            .graph
-            .edge(attack.edge)
-            .event
-            .map(|event| self.graph.event(event));
-        event.map_or_else(Vec::new, |event| {
-            attack_spheres(&self.graph, &self.body, event)
-        })
+        let spheres = |event| attack_spheres(&self.graph, &self.body, self.graph.event(event));
+        let event = self.graph.edge(attack.edge).event;
+        event.map_or_else(Vec::new, spheres)
     }
 
     /// Paths from each node to evasions.
@@ -194,24 +127,24 @@ impl BakedGraph {
         &self.paths
     }
 
-    /// Paths, filed by the cells that the body leaves when it takes them.
+    /// The cells that the body vacates when it takes a path.
     #[must_use]
     pub fn grid(&self) -> Grid<'_> {
         Grid {
-            cells: &self.grid,
+            cells: &self.derived.grid,
             paths: &self.paths,
             graph: &self.graph,
             body: &self.body,
             evasions: &self.evasions,
-            tracks: &self.tracks,
+            tracks: &self.derived.tracks,
         }
     }
 
     /// Body spheres during and after an evasion, by its index in [`BakedGraph::evasions`].
     #[must_use]
     pub fn track(&self, evasion: usize) -> &BodyTrack {
-        self.tracks
-            .get(&self.graph, &self.body, &self.evasions, evasion)
+        let tracks = &self.derived.tracks;
+        tracks.get(&self.graph, &self.body, &self.evasions, evasion)
     }
 
     /// Entries into evasions at a moment of a motion, at playback rate 1.
@@ -256,7 +189,7 @@ impl BakedGraph {
         known.iter().map(move |known| {
             let index = usize::from(known.target);
             let target = self.entries.exits().targets()[index];
-            let to = &self.entry_tracks.exit_stances[index];
+            let to = &self.derived.entry_tracks.exit_stances[index];
             Entry {
                 edge: target.edge,
                 frame: target.edge_frame as f32,
@@ -301,26 +234,37 @@ impl BakedGraph {
     /// Body spheres from the first frame at which an evasion can be entered, or `None` if it cannot be entered.
     #[must_use]
     pub(crate) fn entry_track(&self, evasion: usize) -> Option<&EntryTrack> {
-        let slot = self.entry_tracks.tracks.get(evasion)?;
+        let slot = self.derived.entry_tracks.tracks.get(evasion)?;
         let make = || {
-            let first = self.entries.first_target(evasion)?;
-            Some(EntryTrack::new(self, first))
+            let index = self.entries.first_target(evasion)?;
+            let (first, placement) = (
+                &self.entries.targets()[index],
+                self.entry_stance(index).placement,
+            );
+            let evasion = &self.evasions[evasion];
+            Some(EntryTrack::new(
+                &self.graph,
+                &self.body,
+                evasion,
+                first,
+                placement,
+            ))
         };
-        slot.get_or_make(make).as_ref()
+        slot.get_or_init(make).as_ref()
     }
 
     /// Stance of a body, for [`Stance::align`].
     #[must_use]
     pub(crate) fn stance(&self, joints: &[JointTransform]) -> Stance {
         let found = || Facing::of(self.graph.skeleton());
-        let facing = self.entry_tracks.facing.unwrap_or_else(found);
+        let facing = self.derived.entry_tracks.facing.unwrap_or_else(found);
         Stance::of(&self.graph, facing, joints)
     }
 
     /// Stance at an entry's target, in the space of its clip.
     #[must_use]
     pub(crate) fn entry_stance(&self, target: usize) -> &Stance {
-        &self.entry_tracks.stances[target]
+        &self.derived.entry_tracks.stances[target]
     }
 
     /// Evasion that plays on an edge, or `None` if the edge is not an evasion.
@@ -328,33 +272,32 @@ impl BakedGraph {
     pub fn evasion(&self, edge: EdgeId) -> Option<&Evasion> {
         let index = self
             .evasions
-            .binary_search_by_key(&edge, |evasion| evasion.edge)
-            .ok()?;
-        Some(&self.evasions[index])
+            .binary_search_by_key(&edge, |evasion| evasion.edge);
+        Some(&self.evasions[index.ok()?])
     }
 
     /// Maximum distance of any part of the body from the root joint, in metres.
     #[must_use]
     pub fn reach(&self) -> f32 {
-        self.reach
+        self.derived.reach
     }
 
     /// Number of texels in an evasion map, which is the most that an attack can cover there.
     #[must_use]
     pub fn evasion_texels(&self, region: RegionId, slab: Slab) -> u32 {
         let first = self.atlas.region(region).first_slab;
-        let texels = &self.evasion_texels[region.index()];
+        let texels = &self.derived.evasion_texels[region.index()];
         let index = slab.0.checked_sub(first.0).map(usize::try_from);
-        index
+        let texels = index
             .and_then(Result::ok)
-            .and_then(|index| texels.get(index))
-            .map_or(0, |&texels| texels)
+            .and_then(|index| texels.get(index));
+        texels.copied().unwrap_or(0)
     }
 
     /// Spheres of the body in the row layout of a [`BodyTrack`].
     #[must_use]
     pub(crate) fn body_rows(&self) -> &BodyRows {
-        &self.body_rows
+        &self.derived.body_rows
     }
 
     /// Cylinder around the body at a frame of an edge, in the space of the clip in which the edge
@@ -365,24 +308,23 @@ impl BakedGraph {
 
     /// [`BakedGraph::placement`] of each node.
     pub(super) fn placements(&self) -> &[Rigid2] {
-        &self.placements
+        &self.derived.placements
     }
 
     /// Character's frame (root on the ground, facing +Z) at a node, in the space of the node's
     /// clip.
     #[must_use]
     pub fn placement(&self, node: NodeId) -> Rigid2 {
-        self.placements[node.index()]
+        self.derived.placements[node.index()]
     }
 
     /// Minimum number of frames from a node to an evasion's start, at rate 1, or `None` if no
     /// evasion can be reached. The first call computes it for all nodes.
     #[must_use]
     pub fn frames_to_evasion(&self, node: NodeId) -> Option<u32> {
-        let all = self
-            .frames_to_evasion
-            .get_or_make(|| frames_to_evasion(&self.graph, &self.evasions));
-        let frames = all[node.index()];
+        let all = &self.derived.frames_to_evasion;
+        let frames = all.get_or_init(|| frames_to_evasion(&self.graph, &self.evasions));
+        let frames = frames[node.index()];
         (frames != u32::MAX).then_some(frames)
     }
 
@@ -392,12 +334,8 @@ impl BakedGraph {
     pub fn responsive_share(&self, seconds: f64) -> f64 {
         let limit = seconds * self.graph.frame_rate();
         let (mut soon, mut all) = (0.0, 0.0);
-        let clip_edges = self
-            .graph
-            .edges()
-            .iter()
-            .filter(|edge| edge.motion == EdgeMotion::Clip);
-        for edge in clip_edges {
+        let edges = self.graph.edges().iter();
+        for edge in edges.filter(|edge| edge.motion == EdgeMotion::Clip) {
             let frames = f64::from(edge.frames);
             all += frames;
             if let Some(wait) = self.frames_to_evasion(edge.to) {
@@ -409,13 +347,66 @@ impl BakedGraph {
         if all > 0.0 { soon / all } else { 0.0 }
     }
 
-    /// Returns the same graph with other maps of the same evasions and attacks.
-    pub(super) fn with_atlas(&self, atlas: RegionAtlas) -> Self {
-        let mut other = Self {
-            atlas,
-            ..self.clone()
-        };
-        other.derive_from_maps();
-        other
+    /// Computes everything that queries otherwise compute on first use: for each evasion the body's spheres over time and the cells that
+    /// it vacates. That takes a few milliseconds for each evasion, divided among all CPU cores. Graphs with at most 32 evasions are
+    /// prepared when they are baked or loaded. For larger graphs, call this on any thread if queries must not take that time or allocate
+    /// memory. Answers do not depend on it.
+    pub fn prepare(&self) {
+        let _span = tracing::trace_span!("bake: prepare evasions").entered();
+        let _ = self.graph.rig();
+        in_parallel(0, self.evasions.len(), |evasion| {
+            let _ = (self.track(evasion), self.entry_track(evasion));
+        });
+        self.paths.prepare();
+        self.grid().prepare();
     }
+}
+
+impl AttackGrid {
+    /// Finds the paths from all nodes to all attacks and lists them by the cells that they hit. The result does not depend on the number
+    /// of threads.
+    #[must_use]
+    pub fn new(baked: &BakedGraph, settings: &AttackGridSettings) -> Self {
+        let spheres = |attack| baked.attack_spheres(attack);
+        let spheres: Vec<_> = baked.attack_moves.iter().map(spheres).collect();
+        let goals: Vec<EdgeId> = baked
+            .attack_moves
+            .iter()
+            .map(|attack| attack.edge)
+            .collect();
+        Self::build(&baked.graph, baked.placements(), &goals, &spheres, settings)
+    }
+
+    /// Attack at the end of a path.
+    #[must_use]
+    pub fn attack_move<'a>(&self, baked: &'a BakedGraph, path: PathId) -> &'a AttackMove {
+        &baked.attack_moves[self.paths().path(path).goal as usize]
+    }
+}
+
+/// Minimum number of frames from each node to an evasion's start: Dijkstra's algorithm from all
+/// starts, against the edges' direction.
+fn frames_to_evasion(graph: &MotionGraph, evasions: &[Evasion]) -> Vec<u32> {
+    let into = EdgesInto::new(graph);
+    let mut frames = vec![u32::MAX; graph.nodes().len()];
+    let mut open = std::collections::BinaryHeap::new();
+    for evasion in evasions {
+        let start = graph.edge(evasion.edge).from;
+        frames[start.index()] = 0;
+        open.push(std::cmp::Reverse((0, start.0)));
+    }
+    while let Some(std::cmp::Reverse((so_far, node))) = open.pop() {
+        if so_far > frames[node as usize] {
+            continue;
+        }
+        for edge in into.of(NodeId(node)).iter().map(|&edge| graph.edge(edge)) {
+            let total = so_far.saturating_add(edge.frames);
+            let known = &mut frames[edge.from.index()];
+            if total < *known {
+                *known = total;
+                open.push(std::cmp::Reverse((total, edge.from.0)));
+            }
+        }
+    }
+    frames
 }

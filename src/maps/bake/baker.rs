@@ -4,21 +4,28 @@
 //! [`Baker::every_frame_drawings`] and [`Baker::any_frame_drawings`] list the drawings, and
 //! [`Baker::finish`] takes the drawn maps.
 
-use super::bake_settings::{BakeError, BakeSettings};
-use super::baked::BakedParts;
-use super::collect::{DrawingOwner, DrawnMaps, EventMaps, MapCollector};
-use super::drawings::{self, DrawingSource, EventDrawings, TooHigh};
-use super::entries::{EntrySearch, EntryShare, MomentShare};
-use super::grid::retimable_edges;
-use super::raster;
-use super::{
-    AttackMove, BakedGraph, BitMap, Body, Drawing, EntryTable, Evasion, MapGrid, MapRect,
-    RegionAtlas, RegionId,
-};
+use super::baked_graph::{BakedGraph, Derived};
+use super::drawings::{EventDrawings, Part, SlabRange, attack_drawings, evasion_drawings};
+use super::settings::{BakeError, BakeSettings};
 use crate::anim::EventKind;
 use crate::graph::watch::{BakeWatch, Unwatched};
-use crate::graph::{EdgeId, GraphEvent, MotionGraph};
+use crate::graph::{EdgeId, MotionGraph};
+use crate::maps::entries::{EntrySearch, EntryShare, EntryTable, MomentShare};
+use crate::maps::grid::{find_paths, retimable_edges};
+use crate::maps::regions::{
+    AttackMaps, AttackMove, BitMap, Body, ClipCylinders, Drawing, Evasion, EvasionMaps, MapGrid,
+    MapRect, MaskMap, RegionAtlas, RegionId, RegionMaps, Slab, SlabMaps, raster,
+};
 use crate::math::{Rigid2, in_parallel};
+
+/// The maps that a rasterizer drew for a [`Baker`].
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct DrawnMaps {
+    /// Maps of [`Baker::every_frame_drawings`], in order.
+    pub every_frame: Vec<EvasionMaps>,
+    /// Maps of [`Baker::any_frame_drawings`], in order.
+    pub any_frame: Vec<BitMap>,
+}
 
 /// A bake whose drawings are prepared and whose maps are not yet drawn.
 #[derive(Clone, Debug)]
@@ -31,7 +38,19 @@ pub struct Baker {
     attacks: Vec<EdgeId>,
     every_frame: Vec<Drawing>,
     any_frame: Vec<Drawing>,
-    collector: MapCollector,
+    /// All events, evasions first.
+    events: Vec<DrawnEvent>,
+}
+
+/// An event whose maps are drawn.
+#[derive(Clone, Debug)]
+struct DrawnEvent {
+    slabs: SlabRange,
+    /// Time from the event's start that the slices cover, in seconds.
+    seconds: f32,
+    /// Slab and slice of each of the event's drawings, which follow those of the event before it.
+    every_frame: Vec<Part>,
+    any_frame: Vec<Part>,
 }
 
 impl Baker {
@@ -51,10 +70,8 @@ impl Baker {
             });
         }
         settings.check_numbers()?;
-        let mut body = settings
-            .body
-            .clone()
-            .unwrap_or_else(|| Body::from_bones(graph.skeleton()));
+        let own = settings.body.clone();
+        let mut body = own.unwrap_or_else(|| Body::from_bones(graph.skeleton()));
         for (index, prop) in settings.props.iter().enumerate() {
             if !prop.is_sound(graph.skeleton()) {
                 return Err(BakeError::Prop(index));
@@ -71,84 +88,44 @@ impl Baker {
             settings,
             every_frame: Vec::new(),
             any_frame: Vec::new(),
-            collector: MapCollector::new(maps),
+            events: Vec::new(),
             graph,
         };
-        for (kind, drawings) in baker.events()? {
-            baker.add(kind, drawings);
+        for drawings in baker.drawings()? {
+            let (every_parts, every) = drawings.every_frame.into_iter().unzip();
+            let (any_parts, any): (_, Vec<_>) = drawings.any_frame.into_iter().unzip();
+            baker.every_frame.extend::<Vec<_>>(every);
+            baker.any_frame.extend(any);
+            baker.events.push(DrawnEvent {
+                slabs: drawings.slabs,
+                seconds: drawings.seconds,
+                every_frame: every_parts,
+                any_frame: any_parts,
+            });
         }
         Ok(baker)
     }
 
-    /// Adds an event.
-    fn add(&mut self, kind: EventKind, drawings: EventDrawings) {
-        let collector = &mut self.collector;
-        let event = collector.event(kind, &drawings);
-        for (part, drawing) in drawings.every_frame {
-            collector.every_frame.push(DrawingOwner { event, part });
-            self.every_frame.push(drawing);
-        }
-        for (part, drawing) in drawings.any_frame {
-            collector.any_frame.push(DrawingOwner { event, part });
-            self.any_frame.push(drawing);
-        }
-    }
-
     /// Prepares the drawings of all events, evasions first.
-    fn events(&self) -> Result<Vec<(EventKind, EventDrawings)>, BakeError> {
-        let source = DrawingSource {
-            graph: &self.graph,
-            body: &self.body,
-            grid: self.settings.maps,
-        };
+    fn drawings(&self) -> Result<Vec<EventDrawings>, BakeError> {
+        let (graph, body, grid) = (&self.graph, &self.body, self.settings.maps);
         let edges: Vec<EdgeId> = self.evasions.iter().chain(&self.attacks).copied().collect();
         let prepared = in_parallel(self.settings.threads, edges.len(), |index| {
-            let edge = edges[index];
-            let kind = match index < self.evasions.len() {
-                true => EventKind::Evasion,
-                false => EventKind::Attack,
+            let Some(event) = graph.edge(edges[index]).event else {
+                return Ok(EventDrawings::default());
             };
-            let Some(event) = self.graph.edge(edge).event else {
-                return Ok((kind, EventDrawings::default()));
-            };
-            let event = self.graph.event(event);
-            let drawings = match kind {
-                EventKind::Evasion => drawings::of_evasion(source, edge, event),
-                EventKind::Attack => drawings::of_attack(source, event),
-            };
-            Ok((kind, self.checked(event, drawings)?))
+            let event = graph.event(event);
+            match index < self.evasions.len() {
+                true => evasion_drawings(graph, body, grid, edges[index], event),
+                false => attack_drawings(graph, body, grid, event),
+            }
         });
         prepared.into_iter().collect()
-    }
-
-    /// Returns an error if the drawings do not fit fixed-point maps.
-    fn checked(
-        &self,
-        event: &GraphEvent,
-        drawings: Result<EventDrawings, TooHigh>,
-    ) -> Result<EventDrawings, BakeError> {
-        let describe = || self.graph.describe_event(event);
-        let drawings = drawings.map_err(|TooHigh { low, high }| BakeError::TooHigh {
-            event: describe(),
-            low,
-            high,
-        })?;
-        let mut all = drawings.every_frame.iter().chain(&drawings.any_frame);
-        if let Some((_, large)) = all.find(|(_, drawing)| !drawing.rect.fits()) {
-            let MapRect { width, height, .. } = large.rect;
-            return Err(BakeError::MapTooLarge {
-                event: describe(),
-                width,
-                height,
-            });
-        }
-        Ok(drawings)
     }
 
     /// Drawings for [`raster::every_frame`] or its GPU counterpart. Each evasion has, slab by slab,
     /// one drawing of the whole evasion and, if the maps are timed, one of each slice.
     #[must_use]
-    #[doc(hidden)]
     pub fn every_frame_drawings(&self) -> &[Drawing] {
         &self.every_frame
     }
@@ -157,14 +134,12 @@ impl Baker {
     /// everything that the body may touch in each slice of an evasion, and everything that an
     /// attack passes.
     #[must_use]
-    #[doc(hidden)]
     pub fn any_frame_drawings(&self) -> &[Drawing] {
         &self.any_frame
     }
 
     /// Draws all maps on the CPU.
     #[must_use]
-    #[doc(hidden)]
     pub fn draw_on_cpu(&self) -> DrawnMaps {
         let _span = tracing::trace_span!("bake: draw maps").entered();
         let threads = self.settings.threads;
@@ -189,7 +164,6 @@ impl Baker {
     /// # Errors
     /// The number of maps differs from the number of drawings, or a map's rectangle differs from
     /// its drawing's.
-    #[doc(hidden)]
     pub fn finish(self, maps: DrawnMaps) -> Result<BakedGraph, BakeError> {
         self.finish_watched(maps, Vec::new(), &Unwatched)
     }
@@ -199,22 +173,18 @@ impl Baker {
     ///
     /// # Errors
     /// The errors of [`Baker::finish`], the watch stopped the bake, or the entries are not those of the graph.
-    #[doc(hidden)]
     pub fn finish_watched(
         self,
         maps: DrawnMaps,
         entries: Vec<EntryShare>,
         watch: &dyn BakeWatch,
     ) -> Result<BakedGraph, BakeError> {
-        let maps = self.gathered(&maps)?;
-        let atlas = self.atlas(maps);
-        let attacks = self.attacks.iter();
-        let attack_moves = attacks
-            .map(|&edge| AttackMove {
-                edge,
-                placement: placement(&self.graph, edge),
-            })
-            .collect();
+        let atlas = self.atlas(&maps)?;
+        let attack_move = |&edge: &EdgeId| AttackMove {
+            edge,
+            placement: placement(&self.graph, edge),
+        };
+        let attack_moves = self.attacks.iter().map(attack_move).collect();
         let settings = &self.settings;
         let retimable = retimable_edges(&self.graph, &settings.retime, settings.threads);
         let evasions = evasions_of(&self.graph, &self.evasions);
@@ -232,37 +202,122 @@ impl Baker {
         if entries.check(&self.graph, &evasions).is_err() {
             return Err(BakeError::Entries);
         }
-        let parts = BakedParts {
-            graph: self.graph,
-            body: self.body,
+        let placements = self.graph.placements();
+        let paths = {
+            let _span = tracing::trace_span!("bake: find paths").entered();
+            let graph = &self.graph;
+            find_paths(
+                graph,
+                &retimable,
+                &placements,
+                &self.evasions,
+                &settings.paths,
+            )
+        };
+        let cylinders = {
+            let _span = tracing::trace_span!("bake: bounding cylinders").entered();
+            ClipCylinders::new(&self.graph, &self.body)
+        };
+        let baked = BakedGraph {
             atlas,
             retimable,
             evasions,
             attack_moves,
             entries,
+            paths,
+            grid_settings: settings.grid,
+            cylinders,
+            derived: Derived {
+                placements,
+                reach: self.body.reach(self.graph.skeleton(), self.graph.clips()),
+                ..Derived::default()
+            },
+            graph: self.graph,
+            body: self.body,
         };
-        let settings = &self.settings;
-        Ok(BakedGraph::new(parts, &settings.paths, settings.grid))
+        let tables = baked.tables(baked.paths.count());
+        Ok(baked.with_tables(tables))
     }
 
-    /// The maps of all events.
-    fn gathered(&self, maps: &DrawnMaps) -> Result<Vec<EventMaps>, BakeError> {
-        let every = maps.every_frame.iter().map(|maps| maps.body.rect());
-        check(every, &self.every_frame)?;
-        check(maps.any_frame.iter().map(BitMap::rect), &self.any_frame)?;
-        Ok(self.collector.gather(maps))
-    }
-
-    fn atlas(&self, maps: Vec<EventMaps>) -> RegionAtlas {
+    /// Collects drawn maps into the maps of regions: all slices of a slab are merged into masks in the smallest rectangle.
+    fn atlas(&self, maps: &DrawnMaps) -> Result<RegionAtlas, BakeError> {
+        let rects = maps.every_frame.iter().map(|maps| maps.body.rect());
+        check_rects(rects, &self.every_frame)?;
+        check_rects(maps.any_frame.iter().map(BitMap::rect), &self.any_frame)?;
+        let (mut every, mut any) = (maps.every_frame.iter(), maps.any_frame.iter());
         let (mut regions, mut attacks) = (Vec::new(), Vec::new());
-        for maps in maps {
-            match maps {
-                EventMaps::Evasion(maps) => regions.push(maps),
-                EventMaps::Attack(maps) => attacks.push(maps),
+        let grid = self.settings.maps;
+        for (index, event) in self.events.iter().enumerate() {
+            let mut slabs = vec![SlabDrawings::default(); event.slabs.count];
+            for (part, maps) in event.every_frame.iter().zip(every.by_ref()) {
+                let slab = &mut slabs[part.slab];
+                match part.slice {
+                    Some(slice) => slab.body.push((slice, &maps.body)),
+                    None => {
+                        slab.evasion = Some(&maps.evasion);
+                        if !grid.is_timed() {
+                            slab.body.push((0, &maps.body));
+                        }
+                    }
+                }
+            }
+            for (part, map) in event.any_frame.iter().zip(any.by_ref()) {
+                let slice = part.slice.unwrap_or(0);
+                slabs[part.slab].outer.push((slice, map));
+            }
+            let first_slab = Slab(event.slabs.low);
+            match index < self.evasions.len() {
+                true => regions.push(RegionMaps {
+                    first_slab,
+                    slabs: slabs.iter().map(|slab| slab.region(grid)).collect(),
+                    seconds: event.seconds,
+                }),
+                false => attacks.push(AttackMaps {
+                    first_slab,
+                    slabs: slabs.iter().map(SlabDrawings::attack).collect(),
+                }),
             }
         }
-        RegionAtlas::new(self.settings.maps, regions, attacks)
+        Ok(RegionAtlas::new(grid, regions, attacks))
     }
+}
+
+/// The drawn maps of one slab, each with its slice.
+#[derive(Clone, Debug, Default)]
+struct SlabDrawings<'a> {
+    body: Vec<(u32, &'a BitMap)>,
+    outer: Vec<(u32, &'a BitMap)>,
+    evasion: Option<&'a BitMap>,
+}
+
+impl SlabDrawings<'_> {
+    fn region(&self, grid: MapGrid) -> SlabMaps {
+        SlabMaps {
+            body: masks(&self.body, grid),
+            outer: masks(&self.outer, grid),
+            evasion: self
+                .evasion
+                .map_or_else(BitMap::default, |map| map.cropped(map.bounds())),
+        }
+    }
+
+    fn attack(&self) -> BitMap {
+        self.outer
+            .first()
+            .map_or_else(BitMap::default, |&(_, map)| map.clone())
+    }
+}
+
+/// Merges the maps of all slices into one map of masks.
+fn masks(slices: &[(u32, &BitMap)], grid: MapGrid) -> MaskMap {
+    let bounds = slices.iter().map(|(_, map)| map.bounds());
+    let rect = bounds.fold(MapRect::default(), MapRect::union);
+    let mut masks = MaskMap::new(rect, grid.lanes());
+    for &(slice, map) in slices {
+        let (u, v) = (map.rect().u - rect.u, map.rect().v - rect.v);
+        map.for_each(|column, row| masks.set(column + u, row + v, slice));
+    }
+    masks
 }
 
 impl MomentShare {
@@ -270,7 +325,6 @@ impl MomentShare {
     ///
     /// # Errors
     /// The watch stopped the search.
-    #[doc(hidden)]
     pub fn find_entries(
         self,
         graph: &MotionGraph,
@@ -322,13 +376,15 @@ impl BakedGraph {
             ..BakeSettings::default()
         };
         let baker = Baker::new(self.graph().clone(), settings)?;
-        let maps = baker.gathered(&baker.draw_on_cpu())?;
-        Ok(self.with_atlas(baker.atlas(maps)))
+        let mut other = self.clone();
+        other.atlas = baker.atlas(&baker.draw_on_cpu())?;
+        other.derive_from_maps();
+        Ok(other)
     }
 }
 
 /// Checks that the maps have the rectangles of the drawings.
-fn check(
+fn check_rects(
     rects: impl ExactSizeIterator<Item = MapRect>,
     drawings: &[Drawing],
 ) -> Result<(), BakeError> {

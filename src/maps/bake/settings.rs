@@ -3,8 +3,10 @@
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-use super::{Body, EntrySettings, GridSettings, MapGrid, PathSettings, Prop, RetimeSettings};
 use crate::graph::watch::Stopped;
+use crate::maps::entries::EntrySettings;
+use crate::maps::grid::{GridSettings, PathSettings, RetimeSettings};
+use crate::maps::regions::{Body, MapGrid, Prop};
 
 /// Settings of a bake.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -15,7 +17,7 @@ pub struct BakeSettings {
     pub retime: RetimeSettings,
     /// Horizon of the path search, and limits on the paths that are kept.
     pub paths: PathSettings,
-    /// Size of the cells that paths are filed in.
+    /// Size of the cells by which paths are found.
     pub grid: GridSettings,
     /// Settings of the jumps into evasions that need no edge.
     pub entries: EntrySettings,
@@ -32,66 +34,34 @@ impl BakeSettings {
     pub(super) fn check_numbers(&self) -> Result<(), BakeError> {
         let (retime, paths) = (&self.retime, &self.paths);
         let (entries, plausible) = (&self.entries, &self.entries.plausible);
-        let percent = |value: f32| f64::from(value);
+        let to_10_s = |name, seconds| (name, seconds, 0.0..=10.0, "0 to 10 s");
         let metres = |name, value: f32| (name, f64::from(value), 0.0..=1e6, "0 to 1000000 m");
         let cell = |name, value: f32| (name, f64::from(value), 0.001..=1e3, "0.001 to 1000");
+        let percent = |name, value: f32| (name, f64::from(value), 0.0..=100.0, "0 to 100");
+        let [late, unbranched] = [entries.late, entries.unbranched].map(f64::from);
+        let (most, side) = (f64::from(paths.most), f64::from(self.grid.cell));
         let checks = [
-            ("retime.window", retime.window, 0.0..=10.0, "0 to 10 s"),
+            to_10_s("retime.window", retime.window),
             metres("retime.slow", retime.slow),
             metres("retime.fast", retime.fast),
             metres("retime.still", retime.still),
-            (
-                "paths.horizon",
-                f64::from(paths.horizon),
-                0.0..=10.0,
-                "0 to 10 s",
-            ),
+            to_10_s("paths.horizon", f64::from(paths.horizon)),
             cell("paths.alike_distance", paths.alike_distance),
             cell("paths.alike_angle", paths.alike_angle),
-            (
-                "paths.most",
-                f64::from(paths.most),
-                1.0..=1e7,
-                "1 to 10000000",
-            ),
-            (
-                "entries.lead_in",
-                f64::from(entries.lead_in),
-                0.0..=10.0,
-                "0 to 10 s",
-            ),
-            (
-                "entries.late",
-                f64::from(entries.late),
-                0.0..=60.0,
-                "0 to 60 s",
-            ),
+            ("paths.most", most, 1.0..=1e7, "1 to 10000000"),
+            to_10_s("entries.lead_in", f64::from(entries.lead_in)),
+            ("entries.late", late, 0.0..=60.0, "0 to 60 s"),
             (
                 "entries.unbranched",
-                f64::from(entries.unbranched),
+                unbranched,
                 0.0..=1e6,
                 "0 to 1000000 s",
             ),
-            (
-                "entries.plausible.joints",
-                percent(plausible.joints),
-                0.0..=100.0,
-                "0 to 100",
-            ),
-            (
-                "entries.plausible.departure",
-                percent(plausible.departure),
-                0.0..=100.0,
-                "0 to 100",
-            ),
+            percent("entries.plausible.joints", plausible.joints),
+            percent("entries.plausible.departure", plausible.departure),
             metres("entries.plausible.slide", plausible.slide),
             metres("entries.plausible.toe_speed", plausible.toe_speed),
-            (
-                "grid.cell",
-                f64::from(self.grid.cell),
-                0.05..=1.0,
-                "0.05 to 1 m",
-            ),
+            ("grid.cell", side, 0.05..=1.0, "0.05 to 1 m"),
         ];
         let wrong = checks
             .into_iter()

@@ -14,22 +14,17 @@
 //! neighbours. Its spheres shrink or grow by the distance that they travel in that time, and by the
 //! deviation of the motion from a straight line between samples.
 
-use super::regions::{Cut, attack_spheres};
-use super::{Body, BodyTrack, Disc, Drawing, MapGrid, MapRect, SUB_TEXELS, Section, Slab};
+use super::settings::BakeError;
 use crate::anim::{Pose, forward_kinematics};
 use crate::graph::{EdgeId, GraphEvent, MotionGraph, Playhead};
+use crate::maps::regions::{
+    Body, BodySphere, BodyTrack, CLOCK_ERROR, Cut, Drawing, HALF_DIAGONAL, MapGrid, MapRect,
+    ROUNDING, Section, Slab, attack_spheres,
+};
 use crate::math::{Rigid2, Sphere};
 
-/// Half of a texel's diagonal, rounded up, in sub-texels.
-pub(crate) const HALF_DIAGONAL: f32 = 0.7072 * SUB_TEXELS as f32;
-/// Maximum error of a disc's centre from rounding to sub-texels and from single precision, in
-/// sub-texels.
-pub(crate) const ROUNDING: f32 = 0.7072 + 0.1;
-/// Maximum difference of two motions' clocks from single precision and from merging keys, in
-/// seconds.
-pub(crate) const CLOCK_ERROR: f32 = 3e-5;
 /// Maximum error of a texel's centre under a fixed-point transform, for the largest attack map, in
-/// sub-texels of that map ([`FixedTransform2::error`](super::FixedTransform2::error)).
+/// sub-texels of that map ([`FixedTransform2::error`](crate::maps::FixedTransform2::error)).
 const MAX_TRANSFORM_ERROR: f32 = 1.1;
 
 /// Moments drawn per second in inner maps and in outer maps. More moments give smaller margins for
@@ -53,41 +48,10 @@ pub(super) struct EventDrawings {
     pub slabs: SlabRange,
     /// Time from the event's start that the slices cover, in seconds.
     pub seconds: f32,
-    /// Drawings for [`every_frame`](super::raster::every_frame).
+    /// Drawings for [`every_frame`](crate::maps::raster::every_frame).
     pub every_frame: Vec<(Part, Drawing)>,
-    /// Drawings for [`any_frame`](super::raster::any_frame).
+    /// Drawings for [`any_frame`](crate::maps::raster::any_frame).
     pub any_frame: Vec<(Part, Drawing)>,
-}
-
-/// The event reaches slabs beyond [`MapGrid::HIGHEST_SLAB`].
-#[derive(Clone, Copy, Debug)]
-pub(super) struct TooHigh {
-    pub low: i32,
-    pub high: i32,
-}
-
-/// The graph, the body and the grid that all events of a bake share.
-#[derive(Clone, Copy)]
-pub(super) struct DrawingSource<'a> {
-    pub graph: &'a MotionGraph,
-    pub body: &'a Body,
-    pub grid: MapGrid,
-}
-
-impl DrawingSource<'_> {
-    /// Number of slices of an evasion, and duration of a slice in seconds.
-    fn slices(&self, edge: EdgeId) -> (u32, f32) {
-        match self.grid.is_timed() {
-            true => (self.grid.slices, self.grid.slice_seconds),
-            false => (1, self.graph.seconds(edge)),
-        }
-    }
-
-    /// Duration of the motion from an evasion's start that its drawings need, in seconds.
-    pub(super) fn seconds(&self, edge: EdgeId) -> f32 {
-        let (slices, slice_seconds) = self.slices(edge);
-        slices as f32 * slice_seconds + 3.0 / BodyTrack::RATE
-    }
 }
 
 /// A range of slabs.
@@ -99,43 +63,40 @@ pub(super) struct SlabRange {
     pub count: usize,
 }
 
-/// The slabs and the grid that cut spheres into discs.
-#[derive(Clone, Copy)]
-struct Cutter {
-    slabs: SlabRange,
-    grid: MapGrid,
-}
-
 /// Prepares the drawings of an evasion, and of the motion after it if the maps are timed.
-pub(super) fn of_evasion(
-    source: DrawingSource<'_>,
+pub(super) fn evasion_drawings(
+    graph: &MotionGraph,
+    body: &Body,
+    grid: MapGrid,
     edge: EdgeId,
     event: &GraphEvent,
-) -> Result<EventDrawings, TooHigh> {
-    let DrawingSource { graph, body, grid } = source;
+) -> Result<EventDrawings, BakeError> {
     let placement = graph.placement(event.clip, event.first);
-    let frames = body_frames(source, event, placement.inverse());
-    let (slices, slice_seconds) = source.slices(edge);
+    let frames = body_frames(graph, body, event, placement.inverse());
+    let (slices, slice_seconds) = match grid.is_timed() {
+        true => (grid.slices, grid.slice_seconds),
+        false => (1, graph.seconds(edge)),
+    };
     let seconds = slices as f32 * slice_seconds;
     let playhead = Playhead {
         edge,
         frame: 0.0,
         clip_to_world: placement.inverse(),
     };
-    let track = BodyTrack::along(graph, body, playhead, source.seconds(edge));
+    let track = BodyTrack::along(graph, body, playhead, seconds + 3.0 / BodyTrack::RATE);
     let moving = MovingBody::new(body, &track);
     let outer: Vec<_> = (0..slices)
         .map(|slice| moving.through(slice, slice_seconds, OUTER_RATE))
         .map(|moments| grown_spheres(&moments, 1.0))
         .collect();
-    let slabs = slab_range(outer.iter().chain([&frames]).flatten().flatten(), grid)?;
-    let cutter = Cutter { slabs, grid };
+    let spheres = outer.iter().chain([&frames]).flatten().flatten();
+    let slabs = slab_range(graph, event, spheres, grid)?;
     let mut drawings = EventDrawings {
         slabs,
         seconds,
         ..EventDrawings::default()
     };
-    let whole = in_slabs(&frames, cutter, Cut::Nearest);
+    let whole = in_slabs(&frames, slabs, grid, Cut::Nearest);
     drawings.every_frame = place(whole, None, |drawing| MapRect::around(drawing.frame(0)));
     if grid.is_timed() {
         for slice in 0..slices {
@@ -146,28 +107,28 @@ pub(super) fn of_evasion(
             } else {
                 (grown_spheres(&moments, 0.0), Cut::Nearest)
             };
-            let inner = in_slabs(&moments, cutter, cut);
-            drawings
-                .every_frame
-                .extend(place(inner, Some(slice), shared_rect));
+            let inner = in_slabs(&moments, slabs, grid, cut);
+            let inner = place(inner, Some(slice), shared_rect);
+            drawings.every_frame.extend(inner);
         }
     }
     let of_attack = grid.attack_pitch as f32 * (HALF_DIAGONAL + MAX_TRANSFORM_ERROR);
     let cut = Cut::Outer(HALF_DIAGONAL + ROUNDING + of_attack);
     for (outer, slice) in outer.iter().zip(0..) {
-        let outer = in_slabs(outer, cutter, cut);
+        let outer = in_slabs(outer, slabs, grid, cut);
         let rect = |drawing: &Drawing| MapRect::around(&drawing.discs);
         drawings.any_frame.extend(place(outer, Some(slice), rect));
     }
-    Ok(drawings)
+    drawings.checked(graph, event)
 }
 
 /// Prepares the drawings of an attack. Attacks are always drawn as outlines, without time.
-pub(super) fn of_attack(
-    source: DrawingSource<'_>,
+pub(super) fn attack_drawings(
+    graph: &MotionGraph,
+    body: &Body,
+    grid: MapGrid,
     event: &GraphEvent,
-) -> Result<EventDrawings, TooHigh> {
-    let DrawingSource { graph, body, grid } = source;
+) -> Result<EventDrawings, BakeError> {
     let grid = MapGrid {
         section: Section::Outline,
         ..grid
@@ -176,22 +137,39 @@ pub(super) fn of_attack(
     for sphere in attack_spheres(graph, body, event) {
         sphere.for_each_step(|ball| moments.push(vec![ball]));
     }
-    let slabs = slab_range(moments.iter().flatten(), grid)?;
-    let cutter = Cutter { slabs, grid };
-    let all = in_slabs(&moments, cutter, Cut::Nearest);
+    let slabs = slab_range(graph, event, moments.iter().flatten(), grid)?;
+    let all = in_slabs(&moments, slabs, grid, Cut::Nearest);
     let rect = |drawing: &Drawing| MapRect::around(&drawing.discs);
-    Ok(EventDrawings {
+    let drawings = EventDrawings {
         slabs,
         any_frame: place(all, None, rect),
         ..EventDrawings::default()
-    })
+    };
+    drawings.checked(graph, event)
+}
+
+impl EventDrawings {
+    /// Returns an error if the drawings do not fit fixed-point maps.
+    fn checked(self, graph: &MotionGraph, event: &GraphEvent) -> Result<Self, BakeError> {
+        let mut all = self.every_frame.iter().chain(&self.any_frame);
+        match all.find(|(_, drawing)| !drawing.rect.fits()) {
+            None => Ok(self),
+            Some((_, large)) => Err(BakeError::MapTooLarge {
+                event: graph.describe_event(event),
+                width: large.rect.width,
+                height: large.rect.height,
+            }),
+        }
+    }
 }
 
 /// Lowest slab that the spheres reach, and number of slabs up to the highest.
 fn slab_range<'a>(
+    graph: &MotionGraph,
+    event: &GraphEvent,
     spheres: impl Iterator<Item = &'a Sphere>,
     grid: MapGrid,
-) -> Result<SlabRange, TooHigh> {
+) -> Result<SlabRange, BakeError> {
     let reached = spheres.map(|sphere| grid.slabs(sphere.centre, sphere.radius));
     let ends = reached.map(|slabs| (*slabs.start(), *slabs.end()));
     let Some((low, high)) = ends.reduce(|(a, b), (c, d)| (a.min(c), b.max(d))) else {
@@ -199,7 +177,11 @@ fn slab_range<'a>(
     };
     let end = high.saturating_add(1);
     if low < -MapGrid::HIGHEST_SLAB || end > MapGrid::HIGHEST_SLAB {
-        return Err(TooHigh { low, high: end });
+        return Err(BakeError::TooHigh {
+            event: graph.describe_event(event),
+            low,
+            high: end,
+        });
     }
     Ok(SlabRange {
         low,
@@ -209,8 +191,7 @@ fn slab_range<'a>(
 
 /// Cuts the spheres of all moments into the drawings of the slabs. Discs are relative to the
 /// frame's origin.
-fn in_slabs(moments: &[Vec<Sphere>], cutter: Cutter, cut: Cut) -> Vec<Drawing> {
-    let Cutter { slabs, grid } = cutter;
+fn in_slabs(moments: &[Vec<Sphere>], slabs: SlabRange, grid: MapGrid, cut: Cut) -> Vec<Drawing> {
     let mut drawings = vec![Drawing::default(); slabs.count];
     for moment in moments {
         for &sphere in moment {
@@ -253,34 +234,27 @@ fn place(
 
 /// Intersection of the rectangles of all frames. No texel outside it is covered in every frame.
 fn shared_rect(drawing: &Drawing) -> MapRect {
-    let around = |frame| -> MapRect {
-        let discs: &[Disc] = drawing.frame(frame);
-        MapRect::around(discs)
-    };
+    let around = |frame| MapRect::around(drawing.frame(frame));
     (1..drawing.frames()).fold(around(0), |rect, frame| rect.intersection(around(frame)))
 }
 
 /// Spheres of the body in each frame of an event. `to_start` transforms the clip's space to the
 /// character's frame at the event's start (root on the ground, facing +Z).
 fn body_frames(
-    source: DrawingSource<'_>,
+    graph: &MotionGraph,
+    body: &Body,
     event: &GraphEvent,
     to_start: Rigid2,
 ) -> Vec<Vec<Sphere>> {
-    let DrawingSource { graph, body, .. } = source;
     let (mut pose, mut joints) = (Pose::default(), Vec::new());
-    let frames = event.first..=event.last;
-    frames
-        .map(|frame| {
-            graph.clip(event.clip).pose(frame as usize, &mut pose);
-            pose.place(to_start);
-            forward_kinematics(graph.skeleton(), &pose, &mut joints);
-            body.spheres
-                .iter()
-                .map(|sphere| Sphere::new(sphere.centre(&joints), sphere.radius))
-                .collect()
-        })
-        .collect()
+    let spheres = |frame: u32| {
+        graph.clip(event.clip).pose(frame as usize, &mut pose);
+        pose.place(to_start);
+        forward_kinematics(graph.skeleton(), &pose, &mut joints);
+        let place = |sphere: &BodySphere| Sphere::new(sphere.centre(&joints), sphere.radius);
+        body.spheres.iter().map(place).collect()
+    };
+    (event.first..=event.last).map(spheres).collect()
 }
 
 /// A sphere at one moment, with a bound on its motion around that moment.
@@ -367,7 +341,7 @@ impl<'a> MovingBody<'a> {
             let values = ticks.clone().map(|tick| of[tick * spheres + sphere]);
             values.fold(0.0, f32::max)
         };
-        let sphere = |(index, sphere): (usize, &super::BodySphere)| {
+        let sphere = |(index, sphere): (usize, &BodySphere)| {
             let ends = [now, now + 1].map(|tick| self.track.centre(tick, index));
             Moment {
                 sphere: Sphere::new(ends[0].lerp(ends[1], share), sphere.radius),

@@ -1,0 +1,236 @@
+//! Writes the parts of a baked graph, reads and checks them, and computes what files do not store.
+
+use super::baked_graph::{BakedGraph, Derived};
+use crate::anim::{EventKind, Skeleton};
+use crate::graph::{EdgeId, MotionGraph, section};
+use crate::maps::entries::{EntryTable, EntryTracks};
+use crate::maps::grid::{GridCells, PathTable};
+use crate::maps::regions::{
+    BodyRows, BodyTrack, ClipCylinders, Evasion, EvasionTracks, RegionAtlas, RegionMaps,
+};
+use crate::math::Rigid2;
+use crate::math::parallel::both;
+
+impl BakedGraph {
+    /// Number of parts.
+    pub(crate) const SECTIONS: usize = MotionGraph::SECTIONS + 5;
+
+    /// Serializes the parts of the graph.
+    pub(crate) fn to_sections(&self) -> Result<[Vec<u8>; Self::SECTIONS], postcard::Error> {
+        let [rest, clips, edges, feet] = self.graph.to_sections()?;
+        let (evasions, attack_moves) = (&self.evasions, &self.attack_moves);
+        let small = (
+            &self.body,
+            &self.retimable,
+            evasions,
+            attack_moves,
+            self.grid_settings,
+        );
+        Ok([
+            rest,
+            clips,
+            edges,
+            feet,
+            section::to_bytes(&small)?,
+            section::to_bytes(&self.atlas)?,
+            section::to_bytes(&self.entries)?,
+            section::to_bytes(&self.paths)?,
+            section::to_bytes(&self.cylinders)?,
+        ])
+    }
+
+    /// Reads the parts of a graph. [`BakedGraph::restored`] checks them.
+    pub(crate) fn from_sections(
+        [
+            graph_rest,
+            clips,
+            edges,
+            feet,
+            rest,
+            atlas,
+            entries,
+            paths,
+            cylinders,
+        ]: [&[u8]; Self::SECTIONS],
+    ) -> Result<Self, String> {
+        // On some machines these are more threads than cores; the first to finish frees a core for the others.
+        let (graph, ((atlas, entries), (paths, cylinders))) = both(
+            || MotionGraph::from_sections([graph_rest, clips, edges, feet]),
+            || {
+                both(
+                    || {
+                        let atlas = section::from_bytes::<RegionAtlas>(atlas);
+                        (atlas, section::from_bytes::<EntryTable>(entries))
+                    },
+                    || {
+                        let paths = section::from_bytes::<PathTable>(paths);
+                        (paths, section::from_bytes::<ClipCylinders>(cylinders))
+                    },
+                )
+            },
+        );
+        let (body, retimable, evasions, attack_moves, grid_settings) = section::from_bytes(rest)?;
+        Ok(Self {
+            graph: graph?,
+            body,
+            atlas: atlas?,
+            retimable,
+            evasions,
+            attack_moves,
+            entries: entries?,
+            paths: paths?,
+            grid_settings,
+            cylinders: cylinders?,
+            derived: Derived::default(),
+        })
+    }
+
+    /// Checks all data and indices that were read from a file, and computes the tables that files
+    /// do not store.
+    ///
+    /// # Errors
+    /// A description of the first invalid item.
+    pub fn restored(self) -> Result<Self, String> {
+        self.restored_within(u64::MAX)
+    }
+
+    /// Like [`BakedGraph::restored`], but refuses graphs whose computed tables would need more than
+    /// `bytes` of memory.
+    ///
+    /// # Errors
+    /// A description of the first invalid item.
+    pub fn restored_within(mut self, bytes: u64) -> Result<Self, String> {
+        let _span = tracing::trace_span!("load: check and restore").entered();
+        self.graph.validate()?;
+        let edges = self.graph.edges().len();
+        let (mut evasions, mut attacks) = (self.evasions.windows(2), self.attack_moves.windows(2));
+        let sorted = evasions.all(|pair| pair[0].edge < pair[1].edge)
+            && attacks.all(|pair| pair[0].edge < pair[1].edge);
+        let attacks_fit = self
+            .attack_moves
+            .iter()
+            .all(|attack| self.event_fits(attack.edge, EventKind::Attack, attack.placement));
+        let checks = [
+            (
+                self.retimable.len() == edges,
+                "the table of rates is not one entry an edge",
+            ),
+            (
+                sorted && self.evasions.iter().all(|e| self.evasion_fits(e)),
+                "an evasion names an edge that is none, or maps that are not there",
+            ),
+            (
+                attacks_fit && self.atlas.attacks().len() == self.attack_moves.len(),
+                "an attack names an edge that is none, or has no maps",
+            ),
+            (
+                self.body.is_sound(self.graph.skeleton()),
+                "a body sphere is not sound",
+            ),
+        ];
+        if let Some((_, what)) = checks.into_iter().find(|(ok, _)| !ok) {
+            return Err(what.to_owned());
+        }
+        self.atlas.check().map_err(str::to_owned)?;
+        self.entries.check(&self.graph, &self.evasions)?;
+        if self.evasions.len() > GridCells::MOST_EVASIONS {
+            return Err("it has too many evasions".to_owned());
+        }
+        let needed = self.derived_bytes();
+        if needed > bytes {
+            return Err(format!(
+                "it would need {needed} bytes of memory, and {bytes} are the most for its size"
+            ));
+        }
+        self.derived.reach = self.body.reach(self.graph.skeleton(), self.graph.clips());
+        if !self.cylinders.fits(self.graph.clips(), self.derived.reach) {
+            return Err("the bounding cylinders are not those of the clips' frames".to_owned());
+        }
+        self.derived.placements = self.graph.placements();
+        let paths = std::mem::take(&mut self.paths);
+        let (paths, tables) = {
+            let _span = tracing::trace_span!("load: restore paths").entered();
+            let start = |evasion: &Evasion| self.graph.edge(evasion.edge).from;
+            let starts: Vec<_> = self.evasions.iter().map(start).collect();
+            let count = paths.count();
+            let placements = &self.derived.placements;
+            both(
+                || paths.restored(&self.graph, &self.retimable, placements, &starts),
+                || self.tables(count),
+            )
+        };
+        self.paths = paths?;
+        Ok(self.with_tables(tables))
+    }
+
+    fn evasion_fits(&self, evasion: &Evasion) -> bool {
+        self.event_fits(evasion.edge, EventKind::Evasion, evasion.placement)
+            && evasion.region.index() < self.atlas.regions().len()
+    }
+
+    fn event_fits(&self, edge: EdgeId, kind: EventKind, placement: Rigid2) -> bool {
+        let event = self
+            .graph
+            .edges()
+            .get(edge.index())
+            .and_then(|edge| edge.event);
+        event.is_some_and(|event| self.graph.event(event).kind == kind)
+            && placement.is_sound(4.0 * Skeleton::FURTHEST)
+    }
+
+    /// Estimated memory of the tables that files do not store, in bytes. It is computed from
+    /// untrusted data before any allocation.
+    pub(super) fn derived_bytes(&self) -> u64 {
+        let of = |count: usize, bytes: usize| count as u64 * bytes as u64;
+        let tracks = self.evasions.iter().map(|evasion| {
+            let seconds = EvasionTracks::seconds(&self.graph, evasion);
+            let ticks = (seconds * BodyTrack::RATE) as usize + 2;
+            of(ticks, BodyTrack::tick_bytes(&self.body))
+        });
+        let slices = self.atlas.regions().len() * self.atlas.grid().slices as usize;
+        let spheres = self.body.spheres.len() + self.body.props.len();
+        tracks.sum::<u64>()
+            + EntryTracks::bytes(&self.graph, &self.body, &self.evasions, &self.entries)
+            + of(
+                slices + self.graph.nodes().len() + self.graph.edges().len(),
+                64,
+            )
+            + of(spheres, 128)
+    }
+
+    /// Computes the tables that depend only on the number of paths.
+    pub(super) fn tables(&self, paths: usize) -> (BodyRows, GridCells, EntryTracks) {
+        let _span = tracing::trace_span!("bake: derive tables").entered();
+        // Computed here, so that the first query need not compute them.
+        let _ = self.atlas.coarse();
+        let (evasions, reach) = (self.evasions.len(), self.derived.reach);
+        (
+            BodyRows::new(&self.body),
+            GridCells::new(self.grid_settings, reach, evasions, paths),
+            EntryTracks::new(&self.graph, evasions, &self.entries),
+        )
+    }
+
+    /// Sets the tables, and allocates the slots of data that is computed on first use.
+    pub(super) fn with_tables(mut self, tables: (BodyRows, GridCells, EntryTracks)) -> Self {
+        let derived = &mut self.derived;
+        (derived.body_rows, derived.grid, derived.entry_tracks) = tables;
+        derived.tracks = EvasionTracks::new(self.evasions.len());
+        self.derive_from_maps();
+        if self.evasions.len() <= Self::PREPARED_EVASIONS {
+            self.prepare();
+        }
+        self
+    }
+
+    /// Maximum number of evasions whose tables are computed when a graph is baked or loaded.
+    const PREPARED_EVASIONS: usize = 32;
+
+    /// Computes the tables that depend on the maps.
+    pub(super) fn derive_from_maps(&mut self) {
+        let _ = self.atlas.coarse();
+        let texels =
+            |maps: &RegionMaps| maps.slabs.iter().map(|maps| maps.evasion.count()).collect();
+        self.derived.evasion_texels = self.atlas.regions().iter().map(texels).collect();
+    }
+}
