@@ -1,16 +1,16 @@
 //! **sabaki**: avoidance on motion graphs and level of detail of motion, for people who write their own Vulkan renderer.
 //!
-//! From motion capture it builds a motion graph. When an attack comes, it finds the path through the graph, and the playback
-//! rates, that avoid the attack. Candidates are culled on the device with height-slab maps, the stencil buffer and occlusion
-//! queries, or with the same maps by a compute shader or on the CPU.
+//! From motion capture sabaki builds a motion graph. When an attack comes, it finds a path through the graph and a playback speed with which
+//! the attack narrowly misses. Candidates are culled by maps of the ground at several heights: on the host's device with the stencil buffer and
+//! occlusion queries or with a compute shader, or on the CPU.
 //!
 //! # Architecture
 //! ```text
-//! clips + events ─▶ graph ─▶ maps, paths, grid ─▶ one immutable BakedGraph (a file, or memory)
-//!                                                    │
-//! place of the character + attack ─▶ candidates ─▶ retime ─▶ cull ─▶ evaluate ─▶ select ─▶ play
-//!                                                             ▲
-//!                             cpu │ stencil │ compute: same maps in, same counts out
+//! clips + events ─▶ graph ─▶ maps, grids, entries ─▶ one immutable BakedGraph (a file, or memory)
+//!                                                       │
+//! goals + threats + obstacles ─▶ Characters ─▶ request ─▶ gather ─▶ retime ─▶ cull ─▶ evaluate ─▶ warp ─▶ select ─▶ play
+//!                                                                               ▲
+//!                                             cpu │ stencil (the paper's) │ compute: same maps in, same counts out
 //! ```
 //!
 //! | module | content |
@@ -30,7 +30,7 @@
 //! | `internal` | hidden: types that the packages of this workspace share and that a host does not need; not covered by semantic versioning |
 //!
 //! A module uses those below it in this table, never one above it. [`crowd`], [`lod`], [`anim`] and [`math`] are modules of the
-//! package `sabaki-motion`, which a renderer that only wants crowds can use alone. The package `sabaki-import` reads motion files,
+//! package `sabaki-motion`, which a renderer that wants crowds alone can depend on. The package `sabaki-import` reads motion files,
 //! `sabaki-draw` draws pictures, and `sabaki-app` is the command.
 //!
 //! - Architecture invariant: [`query`] does not know that a GPU exists. It hands out plain data (maps and candidates) and takes
@@ -41,8 +41,9 @@
 //! - Architecture invariant: nothing here reads JSON or motion files, parses arguments, or opens a window.
 //!
 //! # Where to begin
-//! [`guide::from_clips`] leads from clips to a character that dodges; [`guide::game_loop`] puts it into a game; [`guide::paper`] maps the papers to the code;
-//! [`guide::culling`] compares the culling paths; [`guide::limits`] lists the limits on input.
+//! [`guide::from_clips`] leads from clips to a character that dodges. [`guide::game_loop`] puts it into a game. [`guide::culling`] compares the
+//! culling paths, [`guide::paper`] maps the papers to the code, and [`guide::limits`] lists the limits on input. The folder `examples` has one
+//! program for each concept.
 //!
 //! # Units
 //! Metres, seconds, radians; right-handed, +Y up, the ground is y = 0; unit quaternions, xyzw.

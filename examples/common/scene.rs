@@ -5,22 +5,38 @@ use std::{error::Error, fs, io::BufWriter};
 
 use glam::{Quat, Vec3};
 use sabaki::anim::{Pose, forward_kinematics};
-use sabaki::maps::BakedGraph;
-use sabaki::query::{Answer, Attack};
-use sabaki_fixtures::throw::{Throw, ThrowSettings, throw};
+use sabaki::graph::{EdgeId, Playhead};
+use sabaki::maps::{BakedGraph, SphereKey};
+use sabaki::math::Rigid2;
+use sabaki::query::{Answer, Attack, Request};
 
 /// A sphere in camera space: x, y, radius, lowness; red, green, blue, and padding.
 pub type Instance = [f32; 8];
 
 pub const MOST_INSTANCES: usize = 256;
 
-/// A ball from two metres away.
-pub fn thrown(baked: &BakedGraph) -> Result<Throw, Box<dyn Error>> {
-    let near = ThrowSettings {
-        distance: (2.0, 2.0),
-        ..ThrowSettings::default()
-    };
-    Ok(throw(baked, &near, 12, 3)?)
+/// A character, and a ball that flies at its head.
+pub struct Throw {
+    pub playhead: Playhead,
+    pub attack: Attack,
+}
+
+impl Throw {
+    pub fn new(baked: &BakedGraph) -> Result<Self, Box<dyn Error>> {
+        let key = |t, z| SphereKey {
+            t,
+            center: Vec3::new(0.0, 1.5, z),
+            radius: 0.1,
+        };
+        Ok(Self {
+            playhead: Playhead::at(baked.graph(), EdgeId(0), 0.0, Rigid2::IDENTITY),
+            attack: Attack::new(vec![vec![key(0.9, 3.0), key(1.4, -1.0)]])?,
+        })
+    }
+
+    pub fn request(&self) -> Request<'_> {
+        Request::new(self.playhead, &self.attack)
+    }
 }
 
 /// What is drawn before the ball flies.

@@ -1,15 +1,194 @@
-//! Promise: query after query in flight over three slots, results stay those of the CPU and memory stays flat.
-//!
-//! `cargo run --release --example soak -- 100000` does the same for longer.
+//! Promise: query after query in flight over three slots, never waiting for one before the next is recorded, results stay those of the CPU
+//! and memory stays flat.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
-use sabaki_fixtures as common;
-#[path = "../../examples/soak.rs"]
-#[allow(dead_code, reason = "the example has a main")]
-mod soak;
+use sabaki::gpu::ash::vk;
+use sabaki::gpu::{Context, Culler, CullerDesc, Ticket};
+use sabaki::internal::{AttackDrawing, CullCandidate};
+use sabaki::maps::BakedGraph;
+use sabaki::query::cull::{CullInput, CullPath, Overlap, cpu};
+use sabaki::query::{Query, QueryContext, QuerySettings};
+use sabaki_fixtures::baked::embedded;
+use sabaki_fixtures::headless::{Headless, HeadlessDesc};
+use sabaki_fixtures::throw::{ThrowSettings, throw};
 
-use common::{baked::embedded, desc, memory::alone};
-use sabaki_fixtures::headless::HeadlessDesc;
+use sabaki_fixtures::desc;
+use sabaki_fixtures::memory::alone;
+
+const SLOTS: usize = 3;
+
+/// What a long time has come to.
+#[derive(Clone, Copy, Debug)]
+struct Soaked {
+    /// Each of them answered, and held against the CPU.
+    queries: u64,
+    /// Of these, how many the host found unanswered when it first looked.
+    polled_again: u64,
+    /// Bytes of this process after a tenth of the queries, and at the end. 0 where the system does not say.
+    resident: [u64; 2],
+    /// Blocks of device memory, at the same moments.
+    blocks: [usize; 2],
+}
+
+/// A query's maps, and what the CPU counts of them.
+struct Case {
+    attack: AttackDrawing,
+    candidates: Vec<CullCandidate>,
+    expected: Vec<Overlap>,
+}
+
+fn cases(baked: &BakedGraph) -> Vec<Case> {
+    let (settings, mut context) = (QuerySettings::default(), QueryContext::default());
+    let query = Query::new(baked, &settings);
+    let case = |index| {
+        let throw = throw(baked, &ThrowSettings::default(), 5, index).unwrap();
+        let session = query.start(throw.request(), &mut context);
+        let input = session.cull_input();
+        let mut expected = Vec::new();
+        cpu::count(&input, &mut expected);
+        // Few candidates: what is tried here is the number of culls.
+        expected.truncate(12);
+        Case {
+            attack: input.attack.clone(),
+            candidates: input.candidates[..expected.len()].to_vec(),
+            expected,
+        }
+    };
+    (0..40).map(case).collect()
+}
+
+/// What one of the host's frames needs.
+struct Frame {
+    cmd: vk::CommandBuffer,
+    pool: vk::CommandPool,
+    fence: vk::Fence,
+    waiting: Option<(usize, Ticket, Ticket)>,
+}
+
+impl Frame {
+    /// # Safety
+    /// The context's device is valid.
+    unsafe fn new(context: &Context) -> Self {
+        let device = context.device();
+        // SAFETY: the caller vouches for the device.
+        unsafe {
+            let info =
+                vk::CommandPoolCreateInfo::default().queue_family_index(context.queue_family());
+            let pool = device.create_command_pool(&info, None).unwrap();
+            let info = vk::CommandBufferAllocateInfo::default()
+                .command_pool(pool)
+                .command_buffer_count(1);
+            Self {
+                cmd: device.allocate_command_buffers(&info).unwrap()[0],
+                pool,
+                fence: device
+                    .create_fence(&vk::FenceCreateInfo::default(), None)
+                    .unwrap(),
+                waiting: None,
+            }
+        }
+    }
+}
+
+/// Asks `queries` times, half by the stencil path and half by the compute path.
+fn soak(baked: &BakedGraph, queries: u64, desc: &HeadlessDesc) -> Soaked {
+    let mut device = Headless::new(desc).unwrap();
+    let cases = cases(baked);
+    let [mut stencil, mut compute] = [CullPath::Stencil, CullPath::Compute].map(|path| {
+        let desc = CullerDesc {
+            frames_in_flight: SLOTS as u32,
+            ..CullerDesc::new(path, baked.atlas())
+        };
+        let made = device.make(|context, memory| Culler::new(context, memory, &desc));
+        made.unwrap()
+    });
+    let context = device.context().unwrap().clone();
+    // SAFETY: the device lives until the end; its only queue is used here alone.
+    let (queue, mut frames) = unsafe {
+        let queue = context.device().get_device_queue(context.queue_family(), 0);
+        (queue, [(); SLOTS].map(|()| Frame::new(&context)))
+    };
+    let mut soaked = Soaked {
+        queries: 0,
+        polled_again: 0,
+        resident: [0; 2],
+        blocks: [0; 2],
+    };
+    let (mut overlaps, rounds) = (Vec::new(), queries / 2);
+    for round in 0..rounds + SLOTS as u64 {
+        let slot = (round % SLOTS as u64) as usize;
+        let frame = &mut frames[slot];
+        // SAFETY: everything is of this device, and the frame's last commands have finished before they are reset.
+        unsafe {
+            let gpu = context.device();
+            if let Some((case, by_stencil, by_compute)) = frame.waiting.take() {
+                if !stencil.poll(by_stencil, &mut overlaps).unwrap() {
+                    soaked.polled_again += 1;
+                    gpu.wait_for_fences(&[frame.fence], true, u64::MAX).unwrap();
+                    assert!(stencil.poll(by_stencil, &mut overlaps).unwrap());
+                }
+                assert_eq!(overlaps, cases[case].expected, "stencil, round {round}");
+                gpu.wait_for_fences(&[frame.fence], true, u64::MAX).unwrap();
+                assert!(compute.poll(by_compute, &mut overlaps).unwrap());
+                assert_eq!(overlaps, cases[case].expected, "compute, round {round}");
+                gpu.reset_fences(&[frame.fence]).unwrap();
+                soaked.queries += 2;
+            }
+            if round >= rounds {
+                continue;
+            }
+            if round == rounds / 10 {
+                soaked.resident[0] = resident();
+                soaked.blocks[0] = device.memory().unwrap().live_blocks();
+            }
+            let case = (round * 7 % cases.len() as u64) as usize;
+            let input = CullInput {
+                atlas: baked.atlas(),
+                attack: &cases[case].attack,
+                candidates: &cases[case].candidates,
+            };
+            gpu.reset_command_pool(frame.pool, vk::CommandPoolResetFlags::empty())
+                .unwrap();
+            let once = vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT;
+            gpu.begin_command_buffer(
+                frame.cmd,
+                &vk::CommandBufferBeginInfo::default().flags(once),
+            )
+            .unwrap();
+            let by_stencil = stencil.record(frame.cmd, slot as u32, &input).unwrap();
+            let by_compute = compute.record(frame.cmd, slot as u32, &input).unwrap();
+            gpu.end_command_buffer(frame.cmd).unwrap();
+            let commands = [vk::CommandBufferSubmitInfo::default().command_buffer(frame.cmd)];
+            let submit = [vk::SubmitInfo2::default().command_buffer_infos(&commands)];
+            gpu.queue_submit2(queue, &submit, frame.fence).unwrap();
+            frame.waiting = Some((case, by_stencil, by_compute));
+        }
+    }
+    soaked.resident[1] = resident();
+    soaked.blocks[1] = device.memory().unwrap().live_blocks();
+    for frame in frames {
+        // SAFETY: the device has finished: every frame's results have been read.
+        unsafe {
+            context.device().destroy_fence(frame.fence, None);
+            context.device().destroy_command_pool(frame.pool, None);
+        }
+    }
+    stencil.destroy(device.memory().unwrap());
+    compute.destroy(device.memory().unwrap());
+    let messages = device.destroy();
+    assert!(messages.is_empty(), "{messages:#?}");
+    soaked
+}
+
+/// Bytes of this process that are in memory, as Linux says.
+fn resident() -> u64 {
+    let pages = std::fs::read_to_string("/proc/self/statm").unwrap_or_default();
+    let pages = pages
+        .split_whitespace()
+        .nth(1)
+        .and_then(|pages| pages.parse().ok());
+    pages.unwrap_or(0) * 4096
+}
 
 /// The pages of a process are those of all tests that run in it.
 #[test]
@@ -22,7 +201,7 @@ fn soak_alone() {
         validation: false,
         ..desc()
     };
-    let soaked = soak::soak(embedded(), 1_500, &silent);
+    let soaked = soak(embedded(), 1_500, &silent);
     println!("{soaked:?}");
     assert_eq!(soaked.queries, 1_500);
     let [early, late] = soaked.blocks;
@@ -34,6 +213,6 @@ fn soak_alone() {
 
 #[test]
 fn validation_is_silent_all_along() {
-    let soaked = soak::soak(embedded(), 200, &desc());
+    let soaked = soak(embedded(), 200, &desc());
     assert_eq!(soaked.queries, 200);
 }

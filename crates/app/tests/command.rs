@@ -68,7 +68,9 @@ fn without_a_subcommand_it_shows_what_it_does() {
     let facts: Value = serde_json::from_str(&text_of(&out.join("dodge.json"))).unwrap();
     assert_eq!(facts["avoided"], true);
     assert_is_png(&out.join("maps.png"));
-    assert_eq!(fs::read_dir(&out).unwrap().count(), 3, "nothing else");
+    let inspected = sabaki(folder.path(), &["inspect", "out/fighter.sabaki", "--json"]).json(0);
+    assert_eq!(inspected["kind"], "baked");
+    assert_eq!(fs::read_dir(&out).unwrap().count(), 4, "nothing else");
 }
 
 #[test]

@@ -163,7 +163,12 @@ pub fn document(exported: ExportedAnswer<'_>) -> Value {
         "frames_per_second": SAMPLE_RATE,
         "attack": { "spheres": request.attack.spheres() },
         "body": { "spheres": body.collect::<Vec<_>>() },
-        "query": request.stored(),
+        "query": {
+            "graph": request.graph,
+            "playhead": request.playhead,
+            "settings": request.settings,
+            "judging": request.evaluation,
+        },
         "answer": Chosen::of(baked, answer),
         "source": answer.source,
         "chosen": answer.chosen,

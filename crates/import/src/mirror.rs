@@ -166,13 +166,8 @@ impl Mirror {
     }
 
     fn clip(&self, skeleton: &Skeleton, clip: &Clip) -> ClipDesc {
-        let ClipDesc {
-            name,
-            frame_rate,
-            roots,
-            rotations,
-            translations,
-        } = &clip.desc();
+        let desc = clip.desc();
+        let (roots, rotations, translations) = (&desc.roots, &desc.rotations, &desc.translations);
         let joints = self.twins.len();
         let twin = |index: usize| {
             let (frame, joint) = (index / joints, index % joints);
@@ -182,10 +177,10 @@ impl Mirror {
             let parent = skeleton.joints()[joint].parent;
             parent.map_or(Quat::IDENTITY, |parent| self.rest[parent.index()].inverse())
         };
-        let ending = if name.contains(':') { " " } else { ":" };
+        let ending = if desc.name.contains(':') { " " } else { ":" };
         ClipDesc {
-            name: format!("{name}{ending}mirrored"),
-            frame_rate: *frame_rate,
+            name: format!("{}{ending}mirrored", desc.name),
+            frame_rate: desc.frame_rate,
             roots: roots.iter().map(|root| reflected(*root)).collect(),
             rotations: (0..rotations.len())
                 .map(|index| {

@@ -6,7 +6,7 @@ use std::str::FromStr;
 
 use glam::{Quat, Vec3};
 use sabaki::anim::{
-    Clip, ClipDesc, ClipError, Facing, Joint, JointId, Limbs, Pose, Skeleton, forward_kinematics,
+    Clip, ClipError, Facing, Joint, JointId, Limbs, Pose, Skeleton, forward_kinematics,
 };
 use thiserror::Error;
 
@@ -166,13 +166,6 @@ pub fn read_mesh(path: &Path) -> Result<SkinnedMesh, ReadError> {
     SkinnedMesh::parse(&read_bytes(path)?, beside(path)).map_err(ReadError::in_file(path))
 }
 
-fn given(metres_per_unit: f64) -> Scale {
-    Scale {
-        metres_per_unit,
-        found: ScaleSource::Given,
-    }
-}
-
 /// Path of an AMC file's skeleton: the ASF file of the same name, of the part of the name before
 /// the first `_` (`02_01.amc` has `02.asf`), or the only ASF file of the folder.
 fn skeleton_of(path: &Path) -> Result<PathBuf, ReadError> {
@@ -238,7 +231,10 @@ impl MotionFile {
 
     pub(super) fn scale(&self, options: &ReadOptions) -> Scale {
         match (self, options.scale) {
-            (_, Some(scale)) => given(scale),
+            (_, Some(metres_per_unit)) => Scale {
+                metres_per_unit,
+                found: ScaleSource::Given,
+            },
             (Self::Bvh(file), None) => Scale::of(file),
             (Self::Gltf(_), None) => Scale {
                 metres_per_unit: LengthUnit::Metre.metres(),
@@ -398,24 +394,13 @@ impl Up {
             .iter_mut()
             .for_each(|joint| joint.offset = turn * joint.offset);
         let skeleton = Skeleton::new(joints)?;
-        let ClipDesc {
-            name,
-            frame_rate,
-            roots,
-            rotations,
-            translations,
-        } = &clip.desc();
-        let places = |places: &[Vec3]| places.iter().map(|&place| turn * place).collect();
-        let rotations = rotations
-            .iter()
-            .map(|&q| (turn * q * turn.conjugate()).normalize());
-        let desc = ClipDesc {
-            name: name.clone(),
-            frame_rate: *frame_rate,
-            roots: places(roots),
-            rotations: rotations.collect(),
-            translations: places(translations),
-        };
+        let mut desc = clip.desc();
+        for place in desc.roots.iter_mut().chain(&mut desc.translations) {
+            *place = turn * *place;
+        }
+        for rotation in &mut desc.rotations {
+            *rotation = (turn * *rotation * turn.conjugate()).normalize();
+        }
         let clip = Clip::new(&skeleton, desc)?;
         Ok((skeleton, clip))
     }

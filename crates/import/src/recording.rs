@@ -62,13 +62,13 @@ pub struct RecordedRequest {
 }
 
 /// A [`RecordedRequest`] as it is stored in a file. The attack is stored separately.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-pub(super) struct StoredRequest {
-    pub graph: u32,
-    pub playhead: Playhead,
-    pub settings: QuerySettings,
+#[derive(Deserialize)]
+struct StoredRequest {
+    graph: u32,
+    playhead: Playhead,
+    settings: QuerySettings,
     #[serde(rename = "judging")]
-    pub evaluation: Evaluation,
+    evaluation: Evaluation,
 }
 
 /// The identifying data of an answer, which are compared bit by bit.
@@ -133,17 +133,6 @@ impl Chosen {
     pub fn is_same(&self, other: &Self) -> bool {
         let bits = |one: &Self| (one.p.to_bits(), one.clearance.to_bits());
         self == other && bits(self) == bits(other)
-    }
-}
-
-impl RecordedRequest {
-    pub(super) fn stored(&self) -> StoredRequest {
-        StoredRequest {
-            graph: self.graph,
-            playhead: self.playhead,
-            settings: self.settings,
-            evaluation: self.evaluation,
-        }
     }
 }
 

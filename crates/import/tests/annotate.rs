@@ -3,9 +3,7 @@
 use sabaki::anim::{Clip, ClipDesc, EventKind, Joint, Skeleton};
 use sabaki_fixtures::captures::captures;
 use sabaki_fixtures::demo;
-use sabaki_import::annotate::{
-    Agreement, AnnotateSettings, SpeedCurves, agreement, overlap, propose,
-};
+use sabaki_import::annotate::{Agreement, AnnotateSettings, agreement, overlap, propose};
 use sabaki_import::{ClipSet, EventEntry, EventsFile};
 
 const KINDS: [EventKind; 2] = [EventKind::Attack, EventKind::Evasion];
@@ -168,25 +166,6 @@ fn neither_size_nor_frame_rate_matter() {
             let other = propose(&motions.skeleton, &clip.resampled(rate).unwrap(), &settings);
             assert!(same(&own, &other), "{rate}: {own:?} {other:?}");
         }
-    }
-}
-
-#[test]
-fn curves_of_a_fast_clip_have_a_value_for_each_frame() {
-    let (motions, _) = embedded();
-    let clip = with_event(&motions, EventKind::Attack);
-    let curves = |rate: f64| {
-        let clip = clip.resampled(rate).unwrap();
-        let curves = SpeedCurves::of(&motions.skeleton, &clip);
-        assert_eq!(curves.limbs.len(), clip.frames());
-        assert_eq!(curves.trunk.len(), clip.frames());
-        curves
-    };
-    let (slow, fast) = (curves(240.0), curves(2400.0));
-    for (frame, (limbs, trunk)) in slow.limbs.iter().zip(&slow.trunk).enumerate() {
-        let (other_limbs, other_trunk) = (fast.limbs[10 * frame], fast.trunk[10 * frame]);
-        assert!((limbs - other_limbs).abs() < 0.01, "{limbs} {other_limbs}");
-        assert!((trunk - other_trunk).abs() < 0.01, "{trunk} {other_trunk}");
     }
 }
 

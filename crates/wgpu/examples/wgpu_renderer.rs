@@ -1,7 +1,19 @@
-//! A renderer in wgpu, and sabaki as its guest: one frame draws the character and the ball that is thrown at it, and culls the ways
-//! to dodge in the same submission. A later frame draws the dodge. `cargo run --example wgpu_renderer`
-#![allow(clippy::unwrap_used, clippy::expect_used)]
+//! # Concept
+//! sabaki is a guest of a renderer in wgpu: one frame draws a character and the ball that is thrown at it, and culls the ways to dodge in
+//! the same submission. A later frame draws the dodge.
+//!
+//! # Usage
+//! `cargo run --release --package sabaki-wgpu --example wgpu_renderer -- out/fighter.sabaki`
+//!
+//! `cargo run --release` writes that file. The example writes `out/wgpu_0.png` and `out/wgpu_1.png`.
+//!
+//! # How it works
+//! 1. `Host::open` creates the device with what both culling paths use; `Host::new` takes one that is already there.
+//! 2. `Culler::record` gives a command buffer, which the renderer submits between its own.
+//! 3. In a later frame `Culler::poll` returns the counts, or nothing; then the CPU counts the same.
 
+#[path = "../../../examples/common/baked.rs"]
+mod common;
 #[path = "../../../examples/common/scene.rs"]
 mod scene;
 
@@ -10,7 +22,6 @@ use std::error::Error;
 use pollster::block_on;
 use sabaki::gpu::{BatchEntry, CullerDesc};
 use sabaki::query::{Answer, CullPath, Query, QueryContext, QuerySettings, Step, cull::cpu};
-use sabaki_fixtures::baked::embedded;
 use sabaki_wgpu::Host;
 use scene::{Instance, MOST_INSTANCES};
 
@@ -27,12 +38,11 @@ fn main() -> Result<(), Box<dyn Error>> {
     // The renderer's device, with what sabaki uses switched on.
     let (host, queue) = Host::open(&adapter, &wgpu::DeviceDescriptor::default())?;
     let renderer = Renderer::new(host.device().clone(), queue);
-    // A renderer reads the file that `sabaki bake` has written.
-    let baked = embedded();
+    let baked = &common::baked()?;
     let mut culler = host.culler(&CullerDesc::new(CullPath::Compute, baked.atlas()))?;
 
     // Frame 0: a ball comes. The ways to dodge it are culled while the frame is drawn.
-    let throw = scene::thrown(baked)?;
+    let throw = scene::Throw::new(baked)?;
     let settings = QuerySettings::default();
     let (mut context, mut answer) = (QueryContext::default(), Answer::default());
     let query = Query::new(baked, &settings);

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use sabaki::archive;
 use sabaki::maps::BakedGraph;
 use sabaki::query::{CullPath, Enumerate, QuerySettings};
 use sabaki_fixtures::throw::Throw;
@@ -57,7 +58,7 @@ pub(crate) fn run(device: &DeviceArgs, as_json: bool) -> Result<Done, Failure> {
          by: the evasion and its times in the clip. rate p: playback rate of the path to it.\n\
          clearance: distance between ball and body; negative: depth of the hit.\n\n\
          All attacks, by culling path (exact: no culling; every path ends with the exact test):\n\
-         {all}\nAttack {shown}, a narrow dodge, is in {files}\n",
+         {all}\nThe graph, and attack {shown}, a narrow dodge: {files}\n",
         graph_line = source::headline(graph),
         culling = culling.describe(passes.iter().map(|pass| pass.method.cull)),
         each = summary::attack_table(graph, &passes[0].runs[..LISTED]),
@@ -110,7 +111,7 @@ fn narrow_dodge(baked: &BakedGraph, runs: &[Run]) -> usize {
         .map_or(0, |(index, _)| index)
 }
 
-/// Writes the answer to an attack as BVH and JSON, and its maps as a picture. Returns the file names.
+/// Writes the graph, the answer to an attack as BVH and JSON, and its maps as a picture. Returns the file names.
 fn write_files(
     baked: &BakedGraph,
     export: &Export<'_>,
@@ -128,6 +129,9 @@ fn write_files(
     let mut files = export
         .write_as("dodge", throw, &settings, method, answer)?
         .to_vec();
+    let graph = Path::new(FOLDER).join("fighter.sabaki");
+    archive::write(&graph, baked)?;
+    files.push(graph);
     if let Some(sheet) = sheet::draw_answer(baked, throw, answer) {
         let path = Path::new(FOLDER).join("maps.png");
         sheet.write(&path).map_err(|source| Failure::Write {

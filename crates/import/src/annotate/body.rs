@@ -98,11 +98,11 @@ impl Body {
         self.hands.iter().chain(&self.feet)
     }
 
-    /// Speed of the fastest of some limbs relative to the root, in statures per second; 0 without limbs.
-    pub(super) fn limb_speeds<'a>(&self, limbs: impl Iterator<Item = &'a Limb>) -> Vec<f32> {
+    /// Speed of the fastest hand relative to the root, in statures per second; 0 without hands.
+    pub(super) fn hand_speeds(&self) -> Vec<f32> {
         let mut fastest = vec![0.0f32; self.root.len()];
-        for limb in limbs {
-            let own = speeds(&between(&limb.places, &self.root), self.rate);
+        for hand in &self.hands {
+            let own = speeds(&between(&hand.places, &self.root), self.rate);
             for (fastest, own) in fastest.iter_mut().zip(own) {
                 *fastest = fastest.max(own);
             }
@@ -164,21 +164,6 @@ pub(super) fn speeds(places: &[Vec3], rate: f64) -> Vec<f32> {
         places[from].distance(places[to]) * rate as f32 / (to - from) as f32
     };
     (0..places.len()).map(at).collect()
-}
-
-/// A curve of a frame rate in the frames of a clip, linear between its values.
-pub(super) fn in_frames(curve: &[f32], rate: f64, clip: &Clip) -> Vec<f32> {
-    if rate == clip.frame_rate() {
-        return curve.to_vec();
-    }
-    let last = curve.len().saturating_sub(1);
-    let at = |frame: usize| {
-        let place = frame as f64 * rate / clip.frame_rate();
-        let lower = (place as usize).min(last);
-        let (from, to) = (curve[lower], curve[(lower + 1).min(last)]);
-        from + (to - from) * (place - lower as f64).min(1.0) as f32
-    };
-    (0..clip.frames()).map(at).collect()
 }
 
 /// Differences of two lists of places.

@@ -41,14 +41,14 @@ impl Evasion {
 }
 
 /// Curves of the trunk.
-pub(super) struct Trunk {
+struct Trunk {
     root: Vec<Vec3>,
     head: Vec<Vec3>,
     /// Vector from the root to the head, in statures.
     lean: Vec<Vec3>,
     head_speeds: Vec<f32>,
     /// Speed of head or root, whichever is faster.
-    pub(super) speeds: Vec<f32>,
+    speeds: Vec<f32>,
     /// Speed of the fastest hand relative to the root.
     hand_speeds: Vec<f32>,
     /// Vector from the root to the middle of the hands, in statures, if there are hands.
@@ -56,7 +56,7 @@ pub(super) struct Trunk {
 }
 
 impl Trunk {
-    pub(super) fn of(body: &Body) -> Self {
+    fn of(body: &Body) -> Self {
         let root = smoothed(&body.root, SMOOTHING, body.rate);
         let head = smoothed(&body.head, SMOOTHING, body.rate);
         let head_speeds = speeds(&head, body.rate);
@@ -73,7 +73,7 @@ impl Trunk {
                 .zip(root_speeds)
                 .map(|(a, b)| a.max(b))
                 .collect(),
-            hand_speeds: body.limb_speeds(body.hands.iter()),
+            hand_speeds: body.hand_speeds(),
             guard: (!body.hands.is_empty()).then(|| (0..root.len()).map(middle).collect()),
             root,
             head,

@@ -47,30 +47,6 @@ pub fn propose(skeleton: &Skeleton, clip: &Clip, settings: &AnnotateSettings) ->
     events
 }
 
-/// The curves that events are found by, for pictures. Speeds in statures per second, one for each frame.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct SpeedCurves {
-    /// Speed of the fastest hand or foot, relative to the root.
-    pub limbs: Vec<f32>,
-    /// Speed of the head or of the root, whichever is faster.
-    pub trunk: Vec<f32>,
-}
-
-impl SpeedCurves {
-    /// The curves of a clip; empty for a clip of fewer than three frames or a figure without height.
-    #[must_use]
-    pub fn of(skeleton: &Skeleton, clip: &Clip) -> Self {
-        let Some(body) = Body::of(skeleton, clip) else {
-            return Self::default();
-        };
-        let in_frames = |curve: Vec<f32>| body::in_frames(&curve, body.rate, clip);
-        Self {
-            limbs: in_frames(body.limb_speeds(body.limbs())),
-            trunk: in_frames(evasions::Trunk::of(&body).speeds),
-        }
-    }
-}
-
 /// 0.5 for a score of 1, the least that is proposed; near 1 for many times that.
 fn confidence(score: f32) -> f64 {
     rounded(1.0 - 0.5 / f64::from(score.max(1.0)), 1e2)

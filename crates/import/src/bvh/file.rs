@@ -177,12 +177,6 @@ impl BvhFile {
         self.values.len() / self.channels
     }
 
-    /// Number of frames that the header declares, at most [`Self::frames`].
-    #[must_use]
-    pub fn declared_frames(&self) -> u64 {
-        self.declared_frames
-    }
-
     /// Time between frames, in seconds.
     #[must_use]
     pub fn frame_time(&self) -> f64 {

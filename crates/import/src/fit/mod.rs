@@ -239,7 +239,9 @@ pub fn fit_body(
     mesh: &Mesh,
     settings: &FitSettings,
 ) -> Result<(Body, FitReport), FitError> {
-    check(settings)?;
+    if !settings.is_sound() {
+        return Err(FitError::Settings(*settings));
+    }
     let vertices = bind::bind(pose, mesh, settings.furthest)?;
     let surface = Surface::new(mesh, &vertices, 0.5 * settings.cover);
     let mut body = Body::default();
@@ -280,7 +282,9 @@ pub fn fit_prop(
     mesh: &Mesh,
     settings: &FitSettings,
 ) -> Result<(Prop, JointFit), FitError> {
-    check(settings)?;
+    if !settings.is_sound() {
+        return Err(FitError::Settings(*settings));
+    }
     for &vertex in mesh.triangles().iter().flatten() {
         let metres = mesh.positions()[vertex as usize].length();
         if metres > settings.furthest {
@@ -309,12 +313,4 @@ pub fn fit_prop(
         is_body: false,
     };
     Ok((prop, fit))
-}
-
-fn check(settings: &FitSettings) -> Result<(), FitError> {
-    if settings.is_sound() {
-        Ok(())
-    } else {
-        Err(FitError::Settings(*settings))
-    }
 }

@@ -374,6 +374,17 @@ struct Material {
     own: Option<Rc<Texture>>,
 }
 
+impl Material {
+    /// Colour of a vertex. A texture that is not the mesh's own is sampled.
+    fn colour(&self, uv: Option<Vec2>) -> [f32; 4] {
+        let sampled = match (&self.own, uv) {
+            (Some(texture), Some(uv)) => texture.nearest(uv),
+            _ => [1.0; 4],
+        };
+        std::array::from_fn(|channel| self.factor[channel] * sampled[channel])
+    }
+}
+
 /// All materials of a mesh.
 struct Materials<'a, 'l> {
     container: &'a Container,
@@ -469,17 +480,6 @@ impl<'a, 'l> Materials<'a, 'l> {
         self.first.get_or_insert(index);
         self.images.insert(index, Rc::clone(&texture));
         Ok(texture)
-    }
-}
-
-impl Material {
-    /// Colour of a vertex. A texture that is not the mesh's own is sampled.
-    fn colour(&self, uv: Option<Vec2>) -> [f32; 4] {
-        let sampled = match (&self.own, uv) {
-            (Some(texture), Some(uv)) => texture.nearest(uv),
-            _ => [1.0; 4],
-        };
-        std::array::from_fn(|channel| self.factor[channel] * sampled[channel])
     }
 }
 

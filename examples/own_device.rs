@@ -1,7 +1,22 @@
-//! A renderer in plain ash, and sabaki as its guest: each frame draws the character as instanced spheres, and the ball that
-//! is thrown at it; the first one culls the ways to dodge in the same command buffer. `cargo run --example bring_your_own_device`
-#![allow(clippy::unwrap_used, clippy::expect_used)]
+//! # Concept
+//! sabaki is a guest of your renderer: it culls the ways to dodge a ball on your device, inside a command buffer of yours. It owns no
+//! device, submits nothing and never waits.
+//!
+//! # Usage
+//! `cargo run --release --example own_device -- out/fighter.sabaki`
+//!
+//! `cargo run --release` writes that file. The example writes `out/guest_0.png` and `out/guest_1.png`.
+//!
+//! # How it works
+//! 1. `check` says what the device offers; the renderer enables it, and `Context::new` takes the handles.
+//! 2. `Culler::record` writes the commands into the frame that the renderer draws anyway.
+//! 3. In a later frame `Culler::poll` returns the counts, or nothing; then the CPU counts the same.
+//! 4. `Session::submit` takes the counts and gives the answer.
+//!
+//! `common/renderer.rs` is a small renderer of instanced spheres, `common/plain_memory.rs` its allocator.
 
+#[path = "common/baked.rs"]
+mod common;
 #[path = "common/plain_memory.rs"]
 mod plain_memory;
 #[path = "common/renderer.rs"]
@@ -16,7 +31,6 @@ use plain_memory::PlainMemory;
 use renderer::Renderer;
 use sabaki::gpu::{Context, ContextDesc, Culler, CullerDesc, Terms, check};
 use sabaki::query::{Answer, CullPath, Query, QueryContext, QuerySettings, Step, cull::cpu};
-use sabaki_fixtures::baked::embedded;
 
 fn main() -> Result<(), Box<dyn Error>> {
     // SAFETY: everything is made and used in order, and destroyed in the opposite one when the device has finished.
@@ -59,7 +73,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             .push_next(&mut features13);
         let device = instance.create_device(physical_device, &info, None)?;
 
-        // sabaki moves in, with the renderer's own allocator.
+        // sabaki takes the handles and the renderer's own allocator.
         let context = Context::new(&ContextDesc {
             instance: &instance,
             physical_device,
@@ -70,14 +84,13 @@ fn main() -> Result<(), Box<dyn Error>> {
             terms,
         })?;
         let mut memory = PlainMemory::new(&instance, physical_device, &device);
-        // A renderer reads the file that `sabaki bake` has written.
-        let baked = embedded();
+        let baked = &common::baked()?;
         let desc = CullerDesc::new(CullPath::Stencil, baked.atlas());
         let mut culler = Culler::new(&context, &mut memory, &desc)?;
         let renderer = Renderer::new(&device, &mut memory, queue_family)?;
 
         // Frame 0: a ball comes. The ways to dodge it are culled while the frame is drawn.
-        let throw = scene::thrown(baked)?;
+        let throw = scene::Throw::new(baked)?;
         let settings = QuerySettings::default();
         let (mut context, mut answer) = (QueryContext::default(), Answer::default());
         let query = Query::new(baked, &settings);
