@@ -131,7 +131,7 @@ impl Report {
 
     /// Measures a row of the last table; `run` does what a column, given by its number, stands for.
     ///
-    /// All columns take turns until the time is over, so that what disturbs the machine disturbs them alike. A turn
+    /// All columns take turns until the time is over, so that system noise affects every method equally. A turn
     /// is as many calls as fit into two milliseconds, at least one. The first turn of each is not counted.
     pub(crate) fn row<T>(&mut self, name: impl Display, mut run: impl FnMut(usize) -> T) {
         const TURN: Duration = Duration::from_millis(2);

@@ -1,4 +1,4 @@
-//! What is saved, and goes on to the same bit.
+//! The saved state of characters. A loaded game continues bit-identically.
 //!
 //! ```text
 //! 0   8  "sabgame\n"
@@ -27,7 +27,7 @@ const VERSION: u32 = 1;
 /// Length of magic, version and checksum, in bytes.
 const HEADER: usize = 16;
 
-/// Everything about characters and threats but the graph and the settings. Saved and restored, it goes on to the same bit.
+/// Everything about characters and threats but the graph and the settings. Restored, a game continues bit-identically.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CharactersState {
     /// [`fingerprint`] of the graph.

@@ -1,7 +1,7 @@
 //! The minima of a band, without the distances that a lower bound shows to be above the threshold.
 //!
 //! A minimum lies below the threshold, and its neighbours above the threshold are no lower. A distance that is known to be above
-//! it is therefore as good as an infinite one, and the minima are the same as those of the whole map, to the bit. Source of the
+//! it is therefore as good as an infinite one, and the minima are bit-identical to those of the whole map. Source of the
 //! bounds: [`bounds`](super::bounds).
 
 use std::ops::Range;
@@ -141,7 +141,7 @@ impl<'a> PrunedSearch<'a> {
         Ok(all)
     }
 
-    /// Finds the minima of a band: those that [`SearchSettings::minima`] finds, to the bit.
+    /// Finds the minima of a band: those that [`SearchSettings::minima`] finds, bit for bit.
     ///
     /// # Errors
     /// The band has more minima than a graph may have transitions.

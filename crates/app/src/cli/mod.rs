@@ -37,7 +37,7 @@ use clap::{ArgMatches, CommandFactory, FromArgMatches, Parser, Subcommand};
 
 pub(crate) use output::{Done, Failure};
 
-/// Characters that dodge by a hair's breadth: avoidance on motion graphs, culled by the stencil buffer.
+/// Characters that dodge: avoidance on motion graphs, culled on the GPU or the CPU.
 ///
 /// Without a subcommand it runs a demo: it bakes the embedded motions, throws balls at a character,
 /// avoids them, and writes a picture, a BVH file and a JSON file to out/.

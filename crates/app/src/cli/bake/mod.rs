@@ -49,7 +49,7 @@ enum Step {
     Graph(graph::Args),
     /// Tests the entries of one share of the graph; does nothing if they are there and sound.
     Entries(entries::Args),
-    /// Finishes a bake whose shards are computed. The file equals that of one process to the byte.
+    /// Finishes a bake whose shards are computed. The file is byte-identical to that of one process.
     Join(join::Args),
     /// Submits all steps of a plan to a queue.
     Submit(submit::Args),
