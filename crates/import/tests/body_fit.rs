@@ -117,7 +117,9 @@ fn overlapping_shells_are_fitted_as_well_at_any_triangle_count() {
         for &(ends, radius) in &capsules {
             shape.shell(ends, radius, grid);
         }
-        let mesh = parse_obj(shape.obj(1.0).as_bytes()).unwrap();
+        let triangles = shape.triangles().into_iter();
+        let triangles = triangles.map(|corners| corners.map(|vertex| vertex as u32));
+        let mesh = Mesh::new(shape.places.clone(), triangles.collect(), Vec::new()).unwrap();
         let (body, report) = fitted(&mesh, &pose);
         let what = format!("{} triangles: {report:#?}", mesh.triangles().len());
         assert!(report.misfits(&settings).is_empty(), "{what}");

@@ -189,11 +189,10 @@ pub fn obj_file(bytes: &[u8]) {
     let vertices = mesh.positions().len() as u32;
     assert!(corners.all(|&corner| corner < vertices));
     assert!(mesh.positions().iter().all(|place| place.is_finite()));
-    // A fit of many triangles takes a second.
-    if mesh.triangles().len() <= 300 {
+    if mesh.triangles().len() <= 40 {
         let (skeleton, _) = clips();
         let coarse = FitSettings {
-            cover: 0.1,
+            cover: 0.25,
             ..FitSettings::default()
         };
         if let Ok((body, report)) = fit_body(&BindPose::rest(skeleton), &mesh, &coarse) {
