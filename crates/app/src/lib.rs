@@ -1,14 +1,11 @@
-//! The parts of the command `sabaki`: pictures without a window, the live scenes, and the window itself.
+//! The parts of the command `sabaki`: pictures without a window, and the window itself.
 #![cfg_attr(test, allow(clippy::unwrap_used, clippy::expect_used))]
 #![warn(unreachable_pub)]
 
 pub mod film;
-pub mod live;
 mod painter;
 pub mod percentile;
 pub mod play;
-#[cfg(feature = "window")]
-mod present;
 #[cfg(feature = "window")]
 pub mod window;
 

@@ -1,9 +1,10 @@
 //! Draws shots to pixels on a headless device.
 
-use sabaki::gpu::GpuError;
+use sabaki::gpu::ash::vk;
+use sabaki::gpu::{Context, GpuError};
 use sabaki::math::F32x16;
 use sabaki_draw::scene::{CrowdShot, Shot};
-use sabaki_draw::{Offscreen, Picture, Stage, StageDesc};
+use sabaki_draw::{Offscreen, Picture, Stage, StageDesc, Target};
 use sabaki_fixtures::headless::Headless;
 
 /// A stage and an offscreen target of one size.
@@ -15,7 +16,8 @@ pub struct Painter {
 }
 
 impl Painter {
-    /// Creates both on the device. The painter sets format, size and frames in flight of `desc`.
+    /// Creates both on the device. The painter sets format, size and frames in flight of `desc`; 0 samples are 1 on a software device,
+    /// else the default.
     ///
     /// # Errors
     /// [`Stage::new`]'s and [`Offscreen::new`]'s.
@@ -24,9 +26,15 @@ impl Painter {
         size: [u32; 2],
         desc: &StageDesc<'_>,
     ) -> Result<Self, GpuError> {
+        let samples = match desc.samples {
+            0 if is_software(device.context()?) => 1,
+            0 => StageDesc::default().samples,
+            samples => samples,
+        };
         let desc = StageDesc {
             format: Offscreen::FORMAT,
             size,
+            samples,
             frames_in_flight: 1,
             ..*desc
         };
@@ -50,12 +58,24 @@ impl Painter {
         self.size
     }
 
+    /// Changes the size of the pictures, in pixels.
+    ///
+    /// # Errors
+    /// [`Stage::resize`]'s and [`Offscreen::new`]'s. After an error, `resize` can be called again.
+    pub fn resize(&mut self, device: &mut Headless, size: [u32; 2]) -> Result<(), GpuError> {
+        let target = device.make(|context, memory| Offscreen::new(context, memory, size))?;
+        let old = std::mem::replace(&mut self.target, target);
+        old.destroy(device.memory()?);
+        self.size = size;
+        self.stage.resize(device.memory()?, size)
+    }
+
     /// The memory for the crowd's poses of the next picture.
     ///
     /// # Errors
     /// None.
     pub fn poses(&mut self) -> Result<&mut [F32x16], GpuError> {
-        // SAFETY: `paint` waits for each picture.
+        // SAFETY: each picture is waited for.
         unsafe { self.stage.poses(0) }
     }
 
@@ -69,16 +89,35 @@ impl Painter {
         shot: &Shot,
         crowd: Option<&CrowdShot>,
     ) -> Result<Vec<u8>, GpuError> {
+        self.paint_over(device, self.size, shot, crowd, |_, _| Ok(()))
+    }
+
+    /// Draws a picture of `size` pixels in the upper left corner. Then `over` records what is drawn over it: it gets a command buffer outside
+    /// of rendering, and the whole target, which stays a colour attachment. Returns the pixels of the whole target.
+    ///
+    /// # Errors
+    /// As for [`Painter::paint`], and those of `over`.
+    pub fn paint_over(
+        &mut self,
+        device: &mut Headless,
+        size: [u32; 2],
+        shot: &Shot,
+        crowd: Option<&CrowdShot>,
+        over: impl FnOnce(vk::CommandBuffer, Target) -> Result<(), GpuError>,
+    ) -> Result<Vec<u8>, GpuError> {
         let (stage, target) = (&mut self.stage, &self.target);
+        let size = [0, 1].map(|axis: usize| size[axis].min(self.size[axis]));
+        let whole = target.target();
         let picture = Picture {
             shot,
             crowd,
-            target: target.target(),
+            target: Target { size, ..whole },
         };
         // SAFETY: `run` gives a buffer that is being recorded, and has waited for the one before.
         device.run(|cmd| unsafe {
             target.record_start(cmd);
             stage.record(cmd, 0, &picture)?;
+            over(cmd, whole)?;
             target.record_end(cmd);
             Ok(())
         })?;
@@ -96,4 +135,11 @@ impl Painter {
         self.target.destroy(memory);
         Ok(())
     }
+}
+
+fn is_software(context: &Context) -> bool {
+    let (instance, device) = (context.instance(), context.physical_device());
+    // SAFETY: both are the context's.
+    let properties = unsafe { instance.get_physical_device_properties(device) };
+    properties.device_type == vk::PhysicalDeviceType::CPU
 }

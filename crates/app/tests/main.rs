@@ -2,5 +2,6 @@
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 mod command;
+mod film;
 mod live;
 mod view_window;

@@ -13,17 +13,12 @@ use std::process::{Command, Stdio};
 use std::sync::Arc;
 
 use common::baked::{embedded, embedded_file};
-use common::{device, finish};
-use glam::Vec2;
 use sabaki::duel::DuelSettings;
 use sabaki::graph::MotionGraph;
 use sabaki::maps::{AttackGrid, AttackGridSettings, Body};
-use sabaki_app::Painter;
-use sabaki_app::live::{
-    Fighter, FighterSettings, LiveCrowd, LiveDuel, MapChoices, Orbit, QueryWorkerDesc,
-    with_query_worker,
+use sabaki_app::window::{
+    Click, CrowdScene, DuelScene, Scene, ThrowScene, ThrowSettings, WindowDesc, picture,
 };
-use sabaki_draw::StageDesc;
 use sabaki_draw::scene::{Formation, FormationSettings, Outfit, Performer};
 use sabaki_fixtures::demo;
 use screen::{Screen, Shown};
@@ -68,7 +63,6 @@ fn a_click_is_dodged_and_the_window_is_resized_hidden_and_closed() {
         shown.has_heard("trouble")
     );
     assert!(answer["query_ms"].as_f64().unwrap() > 0.0);
-    assert_eq!(answer["slab_height"], 0.05f32);
     let passed = shown.wait("passed");
     assert!(shown.has_heard("ignored"));
     let number = |event: &serde_json::Value, key: &str| event[key].as_f64().unwrap();
@@ -77,12 +71,6 @@ fn a_click_is_dodged_and_the_window_is_resized_hidden_and_closed() {
     let (nearest, clearance) = (number(&passed, "nearest"), number(&answer, "clearance"));
     assert!(nearest > clearance - 0.005, "{nearest} {clearance}");
     assert_eq!(answer["avoided"], clearance > 0.0);
-    // The next one is culled by slabs twice as high.
-    screen.focus(&window);
-    screen.key("b");
-    screen.click([240, 150]);
-    assert_eq!(shown.wait("answer")["slab_height"], 0.1f32);
-
     screen.hand(&["windowsize", &window, "640", "400"]);
     let resized = shown.wait("resized");
     assert_eq!(resized["size"], serde_json::json!([640, 400]));
@@ -97,7 +85,7 @@ fn a_click_is_dodged_and_the_window_is_resized_hidden_and_closed() {
     assert_eq!(size, [640, 400]);
     assert!(colours(&pixels) > 200, "{}", colours(&pixels));
     // Panels, help, pause, step and the other keys.
-    for key in ["p", "h", "space", "period", "s", "m", "g", "r", "b"] {
+    for key in ["p", "h", "space", "period", "s", "m", "g", "r"] {
         screen.key(key);
     }
     screen.key("F12");
@@ -106,46 +94,17 @@ fn a_click_is_dodged_and_the_window_is_resized_hidden_and_closed() {
     assert!(with_panels != pixels);
     screen.key("Escape");
     let closed = shown.end();
-    assert_eq!(closed["asking"], false);
     assert!(number(&closed, "median_frame_ms") > 0.0);
 }
 
 #[test]
-fn a_window_closes_while_a_query_is_open() {
-    let (screen, folder) = (Screen::new(), tempfile::tempdir().unwrap());
-    let baked = embedded_file(folder.path());
-    let args = [
-        "dodge",
-        baked.to_str().unwrap(),
-        "--size",
-        "240x160",
-        "--plain",
-        "--delay",
-        "60",
-    ];
-    let mut shown = Shown::start(screen.command(program()), &args);
-    shown.wait("opened");
-    screen.window(TITLE);
-    screen.click([120, 70]);
-    closes_while_asked(&screen, shown, "Escape");
-}
-
-#[test]
-fn a_window_manager_minimises_the_window_and_closes_it_while_a_query_is_open() {
+fn a_window_manager_minimises_the_window_and_closes_it() {
     let folder = tempfile::tempdir().unwrap();
     let screen = Screen::managed(folder.path());
     let mut command = screen.command(program());
     command.current_dir(folder.path());
     let baked = embedded_file(folder.path());
-    let args = [
-        "dodge",
-        baked.to_str().unwrap(),
-        "--size",
-        "320x240",
-        "--plain",
-        "--delay",
-        "60",
-    ];
+    let args = [baked.to_str().unwrap(), "--size", "320x240", "--plain"];
     let mut shown = Shown::start(command, &args);
     shown.wait("opened");
     let window = screen.window(TITLE);
@@ -160,8 +119,8 @@ fn a_window_manager_minimises_the_window_and_closes_it_while_a_query_is_open() {
     assert_eq!(size, [320, 240]);
     assert!(colours(&pixels) > 200, "{}", colours(&pixels));
 
-    screen.hand(&["mousemove", "--window", &window, "160", "110", "click", "1"]);
-    closes_while_asked(&screen, shown, "alt+F4");
+    screen.key("alt+F4");
+    shown.end();
 }
 
 /// The bodies that the command draws fighters with.
@@ -171,33 +130,21 @@ fn outfit(graph: &MotionGraph) -> Arc<Outfit> {
 
 #[test]
 fn what_the_window_shows_is_what_is_drawn_without_one() {
-    const STEP: f32 = 0.03125;
     let (screen, folder) = (Screen::new(), tempfile::tempdir().unwrap());
-    let path = |name: &str| folder.path().join(name);
     let (baked, file) = (embedded(), embedded_file(folder.path()));
-    let mut painted_on = device();
-    let outfit = outfit(baked.graph());
-    let desc = StageDesc {
-        samples: 1,
-        meshes: &outfit.meshes,
-        ..StageDesc::default()
-    };
-    let mut painter = Painter::new(&mut painted_on, SIZE, &desc).unwrap();
     // Before the throw, and while the ball flies by.
-    for (pictures, name) in [(10u32, "walk.png"), (48, "dodge.png")] {
-        let (frames, png) = (pictures.to_string(), path(name));
+    for (frames, name) in [(10u64, "walk.png"), (48, "dodge.png")] {
+        let (count, png) = (frames.to_string(), folder.path().join(name));
         let args = [
             "dodge",
             file.to_str().unwrap(),
             "--size",
             "320x240",
             "--plain",
-            "--samples",
-            "1",
             "--step",
             "0.03125",
             "--frames",
-            &frames,
+            &count,
             "--click",
             "0.5,0.45,0.5",
             "--screenshot",
@@ -205,35 +152,32 @@ fn what_the_window_shows_is_what_is_drawn_without_one() {
         ];
         let mut shown = Shown::start(screen.command(program()), &args);
         shown.wait("screenshot");
-        assert_eq!(shown.has_heard("throw"), pictures > 20);
-        assert_eq!(shown.end()["frames"], pictures);
+        assert_eq!(shown.has_heard("throw"), frames > 20);
+        assert_eq!(shown.end()["frames"], frames);
 
-        let settings = FighterSettings {
-            waits: true,
-            ..FighterSettings::default()
+        let outfit = outfit(baked.graph());
+        let mut scene = ThrowScene::new(baked, Some(outfit), ThrowSettings::default(), 1);
+        let click = Click {
+            at: [0.5, 0.45],
+            seconds: 0.5,
         };
-        let maps = MapChoices::slabs(baked);
-        let (shot, _) = with_query_worker(&maps, &QueryWorkerDesc::default(), |worker| {
-            let mut fighter = Fighter::new(&maps, worker, settings).with_seed(1);
-            fighter.wear(Some(outfit.clone()));
-            let mut orbit = Orbit::around_fighter(fighter.focus());
-            let mut thrown = false;
-            for picture in 1..=pictures {
-                fighter.advance(STEP);
-                orbit.follow(fighter.focus(), STEP);
-                let camera = orbit.camera();
-                if picture as f32 * STEP >= 0.5 && !std::mem::replace(&mut thrown, true) {
-                    let pixel = Vec2::new(0.5 * SIZE[0] as f32, 0.45 * SIZE[1] as f32);
-                    fighter.throw(&camera, camera.ray(pixel, SIZE)).unwrap();
-                }
-            }
-            fighter.shot(orbit.camera())
-        });
-        let drawn = painter.paint(&mut painted_on, &shot, None).unwrap();
-        assert_same(&png, &drawn, name);
+        let desc = WindowDesc {
+            clicks: vec![click],
+            ..stepped(0.03125, frames)
+        };
+        assert_same(&png, &mut scene, &desc, name);
     }
-    painter.destroy(&mut painted_on).unwrap();
-    finish(painted_on);
+}
+
+/// The settings of a window in which every picture is the same in every run.
+fn stepped(step: f32, frames: u64) -> WindowDesc {
+    WindowDesc {
+        size: SIZE,
+        validation: true,
+        step: Some(step),
+        frames: Some(frames),
+        ..WindowDesc::default()
+    }
 }
 
 #[test]
@@ -247,8 +191,6 @@ fn a_crowd_marches_past_cameras_posed_into_the_memory_that_is_drawn() {
         "--size",
         "320x240",
         "--plain",
-        "--samples",
-        "1",
         "--step",
         "0.0625",
         "--frames",
@@ -281,34 +223,9 @@ fn a_crowd_marches_past_cameras_posed_into_the_memory_that_is_drawn() {
         skin: Some(&outfit.skins[0]),
     };
     let formation = Formation::new(performer, &settings).unwrap();
-    let mut device = device();
-    let desc = StageDesc {
-        samples: 1,
-        shadow_side: 4096,
-        max_members: 400,
-        max_crowd_len: formation.max_output_len() as u32,
-        max_parts: formation.parts() as u32,
-        meshes: &outfit.meshes,
-        ..StageDesc::default()
-    };
-    let mut painter = Painter::new(&mut device, SIZE, &desc).unwrap();
-    let mut live_crowd = LiveCrowd::new(formation);
-    live_crowd.tinted = true;
-    let mut last = None;
-    for _ in 0..12 {
-        live_crowd.advance(0.0625);
-        let camera = live_crowd.camera().unwrap();
-        last = Some(
-            live_crowd
-                .shot(camera, SIZE, painter.poses().unwrap())
-                .unwrap(),
-        );
-    }
-    let (shot, shown) = last.unwrap();
-    let drawn = painter.paint(&mut device, &shot, Some(&shown)).unwrap();
-    assert_same(&png, &drawn, "crowd");
-    painter.destroy(&mut device).unwrap();
-    finish(device);
+    let mut scene = CrowdScene::new(formation, Some(Arc::new(outfit)));
+    scene.tinted = true;
+    assert_same(&png, &mut scene, &stepped(0.0625, 12), "crowd");
 
     // Every path, and the keys of the crowd, by hand.
     let args = ["crowd", "--count", "300", "--size", "320x240"];
@@ -340,8 +257,6 @@ fn a_duel_in_the_window_is_what_is_fought_and_drawn_without_one() {
         "--size",
         "320x240",
         "--plain",
-        "--samples",
-        "1",
         "--step",
         "0.05",
         "--frames",
@@ -359,32 +274,13 @@ fn a_duel_in_the_window_is_what_is_fought_and_drawn_without_one() {
         seed: 1,
         ..DuelSettings::default()
     };
-    let mut live_duel = LiveDuel::new(embedded(), &grid, &settings).unwrap();
     let outfit = outfit(embedded().graph());
-    live_duel.wear(Some(outfit.clone()));
-    let mut last = None;
-    for _ in 0..120 {
-        live_duel.advance(0.05);
-        let camera = live_duel.camera().unwrap();
-        last = Some(live_duel.shot(camera, 320.0 / 240.0));
-    }
-    let events = live_duel.take_events();
+    let mut scene = DuelScene::new(embedded(), &grid, Some(outfit), &settings).unwrap();
+    assert_same(&png, &mut scene, &stepped(0.05, 120), "duel");
+    let events = scene.take_events();
     let line = serde_json::to_string(&events[0]).unwrap();
     assert_eq!(serde_json::from_str::<Value>(&line).unwrap(), first);
-    assert_eq!(live_duel.seen().len(), events.len());
-    assert!(live_duel.ended().is_none());
-
-    let mut device = device();
-    let desc = StageDesc {
-        samples: 1,
-        meshes: &outfit.meshes,
-        ..StageDesc::default()
-    };
-    let mut painter = Painter::new(&mut device, SIZE, &desc).unwrap();
-    let drawn = painter.paint(&mut device, &last.unwrap(), None).unwrap();
-    assert_same(&png, &drawn, "duel");
-    painter.destroy(&mut device).unwrap();
-    finish(device);
+    assert_eq!(scene.seen().len(), events.len());
 }
 
 #[test]
@@ -407,19 +303,6 @@ fn without_a_window_system_it_says_so_and_ends_with_2() {
     assert!(words.contains("there is no window system"), "{words}");
 }
 
-/// After a throw a key closes the window; the answer, which comes a minute later, is not waited for.
-fn closes_while_asked(screen: &Screen, mut shown: Shown, key: &str) {
-    shown.wait("throw");
-    let asked = std::time::Instant::now();
-    screen.key(key);
-    let closed = shown.end();
-    assert_eq!(closed["asking"], true);
-    assert!(
-        asked.elapsed().as_secs() < 55,
-        "the answer was not waited for"
-    );
-}
-
 /// Columns and rows of a PNG, and three bytes of each pixel.
 fn read_png(path: &Path) -> ([u32; 2], Vec<u8>) {
     let file = fs::File::open(path).unwrap();
@@ -438,15 +321,13 @@ fn colours(pixels: &[u8]) -> usize {
     all.len()
 }
 
-/// Whether a screenshot shows what the painter drew, four bytes a pixel; the window's format rounds as the painter's does.
-fn assert_same(path: &Path, drawn: &[u8], what: &str) {
+/// Whether a screenshot shows what is drawn without a window, without a word of validation.
+fn assert_same(path: &Path, scene: &mut dyn Scene, desc: &WindowDesc, what: &str) {
+    let (drawn, heard) = picture(scene, desc).unwrap();
+    assert!(heard.is_empty(), "{heard:?}");
     let (size, pixels) = read_png(path);
     assert_eq!(size, SIZE);
     assert!(colours(&pixels) > 100, "{what}: {}", colours(&pixels));
-    let pairs = pixels.chunks_exact(3).zip(drawn.chunks_exact(4));
-    let apart = pairs.filter(|(one, other)| {
-        let channels = one.iter().zip(*other);
-        channels.map(|(a, b)| a.abs_diff(*b)).max() > Some(1)
-    });
-    assert_eq!(apart.count(), 0, "{what}: pixels that differ");
+    let mut same = pixels.chunks_exact(3).zip(drawn.chunks_exact(4));
+    assert!(same.all(|(one, other)| one == &other[..3]), "{what}");
 }

@@ -28,11 +28,3 @@ mod stage;
 pub use body::human_body;
 pub use offscreen::Offscreen;
 pub use stage::{Picture, Stage, StageDesc, Target};
-
-/// Image layout transitions that `sabaki-app` uses for its window. Not covered by semantic versioning.
-#[doc(hidden)]
-pub mod internal {
-    pub use crate::stage::image_use::{
-        COPIED, DRAWN, HostCopy, ImageBarrier, ImageUse, copy_to_host, image_barrier,
-    };
-}

@@ -3,17 +3,12 @@
 use std::io::Write;
 use std::path::PathBuf;
 use std::sync::Arc;
-use std::time::Duration;
 
 use sabaki::duel::DuelSettings;
 use sabaki::maps::{AttackGrid, AttackGridSettings, BakedGraph};
 use sabaki::query::{CullPath, Enumerate};
-use sabaki_app::live::{
-    Drive, Event, Fighter, FighterSettings, LiveCrowd, LiveDuel, MapChoices, QueryWorkerDesc,
-    with_query_worker,
-};
 use sabaki_app::window::{
-    Click, CrowdView, DriveView, DuelView, FighterView, View, WindowDesc, WindowError, run as open,
+    self, Click, DriveScene, DuelScene, Event, ThrowScene, ThrowSettings, WindowDesc, WindowError,
 };
 use sabaki_draw::scene::Outfit;
 
@@ -56,9 +51,6 @@ struct DodgeArgs {
     /// Simulates a click: position as shares of width and height, and time in simulated seconds.
     #[arg(long, value_name = "X,Y,SECONDS", value_parser = click)]
     click: Vec<Click>,
-    /// Delays every answer, in seconds, as on a slow device.
-    #[arg(long, value_name = "SECONDS", default_value_t = 0.0, value_parser = number(0.0..=60.0))]
-    delay: f32,
 }
 
 /// What scenes with characters of a graph share.
@@ -94,14 +86,13 @@ struct WindowArgs {
     /// Samples per pixel: 1, 2, 4 or 8. Default: 4, or 1 on a software device.
     #[arg(long, value_name = "N", value_parser = samples)]
     samples: Option<u32>,
-    /// Draws without waiting for the screen (no vertical synchronization).
+    /// Draws as many pictures per second as it can, instead of 60.
     #[arg(long)]
     uncapped: bool,
     /// Closes after this number of pictures.
     #[arg(long, value_name = "N", value_parser = whole::<u64>(1..=u64::MAX))]
     frames: Option<u64>,
-    /// Simulated seconds from one picture to the next, whatever the real time; waits for answers. Every run draws the same
-    /// pictures.
+    /// Simulated seconds from one picture to the next, whatever the real time. Every run draws the same pictures.
     #[arg(long, value_name = "SECONDS", value_parser = number(0.0..=60.0))]
     step: Option<f32>,
     /// Writes the last picture to this file (.png).
@@ -156,9 +147,8 @@ pub(crate) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
         Scene::Dodge(args) => dodge(args, as_json)?,
         Scene::Drive(args) => {
             let (baked, outfit) = args.load()?;
-            let mut drive = Drive::new(&baked, args.seed).map_err(usage)?;
-            drive.wear(outfit);
-            args.window.show(&mut DriveView::new(drive), &[], as_json)?;
+            let mut drive = DriveScene::new(&baked, outfit, args.seed).map_err(usage)?;
+            args.window.show(&mut drive, &[], as_json)?;
         }
         Scene::Duel(args) => {
             let (baked, outfit) = args.load()?;
@@ -167,16 +157,15 @@ pub(crate) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
                 seed: args.seed,
                 ..DuelSettings::default()
             };
-            let mut duel = LiveDuel::new(&baked, &grid, &settings).map_err(usage)?;
-            duel.wear(outfit);
-            args.window.show(&mut DuelView::new(duel), &[], as_json)?;
+            let duel = DuelScene::new(&baked, &grid, outfit, &settings);
+            args.window.show(&mut duel.map_err(usage)?, &[], as_json)?;
         }
         Scene::Crowd(args) => {
             let (formation, outfit) = args.crowd.formation(&args.window.mesh)?;
-            let mut crowd = LiveCrowd::new(formation);
-            crowd.wear(outfit.map(BoundOutfit::reported));
+            let outfit = outfit.map(BoundOutfit::reported);
+            let mut crowd = window::CrowdScene::new(formation, outfit);
             (crowd.levels, crowd.tinted) = (!args.crowd.no_levels, args.crowd.levels);
-            args.window.show(&mut CrowdView::new(crowd), &[], as_json)?;
+            args.window.show(&mut crowd, &[], as_json)?;
         }
     }
     Ok(Done::ok(String::new()))
@@ -184,30 +173,15 @@ pub(crate) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
 
 fn dodge(args: &DodgeArgs, as_json: bool) -> Result<(), Failure> {
     let (baked, outfit) = args.scene.load()?;
-    let window = &args.scene.window;
-    let mut settings = FighterSettings {
+    let mut settings = ThrowSettings {
         culling: args.cull,
-        waits: window.step.is_some(),
-        ..FighterSettings::default()
+        ..ThrowSettings::default()
     };
     if args.no_grid {
         settings.query.enumerate = Enumerate::Whole;
     }
-    let desc = QueryWorkerDesc {
-        device: window.device.choice(),
-        validation: window.device.validation,
-        delay: Duration::from_secs_f32(args.delay),
-    };
-    let maps = MapChoices::slabs(&baked);
-    let (shown, heard) = with_query_worker(&maps, &desc, |worker| {
-        let mut fighter = Fighter::new(&maps, worker, settings).with_seed(args.scene.seed);
-        fighter.wear(outfit);
-        window.show(&mut FighterView::new(fighter), &args.click, as_json)
-    });
-    for message in heard {
-        eprintln!("validation: {message:?}");
-    }
-    shown
+    let mut scene = ThrowScene::new(&baked, outfit, settings, args.scene.seed);
+    args.scene.window.show(&mut scene, &args.click, as_json)
 }
 
 impl GraphScene {
@@ -221,7 +195,12 @@ impl GraphScene {
 }
 
 impl WindowArgs {
-    fn show(&self, view: &mut dyn View, clicks: &[Click], as_json: bool) -> Result<(), Failure> {
+    fn show(
+        &self,
+        scene: &mut dyn window::Scene,
+        clicks: &[Click],
+        as_json: bool,
+    ) -> Result<(), Failure> {
         let desc = WindowDesc {
             size: self.size,
             device: self.device.choice(),
@@ -236,7 +215,8 @@ impl WindowArgs {
             stops: || cancel::check().is_err(),
             ..WindowDesc::default()
         };
-        Ok(open(view, &desc, &mut |event| hear(event, as_json))?)
+        window::show(scene, &desc, &mut |event| hear(event, as_json))?;
+        Ok(())
     }
 }
 

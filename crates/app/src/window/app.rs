@@ -1,54 +1,90 @@
-//! The event loop of the window.
+//! The event loop of the window: mouse, keyboard, and the pictures.
 
+use std::num::NonZeroU32;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use glam::Vec2;
+use softbuffer::{SoftBufferError, Surface};
 use winit::application::ApplicationHandler;
 use winit::dpi::PhysicalSize;
-use winit::event::WindowEvent;
-use winit::event_loop::{ActiveEventLoop, ControlFlow};
+use winit::event::{ElementState, KeyEvent, MouseButton, MouseScrollDelta, WindowEvent};
+use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoop};
+use winit::keyboard::{Key, NamedKey};
 use winit::window::{Window, WindowId};
 
-use super::desc::PACE;
-use super::gui::{Gui, GuiFrame, PANEL};
-use super::input::{Mouse, UserAction, held};
-use super::times::Times;
-use super::view::Projection;
-use super::{View, WindowDesc, WindowError};
+use super::gui::{Gui, PANEL};
+use super::player::{Player, Times};
+use super::{Event, Projection, Scene, WindowDesc, WindowError};
 use crate::film::png;
-use crate::live::{Clock, Event, Orbit};
-use crate::present::{Outcome, Presenter, PresenterDesc, Scene, is_window_gone};
 use sabaki::archive::write_atomically;
-use sabaki_draw::StageDesc;
-use sabaki_draw::scene::Camera;
+use sabaki_fixtures::headless::Message;
+
+/// Opens a window and returns when it is closed. `hear` is called with each event; the last one is the closing.
+///
+/// May be called once in a process, on its main thread, as window systems require.
+///
+/// # Errors
+/// [`WindowError::NoWindowSystem`] without a window system; an error of the device; a screenshot that cannot be written.
+pub fn show(
+    scene: &mut dyn Scene,
+    desc: &WindowDesc,
+    hear: &mut dyn FnMut(&Event),
+) -> Result<(), WindowError> {
+    let events = EventLoop::new()?;
+    events.set_control_flow(ControlFlow::Poll);
+    let mut app = App {
+        scene: Some(scene),
+        desc,
+        hear,
+        open: None,
+        failed: None,
+        times: Times::default(),
+        pictures: 0,
+        last: None,
+        due: None,
+        mouse: Vec2::ZERO,
+        turns: false,
+        panels: desc.panels,
+        help: false,
+        covered: false,
+        hidden: false,
+        keep: false,
+    };
+    let ran = events.run_app(&mut app);
+    app.end()?;
+    Ok(ran?)
+}
 
 /// State while the window is open.
-struct OpenWindow {
+struct OpenWindow<'a> {
     window: Arc<Window>,
-    presenter: Presenter,
+    surface: Surface<Arc<Window>, Arc<Window>>,
+    player: Player<'a>,
     gui: Gui,
     device: String,
 }
 
-pub(super) struct App<'a> {
-    view: &'a mut dyn View,
+struct App<'a> {
+    /// Moves to the player when the window opens.
+    scene: Option<&'a mut dyn Scene>,
     desc: &'a WindowDesc,
     hear: &'a mut dyn FnMut(&Event),
-    open: Option<OpenWindow>,
+    open: Option<OpenWindow<'a>>,
     failed: Option<WindowError>,
-    clock: Clock,
-    orbit: Orbit,
-    mouse: Mouse,
+    /// Times from one picture to the next.
     times: Times,
-    /// Start of the last picture.
+    /// Number of pictures so far.
+    pictures: u64,
+    /// Start of the last picture; `None` after a pause.
     last: Option<Instant>,
-    /// Simulated time, in seconds.
-    seconds: f64,
-    /// Number of simulated clicks that are done.
-    clicked: usize,
-    size: [u32; 2],
+    /// When the next picture is due.
+    due: Option<Instant>,
+    /// Place of the mouse, in pixels.
+    mouse: Vec2,
+    /// The mouse turns the camera.
+    turns: bool,
     panels: bool,
     help: bool,
     /// The window is covered.
@@ -59,93 +95,64 @@ pub(super) struct App<'a> {
     keep: bool,
 }
 
-impl<'a> App<'a> {
-    pub(super) fn new(
-        view: &'a mut dyn View,
-        desc: &'a WindowDesc,
-        hear: &'a mut dyn FnMut(&Event),
-    ) -> Self {
-        let orbit = Orbit {
-            distance: view.distance(),
-            ..Orbit::around_fighter(view.focus())
-        };
-        Self {
-            view,
-            hear,
-            open: None,
-            failed: None,
-            clock: Clock::default(),
-            orbit,
-            mouse: Mouse::default(),
-            times: Times::default(),
-            last: None,
-            seconds: 0.0,
-            clicked: 0,
-            size: [0; 2],
-            panels: desc.panels,
-            help: false,
-            covered: false,
-            hidden: false,
-            keep: false,
-            desc,
-        }
-    }
+/// Speed of slow motion.
+const SLOW: f32 = 0.2;
+/// Pixels of a touchpad per notch of a wheel.
+const NOTCH: f32 = 50.0;
+/// Least time from one picture to the next.
+const PACE: Duration = Duration::from_micros(16_667);
+/// Time between pictures while the window is hidden.
+const HIDDEN: Duration = Duration::from_millis(50);
 
+impl<'a> App<'a> {
     fn open(&mut self, events: &ActiveEventLoop) -> Result<(), WindowError> {
+        let Some(scene) = self.scene.take() else {
+            return Ok(());
+        };
         let [width, height] = self.desc.size;
         let attributes = Window::default_attributes()
             .with_title(&self.desc.title)
             .with_inner_size(PhysicalSize::new(width, height));
         let window = events.create_window(attributes);
         let window = Arc::new(window.map_err(|error| WindowError::NoWindow(error.to_string()))?);
-        let size = window.inner_size();
-        let presenter = Presenter::new(
-            window.clone(),
-            &PresenterDesc {
-                device: self.desc.device.clone(),
-                validation: self.desc.validation,
-                size: [size.width, size.height],
-                in_step: self.desc.in_step,
-                stage: StageDesc {
-                    samples: self.desc.samples,
-                    ..self.view.stage()
-                },
-            },
-        )?;
-        let device = presenter.device_name().to_owned();
-        self.say(&Event::Opened {
+        let context = softbuffer::Context::new(window.clone())?;
+        let surface = Surface::new(&context, window.clone())?;
+        let player = Player::open(scene, self.desc, window.inner_size().into())?;
+        let gui = match Gui::new(&window, player.device()) {
+            Ok(gui) => gui,
+            Err(error) => {
+                player.close();
+                return Err(error.into());
+            }
+        };
+        let device = player.device().device_name().to_owned();
+        (self.hear)(&Event::Opened {
             device: device.clone(),
-            size: [size.width, size.height],
+            size: player.size(),
         });
         self.open = Some(OpenWindow {
-            gui: Gui::new(&window, presenter.most_side()),
             window,
-            presenter,
+            surface,
+            player,
+            gui,
             device,
         });
         Ok(())
     }
 
-    fn say(&mut self, event: &Event) {
-        (self.hear)(event);
-    }
-
-    /// Closes the window and destroys the device, whatever error came before.
-    pub(super) fn end(mut self) -> Result<(), WindowError> {
-        let heard = self.open.take().map(|open| open.presenter.destroy());
-        for event in self.view.take_events() {
-            self.say(&event);
-        }
-        if let Some(heard) = heard {
-            let words = |message: sabaki_fixtures::headless::Message| {
-                format!("{}: {}", message.id, message.text)
-            };
-            self.say(&Event::Closed {
-                asking: self.view.is_waiting(),
-                frames: self.times.pictures,
+    /// Destroys the device, whatever error came before.
+    fn end(self) -> Result<(), WindowError> {
+        if let Some(OpenWindow { player, gui, .. }) = self.open {
+            let events = player.scene.take_events();
+            events.iter().for_each(&mut *self.hear);
+            let median_pose_ms = player.scene.pose_ms();
+            gui.destroy();
+            let words = |message: Message| format!("{}: {}", message.id, message.text);
+            (self.hear)(&Event::Closed {
+                frames: self.pictures,
                 median_frame_ms: self.times.median(),
-                median_pose_ms: self.view.pose_ms(),
-                validation: heard.into_iter().map(words).collect(),
+                median_pose_ms,
+                validation: player.close().into_iter().map(words).collect(),
             });
         }
         self.failed.map_or(Ok(()), Err)
@@ -156,116 +163,69 @@ impl<'a> App<'a> {
         events.exit();
     }
 
-    /// The camera of the next picture.
-    fn camera(&self) -> Camera {
-        let own = self.view.camera();
-        own.unwrap_or_else(|| self.orbit.camera())
-    }
-
-    /// Size of the picture beside the panel, in pixels.
-    fn picture(&self, scale: f32) -> [u32; 2] {
-        let [width, height] = self.size;
-        let panel = match self.panels {
-            true => (PANEL * scale) as u32,
-            false => 0,
-        };
-        [width.saturating_sub(panel).max(width.div_ceil(4)), height]
-    }
-
-    /// Draws one picture. Returns false if the window accepts none.
+    /// Draws one picture. Returns false if the window has no size.
     fn frame(&mut self) -> Result<bool, WindowError> {
-        let Some(mut open) = self.open.take() else {
+        let Some(open) = &mut self.open else {
             return Ok(false);
         };
-        let shown = self.frame_in(&mut open);
-        self.open = Some(open);
-        shown
-    }
-
-    fn frame_in(&mut self, open: &mut OpenWindow) -> Result<bool, WindowError> {
-        if !open.presenter.begin()? {
-            self.times.pause();
+        let size: [u32; 2] = open.window.inner_size().into();
+        if size.contains(&0) {
             self.last = None;
             return Ok(false);
         }
-        let size = open.presenter.size();
-        if size != self.size {
-            if self.size != [0; 2] {
-                self.say(&Event::Resized { size });
-            }
-            self.size = size;
+        if size != open.player.size() {
+            open.player.resize(size)?;
+            (self.hear)(&Event::Resized { size });
         }
-        self.go_on();
-        let (camera, picture) = (self.camera(), self.picture(open.gui.scale()));
-        self.clicks(&camera, picture)?;
-        let poses = open.presenter.poses()?;
-        let (shot, crowd) = self.view.draw(camera, picture, poses)?;
-        let laid = self.panels.then(|| {
-            let frame = GuiFrame {
-                seen: Projection {
-                    camera,
-                    size: picture,
-                    pixels_per_point: open.gui.scale(),
-                },
-                view: &mut *self.view,
-                clock: &mut self.clock,
-                times: &self.times,
-                device: &open.device,
-                help: self.help,
-            };
-            open.gui.layout(&open.window, frame)
-        });
-        let is_last = self.desc.frames == Some(self.times.pictures + 1);
-        let file = match (&self.desc.screenshot, self.keep) {
-            (Some(file), _) if is_last => Some(file.clone()),
-            (_, true) => Some(free_name()),
-            _ => None,
-        };
-        self.keep = false;
-        open.window.pre_present_notify();
-        let outcome = open.presenter.show(&Scene {
-            size: picture,
-            shot: &shot,
-            crowd: crowd.as_ref(),
-            panels: laid.as_ref(),
-            read: file.is_some(),
-        })?;
-        if let (Outcome::Shown(pixels), Some(file)) = (&outcome, file) {
-            let pixels = pixels.as_ref().ok_or(WindowError::NotReadable)?;
-            save(&file, size, pixels)?;
-            self.say(&Event::Screenshot { file });
-        }
-        self.times.shown();
-        for event in self.view.take_events() {
-            self.say(&event);
-        }
-        Ok(true)
-    }
-
-    /// Advances the simulation to this picture.
-    fn go_on(&mut self) {
+        let picture = beside_panel(size, self.panels, open.gui.scale());
         let now = Instant::now();
         let since = self
             .last
             .replace(now)
-            .map_or(0.0, |last| (now - last).as_secs_f32());
-        let seconds = self.clock.advance(self.desc.step.unwrap_or(since));
-        self.seconds += f64::from(seconds);
-        self.view.advance(seconds);
-        self.orbit.follow(self.view.focus(), seconds);
-    }
-
-    fn clicks(&mut self, camera: &Camera, picture: [u32; 2]) -> Result<(), WindowError> {
-        while let Some(click) = self.desc.clicks.get(self.clicked) {
-            if self.seconds < f64::from(click.seconds) {
-                break;
-            }
-            self.clicked += 1;
-            let [width, height] = self.size.map(|side| side as f32);
-            let pixel = Vec2::from(click.at) * Vec2::new(width, height);
-            self.view.click(camera, camera.ray(pixel, picture))?;
+            .map(|last| (now - last).as_secs_f32());
+        if let Some(seconds) = since {
+            self.times.add(1e3 * seconds, 240);
         }
-        Ok(())
+        open.player.advance(since.unwrap_or(0.0), size, picture)?;
+        let (camera, shot, crowd) = open.player.shot(picture)?;
+        let panels = self.panels.then(|| {
+            let seen = Projection {
+                camera,
+                size: picture,
+                pixels_per_point: open.gui.scale(),
+            };
+            let (scene, clock) = (&mut *open.player.scene, &mut open.player.clock);
+            let head = (&*open.device, &self.times);
+            let (window, help) = (&open.window, self.help);
+            open.gui.layout(window, scene, clock, head, &seen, help)
+        });
+        if let Some(panels) = &panels {
+            open.gui.upload(panels)?;
+        }
+        let gui = &mut open.gui;
+        let pixels =
+            open.player
+                .paint(picture, &shot, crowd.as_ref(), |cmd, target| match panels {
+                    // SAFETY: the painter gives a buffer that is being recorded, and its target.
+                    Some(panels) => unsafe { gui.draw(cmd, &target, panels) },
+                    None => Ok(()),
+                })?;
+        open.window.pre_present_notify();
+        open.show(size, &pixels)?;
+        self.pictures += 1;
+        let is_last = self.desc.frames == Some(self.pictures);
+        let file = match &self.desc.screenshot {
+            Some(file) if is_last => Some(file.clone()),
+            _ => self.keep.then(free_name),
+        };
+        self.keep = false;
+        if let Some(file) = file {
+            save(&file, size, &pixels)?;
+            (self.hear)(&Event::Screenshot { file });
+        }
+        let events = open.player.scene.take_events();
+        events.iter().for_each(&mut *self.hear);
+        Ok(true)
     }
 
     /// Whether the window may be visible. Not every window system sends an event when it is minimised.
@@ -275,48 +235,59 @@ impl<'a> App<'a> {
         };
         let hidden = self.covered || open.window.is_minimized() == Some(true);
         if hidden != std::mem::replace(&mut self.hidden, hidden) {
-            self.say(if hidden {
-                &Event::Hidden
-            } else {
-                &Event::Shown
-            });
+            let event = if hidden { Event::Hidden } else { Event::Shown };
+            (self.hear)(&event);
         }
     }
 
-    fn act_on(&mut self, action: UserAction, events: &ActiveEventLoop) -> Result<(), WindowError> {
-        match action {
-            UserAction::Throw(at) if !self.size.contains(&0) => {
-                let scale = self.open.as_ref().map_or(1.0, |open| open.gui.scale());
-                let (camera, picture) = (self.camera(), self.picture(scale));
-                self.view.click(&camera, camera.ray(at, picture))?;
+    /// Handles a key that goes down.
+    fn key(&mut self, events: &ActiveEventLoop, key: &Key) {
+        let Some(OpenWindow { player, .. }) = &mut self.open else {
+            return;
+        };
+        let clock = &mut player.clock;
+        match key.as_ref() {
+            Key::Named(NamedKey::Space) => clock.paused = !clock.paused,
+            Key::Named(NamedKey::F12) => self.keep = true,
+            Key::Named(NamedKey::Escape) => events.exit(),
+            Key::Character(".") => clock.step(),
+            Key::Character("s" | "S") => {
+                clock.speed = if clock.speed < 1.0 { 1.0 } else { SLOW };
             }
-            UserAction::Throw(_) => {}
-            UserAction::Turn(pixels) => self.orbit.drag(pixels),
-            UserAction::Zoom(notches) => self.orbit.zoom(notches),
-            UserAction::Pause => self.clock.paused = !self.clock.paused,
-            UserAction::Step => self.clock.step(),
-            UserAction::Slow => self.clock.speed = if self.clock.speed < 1.0 { 1.0 } else { SLOW },
-            UserAction::Panel => self.panels = !self.panels,
-            UserAction::Help => {
+            Key::Character("p" | "P") => self.panels = !self.panels,
+            Key::Character("h" | "H") => {
                 self.help = !self.help || !self.panels;
                 self.panels |= self.help;
             }
-            UserAction::Screenshot => self.keep = true,
-            UserAction::Close => events.exit(),
-            UserAction::Key(key) => self.view.key(&key),
+            _ => {}
         }
-        Ok(())
     }
 }
 
-/// Speed of slow motion.
-const SLOW: f32 = 0.2;
+impl OpenWindow<'_> {
+    /// Shows the pixels of a picture in the window.
+    fn show(&mut self, size: [u32; 2], pixels: &[u8]) -> Result<(), SoftBufferError> {
+        let [Some(width), Some(height)] = size.map(NonZeroU32::new) else {
+            return Ok(());
+        };
+        self.surface.resize(width, height)?;
+        let mut shown = self.surface.buffer_mut()?;
+        for (shown, pixel) in shown.iter_mut().zip(pixels.chunks_exact(4)) {
+            *shown = u32::from_be_bytes([0, pixel[0], pixel[1], pixel[2]]);
+        }
+        shown.present()
+    }
+}
+
+impl From<SoftBufferError> for WindowError {
+    fn from(error: SoftBufferError) -> Self {
+        Self::NoWindow(error.to_string())
+    }
+}
 
 impl ApplicationHandler for App<'_> {
     fn resumed(&mut self, events: &ActiveEventLoop) {
-        if self.open.is_none()
-            && let Err(error) = self.open(events)
-        {
+        if let Err(error) = self.open(events) {
             self.fail(events, error);
         }
     }
@@ -326,65 +297,95 @@ impl ApplicationHandler for App<'_> {
             return;
         };
         // egui requests repaints; the loop draws anyway.
-        let is_panels = self.panels && open.gui.hears(&open.window, &event);
+        if self.panels && open.gui.hears(&open.window, &event) {
+            self.turns = false;
+            return;
+        }
         match event {
-            WindowEvent::CloseRequested | WindowEvent::Destroyed => {
-                events.exit();
-                return;
-            }
-            WindowEvent::Resized(size) => open.presenter.resize([size.width, size.height]),
+            WindowEvent::CloseRequested | WindowEvent::Destroyed => events.exit(),
             WindowEvent::Occluded(covered) => self.covered = covered,
+            WindowEvent::CursorMoved { position, .. } => {
+                let at = Vec2::new(position.x as f32, position.y as f32);
+                let moved = at - std::mem::replace(&mut self.mouse, at);
+                if self.turns {
+                    open.player.camera.drag(moved);
+                }
+            }
+            WindowEvent::MouseInput { state, button, .. } => {
+                let pressed = state == ElementState::Pressed;
+                let size = open.player.size();
+                match button {
+                    MouseButton::Right => self.turns = pressed,
+                    MouseButton::Left if pressed && !size.contains(&0) => {
+                        let picture = beside_panel(size, self.panels, open.gui.scale());
+                        if let Err(error) = open.player.click(self.mouse, picture) {
+                            self.fail(events, error);
+                        }
+                    }
+                    _ => {}
+                }
+            }
+            WindowEvent::MouseWheel { delta, .. } => open.player.camera.zoom(match delta {
+                MouseScrollDelta::LineDelta(_, lines) => lines,
+                MouseScrollDelta::PixelDelta(pixels) => pixels.y as f32 / NOTCH,
+            }),
+            WindowEvent::KeyboardInput { event, .. } => {
+                let KeyEvent {
+                    logical_key: key,
+                    state,
+                    repeat,
+                    ..
+                } = event;
+                // A key that is held down repeats; only single steps use that.
+                if repeat && key.as_ref() != Key::Character(".") {
+                    return;
+                }
+                let is_down = state == ElementState::Pressed;
+                let name = match &key {
+                    Key::Named(NamedKey::Space) => "space".to_owned(),
+                    Key::Named(NamedKey::Shift) => "shift".to_owned(),
+                    Key::Character(text) => text.to_lowercase(),
+                    _ => String::new(),
+                };
+                if !open.player.scene.key(&name, is_down) && is_down {
+                    self.key(events, &key);
+                }
+            }
             _ => {}
-        }
-        if is_panels {
-            self.mouse.let_go();
-            return;
-        }
-        if let Some((key, is_down)) = held(&event)
-            && self.view.hold(&key, is_down)
-        {
-            return;
-        }
-        if let Some(action) = self.mouse.action(&event)
-            && let Err(error) = self.act_on(action, events)
-        {
-            self.fail(events, error);
         }
     }
 
     fn about_to_wait(&mut self, events: &ActiveEventLoop) {
-        if (self.desc.stops)()
-            || self
-                .desc
-                .frames
-                .is_some_and(|most| self.times.pictures >= most)
-        {
+        let is_over = self.desc.frames.is_some_and(|most| self.pictures >= most);
+        if (self.desc.stops)() || is_over {
             events.exit();
         }
         if events.exiting() {
             return;
         }
-        self.look();
         let begun = Instant::now();
+        // Events wake the loop up before its time.
+        if self.due.is_some_and(|due| begun < due) {
+            return;
+        }
+        self.look();
         let pause = match self.frame() {
-            Ok(true) if self.hidden => HIDDEN,
-            // A driver that does not wait for the screen would draw thousands of pictures per second.
-            Ok(true) if self.desc.in_step => PACE.saturating_sub(begun.elapsed()),
-            Ok(true) => Duration::ZERO,
-            Ok(false) => HIDDEN,
-            // The window was destroyed by the system.
-            Err(WindowError::Gpu(error)) if is_window_gone(&error) => return events.exit(),
+            Ok(true) if !self.hidden && !self.desc.in_step => Duration::ZERO,
+            Ok(true) if !self.hidden => PACE,
+            Ok(_) => HIDDEN,
             Err(error) => return self.fail(events, error),
         };
-        events.set_control_flow(match pause.is_zero() {
-            true => ControlFlow::Poll,
-            false => ControlFlow::WaitUntil(begun + pause),
-        });
+        let due = begun + pause;
+        self.due = Some(due);
+        events.set_control_flow(ControlFlow::WaitUntil(due));
     }
 }
 
-/// Time between attempts to draw while the window is hidden.
-const HIDDEN: Duration = Duration::from_millis(50);
+/// Size of the picture beside the panel, in pixels.
+fn beside_panel([width, height]: [u32; 2], panels: bool, scale: f32) -> [u32; 2] {
+    let panel = if panels { (PANEL * scale) as u32 } else { 0 };
+    [width.saturating_sub(panel).max(width.div_ceil(4)), height]
+}
 
 /// The first name of `sabaki-0001.png`, `sabaki-0002.png` and so on without a file.
 fn free_name() -> PathBuf {
@@ -395,7 +396,8 @@ fn free_name() -> PathBuf {
 
 fn save(path: &Path, size: [u32; 2], pixels: &[u8]) -> Result<(), WindowError> {
     use std::io::Write;
-    let bytes = png(size, pixels)?;
+    let colours = pixels.chunks_exact(4).flat_map(|pixel| &pixel[..3]);
+    let bytes = png(size, &colours.copied().collect::<Vec<u8>>())?;
     write_atomically(path, |file| file.write_all(&bytes)).map_err(|source| WindowError::Write {
         path: path.to_owned(),
         source,

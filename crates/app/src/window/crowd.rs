@@ -1,50 +1,125 @@
-//! Shows a crowd in the window.
+//! An endless crowd, posed straight into the memory that it is drawn from.
+
+use std::sync::Arc;
+use std::time::Instant;
 
 use egui::{RichText, Slider};
 use glam::Vec3;
 
 use super::gui::bars;
-use super::times::median;
-use super::{Projection, View, WindowError};
-use crate::live::{CameraPath, Clock, Event, LiveCrowd};
+use super::player::Times;
+use super::{Scene, WindowError};
 use sabaki::math::F32x16;
 use sabaki_draw::StageDesc;
-use sabaki_draw::scene::{Camera, CrowdShot, Shot, level_colour};
+use sabaki_draw::scene::{Camera, CrowdShot, Formation, Mesh, Orbit, Outfit, Shot, level_colour};
 
-/// A crowd with its keys.
-pub struct CrowdView {
-    live_crowd: LiveCrowd,
+/// Path of the camera past a crowd.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum CameraPath {
+    /// Stands in front of the crowd, as in the paper.
+    #[default]
+    Head,
+    /// Flies along the crowd and back.
+    Along,
+    /// Orbits the first rows, low and near.
+    Around,
+    /// Controlled by the mouse.
+    Free,
 }
 
-const KEYS: [(&str, &str); 3] = [
-    ("l", "levels of detail, or all joints for all"),
-    ("t", "everybody in the colour of its level"),
-    ("c", "the next camera path"),
-];
+impl CameraPath {
+    /// All paths.
+    pub const ALL: [Self; 4] = [Self::Head, Self::Along, Self::Around, Self::Free];
 
-impl CrowdView {
-    /// Shows a crowd.
+    /// Name of the path.
     #[must_use]
-    pub fn new(live_crowd: LiveCrowd) -> Self {
-        Self { live_crowd }
-    }
-}
-
-impl View for CrowdView {
-    fn stage(&self) -> StageDesc<'_> {
-        let crowd = &self.live_crowd.formation;
-        StageDesc {
-            shadow_side: 4096,
-            max_members: crowd.len() as u32,
-            max_crowd_len: crowd.max_output_len() as u32,
-            max_parts: crowd.parts() as u32,
-            meshes: self.live_crowd.meshes(),
-            ..StageDesc::default()
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Head => "head",
+            Self::Along => "along",
+            Self::Around => "around",
+            Self::Free => "free",
         }
     }
 
+    /// The camera after some seconds; `None` for [`CameraPath::Free`].
+    #[must_use]
+    pub fn camera(self, formation: &Formation, seconds: f32) -> Option<Camera> {
+        let head = formation.camera();
+        match self {
+            Self::Head => Some(head),
+            Self::Along => {
+                // Along and back in a minute, slow at both ends.
+                let share = 0.5 - 0.5 * (seconds * std::f32::consts::TAU / 60.0).cos();
+                let z = -share * (formation.length() - 30.0).max(0.0);
+                Some(Camera {
+                    eye: head.eye + Vec3::new(0.0, 1.5 * share.min(0.5), z),
+                    target: head.target + Vec3::new(0.0, 0.0, z),
+                    ..head
+                })
+            }
+            Self::Around => {
+                let around = 1.1 * (0.25 * seconds).sin();
+                let orbit = Orbit {
+                    target: Vec3::new(0.0, 1.0, -2.5),
+                    around,
+                    up: 0.22,
+                    distance: 9.0,
+                };
+                Some(Camera {
+                    field: head.field,
+                    ..Camera::orbit(orbit)
+                })
+            }
+            Self::Free => None,
+        }
+    }
+}
+
+/// An endless crowd.
+pub struct CrowdScene {
+    /// The characters.
+    pub formation: Formation,
+    /// Chooses levels of detail by distance.
+    pub levels: bool,
+    /// Draws each character in the colour of its level.
+    pub tinted: bool,
+    /// Path of the camera.
+    pub path: CameraPath,
+    outfit: Option<Arc<Outfit>>,
+    seconds: f32,
+    times: Times,
+}
+
+impl CrowdScene {
+    /// A crowd with levels by distance, in its own colours. The outfit has the skin of its
+    /// [`Performer`](sabaki_draw::scene::Performer).
+    #[must_use]
+    pub fn new(formation: Formation, outfit: Option<Arc<Outfit>>) -> Self {
+        Self {
+            formation,
+            levels: true,
+            tinted: false,
+            path: CameraPath::default(),
+            outfit,
+            seconds: 0.0,
+            times: Times::default(),
+        }
+    }
+}
+
+impl Scene for CrowdScene {
+    fn meshes(&self) -> &[Mesh] {
+        self.outfit.as_ref().map_or(&[], |outfit| &outfit.meshes)
+    }
+
+    fn stage(&self) -> StageDesc<'_> {
+        StageDesc::for_crowd(&self.formation, self.meshes())
+    }
+
     fn advance(&mut self, seconds: f32) {
-        self.live_crowd.advance(seconds);
+        self.formation.advance(seconds);
+        self.seconds += seconds;
     }
 
     fn focus(&self) -> Vec3 {
@@ -56,7 +131,7 @@ impl View for CrowdView {
     }
 
     fn camera(&self) -> Option<Camera> {
-        self.live_crowd.camera()
+        self.path.camera(&self.formation, self.seconds)
     }
 
     fn draw(
@@ -65,73 +140,71 @@ impl View for CrowdView {
         size: [u32; 2],
         poses: &mut [F32x16],
     ) -> Result<(Shot, Option<CrowdShot>), WindowError> {
-        let (shot, crowd) = self.live_crowd.shot(camera, size, poses)?;
+        self.formation.use_levels(self.levels);
+        self.formation.show_levels(self.tinted);
+        self.formation.look_from(&camera, size)?;
+        let started = Instant::now();
+        self.formation.pose(poses)?;
+        self.times.add(1e3 * started.elapsed().as_secs_f32(), 120);
+        let (shot, crowd) = self.formation.shot(camera, size)?;
         Ok((shot, Some(crowd)))
     }
 
-    fn click(&mut self, _: &Camera, _: Vec3) -> Result<(), WindowError> {
-        Ok(())
-    }
-
-    fn key(&mut self, key: &str) {
+    fn key(&mut self, key: &str, is_down: bool) -> bool {
         match key {
-            "l" => self.live_crowd.levels = !self.live_crowd.levels,
-            "t" => self.live_crowd.tinted = !self.live_crowd.tinted,
+            "l" | "t" | "c" if !is_down => {}
+            "l" => self.levels = !self.levels,
+            "t" => self.tinted = !self.tinted,
             "c" => {
                 let all = CameraPath::ALL;
-                let at = all.iter().position(|path| *path == self.live_crowd.path);
-                self.live_crowd.path = all[at.map_or(0, |at| (at + 1) % all.len())];
+                let at = all.iter().position(|path| *path == self.path);
+                self.path = all[at.map_or(0, |at| (at + 1) % all.len())];
             }
-            _ => {}
+            _ => return false,
         }
+        true
     }
 
     fn keys(&self) -> &'static [(&'static str, &'static str)] {
-        &KEYS
+        &[
+            ("l", "levels of detail, or all joints for all"),
+            ("t", "everybody in the colour of its level"),
+            ("c", "the next camera path"),
+        ]
     }
 
-    fn panel(&mut self, ui: &mut egui::Ui, _: &mut Clock) {
-        let live_crowd = &mut self.live_crowd;
-        let count = live_crowd.formation.len();
+    fn panel(&mut self, ui: &mut egui::Ui) {
+        let count = self.formation.len();
         let plural = if count == 1 { "" } else { "s" };
         ui.label(RichText::new(format!("{count} character{plural}")).strong());
-        ui.checkbox(&mut live_crowd.levels, "levels of detail by distance");
-        ui.checkbox(
-            &mut live_crowd.tinted,
-            "everybody in the colour of its level",
-        );
-        let mut error = live_crowd.formation.error();
+        ui.checkbox(&mut self.levels, "levels of detail by distance");
+        ui.checkbox(&mut self.tinted, "everybody in the colour of its level");
+        let mut error = self.formation.error();
         let slider = Slider::new(&mut error, 0.25..=16.0).logarithmic(true);
-        ui.add_enabled(live_crowd.levels, slider.text("pixels of error"));
-        live_crowd.formation.set_error(error);
+        ui.add_enabled(self.levels, slider.text("pixels of error"));
+        self.formation.set_error(error);
         ui.label("camera");
         ui.horizontal(|ui| {
             for path in CameraPath::ALL {
-                ui.selectable_value(&mut live_crowd.path, path, path.name());
+                ui.selectable_value(&mut self.path, path, path.name());
             }
         });
         ui.separator();
-        let posed = median(live_crowd.pose_times());
+        let posed = self.times.median();
         ui.label(format!("posed in {posed:.2} ms, into mapped memory"));
-        bars(ui, live_crowd.pose_times(), "ms");
+        bars(ui, &self.times);
         ui.separator();
         ui.label("characters on each level");
-        census(ui, &live_crowd.formation.census());
-    }
-
-    fn label(&self, _: &egui::Painter, _: &Projection) {}
-
-    fn take_events(&mut self) -> Vec<Event> {
-        Vec::new()
+        add_census(ui, &self.formation.census());
     }
 
     fn pose_ms(&self) -> Option<f64> {
-        Some(median(self.live_crowd.pose_times()))
+        Some(self.times.median())
     }
 }
 
-/// Draws a bar for each level, in its colour.
-fn census(ui: &mut egui::Ui, census: &[usize]) {
+/// A bar for each level, in its colour.
+fn add_census(ui: &mut egui::Ui, census: &[usize]) {
     let most = census.iter().copied().max().unwrap_or(0).max(1);
     for (level, &count) in census.iter().enumerate() {
         ui.horizontal(|ui| {

@@ -7,8 +7,8 @@ use glam::Vec3;
 
 use super::film_times::{AROUND, SLOWEST, bounded, film_times};
 use super::lead_in::lead_in;
-use super::maps::{DodgeMaps, MapStyle, SlabPicture};
-use super::{Figure, Look, Shot, Skin};
+use super::maps::{DodgeMaps, MapStyle};
+use super::{Actor, Look, Shot, Skin};
 use sabaki::anim::{JointTransform, Pose, forward_kinematics};
 use sabaki::graph::{Motion, Playhead};
 use sabaki::maps::{BakedGraph, MovingSphere};
@@ -58,10 +58,7 @@ pub struct AnsweredAttack<'a> {
 pub struct Dodge<'a> {
     pub(super) baked: &'a BakedGraph,
     pub(super) settings: DodgeSettings,
-    pub(super) figure: Figure,
-    pub(super) ghost: Figure,
-    /// Mesh that is drawn in place of the figures.
-    pub(super) skin: Option<Arc<Skin>>,
+    pub(super) actor: Actor,
     /// Motion before the query, and its duration in seconds.
     before: (Motion, f32),
     /// Motion from the query on.
@@ -113,14 +110,11 @@ impl<'a> Dodge<'a> {
         motion.extend(graph, end);
         let mut idle = Motion::new(graph, playhead, &[]);
         idle.extend(graph, end);
-        let figure = Figure::of(graph.skeleton(), baked.body(), &settings.look);
         Self {
             maps: DodgeMaps::of(baked, answer, attack),
             baked,
             settings,
-            ghost: figure.clone().coloured(GHOST),
-            figure,
-            skin: None,
+            actor: Actor::new(baked, &settings.look, None),
             before: lead_in(graph, playhead, settings.before),
             answer: motion,
             idle,
@@ -131,8 +125,9 @@ impl<'a> Dodge<'a> {
 
     /// Draws the fighter and its ghost with a mesh that is bound to the graph's skeleton.
     #[must_use]
-    pub fn with_skin(self, skin: Option<Arc<Skin>>) -> Self {
-        Self { skin, ..self }
+    pub fn with_skin(mut self, skin: Option<Arc<Skin>>) -> Self {
+        self.actor.skin = skin;
+        self
     }
 
     /// First and last time that can be shown, in seconds.
@@ -185,14 +180,6 @@ impl<'a> Dodge<'a> {
         if let Some(maps) = &self.maps {
             maps.add(t, style, shot);
         }
-    }
-
-    /// Maps of the slabs that the attack passes at a time. Empty if the answer has no evasion.
-    #[must_use]
-    pub fn slabs(&self, t: f32) -> Vec<SlabPicture> {
-        self.maps
-            .as_ref()
-            .map_or_else(Vec::new, |maps| maps.pictures(t))
     }
 
     /// Nearest points of body and attack at a time, or `None` if there is no attack at that time.

@@ -3,7 +3,7 @@
 use glam::{Vec2, Vec3};
 
 use super::dodge::{Dodge, GHOST};
-use super::{Camera, Capsule, Light, Orbit, Shot, SkinnedBody};
+use super::{Camera, Capsule, Light, Orbit, Shot};
 use sabaki::anim::{JointTransform, Pose, forward_kinematics};
 use sabaki::maps::MovingSphere;
 use sabaki::math::{Sphere, smooth_step};
@@ -146,13 +146,8 @@ impl Dodge<'_> {
             ..Light::default()
         };
         let mut shot = Shot::new(camera, light);
-        match &self.skin {
-            Some(skin) => {
-                shot.skinned.push(SkinnedBody::new(skin, &joints));
-                self.figure.capsules(&joints, 1.0, &mut shot.occluders);
-            }
-            None => self.figure.capsules(&joints, 1.0, &mut shot.solids),
-        }
+        self.actor.add(&joints, None, 1.0, &mut shot);
+        self.actor.shade(&joints, &mut shot);
         for sphere in self.attack.spheres() {
             self.add_ball(sphere, t, &mut shot);
         }
@@ -211,14 +206,7 @@ impl Dodge<'_> {
         self.idle.sample(graph, t, &mut pose);
         forward_kinematics(graph.skeleton(), &pose, &mut joints);
         let alpha = 0.34 * shown;
-        match &self.skin {
-            Some(skin) => shot.skinned.push(SkinnedBody {
-                tint: GHOST.extend(1.0).to_array(),
-                alpha,
-                ..SkinnedBody::new(skin, &joints)
-            }),
-            None => self.ghost.capsules(&joints, alpha, &mut shot.ghosts),
-        }
+        self.actor.add(&joints, Some(GHOST), alpha, shot);
     }
 }
 

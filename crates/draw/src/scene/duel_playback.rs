@@ -5,7 +5,7 @@ use std::sync::Arc;
 use glam::{Vec2, Vec3};
 
 use super::film_times::{AROUND, SLOWEST, bounded, film_times};
-use super::{Camera, Capsule, Figure, Light, Look, Orbit, Shot, Skin, SkinnedBody};
+use super::{Actor, Camera, Capsule, Light, Look, Orbit, Shot, Skin};
 use sabaki::anim::{JointId, JointTransform, Pose, forward_kinematics};
 use sabaki::duel::{Exchange, Fighter, Side};
 use sabaki::maps::{BakedGraph, MovingSphere, SphereKey};
@@ -54,9 +54,7 @@ pub struct RecordedDuel<'a> {
 #[derive(Clone, Debug)]
 pub struct DuelPlayback<'a> {
     duel: RecordedDuel<'a>,
-    figures: [Figure; 2],
-    /// Meshes that are drawn in place of the figures.
-    skins: Option<[Arc<Skin>; 2]>,
+    actors: [Actor; 2],
     settings: DuelPlaybackSettings,
 }
 
@@ -77,12 +75,11 @@ impl<'a> DuelPlayback<'a> {
     /// Creates the playback of a duel. Settings out of their ranges are clamped to them.
     #[must_use]
     pub fn new(duel: RecordedDuel<'a>, settings: &DuelPlaybackSettings) -> Self {
-        let skeleton = duel.baked.graph().skeleton();
-        let figure = |look: &Look| Figure::of(skeleton, duel.baked.body(), look);
         Self {
             duel,
-            figures: [0, 1].map(|side| figure(&settings.looks[side])),
-            skins: None,
+            actors: settings
+                .looks
+                .map(|look| Actor::new(duel.baked, &look, None)),
             settings: DuelPlaybackSettings {
                 before: bounded(settings.before, AROUND),
                 after: bounded(settings.after, AROUND),
@@ -94,8 +91,11 @@ impl<'a> DuelPlayback<'a> {
 
     /// Draws the fighters with meshes that are bound to the graph's skeleton.
     #[must_use]
-    pub fn with_skins(self, skins: Option<[Arc<Skin>; 2]>) -> Self {
-        Self { skins, ..self }
+    pub fn with_skins(mut self, skins: Option<[Arc<Skin>; 2]>) -> Self {
+        for (actor, skin) in self.actors.iter_mut().zip(skins.into_iter().flatten()) {
+            actor.skin = Some(skin);
+        }
+        self
     }
 
     /// One cut for each exchange. Cuts do not overlap.
@@ -209,22 +209,15 @@ impl<'a> DuelPlayback<'a> {
         for side in [Side::White, Side::Blue] {
             self.joints(side, t, &mut joints);
             middle += 0.5 * joints[0].translation;
-            let figure = &self.figures[side.index()];
-            if let Some(skins) = &self.skins {
-                let mut body = SkinnedBody::new(&skins[side.index()], &joints);
-                if side == exchange.attacker {
-                    body.tint = ATTACK.extend(heat(exchange, local)).to_array();
-                    body.tinted = self.attacking(exchange);
-                }
-                shot.skinned.push(body);
-                figure.capsules(&joints, 1.0, &mut shot.occluders);
-            } else if side == exchange.attacker {
-                let heat = heat(exchange, local);
-                let figure = self.with_attack_colour(figure, exchange, heat);
-                figure.capsules(&joints, 1.0, &mut shot.solids);
+            let actor = &self.actors[side.index()];
+            if side == exchange.attacker {
+                let tint = ATTACK.extend(heat(exchange, local)).to_array();
+                let weights = self.attacking(exchange);
+                actor.add_tinted(&joints, tint, &weights, 1.0, &mut shot);
             } else {
-                figure.capsules(&joints, 1.0, &mut shot.solids);
+                actor.add(&joints, None, 1.0, &mut shot);
             }
+            actor.shade(&joints, &mut shot);
         }
         shot.light.shadow = Sphere::new(Vec3::new(middle.x, 0.0, middle.z), 3.0);
         add_region(exchange, local, &mut shot);
@@ -245,17 +238,6 @@ impl<'a> DuelPlayback<'a> {
         };
         let weight = |joint| f32::from(u8::from(attacks(joint)));
         skeleton.ids().map(weight).collect()
-    }
-
-    /// Returns the figure with the attacking limb in the attack's colour.
-    fn with_attack_colour(&self, figure: &Figure, exchange: &Exchange, heat: f32) -> Figure {
-        let attacking = self.attacking(exchange);
-        let mut figure = figure.clone();
-        let parts = figure.parts.iter_mut();
-        for part in parts.filter(|part| attacking[part.joints[0].index()] > 0.0) {
-            part.colour = part.colour.lerp(ATTACK, heat);
-        }
-        figure
     }
 }
 

@@ -1,12 +1,14 @@
 //! Appearance of a body: capsules on its bones, slightly inside the spheres that attacks are tested
 //! against.
 
+use std::sync::Arc;
+
 use glam::Vec3;
 
-use super::Capsule;
+use super::{Capsule, Shot, Skin, SkinnedBody};
 use sabaki::anim::{JointId, JointKind, JointTransform, Skeleton};
 use sabaki::lod::Level;
-use sabaki::maps::Body;
+use sabaki::maps::{BakedGraph, Body};
 use sabaki::math::Sphere;
 
 /// Linear colours of a body.
@@ -151,6 +153,85 @@ impl Figure {
         parts.sort_by(|a, b| size(b).total_cmp(&size(a)));
         parts.truncate(count);
         Self { parts }
+    }
+}
+
+/// A body that is drawn as capsules, or with a mesh in their place.
+#[derive(Clone, Debug)]
+pub struct Actor {
+    /// The capsules.
+    pub figure: Figure,
+    /// The mesh, bound to the skeleton.
+    pub skin: Option<Arc<Skin>>,
+}
+
+impl Actor {
+    /// The body of a graph's character.
+    #[must_use]
+    pub fn new(baked: &BakedGraph, look: &Look, skin: Option<Arc<Skin>>) -> Self {
+        Self {
+            figure: Figure::of(baked.graph().skeleton(), baked.body(), look),
+            skin,
+        }
+    }
+
+    /// Adds the body in a pose, in its own colours or in one. `alpha` below 1 makes it a ghost.
+    ///
+    /// # Panics
+    /// If `joints` is shorter than the skeleton.
+    pub fn add(
+        &self,
+        joints: &[JointTransform],
+        colour: Option<Vec3>,
+        alpha: f32,
+        shot: &mut Shot,
+    ) {
+        let tint = colour.map_or([0.0; 4], |colour| colour.extend(1.0).to_array());
+        self.add_tinted(joints, tint, &[], alpha, shot);
+    }
+
+    /// As [`Actor::add`], with a tint colour and its weight. `weights` has a factor of the weight for each joint; it is 1 without them.
+    ///
+    /// # Panics
+    /// As for [`Actor::add`].
+    pub fn add_tinted(
+        &self,
+        joints: &[JointTransform],
+        tint: [f32; 4],
+        weights: &[f32],
+        alpha: f32,
+        shot: &mut Shot,
+    ) {
+        if let Some(skin) = &self.skin {
+            shot.skinned.push(SkinnedBody {
+                tint,
+                tinted: weights.to_vec(),
+                alpha,
+                ..SkinnedBody::new(skin, joints)
+            });
+            return;
+        }
+        let mut figure = self.figure.clone();
+        let [red, green, blue, weight] = tint;
+        for part in &mut figure.parts {
+            let own = weights.get(part.joints[0].index()).copied().unwrap_or(1.0);
+            part.colour = part.colour.lerp(Vec3::new(red, green, blue), weight * own);
+        }
+        let capsules = match alpha < 1.0 {
+            true => &mut shot.ghosts,
+            false => &mut shot.solids,
+        };
+        figure.capsules(joints, alpha, capsules);
+    }
+
+    /// Darkens the floor beneath a body with a mesh, by its capsules. Other capsules do so by themselves.
+    ///
+    /// # Panics
+    /// As for [`Actor::add`].
+    pub fn shade(&self, joints: &[JointTransform], shot: &mut Shot) {
+        if self.skin.is_some() {
+            self.figure.capsules(joints, 1.0, &mut shot.occluders);
+        }
     }
 }
 

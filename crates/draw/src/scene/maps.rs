@@ -20,20 +20,6 @@ pub enum MapStyle {
     Ground,
 }
 
-/// Maps of one slab at a time, in the frame of the evasion. Their rectangles are relative to the
-/// origin of that frame.
-#[derive(Clone, Debug, PartialEq)]
-pub struct SlabPicture {
-    /// Height of the slab's middle above the ground, in metres.
-    pub height: f32,
-    /// Texels that the body covers during the whole slice of time.
-    pub body: BitMap,
-    /// Texels that the body covers at the evasion's start but not during the whole evasion.
-    pub evasion: BitMap,
-    /// Texels that the attack passes.
-    pub attack: BitMap,
-}
-
 /// Maps of one evasion and of the attack that it avoids.
 #[derive(Clone, Debug)]
 pub(super) struct DodgeMaps {
@@ -92,19 +78,6 @@ impl DodgeMaps {
             false => 0.0,
         };
         slice.clamp(0.0, self.grid.slices as f32 - 1.0) as u32
-    }
-
-    /// Slabs that the attack passes, lowest first, at a time.
-    pub(super) fn pictures(&self, t: f32) -> Vec<SlabPicture> {
-        let slice = self.slice(t);
-        let met = self.slabs.iter().filter(|slab| slab.attack.count() > 0);
-        let picture = |slab: &SlabLayers| SlabPicture {
-            height: slab.height,
-            body: of_slice(&slab.body, slice),
-            evasion: slab.evasion.clone(),
-            attack: slab.attack.clone(),
-        };
-        met.map(picture).collect()
     }
 
     /// Adds the layers of a time, in seconds since the query, to a shot.

@@ -1,6 +1,6 @@
 use ash::vk;
 
-use crate::scene::Mesh;
+use crate::scene::{Formation, Mesh};
 
 /// Settings of a [`Stage`](super::Stage).
 #[derive(Clone, Copy, Debug)]
@@ -40,6 +40,21 @@ pub struct StageDesc<'a> {
     /// Cache that pipelines are created with: the host's, or that of a
     /// [`PipelineCache`](sabaki::gpu::PipelineCache). Default: none.
     pub pipeline_cache: vk::PipelineCache,
+}
+
+impl<'a> StageDesc<'a> {
+    /// Settings for a crowd that is drawn with these meshes.
+    #[must_use]
+    pub fn for_crowd(formation: &Formation, meshes: &'a [Mesh]) -> Self {
+        Self {
+            shadow_side: 4096,
+            max_members: formation.len() as u32,
+            max_crowd_len: formation.max_output_len() as u32,
+            max_parts: formation.parts() as u32,
+            meshes,
+            ..Self::default()
+        }
+    }
 }
 
 impl Default for StageDesc<'_> {
