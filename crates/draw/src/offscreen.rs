@@ -3,9 +3,7 @@
 use ash::vk;
 
 use super::Target;
-use super::stage::image_use::{
-    COPIED, DRAWN, HostCopy, ImageBarrier, ImageUse, copy_to_host, image_barrier,
-};
+use super::stage::image_use::{COPIED, DRAWN, ImageUse, image_barrier};
 use sabaki::gpu::internal::{Buffer, BufferDesc, Image, ImageDesc, within};
 use sabaki::gpu::{Context, GpuError, Memory, MemoryUse};
 
@@ -80,15 +78,12 @@ impl Offscreen {
     /// # Safety
     /// `cmd` is in the recording state, outside of rendering, for a queue of the context's family.
     pub unsafe fn record_start(&self, cmd: vk::CommandBuffer) {
-        use vk::{AccessFlags2 as Access, ImageLayout as Layout, PipelineStageFlags2 as Stages};
         let copied = ImageUse {
-            stages: Stages::COPY,
-            access: Access::NONE,
-            layout: Layout::UNDEFINED,
+            access: vk::AccessFlags2::NONE,
+            ..COPIED.discarded()
         };
-        let barrier = ImageBarrier::colour(self.image.handle, copied, DRAWN);
         // SAFETY: the caller vouches for `cmd`; the image is this one's.
-        unsafe { image_barrier(&self.context, cmd, barrier) };
+        unsafe { image_barrier(&self.context, cmd, self.colour(), copied, DRAWN) };
     }
 
     /// Records the copy of the image to the buffer that [`Offscreen::pixels`] reads.
@@ -96,17 +91,35 @@ impl Offscreen {
     /// # Safety
     /// As for [`Offscreen::record_start`], which must have been recorded before.
     pub unsafe fn record_end(&self, cmd: vk::CommandBuffer) {
-        let barrier = ImageBarrier::colour(self.image.handle, DRAWN, COPIED);
-        let copy = HostCopy {
-            image: self.image.handle,
-            size: self.image.side,
-            buffer: self.pixels.handle,
-        };
+        let [width, height] = self.image.side;
+        let layers = vk::ImageSubresourceLayers::default()
+            .aspect_mask(vk::ImageAspectFlags::COLOR)
+            .layer_count(1);
+        let region = [vk::BufferImageCopy::default()
+            .image_subresource(layers)
+            .image_extent(vk::Extent3D {
+                width,
+                height,
+                depth: 1,
+            })];
+        let read = [vk::MemoryBarrier2::default()
+            .src_stage_mask(vk::PipelineStageFlags2::COPY)
+            .src_access_mask(vk::AccessFlags2::TRANSFER_WRITE)
+            .dst_stage_mask(vk::PipelineStageFlags2::HOST)
+            .dst_access_mask(vk::AccessFlags2::HOST_READ)];
+        let info = vk::DependencyInfo::default().memory_barriers(&read);
+        let device = self.context.device();
+        let (image, pixels) = (self.image.handle, self.pixels.handle);
         // SAFETY: the caller vouches for `cmd`; the buffer has room for every pixel.
         unsafe {
-            image_barrier(&self.context, cmd, barrier);
-            copy_to_host(&self.context, cmd, copy);
+            image_barrier(&self.context, cmd, self.colour(), DRAWN, COPIED);
+            device.cmd_copy_image_to_buffer(cmd, image, COPIED.layout, pixels, &region);
+            device.cmd_pipeline_barrier2(cmd, &info);
         }
+    }
+
+    fn colour(&self) -> (vk::Image, vk::ImageAspectFlags) {
+        (self.image.handle, vk::ImageAspectFlags::COLOR)
     }
 
     /// Pixels of four bytes, row by row from the top left.

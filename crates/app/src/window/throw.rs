@@ -17,8 +17,8 @@ use super::{Event, Projection, Scene, WindowError};
 use sabaki::anim::{JointTransform, Pose, forward_kinematics};
 use sabaki::gpu::{Culler, CullerDesc};
 use sabaki::graph::{EdgeId, EdgeMotion, Motion, MotionGraph, MotionStep, Playhead};
-use sabaki::internal::smooth_step;
 use sabaki::maps::{BakedGraph, SphereKey};
+use sabaki::math::smooth_step;
 use sabaki::math::{F32x16, Rigid2, Sphere};
 use sabaki::query::cull::{Counted, CullInput, Overlap, cpu};
 use sabaki::query::{

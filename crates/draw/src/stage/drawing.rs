@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use ash::vk;
 
-use super::image_use::{ImageBarrier, ImageUse, image_barrier};
+use super::image_use::{DRAWN, ImageUse, image_barrier};
 use super::pipelines::{Draw, PUSHED};
 use super::skinned::SkinPass;
 use super::slot::Slot;
@@ -78,20 +78,19 @@ impl Stage {
             access: Access::NONE,
             layout: Layout::UNDEFINED,
         };
-        let barrier = depth_barrier(shadow, read, DEPTH_DRAWN);
         let depth = vk::RenderingAttachmentInfo::default()
             .image_view(shadow.view)
             .image_layout(Layout::DEPTH_ATTACHMENT_OPTIMAL)
             .load_op(vk::AttachmentLoadOp::CLEAR)
             .store_op(vk::AttachmentStoreOp::STORE)
-            .clear_value(depth_of(1.0));
+            .clear_value(cleared(1.0));
         let info = vk::RenderingInfo::default()
             .render_area(area(shadow.side))
             .layer_count(1)
             .depth_attachment(&depth);
         // SAFETY: the caller vouches for `cmd`; the image is the stage's.
         unsafe {
-            image_barrier(&self.context, cmd, barrier);
+            image_barrier(&self.context, cmd, depth_of(shadow), read, DEPTH_DRAWN);
             self.context.device().cmd_begin_rendering(cmd, &info);
             self.full_viewport(cmd, shadow.side);
         }
@@ -109,8 +108,6 @@ impl Stage {
             access: Access::SHADER_READ,
             layout: Layout::SHADER_READ_ONLY_OPTIMAL,
         };
-        let shadow = depth_barrier(&targets.shadow, DEPTH_DRAWN, shadow_read);
-        let depth_barrier = depth_barrier(&targets.depth, DEPTH_DRAWN.discarded(), DEPTH_DRAWN);
         let is_single = self.samples == vk::SampleCountFlags::TYPE_1;
         let mut colour = vk::RenderingAttachmentInfo::default()
             .image_layout(Layout::COLOR_ATTACHMENT_OPTIMAL)
@@ -131,7 +128,7 @@ impl Stage {
             .image_layout(Layout::DEPTH_ATTACHMENT_OPTIMAL)
             .load_op(vk::AttachmentLoadOp::CLEAR)
             .store_op(vk::AttachmentStoreOp::DONT_CARE)
-            .clear_value(depth_of(0.0));
+            .clear_value(cleared(0.0));
         let colours = [colour];
         let info = vk::RenderingInfo::default()
             .render_area(area(target.size))
@@ -140,17 +137,23 @@ impl Stage {
             .depth_attachment(&depth);
         // SAFETY: the caller vouches for `cmd` and the target; the other images are the stage's.
         unsafe {
-            image_barrier(&self.context, cmd, shadow);
-            image_barrier(&self.context, cmd, depth_barrier);
+            let context = &self.context;
+            image_barrier(
+                context,
+                cmd,
+                depth_of(&targets.shadow),
+                DEPTH_DRAWN,
+                shadow_read,
+            );
+            let (depth, fresh) = (depth_of(&targets.depth), DEPTH_DRAWN.discarded());
+            image_barrier(context, cmd, depth, fresh, DEPTH_DRAWN);
             if !is_single {
-                let drawn = ImageUse {
-                    stages: Stages::COLOR_ATTACHMENT_OUTPUT,
+                let samples = (targets.samples.handle, vk::ImageAspectFlags::COLOR);
+                let blended = ImageUse {
                     access: Access::COLOR_ATTACHMENT_WRITE | Access::COLOR_ATTACHMENT_READ,
-                    layout: Layout::COLOR_ATTACHMENT_OPTIMAL,
+                    ..DRAWN
                 };
-                let samples =
-                    ImageBarrier::colour(targets.samples.handle, drawn.discarded(), drawn);
-                image_barrier(&self.context, cmd, samples);
+                image_barrier(context, cmd, samples, blended.discarded(), blended);
             }
             self.context.device().cmd_begin_rendering(cmd, &info);
             self.full_viewport(cmd, target.size);
@@ -303,13 +306,8 @@ const DEPTH_DRAWN: ImageUse = ImageUse {
     layout: vk::ImageLayout::DEPTH_ATTACHMENT_OPTIMAL,
 };
 
-fn depth_barrier(image: &Image, before: ImageUse, after: ImageUse) -> ImageBarrier {
-    ImageBarrier {
-        image: image.handle,
-        aspect: vk::ImageAspectFlags::DEPTH,
-        before,
-        after,
-    }
+fn depth_of(image: &Image) -> (vk::Image, vk::ImageAspectFlags) {
+    (image.handle, vk::ImageAspectFlags::DEPTH)
 }
 
 fn area(side: [u32; 2]) -> vk::Rect2D {
@@ -319,7 +317,7 @@ fn area(side: [u32; 2]) -> vk::Rect2D {
     })
 }
 
-fn depth_of(depth: f32) -> vk::ClearValue {
+fn cleared(depth: f32) -> vk::ClearValue {
     vk::ClearValue {
         depth_stencil: vk::ClearDepthStencilValue { depth, stencil: 0 },
     }
