@@ -296,30 +296,3 @@ impl Palette {
         self.known[key] as u8
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn sum(delay: Delay, pictures: usize) -> u32 {
-        let delays = (0..pictures).map(|picture| u32::from(delay.hundredths(picture)));
-        delays.sum()
-    }
-
-    #[test]
-    fn delays_of_any_rate_add_up_to_the_length_of_the_film() {
-        let first = |rate| [0, 1, 2, 3].map(|picture| Delay::of_rate(rate).hundredths(picture));
-        assert_eq!(first(30), [3, 4, 3, 3]);
-        assert_eq!(first(40), [3, 2, 3, 2]);
-        assert_eq!(first(25), [4; 4]);
-        for rate in 1..=50 {
-            for pictures in [1, 7, 100, 1001] {
-                let exact = 100.0 * pictures as f64 / f64::from(rate);
-                let found = f64::from(sum(Delay::of_rate(rate), pictures));
-                assert!((found - exact).abs() <= 0.5, "{rate}: {found} {exact}");
-            }
-        }
-        assert_eq!(sum(Delay::of_seconds(0.073), 100), 730);
-        assert_eq!(sum(Delay::default(), 100), 0);
-    }
-}

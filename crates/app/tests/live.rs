@@ -1,7 +1,7 @@
 //! Promise: what goes on in a window goes on without one: the fighter does what the query answered, and a driven character obeys and dodges.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 use sabaki_app::window::{DriveScene, Event, MouseCamera, Scene, ThrowScene, ThrowSettings};
 use sabaki_draw::scene::Camera;
 use sabaki_fixtures::baked::embedded;
@@ -114,4 +114,16 @@ fn a_driven_character_goes_where_the_keys_lead_dodges_and_enters_no_wall() {
     };
     let (without, with) = (hits(false), hits(true));
     assert!(without.0 > with.0 + 2, "{without:?} {with:?}");
+}
+
+#[test]
+fn the_focus_is_in_the_middle_and_the_eye_above_the_ground() {
+    let mut camera = MouseCamera::new(Vec3::new(0.4, 0.9, -0.2), 4.6);
+    let middle = camera.camera().pixel(camera.orbit.target, [1280, 720]);
+    let middle = middle.unwrap();
+    assert!(middle.distance(Vec2::new(640.0, 360.0)) < 0.5, "{middle}");
+    camera.drag(Vec2::new(0.0, -1e6));
+    assert!(camera.camera().eye.y > 0.1, "never below the ground");
+    camera.zoom(1e3);
+    assert!(camera.orbit.distance >= 1.2);
 }

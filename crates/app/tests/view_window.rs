@@ -15,7 +15,7 @@ use std::sync::Arc;
 use common::baked::{embedded, embedded_file};
 use sabaki::duel::DuelSettings;
 use sabaki::graph::MotionGraph;
-use sabaki::maps::{AttackGrid, AttackGridSettings, Body};
+use sabaki::maps::{AttackGrid, AttackGridSettings};
 use sabaki_app::window::{
     Click, CrowdScene, DuelScene, Scene, ThrowScene, ThrowSettings, WindowDesc, picture,
 };
@@ -214,16 +214,14 @@ fn a_crowd_marches_past_cameras_posed_into_the_memory_that_is_drawn() {
         count: 400,
         ..FormationSettings::default()
     };
-    let body = Body::from_bones(&motions.skeleton);
     let outfit = Outfit::human(&motions.skeleton, &motions.clips).unwrap();
     let performer = Performer {
         skeleton: &motions.skeleton,
-        body: &body,
         clip: clip.unwrap(),
-        skin: Some(&outfit.skins[0]),
+        skin: &outfit.skins[0],
     };
     let formation = Formation::new(performer, &settings).unwrap();
-    let mut scene = CrowdScene::new(formation, Some(Arc::new(outfit)));
+    let mut scene = CrowdScene::new(formation, Arc::new(outfit));
     scene.tinted = true;
     assert_same(&png, &mut scene, &stepped(0.0625, 12), "crowd");
 

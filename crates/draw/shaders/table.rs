@@ -30,22 +30,6 @@ pub(crate) const VIEW_BODY_VERT: Shader = Shader {
     words: &words::<1962>(include_bytes!("spirv/view_body.vert.spv")),
 };
 
-pub(crate) const VIEW_CROWD_VERT: Shader = Shader {
-    name: "view_crowd.vert",
-    stage: Stage::Vertex,
-    push_constants: 24,
-    shared: 0,
-    group: [0, 0, 0],
-    storage_buffers: 3,
-    bindings: &[
-        Binding { set: 0, binding: 0, stride: 352 },
-        Binding { set: 0, binding: 4, stride: 4 },
-        Binding { set: 0, binding: 5, stride: 32 },
-        Binding { set: 0, binding: 6, stride: 64 },
-    ],
-    words: &words::<2896>(include_bytes!("spirv/view_crowd.vert.spv")),
-};
-
 pub(crate) const VIEW_FLOOR_FRAG: Shader = Shader {
     name: "view_floor.frag",
     stage: Stage::Fragment,
@@ -226,13 +210,4 @@ pub(crate) mod FrameData {
     pub(crate) const GROUND: usize = 304;
     pub(crate) const SHADE: usize = 320;
     pub(crate) const COUNTS: usize = 336;
-}
-
-#[allow(non_snake_case)]
-pub(crate) mod Part {
-    pub(crate) const SIZE: usize = 64;
-    pub(crate) const JOINTS: usize = 0;
-    pub(crate) const A: usize = 16;
-    pub(crate) const B: usize = 32;
-    pub(crate) const COLOUR: usize = 48;
 }

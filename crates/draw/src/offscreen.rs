@@ -3,8 +3,9 @@
 use ash::vk;
 
 use super::Target;
-use super::stage::image_use::{COPIED, DRAWN, ImageUse, image_barrier};
-use sabaki::gpu::internal::{Buffer, BufferDesc, Image, ImageDesc, within};
+use super::stage::check_side;
+use super::stage::drawing::{COPIED, DRAWN, ImageUse, image_barrier};
+use sabaki::gpu::internal::{Buffer, BufferDesc, Image, ImageDesc};
 use sabaki::gpu::{Context, GpuError, Memory, MemoryUse};
 
 /// A render target whose pixels the host can read.
@@ -31,8 +32,7 @@ impl Offscreen {
     ) -> Result<Self, GpuError> {
         use vk::ImageUsageFlags as Usage;
         let size = size.map(|side| side.max(1));
-        let most = context.max_target_side();
-        within("side of a target", size[0].max(size[1]).into(), most.into())?;
+        check_side(context, size[0].max(size[1]))?;
         let desc = ImageDesc {
             name: "picture",
             side: size,

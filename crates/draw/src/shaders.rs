@@ -11,8 +11,8 @@ use sabaki::gpu::internal::{Binding, Shader, Stage, has_one_set, runs_anywhere, 
 mod table;
 
 pub(super) use table::{
-    VIEW_BODY_FRAG, VIEW_BODY_VERT, VIEW_CROWD_VERT, VIEW_FLOOR_FRAG, VIEW_FLOOR_VERT,
-    VIEW_LAYER_FRAG, VIEW_LAYER_VERT, VIEW_SKIN_FRAG, VIEW_SKIN_VERT, VIEW_SKY_FRAG, VIEW_SKY_VERT,
+    VIEW_BODY_FRAG, VIEW_BODY_VERT, VIEW_FLOOR_FRAG, VIEW_FLOOR_VERT, VIEW_LAYER_FRAG,
+    VIEW_LAYER_VERT, VIEW_SKIN_FRAG, VIEW_SKIN_VERT, VIEW_SKY_FRAG, VIEW_SKY_VERT,
 };
 
 /// Uniform buffer with camera and light.
@@ -41,6 +41,7 @@ pub(super) struct DrawBodies {
     pub(super) sun: u32,
     pub(super) segments: u32,
     pub(super) rings: u32,
+    /// This one and those below are read by no shader.
     pub(super) first_character: u32,
     pub(super) first_part: u32,
     pub(super) parts: u32,
@@ -62,16 +63,6 @@ pub(super) struct DrawLayer {
 pub(super) struct CrowdCharacter {
     pub(super) place: [u32; 4],
     pub(super) tint: [f32; 4],
-}
-
-/// A part of a figure in the layout of the shaders.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
-pub(super) struct CrowdPart {
-    pub(super) joints: [u32; 4],
-    pub(super) a: [f32; 4],
-    pub(super) b: [f32; 4],
-    pub(super) colour: [f32; 4],
 }
 
 /// A bone of a skin in the layout of the shaders.
@@ -109,13 +100,12 @@ pub(super) struct DrawSkin {
 const _: () = {
     use table::{
         Bone, Capsule as C, Character, DrawBodies as B, DrawLayer as L, DrawSkin as S,
-        FrameData as F, Part,
+        FrameData as F,
     };
 
-    let shaders: [&Shader; 11] = [
+    let shaders: [&Shader; 10] = [
         &VIEW_BODY_FRAG,
         &VIEW_BODY_VERT,
-        &VIEW_CROWD_VERT,
         &VIEW_FLOOR_FRAG,
         &VIEW_FLOOR_VERT,
         &VIEW_LAYER_FRAG,
@@ -131,8 +121,7 @@ const _: () = {
         index += 1;
     }
     // The stage's descriptor set contains all storage buffers, for all shaders.
-    assert!(VIEW_BODY_VERT.storage_buffers + VIEW_CROWD_VERT.storage_buffers <= 4);
-    assert!(VIEW_SKIN_VERT.storage_buffers == VIEW_CROWD_VERT.storage_buffers);
+    assert!(VIEW_BODY_VERT.storage_buffers + VIEW_SKIN_VERT.storage_buffers <= 4);
     let fragments = VIEW_FLOOR_FRAG.storage_buffers + VIEW_LAYER_FRAG.storage_buffers;
     assert!(fragments + VIEW_SKIN_FRAG.storage_buffers <= 4);
 
@@ -140,9 +129,8 @@ const _: () = {
     assert!(stride(&VIEW_BODY_VERT, 2) == size_of::<Capsule>());
     assert!(stride(&VIEW_FLOOR_FRAG, 2) == size_of::<Capsule>());
     assert!(stride(&VIEW_LAYER_FRAG, 3) == size_of::<u32>());
-    assert!(stride(&VIEW_CROWD_VERT, 4) == size_of::<f32>());
-    assert!(stride(&VIEW_CROWD_VERT, 5) == size_of::<CrowdCharacter>());
-    assert!(stride(&VIEW_CROWD_VERT, 6) == size_of::<CrowdPart>());
+    assert!(stride(&VIEW_SKIN_VERT, 4) == size_of::<f32>());
+    assert!(stride(&VIEW_SKIN_VERT, 5) == size_of::<CrowdCharacter>());
     assert!(stride(&VIEW_SKIN_VERT, 6) == size_of::<SkinBone>());
     assert!(stride(&VIEW_SKIN_FRAG, 7) == size_of::<[u8; 4]>());
 
@@ -179,12 +167,7 @@ const _: () = {
     assert!(offset_of!(CrowdCharacter, place) == Character::PLACE);
     assert!(offset_of!(CrowdCharacter, tint) == Character::TINT);
 
-    assert!(size_of::<CrowdPart>() == Part::SIZE && offset_of!(CrowdPart, joints) == Part::JOINTS);
-    assert!(offset_of!(CrowdPart, a) == Part::A && offset_of!(CrowdPart, b) == Part::B);
-    assert!(offset_of!(CrowdPart, colour) == Part::COLOUR);
-
-    // Parts of figures and bones of skins share a buffer.
-    assert!(size_of::<SkinBone>() == size_of::<CrowdPart>() && size_of::<SkinBone>() == Bone::SIZE);
+    assert!(size_of::<SkinBone>() == Bone::SIZE);
     assert!(offset_of!(SkinBone, joint) == Bone::JOINT);
     assert!(offset_of!(SkinBone, rotation) == Bone::ROTATION);
     assert!(offset_of!(SkinBone, translation) == Bone::TRANSLATION);

@@ -162,8 +162,7 @@ pub(crate) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
         }
         Scene::Crowd(args) => {
             let (formation, outfit) = args.crowd.formation(&args.window.mesh)?;
-            let outfit = outfit.map(BoundOutfit::reported);
-            let mut crowd = window::CrowdScene::new(formation, outfit);
+            let mut crowd = window::CrowdScene::new(formation, outfit.reported());
             (crowd.levels, crowd.tinted) = (!args.crowd.no_levels, args.crowd.levels);
             args.window.show(&mut crowd, &[], as_json)?;
         }

@@ -33,7 +33,7 @@ pub enum PlayError {
 pub const FRAME: f32 = 1.0 / 60.0;
 
 /// The joints of a character.
-fn joints_of(
+pub(crate) fn joints_of(
     characters: &mut Characters,
     id: CharacterId,
     joints: &mut Vec<JointTransform>,

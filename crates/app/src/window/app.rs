@@ -16,7 +16,7 @@ use winit::window::{Window, WindowId};
 
 use super::gui::{Gui, PANEL};
 use super::player::{Player, Times};
-use super::{Event, Projection, Scene, WindowDesc, WindowError};
+use super::{Event, Scene, WindowDesc, WindowError};
 use crate::film::png;
 use sabaki::archive::write_atomically;
 use sabaki_fixtures::headless::Message;
@@ -111,7 +111,7 @@ impl<'a> App<'a> {
         };
         let [width, height] = self.desc.size;
         let attributes = Window::default_attributes()
-            .with_title(&self.desc.title)
+            .with_title("sabaki")
             .with_inner_size(PhysicalSize::new(width, height));
         let window = events.create_window(attributes);
         let window = Arc::new(window.map_err(|error| WindowError::NoWindow(error.to_string()))?);
@@ -189,10 +189,10 @@ impl<'a> App<'a> {
         open.player.advance(since.unwrap_or(0.0), size, picture)?;
         let (camera, shot, crowd) = open.player.shot(picture)?;
         let panels = self.panels.then(|| {
-            let seen = Projection {
-                camera,
-                size: picture,
-                pixels_per_point: open.gui.scale(),
+            let scale = open.gui.scale();
+            let seen = |place| {
+                let pixel = camera.pixel(place, picture)? / scale;
+                Some(egui::pos2(pixel.x, pixel.y))
             };
             let (scene, clock) = (&mut *open.player.scene, &mut open.player.clock);
             let head = (&*open.device, &self.times);

@@ -31,17 +31,6 @@ impl CameraPath {
     /// All paths.
     pub const ALL: [Self; 4] = [Self::Head, Self::Along, Self::Around, Self::Free];
 
-    /// Name of the path.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Head => "head",
-            Self::Along => "along",
-            Self::Around => "around",
-            Self::Free => "free",
-        }
-    }
-
     /// The camera after some seconds; `None` for [`CameraPath::Free`].
     #[must_use]
     pub fn camera(self, formation: &Formation, seconds: f32) -> Option<Camera> {
@@ -86,7 +75,7 @@ pub struct CrowdScene {
     pub tinted: bool,
     /// Path of the camera.
     pub path: CameraPath,
-    outfit: Option<Arc<Outfit>>,
+    outfit: Arc<Outfit>,
     seconds: f32,
     times: Times,
 }
@@ -95,7 +84,7 @@ impl CrowdScene {
     /// A crowd with levels by distance, in its own colours. The outfit has the skin of its
     /// [`Performer`](sabaki_draw::scene::Performer).
     #[must_use]
-    pub fn new(formation: Formation, outfit: Option<Arc<Outfit>>) -> Self {
+    pub fn new(formation: Formation, outfit: Arc<Outfit>) -> Self {
         Self {
             formation,
             levels: true,
@@ -110,7 +99,7 @@ impl CrowdScene {
 
 impl Scene for CrowdScene {
     fn meshes(&self) -> &[Mesh] {
-        self.outfit.as_ref().map_or(&[], |outfit| &outfit.meshes)
+        &self.outfit.meshes
     }
 
     fn stage(&self) -> StageDesc<'_> {
@@ -186,7 +175,8 @@ impl Scene for CrowdScene {
         ui.label("camera");
         ui.horizontal(|ui| {
             for path in CameraPath::ALL {
-                ui.selectable_value(&mut self.path, path, path.name());
+                let name = format!("{path:?}").to_lowercase();
+                ui.selectable_value(&mut self.path, path, name);
             }
         });
         ui.separator();

@@ -18,8 +18,8 @@ use sabaki::query::{Obstacle, ObstacleError};
 use sabaki_draw::scene::{Actor, Camera, Capsule, CrowdShot, Light, Look, Mesh, Outfit, Shot};
 
 use super::gui::write_in_corner;
-use super::{Event, Projection, Scene, WindowError};
-use crate::play::PlayError;
+use super::{Event, Scene, Seen, WindowError};
+use crate::play::{PlayError, joints_of};
 use sabaki_fixtures::throw::generator;
 
 const OPPONENTS: usize = 3;
@@ -239,12 +239,11 @@ impl DriveScene {
         let (speed, height) = (between(6.0, 10.0), between(-0.3, 0.6));
         let point = Vec3::new(between(-4.5, 4.5), 0.0, between(-4.5, 4.5));
         let thrower = self.opponents[self.thrown as usize % OPPONENTS];
-        let root = |characters: &mut Characters, id, joints: &mut Vec<JointTransform>| {
-            characters.pose(id, joints).map(|()| joints[0].translation)
-        };
-        let mut joints = self.joints_of_size();
-        let from = root(&mut self.characters, thrower, &mut joints)? + Vec3::Y * 0.4;
-        let mine = root(&mut self.characters, self.me, &mut joints)?;
+        let mut joints = Vec::new();
+        joints_of(&mut self.characters, thrower, &mut joints)?;
+        let from = joints[0].translation + Vec3::Y * 0.4;
+        joints_of(&mut self.characters, self.me, &mut joints)?;
+        let mine = joints[0].translation;
         let flight = (mine.distance(from) / speed).max(0.3);
         let playing = self.characters.velocity(self.me)?;
         let target = mine + playing * (PAUSE.1 + flight) + Vec3::Y * height;
@@ -278,27 +277,15 @@ impl DriveScene {
         self.characters.steer(thrower, Goal::GoTo { point, speed })
     }
 
-    fn joints_of_size(&self) -> Vec<JointTransform> {
-        let count = self.characters.baked().graph().skeleton().len();
-        vec![JointTransform::IDENTITY; count]
-    }
-
     /// Measures how near the balls came in a step, and counts those that have passed.
     fn measure(&mut self, from: f64) -> Result<(), CharacterError> {
-        let mut joints = std::mem::take(&mut self.joints);
-        joints.resize(
-            self.characters.baked().graph().skeleton().len(),
-            JointTransform::IDENTITY,
-        );
-        let posed = self.characters.pose(self.me, &mut joints);
+        joints_of(&mut self.characters, self.me, &mut self.joints)?;
         let body = self.characters.baked().body();
         self.centres.swap(0, 1);
-        body.centres(&joints, &mut self.centres[1]);
+        body.centres(&self.joints, &mut self.centres[1]);
         if self.centres[0].len() != self.centres[1].len() {
             self.centres[0] = self.centres[1].clone();
         }
-        self.joints = joints;
-        posed?;
         let now = self.characters.now();
         let [before, after] = &self.centres;
         for ball in &mut self.balls {
@@ -399,14 +386,13 @@ impl DriveScene {
             ..Light::default()
         };
         let mut shot = Shot::new(camera, light);
-        let mut joints = self.joints_of_size();
-        self.characters.pose(self.me, &mut joints)?;
+        let mut joints = Vec::new();
+        joints_of(&mut self.characters, self.me, &mut joints)?;
         self.actors[0].add(&joints, None, 1.0, &mut shot);
-        let sight = SightLine::new(&camera, focus);
         for &id in &self.opponents {
-            self.characters.pose(id, &mut joints)?;
+            joints_of(&mut self.characters, id, &mut joints)?;
             let root = joints[0].translation;
-            let alpha = match sight.meets(Vec2::new(root.x, root.z), OPPONENT) {
+            let alpha = match hides(&camera, focus, Vec2::new(root.x, root.z), OPPONENT) {
                 true => FADED,
                 false => 1.0,
             };
@@ -418,7 +404,7 @@ impl DriveScene {
             let ball = Capsule::ball(Sphere::new(at, BALL), FLYING);
             shot.solids.push(ball);
         }
-        add_room(&sight, &mut shot);
+        add_room(&camera, focus, &mut shot);
         Ok(shot)
     }
 }
@@ -500,7 +486,7 @@ impl Scene for DriveScene {
         }
     }
 
-    fn label(&self, painter: &egui::Painter, _: &Projection) {
+    fn label(&self, painter: &egui::Painter, _: Seen<'_>) {
         let (line, colour) = self.line();
         write_in_corner(painter, line, colour);
     }
@@ -523,7 +509,7 @@ fn obstacles() -> Result<Vec<Obstacle>, ObstacleError> {
 }
 
 /// Adds the walls as rails and the pillars as columns. A pillar that hides the character is translucent.
-fn add_room(sight: &SightLine, shot: &mut Shot) {
+fn add_room(camera: &Camera, focus: Vec3, shot: &mut Shot) {
     const THICK: f32 = 0.06;
     let [r, g, b] = ROOM;
     for height in [0.1, 0.6, 1.1] {
@@ -541,37 +527,22 @@ fn add_room(sight: &SightLine, shot: &mut Shot) {
     for (place, radius) in PILLARS {
         let at = |height: f32| Sphere::new(Vec3::new(place.x, height, place.y), radius);
         let pillar = |alpha| Capsule::new(at(0.0), at(1.8), [r, g, b, alpha]);
-        match sight.meets(place, radius) {
+        match hides(camera, focus, place, radius) {
             true => shot.ghosts.push(pillar(FADED)),
             false => shot.solids.push(pillar(1.0)),
         }
     }
 }
 
-/// The line on the ground from the camera to a character.
-struct SightLine {
-    eye: Vec2,
-    character: Vec2,
-}
-
-impl SightLine {
-    /// The line from a camera to a character's focus.
-    fn new(camera: &Camera, focus: Vec3) -> Self {
-        Self {
-            eye: Vec2::new(camera.eye.x, camera.eye.z),
-            character: Vec2::new(focus.x, focus.z),
-        }
-    }
-
-    /// Whether an upright cylinder on the ground hides a part of the character: its place (x, z) and radius, in metres.
-    fn meets(&self, place: Vec2, radius: f32) -> bool {
-        /// Half of the width of the character, in metres.
-        const CHARACTER: f32 = 0.45;
-        let (way, to) = (self.character - self.eye, place - self.eye);
-        let along = to.dot(way.normalize_or_zero());
-        let aside = (to.length_squared() - along * along).max(0.0).sqrt();
-        (0.0..way.length()).contains(&along) && aside < radius + CHARACTER
-    }
+/// Whether an upright cylinder on the ground, its place (x, z) and radius in metres, hides a part of a character from a camera.
+fn hides(camera: &Camera, character: Vec3, place: Vec2, radius: f32) -> bool {
+    /// Half of the width of the character, in metres.
+    const CHARACTER: f32 = 0.45;
+    let eye = Vec2::new(camera.eye.x, camera.eye.z);
+    let (way, to) = (Vec2::new(character.x, character.z) - eye, place - eye);
+    let along = to.dot(way.normalize_or_zero());
+    let aside = (to.length_squared() - along * along).max(0.0).sqrt();
+    (0.0..way.length()).contains(&along) && aside < radius + CHARACTER
 }
 
 #[cfg(test)]
@@ -579,17 +550,16 @@ mod tests {
     use super::*;
 
     #[test]
-    fn it_meets_what_stands_between_camera_and_character_alone() {
+    fn what_stands_between_camera_and_character_alone_hides_it() {
         let camera = Camera {
             eye: Vec3::new(0.0, 2.0, 6.0),
             target: Vec3::new(0.0, 0.9, 0.0),
             field: 0.8,
         };
-        let sight = SightLine::new(&camera, camera.target);
-        let meets = |x: f32, z: f32| sight.meets(Vec2::new(x, z), 0.3);
-        assert!(meets(0.0, 3.0) && meets(0.7, 3.0) && meets(-0.7, 1.0));
-        assert!(!meets(0.8, 3.0), "beside the line");
-        assert!(!meets(0.0, -0.5), "behind the character");
-        assert!(!meets(0.0, 6.5), "behind the camera");
+        let hides = |x: f32, z: f32| hides(&camera, camera.target, Vec2::new(x, z), 0.3);
+        assert!(hides(0.0, 3.0) && hides(0.7, 3.0) && hides(-0.7, 1.0));
+        assert!(!hides(0.8, 3.0), "beside the line");
+        assert!(!hides(0.0, -0.5), "behind the character");
+        assert!(!hides(0.0, 6.5), "behind the camera");
     }
 }

@@ -6,7 +6,7 @@ use egui::{Color32, RichText};
 use glam::Vec3;
 
 use super::gui::write_in_corner;
-use super::{Event, Projection, Scene, WindowError};
+use super::{Event, Scene, Seen, WindowError};
 use sabaki::anim::Clip;
 use sabaki::duel::{Duel, DuelError, DuelSettings, Exchange, Score, Side};
 use sabaki::maps::{AttackGrid, BakedGraph};
@@ -141,21 +141,13 @@ impl<'a> DuelScene<'a> {
     }
 
     /// The shown exchange, if its attack has been announced.
-    #[must_use]
-    pub fn shown(&self) -> Option<&Exchange> {
+    fn shown(&self) -> Option<&Exchange> {
         let exchange = self.duel.exchanges().get(self.current())?;
         (exchange.announced <= self.t).then_some(exchange)
     }
 
-    /// Number of hits and avoided attacks of each fighter so far.
-    #[must_use]
-    pub fn score(&self) -> Score {
-        Score::of(self.seen(), self.duel.score().called_off)
-    }
-
     /// Name of an exchange's attack.
-    #[must_use]
-    pub fn attack(&self, exchange: &Exchange) -> &str {
+    fn attack(&self, exchange: &Exchange) -> &str {
         let graph = self.baked.graph();
         graph
             .clip(graph.node(graph.edge(exchange.strike).from).clip)
@@ -240,7 +232,7 @@ impl Scene for DuelScene<'_> {
     }
 
     fn panel(&mut self, ui: &mut egui::Ui) {
-        let score = self.score();
+        let score = Score::of(self.seen(), self.duel.score().called_off);
         let [white, blue] = score.hits;
         ui.label(RichText::new(format!("white {white} : {blue} blue")).strong());
         let [white, blue] = score.dodges;
@@ -267,7 +259,7 @@ impl Scene for DuelScene<'_> {
         }
     }
 
-    fn label(&self, painter: &egui::Painter, _: &Projection) {
+    fn label(&self, painter: &egui::Painter, _: Seen<'_>) {
         let shown = self.shown().filter(|one| self.seen().contains(one));
         if let Some((text, colour)) = shown.map(outcome) {
             write_in_corner(painter, text, colour.gamma_multiply(0.6));

@@ -11,7 +11,7 @@ use winit::event::WindowEvent;
 use winit::window::Window;
 
 use super::player::{Clock, Times};
-use super::{Projection, Scene};
+use super::{Scene, Seen};
 use sabaki::gpu::{Context, GpuError};
 use sabaki_draw::{Offscreen, Target};
 use sabaki_fixtures::headless::Headless;
@@ -120,7 +120,7 @@ impl Gui {
         scene: &mut dyn Scene,
         clock: &mut Clock,
         head: (&str, &Times),
-        seen: &Projection,
+        seen: Seen<'_>,
         help: bool,
     ) -> egui::FullOutput {
         let input = self.state.take_egui_input(window);

@@ -50,6 +50,9 @@ pub use throw::{BallSettings, ThrowScene, ThrowSettings, Thrown};
 /// The version of egui that [`Scene`] uses.
 pub use egui;
 
+/// Where a place of the world appears on the screen, in points; `None` behind the camera.
+pub type Seen<'a> = &'a dyn Fn(Vec3) -> Option<egui::Pos2>;
+
 /// The contents of a window.
 pub trait Scene {
     /// Meshes of the characters.
@@ -107,7 +110,7 @@ pub trait Scene {
     fn panel(&mut self, ui: &mut egui::Ui);
 
     /// Draws text over the picture.
-    fn label(&self, _: &egui::Painter, _: &Projection) {}
+    fn label(&self, _: &egui::Painter, _seen: Seen<'_>) {}
 
     /// Takes the events since the last call.
     fn take_events(&mut self) -> Vec<Event> {
@@ -123,31 +126,9 @@ pub trait Scene {
     fn close(&mut self, _: &mut Headless) {}
 }
 
-/// The projection of a picture on the screen.
-#[derive(Clone, Copy, Debug)]
-pub struct Projection {
-    /// Camera of the picture.
-    pub camera: Camera,
-    /// Size of the picture, in pixels.
-    pub size: [u32; 2],
-    /// Pixels per point of egui.
-    pub pixels_per_point: f32,
-}
-
-impl Projection {
-    /// The position of a place on the screen, in points; `None` behind the camera.
-    #[must_use]
-    pub fn point(&self, place: Vec3) -> Option<egui::Pos2> {
-        let pixel = self.camera.pixel(place, self.size)? / self.pixels_per_point;
-        Some(egui::pos2(pixel.x, pixel.y))
-    }
-}
-
 /// Settings of a window.
 #[derive(Clone, Debug)]
 pub struct WindowDesc {
-    /// Title.
-    pub title: String,
     /// Initial size, in pixels. Default: 1,280 × 720.
     pub size: [u32; 2],
     /// Device that draws and culls.
@@ -175,7 +156,6 @@ pub struct WindowDesc {
 impl Default for WindowDesc {
     fn default() -> Self {
         Self {
-            title: "sabaki".to_owned(),
             size: [1280, 720],
             device: DeviceChoice::default(),
             validation: false,

@@ -6,14 +6,14 @@ use std::cell::OnceCell;
 use std::sync::Arc;
 use std::time::Instant;
 
-use egui::{CollapsingHeader, Color32, RichText, ScrollArea, Sense, Slider, Stroke};
+use egui::{CollapsingHeader, Color32, RichText, ScrollArea, Slider, Stroke};
 use glam::{Vec2, Vec3};
 use rand::RngExt;
 use rand_pcg::Pcg64Mcg;
 
 use super::gui::{bars, write_beside};
 use super::player::Times;
-use super::{Event, Projection, Scene, WindowError};
+use super::{Event, Scene, Seen, WindowError};
 use sabaki::anim::{JointTransform, Pose, forward_kinematics};
 use sabaki::gpu::{Culler, CullerDesc};
 use sabaki::graph::{EdgeId, EdgeMotion, Motion, MotionGraph, MotionStep, Playhead};
@@ -248,15 +248,15 @@ impl<'a> ThrowScene<'a> {
             return Ok(());
         }
         let ball = self.settings.ball;
-        let (attack, thrown) = aim(self.baked, self.playhead, camera, ray, &ball)?;
+        let (attack, [from, target], at_body) = aim(self.baked, self.playhead, camera, ray, &ball)?;
         (self.replay, self.picked) = (None, None);
         self.throws += 1;
         let number = self.throws;
         self.events.push(Event::Throw {
             number,
-            from: thrown.from.to_array(),
-            target: thrown.target.to_array(),
-            at_body: thrown.at_body,
+            from: from.to_array(),
+            target: target.to_array(),
+            at_body,
             lead: ball.lead,
             speed: ball.speed,
             radius: ball.radius,
@@ -449,14 +449,8 @@ fn joints_at(graph: &MotionGraph, motion: &Motion, t: f32) -> Vec<JointTransform
     joints
 }
 
-/// A flight that a click has aimed, in the world.
-struct Flight {
-    from: Vec3,
-    target: Vec3,
-    at_body: bool,
-}
-
-/// The attack of a ball that a click in the direction `ray` of a camera throws at a character.
+/// The attack of a ball that a click in the direction `ray` of a camera throws at a character, its start and its target in the world, and
+/// whether it is aimed at the body.
 ///
 /// # Errors
 /// Settings that make no attack: a radius or a speed that is not above 0, a lead below 0.
@@ -466,7 +460,7 @@ fn aim(
     camera: &Camera,
     ray: Vec3,
     settings: &BallSettings,
-) -> Result<(Attack, Flight), AttackError> {
+) -> Result<(Attack, [Vec3; 2], bool), AttackError> {
     /// Distance that a ball flies on behind its target, in metres.
     const BEYOND: f32 = 1.6;
     /// Offset of the throwing hand from the eye, to the right and down, in metres.
@@ -505,13 +499,7 @@ fn aim(
         radius: settings.radius,
     };
     let keys = vec![key(0.0), key(from.distance(target) + beyond)];
-    let at_body = sphere.is_some();
-    let flight = Flight {
-        from,
-        target,
-        at_body,
-    };
-    Ok((Attack::new(vec![keys])?, flight))
+    Ok((Attack::new(vec![keys])?, [from, target], sphere.is_some()))
 }
 
 /// The target of a ray from the eye: on a sphere of the body (its index) the point of the ray nearest to its centre, else on the plane
@@ -729,12 +717,11 @@ impl Scene for ThrowScene<'_> {
         section("Query").show(ui, |ui| self.add_query(ui));
     }
 
-    fn label(&self, painter: &egui::Painter, seen: &Projection) {
+    fn label(&self, painter: &egui::Painter, seen: Seen<'_>) {
         let Some(nearest) = self.nearest().filter(|one| one.metres < 0.6) else {
             return;
         };
-        let (Some(body), Some(ball)) = (seen.point(nearest.body), seen.point(nearest.attack))
-        else {
+        let (Some(body), Some(ball)) = (seen(nearest.body), seen(nearest.attack)) else {
             return;
         };
         let centimetres = 100.0 * nearest.metres;
@@ -825,7 +812,7 @@ impl ThrowScene<'_> {
     /// The candidates of the last throw. A click on a line shows the candidate as a ghost; another click hides it.
     fn add_candidates(&mut self, ui: &mut egui::Ui) {
         /// Height of a line, in points, and number of visible lines.
-        const LINE: f32 = 17.0;
+        const LINE: f32 = 13.0;
         const LINES: f32 = 11.0;
         let Some(last) = &self.last else {
             ui.label(RichText::new("click one of them to see its ghost").weak());
@@ -840,25 +827,16 @@ impl ThrowScene<'_> {
         let lines = last.lines.get_or_init(|| lines(graph, &last.answer));
         let before = self.picked();
         let mut picked = before;
-        let height = LINE - ui.spacing().item_spacing.y;
         ScrollArea::vertical()
             .id_salt("candidates")
-            .max_height(LINE * LINES)
+            .max_height((LINE + 4.0) * LINES)
             .auto_shrink([false, true])
-            .show_rows(ui, height, lines.len(), |ui, rows| {
+            .show_rows(ui, LINE, lines.len(), |ui, rows| {
                 for line in &lines[rows] {
                     let is_picked = picked == Some(line.candidate);
-                    let wide = egui::vec2(ui.available_width(), height);
-                    let (rect, response) = ui.allocate_exact_size(wide, Sense::click());
-                    let painter = ui.painter_at(rect);
-                    if is_picked || response.hovered() {
-                        let shade = Color32::from_gray(if is_picked { 85 } else { 48 });
-                        painter.rect_filled(rect, 2.0, shade);
-                    }
-                    let font = egui::FontId::monospace(11.0);
-                    let align = egui::Align2::LEFT_CENTER;
-                    painter.text(rect.left_center(), align, &line.text, font, line.colour);
-                    if response.on_hover_text(&line.name).clicked() {
+                    let text = RichText::new(&line.text).monospace().size(11.0);
+                    let label = ui.selectable_label(is_picked, text.color(line.colour));
+                    if label.on_hover_text(&line.name).clicked() {
                         picked = (!is_picked).then_some(line.candidate);
                     }
                 }

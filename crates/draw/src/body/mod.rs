@@ -6,7 +6,6 @@ mod anatomy;
 mod human;
 mod shapes;
 mod surface_net;
-mod weights;
 
 use crate::scene::internal::{inverse, simplified, whole};
 use crate::scene::{

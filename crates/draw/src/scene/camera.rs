@@ -1,3 +1,5 @@
+//! Cameras, and the times of the pictures that they take for a film whose playback slows down.
+
 use glam::camera::rh;
 use glam::{Mat4, Vec2, Vec3};
 use sabaki::math::Sphere;
@@ -104,54 +106,25 @@ impl Camera {
     }
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
+/// Range of the durations before and after what a film shows, in seconds.
+pub(super) const AROUND: [f32; 2] = [0.0, 60.0];
+/// Range of the slowest playback speed, relative to real time.
+pub(super) const SLOWEST: [f32; 2] = [0.01, 1.0];
+/// Range of the number of pictures per second.
+const RATE: [f32; 2] = [1.0, 1000.0];
 
-    #[test]
-    fn enclosed_spheres_are_inside_of_the_picture_and_one_of_them_touches_its_edge() {
-        let camera = Camera::orbit(Orbit {
-            target: Vec3::new(0.3, 1.0, -0.2),
-            around: 0.7,
-            up: 0.2,
-            distance: 0.5,
-        });
-        let places = [
-            Vec3::ZERO,
-            Vec3::new(1.5, 1.8, 1.0),
-            Vec3::new(-2.0, 1.0, 0.6),
-        ];
-        let size = [600, 400];
-        let near = camera.enclosing(places.map(|place| Sphere::new(place, 0.0)), 1.5);
-        let edge = places.map(|place| {
-            let at = near.pixel(place, size).unwrap();
-            (at.min(Vec2::new(600.0, 400.0) - at)).min_element()
-        });
-        let least = edge.into_iter().fold(f32::MAX, f32::min);
-        assert!(least.abs() < 0.1, "{edge:?}");
-        let far = camera.enclosing(places.map(|place| Sphere::new(place, 0.3)), 1.5);
-        assert!(far.eye.distance(far.target) > near.eye.distance(near.target) + 0.3);
-        assert_eq!(far.enclosing([Sphere::new(Vec3::ZERO, 0.1)], 1.5), far);
-    }
+/// The nearest value in a range. For NaN the least one.
+pub(super) fn bounded(value: f32, [least, most]: [f32; 2]) -> f32 {
+    value.max(least).min(most)
+}
 
-    #[test]
-    fn a_pixel_is_seen_where_its_ray_goes() {
-        let camera = Camera::orbit(Orbit {
-            target: Vec3::new(0.3, 1.0, -0.2),
-            around: 0.7,
-            up: 0.3,
-            distance: 4.0,
-        });
-        let size = [640, 360];
-        let middle = camera.pixel(camera.target, size).unwrap();
-        assert!(middle.distance(Vec2::new(320.0, 180.0)) < 1e-2, "{middle}");
-        let place = Vec3::new(-0.5, 0.2, 0.4);
-        let pixel = camera.pixel(place, size).unwrap();
-        let ray = camera.ray(pixel, size);
-        let along = (place - camera.eye).dot(ray);
-        assert!((camera.eye + along * ray).distance(place) < 1e-3);
-        // Higher places are closer to the top edge, and places behind the camera are not visible.
-        assert!(camera.pixel(place + Vec3::Y, size).unwrap().y < pixel.y);
-        assert_eq!(camera.pixel(2.0 * camera.eye - camera.target, size), None);
+/// Times of the pictures in a span, with `rate` pictures per second. `pace` is the playback speed at a time.
+pub(super) fn film_times([start, end]: [f32; 2], rate: f32, pace: impl Fn(f32) -> f32) -> Vec<f32> {
+    let rate = f64::from(bounded(rate, RATE));
+    let (mut times, mut t) = (Vec::new(), f64::from(start));
+    while t < f64::from(end) {
+        times.push(t as f32);
+        t += f64::from(pace(t as f32)) / rate;
     }
+    times
 }

@@ -1,20 +1,22 @@
-//! Plays back a dodge: a fighter walks the graph, an attack is thrown at a given time, and the
-//! answer follows.
+//! Plays back a dodge: a fighter walks the graph, an attack is thrown at a given time, and the answer follows. Its pictures have the camera,
+//! the fighter, the attack with its trail, the ghost of the motion without the dodge, and the maps.
+//!
+//! Source of the maps: Masaoka & Oshita, section 3.2, in the colours of their figures: body green, attack red, evasion blue.
 
 use std::sync::Arc;
 
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 
-use super::film_times::{AROUND, SLOWEST, bounded, film_times};
-use super::lead_in::lead_in;
-use super::maps::{DodgeMaps, MapStyle};
-use super::{Actor, Look, Shot, Skin};
+use super::camera::{AROUND, SLOWEST, bounded, film_times};
+use super::{Actor, Camera, Capsule, Layer, Light, Look, Orbit, Shot, Skin};
 use sabaki::anim::{JointTransform, Pose, forward_kinematics};
-use sabaki::graph::{Motion, Playhead};
-use sabaki::maps::{BakedGraph, MovingSphere};
-use sabaki::math::smooth_step;
+use sabaki::graph::{Edge, EdgeId, EdgeMotion, Motion, MotionGraph, MotionStep, Playhead};
+use sabaki::maps::{
+    BakedGraph, BitMap, Disc, Drawing, MapGrid, MapRect, MaskMap, MovingSphere, SUB_TEXELS, Slab,
+    raster,
+};
+use sabaki::math::{Rigid2, Sphere, smooth_step};
 use sabaki::query::{Answer, Attack, Clearance};
-
 /// Settings of the playback of a dodge.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DodgeSettings {
@@ -56,17 +58,17 @@ pub struct AnsweredAttack<'a> {
 /// A dodge. Time 0 is the query.
 #[derive(Clone, Debug)]
 pub struct Dodge<'a> {
-    pub(super) baked: &'a BakedGraph,
-    pub(super) settings: DodgeSettings,
-    pub(super) actor: Actor,
+    baked: &'a BakedGraph,
+    settings: DodgeSettings,
+    actor: Actor,
     /// Motion before the query, and its duration in seconds.
     before: (Motion, f32),
     /// Motion from the query on.
     answer: Motion,
     /// Motion that would play without the dodge.
-    pub(super) idle: Motion,
-    pub(super) attack: Attack,
-    pub(super) clearance: Clearance,
+    idle: Motion,
+    attack: Attack,
+    clearance: Clearance,
     /// Maps of the evasion, or `None` if the answer has no evasion.
     maps: Option<DodgeMaps>,
 }
@@ -83,7 +85,17 @@ pub struct Nearest {
 }
 
 /// Colour of the ghost.
-pub(super) const GHOST: Vec3 = Vec3::new(0.16, 0.33, 0.62);
+const GHOST: Vec3 = Vec3::new(0.16, 0.33, 0.62);
+
+/// Duration of the trail behind a ball, in seconds.
+const TRAIL: f32 = 0.22;
+const TRAIL_PIECES: usize = 14;
+const BALL: Vec3 = Vec3::new(0.93, 0.16, 0.05);
+
+/// Angle of the camera above the horizon, in radians.
+const UP: f32 = 0.16;
+/// Time before and after the attack is nearest that should be visible, in seconds.
+const NEAR_TIME: f32 = 0.13;
 
 impl<'a> Dodge<'a> {
     /// Creates the playback of an attack and its answer. Settings out of their ranges are replaced by the nearest ones in them.
@@ -189,7 +201,7 @@ impl<'a> Dodge<'a> {
     }
 
     /// The attack's sphere that is nearest to the body when the attack is nearest.
-    pub(super) fn nearest_sphere(&self) -> Option<&MovingSphere> {
+    fn nearest_sphere(&self) -> Option<&MovingSphere> {
         let nearest = self.nearest_of(self.clearance.time);
         let index = nearest.map_or(0, |(index, _)| index);
         self.attack.spheres().get(index)
@@ -217,4 +229,427 @@ impl<'a> Dodge<'a> {
         });
         apart.min_by(|(_, a), (_, b)| a.metres.total_cmp(&b.metres))
     }
+}
+
+impl Dodge<'_> {
+    /// The attack's sphere that is nearest to the body when the attack is nearest. It is extrapolated after its end.
+    #[must_use]
+    pub fn ball(&self, t: f32) -> Sphere {
+        let none = Sphere::new(Vec3::ZERO, 0.0);
+        self.nearest_sphere()
+            .map_or(none, |sphere| flying(sphere, t))
+    }
+
+    /// Camera beside the attack's path, slightly above it, that shows the whole dodge and the
+    /// attack.
+    #[must_use]
+    pub fn camera(&self, aspect: f32) -> Camera {
+        let mut joints = Vec::new();
+        self.joints(self.clearance.time, &mut joints);
+        let out = self.side(&joints);
+        let right = Vec3::Y.cross(out);
+        let balls = self.balls();
+        let (low, high) = self.extent(right, &balls);
+        let middle = Vec3::new(joints[0].translation.x, 0.0, joints[0].translation.z);
+        let aside = 0.5 * (low.x + high.x) - middle.dot(right);
+        let target = middle + right * aside + Vec3::Y * (0.5 * high.y - 0.03);
+        // Objects in front of the centre appear larger.
+        let half = (0.55 * (high.x - low.x) / aspect).max(0.5 * high.y) + 0.16;
+        let field = 30f32.to_radians();
+        let camera = Camera {
+            field,
+            ..Camera::orbit(Orbit {
+                target,
+                around: out.x.atan2(out.z),
+                up: UP,
+                distance: half / (0.5 * field).tan(),
+            })
+        };
+        camera.enclosing(balls, aspect)
+    }
+
+    /// Horizontal direction to the camera.
+    fn side(&self, joints: &[JointTransform]) -> Vec3 {
+        let near = self.clearance.time;
+        let ball = self.ball(near);
+        let flight = self.ball(near + 0.01).centre - ball.centre;
+        // Prefer the front of the body to its back, and a place ahead of the attack to one behind
+        // it.
+        let facing = joints[0].rotation * Vec3::Z;
+        let to_front = |side: Vec3| if side.dot(facing) < 0.0 { -side } else { side };
+        let across = to_front(Vec3::new(flight.z, 0.0, -flight.x).normalize_or(Vec3::X));
+        let along = to_front(Vec3::new(flight.x, 0.0, flight.z).normalize_or(Vec3::Z));
+        let sides = [
+            across + 0.5 * along,
+            across - 0.5 * along,
+            0.5 * along - across,
+            -0.5 * along - across,
+        ];
+        let sides = sides.map(|side| side.normalize_or(Vec3::Z));
+        let mut centres = Vec::new();
+        self.baked.body().centres(joints, &mut centres);
+        let hides = |side: Vec3| {
+            let out = (side + Vec3::Y * UP.tan()).normalize();
+            let mut spheres = centres.iter().zip(&self.baked.body().spheres);
+            spheres.any(|(centre, part)| {
+                let away = *centre - ball.centre;
+                away.dot(out) > 0.0 && away.reject_from(out).length() < part.radius
+            })
+        };
+        let shows = sides.into_iter().find(|&side| !hides(side));
+        shows.unwrap_or(sides[0])
+    }
+
+    /// Places of the attack that should be visible: of each sphere, while it flies, around the time when it is nearest. Spheres that never come
+    /// near are left out.
+    fn balls(&self) -> Vec<Sphere> {
+        /// Distance from the root up to which a sphere is near, in metres.
+        const NEAR: f32 = 2.5;
+        let mut joints = Vec::new();
+        let mut root = |t| {
+            self.joints(t, &mut joints);
+            joints[0].translation
+        };
+        let mut balls = Vec::new();
+        for sphere in self.attack.spheres() {
+            let (start, end) = (sphere.start(), sphere.end());
+            let is_nearest = self.nearest_sphere() == Some(sphere);
+            let times = (0..=32).map(|step| start + (end - start) * step as f32 / 32.0);
+            let apart = times.map(|t| (t, sphere.at(t).center.distance(root(t))));
+            let least = apart.min_by(|a, b| a.1.total_cmp(&b.1));
+            let near = match least {
+                _ if is_nearest => self.clearance.time,
+                Some((t, metres)) if metres < NEAR => t,
+                _ => continue,
+            };
+            // Include the place where the sphere starts, unless it is so far away that the body would
+            // be small.
+            let moments = [near - 2.0 * NEAR_TIME, near - NEAR_TIME, near + NEAR_TIME];
+            balls.extend(moments.map(|t| flying(sphere, t.clamp(start, end))));
+        }
+        balls
+    }
+
+    /// Horizontal and vertical extent of everything that should be visible.
+    fn extent(&self, right: Vec3, balls: &[Sphere]) -> (Vec2, Vec2) {
+        let [start, end] = self.span();
+        let (mut low, mut high) = (Vec2::INFINITY, Vec2::NEG_INFINITY);
+        let mut add = |place: Vec3, radius: f32| {
+            let seen = Vec2::new(place.dot(right), place.y);
+            low = low.min(seen - radius);
+            high = high.max(seen + radius);
+        };
+        let mut joints = Vec::new();
+        for step in 0..=24 {
+            self.joints(start + (end - start) * step as f32 / 24.0, &mut joints);
+            joints.iter().for_each(|joint| add(joint.translation, 0.1));
+        }
+        balls.iter().for_each(|ball| add(ball.centre, ball.radius));
+        (low, high)
+    }
+
+    /// Shot of a time.
+    #[must_use]
+    pub fn shot(&self, t: f32, camera: Camera) -> Shot {
+        let mut joints = Vec::new();
+        self.joints(t, &mut joints);
+        let middle = Vec3::new(joints[0].translation.x, 0.0, joints[0].translation.z);
+        let light = Light {
+            shadow: Sphere::new(middle, 3.5),
+            ..Light::default()
+        };
+        let mut shot = Shot::new(camera, light);
+        self.actor.add(&joints, None, 1.0, &mut shot);
+        self.actor.shade(&joints, &mut shot);
+        for sphere in self.attack.spheres() {
+            self.add_ball(sphere, t, &mut shot);
+        }
+        if self.settings.ghost {
+            self.add_ghost(t, &mut shot);
+        }
+        shot
+    }
+
+    fn add_ball(&self, sphere: &MovingSphere, t: f32, shot: &mut Shot) {
+        let (start, end) = (sphere.start(), sphere.end());
+        if t < 0.0 {
+            return;
+        }
+        // The ball grows at its start, so that it is visible before it moves.
+        let grown = smooth_step((t + 0.02) / start.clamp(0.05, 0.35));
+        let gone = 1.0 - smooth_step((t - end - 0.45) / 0.2);
+        let mut ball = flying(sphere, t.max(start));
+        ball.radius *= grown.min(gone);
+        if ball.radius > 0.002 {
+            let colour = BALL.extend(1.0).to_array();
+            shot.solids.push(Capsule::ball(ball, colour));
+        }
+        for piece in 0..TRAIL_PIECES {
+            let at = |piece: usize| (t - TRAIL * piece as f32 / TRAIL_PIECES as f32).max(start);
+            let left = 1.0 - piece as f32 / TRAIL_PIECES as f32;
+            let ends = [flying(sphere, at(piece)), flying(sphere, at(piece + 1))];
+            if ends[0].centre.distance(ends[1].centre) < 1e-4 {
+                break;
+            }
+            let alpha = 0.42 * left * left * gone;
+            let thin = |end: Sphere, share: f32| Sphere::new(end.centre, end.radius * share * 0.8);
+            let next = left - 1.0 / TRAIL_PIECES as f32;
+            shot.ghosts.push(Capsule::new(
+                thin(ends[0], left.sqrt()),
+                thin(ends[1], next.max(0.0).sqrt()),
+                BALL.extend(alpha).to_array(),
+            ));
+        }
+    }
+
+    /// Adds the ghost of the motion without the dodge, around the time of the hit. Every shot
+    /// includes it if [`DodgeSettings::ghost`](super::DodgeSettings::ghost) is set.
+    pub fn add_ghost(&self, t: f32, shot: &mut Shot) {
+        let from = self
+            .attack
+            .start()
+            .min(self.clearance.time - 0.25)
+            .max(0.05);
+        let shown = smooth_step((t - from) / 0.2)
+            * (1.0 - smooth_step((t - self.clearance.time - 0.25) / 0.3));
+        if t < 0.0 || shown <= 0.0 {
+            return;
+        }
+        let (graph, mut pose, mut joints) = (self.baked.graph(), Pose::default(), Vec::new());
+        self.idle.sample(graph, t, &mut pose);
+        forward_kinematics(graph.skeleton(), &pose, &mut joints);
+        let alpha = 0.34 * shown;
+        self.actor.add(&joints, Some(GHOST), alpha, shot);
+    }
+}
+
+/// A sphere at a time. It is extrapolated from the last two keys.
+fn flying(sphere: &MovingSphere, t: f32) -> Sphere {
+    let at = sphere.at(t);
+    let keys = sphere.keys();
+    let (Some(last), true) = (keys.last(), t > sphere.end()) else {
+        return Sphere::new(at.center, at.radius);
+    };
+    let before = keys[keys.len().saturating_sub(2)];
+    let seconds = (last.t - before.t).max(1e-3);
+    let speed = (last.center - before.center) / seconds;
+    Sphere::new(last.center + speed * (t - last.t), last.radius)
+}
+
+/// Motion that ends at `playhead` after at least `seconds`, and its duration.
+fn lead_in(graph: &MotionGraph, playhead: Playhead, seconds: f32) -> (Motion, f32) {
+    let rate = graph.frame_rate() as f32;
+    let (mut edges, mut first) = (Vec::new(), playhead);
+    let mut lasts = playhead.frame / rate;
+    while lasts < seconds {
+        let Some((edge, before)) = edge_before(graph, first.edge) else {
+            break;
+        };
+        edges.push(first.edge);
+        lasts += before.frames as f32 / rate;
+        // The space of the previous edge's end is the space of this edge's start.
+        let change = graph.clip_change(edge);
+        first = Playhead {
+            edge,
+            frame: 0.0,
+            clip_to_world: first.clip_to_world * change.inverse(),
+        };
+    }
+    let first = Playhead {
+        frame: 0.0,
+        ..first
+    };
+    let steps: Vec<MotionStep> = edges
+        .iter()
+        .rev()
+        .map(|&edge| MotionStep { edge, rate: 1.0 })
+        .collect();
+    let motion = Motion::new(graph, first, &steps);
+    (motion, lasts)
+}
+
+/// An edge that leads to `edge`: the clip's previous frames if possible, otherwise the closest
+/// transition.
+fn edge_before(graph: &MotionGraph, edge: EdgeId) -> Option<(EdgeId, &Edge)> {
+    let from = graph.edge(edge).from;
+    let cost = |edge: &Edge| match edge.motion {
+        EdgeMotion::Clip => 0.0,
+        EdgeMotion::Transition { distance, .. } => distance,
+    };
+    let leading = graph.edge_ids().map(|id| (id, graph.edge(id)));
+    leading
+        .filter(|(_, edge)| edge.to == from)
+        .min_by(|a, b| cost(a.1).total_cmp(&cost(b.1)))
+}
+
+/// Placement of maps in the scene.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum MapStyle {
+    /// Each slab at its own height.
+    Heights,
+    /// All slabs merged on the ground.
+    Ground,
+}
+
+/// Maps of one evasion and of the attack that it avoids.
+#[derive(Clone, Debug)]
+struct DodgeMaps {
+    grid: MapGrid,
+    /// Transform from the evasion's frame to the world.
+    placement: Rigid2,
+    /// Start of the evasion, in seconds since the query.
+    start: f32,
+    slabs: Vec<SlabLayers>,
+}
+
+#[derive(Clone, Debug)]
+struct SlabLayers {
+    height: f32,
+    body: MaskMap,
+    evasion: BitMap,
+    attack: BitMap,
+}
+
+const BODY: [f32; 4] = [0.06, 0.50, 0.14, 0.62];
+const EVASION: [f32; 4] = [0.05, 0.20, 0.85, 0.42];
+const ATTACK: [f32; 4] = [0.85, 0.05, 0.03, 0.60];
+
+impl DodgeMaps {
+    /// Maps of the evasion that an answer plays, or `None` if it plays none.
+    fn of(baked: &BakedGraph, answer: &Answer, attack: &Attack) -> Option<Self> {
+        let motion = &answer.motion;
+        let evasion = answer.candidates.get(answer.chosen)?.evasion?;
+        let start = start_of(baked.graph(), motion, evasion)?;
+        let region = baked.evasion(evasion)?.region;
+        let placement = motion
+            .playhead(baked.graph(), start + 1e-4)
+            .placement(baked.graph());
+        let grid = baked.atlas().grid();
+        let attack = attack.placed(placement.inverse());
+        let maps = baked.atlas().region(region);
+        let slabs = (maps.first_slab.0..).zip(&maps.slabs);
+        let slabs = slabs.map(|(number, maps)| SlabLayers {
+            height: (number as f32 + 0.5) * grid.slab_height,
+            body: maps.body.clone(),
+            evasion: maps.evasion.clone(),
+            attack: attack_map(&attack, grid, Slab(number)),
+        });
+        Some(Self {
+            grid,
+            placement,
+            start,
+            slabs: slabs.collect(),
+        })
+    }
+
+    /// Slice of a time, in seconds since the query.
+    fn slice(&self, t: f32) -> u32 {
+        let slice = match self.grid.is_timed() {
+            true => ((t - self.start) / self.grid.slice_seconds).floor(),
+            false => 0.0,
+        };
+        slice.clamp(0.0, self.grid.slices as f32 - 1.0) as u32
+    }
+
+    /// Adds the layers of a time, in seconds since the query, to a shot.
+    fn add(&self, t: f32, style: MapStyle, shot: &mut Shot) {
+        let slice = self.slice(t);
+        let body = |slab: &SlabLayers| of_slice(&slab.body, slice);
+        let layer = |map: BitMap, height: f32, colour: [f32; 4]| Layer {
+            map,
+            texel: self.grid.texel,
+            placement: self.placement,
+            height,
+            colour,
+        };
+        match style {
+            MapStyle::Heights => {
+                for slab in &self.slabs {
+                    // Slabs that the attack does not pass are left out.
+                    if slab.attack.count() > 0 {
+                        shot.layers
+                            .push(layer(slab.evasion.clone(), slab.height, EVASION));
+                        shot.layers
+                            .push(layer(body(slab), slab.height + 1e-3, BODY));
+                        shot.layers
+                            .push(layer(slab.attack.clone(), slab.height + 2e-3, ATTACK));
+                    }
+                }
+            }
+            MapStyle::Ground => {
+                let all = |map: &dyn Fn(&SlabLayers) -> BitMap| union(self.slabs.iter().map(map));
+                let evasion = all(&|slab| slab.evasion.clone());
+                shot.layers.push(layer(evasion, 0.004, EVASION));
+                shot.layers.push(layer(all(&body), 0.006, BODY));
+                shot.layers
+                    .push(layer(all(&|slab| slab.attack.clone()), 0.008, ATTACK));
+            }
+        }
+    }
+}
+
+/// Start of an edge in a motion, in seconds since the motion's start.
+fn start_of(graph: &MotionGraph, motion: &Motion, wanted: EdgeId) -> Option<f32> {
+    let first = motion.playhead(graph, 0.0);
+    let mut start = first.seconds_to_next_node(graph);
+    for step in motion.steps() {
+        if step.edge == wanted {
+            return Some(start);
+        }
+        start += graph.seconds(step.edge) / step.rate;
+    }
+    None
+}
+
+/// The texels in which an attack's map is drawn, in the evasion's frame. An attack from far away passes more texels than
+/// memory holds.
+const SHOWN: MapRect = MapRect {
+    u: -1024,
+    v: -1024,
+    width: 2048,
+    height: 2048,
+};
+
+/// Texels that the attack passes in a slab at any time, in the attack's frame.
+fn attack_map(attack: &Attack, grid: MapGrid, slab: Slab) -> BitMap {
+    let mut discs = Vec::new();
+    for sphere in attack.spheres() {
+        sphere.for_each_step(|ball| discs.extend(grid.disc(ball.centre, ball.radius, slab)));
+    }
+    let rect = MapRect::around(&discs).intersection(SHOWN);
+    let moved = |disc: &Disc| Disc {
+        x: disc.x - rect.u * SUB_TEXELS,
+        z: disc.z - rect.v * SUB_TEXELS,
+        ..*disc
+    };
+    let drawing = Drawing {
+        rect,
+        frame_ends: vec![discs.len() as u32],
+        discs: discs.iter().map(moved).collect(),
+    };
+    raster::any_frame(&drawing)
+}
+
+fn of_slice(map: &MaskMap, slice: u32) -> BitMap {
+    let rect = map.rect();
+    let mut bits = BitMap::new(rect);
+    for row in 0..rect.height as i32 {
+        for column in 0..rect.width as i32 {
+            if map.get(column, row) >> slice & 1 == 1 {
+                bits.set(column, row);
+            }
+        }
+    }
+    bits
+}
+
+fn union(maps: impl Iterator<Item = BitMap> + Clone) -> BitMap {
+    let rects = maps.clone().map(|map| map.rect());
+    let rect = rects.fold(MapRect::default(), MapRect::union);
+    let mut all = BitMap::new(rect);
+    for map in maps {
+        let own = map.rect();
+        map.for_each(|column, row| all.set(column + own.u - rect.u, row + own.v - rect.v));
+    }
+    all
 }

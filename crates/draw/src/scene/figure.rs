@@ -7,7 +7,6 @@ use glam::Vec3;
 
 use super::{Capsule, Shot, Skin, SkinnedBody};
 use sabaki::anim::{JointId, JointKind, JointTransform, Skeleton};
-use sabaki::lod::Level;
 use sabaki::maps::{BakedGraph, Body};
 use sabaki::math::Sphere;
 
@@ -124,35 +123,6 @@ impl Figure {
     pub fn coloured(mut self, colour: Vec3) -> Self {
         self.parts.iter_mut().for_each(|part| part.colour = colour);
         self
-    }
-
-    /// Returns the figure with its parts attached to the joints that a level keeps.
-    #[must_use]
-    pub(super) fn attached(&self, level: &Level) -> Self {
-        let parts = self.parts.iter().map(|part| {
-            let attachments = part.joints.map(|joint| &level.attachments[joint.index()]);
-            FigurePart {
-                joints: attachments.map(|attachment| JointId(attachment.carrier)),
-                ends: [0, 1].map(|end: usize| attachments[end].offset.point(part.ends[end])),
-                ..*part
-            }
-        });
-        Self {
-            parts: parts.collect(),
-        }
-    }
-
-    /// Returns the `count` largest parts of the figure.
-    #[must_use]
-    pub(super) fn largest(&self, count: usize) -> Self {
-        let size = |part: &FigurePart| {
-            let radius = part.radii[0].max(part.radii[1]);
-            radius * (part.ends[0].distance(part.ends[1]) + radius)
-        };
-        let mut parts = self.parts.clone();
-        parts.sort_by(|a, b| size(b).total_cmp(&size(a)));
-        parts.truncate(count);
-        Self { parts }
     }
 }
 

@@ -1,6 +1,10 @@
+//! One picture as plain data.
+
+use std::sync::Arc;
+
 use glam::Vec3;
 
-use super::{Camera, SkinnedBody};
+use super::{Camera, Skin, SkinnedBody};
 use sabaki::maps::BitMap;
 use sabaki::math::{Rigid2, Sphere};
 
@@ -122,4 +126,52 @@ impl Shot {
             layers: Vec::new(),
         }
     }
+}
+
+/// Mesh resolution of a crowd's bodies.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Detail {
+    /// The resolution of a single fighter.
+    Fine,
+    /// Resolution for some tens of pixels.
+    Medium,
+    /// Resolution for a few pixels.
+    Coarse,
+    /// Resolution of meshes for fewer pixels.
+    Tiny,
+}
+
+/// A character of a crowd.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CrowdMember {
+    /// Index of the pose's first value in the crowd's output.
+    pub first: u32,
+    /// Distance between the pose's values in the crowd's output.
+    pub stride: u32,
+    /// Tint colour, and its weight from 0 to 1.
+    pub tint: [f32; 4],
+}
+
+/// Members of a crowd that one draw call draws.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MemberGroup {
+    /// Index in [`CrowdShot::skins`].
+    pub skin: usize,
+    /// Range of the members.
+    pub members: std::ops::Range<u32>,
+    /// Mesh resolution.
+    pub detail: Detail,
+    /// Whether the members cast shadows.
+    pub casts: bool,
+}
+
+/// A crowd whose poses are in device memory.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct CrowdShot {
+    /// Meshes, one for each level of detail.
+    pub skins: Vec<Arc<Skin>>,
+    /// All members.
+    pub members: Vec<CrowdMember>,
+    /// Groups of members that are drawn.
+    pub groups: Vec<MemberGroup>,
 }

@@ -4,14 +4,12 @@ use std::ops::Range;
 
 use ash::vk;
 
-use super::image_use::{DRAWN, ImageUse, image_barrier};
 use super::pipelines::{Draw, PUSHED};
-use super::skinned::SkinPass;
 use super::slot::Slot;
-use super::upload::{CrowdDraw, Draws};
+use super::upload::{Draws, SkinDraw};
 use super::{Stage, Target};
-use crate::scene::Detail;
-use crate::shaders::{DrawBodies, DrawLayer};
+use crate::shaders::{DrawBodies, DrawCommand, DrawLayer, DrawSkin};
+use sabaki::gpu::Context;
 use sabaki::gpu::internal::Image;
 
 impl Stage {
@@ -22,10 +20,7 @@ impl Stage {
         let solids = 0..draws.solids;
         let first_ghost = solids.end + draws.occluders;
         let ghosts = first_ghost..first_ghost + draws.ghosts;
-        let pass = |draw| SkinPass {
-            draw,
-            commands: slot.commands.handle,
-        };
+        let commands = slot.commands.handle;
         let skins = |is_ghost: bool| {
             draws
                 .skins
@@ -41,24 +36,22 @@ impl Stage {
             self.begin_shadows(cmd);
             self.bind_capsules(cmd);
             self.bodies(cmd, Draw::BodyShadow, solids.clone());
-            self.crowd(cmd, Draw::CrowdShadow, &draws.crowd);
             let casting = skins(false).filter(|draw| draw.casts);
-            self.skins(cmd, pass(Draw::SkinShadow), casting);
+            self.skins(cmd, Draw::SkinShadow, commands, casting);
             device.cmd_end_rendering(cmd);
             self.context.end_label(cmd);
             self.context.begin_label(cmd, c"sabaki: picture");
             self.begin_picture(cmd, &draws.target);
             self.bind_capsules(cmd);
             self.bodies(cmd, Draw::Body, solids);
-            self.crowd(cmd, Draw::Crowd, &draws.crowd);
-            self.skins(cmd, pass(Draw::Skin), skins(false));
+            self.skins(cmd, Draw::Skin, commands, skins(false));
             self.bind(cmd, Draw::Floor);
             device.cmd_draw(cmd, 4, 1, 0, 0);
             self.bind(cmd, Draw::Sky);
             device.cmd_draw(cmd, 3, 1, 0, 0);
             self.layers(cmd, &draws.layers);
-            self.skins(cmd, pass(Draw::SkinGhostDepth), skins(true));
-            self.skins(cmd, pass(Draw::SkinGhost), skins(true));
+            self.skins(cmd, Draw::SkinGhostDepth, commands, skins(true));
+            self.skins(cmd, Draw::SkinGhost, commands, skins(true));
             self.bind_capsules(cmd);
             self.bodies(cmd, Draw::GhostDepth, ghosts.clone());
             self.bodies(cmd, Draw::Ghost, ghosts);
@@ -162,7 +155,7 @@ impl Stage {
 
     /// # Safety
     /// As for [`Stage::record`], inside of rendering.
-    pub(super) unsafe fn bind(&self, cmd: vk::CommandBuffer, draw: Draw) {
+    unsafe fn bind(&self, cmd: vk::CommandBuffer, draw: Draw) {
         let pipeline = self.parts.pipelines.get(draw);
         let graphics = vk::PipelineBindPoint::GRAPHICS;
         // SAFETY: the caller vouches for `cmd`; the pipeline is the stage's.
@@ -175,7 +168,7 @@ impl Stage {
 
     /// # Safety
     /// As for [`Stage::record`], inside of rendering.
-    pub(super) unsafe fn push<T: bytemuck::Pod>(&self, cmd: vk::CommandBuffer, constants: &T) {
+    unsafe fn push<T: bytemuck::Pod>(&self, cmd: vk::CommandBuffer, constants: &T) {
         let (layout, bytes) = (self.parts.pipelines.layout, bytemuck::bytes_of(constants));
         // SAFETY: the caller vouches for `cmd`; the layout has room for every block of the shaders.
         unsafe {
@@ -192,10 +185,7 @@ impl Stage {
         }
         let is_shadow = matches!(draw, Draw::BodyShadow);
         // Shadows use a coarser mesh, because the difference is not visible.
-        let mesh = self.parts.meshes.of(match is_shadow {
-            true => Detail::Medium,
-            false => Detail::Fine,
-        });
+        let mesh = self.parts.meshes.of(is_shadow);
         let constants = DrawBodies {
             sun: u32::from(is_shadow),
             segments: mesh.segments,
@@ -214,40 +204,36 @@ impl Stage {
         }
     }
 
+    /// Draws skinned meshes: one indirect draw for each mesh, level and resolution.
+    ///
     /// # Safety
     /// As for [`Stage::record`], inside of rendering.
-    unsafe fn crowd(&self, cmd: vk::CommandBuffer, draw: Draw, crowd: &[CrowdDraw]) {
-        let is_shadow = matches!(draw, Draw::CrowdShadow);
-        let drawn = crowd.iter().filter(|group| group.casts || !is_shadow);
+    unsafe fn skins<'d>(
+        &self,
+        cmd: vk::CommandBuffer,
+        draw: Draw,
+        commands: vk::Buffer,
+        skins: impl Iterator<Item = &'d SkinDraw>,
+    ) {
+        let (device, meshes) = (self.context.device(), &self.parts.skins);
+        let stride = size_of::<DrawCommand>() as u32;
         let mut is_bound = false;
-        for group in drawn {
-            // Shadows use a coarser mesh, because the difference is not visible.
-            let detail = match group.detail {
-                Detail::Fine if is_shadow => Detail::Medium,
-                _ if is_shadow => Detail::Coarse,
-                detail => detail,
+        for skin in skins {
+            let constants = DrawSkin {
+                sun: u32::from(matches!(draw, Draw::SkinShadow)),
+                ..skin.constants
             };
-            let mesh = self.parts.meshes.of(detail);
-            let constants = DrawBodies {
-                sun: u32::from(is_shadow),
-                segments: mesh.segments,
-                rings: mesh.rings,
-                first_character: group.first_character,
-                first_part: group.first_part,
-                parts: group.parts,
-            };
-            let count = group.characters * group.parts;
-            if count == 0 {
-                continue;
-            }
-            // SAFETY: the caller vouches for `cmd`; as many characters and parts were written.
+            let offset = u64::from(skin.command) * u64::from(stride);
+            // SAFETY: the caller vouches for `cmd`; the buffers are the stage's, and the commands were written.
             unsafe {
                 if !std::mem::replace(&mut is_bound, true) {
                     self.bind(cmd, draw);
+                    device.cmd_bind_vertex_buffers(cmd, 0, &[meshes.vertices.handle], &[0]);
+                    let indices = meshes.indices.handle;
+                    device.cmd_bind_index_buffer(cmd, indices, 0, vk::IndexType::UINT32);
                 }
                 self.push(cmd, &constants);
-                let device = self.context.device();
-                device.cmd_draw_indexed(cmd, mesh.indices, count, mesh.first_index, 0, 0);
+                device.cmd_draw_indexed_indirect(cmd, commands, offset, 1, stride);
             }
         }
     }
@@ -321,4 +307,71 @@ fn cleared(depth: f32) -> vk::ClearValue {
     vk::ClearValue {
         depth_stencil: vk::ClearDepthStencilValue { depth, stencil: 0 },
     }
+}
+
+/// A use of an image.
+#[derive(Clone, Copy)]
+pub(crate) struct ImageUse {
+    /// Pipeline stages that use it.
+    pub(crate) stages: vk::PipelineStageFlags2,
+    /// Access of these stages to the image.
+    pub(crate) access: vk::AccessFlags2,
+    /// Layout that the access needs.
+    pub(crate) layout: vk::ImageLayout,
+}
+
+impl ImageUse {
+    /// The same use of an image whose contents are no longer needed.
+    pub(crate) fn discarded(self) -> Self {
+        Self {
+            layout: vk::ImageLayout::UNDEFINED,
+            ..self
+        }
+    }
+}
+
+/// Source of a copy.
+pub(crate) const COPIED: ImageUse = ImageUse {
+    stages: vk::PipelineStageFlags2::COPY,
+    access: vk::AccessFlags2::TRANSFER_READ,
+    layout: vk::ImageLayout::TRANSFER_SRC_OPTIMAL,
+};
+
+/// Colour attachment.
+pub(crate) const DRAWN: ImageUse = ImageUse {
+    stages: vk::PipelineStageFlags2::COLOR_ATTACHMENT_OUTPUT,
+    access: vk::AccessFlags2::COLOR_ATTACHMENT_WRITE,
+    layout: vk::ImageLayout::COLOR_ATTACHMENT_OPTIMAL,
+};
+
+/// Records the transition of an image with one level and layer between two uses.
+///
+/// # Safety
+/// `cmd` is in the recording state, outside of rendering, for the context's device. The image belongs to that device and is in the
+/// state `before`; its format has `aspect`.
+pub(crate) unsafe fn image_barrier(
+    context: &Context,
+    cmd: vk::CommandBuffer,
+    (image, aspect): (vk::Image, vk::ImageAspectFlags),
+    before: ImageUse,
+    after: ImageUse,
+) {
+    let range = vk::ImageSubresourceRange::default()
+        .aspect_mask(aspect)
+        .level_count(1)
+        .layer_count(1);
+    let barrier = [vk::ImageMemoryBarrier2::default()
+        .src_stage_mask(before.stages)
+        .src_access_mask(before.access)
+        .old_layout(before.layout)
+        .dst_stage_mask(after.stages)
+        .dst_access_mask(after.access)
+        .new_layout(after.layout)
+        .src_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
+        .dst_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
+        .image(image)
+        .subresource_range(range)];
+    let info = vk::DependencyInfo::default().image_memory_barriers(&barrier);
+    // SAFETY: the caller vouches for `cmd` and the image.
+    unsafe { context.device().cmd_pipeline_barrier2(cmd, &info) };
 }

@@ -1,30 +1,98 @@
 //! Records shots into command buffers.
 
-mod desc;
-mod drawing;
-mod frame;
-pub(crate) mod image_use;
-mod mesh;
+pub(crate) mod drawing;
+mod meshes;
 mod pipelines;
-mod skinned;
-mod skins;
 mod slot;
-mod targets;
 mod upload;
 
 use ash::vk;
 
-pub use desc::StageDesc;
-use mesh::Meshes;
-use pipelines::Pipelines;
-use sabaki::gpu::internal::{Buffer, BufferDesc, DeviceMemory, within};
+use meshes::{CapsuleMeshes, Skins};
+use pipelines::{DEPTH, Pipelines};
+use sabaki::gpu::internal::{Buffer, BufferDesc, DeviceMemory, Image, ImageDesc, within};
 use sabaki::gpu::{Context, GpuError, Memory, MemoryUse};
 use sabaki::math::F32x16;
-use skins::Skins;
 use slot::Slot;
-use targets::Targets;
 
-use super::scene::{CrowdShot, Shot};
+use super::scene::{CrowdShot, Formation, Mesh, Shot};
+
+/// Settings of a [`Stage`].
+#[derive(Clone, Copy, Debug)]
+pub struct StageDesc<'a> {
+    /// Name for debuggers and validation.
+    pub name: &'a str,
+    /// Format of the targets. Default `R8G8B8A8_SRGB`. For formats without sRGB encoding, the
+    /// shaders encode colours.
+    pub format: vk::Format,
+    /// Maximum width and height of the targets, in pixels. [`Stage::resize`] changes it. With 0, as that of a
+    /// minimised window, nothing is drawn. Default 1,280 × 720.
+    pub size: [u32; 2],
+    /// Samples per pixel: 1, 2, 4 or 8, limited by the device. Default 4.
+    pub samples: u32,
+    /// Number of the caller's frames in flight. Default 1.
+    pub frames_in_flight: u32,
+    /// Maximum number of solids and ghosts in a shot. Default 4,096.
+    pub max_capsules: u32,
+    /// Maximum size of all layers in a shot, in words of 32 texels. Rows are padded to whole words.
+    /// Default 262,144 (1 MiB).
+    pub max_map_words: u32,
+    /// Width and height of the shadow map, in texels; 0 counts as 1. Default 2,048.
+    pub shadow_side: u32,
+    /// Maximum number of characters of a crowd. Default 0.
+    pub max_members: u32,
+    /// Maximum length of a crowd's poses, in [`F32x16`](sabaki::math::F32x16)s: see
+    /// [`crowd::Crowd::output_len`](sabaki::crowd::Crowd::output_len). Default 0.
+    pub max_crowd_len: u32,
+    /// Maximum number of bones of all skins. Default 4,096.
+    pub max_bones: u32,
+    /// Meshes that skins refer to by index. They are copied to the device. Default: none.
+    pub meshes: &'a [Mesh],
+    /// Maximum number of skinned bodies in a shot. Default 8.
+    pub max_skinned: u32,
+    /// Maximum number of joints of all skinned bodies in a shot. Default 2,048.
+    pub max_skinned_joints: u32,
+    /// Cache that pipelines are created with: the host's, or that of a
+    /// [`PipelineCache`](sabaki::gpu::PipelineCache). Default: none.
+    pub pipeline_cache: vk::PipelineCache,
+}
+
+impl<'a> StageDesc<'a> {
+    /// Settings for a crowd that is drawn with these meshes.
+    #[must_use]
+    pub fn for_crowd(formation: &Formation, meshes: &'a [Mesh]) -> Self {
+        Self {
+            shadow_side: 4096,
+            max_members: formation.len() as u32,
+            max_crowd_len: formation.max_output_len() as u32,
+            max_bones: formation.bones() as u32,
+            meshes,
+            ..Self::default()
+        }
+    }
+}
+
+impl Default for StageDesc<'_> {
+    fn default() -> Self {
+        Self {
+            name: "view",
+            format: vk::Format::R8G8B8A8_SRGB,
+            size: [1280, 720],
+            samples: 4,
+            frames_in_flight: 1,
+            max_capsules: 4096,
+            max_map_words: 1 << 18,
+            shadow_side: 2048,
+            max_members: 0,
+            max_crowd_len: 0,
+            max_bones: 4096,
+            meshes: &[],
+            max_skinned: 8,
+            max_skinned_joints: 2048,
+            pipeline_cache: vk::PipelineCache::null(),
+        }
+    }
+}
 
 /// Image that a shot is drawn into.
 #[derive(Clone, Copy, Debug)]
@@ -60,7 +128,7 @@ pub struct Stage {
 struct Parts {
     pipelines: Pipelines,
     targets: Targets,
-    meshes: Meshes,
+    meshes: CapsuleMeshes,
     indices: Buffer,
     skins: Skins,
     slots: Vec<Slot>,
@@ -88,11 +156,9 @@ impl Stage {
         if !report.features.synchronization2 {
             return Err(GpuError::Missing(vec!["synchronization2"]));
         }
-        let side = desc.size[0].max(desc.size[1]).max(desc.shadow_side);
-        within(
-            "side of a target",
-            side.into(),
-            context.max_target_side().into(),
+        check_side(
+            context,
+            desc.size[0].max(desc.size[1]).max(desc.shadow_side),
         )?;
         let mut stage = Self {
             context: context.clone(),
@@ -120,7 +186,7 @@ impl Stage {
         let mut device = DeviceMemory { context, memory };
         parts.targets.fill_shadow(&mut device, desc)?;
         parts.targets.resize(&mut device, desc, self.samples)?;
-        parts.meshes = Meshes::new();
+        parts.meshes = CapsuleMeshes::new();
         let indices = bytemuck::cast_slice(&parts.meshes.indices);
         parts.indices = device.buffer(BufferDesc {
             name: &format!("{}: meshes", desc.name),
@@ -149,12 +215,7 @@ impl Stage {
     /// # Errors
     /// As for [`Stage::new`]. After an error, `resize` can be called again.
     pub fn resize(&mut self, memory: &mut dyn Memory, size: [u32; 2]) -> Result<(), GpuError> {
-        let side = size[0].max(size[1]);
-        within(
-            "side of a target",
-            side.into(),
-            self.context.max_target_side().into(),
-        )?;
+        check_side(&self.context, size[0].max(size[1]))?;
         // Nothing can be drawn until the resize has succeeded.
         self.desc.size = [0; 2];
         let (context, targets) = (&self.context, &mut self.parts.targets);
@@ -243,6 +304,73 @@ impl Drop for Stage {
     }
 }
 
+/// Internal images. Handles are null by default.
+#[derive(Debug, Default)]
+struct Targets {
+    shadow: Image,
+    depth: Image,
+    /// Colour samples, or null for one sample per pixel.
+    samples: Image,
+}
+
+impl Targets {
+    fn fill_shadow(
+        &mut self,
+        device: &mut DeviceMemory<'_>,
+        desc: &StageDesc<'_>,
+    ) -> Result<(), GpuError> {
+        use vk::ImageUsageFlags as Usage;
+        let desc = ImageDesc {
+            name: &format!("{}: shadow map", desc.name),
+            side: [desc.shadow_side.max(1); 2],
+            format: DEPTH,
+            samples: vk::SampleCountFlags::TYPE_1,
+            usage: Usage::DEPTH_STENCIL_ATTACHMENT | Usage::SAMPLED,
+            aspect: vk::ImageAspectFlags::DEPTH,
+        };
+        self.shadow = device.image(&desc)?;
+        Ok(())
+    }
+
+    /// Creates depth buffer and colour samples of the size of `desc`, and frees the previous ones.
+    fn resize(
+        &mut self,
+        device: &mut DeviceMemory<'_>,
+        desc: &StageDesc<'_>,
+        samples: vk::SampleCountFlags,
+    ) -> Result<(), GpuError> {
+        use vk::ImageUsageFlags as Usage;
+        self.depth.destroy(device.context, device.memory);
+        self.samples.destroy(device.context, device.memory);
+        let depth = ImageDesc {
+            name: &format!("{}: depth", desc.name),
+            side: desc.size.map(|side| side.max(1)),
+            format: DEPTH,
+            samples,
+            usage: Usage::DEPTH_STENCIL_ATTACHMENT | Usage::TRANSIENT_ATTACHMENT,
+            aspect: vk::ImageAspectFlags::DEPTH,
+        };
+        self.depth = device.image(&depth)?;
+        if samples != vk::SampleCountFlags::TYPE_1 {
+            let colour = ImageDesc {
+                name: &format!("{}: samples", desc.name),
+                format: desc.format,
+                usage: Usage::COLOR_ATTACHMENT | Usage::TRANSIENT_ATTACHMENT,
+                aspect: vk::ImageAspectFlags::COLOR,
+                ..depth
+            };
+            self.samples = device.image(&colour)?;
+        }
+        Ok(())
+    }
+
+    fn destroy(&mut self, context: &Context, memory: &mut dyn Memory) {
+        for image in [&mut self.shadow, &mut self.depth, &mut self.samples] {
+            image.destroy(context, memory);
+        }
+    }
+}
+
 /// The requested number of samples, or the largest smaller number that the device supports.
 fn samples(context: &Context, wished: u32) -> vk::SampleCountFlags {
     let limits = context.limits();
@@ -253,4 +381,9 @@ fn samples(context: &Context, wished: u32) -> vk::SampleCountFlags {
         .iter()
         .filter(|(count, flag)| *count <= wished && both.contains(*flag));
     offered.next().map_or(Count::TYPE_1, |(_, flag)| *flag)
+}
+
+pub(crate) fn check_side(context: &Context, side: u32) -> Result<(), GpuError> {
+    let most = context.max_target_side();
+    within("side of a target", side.into(), most.into())
 }

@@ -7,8 +7,8 @@ use ash::vk;
 use super::StageDesc;
 use crate::scene::MeshVertex;
 use crate::shaders::{
-    VIEW_BODY_FRAG, VIEW_BODY_VERT, VIEW_CROWD_VERT, VIEW_FLOOR_FRAG, VIEW_FLOOR_VERT,
-    VIEW_LAYER_FRAG, VIEW_LAYER_VERT, VIEW_SKIN_FRAG, VIEW_SKIN_VERT, VIEW_SKY_FRAG, VIEW_SKY_VERT,
+    VIEW_BODY_FRAG, VIEW_BODY_VERT, VIEW_FLOOR_FRAG, VIEW_FLOOR_VERT, VIEW_LAYER_FRAG,
+    VIEW_LAYER_VERT, VIEW_SKIN_FRAG, VIEW_SKIN_VERT, VIEW_SKY_FRAG, VIEW_SKY_VERT,
 };
 use sabaki::gpu::internal::{Named, Shader, Stage as ShaderStage, graphics_pipeline};
 use sabaki::gpu::{Context, GpuError};
@@ -53,105 +53,55 @@ struct Desc {
 #[derive(Clone, Copy)]
 pub(super) enum Draw {
     Body,
-    Crowd,
     Floor,
     Sky,
     Layer,
     GhostDepth,
     Ghost,
     BodyShadow,
-    CrowdShadow,
     Skin,
     SkinGhostDepth,
     SkinGhost,
     SkinShadow,
 }
 
+impl Desc {
+    const fn new(
+        name: &'static str,
+        vertex: &'static Shader,
+        fragment: Option<&'static Shader>,
+        writes: Writes,
+        geometry: Geometry,
+    ) -> Self {
+        Self {
+            name,
+            vertex,
+            fragment,
+            writes,
+            geometry,
+        }
+    }
+}
+
 /// Descriptions, in the order of [`Draw`].
-const ALL: [Desc; 13] = {
+const ALL: [Desc; 11] = {
+    use Geometry::{Computed, Mesh, Strip};
     use Writes::{Blended, Depth, Shadow, Solid};
-    let body = Desc {
-        name: "view: body",
-        vertex: &VIEW_BODY_VERT,
-        fragment: Some(&VIEW_BODY_FRAG),
-        writes: Solid,
-        geometry: Geometry::Computed,
-    };
-    let skin = Desc {
-        name: "view: skin",
-        vertex: &VIEW_SKIN_VERT,
-        fragment: Some(&VIEW_SKIN_FRAG),
-        writes: Solid,
-        geometry: Geometry::Mesh,
-    };
+    let (body, skin) = (&VIEW_BODY_VERT, &VIEW_SKIN_VERT);
+    let (lit, textured) = (Some(&VIEW_BODY_FRAG), Some(&VIEW_SKIN_FRAG));
+    let (floor, sky, layer) = (&VIEW_FLOOR_VERT, &VIEW_SKY_VERT, &VIEW_LAYER_VERT);
     [
-        body,
-        Desc {
-            name: "view: crowd",
-            vertex: &VIEW_CROWD_VERT,
-            ..body
-        },
-        Desc {
-            name: "view: floor",
-            vertex: &VIEW_FLOOR_VERT,
-            fragment: Some(&VIEW_FLOOR_FRAG),
-            writes: Solid,
-            geometry: Geometry::Strip,
-        },
-        Desc {
-            name: "view: sky",
-            vertex: &VIEW_SKY_VERT,
-            fragment: Some(&VIEW_SKY_FRAG),
-            writes: Solid,
-            geometry: Geometry::Strip,
-        },
-        Desc {
-            name: "view: layer",
-            vertex: &VIEW_LAYER_VERT,
-            fragment: Some(&VIEW_LAYER_FRAG),
-            writes: Blended,
-            geometry: Geometry::Strip,
-        },
-        Desc {
-            name: "view: ghosts' depth",
-            writes: Depth,
-            ..body
-        },
-        Desc {
-            name: "view: ghosts",
-            writes: Blended,
-            ..body
-        },
-        Desc {
-            name: "view: shadow",
-            fragment: None,
-            writes: Shadow,
-            ..body
-        },
-        Desc {
-            name: "view: crowd's shadow",
-            vertex: &VIEW_CROWD_VERT,
-            fragment: None,
-            writes: Shadow,
-            ..body
-        },
-        skin,
-        Desc {
-            name: "view: skinned ghosts' depth",
-            writes: Depth,
-            ..skin
-        },
-        Desc {
-            name: "view: skinned ghosts",
-            writes: Blended,
-            ..skin
-        },
-        Desc {
-            name: "view: skin's shadow",
-            fragment: None,
-            writes: Shadow,
-            ..skin
-        },
+        Desc::new("view: body", body, lit, Solid, Computed),
+        Desc::new("view: floor", floor, Some(&VIEW_FLOOR_FRAG), Solid, Strip),
+        Desc::new("view: sky", sky, Some(&VIEW_SKY_FRAG), Solid, Strip),
+        Desc::new("view: layer", layer, Some(&VIEW_LAYER_FRAG), Blended, Strip),
+        Desc::new("view: ghosts' depth", body, lit, Depth, Computed),
+        Desc::new("view: ghosts", body, lit, Blended, Computed),
+        Desc::new("view: shadow", body, None, Shadow, Computed),
+        Desc::new("view: skin", skin, textured, Solid, Mesh),
+        Desc::new("view: skinned ghosts' depth", skin, textured, Depth, Mesh),
+        Desc::new("view: skinned ghosts", skin, textured, Blended, Mesh),
+        Desc::new("view: skin's shadow", skin, None, Shadow, Mesh),
     ]
 };
 
@@ -220,16 +170,9 @@ impl Pipelines {
         // SAFETY: as above; the set layout was just made.
         self.layout =
             unsafe { device.create_pipeline_layout(&info, None) }.call("vkCreatePipelineLayout")?;
-        let builder = Builder {
-            context,
-            layout: self.layout,
-            cache: desc.pipeline_cache,
-            format: desc.format,
-            samples,
-        };
-        for desc in &ALL {
-            let made = builder.build(desc)?;
-            context.name(made, desc.name);
+        for one in &ALL {
+            let made = build(context, one, self.layout, desc, samples)?;
+            context.name(made, one.name);
             self.all.push(made);
         }
         Ok(())
@@ -254,136 +197,132 @@ impl Pipelines {
     }
 }
 
-/// The state that all pipelines are created with.
-struct Builder<'a> {
-    context: &'a Context,
+/// Creates a pipeline. Its format, samples and cache are those of the stage.
+fn build(
+    context: &Context,
+    desc: &Desc,
     layout: vk::PipelineLayout,
-    cache: vk::PipelineCache,
-    /// Format of the targets.
-    format: vk::Format,
+    stage: &StageDesc<'_>,
     samples: vk::SampleCountFlags,
+) -> Result<vk::Pipeline, GpuError> {
+    let device = context.device();
+    let mut modules = Vec::new();
+    let mut made = Ok(());
+    for shader in std::iter::once(desc.vertex).chain(desc.fragment) {
+        let info = vk::ShaderModuleCreateInfo::default().code(shader.words);
+        // SAFETY: the words were validated when the crate was built.
+        match unsafe { device.create_shader_module(&info, None) } {
+            Ok(module) => modules.push((module, shader)),
+            Err(result) => made = Err(result).call("vkCreateShaderModule"),
+        }
+    }
+    let built = made.and_then(|()| assemble(context, desc, layout, stage, samples, &modules));
+    for (module, _) in modules {
+        // SAFETY: the pipeline does not need its modules after it was made.
+        unsafe { device.destroy_shader_module(module, None) };
+    }
+    built
 }
 
-impl Builder<'_> {
-    fn build(&self, desc: &Desc) -> Result<vk::Pipeline, GpuError> {
-        let device = self.context.device();
-        let mut modules = Vec::new();
-        let mut made = Ok(());
-        for shader in std::iter::once(desc.vertex).chain(desc.fragment) {
-            let info = vk::ShaderModuleCreateInfo::default().code(shader.words);
-            // SAFETY: the words were validated when the crate was built.
-            match unsafe { device.create_shader_module(&info, None) } {
-                Ok(module) => modules.push((module, shader)),
-                Err(result) => made = Err(result).call("vkCreateShaderModule"),
-            }
-        }
-        let built = made.and_then(|()| self.build_of(desc, &modules));
-        for (module, _) in modules {
-            // SAFETY: the pipeline does not need its modules after it was made.
-            unsafe { device.destroy_shader_module(module, None) };
-        }
-        built
+fn assemble(
+    context: &Context,
+    desc: &Desc,
+    layout: vk::PipelineLayout,
+    stage: &StageDesc<'_>,
+    samples: vk::SampleCountFlags,
+    modules: &[(vk::ShaderModule, &Shader)],
+) -> Result<vk::Pipeline, GpuError> {
+    let stages: Vec<_> = modules
+        .iter()
+        .map(|&(module, shader)| {
+            let stage = match shader.stage {
+                ShaderStage::Vertex => vk::ShaderStageFlags::VERTEX,
+                _ => vk::ShaderStageFlags::FRAGMENT,
+            };
+            vk::PipelineShaderStageCreateInfo::default()
+                .stage(stage)
+                .module(module)
+                .name(c"main")
+        })
+        .collect();
+    let is_shadow = desc.writes == Writes::Shadow;
+    let (buffers, attributes) = vertex_input();
+    let mut inputs = vk::PipelineVertexInputStateCreateInfo::default();
+    if desc.geometry == Geometry::Mesh {
+        inputs = inputs
+            .vertex_binding_descriptions(&buffers)
+            .vertex_attribute_descriptions(&attributes);
     }
-
-    fn build_of(
-        &self,
-        desc: &Desc,
-        modules: &[(vk::ShaderModule, &Shader)],
-    ) -> Result<vk::Pipeline, GpuError> {
-        let stages: Vec<_> = modules
-            .iter()
-            .map(|&(module, shader)| {
-                let stage = match shader.stage {
-                    ShaderStage::Vertex => vk::ShaderStageFlags::VERTEX,
-                    _ => vk::ShaderStageFlags::FRAGMENT,
-                };
-                vk::PipelineShaderStageCreateInfo::default()
-                    .stage(stage)
-                    .module(module)
-                    .name(c"main")
-            })
-            .collect();
-        let is_shadow = desc.writes == Writes::Shadow;
-        let (buffers, attributes) = vertex_input();
-        let mut inputs = vk::PipelineVertexInputStateCreateInfo::default();
-        if desc.geometry == Geometry::Mesh {
-            inputs = inputs
-                .vertex_binding_descriptions(&buffers)
-                .vertex_attribute_descriptions(&attributes);
-        }
-        let (topology, cull) = match desc.geometry {
-            Geometry::Strip => (
-                vk::PrimitiveTopology::TRIANGLE_STRIP,
-                vk::CullModeFlags::NONE,
-            ),
-            Geometry::Computed | Geometry::Mesh => (
-                vk::PrimitiveTopology::TRIANGLE_LIST,
-                vk::CullModeFlags::BACK,
-            ),
-        };
-        let assembly = vk::PipelineInputAssemblyStateCreateInfo::default().topology(topology);
-        let viewport = vk::PipelineViewportStateCreateInfo::default()
-            .viewport_count(1)
-            .scissor_count(1);
-        let raster = vk::PipelineRasterizationStateCreateInfo::default()
-            .polygon_mode(vk::PolygonMode::FILL)
-            .cull_mode(cull)
-            .front_face(vk::FrontFace::COUNTER_CLOCKWISE)
-            .depth_bias_enable(is_shadow)
-            .depth_bias_constant_factor(2.0)
-            .depth_bias_slope_factor(1.5)
-            .line_width(1.0);
-        let samples = if is_shadow {
-            vk::SampleCountFlags::TYPE_1
+    let (topology, cull) = match desc.geometry {
+        Geometry::Strip => (
+            vk::PrimitiveTopology::TRIANGLE_STRIP,
+            vk::CullModeFlags::NONE,
+        ),
+        Geometry::Computed | Geometry::Mesh => (
+            vk::PrimitiveTopology::TRIANGLE_LIST,
+            vk::CullModeFlags::BACK,
+        ),
+    };
+    let assembly = vk::PipelineInputAssemblyStateCreateInfo::default().topology(topology);
+    let viewport = vk::PipelineViewportStateCreateInfo::default()
+        .viewport_count(1)
+        .scissor_count(1);
+    let raster = vk::PipelineRasterizationStateCreateInfo::default()
+        .polygon_mode(vk::PolygonMode::FILL)
+        .cull_mode(cull)
+        .front_face(vk::FrontFace::COUNTER_CLOCKWISE)
+        .depth_bias_enable(is_shadow)
+        .depth_bias_constant_factor(2.0)
+        .depth_bias_slope_factor(1.5)
+        .line_width(1.0);
+    let samples = if is_shadow {
+        vk::SampleCountFlags::TYPE_1
+    } else {
+        samples
+    };
+    let samples = vk::PipelineMultisampleStateCreateInfo::default().rasterization_samples(samples);
+    let depth = vk::PipelineDepthStencilStateCreateInfo::default()
+        .depth_test_enable(true)
+        .depth_write_enable(desc.writes != Writes::Blended)
+        .depth_compare_op(if is_shadow {
+            vk::CompareOp::LESS
         } else {
-            self.samples
-        };
-        let samples =
-            vk::PipelineMultisampleStateCreateInfo::default().rasterization_samples(samples);
-        let depth = vk::PipelineDepthStencilStateCreateInfo::default()
-            .depth_test_enable(true)
-            .depth_write_enable(desc.writes != Writes::Blended)
-            .depth_compare_op(if is_shadow {
-                vk::CompareOp::LESS
-            } else {
-                // Depth is reversed: the nearest value is 1.
-                vk::CompareOp::GREATER_OR_EQUAL
-            });
-        let colour = vk::PipelineColorBlendAttachmentState::default()
-            .blend_enable(desc.writes == Writes::Blended)
-            .src_color_blend_factor(vk::BlendFactor::SRC_ALPHA)
-            .dst_color_blend_factor(vk::BlendFactor::ONE_MINUS_SRC_ALPHA)
-            .src_alpha_blend_factor(vk::BlendFactor::ZERO)
-            .dst_alpha_blend_factor(vk::BlendFactor::ONE)
-            .color_write_mask(match desc.writes {
-                Writes::Solid | Writes::Blended => vk::ColorComponentFlags::RGBA,
-                Writes::Depth | Writes::Shadow => vk::ColorComponentFlags::empty(),
-            });
-        let (colours, formats) = ([colour], [self.format]);
-        let mut blend = vk::PipelineColorBlendStateCreateInfo::default();
-        let mut rendering =
-            vk::PipelineRenderingCreateInfo::default().depth_attachment_format(DEPTH);
-        if !is_shadow {
-            blend = blend.attachments(&colours);
-            rendering = rendering.color_attachment_formats(&formats);
-        }
-        let dynamic = vk::PipelineDynamicStateCreateInfo::default()
-            .dynamic_states(&[vk::DynamicState::VIEWPORT, vk::DynamicState::SCISSOR]);
-        let info = vk::GraphicsPipelineCreateInfo::default()
-            .stages(&stages)
-            .vertex_input_state(&inputs)
-            .input_assembly_state(&assembly)
-            .viewport_state(&viewport)
-            .rasterization_state(&raster)
-            .multisample_state(&samples)
-            .depth_stencil_state(&depth)
-            .color_blend_state(&blend)
-            .dynamic_state(&dynamic)
-            .layout(self.layout)
-            .push_next(&mut rendering);
-        // SAFETY: modules and layout are of this device and fit each other: `shaders.rs` holds both to the table.
-        unsafe { graphics_pipeline(self.context.device(), self.cache, info) }
+            // Depth is reversed: the nearest value is 1.
+            vk::CompareOp::GREATER_OR_EQUAL
+        });
+    let colour = vk::PipelineColorBlendAttachmentState::default()
+        .blend_enable(desc.writes == Writes::Blended)
+        .src_color_blend_factor(vk::BlendFactor::SRC_ALPHA)
+        .dst_color_blend_factor(vk::BlendFactor::ONE_MINUS_SRC_ALPHA)
+        .src_alpha_blend_factor(vk::BlendFactor::ZERO)
+        .dst_alpha_blend_factor(vk::BlendFactor::ONE)
+        .color_write_mask(match desc.writes {
+            Writes::Solid | Writes::Blended => vk::ColorComponentFlags::RGBA,
+            Writes::Depth | Writes::Shadow => vk::ColorComponentFlags::empty(),
+        });
+    let (colours, formats) = ([colour], [stage.format]);
+    let mut blend = vk::PipelineColorBlendStateCreateInfo::default();
+    let mut rendering = vk::PipelineRenderingCreateInfo::default().depth_attachment_format(DEPTH);
+    if !is_shadow {
+        blend = blend.attachments(&colours);
+        rendering = rendering.color_attachment_formats(&formats);
     }
+    let dynamic = vk::PipelineDynamicStateCreateInfo::default()
+        .dynamic_states(&[vk::DynamicState::VIEWPORT, vk::DynamicState::SCISSOR]);
+    let info = vk::GraphicsPipelineCreateInfo::default()
+        .stages(&stages)
+        .vertex_input_state(&inputs)
+        .input_assembly_state(&assembly)
+        .viewport_state(&viewport)
+        .rasterization_state(&raster)
+        .multisample_state(&samples)
+        .depth_stencil_state(&depth)
+        .color_blend_state(&blend)
+        .dynamic_state(&dynamic)
+        .layout(layout)
+        .push_next(&mut rendering);
+    // SAFETY: modules and layout are of this device and fit each other: `shaders.rs` holds both to the table.
+    unsafe { graphics_pipeline(context.device(), stage.pipeline_cache, info) }
 }
 
 /// The vertex buffer of meshes, and its attributes by location.

@@ -6,7 +6,7 @@ use bytemuck::Pod;
 use super::StageDesc;
 use super::pipelines::BINDINGS;
 use crate::scene::Capsule;
-use crate::shaders::{CrowdCharacter, CrowdPart, DrawCommand, FrameData};
+use crate::shaders::{CrowdCharacter, DrawCommand, FrameData, SkinBone};
 use sabaki::gpu::internal::{Buffer, BufferDesc, DeviceMemory, Named};
 use sabaki::gpu::{Context, GpuError, Memory, MemoryUse};
 use sabaki::math::F32x16;
@@ -24,7 +24,7 @@ pub(super) struct Slot {
     pub(super) words: Buffer,
     poses: Buffer,
     pub(super) members: Buffer,
-    pub(super) parts: Buffer,
+    pub(super) bones: Buffer,
     pub(super) commands: Buffer,
     pub(super) set: vk::DescriptorSet,
     /// Index of the first number of the first aligned line in the crowd's memory.
@@ -41,57 +41,39 @@ impl Slot {
         number: u32,
     ) -> Result<(), GpuError> {
         use vk::BufferUsageFlags as Usage;
-        let mut buffer = |what: &str, size: u64, usage| {
-            let desc = BufferDesc {
+        let mut buffer = |what: &str, count: u64, element: usize, usage| {
+            device.buffer(BufferDesc {
                 name: &format!("{}: {what} {number}", desc.name),
-                size,
+                size: count * element as u64,
                 usage,
                 memory: MemoryUse::Upload,
-            };
-            device.buffer(desc)
+            })
         };
-        let bytes = |count: u64, of: usize| count * of as u64;
-        let [members, skinned, lines] =
-            [desc.max_members, desc.max_skinned, desc.max_crowd_len].map(u64::from);
+        let [capsules, words, bones] =
+            [desc.max_capsules, desc.max_map_words, desc.max_bones].map(u64::from);
+        let [members, skinned, lines, joints] = [
+            desc.max_members,
+            desc.max_skinned,
+            desc.max_crowd_len,
+            desc.max_skinned_joints,
+        ]
+        .map(u64::from);
         let storage = Usage::STORAGE_BUFFER;
-        self.frame = buffer(
-            "frame",
-            bytes(1, size_of::<FrameData>()),
-            Usage::UNIFORM_BUFFER,
-        )?;
-        self.capsules = buffer(
-            "capsules",
-            bytes(desc.max_capsules.into(), size_of::<Capsule>()),
-            storage,
-        )?;
-        self.words = buffer(
-            "maps",
-            bytes(desc.max_map_words.into(), size_of::<u32>()),
-            storage,
-        )?;
+        self.frame = buffer("frame", 1, size_of::<FrameData>(), Usage::UNIFORM_BUFFER)?;
+        self.capsules = buffer("capsules", capsules, size_of::<Capsule>(), storage)?;
+        self.words = buffer("maps", words, size_of::<u32>(), storage)?;
         // One additional line, because the memory may start within a line.
-        let crowd = bytes(lines + u64::from(lines > 0), size_of::<F32x16>());
-        let joints = desc.max_skinned_joints.into();
-        let single = bytes(joints, POSE_NUMBERS * size_of::<f32>());
-        self.poses = buffer("poses", crowd + single, storage)?;
-        self.members = buffer(
-            "crowd",
-            bytes(members + skinned, size_of::<CrowdCharacter>()),
-            storage,
-        )?;
-        self.commands = buffer(
-            "draw commands",
-            bytes(
-                skinned + u64::from(MOST_SKINNED_GROUPS),
-                size_of::<DrawCommand>(),
-            ),
-            Usage::INDIRECT_BUFFER,
-        )?;
-        self.parts = buffer(
-            "parts",
-            bytes(desc.max_parts.into(), size_of::<CrowdPart>()),
-            storage,
-        )?;
+        let crowd = (lines + u64::from(lines > 0)) * F32x16::LANES as u64;
+        let numbers = crowd + joints * POSE_NUMBERS as u64;
+        self.poses = buffer("poses", numbers, size_of::<f32>(), storage)?;
+        let count = members + skinned;
+        self.members = buffer("crowd", count, size_of::<CrowdCharacter>(), storage)?;
+        let (count, command) = (
+            skinned + u64::from(MOST_SKINNED_GROUPS),
+            size_of::<DrawCommand>(),
+        );
+        self.commands = buffer("draw commands", count, command, Usage::INDIRECT_BUFFER)?;
+        self.bones = buffer("bones", bones, size_of::<SkinBone>(), storage)?;
         self.lines = desc.max_crowd_len as usize;
         // SAFETY: no other code has the buffer yet.
         let start = unsafe { self.poses.bytes_mut() }?.as_ptr() as usize;
@@ -151,7 +133,7 @@ impl Slot {
             &self.words,
             &self.poses,
             &self.members,
-            &self.parts,
+            &self.bones,
             texels,
         ];
         let infos = all.map(buffer);
@@ -182,7 +164,7 @@ impl Slot {
             &mut self.words,
             &mut self.poses,
             &mut self.members,
-            &mut self.parts,
+            &mut self.bones,
             &mut self.commands,
         ] {
             buffer.destroy(context, memory);

@@ -1,18 +1,18 @@
 //! Writes a shot into the buffers of a slot.
 
 use ash::vk;
+use glam::camera::rh;
+use glam::{Mat3, Mat4, Vec3, Vec4};
 
-use super::frame::{FrameSettings, frame_data};
-use super::skinned::{SkinDraw, Skinned, joints_of_skin};
-use super::slot::write;
+use super::slot::{MOST_SKINNED_GROUPS, POSE_NUMBERS, write};
 use super::{Picture, Stage, Target};
 use crate::scene::{
-    Capsule, CrowdMember, CrowdShot, Detail, Figure, FigurePart, Layer, MemberGroup,
+    Capsule, CrowdMember, CrowdShot, Detail, Layer, Light, Mesh, Shot, Skin, SkinnedBody,
 };
-use crate::shaders::{CrowdCharacter, CrowdPart, DrawLayer};
+use crate::shaders::{CrowdCharacter, DrawCommand, DrawLayer, DrawSkin, FrameData, SkinBone};
 use sabaki::gpu::GpuError;
 use sabaki::gpu::internal::within;
-use sabaki::math::F32x16;
+use sabaki::math::{F32x16, Sphere};
 
 /// Numbers of a joint of a crowd: three rows of its frame.
 const MATRIX_NUMBERS: u64 = 12;
@@ -25,18 +25,22 @@ pub(super) struct Draws {
     pub(super) occluders: u32,
     pub(super) ghosts: u32,
     pub(super) layers: Vec<DrawLayer>,
-    pub(super) crowd: Vec<CrowdDraw>,
     pub(super) skins: Vec<SkinDraw>,
 }
 
-/// A group of crowd members that one draw call draws.
-pub(super) struct CrowdDraw {
-    pub(super) detail: Detail,
-    pub(super) first_character: u32,
-    pub(super) characters: u32,
-    pub(super) first_part: u32,
-    pub(super) parts: u32,
+/// Instances of a mesh that one draw call draws.
+#[derive(Clone, Copy)]
+pub(super) struct SkinDraw {
+    mesh: usize,
+    detail: usize,
+    instances: u32,
+    /// Number of the skin's bones.
+    bones: usize,
+    pub(super) constants: DrawSkin,
+    pub(super) is_ghost: bool,
     pub(super) casts: bool,
+    /// Index of the command.
+    pub(super) command: u32,
 }
 
 impl Stage {
@@ -50,13 +54,10 @@ impl Stage {
         } = *picture;
         let number = slot as usize;
         let slot = self.slot_mut(slot)?;
-        let settings = FrameSettings {
-            side: target.size,
-            encodes: !is_srgb(desc.format),
-            shadow_side: desc.shadow_side.max(1),
-        };
         let fits = |name, needed: usize, most: u32| within(name, needed as u64, most.into());
-        write(&context, &slot.frame, &[frame_data(shot, settings)])?;
+        let (encodes, shadow_side) = (!is_srgb(desc.format), desc.shadow_side.max(1));
+        let frame = frame_data(shot, target.size, encodes, shadow_side);
+        write(&context, &slot.frame, &[frame])?;
         let capsules = shot.solids.iter().chain(&shot.occluders);
         let capsules: Vec<Capsule> = capsules.chain(&shot.ghosts).copied().collect();
         fits("StageDesc::max_capsules", capsules.len(), desc.max_capsules)?;
@@ -70,7 +71,6 @@ impl Stage {
             occluders: shot.occluders.len() as u32,
             ghosts: shot.ghosts.len() as u32,
             layers,
-            crowd: Vec::new(),
             skins: Vec::new(),
         };
         let mut skinned = Skinned::new(slot.first_skinned_number());
@@ -83,10 +83,7 @@ impl Stage {
                 desc.max_members,
             )?;
             slot.flush_poses(&context)?;
-            match crowd.skins.is_empty() {
-                true => draws.crowd = figures(crowd, &mut skinned),
-                false => skinned.add_crowd(crowd)?,
-            }
+            skinned.add_crowd(crowd)?;
         }
         for body in &shot.skinned {
             skinned.add_body(body)?;
@@ -94,28 +91,58 @@ impl Stage {
         draws.skins = self.upload_skinned(number, shot.skinned.len(), &skinned)?;
         Ok(draws)
     }
+
+    /// Writes members, bones, poses and draw commands into a slot's buffers. Returns the draws.
+    fn upload_skinned(
+        &self,
+        slot: usize,
+        bodies: usize,
+        skinned: &Skinned,
+    ) -> Result<Vec<SkinDraw>, GpuError> {
+        let (context, desc, meshes) = (&self.context, &self.desc, &self.parts.skins);
+        let fits = |name, needed: usize, most: u32| within(name, needed as u64, most.into());
+        let joints = skinned.numbers.len() / POSE_NUMBERS;
+        fits("StageDesc::max_skinned", bodies, desc.max_skinned)?;
+        let most = desc.max_skinned_joints;
+        fits("StageDesc::max_skinned_joints", joints, most)?;
+        fits("StageDesc::max_bones", skinned.bones.len(), desc.max_bones)?;
+        let mut draws = skinned.draws.clone();
+        let mut commands: Vec<DrawCommand> = Vec::with_capacity(draws.len());
+        for draw in &mut draws {
+            let last = draw.mesh as u64 + 1;
+            within("StageDesc::meshes", last, meshes.len() as u64)?;
+            let bones = meshes.bones(draw.mesh);
+            within("bones of a Skin", bones.into(), draw.bones as u64)?;
+            draw.constants.texture_place = meshes.texture(draw.mesh);
+            draw.command = commands.len() as u32;
+            commands.push(meshes.command(draw.mesh, draw.detail, draw.instances));
+        }
+        let slot = &self.parts.slots[slot];
+        write(context, &slot.members, &skinned.members)?;
+        write(context, &slot.bones, &skinned.bones)?;
+        write(context, &slot.commands, &commands)?;
+        slot.write_skinned(context, &skinned.numbers)?;
+        Ok(draws)
+    }
 }
 
-/// Whether the groups of a crowd have the members and figures or skins that they refer to, and whether the poses of all their members are
+/// Whether the groups of a crowd have the members and skins that they refer to, and whether the poses of all their members are
 /// within the first `numbers` of the memory.
 fn check_poses(crowd: &CrowdShot, numbers: u64) -> Result<(), GpuError> {
-    let (what, joints): (_, Vec<u64>) = match crowd.skins.is_empty() {
-        true => ("figures of a CrowdShot", {
-            crowd.figures.iter().map(joints_of_figure).collect()
-        }),
-        false => ("skins of a CrowdShot", {
-            crowd
-                .skins
-                .iter()
-                .map(|skin| joints_of_skin(skin))
-                .collect()
-        }),
-    };
+    let joints: Vec<u64> = crowd
+        .skins
+        .iter()
+        .map(|skin| joints_of_skin(skin))
+        .collect();
     let members = crowd.members.len() as u64;
     for group in &crowd.groups {
         within("members of a CrowdShot", group.members.end.into(), members)?;
-        within(what, group.figure as u64 + 1, joints.len() as u64)?;
-        let Some(last) = (MATRIX_NUMBERS * joints[group.figure]).checked_sub(1) else {
+        within(
+            "skins of a CrowdShot",
+            group.skin as u64 + 1,
+            joints.len() as u64,
+        )?;
+        let Some(last) = (MATRIX_NUMBERS * joints[group.skin]).checked_sub(1) else {
             continue;
         };
         let range = group.members.start as usize..group.members.end as usize;
@@ -127,30 +154,6 @@ fn check_poses(crowd: &CrowdShot, numbers: u64) -> Result<(), GpuError> {
         }
     }
     Ok(())
-}
-
-/// Number of joints up to the last one that a figure refers to.
-fn joints_of_figure(figure: &Figure) -> u64 {
-    let joints = figure.parts.iter().flat_map(|part| part.joints);
-    joints.max().map_or(0, |joint| u64::from(joint.0) + 1)
-}
-
-/// The draws of a crowd of figures, whose parts are added.
-fn figures(crowd: &CrowdShot, skinned: &mut Skinned) -> Vec<CrowdDraw> {
-    let (parts, ranges) = parts(&crowd.figures);
-    skinned.parts = parts;
-    let draw = |group: &MemberGroup| {
-        let (first_part, parts) = ranges[group.figure];
-        CrowdDraw {
-            detail: group.detail,
-            first_character: group.members.start,
-            characters: group.members.len() as u32,
-            first_part,
-            parts,
-            casts: group.casts,
-        }
-    };
-    crowd.groups.iter().map(draw).collect()
 }
 
 fn is_srgb(format: vk::Format) -> bool {
@@ -206,22 +209,159 @@ fn members(crowd: &CrowdShot, first: u32) -> Vec<CrowdCharacter> {
     crowd.members.iter().map(member).collect()
 }
 
-/// Parts of all figures, and the first part and number of parts of each figure.
-fn parts(figures: &[Figure]) -> (Vec<CrowdPart>, Vec<(u32, u32)>) {
-    let mut parts: Vec<CrowdPart> = Vec::new();
-    let ranges = figures.iter().map(|figure| {
-        let first = parts.len() as u32;
-        parts.extend(figure.parts.iter().map(|part: &FigurePart| {
-            let [a, b] = part.joints.map(|joint| u32::from(joint.0));
-            CrowdPart {
-                joints: [a, b, 0, 0],
-                a: part.ends[0].extend(part.radii[0]).to_array(),
-                b: part.ends[1].extend(part.radii[1]).to_array(),
-                colour: part.colour.extend(1.0).to_array(),
-            }
+/// The data that is written for skinned bodies and a crowd.
+struct Skinned {
+    members: Vec<CrowdCharacter>,
+    bones: Vec<SkinBone>,
+    /// Poses of single bodies.
+    numbers: Vec<f32>,
+    /// Index of the first of these numbers in the buffer.
+    first_number: u32,
+    draws: Vec<SkinDraw>,
+}
+
+impl Skinned {
+    fn new(first_number: u32) -> Self {
+        Self {
+            members: Vec::new(),
+            bones: Vec::new(),
+            numbers: Vec::new(),
+            first_number,
+            draws: Vec::new(),
+        }
+    }
+
+    /// Adds the bones of a skin and returns the index of the first.
+    fn add_bones(&mut self, skin: &Skin) -> u32 {
+        let first = self.bones.len() as u32;
+        self.bones.extend(skin.bones.iter().map(|bone| SkinBone {
+            joint: [u32::from(bone.joint.0), 0, 0, 0],
+            rotation: bone.bind.rotation.to_array(),
+            translation: bone.bind.translation.extend(0.0).to_array(),
+            unused: [0.0; 4],
         }));
-        (first, figure.parts.len() as u32)
-    });
-    let ranges = ranges.collect();
-    (parts, ranges)
+        first
+    }
+
+    /// Adds a crowd whose members have been added: a draw for each group.
+    fn add_crowd(&mut self, crowd: &CrowdShot) -> Result<(), GpuError> {
+        let groups = crowd.groups.len() as u64;
+        within("groups of a CrowdShot", groups, MOST_SKINNED_GROUPS.into())?;
+        let firsts: Vec<u32> = crowd
+            .skins
+            .iter()
+            .map(|skin| self.add_bones(skin))
+            .collect();
+        for group in &crowd.groups {
+            let skin = &crowd.skins[group.skin];
+            self.draws.push(SkinDraw {
+                mesh: skin.mesh,
+                detail: (group.detail as usize).min(Mesh::DETAILS - 1),
+                instances: group.members.len() as u32,
+                bones: skin.bones.len(),
+                constants: DrawSkin {
+                    sun: 0,
+                    first_character: group.members.start,
+                    first_bone: firsts[group.skin],
+                    dual: u32::from(group.detail == Detail::Fine),
+                    texture_place: [0; 4],
+                },
+                is_ghost: false,
+                casts: group.casts,
+                command: 0,
+            });
+        }
+        Ok(())
+    }
+
+    fn add_body(&mut self, body: &SkinnedBody) -> Result<(), GpuError> {
+        let (needed, joints) = (joints_of_skin(&body.skin), body.joints.len() as u64);
+        within("joints of a SkinnedBody", needed, joints)?;
+        let first = self.first_number + self.numbers.len() as u32;
+        for joint in &body.joints {
+            let (turn, at) = (Mat3::from_quat(joint.rotation), joint.translation);
+            for row in 0..3 {
+                let row = turn.row(row).extend(at[row]);
+                self.numbers.extend(row.to_array());
+            }
+        }
+        let weights = self.first_number + self.numbers.len() as u32;
+        let all = if body.tinted.is_empty() { 1.0 } else { 0.0 };
+        let tinted = |joint: usize| body.tinted.get(joint).copied().unwrap_or(all);
+        self.numbers.extend((0..body.joints.len()).map(tinted));
+        let first_bone = self.add_bones(&body.skin);
+        self.draws.push(SkinDraw {
+            mesh: body.skin.mesh,
+            detail: 0,
+            instances: 1,
+            bones: body.skin.bones.len(),
+            constants: DrawSkin {
+                sun: 0,
+                first_character: self.members.len() as u32,
+                first_bone,
+                dual: 1,
+                texture_place: [0; 4],
+            },
+            is_ghost: body.alpha < 1.0,
+            casts: true,
+            command: 0,
+        });
+        self.members.push(CrowdCharacter {
+            place: [first, 1, weights, body.alpha.to_bits()],
+            tint: body.tint,
+        });
+        Ok(())
+    }
+}
+
+/// Number of joints up to the last one that a skin refers to.
+fn joints_of_skin(skin: &Skin) -> u64 {
+    let joints = skin.bones.iter().map(|bone| u64::from(bone.joint.0) + 1);
+    joints.max().unwrap_or_default()
+}
+
+/// Maximum number of capsules that darken the floor beneath them: enough for a fighter and a ball.
+const MOST_OCCLUDERS: usize = 48;
+
+/// Camera and light as the shaders read them. `encodes`: whether the shaders must encode sRGB.
+fn frame_data(shot: &Shot, side: [u32; 2], encodes: bool, shadow_side: u32) -> FrameData {
+    let Light { shadow, .. } = shot.light;
+    let [width, height] = side;
+    let camera = shot.camera.clip(width as f32 / height as f32);
+    let sunward = shot.light.sunward.normalize_or(Vec3::Y);
+    let texel = 2.0 * shadow.radius / shadow_side as f32;
+    let colour = |colour: Vec3, w: f32| colour.extend(w).to_array();
+    let occluders = match shot.solids.len() + shot.occluders.len() {
+        count if count <= MOST_OCCLUDERS => count,
+        _ => 0,
+    };
+    FrameData {
+        camera: camera.to_cols_array(),
+        sun: sun(sunward, shadow).to_cols_array(),
+        unproject: camera.inverse().to_cols_array(),
+        eye: colour(shot.camera.eye, f32::from(u8::from(encodes))),
+        sunward: colour(sunward, 1.5 * texel),
+        sunlight: colour(shot.light.sun, 0.0),
+        above: colour(shot.light.above, 0.0),
+        below: colour(shot.light.below, 0.0),
+        horizon: colour(shot.light.horizon, shot.light.fade),
+        zenith: colour(shot.light.zenith, 0.0),
+        ground: colour(shot.light.floor, shot.light.grid),
+        shade: Vec4::new(shadow.centre.x, shadow.centre.z, shadow.radius, 0.0).to_array(),
+        counts: [occluders as u32, 0, 0, 0],
+    }
+}
+
+/// Transform from world to the clip space of the shadow map: a box along the sun's rays.
+fn sun(sunward: Vec3, area: Sphere) -> Mat4 {
+    let Sphere { centre, radius } = area;
+    let up = if sunward.y.abs() > 0.99 {
+        Vec3::Z
+    } else {
+        Vec3::Y
+    };
+    // Height that the box covers above the ground, with a margin for rays at a low angle.
+    let deep = 2.0 * radius + 4.0;
+    let view = rh::view::look_at_mat4(centre + sunward * deep, centre, up);
+    rh::proj::vulkan::orthographic(-radius, radius, -radius, radius, 0.0, 2.0 * deep) * view
 }

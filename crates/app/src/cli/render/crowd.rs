@@ -3,7 +3,6 @@
 use std::time::Instant;
 
 use sabaki::graph::GraphError;
-use sabaki::maps::Body;
 use sabaki_app::film::Delay;
 use sabaki_app::percentile::percentile;
 use sabaki_draw::StageDesc;
@@ -47,10 +46,7 @@ pub(crate) struct CrowdArgs {
 
 impl CrowdArgs {
     /// The column, and the mesh of its characters.
-    pub(crate) fn formation(
-        &self,
-        mesh: &MeshArgs,
-    ) -> Result<(Formation, Option<BoundOutfit>), Failure> {
+    pub(crate) fn formation(&self, mesh: &MeshArgs) -> Result<(Formation, BoundOutfit), Failure> {
         let motions = demo::motions().map_err(GraphError::from)?;
         let clip = motions.clips.iter().find(|clip| clip.name() == self.motion);
         let clip = clip.ok_or_else(|| {
@@ -66,11 +62,12 @@ impl CrowdArgs {
             ..FormationSettings::default()
         };
         let outfit = mesh.load(&motions.skeleton, &motions.clips)?;
+        let outfit =
+            outfit.ok_or_else(|| usage("a crowd is drawn with a mesh, not with capsules"))?;
         let performer = Performer {
             skeleton: &motions.skeleton,
-            body: &Body::from_bones(&motions.skeleton),
             clip,
-            skin: outfit.as_ref().map(|bound| &*bound.outfit.skins[0]),
+            skin: &outfit.outfit.skins[0],
         };
         let formation = Formation::new(performer, &settings).map_err(usage)?;
         Ok((formation, outfit))
@@ -85,14 +82,7 @@ pub(super) fn run(args: &Args) -> Result<Written, Failure> {
     let (mut formation, outfit) = args.crowd.formation(&args.out.mesh)?;
     formation.use_levels(!args.crowd.no_levels);
     formation.show_levels(args.crowd.levels);
-    let desc = StageDesc {
-        meshes: outfit.as_ref().map_or(&[], |bound| &bound.outfit.meshes),
-        shadow_side: 4096,
-        max_members: args.crowd.count,
-        max_crowd_len: formation.max_output_len() as u32,
-        max_parts: formation.parts() as u32,
-        ..StageDesc::default()
-    };
+    let desc = StageDesc::for_crowd(&formation, &outfit.outfit.meshes);
     let mut canvas = args.out.canvas(&desc)?;
     let count = match is_film(&args.out.out) {
         true => (formation.period() * f32::from(args.film.rate))
@@ -125,7 +115,7 @@ pub(super) fn run(args: &Args) -> Result<Written, Failure> {
     })?;
     drop(canvas);
     let delay = Delay::of_seconds(step);
-    let written = args.out.write(pictures, delay, outfit.as_ref())?;
+    let written = args.out.write(pictures, delay, Some(&outfit))?;
     let census = formation.census();
     let [pose, draw] = [pose_ms, draw_ms].map(|times| percentile(times, 0.5));
     let line = format!(

@@ -5,12 +5,10 @@ use std::sync::Arc;
 use glam::{Quat, Vec3};
 use sabaki::anim::{Joint, JointId, JointTransform, Pose, Skeleton, forward_kinematics};
 use sabaki::lod::{LevelSettings, Levels};
-use sabaki::maps::Body;
 use sabaki_app::Painter;
 use sabaki_draw::scene::{
-    BindTarget, BoundMesh, Formation, FormationSettings, JointNames, Look, Mesh, MeshBone,
-    MeshJoint, MeshTexture, MeshVertex, Performer, RiggedMesh, Skin, SkinnedBody,
-    skinned_positions, standing_pose,
+    BindTarget, BoundMesh, JointNames, Look, Mesh, MeshBone, MeshJoint, MeshTexture, MeshVertex,
+    RiggedMesh, Skin, SkinnedBody, skinned_positions, standing_pose,
 };
 use sabaki_draw::{StageDesc, human_body};
 use sabaki_fixtures::demo;
@@ -383,60 +381,6 @@ fn bones_of_removed_joints_ride_on_kept_ones() {
         let most = apart.fold(0.0, f32::max);
         assert!(most < 1e-4, "{} joints: {most} m", level.kept.len());
     }
-}
-
-#[test]
-fn a_crowd_is_drawn_with_a_mesh() {
-    let (motions, body, _) = human();
-    let spheres = Body::from_bones(&motions.skeleton);
-    let skin = skin_of(body.bones);
-    let meshes = [body.mesh];
-    let settings = FormationSettings {
-        count: 300,
-        ..FormationSettings::default()
-    };
-    let mut device = device();
-    let mut pictures = Vec::new();
-    for skin in [None, Some(&*skin)] {
-        let performer = Performer {
-            skeleton: &motions.skeleton,
-            body: &spheres,
-            clip: &motions.clips[0],
-            skin,
-        };
-        let mut formation = Formation::new(performer, &settings).unwrap();
-        let desc = StageDesc {
-            max_members: 300,
-            max_crowd_len: formation.max_output_len() as u32,
-            max_parts: formation.parts() as u32,
-            meshes: &meshes,
-            ..StageDesc::default()
-        };
-        let mut painter = Painter::new(&mut device, SIZE, &desc).unwrap();
-        let camera = formation.camera();
-        formation.look_from(&camera, SIZE).unwrap();
-        formation.pose(painter.poses().unwrap()).unwrap();
-        let (shot, shown) = formation.shot(camera, SIZE).unwrap();
-        let groups = shown.groups.len();
-        assert!(
-            groups >= 3,
-            "one draw for each level and resolution: {groups}"
-        );
-        let empty = painter.paint(&mut device, &shot, None).unwrap();
-        let full = painter.paint(&mut device, &shot, Some(&shown)).unwrap();
-        let pairs = empty.chunks_exact(4).zip(full.chunks_exact(4));
-        let covered: Vec<bool> = pairs.map(|(a, b)| a != b).collect();
-        pictures.push(covered);
-        painter.destroy(&mut device).unwrap();
-    }
-    finish(device);
-    // The mesh covers about the pixels that the capsules cover.
-    let count = |of: &dyn Fn(bool, bool) -> bool| {
-        let pairs = pictures[0].iter().zip(&pictures[1]);
-        pairs.filter(|&(&a, &b)| of(a, b)).count()
-    };
-    let (both, either) = (count(&|a, b| a && b), count(&|a, b| a || b));
-    assert!(both > 1000 && 2 * both > either, "{both} of {either}");
 }
 
 /// A mesh of two boxes in centimetres, with joints of other names than the skeleton's.

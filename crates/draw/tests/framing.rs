@@ -2,11 +2,12 @@
 
 use glam::{Vec2, Vec3};
 use sabaki::graph::{EdgeId, Playhead};
-use sabaki::maps::{BakedGraph, Body, SphereKey};
-use sabaki::math::{F32x16, Rigid2};
+use sabaki::maps::{BakedGraph, SphereKey};
+use sabaki::math::{F32x16, Rigid2, Sphere};
 use sabaki::query::{Answer, Attack, Query, QueryContext, QuerySettings, Request};
 use sabaki_draw::scene::{
-    AnsweredAttack, Camera, Dodge, DodgeSettings, Formation, FormationSettings, Performer,
+    AnsweredAttack, Camera, Dodge, DodgeSettings, Formation, FormationSettings, Orbit, Performer,
+    Skin,
 };
 use sabaki_fixtures::demo;
 
@@ -21,7 +22,11 @@ fn is_inside(camera: &Camera, place: Vec3) -> bool {
 }
 
 /// The answer to an attack on a character in the first pose, and what is checked of its playback.
-fn dodge(spheres: Vec<Vec<SphereKey>>, check: impl FnOnce(&BakedGraph, &Dodge<'_>)) {
+pub(super) fn dodge(
+    spheres: Vec<Vec<SphereKey>>,
+    shown: &DodgeSettings,
+    check: impl FnOnce(&BakedGraph, &Dodge<'_>),
+) {
     let baked = embedded();
     let playhead = Playhead::at(baked.graph(), EdgeId(0), 0.0, Rigid2::IDENTITY);
     let attack = Attack::new(spheres).unwrap();
@@ -34,10 +39,7 @@ fn dodge(spheres: Vec<Vec<SphereKey>>, check: impl FnOnce(&BakedGraph, &Dodge<'_
         attack: &attack,
         answer: &answer,
     };
-    check(
-        baked,
-        &Dodge::new(baked, answered, &DodgeSettings::default()),
-    );
+    check(baked, &Dodge::new(baked, answered, shown));
 }
 
 fn ball(from: Vec3, to: Vec3, seconds: [f32; 2]) -> Vec<SphereKey> {
@@ -67,28 +69,32 @@ fn of_several_balls_the_camera_follows_the_nearest_and_shows_the_body() {
         Vec3::new(0.3, 1.3, -2.0),
         [0.7, 1.2],
     );
-    dodge(vec![far, near, other], |_, dodge| {
-        let camera = dodge.camera(1.6);
-        let t = dodge.clearance().time;
-        let nearest = dodge.nearest(t).unwrap();
-        assert!(dodge.ball(t).centre.distance(nearest.attack) < 0.11);
-        let mut joints = Vec::new();
-        dodge.joints(t, &mut joints);
-        for joint in &joints {
-            assert!(
-                is_inside(&camera, joint.translation),
-                "{:?}",
-                joint.translation
-            );
-        }
-        assert!(is_inside(&camera, dodge.ball(t).centre));
-        // The body is not a dot.
-        let heights = joints
-            .iter()
-            .map(|joint| camera.pixel(joint.translation, SIZE).unwrap().y);
-        let [top, low] = [f32::min, f32::max].map(|of| heights.clone().reduce(of).unwrap());
-        assert!(low - top > 0.25 * SIZE[1] as f32, "{top} {low}");
-    });
+    dodge(
+        vec![far, near, other],
+        &DodgeSettings::default(),
+        |_, dodge| {
+            let camera = dodge.camera(1.6);
+            let t = dodge.clearance().time;
+            let nearest = dodge.nearest(t).unwrap();
+            assert!(dodge.ball(t).centre.distance(nearest.attack) < 0.11);
+            let mut joints = Vec::new();
+            dodge.joints(t, &mut joints);
+            for joint in &joints {
+                assert!(
+                    is_inside(&camera, joint.translation),
+                    "{:?}",
+                    joint.translation
+                );
+            }
+            assert!(is_inside(&camera, dodge.ball(t).centre));
+            // The body is not a dot.
+            let heights = joints
+                .iter()
+                .map(|joint| camera.pixel(joint.translation, SIZE).unwrap().y);
+            let [top, low] = [f32::min, f32::max].map(|of| heights.clone().reduce(of).unwrap());
+            assert!(low - top > 0.25 * SIZE[1] as f32, "{top} {low}");
+        },
+    );
 }
 
 #[test]
@@ -98,7 +104,8 @@ fn the_ball_is_before_the_body_when_it_is_nearest() {
         let out = Vec3::new(angle.sin(), 0.0, angle.cos());
         for height in [0.5, 1.1, 1.5] {
             let [from, to] = [4.0, -2.0].map(|along| out * along + Vec3::Y * height);
-            dodge(vec![ball(from, to, [0.9, 1.4])], |baked, dodge| {
+            let balls = vec![ball(from, to, [0.9, 1.4])];
+            dodge(balls, &DodgeSettings::default(), |baked, dodge| {
                 let (t, camera) = (dodge.clearance().time, dodge.camera(1.6));
                 let (mut joints, mut centres) = (Vec::new(), Vec::new());
                 dodge.joints(t, &mut joints);
@@ -122,7 +129,8 @@ fn the_ball_is_before_the_body_when_it_is_nearest() {
 #[test]
 fn a_crowd_of_few_is_in_the_middle_of_the_picture() {
     let motions = demo::motions().unwrap();
-    let body = Body::from_bones(&motions.skeleton);
+    let (mesh, bones) = (0, Vec::new());
+    let skin = Skin { mesh, bones };
     for count in 1..10u32 {
         let settings = FormationSettings {
             count,
@@ -131,9 +139,8 @@ fn a_crowd_of_few_is_in_the_middle_of_the_picture() {
         };
         let performer = Performer {
             skeleton: &motions.skeleton,
-            body: &body,
             clip: &motions.clips[0],
-            skin: None,
+            skin: &skin,
         };
         let mut formation = Formation::new(performer, &settings).unwrap();
         let camera = formation.camera();
@@ -150,4 +157,51 @@ fn a_crowd_of_few_is_in_the_middle_of_the_picture() {
         let (_, shown) = formation.shot(camera, SIZE).unwrap();
         assert_eq!(shown.members.len(), count as usize);
     }
+}
+
+#[test]
+fn enclosed_spheres_are_inside_of_the_picture_and_one_of_them_touches_its_edge() {
+    let camera = Camera::orbit(Orbit {
+        target: Vec3::new(0.3, 1.0, -0.2),
+        around: 0.7,
+        up: 0.2,
+        distance: 0.5,
+    });
+    let places = [
+        Vec3::ZERO,
+        Vec3::new(1.5, 1.8, 1.0),
+        Vec3::new(-2.0, 1.0, 0.6),
+    ];
+    let size = [600, 400];
+    let near = camera.enclosing(places.map(|place| Sphere::new(place, 0.0)), 1.5);
+    let edge = places.map(|place| {
+        let at = near.pixel(place, size).unwrap();
+        (at.min(Vec2::new(600.0, 400.0) - at)).min_element()
+    });
+    let least = edge.into_iter().fold(f32::MAX, f32::min);
+    assert!(least.abs() < 0.1, "{edge:?}");
+    let far = camera.enclosing(places.map(|place| Sphere::new(place, 0.3)), 1.5);
+    assert!(far.eye.distance(far.target) > near.eye.distance(near.target) + 0.3);
+    assert_eq!(far.enclosing([Sphere::new(Vec3::ZERO, 0.1)], 1.5), far);
+}
+
+#[test]
+fn a_pixel_is_seen_where_its_ray_goes() {
+    let camera = Camera::orbit(Orbit {
+        target: Vec3::new(0.3, 1.0, -0.2),
+        around: 0.7,
+        up: 0.3,
+        distance: 4.0,
+    });
+    let size = [640, 360];
+    let middle = camera.pixel(camera.target, size).unwrap();
+    assert!(middle.distance(Vec2::new(320.0, 180.0)) < 1e-2, "{middle}");
+    let place = Vec3::new(-0.5, 0.2, 0.4);
+    let pixel = camera.pixel(place, size).unwrap();
+    let ray = camera.ray(pixel, size);
+    let along = (place - camera.eye).dot(ray);
+    assert!((camera.eye + along * ray).distance(place) < 1e-3);
+    // Higher places are closer to the top edge, and places behind the camera are not visible.
+    assert!(camera.pixel(place + Vec3::Y, size).unwrap().y < pixel.y);
+    assert_eq!(camera.pixel(2.0 * camera.eye - camera.target, size), None);
 }

@@ -1,12 +1,63 @@
-//! Meshes on the device, and the commands that draw them.
+//! Meshes on the device: capsules of two resolutions, and the skinned meshes with the commands that draw them.
 
 use ash::vk;
 
 use super::StageDesc;
-use crate::scene::{Mesh, MeshTexture, MeshVertex, Skin};
-use crate::shaders::{DrawCommand, SkinBone};
+use crate::scene::{Mesh, MeshTexture, MeshVertex};
+use crate::shaders::DrawCommand;
 use sabaki::gpu::internal::{Buffer, BufferDesc, DeviceMemory, within};
 use sabaki::gpu::{Context, GpuError, Memory, MemoryUse};
+
+/// Resolution of a mesh, and its range of indices.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct CapsuleMesh {
+    pub(super) segments: u32,
+    /// Number of rings from a pole to the cylinder part.
+    pub(super) rings: u32,
+    pub(super) first_index: u32,
+    pub(super) indices: u32,
+}
+
+/// Segments and rings of a picture, and of a shadow.
+const SIZES: [(u32, u32); 2] = [(24, 7), (10, 3)];
+
+/// Capsules of both resolutions and their shared index buffer. `view_capsule.glsl` computes the vertices from their numbers.
+#[derive(Clone, Debug, Default)]
+pub(super) struct CapsuleMeshes {
+    meshes: Vec<CapsuleMesh>,
+    pub(super) indices: Vec<u16>,
+}
+
+impl CapsuleMeshes {
+    pub(super) fn new() -> Self {
+        let mut all = Self::default();
+        for (segments, rings) in SIZES {
+            let first_index = all.indices.len() as u32;
+            // Two triangles between each pair of rings and segments, counter-clockwise seen from
+            // outside.
+            for ring in 0..2 * rings + 1 {
+                for segment in 0..segments {
+                    let next = (segment + 1) % segments;
+                    let at = |ring: u32, segment: u32| (ring * segments + segment) as u16;
+                    let (a, b) = (at(ring, segment), at(ring, next));
+                    let (c, d) = (at(ring + 1, segment), at(ring + 1, next));
+                    all.indices.extend([a, d, b, a, c, d]);
+                }
+            }
+            all.meshes.push(CapsuleMesh {
+                segments,
+                rings,
+                first_index,
+                indices: all.indices.len() as u32 - first_index,
+            });
+        }
+        all
+    }
+
+    pub(super) fn of(&self, is_shadow: bool) -> CapsuleMesh {
+        self.meshes[usize::from(is_shadow)]
+    }
+}
 
 /// Place of a mesh in the buffers.
 #[derive(Clone, Copy, Debug)]
@@ -165,14 +216,4 @@ fn add_texture(mesh: &Mesh, out: &mut Vec<[u8; 4]>) -> [u32; 4] {
         out.extend(&texels);
     }
     [first, texture.width, texture.height, levels]
-}
-
-/// The bones of a skin in the layout of the shaders.
-pub(super) fn bones(skin: &Skin) -> impl Iterator<Item = SkinBone> + '_ {
-    skin.bones.iter().map(|bone| SkinBone {
-        joint: [u32::from(bone.joint.0), 0, 0, 0],
-        rotation: bone.bind.rotation.to_array(),
-        translation: bone.bind.translation.extend(0.0).to_array(),
-        unused: [0.0; 4],
-    })
 }

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use glam::{Vec2, Vec3};
 
-use super::film_times::{AROUND, SLOWEST, bounded, film_times};
+use super::camera::{AROUND, SLOWEST, bounded, film_times};
 use super::{Actor, Camera, Capsule, Light, Look, Orbit, Shot, Skin};
 use sabaki::anim::{JointId, JointTransform, Pose, forward_kinematics};
 use sabaki::duel::{Exchange, Fighter, Side};

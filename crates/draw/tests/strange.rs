@@ -5,20 +5,18 @@ use std::sync::Arc;
 use glam::Vec3;
 use sabaki::anim::{Joint, JointId, JointTransform, Skeleton};
 use sabaki::gpu::GpuError;
-use sabaki::graph::{EdgeId, Playhead};
-use sabaki::maps::{Body, SphereKey};
-use sabaki::math::{F32x16, Rigid2};
-use sabaki::query::{Answer, Attack, Query, QueryContext, QuerySettings, Request};
+use sabaki::maps::SphereKey;
+use sabaki::math::F32x16;
 use sabaki_app::Painter;
 use sabaki_draw::scene::{
-    AnsweredAttack, BindTarget, CrowdMember, CrowdShot, Detail, Dodge, DodgeSettings, Figure,
-    FigurePart, Look, MapStyle, MemberGroup, Mesh, MeshBone, MeshTexture, MeshVertex, Skin,
-    standing_pose,
+    BindTarget, CrowdMember, CrowdShot, Detail, Dodge, DodgeSettings, Look, MapStyle, MemberGroup,
+    Mesh, MeshBone, MeshTexture, MeshVertex, Skin, standing_pose,
 };
 use sabaki_draw::{Offscreen, Picture, Stage, StageDesc, Target, human_body};
 use sabaki_fixtures::demo;
 
-use super::common::{baked::embedded, device, finish};
+use super::common::{device, finish};
+use super::framing::dodge;
 use super::{SIZE, empty};
 
 fn limit_of<T>(result: Result<T, GpuError>) -> &'static str {
@@ -140,16 +138,6 @@ fn a_member_of_a_crowd_whose_pose_is_not_in_the_memory_is_refused() {
         ..StageDesc::default()
     };
     let mut painter = Painter::new(&mut device, SIZE, &desc).unwrap();
-    let motions = demo::motions().unwrap();
-    let body = Body::from_bones(&motions.skeleton);
-    let figure = Figure::of(&motions.skeleton, &body, &Look::default());
-    let part = figure.parts[0];
-    let figure_of = |joint| Figure {
-        parts: vec![FigurePart {
-            joints: [JointId(0), JointId(joint)],
-            ..part
-        }],
-    };
     let skin_of = |joint| {
         let bone = MeshBone {
             joint: JointId(joint),
@@ -161,22 +149,17 @@ fn a_member_of_a_crowd_whose_pose_is_not_in_the_memory_is_refused() {
         })
     };
     // 24 lines of 16 numbers are the poses of 16 characters with 2 joints.
-    let crowd = |joint, (first, stride), has_skin| {
+    let crowd = |joint, (first, stride)| {
         let member = |first, stride| CrowdMember {
             first,
             stride,
             tint: [0.0; 4],
         };
         CrowdShot {
-            figures: vec![figure_of(joint)],
-            skins: if has_skin {
-                vec![skin_of(joint)]
-            } else {
-                Vec::new()
-            },
+            skins: vec![skin_of(joint)],
             members: vec![member(0, 16), member(first, stride)],
             groups: vec![MemberGroup {
-                figure: 0,
+                skin: 0,
                 members: 0..2,
                 detail: Detail::Fine,
                 casts: true,
@@ -184,23 +167,21 @@ fn a_member_of_a_crowd_whose_pose_is_not_in_the_memory_is_refused() {
         }
     };
     painter.poses().unwrap().fill(F32x16([0.0; 16]));
-    for has_skin in [false, true] {
-        let mut paint = |joint, member| {
-            let crowd = crowd(joint, member, has_skin);
-            painter.paint(&mut device, &empty(), Some(&crowd))
-        };
-        paint(1, (15, 16)).unwrap();
-        let outside = [
-            (1, (16, 16)),
-            (2, (0, 16)),
-            (1, (0, 17)),
-            (1, (u32::MAX, 16)),
-            (0, (0, u32::MAX)),
-            (u16::MAX, (0, 1)),
-        ];
-        for (joint, member) in outside {
-            assert_eq!(limit_of(paint(joint, member)), "StageDesc::max_crowd_len");
-        }
+    let mut paint = |joint, member| {
+        let crowd = crowd(joint, member);
+        painter.paint(&mut device, &empty(), Some(&crowd))
+    };
+    paint(1, (15, 16)).unwrap();
+    let outside = [
+        (1, (16, 16)),
+        (2, (0, 16)),
+        (1, (0, 17)),
+        (1, (u32::MAX, 16)),
+        (0, (0, u32::MAX)),
+        (u16::MAX, (0, 1)),
+    ];
+    for (joint, member) in outside {
+        assert_eq!(limit_of(paint(joint, member)), "StageDesc::max_crowd_len");
     }
     painter.destroy(&mut device).unwrap();
     finish(device);
@@ -229,23 +210,13 @@ fn sizes_beyond_all_memory_are_refused() {
 
 /// A ball that crosses the middle of the world, and its playback.
 fn playback(half: Vec3, settings: &DodgeSettings, check: impl FnOnce(&Dodge<'_>)) {
-    let baked = embedded();
-    let playhead = Playhead::at(baked.graph(), EdgeId(0), 0.0, Rigid2::IDENTITY);
     let key = |t, center| SphereKey {
         t,
         center: Vec3::Y + center,
         radius: 0.1,
     };
-    let attack = Attack::new(vec![vec![key(0.6, -half), key(1.4, half)]]).unwrap();
-    let (mut context, mut answer) = (QueryContext::default(), Answer::default());
-    let request = Request::new(playhead, &attack);
-    Query::new(baked, &QuerySettings::default()).answer(request, &mut context, &mut answer);
-    let answered = AnsweredAttack {
-        playhead,
-        attack: &attack,
-        answer: &answer,
-    };
-    check(&Dodge::new(baked, answered, settings));
+    let ball = vec![key(0.6, -half), key(1.4, half)];
+    dodge(vec![ball], settings, |_, dodge| check(dodge));
 }
 
 #[test]
