@@ -142,7 +142,8 @@ impl Explained<'_> {
                 list(&mut text, exported, outcome, meaning, all);
             }
         })?;
-        Ok(text)
+        let lines = text.lines().map(|line| shortened(line, WIDTH) + "\n");
+        Ok(lines.collect())
     }
 
     fn summary(&self, index: u64) -> String {
@@ -184,7 +185,7 @@ impl Explained<'_> {
         let _ = writeln!(
             text,
             "answer    {}, clearance {:.1} cm at {:.3} s; {:.2} ms\n\
-         counted   {} candidates, {} with an evasion; {} culled ({} tested after all), {} hit, {} clean, {} not in time",
+         counted   {} candidates, {} with an evasion; {} culled ({} tested), {} hit, {} clean, {} late",
             if answer.avoided { "avoided" } else { "HIT" },
             answer.clearance().metres * 100.0,
             answer.clearance().time,
@@ -297,7 +298,7 @@ fn list_candidate(text: &mut String, exported: ExportedAnswer<'_>, report: &Cand
         let (start, end) = (layer.envelope.start, layer.envelope.end);
         path = format!("upper body from {start:.2} to {end:.2} s, legs go on: {path}");
     }
-    let _ = writeln!(text, "         {}", shortened(&path, WIDTH - 9));
+    let _ = writeln!(text, "         {path}");
 }
 
 /// How the chosen motion is bent.

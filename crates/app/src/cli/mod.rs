@@ -16,7 +16,6 @@ mod export;
 mod figure;
 mod inspect;
 mod lod;
-mod maps;
 mod mesh;
 mod numbers;
 mod output;

@@ -5,8 +5,6 @@ use std::ops::RangeInclusive;
 
 use clap::builder::TypedValueParser;
 
-use super::Failure;
-
 /// Reads a whole number of a range. The message about any other number, negative or however long, tells the range.
 pub(crate) fn whole<T>(range: RangeInclusive<u64>) -> impl TypedValueParser<Value = T>
 where
@@ -35,13 +33,5 @@ pub(crate) fn number(range: RangeInclusive<f32>) -> impl TypedValueParser<Value 
         Ok(number) if range.contains(&number) => Ok(number),
         Ok(_) => Err(format!("must be {} to {}", range.start(), range.end())),
         Err(error) => Err(error.to_string()),
-    }
-}
-
-/// Refuses a number that an option gives and that is not allowed; `what` names the option and its range.
-pub(crate) fn check_number(is_allowed: bool, what: impl FnOnce() -> String) -> Result<(), Failure> {
-    match is_allowed {
-        true => Ok(()),
-        false => Err(Failure::Usage(what())),
     }
 }

@@ -87,46 +87,6 @@ fn a_film_has_many_pictures_and_a_storyboard_eight() {
     );
 }
 
-/// Delays of a GIF are whole hundredths of a second, those of an APNG are fractions.
-#[test]
-fn a_film_is_as_long_as_its_pictures_at_their_rate() {
-    let folder = folder();
-    let attack = r#"{"attacks":[{"spheres":[{"t":0.1,"center":[0,9,0],"radius":0.1}]}]}"#;
-    fs::write(folder.path().join("one.json"), attack).unwrap();
-    for rate in ["15", "30", "40"] {
-        let more = ["--attack", "one.json", "--size", "32x32", "--rate", rate];
-        let args = ["render", "dodge", baked(), "--mesh", "capsules", "--out"];
-        let film = |out: &str| {
-            sabaki(folder.path(), &[&args[..], &[out], &more].concat()).is(0);
-            fs::read(folder.path().join(out)).unwrap()
-        };
-        let gif = film("a.gif");
-        let mut decoder = gif::DecodeOptions::new().read_info(&gif[..]).unwrap();
-        let (mut pictures, mut hundredths) = (0, 0);
-        while let Some(frame) = decoder.read_next_frame().unwrap() {
-            pictures += 1;
-            hundredths += u32::from(frame.delay);
-        }
-        assert!(pictures > 10, "{pictures}");
-        let rate: f64 = rate.parse().unwrap();
-        let length = f64::from(pictures) / rate;
-        assert!(
-            (f64::from(hundredths) * 0.01 - length).abs() < 0.01,
-            "{hundredths} {length}"
-        );
-        let apng = film("a.apng");
-        let decoder = png::Decoder::new(std::io::Cursor::new(&apng));
-        let mut reader = decoder.read_info().unwrap();
-        let mut pixels = vec![0; reader.output_buffer_size().unwrap()];
-        reader.next_frame(&mut pixels).unwrap();
-        let control = reader.info().frame_control.unwrap();
-        assert_eq!(
-            f64::from(control.delay_den),
-            rate * f64::from(control.delay_num)
-        );
-    }
-}
-
 #[test]
 fn the_maps_of_an_answer_are_drawn_without_a_device() {
     let folder = folder();

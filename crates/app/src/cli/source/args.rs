@@ -8,8 +8,7 @@ use sabaki::graph::GraphSettings;
 use super::super::Failure;
 use super::super::bake::own_file;
 use super::super::figure::FigureArgs;
-use super::super::maps::MapArgs;
-use super::super::numbers::check_number;
+use super::super::numbers::number;
 
 /// What motion files do not contain.
 #[derive(Clone, Copy, Debug, clap::Args)]
@@ -39,7 +38,7 @@ impl ReadArgs {
 }
 
 /// Bytes of the unit of `--memory`.
-const GB: f64 = (1u64 << 30) as f64;
+const GB: f32 = (1u64 << 30) as f32;
 
 /// Clips, and the settings of the graph built from them.
 #[derive(Clone, Debug, clap::Args)]
@@ -65,19 +64,20 @@ pub(crate) struct ClipArgs {
     pub(crate) retarget: bool,
     /// Largest distance of the poses that a transition joins: root mean square over the joints, in
     /// metres.
-    #[arg(long, value_name = "METRES", requires = "clips", default_value_t = GraphSettings::default().threshold)]
+    #[arg(long, value_name = "METRES", requires = "clips", default_value_t = GraphSettings::default().threshold, value_parser = number(1e-6..=1e3))]
     pub(crate) threshold: f32,
     /// Largest error that compressing the clips may cause at the joints, in millimetres; at the ends it may be three times as large. 0
     /// leaves the clips as they are.
     #[arg(long, value_name = "MM", requires = "clips", default_value_t = 0.1, value_parser = clip_error)]
     pub(crate) clip_error: f32,
     /// Memory that building the graph may take, in GB. Clips that would take more are rejected before the work begins.
-    #[arg(long, value_name = "GB", requires = "clips", default_value_t = GraphSettings::MEMORY as f64 / GB)]
-    pub(crate) memory: f64,
+    #[arg(long, value_name = "GB", requires = "clips", default_value_t = GraphSettings::MEMORY as f32 / GB, value_parser = number(1e-6..=1e6))]
+    pub(crate) memory: f32,
     #[command(flatten)]
     pub(crate) figure: FigureArgs,
-    #[command(flatten)]
-    pub(crate) maps: MapArgs,
+    /// Uses the paper's maps: slabs of 0.30 m, outlines, no time. A program can bake on any other `MapGrid`.
+    #[arg(long, requires = "clips")]
+    pub(crate) paper_maps: bool,
 }
 
 /// Paths of motions, as far as their first bytes tell.
@@ -97,14 +97,6 @@ fn clip_error(text: &str) -> Result<f32, String> {
 impl ClipArgs {
     /// What can be refused before the clips are read.
     pub(super) fn check(&self) -> Result<(), Failure> {
-        let (threshold, memory) = (self.threshold, self.memory);
-        check_number((1e-6..=1e3).contains(&threshold), || {
-            format!("--threshold {threshold}: must be 0.000001 to 1000 metres")
-        })?;
-        check_number(memory > 0.0, || {
-            format!("--memory {memory}: must be above 0 GB")
-        })?;
-        self.maps.check()?;
         self.figure.check()
     }
 

@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use sabaki::graph::{BuildReport, ClipSource, GraphError, GraphSettings, MotionGraph};
 use sabaki::internal::{EntryShare, GraphBuilder, TransitionList};
-use sabaki::maps::{BakeSettings, Baker};
+use sabaki::maps::{BakeSettings, Baker, MapGrid};
 use sabaki_fixtures::demo;
 use sabaki_import::EventsFile;
 use serde::{Deserialize, Serialize};
@@ -42,7 +42,10 @@ impl BakeInput {
             settings: BakeSettings {
                 body: self.figure.body.clone(),
                 props: self.figure.props.clone(),
-                maps: args.maps.grid(),
+                maps: match args.paper_maps {
+                    true => MapGrid::PAPER,
+                    false => MapGrid::default(),
+                },
                 ..BakeSettings::default()
             },
         }
