@@ -2,11 +2,50 @@ use glam::{Quat, Vec3};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-use super::moment::{Moment, PlainMoment};
+use super::moment::{Moment, PlainMoment, Source};
 use super::packed::{CompressionSettings, PackedClip, largest_errors};
 use super::plain::PlainClip;
-use super::{Pose, Skeleton, SkeletonError};
+use super::{JointId, Pose, Skeleton, SkeletonError};
 use crate::math::Isa;
+
+/// Index of a clip in a set: the clips of a motion graph, or those of the animations of a crowd and then its layers.
+#[derive(
+    Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize,
+)]
+pub struct ClipId(pub u32);
+
+impl ClipId {
+    /// The index as a `usize`.
+    #[must_use]
+    pub fn index(self) -> usize {
+        self.0 as usize
+    }
+}
+
+/// Kind of an event.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum EventKind {
+    /// An attack, for example a punch or a kick.
+    Attack,
+    /// A movement that avoids an attack.
+    Evasion,
+}
+
+/// A labelled time range of a clip.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Event {
+    /// Index of the clip in its set.
+    pub clip: usize,
+    /// Kind of the event.
+    pub kind: EventKind,
+    /// Start, in seconds from the clip's first frame.
+    pub start: f64,
+    /// End, in seconds from the clip's first frame.
+    pub end: f64,
+    /// Joints that take part, or empty for all joints.
+    pub joints: Vec<JointId>,
+}
 
 /// An immutable motion of a [`Skeleton`]: poses at a constant frame rate. It is plain, or compressed
 /// ([`Clip::compressed`]).
@@ -155,7 +194,6 @@ impl Clip {
     }
 
     /// Whether the clip is sound and of this skeleton: for clips from files.
-    #[doc(hidden)]
     pub fn is_sound(&self, skeleton: &Skeleton) -> bool {
         match &self.frames {
             Frames::Plain(plain) => plain.joints == skeleton.len() && plain.check(skeleton).is_ok(),
@@ -277,13 +315,11 @@ impl Clip {
     }
 
     /// [`Clip::sample`] with an instruction set. All give the same bits.
-    #[doc(hidden)]
     pub fn sample_on(&self, isa: Isa, frame: f32, out: &mut Pose) {
         self.at(frame).pose(isa, out);
     }
 
     /// Moment at a fractional frame, from which single joints can be read.
-    #[doc(hidden)]
     pub fn at(&self, frame: f32) -> Moment<'_> {
         let last = self.frames() - 1;
         let clamped = frame.clamp(0.0, last as f32);
@@ -299,12 +335,12 @@ impl Clip {
 
     fn moment(&self, lower: usize, weight: f32) -> Moment<'_> {
         match &self.frames {
-            Frames::Plain(plain) => Moment::Plain(PlainMoment {
+            Frames::Plain(plain) => Moment(Source::Plain(PlainMoment {
                 clip: plain,
                 lower,
                 weight,
-            }),
-            Frames::Packed(packed) => Moment::Packed(packed.at(lower, weight)),
+            })),
+            Frames::Packed(packed) => Moment(Source::Packed(packed.at(lower, weight))),
         }
     }
 

@@ -13,59 +13,60 @@ use crate::math::code_rows::{RowKernel, RowReader};
 /// A moment of a clip. It gives the values of [`Clip::sample`](super::Clip::sample) joint by joint, without computing
 /// the whole pose.
 #[derive(Clone, Copy, Debug)]
-pub enum Moment<'a> {
-    /// A moment of a plain clip.
+pub struct Moment<'a>(pub(super) Source<'a>);
+
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Source<'a> {
     Plain(PlainMoment<'a>),
-    /// A moment of a compressed clip.
     Packed(PackedMoment<'a>),
 }
 
 impl Moment<'_> {
     /// Writes the whole pose to `out`.
     pub(super) fn pose(&self, isa: Isa, out: &mut Pose) {
-        match self {
-            Self::Plain(plain) => plain.pose(isa, out),
-            Self::Packed(packed) => packed.pose(isa, out),
+        match &self.0 {
+            Source::Plain(plain) => plain.pose(isa, out),
+            Source::Packed(packed) => packed.pose(isa, out),
         }
     }
 
     /// Position of the root, in metres.
     #[inline]
     pub fn root(&self) -> Vec3 {
-        match self {
-            Self::Plain(plain) => plain.root(),
-            Self::Packed(packed) => packed.root(),
+        match &self.0 {
+            Source::Plain(plain) => plain.root(),
+            Source::Packed(packed) => packed.root(),
         }
     }
 
     /// Rotation of a joint in its parent's frame.
     #[inline]
     pub fn rotation(&self, joint: usize) -> Quat {
-        match self {
-            Self::Plain(plain) => plain.rotation(joint),
-            Self::Packed(packed) => packed.rotation(joint),
+        match &self.0 {
+            Source::Plain(plain) => plain.rotation(joint),
+            Source::Packed(packed) => packed.rotation(joint),
         }
     }
 
     /// Hands out the rotations of all joints; of compressed clips those of end sites, which do not rotate, are left out.
     #[inline]
     pub fn each_rotation(&self, mut visit: impl FnMut(usize, Quat)) {
-        match self {
-            Self::Plain(plain) => {
+        match &self.0 {
+            Source::Plain(plain) => {
                 for joint in 0..plain.clip.joints {
                     visit(joint, plain.rotation(joint));
                 }
             }
-            Self::Packed(packed) => packed.each_rotation(visit),
+            Source::Packed(packed) => packed.each_rotation(visit),
         }
     }
 
     /// Position of a joint in its parent's frame, or `None` if the skeleton's offset applies.
     #[inline]
     pub(crate) fn translation(&self, joint: usize) -> Option<Vec3> {
-        match self {
-            Self::Plain(plain) => plain.translation(joint),
-            Self::Packed(packed) => packed.moves_joints().then(|| packed.translation(joint)),
+        match &self.0 {
+            Source::Plain(plain) => plain.translation(joint),
+            Source::Packed(packed) => packed.moves_joints().then(|| packed.translation(joint)),
         }
     }
 
@@ -85,9 +86,9 @@ impl Moment<'_> {
 
     /// Whether the clip has translations for its joints.
     pub fn moves_joints(&self) -> bool {
-        match self {
-            Self::Plain(plain) => plain.moves_joints(),
-            Self::Packed(packed) => packed.moves_joints(),
+        match &self.0 {
+            Source::Plain(plain) => plain.moves_joints(),
+            Source::Packed(packed) => packed.moves_joints(),
         }
     }
 
@@ -95,8 +96,8 @@ impl Moment<'_> {
     /// arc, with one weight for all joints. Rotations of end sites may be left as they are.
     pub fn blend_rotations(&self, target: &Self, turn: Quat, weight: f32, out: &mut [Quat]) {
         let blend = Slerp::new(weight);
-        match (self, target) {
-            (Self::Plain(source), Self::Plain(target)) => Isa::best().run(
+        match (&self.0, &target.0) {
+            (Source::Plain(source), Source::Plain(target)) => Isa::best().run(
                 #[inline(always)]
                 || {
                     for (index, part) in out.chunks_mut(LANES).enumerate() {
@@ -108,7 +109,9 @@ impl Moment<'_> {
                     }
                 },
             ),
-            (Self::Packed(source), Self::Packed(target)) if source.lanes() == target.lanes() => {
+            (Source::Packed(source), Source::Packed(target))
+                if source.lanes() == target.lanes() =>
+            {
                 Isa::best().read_rows(BlendedGroups {
                     source,
                     target,
@@ -169,7 +172,7 @@ impl RowKernel for BlendedGroups<'_> {
 
 /// A moment of a plain clip.
 #[derive(Clone, Copy, Debug)]
-pub struct PlainMoment<'a> {
+pub(super) struct PlainMoment<'a> {
     pub(super) clip: &'a PlainClip,
     /// Frame at or before the moment.
     pub(super) lower: usize,
@@ -223,7 +226,7 @@ impl PlainMoment<'_> {
 
     /// Rotations of 16 joints, from joint `16 * index` on.
     #[inline(always)]
-    pub fn block(&self, index: usize) -> Block {
+    fn block(&self, index: usize) -> Block {
         let here = self.clip.rows.frame(self.lower)[index];
         match self.weight {
             0.0 => here,

@@ -25,7 +25,6 @@ impl Pose {
     }
 
     /// Copies another pose into this one and reuses its memory.
-    #[doc(hidden)]
     pub fn copy_from(&mut self, other: &Self) {
         self.root = other.root;
         self.rotations.clone_from(&other.rotations);
@@ -34,7 +33,6 @@ impl Pose {
 
     /// Rotation and position of a joint in its parent's frame. The root's are in the space of the
     /// motion.
-    #[doc(hidden)]
     pub fn local(&self, skeleton: &Skeleton, id: JointId) -> (Quat, Vec3) {
         let offset = || skeleton.joint(id).offset;
         let place = match id {
@@ -87,6 +85,57 @@ pub fn slerp(a: Quat, b: Quat, weight: f32) -> Quat {
 pub(super) fn nlerp(a: Quat, b: Quat, weight: f32) -> Quat {
     let b = if a.dot(b) < 0.0 { -b } else { b };
     (a + (b - a) * weight).normalize()
+}
+
+/// A joint's frame in the space of the motion.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct JointTransform {
+    /// Rotation from the joint's frame to the space of the motion.
+    pub rotation: Quat,
+    /// Position of the joint, in metres.
+    pub translation: Vec3,
+}
+
+impl JointTransform {
+    /// No rotation, at the origin.
+    pub const IDENTITY: Self = Self {
+        rotation: Quat::IDENTITY,
+        translation: Vec3::ZERO,
+    };
+
+    /// Transforms a point from the joint's frame to the space of the motion.
+    #[must_use]
+    pub fn point(&self, local: Vec3) -> Vec3 {
+        self.rotation * local + self.translation
+    }
+}
+
+/// Computes every joint's frame in the space of the motion, parents first. `out` is resized to the
+/// number of joints.
+pub fn forward_kinematics(skeleton: &Skeleton, pose: &Pose, out: &mut Vec<JointTransform>) {
+    out.clear();
+    for (index, joint) in skeleton.joints().iter().enumerate() {
+        let rotation = pose.rotations[index];
+        let transform = match joint.parent {
+            None => JointTransform {
+                rotation,
+                translation: pose.root,
+            },
+            Some(parent) => {
+                let parent = out[parent.index()];
+                let offset = pose
+                    .translations
+                    .get(index)
+                    .copied()
+                    .unwrap_or(joint.offset);
+                JointTransform {
+                    rotation: parent.rotation * rotation,
+                    translation: parent.point(offset),
+                }
+            }
+        };
+        out.push(transform);
+    }
 }
 
 #[cfg(test)]

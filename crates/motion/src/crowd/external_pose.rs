@@ -38,7 +38,6 @@ pub struct ExternalTarget<'a> {
 impl AnimationSet {
     /// The slice of the character at `index`.
     #[must_use]
-    #[doc(hidden)]
     pub fn external_slice(&self, groups: ExternalGroups, index: usize) -> PoseSlice {
         let joints = self.joints(LevelId(0));
         let at = SlicePlace {
@@ -55,7 +54,6 @@ impl AnimationSet {
     ///
     /// # Panics
     /// If there are fewer joints than the finest level has, or the slice is not within the output.
-    #[doc(hidden)]
     pub fn write_external(&self, external: &mut ExternalPose, target: ExternalTarget<'_>) {
         let ExternalTarget { slice, out, detail } = target;
         let ExternalPose { joints, matrices } = external;

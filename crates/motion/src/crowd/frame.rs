@@ -134,9 +134,7 @@ impl Crowd {
     fn choose_one(&mut self, frame: &Frame<'_>, id: usize) {
         let last = self.animations().last();
         let state = &mut self.states[id];
-        let own = Vec3::new(state.x, state.y, state.z);
-        let position = frame.positions.and_then(|positions| positions.get(id));
-        let position = position.copied().unwrap_or(own);
+        let position = Vec3::new(state.x, state.y, state.z);
         state.is_culled = frame
             .frustum
             .is_some_and(|frustum| !frustum.contains(position));

@@ -15,9 +15,6 @@ pub struct Frame<'a> {
     pub eye: Vec3,
     /// The camera's frustum. `None`, the default: all characters are posed.
     pub frustum: Option<Frustum>,
-    /// World positions by [`MemberId`](super::MemberId), in metres, that distances and culling are measured from. `None`, the default:
-    /// the characters' placements.
-    pub positions: Option<&'a [Vec3]>,
 }
 
 /// The volume that a camera sees. Characters outside it are neither given levels nor posed.

@@ -4,12 +4,11 @@
 //! the root and the ends are left. [`Order::Error`] goes beyond the paper: it removes the joint whose removal displaces the points of the
 //! body least, together with all earlier removals.
 
-use super::attach::{Attachments, FittedAttachment};
+use super::attach::{Attachments, FittedAttachment, SampleSettings, Samples};
 use super::displacement::Measurement;
 use super::energy::Energies;
-use super::motion::check;
-use super::samples::{SampleSettings, Samples};
-use super::settings::{Carrier, LevelSettings, Order};
+use super::level::check;
+use super::settings::{LevelSettings, Order};
 use super::{Level, Levels, LodError};
 use crate::anim::{Clip, JointId, Skeleton};
 
@@ -149,9 +148,7 @@ impl Builder<'_> {
         if let Some(found) = self.found[joint.index()] {
             return found;
         }
-        let carriers = level
-            .neighbours(index)
-            .filter(|&carrier| self.settings.carrier == Carrier::Nearest || carrier < index);
+        let carriers = level.neighbours(index);
         let fits = carriers.map(|at| self.attachments.fit(&self.samples, joint, level.kept[at]));
         // The parent stands first and wins ties.
         let best = fits.reduce(|best, fit| {

@@ -1,31 +1,11 @@
 //! Displacement of the body's points by each level, measured over all frames.
 
 use glam::DVec3;
-use serde::{Deserialize, Serialize};
 
-use super::Level;
-use super::attach::{Attachments, FittedAttachment};
-use super::frames::{Place, place_all};
-use super::samples::Samples;
+use super::attach::{Attachments, FittedAttachment, Place, Samples, place_all};
+use super::level::{Level, LevelError};
 use crate::anim::{Clip, JointId, Skeleton};
 use crate::math::sort_rarely;
-
-/// Displacement of the body by a level, over all frames.
-///
-/// The points of a joint are the joint itself, the far ends of its bones, and the corners of boxes that contain everything within
-/// [`super::LevelSettings::skin`] of the bones. So no part of the body is displaced further than the maximum. Points of kept joints are
-/// not displaced.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct LevelError {
-    /// Mean displacement of the points of removed joints, in metres.
-    pub mean: f32,
-    /// Largest displacement of any point in any frame, in metres.
-    pub max: f32,
-    /// Mean displacement of the points of all joints, in metres.
-    pub body_mean: f32,
-    /// Largest distance between a point on this level and on the next finer one in the same frame, in metres.
-    pub step: f32,
-}
 
 /// Results of one pass over the clips.
 pub(super) struct Measured {

@@ -4,8 +4,10 @@
 //! E_j = mean over frames of 1/2 I w² W, W = a / theta, a = pi/2.
 //!
 //! - w: angular speed of the local rotation between the previous frame and this one. Over several clips the mean is over their time.
-//! - I: moment of inertia of everything below the joint, about the joint, in this frame ([`Masses`](super::Masses)).
-//! - theta: inner angle between the bone to the parent and the bone to a child; pi when they lie in a line.
+//! - I: moment of inertia of everything below the joint, about the joint, in this frame: the sum of mass times squared
+//!   distance, for every axis of rotation ([`Masses`](super::Masses)).
+//! - theta: inner angle between the bone to the parent and the bone to a child; pi when they lie in a line. Of several children, the
+//!   straightest continuation in the frame; bones without length are ignored.
 //!
 //! Differs: by the text, W *raises* the energy of a joint that is bent beyond the threshold. So the default is max(1, W); the equation to
 //! the letter is [`Flexion::Literal`]. A smallest theta bounds W.
@@ -14,10 +16,10 @@ use std::f64::consts::PI;
 
 use glam::DVec3;
 
-use super::frames::{Place, place_all};
-use super::mass::{LevelMasses, Moments};
-use super::motion::check;
-use super::settings::{Branch, Flexion, Inertia, LevelSettings};
+use super::attach::{Place, place_all};
+use super::level::check;
+use super::mass::{Moments, moments_below};
+use super::settings::{Flexion, LevelSettings};
 use super::{Level, LodError};
 use crate::anim::{Clip, JointId, Skeleton};
 
@@ -28,7 +30,6 @@ impl LevelSettings {
         match self.flexion {
             Flexion::Raised => weight.max(1.0),
             Flexion::Literal => weight,
-            Flexion::Ignored => 1.0,
         }
     }
 }
@@ -41,7 +42,6 @@ impl Level {
     ///
     /// # Errors
     /// Settings out of range, a clip or a level of another skeleton.
-    #[doc(hidden)]
     pub fn joint_energies(
         &self,
         skeleton: &Skeleton,
@@ -80,15 +80,12 @@ struct Turn {
     speed: f64,
     /// Factor of the energy by the joint's bend.
     weight: f64,
-    /// Axis of rotation in model space; `None` if the joint does not turn.
-    axis: Option<DVec3>,
 }
 
 impl Turn {
     const NONE: Self = Self {
         speed: 0.0,
         weight: 1.0,
-        axis: None,
     };
 }
 
@@ -128,7 +125,7 @@ impl<'a> Energies<'a> {
         let changes = if self.places.is_empty() || !follows {
             Changes::all(level)
         } else {
-            Changes::of(self.skeleton, level, self.settings.branch)
+            Changes::of(self.skeleton, level)
         };
         for &index in &changes.energies {
             self.sums[level.kept[index].index()] = 0.0;
@@ -199,7 +196,7 @@ impl Changes {
         }
     }
 
-    fn of(skeleton: &Skeleton, level: &Level, branch: Branch) -> Self {
+    fn of(skeleton: &Skeleton, level: &Level) -> Self {
         let Some(removed) = level.removed else {
             return Self::all(level);
         };
@@ -215,10 +212,6 @@ impl Changes {
         let above = |&index: &usize| level.parents[index].map(usize::from);
         let mut energies = turns.clone();
         energies.extend(std::iter::successors(above(&parent), above));
-        if branch == Branch::Heaviest {
-            // Sums of masses round differently, which may decide between two children of equal mass.
-            turns.clone_from(&energies);
-        }
         Self { turns, energies }
     }
 }
@@ -240,27 +233,15 @@ impl Pass<'_> {
     /// Adds the energies between two frames.
     fn add(&mut self, [before, now]: [&[Place]; 2], seconds: f64, turns: &mut [Turn]) {
         let origin = now[0].translation;
-        let masses = LevelMasses {
-            level: self.level,
-            masses: &self.masses,
-            shape: self.settings.shape,
-        };
-        masses.moments_below(now, origin, &mut self.moments);
+        moments_below(self.level, &self.masses, now, origin, &mut self.moments);
         for &index in &self.changes.turns {
             turns[self.level.kept[index].index()] = self.turn(index, [before, now], seconds);
         }
         for &index in &self.changes.energies {
             let joint = self.level.kept[index].index();
             let at = now[joint].translation - origin;
-            let Turn {
-                speed,
-                weight,
-                axis,
-            } = turns[joint];
-            let inertia = match (self.settings.inertia, axis) {
-                (Inertia::Axis, Some(axis)) => self.moments[index].about_axis(at, axis),
-                _ => self.moments[index].about_point(at),
-            };
+            let Turn { speed, weight } = turns[joint];
+            let inertia = self.moments[index].about_point(at);
             self.sums[joint] += 0.5 * inertia * speed * speed * weight * seconds;
         }
     }
@@ -273,12 +254,10 @@ impl Pass<'_> {
             None => places[id.index()].rotation,
         };
         let turn = local(before).conjugate() * local(now);
-        let (axis, angle) = (turn.xyz(), 2.0 * turn.xyz().length().atan2(turn.w.abs()));
-        let axis = axis.try_normalize();
+        let angle = 2.0 * turn.xyz().length().atan2(turn.w.abs());
         Turn {
             speed: angle / seconds,
             weight: self.settings.weight(self.bend(index, now)),
-            axis: axis.map(|axis| now[id.index()].rotation * axis),
         }
     }
 
@@ -288,21 +267,17 @@ impl Pass<'_> {
         let Some(parent) = self.level.parents[joint].map(usize::from) else {
             return PI;
         };
-        // The best child so far: its rank, and the angle to it.
-        let mut best: Option<(f64, f64)> = None;
+        // The straightest continuation: a chest is not bent because arms leave it sideways.
+        let mut straightest: Option<f64> = None;
         for &child in &self.children[joint] {
-            let Some(angle) = angle_between(at(parent) - at(joint), at(child) - at(joint)) else {
-                continue;
-            };
-            let rank = match self.settings.branch {
-                Branch::Straightest => angle,
-                Branch::Heaviest => self.moments[child].mass(),
-            };
-            if best.is_none_or(|(other, _)| rank > other) {
-                best = Some((rank, angle));
+            let angle = angle_between(at(parent) - at(joint), at(child) - at(joint));
+            if let Some(angle) = angle
+                && straightest.is_none_or(|other| angle > other)
+            {
+                straightest = Some(angle);
             }
         }
-        best.map_or(PI, |(_, angle)| angle)
+        straightest.unwrap_or(PI)
     }
 }
 

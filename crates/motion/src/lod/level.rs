@@ -1,7 +1,26 @@
+//! Levels of detail: the joints that each keeps, their motion, and what is drawn in place of the joints that it has removed.
+//!
+//! Source: Hasegawa, Nishio & Kobori, 3.1: the children of a removed joint become children of its parent. Differs: they keep their
+//! motion in model space, so their local motion includes that of the removed joint.
+//!
+//! **Skin.** A vertex is skinned by the matrix of a joint of the full skeleton, times the joint's inverse bind matrix. On a level
+//! where that joint is removed, its matrix is the carrier's times a constant. So a renderer draws every level with one mesh in one
+//! of two ways:
+//!
+//! - it maps the vertices' joints to their carriers ([`Level::attachments`]) and replaces the inverse bind matrices by the level's
+//!   own ([`Level::binds`]), without further work per character;
+//! - or it fills a palette of all joints ([`Level::palette`]) for each character.
+//!
+//! **Blending.** The paper leaves the transitions between levels to future work (4.2: a bent joint becomes straight when it is
+//! removed). All other joints are equal on both levels, and joints attached to the removed one follow it. So one matrix is the whole
+//! difference. It is blended after the finer level has been posed, when no other joint depends on it.
+
+use glam::{Affine3A, Quat, Vec3};
+use serde::{Deserialize, Serialize};
+
 use super::LodError;
-use super::displacement::LevelError;
-use super::frames::Place;
-use crate::anim::{JointId, JointTransform, Skeleton};
+use super::attach::{Place, place_all};
+use crate::anim::{Clip, ClipDesc, JointId, JointKind, JointTransform, Skeleton};
 
 /// A level of detail by its index in [`Levels::levels`]: level 0 keeps all joints.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -27,10 +46,26 @@ pub struct Level {
     /// Energy of `removed` on the next finer level, in joules; 0 at level 0.
     pub energy: f32,
     /// Attachment of each joint of the skeleton. A kept joint is attached to itself.
-    #[doc(hidden)]
     pub attachments: Vec<Attachment>,
     /// Displacement of the body.
     pub error: LevelError,
+}
+
+/// Displacement of the body by a level, over all frames.
+///
+/// The points of a joint are the joint itself, the far ends of its bones, and the corners of boxes that contain everything within
+/// [`super::LevelSettings::skin`] of the bones. So no part of the body is displaced further than the maximum. Points of kept joints are
+/// not displaced.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct LevelError {
+    /// Mean displacement of the points of removed joints, in metres.
+    pub mean: f32,
+    /// Largest displacement of any point in any frame, in metres.
+    pub max: f32,
+    /// Mean displacement of the points of all joints, in metres.
+    pub body_mean: f32,
+    /// Largest distance between a point on this level and on the next finer one in the same frame, in metres.
+    pub step: f32,
 }
 
 /// The rigid attachment of a joint of the full skeleton to a kept joint.
@@ -205,4 +240,260 @@ impl Levels {
             skin: 0.0,
         })
     }
+}
+
+impl Level {
+    /// Converts the clip to what this level draws, on the full skeleton: kept joints move as before, removed joints follow their
+    /// carriers. The result plays wherever clips play.
+    ///
+    /// # Errors
+    /// A clip or a level of another skeleton, or positions out of range.
+    pub fn drawn(&self, skeleton: &Skeleton, clip: &Clip) -> Result<Clip, LodError> {
+        check(skeleton, clip)?;
+        self.check(skeleton)?;
+        let entries = clip.frames() * skeleton.len();
+        let mut desc = ClipDesc {
+            name: clip.name().to_owned(),
+            frame_rate: clip.frame_rate(),
+            roots: (0..clip.frames()).map(|frame| clip.root(frame)).collect(),
+            rotations: Vec::with_capacity(entries),
+            translations: Vec::with_capacity(entries),
+        };
+        let mut places = Vec::new();
+        for frame in 0..clip.frames() {
+            place_all(skeleton, clip.at(frame as f32), &mut places);
+            let drawn: Vec<Place> = self
+                .attachments
+                .iter()
+                .map(|attachment| {
+                    let carrier = places[self.kept[usize::from(attachment.carrier)].index()];
+                    carrier.after(&Place {
+                        rotation: attachment.offset.rotation.as_dquat(),
+                        translation: attachment.offset.translation.as_dvec3(),
+                    })
+                })
+                .collect();
+            for (joint, place) in skeleton.joints().iter().zip(&drawn) {
+                let local = match joint.parent {
+                    Some(parent) => drawn[parent.index()].sees(place),
+                    None => *place,
+                };
+                // An end site has a position only.
+                let (rotation, translation) = match joint.kind {
+                    JointKind::EndSite => (Quat::IDENTITY, local.translation.as_vec3()),
+                    JointKind::Moving => (local.rotation.as_quat(), local.translation.as_vec3()),
+                };
+                desc.rotations.push(rotation);
+                desc.translations.push(if joint.parent.is_some() {
+                    translation
+                } else {
+                    Vec3::ZERO
+                });
+            }
+        }
+        Ok(Clip::new(skeleton, desc)?)
+    }
+}
+
+impl Level {
+    /// The matrices that replace the inverse bind matrices on this level, one for each joint of the full skeleton. The skinning matrix is
+    /// the carrier's matrix times this one.
+    ///
+    /// # Errors
+    /// The number of inverse bind matrices is not the number of joints.
+    pub fn binds(&self, inverse_binds: &[Affine3A]) -> Result<Vec<Affine3A>, LodError> {
+        if inverse_binds.len() != self.attachments.len() {
+            return Err(LodError::Binds {
+                found: inverse_binds.len(),
+                expected: self.attachments.len(),
+            });
+        }
+        let pairs = self.attachments.iter().zip(inverse_binds);
+        Ok(pairs
+            .map(|(attachment, bind)| affine(&attachment.offset) * *bind)
+            .collect())
+    }
+
+    /// Writes the skinning matrices of all joints of the full skeleton to `out`, from the kept joints' matrices in the level's order and
+    /// the level's [`Level::binds`]. Does not allocate once `out` is large enough.
+    ///
+    /// # Panics
+    /// If there are fewer matrices than kept joints.
+    pub fn palette(&self, matrices: &[Affine3A], binds: &[Affine3A], out: &mut Vec<Affine3A>) {
+        let pairs = self.attachments.iter().zip(binds);
+        out.clear();
+        out.extend(
+            pairs.map(|(attachment, bind)| matrices[usize::from(attachment.carrier)] * *bind),
+        );
+    }
+}
+
+/// Local motion of a [`Level`]'s joints.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LevelMotion {
+    /// Frames per second.
+    pub frame_rate: f32,
+    /// Number of frames, at least 1.
+    pub frames: usize,
+    /// [`Level::parents`].
+    pub parents: Vec<Option<u16>>,
+    /// One track for each kept joint, in the level's order.
+    pub tracks: Vec<LevelTrack>,
+}
+
+/// Motion of one joint in the frame of its parent in the level.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LevelTrack {
+    /// One rotation for each frame. Neighbouring quaternions have a positive dot product, so that a linear interpolation takes the shorter
+    /// arc.
+    pub rotations: Vec<Quat>,
+    /// Positions; the root's are in model space.
+    pub translations: Translations,
+}
+
+/// Positions of a joint in its parent's frame, in metres.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Translations {
+    /// One position for all frames.
+    Fixed(Vec3),
+    /// One position for each frame: of the root, of children of removed joints, and of joints that the clip translates.
+    Moving(Vec<Vec3>),
+}
+
+impl Translations {
+    /// Positions that differ by less count as equal, in metres.
+    pub const SAME: f32 = 1e-6;
+
+    fn of(places: Vec<Vec3>) -> Self {
+        let first = places.first().copied().unwrap_or(Vec3::ZERO);
+        if places
+            .iter()
+            .all(|place| (*place - first).abs().max_element() <= Self::SAME)
+        {
+            Self::Fixed(first)
+        } else {
+            Self::Moving(places)
+        }
+    }
+
+    /// The position in one frame.
+    #[must_use]
+    pub fn at(&self, frame: usize) -> Vec3 {
+        match self {
+            Self::Fixed(place) => *place,
+            Self::Moving(places) => places[frame],
+        }
+    }
+}
+
+impl LevelMotion {
+    /// The local motion of `clip` on `level`. In model space every kept joint moves as in the clip, up to rounding.
+    ///
+    /// # Errors
+    /// A clip or a level of another skeleton.
+    pub fn new(skeleton: &Skeleton, clip: &Clip, level: &Level) -> Result<Self, LodError> {
+        check(skeleton, clip)?;
+        level.check(skeleton)?;
+        let tracks = level.kept.iter().zip(&level.parents).map(|(&id, parent)| {
+            let above = parent.map(|parent| level.kept[usize::from(parent)]);
+            let upwards = skeleton
+                .ancestry(id)
+                .take_while(|&joint| Some(joint) != above);
+            let chain: Vec<JointId> = upwards.collect();
+            track(skeleton, clip, &chain)
+        });
+        Ok(Self {
+            frame_rate: clip.frame_rate() as f32,
+            frames: clip.frames(),
+            parents: level.parents.clone(),
+            tracks: tracks.collect(),
+        })
+    }
+}
+
+pub(super) fn check(skeleton: &Skeleton, clip: &Clip) -> Result<(), LodError> {
+    let found = clip.joints();
+    if found == skeleton.len() {
+        return Ok(());
+    }
+    Err(LodError::Joints {
+        clip: clip.name().to_owned(),
+        found,
+        expected: skeleton.len(),
+    })
+}
+
+/// The motion of the first joint of `chain` in the frame of the last one's parent. Each joint of the chain is the parent of the one
+/// before it.
+fn track(skeleton: &Skeleton, clip: &Clip, chain: &[JointId]) -> LevelTrack {
+    let mut rotations: Vec<Quat> = Vec::with_capacity(clip.frames());
+    let mut places = Vec::with_capacity(clip.frames());
+    for frame in 0..clip.frames() {
+        let moment = clip.at(frame as f32);
+        let (mut rotation, mut place) = (Quat::IDENTITY, Vec3::ZERO);
+        for &joint in chain {
+            let (turn, offset) = moment.local(skeleton, joint);
+            rotation = turn * rotation;
+            place = offset + turn * place;
+        }
+        let rotation = rotation.normalize();
+        let turned_away = rotations
+            .last()
+            .is_some_and(|last| last.dot(rotation) < 0.0);
+        rotations.push(if turned_away { -rotation } else { rotation });
+        places.push(place);
+    }
+    LevelTrack {
+        rotations,
+        translations: Translations::of(places),
+    }
+}
+
+/// The difference between a level and the next coarser one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Blend {
+    /// The joint that the coarser level has lost, as an index into the finer level's [`super::Level::kept`].
+    pub joint: u16,
+    /// The joint that carries it on the coarser level, as an index into the finer level's `kept`.
+    pub carrier: u16,
+    /// The joint's transform in the carrier's frame.
+    pub offset: JointTransform,
+}
+
+impl Levels {
+    /// The blend from a level to the next coarser one, or `None` for the last level.
+    #[must_use]
+    pub fn blend(&self, level: LevelId) -> Option<Blend> {
+        let (finer, coarser) = (
+            self.levels.get(level.index())?,
+            self.levels.get(level.index() + 1)?,
+        );
+        let removed = coarser.removed?;
+        let attachment = coarser.attachments.get(removed.index())?;
+        let carrier = *coarser.kept.get(usize::from(attachment.carrier))?;
+        Some(Blend {
+            joint: finer.index_of(removed)? as u16,
+            carrier: finer.index_of(carrier)? as u16,
+            offset: attachment.offset,
+        })
+    }
+}
+
+impl Blend {
+    /// Blends the joint's matrix linearly. `matrices` are those of the finer level, in model space; at weight 0 the joint keeps its own
+    /// motion, at 1 it follows the carrier.
+    pub fn apply(&self, weight: f32, matrices: &mut [Affine3A]) {
+        let carrier = matrices[usize::from(self.carrier)];
+        let riding = carrier * affine(&self.offset);
+        let joint = &mut matrices[usize::from(self.joint)];
+        let (from, to) = (joint.matrix3, riding.matrix3);
+        joint.matrix3 = from * (1.0 - weight) + to * weight;
+        joint.translation += (riding.translation - joint.translation) * weight;
+    }
+}
+
+/// Converts a joint's transform to a matrix.
+#[must_use]
+pub fn affine(transform: &JointTransform) -> Affine3A {
+    Affine3A::from_rotation_translation(transform.rotation, transform.translation)
 }

@@ -7,7 +7,7 @@
 use glam::{DMat3, DVec3};
 use serde::{Deserialize, Serialize};
 
-use super::frames::{Place, bone_lengths};
+use super::attach::{Place, bone_lengths};
 use super::{Level, LodError};
 use crate::anim::Skeleton;
 
@@ -19,16 +19,6 @@ pub enum Masses {
     ByLength(f32),
     /// The mass of each joint of the skeleton, in kilograms: of the bones that start there, or at the joint itself if there are none.
     Given(Vec<f32>),
-}
-
-/// Distribution of a bone's mass.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum BoneShape {
-    /// A thin uniform rod.
-    Rod,
-    /// A point mass in the middle.
-    Point,
 }
 
 impl Default for Masses {
@@ -125,36 +115,20 @@ impl Moments {
         }
     }
 
-    fn bone(shape: BoneShape, mass: f64, [from, to]: [DVec3; 2]) -> Self {
+    /// A thin uniform rod.
+    fn rod(mass: f64, [from, to]: [DVec3; 2]) -> Self {
         let middle = 0.5 * (from + to);
         let mut moments = Self::point(mass, middle);
-        if shape == BoneShape::Rod {
-            let along = to - from;
-            moments.second += outer(along, along) * (mass / 12.0);
-        }
+        let along = to - from;
+        moments.second += outer(along, along) * (mass / 12.0);
         moments
-    }
-
-    /// The mass, in kilograms.
-    pub(super) fn mass(&self) -> f64 {
-        self.mass
-    }
-
-    /// The second moment about another point.
-    fn about(&self, point: DVec3) -> DMat3 {
-        let mixed = outer(self.first, point) + outer(point, self.first);
-        self.second - mixed + outer(point, point) * self.mass
     }
 
     /// The sum of mass times squared distance from `point`, in kg m².
     pub(super) fn about_point(&self, point: DVec3) -> f64 {
-        trace(self.about(point)).max(0.0)
-    }
-
-    /// The moment of inertia about the line through `point` along the unit vector `axis`, in kg m².
-    pub(super) fn about_axis(&self, point: DVec3, axis: DVec3) -> f64 {
-        let second = self.about(point);
-        (trace(second) - axis.dot(second * axis)).max(0.0)
+        let mixed = outer(self.first, point) + outer(point, self.first);
+        let second = self.second - mixed + outer(point, point) * self.mass;
+        trace(second).max(0.0)
     }
 }
 
@@ -166,43 +140,35 @@ fn trace(m: DMat3) -> f64 {
     m.x_axis.x + m.y_axis.y + m.z_axis.z
 }
 
-/// A level with the masses of its joints.
-pub(super) struct LevelMasses<'a> {
-    pub(super) level: &'a Level,
-    /// Mass of each kept joint, in kilograms.
-    pub(super) masses: &'a [f64],
-    pub(super) shape: BoneShape,
-}
-
-impl LevelMasses<'_> {
-    /// Writes the moments of everything below each kept joint, its own bones included, to `out`. Positions are relative to `origin`.
-    pub(super) fn moments_below(&self, places: &[Place], origin: DVec3, out: &mut Vec<Moments>) {
-        let &Self {
-            level,
-            masses,
-            shape,
-        } = self;
-        let at = |index: usize| places[level.kept[index].index()].translation - origin;
-        let length = |child: usize, parent: usize| (at(child) - at(parent)).length();
-        let mut lengths = vec![0.0; level.kept.len()];
-        for (child, parent) in level.bones() {
-            lengths[parent] += length(child, parent);
-        }
-        out.clear();
-        out.resize(level.kept.len(), Moments::NONE);
-        for index in (0..level.kept.len()).filter(|&index| lengths[index] <= 0.0) {
-            out[index] = Moments::point(masses[index], at(index));
-        }
-        for (child, parent) in level.bones().filter(|&(_, parent)| lengths[parent] > 0.0) {
-            let mass = masses[parent] * length(child, parent) / lengths[parent];
-            out[parent].add(&Moments::bone(shape, mass, [at(parent), at(child)]));
-        }
-        // Children stand after their parents.
-        for index in (1..level.kept.len()).rev() {
-            if let Some(parent) = level.parents[index] {
-                let below = out[index];
-                out[usize::from(parent)].add(&below);
-            }
+/// Writes the moments of everything below each kept joint, its own bones included, to `out`. `masses` has the mass of each kept
+/// joint, in kilograms. Positions are relative to `origin`.
+pub(super) fn moments_below(
+    level: &Level,
+    masses: &[f64],
+    places: &[Place],
+    origin: DVec3,
+    out: &mut Vec<Moments>,
+) {
+    let at = |index: usize| places[level.kept[index].index()].translation - origin;
+    let length = |child: usize, parent: usize| (at(child) - at(parent)).length();
+    let mut lengths = vec![0.0; level.kept.len()];
+    for (child, parent) in level.bones() {
+        lengths[parent] += length(child, parent);
+    }
+    out.clear();
+    out.resize(level.kept.len(), Moments::NONE);
+    for index in (0..level.kept.len()).filter(|&index| lengths[index] <= 0.0) {
+        out[index] = Moments::point(masses[index], at(index));
+    }
+    for (child, parent) in level.bones().filter(|&(_, parent)| lengths[parent] > 0.0) {
+        let mass = masses[parent] * length(child, parent) / lengths[parent];
+        out[parent].add(&Moments::rod(mass, [at(parent), at(child)]));
+    }
+    // Children stand after their parents.
+    for index in (1..level.kept.len()).rev() {
+        if let Some(parent) = level.parents[index] {
+            let below = out[index];
+            out[usize::from(parent)].add(&below);
         }
     }
 }

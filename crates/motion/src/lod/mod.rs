@@ -6,33 +6,22 @@
 //! removed joints is lost.
 
 mod attach;
-mod blend;
 mod budget;
 mod build;
-mod cost_monitor;
 mod displacement;
-mod drawn;
 mod energy;
 mod error;
-mod frames;
 mod level;
 mod mass;
-mod motion;
-mod popping;
-mod samples;
 mod settings;
-mod skin;
 mod switching;
-mod view;
 
-pub use blend::{Blend, affine};
-pub use budget::{Budget, Cost, Plan, Planner};
-pub use cost_monitor::CostMonitor;
-pub use displacement::LevelError;
+pub use budget::{Budget, Cost, CostMonitor, Plan, Planner};
 pub use error::LodError;
-pub use level::{Attachment, Level, LevelId, Levels};
-pub use mass::{BoneShape, Masses};
-pub use motion::{LevelMotion, LevelTrack, Translations};
-pub use settings::{Branch, Carrier, Flexion, Inertia, LevelSettings, Order};
-pub use switching::{Band, Choice, Measure, Rule, SwitchSettings, Switching};
-pub use view::View;
+pub use level::{
+    Attachment, Blend, Level, LevelError, LevelId, LevelMotion, LevelTrack, Levels, Translations,
+    affine,
+};
+pub use mass::Masses;
+pub use settings::{Flexion, LevelSettings, Order};
+pub use switching::{Band, Choice, Measure, Rule, SwitchSettings, Switching, View};

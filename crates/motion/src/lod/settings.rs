@@ -1,6 +1,5 @@
 use serde::{Deserialize, Serialize};
 
-use super::mass::BoneShape;
 use super::{LodError, Masses};
 use crate::anim::{JointId, Skeleton};
 
@@ -12,18 +11,8 @@ pub struct LevelSettings {
     pub order: Order,
     /// Masses of the joints. Default: 70 kg in all, distributed by bone length.
     pub masses: Masses,
-    /// Distribution of a bone's mass. Default: [`BoneShape::Rod`].
-    #[doc(hidden)]
-    pub shape: BoneShape,
-    /// Reference of the moment of inertia. Default: [`Inertia::Joint`].
-    #[doc(hidden)]
-    pub inertia: Inertia,
     /// Weight of bending in a joint's energy. Default: [`Flexion::Raised`].
-    #[doc(hidden)]
     pub flexion: Flexion,
-    /// Child bone to which the bend is measured. Default: [`Branch::Straightest`].
-    #[doc(hidden)]
-    pub branch: Branch,
     /// Angle a between a joint's bones, below which the joint counts as bent, in radians. Default π/2.
     pub bend_threshold: f32,
     /// Smaller angles between a joint's bones count as this one, in radians. Default π/18.
@@ -34,9 +23,6 @@ pub struct LevelSettings {
     /// Ends that are never removed. Default `None`: all joints without children, end sites included. Fingers whose ends may be removed
     /// give further levels.
     pub ends: Option<Vec<JointId>>,
-    /// Joint that carries the skin of a removed one. Default: [`Carrier::Nearest`].
-    #[doc(hidden)]
-    pub carrier: Carrier,
     /// Thickness of the body around its bones, in metres. Without it a twist would count as no error. Default 0.05.
     pub skin: f32,
     /// Largest number of frames, spread evenly, to which attachments are fitted. Errors are measured on all frames. Default 500.
@@ -53,26 +39,6 @@ pub enum Order {
     Error,
 }
 
-/// Joint that carries the skin of a removed one.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Carrier {
-    /// The nearest kept ancestor or one of the nearest kept descendants, whichever displaces the skin less.
-    Nearest,
-    /// The nearest kept ancestor.
-    Parent,
-}
-
-/// Reference of a joint's moment of inertia.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Inertia {
-    /// The joint's position: the sum of mass times squared distance, for every axis of rotation.
-    Joint,
-    /// The axis of rotation in the frame: true kinetic energy, to which a limb's twist adds almost nothing.
-    Axis,
-}
-
 /// Weight of bending in a joint's energy.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -81,18 +47,6 @@ pub enum Flexion {
     Raised,
     /// a / theta, as in the equation: a straight joint counts half.
     Literal,
-    /// Always 1.
-    Ignored,
-}
-
-/// Child bone to which the bend of a joint with several children is measured. Bones without length are ignored.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Branch {
-    /// The straightest continuation in the frame: a chest is not bent because arms leave it sideways.
-    Straightest,
-    /// The child with the largest mass below it.
-    Heaviest,
 }
 
 impl Default for LevelSettings {
@@ -100,15 +54,11 @@ impl Default for LevelSettings {
         Self {
             order: Order::Energy,
             masses: Masses::default(),
-            shape: BoneShape::Rod,
-            inertia: Inertia::Joint,
             flexion: Flexion::Raised,
-            branch: Branch::Straightest,
             bend_threshold: 0.5 * std::f32::consts::PI,
             least_angle: std::f32::consts::PI / 18.0,
             locked: Vec::new(),
             ends: None,
-            carrier: Carrier::Nearest,
             skin: 0.05,
             samples: 500,
         }

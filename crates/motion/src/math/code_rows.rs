@@ -17,15 +17,15 @@ pub(crate) const ROW_BYTES: usize = 16;
 
 /// Input of reading a row: its bytes, and the eight little-endian `i16` that are added to its codes.
 #[derive(Clone, Copy)]
-pub struct CodeRow<'a> {
-    pub bytes: &'a [u8; ROW_BYTES],
-    pub bases: &'a [u8; 2 * CODES],
+pub(crate) struct CodeRow<'a> {
+    pub(crate) bytes: &'a [u8; ROW_BYTES],
+    pub(crate) bases: &'a [u8; 2 * CODES],
     /// Width of a code, in bits. Values above [`MOST_BITS`] count as [`MOST_BITS`].
-    pub width: u8,
+    pub(crate) width: u8,
 }
 
 /// Reads rows. Only [`Isa::read_rows`] creates one, for an instruction set that the machine has.
-pub trait RowReader: Copy {
+pub(crate) trait RowReader: Copy {
     /// The sum of each code and its base.
     #[must_use]
     fn read(self, row: CodeRow<'_>) -> [f32; CODES];
@@ -70,7 +70,7 @@ pub(crate) fn unit_lerp<const N: usize>(a: &Vectors<N>, b: &Vectors<N>, weight: 
 }
 
 /// A kernel that reads rows of codes.
-pub trait RowKernel {
+pub(crate) trait RowKernel {
     /// Result of the kernel.
     type Out;
 
@@ -81,8 +81,7 @@ pub trait RowKernel {
 impl Isa {
     /// Runs a kernel compiled for this instruction set, or for [`Isa::Portable`] if the machine does not have it.
     #[inline]
-    #[doc(hidden)]
-    pub fn read_rows<K: RowKernel>(self, kernel: K) -> K::Out {
+    pub(crate) fn read_rows<K: RowKernel>(self, kernel: K) -> K::Out {
         on_isa!(self, {
             Avx512 => kernel.run(ShuffledRows(())),
             Avx2 => kernel.run(ShuffledRows(())),

@@ -144,7 +144,6 @@ impl Isa {
     /// Runs a kernel compiled for this instruction set, or for [`Isa::Portable`] if the machine does not have it, with its implementation
     /// of [`Words`].
     #[inline]
-    #[doc(hidden)]
     pub fn look_up<K: Lookup>(self, kernel: K) -> K::Out {
         on_isa!(self, {
             Avx512 => kernel.run(WordsAvx512(())),

@@ -9,8 +9,6 @@ mod rigid2;
 mod round;
 mod smooth_step;
 mod sorted_indices;
-mod sphere;
-mod worker_pool;
 
 pub use isa::{Isa, Lookup, Words};
 pub use lanes::F32x16;
@@ -19,8 +17,7 @@ pub(crate) use lanes::{
     RowLines, RowSet, Sixteen, StridedLines, UnitHalves, prefetch_for_write,
 };
 pub use parallel::{in_parallel, thread_count};
-pub use rigid2::Rigid2;
+pub use rigid2::{Rigid2, Sphere};
 pub use round::{floor, round};
 pub use smooth_step::smooth_step;
 pub use sorted_indices::{sort_rarely, sorted_indices};
-pub use sphere::Sphere;

@@ -101,7 +101,6 @@ fn whole_frames_while_levels_change() {
                     switching: Some(&switching),
                     eye: Vec3::new(4.0 * walked.sin(), 1.5, 4.0 * (0.7 * walked).cos()),
                     frustum: (frame % 90 < 60).then_some(frustum),
-                    positions: None,
                 };
                 let report = crowd.frame(&frame, &mut out).unwrap();
                 moved += report.moved + usize::from(report.sorted);

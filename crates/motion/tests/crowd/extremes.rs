@@ -7,8 +7,8 @@ use sabaki_fixtures as common;
 use super::pose::{NEAR, default, stage};
 use common::clips::{small_skeleton, swinging_clip};
 use common::crowd::{Stage, crowd_of, forms, furthest, posed, settings};
-use glam::{Quat, Vec3};
-use sabaki_motion::anim::{Clip, ClipDesc, Joint, JointId, JointKind, Skeleton};
+use glam::Vec3;
+use sabaki_motion::anim::{Joint, JointId, JointKind, Skeleton};
 use sabaki_motion::crowd::{Character, LevelId, Output};
 use sabaki_motion::math::Isa;
 
@@ -45,31 +45,6 @@ fn a_clip_of_one_frame_and_of_two() {
         let stage = Stage::new(skeleton, clips, &[2]);
         let apart = furthest(&stage, &stage.characters(40, 3), default(), 0.2);
         assert!(apart < NEAR, "{frames} frames: {apart} m");
-    }
-}
-
-#[test]
-fn fast_turns_get_keys_between() {
-    let skeleton = small_skeleton();
-    let turn = |frame: usize| Quat::from_rotation_y(frame as f32 * 1.4);
-    let desc = ClipDesc {
-        name: "spin".into(),
-        frame_rate: 30.0,
-        roots: vec![Vec3::Y; 12],
-        rotations: (0..12)
-            .flat_map(|frame| vec![turn(frame); skeleton.len()])
-            .collect(),
-        translations: Vec::new(),
-    };
-    let clip = Clip::new(&skeleton, desc).unwrap();
-    let stage = Stage::new(skeleton, vec![clip], &[]);
-    let mut characters = stage.characters(200, 3);
-    characters
-        .iter_mut()
-        .for_each(|character| character.fade = None);
-    for output in forms() {
-        let apart = furthest(&stage, &characters, settings(output, Isa::best(), 1), 0.2);
-        assert!(apart < NEAR, "{output:?}: {apart} m");
     }
 }
 

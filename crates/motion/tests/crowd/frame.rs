@@ -151,7 +151,6 @@ impl Case {
                 switching: Some(switching),
                 eye: eye(step),
                 frustum,
-                positions: None,
             };
             moved += crowd.frame(&frame, &mut out).unwrap().moved;
             let visible = |character: &Character| {
@@ -213,36 +212,6 @@ impl Posed<'_> {
             let found = common::crowd::joint_of(out, &slice, form, joint);
             let apart = found.translation.distance(expected.translation);
             assert!(apart < 4e-4, "frame {frame}, {apart} m");
-        }
-    }
-}
-
-#[test]
-fn positions_of_the_callers_are_measured_from() {
-    let (stage, levels) = stage();
-    let switching = &switchings(&levels)[2];
-    let characters = stage.characters(100, 3);
-    let (mut crowd, ids) = crowd_of(
-        &stage,
-        &characters,
-        settings(Output::default(), Isa::best(), 2),
-    );
-    let mut out = vec![F32x16::ZERO; crowd.max_output_len(ids.len())];
-    for index in 0..40 {
-        let far = |id: usize| 0.1 * ((id * 7 + index) % 100) as f32;
-        let positions: Vec<Vec3> = (0..ids.len()).map(|id| Vec3::X * far(id)).collect();
-        let frame = Frame {
-            switching: Some(switching),
-            eye: Vec3::ZERO,
-            positions: Some(&positions),
-            ..Frame::default()
-        };
-        crowd.frame(&frame, &mut out).unwrap();
-        for &id in &ids {
-            let choice = switching.choose(far(id.0 as usize), None);
-            let found = crowd.character(id).unwrap();
-            let detail = f32::from(found.level.0) + found.blend;
-            assert_eq!(detail, f32::from(choice.level.0) + choice.blend);
         }
     }
 }

@@ -8,7 +8,7 @@ use common::captures::mocap;
 use common::clips::{small_skeleton, swinging_clip};
 use common::crowd::{DrawnAs, Stage, crowd_of, forms, furthest, joint_of, posed, settings};
 use sabaki_import::{ReadOptions, read_clip};
-use sabaki_motion::crowd::{Character, ClipId, ClipMix, CrowdSettings, Form, LevelId, Output};
+use sabaki_motion::crowd::{Character, ClipId, CrowdSettings, Form, LevelId, Output};
 use sabaki_motion::lod::{LevelSettings, Levels};
 use sabaki_motion::math::{F32x16, Isa};
 
@@ -37,30 +37,6 @@ fn poses_are_those_of_double_precision() {
         for output in forms() {
             let apart = furthest(&stage, &characters, settings(output, isa, 1), 0.37);
             assert!(apart < NEAR, "{isa:?} {output:?}: {apart} m");
-        }
-    }
-}
-
-#[test]
-fn cross_fades_share_their_loads_where_they_can() {
-    let stage = stage();
-    // Spreads of the moments in the first and in the second clip, in seconds.
-    for spread in [[0.3, 0.3], [0.3, 40.0], [40.0, 40.0]] {
-        let mut marching = stage.characters(160, 3);
-        for (index, character) in marching.iter_mut().enumerate() {
-            let times = spread.map(|spread: f32| spread * index as f32 / 160.0);
-            (character.clip, character.level) = (ClipId(0), LevelId(0));
-            (character.time, character.speed) = (times[0], 1.0);
-            character.fade = Some(ClipMix {
-                clip: ClipId(1),
-                time: times[1],
-                speed: 1.0,
-                weight: index as f32 / 160.0,
-            });
-        }
-        for isa in Isa::available() {
-            let apart = furthest(&stage, &marching, settings(Output::default(), isa, 1), 0.37);
-            assert!(apart < NEAR, "{isa:?}, {spread:?}: {apart} m");
         }
     }
 }

@@ -11,9 +11,7 @@ use common::lod::{order_of, random_case};
 use common::random::Random;
 use glam::{DQuat, DVec3};
 use sabaki_motion::anim::{Clip, ClipDesc, JointId, Pose, Skeleton};
-use sabaki_motion::lod::{
-    BoneShape, Branch, Flexion, Inertia, Level, LevelSettings, Levels, LodError, Masses,
-};
+use sabaki_motion::lod::{Flexion, Level, LevelSettings, Levels, LodError, Masses};
 
 type Place = (DQuat, DVec3);
 
@@ -91,10 +89,7 @@ fn naive(skeleton: &Skeleton, clip: &Clip, level: &Level, settings: &LevelSettin
             }
             for child in children(joint) {
                 let mass = mass * at(child).distance(at(joint)) / length;
-                let cuts = match settings.shape {
-                    BoneShape::Rod => 200,
-                    BoneShape::Point => 1,
-                };
+                let cuts = 200;
                 for cut in 0..cuts {
                     let share = (f64::from(cut) + 0.5) / f64::from(cuts);
                     let place = at(joint).lerp(at(child), share);
@@ -102,22 +97,11 @@ fn naive(skeleton: &Skeleton, clip: &Clip, level: &Level, settings: &LevelSettin
                 }
             }
         }
-        let weight_below = |top: usize| -> f64 {
-            pieces
-                .iter()
-                .filter(|p| is_below(p.0, top))
-                .map(|p| p.1)
-                .sum()
-        };
         for (joint, sum) in sums.iter_mut().enumerate() {
             let turn = local(&before, joint).inverse() * local(&now, joint);
             let turn = if turn.w < 0.0 { -turn } else { turn };
-            let (axis, angle) = turn.normalize().to_axis_angle();
-            let axis = now[level.kept[joint].index()].0 * axis;
-            let arm = |place: DVec3| match settings.inertia {
-                Inertia::Joint => (place - at(joint)).length_squared(),
-                Inertia::Axis => (place - at(joint)).cross(axis).length_squared(),
-            };
+            let (_, angle) = turn.normalize().to_axis_angle();
+            let arm = |place: DVec3| (place - at(joint)).length_squared();
             let below = pieces.iter().filter(|piece| is_below(piece.0, joint));
             let inertia: f64 = below.map(|piece| piece.1 * arm(piece.2)).sum();
             let bend = |child: usize| {
@@ -129,19 +113,13 @@ fn naive(skeleton: &Skeleton, clip: &Clip, level: &Level, settings: &LevelSettin
             let bends: Vec<(usize, f64)> = children(joint)
                 .filter_map(|child| Some((child, bend(child)?)))
                 .collect();
-            let chosen = match settings.branch {
-                Branch::Straightest => bends.iter().max_by(|a, b| a.1.total_cmp(&b.1)),
-                Branch::Heaviest => bends
-                    .iter()
-                    .max_by(|a, b| weight_below(a.0).total_cmp(&weight_below(b.0))),
-            };
+            let chosen = bends.iter().max_by(|a, b| a.1.total_cmp(&b.1));
             let theta = chosen.map_or(PI, |bend| bend.1);
             let weight =
                 f64::from(settings.bend_threshold) / theta.max(f64::from(settings.least_angle));
             let weight = match settings.flexion {
                 Flexion::Raised => weight.max(1.0),
                 Flexion::Literal => weight,
-                Flexion::Ignored => 1.0,
             };
             let speed = angle * clip.frame_rate();
             *sum += 0.5 * inertia * speed * speed * weight;
@@ -168,21 +146,12 @@ fn assert_close(found: &[f32], expected: &[f64], what: &str) {
 /// Every combination of the settings.
 fn all_settings(masses: &[f32]) -> Vec<LevelSettings> {
     let mut all = Vec::new();
-    for shape in [BoneShape::Rod, BoneShape::Point] {
-        for inertia in [Inertia::Joint, Inertia::Axis] {
-            for flexion in [Flexion::Raised, Flexion::Literal, Flexion::Ignored] {
-                for branch in [Branch::Straightest, Branch::Heaviest] {
-                    all.push(LevelSettings {
-                        masses: Masses::Given(masses.to_vec()),
-                        shape,
-                        inertia,
-                        flexion,
-                        branch,
-                        ..LevelSettings::default()
-                    });
-                }
-            }
-        }
+    for flexion in [Flexion::Raised, Flexion::Literal] {
+        all.push(LevelSettings {
+            masses: Masses::Given(masses.to_vec()),
+            flexion,
+            ..LevelSettings::default()
+        });
     }
     all
 }
@@ -214,7 +183,6 @@ fn energies_are_those_of_the_equations_in_captures() {
     let skeleton = &set.skeleton;
     let order = order_of(skeleton, &mut Random::new(1));
     let levels = Levels::in_order(skeleton, &order).unwrap().levels;
-    // No two alike, so that it is clear which of two limbs is the heaviest.
     let masses: Vec<f32> = skeleton
         .ids()
         .map(|id| 1.5 + 0.1 * f32::from(id.0))

@@ -9,7 +9,7 @@ use common::lod::{frames_of, points_of, random_case};
 use common::random::Random;
 use glam::Vec3;
 use sabaki_motion::anim::{Clip, ClipDesc, JointId, JointKind, JointTransform, Skeleton};
-use sabaki_motion::lod::{Carrier, Level, LevelSettings, Levels, LodError, Order};
+use sabaki_motion::lod::{Level, LevelSettings, Levels, LodError, Order};
 
 fn build(skeleton: &Skeleton, clip: &Clip, settings: &LevelSettings) -> Levels {
     Levels::build(skeleton, std::slice::from_ref(clip), settings).unwrap()
@@ -145,14 +145,9 @@ fn the_least_energy_goes_first() {
 #[test]
 fn errors_are_what_they_say() {
     for (skeleton, clip) in cases(3000) {
-        for (order, carrier) in [
-            (Order::Energy, Carrier::Nearest),
-            (Order::Error, Carrier::Nearest),
-            (Order::Energy, Carrier::Parent),
-        ] {
+        for order in [Order::Energy, Order::Error] {
             let settings = LevelSettings {
                 order,
-                carrier,
                 ..LevelSettings::default()
             };
             let levels = build(&skeleton, &clip, &settings);
@@ -204,28 +199,6 @@ fn the_least_displacement_goes_first() {
             assert_eq!(alone[1].removed, Some(id));
             let other = squares(&skeleton, &clip, &alone[1], settings.skin);
             assert!(least <= other * (1.0 + 1e-4) + 1e-6, "{least} {other}");
-        }
-    }
-}
-
-#[test]
-fn the_nearest_carrier_is_never_worse_than_the_parent_where_one_joint_goes() {
-    for (skeleton, clip) in cases(5000) {
-        for id in skeleton.ids().skip(1).filter(|&id| !is_end(&skeleton, id)) {
-            let of = |carrier| {
-                let settings = LevelSettings {
-                    carrier,
-                    locked: skeleton.ids().filter(|&other| other != id).collect(),
-                    ..LevelSettings::default()
-                };
-                let levels = build(&skeleton, &clip, &settings).levels;
-                squares(&skeleton, &clip, &levels[1], settings.skin)
-            };
-            let (nearest, parent) = (of(Carrier::Nearest), of(Carrier::Parent));
-            assert!(
-                nearest <= parent * (1.0 + 1e-4) + 1e-6,
-                "{nearest} {parent}"
-            );
         }
     }
 }

@@ -17,13 +17,8 @@
 //! value    base + code, in units of the step
 //! ```
 
-mod bits;
 mod check;
-mod encode;
-mod groups;
-mod quantiser;
 mod read;
-mod tuning;
 mod write;
 
 use serde::{Deserialize, Serialize};
@@ -31,10 +26,9 @@ use serde::{Deserialize, Serialize};
 use super::{JointKind, Skeleton};
 use crate::math::code_rows::CODES;
 use crate::math::{byte_list, sort_rarely};
-pub use encode::CompressionSettings;
-pub(super) use encode::largest_errors;
-pub(super) use groups::scatter;
-pub(super) use read::PackedMoment;
+pub(super) use read::{PackedMoment, scatter};
+pub use write::CompressionSettings;
+pub(super) use write::largest_errors;
 
 /// Number of frames of a segment; the last one may have fewer.
 const SEGMENT: usize = 16;

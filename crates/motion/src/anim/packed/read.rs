@@ -1,18 +1,16 @@
-//! Reads single values and whole poses from a compressed clip.
+//! Reads single values and whole poses from a compressed clip, eight lanes at a time.
 
 use glam::{Quat, Vec3};
 
-use super::bits;
-use super::groups::{EachRotation, PackedGroups, WholePose};
 use super::{NO_LANE, PLACE_STEP, PackedClip, SEGMENT};
 use crate::anim::Pose;
-use crate::anim::rows::Rows;
+use crate::anim::rows::{Block, LANES, Rows};
 use crate::math::Isa;
-use crate::math::code_rows::{CODES, CodeRow, ROW_BYTES, RowReader, unit, unit_lerp};
+use crate::math::code_rows::{CODES, CodeRow, ROW_BYTES, RowKernel, RowReader, unit, unit_lerp};
 
 /// A moment of a compressed clip.
 #[derive(Clone, Copy, Debug)]
-pub struct PackedMoment<'a> {
+pub(in crate::anim) struct PackedMoment<'a> {
     clip: &'a PackedClip,
     /// The frames around the moment.
     pub(super) frames: [FrameBytes<'a>; 2],
@@ -71,7 +69,7 @@ impl FrameBytes<'_> {
         let mut codes = [0; ROWS];
         let mut at = self.before(first);
         for (code, &width) in codes.iter_mut().zip(&self.widths[first..first + ROWS]) {
-            *code = bits::code(self.codes, 8 * at + lane * usize::from(width), width);
+            *code = read_code(self.codes, 8 * at + lane * usize::from(width), width);
             at += usize::from(width);
         }
         codes
@@ -123,7 +121,7 @@ impl FrameBytes<'_> {
         let mut bit = 8 * self.root;
         let coordinate = |axis: usize| {
             let width = self.widths[first + axis];
-            let code = bits::code(self.codes, bit, width);
+            let code = read_code(self.codes, bit, width);
             bit += usize::from(width);
             place(
                 self.place_base(CODES * translations + axis)
@@ -167,13 +165,13 @@ fn place(steps: i32) -> f32 {
 
 impl<'a> PackedMoment<'a> {
     #[inline]
-    pub(crate) fn root(&self) -> Vec3 {
+    pub(in crate::anim) fn root(&self) -> Vec3 {
         let rows = self.clip.groups().rows();
         self.between(|frame| frame.root(rows))
     }
 
     #[inline]
-    pub(crate) fn translation(&self, joint: usize) -> Vec3 {
+    pub(in crate::anim) fn translation(&self, joint: usize) -> Vec3 {
         let [rotations, _] = self.clip.groups().rows();
         self.between(|frame| frame.translation(rotations, joint))
     }
@@ -188,7 +186,7 @@ impl<'a> PackedMoment<'a> {
     }
 
     #[inline]
-    pub(crate) fn rotation(&self, joint: usize) -> Quat {
+    pub(in crate::anim) fn rotation(&self, joint: usize) -> Quat {
         let lane = self.clip.lane_of[joint];
         if lane == NO_LANE {
             return Quat::IDENTITY;
@@ -204,7 +202,7 @@ impl<'a> PackedMoment<'a> {
 
     /// Reads groups of eight lanes, from the first on.
     #[inline(always)]
-    pub fn groups<R: RowReader>(&self, reader: R) -> PackedGroups<'_, R> {
+    pub(in crate::anim) fn groups<R: RowReader>(&self, reader: R) -> PackedGroups<'_, R> {
         PackedGroups::new(self, reader)
     }
 
@@ -235,12 +233,171 @@ impl<'a> PackedMoment<'a> {
     }
 
     /// Whether the clip has translations for its joints.
-    pub(crate) fn moves_joints(&self) -> bool {
+    pub(in crate::anim) fn moves_joints(&self) -> bool {
         self.clip.moves_joints()
     }
 
     /// Joint of each lane.
-    pub fn lanes(&self) -> &'a [u16] {
+    pub(in crate::anim) fn lanes(&self) -> &'a [u16] {
         self.clip.lanes()
+    }
+}
+
+/// The code of `width` bits, at most 24, that begins at a bit. Four bytes from its first one on are read.
+#[inline(always)]
+fn read_code(bytes: &[u8], bit: usize, width: u8) -> i32 {
+    let mut word = [0; 4];
+    word.copy_from_slice(&bytes[bit / 8..bit / 8 + 4]);
+    (u32::from_le_bytes(word) >> (bit % 8) & ((1 << width) - 1)) as i32
+}
+
+/// Writes all rotations but those of end sites.
+pub(super) struct WholePose<'a, 'o> {
+    pub(super) moment: &'a PackedMoment<'a>,
+    pub(super) out: &'o mut [Quat],
+}
+
+impl RowKernel for WholePose<'_, '_> {
+    type Out = ();
+
+    #[inline(always)]
+    fn run<R: RowReader>(self, reader: R) {
+        let mut groups = self.moment.groups(reader);
+        for lanes in self.moment.lanes().chunks(CODES) {
+            scatter(&groups.next_group(), lanes, self.out);
+        }
+    }
+}
+
+/// Hands out all rotations but those of end sites.
+pub(super) struct EachRotation<'a, V> {
+    pub(super) moment: &'a PackedMoment<'a>,
+    pub(super) visit: V,
+}
+
+impl<V: FnMut(usize, Quat)> RowKernel for EachRotation<'_, V> {
+    type Out = ();
+
+    #[inline(always)]
+    fn run<R: RowReader>(mut self, reader: R) {
+        let mut groups = self.moment.groups(reader);
+        for lanes in self.moment.lanes().chunks(CODES) {
+            let [x, y, z, w] = groups.next_group();
+            for (lane, &joint) in lanes.iter().take(CODES).enumerate() {
+                let rotation = Quat::from_xyzw(x[lane], y[lane], z[lane], w[lane]);
+                (self.visit)(usize::from(joint), rotation);
+            }
+        }
+    }
+}
+
+/// Groups of eight lanes of a moment, one after another.
+pub(in crate::anim) struct PackedGroups<'a, R> {
+    reader: R,
+    moment: &'a PackedMoment<'a>,
+    group: usize,
+    /// Start of the next group's codes in the frames around the moment.
+    at: [usize; 2],
+}
+
+impl<'a, R: RowReader> PackedGroups<'a, R> {
+    #[inline(always)]
+    pub(super) fn new(moment: &'a PackedMoment<'a>, reader: R) -> Self {
+        Self {
+            reader,
+            moment,
+            group: 0,
+            at: [0; 2],
+        }
+    }
+
+    /// The next eight rotations.
+    #[inline(always)]
+    pub(in crate::anim) fn next_group(&mut self) -> Rows<CODES> {
+        let [from, to] = &self.moment.frames;
+        let (reader, group) = (self.reader, self.group);
+        self.group += 1;
+        let first = from.group(reader, group, &mut self.at[0]);
+        match self.moment.weight {
+            0.0 => reader.unit(&first),
+            weight => {
+                let second = to.group(reader, group, &mut self.at[1]);
+                reader.unit_lerp(&first, &second, weight)
+            }
+        }
+    }
+
+    /// The next 16 rotations; where no more than 8 lanes are left, the second half is 0.
+    #[inline(always)]
+    pub(in crate::anim) fn next_block(&mut self, lanes: usize) -> Block {
+        let mut block = [[0.0; LANES]; 4];
+        for half in 0..lanes.min(LANES).div_ceil(CODES) {
+            let group = self.next_group();
+            for (row, eight) in block.iter_mut().zip(&group) {
+                row[half * CODES..(half + 1) * CODES].copy_from_slice(eight);
+            }
+        }
+        block
+    }
+}
+
+/// Writes the rotations of lanes to their joints.
+#[inline(always)]
+pub(in crate::anim) fn scatter<const N: usize>(
+    [x, y, z, w]: &Rows<N>,
+    lanes: &[u16],
+    out: &mut [Quat],
+) {
+    for (lane, &joint) in lanes.iter().take(N).enumerate() {
+        out[usize::from(joint)] = Quat::from_xyzw(x[lane], y[lane], z[lane], w[lane]);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::anim::packed::write::{BitWriter, width_of};
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn codes_come_back(
+            codes in prop::collection::vec((0u32..1 << 24, 0u8..=24), 0..50),
+            before in 0usize..20,
+        ) {
+            let cut = |(code, width): (u32, u8)| (code & ((1u32 << width) - 1), width);
+            let codes: Vec<(u32, u8)> = codes.into_iter().map(cut).collect();
+            let mut writer = BitWriter::default();
+            writer.extend(&vec![0xa5; before]);
+            for &(code, width) in &codes {
+                writer.push(code, width);
+            }
+            let mut bytes = writer.finish();
+            let mut bit = 8 * before;
+            let bits: usize = codes.iter().map(|&(_, width)| usize::from(width)).sum();
+            prop_assert_eq!(bytes.len(), before + bits.div_ceil(8));
+            bytes.resize(bytes.len() + 4, 0xff);
+            for (expected, width) in codes {
+                prop_assert_eq!(read_code(&bytes, bit, width) as u32, expected);
+                bit += usize::from(width);
+            }
+        }
+    }
+
+    #[test]
+    fn widths_are_the_smallest() {
+        let cases = [
+            (0, 0),
+            (1, 1),
+            (2, 2),
+            (3, 2),
+            (4, 3),
+            (255, 8),
+            (256, 9),
+            (u32::MAX, 32),
+        ];
+        for (range, width) in cases {
+            assert_eq!(width_of(range), width);
+        }
     }
 }

@@ -10,7 +10,7 @@ use glam::Vec3;
 
 use super::ramps::LevelRamps;
 use crate::crowd::frame_input::{Frame, Frustum};
-use crate::crowd::sort::group::{Group, GroupCold, Parked};
+use crate::crowd::sort::group::Parked;
 use crate::crowd::sort::schedule::Schedule;
 use crate::math::{F32x16, Kernel, Lanes};
 
@@ -63,7 +63,7 @@ impl Kernel for LevelPass<'_> {
             let mut sums = L::parts(L::splat(0.0));
             for index in bucket.groups.clone() {
                 let group = &mut schedule.groups[index];
-                let at = positions(group, &schedule.cold[index], frame.positions);
+                let at = [group.x, group.y, group.z];
                 let visible = visible_lanes::<L>(&at, frame.frustum.as_ref());
                 schedule.visible[index] = visible;
                 if visible == 0 {
@@ -119,10 +119,7 @@ impl Kernel for ParkedPass<'_> {
     #[inline(always)]
     fn run<L: Lanes>(self) {
         for (index, parked) in self.parked.iter().enumerate() {
-            let at = match self.frame.positions {
-                None => [parked.x, parked.y, parked.z],
-                Some(positions) => gathered([parked.x, parked.y, parked.z], &parked.ids, positions),
-            };
+            let at = [parked.x, parked.y, parked.z];
             if visible_lanes::<L>(&at, self.frame.frustum.as_ref()) != 0 {
                 self.visible.push(index as u32);
             }
@@ -130,32 +127,7 @@ impl Kernel for ParkedPass<'_> {
     }
 }
 
-#[inline(always)]
-fn positions(group: &Group, cold: &GroupCold, positions: Option<&[Vec3]>) -> [F32x16; 3] {
-    let own = [group.x, group.y, group.z];
-    match positions {
-        None => own,
-        Some(positions) => gathered(own, &cold.ids, positions),
-    }
-}
-
-/// The positions of sixteen characters; unused lanes repeat a used one.
-#[inline(always)]
-fn gathered(own: [F32x16; 3], ids: &[u32; F32x16::LANES], positions: &[Vec3]) -> [F32x16; 3] {
-    let mut at = own;
-    let used = ids.iter().find(|&&id| id != Group::NOBODY);
-    for (lane, &id) in ids.iter().enumerate() {
-        let shown = if id == Group::NOBODY { used } else { Some(&id) };
-        if let Some(position) = shown.and_then(|&id| positions.get(id as usize)) {
-            for axis in 0..3 {
-                at[axis].0[lane] = position[axis];
-            }
-        }
-    }
-    at
-}
-
-/// Distances from `eye`, and the least and the greatest of them. What is not a number becomes 0.
+/// Distances from `eye`, and the least and the greatest of them. NaN becomes 0.
 #[inline(always)]
 fn distances<L: Lanes>(at: &[F32x16; 3], eye: Vec3) -> (F32x16, f32, f32) {
     let mut distances = F32x16::ZERO;

@@ -293,27 +293,23 @@ fn radix_sort(keys: &mut Vec<u64>, spare: &mut Vec<u64>, bits: Range<u32>) {
 
 #[cfg(test)]
 mod tests {
+    use proptest::prelude::*;
+
     use super::*;
 
-    #[test]
-    fn as_the_library_sorts() {
-        let mut state = 1u64;
-        let mut random = || {
-            state ^= state >> 12;
-            state ^= state << 25;
-            state ^= state >> 27;
-            state.wrapping_mul(0x2545_F491_4F6C_DD1D)
-        };
-        let mut spare = Vec::new();
-        for count in [0, 1, 2, 100, 5000] {
-            for (low, high) in [(0, 64), (28, 42), (28, 64), (3, 3), (5, 6)] {
-                let mut keys: Vec<u64> = (0..count).map(|_| random() >> (count % 7)).collect();
-                let mut expected = keys.clone();
-                let mask = (1u128 << high) - (1u128 << low);
-                expected.sort_by_key(|&key| u128::from(key) & mask);
-                radix_sort(&mut keys, &mut spare, low..high);
-                assert_eq!(keys, expected, "{count} keys, bits {low} to {high}");
-            }
+    proptest! {
+        #[test]
+        fn keys_are_sorted_as_the_library_sorts(
+            keys in prop::collection::vec(0u64.., 0..3000),
+            low in 0u32..40,
+            width in 0u32..=24,
+        ) {
+            let bits = low..low + width;
+            let mut expected = keys.clone();
+            expected.sort_by_key(|&key| key >> bits.start & ((1 << width) - 1));
+            let (mut keys, mut spare) = (keys, Vec::new());
+            radix_sort(&mut keys, &mut spare, bits);
+            prop_assert_eq!(keys, expected);
         }
     }
 }

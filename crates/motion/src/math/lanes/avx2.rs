@@ -4,30 +4,22 @@
 //! [`Isa::Avx2`](crate::math::Isa::Avx2): each `unsafe` block below relies on this.
 
 use std::arch::x86_64::*;
-use std::ops::{Add, Div, Mul, Sub};
 
-use super::{Apart, F32x16, KeyColumns, KeyRows, Lanes, PartWrite, Sixteen, UnitHalves};
+use super::{
+    Apart, F32x16, KeyColumns, KeyRows, Lanes, PartWrite, Sixteen, UnitHalves, instructions,
+    operators,
+};
 
 #[derive(Clone, Copy)]
 pub(super) struct Avx2(__m256);
 
-macro_rules! operator {
-    ($name:ident, $function:ident, $instruction:ident) => {
-        impl $name for Avx2 {
-            type Output = Self;
-
-            #[inline(always)]
-            fn $function(self, other: Self) -> Self {
-                // SAFETY: the machine has AVX.
-                Self(unsafe { $instruction(self.0, other.0) })
-            }
-        }
-    };
-}
-operator!(Add, add, _mm256_add_ps);
-operator!(Sub, sub, _mm256_sub_ps);
-operator!(Mul, mul, _mm256_mul_ps);
-operator!(Div, div, _mm256_div_ps);
+operators!(
+    Avx2,
+    _mm256_add_ps,
+    _mm256_sub_ps,
+    _mm256_mul_ps,
+    _mm256_div_ps
+);
 
 /// # Safety
 /// The machine must have the features that are named.
@@ -45,15 +37,26 @@ impl Lanes for Avx2 {
     const REACH: usize = 7;
     const WIDE_REACH: usize = 14;
 
-    #[inline(always)]
-    fn parts<T: Copy>(value: T) -> [T; Self::PARTS] {
-        [value; Self::PARTS]
+    instructions! {
+        fn splat(value: f32) -> Self = Self(_mm256_set1_ps(value));
+        fn mul_add(self, factor: Self, sum: Self) -> Self = Self(_mm256_fmadd_ps(self.0, factor.0, sum.0));
+        fn neg_mul_add(self, factor: Self, sum: Self) -> Self = Self(_mm256_fnmadd_ps(self.0, factor.0, sum.0));
+        fn sqrt(self) -> Self = Self(_mm256_sqrt_ps(self.0));
+        fn floor(self) -> Self = Self(_mm256_floor_ps(self.0));
+        fn max(self, other: Self) -> Self = Self(_mm256_max_ps(self.0, other.0));
+        fn min(self, other: Self) -> Self = Self(_mm256_min_ps(self.0, other.0));
+        fn first(self) -> f32 = _mm256_cvtss_f32(self.0);
+        fn splat_words(word: u32) -> __m256i = _mm256_set1_epi32(word as i32);
+        fn truncated(self) -> __m256i = _mm256_cvttps_epi32(self.0);
+        fn load_words(line: &F32x16, part: usize) -> __m256i = _mm256_castps_si256(Self::load(line, part).0);
+        fn from_bits(words: __m256i) -> Self = Self(_mm256_castsi256_ps(words));
+        fn pair(low: __m256i, high: __m256i) -> __m256i = _mm256_or_si256(_mm256_slli_epi32::<16>(high), low);
+        fn dot_pairs(a: __m256i, b: __m256i) -> Self = Self(_mm256_cvtepi32_ps(_mm256_madd_epi16(a, b)));
     }
 
     #[inline(always)]
-    fn splat(value: f32) -> Self {
-        // SAFETY: the machine has AVX.
-        Self(unsafe { _mm256_set1_ps(value) })
+    fn parts<T: Copy>(value: T) -> [T; Self::PARTS] {
+        [value; Self::PARTS]
     }
 
     #[inline(always)]
@@ -82,54 +85,12 @@ impl Lanes for Avx2 {
     }
 
     #[inline(always)]
-    fn mul_add(self, factor: Self, sum: Self) -> Self {
-        // SAFETY: the machine has FMA.
-        Self(unsafe { _mm256_fmadd_ps(self.0, factor.0, sum.0) })
-    }
-
-    #[inline(always)]
-    fn neg_mul_add(self, factor: Self, sum: Self) -> Self {
-        // SAFETY: the machine has FMA.
-        Self(unsafe { _mm256_fnmadd_ps(self.0, factor.0, sum.0) })
-    }
-
-    #[inline(always)]
-    fn sqrt(self) -> Self {
-        // SAFETY: the machine has AVX.
-        Self(unsafe { _mm256_sqrt_ps(self.0) })
-    }
-
-    #[inline(always)]
-    fn floor(self) -> Self {
-        // SAFETY: the machine has AVX.
-        Self(unsafe { _mm256_floor_ps(self.0) })
-    }
-
-    #[inline(always)]
-    fn max(self, other: Self) -> Self {
-        // SAFETY: the machine has AVX.
-        Self(unsafe { _mm256_max_ps(self.0, other.0) })
-    }
-
-    #[inline(always)]
-    fn min(self, other: Self) -> Self {
-        // SAFETY: the machine has AVX.
-        Self(unsafe { _mm256_min_ps(self.0, other.0) })
-    }
-
-    #[inline(always)]
     fn copy_sign(self, sign: Self) -> Self {
         // SAFETY: the machine has AVX.
         Self(unsafe {
             let mask = _mm256_set1_ps(-0.0);
             _mm256_or_ps(_mm256_andnot_ps(mask, self.0), _mm256_and_ps(mask, sign.0))
         })
-    }
-
-    #[inline(always)]
-    fn first(self) -> f32 {
-        // SAFETY: the machine has AVX.
-        unsafe { _mm256_cvtss_f32(self.0) }
     }
 
     #[inline(always)]
@@ -159,36 +120,6 @@ impl Lanes for Avx2 {
             let below = _mm256_cmp_ps::<_CMP_LT_OQ>(self.0, _mm256_set1_ps(bound));
             _mm256_movemask_ps(below) as u32
         }
-    }
-
-    #[inline(always)]
-    fn splat_words(word: u32) -> __m256i {
-        // SAFETY: the machine has AVX.
-        unsafe { _mm256_set1_epi32(word as i32) }
-    }
-
-    #[inline(always)]
-    fn truncated(self) -> __m256i {
-        // SAFETY: the machine has AVX.
-        unsafe { _mm256_cvttps_epi32(self.0) }
-    }
-
-    #[inline(always)]
-    fn load_words(line: &F32x16, part: usize) -> __m256i {
-        // SAFETY: the machine has AVX.
-        unsafe { _mm256_castps_si256(Self::load(line, part).0) }
-    }
-
-    #[inline(always)]
-    fn from_bits(words: __m256i) -> Self {
-        // SAFETY: the machine has AVX.
-        Self(unsafe { _mm256_castsi256_ps(words) })
-    }
-
-    #[inline(always)]
-    fn pair(low: __m256i, high: __m256i) -> __m256i {
-        // SAFETY: the machine has AVX2.
-        unsafe { _mm256_or_si256(_mm256_slli_epi32::<16>(high), low) }
     }
 
     #[inline(always)]
@@ -300,12 +231,6 @@ impl Lanes for Avx2 {
                 }
             }
         }
-    }
-
-    #[inline(always)]
-    fn dot_pairs(a: __m256i, b: __m256i) -> Self {
-        // SAFETY: the machine has AVX2.
-        Self(unsafe { _mm256_cvtepi32_ps(_mm256_madd_epi16(a, b)) })
     }
 
     /// Both halves of an [`F32x16`] are written close together, so that stores past the caches are combined.

@@ -4,30 +4,22 @@
 //! [`Isa::Avx512`](crate::math::Isa::Avx512): each `unsafe` block below relies on this.
 
 use std::arch::x86_64::*;
-use std::ops::{Add, Div, Mul, Sub};
 
-use super::{Apart, F32x16, KeyColumns, KeyRows, Lanes, PartWrite, Sixteen, UnitHalves};
+use super::{
+    Apart, F32x16, KeyColumns, KeyRows, Lanes, PartWrite, Sixteen, UnitHalves, instructions,
+    operators,
+};
 
 #[derive(Clone, Copy)]
 pub(super) struct Avx512(__m512);
 
-macro_rules! operator {
-    ($name:ident, $function:ident, $instruction:ident) => {
-        impl $name for Avx512 {
-            type Output = Self;
-
-            #[inline(always)]
-            fn $function(self, other: Self) -> Self {
-                // SAFETY: the machine has AVX-512F.
-                Self(unsafe { $instruction(self.0, other.0) })
-            }
-        }
-    };
-}
-operator!(Add, add, _mm512_add_ps);
-operator!(Sub, sub, _mm512_sub_ps);
-operator!(Mul, mul, _mm512_mul_ps);
-operator!(Div, div, _mm512_div_ps);
+operators!(
+    Avx512,
+    _mm512_add_ps,
+    _mm512_sub_ps,
+    _mm512_mul_ps,
+    _mm512_div_ps
+);
 
 /// # Safety
 /// The machine must have the features that are named.
@@ -45,15 +37,27 @@ impl Lanes for Avx512 {
     const REACH: usize = 31;
     const WIDE_REACH: usize = 63;
 
-    #[inline(always)]
-    fn parts<T: Copy>(value: T) -> [T; Self::PARTS] {
-        [value; Self::PARTS]
+    instructions! {
+        fn splat(value: f32) -> Self = Self(_mm512_set1_ps(value));
+        fn mul_add(self, factor: Self, sum: Self) -> Self = Self(_mm512_fmadd_ps(self.0, factor.0, sum.0));
+        fn neg_mul_add(self, factor: Self, sum: Self) -> Self = Self(_mm512_fnmadd_ps(self.0, factor.0, sum.0));
+        fn sqrt(self) -> Self = Self(_mm512_sqrt_ps(self.0));
+        fn max(self, other: Self) -> Self = Self(_mm512_max_ps(self.0, other.0));
+        fn min(self, other: Self) -> Self = Self(_mm512_min_ps(self.0, other.0));
+        fn first(self) -> f32 = _mm512_cvtss_f32(self.0);
+        fn least(self) -> f32 = _mm512_reduce_min_ps(self.0);
+        fn all_below(self, bound: f32) -> bool = _mm512_cmp_ps_mask::<_CMP_LT_OQ>(self.0, _mm512_set1_ps(bound)) == u16::MAX;
+        fn splat_words(word: u32) -> __m512i = _mm512_set1_epi32(word as i32);
+        fn truncated(self) -> __m512i = _mm512_cvttps_epi32(self.0);
+        fn load_words(line: &F32x16, part: usize) -> __m512i = _mm512_castps_si512(Self::load(line, part).0);
+        fn from_bits(words: __m512i) -> Self = Self(_mm512_castsi512_ps(words));
+        fn pair(low: __m512i, high: __m512i) -> __m512i = _mm512_or_si512(_mm512_slli_epi32::<16>(high), low);
+        fn dot_pairs(a: __m512i, b: __m512i) -> Self = Self(_mm512_cvtepi32_ps(_mm512_madd_epi16(a, b)));
     }
 
     #[inline(always)]
-    fn splat(value: f32) -> Self {
-        // SAFETY: the machine has AVX-512F.
-        Self(unsafe { _mm512_set1_ps(value) })
+    fn parts<T: Copy>(value: T) -> [T; Self::PARTS] {
+        [value; Self::PARTS]
     }
 
     #[inline(always)]
@@ -82,40 +86,10 @@ impl Lanes for Avx512 {
     }
 
     #[inline(always)]
-    fn mul_add(self, factor: Self, sum: Self) -> Self {
-        // SAFETY: the machine has AVX-512F.
-        Self(unsafe { _mm512_fmadd_ps(self.0, factor.0, sum.0) })
-    }
-
-    #[inline(always)]
-    fn neg_mul_add(self, factor: Self, sum: Self) -> Self {
-        // SAFETY: the machine has AVX-512F.
-        Self(unsafe { _mm512_fnmadd_ps(self.0, factor.0, sum.0) })
-    }
-
-    #[inline(always)]
-    fn sqrt(self) -> Self {
-        // SAFETY: the machine has AVX-512F.
-        Self(unsafe { _mm512_sqrt_ps(self.0) })
-    }
-
-    #[inline(always)]
     fn floor(self) -> Self {
         const DOWN: i32 = _MM_FROUND_TO_NEG_INF | _MM_FROUND_NO_EXC;
         // SAFETY: the machine has AVX-512F.
         Self(unsafe { _mm512_roundscale_ps::<DOWN>(self.0) })
-    }
-
-    #[inline(always)]
-    fn max(self, other: Self) -> Self {
-        // SAFETY: the machine has AVX-512F.
-        Self(unsafe { _mm512_max_ps(self.0, other.0) })
-    }
-
-    #[inline(always)]
-    fn min(self, other: Self) -> Self {
-        // SAFETY: the machine has AVX-512F.
-        Self(unsafe { _mm512_min_ps(self.0, other.0) })
     }
 
     #[inline(always)]
@@ -128,24 +102,6 @@ impl Lanes for Avx512 {
     }
 
     #[inline(always)]
-    fn first(self) -> f32 {
-        // SAFETY: the machine has AVX-512F.
-        unsafe { _mm512_cvtss_f32(self.0) }
-    }
-
-    #[inline(always)]
-    fn least(self) -> f32 {
-        // SAFETY: the machine has AVX-512F.
-        unsafe { _mm512_reduce_min_ps(self.0) }
-    }
-
-    #[inline(always)]
-    fn all_below(self, bound: f32) -> bool {
-        // SAFETY: the machine has AVX-512F.
-        unsafe { _mm512_cmp_ps_mask::<_CMP_LT_OQ>(self.0, _mm512_set1_ps(bound)) == u16::MAX }
-    }
-
-    #[inline(always)]
     fn mask_below(self, bound: f32) -> u32 {
         // SAFETY: the machine has AVX-512F.
         unsafe {
@@ -154,36 +110,6 @@ impl Lanes for Avx512 {
                 _mm512_set1_ps(bound),
             ))
         }
-    }
-
-    #[inline(always)]
-    fn splat_words(word: u32) -> __m512i {
-        // SAFETY: the machine has AVX-512F.
-        unsafe { _mm512_set1_epi32(word as i32) }
-    }
-
-    #[inline(always)]
-    fn truncated(self) -> __m512i {
-        // SAFETY: the machine has AVX-512F.
-        unsafe { _mm512_cvttps_epi32(self.0) }
-    }
-
-    #[inline(always)]
-    fn load_words(line: &F32x16, part: usize) -> __m512i {
-        // SAFETY: the machine has AVX-512F.
-        unsafe { _mm512_castps_si512(Self::load(line, part).0) }
-    }
-
-    #[inline(always)]
-    fn from_bits(words: __m512i) -> Self {
-        // SAFETY: the machine has AVX-512F.
-        Self(unsafe { _mm512_castsi512_ps(words) })
-    }
-
-    #[inline(always)]
-    fn pair(low: __m512i, high: __m512i) -> __m512i {
-        // SAFETY: the machine has AVX-512F.
-        unsafe { _mm512_or_si512(_mm512_slli_epi32::<16>(high), low) }
     }
 
     #[inline(always)]
@@ -280,12 +206,6 @@ impl Lanes for Avx512 {
                 }
             }
         }
-    }
-
-    #[inline(always)]
-    fn dot_pairs(a: __m512i, b: __m512i) -> Self {
-        // SAFETY: the machine has AVX-512F and BW.
-        Self(unsafe { _mm512_cvtepi32_ps(_mm512_madd_epi16(a, b)) })
     }
 
     /// Transposes eight lanes at a time. Loads combine the lanes of two [`F32x16`]s in a register; pairs, fours and quarters

@@ -6,15 +6,13 @@
 //!
 //! All types round in the same way, except in [`Lanes::mul_add`].
 
-#[cfg(target_arch = "x86_64")]
 mod avx2;
 #[cfg(target_arch = "x86_64")]
 mod avx512;
-mod keys;
-mod lines;
+#[cfg(target_arch = "x86_64")]
+mod memory;
 #[cfg(any(test, not(target_arch = "x86_64")))]
 mod portable;
-mod row_set;
 #[cfg(target_arch = "x86_64")]
 mod sse2;
 #[cfg(test)]
@@ -27,10 +25,49 @@ use bytemuck::{Pod, Zeroable};
 use super::Isa;
 #[cfg(target_arch = "x86_64")]
 use super::isa::{run_avx2, run_avx512};
-pub(crate) use keys::{KeyColumns, KeyRows, KeyUnit, NextColumns};
-use lines::prefetch;
-pub(crate) use lines::{RowLines, Sixteen, StridedLines, prefetch_for_write};
-pub(crate) use row_set::{DistinctRows, RowSet};
+pub(crate) use memory::{DistinctRows, RowSet};
+pub(crate) use memory::{KeyColumns, KeyRows, KeyUnit, NextColumns};
+pub(crate) use memory::{RowLines, Sixteen, StridedLines, prefetch_for_write};
+
+/// Methods of [`Lanes`] that are one expression of instructions.
+#[cfg(target_arch = "x86_64")]
+macro_rules! instructions {
+    ($(fn $name:ident($($arguments:tt)*) -> $result:ty = $value:expr;)*) => {
+        $(
+            #[inline(always)]
+            fn $name($($arguments)*) -> $result {
+                // SAFETY: registers of this kind are used only where the machine has their instructions.
+                unsafe { $value }
+            }
+        )*
+    };
+}
+#[cfg(target_arch = "x86_64")]
+use instructions;
+
+/// The four operators of a kind of registers.
+#[cfg(target_arch = "x86_64")]
+macro_rules! operators {
+    ($type:ident, $add:ident, $sub:ident, $mul:ident, $div:ident) => {
+        operators!($type, Add, add, $add);
+        operators!($type, Sub, sub, $sub);
+        operators!($type, Mul, mul, $mul);
+        operators!($type, Div, div, $div);
+    };
+    ($type:ident, $name:ident, $function:ident, $instruction:ident) => {
+        impl std::ops::$name for $type {
+            type Output = Self;
+
+            #[inline(always)]
+            fn $function(self, other: Self) -> Self {
+                // SAFETY: registers of this kind are used only where the machine has their instructions.
+                Self(unsafe { $instruction(self.0, other.0) })
+            }
+        }
+    };
+}
+#[cfg(target_arch = "x86_64")]
+use operators;
 
 /// Sixteen numbers, for example one of each of sixteen characters, in one aligned cache line.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]

@@ -2,30 +2,16 @@
 //! [`Isa::Portable`](crate::math::Isa::Portable).
 
 use std::arch::x86_64::*;
-use std::ops::{Add, Div, Mul, Sub};
 
-use super::{Apart, F32x16, KeyColumns, KeyRows, Lanes, PartWrite, Sixteen, UnitHalves};
+use super::{
+    Apart, F32x16, KeyColumns, KeyRows, Lanes, PartWrite, Sixteen, UnitHalves, instructions,
+    operators,
+};
 
 #[derive(Clone, Copy)]
 pub(super) struct Sse2(__m128);
 
-macro_rules! operator {
-    ($name:ident, $function:ident, $instruction:ident) => {
-        impl $name for Sse2 {
-            type Output = Self;
-
-            #[inline(always)]
-            fn $function(self, other: Self) -> Self {
-                // SAFETY: every x86-64 has SSE2.
-                Self(unsafe { $instruction(self.0, other.0) })
-            }
-        }
-    };
-}
-operator!(Add, add, _mm_add_ps);
-operator!(Sub, sub, _mm_sub_ps);
-operator!(Mul, mul, _mm_mul_ps);
-operator!(Div, div, _mm_div_ps);
+operators!(Sse2, _mm_add_ps, _mm_sub_ps, _mm_mul_ps, _mm_div_ps);
 
 /// `then` where the mask is set, otherwise `other`.
 #[inline(always)]
@@ -74,15 +60,24 @@ impl Lanes for Sse2 {
     const REACH: usize = Self::WINDOW - 1;
     const WIDE_REACH: usize = Self::WIDE_WINDOW - 1;
 
-    #[inline(always)]
-    fn parts<T: Copy>(value: T) -> [T; Self::PARTS] {
-        [value; Self::PARTS]
+    instructions! {
+        fn splat(value: f32) -> Self = Self(_mm_set1_ps(value));
+        fn sqrt(self) -> Self = Self(_mm_sqrt_ps(self.0));
+        fn max(self, other: Self) -> Self = Self(_mm_max_ps(self.0, other.0));
+        fn min(self, other: Self) -> Self = Self(_mm_min_ps(self.0, other.0));
+        fn first(self) -> f32 = _mm_cvtss_f32(self.0);
+        fn mask_below(self, bound: f32) -> u32 = _mm_movemask_ps(_mm_cmplt_ps(self.0, _mm_set1_ps(bound))) as u32;
+        fn splat_words(word: u32) -> __m128i = _mm_set1_epi32(word as i32);
+        fn truncated(self) -> __m128i = _mm_cvttps_epi32(self.0);
+        fn load_words(line: &F32x16, part: usize) -> __m128i = _mm_castps_si128(Self::load(line, part).0);
+        fn from_bits(words: __m128i) -> Self = Self(_mm_castsi128_ps(words));
+        fn pair(low: __m128i, high: __m128i) -> __m128i = _mm_or_si128(_mm_slli_epi32::<16>(high), low);
+        fn dot_pairs(a: __m128i, b: __m128i) -> Self = Self(_mm_cvtepi32_ps(_mm_madd_epi16(a, b)));
     }
 
     #[inline(always)]
-    fn splat(value: f32) -> Self {
-        // SAFETY: every x86-64 has SSE2.
-        Self(unsafe { _mm_set1_ps(value) })
+    fn parts<T: Copy>(value: T) -> [T; Self::PARTS] {
+        [value; Self::PARTS]
     }
 
     #[inline(always)]
@@ -121,12 +116,6 @@ impl Lanes for Sse2 {
     }
 
     #[inline(always)]
-    fn sqrt(self) -> Self {
-        // SAFETY: every x86-64 has SSE2.
-        Self(unsafe { _mm_sqrt_ps(self.0) })
-    }
-
-    #[inline(always)]
     fn floor(self) -> Self {
         /// Numbers from here on have no fraction.
         const WHOLE: f32 = 8_388_608.0;
@@ -146,26 +135,8 @@ impl Lanes for Sse2 {
     }
 
     #[inline(always)]
-    fn max(self, other: Self) -> Self {
-        // SAFETY: every x86-64 has SSE2.
-        Self(unsafe { _mm_max_ps(self.0, other.0) })
-    }
-
-    #[inline(always)]
-    fn min(self, other: Self) -> Self {
-        // SAFETY: every x86-64 has SSE2.
-        Self(unsafe { _mm_min_ps(self.0, other.0) })
-    }
-
-    #[inline(always)]
     fn copy_sign(self, sign: Self) -> Self {
         Self(select(Self::splat(-0.0).0, sign.0, self.0))
-    }
-
-    #[inline(always)]
-    fn first(self) -> f32 {
-        // SAFETY: every x86-64 has SSE2.
-        unsafe { _mm_cvtss_f32(self.0) }
     }
 
     #[inline(always)]
@@ -180,42 +151,6 @@ impl Lanes for Sse2 {
     #[inline(always)]
     fn all_below(self, bound: f32) -> bool {
         self.mask_below(bound) == 0xf
-    }
-
-    #[inline(always)]
-    fn mask_below(self, bound: f32) -> u32 {
-        // SAFETY: every x86-64 has SSE2.
-        unsafe { _mm_movemask_ps(_mm_cmplt_ps(self.0, _mm_set1_ps(bound))) as u32 }
-    }
-
-    #[inline(always)]
-    fn splat_words(word: u32) -> __m128i {
-        // SAFETY: every x86-64 has SSE2.
-        unsafe { _mm_set1_epi32(word as i32) }
-    }
-
-    #[inline(always)]
-    fn truncated(self) -> __m128i {
-        // SAFETY: every x86-64 has SSE2.
-        unsafe { _mm_cvttps_epi32(self.0) }
-    }
-
-    #[inline(always)]
-    fn load_words(line: &F32x16, part: usize) -> __m128i {
-        // SAFETY: every x86-64 has SSE2.
-        unsafe { _mm_castps_si128(Self::load(line, part).0) }
-    }
-
-    #[inline(always)]
-    fn from_bits(words: __m128i) -> Self {
-        // SAFETY: every x86-64 has SSE2.
-        Self(unsafe { _mm_castsi128_ps(words) })
-    }
-
-    #[inline(always)]
-    fn pair(low: __m128i, high: __m128i) -> __m128i {
-        // SAFETY: every x86-64 has SSE2.
-        unsafe { _mm_or_si128(_mm_slli_epi32::<16>(high), low) }
     }
 
     #[inline(always)]
@@ -272,12 +207,6 @@ impl Lanes for Sse2 {
                 }
             }
         }
-    }
-
-    #[inline(always)]
-    fn dot_pairs(a: __m128i, b: __m128i) -> Self {
-        // SAFETY: every x86-64 has SSE2.
-        Self(unsafe { _mm_cvtepi32_ps(_mm_madd_epi16(a, b)) })
     }
 
     /// The quarters of an [`F32x16`] are written one after the other, so that stores past the caches are combined.

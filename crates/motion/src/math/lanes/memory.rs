@@ -1,0 +1,413 @@
+//! Memory that kernels read and write: tables of 16-bit keys, and rows of [`F32x16`]s that are written side by side.
+
+use std::marker::PhantomData;
+
+use bytemuck::{Pod, Zeroable};
+
+use super::F32x16;
+
+/// Eight consecutive keys of a row: two quads, such as two quaternions.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
+#[repr(C, align(16))]
+pub(crate) struct KeyUnit(pub(crate) [i16; KeyUnit::KEYS]);
+
+impl KeyUnit {
+    /// Number of keys of a quad.
+    pub(crate) const QUAD: usize = 4;
+    /// Number of keys of a unit.
+    pub(crate) const KEYS: usize = 2 * Self::QUAD;
+}
+
+/// Columns of keys. The first window starts at `start`, each following window `stride` keys after the one before.
+#[derive(Clone, Copy)]
+pub(crate) struct KeyColumns<'a> {
+    pub(crate) table: &'a [i16],
+    pub(crate) start: usize,
+    pub(crate) stride: usize,
+    /// Windows that are read next, for prefetching.
+    pub(crate) next: NextColumns,
+}
+
+/// Columns of keys to prefetch. They need not be inside the table.
+#[derive(Clone, Copy)]
+pub(crate) struct NextColumns {
+    pub(crate) start: usize,
+    pub(crate) stride: usize,
+}
+
+impl KeyColumns<'_> {
+    /// The table from the first window on. Checks that each of `N` windows has `reach` keys.
+    #[inline(always)]
+    pub(super) fn reaching<const N: usize>(&self, reach: usize) -> &[i16] {
+        const { assert!(N > 0 && N <= 8) };
+        let table = &self.table[self.start..];
+        // A table has at most 2^62 keys, so eight strides do not overflow.
+        assert!(self.stride <= table.len());
+        assert!(table.len() >= (N - 1) * self.stride + reach);
+        table
+    }
+
+    /// Prefetches the cache line of a window that is read next.
+    #[inline(always)]
+    #[cfg(target_arch = "x86_64")]
+    pub(super) fn prefetch_next(&self, index: usize) {
+        let next = self.next.start.wrapping_add(index * self.next.stride);
+        let first = self.table.as_ptr().wrapping_add(next);
+        prefetch(first.wrapping_add(2 * F32x16::LANES - 1));
+    }
+}
+
+/// A row of keys for each of sixteen lanes, and the row after it.
+#[derive(Clone, Copy)]
+pub(crate) struct KeyRows<'a> {
+    /// The first unit of each lane's row.
+    starts: [*const KeyUnit; F32x16::LANES],
+    length: usize,
+    table: PhantomData<&'a [KeyUnit]>,
+}
+
+impl<'a> KeyRows<'a> {
+    /// Rows of `length` units, the first of which has the index `starts[lane]` in the table.
+    ///
+    /// # Panics
+    /// If the table ends before the row after a lane's own.
+    #[inline(always)]
+    pub(crate) fn new(table: &'a [KeyUnit], starts: [u32; F32x16::LANES], length: usize) -> Self {
+        let mut last = 0;
+        for start in starts {
+            last = last.max(start);
+        }
+        assert!(last as usize + 2 * length <= table.len());
+        let mut pointers = [table.as_ptr(); F32x16::LANES];
+        for lane in 0..F32x16::LANES {
+            pointers[lane] = table.as_ptr().wrapping_add(starts[lane] as usize);
+        }
+        Self {
+            starts: pointers,
+            length,
+            table: PhantomData,
+        }
+    }
+
+    /// Rows without units, as a placeholder.
+    #[inline(always)]
+    pub(crate) fn none(table: &'a [KeyUnit]) -> Self {
+        Self {
+            starts: [table.as_ptr(); F32x16::LANES],
+            length: 0,
+            table: PhantomData,
+        }
+    }
+
+    /// Whether these rows are the placeholder [`KeyRows::none`].
+    #[inline(always)]
+    pub(crate) fn is_none(&self) -> bool {
+        self.length == 0
+    }
+
+    /// Prefetches the cache line of a unit in one lane's row, and in the row after it.
+    #[inline(always)]
+    pub(crate) fn prefetch(&self, lane: usize, unit: usize) {
+        let own = self.starts[lane].wrapping_add(unit);
+        prefetch(own);
+        prefetch(own.wrapping_add(self.length));
+    }
+
+    /// Pointers to a unit in one lane's row, and in the row after it. Both are inside the table.
+    #[inline(always)]
+    #[cfg(target_arch = "x86_64")]
+    pub(super) fn pointers(&self, lane: usize, unit: usize) -> [*const KeyUnit; 2] {
+        assert!(unit < self.length);
+        let own = self.starts[lane].wrapping_add(unit);
+        [own, own.wrapping_add(self.length)]
+    }
+
+    /// A unit of one lane's row, and of the row after it.
+    #[inline(always)]
+    #[cfg(any(test, not(target_arch = "x86_64")))]
+    pub(super) fn units(&self, lane: usize, unit: usize) -> [&'a KeyUnit; 2] {
+        assert!(unit < self.length);
+        let own = self.starts[lane].wrapping_add(unit);
+        // SAFETY: `new` has checked that the table has all units of both rows.
+        unsafe { [&*own, &*own.add(self.length)] }
+    }
+}
+
+/// Sixteen [`F32x16`]s to write, one for each lane.
+pub(crate) trait Sixteen {
+    /// The [`F32x16`] of the lane `index`.
+    fn line(&mut self, index: usize) -> &mut F32x16;
+}
+
+/// Sixteen [`F32x16`]s to write at equal distances in memory.
+pub(crate) struct StridedLines<'a> {
+    lines: &'a mut [F32x16],
+    stride: usize,
+}
+
+impl<'a> StridedLines<'a> {
+    /// The first [`F32x16`] of `lines`, and fifteen more at multiples of `stride`.
+    ///
+    /// # Panics
+    /// If `lines` ends before the last of them.
+    #[inline(always)]
+    pub(crate) fn new(lines: &'a mut [F32x16], stride: usize) -> Self {
+        // A slice has at most 2^58 items, so the product does not overflow.
+        assert!(stride <= lines.len());
+        assert!((F32x16::LANES - 1) * stride < lines.len());
+        Self { lines, stride }
+    }
+}
+
+impl Sixteen for StridedLines<'_> {
+    #[inline(always)]
+    fn line(&mut self, index: usize) -> &mut F32x16 {
+        assert!(index < F32x16::LANES);
+        // SAFETY: `new` has checked the last of the sixteen lines.
+        unsafe { self.lines.get_unchecked_mut(index * self.stride) }
+    }
+}
+
+/// Sixteen rows of [`F32x16`]s to write, anywhere in memory.
+pub(crate) struct RowLines<'a> {
+    starts: [*mut F32x16; F32x16::LANES],
+    /// Number of [`F32x16`]s of each row.
+    length: usize,
+    memory: PhantomData<&'a mut F32x16>,
+}
+
+impl RowLines<'_> {
+    /// Rows that start at `starts`.
+    ///
+    /// # Safety
+    /// The `length` items from each start on are valid for writes for as long as the rows live, and nobody else uses them.
+    #[inline(always)]
+    pub(super) unsafe fn of_starts(starts: [*mut F32x16; F32x16::LANES], length: usize) -> Self {
+        Self {
+            starts,
+            length,
+            memory: PhantomData,
+        }
+    }
+
+    /// Prefetches an [`F32x16`] that will be written. It need not exist.
+    #[inline(always)]
+    pub(crate) fn prefetch(&self, row: usize, index: usize) {
+        prefetch_line(self.starts[row].wrapping_add(index));
+    }
+
+    /// An [`F32x16`] of one row.
+    #[inline(always)]
+    pub(crate) fn line(&mut self, row: usize, index: usize) -> &mut F32x16 {
+        assert!(row < F32x16::LANES && index < self.length);
+        // SAFETY: a row's `length` lines are inside the memory that the rows were made of, and no other row has them.
+        unsafe { &mut *self.starts[row].add(index) }
+    }
+}
+
+/// Prefetches an element that will be read. It need not exist.
+#[inline(always)]
+pub(crate) fn prefetch<T>(element: *const T) {
+    #[cfg(target_arch = "x86_64")]
+    {
+        use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
+        // SAFETY: every x86-64 has SSE; any address may be asked for.
+        unsafe { _mm_prefetch::<_MM_HINT_T0>(element.cast()) }
+    }
+    #[cfg(not(target_arch = "x86_64"))]
+    let _ = element;
+}
+
+/// Prefetches an [`F32x16`] that will be written. It need not exist.
+#[inline(always)]
+pub(crate) fn prefetch_for_write(lines: &[F32x16], index: usize) {
+    prefetch_line(lines.as_ptr().wrapping_add(index));
+}
+
+/// Prefetches to the second-level cache. In the first-level cache, memory that waits to be written would displace memory
+/// that is in use.
+#[inline(always)]
+fn prefetch_line(line: *const F32x16) {
+    #[cfg(target_arch = "x86_64")]
+    {
+        use std::arch::x86_64::{_MM_HINT_T1, _mm_prefetch};
+        // SAFETY: every x86-64 has SSE; any address may be asked for.
+        unsafe { _mm_prefetch::<_MM_HINT_T1>(line.cast()) }
+    }
+    #[cfg(not(target_arch = "x86_64"))]
+    let _ = line;
+}
+
+/// Row numbers at positions. Each row is at one position at most.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct DistinctRows {
+    /// Row at each position; [`DistinctRows::NONE`] if there is none.
+    rows: Vec<u32>,
+    /// Whether each row is at a position.
+    is_used: Vec<bool>,
+}
+
+impl DistinctRows {
+    /// Marks a position without a row.
+    const NONE: u32 = u32::MAX;
+
+    /// Empties all positions. Rows below `rows` can then be put in.
+    pub(crate) fn reset(&mut self, rows: usize) {
+        self.rows.clear();
+        self.is_used.clear();
+        self.is_used.resize(rows, false);
+    }
+
+    /// Reserves memory for `positions` positions and `rows` rows.
+    pub(crate) fn reserve(&mut self, positions: usize, rows: usize) {
+        self.rows.reserve(positions.saturating_sub(self.rows.len()));
+        self.is_used
+            .reserve(rows.saturating_sub(self.is_used.len()));
+    }
+
+    /// Rows below `rows` can be put in from now on.
+    pub(crate) fn grow(&mut self, rows: usize) {
+        if self.is_used.len() < rows {
+            self.is_used.resize(rows, false);
+        }
+    }
+
+    /// Puts a row at a position and removes the one that was there.
+    ///
+    /// # Panics
+    /// If the row is at another position, or is not below the number of rows.
+    pub(crate) fn put(&mut self, position: usize, row: u32) {
+        self.remove(position);
+        if position >= self.rows.len() {
+            self.rows.resize(position + 1, Self::NONE);
+        }
+        let is_used = &mut self.is_used[row as usize];
+        assert!(!*is_used, "row {row} is at two positions");
+        *is_used = true;
+        self.rows[position] = row;
+    }
+
+    /// Removes the row at a position, if there is one.
+    pub(crate) fn remove(&mut self, position: usize) {
+        if let Some(row) = self.rows.get_mut(position) {
+            if let Some(is_used) = self.is_used.get_mut(*row as usize) {
+                *is_used = false;
+            }
+            *row = Self::NONE;
+        }
+    }
+}
+
+/// The rows of a buffer at some of the positions of [`DistinctRows`].
+pub(crate) struct RowSet<'a> {
+    start: *mut F32x16,
+    /// Length of a row, in [`F32x16`]s.
+    length: usize,
+    /// Distinct row numbers inside the buffer, or [`DistinctRows::NONE`].
+    rows: &'a [u32],
+    memory: PhantomData<&'a mut [F32x16]>,
+}
+
+// SAFETY: it is a mutable reference to rows that nobody else has.
+unsafe impl Send for RowSet<'_> {}
+
+impl<'a> RowSet<'a> {
+    /// All rows, of `length` [`F32x16`]s each.
+    ///
+    /// # Panics
+    /// If the buffer is too small for all rows that can be put in.
+    pub(crate) fn new(memory: &'a mut [F32x16], length: usize, rows: &'a DistinctRows) -> Self {
+        assert!(rows.is_used.len() * length <= memory.len());
+        Self {
+            start: memory.as_mut_ptr(),
+            length,
+            rows: &rows.rows,
+            memory: PhantomData,
+        }
+    }
+
+    /// Splits off the rows at the first `positions` positions.
+    pub(crate) fn split_off_front(&mut self, positions: usize) -> Self {
+        let (front, rest) = self.rows.split_at(positions.min(self.rows.len()));
+        self.rows = rest;
+        Self {
+            rows: front,
+            ..*self
+        }
+    }
+
+    /// The rows at sixteen positions from `position` on; `spare` for positions without a row.
+    ///
+    /// # Panics
+    /// If `spare` is shorter than a row.
+    #[inline(always)]
+    pub(crate) fn sixteen<'b>(
+        &'b mut self,
+        position: usize,
+        spare: &'b mut [F32x16],
+    ) -> RowLines<'b> {
+        assert!(self.length <= spare.len());
+        let mut starts = [spare.as_mut_ptr(); F32x16::LANES];
+        let rows = self.rows.get(position..).unwrap_or_default();
+        for (start, &row) in starts.iter_mut().zip(rows) {
+            if row != DistinctRows::NONE {
+                *start = self.start.wrapping_add(row as usize * self.length);
+            }
+        }
+        // SAFETY: `new` has checked that all rows are inside the memory; they are distinct.
+        unsafe { RowLines::of_starts(starts, self.length) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn threads_write_rows_of_their_own() {
+        let mut rows = DistinctRows::default();
+        rows.reset(40);
+        for position in 0..32 {
+            if position != 5 {
+                rows.put(position, (position * 7 % 40) as u32);
+            }
+        }
+        rows.put(3, 24);
+        let mut memory = vec![F32x16::ZERO; 40 * 2];
+        let mut second = RowSet::new(&mut memory, 2, &rows);
+        let first = second.split_off_front(16);
+        std::thread::scope(|scope| {
+            for (number, mut set) in [(1.0, first), (2.0, second)] {
+                scope.spawn(move || {
+                    let mut spare = [F32x16::ZERO; 2];
+                    let mut lines = set.sixteen(0, &mut spare);
+                    for lane in 0..16 {
+                        lines.line(lane, 1).0[0] = number;
+                    }
+                });
+            }
+        });
+        for row in 0..40 {
+            let position = (0..32).find(|&position| position != 3 && position * 7 % 40 == row);
+            let expected = match position {
+                _ if row == 24 => 1.0,
+                Some(5) | None => 0.0,
+                Some(position) if position < 16 => 1.0,
+                Some(_) => 2.0,
+            };
+            assert_eq!(memory[2 * row + 1].0[0], expected, "row {row}");
+            assert_eq!(memory[2 * row], F32x16::ZERO);
+        }
+    }
+
+    #[test]
+    #[should_panic(expected = "row 3 is at two positions")]
+    fn no_row_is_at_two_positions() {
+        let mut rows = DistinctRows::default();
+        rows.reset(4);
+        rows.put(0, 3);
+        rows.remove(0);
+        rows.put(1, 3);
+        rows.put(2, 3);
+    }
+}
