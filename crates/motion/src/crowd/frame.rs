@@ -1,10 +1,16 @@
 //! One call per frame: time, culling, levels of detail and poses of all characters.
 //!
-//! Source: the levels are those of [`Switching`]. Differs in how they are found: for sixteen characters at a time, in the
-//! order of the groups (see `level_pass`). Only characters that need a finer level than their group's, or that enter the
+//! Source: the levels are those of [`Switching`](crate::lod::Switching). Differs in how they are found: for sixteen characters at a
+//! time, in the order of the groups (see `levels`). Only characters that need a finer level than their group's, or that enter the
 //! frustum, are moved to other groups.
-// MERGED DOCS
-// //! Posing the groups of a crowd, on one thread or on several.
+//!
+//! ```text
+//! advance the time
+//! build a part of the next groups, and replace the present ones when they are complete        take_over
+//! choose levels and visibility of each lane                                                   levels
+//! move the characters that no longer fit their groups                                         sort
+//! for each chunk of groups, on any thread: pose its pieces                                    kernel
+//! ```
 
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};

@@ -1,7 +1,4 @@
-//! The characters of a crowd: adding and changing them, their clock, and their groups.
-// MERGED DOCS
-// //! Changes of a character, in its lane of the present groups and of those that are being made.
-// //! The groups of a crowd, and where they are in the output.
+//! The characters of a crowd: adding and changing them, the crowd's time, their groups, and where their poses are.
 
 use std::sync::{Arc, Mutex};
 

@@ -1,10 +1,22 @@
 //! Crowds: poses of ten thousand characters and more, each with its own clip, time, level of detail and place, computed side by
 //! side in the lanes of vector registers.
 //!
-//! An [`AnimationSet`] holds the clips in the form that the kernels read. A [`Crowd`] holds the characters. It sorts them into
-//! groups of sixteen: characters that play nearby frames of one clip on one level, which are sampled together from one load of
-//! the keys, or else characters of neighbouring levels. [`Crowd::frame`] does a whole frame: time, culling, levels and poses, into
-//! memory that the caller owns.
+//! 1. [`AnimationSet::new`] stores the clips on all levels in the form that the kernel reads. It is called once.
+//! 2. [`Crowd::with_capacity`] reserves memory; [`Crowd::add`] adds a character. [`Crowd::set`], [`Crowd::place`] and
+//!    [`Crowd::deactivate`] change it at any time.
+//! 3. [`Crowd::frame`] does a whole frame: time, culling, levels and poses, into memory that the caller owns, such as a buffer
+//!    mapped from a device. [`Crowd::pose`] does the poses alone.
+//! 4. [`Crowd::pose_slice`] then says where a character's pose is.
+//!
+//! ```text
+//! clips, levels ─▶ keys: 16-bit tracks          once
+//! characters ─▶ sort: groups of sixteen         a part in each frame
+//!            ─▶ levels: distance and frustum    every frame
+//!            ─▶ kernel: poses in the lanes      every frame
+//! ```
+//!
+//! A group is sixteen characters that play nearby frames of one clip on one level, which are sampled together from one load of the
+//! keys, or else characters of neighbouring levels, which are read one by one.
 //!
 //! ```
 //! use std::sync::Arc;

@@ -1,9 +1,7 @@
-//! Positions of a clip's keys among those of all clips.
-// MERGED DOCS
-// //! Moments of characters in their clips.
-// //! The numbers of keys between the frames of clips: one from each frame to the next, more where a joint turns fast.
-// //!
-// //! Time is counted in frames, which have equal durations. A moment between two frames lies between two of the keys there.
+//! The time of a clip: where its keys are among those of all clips, and the keys around a moment.
+//!
+//! Time is counted in frames, which have equal durations. There is one key from each frame to the next, and more where a joint turns
+//! fast. A moment between two frames lies between two of the keys there.
 
 use crate::math::{F32x16, Lanes};
 

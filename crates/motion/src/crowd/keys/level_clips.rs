@@ -1,11 +1,8 @@
-//! A joint of one level, and where its keys are.
-// MERGED DOCS
-// //! The joints of one level, and where their keys are.
-// //! Steps that make a level look like a coarser one: removed joints are moved to where kept ones carry them.
-// //!
-// //! This goes beyond Hasegawa, Nishio & Kobori, who leave the jumps between levels to future work (their 4.2): see
-// //! `lod::blend`. A group may contain characters of several levels. It is posed on the finest of them. For a character of a
-// //! coarser level, some steps are applied to that pose, the last one in part.
+//! The joints of one level, where their keys are, and the steps that make the level look like a coarser one.
+//!
+//! A step moves removed joints to where kept ones carry them. This goes beyond Hasegawa, Nishio & Kobori, who leave the jumps between
+//! levels to future work (their 4.2): see [`Blend`](crate::lod::Blend). A group may contain characters of several levels. It is posed
+//! on the finest of them. For a character of a coarser level, some steps are applied to that pose, the last one in part.
 
 use glam::{Quat, Vec3};
 

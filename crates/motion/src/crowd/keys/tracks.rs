@@ -1,12 +1,20 @@
-//! Quantises rotations to four signed 16-bit numbers, parents first.
+//! The tracks of all levels, and their keys: rotations as four signed 16-bit numbers, parents first.
 //!
-//! The method is ours. A joint's key is computed relative to its parent as the parent's keys play it, not as the clip has it.
+//! A track is the motion of a joint relative to one of the parents that it has on some level. A joint that has the same parent on
+//! several levels has one track for all of them.
+//!
+//! The quantisation is ours. A joint's key is computed relative to its parent as the parent's keys play it, not as the clip has it.
 //! The error of a joint's rotation in model space is therefore that of one rounding, however long the chain is. A track that
 //! several levels share is rounded on the finest of them. On the other levels its error is added to the difference of its
 //! parent's errors on the two levels, which is the same for all joints below one parent.
-// MERGED DOCS
-// //! The tracks of all levels: the motion of a joint relative to each of the parents that it has on some level. A joint that
-// //! has the same parent on several levels has one track for all of them.
+//!
+//! ```text
+//! for each level, the finest first, and each key:
+//!     for each joint, parents first:
+//!         wanted = the joint's frame in the clip
+//!         if its track has no keys yet:  key = round(played parent's frame⁻¹ * wanted)
+//!         played = played parent's frame * key
+//! ```
 
 use glam::{DQuat, DVec3, Quat, Vec3};
 

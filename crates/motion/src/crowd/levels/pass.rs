@@ -1,10 +1,18 @@
 //! Levels of detail and culling of all characters, sixteen at a time.
 //!
-//! Source: Hasegawa, Nishio & Kobori, 3.2 (levels by distance); the bands are those of [`Switching`]. Level plus blend is
-//! a continuous, piecewise linear function of the distance: a sum of ramps from 0 to 1, one for each level. The characters
-//! of a group have similar distances, so most ramps are 0 or 1 for all of them. Only the others are evaluated.
+//! Source: Hasegawa, Nishio & Kobori, 3.2 (levels by distance); the bands are those of [`Switching`](crate::lod::Switching).
 //!
-//! No operation is fused, so that every instruction set gives the same levels, which are those of [`Switching::choose`].
+//! ```text
+//! for each group:
+//!     visible = lanes whose sphere is outside no plane of the frustum          no lane: next group
+//!     distance = |position - eye|
+//!     detail = sum of the ramps that begin before the furthest lane and end behind the nearest
+//!     with hysteresis: detail = the level before, as far as the ramps allow
+//!     note the group if a lane needs a finer level than the group's
+//! ```
+//!
+//! No operation is fused, so that every instruction set gives the same levels, which are those of
+//! [`Switching::choose`](crate::lod::Switching::choose).
 
 use glam::Vec3;
 

@@ -1,10 +1,7 @@
-//! Levels of detail and culling of all characters, sixteen at a time.
+//! The distances at which levels change, as ramps.
 //!
-//! Source: Hasegawa, Nishio & Kobori, 3.2 (levels by distance); the bands are those of [`Switching`]. Level plus blend is
-//! a continuous, piecewise linear function of the distance: a sum of ramps from 0 to 1, one for each level. The characters
-//! of a group have similar distances, so most ramps are 0 or 1 for all of them. Only the others are evaluated.
-//!
-//! No operation is fused, so that every instruction set gives the same levels, which are those of [`Switching::choose`].
+//! Level plus blend is a continuous, piecewise linear function of the distance: a sum of ramps from 0 to 1, one for each level. The
+//! characters of a group have similar distances, so most ramps are 0 or 1 for all of them. Only the others are evaluated.
 
 use std::ops::Range;
 

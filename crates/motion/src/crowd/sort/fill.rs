@@ -4,6 +4,16 @@
 //! loads. The others fill groups in the order of their levels, whatever they play. Such a group is posed on the finest level of
 //! its characters, and those with coarser levels are blended to look like them. Few lanes therefore stay empty, however many
 //! clips and levels there are.
+//!
+//! ```text
+//! key of each character = level, whether it cross-fades, clip, position in the clip, number
+//! sort the keys by radix
+//! for each level:
+//!     while keys are left:
+//!         if the next sixteen play one clip, near each other in time: they are a group
+//!         else the next one waits in a list
+//!     each sixteen of the list are a group; fewer wait for the next level
+//! ```
 
 use std::ops::Range;
 
