@@ -8,7 +8,7 @@ use common::captures::mocap;
 use common::clips::{small_skeleton, swinging_clip};
 use common::crowd::{DrawnAs, Stage, crowd_of, forms, furthest, joint_of, posed, settings};
 use sabaki_import::{ReadOptions, read_clip};
-use sabaki_motion::crowd::{Character, ClipId, CrowdSettings, Form, LevelId, Output};
+use sabaki_motion::crowd::{Character, CrowdSettings, Form, LevelId, Output};
 use sabaki_motion::lod::{LevelSettings, Levels};
 use sabaki_motion::math::{F32x16, Isa};
 
