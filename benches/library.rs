@@ -22,7 +22,7 @@ use sabaki::anim::{Clip, ClipDesc};
 use sabaki::archive;
 use sabaki::character::{CharacterSettings, Characters};
 use sabaki::graph::{ClipSource, GraphSettings};
-use sabaki::internal::{BandParts, DistanceMap, GraphBuilder, PrunedSearch, Windows};
+use sabaki::internal::{BandMinima, DistanceMap, GraphBuilder, PrunedSearch, Unwatched, Windows};
 use sabaki::maps::{BakeSettings, BakedGraph, Baker};
 use sabaki::query::cull::cpu;
 use sabaki::query::{Answer, Query, QueryContext, QuerySettings};
@@ -290,12 +290,14 @@ fn windows(builder: &GraphBuilder<'_>) -> Vec<Windows> {
 /// Searches all bands, and returns the number of distances that were computed.
 fn search(builder: &GraphBuilder<'_>, windows: &[Windows], threads: usize) -> u64 {
     let search = PrunedSearch::new(builder.search(), windows.iter().collect(), threads);
-    let parts = BandParts::new(builder.bands(), threads);
-    let computed = parts.map(|part| {
-        let found = search.minima_of(&part, threads).unwrap();
-        found.iter().map(|band| band.computed).sum::<u64>()
-    });
-    computed.sum()
+    let mut computed = 0;
+    let take = |_, found: BandMinima| {
+        computed += found.computed;
+        Ok(())
+    };
+    let bands = builder.bands();
+    search.search(bands, threads, &Unwatched, take).unwrap();
+    computed
 }
 
 /// Seconds that the distances of all pairs take on one thread.

@@ -16,8 +16,7 @@ pub use crate::graph::motion::Layer;
 pub use crate::graph::motion_edit::Played;
 pub use crate::graph::responsiveness::Responsiveness;
 pub use crate::graph::search::{
-    BandMinima, BandParts, MapBand, Minimum, PrunedSearch, SearchScratch, SearchSettings,
-    TransitionList,
+    BandMinima, MapBand, Minimum, PrunedSearch, SearchScratch, SearchSettings, TransitionList,
 };
 pub use crate::graph::watch::{BakeProgress, BakeStage, BakeWatch, Unwatched};
 pub use crate::maps::entries::{EntryShare, MomentShare};

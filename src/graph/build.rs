@@ -8,7 +8,7 @@ use super::feet::{Aligner, DartTest, FootPlans, PlantedClips};
 use super::links::{self, LinkSource};
 use super::parts::Parts;
 use super::report::{BuildCounts, BuiltGraphs};
-use super::search::{BandParts, MapBand, PrunedSearch, SearchSettings, TransitionList};
+use super::search::{MapBand, PrunedSearch, SearchSettings, TransitionList};
 use super::source::ClipSource;
 use super::watch::{BakeStage, BakeWatch, Stopped, Unwatched};
 use super::{
@@ -104,7 +104,7 @@ impl<'a> GraphBuilder<'a> {
     }
 
     /// All bands of the search, in the order in which a [`TransitionList`] takes their minima.
-    pub fn bands(&self) -> impl Iterator<Item = MapBand> + use<> {
+    pub fn bands(&self) -> impl Iterator<Item = MapBand> + Clone + use<> {
         let frames: Vec<usize> = self.clouds.iter().map(PointCloud::frames).collect();
         self.search().bands(&frames)
     }
@@ -123,18 +123,10 @@ impl<'a> GraphBuilder<'a> {
         let threads = self.settings.threads;
         let search = PrunedSearch::new(self.search(), self.windows.iter().collect(), threads);
         let mut list = self.transition_list();
-        let stage = self.watch.stage(BakeStage::Transitions, threads);
-        let (mut done, all) = (0, self.bands().map(|band| band.pairs()).sum());
-        for part in BandParts::new(self.bands(), threads) {
-            self.watch.check()?;
-            let found = search.minima_of(&part, threads)?;
-            for (band, found) in part.into_iter().zip(found) {
-                list.count(found.computed);
-                list.add(band, &found.minima)?;
-                done += band.pairs();
-            }
-            stage.progress(done, all);
-        }
+        search.search(self.bands(), threads, self.watch, |band, found| {
+            list.count(found.computed);
+            list.add(band, &found.minima)
+        })?;
         Ok(list)
     }
 

@@ -20,7 +20,6 @@ use serde::{Deserialize, Serialize};
 pub use list::TransitionList;
 pub use minima::Minimum;
 pub(super) use near::{NearRange, NearWindows, WindowCell};
-pub use parts::BandParts;
 pub use pruned::{BandMinima, PrunedSearch, SearchScratch};
 
 use super::GraphError;
@@ -59,7 +58,7 @@ impl SearchSettings {
     const ROWS: usize = 1024;
 
     /// All bands, for clips of `frames` frames. Bands of one map are neighbours, in the order of their rows.
-    pub fn bands(self, frames: &[usize]) -> impl Iterator<Item = MapBand> + use<> {
+    pub fn bands(self, frames: &[usize]) -> impl Iterator<Item = MapBand> + Clone + use<> {
         let windows: Vec<usize> = frames
             .iter()
             .map(|&frames| (frames + 1).saturating_sub(self.window))
@@ -77,20 +76,6 @@ impl SearchSettings {
             })
         })
         .filter(|band| band.columns > 0)
-    }
-
-    /// Number of bands of clips with these numbers of frames, or more where there are clips that are shorter than a window.
-    #[must_use]
-    pub fn count_bands(&self, frames: impl ExactSizeIterator<Item = usize>) -> usize {
-        let clips = frames.len();
-        let of_clip = |(index, frames): (usize, usize)| {
-            let windows = (frames + 1).saturating_sub(self.window);
-            windows.div_ceil(Self::ROWS).saturating_mul(clips - index)
-        };
-        frames
-            .enumerate()
-            .map(of_clip)
-            .fold(0, usize::saturating_add)
     }
 
     /// Finds the local minima of a band below the threshold, row by row, from all distances of the band. `a` and `b` are the

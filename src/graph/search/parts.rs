@@ -8,7 +8,7 @@ use crate::math::thread_count;
 /// Runs of neighbouring bands. They are long enough that several clips are compared with the same windows while those are in the cache, and
 /// short enough that a search can be watched and stopped.
 #[derive(Debug)]
-pub struct BandParts<I: Iterator<Item = MapBand>> {
+pub(super) struct BandParts<I: Iterator<Item = MapBand>> {
     bands: Peekable<I>,
     /// Maximum number of window pairs of a part with several bands.
     most_pairs: u64,
@@ -21,7 +21,7 @@ impl<I: Iterator<Item = MapBand>> BandParts<I> {
     const MOST_PAIRS: u64 = 1 << 28;
 
     /// Divides bands into parts that give `threads` threads work, in their order.
-    pub fn new(bands: I, threads: usize) -> Self {
+    pub(super) fn new(bands: I, threads: usize) -> Self {
         Self {
             bands: bands.peekable(),
             most_pairs: Self::MOST_PAIRS * thread_count(threads) as u64,

@@ -9,9 +9,11 @@ use std::ops::Range;
 use super::bounds::{Features, NODE, Projection};
 use super::minima::CloseMinima;
 use super::near::{NearSearch, WindowCell};
+use super::parts::BandParts;
 use super::{MapBand, Minimum, SearchSettings};
 use crate::graph::GraphError;
 use crate::graph::distance::{Compared, DiagonalRows, Diagonals, Windows};
+use crate::graph::watch::{BakeStage, BakeWatch};
 use crate::math::{Isa, in_parallel};
 
 /// Number of rows that are searched together, at most.
@@ -99,6 +101,32 @@ impl<'a> PrunedSearch<'a> {
     #[must_use]
     pub fn with_isa(self, isa: Isa) -> Self {
         Self { isa, ..self }
+    }
+
+    /// Searches bands, part by part, and gives the minima of each to `take`, in the order of the bands. The result does not depend on the number
+    /// of threads.
+    ///
+    /// # Errors
+    /// The errors of [`PrunedSearch::minima`] and of `take`, or the watch stopped the search.
+    pub fn search(
+        &self,
+        bands: impl Iterator<Item = MapBand> + Clone,
+        threads: usize,
+        watch: &dyn BakeWatch,
+        mut take: impl FnMut(MapBand, BandMinima) -> Result<(), GraphError>,
+    ) -> Result<(), GraphError> {
+        let stage = watch.stage(BakeStage::Transitions, threads);
+        let (mut done, all) = (0, bands.clone().map(|band| band.pairs()).sum());
+        for part in BandParts::new(bands, threads) {
+            watch.check()?;
+            let found = self.minima_of(&part, threads)?;
+            for (band, found) in part.into_iter().zip(found) {
+                done += band.pairs();
+                take(band, found)?;
+            }
+            stage.progress(done, all);
+        }
+        Ok(())
     }
 
     /// Finds the minima of bands, in their order. The result does not depend on the number of threads.

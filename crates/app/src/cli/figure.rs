@@ -76,10 +76,6 @@ impl FigureArgs {
         self.body.iter().chain(&self.prop).map(PathBuf::as_path)
     }
 
-    pub(crate) fn files_mut(&mut self) -> impl Iterator<Item = &mut PathBuf> {
-        self.body.iter_mut().chain(&mut self.prop)
-    }
-
     /// What can be refused before the files are read.
     pub(crate) fn check(&self) -> Result<(), Failure> {
         if self.prop.len() != self.prop_joint.len() {

@@ -71,7 +71,7 @@ pub(crate) enum Failure {
     #[error("{0}; --memory sets another limit")]
     Memory(GraphError),
     #[error(transparent)]
-    Bake(#[from] BakeError),
+    Bake(BakeError),
     #[error("attack {index}: {error}")]
     Attack { index: usize, error: AttackError },
     #[error("{path}: {source}")]
@@ -103,6 +103,15 @@ pub(crate) enum Failure {
         place: String,
         failure: Box<Failure>,
     },
+}
+
+impl From<BakeError> for Failure {
+    fn from(error: BakeError) -> Self {
+        match error {
+            BakeError::Stopped => Self::Cancelled,
+            error => Self::Bake(error),
+        }
+    }
 }
 
 impl From<GraphError> for Failure {

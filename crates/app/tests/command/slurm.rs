@@ -111,7 +111,7 @@ fn a_killed_task_runs_again_and_changes_nothing() {
         "--cpus-per-task=1",
     ];
     let submitted = sabaki(at, &args).json(0);
-    let job = submitted["shards_job"].as_str().unwrap().to_owned();
+    let job = submitted["jobs"][0][1].as_str().unwrap().to_owned();
     // A task is stopped in its work, so that it cannot end by itself, and is killed and queued again by Slurm.
     let plan = at.join("plan");
     let (process, shard) = wait("no shard runs", || {

@@ -6,7 +6,9 @@ use std::path::Path;
 use sabaki::archive;
 
 use super::super::Failure;
-use super::sealed::Kind;
+
+/// First bytes of the parts of a shared bake.
+pub(super) const PART: &[u8; 8] = b"sabakis\n";
 
 /// Refuses a file that a bake wrote where a motion is read. A file that cannot be opened is left to the reader.
 pub(crate) fn check_is_none(path: &Path) -> Result<(), Failure> {
@@ -16,14 +18,12 @@ pub(crate) fn check_is_none(path: &Path) -> Result<(), Failure> {
         return Ok(());
     }
     let what = match archive::is_baked(&head) {
-        true => Some("a baked graph"),
-        false => Kind::of(&head).map(Kind::describe),
+        true => "a baked graph",
+        false if head == PART => "a part of a shared bake (for bake join)",
+        false => return Ok(()),
     };
-    match what {
-        Some(what) => Err(Failure::Usage(format!(
-            "{}: this is {what}, and not a motion file (BVH, AMC or glTF)",
-            path.display()
-        ))),
-        None => Ok(()),
-    }
+    Err(Failure::Usage(format!(
+        "{}: this is {what}, and not a motion file (BVH, AMC or glTF)",
+        path.display()
+    )))
 }

@@ -142,40 +142,4 @@ impl ClipArgs {
             .chain(self.figure.files())
             .collect()
     }
-
-    /// All files that are read, with those of the folders, sorted by name.
-    pub(crate) fn input_files(&self) -> Result<Vec<PathBuf>, Failure> {
-        let mut files = Vec::new();
-        for path in self.files() {
-            if !path.is_dir() {
-                files.push(path.to_owned());
-                continue;
-            }
-            let wrong = |source| Failure::Open {
-                path: path.to_owned(),
-                source,
-            };
-            let first = files.len();
-            for entry in std::fs::read_dir(path).map_err(wrong)? {
-                let file = entry.map_err(wrong)?.path();
-                if sabaki_import::is_motion_file(&file) && file.is_file() {
-                    files.push(file);
-                }
-            }
-            files[first..].sort();
-        }
-        Ok(files)
-    }
-
-    /// Lets relative paths start in `folder`.
-    pub(crate) fn start_in(&mut self, folder: &Path) {
-        let paths = self
-            .clips
-            .iter_mut()
-            .chain(&mut self.events)
-            .chain(self.figure.files_mut());
-        for path in paths {
-            *path = folder.join(&*path);
-        }
-    }
 }

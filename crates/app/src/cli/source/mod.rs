@@ -7,9 +7,7 @@ mod embedded;
 mod statistics;
 
 pub(crate) use args::{ClipArgs, ReadArgs};
-pub(crate) use bake::{
-    BakeInput, BuiltGraph, from_clips, from_clips_with, from_graph, graph_of_clips,
-};
+pub(crate) use bake::{Bake, BakeInput, BuiltGraph, finish, from_clips};
 pub(crate) use bake_bar::BakeBar;
 pub(crate) use embedded::embedded_anew;
 pub(crate) use statistics::{
