@@ -4,20 +4,23 @@
 pub use crate::duel::trunk::Trunk;
 #[cfg(feature = "vulkan")]
 pub use crate::gpu::stencil::{Batch, BatchMaps, MapKind, Rasterizer, RasterizerDesc};
-pub use crate::graph::build::GraphBuilder;
-pub use crate::graph::cloud::PointCloud;
-pub use crate::graph::distance::{DistanceMap, WindowPair, Windows};
-pub use crate::graph::feet::{Feet, FeetSettings, FootSlide, Plant};
-pub use crate::graph::inertia::Entry;
-pub use crate::graph::links::{
-    GoalReport, LinkGoal, LinkObstacle, LinkReport, LinkSettings, UnlinkedEvent,
-};
-pub use crate::graph::motion::Layer;
-pub use crate::graph::motion_edit::Played;
-pub use crate::graph::responsiveness::Responsiveness;
-pub use crate::graph::search::{
-    BandMinima, MapBand, Minimum, PrunedSearch, SearchScratch, SearchSettings, TransitionList,
-};
+pub use crate::graph::build::builder::GraphBuilder;
+pub use crate::graph::build::report::Responsiveness;
+pub use crate::graph::build::report::{GoalReport, LinkObstacle, LinkReport, UnlinkedEvent};
+pub use crate::graph::build::slide::FootSlide;
+pub use crate::graph::motion_graph::{Feet, Plant};
+pub use crate::graph::play::inertia::Entry;
+pub use crate::graph::play::motion::Layer;
+pub use crate::graph::play::motion_edit::Played;
+pub use crate::graph::search::bands::Minimum;
+pub use crate::graph::search::bands::{MapBand, SearchSettings};
+pub use crate::graph::search::cloud::PointCloud;
+pub use crate::graph::search::distance::{DistanceMap, WindowPair};
+pub use crate::graph::search::minima::TransitionList;
+pub use crate::graph::search::pruned::{BandMinima, PrunedSearch, SearchScratch};
+pub use crate::graph::search::windows::Windows;
+pub use crate::graph::settings::FeetSettings;
+pub use crate::graph::settings::{LinkGoal, LinkSettings};
 pub use crate::graph::watch::{BakeProgress, BakeStage, BakeWatch, Unwatched};
 pub use crate::maps::entries::{EntryShare, MomentShare};
 pub use crate::query::answer::EnteredAt;

@@ -1,7 +1,6 @@
-use thiserror::Error;
-
-use super::watch::Stopped;
 use crate::anim::ClipError;
+use crate::graph::watch::Stopped;
+use thiserror::Error;
 
 /// Reason why a graph cannot be built.
 #[derive(Clone, Debug, PartialEq, Error)]
@@ -81,7 +80,7 @@ pub enum GraphError {
         /// Maximum number.
         most: u64,
     },
-    /// The build would take more memory than [`GraphSettings::memory`](super::GraphSettings::memory), by an estimate.
+    /// The build would take more memory than [`GraphSettings::memory`](crate::graph::settings::GraphSettings::memory), by an estimate.
     #[error("a graph of these clips takes about {} of memory to build; {} is the most", size(*needed), size(*most))]
     Memory {
         /// Estimate, in bytes.

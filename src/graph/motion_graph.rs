@@ -1,13 +1,40 @@
-use std::sync::OnceLock;
+//! The motion graph: nodes, edges, clips and events, and their indices.
 
-use serde::{Deserialize, Serialize};
-
-use super::events::EventCover;
-use super::feet::Feet;
-use super::ids::{ClipId, EdgeId, EventId, NodeId};
 use crate::anim::{Chain, Clip, EventKind, Facing, JointId, Leg, Rig, Skeleton};
+pub use crate::anim::ClipId;
 use crate::math::parallel::fill;
 use crate::math::{Rigid2, sort_rarely};
+use serde::{Deserialize, Serialize};
+use std::sync::OnceLock;
+
+macro_rules! index {
+    ($(#[$doc:meta])* $name:ident) => {
+        $(#[$doc])*
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+        pub struct $name(pub u32);
+
+        impl $name {
+            /// The index as a `usize`.
+            #[must_use]
+            pub fn index(self) -> usize {
+                self.0 as usize
+            }
+        }
+    };
+}
+
+index!(
+    /// Index of a node in [`MotionGraph::nodes`](MotionGraph::nodes).
+    NodeId
+);
+index!(
+    /// Index of an edge in [`MotionGraph::edges`](MotionGraph::edges).
+    EdgeId
+);
+index!(
+    /// Index of an event in [`MotionGraph::events`](MotionGraph::events).
+    EventId
+);
 
 /// A pose where motion can branch.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
@@ -64,7 +91,7 @@ pub struct GraphEvent {
 
 impl GraphEvent {
     /// Clip and seconds of the event, as text.
-    pub(super) fn describe(&self, clips: &[Clip], frame_rate: f64) -> String {
+    pub(crate) fn describe(&self, clips: &[Clip], frame_rate: f64) -> String {
         let seconds = |frame: u32| f64::from(frame) / frame_rate;
         format!(
             "{} {:.2}-{:.2}",
@@ -79,23 +106,23 @@ impl GraphEvent {
 /// other node.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct MotionGraph {
-    pub(super) skeleton: Skeleton,
-    pub(super) frame_rate: f64,
-    pub(super) clips: Vec<Clip>,
-    pub(super) events: Vec<GraphEvent>,
-    pub(super) nodes: Vec<Node>,
+    pub(crate) skeleton: Skeleton,
+    pub(crate) frame_rate: f64,
+    pub(crate) clips: Vec<Clip>,
+    pub(crate) events: Vec<GraphEvent>,
+    pub(crate) nodes: Vec<Node>,
     /// Edges, sorted by the node that they start from.
-    pub(super) edges: Vec<Edge>,
+    pub(crate) edges: Vec<Edge>,
     /// Index of each node's first edge. The last entry is the number of edges.
-    pub(super) first_edge: Vec<u32>,
-    pub(super) feet: Feet,
+    pub(crate) first_edge: Vec<u32>,
+    pub(crate) feet: Feet,
     #[serde(skip)]
-    pub(super) rig: KnownRig,
+    pub(crate) rig: KnownRig,
 }
 
 /// The skeleton's [`Rig`], computed on first use. It is derived from the skeleton, so it is ignored by comparisons.
 #[derive(Clone, Debug, Default)]
-pub(super) struct KnownRig(OnceLock<Rig>);
+pub(crate) struct KnownRig(OnceLock<Rig>);
 
 impl PartialEq for KnownRig {
     fn eq(&self, _: &Self) -> bool {
@@ -104,8 +131,15 @@ impl PartialEq for KnownRig {
 }
 
 impl MotionGraph {
+    /// Legs, plants and foot blends.
+    #[must_use]
+    #[doc(hidden)]
+    pub fn feet(&self) -> &Feet {
+        &self.feet
+    }
+
     /// Sorts the edges and builds the index of each node's first edge.
-    pub(super) fn with_index(mut self) -> Self {
+    pub(crate) fn with_index(mut self) -> Self {
         let key = |edge: &Edge| {
             let order = (edge.motion != EdgeMotion::Clip, edge.event.is_none());
             (edge.from, order, edge.to)
@@ -318,5 +352,183 @@ impl MotionGraph {
     #[must_use]
     pub fn describe_event(&self, event: &GraphEvent) -> String {
         event.describe(&self.clips, self.frame_rate)
+    }
+}
+
+/// The edges that lead to each node.
+pub(crate) struct EdgesInto {
+    /// Edges by the node to which they lead.
+    edges: Vec<EdgeId>,
+    /// Index of each node's first edge. The last entry is the number of edges.
+    first: Vec<u32>,
+}
+
+impl EdgesInto {
+    pub(crate) fn new(graph: &MotionGraph) -> Self {
+        let mut first = vec![0; graph.nodes().len() + 1];
+        for edge in graph.edges() {
+            first[edge.to.index() + 1] += 1;
+        }
+        for node in 1..first.len() {
+            first[node] += first[node - 1];
+        }
+        let mut next = first.clone();
+        let mut edges = vec![EdgeId(0); graph.edges().len()];
+        for (edge, id) in graph.edges().iter().zip(0..) {
+            let slot = &mut next[edge.to.index()];
+            edges[*slot as usize] = EdgeId(id);
+            *slot += 1;
+        }
+        Self { edges, first }
+    }
+
+    /// The edges that lead to a node, in their order.
+    pub(crate) fn of(&self, node: NodeId) -> &[EdgeId] {
+        let first = &self.first[node.index()..];
+        &self.edges[first[0] as usize..first[1] as usize]
+    }
+}
+
+/// The frames of each clip that events cover.
+pub(crate) struct EventCover {
+    /// For each clip, the starts of its events in ascending order. With each start stands the latest end of this event and those before it.
+    clips: Vec<Vec<(u32, u32)>>,
+}
+
+impl EventCover {
+    pub(crate) fn new(events: &[GraphEvent], clips: usize) -> Self {
+        let mut cover = vec![Vec::new(); clips];
+        for event in events {
+            cover[event.clip.index()].push((event.first, event.last));
+        }
+        for ends in &mut cover {
+            sort_rarely(ends, Ord::cmp);
+            let mut latest = 0;
+            for (_, last) in ends {
+                latest = latest.max(*last);
+                *last = latest;
+            }
+        }
+        Self { clips: cover }
+    }
+
+    /// Whether an event plays the motion from a frame to the next one.
+    pub(crate) fn plays(&self, clip: ClipId, frame: u32) -> bool {
+        let ends = &self.clips[clip.index()];
+        let begun = ends.partition_point(|&(first, _)| first <= frame);
+        begun > 0 && ends[begun - 1].1 > frame
+    }
+}
+
+// Foot plants: finds the frames in which feet are planted, and keeps planted feet from sliding in
+// transitions.
+//
+// Source: the task and its parts are those of Kovar, Schreiner & Gleicher, "Footskate Cleanup for
+// Motion Capture Editing" (2002), and of Ikemoto, Arikan & Forsyth, "Knowing When to Put Your Foot
+// Down" (2006). Differs: the clips are not changed; their feet stay as captured. A transition
+// blends each foot with its own weights ([`LegBlend`]): only the source while the foot is planted
+// in the source, only the target once it is planted in the target, and a step through the air
+// between them. The remaining foot slide is that of the captures.
+
+/// Range of frames of a clip in which a foot is planted, both ends included.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Plant {
+    /// First frame.
+    pub first: u32,
+    /// Last frame.
+    pub last: u32,
+}
+
+impl Plant {
+    fn holds(self, frame: u32) -> bool {
+        (self.first..=self.last).contains(&frame)
+    }
+}
+
+/// Legs of a graph's skeleton, their plants in the clips and their blends in the transitions.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Feet {
+    pub(crate) legs: Vec<Leg>,
+    /// Plants, `[clip][leg]`, in order of time.
+    pub(crate) plants: Vec<Vec<Plant>>,
+    /// Blends, `[edge][leg]`. Empty if feet are not kept planted.
+    pub(crate) blends: Vec<Option<LegBlend>>,
+    /// Maximum lowering of the root on each edge that keeps feet within reach, in metres. Empty if
+    /// feet are not kept planted.
+    #[serde(rename = "sinks")]
+    pub(crate) root_drops: Vec<f32>,
+}
+
+impl Feet {
+    /// Legs of the skeleton. Empty if the joints' names do not identify feet.
+    #[must_use]
+    pub fn legs(&self) -> &[Leg] {
+        &self.legs
+    }
+
+    /// Plants of a leg's foot in a clip.
+    #[must_use]
+    pub fn plants(&self, clip: ClipId, leg: usize) -> &[Plant] {
+        &self.plants[clip.index() * self.legs.len() + leg]
+    }
+
+    /// Blend of a leg's foot on an edge, or `None` if the edge is not a transition or the foot is
+    /// planted neither before nor after it.
+    #[must_use]
+    pub(crate) fn blend(&self, edge: EdgeId, leg: usize) -> Option<LegBlend> {
+        let legs = self.legs.len();
+        *self.blends.get(edge.index() * legs + leg)?
+    }
+
+    /// Maximum lowering of the root on an edge, in metres.
+    #[must_use]
+    pub fn max_root_drop(&self, edge: EdgeId) -> f32 {
+        self.root_drops.get(edge.index()).copied().unwrap_or(0.0)
+    }
+
+    /// Whether the foot of a leg stands in a frame of a clip.
+    pub(crate) fn stands(&self, clip: ClipId, leg: usize, frame: u32) -> bool {
+        let plants = self.plants(clip, leg);
+        let next = plants.partition_point(|plant| plant.last < frame);
+        plants.get(next).is_some_and(|plant| plant.holds(frame))
+    }
+}
+
+/// Blend of one foot in a transition. The foot follows the source until it leaves, the target from
+/// when it lands, and a blend of both in between.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct LegBlend {
+    /// Time when the foot leaves the source's motion, in frames since the transition's start.
+    pub leave: f32,
+    /// Time when the foot reaches the target's motion, in frames since the transition's start. It
+    /// is later than `leave`.
+    pub land: f32,
+    /// Height of the step, in metres. It is above 0 if the foot would otherwise slide along the
+    /// ground.
+    pub lift: f32,
+}
+
+impl LegBlend {
+    /// Weight of the target, and height to add to the blend, in metres.
+    pub(crate) fn at(self, frame: f32) -> (f32, f32) {
+        let s = ((frame - self.leave) / (self.land - self.leave)).clamp(0.0, 1.0);
+        // A foot that is in the air anyway uses a quintic. A lifted foot uses a higher degree, so
+        // that it hardly moves horizontally while it is low. Both start slowly enough that a
+        // straight knee, whose angle grows with the square root of the foot's displacement, does
+        // not start with a jerk.
+        let weight = if self.lift > 0.0 {
+            s.powi(4) * (35.0 + s * (-84.0 + s * (70.0 - 20.0 * s)))
+        } else {
+            s.powi(3) * (10.0 + s * (-15.0 + 6.0 * s))
+        };
+        let arc = 4.0 * s * (1.0 - s);
+        (weight, self.lift * arc * arc * arc)
+    }
+
+    pub(crate) fn is_sound(self, frames: u32, furthest: f32) -> bool {
+        (0.0..=frames as f32).contains(&self.leave)
+            && self.land > self.leave
+            && self.land <= frames as f32
+            && (0.0..=furthest).contains(&self.lift)
     }
 }

@@ -1,9 +1,8 @@
 //! Progress reports of a bake, and how to stop it.
 
+use crate::math::in_parallel;
 use std::fmt::Debug;
 use std::sync::atomic::{AtomicU64, Ordering};
-
-use crate::math::in_parallel;
 
 /// A long stage of a bake, in the order of execution.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

@@ -1,27 +1,32 @@
 //! Local minima of a distance map.
 
+use crate::graph::error::GraphError;
+use crate::graph::search::bands::{MapBand, Minimum, SearchSettings};
+use crate::graph::search::distance::DistanceMap;
+use crate::graph::search::transition::Transition;
+use crate::graph::search::windows::Windows;
+use crate::graph::settings::GraphSettings;
+use crate::math::{Isa, sort_rarely, sorted_indices};
 use std::collections::HashMap;
 
-use serde::{Deserialize, Serialize};
-
-use super::{MapBand, SearchSettings};
-use crate::graph::distance::DistanceMap;
-use crate::graph::{GraphError, GraphSettings};
-use crate::math::sort_rarely;
-
-/// A pair of similar windows.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Minimum {
-    /// First frame of the first clip's window.
-    pub a: u32,
-    /// First frame of the second clip's window.
-    pub b: u32,
-    /// Root of the mean squared point distance, in metres.
-    pub distance: f32,
+impl SearchSettings {
+    /// Finds the local minima of a band below the threshold, row by row, from all distances of the band. `a` and `b` are the
+    /// windows of its clips. The result does not depend on the instruction set. [`PrunedSearch`] finds the same minima sooner.
+    ///
+    /// # Errors
+    /// The band has more minima than a graph may have transitions.
+    pub fn minima(
+        &self,
+        band: MapBand,
+        [a, b]: [&Windows; 2],
+        isa: Isa,
+    ) -> Result<Vec<Minimum>, GraphError> {
+        find(DistanceMap::new(a, b).with_isa(isa), band, self)
+    }
 }
 
 /// Local minima of a band below the threshold, row by row. The map is never stored completely.
-pub(super) fn find(
+pub(crate) fn find(
     map: DistanceMap<'_>,
     band: MapBand,
     settings: &SearchSettings,
@@ -71,8 +76,8 @@ pub(super) fn find(
 /// Minima of a map. If there are very many, those close to a better one are removed early: in nearly still motion, every window is a
 /// minimum.
 #[derive(Debug)]
-pub(super) struct CloseMinima {
-    pub(super) minima: Vec<Minimum>,
+pub(crate) struct CloseMinima {
+    pub(crate) minima: Vec<Minimum>,
     separation: usize,
     /// Number of minima above which close ones are removed.
     limit: usize,
@@ -83,7 +88,7 @@ impl CloseMinima {
     /// thousand in a map.
     const MOST: usize = 1 << 20;
 
-    pub(super) fn new(separation: usize) -> Self {
+    pub(crate) fn new(separation: usize) -> Self {
         Self {
             minima: Vec::new(),
             separation,
@@ -95,7 +100,7 @@ impl CloseMinima {
     ///
     /// # Errors
     /// There are more minima than a graph may have transitions.
-    pub(super) fn push(&mut self, minimum: Minimum) -> Result<(), GraphError> {
+    pub(crate) fn push(&mut self, minimum: Minimum) -> Result<(), GraphError> {
         self.minima.push(minimum);
         if self.minima.len() <= self.limit {
             return Ok(());
@@ -106,7 +111,7 @@ impl CloseMinima {
     }
 
     /// Takes all minima, best first, without those that are close to a better one.
-    pub(super) fn take(&mut self) -> Vec<Minimum> {
+    pub(crate) fn take(&mut self) -> Vec<Minimum> {
         self.limit = Self::MOST;
         thin_out(std::mem::take(&mut self.minima), self.separation)
     }
@@ -183,4 +188,136 @@ fn thin_out(mut found: Vec<Minimum>, separation: usize) -> Vec<Minimum> {
         }
     }
     kept
+}
+
+// Turns the minima of all bands into transitions.
+
+/// Collects the minima of all bands and turns them into transitions, map by map.
+#[derive(Debug)]
+pub struct TransitionList {
+    settings: SearchSettings,
+    /// Clips of the current map.
+    map: (usize, usize),
+    /// Minima of the current map so far.
+    minima: CloseMinima,
+    transitions: Vec<Transition>,
+    /// Number of distances that were computed for the minima.
+    distances: u64,
+}
+
+impl TransitionList {
+    pub(crate) fn new(settings: SearchSettings) -> Self {
+        Self {
+            settings,
+            map: (0, 0),
+            minima: CloseMinima::new(settings.separation),
+            transitions: Vec::new(),
+            distances: 0,
+        }
+    }
+
+    /// Counts distances that were computed for the minima.
+    pub(crate) fn count(&mut self, distances: u64) {
+        self.distances += distances;
+    }
+
+    /// Number of distances that were counted.
+    pub(crate) fn distances(&self) -> u64 {
+        self.distances
+    }
+
+    /// Adds the minima of a band. Bands are added in the order of [`SearchSettings::bands`].
+    ///
+    /// # Errors
+    /// The graph would have too many transitions.
+    pub fn add(&mut self, band: MapBand, minima: &[Minimum]) -> Result<(), GraphError> {
+        if self.map != (band.a, band.b) {
+            self.close_map()?;
+            self.map = (band.a, band.b);
+        }
+        minima
+            .iter()
+            .try_for_each(|&minimum| self.minima.push(minimum))
+    }
+
+    /// All transitions.
+    ///
+    /// # Errors
+    /// The graph would have too many transitions.
+    pub(crate) fn finish(mut self) -> Result<Vec<Transition>, GraphError> {
+        self.close_map()?;
+        let most = GraphSettings::MOST_TRANSITIONS;
+        keep_closest(&mut self.transitions, self.settings.window, most);
+        GraphSettings::check_transitions(self.transitions.len())?;
+        Ok(self.transitions)
+    }
+
+    fn close_map(&mut self) -> Result<(), GraphError> {
+        let (a, b) = self.map;
+        for minimum in self.minima.take() {
+            let both = minimum.transitions(a, b, self.settings.window);
+            self.transitions.extend(both);
+        }
+        GraphSettings::check_found(self.transitions.len())
+    }
+}
+
+/// If there are more than `most` transitions, keeps the closest transitions of each stretch of `length` frames of a source clip, with the same
+/// maximum for all stretches. The order does not change.
+fn keep_closest(transitions: &mut Vec<Transition>, length: usize, most: usize) {
+    if transitions.len() <= most {
+        return;
+    }
+    let stretch = |t: &Transition| (t.source_clip, t.source_frame / length);
+    let order = sorted_indices(transitions.len(), &|&a, &b| {
+        let (a, b) = (&transitions[a], &transitions[b]);
+        stretch(a)
+            .cmp(&stretch(b))
+            .then(a.distance.total_cmp(&b.distance))
+    });
+    let same = |&a: &usize, &b: &usize| stretch(&transitions[a]) == stretch(&transitions[b]);
+    let stretches = order.chunk_by(same).count();
+    let each = (most / stretches).max(1);
+    let mut kept = vec![false; transitions.len()];
+    for own in order.chunk_by(same) {
+        for &index in own.iter().take(each) {
+            kept[index] = true;
+        }
+    }
+    let mut kept = kept.into_iter();
+    transitions.retain(|_| kept.next().unwrap_or(false));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_closest_of_each_stretch_are_kept() {
+        let transition = |index: usize| Transition {
+            source_clip: index % 3,
+            source_frame: index * 7 % 40,
+            target_clip: 0,
+            target_frame: index,
+            frames: 10,
+            distance: (index * 37 % 101) as f32,
+        };
+        let all: Vec<Transition> = (0..600).map(transition).collect();
+        let mut same = all.clone();
+        keep_closest(&mut same, 10, 600);
+        assert_eq!(same, all);
+        // Twelve stretches keep eight each.
+        let mut few = all.clone();
+        keep_closest(&mut few, 10, 100);
+        let expected = all.iter().filter(|own| {
+            let stretch = |t: &Transition| (t.source_clip, t.source_frame / 10);
+            let beside = all.iter().filter(|other| stretch(other) == stretch(own));
+            let closer = |other: &&Transition| {
+                (other.distance, other.target_frame) < (own.distance, own.target_frame)
+            };
+            beside.filter(closer).count() < 8
+        });
+        assert_eq!(few, expected.copied().collect::<Vec<_>>());
+        assert_eq!(few.len(), 96);
+    }
 }

@@ -1,32 +1,32 @@
 //! Pairs of windows that a lower bound does not show to be far apart.
 
+use crate::graph::search::features::{Features, NODE, NODES};
+use crate::graph::search::projection::Projection;
+use crate::graph::search::windows::Windows;
+use crate::math::Isa;
 use std::ops::Range;
 use std::sync::OnceLock;
 
-use super::bounds::{Features, NODE, NODES, Projection};
-use crate::graph::distance::Windows;
-use crate::math::Isa;
-
 /// A window pair.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(in crate::graph) struct WindowCell {
+pub(crate) struct WindowCell {
     /// Window of the first cloud.
-    pub(in crate::graph) row: u32,
+    pub(crate) row: u32,
     /// Window of the second cloud.
-    pub(in crate::graph) column: u32,
+    pub(crate) column: u32,
 }
 
 /// The search for near pairs of the windows of two clouds.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct NearSearch<'a> {
-    pub(super) features: [&'a Features; 2],
+pub(crate) struct NearSearch<'a> {
+    pub(crate) features: [&'a Features; 2],
     /// Square of the distance below which pairs are near, in square metres.
-    pub(super) limit: f32,
+    pub(crate) limit: f32,
     /// Difference between that distance and the smaller one that the features are made for, in metres.
-    pub(super) beyond: f32,
+    pub(crate) beyond: f32,
     /// Minimum number of columns between the diagonal and a minimum in the map of a clip with itself; `None` for two clips.
-    pub(super) gap: Option<usize>,
-    pub(super) columns: usize,
+    pub(crate) gap: Option<usize>,
+    pub(crate) columns: usize,
 }
 
 impl NearSearch<'_> {
@@ -37,7 +37,7 @@ impl NearSearch<'_> {
 
     /// Finds the near pairs of the windows `rows` of the first cloud. The rows of pairs on one diagonal ascend.
     #[inline(always)]
-    pub(super) fn find(&self, rows: Range<usize>, near: &mut Vec<WindowCell>) {
+    pub(crate) fn find(&self, rows: Range<usize>, near: &mut Vec<WindowCell>) {
         for node in rows.start / NODE..rows.end.div_ceil(NODE) {
             let own = rows.start.max(node * NODE)..rows.end.min((node + 1) * NODE);
             self.find_of_node(node, own, near);
@@ -98,7 +98,7 @@ fn bits(range: Range<usize>) -> u32 {
 
 /// Windows of clips, prepared for finding those that are near windows of a short range of frames.
 #[derive(Debug)]
-pub(in crate::graph) struct NearWindows {
+pub(crate) struct NearWindows {
     projection: Projection,
     /// Distance for which the balls are made, in metres.
     least: f32,
@@ -108,7 +108,7 @@ pub(in crate::graph) struct NearWindows {
 
 /// The windows of a range of frames, prepared for the search of near windows of clips.
 #[derive(Debug)]
-pub(in crate::graph) struct NearRange {
+pub(crate) struct NearRange {
     features: Features,
     /// Number of windows.
     rows: usize,
@@ -118,7 +118,7 @@ pub(in crate::graph) struct NearRange {
 
 /// The windows of one clip, prepared.
 #[derive(Clone, Copy, Debug)]
-pub(in crate::graph) struct NearClip<'a> {
+pub(crate) struct NearClip<'a> {
     features: &'a Features,
     /// Number of windows.
     columns: usize,
@@ -127,7 +127,7 @@ pub(in crate::graph) struct NearClip<'a> {
 impl NearWindows {
     /// Prepares the search of the windows of `clips` clips, which have the joints of `samples` and windows of their length. The projection
     /// is chosen so that few pairs beyond the distance are found in clips like `samples`, for distances of at least `least` metres.
-    pub(in crate::graph) fn new(samples: &[&Windows], clips: usize, least: f32) -> Self {
+    pub(crate) fn new(samples: &[&Windows], clips: usize, least: f32) -> Self {
         Self {
             clips: (0..clips).map(|_| OnceLock::new()).collect(),
             projection: Projection::new(samples),
@@ -136,7 +136,7 @@ impl NearWindows {
     }
 
     /// Prepares the windows of a clip, once.
-    pub(in crate::graph) fn clip(&self, clip: usize, windows: &Windows) -> NearClip<'_> {
+    pub(crate) fn clip(&self, clip: usize, windows: &Windows) -> NearClip<'_> {
         let made = || Features::new(&self.projection, windows, self.least);
         NearClip {
             features: self.clips[clip].get_or_init(made),
@@ -145,7 +145,7 @@ impl NearWindows {
     }
 
     /// Prepares the windows of a range.
-    pub(in crate::graph) fn range(&self, windows: &Windows) -> NearRange {
+    pub(crate) fn range(&self, windows: &Windows) -> NearRange {
         NearRange {
             features: Features::new(&self.projection, windows, self.least),
             rows: windows.count(),
@@ -156,12 +156,7 @@ impl NearWindows {
 
 impl NearRange {
     /// Finds all pairs of a window of the range and a window of a clip whose distance is below `limit` metres, and some farther pairs.
-    pub(in crate::graph) fn find(
-        &self,
-        clip: NearClip<'_>,
-        limit: f32,
-        near: &mut Vec<WindowCell>,
-    ) {
+    pub(crate) fn find(&self, clip: NearClip<'_>, limit: f32, near: &mut Vec<WindowCell>) {
         let search = NearSearch {
             features: [&self.features, clip.features],
             limit: limit * limit,

@@ -2,19 +2,19 @@
 //!
 //! A minimum lies below the threshold, and its neighbours above the threshold are no lower. A distance that is known to be above
 //! it is therefore as good as an infinite one, and the minima are bit-identical to those of the whole map. Source of the
-//! bounds: [`bounds`](super::bounds).
+//! bounds: [`bounds`](crate::graph::search::projection).
 
-use std::ops::Range;
-
-use super::bounds::{Features, NODE, Projection};
-use super::minima::CloseMinima;
-use super::near::{NearSearch, WindowCell};
-use super::parts::BandParts;
-use super::{MapBand, Minimum, SearchSettings};
-use crate::graph::GraphError;
-use crate::graph::distance::{Compared, DiagonalRows, Diagonals, Windows};
+use crate::graph::error::GraphError;
+use crate::graph::search::bands::{BandParts, MapBand, Minimum, SearchSettings};
+use crate::graph::search::diagonal::{Compared, DiagonalRows, Diagonals};
+use crate::graph::search::features::{Features, NODE};
+use crate::graph::search::minima::CloseMinima;
+use crate::graph::search::near::{NearSearch, WindowCell};
+use crate::graph::search::projection::Projection;
+use crate::graph::search::windows::Windows;
 use crate::graph::watch::{BakeStage, BakeWatch};
 use crate::math::{Isa, in_parallel};
+use std::ops::Range;
 
 /// Number of rows that are searched together, at most.
 const STRIP: usize = 64;

@@ -1,6 +1,6 @@
 //! The test of cuts from one motion to another against the limits of plausible motion.
 //!
-//! The played motion is that of [`Motion::enter`](crate::graph::Motion::enter): the offset of the motion that is left fades out. Most cuts fail,
+//! The played motion is that of [`Motion::enter`](crate::graph::play::motion::Motion::enter): the offset of the motion that is left fades out. Most cuts fail,
 //! so the cheapest tests come first. The hips need no joint. A joint outside the legs needs no other joint. The legs need all their ancestors.
 
 mod motion;

@@ -10,8 +10,9 @@ use super::targets::ClipFrame;
 use crate::anim::{
     Clip, ClipDesc, Envelope, Event, EventKind, JointId, Pose, Skeleton, forward_kinematics,
 };
+use crate::graph::build::builder as build;
 use crate::graph::{
-    ClipPosition, ClipSource, EdgeMotion, Entry, GraphSettings, Layer, Motion, MotionGraph, build,
+    ClipPosition, ClipSource, EdgeMotion, Entry, GraphSettings, Layer, Motion, MotionGraph,
     rotation_vector,
 };
 use crate::math::Rigid2;

@@ -8,7 +8,8 @@ use crate::anim::{
     Clip, ClipDesc, Event, EventKind, Joint, JointId, JointKind, JointTransform, Leg, Pose,
     Skeleton, forward_kinematics,
 };
-use crate::graph::{self, ClipSource, GraphSettings};
+use crate::graph;
+use crate::graph::{ClipSource, GraphSettings};
 use crate::maps::{BakeSettings, BakedGraph, Baker, PathSettings};
 
 fn skeleton() -> Skeleton {

@@ -1,0 +1,207 @@
+//! Finds transitions in which a foot darts: it moves faster than in both clips, and faster than a person steps.
+//!
+//! A transition may blend poses whose feet are far apart, for example a kick and a stance. The planned step between them may then be
+//! faster than any step of the clips. Such transitions are left out of the graph.
+
+use crate::anim::{Chain, Clip, Pose, Skeleton};
+use crate::graph::ClipId;
+use crate::graph::build::foot_plans;
+use crate::graph::build::foot_plans::{DartKey, FootPlans, RootPlan};
+use crate::graph::motion_graph::{
+    Edge, EdgeId, EdgeMotion, Feet, KnownRig, MotionGraph, Node, NodeId,
+};
+use crate::graph::search::transition::Transition;
+use crate::graph::settings::GraphSettings;
+use crate::math::{Rigid2, in_parallel};
+use std::sync::OnceLock;
+
+/// Number of samples of a frame.
+const SAMPLES: u32 = 2;
+/// Maximum ratio of a toe's speed to that of the faster clip.
+const RATIO: f32 = 1.3;
+
+/// Test of transitions for darting feet.
+#[derive(Clone, Debug)]
+pub(crate) struct DartTest {
+    /// Graph of the clips, with the tested transitions as its only edges.
+    graph: MotionGraph,
+    /// Speed of the fastest toe from each frame of each clip to the next one, in metres per second. It is computed for a clip on first use.
+    clips: Vec<OnceLock<Vec<f32>>>,
+    /// Speed up to which no foot darts, in metres per second.
+    limit: f32,
+    threads: usize,
+    /// Results so far.
+    plans: FootPlans,
+}
+
+/// Clips with the frames in which their feet are planted.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct PlantedClips<'a> {
+    pub(crate) skeleton: &'a Skeleton,
+    pub(crate) clips: &'a [Clip],
+    pub(crate) feet: &'a Feet,
+}
+
+impl DartTest {
+    /// Creates the test; `None` if the settings do not ask for it or the skeleton has no feet.
+    pub(crate) fn new(planted: PlantedClips<'_>, settings: &GraphSettings) -> Option<Self> {
+        let PlantedClips {
+            skeleton,
+            clips,
+            feet,
+        } = planted;
+        let asked = settings.feet.fastest_step;
+        let limit = asked.filter(|_| settings.feet.keep && !feet.legs.is_empty())?;
+        let graph = MotionGraph {
+            skeleton: skeleton.clone(),
+            frame_rate: settings.frame_rate,
+            clips: clips.to_vec(),
+            events: Vec::new(),
+            nodes: Vec::new(),
+            edges: Vec::new(),
+            first_edge: Vec::new(),
+            feet: feet.clone(),
+            rig: KnownRig::default(),
+        };
+        Some(Self {
+            clips: vec![OnceLock::new(); clips.len()],
+            graph,
+            limit,
+            threads: settings.threads,
+            plans: FootPlans::default(),
+        })
+    }
+
+    /// The results.
+    pub(crate) fn into_plans(self) -> FootPlans {
+        self.plans
+    }
+
+    /// Returns for each transition whether a foot darts in it. `align` returns the transform of a transition's target to its source. The result
+    /// does not depend on the number of threads.
+    pub(crate) fn darts(
+        &mut self,
+        transitions: &[Transition],
+        align: impl Fn(&Transition) -> Rigid2 + Sync,
+    ) -> Vec<bool> {
+        let is_new = |transition: &&Transition| {
+            let known = self.plans.darts(&DartKey::of(transition));
+            known.is_none()
+        };
+        let new: Vec<Transition> = transitions.iter().filter(is_new).copied().collect();
+        if !new.is_empty() {
+            self.test(&new, align);
+        }
+        let darts = |transition| self.plans.darts(&DartKey::of(transition)).unwrap_or(true);
+        transitions.iter().map(darts).collect()
+    }
+
+    /// Tests transitions and adds the results.
+    fn test(&mut self, transitions: &[Transition], align: impl Fn(&Transition) -> Rigid2 + Sync) {
+        let aligned = in_parallel(self.threads, transitions.len(), |index| {
+            align(&transitions[index])
+        });
+        let graph = &mut self.graph;
+        graph.nodes.clear();
+        graph.edges.clear();
+        for (transition, &align) in transitions.iter().zip(&aligned) {
+            let from = NodeId(graph.nodes.len() as u32);
+            graph.edges.push(Edge {
+                from,
+                to: NodeId(from.0 + 1),
+                frames: transition.frames as u32,
+                motion: EdgeMotion::Transition {
+                    align,
+                    distance: transition.distance,
+                },
+                event: None,
+            });
+            let node = |clip: usize, frame: usize| Node {
+                clip: ClipId(clip as u32),
+                frame: frame as u32,
+            };
+            graph.nodes.extend([
+                node(transition.source_clip, transition.source_frame),
+                node(transition.target_clip, transition.target_frame),
+            ]);
+        }
+        let plans = FootPlans::default();
+        (graph.feet.blends, graph.feet.root_drops) = foot_plans::all(graph, &plans, self.threads);
+        let darts = in_parallel(self.threads, transitions.len(), |index| {
+            let limit = self
+                .limit
+                .max(RATIO * self.fastest_of_clips(&transitions[index]));
+            is_faster(&self.graph, EdgeId(index as u32), limit)
+        });
+        let (feet, legs) = (&self.graph.feet, self.graph.feet.legs.len());
+        for (index, (transition, darts)) in transitions.iter().zip(darts).enumerate() {
+            let root = RootPlan {
+                align: aligned[index],
+                drop: feet.root_drops[index],
+            };
+            let blends = &feet.blends[index * legs..(index + 1) * legs];
+            let key = DartKey::of(transition);
+            self.plans.add(key, (!darts).then_some(root), blends);
+        }
+    }
+
+    /// Speed of the fastest toe of both clips in a transition.
+    fn fastest_of_clips(&self, transition: &Transition) -> f32 {
+        let ends = [
+            (transition.source_clip, transition.source_frame),
+            (
+                transition.target_clip,
+                transition.target_frame - transition.frames,
+            ),
+        ];
+        let speeds = ends.iter().flat_map(|&(clip, first)| {
+            let speeds = self.clips[clip].get_or_init(|| clip_speeds(&self.graph, clip));
+            speeds[first..].iter().take(transition.frames)
+        });
+        speeds.copied().fold(0.0, f32::max)
+    }
+}
+
+/// Whether a toe is faster than `limit` on an edge.
+fn is_faster(graph: &MotionGraph, edge: EdgeId, limit: f32) -> bool {
+    let rate = (f64::from(SAMPLES) * graph.frame_rate) as f32;
+    let mut pose = Pose::default();
+    let mut before = vec![glam::Vec3::ZERO; graph.feet.legs.len()];
+    for sample in 0..=graph.edge(edge).frames * SAMPLES {
+        let frame = sample as f32 / SAMPLES as f32;
+        graph.sample_edge(edge, frame, &mut pose);
+        let chain = Chain::of(&graph.skeleton, &pose);
+        for (leg, before) in graph.feet.legs.iter().zip(&mut before) {
+            let toe = chain.global(leg.toe_or_foot()).translation;
+            if sample > 0 && toe.distance(*before) * rate > limit {
+                return true;
+            }
+            *before = toe;
+        }
+    }
+    false
+}
+
+/// Speed of the fastest toe from each frame of a clip to the next one, in metres per second.
+fn clip_speeds(graph: &MotionGraph, clip: usize) -> Vec<f32> {
+    let rate = graph.frame_rate as f32;
+    let clip = &graph.clips[clip];
+    let mut pose = Pose::default();
+    let mut toes = |frame: usize| -> Vec<glam::Vec3> {
+        clip.pose(frame, &mut pose);
+        let chain = Chain::of(&graph.skeleton, &pose);
+        let legs = graph.feet.legs.iter();
+        legs.map(|leg| chain.global(leg.toe_or_foot()).translation)
+            .collect()
+    };
+    let mut before = toes(0);
+    (1..clip.frames())
+        .map(|frame| {
+            let now = toes(frame);
+            let ways = before.iter().zip(&now).map(|(a, b)| a.distance(*b) * rate);
+            let fastest = ways.fold(0.0, f32::max);
+            before = now;
+            fastest
+        })
+        .collect()
+}

@@ -1,0 +1,324 @@
+//! Plans of how transitions move their feet.
+
+use crate::anim::free_distance;
+use crate::graph::ClipId;
+use crate::graph::motion_graph::{Edge, EdgeId, EdgeMotion, LegBlend, MotionGraph, Node, NodeId};
+use crate::graph::play::sample::{Sides, foot, root_drop_share};
+use crate::graph::search::transition::Transition;
+use crate::math::{Rigid2, in_parallel, sort_rarely};
+use glam::Vec3;
+use rustc_hash::FxHashMap;
+
+/// A transition, by its clips and frames.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(crate) struct DartKey {
+    source: [u32; 2],
+    target: [u32; 2],
+    frames: u32,
+}
+
+/// How a transition moves its feet.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct FootPlan<'a> {
+    pub(crate) root: RootPlan,
+    /// Blend of each leg.
+    pub(crate) legs: &'a [Option<LegBlend>],
+}
+
+/// How a transition moves the root.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct RootPlan {
+    /// Transform from the space of the target clip to that of the source clip.
+    pub(crate) align: Rigid2,
+    /// Maximum lowering of the root, in metres.
+    pub(crate) drop: f32,
+}
+
+/// Plans of the transitions that were tested.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct FootPlans {
+    /// Index of each transition in the lists.
+    places: FxHashMap<DartKey, u32>,
+    /// `None` for transitions in which a foot darts.
+    roots: Vec<Option<RootPlan>>,
+    /// Blends of all legs, `[transition][leg]`.
+    legs: Vec<Option<LegBlend>>,
+}
+
+impl FootPlans {
+    /// Whether a foot darts in a transition; `None` if it was not tested.
+    pub(crate) fn darts(&self, key: &DartKey) -> Option<bool> {
+        let place = *self.places.get(key)?;
+        Some(self.roots[place as usize].is_none())
+    }
+
+    /// Adds the result for a transition, unless it is known.
+    pub(crate) fn add(&mut self, key: DartKey, root: Option<RootPlan>, legs: &[Option<LegBlend>]) {
+        let end = self.roots.len() as u32;
+        if *self.places.entry(key).or_insert(end) == end {
+            self.roots.push(root);
+            self.legs.extend_from_slice(legs);
+        }
+    }
+
+    /// The plan of a transition; `None` if there is none, or a foot darts.
+    pub(crate) fn get(&self, key: &DartKey) -> Option<FootPlan<'_>> {
+        let place = *self.places.get(key)? as usize;
+        let legs = self.legs.len() / self.roots.len();
+        Some(FootPlan {
+            root: self.roots[place]?,
+            legs: &self.legs[place * legs..(place + 1) * legs],
+        })
+    }
+
+    pub(crate) fn is_empty(&self) -> bool {
+        self.places.is_empty()
+    }
+}
+
+impl DartKey {
+    pub(crate) fn of(transition: &Transition) -> Self {
+        let place = |clip: usize, frame: usize| [clip as u32, frame as u32];
+        Self {
+            source: place(transition.source_clip, transition.source_frame),
+            target: place(transition.target_clip, transition.target_frame),
+            frames: transition.frames as u32,
+        }
+    }
+
+    /// The transition of an edge.
+    pub(crate) fn of_edge(graph: &MotionGraph, edge: &Edge) -> Self {
+        let place = |node: NodeId| {
+            let Node { clip, frame } = graph.node(node);
+            [clip.0, frame]
+        };
+        Self {
+            source: place(edge.from),
+            target: place(edge.to),
+            frames: edge.frames,
+        }
+    }
+}
+
+// Plans how a transition moves its feet.
+
+/// Minimum and maximum duration of a step in place, in seconds. A transition may be shorter.
+const STEP: [f64; 2] = [0.15, 0.30];
+/// Height of a step as a share of its length, and maximum height as a share of the leg's length.
+/// This matches a boxer's shuffle: the foot clears the ground but does not stride.
+const LIFT: (f32, f32) = (0.9, 0.045);
+/// Maximum lowering of the root, as a share of the leg's length.
+const MAX_ROOT_DROP: f32 = 0.04;
+/// Minimum share of the root's lowering at which reach is checked. Below it, legs may fail to
+/// reach.
+const MIN_DROP_SHARE: f32 = 0.2;
+
+/// Blends of all edges, `[edge][leg]`, and the maximum lowering of the root on each edge. Some plans may be known.
+pub(crate) fn all(
+    graph: &MotionGraph,
+    known: &FootPlans,
+    threads: usize,
+) -> (Vec<Option<LegBlend>>, Vec<f32>) {
+    let known = |edge: &Edge| -> Option<FootPlan<'_>> {
+        let is_transition = edge.motion != EdgeMotion::Clip;
+        let key = (is_transition && !known.is_empty()).then(|| DartKey::of_edge(graph, edge));
+        known.get(&key?)
+    };
+    let planned = in_parallel(threads, graph.edges.len(), |edge| {
+        let edge = graph.edge(EdgeId(edge as u32));
+        let is_new = edge.motion != EdgeMotion::Clip && known(edge).is_none();
+        is_new.then(|| {
+            let planner = Planner { graph, edge };
+            let blends = planner.plan();
+            let drop = planner.max_root_drop(&blends);
+            (blends, drop)
+        })
+    });
+    let (edges, legs) = (graph.edges.len(), graph.feet.legs.len());
+    let mut blends = Vec::with_capacity(edges * legs);
+    let mut root_drops = Vec::with_capacity(edges);
+    for (edge, planned) in graph.edges.iter().zip(planned) {
+        match (planned, known(edge)) {
+            (Some((of_edge, drop)), _) => {
+                blends.extend(of_edge);
+                root_drops.push(drop);
+            }
+            (None, Some(known)) => {
+                blends.extend_from_slice(known.legs);
+                root_drops.push(known.root.drop);
+            }
+            (None, None) => {
+                blends.extend(std::iter::repeat_n(None, legs));
+                root_drops.push(0.0);
+            }
+        }
+    }
+    (blends, root_drops)
+}
+
+/// Plants of one foot at both ends of a transition, in frames since its start.
+#[derive(Clone, Copy, Debug, Default)]
+struct PlantedEnds {
+    /// Last frame of the source's plant.
+    until: Option<f32>,
+    /// First frame of the target's plant.
+    from: Option<f32>,
+}
+
+/// Plans the feet of one edge.
+#[derive(Clone, Copy)]
+struct Planner<'a> {
+    graph: &'a MotionGraph,
+    edge: &'a Edge,
+}
+
+impl Planner<'_> {
+    /// Returns a blend for each leg.
+    fn plan(self) -> Vec<Option<LegBlend>> {
+        let Self { graph, edge } = self;
+        let legs = graph.feet.legs.len();
+        if edge.motion == EdgeMotion::Clip {
+            return vec![None; legs];
+        }
+        let plants: Vec<PlantedEnds> = (0..legs).map(|leg| self.planted_ends(leg)).collect();
+        let steps = self.step_order(&plants);
+        let frames = edge.frames as f32;
+        let blend = |leg: usize| {
+            let PlantedEnds { until, from } = plants[leg];
+            let (leave, land) = match (until, from) {
+                (None, None) => return None,
+                (Some(until), None) => (until.min(0.5 * frames), frames),
+                (None, Some(from)) => (0.0, from.max(0.5 * frames)),
+                (Some(until), Some(from)) => {
+                    let Some(turn) = steps.iter().position(|&other| other == leg) else {
+                        return Some(LegBlend {
+                            leave: until,
+                            land: from,
+                            lift: 0.0,
+                        });
+                    };
+                    self.step_times([until, from], turn, steps.len())
+                }
+            };
+            let lift = if steps.contains(&leg) {
+                self.lift(leg, 0.5 * (leave + land))
+            } else {
+                0.0
+            };
+            Some(LegBlend { leave, land, lift })
+        };
+        (0..legs).map(blend).collect()
+    }
+
+    /// Finds the relevant plants: the source's last plant that starts in the first half of the
+    /// transition, and the target's first plant that ends in the second half.
+    fn planted_ends(self, leg: usize) -> PlantedEnds {
+        let Self { graph, edge } = self;
+        let (from, to) = (graph.node(edge.from), graph.node(edge.to));
+        let frames = edge.frames as f32;
+        let within = |clip: ClipId, start: u32| {
+            let plants = graph.feet.plants(clip, leg).iter();
+            plants.map(move |plant| [plant.first, plant.last].map(|f| f as f32 - start as f32))
+        };
+        let until = within(from.clip, from.frame)
+            .filter(|&[first, last]| first <= 0.5 * frames && last > 0.0)
+            .map(|[_, last]| last.min(frames))
+            .next_back();
+        let from = within(to.clip, to.frame - edge.frames)
+            .find(|&[first, last]| last >= 0.5 * frames && first < frames)
+            .map(|[first, _]| first.max(0.0));
+        PlantedEnds { until, from }
+    }
+
+    /// Legs that have to step in place, because source and target plant them at the same time or nearly
+    /// so. The leg that bears less weight comes first.
+    fn step_order(self, plants: &[PlantedEnds]) -> Vec<usize> {
+        let Self { graph, edge } = self;
+        let shortest = self.shortest_step();
+        let mut steps: Vec<usize> = (0..plants.len())
+            .filter(|&leg| match plants[leg] {
+                PlantedEnds {
+                    until: Some(until),
+                    from: Some(from),
+                } => from - until < shortest,
+                _ => false,
+            })
+            .collect();
+        if let Some(sides) = Sides::of(graph, edge, 0.0) {
+            let root = sides.root();
+            // Distance in micrometres, which sorts as an integer.
+            let away = |leg: usize| {
+                let foot = sides.source().global(graph.feet.legs[leg].foot);
+                let away = foot.translation - root;
+                (1e6 * away.x.hypot(away.z)) as i64
+            };
+            sort_rarely(&mut steps, |&a, &b| away(b).cmp(&away(a)));
+        }
+        steps
+    }
+
+    fn shortest_step(self) -> f32 {
+        ((STEP[0] * self.graph.frame_rate) as f32).min(self.edge.frames as f32)
+    }
+
+    /// Start and end of step number `turn` of `count`. The steps share the transition evenly, as far as
+    /// the plants allow.
+    fn step_times(self, [until, from]: [f32; 2], turn: usize, count: usize) -> (f32, f32) {
+        let frames = self.edge.frames as f32;
+        let share = frames / count as f32;
+        let longest = (STEP[1] * self.graph.frame_rate) as f32;
+        let length = share.min(longest).max(self.shortest_step());
+        let middle = ((turn as f32 + 0.5) * share).clamp(until.min(from), until.max(from));
+        let leave = (middle - 0.5 * length).clamp(0.0, frames - length);
+        (leave, (leave + length).min(frames))
+    }
+
+    /// Height of the step of a foot between its positions in source and target.
+    fn lift(self, leg: usize, frame: f32) -> f32 {
+        let Self { graph, edge } = self;
+        let leg = &graph.feet.legs[leg];
+        let Some(sides) = Sides::of(graph, edge, frame) else {
+            return 0.0;
+        };
+        let distance = sides.apart(leg.toe_or_foot());
+        let (share, most) = LIFT;
+        (share * distance).min(most * leg.length(&graph.skeleton))
+    }
+
+    /// Maximum lowering of the root for which all planted feet are within reach.
+    fn max_root_drop(self, blends: &[Option<LegBlend>]) -> f32 {
+        let Self { graph, edge } = self;
+        let mut largest_drop: f32 = 0.0;
+        if blends.iter().all(Option::is_none) {
+            return largest_drop;
+        }
+        for frame in (1..edge.frames).map(|frame| frame as f32) {
+            let share = root_drop_share(frame / edge.frames as f32);
+            let Some(sides) = Sides::of(graph, edge, frame).filter(|_| share >= MIN_DROP_SHARE)
+            else {
+                continue;
+            };
+            let body = sides.blend();
+            for (leg, blend) in graph.feet.legs.iter().zip(blends) {
+                let Some(blend) = blend else { continue };
+                let foot = foot(&sides, leg, *blend).translation;
+                let (hip, free) = free_distance(&body, leg);
+                let needed = too_high(hip, free, foot);
+                let most = MAX_ROOT_DROP * leg.length(&graph.skeleton);
+                largest_drop = largest_drop.max((needed / share).min(most));
+            }
+        }
+        largest_drop
+    }
+}
+
+/// Amount by which a hip is too high for its leg, in metres. `free` is the maximum length of the
+/// leg. It is 0 if the leg reaches, or if the foot is too far away at any height.
+fn too_high(hip: Vec3, free: f32, foot: Vec3) -> f32 {
+    let away = foot - hip;
+    let level = away.x.hypot(away.z);
+    if away.length() <= free || level >= free {
+        return 0.0;
+    }
+    (-away.y - (free * free - level * level).sqrt()).max(0.0)
+}

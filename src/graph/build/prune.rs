@@ -1,0 +1,252 @@
+//! Reduces a graph to its largest strongly connected component, which can be walked without end.
+//!
+//! Source: Kovar, Gleicher & Pighin (2002), section 3.3.
+
+use crate::graph::build::prune;
+use crate::graph::motion_graph::{Edge, EdgeMotion, EventId, Feet, MotionGraph, NodeId};
+
+/// Returns the strongly connected component with the most motion, or `None` if no component has an
+/// edge.
+pub(crate) fn largest_component(full: &MotionGraph) -> Option<MotionGraph> {
+    let weighted_edge = |edge: &Edge| WeightedEdge {
+        from: edge.from.0,
+        to: edge.to.0,
+        clip_frames: match edge.motion {
+            EdgeMotion::Clip => edge.frames,
+            EdgeMotion::Transition { .. } => 0,
+        },
+        frames: edge.frames,
+    };
+    let weighted: Vec<WeightedEdge> = full.edges.iter().map(weighted_edge).collect();
+    let kept = prune::largest(full.nodes.len(), &weighted)?;
+    let mut new_id = vec![NodeId(u32::MAX); full.nodes.len()];
+    let mut nodes = Vec::new();
+    for (index, node) in full
+        .nodes
+        .iter()
+        .enumerate()
+        .filter(|&(index, _)| kept[index])
+    {
+        new_id[index] = NodeId(nodes.len() as u32);
+        nodes.push(*node);
+    }
+    let mut events = Vec::new();
+    let edges = full
+        .edges
+        .iter()
+        .filter(|edge| kept[edge.from.index()] && kept[edge.to.index()])
+        .map(|edge| {
+            let event = edge.event.map(|event| {
+                events.push(full.events[event.index()].clone());
+                EventId(events.len() as u32 - 1)
+            });
+            Edge {
+                from: new_id[edge.from.index()],
+                to: new_id[edge.to.index()],
+                event,
+                ..edge.clone()
+            }
+        })
+        .collect();
+    let component = MotionGraph {
+        skeleton: full.skeleton.clone(),
+        frame_rate: full.frame_rate,
+        clips: full.clips.clone(),
+        events,
+        nodes,
+        edges,
+        first_edge: Vec::new(),
+        feet: Feet::default(),
+        rig: crate::graph::motion_graph::KnownRig::default(),
+    };
+    Some(component.with_index())
+}
+
+// Finds the largest strongly connected component of a graph.
+//
+// Source: Kovar, Gleicher & Pighin (2002), section 3.3. Components are found by Tarjan's algorithm
+// (1972), without recursion. Differs: the largest component is the one with the most motion, not
+// the one with the most nodes.
+
+/// An edge between two nodes.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct WeightedEdge {
+    pub(crate) from: u32,
+    pub(crate) to: u32,
+    /// Number of clip frames that the edge plays, 0 for a blend.
+    pub(crate) clip_frames: u32,
+    /// Length, in frames.
+    pub(crate) frames: u32,
+}
+
+/// For each of `nodes` nodes, whether it belongs to the strongly connected component with the most
+/// clip frames. Ties are decided by the number of frames, then by the first node. Returns `None` if
+/// the graph has no cycle.
+pub(crate) fn largest(nodes: usize, weighted: &[WeightedEdge]) -> Option<Vec<bool>> {
+    let ends: Vec<(u32, u32)> = weighted
+        .iter()
+        .map(|weighted_edge| (weighted_edge.from, weighted_edge.to))
+        .collect();
+    let components = components(nodes, &ends);
+    let mut frames = vec![(0u64, 0u64); nodes];
+    for weighted_edge in weighted {
+        let of = components[weighted_edge.from as usize];
+        if of == components[weighted_edge.to as usize] {
+            let sums = &mut frames[of as usize];
+            *sums = (
+                sums.0 + u64::from(weighted_edge.clip_frames),
+                sums.1 + u64::from(weighted_edge.frames),
+            );
+        }
+    }
+    // In reverse order, so that a tie selects the component of the first node.
+    let best = components
+        .iter()
+        .rev()
+        .max_by_key(|&&component| frames[component as usize])?;
+    (frames[*best as usize].1 > 0).then(|| components.iter().map(|c| c == best).collect())
+}
+
+/// For each node, the number of its strongly connected component.
+///
+/// `edges` are pairs of nodes, and `nodes` is the number of nodes.
+fn components(nodes: usize, edges: &[(u32, u32)]) -> Vec<u32> {
+    Tarjan::new(nodes, edges).run()
+}
+
+const UNSEEN: u32 = u32::MAX;
+
+struct Tarjan {
+    /// Targets of each node's edges, from `first[node]` to `first[node + 1]`.
+    targets: Vec<u32>,
+    first: Vec<u32>,
+    order: Vec<u32>,
+    lowest: Vec<u32>,
+    component: Vec<u32>,
+    open: Vec<u32>,
+    next_order: u32,
+    next_component: u32,
+}
+
+impl Tarjan {
+    fn new(nodes: usize, edges: &[(u32, u32)]) -> Self {
+        let mut first = vec![0; nodes + 1];
+        for &(from, _) in edges {
+            first[from as usize + 1] += 1;
+        }
+        for node in 0..nodes {
+            first[node + 1] += first[node];
+        }
+        let mut fill = first.clone();
+        let mut targets = vec![0; edges.len()];
+        for &(from, to) in edges {
+            let slot = &mut fill[from as usize];
+            targets[*slot as usize] = to;
+            *slot += 1;
+        }
+        let unseen = vec![UNSEEN; nodes];
+        Self {
+            targets,
+            first,
+            order: unseen.clone(),
+            lowest: unseen.clone(),
+            component: unseen,
+            open: Vec::new(),
+            next_order: 0,
+            next_component: 0,
+        }
+    }
+
+    fn run(mut self) -> Vec<u32> {
+        for root in 0..self.order.len() as u32 {
+            if self.order[root as usize] == UNSEEN {
+                self.visit(root);
+            }
+        }
+        self.component
+    }
+
+    fn visit(&mut self, root: u32) {
+        self.discover(root);
+        // Each entry is a node and the index of its next edge.
+        let mut path = vec![(root, self.first[root as usize])];
+        while let Some((node, edge)) = path.last_mut() {
+            let from = *node as usize;
+            if *edge < self.first[from + 1] {
+                let target = self.targets[*edge as usize];
+                *edge += 1;
+                if self.order[target as usize] == UNSEEN {
+                    self.discover(target);
+                    path.push((target, self.first[target as usize]));
+                } else if self.component[target as usize] == UNSEEN {
+                    self.lowest[from] = self.lowest[from].min(self.order[target as usize]);
+                }
+            } else {
+                path.pop();
+                if let Some(&(parent, _)) = path.last() {
+                    let parent = parent as usize;
+                    self.lowest[parent] = self.lowest[parent].min(self.lowest[from]);
+                }
+                self.close(from);
+            }
+        }
+    }
+
+    fn discover(&mut self, node: u32) {
+        self.order[node as usize] = self.next_order;
+        self.lowest[node as usize] = self.next_order;
+        self.next_order += 1;
+        self.open.push(node);
+    }
+
+    /// Assigns the component of `node`, if `node` was the first of its component to be visited.
+    fn close(&mut self, node: usize) {
+        if self.lowest[node] != self.order[node] {
+            return;
+        }
+        while let Some(member) = self.open.pop() {
+            self.component[member as usize] = self.next_component;
+            if member as usize == node {
+                break;
+            }
+        }
+        self.next_component += 1;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    /// Naive search: returns for each node whether it is reached by following edges.
+    fn reached(nodes: usize, edges: &[(u32, u32)], from: u32) -> Vec<bool> {
+        let mut seen = vec![false; nodes];
+        let mut open = vec![from];
+        while let Some(node) = open.pop() {
+            if !std::mem::replace(&mut seen[node as usize], true) {
+                open.extend(
+                    edges
+                        .iter()
+                        .filter(|edge| edge.0 == node)
+                        .map(|edge| edge.1),
+                );
+            }
+        }
+        seen
+    }
+
+    proptest! {
+        #[test]
+        fn same_component_means_there_and_back(edges in prop::collection::vec((0..12u32, 0..12u32), 0..40)) {
+            let components = components(12, &edges);
+            let reached: Vec<Vec<bool>> = (0..12).map(|from| reached(12, &edges, from)).collect();
+            for a in 0..12 {
+                for b in 0..12 {
+                    let both_ways = reached[a][b] && reached[b][a];
+                    prop_assert_eq!(components[a] == components[b], both_ways);
+                }
+            }
+        }
+    }
+}

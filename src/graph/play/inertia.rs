@@ -1,0 +1,491 @@
+//! Inertialization: a cut from one motion to another, after which the offset between the two fades out.
+//!
+//! Source: Bollo, "Inertialization: High-Performance Animation Transitions in Gears of War" (GDC 2018): after the cut only the new
+//! motion is evaluated. The offset of the old motion at the cut, with its velocity, is added as a quintic that decays to 0. Differs:
+//! offsets of rotations are rotation vectors with three quintics each, not an angle about one axis, and their initial acceleration is 0.
+//! Feet have offsets in the space of the motion, and the legs follow by inverse kinematics. The offset of a foot is that of its toe, about
+//! which it also turns: a foot whose toe is planted at the same place in both motions pivots on it. A foot that has to move takes a step,
+//! and no toe is lower than in the lower one of both motions. No knee is bent the wrong way further than in one of both motions: offsets of
+//! fast legs would do that.
+
+use crate::anim::{Chain, JointTransform, Knee, KneeLimit, Leg, LegGoal, Pose, Skeleton};
+use crate::graph::motion_graph::{EdgeId, MotionGraph};
+use crate::graph::play::playhead::Playhead;
+use crate::math::Rigid2;
+use glam::{Quat, Vec3};
+use serde::{Deserialize, Serialize};
+
+/// Position in the graph at which a motion continues without an edge that leads there.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Entry {
+    /// Edge to play.
+    pub edge: EdgeId,
+    /// Position on the edge, in frames.
+    pub frame: f32,
+    /// Transform from the space of the clip in which the edge starts to the world.
+    pub clip_to_world: Rigid2,
+    /// Playback rate of the edge and of the following edges of its clip, up to the end of the next event.
+    pub rate: f32,
+    /// Duration of the fade-out of the previous motion, in seconds. Above 0.
+    pub blend: f32,
+}
+
+impl Entry {
+    /// The position as a playhead.
+    pub(crate) fn playhead(&self) -> Playhead {
+        Playhead {
+            edge: self.edge,
+            frame: self.frame,
+            clip_to_world: self.clip_to_world,
+        }
+    }
+}
+
+/// Decaying offsets after one cut of a motion.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Inertia {
+    /// Time of the cut, in seconds since the motion's start. Negative if the motion is the remainder of another.
+    pub(crate) start: f32,
+    pub(crate) seconds: f32,
+    root: Decay,
+    /// Offset of each joint's rotation.
+    joints: Vec<Decay>,
+    /// Offset of each joint's translation, if one of the motions has translations.
+    places: Vec<Decay>,
+    /// Offset of each leg's foot.
+    feet: Vec<FootDecay>,
+}
+
+/// Scratch: poses of both motions at the cut and a moment later.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct EntryScratch {
+    /// Time between the two poses of each motion, in seconds.
+    pub(crate) step: f32,
+    pub(crate) from: [Pose; 2],
+    pub(crate) to: [Pose; 2],
+}
+
+/// Maximum distance from a joint to a point that it carries, in metres.
+pub(crate) const BESIDE: f32 = 0.1;
+
+/// Maximum translation and rotation of a joint, in metres and radians.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct JointReach {
+    moved: f32,
+    turned: f32,
+}
+
+/// Distances by which offsets move points [beside](BESIDE) joints, in metres.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct BlendReach {
+    /// Upper limit for the body, reached if all joints rotate a point in the same direction. A knee that is nearly straight can move further.
+    pub(crate) body: f32,
+    /// Maximum over the feet, which have offsets of their own.
+    pub(crate) feet: f32,
+}
+
+impl Inertia {
+    /// Distances by which the offsets at `seconds` move the body.
+    pub(crate) fn reach(
+        &self,
+        graph: &MotionGraph,
+        seconds: f32,
+        reaches: &mut Vec<JointReach>,
+    ) -> BlendReach {
+        let weights = self.weights(seconds);
+        let length = |decay: &Decay| decay.at(weights).length();
+        reaches.clear();
+        let mut body = 0.0;
+        let joints = graph.skeleton().joints().iter();
+        for (index, (joint, decay)) in joints.zip(&self.joints).enumerate() {
+            let (moved, turned) = match joint.parent.map(|parent| reaches[parent.index()]) {
+                None => (length(&self.root), 0.0),
+                Some(JointReach { moved, turned }) => {
+                    (moved + turned.min(2.0) * joint.offset.length(), turned)
+                }
+            };
+            let moved = moved + self.places.get(index).map_or(0.0, length);
+            let turned = turned + length(decay);
+            body = f32::max(body, moved + turned.min(2.0) * BESIDE);
+            reaches.push(JointReach { moved, turned });
+        }
+        let feet = self.feet.iter().map(|foot| foot.reach(weights));
+        BlendReach {
+            body,
+            feet: feet.fold(0.0, f32::max),
+        }
+    }
+
+    /// Sets the time of the cut and the duration of the decay, in seconds.
+    pub(crate) fn set_times(&mut self, start: f32, seconds: f32) {
+        (self.start, self.seconds) = (start, seconds);
+    }
+
+    /// Computes the offsets from `poses.to` to `poses.from` at the cut.
+    pub(crate) fn measure(&mut self, graph: &MotionGraph, poses: &mut EntryScratch) {
+        let skeleton = graph.skeleton();
+        let EntryScratch { from, to, step } = poses;
+        let step = *step;
+        self.root = Decay::new(from[0].root - to[0].root, from[1].root - to[1].root, step);
+        self.joints.clear();
+        let rotations =
+            |poses: &[Pose; 2], joint: usize| [0, 1].map(|at| poses[at].rotations[joint]);
+        self.joints.extend(
+            (0..skeleton.len()).map(|joint| {
+                Decay::of_rotations(rotations(from, joint), rotations(to, joint), step)
+            }),
+        );
+        self.feet.clear();
+        for leg in graph.feet().legs() {
+            let foot = |pose: &Pose| LegPose::of(skeleton, pose, leg);
+            let (from, to) = (
+                [foot(&from[0]), foot(&from[1])],
+                [foot(&to[0]), foot(&to[1])],
+            );
+            self.feet.push(FootDecay::new(from, to, step));
+        }
+        self.places.clear();
+        let moved = |poses: &[Pose; 2]| poses.iter().any(|pose| !pose.translations.is_empty());
+        if moved(from) || moved(to) {
+            from.iter_mut()
+                .chain(to.iter_mut())
+                .for_each(|pose| pose.fill_translations(skeleton));
+            let apart =
+                |at: usize, joint: usize| from[at].translations[joint] - to[at].translations[joint];
+            let places =
+                (0..skeleton.len()).map(|joint| Decay::new(apart(0, joint), apart(1, joint), step));
+            self.places.extend(places);
+        }
+    }
+
+    /// Transforms the offsets that are in the space of the motion: those of root, root rotation and feet.
+    pub(crate) fn turn(&mut self, by: Rigid2) {
+        self.root.turn(by);
+        if let Some(root) = self.joints.first_mut() {
+            root.turn(by);
+        }
+        for foot in &mut self.feet {
+            foot.turn(by);
+        }
+    }
+
+    /// Whether the offsets fit a skeleton. It checks offsets that come from a file.
+    pub(crate) fn is_sound(&self, joints: usize, legs: usize) -> bool {
+        let feet = self.feet.iter().all(FootDecay::is_finite);
+        let lists = [&self.joints, &self.places];
+        let finite = lists.iter().all(|list| list.iter().all(Decay::is_finite));
+        self.start.is_finite()
+            && self.seconds > 0.0
+            && self.seconds.is_finite()
+            && self.root.is_finite()
+            && self.joints.len() == joints
+            && (self.places.is_empty() || self.places.len() == joints)
+            && self.feet.len() == legs
+            && feet
+            && finite
+    }
+
+    /// Whether the offsets are not yet 0 at `seconds` of the motion.
+    pub(crate) fn lasts(&self, seconds: f32) -> bool {
+        seconds - self.start < self.seconds
+    }
+
+    /// End of the decay, in seconds since the motion's start.
+    pub(crate) fn end(&self) -> f32 {
+        self.start + self.seconds
+    }
+
+    fn weights(&self, seconds: f32) -> Weights {
+        Weights::new((seconds - self.start) / self.seconds, self.seconds)
+    }
+
+    /// Offset of the root from that of the new motion, in metres.
+    pub(crate) fn root(&self, seconds: f32) -> Vec3 {
+        self.root.at(self.weights(seconds))
+    }
+
+    /// Adds the offsets at `seconds` to the pose of the new motion.
+    pub(crate) fn apply(&self, graph: &MotionGraph, seconds: f32, pose: &mut Pose) {
+        /// Maximum number of legs.
+        const MOST: usize = 8;
+        let (skeleton, weights) = (graph.skeleton(), self.weights(seconds));
+        let legs = graph.feet().legs();
+        let mut feet = [LegPose::ORIGIN; MOST];
+        for (leg, foot) in legs.iter().zip(&mut feet) {
+            *foot = LegPose::of(skeleton, pose, leg);
+        }
+        pose.root += self.root.at(weights);
+        for (rotation, decay) in pose.rotations.iter_mut().zip(&self.joints) {
+            *rotation = decay.rotated(*rotation, weights);
+        }
+        if !self.places.is_empty() {
+            pose.fill_translations(skeleton);
+            for (place, decay) in pose.translations.iter_mut().zip(&self.places) {
+                *place += decay.at(weights);
+            }
+        }
+        for ((leg, decay), foot) in legs.iter().zip(&self.feet).zip(feet) {
+            decay.moved(foot, weights).bend(leg, skeleton, pose);
+        }
+    }
+}
+
+// Offsets of points, rotations and feet that decay to 0.
+
+/// An offset that decays to 0: its initial value and its initial rate of change per second.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Decay {
+    value: Vec3,
+    speed: Vec3,
+}
+
+impl Decay {
+    /// Decay of an offset whose initial value is `now`, and which would be `then` after `seconds` without decay.
+    pub(crate) fn new(now: Vec3, then: Vec3, seconds: f32) -> Self {
+        Self {
+            value: now,
+            speed: (then - now) / seconds,
+        }
+    }
+
+    /// Decay of the rotation vector from `to` to `from`, at the cut and `seconds` later. Vectors near half a turn may differ by a whole
+    /// turn. Then the velocity is unknown and taken as 0.
+    pub(crate) fn of_rotations(from: [Quat; 2], to: [Quat; 2], seconds: f32) -> Self {
+        let [now, then] = [0, 1].map(|at| rotation_vector(from[at] * to[at].conjugate()));
+        match (then - now).length() > std::f32::consts::PI {
+            true => Self::new(now, now, seconds),
+            false => Self::new(now, then, seconds),
+        }
+    }
+
+    pub(crate) fn at(&self, weights: Weights) -> Vec3 {
+        self.value * weights.value + self.speed * weights.speed
+    }
+
+    /// Adds the offset, a rotation vector, to a rotation.
+    pub(crate) fn rotated(&self, rotation: Quat, weights: Weights) -> Quat {
+        (Quat::from_scaled_axis(self.at(weights)) * rotation).normalize()
+    }
+
+    /// Transforms the offset to a space that is rotated by `by`.
+    pub(crate) fn turn(&mut self, by: Rigid2) {
+        self.value = by.vector(self.value);
+        self.speed = by.vector(self.speed);
+    }
+
+    pub(crate) fn is_finite(&self) -> bool {
+        self.value.is_finite() && self.speed.is_finite()
+    }
+}
+
+/// Weights of a decay's initial value and initial velocity at a moment. The latter is in seconds.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Weights {
+    value: f32,
+    speed: f32,
+    /// Weight of a foot's lift, 1 in the middle of the decay.
+    lift: f32,
+}
+
+impl Weights {
+    /// Weights at a share of a decay of a given duration: quintics whose velocity and acceleration are 0 at the end.
+    pub(crate) fn new(share: f32, seconds: f32) -> Self {
+        let s = share.clamp(0.0, 1.0);
+        let cube = s * s * s;
+        let flat = s * (1.0 - s);
+        Self {
+            value: 1.0 - cube * (10.0 - s * (15.0 - 6.0 * s)),
+            speed: seconds * (s - cube * (6.0 - s * (8.0 - 3.0 * s))),
+            lift: 16.0 * flat * flat,
+        }
+    }
+}
+
+/// Decaying offset of the position of a foot's toe and of the foot's rotation, in the space of the motion.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(crate) struct FootDecay {
+    place: Decay,
+    rotation: Decay,
+    /// Height of the foot's step, in metres.
+    lift: f32,
+    /// Height of the toe at the cut, in metres.
+    floor: f32,
+    /// Limit of the knee from both motions at the cut. Its hinge is unknown if all knees are straight.
+    knee: KneeLimit,
+}
+
+/// Minimum distance that a foot moves to be lifted, in metres.
+const DRAGGED: f32 = 0.02;
+/// Height of a step as a share of its length, and maximum height in metres.
+const LIFT: (f32, f32) = (0.25, 0.12);
+
+/// Position of a leg's toe in the frame of its ankle.
+fn toe_in_ankle(skeleton: &Skeleton, pose: &Pose, leg: &Leg) -> Vec3 {
+    let chain = Chain::of(skeleton, pose);
+    chain.within(leg.toe_or_foot(), leg.foot).translation
+}
+
+/// A leg of a pose.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct LegPose {
+    /// The foot's frame with its origin at the toe.
+    pub(crate) at_toe: JointTransform,
+    /// Hinge of the knee, as from [`Leg::knee_hinge`].
+    pub(crate) hinge: Vec3,
+}
+
+/// Target of a leg in a blend.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct LegTarget {
+    /// The foot's frame with its origin at the toe.
+    at_toe: JointTransform,
+    knee: KneeLimit,
+}
+
+impl LegPose {
+    pub(crate) const ORIGIN: Self = Self {
+        at_toe: JointTransform::IDENTITY,
+        hinge: Vec3::ZERO,
+    };
+
+    pub(crate) fn of(skeleton: &Skeleton, pose: &Pose, leg: &Leg) -> Self {
+        let ankle = Chain::of(skeleton, pose).global(leg.foot);
+        Self {
+            at_toe: JointTransform {
+                translation: ankle.point(toe_in_ankle(skeleton, pose, leg)),
+                ..ankle
+            },
+            hinge: leg.knee_hinge(skeleton, pose),
+        }
+    }
+}
+
+impl LegTarget {
+    /// Bends a leg of `pose` to this target. A knee that the blend bends the wrong way is straightened first.
+    pub(crate) fn bend(self, leg: &Leg, skeleton: &Skeleton, pose: &mut Pose) {
+        leg.limit_knee(skeleton, pose, self.knee);
+        let JointTransform {
+            rotation,
+            translation,
+        } = self.at_toe;
+        let foot = JointTransform {
+            rotation,
+            translation: translation - rotation * toe_in_ankle(skeleton, pose, leg),
+        };
+        let knee = Knee::Forward(self.knee.hinge);
+        leg.reach_goal(skeleton, pose, LegGoal { foot, knee });
+    }
+}
+
+/// Minimum sum of the sines of the knees' flexions. Below it their hinge is unknown.
+const KNOWN: f32 = 0.4;
+
+impl FootDecay {
+    /// Decay from a leg in one motion to that in another, at the cut and `step` seconds later.
+    pub(crate) fn new(left: [LegPose; 2], entered: [LegPose; 2], step: f32) -> Self {
+        let [from, to] = [left, entered].map(|legs| legs.map(|leg| leg.at_toe));
+        let hinges = left.into_iter().chain(entered).map(|leg| leg.hinge);
+        let hinge: Vec3 = hinges.clone().sum();
+        let hinge = match hinge.length() > KNOWN {
+            true => hinge.normalize(),
+            false => Vec3::ZERO,
+        };
+        let flexion = hinges.fold(0.0, |least, other| f32::min(least, other.dot(hinge)));
+        let apart = |at: usize| from[at].translation - to[at].translation;
+        let way = apart(0).with_y(0.0).length();
+        let (share, most) = LIFT;
+        Self {
+            place: Decay::new(apart(0), apart(1), step),
+            rotation: Decay::of_rotations(
+                from.map(|foot| foot.rotation),
+                to.map(|foot| foot.rotation),
+                step,
+            ),
+            lift: share * (way - DRAGGED).clamp(0.0, most / share),
+            floor: from[0].translation.y,
+            knee: KneeLimit { hinge, flexion },
+        }
+    }
+
+    /// Adds the offset to a leg of the new motion.
+    pub(crate) fn moved(&self, LegPose { at_toe, hinge }: LegPose, weights: Weights) -> LegTarget {
+        let lift = Vec3::Y * (self.lift * weights.lift);
+        let mut place = at_toe.translation + self.place.at(weights) + lift;
+        place.y = place.y.max(at_toe.translation.y.min(self.floor));
+        LegTarget {
+            at_toe: JointTransform {
+                rotation: self.rotation.rotated(at_toe.rotation, weights),
+                translation: place,
+            },
+            knee: KneeLimit {
+                flexion: self.knee.flexion.min(hinge.dot(self.knee.hinge)),
+                ..self.knee
+            },
+        }
+    }
+
+    /// Maximum distance by which the decay moves a point [beside](BESIDE) the foot, in metres.
+    pub(crate) fn reach(&self, weights: Weights) -> f32 {
+        let turned = self.rotation.at(weights).length().min(2.0);
+        self.place.at(weights).length() + self.lift * weights.lift + turned * BESIDE
+    }
+
+    /// Transforms the offset to a space that is rotated by `by`.
+    pub(crate) fn turn(&mut self, by: Rigid2) {
+        self.place.turn(by);
+        self.rotation.turn(by);
+    }
+
+    pub(crate) fn is_finite(&self) -> bool {
+        self.place.is_finite()
+            && self.rotation.is_finite()
+            && self.lift.is_finite()
+            && self.floor.is_finite()
+            && self.knee.is_sound()
+    }
+}
+
+/// Rotation vector (axis times angle, in radians) of the shorter rotation.
+pub(crate) fn rotation_vector(turn: Quat) -> Vec3 {
+    let turn = if turn.w < 0.0 { -turn } else { turn };
+    let (axis, sin) = (turn.xyz(), turn.xyz().length());
+    if sin < 1e-6 {
+        return 2.0 * axis;
+    }
+    axis * (2.0 * sin.atan2(turn.w) / sin)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_decays_starts_as_it_was_and_comes_to_rest() {
+        let seconds = 0.2;
+        let decay = Decay {
+            value: Vec3::new(0.3, -0.1, 0.0),
+            speed: Vec3::new(1.0, 0.0, -2.0),
+        };
+        let at = |t: f32| decay.at(Weights::new(t / seconds, seconds));
+        assert_eq!(at(0.0), decay.value);
+        assert_eq!(at(seconds), Vec3::ZERO);
+        let h = 1e-3;
+        let first = (at(h) - at(0.0)) / h;
+        assert!(first.distance(decay.speed) < 0.05, "{first}");
+        let last = (at(seconds) - at(seconds - h)) / h;
+        assert!(last.length() < 0.01, "{last}");
+    }
+
+    #[test]
+    fn turns_come_back_from_their_vectors() {
+        for turn in [
+            Quat::from_rotation_x(0.4) * Quat::from_rotation_z(-2.0),
+            Quat::from_rotation_y(3.0),
+            Quat::IDENTITY,
+            -Quat::from_rotation_y(1e-4),
+        ] {
+            let back = Quat::from_scaled_axis(rotation_vector(turn));
+            assert!(back.dot(turn).abs() > 1.0 - 1e-6, "{turn}");
+        }
+    }
+}

@@ -1,0 +1,197 @@
+//! Distances of chosen pairs of windows, along the diagonals of a distance map.
+//!
+//! Windows on one diagonal share the products of their frames, as in [`DistanceMap`](crate::graph::search::distance::DistanceMap). The sums are added in
+//! the order of that map, so that each distance has the same bits.
+
+use crate::graph::search::distance::{SUMS, WindowRow};
+use crate::graph::search::windows::{TILE, Windows};
+use crate::math::Isa;
+use std::ops::Range;
+
+/// Computes distances along diagonals, for a strip of the first cloud's windows.
+#[derive(Debug, Default)]
+pub(crate) struct Diagonals {
+    /// Frames of the first cloud that the strip's windows cover.
+    frames: Range<usize>,
+    /// Length of a row: the strip's frames, and [`TILE`] more on both sides.
+    width: usize,
+    /// Weighted coordinates of the first cloud, `[joint][x, y, z][frame]`.
+    weighted: Vec<f32>,
+    /// Products of the frames of a diagonal, by frame of the first cloud.
+    products: [Vec<f32>; SUMS],
+    /// Sums of the products from a frame to the end of its block.
+    early: [Vec<f64>; SUMS],
+    /// Sums of the products from the start of a frame's block to the frame.
+    late: [Vec<f64>; SUMS],
+}
+
+/// Windows of two clouds, and the instruction set that compares them.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Compared<'a> {
+    pub(crate) a: &'a Windows,
+    pub(crate) b: &'a Windows,
+    pub(crate) isa: Isa,
+}
+
+/// Windows of the first cloud that are compared along one diagonal.
+#[derive(Clone, Copy)]
+pub(crate) struct DiagonalRows<'a> {
+    /// Indices of the windows, sorted. They lie in the strip, and `row + shift` is a window of the second cloud.
+    pub(crate) rows: &'a [u32],
+    /// Index of the window of the second cloud minus the index of the window of the first cloud.
+    pub(crate) shift: isize,
+}
+
+impl Diagonals {
+    /// Copies the points of the windows `rows` of `a`.
+    pub(crate) fn load(&mut self, a: &Windows, rows: Range<usize>) {
+        let frames = rows.start..(rows.end + a.window() - 1).min(a.frames());
+        let joints = a.weights().len();
+        self.width = frames.len() + 2 * TILE;
+        self.weighted.clear();
+        self.weighted.resize(3 * joints * self.width, 0.0);
+        for frame in frames.clone() {
+            let at = frame - frames.start + TILE;
+            for (joint, point) in a.weighted(frame).iter().enumerate() {
+                for (axis, &value) in point.iter().enumerate() {
+                    self.weighted[(3 * joint + axis) * self.width + at] = value;
+                }
+            }
+        }
+        for row in &mut self.products {
+            row.resize(self.width, 0.0);
+        }
+        for row in self.early.iter_mut().chain(&mut self.late) {
+            row.resize(self.width, 0.0);
+        }
+        self.frames = frames;
+    }
+
+    /// Calls `found(row, d)` with the squared distance of the windows `row` and `row + shift`, in square metres, for each of the rows.
+    pub(crate) fn for_each(
+        &mut self,
+        compared: Compared<'_>,
+        DiagonalRows { rows, shift }: DiagonalRows<'_>,
+        mut found: impl FnMut(usize, f32),
+    ) {
+        let window = compared.a.window();
+        for run in rows.chunk_by(|a, b| (b - a) as usize <= window) {
+            let (first, last) = (run[0] as usize, run[run.len() - 1] as usize);
+            let frames = first..last + window;
+            compared.isa.run(
+                #[inline(always)]
+                || match compared.isa {
+                    Isa::Avx512 => self.multiply::<TILE>(compared, frames.clone(), shift),
+                    _ => self.multiply::<{ TILE / 2 }>(compared, frames.clone(), shift),
+                },
+            );
+            self.sum(frames, window);
+            for &row in run {
+                let row = row as usize;
+                found(row, self.squared(compared, row, shift));
+            }
+        }
+    }
+
+    /// Index of a frame of the first cloud in a row.
+    #[inline(always)]
+    fn index(&self, frame: usize) -> usize {
+        frame + TILE - self.frames.start
+    }
+
+    /// Computes the products of `frames` with those of the second cloud, by the tiles of the second.
+    #[inline(always)]
+    fn multiply<const L: usize>(
+        &mut self,
+        compared: Compared<'_>,
+        frames: Range<usize>,
+        shift: isize,
+    ) {
+        let beside = |frame: usize| (frame as isize + shift) as usize;
+        let tiles = beside(frames.start) / TILE..beside(frames.end - 1) / TILE + 1;
+        for tile in tiles {
+            let points = compared.b.tile(tile);
+            // The first lane's frame may lie before the strip, by less than a tile.
+            let frame = (tile * TILE) as isize - shift;
+            let at = (frame + TILE as isize - self.frames.start as isize) as usize;
+            for part in 0..TILE / L {
+                let at = at + part * L;
+                let mut sums = [[0.0f32; L]; SUMS];
+                for (joint, [x, y, z]) in points.iter().enumerate() {
+                    let x = &x.as_chunks::<L>().0[part];
+                    let y = &y.as_chunks::<L>().0[part];
+                    let z = &z.as_chunks::<L>().0[part];
+                    let row = 3 * joint * self.width + at;
+                    let px = &self.weighted[row..row + L];
+                    let py = &self.weighted[row + self.width..row + self.width + L];
+                    let pz = &self.weighted[row + 2 * self.width..row + 2 * self.width + L];
+                    let [heights, dot, cross] = &mut sums;
+                    for lane in 0..L {
+                        heights[lane] += py[lane] * y[lane];
+                        dot[lane] += px[lane] * x[lane] + pz[lane] * z[lane];
+                        cross[lane] += px[lane] * z[lane] - pz[lane] * x[lane];
+                    }
+                }
+                for (row, sums) in self.products.iter_mut().zip(&sums) {
+                    row[at..at + L].copy_from_slice(sums);
+                }
+            }
+        }
+    }
+
+    /// Sums the products within each block of `window` frames, forwards and backwards.
+    fn sum(&mut self, frames: Range<usize>, window: usize) {
+        let first = self.index(frames.start);
+        let count = frames.len();
+        for sum in 0..SUMS {
+            let products = &self.products[sum][first..first + count];
+            let late = &mut self.late[sum][first..first + count];
+            let early = &mut self.early[sum][first..first + count];
+            let mut phase = frames.start % window;
+            let mut so_far = 0.0;
+            for (late, &product) in late.iter_mut().zip(products) {
+                so_far = match phase {
+                    0 => f64::from(product),
+                    _ => so_far + f64::from(product),
+                };
+                *late = so_far;
+                phase = if phase + 1 == window { 0 } else { phase + 1 };
+            }
+            let mut phase = frames.end % window;
+            let mut after = 0.0;
+            for (early, &product) in early.iter_mut().zip(products).rev() {
+                after = match phase {
+                    0 => f64::from(product),
+                    _ => after + f64::from(product),
+                };
+                *early = after;
+                phase = phase.checked_sub(1).unwrap_or(window - 1);
+            }
+        }
+    }
+
+    fn squared(&self, Compared { a, b, .. }: Compared<'_>, row: usize, shift: isize) -> f32 {
+        const NOTHING: &[f64] = &[0.0];
+        let window = a.window();
+        let column = (row as isize + shift) as usize;
+        let (first, last) = (self.index(row), self.index(row + window - 1));
+        let late = std::array::from_fn(|sum| &self.late[sum][last..=last]);
+        let early = std::array::from_fn(|sum| match row.is_multiple_of(window) {
+            true => NOTHING,
+            false => &self.early[sum][first..=first],
+        });
+        let mut squared = [0.0];
+        WindowRow {
+            scale: 1.0 / window as f64,
+            mean: [a.x[row], a.z[row]],
+            spread: a.spread[row],
+            x: &b.x[column..=column],
+            z: &b.z[column..=column],
+            spreads: &b.spread[column..=column],
+            early,
+            late,
+        }
+        .squared(&mut squared);
+        squared[0]
+    }
+}
