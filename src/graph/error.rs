@@ -80,7 +80,7 @@ pub enum GraphError {
         /// Maximum number.
         most: u64,
     },
-    /// The build would take more memory than [`GraphSettings::memory`](crate::graph::settings::GraphSettings::memory), by an estimate.
+    /// The build would take more memory than [`GraphSettings::memory`](crate::graph::GraphSettings::memory), by an estimate.
     #[error("a graph of these clips takes about {} of memory to build; {} is the most", size(*needed), size(*most))]
     Memory {
         /// Estimate, in bytes.

@@ -3,9 +3,9 @@
 //! Source: Kovar, Gleicher & Pighin, "Motion Graphs" (2002), which Masaoka & Oshita use in section
 //! 4.4.
 //!
-//! [`search`] finds the transitions, [`build`] makes a strongly connected graph of them, and [`play`] plays it. A caller fills a
-//! [`ClipSource`], calls [`build()`](build()) with [`GraphSettings`], and gets a [`MotionGraph`] and a [`BuildReport`]. A [`Playhead`] is a
-//! position in the graph, a [`Motion`] what is played from there.
+//! A caller fills a [`ClipSource`], calls [`build()`](build()) with [`GraphSettings`], and gets a [`MotionGraph`] and a [`BuildReport`]. A
+//! [`Playhead`] is a position in the graph, and a [`Motion`] is what is played from there. `search` finds the transitions, `build` makes a
+//! strongly connected graph of them, and `play` plays it.
 
 pub(crate) mod build;
 mod error;

@@ -1,7 +1,7 @@
 //! The motion graph: nodes, edges, clips and events, and their indices.
 
-use crate::anim::{Chain, Clip, EventKind, Facing, JointId, Leg, Rig, Skeleton};
 pub use crate::anim::ClipId;
+use crate::anim::{Chain, Clip, EventKind, Facing, JointId, Leg, Rig, Skeleton};
 use crate::math::parallel::fill;
 use crate::math::{Rigid2, sort_rarely};
 use serde::{Deserialize, Serialize};

@@ -385,7 +385,7 @@ impl LinkSettings {
     }
 }
 
-/// Input of [`build`](crate::graph::build::builder()).
+/// Input of [`build`](crate::graph::build()).
 #[derive(Clone, Copy, Debug)]
 pub struct ClipSource<'a> {
     /// Skeleton of all clips.
