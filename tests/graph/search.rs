@@ -1,16 +1,14 @@
-//! The search in bands finds what a naive look at the whole map finds, for any bands and instruction sets, and what it finds
-//! can be stored.
+//! The search in bands finds what a naive look at the whole map finds, for any bands and instruction sets.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 use sabaki_fixtures as common;
 
-use common::captures::{captures, source_of};
+use common::captures::captures;
 use common::clips::{small_skeleton, swinging_clip};
 use sabaki::anim::Clip;
-use sabaki::graph::{self, ClipSource, GraphSettings};
 use sabaki::internal::{
-    BandParts, DistanceMap, GraphBuilder, MapBand, Minimum, PointCloud, PrunedSearch,
-    SearchScratch, SearchSettings, Windows,
+    BandMinima, DistanceMap, MapBand, Minimum, PointCloud, PrunedSearch, SearchScratch,
+    SearchSettings, Unwatched, Windows,
 };
 use sabaki::math::Isa;
 
@@ -131,86 +129,6 @@ fn minima_outside_their_band_are_not_admitted() {
     }
 }
 
-/// Searches the bands in reverse order, from points and minima that were stored, and builds the graph from them.
-fn built_in_bands(
-    source: ClipSource<'_>,
-    settings: &GraphSettings,
-) -> (graph::MotionGraph, graph::BuildReport) {
-    let builder = GraphBuilder::new(source, settings).unwrap();
-    let search = builder.search();
-    let stored: Vec<Vec<u8>> = builder
-        .clouds()
-        .iter()
-        .map(|cloud| postcard::to_stdvec(cloud).unwrap())
-        .collect();
-    let bands: Vec<MapBand> = builder.bands().collect();
-    let mut found: Vec<Vec<u8>> = bands
-        .iter()
-        .rev()
-        .map(|&band| {
-            let windows = [band.a, band.b].map(|clip| {
-                let cloud: PointCloud = postcard::from_bytes(&stored[clip]).unwrap();
-                assert!(cloud.is_sound());
-                Windows::new(&cloud, search.window)
-            });
-            let minima = search.minima(band, [&windows[0], &windows[1]], Isa::Portable);
-            postcard::to_stdvec(&minima.unwrap()).unwrap()
-        })
-        .collect();
-    found.reverse();
-    let mut list = builder.transition_list();
-    for (&band, minima) in bands.iter().zip(&found) {
-        let minima: Vec<Minimum> = postcard::from_bytes(minima).unwrap();
-        list.add(band, &minima).unwrap();
-    }
-    builder.build(list).unwrap()
-}
-
-/// The graph of one build, with the report of a build from stored minima, which computed no distances itself.
-fn built_at_once(
-    source: ClipSource<'_>,
-    settings: &GraphSettings,
-) -> (graph::MotionGraph, graph::BuildReport) {
-    let (graph, mut report) = graph::build(source, settings).unwrap();
-    assert!(0 < report.distances && report.distances < report.window_pairs);
-    report.distances = 0;
-    (graph, report)
-}
-
-#[test]
-fn a_graph_from_stored_minima_is_the_graph_of_one_build() {
-    let skeleton = small_skeleton();
-    let clips: Vec<Clip> = [(1400, 0.3), (90, 1.1), (120, 2.0)]
-        .map(|(frames, seed)| swinging_clip(&skeleton, frames, seed))
-        .into();
-    let source = ClipSource {
-        skeleton: &skeleton,
-        clips: &clips,
-        events: &[],
-    };
-    let settings = GraphSettings::default();
-    assert_eq!(
-        built_in_bands(source, &settings),
-        built_at_once(source, &settings)
-    );
-}
-
-#[test]
-#[ignore = "needs SABAKI_MOCAP"]
-fn captures_in_bands_give_the_graph_of_one_build() {
-    let set = captures("fight");
-    let source = ClipSource {
-        clips: &set.clips[..8],
-        events: &[],
-        ..source_of(&set)
-    };
-    let settings = GraphSettings::default();
-    assert_eq!(
-        built_in_bands(source, &settings),
-        built_at_once(source, &settings)
-    );
-}
-
 /// Searches bands of `height` rows, with and without bounds, and returns the shares of the distances that were computed.
 fn compare(settings: SearchSettings, windows: &[Windows], heights: &[usize]) -> f64 {
     let all: Vec<&Windows> = windows.iter().collect();
@@ -324,13 +242,16 @@ fn bands_that_are_searched_together_keep_their_minima() {
     let expected: Vec<_> = bands.iter().map(|band| single(band).minima).collect();
     assert!(expected.iter().filter(|minima| !minima.is_empty()).count() > 100);
     for threads in [1, 2, 3] {
-        let found = search.minima_of(&bands, threads).unwrap();
-        let found: Vec<_> = found.into_iter().map(|found| found.minima).collect();
-        assert_eq!(found, expected, "{threads} threads");
+        let (mut searched, mut found) = (Vec::new(), Vec::new());
+        let take = |band, minima: BandMinima| {
+            searched.push(band);
+            found.push(minima.minima);
+            Ok(())
+        };
+        let all = bands.iter().copied();
+        search.search(all, threads, &Unwatched, take).unwrap();
+        assert!(searched == bands && found == expected, "{threads} threads");
     }
-    // Bands in parts are the bands.
-    let parts = BandParts::new(bands.iter().copied(), 2);
-    assert_eq!(parts.flatten().collect::<Vec<_>>(), bands);
 }
 
 #[test]
