@@ -1,13 +1,13 @@
 //! The parts of a graph that files store separately, so that they can be read in parallel.
 
 use crate::anim::{Clip, Skeleton};
+use crate::graph::ClipId;
 use crate::graph::build::events;
 use crate::graph::motion_graph::{
     Edge, EdgeMotion, EdgesInto, Feet, GraphEvent, KnownRig, LegBlend, MotionGraph, Node, NodeId,
     Plant,
 };
 use crate::graph::settings::GraphSettings;
-use crate::graph::{ClipId, stored as section};
 use crate::math::in_parallel;
 use crate::math::parallel::both;
 use serde::de::DeserializeOwned;
@@ -47,10 +47,10 @@ impl MotionGraph {
             first_edge: &self.first_edge,
         };
         Ok([
-            section::to_bytes(&rest)?,
-            section::to_bytes(&self.clips)?,
-            section::to_bytes(&self.edges)?,
-            section::to_bytes(&self.feet)?,
+            to_bytes(&rest)?,
+            to_bytes(&self.clips)?,
+            to_bytes(&self.edges)?,
+            to_bytes(&self.feet)?,
         ])
     }
 
@@ -59,11 +59,11 @@ impl MotionGraph {
         [rest, clips, edges, feet]: [&[u8]; Self::SECTIONS],
     ) -> Result<Self, String> {
         let (clips, (edges, (feet, rest))) = both(
-            || section::from_bytes::<Vec<Clip>>(clips),
+            || from_bytes::<Vec<Clip>>(clips),
             || {
-                let edges = section::from_bytes::<Vec<Edge>>(edges);
-                let feet = section::from_bytes::<Feet>(feet);
-                (edges, (feet, section::from_bytes::<Rest>(rest)))
+                let edges = from_bytes::<Vec<Edge>>(edges);
+                let feet = from_bytes::<Feet>(feet);
+                (edges, (feet, from_bytes::<Rest>(rest)))
             },
         );
         let Rest {

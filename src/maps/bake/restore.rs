@@ -2,7 +2,8 @@
 
 use super::baked_graph::{BakedGraph, Derived};
 use crate::anim::{EventKind, Skeleton};
-use crate::graph::{EdgeId, MotionGraph, section};
+use crate::graph::stored::{from_bytes, to_bytes};
+use crate::graph::{EdgeId, MotionGraph};
 use crate::maps::entries::{EntryTable, EntryTracks};
 use crate::maps::grid::{GridCells, PathTable};
 use crate::maps::regions::{
@@ -31,11 +32,11 @@ impl BakedGraph {
             clips,
             edges,
             feet,
-            section::to_bytes(&small)?,
-            section::to_bytes(&self.atlas)?,
-            section::to_bytes(&self.entries)?,
-            section::to_bytes(&self.paths)?,
-            section::to_bytes(&self.cylinders)?,
+            to_bytes(&small)?,
+            to_bytes(&self.atlas)?,
+            to_bytes(&self.entries)?,
+            to_bytes(&self.paths)?,
+            to_bytes(&self.cylinders)?,
         ])
     }
 
@@ -59,17 +60,17 @@ impl BakedGraph {
             || {
                 both(
                     || {
-                        let atlas = section::from_bytes::<RegionAtlas>(atlas);
-                        (atlas, section::from_bytes::<EntryTable>(entries))
+                        let atlas = from_bytes::<RegionAtlas>(atlas);
+                        (atlas, from_bytes::<EntryTable>(entries))
                     },
                     || {
-                        let paths = section::from_bytes::<PathTable>(paths);
-                        (paths, section::from_bytes::<ClipCylinders>(cylinders))
+                        let paths = from_bytes::<PathTable>(paths);
+                        (paths, from_bytes::<ClipCylinders>(cylinders))
                     },
                 )
             },
         );
-        let (body, retimable, evasions, attack_moves, grid_settings) = section::from_bytes(rest)?;
+        let (body, retimable, evasions, attack_moves, grid_settings) = from_bytes(rest)?;
         Ok(Self {
             graph: graph?,
             body,

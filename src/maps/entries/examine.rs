@@ -3,35 +3,31 @@
 //! The played motion is that of [`Motion::enter`](crate::graph::play::motion::Motion::enter): the offset of the motion that is left fades out. Most cuts fail,
 //! so the cheapest tests come first. The hips need no joint. A joint outside the legs needs no other joint. The legs need all their ancestors.
 
-mod motion;
-
-use glam::{Quat, Vec3};
-
-use super::frames::{EnteredMotion, LeftMotion};
-use super::joint_steps::{JointLimits, JointSteps};
-use super::limits::{MotionLimits, departures, goes_on, head};
-use crate::anim::{JointId, Pose, Skeleton};
-use crate::graph::{Decay, FootDecay, MotionGraph, Weights};
+use crate::anim::{Chain, JointId, JointTransform, Pose, Skeleton};
+use crate::graph::{Decay, FootDecay, LegPose, MotionGraph, Weights, rotation_vector};
+use crate::maps::entries::frames::{EnteredMotion, Frame, LeftMotion};
+use crate::maps::entries::limits::{MotionLimits, departures, goes_on, head};
 use crate::math::Rigid2;
+use glam::{Quat, Vec3};
 
 /// A cut from one motion to another.
 #[derive(Clone, Copy)]
-pub(super) struct Cut<'a> {
-    pub(super) graph: &'a MotionGraph,
-    pub(super) limits: &'a MotionLimits,
-    pub(super) left: &'a LeftMotion,
-    pub(super) entered: &'a EnteredMotion,
+pub(crate) struct Cut<'a> {
+    pub(crate) graph: &'a MotionGraph,
+    pub(crate) limits: &'a MotionLimits,
+    pub(crate) left: &'a LeftMotion,
+    pub(crate) entered: &'a EnteredMotion,
     /// Transform from the space of the entered clip to that of the left clip.
-    pub(super) align: Rigid2,
+    pub(crate) align: Rigid2,
     /// Whether a foot stands at the cut.
-    pub(super) stands: bool,
+    pub(crate) stands: bool,
     /// Whether the toes may be as fast as before the cut, if that is above the limit.
-    pub(super) toe_slows: bool,
+    pub(crate) toe_slows: bool,
 }
 
 /// Scratch of the test of cuts in one graph.
 #[derive(Clone, Debug)]
-pub(super) struct Examiner {
+pub(crate) struct Examiner {
     head: JointId,
     /// Joints that inverse kinematics moves: hip, knee and foot of each leg.
     of_legs: Vec<JointId>,
@@ -55,7 +51,7 @@ struct Offsets {
 }
 
 /// The test of one cut.
-pub(super) struct CutTest<'a> {
+pub(crate) struct CutTest<'a> {
     cut: Cut<'a>,
     examiner: &'a mut Examiner,
     /// Transform from the space of the left clip to that of the entered clip.
@@ -67,7 +63,7 @@ pub(super) struct CutTest<'a> {
 const FIRST: usize = 4;
 
 impl Examiner {
-    pub(super) fn new(graph: &MotionGraph) -> Self {
+    pub(crate) fn new(graph: &MotionGraph) -> Self {
         let legs = graph.feet().legs().iter();
         let of_legs: Vec<JointId> = legs.flat_map(|leg| [leg.hip, leg.knee, leg.foot]).collect();
         let skeleton = graph.skeleton();
@@ -83,11 +79,11 @@ impl Examiner {
     }
 
     /// Number of frames of the entered motion that the test of a blend of `blend` frames reads.
-    pub(super) fn frames(frame_rate: f32, blend: usize) -> usize {
+    pub(crate) fn frames(frame_rate: f32, blend: usize) -> usize {
         (blend + 2).max(departures(frame_rate)[1] + 1)
     }
 
-    pub(super) fn cut<'a>(&'a mut self, cut: Cut<'a>) -> CutTest<'a> {
+    pub(crate) fn cut<'a>(&'a mut self, cut: Cut<'a>) -> CutTest<'a> {
         let mut test = CutTest {
             cut,
             examiner: self,
@@ -110,7 +106,7 @@ impl CutTest<'_> {
     }
 
     /// Whether the cut is plausible with a blend of `blend` seconds.
-    pub(super) fn is_plausible(&mut self, blend: f32) -> bool {
+    pub(crate) fn is_plausible(&mut self, blend: f32) -> bool {
         let step = self.step();
         let seconds = blend.max(step);
         let frames = (blend * self.rate).ceil() as usize;
@@ -262,5 +258,214 @@ impl CutTest<'_> {
             .zip(now.toes())
             .map(|(from, to)| from.distance(to));
         ways.fold(0.0, f32::max) * self.rate
+    }
+}
+
+// Evaluates the played motion around a cut: the offsets at the cut, and root, joints, legs and head in the frames after it.
+
+impl CutTest<'_> {
+    /// Computes the offsets, except for those of the joints.
+    pub(crate) fn measure(&mut self) {
+        let (left, entered) = (&self.cut.left.frames, &self.cut.entered.frames);
+        let (back, step) = (self.back, self.step());
+        let apart = |at: usize| back.point(left[at + 1].pose.root) - entered[at].pose.root;
+        let offsets = &mut self.examiner.offsets;
+        offsets.root = Decay::new(apart(0), apart(1), step);
+        offsets.joints.clear();
+        offsets.joints.resize(self.cut.graph.skeleton().len(), None);
+        offsets.places.clear();
+        offsets.feet.clear();
+        let moved = |frame: &Frame| !frame.pose.translations.is_empty();
+        if left.iter().any(moved) || entered.iter().any(moved) {
+            let places = self.cut.graph.skeleton().ids().map(|id| {
+                let place = |frame: &Frame| frame.pose.local(self.cut.graph.skeleton(), id).1;
+                let apart = |at: usize| place(&left[at + 1]) - place(&entered[at]);
+                Decay::new(apart(0), apart(1), step)
+            });
+            offsets.places.extend(places);
+        }
+    }
+
+    pub(crate) fn measure_feet(&mut self) {
+        if !self.examiner.offsets.feet.is_empty() {
+            return;
+        }
+        let (left, entered) = (&self.cut.left.frames, &self.cut.entered.frames);
+        let back = |leg: LegPose| LegPose {
+            at_toe: JointTransform {
+                rotation: self.back.rotation() * leg.at_toe.rotation,
+                translation: self.back.point(leg.at_toe.translation),
+            },
+            ..leg
+        };
+        let step = self.step();
+        let feet = (0..self.cut.graph.feet().legs().len()).map(|leg| {
+            let from = [1, 2].map(|frame: usize| back(left[frame].feet[leg]));
+            let to = [0, 1].map(|frame: usize| entered[frame].feet[leg]);
+            FootDecay::new(from, to, step)
+        });
+        self.examiner.offsets.feet.extend(feet);
+    }
+
+    /// Adds root and legs to the pose of a frame.
+    pub(crate) fn bend_legs(&mut self, frame: usize, pose: &mut Pose) {
+        (pose.root, pose.translations) = (self.root(frame), Vec::new());
+        for index in 0..self.examiner.of_legs.len() {
+            let joint = self.examiner.of_legs[index];
+            pose.rotations[joint.index()] = self.rotation(joint, frame);
+        }
+        let skeleton = self.cut.graph.skeleton();
+        if !self.examiner.offsets.places.is_empty() {
+            let places = skeleton.ids().map(|id| self.place(id, frame));
+            pose.translations.extend(places);
+        }
+        let Some(weights) = self.examiner.weights[frame - 1] else {
+            return;
+        };
+        let feet = &self.cut.entered.frames[frame - 1].feet;
+        let legs = self.cut.graph.feet().legs();
+        for ((leg, &foot), decay) in legs.iter().zip(feet).zip(&self.examiner.offsets.feet) {
+            decay.moved(foot, weights).bend(leg, skeleton, pose);
+        }
+    }
+
+    pub(crate) fn toes(&self, frame: usize) -> Vec<Vec3> {
+        let legs = self.cut.graph.feet().legs();
+        let chain = Chain::of(self.skeleton(), &self.examiner.poses[frame]);
+        let toe = |joint| chain.global(joint).translation;
+        legs.iter().map(|leg| toe(leg.toe_or_foot())).collect()
+    }
+
+    /// Position of the root in a frame. Frame 1 is the frame of the cut.
+    #[inline]
+    pub(crate) fn root(&self, frame: usize) -> Vec3 {
+        if frame < 2 {
+            return self.back.point(self.cut.left.frames[frame].pose.root);
+        }
+        let root = self.cut.entered.frames[frame - 1].pose.root;
+        let weights = self.examiner.weights[frame - 1];
+        root + weights.map_or(Vec3::ZERO, |weights| self.examiner.offsets.root.at(weights))
+    }
+
+    /// Rotation of a joint in a frame after the cut, before inverse kinematics.
+    #[inline]
+    pub(crate) fn rotation(&mut self, joint: JointId, frame: usize) -> Quat {
+        let rotation = self.cut.entered.frames[frame - 1].pose.rotations[joint.index()];
+        match self.examiner.weights[frame - 1] {
+            Some(weights) => self.decay(joint).rotated(rotation, weights),
+            None => rotation,
+        }
+    }
+
+    #[inline]
+    pub(crate) fn left_rotation(&self, joint: JointId, frame: usize) -> Quat {
+        let rotation = self.cut.left.frames[frame].pose.rotations[joint.index()];
+        match joint {
+            JointId::ROOT => self.back.rotation() * rotation,
+            _ => rotation,
+        }
+    }
+
+    #[inline]
+    fn decay(&mut self, joint: JointId) -> Decay {
+        if let Some(decay) = self.examiner.offsets.joints[joint.index()] {
+            return decay;
+        }
+        let from = [1, 2].map(|frame| self.left_rotation(joint, frame));
+        let entered = &self.cut.entered.frames;
+        let to = [0, 1].map(|frame: usize| entered[frame].pose.rotations[joint.index()]);
+        let decay = Decay::of_rotations(from, to, self.step());
+        self.examiner.offsets.joints[joint.index()] = Some(decay);
+        decay
+    }
+
+    /// Position of a joint in its parent's frame, in a frame after the cut.
+    #[inline]
+    fn place(&self, joint: JointId, frame: usize) -> Vec3 {
+        let pose = &self.cut.entered.frames[frame - 1].pose;
+        let (_, place) = pose.local(self.skeleton(), joint);
+        let decay = self.examiner.offsets.places.get(joint.index());
+        match (self.examiner.weights[frame - 1], decay) {
+            (Some(weights), Some(decay)) => place + decay.at(weights),
+            _ => place,
+        }
+    }
+
+    /// Position of the head in a frame.
+    pub(crate) fn head(&mut self, frame: usize) -> Vec3 {
+        if frame < 2 {
+            return self.back.point(self.cut.left.frames[frame].head);
+        }
+        if self.examiner.weights[frame - 1].is_none() {
+            return self.cut.entered.frames[frame - 1].head;
+        }
+        let (mut next, mut point) = (Some(self.examiner.head), Vec3::ZERO);
+        while let Some(joint) = next {
+            let place = match joint {
+                JointId::ROOT => self.root(frame),
+                _ => self.place(joint, frame),
+            };
+            point = self.rotation(joint, frame) * point + place;
+            next = self.skeleton().joint(joint).parent;
+        }
+        point
+    }
+}
+
+// Compares the rotations of a joint from frame to frame with the limits of its velocity and acceleration.
+
+/// Rotation vector of a rotation. Up to 35° it is computed without an arc tangent, from the first terms of the arc sine series, with an error
+/// below 1e-8 of the angle. Rotations between two frames are rarely larger.
+fn small_turn(rotation: Quat) -> Vec3 {
+    /// Square of the sine of half the largest angle for the series.
+    const MOST: f32 = 0.09;
+    let vector = rotation.xyz();
+    let square = vector.length_squared();
+    if square > MOST {
+        return rotation_vector(rotation);
+    }
+    let series = [35.0 / 1152.0, 5.0 / 112.0, 3.0 / 40.0, 1.0 / 6.0, 1.0];
+    let share = series
+        .into_iter()
+        .fold(63.0 / 2816.0, |sum, term| sum * square + term);
+    vector * (2.0 * share).copysign(rotation.w)
+}
+
+/// The limits of a joint.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct JointLimits {
+    /// Square of the largest rotation angle between two frames, in radians.
+    step: f32,
+    /// Square of the largest change of the rotation vector between two such steps, in radians.
+    change: f32,
+}
+
+impl JointLimits {
+    pub(crate) fn of(limits: &MotionLimits, joint: JointId, rate: f32) -> Self {
+        let step = limits.joint_speed[joint.index()] / rate;
+        let change = limits.joint_acceleration[joint.index()] / (rate * rate);
+        Self {
+            step: step * step,
+            change: change * change,
+        }
+    }
+}
+
+/// State of the test of a joint, frame by frame.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct JointSteps {
+    /// Rotation in the last frame.
+    pub(crate) before: Quat,
+    /// Rotation vector of the last step, in the space of the joint's parent.
+    pub(crate) turn: Vec3,
+}
+
+impl JointSteps {
+    /// Moves on to the next rotation, and returns whether the step is within the limits.
+    pub(crate) fn fits(&mut self, rotation: Quat, limits: JointLimits) -> bool {
+        let turn = small_turn(rotation * self.before.conjugate());
+        let change = turn - self.turn;
+        (self.before, self.turn) = (rotation, turn);
+        turn.length_squared() <= limits.step && change.length_squared() <= limits.change
     }
 }

@@ -1,41 +1,36 @@
 //! The search for cuts from one frame to the targets.
 
-use super::aligned::{Aligned, FOOT_APART, Leaving, Points, ROOT_APART};
-use super::examine::{Cut, Examiner};
-use super::frames::{EnteredMotion, FrameSampler, LeftMotion};
-use super::layer_test::LayerTest;
-use super::limits::{DEPARTURES, MotionLimits, head};
-use super::near_stances::NearStances;
-use super::search_basis::SearchBasis;
-use super::spread::spread;
-use super::targets::{ClipFrame, ClipPlaces};
-use super::{BLENDS, EXIT_BLENDS, EntryWay, KnownEntry, RATES, Stance};
-use crate::anim::{Facing, JointId};
+use crate::anim::{Facing, JointId, Pose, forward_kinematics};
 use crate::graph::{MotionGraph, Node};
-use crate::math::{in_parallel, sort_rarely};
+use crate::maps::entries::entry::{BLENDS, EXIT_BLENDS, EntryWay, KnownEntry, RATES};
+use crate::maps::entries::examine::{Cut, Examiner};
+use crate::maps::entries::frames::{EnteredMotion, FrameSampler, LeftMotion};
+use crate::maps::entries::limits::{DEPARTURES, MotionLimits, head};
+use crate::maps::entries::stance::{NearStances, Stance};
+use crate::maps::entries::targets::{ClipFrame, ClipPlaces, SearchBasis};
+use crate::math::{Rigid2, in_parallel, sort_rarely};
+use glam::Vec3;
 
-pub(super) struct Scratch<'a> {
-    pub(super) sampler: FrameSampler<'a>,
-    pub(super) examiner: Examiner,
-    pub(super) layers: LayerTest<'a>,
+pub(crate) struct Scratch<'a> {
+    pub(crate) sampler: FrameSampler<'a>,
+    pub(crate) examiner: Examiner,
     /// For each target, whether it is near.
-    pub(super) near: Vec<bool>,
+    pub(crate) near: Vec<bool>,
 }
 
 impl<'a> Scratch<'a> {
-    pub(super) fn new(graph: &'a MotionGraph) -> Self {
+    pub(crate) fn new(graph: &'a MotionGraph) -> Self {
         Self {
             near: Vec::new(),
             sampler: FrameSampler::new(graph),
             examiner: Examiner::new(graph),
-            layers: LayerTest::new(graph),
         }
     }
 }
 
 /// Blends and playback rates of cuts to targets.
 #[derive(Clone, Copy)]
-pub(super) struct Ways {
+pub(crate) struct Ways {
     /// Durations of the blend in the order of preference, in seconds.
     blends: &'static [f32],
     /// Playback rates of the target's motion.
@@ -43,43 +38,43 @@ pub(super) struct Ways {
 }
 
 impl Ways {
-    pub(super) const ENTRIES: Self = Self {
+    pub(crate) const ENTRIES: Self = Self {
         blends: &BLENDS,
         rates: &RATES,
     };
-    pub(super) const EXITS: Self = Self {
+    pub(crate) const EXITS: Self = Self {
         blends: &EXIT_BLENDS,
         rates: &[1.0],
     };
 }
 
 /// The search for cuts to a list of target frames.
-pub(super) struct Finder<'a> {
-    pub(super) graph: &'a MotionGraph,
-    pub(super) limits: &'a MotionLimits,
+pub(crate) struct Finder<'a> {
+    pub(crate) graph: &'a MotionGraph,
+    pub(crate) limits: &'a MotionLimits,
     /// Whether the toes may be as fast as before the cut, if that is above the limit.
-    pub(super) toe_slows: bool,
-    pub(super) places: &'a ClipPlaces,
-    pub(super) targets: Vec<ClipFrame>,
-    pub(super) head: JointId,
-    pub(super) facing: Facing,
-    pub(super) stances: Vec<Stance>,
-    pub(super) near: NearStances,
+    pub(crate) toe_slows: bool,
+    pub(crate) places: &'a ClipPlaces,
+    pub(crate) targets: Vec<ClipFrame>,
+    pub(crate) head: JointId,
+    pub(crate) facing: Facing,
+    pub(crate) stances: Vec<Stance>,
+    pub(crate) near: NearStances,
     /// Positions of hips and head of each target after the last of [`DEPARTURES`].
-    pub(super) points: Vec<Points>,
+    pub(crate) points: Vec<Points>,
     ways: Ways,
     /// Motion that starts at each target, for each playback rate.
     entered: Vec<Vec<EnteredMotion>>,
 }
 
 /// A frame of a clip that cuts start from, with the motion around it.
-pub(super) struct Departed {
-    pub(super) at: Leaving,
+pub(crate) struct Departed {
+    pub(crate) at: Leaving,
     left: LeftMotion,
 }
 
 impl<'a> Finder<'a> {
-    pub(super) fn new(search: SearchBasis<'a>, targets: Vec<ClipFrame>, ways: Ways) -> Self {
+    pub(crate) fn new(search: SearchBasis<'a>, targets: Vec<ClipFrame>, ways: Ways) -> Self {
         let graph = search.graph;
         let frame_rate = graph.frame_rate() as f32;
         let longest = ways.blends.iter().copied().fold(0.0, f32::max);
@@ -121,7 +116,7 @@ impl<'a> Finder<'a> {
 
     /// Samples the motion that is left one frame after a frame of a clip, as far as the tests need it. The result does not depend on the
     /// targets.
-    pub(super) fn depart(&self, before: ClipFrame, sampler: &mut FrameSampler<'_>) -> Departed {
+    pub(crate) fn depart(&self, before: ClipFrame, sampler: &mut FrameSampler<'_>) -> Departed {
         Departed {
             at: self.leaving(before),
             left: sampler.left(before.playhead()),
@@ -129,7 +124,7 @@ impl<'a> Finder<'a> {
     }
 
     /// The search for cuts to the same frames within the widest limits: those of motion that the clips show at least once.
-    pub(super) fn within_utmost(self, utmost: &'a MotionLimits) -> Self {
+    pub(crate) fn within_utmost(self, utmost: &'a MotionLimits) -> Self {
         Self {
             limits: utmost,
             toe_slows: true,
@@ -138,7 +133,7 @@ impl<'a> Finder<'a> {
     }
 
     /// Finds entries of a frame of a clip.
-    pub(super) fn entries(
+    pub(crate) fn entries(
         &self,
         from: &Departed,
         most: usize,
@@ -166,7 +161,7 @@ impl<'a> Finder<'a> {
     }
 
     /// The cut to a target, if it is plausible.
-    pub(super) fn plausible(
+    pub(crate) fn plausible(
         &self,
         from: &Departed,
         to: Aligned,
@@ -197,5 +192,181 @@ impl<'a> Finder<'a> {
             rate: faster.last().unwrap_or(0),
             pin: to.pin,
         })
+    }
+}
+
+// A frame that is left, and a target that is aligned with it.
+
+/// Maximum horizontal distance of root and feet, in metres. Most pairs beyond it fail the later tests, which are slower.
+pub(crate) const ROOT_APART: f32 = 0.25;
+pub(crate) const FOOT_APART: f32 = 0.45;
+
+/// Positions of hips and head in a frame of a clip.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Points {
+    pub(crate) hip: Vec3,
+    pub(crate) head: Vec3,
+}
+
+impl Points {
+    /// Positions in a frame. `head` is the head's joint, which the caller looks up once.
+    pub(crate) fn of(graph: &MotionGraph, head: JointId, at: Node) -> Self {
+        let (mut pose, mut joints) = (Pose::default(), Vec::new());
+        graph.clip(at.clip).pose(at.frame as usize, &mut pose);
+        forward_kinematics(graph.skeleton(), &pose, &mut joints);
+        Self {
+            hip: pose.root,
+            head: joints[head.index()].translation,
+        }
+    }
+}
+
+/// Data of the frame that is left, by which targets are aligned.
+pub(crate) struct Leaving {
+    /// The frame before the cut.
+    pub(crate) before: ClipFrame,
+    pub(crate) stance: Stance,
+    pub(crate) standing: Vec<bool>,
+    pub(crate) ways: [Points; 2],
+}
+
+/// Alignment of a target.
+#[derive(Clone, Copy)]
+pub(crate) struct Aligned {
+    /// Index of the target.
+    pub(crate) target: usize,
+    pub(crate) pin: Option<usize>,
+    pub(crate) align: Rigid2,
+    /// Departure of hips and head and distance of the feet, in metres.
+    pub(crate) cost: f32,
+    /// Whether the departure of hips and head is within the limits of a short blend.
+    pub(crate) goes_on: bool,
+}
+
+// Aligns targets with the frame that is left, and excludes targets that are too far away.
+
+/// Number of frames after the target in which a foot must still stand to be preferred as the pin.
+const STAYS: u32 = 4;
+
+impl Finder<'_> {
+    /// Prepares the frame after a frame of a clip as the one that is left.
+    pub(crate) fn leaving(&self, before: ClipFrame) -> Leaving {
+        let (graph, clip) = (self.graph, before.clip);
+        let at = (before.frame + 1).min(graph.clip(clip).frames() as u32 - 1);
+        let legs = graph.feet().legs().len().min(Stance::LEGS);
+        let standing = (0..legs).map(|leg| graph.feet().stands(clip, leg, at));
+        Leaving {
+            before,
+            stance: Stance::of_frame(graph, self.facing, Node { clip, frame: at }),
+            standing: standing.collect(),
+            ways: [before.frame, at]
+                .map(|frame| Points::of(graph, self.head, Node { clip, frame })),
+        }
+    }
+
+    /// Writes for each target whether [`Finder::align`] may align it.
+    pub(crate) fn find_near(&self, from: &Departed, near: &mut Vec<bool>) {
+        match self.near.is_empty() {
+            false => self.near.find(&from.at.stance, &from.at.standing, near),
+            // The body has no feet.
+            true => {
+                near.clear();
+                near.resize(self.targets.len(), true);
+            }
+        }
+    }
+
+    /// Aligns a target. Returns `None` if it is within three frames of the frame that is left, or too far away.
+    pub(crate) fn align(&self, from: &Leaving, target: usize) -> Option<Aligned> {
+        let at = &self.targets[target];
+        let now = from.before.frame + 1;
+        if at.clip == from.before.clip && at.frame.abs_diff(now) <= 3 {
+            return None;
+        }
+        let (apart, pin) = self.pin(from, target)?;
+        let align = from.stance.align(&self.stances[target], pin);
+        let (departed, goes_on) = self.departed(from.ways, target, align);
+        Some(Aligned {
+            target,
+            pin,
+            align,
+            cost: apart + departed,
+            goes_on,
+        })
+    }
+
+    /// Departure of hips and head from constant velocity, in metres, and whether it is within the limits. After the longest blend of an entry
+    /// the body is where the target's clip has it, so no pose of the blend is needed.
+    fn departed(&self, [before, now]: [Points; 2], target: usize, align: Rigid2) -> (f32, bool) {
+        let last = DEPARTURES.len() - 1;
+        let frames = (DEPARTURES[last] * self.graph.frame_rate() as f32).round();
+        let then = self.points[target];
+        let off = |before: Vec3, now: Vec3, then: Vec3| {
+            align.point(then) - (now + (now - before) * frames)
+        };
+        let hip = off(before.hip, now.hip, then.hip).with_y(0.0).length();
+        let head = off(before.head, now.head, then.head).length();
+        let fits =
+            hip <= self.limits.hip_departure[last] && head <= self.limits.head_departure[last];
+        (hip + head, fits)
+    }
+
+    /// Cost of the best alignment, and the leg whose foot stays in place, or `None` for the root. Candidates are the feet that stand in both
+    /// motions; if there are none, all feet that stand; if there are none, the root. The one that leaves root and other feet least far apart is
+    /// chosen. Returns `None` if all leave them too far apart.
+    fn pin(&self, from: &Leaving, target: usize) -> Option<(f32, Option<usize>)> {
+        let (stance, standing) = (&from.stance, &from.standing);
+        let (other, at) = (&self.stances[target], &self.targets[target]);
+        let stays =
+            |leg: usize| standing[leg] && self.graph.feet().stands(at.clip, leg, at.frame + STAYS);
+        let any_stays = (0..standing.len()).any(stays);
+        let standing_legs = (0..standing.len())
+            .filter(|&leg| standing[leg] && (stays(leg) || !any_stays))
+            .map(Some);
+        let none = (!standing.contains(&true)).then_some(None);
+        let pins = standing_legs.chain(none);
+        let costs = pins.filter_map(|pin| {
+            let (root, feet) = stance.apart(other, stance.align(other, pin));
+            let furthest = feet[..standing.len()].iter().copied().fold(0.0, f32::max);
+            (root <= ROOT_APART && furthest <= FOOT_APART).then_some((root + 0.3 * furthest, pin))
+        });
+        costs.min_by(|a, b| a.0.total_cmp(&b.0))
+    }
+}
+
+// An order of the targets of which each prefix is spread evenly.
+
+/// A permutation of the numbers below `count` in which each prefix is spread evenly.
+pub(crate) fn spread(count: usize) -> impl Iterator<Item = usize> {
+    let is_coprime = |step: &usize| {
+        let (mut a, mut b) = (*step, count);
+        while b > 0 {
+            (a, b) = (b, a % b);
+        }
+        a == 1
+    };
+    // A step of about the golden section, which spreads prefixes evenly.
+    let first = (count * 89 / 144).max(1);
+    let step = (first..).find(is_coprime).unwrap_or(1);
+    (0..count).map(move |index| index * step % count)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_spread_order_has_each_number_once() {
+        for count in [0, 1, 2, 3, 10, 144, 159, 256] {
+            let mut order: Vec<usize> = spread(count).collect();
+            order.sort_unstable();
+            assert_eq!(order, (0..count).collect::<Vec<_>>());
+        }
+        let first: Vec<usize> = spread(100).take(4).collect();
+        let far = |a: usize, b: usize| a.abs_diff(b) > 10;
+        assert!(
+            first.windows(2).all(|pair| far(pair[0], pair[1])),
+            "{first:?}"
+        );
     }
 }

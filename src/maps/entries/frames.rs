@@ -1,42 +1,40 @@
 //! Frames of the motions that are left and entered. Each is sampled once for all tests.
 
-use glam::Vec3;
-
-use super::limits::head;
-use super::targets::ClipFrame;
-use super::turns::turns;
 use crate::anim::{Chain, JointId, JointTransform, Pose, Skeleton};
 use crate::graph::{ClipId, EdgeMotion, Entry, LegPose, Motion, MotionGraph, Playhead};
+use crate::maps::entries::limits::{head, turns};
+use crate::maps::entries::targets::ClipFrame;
 use crate::math::Rigid2;
+use glam::Vec3;
 
 /// A frame of a motion, in the space of its clip.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Frame {
-    pub(super) pose: Pose,
-    pub(super) head: Vec3,
+pub(crate) struct Frame {
+    pub(crate) pose: Pose,
+    pub(crate) head: Vec3,
     /// Legs, in the order of the graph's legs.
-    pub(super) feet: Vec<LegPose>,
+    pub(crate) feet: Vec<LegPose>,
 }
 
 /// A motion that is left: the frame before the cut, the frame of the cut and the frame after it.
 #[derive(Clone, Debug)]
-pub(super) struct LeftMotion {
-    pub(super) frames: [Frame; 3],
+pub(crate) struct LeftMotion {
+    pub(crate) frames: [Frame; 3],
     /// Rotation vector of each joint between the first two frames.
-    pub(super) turns: Vec<Vec3>,
+    pub(crate) turns: Vec<Vec3>,
 }
 
 /// Frames of a motion that is entered, from the cut on.
 #[derive(Clone, Debug)]
-pub(super) struct EnteredMotion {
-    pub(super) frames: Vec<Frame>,
+pub(crate) struct EnteredMotion {
+    pub(crate) frames: Vec<Frame>,
 }
 
 /// Samples motions frame by frame.
 ///
 /// While the motion stays in the clip, frames are read from the clip by their number after the first frame, so that they do not depend on
 /// how the graph's nodes divide the clip.
-pub(super) struct FrameSampler<'a> {
+pub(crate) struct FrameSampler<'a> {
     graph: &'a MotionGraph,
     head: JointId,
     motion: Motion,
@@ -61,7 +59,7 @@ impl Frame {
     }
 
     /// Positions of the toes.
-    pub(super) fn toes(&self) -> impl Iterator<Item = Vec3> + '_ {
+    pub(crate) fn toes(&self) -> impl Iterator<Item = Vec3> + '_ {
         self.feet.iter().map(|leg| leg.at_toe.translation)
     }
 }
@@ -72,7 +70,7 @@ fn head_of(skeleton: &Skeleton, head: JointId, pose: &Pose) -> Vec3 {
 }
 
 impl<'a> FrameSampler<'a> {
-    pub(super) fn new(graph: &'a MotionGraph) -> Self {
+    pub(crate) fn new(graph: &'a MotionGraph) -> Self {
         Self {
             graph,
             head: head(graph.skeleton()),
@@ -81,7 +79,7 @@ impl<'a> FrameSampler<'a> {
     }
 
     /// The motion that is left one frame after `before`, a whole frame of a clip.
-    pub(super) fn left(&mut self, before: Playhead) -> LeftMotion {
+    pub(crate) fn left(&mut self, before: Playhead) -> LeftMotion {
         self.start(before, 2);
         let frames = [0, 1, 2].map(|frame| {
             let pose = self.pose_after(before, frame);
@@ -94,7 +92,7 @@ impl<'a> FrameSampler<'a> {
     }
 
     /// `count` poses of the motion that continues from a whole frame of a clip.
-    pub(super) fn goes_on(&mut self, from: Playhead, count: usize) -> Vec<Pose> {
+    pub(crate) fn goes_on(&mut self, from: Playhead, count: usize) -> Vec<Pose> {
         self.start(from, count);
         (0..count)
             .map(|frame| self.pose_after(from, frame))
@@ -123,7 +121,7 @@ impl<'a> FrameSampler<'a> {
     }
 
     /// `count` frames of the motion that is entered at a frame of a clip, at a playback rate.
-    pub(super) fn entered(&mut self, at: &ClipFrame, rate: f32, count: usize) -> EnteredMotion {
+    pub(crate) fn entered(&mut self, at: &ClipFrame, rate: f32, count: usize) -> EnteredMotion {
         let frame_rate = self.graph.frame_rate() as f32;
         let start = 1.0 / frame_rate;
         let entry = Entry {

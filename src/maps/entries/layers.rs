@@ -1,24 +1,22 @@
 //! Finds layered evasions: moments from which the upper body can play a part of an evasion while the legs continue.
 
-use glam::{Quat, Vec3};
-
-use super::finder::{Departed, Finder, Scratch};
-use super::layer_test::{LayerBase, LayerTest};
-use super::limits::{MotionLimits, head};
-use super::search_basis::SearchBasis;
-use super::spread::spread;
-use super::targets::ClipFrame;
-use super::{BLENDS, EntryTarget, EntryWay, KnownEntry, RATES};
-use crate::anim::{JointId, Pose, forward_kinematics};
-use crate::graph::{MotionGraph, Node, heading};
+use crate::anim::{Envelope, JointId, Pose, forward_kinematics, slerp};
+use crate::graph::{MotionGraph, Node, Playhead, heading, layer_tilt};
+use crate::maps::entries::entry::{BLENDS, EntryTarget, EntryWay, KnownEntry, RATES};
+use crate::maps::entries::examine::{Examiner, JointLimits, JointSteps};
+use crate::maps::entries::finder::{Departed, Finder, spread};
+use crate::maps::entries::frames::FrameSampler;
+use crate::maps::entries::limits::{MotionLimits, goes_on, head, turns};
+use crate::maps::entries::targets::{ClipFrame, SearchBasis};
 use crate::maps::regions::Evasion;
 use crate::math::sort_rarely;
+use glam::{Quat, Vec3};
 
 /// Minimum distance by which an evasion must move the head relative to the pelvis to be layered, in metres.
 const LEANS: f32 = 0.12;
 
 /// The evasions that can be layered, and the limits of motion.
-pub(super) struct LayerSource<'a> {
+pub(crate) struct LayerSource<'a> {
     targets: &'a [EntryTarget],
     /// Poses of the clip from each target on, for each playback rate. Empty for evasions that cannot be layered.
     wanted: Vec<[Vec<Pose>; RATES.len()]>,
@@ -28,7 +26,7 @@ pub(super) struct LayerSource<'a> {
 }
 
 impl<'a> LayerSource<'a> {
-    pub(super) fn new(
+    pub(crate) fn new(
         search: SearchBasis<'_>,
         evasions: &[Evasion],
         targets: &'a [EntryTarget],
@@ -108,14 +106,13 @@ const MOST: usize = 32;
 
 impl Finder<'_> {
     /// Finds the layered evasions of a frame of a clip, among the targets of the evasions that can be layered.
-    pub(super) fn layers(
+    pub(crate) fn layers(
         &self,
         from: &Departed,
         source: &LayerSource<'_>,
-        scratch: &mut Scratch<'_>,
+        test: &mut LayerTest<'_>,
     ) -> Vec<KnownEntry> {
         let mut found = Vec::new();
-        let test = &mut scratch.layers;
         let mut base = None;
         let own = from.at.before;
         for target in spread(source.targets.len()) {
@@ -133,5 +130,231 @@ impl Finder<'_> {
         }
         sort_rarely(&mut found, |a, b| a.target.cmp(&b.target));
         found
+    }
+}
+
+// The test of layers against the limits of plausible motion.
+//
+// The played motion is that of [`Layer`](crate::graph::Layer). The joints that the layer does not move are those of the motion without it,
+// and are tested once.
+
+/// Scratch of the test of layers in one graph.
+pub(crate) struct LayerTest<'a> {
+    graph: &'a MotionGraph,
+    rate: f32,
+    /// Joints from the root to the head.
+    head_chain: Vec<JointId>,
+    /// Joints that a layer moves, without the spine.
+    free: Vec<JointId>,
+    /// Joints that a layer does not move.
+    kept: Vec<JointId>,
+    sampler: FrameSampler<'a>,
+    /// Poses whose spine has been computed.
+    poses: Vec<Pose>,
+}
+
+/// The motion that continues after a frame, without a layer.
+pub(crate) struct LayerBase<'a> {
+    limits: &'a MotionLimits,
+    /// Frame rate, in frames per second.
+    rate: f32,
+    poses: Vec<Pose>,
+    /// Rotation vector of each joint between the first two frames.
+    turns: Vec<Vec3>,
+    /// For each of [`BLENDS`], whether the joints that a layer does not move are plausible.
+    fits: [bool; BLENDS.len()],
+}
+
+/// One layer on a motion.
+#[derive(Clone, Copy)]
+struct Layered<'a> {
+    base: &'a LayerBase<'a>,
+    /// Poses of the layered clip, from the second frame of the base on.
+    wanted: &'a [Pose],
+    envelope: Envelope,
+}
+
+/// Number of frames whose joints are tested before the head.
+const FIRST: usize = 4;
+
+impl<'a> LayerTest<'a> {
+    pub(crate) fn new(graph: &'a MotionGraph) -> Self {
+        let (skeleton, rig) = (graph.skeleton(), graph.rig());
+        let is_kept = |id: &JointId| !rig.part(*id).is_above_pelvis();
+        let (kept, mut moved): (Vec<JointId>, Vec<JointId>) = skeleton.ids().partition(is_kept);
+        moved.retain(|id| !rig.spine().contains(id));
+        let mut head_chain: Vec<JointId> = skeleton.ancestry(head(skeleton)).collect();
+        head_chain.reverse();
+        Self {
+            graph,
+            rate: graph.frame_rate() as f32,
+            head_chain,
+            free: moved,
+            kept,
+            sampler: FrameSampler::new(graph),
+            poses: Vec::new(),
+        }
+    }
+
+    /// Number of frames of the motion without a layer that the test of the longest blend reads.
+    fn frames(rate: f32) -> usize {
+        let longest = BLENDS.into_iter().fold(0.0, f32::max);
+        1 + Examiner::frames(rate, (longest * rate).ceil() as usize)
+    }
+
+    /// Poses of a clip from a frame on, at a playback rate.
+    pub(crate) fn wanted(graph: &MotionGraph, from: Node, rate: f32) -> Vec<Pose> {
+        let poses = (1..Self::frames(graph.frame_rate() as f32)).map(|after| {
+            let mut pose = Pose::default();
+            let at = from.frame as f32 + (after - 1) as f32 * rate;
+            graph.clip(from.clip).sample(at, &mut pose);
+            pose
+        });
+        poses.collect()
+    }
+
+    /// Samples the motion that continues after a frame, without a layer.
+    pub(crate) fn base<'l>(&mut self, before: Playhead, limits: &'l MotionLimits) -> LayerBase<'l> {
+        let rate = self.rate;
+        let poses = self.sampler.goes_on(before, Self::frames(rate));
+        let mut base = LayerBase {
+            limits,
+            rate,
+            turns: turns(&poses[0], &poses[1]),
+            poses,
+            fits: Default::default(),
+        };
+        base.fits = BLENDS.map(|blend| {
+            let frames = self.tested(blend);
+            self.kept.iter().all(|&joint| {
+                let rotation = |frame: usize| base.poses[frame].rotations[joint.index()];
+                base.fits(joint, (2..frames).map(rotation))
+            })
+        });
+        base
+    }
+
+    /// Number of frames whose joints are tested for a blend of `blend` seconds.
+    fn tested(&self, blend: f32) -> usize {
+        (blend * self.rate).ceil() as usize + 3
+    }
+
+    /// Whether the joints and the departure of the head of a layer are plausible. The layer fades in within the blend of an index of [`BLENDS`].
+    pub(crate) fn is_plausible(
+        &mut self,
+        base: &LayerBase<'_>,
+        wanted: &[Pose],
+        blend: usize,
+    ) -> bool {
+        let start = 1.0 / self.rate;
+        let layered = Layered {
+            base,
+            wanted,
+            envelope: Envelope {
+                start,
+                full: start + BLENDS[blend],
+                release: 2.0,
+                end: 3.0,
+            },
+        };
+        let frames = self.tested(BLENDS[blend]);
+        base.fits[blend]
+            && self.joints_fit(layered, FIRST)
+            && self.head_goes_on(layered)
+            && self.joints_fit(layered, frames)
+    }
+
+    /// Whether the joints that the layer moves are plausible in the first frames.
+    fn joints_fit(&mut self, layered: Layered<'_>, frames: usize) -> bool {
+        let failed = self.free.iter().position(|&joint| {
+            let rotations = (2..frames).map(|frame| layered.rotation(joint, frame));
+            !layered.base.fits(joint, rotations)
+        });
+        if let Some(failed) = failed {
+            // Tested first the next time, because it often fails again.
+            self.free[..=failed].rotate_right(1);
+            return false;
+        }
+        (2..frames).for_each(|frame| self.bend_spine(layered, frame));
+        let poses = &self.poses;
+        self.graph.rig().spine().iter().all(|&joint| {
+            let rotations = (2..frames).map(|frame| poses[frame].rotations[joint.index()]);
+            layered.base.fits(joint, rotations)
+        })
+    }
+
+    /// Computes the rotations of the spine in a frame.
+    fn bend_spine(&mut self, layered: Layered<'_>, frame: usize) {
+        let joints = self.graph.skeleton().len();
+        if self.poses.len() <= frame {
+            self.poses.resize_with(frame + 1, Pose::default);
+        }
+        let (rig, pose) = (self.graph.rig(), &mut self.poses[frame]);
+        pose.rotations.resize(joints, Quat::IDENTITY);
+        for &joint in rig.spine() {
+            pose.rotations[joint.index()] = layered.rotation(joint, frame);
+        }
+        let root = JointId::ROOT.index();
+        let pelvis = layered.base.poses[frame].rotations[root];
+        pose.rotations[root] = pelvis;
+        if let Some(wanted) = layered.wanted(frame) {
+            let weight = layered.weight(frame);
+            let tilt = layer_tilt(pelvis, wanted.rotations[root]) * weight;
+            rig.turn_spine(tilt, pose);
+        }
+    }
+
+    fn head_goes_on(&mut self, layered: Layered<'_>) -> bool {
+        let limits = layered.base.limits.head_departure;
+        goes_on(limits, self.rate, |frame| self.head(layered, frame))
+    }
+
+    fn head(&mut self, layered: Layered<'_>, frame: usize) -> Vec3 {
+        self.bend_spine(layered, frame);
+        let (skeleton, rig) = (self.graph.skeleton(), self.graph.rig());
+        let mut point = Vec3::ZERO;
+        for &joint in self.head_chain.iter().rev() {
+            let (own, place) = layered.base.poses[frame].local(skeleton, joint);
+            let rotation = match rig.part(joint).is_above_pelvis() {
+                true if rig.spine().contains(&joint) => self.poses[frame].rotations[joint.index()],
+                true => layered.rotation(joint, frame),
+                false => own,
+            };
+            point = rotation * point + place;
+        }
+        point
+    }
+}
+
+impl LayerBase<'_> {
+    /// Whether a joint is plausible, given its rotations from the third frame on.
+    fn fits(&self, joint: JointId, mut rotations: impl Iterator<Item = Quat>) -> bool {
+        let mut steps = JointSteps {
+            before: self.poses[1].rotations[joint.index()],
+            turn: self.turns[joint.index()],
+        };
+        let limits = JointLimits::of(self.limits, joint, self.rate);
+        rotations.all(|rotation| steps.fits(rotation, limits))
+    }
+}
+
+impl<'a> Layered<'a> {
+    fn weight(&self, frame: usize) -> f32 {
+        self.envelope.weight(frame as f32 / self.base.rate)
+    }
+
+    fn wanted(&self, frame: usize) -> Option<&'a Pose> {
+        self.wanted.get(frame.checked_sub(1)?)
+    }
+
+    /// Rotation of a joint that the layer moves, before the spine takes over the tilt of the pelvis.
+    fn rotation(&self, joint: JointId, frame: usize) -> Quat {
+        let own = self.base.poses[frame].rotations[joint.index()];
+        match (self.wanted(frame), self.weight(frame)) {
+            (Some(wanted), weight) if weight > 0.0 => {
+                slerp(own, wanted.rotations[joint.index()], weight)
+            }
+            _ => own,
+        }
     }
 }

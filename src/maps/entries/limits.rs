@@ -5,13 +5,11 @@
 //!
 //! Limits are rounded to steps of 3 to 6%, so that adding or removing a few clips rarely changes them.
 
+use crate::anim::{Clip, JointId, JointTransform, Pose, Skeleton, forward_kinematics};
+use crate::graph::{MotionGraph, rotation_vector};
+use crate::math::in_parallel;
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
-
-use super::turns::turns;
-use crate::anim::{Clip, JointId, JointTransform, Pose, Skeleton, forward_kinematics};
-use crate::graph::MotionGraph;
-use crate::math::in_parallel;
 
 /// Percentiles and bounds that define plausible motion. Percentiles are rounded to 16 steps between a power of two and the next.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -41,7 +39,7 @@ impl Default for PlausibilitySettings {
 impl PlausibilitySettings {
     /// Settings whose limits are the maxima of the clips. They are for exits from stretches that have no other exits.
     #[must_use]
-    pub(super) fn utmost(self) -> Self {
+    pub(crate) fn utmost(self) -> Self {
         Self {
             joints: 100.0,
             departure: 100.0,
@@ -72,7 +70,7 @@ pub(crate) struct MotionLimits {
 pub(crate) const DEPARTURES: [f32; 2] = [0.2, 0.3];
 
 /// The head: the joint of the trunk with the longest chain to the root.
-pub(super) fn head(skeleton: &Skeleton) -> JointId {
+pub(crate) fn head(skeleton: &Skeleton) -> JointId {
     let trunk = skeleton.ids().filter(|&id| skeleton.mirror(id).is_none());
     let length = |&id: &JointId| skeleton.chain_length(id);
     trunk
@@ -98,7 +96,7 @@ impl MotionLimits {
 
 /// Whether the departure of a point from constant velocity is within limits after each of [`DEPARTURES`]. The velocity is that between the
 /// first two frames.
-pub(super) fn goes_on(limits: [f32; 2], rate: f32, mut point: impl FnMut(usize) -> Vec3) -> bool {
+pub(crate) fn goes_on(limits: [f32; 2], rate: f32, mut point: impl FnMut(usize) -> Vec3) -> bool {
     let mut both = departures(rate).into_iter().zip(limits);
     both.all(|(frames, limit)| {
         let ends = [0, 1, 1 + frames].map(&mut point);
@@ -107,12 +105,12 @@ pub(super) fn goes_on(limits: [f32; 2], rate: f32, mut point: impl FnMut(usize) 
 }
 
 /// Vector from the position that constant velocity between `before` and `now` predicts after `frames` frames to the position `then`.
-pub(super) fn departure([before, now, then]: [Vec3; 3], frames: usize) -> Vec3 {
+pub(crate) fn departure([before, now, then]: [Vec3; 3], frames: usize) -> Vec3 {
     then - (now + (now - before) * frames as f32)
 }
 
 /// Numbers of frames after which departures are measured.
-pub(super) fn departures(frame_rate: f32) -> [usize; 2] {
+pub(crate) fn departures(frame_rate: f32) -> [usize; 2] {
     DEPARTURES.map(|seconds| (seconds * frame_rate).round() as usize)
 }
 
@@ -154,7 +152,7 @@ fn rounded(value: f32) -> f32 {
 }
 
 /// Measurements of the clips. The limits are percentiles of them.
-pub(super) struct MeasuredMotion {
+pub(crate) struct MeasuredMotion {
     joints: usize,
     /// Measured values, in this order: speeds of each joint, accelerations of each joint, departures of the hips and of the head after each of
     /// [`DEPARTURES`], and speeds of the toes.
@@ -164,7 +162,7 @@ pub(super) struct MeasuredMotion {
 impl MeasuredMotion {
     /// Measures all clips of a graph.
     #[must_use]
-    pub(super) fn of(graph: &MotionGraph, threads: usize) -> Self {
+    pub(crate) fn of(graph: &MotionGraph, threads: usize) -> Self {
         let clips = graph.clips();
         let of_clips = in_parallel(threads, clips.len(), |clip| {
             let mut of_clip = Self::nothing(graph.skeleton().len());
@@ -229,7 +227,7 @@ impl MeasuredMotion {
 
     /// The limits of some settings.
     #[must_use]
-    pub(super) fn limits(&mut self, settings: &PlausibilitySettings) -> MotionLimits {
+    pub(crate) fn limits(&mut self, settings: &PlausibilitySettings) -> MotionLimits {
         let departures = 2 * self.joints..2 * self.joints + 2 * DEPARTURES.len();
         let lists = self.lists.iter_mut().enumerate();
         let limits = lists.map(|(list, values)| {
@@ -252,6 +250,15 @@ impl MeasuredMotion {
             slide: settings.slide,
         }
     }
+}
+
+// Rotations of joints between two poses.
+
+/// Rotation vector of each joint between two poses, in radians.
+pub(crate) fn turns(from: &Pose, to: &Pose) -> Vec<Vec3> {
+    let both = from.rotations.iter().zip(&to.rotations);
+    both.map(|(from, to)| rotation_vector(*to * from.conjugate()))
+        .collect()
 }
 
 #[cfg(test)]

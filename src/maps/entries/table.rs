@@ -1,29 +1,29 @@
 //! The entries, exits and layers of all moments.
 
-use std::ops::Range;
-
-use serde::{Deserialize, Serialize};
-
-use super::exits::ExitTable;
-use super::{EntryTarget, KnownEntry, MomentLists, MotionLimits};
-use crate::graph::{ClipId, EdgeMotion, MotionGraph, Playhead};
+use crate::graph::{ClipId, EdgeId, EdgeMotion, MotionGraph, Playhead};
+use crate::maps::entries::entry::{EntryTarget, KnownEntry};
+use crate::maps::entries::limits::MotionLimits;
+use crate::maps::entries::targets::ClipFrame;
 use crate::maps::regions::Evasion;
+use crate::math::byte_list;
+use serde::{Deserialize, Serialize};
+use std::ops::Range;
 
 /// Entries of all moments.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct EntryTable {
-    pub(super) limits: MotionLimits,
+    pub(crate) limits: MotionLimits,
     /// Interval of moments, in frames.
-    pub(super) step: u32,
-    pub(super) targets: Vec<EntryTarget>,
+    pub(crate) step: u32,
+    pub(crate) targets: Vec<EntryTarget>,
     /// First moment of each clip. The last item is the number of moments.
-    pub(super) first_moment: Vec<u32>,
-    pub(super) entries: MomentLists,
+    pub(crate) first_moment: Vec<u32>,
+    pub(crate) entries: MomentLists,
     /// Number of moments with the maximum number of entries.
-    pub(super) cut: u64,
-    pub(super) exits: ExitTable,
+    pub(crate) cut: u64,
+    pub(crate) exits: ExitTable,
     /// Layered evasions. Their targets are those of the entries.
-    pub(super) layers: MomentLists,
+    pub(crate) layers: MomentLists,
 }
 
 impl EntryTable {
@@ -40,7 +40,7 @@ impl EntryTable {
     }
 
     /// Index of an evasion's first target, or `None` if it cannot be entered.
-    pub(in crate::maps) fn first_target(&self, evasion: usize) -> Option<usize> {
+    pub(crate) fn first_target(&self, evasion: usize) -> Option<usize> {
         let of = |target: &EntryTarget| usize::from(target.evasion);
         let first = self.targets.partition_point(|target| of(target) < evasion);
         (self.targets.get(first).map(of) == Some(evasion)).then_some(first)
@@ -86,7 +86,7 @@ impl EntryTable {
     }
 
     /// The moments of a clip.
-    pub(super) fn moments_of(&self, clip: ClipId) -> Range<u32> {
+    pub(crate) fn moments_of(&self, clip: ClipId) -> Range<u32> {
         self.first_moment[clip.index()]..self.first_moment[clip.index() + 1]
     }
 
@@ -112,11 +112,7 @@ impl EntryTable {
     }
 
     /// Checks all indices.
-    pub(in crate::maps) fn check(
-        &self,
-        graph: &MotionGraph,
-        evasions: &[Evasion],
-    ) -> Result<(), String> {
+    pub(crate) fn check(&self, graph: &MotionGraph, evasions: &[Evasion]) -> Result<(), String> {
         let moments_of = |clip: usize| {
             let frames = graph.clips()[clip].frames() as u32;
             self.first_moment[clip + 1].checked_sub(self.first_moment[clip])
@@ -165,5 +161,100 @@ impl EntryTable {
             true => Ok(()),
             false => Err("an entry names a moment or an evasion that is none".to_owned()),
         }
+    }
+}
+
+/// A list of entries for each moment. The moments are those of the [`EntryTable`](EntryTable).
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(crate) struct MomentLists {
+    /// End of each moment's list in `entries`.
+    ends: Vec<u32>,
+    #[serde(with = "byte_list")]
+    entries: Vec<KnownEntry>,
+}
+
+impl MomentLists {
+    /// Number of moments.
+    #[must_use]
+    pub(crate) fn moments(&self) -> usize {
+        self.ends.len()
+    }
+
+    /// Number of entries of all moments.
+    #[must_use]
+    pub(crate) fn len(&self) -> usize {
+        self.entries.len()
+    }
+
+    /// Appends the list of the next moment.
+    pub(crate) fn push(&mut self, entries: &[KnownEntry]) {
+        self.entries.extend_from_slice(entries);
+        self.ends.push(self.entries.len() as u32);
+    }
+
+    /// The list of a moment.
+    pub(crate) fn of(&self, moment: u32) -> &[KnownEntry] {
+        let moment = moment as usize;
+        let start = moment.checked_sub(1).map_or(0, |before| self.ends[before]);
+        &self.entries[start as usize..self.ends[moment] as usize]
+    }
+
+    /// Checks that there is a list for each moment, and that each entry is valid.
+    pub(crate) fn fits(&self, moments: usize, is_sound: impl Fn(&KnownEntry) -> bool) -> bool {
+        self.moments() == moments
+            && self.ends.is_sorted()
+            && self.ends.last().map_or(0, |&end| end as usize) == self.entries.len()
+            && self.entries.iter().all(is_sound)
+    }
+}
+
+// Exits: cuts from any moment of the clips, also inside an evasion or an attack, back into natural motion.
+
+/// A frame of natural motion that an exit leads to.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct ExitTarget {
+    /// Edge that plays the frame.
+    pub edge: EdgeId,
+    /// Position of the frame on that edge, in frames.
+    pub edge_frame: u32,
+}
+
+impl From<&ClipFrame> for ExitTarget {
+    fn from(at: &ClipFrame) -> Self {
+        Self {
+            edge: at.edge,
+            edge_frame: at.edge_frame,
+        }
+    }
+}
+
+/// Exits of all moments. The moments are those of the [`EntryTable`](EntryTable).
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(crate) struct ExitTable {
+    pub(crate) targets: Vec<ExitTarget>,
+    /// Exits of each moment, the one with the least departure first.
+    pub(crate) lists: MomentLists,
+}
+
+impl ExitTable {
+    /// All frames that exits lead to.
+    #[must_use]
+    pub(crate) fn targets(&self) -> &[ExitTarget] {
+        &self.targets
+    }
+
+    /// Checks all indices.
+    pub(crate) fn fits(&self, graph: &MotionGraph, moments: usize) -> bool {
+        let target_fits = |target: &ExitTarget| {
+            let edge = graph.edges().get(target.edge.index());
+            edge.is_some_and(|edge| {
+                edge.motion == EdgeMotion::Clip && target.edge_frame < edge.frames
+            })
+        };
+        let legs = graph.feet().legs().len();
+        let exit_fits = |exit: &KnownEntry| {
+            usize::from(exit.target) < self.targets.len() && exit.pin().is_none_or(|leg| leg < legs)
+        };
+        self.targets.iter().all(target_fits) && self.lists.fits(moments, exit_fits)
     }
 }

@@ -1,20 +1,23 @@
 //! Frames of the clips that can be entered.
 
 use crate::graph::{ClipId, EdgeId, EdgeMotion, MotionGraph, Node, Playhead};
+use crate::maps::entries::entry::{EntrySettings, EntryTarget};
+use crate::maps::entries::limits::MotionLimits;
+use crate::maps::regions::Evasion;
 use crate::math::{Rigid2, sort_rarely};
 
 /// A frame of a clip, and the edge that plays it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct ClipFrame {
-    pub(super) clip: ClipId,
-    pub(super) frame: u32,
-    pub(super) edge: EdgeId,
+pub(crate) struct ClipFrame {
+    pub(crate) clip: ClipId,
+    pub(crate) frame: u32,
+    pub(crate) edge: EdgeId,
     /// Position of the frame on the edge, in frames.
-    pub(super) edge_frame: u32,
+    pub(crate) edge_frame: u32,
 }
 
 impl ClipFrame {
-    pub(super) fn of(graph: &MotionGraph, edge: EdgeId, edge_frame: u32) -> Self {
+    pub(crate) fn of(graph: &MotionGraph, edge: EdgeId, edge_frame: u32) -> Self {
         let from = graph.node(graph.edge(edge).from);
         Self {
             clip: from.clip,
@@ -25,7 +28,7 @@ impl ClipFrame {
     }
 
     /// The playhead at the frame, in the space of the clip.
-    pub(super) fn playhead(&self) -> Playhead {
+    pub(crate) fn playhead(&self) -> Playhead {
         Playhead {
             edge: self.edge,
             frame: self.edge_frame as f32,
@@ -34,7 +37,7 @@ impl ClipFrame {
     }
 
     /// Clip and frame as a [`Node`].
-    pub(super) fn node(&self) -> Node {
+    pub(crate) fn node(&self) -> Node {
         Node {
             clip: self.clip,
             frame: self.frame,
@@ -43,13 +46,13 @@ impl ClipFrame {
 }
 
 /// The edges that play the frames of each clip.
-pub(super) struct ClipPlaces {
+pub(crate) struct ClipPlaces {
     /// For each clip, first frame, end and edge of all edges that play it, in order.
     edges: Vec<Vec<(u32, u32, EdgeId)>>,
 }
 
 impl ClipPlaces {
-    pub(super) fn new(graph: &MotionGraph) -> Self {
+    pub(crate) fn new(graph: &MotionGraph) -> Self {
         let mut edges = vec![Vec::new(); graph.clips().len()];
         for id in graph.edge_ids() {
             let edge = graph.edge(id);
@@ -65,12 +68,12 @@ impl ClipPlaces {
     }
 
     /// First frame, end and edge of all edges that play a clip, in order.
-    pub(super) fn of(&self, clip: ClipId) -> &[(u32, u32, EdgeId)] {
+    pub(crate) fn of(&self, clip: ClipId) -> &[(u32, u32, EdgeId)] {
         &self.edges[clip.index()]
     }
 
     /// Finds the edge that plays a frame.
-    pub(super) fn find(&self, at: Node) -> Option<ClipFrame> {
+    pub(crate) fn find(&self, at: Node) -> Option<ClipFrame> {
         let Node { clip, frame } = at;
         let list = &self.edges[clip.index()];
         let after = list.partition_point(|&(first, _, _)| first <= frame);
@@ -85,7 +88,7 @@ impl ClipPlaces {
 }
 
 /// Frames of natural motion, in order: no event begins within [`BEFORE_EVENTS`] after them.
-pub(super) fn natural(graph: &MotionGraph, step: u32) -> Vec<ClipFrame> {
+pub(crate) fn natural(graph: &MotionGraph, step: u32) -> Vec<ClipFrame> {
     let before_events = (BEFORE_EVENTS * graph.frame_rate()).round() as u32;
     let mut free: Vec<Vec<bool>> = graph
         .clips()
@@ -115,3 +118,63 @@ pub(super) fn natural(graph: &MotionGraph, step: u32) -> Vec<ClipFrame> {
 const BEFORE_EVENTS: f64 = 0.5;
 /// Maximum number of frames that exits lead to.
 const MOST_NATURAL: usize = 4096;
+
+// Inputs that all searches of a bake share, and the targets of entries.
+
+/// Inputs that all searches of a bake share.
+#[derive(Clone, Copy)]
+pub(crate) struct SearchBasis<'a> {
+    pub(crate) graph: &'a MotionGraph,
+    pub(crate) limits: &'a MotionLimits,
+    pub(crate) places: &'a ClipPlaces,
+    /// Number of threads, 0 for one per CPU core.
+    pub(crate) threads: usize,
+}
+
+impl SearchBasis<'_> {
+    /// Frames of evasions and their lead-ins, sorted by evasion and frame.
+    pub(crate) fn targets(
+        &self,
+        evasions: &[Evasion],
+        settings: &EntrySettings,
+    ) -> Vec<EntryTarget> {
+        let mut settings = *settings;
+        settings.target_step = settings.target_step.max(1);
+        loop {
+            let targets = self.targets_at_steps(evasions, &settings);
+            if targets.len() <= (settings.most_targets as usize).max(evasions.len()) {
+                return targets;
+            }
+            settings.target_step += 1;
+        }
+    }
+
+    fn targets_at_steps(&self, evasions: &[Evasion], settings: &EntrySettings) -> Vec<EntryTarget> {
+        let graph = self.graph;
+        let frames = |seconds: f32| (f64::from(seconds) * graph.frame_rate()).round() as u32;
+        let mut targets = Vec::new();
+        for (index, evasion) in evasions.iter().enumerate() {
+            let edge = graph.edge(evasion.edge);
+            let start = graph.node(edge.from);
+            let last = start.frame + edge.frames.min(frames(settings.late));
+            let mut frame = start.frame;
+            // Parts of the lead-in that are not in the graph cannot be played.
+            let earliest = start.frame.saturating_sub(frames(settings.lead_in));
+            let step = settings.target_step.max(1);
+            let place = |frame: u32| self.places.find(Node { frame, ..start });
+            while frame >= earliest + step && place(frame - step).is_some() {
+                frame -= step;
+            }
+            while frame < last && targets.len() < usize::from(u16::MAX) {
+                targets.extend(place(frame).map(|at| EntryTarget {
+                    evasion: index as u16,
+                    frame,
+                    edge: at.edge,
+                    edge_frame: at.edge_frame,
+                }));
+                frame += step;
+            }
+        }
+        targets
+    }
+}

@@ -1,12 +1,5 @@
 //! Compares the fast tests of cuts and layers with the played motion, sampled frame by frame.
 
-use glam::{Quat, Vec3};
-
-use super::examine::{Cut, Examiner};
-use super::frames::FrameSampler;
-use super::layer_test::LayerTest;
-use super::limits::{MotionLimits, departure, departures, head};
-use super::targets::ClipFrame;
 use crate::anim::{
     Clip, ClipDesc, Envelope, Event, EventKind, JointId, Pose, Skeleton, forward_kinematics,
 };
@@ -15,7 +8,13 @@ use crate::graph::{
     ClipPosition, ClipSource, EdgeMotion, Entry, GraphSettings, Layer, Motion, MotionGraph,
     rotation_vector,
 };
+use crate::maps::entries::examine::{Cut, Examiner};
+use crate::maps::entries::frames::FrameSampler;
+use crate::maps::entries::layers::LayerTest;
+use crate::maps::entries::limits::{MotionLimits, departure, departures, head};
+use crate::maps::entries::targets::ClipFrame;
 use crate::math::Rigid2;
+use glam::{Quat, Vec3};
 use sabaki_fixtures::clips::biped;
 
 /// A body that sways with a period of two seconds: each joint by its own amplitude and phase.
@@ -251,8 +250,11 @@ fn a_layer_is_plausible_within_the_limits_of_the_played_motion() {
     let (places, mut test) = (places(&graph), LayerTest::new(&graph));
     for number in 0..60_u32 {
         let [now, target] = ends(&places, number);
-        let index = number as usize % super::BLENDS.len();
-        let (blend, speed) = (super::BLENDS[index], super::RATES[number as usize / 3 % 3]);
+        let index = number as usize % crate::maps::entries::entry::BLENDS.len();
+        let (blend, speed) = (
+            crate::maps::entries::entry::BLENDS[index],
+            crate::maps::entries::entry::RATES[number as usize / 3 % 3],
+        );
         let start = 1.0 / rate;
         let envelope = Envelope {
             start,

@@ -1,13 +1,14 @@
 //! Body tracks and stances that are derived from the entries, and that files do not store.
 
-use std::sync::OnceLock;
-
-use super::targets::ClipFrame;
-use super::{EntryTable, EntryTarget, Stance};
 use crate::anim::Facing;
 use crate::graph::{EdgeId, MotionGraph, Playhead};
+use crate::maps::entries::entry::EntryTarget;
+use crate::maps::entries::stance::Stance;
+use crate::maps::entries::table::EntryTable;
+use crate::maps::entries::targets::ClipFrame;
 use crate::maps::regions::{Body, BodyTrack, Evasion};
 use crate::math::{Rigid2, in_parallel};
+use std::sync::OnceLock;
 
 /// Body spheres from the first frame at which an evasion can be entered.
 #[derive(Clone, Debug, PartialEq)]
@@ -22,20 +23,20 @@ pub(crate) struct EntryTrack {
 
 /// Data derived from the entries, which files do not store.
 #[derive(Clone, Debug, Default)]
-pub(in crate::maps) struct EntryTracks {
+pub(crate) struct EntryTracks {
     /// Track of each evasion, or `None` if it cannot be entered.
-    pub(in crate::maps) tracks: Vec<OnceLock<Option<EntryTrack>>>,
+    pub(crate) tracks: Vec<OnceLock<Option<EntryTrack>>>,
     /// Stance at each target, in the space of its clip.
-    pub(in crate::maps) stances: Vec<Stance>,
+    pub(crate) stances: Vec<Stance>,
     /// Stance at each target of an exit, in the space of its clip.
-    pub(in crate::maps) exit_stances: Vec<Stance>,
+    pub(crate) exit_stances: Vec<Stance>,
     /// Joints that determine the facing direction, or `None` if no evasion can be entered.
-    pub(in crate::maps) facing: Option<Facing>,
+    pub(crate) facing: Option<Facing>,
 }
 
 impl EntryTrack {
     /// The track of an evasion from its first target on, at which the character has a placement.
-    pub(in crate::maps) fn new(
+    pub(crate) fn new(
         graph: &MotionGraph,
         body: &Body,
         evasion: &Evasion,
@@ -60,7 +61,7 @@ impl EntryTracks {
     /// Duration of a track after the evasion's end, in seconds.
     const BEYOND: f32 = 0.5;
 
-    pub(in crate::maps) fn new(graph: &MotionGraph, evasions: usize, table: &EntryTable) -> Self {
+    pub(crate) fn new(graph: &MotionGraph, evasions: usize, table: &EntryTable) -> Self {
         let facing = Facing::of(graph.skeleton());
         let at = |edge: EdgeId, edge_frame: u32| {
             let at = ClipFrame::of(graph, edge, edge_frame);
@@ -88,7 +89,7 @@ impl EntryTracks {
     }
 
     /// Estimated memory of the tracks, in bytes.
-    pub(in crate::maps) fn bytes(
+    pub(crate) fn bytes(
         graph: &MotionGraph,
         body: &Body,
         evasions: &[Evasion],
