@@ -2,7 +2,7 @@ use crate::anim::Clip;
 use crate::graph::build::candidates::{Candidate, LinkSource, Side};
 use crate::graph::build::darts::DartTest;
 use crate::graph::build::moments::{Jump, Moments};
-use crate::graph::build::nearest::{Candidates, Wanted, nearest};
+use crate::graph::build::nearest::{Candidates, Wanted};
 use crate::graph::build::report::{LinkObstacle, UnlinkedEvent};
 use crate::graph::motion_graph::GraphEvent;
 use crate::graph::search::transition::Transition;
@@ -149,7 +149,7 @@ fn closest(
             most,
             ..wanted
         };
-        let found = nearest(&mut search.candidates, wanted)?;
+        let found = search.candidates.nearest(wanted)?;
         let mut found = found.iter();
         open.retain(|&index| {
             let links = found.next().map_or(&[][..], Vec::as_slice);

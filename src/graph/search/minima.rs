@@ -1,77 +1,11 @@
-//! Local minima of a distance map.
+//! Local minima of distance maps, without those that are close to a better one.
 
 use crate::graph::error::GraphError;
 use crate::graph::search::bands::{MapBand, Minimum, SearchSettings};
-use crate::graph::search::distance::DistanceMap;
 use crate::graph::search::transition::Transition;
-use crate::graph::search::windows::Windows;
 use crate::graph::settings::GraphSettings;
-use crate::math::{Isa, sort_rarely, sorted_indices};
+use crate::math::{sort_rarely, sorted_indices};
 use std::collections::HashMap;
-
-impl SearchSettings {
-    /// Finds the local minima of a band below the threshold, row by row, from all distances of the band. `a` and `b` are the
-    /// windows of its clips. The result does not depend on the instruction set. [`PrunedSearch`] finds the same minima sooner.
-    ///
-    /// # Errors
-    /// The band has more minima than a graph may have transitions.
-    pub fn minima(
-        &self,
-        band: MapBand,
-        [a, b]: [&Windows; 2],
-        isa: Isa,
-    ) -> Result<Vec<Minimum>, GraphError> {
-        find(DistanceMap::new(a, b).with_isa(isa), band, self)
-    }
-}
-
-/// Local minima of a band below the threshold, row by row. The map is never stored completely.
-pub(crate) fn find(
-    map: DistanceMap<'_>,
-    band: MapBand,
-    settings: &SearchSettings,
-) -> Result<Vec<Minimum>, GraphError> {
-    let rows = band.rows();
-    // The map of a clip with itself is symmetric and 0 on its diagonal.
-    let gap = (band.a == band.b).then_some(settings.separation);
-    let limit = settings.threshold * settings.threshold;
-    let mut found = CloseMinima::new(settings.separation);
-    let mut outcome = Ok(());
-    let mut collect = |three: &Rows<'_>| {
-        if outcome.is_ok() && rows.contains(&three.index) {
-            let first = gap.map_or(0, |gap| three.index + gap);
-            outcome = three.collect(first, limit, &mut found);
-        }
-    };
-    // The two rows before the newest one.
-    let (mut before, mut middle): (Vec<f32>, Vec<f32>) = (Vec::new(), Vec::new());
-    let mut next = 0;
-    // A minimum is compared with the rows on both sides of it.
-    let beside = rows.start.saturating_sub(1)..rows.end + 1;
-    map.for_each_row_of(beside, |row, distances| {
-        if !middle.is_empty() {
-            collect(&Rows {
-                index: row - 1,
-                above: &before,
-                here: &middle,
-                below: distances,
-            });
-        }
-        std::mem::swap(&mut before, &mut middle);
-        middle.clear();
-        middle.extend_from_slice(distances);
-        next = row + 1;
-    });
-    if next > 0 {
-        collect(&Rows {
-            index: next - 1,
-            above: &before,
-            here: &middle,
-            below: &[],
-        });
-    }
-    outcome.map(|()| found.minima)
-}
 
 /// Minima of a map. If there are very many, those close to a better one are removed early: in nearly still motion, every window is a
 /// minimum.
@@ -114,49 +48,6 @@ impl CloseMinima {
     pub(crate) fn take(&mut self) -> Vec<Minimum> {
         self.limit = Self::MOST;
         thin_out(std::mem::take(&mut self.minima), self.separation)
-    }
-}
-
-/// Number of columns that are tested together.
-const PART: usize = 16;
-
-/// A row of the map, with the rows above and below it. Rows beyond the map are empty.
-struct Rows<'a> {
-    index: usize,
-    above: &'a [f32],
-    here: &'a [f32],
-    below: &'a [f32],
-}
-
-impl Rows<'_> {
-    /// Adds the minima of the middle row from the column `first` on whose squared distance is below `limit`.
-    fn collect(&self, first: usize, limit: f32, found: &mut CloseMinima) -> Result<(), GraphError> {
-        // Most parts of a row have no value below the limit, so 16 values are tested together.
-        for (part, values) in self.here.chunks(PART).enumerate() {
-            if values.iter().fold(f32::INFINITY, |a, &b| a.min(b)) < limit {
-                let columns = part * PART..part * PART + values.len();
-                for column in columns.skip_while(|&column| column < first) {
-                    if self.is_minimum(column, limit) {
-                        found.push(Minimum {
-                            a: self.index as u32,
-                            b: column as u32,
-                            distance: self.here[column].sqrt(),
-                        })?;
-                    }
-                }
-            }
-        }
-        Ok(())
-    }
-
-    fn is_minimum(&self, column: usize, limit: f32) -> bool {
-        let value = self.here[column];
-        let around = column.saturating_sub(1)..(column + 2).min(self.here.len());
-        let lower = |row: &[f32]| {
-            row.get(around.clone())
-                .is_some_and(|values| values.iter().any(|&other| other < value))
-        };
-        value < limit && !lower(self.above) && !lower(self.here) && !lower(self.below)
     }
 }
 

@@ -169,7 +169,7 @@ impl<'a> PrunedSearch<'a> {
         Ok(all)
     }
 
-    /// Finds the minima of a band: those that [`SearchSettings::minima`] finds, bit for bit.
+    /// Finds the minima of a band, row by row: distances below the threshold that none of the eight around them is below.
     ///
     /// # Errors
     /// The band has more minima than a graph may have transitions.
