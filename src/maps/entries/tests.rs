@@ -3,7 +3,7 @@
 use crate::anim::{
     Clip, ClipDesc, Envelope, Event, EventKind, JointId, Pose, Skeleton, forward_kinematics,
 };
-use crate::graph::build::builder as build;
+use crate::graph::build;
 use crate::graph::{
     ClipPosition, ClipSource, EdgeMotion, Entry, GraphSettings, Layer, Motion, MotionGraph,
     rotation_vector,
