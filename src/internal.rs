@@ -1,9 +1,6 @@
-//! Types that the packages of this workspace share with the component and that a host does not need: searches for transitions, feet, the exact test.
+//! Types that the packages of this workspace share with the component and that a host does not need: searches for transitions, feet, shares of a bake.
 //!
 //! They are not covered by semantic versioning: any patch release may change them.
-pub use crate::duel::trunk::Trunk;
-#[cfg(feature = "vulkan")]
-pub use crate::gpu::stencil::{Batch, BatchMaps, MapKind, Rasterizer, RasterizerDesc};
 pub use crate::graph::build::builder::GraphBuilder;
 pub use crate::graph::build::report::Responsiveness;
 pub use crate::graph::build::report::{GoalReport, LinkObstacle, LinkReport, UnlinkedEvent};
@@ -23,13 +20,3 @@ pub use crate::graph::settings::FeetSettings;
 pub use crate::graph::settings::{LinkGoal, LinkSettings};
 pub use crate::graph::watch::{BakeProgress, BakeStage, BakeWatch, Unwatched};
 pub use crate::maps::entries::{EntryShare, MomentShare};
-pub use crate::query::answer::EnteredAt;
-pub use crate::query::clearance::{
-    ExactTest, Extent, MotionBody, PlacedEvasion, SAMPLE_RATE, Sampling, closest,
-};
-pub use crate::query::cull::drawing::{AttackDrawing, AttackLayer, TimedDisc};
-pub use crate::query::cull::input::CullCandidate;
-pub use crate::query::moves::{MoveSettings, SearchReport};
-pub use crate::query::obstacle::{ObstacleHit, ObstacleTest};
-pub use crate::query::retime::{Rate, RateError};
-pub use crate::query::warp::{WarpBounds, WarpLimits};

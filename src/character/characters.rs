@@ -9,7 +9,6 @@ use super::goal::Goal;
 use super::ids::{CharacterId, ThreatId};
 use super::obstacles::find_bodies;
 use super::range::{ANY, FURTHEST, shorter, within};
-use super::saved::fingerprint;
 use super::scratch::Worker;
 use super::settings::CharacterSettings;
 use super::slot::{PlanQueue, Shared, Slot, Urgent, most_urgent};
@@ -17,8 +16,8 @@ use super::state::CharacterState;
 use super::steer::Steering;
 use super::threat::Threat;
 use super::world::{KnownThreat, OtherBody, World};
-use crate::anim::{JointTransform, Pose, forward_kinematics};
-use crate::graph::{Motion, Playhead};
+use crate::anim::{Clip, JointTransform, Pose, forward_kinematics};
+use crate::graph::{Motion, MotionGraph, Playhead};
 use crate::maps::BakedGraph;
 use crate::math::parallel::{WorkerPool, lock};
 use crate::math::{Rigid2, thread_count};
@@ -461,4 +460,20 @@ impl Characters {
             _ => Err(unknown),
         }
     }
+}
+
+/// A number that differs between graphs: of the names of joints and clips, and of the edges.
+fn fingerprint(graph: &MotionGraph) -> u32 {
+    let mut hash = crc32fast::Hasher::new();
+    let joints = graph.skeleton().joints().iter().map(|joint| &*joint.name);
+    for name in joints.chain(graph.clips().iter().map(Clip::name)) {
+        hash.update(name.as_bytes());
+        hash.update(b"\n");
+    }
+    for edge in graph.edges() {
+        for number in [edge.from.0, edge.to.0, edge.frames] {
+            hash.update(&number.to_le_bytes());
+        }
+    }
+    hash.finalize()
 }

@@ -12,7 +12,7 @@ use super::world::{OtherBody, World};
 use crate::maps::BakedGraph;
 use crate::math::parallel::lock;
 use crate::query::Obstacle;
-use crate::query::obstacle::ObstacleTest;
+use crate::query::clearance::ObstacleTest;
 
 /// Obstacles within this distance of what the body reaches are near, in metres.
 const NEAR: f32 = 6.0;
@@ -99,7 +99,7 @@ impl CharacterState {
         };
         let context = &mut worker.plan.context;
         context.forget_poses();
-        let entered = test.on_motion(&playing.motion, context.body());
+        let entered = context.body().worst_entry(&test, &playing.motion);
         if entered.is_some() {
             let is_threatened = std::mem::take(&mut self.seen) != 0;
             if !is_threatened {

@@ -1,4 +1,4 @@
-//! The saved state of characters. A loaded game continues bit-identically.
+//! Saves and restores all characters. A loaded game continues bit-identically.
 //!
 //! ```text
 //! 0   8  "sabgame\n"
@@ -16,9 +16,8 @@ use super::error::CharacterError;
 use super::slot::Slot;
 use super::state::CharacterState;
 use super::world::KnownThreat;
-use crate::anim::Clip;
 use crate::archive;
-use crate::graph::{Motion, MotionGraph};
+use crate::graph::Motion;
 use crate::maps::BakedGraph;
 use crate::math::parallel::lock;
 
@@ -27,10 +26,10 @@ const VERSION: u32 = 1;
 /// Length of magic, version and checksum, in bytes.
 const HEADER: usize = 16;
 
-/// Everything about characters and threats but the graph and the settings. Restored, a game continues bit-identically.
+/// Everything about characters and threats but the graph and the settings. A restored state continues bit-identically.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CharactersState {
-    /// [`fingerprint`] of the graph.
+    /// Fingerprint of the graph.
     graph: u32,
     slots: Vec<Slot>,
     free: Vec<u32>,
@@ -53,7 +52,7 @@ impl Characters {
         }
     }
 
-    /// Goes on from a saved state of the same graph.
+    /// Continues from a saved state of the same graph.
     ///
     /// # Errors
     /// A state that is damaged or belongs to another graph. The characters then stay as they are.
@@ -163,22 +162,6 @@ impl CharactersState {
             )),
         }
     }
-}
-
-/// A number that differs between graphs: of the names of joints and clips, and of the edges.
-pub(super) fn fingerprint(graph: &MotionGraph) -> u32 {
-    let mut hash = crc32fast::Hasher::new();
-    let joints = graph.skeleton().joints().iter().map(|joint| &*joint.name);
-    for name in joints.chain(graph.clips().iter().map(Clip::name)) {
-        hash.update(name.as_bytes());
-        hash.update(b"\n");
-    }
-    for edge in graph.edges() {
-        for number in [edge.from.0, edge.to.0, edge.frames] {
-            hash.update(&number.to_le_bytes());
-        }
-    }
-    hash.finalize()
 }
 
 /// Whether no place is listed twice.

@@ -3,12 +3,11 @@ use serde::{Deserialize, Serialize};
 
 use super::event::CharacterEventKind;
 use super::goal::Goal;
-use super::ids::CharacterId;
+use super::ids::{CharacterId, ThreatId};
 use super::playing::Playing;
 use super::scratch::Worker;
 use super::steer::{SteerState, SteerStep, SteeredBody};
 use super::threat::{Threat, Window};
-use super::watch::Watched;
 use super::world::World;
 use crate::graph::Motion;
 use crate::maps::BakedGraph;
@@ -54,6 +53,15 @@ pub(super) struct CharacterState {
     pub centres: Vec<Vec3>,
     #[serde(skip)]
     pub events: Vec<(f64, CharacterEventKind)>,
+}
+
+/// A threat that came near, with the smallest distance so far.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct Watched {
+    pub id: ThreatId,
+    /// Smallest distance so far, in metres; `f32::MAX` until it is measured.
+    pub metres: f32,
+    pub is_hit: bool,
 }
 
 /// A motion that takes over.

@@ -3,8 +3,7 @@
 use super::scratch::PlanScratch;
 use super::world::World;
 use crate::graph::Motion;
-use crate::query::clearance::{Clearance, ExactTest, Extent, Sampling};
-use crate::query::obstacle::ObstacleTest;
+use crate::query::clearance::{Clearance, ExactTest, Extent, ObstacleTest, Sampling};
 use crate::query::{Attack, evasions_end};
 
 /// A motion, tested against threats and obstacles.
@@ -94,7 +93,7 @@ impl PlanTest<'_> {
             seconds: (0.0, tested.end),
             enough,
         };
-        let entered = test.on_motion(&tested.motion, scratch.context.body());
+        let entered = scratch.context.body().worst_entry(&test, &tested.motion);
         entered.map_or(0.0, |entered| entered.harm)
     }
 }

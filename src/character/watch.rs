@@ -3,23 +3,13 @@
 //! Body and threat go straight from the start of a step to its end. A threat that falls is looked at in short pieces of its flight.
 
 use glam::Vec3;
-use serde::{Deserialize, Serialize};
 
 use super::event::CharacterEventKind;
 use super::ids::{CharacterId, ThreatId};
 use super::scratch::Worker;
-use super::state::CharacterState;
+use super::state::{CharacterState, Watched};
 use super::world::{KnownThreat, World};
 use crate::query::clearance::closest;
-
-/// A threat that came near, with the smallest distance so far.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub(super) struct Watched {
-    id: ThreatId,
-    /// Smallest distance so far, in metres; `f32::MAX` until it is measured.
-    metres: f32,
-    is_hit: bool,
-}
 
 /// The part of a step in which a threat exists.
 struct Pass<'a> {

@@ -10,8 +10,7 @@ use crate::graph::{EdgeId, Motion, Playhead};
 use crate::maps::{AttackGrid, BakedGraph};
 use crate::math::Rigid2;
 use crate::query::clearance::{Clearance, ExactTest, MotionBody};
-use crate::query::moves::MoveSearch;
-use crate::query::{Answer, Attack};
+use crate::query::{Answer, Attack, MoveSearch};
 
 /// A duel. It keeps everything that was played for playback, about 50 MB for each hour. After three hours, its clock has steps of a
 /// millisecond.

@@ -10,7 +10,6 @@ use crate::anim::EventKind;
 use crate::graph::{EdgeMotion, Motion, MotionGraph, MotionStep, NodeId};
 use crate::math::{Rigid2, sorted_indices};
 use crate::query::MoveSettings;
-use crate::query::moves::MoveSearchDesc;
 
 /// A motion, and its cost.
 struct RatedMotion {
@@ -88,13 +87,11 @@ impl Duel<'_> {
             ..MoveSettings::default()
         };
         let (mut found, graph) = (Vec::new(), self.baked.graph());
-        let desc = MoveSearchDesc {
-            start: node,
-            seconds: seconds.max(0.1),
-            settings,
-            is_blocked: &|_, _| false,
-        };
-        self.search.run(graph, desc, |id| found.push(id));
+        let is_blocked = |_, _| false;
+        self.search
+            .search(graph, node, seconds.max(0.1), settings, &is_blocked, |id| {
+                found.push(id);
+            });
         let steps = |id| {
             let edges = self.search.edges_backwards(id);
             let mut steps: Vec<MotionStep> =

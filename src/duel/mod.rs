@@ -22,7 +22,7 @@ mod rng;
 mod settings;
 mod side;
 mod spacing;
-pub(crate) mod trunk;
+mod trunk;
 
 pub use challenge::Challenge;
 pub use duel_state::Duel;
@@ -30,3 +30,4 @@ pub use fighter::Fighter;
 pub use record::{Exchange, Score};
 pub use settings::{DuelError, DuelSettings, LeadTime};
 pub use side::Side;
+pub use trunk::Trunk;

@@ -89,6 +89,7 @@ pub use pipeline_cache::PipelineCache;
 pub use raw::{check_raw, command_buffer};
 pub use report::{PathReport, Report};
 pub use requirements::{Requirement, requirements};
+pub use stencil::{Batch, BatchMaps, MapKind, Rasterizer, RasterizerDesc};
 pub use terms::Terms;
 
 /// Building blocks of components that come with this crate and record into the same command buffers, such as

@@ -1,13 +1,17 @@
+//! The answer to a query: the motion to play, and what became of each candidate.
+
 use serde::{Deserialize, Serialize};
 
 use super::clearance::Clearance;
 use super::cull::Overlap;
-use super::moves::SearchReport;
-use super::retime::{Rate, RateError};
-use super::score::Score;
-use super::source::Source;
+use super::gather::{CandidateKind, EntryCandidate, SearchReport};
+use super::request::{Evaluation, Query};
+use super::retime::{Rate, RateError, retimed};
+use super::score::{Evaluated, Score};
+use super::select::Selection;
+use super::state::{QueryState, Source};
 use crate::anim::Warp;
-use crate::graph::{EdgeId, Entry, Layer, Motion};
+use crate::graph::{EdgeId, Entry, Layer, Motion, MotionStep, Playhead};
 use crate::maps::{BakedGraph, PathId};
 
 /// The answer to a query. Keep it from one query to the next, because its memory is reused.
@@ -26,7 +30,6 @@ pub struct Answer {
     /// Number of candidates by result.
     pub counts: Counts,
     /// Statistics of the search for candidates.
-    #[doc(hidden)]
     pub search: SearchReport,
     /// Edges of all moves.
     pub(super) edges: Vec<EdgeId>,
@@ -39,13 +42,10 @@ pub struct CandidateReport {
     /// Edge of the evasion after the path; `None` for a move.
     pub evasion: Option<EdgeId>,
     /// Entry into the evasion; `None` if an edge leads to it.
-    #[doc(hidden)]
     pub entry: Option<EnteredAt>,
     /// Layer that plays the upper body of the evasion while the natural motion continues; `None` for other candidates.
-    #[doc(hidden)]
     pub layer: Option<Layer>,
     /// Rate of the retimable edges, or the reason why there is none.
-    #[doc(hidden)]
     pub rate: Result<Rate, RateError>,
     /// Texels that the candidate's maps share with the attack; `None` if they were not counted.
     pub overlap: Option<Overlap>,
@@ -54,7 +54,6 @@ pub struct CandidateReport {
     /// Score; `None` for a hit and for a candidate that was not tested.
     pub score: Option<Score>,
     /// Warp that makes the motion clean; clearance and score are those of the warped motion. `None` without a warp.
-    #[doc(hidden)]
     pub warp: Option<Warp>,
     /// Result of the candidate.
     pub result: CandidateResult,
@@ -131,12 +130,11 @@ impl Answer {
             Route::Table(path) => (Some(path), &[][..]),
             Route::Edges(first, end) => (None, &self.edges[first as usize..end as usize]),
         };
-        let filed = path.into_iter().flat_map(|path| baked.paths().edges(path));
-        filed.chain(edges.iter().copied())
+        let stored = path.into_iter().flat_map(|path| baked.paths().edges(path));
+        stored.chain(edges.iter().copied())
     }
 
     /// The candidates that end in an evasion, with their paths.
-    #[doc(hidden)]
     pub fn paths(&self) -> impl Iterator<Item = (PathId, &CandidateReport)> {
         self.candidates
             .iter()
@@ -164,5 +162,162 @@ impl Answer {
             .get(self.chosen)
             .and_then(|report| report.clearance)
             .unwrap_or(none)
+    }
+
+    /// The motion of a candidate, from the moment of the query until the end of its evasion. Returns `None` for a path that no rate
+    /// brings in time.
+    ///
+    /// `report` is one of `candidates`, `baked` is the graph of the query, and `playhead` is the position of its request.
+    #[must_use]
+    pub fn motion_of(
+        &self,
+        baked: &BakedGraph,
+        playhead: Playhead,
+        report: &CandidateReport,
+    ) -> Option<Motion> {
+        let mut motion = Motion::default();
+        if let Some(EnteredAt { delay, entry }) = &report.entry {
+            motion.restart(baked.graph(), playhead, []);
+            motion.enter(baked.graph(), *delay, entry);
+        } else if let Some(layer) = report.layer {
+            motion.restart(baked.graph(), playhead, []);
+            motion.extend(baked.graph(), layer.end());
+            motion.set_layer(Some(layer));
+        } else {
+            let steps = retimed(baked, report.rate.ok()?, self.path(baked, report));
+            let evasion = report.evasion.map(|edge| MotionStep { edge, rate: 1.0 });
+            motion.restart(baked.graph(), playhead, steps.chain(evasion));
+        }
+        if let Some(warp) = report.warp {
+            motion.extend(baked.graph(), warp.envelope.end);
+        }
+        motion.set_warp(report.warp);
+        Some(motion)
+    }
+
+    /// Replaces all data of the answer, except the motion.
+    pub(super) fn fill(
+        &mut self,
+        query: Query<'_>,
+        state: &QueryState,
+        evaluated: &[Option<Evaluated>],
+        selection: Selection,
+    ) {
+        let baked = query.baked;
+        self.chosen = selection.chosen;
+        self.source = state.source;
+        self.search = state.search;
+        self.edges.clear();
+        self.candidates.clear();
+        for (index, &evaluated) in evaluated.iter().enumerate() {
+            let route = self.route(state, index);
+            let mut report = report(baked, state, index, evaluated, route);
+            if index == selection.chosen {
+                report.result = CandidateResult::Chosen;
+            }
+            self.candidates.push(report);
+        }
+        self.avoided = self.candidates[self.chosen].score.is_some();
+        self.counts = counts(state, selection, &self.candidates);
+        let late = state.late.list.iter();
+        self.candidates
+            .extend(late.map(|&(path, error)| late_path(baked, path, error)));
+    }
+
+    fn route(&mut self, state: &QueryState, index: usize) -> Route {
+        match state.candidates.list[index].kind {
+            CandidateKind::Evasion { path, .. } => Route::Table(path),
+            CandidateKind::Move(path) => {
+                let start = self.edges.len();
+                self.edges.extend(state.moves.edges_backwards(path));
+                self.edges[start..].reverse();
+                Route::Edges(start as u32, self.edges.len() as u32)
+            }
+            CandidateKind::Entry(_) | CandidateKind::Layer(_) => Route::Edges(0, 0),
+        }
+    }
+}
+
+/// The report of a candidate that was not chosen.
+fn report(
+    baked: &BakedGraph,
+    state: &QueryState,
+    index: usize,
+    evaluated: Option<Evaluated>,
+    route: Route,
+) -> CandidateReport {
+    let candidate = &state.candidates.list[index];
+    let score = evaluated.and_then(|one| one.score);
+    CandidateReport {
+        route,
+        evasion: match candidate.kind {
+            CandidateKind::Evasion { path, .. } => Some(baked.path_evasion(path).edge),
+            CandidateKind::Entry(entry) => {
+                let evasion = state.entries[entry as usize].evasion;
+                Some(baked.evasions()[evasion].edge)
+            }
+            CandidateKind::Layer(layer) => {
+                let evasion = state.layers[layer as usize].evasion;
+                Some(baked.evasions()[evasion].edge)
+            }
+            CandidateKind::Move(_) => None,
+        },
+        entry: match candidate.kind {
+            CandidateKind::Entry(entry) => {
+                let EntryCandidate { delay, entry, .. } = state.entries[entry as usize];
+                Some(EnteredAt { delay, entry })
+            }
+            _ => None,
+        },
+        layer: match candidate.kind {
+            CandidateKind::Layer(layer) => Some(state.layers[layer as usize].layer),
+            _ => None,
+        },
+        rate: Ok(candidate.rate),
+        overlap: state.candidates.overlap(index),
+        clearance: evaluated.map(|one| one.clearance),
+        score,
+        warp: evaluated.and_then(|one| one.warp),
+        result: if state.is_culled(index) {
+            CandidateResult::Culled
+        } else if evaluated.is_some() && score.is_none() {
+            CandidateResult::Hit
+        } else {
+            CandidateResult::Outscored
+        },
+    }
+}
+
+fn counts(state: &QueryState, selection: Selection, candidates: &[CandidateReport]) -> Counts {
+    let count = |is: fn(&CandidateReport) -> bool| candidates.iter().filter(|r| is(r)).count();
+    let culled = match state.request.evaluation {
+        Evaluation::Lazy => count(|report| report.overlap.is_some_and(|o| o.body > 0)),
+        Evaluation::Exhaustive => 0,
+    };
+    Counts {
+        candidates: candidates.len(),
+        with_evasion: count(|report| report.evasion.is_some()),
+        entered: count(|report| report.entry.is_some()),
+        layered: count(|report| report.layer.is_some()),
+        not_in_time: state.late.count,
+        culled,
+        reconsidered: selection.reconsidered,
+        hits: count(|report| report.clearance.is_some() && report.score.is_none()),
+        clean: count(|report| report.score.is_some()),
+    }
+}
+
+fn late_path(baked: &BakedGraph, path: PathId, error: RateError) -> CandidateReport {
+    CandidateReport {
+        route: Route::Table(path),
+        evasion: Some(baked.path_evasion(path).edge),
+        entry: None,
+        layer: None,
+        rate: Err(error),
+        overlap: None,
+        clearance: None,
+        score: None,
+        warp: None,
+        result: CandidateResult::NotInTime,
     }
 }

@@ -1,13 +1,34 @@
+//! What is asked: a query of a baked graph, and its requests.
+
 use glam::Vec3;
+use serde::{Deserialize, Serialize};
 
 use super::attack::Attack;
-use super::clearance::PlacedEvasion;
-use super::evaluation::Evaluation;
-use super::obstacle::{NearObstacles, Obstacle};
-use super::retime::Durations;
+use super::clearance::{NearObstacles, PlayedTrack};
+use super::obstacle::Obstacle;
+use super::settings::{QuerySettings, QuerySettingsError};
 use crate::graph::{EdgeId, Motion, MotionGraph, MotionMoment, NodeId, Played, Playhead};
-use crate::maps::{BakedGraph, NodePath, PathId};
+use crate::maps::{BakedGraph, PathId};
 use crate::math::Rigid2;
+
+/// Finds motions of a baked graph that avoid attacks.
+///
+/// ```
+/// # fn ask(baked: &sabaki::maps::BakedGraph, playhead: sabaki::graph::Playhead, attack: &sabaki::query::Attack) {
+/// use sabaki::query::{Answer, Query, QueryContext, QuerySettings, Request};
+///
+/// let settings = QuerySettings::default();
+/// // Keep both from one query to the next. After a few queries nothing is allocated.
+/// let (mut context, mut answer) = (QueryContext::default(), Answer::default());
+/// Query::new(baked, &settings).answer(Request::new(playhead, attack), &mut context, &mut answer);
+/// println!("avoided: {}, by {} m", answer.avoided, answer.clearance().metres);
+/// # }
+/// ```
+#[derive(Clone, Copy, Debug)]
+pub struct Query<'a> {
+    pub(super) baked: &'a BakedGraph,
+    pub(super) settings: &'a QuerySettings,
+}
 
 /// Input of a [`Query`](super::Query): a character, and the attack that it has to avoid.
 #[derive(Clone, Copy, Debug)]
@@ -25,28 +46,32 @@ pub struct Request<'a> {
     pub obstacles: &'a [Obstacle],
 }
 
-impl<'a> Request<'a> {
-    /// Creates a request with lazy evaluation and without obstacles.
-    #[must_use]
-    pub fn new(playhead: Playhead, attack: &'a Attack) -> Self {
-        Self {
-            playhead,
-            attack,
-            playing: None,
-            evaluation: Evaluation::Lazy,
-            obstacles: &[],
-        }
-    }
+/// Which candidates are tested exactly.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Evaluation {
+    /// Tests only the candidates that the choice depends on.
+    ///
+    /// Candidates that the maps remove are tested only if no other candidate is clean. A candidate that could not win even at
+    /// distance 0 is not tested. With a negative weight of distance every candidate is tested. Evasions are tested on their baked body
+    /// track, moves at every fourth sample first. The winner is tested once more, on its final motion.
+    #[default]
+    #[serde(rename = "needed")]
+    Lazy,
+    /// Tests every candidate, posed at every sample of the whole attack, and ignores the maps. The culling path `exact` does this. It is the
+    /// reference for all other paths.
+    #[serde(rename = "all")]
+    Exhaustive,
+}
 
-    /// Creates a request for a character that is at a moment of a motion.
-    #[must_use]
-    pub fn of_motion(graph: &MotionGraph, playing: MotionMoment<'a>, attack: &'a Attack) -> Self {
-        let playhead = playing.motion.playhead(graph, playing.seconds);
-        Self {
-            playing: Some(playing),
-            ..Self::new(playhead, attack)
-        }
-    }
+/// Differences of a query of a plan from an ordinary query.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct PlanScope<'a> {
+    /// Attack of the request without the margin. If no motion avoids the request's attack, one that avoids this attack is chosen.
+    pub plain: &'a Attack,
+    /// Margin by which the radii of the request's attack are larger, in metres.
+    pub margin: f32,
+    /// Whether only paths to an evasion are candidates, because an earlier query has tested the others.
+    pub evasions_only: bool,
 }
 
 /// A request with its own copy of the attack, and the node where the motion can branch next.
@@ -74,15 +99,51 @@ pub(super) struct ActiveRequest {
     pub evasions_only: bool,
 }
 
-/// Differences of a query of a plan from an ordinary query.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct PlanScope<'a> {
-    /// Attack of the request without the margin. If no motion avoids the request's attack, one that avoids this attack is chosen.
-    pub plain: &'a Attack,
-    /// Margin by which the radii of the request's attack are larger, in metres.
-    pub margin: f32,
-    /// Whether only paths to an evasion are candidates, because an earlier query has tested the others.
-    pub evasions_only: bool,
+impl<'a> Query<'a> {
+    /// Creates a query with settings that the program has chosen.
+    ///
+    /// Settings out of range (see [`QuerySettings::check`]) are used as they are. Nothing panics, but the query is slow or the
+    /// answer is poor. Use [`Query::checked`] for settings from other sources.
+    #[must_use]
+    pub fn new(baked: &'a BakedGraph, settings: &'a QuerySettings) -> Self {
+        Self { baked, settings }
+    }
+
+    /// Creates a query with settings from a file or a user.
+    ///
+    /// # Errors
+    /// The first setting that is out of range.
+    pub fn checked(
+        baked: &'a BakedGraph,
+        settings: &'a QuerySettings,
+    ) -> Result<Self, QuerySettingsError> {
+        settings.check()?;
+        Ok(Self::new(baked, settings))
+    }
+}
+
+impl<'a> Request<'a> {
+    /// Creates a request with lazy evaluation and without obstacles.
+    #[must_use]
+    pub fn new(playhead: Playhead, attack: &'a Attack) -> Self {
+        Self {
+            playhead,
+            attack,
+            playing: None,
+            evaluation: Evaluation::Lazy,
+            obstacles: &[],
+        }
+    }
+
+    /// Creates a request for a character that is at a moment of a motion.
+    #[must_use]
+    pub fn of_motion(graph: &MotionGraph, playing: MotionMoment<'a>, attack: &'a Attack) -> Self {
+        let playhead = playing.motion.playhead(graph, playing.seconds);
+        Self {
+            playing: Some(playing),
+            ..Self::new(playhead, attack)
+        }
+    }
 }
 
 impl Default for ActiveRequest {
@@ -154,29 +215,26 @@ impl ActiveRequest {
         self.blend.blend_from(graph, played, BENT);
     }
 
-    /// Durations of a path's edges at rate 1.
-    pub(super) fn durations(baked: &BakedGraph, path: &NodePath) -> Durations {
-        let seconds = |frames: u16| (f64::from(frames) / baked.graph().frame_rate()) as f32;
-        Durations {
-            total: seconds(path.frames),
-            faster: seconds(path.faster),
-            slower: seconds(path.slower),
-        }
-    }
-
     /// The evasion at the end of a path, performed `start` seconds from now.
     pub(super) fn evasion<'a>(
         &self,
         baked: &'a BakedGraph,
         path: PathId,
         start: f32,
-    ) -> PlacedEvasion<'a> {
+    ) -> PlayedTrack<'a> {
         let path = baked.paths().path(path);
-        PlacedEvasion {
-            track: baked.track(path.goal as usize),
-            placement: self.node_frame * path.placement,
-            start,
-        }
+        let track = baked.track(path.goal as usize);
+        PlayedTrack::new(track, self.node_frame * path.placement, start)
+    }
+
+    /// Whether there are obstacles.
+    pub(super) fn is_among_obstacles(&self) -> bool {
+        !self.obstacles.all().is_empty()
+    }
+
+    /// Whether candidates that enter an obstacle are removed. An exhaustive evaluation measures all candidates.
+    pub(super) fn removes_blocked(&self) -> bool {
+        self.evaluation == Evaluation::Lazy && self.is_among_obstacles()
     }
 
     /// The root's position at the node, in the character's frame there.

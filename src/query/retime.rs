@@ -1,48 +1,35 @@
 //! The playback rate of a path that makes its evasion start when the attack starts.
 //!
-//! Source: Masaoka & Oshita, section 5.2. F is the duration of the edges with a fixed rate, E that of the edges whose rate may
-//! change in the needed direction, and T the available time. Then p = E / (T - F).
+//! Source: Masaoka & Oshita, section 5.2. F is the duration of the edges with a fixed rate, E that of the edges whose rate may change in the
+//! needed direction, and T the available time. Then p = E / (T - F).
 
 use serde::{Deserialize, Serialize};
 
+use super::settings::RateSettings;
 use crate::graph::{EdgeId, MotionStep};
-use crate::maps::BakedGraph;
-
-/// Limits of the playback rate.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct RateSettings {
-    /// Slowest rate. Default 0.5.
-    pub slowest: f32,
-    /// Fastest rate. Default 2.
-    pub fastest: f32,
-    /// Maximum time between the starts of evasion and attack without a change of rate, in seconds. Default 1/60, half a frame.
-    pub tolerance: f32,
-    /// Maximum time between the starts of evasion and attack if no path is in time, in seconds. Default 0.5.
-    ///
-    /// The paths that are nearest to being in time then become candidates. With 0, as in the paper, there are no candidates.
-    pub nearest: f32,
-}
-
-impl Default for RateSettings {
-    fn default() -> Self {
-        Self {
-            slowest: 0.5,
-            fastest: 2.0,
-            tolerance: 1.0 / 60.0,
-            nearest: 0.5,
-        }
-    }
-}
+use crate::maps::{BakedGraph, NodePath};
 
 /// Durations of the edges of a path at rate 1, in seconds.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct Durations {
+pub(super) struct Durations {
     /// Duration of all edges.
     pub total: f32,
     /// Duration of the edges that may be played faster.
     pub faster: f32,
     /// Duration of the edges that may be played slower.
     pub slower: f32,
+}
+
+impl Durations {
+    /// Durations of a path's edges.
+    pub(super) fn new(baked: &BakedGraph, path: &NodePath) -> Self {
+        let seconds = |frames: u16| (f64::from(frames) / baked.graph().frame_rate()) as f32;
+        Self {
+            total: seconds(path.frames),
+            faster: seconds(path.faster),
+            slower: seconds(path.slower),
+        }
+    }
 }
 
 /// The edges whose rate is changed.
@@ -71,6 +58,16 @@ impl Rate {
         rate: 1.0,
         direction: Direction::Unchanged,
     };
+
+    /// A rate of all edges.
+    pub(super) fn of_all(rate: f32) -> Self {
+        let direction = match rate {
+            faster if faster > 1.0 => Direction::Faster,
+            slower if slower < 1.0 => Direction::Slower,
+            _ => Direction::Unchanged,
+        };
+        Self { rate, direction }
+    }
 }
 
 /// The reason why no rate brings a path in time.
@@ -95,7 +92,7 @@ pub enum RateError {
 ///
 /// # Errors
 /// No rate brings the path in time.
-pub(crate) fn rate(
+pub(super) fn rate(
     durations: &Durations,
     available: f32,
     settings: &RateSettings,

@@ -1,54 +1,13 @@
 //! The score of a candidate, which measures how natural it looks.
 //!
-//! Source: Masaoka & Oshita, section 5.4, equations (1) and (2): V = w_a V_a + w_d V_d + w_t V_t;
-//! the smallest value wins.
+//! Source: Masaoka & Oshita, section 5.4, equations (1) and (2): V = w_a V_a + w_d V_d + w_t V_t; the smallest value wins. Differs: V_d is never
+//! below 0, and a warp adds a fourth term.
 
 use serde::{Deserialize, Serialize};
 
-/// Weights of the score's terms.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Weights {
-    /// Weight of V_a. Default 1.
-    pub avoid: f32,
-    /// Weight of V_d. Default 4, with which 0.1 m weighs as much as missing 0.4 of the evasion region.
-    ///
-    /// With a negative weight the widest miss wins, and every candidate is tested.
-    pub distance: f32,
-    /// Weight of V_t. Default 1, with which double rate weighs as much as missing the whole evasion region.
-    pub time: f32,
-    /// Weight of V_w. Default 0.5, with which a warp that uses one bound completely weighs as much as missing half of the evasion region.
-    #[serde(default)]
-    pub warp: f32,
-}
-
-impl Default for Weights {
-    fn default() -> Self {
-        Self {
-            avoid: 1.0,
-            distance: 4.0,
-            time: 1.0,
-            warp: 0.5,
-        }
-    }
-}
-
-/// Inputs of a score.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct ScoreFacts {
-    /// Number of texels of the evasion region in the slabs that the attack touches.
-    pub region_texels: u32,
-    /// Number of these texels that the attack covers.
-    pub covered_texels: u32,
-    /// Smallest distance of body and attack, in metres.
-    pub clearance: f32,
-    /// Rate p of the retimable edges.
-    pub rate: f32,
-    /// Whether only the upper body plays the evasion.
-    pub is_layered: bool,
-}
-
-/// V_a of a layered evasion, which half of the body plays.
-const LAYERED: f32 = 0.5;
+use super::clearance::Clearance;
+use super::settings::Weights;
+use crate::anim::Warp;
 
 /// The terms of a candidate's score, and their weighted sum.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -67,22 +26,25 @@ pub struct Score {
     pub total: f32,
 }
 
+/// V_a of a layered evasion, which half of the body plays.
+const LAYERED: f32 = 0.5;
+
 impl Score {
     /// Lower bound of the score of any move.
     pub(super) fn least_of_a_move(weights: &Weights) -> f32 {
         weights.avoid
     }
 
-    /// Computes the score of a candidate.
-    #[must_use]
-    pub(crate) fn new(facts: ScoreFacts, weights: &Weights) -> Self {
-        let ScoreFacts {
-            region_texels,
-            covered_texels,
-            clearance,
-            rate,
-            is_layered,
-        } = facts;
+    /// Computes the score of a candidate: the number of texels of its evasion region in the slabs that the attack touches, how many of them the
+    /// attack covers, the clearance in metres, the rate p of the retimable edges, and whether only the upper body plays the evasion.
+    pub(super) fn new(
+        region_texels: u32,
+        covered_texels: u32,
+        clearance: f32,
+        rate: f32,
+        is_layered: bool,
+        weights: &Weights,
+    ) -> Self {
         let avoid = match region_texels {
             _ if is_layered => LAYERED,
             0 => 1.0,
@@ -121,4 +83,16 @@ fn finite(total: f32) -> f32 {
 
 fn is_zero(value: &f32) -> bool {
     *value == 0.0
+}
+
+/// Result of the exact test of one candidate.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Evaluated {
+    pub clearance: Clearance,
+    /// Score of a clean candidate; `None` for a hit.
+    pub score: Option<Score>,
+    /// Whether the final motion was tested over the whole attack.
+    pub is_final: bool,
+    /// Warp of the motion; `None` without a warp.
+    pub warp: Option<Warp>,
 }

@@ -3,30 +3,101 @@
 //! Source: Masaoka & Oshita, section 5. A session goes through `start → (cull_input → submit)* → done`:
 //!
 //! ```text
-//! start ─▶ gather ─▶ place ─▶ [a culling path counts] ─▶ evaluate ─▶ select ─▶ done
-//!            ▲                                                         │
-//!            └──────────────── no candidate of the grid is clean ──────┘
+//! start ─▶ gather ─▶ draw maps ─▶ [a culling path counts] ─▶ evaluate, warp, select ─▶ done
+//!            ▲                                                        │
+//!            └─────────────── no candidate of the grid is clean ──────┘
 //! ```
 //!
 //! All state is stored in the [`QueryContext`]. A session can therefore be dropped while a device counts, and be resumed frames later.
 
 use std::convert::Infallible;
+use std::time::Instant;
 
 use super::answer::Answer;
-use super::ask::Query;
-use super::blocked::reject_blocked;
-use super::candidate::Candidate;
-use super::context::{QueryContext, Scratch};
-use super::cull::{CullInput, Overlap, cpu};
-use super::enumerate::Enumerate;
-use super::gather::Gather;
-use super::place::PlaceCandidates;
-use super::report::Report;
-use super::request::{PlanScope, Request};
-use super::select::{SelectionInput, select};
-use super::source::Source;
-use super::state::QueryState;
+use super::attack::Attack;
+use super::clearance::MotionBody;
+use super::cull::{Counted, CullInput, Overlap, PlacedRegion, cpu};
+use super::evaluate::Evaluator;
+use super::gather::{Candidate, CandidateKind, GatherScratch, gather_evasions, reject_blocked};
+use super::request::{PlanScope, Query, Request};
+use super::select::select;
+use super::settings::Enumerate;
+use super::state::{QueryState, Source};
+use super::warp::Warper;
 use crate::maps::PathId;
+
+/// The memory of queries: the state of the current query, and scratch. A query allocates nothing if its context has been used for similar
+/// queries. Every thread needs its own context, and so does every query that waits for its counts.
+#[derive(Clone, Debug, Default)]
+pub struct QueryContext {
+    state: QueryState,
+    scratch: Scratch,
+    culler: ChoiceCuller,
+}
+
+impl QueryContext {
+    /// The memory of exact tests, with the poses of the latest query or plan.
+    pub(crate) fn body(&mut self) -> &mut MotionBody {
+        self.scratch.evaluator.body()
+    }
+
+    /// Sets the time at which the tests of a plan end, or `None`, and removes the poses of earlier queries.
+    pub(crate) fn start_plan(&mut self, deadline: Option<Instant>) {
+        self.forget_poses();
+        self.body().set_deadline(deadline);
+    }
+
+    /// Ends a plan. Returns `false` if its time was over before: its results are to be discarded.
+    pub(crate) fn end_plan(&mut self) -> bool {
+        let body = self.body();
+        let in_time = !body.is_late();
+        body.set_deadline(None);
+        in_time
+    }
+
+    /// Removes the poses of earlier queries.
+    pub(crate) fn forget_poses(&mut self) {
+        self.scratch.evaluator.forget_poses();
+    }
+}
+
+/// Scratch of the stages.
+#[derive(Clone, Debug, Default)]
+struct Scratch {
+    gather: GatherScratch,
+    place: PlaceScratch,
+    evaluator: Evaluator,
+    warper: Warper,
+}
+
+/// The CPU culler, which counts the parts that a choice needs.
+#[derive(Clone, Debug)]
+struct ChoiceCuller(cpu::Culler);
+
+impl Default for ChoiceCuller {
+    fn default() -> Self {
+        Self(cpu::Culler::default().counting(Counted::FOR_A_CHOICE))
+    }
+}
+
+/// Scratch of the attack's maps.
+#[derive(Clone, Debug)]
+struct PlaceScratch {
+    placed: Vec<PlacedRegion>,
+    clocks: Vec<f32>,
+    /// The attack in the node's frame.
+    attack: Attack,
+}
+
+impl Default for PlaceScratch {
+    fn default() -> Self {
+        Self {
+            placed: Vec::new(),
+            clocks: Vec::new(),
+            attack: Attack::empty(),
+        }
+    }
+}
 
 /// A query that waits for the counts of a culling path.
 #[derive(Debug)]
@@ -190,22 +261,19 @@ impl<'a> Session<'a> {
 
     /// Continues with the counts of [`Session::count`]: tests candidates, and writes the answer or gathers other candidates.
     pub fn submit_counted(&mut self, answer: &mut Answer) -> Step {
-        let scratch = &mut self.scratch.evaluate;
-        let input = SelectionInput {
-            query: self.query,
-            state: self.state,
-            scratch,
-        };
-        let Some(selection) = select(input, &mut answer.motion) else {
+        let Scratch {
+            gather,
+            evaluator,
+            warper,
+            ..
+        } = &mut *self.scratch;
+        let motion = &mut answer.motion;
+        let selection = select(self.query, self.state, gather, evaluator, warper, motion);
+        let Some(selection) = selection else {
             self.gather(Source::NothingClean);
             return Step::Recount;
         };
-        answer.fill(&Report {
-            query: self.query,
-            state: self.state,
-            evaluated: scratch.evaluated(),
-            selection,
-        });
+        answer.fill(self.query, self.state, &evaluator.evaluated, selection);
         self.state.is_waiting = false;
         Step::Done
     }
@@ -253,11 +321,10 @@ impl<'a> Session<'a> {
     /// The choice needs no proof of a miss. A session therefore starts without outer maps, and all its candidates are
     /// [open](super::cull::CullCandidate::open).
     pub fn draw_outer_maps(&mut self) {
-        self.place(true);
+        self.draw_maps(true);
     }
 
     /// The paths of the candidates of [`Session::cull_input`], in its order.
-    #[doc(hidden)]
     pub fn counted_paths(&self) -> impl Iterator<Item = PathId> {
         let candidates = &self.state.candidates;
         candidates.list[..candidates.counted]
@@ -270,25 +337,122 @@ impl<'a> Session<'a> {
         let _span = tracing::trace_span!("query: gather", source = ?source).entered();
         self.state.round += 1;
         self.state.source = source;
-        let gather = Gather {
-            query: self.query,
-            enumerate: match source {
-                Source::Grid => self.query.settings.enumerate,
-                Source::NothingFiled | Source::NothingClean | Source::Whole => Enumerate::Whole,
-            },
+        let enumerate = match source {
+            Source::Grid => self.query.settings.enumerate,
+            Source::NothingFiled | Source::NothingClean | Source::Whole => Enumerate::Whole,
         };
-        gather.run(self.state, &mut self.scratch.gather);
-        reject_blocked(self.query, self.state);
-        self.state.candidates.put_known_last();
-        self.place(false);
+        let QueryState {
+            request,
+            candidates,
+            late,
+            search,
+            ..
+        } = &mut *self.state;
+        let (list, scratch) = (&mut candidates.list, &mut self.scratch.gather.evasions);
+        *search = gather_evasions(self.query, request, enumerate, list, late, scratch);
+        reject_blocked(self.query.baked, request, candidates);
+        candidates.put_known_last();
+        self.draw_maps(false);
     }
 
-    fn place(&mut self, outer: bool) {
+    /// Transforms the evasions of the candidates to the frame of the next node, and draws the attack's maps there.
+    fn draw_maps(&mut self, outer: bool) {
         let _span = tracing::trace_span!("query: draw the attack's maps").entered();
-        let place = PlaceCandidates {
-            baked: self.query.baked,
-            outer,
+        let PlaceScratch {
+            placed,
+            clocks,
+            attack,
+        } = &mut self.scratch.place;
+        let (baked, request) = (self.query.baked, &self.state.request);
+        placed.clear();
+        clocks.clear();
+        let attack_start = request.attack.start();
+        let counted = &self.state.candidates.list[..self.state.candidates.counted];
+        placed.extend(counted.iter().filter_map(|candidate| {
+            let CandidateKind::Evasion { path, start } = candidate.kind else {
+                return None;
+            };
+            let path = baked.paths().path(path);
+            Some(PlacedRegion {
+                region: baked.evasions()[path.goal as usize].region,
+                placement: path.placement,
+                clock: clock(clocks, start - attack_start),
+            })
+        }));
+        attack.place_from(&request.attack, request.node_frame.inverse());
+        let (atlas, reach) = (baked.atlas(), baked.reach());
+        self.state
+            .maps
+            .draw(atlas, attack, clocks, placed, reach, outer);
+    }
+}
+
+/// Index of the clock with an offset, which is the time from the attack's start to the evasion's start in seconds. Adds a clock if there is
+/// none. Offsets that single precision cannot distinguish share a clock.
+fn clock(clocks: &mut Vec<f32>, offset: f32) -> u32 {
+    const ALIKE: f32 = 1e-5;
+    let alike = |other: &f32| (other - offset).abs() <= ALIKE;
+    let found = clocks.iter().position(alike);
+    found.unwrap_or_else(|| {
+        clocks.push(offset);
+        clocks.len() - 1
+    }) as u32
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use std::time::Duration;
+
+    use glam::Vec3;
+
+    use super::*;
+    use crate::anim::Pose;
+    use crate::graph::{EdgeId, Playhead};
+    use crate::maps::SphereKey;
+    use crate::math::Rigid2;
+    use crate::query::fixture::baked;
+    use crate::query::settings::QuerySettings;
+
+    #[test]
+    fn what_follows_a_plan_that_was_late_is_what_it_would_have_been() {
+        let key = |t: f32, z: f32| SphereKey {
+            t,
+            center: Vec3::new(0.0, 1.3, z),
+            radius: 0.1,
         };
-        place.run(self.state, &mut self.scratch.place);
+        let attack = Attack::new(vec![vec![key(0.5, 3.0), key(1.0, -1.0)]]).unwrap();
+        let settings = QuerySettings::default();
+        let plan = |context: &mut QueryContext, deadline: Option<Instant>| {
+            let playhead = Playhead::at(baked().graph(), EdgeId(0), 0.0, Rigid2::IDENTITY);
+            let scope = PlanScope {
+                plain: &attack,
+                margin: 0.03,
+                evasions_only: false,
+            };
+            let mut answer = Answer::default();
+            context.start_plan(deadline);
+            let request = Request::new(playhead, &attack);
+            Query::new(baked(), &settings).answer_plan(request, scope, context, &mut answer);
+            (context.end_plan(), answer)
+        };
+        let (in_time, alone) = plan(&mut QueryContext::default(), None);
+        assert!(in_time);
+        assert!(alone.clearance().metres < 1.0);
+        let mut context = QueryContext::default();
+        let now = Instant::now();
+        assert!(!plan(&mut context, Some(now)).0);
+        for deadline in [None, Some(now + Duration::from_secs(600))] {
+            let (in_time, after) = plan(&mut context, deadline);
+            assert!(in_time);
+            assert_eq!(after.avoided, alone.avoided);
+            assert_eq!(after.clearance(), alone.clearance());
+            let moments = [after, alone.clone()].map(|answer| {
+                let mut pose = Pose::default();
+                answer.motion.sample(baked().graph(), 0.9, &mut pose);
+                pose
+            });
+            assert_eq!(moments[0], moments[1]);
+        }
     }
 }

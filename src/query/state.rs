@@ -1,14 +1,14 @@
-use super::candidate::CandidateList;
-use super::cull::QueryMaps;
-use super::entry_candidate::EntryCandidate;
-use super::layer_candidate::LayerCandidate;
-use super::moves::{MoveSearch, SearchReport};
-use super::request::ActiveRequest;
-use super::retime::RateError;
-use super::source::Source;
-use crate::maps::PathId;
+//! The state of one query, from its start to its answer.
 
-/// The state of one query, from its start to its answer. It is plain data: each stage reads the results of earlier stages.
+use serde::{Deserialize, Serialize};
+
+use super::cull::QueryMaps;
+use super::gather::{
+    CandidateList, EntryCandidate, LatePaths, LayerCandidate, MoveSearch, SearchReport,
+};
+use super::request::ActiveRequest;
+
+/// Plain data: each stage reads the results of earlier stages.
 #[derive(Clone, Debug, Default)]
 pub(super) struct QueryState {
     /// Number of the round, unique among all rounds of all queries of the context.
@@ -30,10 +30,17 @@ pub(super) struct QueryState {
     pub maps: QueryMaps,
 }
 
-/// Paths to an evasion that no rate brings in time.
-#[derive(Clone, Debug, Default)]
-pub(super) struct LatePaths {
-    pub count: usize,
-    /// The paths with the reasons. Empty unless [`QuerySettings::list_late`](super::QuerySettings::list_late) is set.
-    pub list: Vec<(PathId, RateError)>,
+/// The set that the candidates of an answer come from.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Source {
+    /// The grid of the node.
+    Grid,
+    /// All paths, because the grid cells that the attack touches are empty.
+    NothingFiled,
+    /// All paths, because no candidate of the grid is clean.
+    NothingClean,
+    /// All paths, because the settings say so.
+    #[default]
+    Whole,
 }

@@ -9,9 +9,10 @@ use std::sync::OnceLock;
 use common::baked::embedded;
 use common::clips::{small_skeleton, swinging_clip};
 use sabaki::anim::{Event, EventKind, Pose, forward_kinematics};
-use sabaki::duel::{Duel, DuelError, DuelSettings, Exchange, Fighter, LeadTime, Score, Side};
+use sabaki::duel::{
+    Duel, DuelError, DuelSettings, Exchange, Fighter, LeadTime, Score, Side, Trunk,
+};
 use sabaki::graph::{self, ClipSource, GraphSettings, Motion, Playhead};
-use sabaki::internal::Trunk;
 use sabaki::maps::{AttackGrid, AttackGridSettings, BakeSettings, BakedGraph, Baker, MapGrid};
 use sabaki::math::Rigid2;
 use sabaki::query::{Answer, Query, QueryContext, QuerySettings};

@@ -4,9 +4,10 @@
 use sabaki::gpu::{
     BatchEntry, ComputeSettings, Counting, Culler, CullerDesc, GpuError, StencilSettings,
 };
-use sabaki::internal::{AttackDrawing, AttackLayer, CullCandidate, TimedDisc};
 use sabaki::maps::{Disc, MapGrid, MapRect, RegionAtlas, Slab, SlabMaps};
-use sabaki::query::cull::{Counted, CullInput, Overlap};
+use sabaki::query::cull::{
+    AttackDrawing, AttackLayer, Counted, CullCandidate, CullInput, Overlap, TimedDisc,
+};
 use sabaki_fixtures::cull::{
     CullCase, GRIDS, Way, atlas, attack, candidates, counted, culler, sliced,
 };

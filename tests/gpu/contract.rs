@@ -12,9 +12,9 @@ use common::desc;
 use common::random::Random;
 use sabaki::gpu::ash::vk::{self, Handle};
 use sabaki::gpu::{
-    Context, Culler, CullerDesc, GpuAllocatorMemory, GpuError, PipelineCache, Ticket,
+    Context, Culler, CullerDesc, GpuAllocatorMemory, GpuError, PipelineCache, Rasterizer,
+    RasterizerDesc, Ticket,
 };
-use sabaki::internal::{Rasterizer, RasterizerDesc};
 use sabaki::maps::{MapGrid, MapRect, RegionAtlas};
 use sabaki::query::cull::Overlap;
 use sabaki_fixtures::headless::{Headless, Message};

@@ -11,10 +11,9 @@ use common::random::Random;
 use common::{device, finish};
 use sabaki::gpu::ash::{self, vk::Handle};
 use sabaki::gpu::{
-    Block, Context, Culler, CullerDesc, Features, GpuError, Memory, MemoryDesc, RawContextDesc,
-    Terms, check, requirements,
+    Block, Context, Culler, CullerDesc, Features, GpuError, Memory, MemoryDesc, Rasterizer,
+    RasterizerDesc, RawContextDesc, Terms, check, requirements,
 };
-use sabaki::internal::{Rasterizer, RasterizerDesc};
 use sabaki::maps::MapGrid;
 use sabaki::query::cull::CullPath;
 use sabaki_fixtures::headless::Headless;

@@ -14,8 +14,9 @@ use common::desc;
 use common::random::Random;
 use plain_memory::PlainMemory;
 use sabaki::gpu::ash::vk;
-use sabaki::gpu::{Context, Culler, CullerDesc, GpuError, Memory, PipelineCache};
-use sabaki::internal::{Rasterizer, RasterizerDesc};
+use sabaki::gpu::{
+    Context, Culler, CullerDesc, GpuError, Memory, PipelineCache, Rasterizer, RasterizerDesc,
+};
 use sabaki::maps::{MapRect, raster};
 use sabaki::query::cull::{CullInput, Overlap};
 use sabaki_fixtures::headless::Headless;

@@ -7,8 +7,7 @@ use sabaki_fixtures as common;
 use common::cull::{disc, drifting};
 use common::random::Random;
 use common::{FALLBACK_FORMATS, device, device_on, finish};
-use sabaki::gpu::GpuError;
-use sabaki::internal::{Rasterizer, RasterizerDesc};
+use sabaki::gpu::{GpuError, Rasterizer, RasterizerDesc};
 use sabaki::maps::{Disc, Drawing, MapRect, raster};
 use sabaki_fixtures::headless::Headless;
 

@@ -4,9 +4,8 @@
 
 use sabaki::gpu::ash::vk;
 use sabaki::gpu::{Context, Culler, CullerDesc, Ticket};
-use sabaki::internal::{AttackDrawing, CullCandidate};
 use sabaki::maps::BakedGraph;
-use sabaki::query::cull::{CullInput, CullPath, Overlap, cpu};
+use sabaki::query::cull::{AttackDrawing, CullCandidate, CullInput, CullPath, Overlap, cpu};
 use sabaki::query::{Query, QueryContext, QuerySettings};
 use sabaki_fixtures::baked::embedded;
 use sabaki_fixtures::headless::{Headless, HeadlessDesc};

@@ -1,23 +1,21 @@
 //! Promise: what is called clean is clean, nothing clean is hidden by the maps, evasions are in
 //! time, and the motion is continuous.
-#![allow(clippy::unwrap_used, clippy::expect_used)]
 
-use sabaki_fixtures as common;
-
-use common::answer::answer_throw;
-use common::baked::embedded;
 use glam::Vec3;
 use sabaki::anim::{Pose, forward_kinematics};
-use sabaki::graph::{EdgeId, Motion, NodeId, Playhead};
-use sabaki::internal::{ExactTest, MotionBody, SAMPLE_RATE};
-use sabaki::maps::{BakedGraph, SphereKey};
+use sabaki::graph::{EdgeId, NodeId, Playhead};
+use sabaki::maps::SphereKey;
 use sabaki::math::Rigid2;
-use sabaki::query::WarpSettings;
+use sabaki::query::clearance::{ExactTest, MotionBody, SAMPLE_RATE};
 use sabaki::query::{
     Answer, Attack, CandidateReport, CandidateResult, EntryUse, Enumerate, Evaluation, Query,
-    QuerySettings,
+    QuerySettings, WarpSettings,
 };
+use sabaki_fixtures::answer::answer_throw;
+use sabaki_fixtures::baked::embedded;
 use sabaki_fixtures::throw::{Throw, ThrowSettings, throw};
+
+use super::{centres, furthest, naive_clearance};
 
 const ATTACKS: u64 = 60;
 
@@ -27,43 +25,6 @@ fn throws() -> impl Iterator<Item = Throw> {
 
 fn answer(settings: &QuerySettings, throw: &Throw, evaluation: Evaluation) -> Answer {
     answer_throw(&Query::new(embedded(), settings), throw, evaluation)
-}
-
-fn centres(baked: &BakedGraph, motion: &Motion, t: f32) -> Vec<Vec3> {
-    let (mut pose, mut joints, mut out) = (Pose::default(), Vec::new(), Vec::new());
-    motion.sample(baked.graph(), t, &mut pose);
-    forward_kinematics(baked.graph().skeleton(), &pose, &mut joints);
-    baked.body().centres(&joints, &mut out);
-    out
-}
-
-/// The smallest distance by stepping through time, eight steps a sample.
-fn stepped_clearance(baked: &BakedGraph, motion: &Motion, attack: &Attack) -> f32 {
-    let mut smallest = f32::INFINITY;
-    for sphere in attack.spheres() {
-        let (first, last) = (sphere.keys()[0].t, sphere.keys()[sphere.keys().len() - 1].t);
-        for tick in (first * SAMPLE_RATE) as usize..=(last * SAMPLE_RATE) as usize {
-            let ends =
-                [tick, tick + 1].map(|tick| centres(baked, motion, tick as f32 / SAMPLE_RATE));
-            for step in 0..=8 {
-                let share = step as f32 / 8.0;
-                let t = (tick as f32 + share) / SAMPLE_RATE;
-                if (first..=last).contains(&t) {
-                    let ball = sphere.at(t);
-                    for (body, (from, to)) in baked
-                        .body()
-                        .spheres
-                        .iter()
-                        .zip(ends[0].iter().zip(&ends[1]))
-                    {
-                        let apart = from.lerp(*to, share).distance(ball.center);
-                        smallest = smallest.min(apart - ball.radius - body.radius);
-                    }
-                }
-            }
-        }
-    }
-    smallest
 }
 
 /// The candidates that edges lead to, without warps.
@@ -80,7 +41,7 @@ fn the_exact_clearance_is_that_of_stepping_through_time() {
     let settings = QuerySettings::default();
     for throw in throws() {
         let answer = answer(&settings, &throw, Evaluation::Lazy);
-        let stepped = stepped_clearance(embedded(), &answer.motion, &throw.attack);
+        let stepped = naive_clearance(embedded(), &answer.motion, &throw.attack, 8.0 * SAMPLE_RATE);
         let exact = answer.clearance().metres;
         assert!(
             exact <= stepped + BETWEEN_SAMPLES,
@@ -147,40 +108,6 @@ fn a_weight_that_rewards_distance_finds_the_widest_miss() {
         }
     }
     assert!(decided_by_distance > 5, "{decided_by_distance}");
-}
-
-#[test]
-fn the_maps_never_hide_the_only_clean_candidate() {
-    let settings = unwarped();
-    let (mut avoided, mut reconsidered, mut strayed) = (0, 0, 0);
-    for throw in throws() {
-        let needed = answer(&settings, &throw, Evaluation::Lazy);
-        let all = answer(&settings, &throw, Evaluation::Exhaustive);
-        assert_eq!(needed.avoided, all.avoided);
-        // Paths that only move are looked for where they could win.
-        assert!(needed.counts.candidates <= all.counts.candidates);
-        if needed.source != all.source {
-            // What samples say differently within their error has sent one of them on to look
-            // everywhere.
-            strayed += 1;
-        } else if all.avoided {
-            assert_best(&settings, &needed, &all);
-        } else {
-            let [least, exact] = [&needed, &all].map(|answer| answer.clearance().metres);
-            assert!(
-                (least - exact).abs() <= BETWEEN_SAMPLES,
-                "the least bad is not the same: {least} and {exact}"
-            );
-        }
-        avoided += usize::from(all.avoided);
-        reconsidered += usize::from(needed.counts.reconsidered > 0);
-    }
-    assert!(avoided > ATTACKS as usize / 2, "only {avoided} avoided");
-    assert!(strayed <= 2, "{strayed}");
-    assert!(
-        reconsidered > 0,
-        "the second look was never needed, so this shows nothing of it"
-    );
 }
 
 /// The exhaustive test and the lazy one sample evasions differently; what they choose must not hang on that.
@@ -272,24 +199,19 @@ fn paths_are_connected_and_motion_is_continuous() {
             node = baked.graph().edge(step.edge).to;
         }
         let start = centres(baked, &answer.motion, 0.0);
-        let mut pose = Pose::default();
+        let (mut pose, mut joints) = (Pose::default(), Vec::new());
         throw.playhead.pose(baked.graph(), &mut pose);
-        let mut joints = Vec::new();
         forward_kinematics(baked.graph().skeleton(), &pose, &mut joints);
         let first = baked.body().spheres[0].centre(&joints);
         assert!(
             first.distance(start[0]) < 1e-4,
-            "the motion does not start where the character is"
+            "the motion starts elsewhere"
         );
         let step = 1.0 / 240.0;
         let mut before = start;
         for tick in 1..(answer.motion.duration() / step) as usize {
             let now = centres(baked, &answer.motion, tick as f32 * step);
-            let moved = before
-                .iter()
-                .zip(&now)
-                .map(|(a, b)| a.distance(*b))
-                .fold(0.0, f32::max);
+            let moved = furthest(&before, &now);
             // No part of the embedded motions is faster than 15 m/s, at twice the rate 30.
             assert!(
                 moved < 30.0 * step,
@@ -332,64 +254,29 @@ fn every_candidate_has_a_result_and_every_late_one_a_reason() {
 }
 
 #[test]
-fn an_attack_that_comes_at_once_or_far_away_is_answered_too() {
-    let settings = QuerySettings::default();
-    let playhead = throws().next().unwrap().playhead;
-    let ball = |t: f32, center: Vec3| SphereKey {
-        t,
-        center,
-        radius: 0.1,
-    };
-    let sure_hit = Attack::new(vec![vec![
-        ball(0.0, Vec3::new(0.0, 0.9, 0.0)),
-        ball(0.02, Vec3::new(0.0, 0.9, 0.0)),
-    ]]);
-    let hit = answer(
-        &settings,
-        &Throw {
-            playhead,
-            attack: sure_hit.unwrap(),
-        },
-        Evaluation::Lazy,
-    );
-    assert!(!hit.avoided && hit.clearance().metres < 0.0);
-    let nowhere = Attack::new(vec![vec![ball(1.0, Vec3::new(500.0, 0.9, 0.0))]]).unwrap();
-    let clean = answer(
-        &settings,
-        &Throw {
-            playhead,
-            attack: nowhere,
-        },
-        Evaluation::Lazy,
-    );
-    assert!(clean.avoided && clean.clearance().metres > 400.0);
-    let late = Attack::new(vec![vec![ball(599.0, Vec3::Y), ball(600.0, Vec3::Y)]]).unwrap();
-    let _ = answer(
-        &settings,
-        &Throw {
-            playhead,
-            attack: late,
-        },
-        Evaluation::Lazy,
-    );
-}
-
-#[test]
-fn a_character_far_out_is_answered_without_overflow() {
+fn attacks_at_once_late_and_far_away_are_answered() {
     let (settings, baked) = (QuerySettings::default(), embedded());
-    let attack = |center: Vec3| {
-        let ball = |t: f32| SphereKey {
+    let ask = |playhead: Playhead, keys: &[(f32, Vec3)]| {
+        let key = |&(t, center): &(f32, Vec3)| SphereKey {
             t,
             center,
             radius: 0.1,
         };
-        Attack::new(vec![vec![ball(0.9), ball(1.4)]]).unwrap()
+        let attack = Attack::new(vec![keys.iter().map(key).collect()]).unwrap();
+        answer(&settings, &Throw { playhead, attack }, Evaluation::Lazy)
     };
+    let playhead = throws().next().unwrap().playhead;
+    let body = Vec3::new(0.0, 0.9, 0.0);
+    let hit = ask(playhead, &[(0.0, body), (0.02, body)]);
+    assert!(!hit.avoided && hit.clearance().metres < 0.0);
+    let clean = ask(playhead, &[(1.0, body + Vec3::X * 500.0)]);
+    assert!(clean.avoided && clean.clearance().metres > 400.0);
+    ask(playhead, &[(599.0, Vec3::Y), (600.0, Vec3::Y)]);
     for metres in [1e3, 1e7, 1e30] {
-        for attack in [attack(Vec3::Y), attack(Vec3::new(9_000.0, 1.0, -4_000.0))] {
+        for center in [Vec3::Y, Vec3::new(9_000.0, 1.0, -4_000.0)] {
             let world = Rigid2::new(0.4, metres, -metres);
             let playhead = Playhead::at(baked.graph(), EdgeId(0), 0.0, world);
-            let answer = answer(&settings, &Throw { playhead, attack }, Evaluation::Lazy);
+            let answer = ask(playhead, &[(0.9, center), (1.4, center)]);
             assert!(answer.avoided, "{metres} m away");
         }
     }

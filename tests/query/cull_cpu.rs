@@ -1,11 +1,10 @@
 //! Promise: the CPU counts what the definition counts, texel for texel, with every instruction set,
 //! for any maps, attacks and places.
 
-use sabaki::internal::AttackDrawing;
 use sabaki::maps::MapGrid;
 use sabaki::math::Isa;
-use sabaki::query::cull::Overlap;
 use sabaki::query::cull::cpu::Culler;
+use sabaki::query::cull::{AttackDrawing, Overlap};
 use sabaki_fixtures::cull::{CullCase, atlas, oracle};
 use sabaki_fixtures::random::Random;
 

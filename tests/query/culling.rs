@@ -1,17 +1,14 @@
 //! Promise: what the maps remove is hit, and what they prove clean is clean.
-#![allow(clippy::unwrap_used, clippy::expect_used)]
 
-use sabaki_fixtures as common;
-
-use common::answer::answer_throw;
-use common::baked::embedded;
-use common::captures::fight;
 use sabaki::maps::{BakedGraph, MapGrid};
 use sabaki::query::WarpSettings;
 use sabaki::query::cull::cpu::Culler;
 use sabaki::query::{
     Answer, EntryUse, Enumerate, Evaluation, Query, QueryContext, QuerySettings, Request,
 };
+use sabaki_fixtures::answer::answer_throw;
+use sabaki_fixtures::baked::embedded;
+use sabaki_fixtures::captures::fight;
 use sabaki_fixtures::throw::{ThrowSettings, throw};
 
 /// What the maps said of candidates, against the exact test.

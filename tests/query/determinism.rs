@@ -1,18 +1,15 @@
 //! Promise: the same inputs give the same baked bytes and the same answers, on every run and for
 //! any number of threads. (That every instruction set counts the same is held by `cull_cpu.rs`,
 //! that it finds the same nearest sphere by the unit tests of `avoid::clearance`.)
-#![allow(clippy::unwrap_used, clippy::expect_used)]
 
-use sabaki_fixtures as common;
-
-use common::answer::answer_throw;
-use common::baked::{embedded, embedded_graph};
 use sabaki::archive::to_bytes;
 use sabaki::graph::GraphSettings;
 use sabaki::maps::{BakeSettings, Baker, PathSettings};
 use sabaki::math::thread_count;
 use sabaki::query::WarpSettings;
 use sabaki::query::{Answer, EntryUse, Enumerate, Evaluation, Query, QuerySettings};
+use sabaki_fixtures::answer::answer_throw;
+use sabaki_fixtures::baked::{embedded, embedded_graph};
 use sabaki_fixtures::throw::{ThrowSettings, throw};
 
 #[test]

@@ -1,8 +1,6 @@
 //! Promise: an exit leads from inside an evasion or an attack to natural motion, within what the clips show a body to do.
-#![allow(clippy::unwrap_used, clippy::expect_used)]
 
 use sabaki::BakedGraph;
-use sabaki::anim::Pose;
 use sabaki::graph::{self, ClipSource, GraphSettings, Motion, Playhead};
 use sabaki::internal::Entry;
 use sabaki::maps::{BakeSettings, Baker, EntryReport};
@@ -11,7 +9,8 @@ use sabaki_fixtures::baked::embedded;
 use sabaki_fixtures::captures::fight;
 use sabaki_fixtures::demo;
 
-use super::entries::{centres, speeds};
+use super::entries::speed_shares;
+use super::{centres, furthest};
 
 /// The first exit of each event, at a third of it: the motion that plays the event, when it is left, and how.
 fn left(baked: &BakedGraph) -> Vec<(Motion, f32, Entry)> {
@@ -41,8 +40,7 @@ fn an_exit_begins_inside_an_event_and_ends_in_natural_motion() {
         motion.enter(graph, seconds, &exit);
         motion.extend(graph, seconds + 2.0);
         let start = [&before, &motion].map(|motion| centres(baked, motion, seconds));
-        let apart = start[0].iter().zip(&start[1]).map(|(a, b)| a.distance(*b));
-        assert!(apart.fold(0.0, f32::max) < 1e-3);
+        assert!(furthest(&start[0], &start[1]) < 1e-3);
         let event =
             |motion: &Motion, seconds: f32| graph.edge(motion.playhead(graph, seconds).edge).event;
         assert!(event(&before, seconds).is_some());
@@ -54,26 +52,7 @@ fn an_exit_begins_inside_an_event_and_ends_in_natural_motion() {
 
 #[test]
 fn exits_turn_no_joint_faster_than_the_clips_do() {
-    let baked = embedded();
-    let (graph, limits) = (baked.graph(), baked.entry_joint_speeds());
-    let rate = graph.frame_rate() as f32;
-    let mut shares = Vec::new();
-    for (mut motion, seconds, exit) in left(baked) {
-        motion.enter(graph, seconds, &exit);
-        motion.extend(graph, seconds + 2.0);
-        let pose = |frame: usize| {
-            let mut pose = Pose::default();
-            motion.sample(graph, seconds + frame as f32 / rate, &mut pose);
-            pose
-        };
-        for frame in 0..(exit.blend * rate).ceil() as usize {
-            let speeds = speeds(&pose(frame), &pose(frame + 1), rate);
-            let limited = speeds.into_iter().zip(limits);
-            let moving = limited.filter(|(_, limit)| **limit > 0.5);
-            shares.extend(moving.map(|(speed, limit)| speed / limit));
-        }
-    }
-    shares.sort_by(f32::total_cmp);
+    let shares = speed_shares(embedded(), left(embedded()));
     let of_a_hundred = shares[shares.len() * 99 / 100];
     assert!(of_a_hundred <= 1.05, "{of_a_hundred}");
 }

@@ -1,20 +1,17 @@
 //! Promise: what a large graph computes when it is first needed changes no answer, and once it is prepared a query that has memory
 //! from other queries allocates nothing.
-#![allow(clippy::unwrap_used, clippy::expect_used)]
-
-use sabaki_fixtures as common;
 
 use std::path::Path;
 use std::sync::OnceLock;
 
-use common::clips::{small_skeleton, swinging_clip};
-use common::memory::allocations;
-use common::small::{small_graph, small_maps};
 use sabaki::anim::{Event, EventKind};
 use sabaki::archive;
 use sabaki::graph::{self, ClipSource, NodeId};
 use sabaki::maps::{BakeSettings, BakedGraph, Baker, PathId};
 use sabaki::query::{Answer, Enumerate, Query, QueryContext, QuerySettings};
+use sabaki_fixtures::clips::{small_skeleton, swinging_clip};
+use sabaki_fixtures::memory::allocations;
+use sabaki_fixtures::small::{small_graph, small_maps};
 use sabaki_fixtures::throw::{Throw, ThrowSettings, throw};
 
 /// A graph of more evasions than are prepared by loading.

@@ -1,19 +1,85 @@
-//! Tests of `sabaki::query`.
+//! Tests of `sabaki::query`, and what several of them need.
+
+use glam::Vec3;
+use sabaki::anim::{JointTransform, Pose, forward_kinematics};
+use sabaki::graph::Motion;
+use sabaki::maps::BakedGraph;
+use sabaki::query::clearance::{ExactTest, MotionBody};
+use sabaki::query::{Answer, Attack, Query, QueryContext, Request};
+
+mod alloc;
 mod answer;
-mod coarse;
-mod cull_alloc;
 mod cull_cpu;
 mod culling;
 mod determinism;
 mod entries;
+mod exact;
 mod exits;
-mod feet;
 mod first_use;
 mod layers;
 mod obstacles;
 mod pause;
-mod query_alloc;
 mod settings;
 mod spans;
-mod tracks;
 mod warp;
+
+/// Pose and joints of a motion at a moment.
+fn joints(baked: &BakedGraph, motion: &Motion, seconds: f32) -> (Pose, Vec<JointTransform>) {
+    let (mut pose, mut joints) = (Pose::default(), Vec::new());
+    motion.sample(baked.graph(), seconds, &mut pose);
+    forward_kinematics(baked.graph().skeleton(), &pose, &mut joints);
+    (pose, joints)
+}
+
+/// Centres of the body's spheres at a moment of a motion.
+fn centres(baked: &BakedGraph, motion: &Motion, seconds: f32) -> Vec<Vec3> {
+    let mut out = Vec::new();
+    baked
+        .body()
+        .centres(&joints(baked, motion, seconds).1, &mut out);
+    out
+}
+
+/// The largest distance between two points with the same index.
+fn furthest(a: &[Vec3], b: &[Vec3]) -> f32 {
+    let apart = a.iter().zip(b).map(|(a, b)| a.distance(*b));
+    apart.fold(0.0, f32::max)
+}
+
+/// The smallest distance of body and attack, at `rate` moments a second.
+fn naive_clearance(baked: &BakedGraph, motion: &Motion, attack: &Attack, rate: f32) -> f32 {
+    let mut least = f32::INFINITY;
+    for step in (attack.start() * rate) as usize..=(attack.end() * rate) as usize {
+        let t = (step as f32 / rate).clamp(attack.start(), attack.end());
+        let centres = centres(baked, motion, t);
+        for ball in attack.spheres() {
+            let ball = ball.at(t);
+            for (sphere, centre) in baked.body().spheres.iter().zip(&centres) {
+                least = least.min(centre.distance(ball.center) - sphere.radius - ball.radius);
+            }
+        }
+    }
+    least
+}
+
+/// The answer to an attack at a moment of a motion. It must begin within `most` metres of that motion, and be clean if it says so.
+fn taken_over(
+    query: &Query<'_>,
+    baked: &BakedGraph,
+    (motion, now): (&Motion, f32),
+    attack: &Attack,
+    most: f32,
+) -> Answer {
+    let (mut context, mut answer) = (QueryContext::default(), Answer::default());
+    let request = Request::of_motion(baked.graph(), motion.moment_at(now), attack);
+    query.answer(request, &mut context, &mut answer);
+    let moved = furthest(
+        &centres(baked, motion, now),
+        &centres(baked, &answer.motion, 0.0),
+    );
+    assert!(moved < most, "{moved} m at {now} s");
+    let test = ExactTest::new(baked, attack);
+    let measured = test.on_motion(&answer.motion, &mut MotionBody::default());
+    assert_eq!(measured.is_clean(), answer.avoided);
+    answer
+}

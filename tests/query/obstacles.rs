@@ -1,22 +1,20 @@
 //! Promise: the test of a motion against obstacles finds what a look at every sphere at every sample finds; an answer that avoids the attack
 //! among obstacles enters none.
-#![allow(clippy::unwrap_used)]
 
-use sabaki_fixtures as common;
-
-use common::baked::embedded;
-use common::captures::fight;
 use glam::{Vec2, Vec3};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 use sabaki::anim::{Pose, forward_kinematics};
 use sabaki::graph::{EdgeId, Motion, Playhead};
-use sabaki::internal::{ExactTest, MotionBody, ObstacleTest, Played};
+use sabaki::internal::Played;
 use sabaki::maps::BakedGraph;
 use sabaki::math::Rigid2;
+use sabaki::query::clearance::{ExactTest, MotionBody, ObstacleTest};
 use sabaki::query::{
     Answer, EntryUse, Evaluation, Obstacle, Query, QueryContext, QuerySettings, Request,
 };
+use sabaki_fixtures::baked::embedded;
+use sabaki_fixtures::captures::fight;
 use sabaki_fixtures::throw::{ThrowSettings, throw};
 
 /// One obstacle of each kind near a place, some of which move.
@@ -97,7 +95,7 @@ fn agrees(baked: &BakedGraph) {
                 seconds: (0.1, 1.9),
                 enough: f32::INFINITY,
             };
-            let found = test.on_motion(&motion, &mut scratch);
+            let found = scratch.worst_entry(&test, &motion);
             let wanted = naive(&test, &motion);
             assert_eq!(
                 found.map_or(0.0, |hit| hit.harm),
@@ -108,7 +106,7 @@ fn agrees(baked: &BakedGraph) {
                 enough: 0.0,
                 ..test
             };
-            let first = first.on_motion(&motion, &mut scratch);
+            let first = scratch.worst_entry(&first, &motion);
             assert_eq!(first.is_some(), wanted > 0.0, "edge {index}: {obstacle:?}");
             entered += usize::from(wanted > 0.0);
             free += usize::from(wanted == 0.0);
@@ -157,7 +155,7 @@ fn passes_are_seen(baked: &BakedGraph) {
                     seconds: (0.0, 2.0),
                     enough: 0.0,
                 };
-                test.on_motion(&motion, &mut scratch)
+                scratch.worst_entry(&test, &motion)
             };
             let hit = entered(0.0).expect("a disc passes through the root unseen");
             assert!((hit.time - passes).abs() < 1.0 / 30.0, "{hit:?} {passes}");

@@ -1,15 +1,12 @@
 //! Promise: a session that is dropped and resumed in each round ends like one that is not. A context resumes only its last session.
-#![allow(clippy::unwrap_used, clippy::expect_used)]
 
-use sabaki_fixtures as common;
-
-use common::small::small;
 use glam::Vec3;
 use sabaki::graph::{EdgeId, Playhead};
 use sabaki::maps::SphereKey;
 use sabaki::math::Rigid2;
 use sabaki::query::cull::cpu;
 use sabaki::query::{Answer, Attack, Query, QueryContext, QuerySettings, Request, Step};
+use sabaki_fixtures::small::small;
 
 fn attack(x: f32) -> Attack {
     let key = |t, x| SphereKey {

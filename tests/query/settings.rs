@@ -1,62 +1,31 @@
 //! Promise: settings out of range make an answer poor, and panic nowhere.
-#![allow(clippy::unwrap_used, clippy::expect_used)]
 
-use sabaki_fixtures as common;
-
-use common::answer::answer_throw;
-use common::baked::embedded;
 use sabaki::query::{Evaluation, Query, QuerySettings};
+use sabaki_fixtures::answer::answer_throw;
+use sabaki_fixtures::baked::embedded;
 use sabaki_fixtures::throw::{ThrowSettings, throw};
 
-type Change = fn(&mut QuerySettings, f32);
-
-const NUMBERS: [(&str, Change); 15] = [
-    ("rates.slowest", |settings, value| {
-        settings.rates.slowest = value
-    }),
-    ("rates.fastest", |settings, value| {
-        settings.rates.fastest = value
-    }),
-    ("rates.tolerance", |settings, value| {
-        settings.rates.tolerance = value
-    }),
-    ("rates.nearest", |settings, value| {
-        settings.rates.nearest = value
-    }),
-    ("alike_distance", |settings, value| {
-        settings.alike_distance = value
-    }),
-    ("alike_angle", |settings, value| {
-        settings.alike_angle = value
-    }),
-    ("entries.slowest", |settings, value| {
-        settings.entries.slowest = value
-    }),
-    ("entries.fastest", |settings, value| {
-        settings.entries.fastest = value
-    }),
-    ("entries.longest_delay", |settings, value| {
-        settings.entries.longest_delay = value
-    }),
-    ("moves.alike_distance", |settings, value| {
-        settings.moves.alike_distance = value
-    }),
-    ("moves.alike_angle", |settings, value| {
-        settings.moves.alike_angle = value
-    }),
-    ("weights.avoid", |settings, value| {
-        settings.weights.avoid = value
-    }),
-    ("weights.distance", |settings, value| {
-        settings.weights.distance = value
-    }),
-    ("weights.time", |settings, value| {
-        settings.weights.time = value
-    }),
-    ("weights.warp", |settings, value| {
-        settings.weights.warp = value
-    }),
-];
+fn numbers(settings: &mut QuerySettings) -> [&mut f32; 15] {
+    let (rates, entries) = (&mut settings.rates, &mut settings.entries);
+    let (moves, weights) = (&mut settings.moves, &mut settings.weights);
+    [
+        &mut rates.slowest,
+        &mut rates.fastest,
+        &mut rates.tolerance,
+        &mut rates.nearest,
+        &mut settings.alike_distance,
+        &mut settings.alike_angle,
+        &mut entries.slowest,
+        &mut entries.fastest,
+        &mut entries.longest_delay,
+        &mut moves.alike_distance,
+        &mut moves.alike_angle,
+        &mut weights.avoid,
+        &mut weights.distance,
+        &mut weights.time,
+        &mut weights.warp,
+    ]
+}
 
 /// Throws that are avoided, throws that are not, and throws that nothing but a move can answer.
 fn answers(what: &str, settings: &QuerySettings) {
@@ -78,18 +47,12 @@ fn answers(what: &str, settings: &QuerySettings) {
 
 #[test]
 fn numbers_that_are_infinite_or_none_are_answered() {
-    for (name, change) in NUMBERS {
-        for value in [
-            f32::NAN,
-            f32::INFINITY,
-            f32::NEG_INFINITY,
-            f32::MAX,
-            0.0,
-            -1.0,
-        ] {
+    let infinite = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, f32::MAX];
+    for index in 0..15 {
+        for value in infinite.into_iter().chain([0.0, -1.0]) {
             let mut settings = QuerySettings::default();
-            change(&mut settings, value);
-            answers(&format!("{name} {value}"), &settings);
+            *numbers(&mut settings)[index] = value;
+            answers(&format!("number {index}: {value}"), &settings);
         }
     }
 }

@@ -1,5 +1,4 @@
 //! Promise: each stage of a query, of a game's step and of a crowd's frame is a span of `tracing`, entered and left in order.
-#![allow(clippy::unwrap_used)]
 
 use std::collections::BTreeSet;
 use std::sync::atomic::{AtomicU64, Ordering};

@@ -12,10 +12,10 @@ use super::{RecordedRequest, bvh, gltf};
 use sabaki::anim::{Clip, ClipDesc, ClipError, Event, Pose};
 use sabaki::archive::write_atomically;
 use sabaki::graph::{EdgeId, EdgeMotion, Motion, MotionGraph};
-use sabaki::internal::{EnteredAt, SAMPLE_RATE};
 use sabaki::maps::BakedGraph;
 use sabaki::math::Rigid2;
-use sabaki::query::{Answer, Attack, CandidateReport};
+use sabaki::query::clearance::SAMPLE_RATE;
+use sabaki::query::{Answer, Attack, CandidateReport, EnteredAt};
 
 /// Unit of exported BVH positions: centimetres.
 const METRES_PER_UNIT: f64 = 0.01;

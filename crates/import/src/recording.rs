@@ -9,10 +9,10 @@ use crate::file::{JsonError, parse_json, read_bytes};
 use sabaki::anim::Warp;
 use sabaki::archive;
 use sabaki::graph::{EdgeId, Playhead};
-use sabaki::internal::{EnteredAt, Layer};
+use sabaki::internal::Layer;
 use sabaki::maps::BakedGraph;
 use sabaki::query::{
-    Answer, Attack, AttackError, Evaluation, Query, QueryContext, QuerySettings,
+    Answer, Attack, AttackError, EnteredAt, Evaluation, Query, QueryContext, QuerySettings,
     QuerySettingsError, Request, cull::cpu,
 };
 

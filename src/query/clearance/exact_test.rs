@@ -10,17 +10,16 @@
 //!
 //! [`SAMPLE_RATE`]: super::SAMPLE_RATE
 
-use super::body_samples::TimeWindow;
-use super::extent::{Extent, Sampling};
-use super::posed_body::{MotionBody, SampledMotion};
-use super::result::Clearance;
-use super::sweep::Sweep;
-use super::tracked_body::TrackedBody;
+use std::time::Instant;
+
+use super::bodies::{PlayedTrack, PosedSamples, TrackedBody};
+use super::extent::{Clearance, Extent, ObstacleHit, Sampling};
+use super::obstacle_test::{ObstacleScratch, ObstacleTest};
+use super::pose_cache::PoseCache;
+use super::sweep::{Sweep, SweepScratch, TimeWindow};
 use crate::graph::Motion;
-use crate::maps::{BakedGraph, BodyTrack};
-use crate::math::Rigid2;
+use crate::maps::BakedGraph;
 use crate::query::attack::Attack;
-use crate::query::entry_candidate::EntryCandidate;
 
 /// A test of one attack.
 #[derive(Clone, Copy, Debug)]
@@ -35,15 +34,45 @@ pub struct ExactTest<'a> {
     pub sampling: Sampling,
 }
 
-/// An evasion that a character performs.
-#[derive(Clone, Copy, Debug)]
-pub struct PlacedEvasion<'a> {
-    /// Body track from the evasion's start on.
-    pub track: &'a BodyTrack,
-    /// The character's frame at the evasion's start, in the world.
-    pub placement: Rigid2,
-    /// Time from the query to the evasion's start, in seconds.
-    pub start: f32,
+/// Scratch of tests, with the poses that several motions have in common. Keep it from one test to the next.
+#[derive(Clone, Debug, Default)]
+pub struct MotionBody {
+    poses: PoseCache,
+    posed: PosedSamples,
+    sweep: SweepScratch,
+    /// A motion that is built for one test.
+    motion: Motion,
+    obstacles: ObstacleScratch,
+    /// A motion that is built for a test of obstacles.
+    pub(in crate::query) among_obstacles: Motion,
+    /// Time from which on nothing is tested any more.
+    deadline: Option<Instant>,
+}
+
+impl MotionBody {
+    /// Sets the deadline. After it, tests end at once with a result that means nothing: whoever set it discards them.
+    pub(crate) fn set_deadline(&mut self, deadline: Option<Instant>) {
+        self.deadline = deadline;
+    }
+
+    /// Whether the deadline has passed.
+    pub(crate) fn is_late(&self) -> bool {
+        self.deadline
+            .is_some_and(|deadline| Instant::now() >= deadline)
+    }
+
+    /// Removes the poses of earlier motions, so that they take no memory.
+    pub(crate) fn forget(&mut self) {
+        self.poses.forget();
+    }
+
+    /// The worst entry of a motion into an obstacle; `None` if it enters none. The motion must last until the end of the tested part.
+    pub fn worst_entry(&mut self, test: &ObstacleTest<'_>, motion: &Motion) -> Option<ObstacleHit> {
+        if test.obstacles.is_empty() || self.is_late() {
+            return None;
+        }
+        test.worst_entry(motion, &mut self.poses, &mut self.obstacles)
+    }
 }
 
 impl<'a> ExactTest<'a> {
@@ -60,12 +89,75 @@ impl<'a> ExactTest<'a> {
 
     /// The smallest distance on a motion, which must last as long as the attack. `scratch` is kept from one test to the next.
     pub fn on_motion(&self, motion: &Motion, scratch: &mut MotionBody) -> Clearance {
-        let Some(parts) = scratch.parts() else {
+        if scratch.is_late() {
             return self.too_late();
+        }
+        let MotionBody {
+            poses,
+            posed,
+            sweep,
+            ..
+        } = scratch;
+        let mut body = posed.on(poses, self.baked, motion, self.sampling);
+        let mut sweep = Sweep::new(self.attack, self.extent, sweep);
+        sweep.run(&mut body, TimeWindow::on_motion(0.0, f32::INFINITY));
+        sweep.nearest()
+    }
+
+    /// Like [`ExactTest::on_motion`], for a motion that `build` writes to the memory of `scratch`.
+    pub(in crate::query) fn on_built_motion(
+        &self,
+        scratch: &mut MotionBody,
+        build: impl FnOnce(&mut Motion),
+    ) -> Clearance {
+        if scratch.is_late() {
+            return self.too_late();
+        }
+        let mut motion = std::mem::take(&mut scratch.motion);
+        build(&mut motion);
+        let clearance = self.on_motion(&motion, scratch);
+        scratch.motion = motion;
+        clearance
+    }
+
+    /// The smallest distance on a motion of which a part is a baked track. This costs a fraction of a test of the posed motion.
+    ///
+    /// `build` writes the motion. It is called only if the attack begins before that part or ends after it, and the distance on the track does
+    /// not decide the result. The posed parts are sampled as the test says.
+    pub fn on_track(
+        &self,
+        part: &PlayedTrack<'_>,
+        scratch: &mut MotionBody,
+        build: impl FnOnce(&mut Motion),
+    ) -> Clearance {
+        if scratch.is_late() {
+            return self.too_late();
+        }
+        let MotionBody {
+            poses,
+            posed,
+            sweep,
+            motion,
+            ..
+        } = scratch;
+        let (from, to) = part.seconds;
+        let is_covered = self.attack.start() >= from && self.attack.end() <= to;
+        let mut sweep = Sweep::new(self.attack, self.extent, sweep);
+        let mut body = TrackedBody::new(self.baked, part.track);
+        let window = TimeWindow {
+            from,
+            to,
+            origin: part.origin,
+            rate: part.rate,
+            placement: part.placement.inverse(),
         };
-        let mut body = parts.posed.on(parts.poses, self.sampled(motion));
-        let mut sweep = Sweep::new(self.attack, self.extent, parts.sweep);
-        sweep.run(&mut body, TimeWindow::of_motion(0.0, f32::INFINITY));
+        sweep.run(&mut body, window);
+        if !is_covered && !sweep.is_over() {
+            build(motion);
+            let mut body = posed.on(poses, self.baked, motion, self.sampling);
+            sweep.run(&mut body, TimeWindow::on_motion(0.0, from));
+            sweep.run(&mut body, TimeWindow::on_motion(to, f32::INFINITY));
+        }
         sweep.nearest()
     }
 
@@ -75,114 +167,5 @@ impl<'a> ExactTest<'a> {
             metres: 0.0,
             ..Clearance::none(self.attack.start())
         }
-    }
-
-    /// A motion with the samples of the test.
-    fn sampled<'m>(&self, motion: &'m Motion) -> SampledMotion<'m>
-    where
-        'a: 'm,
-    {
-        SampledMotion {
-            baked: self.baked,
-            motion,
-            sampling: self.sampling,
-        }
-    }
-
-    /// Like [`ExactTest::on_motion`], for a motion that `build` writes to the memory of `scratch`.
-    pub(in crate::query) fn on_built_motion(
-        &self,
-        scratch: &mut MotionBody,
-        build: impl FnOnce(&mut Motion),
-    ) -> Clearance {
-        let Some(parts) = scratch.parts() else {
-            return self.too_late();
-        };
-        build(parts.motion);
-        let mut body = parts.posed.on(parts.poses, self.sampled(parts.motion));
-        let mut sweep = Sweep::new(self.attack, self.extent, parts.sweep);
-        sweep.run(&mut body, TimeWindow::of_motion(0.0, f32::INFINITY));
-        sweep.nearest()
-    }
-
-    /// The smallest distance on a motion that leads to an evasion. This costs a fraction of a test of the posed motion.
-    ///
-    /// `build` writes the motion. It is called only if the attack begins before the evasion or ends after its track, and the
-    /// distance on the track does not decide the result. The posed part takes every sample.
-    pub fn on_track(
-        &self,
-        evasion: &PlacedEvasion<'_>,
-        scratch: &mut MotionBody,
-        build: impl FnOnce(&mut Motion),
-    ) -> Clearance {
-        let (start, end) = (evasion.start, evasion.start + evasion.track.seconds());
-        let is_covered = self.attack.start() >= start && self.attack.end() <= end;
-        let Some(parts) = scratch.parts() else {
-            return self.too_late();
-        };
-        let mut sweep = Sweep::new(self.attack, self.extent, parts.sweep);
-        let mut body = TrackedBody::new(self.baked, evasion.track);
-        sweep.run(
-            &mut body,
-            TimeWindow {
-                from: start,
-                to: end,
-                origin: start,
-                rate: 1.0,
-                placement: evasion.placement.inverse(),
-            },
-        );
-        if !is_covered && !sweep.is_over() {
-            build(parts.motion);
-            let each = SampledMotion {
-                sampling: Sampling::Each,
-                ..self.sampled(parts.motion)
-            };
-            let mut body = parts.posed.on(parts.poses, each);
-            sweep.run(&mut body, TimeWindow::of_motion(0.0, start));
-            sweep.run(&mut body, TimeWindow::of_motion(end, f32::INFINITY));
-        }
-        sweep.nearest()
-    }
-
-    /// The smallest distance on a motion that enters an evasion. From the end of the blend to the end of the evasion's track it is tested on the
-    /// track, before and after on posed samples. `build` writes the motion if it is needed. The posed part is sampled as the test says.
-    pub(in crate::query) fn on_entry(
-        &self,
-        candidate: &EntryCandidate,
-        scratch: &mut MotionBody,
-        build: impl FnOnce(&mut Motion),
-    ) -> Clearance {
-        let Some(parts) = scratch.parts() else {
-            return self.too_late();
-        };
-        let mut sweep = Sweep::new(self.attack, self.extent, parts.sweep);
-        let (delay, rate) = (candidate.delay, candidate.entry.rate);
-        let (mut from, mut to) = (f32::INFINITY, f32::INFINITY);
-        if let Some(entered) = self.baked.entry_track(candidate.evasion) {
-            let last = match rate {
-                1.0 => entered.track.seconds() - candidate.ahead,
-                // The rate applies until the evasion's end.
-                _ => candidate.left / rate,
-            };
-            (from, to) = (delay + candidate.entry.blend, delay + last);
-            let window = TimeWindow {
-                from,
-                to,
-                origin: delay - candidate.ahead / rate,
-                rate,
-                placement: candidate.placement.inverse(),
-            };
-            let mut body = TrackedBody::new(self.baked, &entered.track);
-            sweep.run(&mut body, window);
-        }
-        let is_covered = self.attack.start() >= from && self.attack.end() <= to;
-        if !is_covered && !sweep.is_over() {
-            build(parts.motion);
-            let mut body = parts.posed.on(parts.poses, self.sampled(parts.motion));
-            sweep.run(&mut body, TimeWindow::of_motion(0.0, from));
-            sweep.run(&mut body, TimeWindow::of_motion(to, f32::INFINITY));
-        }
-        sweep.nearest()
     }
 }

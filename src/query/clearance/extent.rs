@@ -1,4 +1,59 @@
+//! What the exact tests find, and how far they search.
+
+use serde::{Deserialize, Serialize};
+
 use crate::maps::BodyTrack;
+
+/// The smallest distance of body and attack.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Clearance {
+    /// Distance of the surfaces, in metres. It is negative if they overlap.
+    pub metres: f32,
+    /// Time from the query to the moment of the smallest distance, in seconds.
+    pub time: f32,
+    /// Index of the body's sphere.
+    pub body_sphere: usize,
+}
+
+impl Clearance {
+    /// An infinite clearance.
+    #[must_use]
+    pub fn none(time: f32) -> Self {
+        Self {
+            metres: f32::INFINITY,
+            time,
+            body_sphere: 0,
+        }
+    }
+
+    /// Whether the attack is avoided.
+    #[must_use]
+    pub fn is_clean(&self) -> bool {
+        self.metres >= 0.0
+    }
+}
+
+/// Entry of a motion into an obstacle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ObstacleHit {
+    /// Depth times the obstacle's weight, in metres.
+    pub harm: f32,
+    /// Time since the start of the motion, in seconds.
+    pub time: f32,
+    /// The body's sphere that enters deepest.
+    pub sphere: usize,
+}
+
+impl ObstacleHit {
+    /// The entry as a clearance below 0.
+    pub fn as_clearance(self) -> Clearance {
+        Clearance {
+            metres: -self.harm,
+            time: self.time,
+            body_sphere: self.sphere,
+        }
+    }
+}
 
 /// Samples of the body per second.
 pub const SAMPLE_RATE: f32 = BodyTrack::RATE;

@@ -10,7 +10,7 @@ use crate::maps::BakedGraph;
 
 /// Poses of one graph and its body. They are kept from one motion to the next.
 #[derive(Clone, Debug, Default)]
-pub(in crate::query) struct PoseCache {
+pub(super) struct PoseCache {
     /// Identity of the graph.
     graph: Arc<()>,
     pose: Pose,
@@ -36,7 +36,7 @@ pub(in crate::query) struct PoseCache {
 struct PoseKey([u32; 6]);
 
 impl PoseKey {
-    fn of(playhead: Playhead) -> Self {
+    fn new(playhead: Playhead) -> Self {
         let place = playhead.clip_to_world;
         let [frame, cos, sin, x, z] =
             [playhead.frame, place.cos(), place.sin(), place.x, place.z].map(f32::to_bits);
@@ -49,7 +49,7 @@ impl PoseCache {
     const MOST: usize = 4096;
 
     /// Prepares for the next motion. The poses of earlier motions remain, except those of another graph or in another blend.
-    pub(in crate::query) fn start(&mut self, baked: &BakedGraph, motion: &Motion) {
+    pub(super) fn start(&mut self, baked: &BakedGraph, motion: &Motion) {
         if !Arc::ptr_eq(&self.graph, baked.identity()) || self.count > Self::MOST {
             self.graph = Arc::clone(baked.identity());
             self.forget();
@@ -60,7 +60,7 @@ impl PoseCache {
     }
 
     /// Like [`PoseCache::start`]; from now on the joints of poses are kept, too.
-    pub(in crate::query) fn start_with_joints(&mut self, baked: &BakedGraph, motion: &Motion) {
+    pub(super) fn start_with_joints(&mut self, baked: &BakedGraph, motion: &Motion) {
         if !self.has_joints {
             self.forget();
             self.has_joints = true;
@@ -69,7 +69,7 @@ impl PoseCache {
     }
 
     /// Removes all poses.
-    pub(in crate::query) fn forget(&mut self) {
+    pub(super) fn forget(&mut self) {
         self.known.clear();
         self.blended.clear();
         self.count = 0;
@@ -78,14 +78,10 @@ impl PoseCache {
     }
 
     /// Number of the pose of a moment, until the next [`PoseCache::start`].
-    pub(in crate::query) fn number(
-        &mut self,
-        baked: &BakedGraph,
-        moment: MotionMoment<'_>,
-    ) -> usize {
+    pub(super) fn number(&mut self, baked: &BakedGraph, moment: MotionMoment<'_>) -> usize {
         let MotionMoment { motion, seconds } = moment;
         let graph = baked.graph();
-        let key = || PoseKey::of(motion.playhead(graph, seconds));
+        let key = || PoseKey::new(motion.playhead(graph, seconds));
         let next = self.count;
         let number = if !motion.is_composed(seconds) {
             *self.known.entry(key()).or_insert(next)
@@ -109,13 +105,13 @@ impl PoseCache {
     }
 
     /// Transforms of the joints to the world in a pose, after [`PoseCache::start_with_joints`].
-    pub(in crate::query) fn joints(&self, baked: &BakedGraph, number: usize) -> &[JointTransform] {
+    pub(super) fn joints(&self, baked: &BakedGraph, number: usize) -> &[JointTransform] {
         let joints = baked.graph().skeleton().len();
         &self.joints[number * joints..][..joints]
     }
 
     /// Rows of the x, y and z coordinates of the spheres' centres in a pose, in the world, in metres.
-    pub(in crate::query) fn axes(&self, baked: &BakedGraph, number: usize) -> [&[f32]; 3] {
+    pub(super) fn axes(&self, baked: &BakedGraph, number: usize) -> [&[f32]; 3] {
         let row = baked.body_rows().radii().len();
         [0, 1, 2].map(|axis| &self.rows[(3 * number + axis) * row..][..row])
     }
@@ -127,7 +123,7 @@ mod tests {
     use super::*;
     use crate::graph::{EdgeId, Played};
     use crate::math::Rigid2;
-    use crate::query::warp::fixture::{bake, baked};
+    use crate::query::fixture::{bake, baked};
 
     /// Motions of two graphs in turn, on few edges at two places, so that poses come again. Most continue one of two blends, which last for 0.2 s.
     #[test]

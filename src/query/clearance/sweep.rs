@@ -9,14 +9,45 @@ use std::ops::RangeInclusive;
 
 use glam::Vec3;
 
-use super::body_samples::{BodySamples, Intervals, Near, TimeWindow};
-use super::closest::closest;
-use super::extent::{Extent, SAMPLE_RATE, Sampling};
-use super::nearest::{Nearest, NearestSearch};
-use super::result::Clearance;
-use super::segment::{LANES, SphereSegment};
+use super::bodies::{BodySamples, Intervals};
+use super::distances::{LANES, Nearest, SphereSegment, closest};
+use super::extent::{Clearance, Extent, SAMPLE_RATE, Sampling};
 use crate::maps::{BodyTrack, BoundingCylinder, MovingSphere, SphereKey};
+use crate::math::Rigid2;
 use crate::query::attack::Attack;
+
+/// The time in which samples are tested, and the clock and frame of the samples.
+#[derive(Clone, Copy)]
+pub(super) struct TimeWindow {
+    /// Start of the window on the attack's clock, in seconds.
+    pub from: f32,
+    /// End of the window on the attack's clock, in seconds.
+    pub to: f32,
+    /// Time of sample 0 on the attack's clock, in seconds.
+    pub origin: f32,
+    /// Rate of the samples' clock relative to the attack's clock.
+    pub rate: f32,
+    /// Transform from the attack's world to the frame of the samples.
+    pub placement: Rigid2,
+}
+
+impl TimeWindow {
+    /// Time since sample 0 on the samples' clock, in seconds; 0 before sample 0.
+    pub(super) fn clock(&self, t: f32) -> f32 {
+        ((t - self.origin) * self.rate).max(0.0)
+    }
+
+    /// A window of a motion with the attack's clock and world.
+    pub(super) fn on_motion(from: f32, to: f32) -> Self {
+        Self {
+            from,
+            to,
+            origin: 0.0,
+            rate: 1.0,
+            placement: Rigid2::IDENTITY,
+        }
+    }
+}
 
 /// Scratch of a sweep.
 #[derive(Clone, Debug, Default)]
@@ -64,12 +95,6 @@ struct Search {
     straight: Option<Nearest>,
 }
 
-impl Search {
-    fn is_over(&self) -> bool {
-        self.best.metres < self.extent.enough
-    }
-}
-
 impl<'a> Sweep<'a> {
     pub(super) fn new(attack: &'a Attack, extent: Extent, scratch: &'a mut SweepScratch) -> Self {
         let best = Clearance {
@@ -99,7 +124,7 @@ impl<'a> Sweep<'a> {
         }
     }
 
-    /// Whether the search has found a distance below [`Extent::enough`](super::Extent::enough).
+    /// Whether the search has found a distance below [`Extent::enough`].
     pub(super) fn is_over(&self) -> bool {
         self.search.is_over()
     }
@@ -156,55 +181,47 @@ impl<'a> Sweep<'a> {
         if envelope.is_some() {
             return;
         }
-        let mut line = LineTest {
-            search: &mut self.search,
-            samples,
-            keys,
-            origin: window.origin,
-            rate: window.rate,
-        };
-        line.run(self.scratch);
+        self.search.test_line(samples, keys, window, self.scratch);
     }
 }
 
-/// The test of a sphere on one straight line.
-struct LineTest<'s, S> {
-    search: &'s mut Search,
-    samples: &'s mut S,
-    /// Start and end of the line, on the clock and in the frame of the samples.
-    keys: [SphereKey; 2],
-    /// Time of sample 0 on the attack's clock, in seconds.
-    origin: f32,
-    /// Rate of the samples' clock relative to the attack's clock.
-    rate: f32,
-}
+impl Search {
+    fn is_over(&self) -> bool {
+        self.best.metres < self.extent.enough
+    }
 
-impl<S: BodySamples> LineTest<'_, S> {
-    fn run(&mut self, scratch: &mut SweepScratch) {
+    /// Tests a sphere on one straight line, on the clock and in the frame of the samples.
+    fn test_line(
+        &mut self,
+        samples: &mut impl BodySamples,
+        keys: [SphereKey; 2],
+        window: TimeWindow,
+        scratch: &mut SweepScratch,
+    ) {
         let SweepScratch {
             bounded,
             coarse,
             blocks,
         } = scratch;
-        self.find_intervals(bounded);
+        self.find_intervals(samples, keys, bounded);
         coarse.clear();
         // The interval in which the attack is nearest to the middle of the body comes first. A hit is found there at once, near its
         // deepest point.
         for &BoundedInterval { bound, tick } in bounded.iter() {
-            if self.search.is_over() || bound >= self.search.best.metres {
+            if self.is_over() || bound >= self.best.metres {
                 break;
             }
-            if self.samples.sampling() == Sampling::Each {
-                self.test_each(tick, blocks);
+            if samples.sampling() == Sampling::Each {
+                self.test_each(samples, keys, window, tick, blocks);
                 continue;
             }
-            let metres = self.test_straight(tick);
-            if self.search.is_over() {
-                self.deepen(tick);
+            let metres = self.test_straight(samples, keys, window, tick);
+            if self.is_over() {
+                self.deepen(samples, keys, tick);
                 break;
             }
-            if metres < 0.0 && self.search.best.metres >= 0.0 {
-                self.refine(tick);
+            if metres < 0.0 && self.best.metres >= 0.0 {
+                self.refine(samples, keys, window, tick);
             } else {
                 coarse.push(BoundedInterval {
                     bound: metres - DEVIATION,
@@ -214,18 +231,23 @@ impl<S: BodySamples> LineTest<'_, S> {
         }
         sort(coarse);
         for &BoundedInterval { bound, tick } in coarse.iter() {
-            if self.search.is_over() || bound >= self.search.best.metres {
+            if self.is_over() || bound >= self.best.metres {
                 break;
             }
-            self.refine(tick);
+            self.refine(samples, keys, window, tick);
         }
     }
 
     /// Finds the intervals in which the body may be near, nearest first. Often there are none.
-    fn find_intervals(&mut self, bounded: &mut Vec<BoundedInterval>) {
-        let interval = self.samples.interval();
-        let [first, last] = self.keys.map(tick_of);
-        let deviation = deviation(self.samples.sampling());
+    fn find_intervals(
+        &mut self,
+        samples: &mut impl BodySamples,
+        keys: [SphereKey; 2],
+        bounded: &mut Vec<BoundedInterval>,
+    ) {
+        let interval = samples.interval();
+        let [first, last] = keys.map(tick_of);
+        let deviation = deviation(samples.sampling());
         bounded.clear();
         let all = first - first % interval..last + 1;
         for tick in all.clone().step_by(LANES * interval) {
@@ -234,7 +256,7 @@ impl<S: BodySamples> LineTest<'_, S> {
                 tick,
                 count: ticks.len(),
             };
-            let bounds = self.samples.bounds(self.keys, intervals);
+            let bounds = samples.bounds(keys, intervals);
             bounded.extend(
                 bounds
                     .iter()
@@ -243,64 +265,63 @@ impl<S: BodySamples> LineTest<'_, S> {
                         bound: bound - deviation,
                         tick,
                     })
-                    .filter(|interval| interval.bound < self.search.best.metres),
+                    .filter(|interval| interval.bound < self.best.metres),
             );
         }
         sort(bounded);
     }
 
     /// Tests every sample of an interval with the blocks of body spheres that may be near.
-    fn test_each(&mut self, tick: usize, blocks: &mut Vec<usize>) {
-        let ends = [tick, tick + self.samples.interval()];
-        let near = Near {
-            segment: &SphereSegment::between(self.keys, ends),
-            limit: self.search.best.metres + rounding(self.keys),
-        };
+    fn test_each(
+        &mut self,
+        samples: &mut impl BodySamples,
+        keys: [SphereKey; 2],
+        window: TimeWindow,
+        tick: usize,
+        blocks: &mut Vec<usize>,
+    ) {
+        let ends = [tick, tick + samples.interval()];
+        let segment = SphereSegment::between(keys, ends);
+        let limit = self.best.metres + rounding(keys);
         blocks.clear();
-        self.samples.near_blocks(tick, near, blocks);
+        samples.near_blocks(tick, &segment, limit, blocks);
         if blocks.is_empty() {
             return;
         }
-        for tick in self.ticks_within(tick) {
-            self.test_sample(tick, Some(blocks));
+        for tick in ticks_within(keys, samples.interval(), tick) {
+            self.test_sample(samples, keys, window, tick, Some(blocks));
         }
     }
 
     /// The distance in an interval for a body that moves straight from its start to its end.
     ///
     /// A hit of this body is often a hit at one of the ends too, where the body's position is exact. That may be enough.
-    fn test_straight(&mut self, tick: usize) -> f32 {
-        let ends = [tick, tick + self.samples.interval()];
-        ends.iter().for_each(|&tick| self.samples.prepare(tick));
-        let segment = SphereSegment::between(self.keys, ends);
-        let (count, spheres) = (self.samples.count(), self.samples.spheres(ends));
-        let limit = self.search.best.metres + DEVIATION;
-        let found = spheres.nearest(NearestSearch {
-            segment: &segment,
-            count,
-            limit,
-        });
-        let Some(nearest) = found else {
+    fn test_straight(
+        &mut self,
+        samples: &mut impl BodySamples,
+        keys: [SphereKey; 2],
+        window: TimeWindow,
+        tick: usize,
+    ) -> f32 {
+        let ends = [tick, tick + samples.interval()];
+        ends.iter().for_each(|&tick| samples.prepare(tick));
+        let segment = SphereSegment::between(keys, ends);
+        let spheres = samples.spheres(ends);
+        let limit = self.best.metres + DEVIATION;
+        let Some(nearest) = spheres.nearest(&segment, limit) else {
             return limit;
         };
-        let search = &mut *self.search;
         let is_nearer = |known: Nearest| nearest.metres < known.metres;
-        if search.straight.is_none_or(is_nearer) {
-            search.straight = Some(nearest);
+        if self.straight.is_none_or(is_nearer) {
+            self.straight = Some(nearest);
         }
-        if nearest.metres < search.extent.enough {
+        if nearest.metres < self.extent.enough {
             for (at_end, tick) in segment.at_ends().zip(ends) {
-                let found = at_end.and_then(|segment| {
-                    spheres.nearest(NearestSearch {
-                        segment: &segment,
-                        count,
-                        limit: search.best.metres,
-                    })
-                });
+                let found = at_end.and_then(|segment| spheres.nearest(&segment, self.best.metres));
                 if let Some(found) = found {
-                    search.best = Clearance {
+                    self.best = Clearance {
                         metres: found.metres,
-                        time: self.origin + tick as f32 / SAMPLE_RATE / self.rate,
+                        time: window.origin + tick as f32 / SAMPLE_RATE / window.rate,
                         body_sphere: found.sphere,
                     };
                 }
@@ -310,41 +331,41 @@ impl<S: BodySamples> LineTest<'_, S> {
     }
 
     /// Follows a hit that is deepest at an end of its interval into the next interval.
-    fn deepen(&mut self, tick: usize) {
-        let Some(known) = self.search.straight else {
+    fn deepen(&mut self, samples: &mut impl BodySamples, keys: [SphereKey; 2], tick: usize) {
+        let Some(known) = self.straight else {
             return;
         };
-        let (interval, [first, last]) = (self.samples.interval(), self.keys.map(tick_of));
+        let (interval, [first, last]) = (samples.interval(), keys.map(tick_of));
         let next = match known.share {
             late if late > 0.99 && tick + interval <= last => tick + interval,
             early if early < 0.01 && tick > first => tick - interval,
             _ => return,
         };
         let ends = [next, next + interval];
-        ends.iter().for_each(|&tick| self.samples.prepare(tick));
-        let nearest = self.samples.spheres(ends).nearest(NearestSearch {
-            segment: &SphereSegment::between(self.keys, ends),
-            count: self.samples.count(),
-            limit: known.metres,
-        });
-        self.search.straight = nearest.or(self.search.straight);
+        ends.iter().for_each(|&tick| samples.prepare(tick));
+        let segment = SphereSegment::between(keys, ends);
+        let nearest = samples.spheres(ends).nearest(&segment, known.metres);
+        self.straight = nearest.or(self.straight);
     }
 
     /// Tests the samples of an interval that may be nearer than the smallest distance so far.
-    fn refine(&mut self, tick: usize) {
-        let ends = [tick, tick + self.samples.interval()];
+    fn refine(
+        &mut self,
+        samples: &mut impl BodySamples,
+        keys: [SphereKey; 2],
+        window: TimeWindow,
+        tick: usize,
+    ) {
+        let ends = [tick, tick + samples.interval()];
         let mut parts = [BoundedInterval {
             bound: f32::INFINITY,
             tick: 0,
         }; BodyTrack::INTERVAL];
         let mut count = 0;
-        let spheres = self.samples.spheres(ends);
-        for part in self.ticks_within(tick) {
-            let nearest = spheres.nearest(NearestSearch {
-                segment: &SphereSegment::part(self.keys, [part, part + 1], ends),
-                count: self.samples.count(),
-                limit: self.search.best.metres + DEVIATION,
-            });
+        let spheres = samples.spheres(ends);
+        for part in ticks_within(keys, samples.interval(), tick) {
+            let segment = SphereSegment::part(keys, [part, part + 1], ends);
+            let nearest = spheres.nearest(&segment, self.best.metres + DEVIATION);
             if let Some(nearest) = nearest {
                 parts[count] = BoundedInterval {
                     bound: nearest.metres - DEVIATION,
@@ -356,42 +377,45 @@ impl<S: BodySamples> LineTest<'_, S> {
         let parts = &mut parts[..count];
         sort(parts);
         for &BoundedInterval { bound, tick } in parts.iter() {
-            if self.search.is_over() || bound >= self.search.best.metres {
+            if self.is_over() || bound >= self.best.metres {
                 break;
             }
-            self.test_sample(tick, None);
+            self.test_sample(samples, keys, window, tick, None);
         }
     }
 
     /// Tests the time between a sample and the next one, with some blocks of body spheres or with all.
-    fn test_sample(&mut self, tick: usize, blocks: Option<&[usize]>) {
+    fn test_sample(
+        &mut self,
+        samples: &mut impl BodySamples,
+        keys: [SphereKey; 2],
+        window: TimeWindow,
+        tick: usize,
+        blocks: Option<&[usize]>,
+    ) {
         let ends = [tick, tick + 1];
-        ends.iter().for_each(|&tick| self.samples.prepare(tick));
-        let segment = SphereSegment::between(self.keys, ends);
-        let spheres = self.samples.spheres(ends);
-        let search = NearestSearch {
-            segment: &segment,
-            count: self.samples.count(),
-            limit: self.search.best.metres,
-        };
+        ends.iter().for_each(|&tick| samples.prepare(tick));
+        let segment = SphereSegment::between(keys, ends);
+        let spheres = samples.spheres(ends);
+        let limit = self.best.metres;
         let nearest = match blocks {
-            Some(blocks) => spheres.nearest_of(search, || blocks.iter().copied()),
-            None => spheres.nearest(search),
+            Some(blocks) => spheres.nearest_of(&segment, limit, || blocks.iter().copied()),
+            None => spheres.nearest(&segment, limit),
         };
         if let Some(nearest) = nearest {
-            self.search.best = Clearance {
+            self.best = Clearance {
                 metres: nearest.metres,
-                time: self.origin + segment.tick(ends, nearest.share) / SAMPLE_RATE / self.rate,
+                time: window.origin + segment.tick(ends, nearest.share) / SAMPLE_RATE / window.rate,
                 body_sphere: nearest.sphere,
             };
         }
     }
+}
 
-    /// The samples of an interval that lie on the line.
-    fn ticks_within(&self, tick: usize) -> RangeInclusive<usize> {
-        let [first, last] = self.keys.map(tick_of);
-        tick.max(first)..=(tick + self.samples.interval() - 1).min(last)
-    }
+/// The samples of an interval that lie on the line between two keys.
+fn ticks_within(keys: [SphereKey; 2], interval: usize, tick: usize) -> RangeInclusive<usize> {
+    let [first, last] = keys.map(tick_of);
+    tick.max(first)..=(tick + interval - 1).min(last)
 }
 
 /// An upper bound of the rounding error of a distance from a sphere between these keys, in metres.

@@ -1,13 +1,24 @@
 //! The `cpu` culling path. It counts the same texels as the paths of `gpu`.
 //!
-//! The attack is drawn once, into blocks of 4 × 4 texels. For each candidate, the middles of sixteen blocks at once are transformed
-//! into its frame, and a coarse map shows which blocks can overlap its maps. The texels of the few remaining blocks are transformed,
-//! looked up and counted, again sixteen at once.
+//! The attack is drawn once, into blocks of 4 × 4 texels. For each candidate, the middles of sixteen blocks at once are transformed into its
+//! frame, and a coarse map shows which blocks can overlap its maps. The texels of the few remaining blocks are transformed, looked up and
+//! counted, again sixteen at once.
+//!
+//! ```text
+//! for each candidate:
+//!     for each layer of the attack with the candidate's clock, the largest first:
+//!         for each group of 16 blocks:
+//!             cells = middles of the blocks, transformed into the candidate's frame
+//!             met   = blocks whose words share a bit with the coarse maps at these cells
+//!             for each block of met:
+//!                 places = its 16 texels, transformed into the candidate's frame
+//!                 count the bits that its masks share with the candidate's masks at these places
+//!         end at the first certain hit, if no other count is needed
+//! ```
 
-use super::groups::{Group, Groups, LANES};
-use super::input::{CullCandidate, CullInput};
-use super::overlap::{Counted, Overlap};
-use super::texels::{AttackTexels, BLOCK, BLOCK_TEXELS, BlockMasks, MaskLayout};
+use super::drawing::CullInput;
+use super::path::{Counted, Overlap};
+use super::texels::{AttackTexels, BLOCK, BLOCK_TEXELS, BlockMasks, Group, Groups, LANES};
 use crate::maps::{
     BitMap, CoarseMap, CoarseRegion, FixedTransform2, MaskMap, RegionMaps, SlabMaps,
 };
@@ -50,7 +61,7 @@ impl Culler {
     pub fn count(&mut self, input: &CullInput<'_>, overlaps: &mut Vec<Overlap>) {
         let lanes = input.atlas.grid().lanes();
         self.texels
-            .draw(self.isa, input.attack, MaskLayout::new(lanes, self.counted));
+            .draw(self.isa, input.attack, lanes, self.counted);
         self.groups.take(self.isa, &self.texels);
         overlaps.clear();
         self.isa.look_up(Counting {
@@ -91,11 +102,9 @@ impl Lookup for Counting<'_> {
                     << (FixedTransform2::SHIFT - 1),
                 words,
             };
-            let maps = CandidateMaps {
-                candidate,
-                near: &self.near[candidate.region.index()].slabs,
-                region: self.input.atlas.region(candidate.region),
-            };
+            let near = &self.near[candidate.region.index()].slabs;
+            let region = self.input.atlas.region(candidate.region);
+            let clock = candidate.clock;
             let mut overlap = Overlap {
                 outer: if self.counted.outer { 0 } else { u32::MAX },
                 ..Overlap::default()
@@ -106,20 +115,17 @@ impl Lookup for Counting<'_> {
                     counted: Counted::BODY,
                     ..count
                 };
-                first.count(&maps, &mut overlap, |so_far| so_far.body > 0);
+                first.count(clock, near, region, &mut overlap, |so_far| so_far.body > 0);
                 if overlap.body == 0 {
-                    let rest = Counted {
+                    let counted = Counted {
                         body: false,
                         ..self.counted
                     };
-                    let rest = CandidateCount {
-                        counted: rest,
-                        ..count
-                    };
-                    rest.count(&maps, &mut overlap, |_| false);
+                    let rest = CandidateCount { counted, ..count };
+                    rest.count(clock, near, region, &mut overlap, |_| false);
                 }
             } else {
-                count.count(&maps, &mut overlap, |_| false);
+                count.count(clock, near, region, &mut overlap, |_| false);
             }
             self.overlaps.push(overlap);
         }
@@ -159,36 +165,12 @@ struct CandidateCount<'a, W> {
     words: W,
 }
 
-/// The maps of one candidate.
-struct CandidateMaps<'a> {
-    candidate: &'a CullCandidate,
-    near: &'a [CoarseMap],
-    region: &'a RegionMaps,
-}
-
 /// For each map, a bit for each block of a group that may overlap it.
 #[derive(Clone, Copy, Debug, Default)]
 struct Met {
-    /// Index of the group's first block.
-    first: usize,
     outer: u32,
     body: u32,
     evasion: u32,
-}
-
-impl Met {
-    /// Sets the index of the group's first block.
-    #[inline(always)]
-    fn after(self, first: usize) -> Self {
-        Self { first, ..self }
-    }
-}
-
-/// One word of the masks of a map.
-#[derive(Clone, Copy)]
-struct MaskLane<'a> {
-    map: &'a MaskMap,
-    lane: usize,
 }
 
 impl<W: Words> CandidateCount<'_, W> {
@@ -196,22 +178,24 @@ impl<W: Words> CandidateCount<'_, W> {
     #[inline(always)]
     fn count(
         &self,
-        maps: &CandidateMaps<'_>,
+        clock: u32,
+        near: &[CoarseMap],
+        region: &RegionMaps,
         overlap: &mut Overlap,
         is_enough: impl Fn(&Overlap) -> bool,
     ) {
         for &index in self.groups.largest_first() {
             let layer = &self.texels.layers[index];
-            let slab = i64::from(layer.slab.0) - i64::from(maps.region.first_slab.0);
+            let slab = i64::from(layer.slab.0) - i64::from(region.first_slab.0);
             let slab = usize::try_from(slab)
                 .ok()
-                .filter(|&slab| layer.clock == maps.candidate.clock && slab < maps.near.len());
+                .filter(|&slab| layer.clock == clock && slab < near.len());
             let Some(slab) = slab else {
                 continue;
             };
-            for (group, first) in self.groups.of(index) {
-                let met = self.meets(group, &maps.near[slab]);
-                self.add(met.after(first), &maps.region.slabs[slab], overlap);
+            for (group, first) in self.groups.of_layer(index) {
+                let met = self.meets(group, &near[slab]);
+                self.add(first, met, &region.slabs[slab], overlap);
             }
             if is_enough(overlap) {
                 return;
@@ -228,7 +212,6 @@ impl<W: Words> CandidateCount<'_, W> {
             let all = group.blocks;
             let of = |is_counted: bool| if is_counted { all } else { 0 };
             return Met {
-                first: 0,
                 outer: of(counted.outer),
                 body: of(counted.body),
                 evasion: of(counted.evasion),
@@ -265,38 +248,24 @@ impl<W: Words> CandidateCount<'_, W> {
         met
     }
 
-    /// Counts the texels of the blocks that may overlap.
+    /// Counts the texels of the blocks that may overlap, in the group whose first block is `first`.
     #[inline(always)]
-    fn add(&self, met: Met, maps: &SlabMaps, overlap: &mut Overlap) {
+    fn add(&self, first: usize, met: Met, maps: &SlabMaps, overlap: &mut Overlap) {
         let mut left = met.outer | met.body | met.evasion;
         while left != 0 {
             let bit = left & left.wrapping_neg();
-            let block = met.first + left.trailing_zeros() as usize;
+            let block = first + left.trailing_zeros() as usize;
             left ^= bit;
             let at = self.turned(block);
             for lane in 0..self.texels.lanes {
                 let index = block * self.texels.lanes + lane;
                 if met.outer & bit != 0 {
                     let masks = &self.texels.outer[index];
-                    overlap.outer += self.masks(
-                        masks,
-                        MaskLane {
-                            map: &maps.outer,
-                            lane,
-                        },
-                        &at,
-                    );
+                    overlap.outer += self.masks(masks, &maps.outer, lane, &at);
                 }
                 if met.body & bit != 0 {
                     let masks = &self.texels.inner[index];
-                    overlap.body += self.masks(
-                        masks,
-                        MaskLane {
-                            map: &maps.body,
-                            lane,
-                        },
-                        &at,
-                    );
+                    overlap.body += self.masks(masks, &maps.body, lane, &at);
                 }
             }
             if met.evasion & bit != 0 {
@@ -320,15 +289,15 @@ impl<W: Words> CandidateCount<'_, W> {
         ]
     }
 
-    /// Number of bits that the masks share with the masks of a map at these positions.
+    /// Number of bits that the masks share with one word of the masks of a map at these positions.
     #[inline(always)]
     fn masks(
         &self,
         masks: &BlockMasks,
-        of: MaskLane<'_>,
+        map: &MaskMap,
+        lane: usize,
         [x, z]: &[[i32; BLOCK_TEXELS]; 2],
     ) -> u32 {
-        let MaskLane { map, lane } = of;
         let (rect, lanes) = (map.rect(), map.lanes() as u32);
         let mut places = [0; BLOCK_TEXELS];
         for k in 0..BLOCK_TEXELS {

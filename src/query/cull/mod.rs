@@ -7,22 +7,10 @@
 //! texel of the inner maps proves a hit, and that no shared texel of the outer maps proves a miss.
 
 pub mod cpu;
-mod draw_input;
-pub(crate) mod drawing;
-mod groups;
-pub(crate) mod input;
-pub(crate) mod overlap;
+mod drawing;
 mod path;
-mod query_maps;
-mod steps;
 mod texels;
 
-pub(super) use draw_input::{DrawInput, PlacedRegion};
-#[cfg(feature = "vulkan")]
-pub(crate) use drawing::{AttackDrawing, AttackLayer, TimedDisc};
-#[cfg(feature = "vulkan")]
-pub(crate) use input::CullCandidate;
-pub use input::CullInput;
-pub use overlap::{Counted, Overlap};
-pub use path::CullPath;
-pub(super) use query_maps::QueryMaps;
+pub use drawing::{AttackDrawing, AttackLayer, CullCandidate, CullInput, TimedDisc};
+pub(super) use drawing::{PlacedRegion, QueryMaps};
+pub use path::{Counted, CullPath, Overlap};

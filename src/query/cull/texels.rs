@@ -1,19 +1,21 @@
 //! The attack's maps as lists of small blocks of texels. They are drawn once per query and compared with every candidate.
 //!
-//! Each layer is drawn disc by disc onto a canvas of blocks, sixteen texels at once. Blocks with texels are then moved to the list,
-//! which clears the canvas.
+//! Each layer is drawn disc by disc onto a canvas of blocks, sixteen texels at once. Blocks with texels are then moved to the list, which clears
+//! the canvas. Sixteen blocks at a time are summarised in a group.
 
 use std::ops::Range;
 
 use super::drawing::{AttackDrawing, AttackLayer, TimedDisc};
-use super::overlap::Counted;
+use super::path::Counted;
 use crate::maps::{BlockAxis, Disc, MapRect, SUB_TEXELS, Slab};
 use crate::math::Isa;
 
 /// Side of a block, in texels.
 pub(super) const BLOCK: usize = 4;
+
 /// Side of a block, in sub-texels.
 const SIDE: i32 = BLOCK as i32 * SUB_TEXELS;
+
 /// Number of texels in a block.
 pub(super) const BLOCK_TEXELS: usize = BLOCK * BLOCK;
 
@@ -67,45 +69,29 @@ const NOTHING: Range<usize> = Range {
     end: 0,
 };
 
-/// The masks of a texel.
-#[derive(Clone, Copy)]
-pub(super) struct MaskLayout {
-    /// Number of words of a mask.
-    lanes: usize,
-    /// Number of kinds of masks: 1 for inner masks only, 2 with outer masks.
-    kinds: usize,
-}
-
-impl MaskLayout {
-    pub(super) fn new(lanes: usize, counted: Counted) -> Self {
-        let kinds = if counted.outer { 2 } else { 1 };
-        Self { lanes, kinds }
-    }
-}
-
-/// The mask and the bit that a disc sets in each block.
-#[derive(Clone, Copy)]
-struct MaskBit {
-    part: usize,
-    bit: u32,
-}
-
 impl AttackTexels {
-    /// Draws the counted maps of an attack.
-    pub(super) fn draw(&mut self, isa: Isa, attack: &AttackDrawing, layout: MaskLayout) {
-        self.lanes = layout.lanes;
+    /// Draws the counted maps of an attack. A mask has `lanes` words.
+    pub(super) fn draw(
+        &mut self,
+        isa: Isa,
+        attack: &AttackDrawing,
+        lanes: usize,
+        counted: Counted,
+    ) {
+        // Inner masks, and outer masks if they are counted.
+        let kinds = if counted.outer { 2 } else { 1 };
+        self.lanes = lanes;
         self.layers.clear();
         self.places.clear();
         self.inner.clear();
         self.outer.clear();
-        self.canvas
-            .stretch(attack.rect, layout.kinds * layout.lanes);
+        self.canvas.stretch(attack.rect, kinds * lanes);
         isa.run(
             #[inline(always)]
             || {
                 for layer in &attack.layers {
                     let first = self.places.len() as u32;
-                    self.canvas.draw_layer(attack, layer, layout);
+                    self.canvas.draw_layer(attack, layer, lanes, kinds);
                     self.take_blocks();
                     self.layers.push(TexelLayer {
                         slab: layer.slab,
@@ -182,22 +168,24 @@ impl Canvas {
     }
 
     #[inline(always)]
-    fn draw_layer(&mut self, attack: &AttackDrawing, layer: &AttackLayer, layout: MaskLayout) {
-        let discs = attack.discs_of(layer).into_iter().take(layout.kinds);
+    fn draw_layer(
+        &mut self,
+        attack: &AttackDrawing,
+        layer: &AttackLayer,
+        lanes: usize,
+        kinds: usize,
+    ) {
+        let discs = attack.discs_of(layer).into_iter().take(kinds);
         for (kind, discs) in discs.enumerate() {
             for &TimedDisc { disc, slice } in discs {
-                let bit = MaskBit {
-                    part: kind * layout.lanes + slice as usize / 32,
-                    bit: 1 << (slice % 32),
-                };
-                self.draw(disc, bit);
+                self.draw(disc, kind * lanes + slice as usize / 32, 1 << (slice % 32));
             }
         }
     }
 
-    /// Draws a disc block by block, with the arithmetic of [`Disc::covers`].
+    /// Draws a disc block by block, with the arithmetic of [`Disc::covers`]: sets a bit in one of the masks of each block.
     #[inline(always)]
-    fn draw(&mut self, disc: Disc, bit: MaskBit) {
+    fn draw(&mut self, disc: Disc, part: usize, bit: u32) {
         let radius = disc.radius.min(Disc::MAX_RADIUS);
         let [rows, columns] =
             [self.bands.len(), self.columns].map(|count| BlockAxis { side: SIDE, count });
@@ -214,11 +202,11 @@ impl Canvas {
                 *left = radius * radius - dz * dz;
             }
             for column in columns.clone() {
-                let at = (row * self.columns + column) * self.parts + bit.part;
+                let at = (row * self.columns + column) * self.parts + part;
                 let masks = &mut self.masks[at];
                 for (k, (mask, left)) in masks.iter_mut().zip(&left).enumerate() {
                     let dx = centre(column, k % BLOCK) - disc.x;
-                    *mask |= if dx * dx <= *left { bit.bit } else { 0 };
+                    *mask |= if dx * dx <= *left { bit } else { 0 };
                 }
             }
         }
@@ -229,6 +217,95 @@ impl Canvas {
 #[inline(always)]
 fn centre(block: usize, texel: usize) -> i32 {
     (block * BLOCK + texel) as i32 * SUB_TEXELS + SUB_TEXELS / 2
+}
+
+/// Number of blocks in a group.
+pub(super) const LANES: usize = 16;
+
+/// Summaries of sixteen blocks.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Group {
+    /// Position of each block's middle, in half texels.
+    pub u: [i32; LANES],
+    pub v: [i32; LANES],
+    /// Union of the slices of each block's texels, `[lane][block]`.
+    pub outer: [[u32; LANES]; 2],
+    pub inner: [[u32; LANES]; 2],
+    /// For each block, all bits set if it has an inner texel, otherwise 0.
+    pub any_inner: [u32; LANES],
+    pub has_inner: bool,
+    /// A bit for each block that exists in the group.
+    pub blocks: u32,
+}
+
+/// The groups of all layers.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Groups {
+    groups: Vec<Group>,
+    /// First group and first block of each layer. The last entry is the end of all groups and blocks.
+    layers: Vec<(usize, usize)>,
+    largest_first: Vec<usize>,
+}
+
+impl Groups {
+    /// Replaces the groups by those of an attack.
+    pub(super) fn take(&mut self, isa: Isa, texels: &AttackTexels) {
+        self.groups.clear();
+        self.layers.clear();
+        isa.run(
+            #[inline(always)]
+            || {
+                for layer in &texels.layers {
+                    let (start, end) = (layer.blocks.start as usize, layer.blocks.end as usize);
+                    self.layers.push((self.groups.len(), start));
+                    for first in (start..end).step_by(LANES) {
+                        self.groups.push(Group::new(texels, first, end));
+                    }
+                }
+            },
+        );
+        self.layers.push((self.groups.len(), 0));
+        self.largest_first.clear();
+        self.largest_first.extend(0..texels.layers.len());
+        let blocks = |index: usize| texels.layers[index].blocks.len();
+        self.largest_first
+            .sort_unstable_by_key(|&index| (std::cmp::Reverse(blocks(index)), index));
+    }
+
+    /// The layers, the largest first, because a hit is most likely there.
+    pub(super) fn largest_first(&self) -> &[usize] {
+        &self.largest_first
+    }
+
+    /// The groups of one layer, each with its first block.
+    pub(super) fn of_layer(&self, layer: usize) -> impl Iterator<Item = (&Group, usize)> {
+        let (start, first) = self.layers[layer];
+        let groups = &self.groups[start..self.layers[layer + 1].0];
+        groups.iter().zip((first..).step_by(LANES))
+    }
+}
+
+impl Group {
+    #[inline(always)]
+    fn new(texels: &AttackTexels, first: usize, end: usize) -> Self {
+        let mut group = Self::default();
+        for (at, block) in (first..end.min(first + LANES)).enumerate() {
+            let [u, v] = texels.places[block];
+            (group.u[at], group.v[at]) = (2 * u + BLOCK as i32, 2 * v + BLOCK as i32);
+            group.blocks |= 1 << at;
+            for lane in 0..texels.lanes {
+                let index = block * texels.lanes + lane;
+                // There may be no outer texels.
+                group.outer[lane][at] = texels.outer.get(index).map_or(0, any_of);
+                group.inner[lane][at] = any_of(&texels.inner[index]);
+                if group.inner[lane][at] != 0 {
+                    group.any_inner[at] = u32::MAX;
+                    group.has_inner = true;
+                }
+            }
+        }
+        group
+    }
 }
 
 #[cfg(test)]
@@ -262,8 +339,8 @@ mod tests {
             for isa in Isa::available() {
                 let mut texels = AttackTexels::default();
                 // An earlier drawing leaves no texels.
-                texels.draw(isa, &attack, MaskLayout::new(2, Counted::ALL));
-                texels.draw(isa, &attack, MaskLayout::new(2, counted));
+                texels.draw(isa, &attack, 2, Counted::ALL);
+                texels.draw(isa, &attack, 2, counted);
                 prop_assert_eq!(texels.outer.len(), if with_outer { texels.inner.len() } else { 0 });
                 for layer in &texels.layers {
                     let mut found = vec![[0u64; 2]; (width * height) as usize];

@@ -10,10 +10,13 @@ use crate::math::Isa;
 
 /// Number of parameters of a [`Bend`] (spine, pelvis, four ends and time), padded to whole vectors. The padding is 0.
 pub(super) const N: usize = (TIME + 1).next_multiple_of(LANES);
+
 /// Index of the parameter of time.
 const TIME: usize = 3 * GROUPS;
+
 /// Number of three-dimensional vectors among the parameters.
 const GROUPS: usize = 2 + Rig::LIMBS;
+
 /// Number of products that are summed together.
 const LANES: usize = 8;
 
@@ -50,21 +53,6 @@ impl Row {
     }
 }
 
-/// The bend around which distances are linearised.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Linearization<'a> {
-    pub scales: &'a Scales,
-    /// Parameters of the bend.
-    pub numbers: &'a Numbers,
-}
-
-impl Linearization<'_> {
-    /// The bend itself.
-    pub(super) fn bend(&self) -> Bend {
-        bend_of(self.numbers, self.scales)
-    }
-}
-
 /// Derivatives of a quantity with respect to each part of a bend.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Gradient {
@@ -90,7 +78,7 @@ impl Gradient {
 }
 
 /// The bend with these parameters.
-pub(super) fn bend_of(numbers: &Numbers, scales: &Scales) -> Bend {
+pub(super) fn bend_from(numbers: &Numbers, scales: &Scales) -> Bend {
     let vector = |group: usize| Vec3::from_slice(&numbers[3 * group..]);
     Bend {
         spine: vector(0) * scales.spine,
@@ -122,7 +110,7 @@ pub(super) struct Factor {
 }
 
 impl Factor {
-    fn of(row: &Row) -> Self {
+    fn new(row: &Row) -> Self {
         let squared = dot(&row.slope, &row.slope);
         let inverse = if squared > 1e-12 { 1.0 / squared } else { 0.0 };
         Self {
@@ -136,7 +124,7 @@ impl Factor {
 /// parameters satisfy all rows, the result nearly satisfies them. `factors` is scratch.
 pub(super) fn least_numbers(rows: &[Row], factors: &mut Vec<Factor>) -> Numbers {
     factors.clear();
-    factors.extend(rows.iter().map(Factor::of));
+    factors.extend(rows.iter().map(Factor::new));
     Isa::best().run(
         #[inline(always)]
         || project(rows, factors),

@@ -1,15 +1,17 @@
-//! Poses the body at the samples around the moment at which the attack is nearest, without and with the warp.
+//! The body at the samples around the moment at which the attack is nearest, without and with the warp; the nearest points of attack and body
+//! between these samples; and how a bend moves them.
 
 use glam::{Quat, Vec3};
 
-use super::linear::Gradient;
-use super::settings::WarpLimits;
+use super::linear::{Gradient, Numbers, Row, Scales, dot};
 use crate::anim::{
     Chain, JointId, JointTransform, Leg, Pose, Rig, forward_kinematics, free_distance,
 };
 use crate::graph::Motion;
-use crate::maps::BakedGraph;
-use crate::query::clearance::SAMPLE_RATE;
+use crate::maps::{BakedGraph, Body, MovingSphere};
+use crate::query::attack::Attack;
+use crate::query::clearance::{SAMPLE_RATE, closest};
+use crate::query::settings::WarpLimits;
 
 /// The body at one sample.
 #[derive(Clone, Debug, Default)]
@@ -35,6 +37,7 @@ pub(super) struct Tick {
 
 /// Number of small displacements of a limb's end for finite differences: forwards and backwards along each axis.
 const STEPS: usize = 6;
+
 /// Length of a small displacement, in metres.
 const STEP: f32 = 0.004;
 
@@ -43,15 +46,6 @@ const STEP: f32 = 0.004;
 pub(super) struct LegRange {
     pub nearest: f32,
     pub furthest: f32,
-}
-
-/// A body sphere, and the direction in which its distance is measured.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct SphereDirection {
-    /// Index of the sphere among the body's spheres.
-    pub sphere: usize,
-    /// Direction from the attack to the sphere.
-    pub away: Vec3,
 }
 
 impl Tick {
@@ -109,14 +103,15 @@ impl Tick {
         }
     }
 
-    /// Gradient of a sphere's distance with respect to the bend, at this sample. `velocity` is the velocity of the sphere.
-    pub(super) fn gradient(
+    /// Gradient of the distance of a body sphere in the direction `away`, with respect to the bend, at this sample. `velocity` is the velocity of
+    /// the sphere.
+    fn gradient(
         &mut self,
         baked: &BakedGraph,
-        direction: SphereDirection,
+        sphere: usize,
+        away: Vec3,
         velocity: Vec3,
     ) -> Gradient {
-        let SphereDirection { sphere, away } = direction;
         let rig = baked.graph().rig();
         let joint = baked.body().spheres[sphere].joint;
         let (part, place) = (rig.part(joint), self.centres[sphere]);
@@ -129,7 +124,7 @@ impl Tick {
         if let Some((limb, leg)) = part.limb.and_then(|limb| Some((limb, rig.limbs()[limb]?))) {
             let end = match part.is_end {
                 true => away,
-                false => self.end_gradient(baked, (limb, &leg), direction),
+                false => self.end_gradient(baked, (limb, &leg), sphere, away),
             };
             gradient.ends[limb] = end;
             if limb < Rig::LEGS {
@@ -157,7 +152,8 @@ impl Tick {
         &mut self,
         baked: &BakedGraph,
         limb: (usize, &Leg),
-        SphereDirection { sphere, away }: SphereDirection,
+        sphere: usize,
+        away: Vec3,
     ) -> Vec3 {
         let sphere = baked.body().spheres[sphere];
         let frames = self.stepped_frames(baked, limb, sphere.joint);
@@ -218,13 +214,126 @@ fn set(pose: &mut Pose, joints: [usize; 3], rotations: [Quat; 3]) {
     }
 }
 
+/// A body sphere that the attack comes near to.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Contact {
+    /// Index of the sample before the contact.
+    tick: usize,
+    /// Position between the samples: 0 at sample `tick`, 1 at the next sample.
+    share: f32,
+    sphere: usize,
+    /// Distance of the surfaces, in metres.
+    pub metres: f32,
+    /// Direction from the attack to the body.
+    away: Vec3,
+}
+
+/// Spheres up to this distance beyond the margin get conditions too, in metres.
+const NEAR: f32 = 0.04;
+
+/// Maximum number of contacts between two samples.
+const MOST: usize = 6;
+
+/// Finds the contacts between consecutive samples of an attack that should stay `margin` metres away, the nearest first for each pair.
+pub(super) fn find_contacts(
+    body: &Body,
+    attack: &Attack,
+    margin: f32,
+    ticks: &[Tick],
+    contacts: &mut Vec<Contact>,
+) {
+    contacts.clear();
+    for (tick, pair) in ticks.windows(2).enumerate() {
+        let [from, to] = [&pair[0], &pair[1]];
+        if to.number != from.number + 1 {
+            continue;
+        }
+        let first = contacts.len();
+        for sphere in attack.spheres() {
+            contacts.extend(contacts_between(
+                from,
+                to,
+                tick,
+                body,
+                sphere,
+                margin + NEAR,
+            ));
+        }
+        contacts[first..]
+            .sort_unstable_by(|a, b| a.metres.total_cmp(&b.metres).then(a.sphere.cmp(&b.sphere)));
+        contacts.truncate(first + MOST);
+    }
+}
+
+/// The nearest points of body spheres and a sphere of the attack between two samples, the first of which has the index `tick`. Only distances
+/// below `least` metres are reported.
+fn contacts_between(
+    from: &Tick,
+    to: &Tick,
+    tick: usize,
+    body: &Body,
+    attack: &MovingSphere,
+    least: f32,
+) -> impl Iterator<Item = Contact> {
+    let times = [from, to].map(|tick| tick.seconds().clamp(attack.start(), attack.end()));
+    let balls = times.map(|t| attack.at(t));
+    let shares = times.map(|t| t * SAMPLE_RATE - from.number as f32);
+    let spheres = match times[0] < times[1] {
+        true => body.spheres.as_slice(),
+        false => &[],
+    };
+    spheres.iter().enumerate().filter_map(move |(sphere, own)| {
+        let (start, end) = (from.centres[sphere], to.centres[sphere]);
+        let apart = [0, 1].map(|at| start.lerp(end, shares[at]) - balls[at].center);
+        let radii = balls.map(|ball| ball.radius + own.radius);
+        // Most spheres are farther away at the start than both can move.
+        let reach = least + radii[0].max(radii[1]) + (apart[1] - apart[0]).length();
+        if reach > 0.0 && apart[0].length_squared() > reach * reach {
+            return None;
+        }
+        let (share, metres) = closest(apart, radii);
+        (metres < least).then(|| Contact {
+            tick,
+            share: shares[0] + (shares[1] - shares[0]) * share,
+            sphere,
+            metres,
+            away: apart[0].lerp(apart[1], share).normalize_or(Vec3::Y),
+        })
+    })
+}
+
+impl Contact {
+    /// Gradient of the distance of the surfaces with respect to the bend.
+    pub(super) fn gradient(&self, baked: &BakedGraph, ticks: &mut [Tick]) -> Gradient {
+        let places = [self.tick, self.tick + 1].map(|tick| ticks[tick].centres[self.sphere]);
+        let velocity = (places[1] - places[0]) * SAMPLE_RATE;
+        let nearest = self.tick + usize::from(self.share > 0.5);
+        ticks[nearest].gradient(baked, self.sphere, self.away, velocity)
+    }
+
+    /// Condition that changes the bend with the parameters `numbers` to one that keeps the attack at the margin.
+    pub(super) fn row(
+        &self,
+        gradient: &Gradient,
+        scales: &Scales,
+        numbers: &Numbers,
+        margin: f32,
+    ) -> Row {
+        let slope = gradient.scaled(scales);
+        Row {
+            slope,
+            least: margin - self.metres + dot(&slope, numbers),
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::anim::{Bend, Envelope, Warp};
     use crate::graph::{EdgeId, Playhead};
     use crate::math::Rigid2;
-    use crate::query::warp::fixture::baked;
+    use crate::query::fixture::baked;
     use proptest::prelude::*;
 
     const ENVELOPE: Envelope = Envelope {
@@ -291,7 +400,7 @@ mod tests {
                 let [hip, foot] = [leg.hip, leg.foot].map(|joint| tick.joints[joint.index()].translation);
                 prop_assume!(hip.distance(foot) < range.furthest - 0.01);
             }
-            let gradient = tick.gradient(baked, SphereDirection { sphere, away }, Vec3::ZERO);
+            let gradient = tick.gradient(baked, sphere, away, Vec3::ZERO);
             // Each part of a bend alone, then all together.
             let parts = (0..7).map(|part| {
                 let mut one = Bend::default();

@@ -7,9 +7,8 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use rustc_hash::{FxHashMap, FxHashSet};
-use sabaki::internal::CullCandidate;
 use sabaki::maps::{BakedGraph, PathId};
-use sabaki::query::cull::{CullInput, Overlap};
+use sabaki::query::cull::{CullCandidate, CullInput, Overlap};
 use sabaki::query::{
     Answer, CullPath, Enumerate, Query, QueryContext, QuerySettings, Session, Source,
 };

@@ -2,10 +2,9 @@
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use sabaki::gpu::{self, CullerDesc, GpuError};
-use sabaki::internal::AttackDrawing;
 use sabaki::maps::RegionAtlas;
 use sabaki::query::CullPath;
-use sabaki::query::cull::{Counted, CullInput, Overlap, cpu};
+use sabaki::query::cull::{AttackDrawing, Counted, CullInput, Overlap, cpu};
 use sabaki_fixtures::headless::{DeviceChoice, Headless, HeadlessDesc};
 
 use super::Failure;

@@ -5,9 +5,8 @@ use std::fmt::Write;
 use sabaki::anim::Warp;
 use sabaki::archive;
 use sabaki::graph::{EdgeId, EdgeMotion};
-use sabaki::internal::RateError;
 use sabaki::maps::BakedGraph;
-use sabaki::query::{Answer, CandidateReport, CandidateResult, QuerySettings, Source};
+use sabaki::query::{Answer, CandidateReport, CandidateResult, QuerySettings, RateError, Source};
 use sabaki_fixtures::throw::Throw;
 use sabaki_import::export::{
     ExportedAnswer, describe_edge, describe_evasion, document, evasion_placement,

@@ -5,12 +5,11 @@ use std::time::{Duration, Instant};
 
 use clap::ValueEnum;
 use sabaki::graph::{EdgeId, Playhead};
-use sabaki::internal::SearchReport;
 use sabaki::maps::BakedGraph;
 use sabaki::math::{Rigid2, in_parallel, thread_count};
 use sabaki::query::{
     Answer, Attack, Counts, CullPath, Enumerate, Query, QueryContext, QuerySettings, Request,
-    Source,
+    SearchReport, Source,
 };
 use sabaki_app::percentile::percentile;
 use sabaki_fixtures::throw::{Throw, ThrowSettings, throw};

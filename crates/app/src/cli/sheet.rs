@@ -3,11 +3,10 @@
 
 use plotters::prelude::{Rectangle, Text};
 use plotters::style::{Color, RGBColor};
-use sabaki::internal::CullCandidate;
 use sabaki::maps::{
     BakedGraph, Drawing, FixedTransform2, MapGrid, MaskMap, Slab, SlabMaps, raster,
 };
-use sabaki::query::cull::CullInput;
+use sabaki::query::cull::{CullCandidate, CullInput};
 use sabaki::query::{Answer, Query, QueryContext, QuerySettings, Source};
 use sabaki_fixtures::throw::Throw;
 

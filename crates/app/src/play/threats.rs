@@ -10,10 +10,10 @@ use sabaki::character::{
     CharacterError, CharacterEvent, CharacterEventKind, CharacterId, CharacterSettings, Characters,
     CharactersState, Goal, Threat, ThreatId,
 };
-use sabaki::internal::closest;
 use sabaki::maps::BakedGraph;
 use sabaki::math::Rigid2;
 use sabaki::query::Obstacle;
+use sabaki::query::clearance::closest;
 
 use super::obstacles::{ScenarioObstacles, Surroundings};
 use super::{FRAME, PlayError, joints_of};

@@ -11,9 +11,9 @@ use sabaki::character::{
     CharacterError, CharacterEvent, CharacterEventKind, CharacterId, CharacterSettings, Characters,
     Goal, Threat, ThreatId,
 };
-use sabaki::internal::closest;
 use sabaki::maps::BakedGraph;
 use sabaki::math::{F32x16, Rigid2, Sphere};
+use sabaki::query::clearance::closest;
 use sabaki::query::{Obstacle, ObstacleError};
 use sabaki_draw::scene::{Actor, Camera, Capsule, CrowdShot, Light, Look, Mesh, Outfit, Shot};
 

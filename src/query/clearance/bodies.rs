@@ -1,0 +1,423 @@
+//! The body's spheres sample by sample, from one of two sources: posed on any motion, or from the baked track of an evasion.
+
+use glam::{Vec2, Vec3};
+
+use super::distances::{LANES, Lanes, SegmentLanes, SphereSegment, Spheres};
+use super::extent::{SAMPLE_RATE, Sampling};
+use super::pose_cache::PoseCache;
+use crate::graph::Motion;
+use crate::maps::{BakedGraph, BodyTrack, BoundingCylinder, PART, SphereKey};
+use crate::math::{Isa, Rigid2};
+
+/// Positions of the body's spheres at the samples of a clock.
+pub(super) trait BodySamples {
+    /// Number of samples from the start of an interval to its end.
+    fn interval(&self) -> usize;
+    /// Order in which the samples of an interval are tested: one by one, or the two ends first, as if the body moved straight between them.
+    fn sampling(&self) -> Sampling;
+    /// Lower bounds of the distance between the whole body and a sphere that moves between two keys, for each of several
+    /// intervals.
+    fn bounds(&mut self, keys: [SphereKey; 2], intervals: Intervals) -> Lanes;
+    /// Computes the spheres of all intervals from sample `first` to sample `last`, so that [`BodySamples::bounds`] are
+    /// tight, and returns a cylinder that contains them all.
+    fn prepare_all(&mut self, first: usize, last: usize) -> BoundingCylinder;
+    /// Adds the blocks of the body's spheres that may be nearer to the segment than `limit` metres, in the interval from sample `tick` on.
+    fn near_blocks(
+        &self,
+        tick: usize,
+        segment: &SphereSegment,
+        limit: f32,
+        blocks: &mut Vec<usize>,
+    );
+    /// Computes the spheres of a sample.
+    fn prepare(&mut self, tick: usize);
+    /// The spheres at two prepared samples.
+    fn spheres(&self, ticks: [usize; 2]) -> Spheres<'_>;
+}
+
+/// Up to sixteen consecutive intervals.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Intervals {
+    /// First sample of the first interval.
+    pub tick: usize,
+    /// Number of intervals.
+    pub count: usize,
+}
+
+/// The baked track of an evasion, as it is played in the world.
+#[derive(Clone, Copy, Debug)]
+pub struct PlayedTrack<'a> {
+    /// Body track of the evasion.
+    pub track: &'a BodyTrack,
+    /// Transform from the track's frame to the world.
+    pub placement: Rigid2,
+    /// Time from the query to the track's first sample, in seconds.
+    pub origin: f32,
+    /// Playback rate.
+    pub rate: f32,
+    /// Start and end of the part in which the body follows the track, in seconds since the query.
+    pub seconds: (f32, f32),
+}
+
+impl<'a> PlayedTrack<'a> {
+    /// An evasion at rate 1 whose character has the frame `placement` when it starts, `start` seconds from the query.
+    #[must_use]
+    pub fn new(track: &'a BodyTrack, placement: Rigid2, start: f32) -> Self {
+        Self {
+            track,
+            placement,
+            origin: start,
+            rate: 1.0,
+            seconds: (start, start + track.seconds()),
+        }
+    }
+}
+
+/// The body from an evasion's start on, from its baked track.
+pub(super) struct TrackedBody<'a> {
+    track: &'a BodyTrack,
+    radii: &'a [f32],
+    count: usize,
+}
+
+impl<'a> TrackedBody<'a> {
+    pub(super) fn new(baked: &'a BakedGraph, track: &'a BodyTrack) -> Self {
+        Self {
+            track,
+            radii: baked.body_rows().radii(),
+            count: baked.body().spheres.len(),
+        }
+    }
+}
+
+impl BodySamples for TrackedBody<'_> {
+    fn interval(&self) -> usize {
+        BodyTrack::INTERVAL
+    }
+
+    fn sampling(&self) -> Sampling {
+        Sampling::Each
+    }
+
+    fn bounds(&mut self, keys: [SphereKey; 2], intervals: Intervals) -> Lanes {
+        let tick = intervals.tick;
+        let bounds = self.track.bounds(tick / BodyTrack::INTERVAL);
+        Isa::best().run(
+            #[inline(always)]
+            || {
+                SegmentLanes::new(keys, tick, BodyTrack::INTERVAL)
+                    .distances_to_spheres([&bounds; 2])
+            },
+        )
+    }
+
+    fn prepare_all(&mut self, first: usize, last: usize) -> BoundingCylinder {
+        let intervals = first / BodyTrack::INTERVAL..=last / BodyTrack::INTERVAL;
+        BoundingCylinder::around(intervals.step_by(LANES).flat_map(|interval| {
+            let bounds = self.track.bounds(interval);
+            (0..LANES).map(move |lane| {
+                let [x, y, z, radius] = bounds.map(|row| row[lane]);
+                (Vec3::new(x, y, z), radius)
+            })
+        }))
+    }
+
+    fn near_blocks(
+        &self,
+        tick: usize,
+        segment: &SphereSegment,
+        limit: f32,
+        blocks: &mut Vec<usize>,
+    ) {
+        /// Number of parts of a block.
+        const PARTS: usize = BodyTrack::LANES / PART;
+        let bounds = self.track.part_bounds(tick / BodyTrack::INTERVAL);
+        Isa::best().run(
+            #[inline(always)]
+            || {
+                for (first, bounds) in (0..).step_by(LANES / PARTS).zip(bounds) {
+                    let distances = segment.distances_to_bounds(bounds);
+                    for (at, parts) in distances.chunks_exact(PARTS).enumerate() {
+                        if parts.iter().any(|&distance| distance < limit) {
+                            blocks.push(first + at);
+                        }
+                    }
+                }
+            },
+        );
+    }
+
+    fn prepare(&mut self, _: usize) {}
+
+    fn spheres(&self, ticks: [usize; 2]) -> Spheres<'_> {
+        // The last sample has no next sample. The body is still there.
+        let last = self.track.ticks() - 1;
+        Spheres {
+            from: self.track.axes(ticks[0].min(last)),
+            to: self.track.axes(ticks[1].min(last)),
+            radii: self.radii,
+            count: self.count,
+        }
+    }
+}
+
+/// The posed samples of one motion.
+#[derive(Clone, Debug, Default)]
+pub(super) struct PosedSamples {
+    /// Number of each sample's pose in the cache, from `first_tick` on.
+    slots: Vec<Option<usize>>,
+    first_tick: Option<usize>,
+    /// Bounding spheres of the tested motion, because the next sphere of the attack is often tested at the same samples.
+    bounding_spheres: Vec<Ends<4>>,
+    bounding_cylinders: Vec<Ends<5>>,
+    /// Cylinders around the body at the ends of intervals, if all were posed in advance, and the number of the first such interval.
+    posed_cylinders: Vec<BoundingCylinder>,
+    first_posed: usize,
+}
+
+/// Values at the start and at the end of each of several intervals.
+#[derive(Clone, Debug)]
+struct Ends<const ROWS: usize> {
+    intervals: Intervals,
+    from: [Lanes; ROWS],
+    to: [Lanes; ROWS],
+}
+
+/// Number of bounds that are kept.
+const MOST_ENDS: usize = 4;
+
+impl PosedSamples {
+    /// The body along a motion.
+    pub(super) fn on<'a>(
+        &'a mut self,
+        poses: &'a mut PoseCache,
+        baked: &'a BakedGraph,
+        motion: &'a Motion,
+        sampling: Sampling,
+    ) -> PosedBody<'a> {
+        poses.start(baked, motion);
+        self.slots.clear();
+        self.first_tick = None;
+        self.bounding_spheres.clear();
+        self.bounding_cylinders.clear();
+        self.posed_cylinders.clear();
+        PosedBody {
+            baked,
+            motion,
+            sampling,
+            scratch: self,
+            poses,
+        }
+    }
+}
+
+/// The body along a motion. Samples are posed on demand.
+pub(super) struct PosedBody<'a> {
+    baked: &'a BakedGraph,
+    motion: &'a Motion,
+    sampling: Sampling,
+    scratch: &'a mut PosedSamples,
+    poses: &'a mut PoseCache,
+}
+
+impl PosedBody<'_> {
+    /// Number of spheres without padding.
+    fn count(&self) -> usize {
+        self.baked.body().spheres.len()
+    }
+
+    fn slot(&self, tick: usize) -> Option<usize> {
+        let index = tick.checked_sub(self.scratch.first_tick?)?;
+        self.scratch.slots.get(index).copied().flatten()
+    }
+
+    fn pose(&mut self, tick: usize) {
+        let first = *self.scratch.first_tick.get_or_insert(tick);
+        if tick < first {
+            let earlier = std::iter::repeat_n(None, first - tick);
+            self.scratch.slots.splice(0..0, earlier);
+            self.scratch.first_tick = Some(tick);
+        }
+        let index = tick.saturating_sub(first);
+        if self.scratch.slots.len() <= index {
+            self.scratch.slots.resize(index + 1, None);
+        }
+        if self.scratch.slots[index].is_none() {
+            let moment = self.motion.moment_at(tick as f32 / SAMPLE_RATE);
+            let number = self.poses.number(self.baked, moment);
+            self.scratch.slots[index] = Some(number);
+        }
+    }
+
+    /// A sphere around the root that contains every pose of the body: x, y, z and radius.
+    fn bounding_sphere(&self, tick: usize) -> [f32; 4] {
+        let seconds = tick as f32 / SAMPLE_RATE;
+        let [x, y, z] = self.motion.root(self.baked.graph(), seconds).to_array();
+        [x, y, z, self.baked.reach()]
+    }
+
+    /// A vertical cylinder around the body. It is that of the pose if the sample is posed.
+    fn bounding_cylinder(&self, tick: usize) -> BoundingCylinder {
+        if let Some(cylinder) = self.posed_cylinder(tick / self.interval()) {
+            return cylinder;
+        }
+        let seconds = tick as f32 / SAMPLE_RATE;
+        if self.motion.is_blending(seconds) || self.motion.is_layered(seconds) {
+            let [x, y, z, reach] = self.bounding_sphere(tick);
+            return BoundingCylinder {
+                axis: Vec2::new(x, z),
+                radius: reach,
+                low: y - reach,
+                high: y + reach,
+            };
+        }
+        let playhead = self.motion.playhead(self.baked.graph(), seconds);
+        let cylinder = self.baked.bounding_cylinder(playhead.edge, playhead.frame);
+        cylinder.placed(playhead.clip_to_world)
+    }
+
+    /// Values at the start and the end of each interval.
+    fn ends<const ROWS: usize>(
+        &self,
+        intervals: Intervals,
+        of: impl Fn(usize) -> [f32; ROWS],
+    ) -> Ends<ROWS> {
+        let (mut from, mut to) = ([[0.0; LANES]; ROWS], [[0.0; LANES]; ROWS]);
+        for at in 0..=intervals.count {
+            let values = of(intervals.tick + at * self.sampling.interval());
+            if at < intervals.count {
+                put(&mut from, at, values);
+            }
+            if let Some(before) = at.checked_sub(1) {
+                put(&mut to, before, values);
+            }
+        }
+        Ends {
+            intervals,
+            from,
+            to,
+        }
+    }
+
+    /// The cylinder at the start of an interval; `None` unless all intervals were posed in advance.
+    fn posed_cylinder(&self, interval: usize) -> Option<BoundingCylinder> {
+        let at = interval.checked_sub(self.scratch.first_posed)?;
+        self.scratch.posed_cylinders.get(at).copied()
+    }
+
+    /// Centre and radius of each sphere at a prepared sample.
+    fn placed(&self, tick: usize) -> impl Iterator<Item = (Vec3, f32)> + Clone + '_ {
+        let [x, y, z] = self.axes(tick);
+        let radii = self.baked.body_rows().radii();
+        (0..self.count()).map(move |at| (Vec3::new(x[at], y[at], z[at]), radii[at]))
+    }
+
+    fn axes(&self, tick: usize) -> [&[f32]; 3] {
+        self.poses.axes(self.baked, self.slot(tick).unwrap_or(0))
+    }
+}
+
+impl BodySamples for PosedBody<'_> {
+    fn interval(&self) -> usize {
+        self.sampling.interval()
+    }
+
+    fn sampling(&self) -> Sampling {
+        self.sampling
+    }
+
+    fn bounds(&mut self, keys: [SphereKey; 2], intervals: Intervals) -> Lanes {
+        let (first, interval) = (intervals.tick, self.interval());
+        let ends = [first / interval, first / interval + intervals.count];
+        let are_posed = ends.iter().all(|&end| self.posed_cylinder(end).is_some());
+        match self.sampling {
+            Sampling::Each if !are_posed => {
+                let mut known = std::mem::take(&mut self.scratch.bounding_spheres);
+                let ends = find_or_add(&mut known, intervals, || {
+                    self.ends(intervals, |tick| self.bounding_sphere(tick))
+                });
+                let lanes = Isa::best().run(
+                    #[inline(always)]
+                    || {
+                        SegmentLanes::new(keys, first, interval)
+                            .distances_to_spheres([&ends.from, &ends.to])
+                    },
+                );
+                self.scratch.bounding_spheres = known;
+                lanes
+            }
+            _ => {
+                let mut known = std::mem::take(&mut self.scratch.bounding_cylinders);
+                let ends = find_or_add(&mut known, intervals, || {
+                    self.ends(intervals, |tick| self.bounding_cylinder(tick).to_array())
+                });
+                let lanes = Isa::best().run(
+                    #[inline(always)]
+                    || {
+                        SegmentLanes::new(keys, first, interval)
+                            .distances_to_cylinders([&ends.from, &ends.to])
+                    },
+                );
+                self.scratch.bounding_cylinders = known;
+                lanes
+            }
+        }
+    }
+
+    fn prepare_all(&mut self, first: usize, last: usize) -> BoundingCylinder {
+        let interval = self.interval();
+        // The last interval ends after the last sample.
+        let ticks = (first / interval..=last / interval + 1).map(|at| at * interval);
+        ticks.clone().for_each(|tick| self.pose(tick));
+        let mut cylinders = std::mem::take(&mut self.scratch.posed_cylinders);
+        cylinders.clear();
+        let around = ticks
+            .clone()
+            .map(|tick| BoundingCylinder::around(self.placed(tick)));
+        cylinders.extend(around);
+        self.scratch.posed_cylinders = cylinders;
+        self.scratch.first_posed = first / interval;
+        self.scratch.bounding_cylinders.clear();
+        BoundingCylinder::around(ticks.flat_map(|tick| self.placed(tick)))
+    }
+
+    fn near_blocks(&self, _: usize, _: &SphereSegment, _: f32, blocks: &mut Vec<usize>) {
+        blocks.extend(0..self.baked.body_rows().radii().len() / BodyTrack::LANES);
+    }
+
+    fn prepare(&mut self, tick: usize) {
+        self.pose(tick);
+    }
+
+    fn spheres(&self, ticks: [usize; 2]) -> Spheres<'_> {
+        Spheres {
+            from: self.axes(ticks[0]),
+            to: self.axes(ticks[1]),
+            radii: self.baked.body_rows().radii(),
+            count: self.count(),
+        }
+    }
+}
+
+fn put<const ROWS: usize>(rows: &mut [Lanes; ROWS], lane: usize, values: [f32; ROWS]) {
+    for (row, value) in rows.iter_mut().zip(values) {
+        row[lane] = value;
+    }
+}
+
+/// The bounds of some intervals. They are computed if they are not stored.
+fn find_or_add<const ROWS: usize>(
+    known: &mut Vec<Ends<ROWS>>,
+    intervals: Intervals,
+    compute: impl FnOnce() -> Ends<ROWS>,
+) -> &Ends<ROWS> {
+    let at = known.iter().position(|ends| ends.intervals == intervals);
+    let at = at.unwrap_or_else(|| {
+        if known.len() == MOST_ENDS {
+            known.remove(0);
+        }
+        known.push(compute());
+        known.len() - 1
+    });
+    &known[at]
+}

@@ -1,0 +1,220 @@
+//! Gathers the candidates of a node: paths to an evasion that can be in time at some rate.
+//!
+//! Source: Masaoka & Oshita, sections 5.1 and 5.2. Differs: of candidates that perform the same evasion at nearly the same place,
+//! only the one with the rate nearest to 1 is kept. If no path can be in time, the paths that are nearest to being in time are taken.
+
+use rustc_hash::FxHashSet;
+
+use super::candidates::{Candidate, CandidateKind, LatePaths, SearchReport};
+use crate::maps::{BakedGraph, CellColumn, NodePath, PathId, TouchedCells};
+use crate::math::Sphere;
+use crate::query::request::{ActiveRequest, Query};
+use crate::query::retime::{Direction, Durations, Rate, rate};
+use crate::query::settings::Enumerate;
+
+/// Scratch of the stage.
+#[derive(Clone, Debug, Default)]
+pub(in crate::query) struct EvasionScratch {
+    touched: TouchedCells,
+    /// Columns of cells, each with its distance from the root.
+    nearest: Vec<(f32, CellColumn)>,
+    seen: FxHashSet<[i32; 4]>,
+}
+
+/// Replaces the candidates by evasions of a set.
+pub(in crate::query) fn gather_evasions(
+    query: Query<'_>,
+    request: &ActiveRequest,
+    enumerate: Enumerate,
+    list: &mut Vec<Candidate>,
+    late: &mut LatePaths,
+    scratch: &mut EvasionScratch,
+) -> SearchReport {
+    let baked = query.baked;
+    list.clear();
+    late.list.clear();
+    late.count = 0;
+    add_in_time(query, request, list, late);
+    if list.is_empty() {
+        add_nearly_in_time(query, request, list, late);
+    }
+    if enumerate.uses_grid() {
+        touch_cells(baked, request, list, &mut scratch.touched);
+    }
+    match enumerate {
+        Enumerate::TouchedCells => {
+            let (grid, columns) = (baked.grid(), scratch.touched.merge());
+            let vacates = |path| grid.vacates_any(path, columns);
+            list.retain(|candidate| candidate.path().is_some_and(vacates));
+        }
+        Enumerate::NearestCell | Enumerate::NearestFiledCell => {
+            keep_in_one_cell(baked, request, enumerate, list, scratch);
+        }
+        Enumerate::Whole => {}
+    }
+    keep_different(query, list, &mut scratch.seen)
+}
+
+/// The node's paths to evasions.
+fn paths<'a>(
+    baked: &'a BakedGraph,
+    request: &ActiveRequest,
+) -> impl Iterator<Item = (PathId, &'a NodePath)> + use<'a> {
+    let (table, node) = (baked.paths(), request.node);
+    table.ids(node).zip(table.from_node(node))
+}
+
+/// Adds the paths that some rate brings in time.
+fn add_in_time(
+    query: Query<'_>,
+    request: &ActiveRequest,
+    list: &mut Vec<Candidate>,
+    late: &mut LatePaths,
+) {
+    let Query { baked, settings } = query;
+    for (id, path) in paths(baked, request) {
+        let durations = Durations::new(baked, path);
+        match rate(&durations, request.available, &settings.rates) {
+            Ok(rate) => {
+                let start = match rate.direction {
+                    Direction::Unchanged => request.wait + durations.total,
+                    Direction::Faster | Direction::Slower => request.attack.start(),
+                };
+                let kind = CandidateKind::Evasion { path: id, start };
+                list.push(Candidate { kind, rate });
+            }
+            Err(error) => {
+                late.count += 1;
+                if settings.list_late {
+                    late.list.push((id, error));
+                }
+            }
+        }
+    }
+}
+
+/// Adds the paths that are nearest to being in time, at rate 1.
+fn add_nearly_in_time(
+    query: Query<'_>,
+    request: &ActiveRequest,
+    list: &mut Vec<Candidate>,
+    late: &mut LatePaths,
+) {
+    let Query { baked, settings } = query;
+    let rates = &settings.rates;
+    if rates.nearest <= 0.0 {
+        return;
+    }
+    let total = |path: &NodePath| Durations::new(baked, path).total;
+    let nearest = paths(baked, request)
+        .map(|(_, path)| (total(path) - request.available).abs())
+        .fold(f32::INFINITY, f32::min);
+    // The tolerance includes paths that are equally near but on the other side of the attack's start.
+    let furthest = (nearest + rates.tolerance).min(rates.nearest);
+    for (id, path) in paths(baked, request) {
+        let total = total(path);
+        if (total - request.available).abs() <= furthest {
+            let start = request.wait + total;
+            list.push(Candidate {
+                kind: CandidateKind::Evasion { path: id, start },
+                rate: Rate::UNCHANGED,
+            });
+        }
+    }
+    late.count -= list.len();
+    late.list
+        .retain(|(id, _)| !list.iter().any(|candidate| candidate.path() == Some(*id)));
+}
+
+/// Finds the cells that the attack touches within the reach of a body, in the node's frame.
+fn touch_cells(
+    baked: &BakedGraph,
+    request: &ActiveRequest,
+    list: &[Candidate],
+    touched: &mut TouchedCells,
+) {
+    let (grid, table) = (baked.grid(), baked.paths());
+    let furthest = list
+        .iter()
+        .filter_map(Candidate::path)
+        .map(|path| table.path(path).placement.ground().abs().max_element())
+        .fold(0.0, f32::max);
+    let reach = baked.reach() + furthest;
+    let to_node = request.node_frame.inverse();
+    touched.clear();
+    for sphere in request.attack.spheres() {
+        sphere.for_each_step(|ball| {
+            let centre = to_node.point(ball.centre);
+            touched.add(Sphere { centre, ..ball }, grid.cell(), reach);
+        });
+    }
+}
+
+/// Keeps the candidates that vacate one touched cell: the one nearest to the root, or the nearest that some candidate vacates.
+fn keep_in_one_cell(
+    baked: &BakedGraph,
+    request: &ActiveRequest,
+    enumerate: Enumerate,
+    list: &mut Vec<Candidate>,
+    scratch: &mut EvasionScratch,
+) {
+    let (grid, root) = (baked.grid(), request.root(baked));
+    let vacates = |candidate: &Candidate, column: CellColumn| {
+        let path = candidate.path();
+        path.is_some_and(|path| grid.vacates(path, column) != 0)
+    };
+    let nearest = &mut scratch.nearest;
+    nearest.clear();
+    for column in scratch.touched.merge() {
+        nearest.extend(column.cells().map(|cell| {
+            let distance = cell.middle(grid.cell()).distance_squared(root);
+            (distance, cell)
+        }));
+    }
+    nearest.sort_unstable_by(|a, b| {
+        let place = |c: &CellColumn| (c.x, c.z, c.heights);
+        a.0.total_cmp(&b.0)
+            .then_with(|| place(&a.1).cmp(&place(&b.1)))
+    });
+    let found = match enumerate {
+        Enumerate::NearestCell => nearest.first(),
+        _ => nearest
+            .iter()
+            .find(|(_, cell)| list.iter().any(|candidate| vacates(candidate, *cell))),
+    };
+    match found {
+        Some(&(_, cell)) => list.retain(|candidate| vacates(candidate, cell)),
+        None => list.clear(),
+    }
+}
+
+/// Keeps the candidate with the rate nearest to 1 among those that perform the same evasion at nearly the same place, and no more candidates
+/// than the settings allow.
+fn keep_different(
+    query: Query<'_>,
+    list: &mut Vec<Candidate>,
+    seen: &mut FxHashSet<[i32; 4]>,
+) -> SearchReport {
+    let (table, settings) = (query.baked.paths(), query.settings);
+    let path = |candidate: &Candidate| candidate.path().unwrap_or_default();
+    let change = |candidate: &Candidate| (candidate.rate.rate - 1.0).abs();
+    list.sort_unstable_by(|a, b| {
+        change(a)
+            .total_cmp(&change(b))
+            .then_with(|| path(a).cmp(&path(b)))
+    });
+    seen.clear();
+    let all = list.len();
+    list.retain(|candidate| {
+        let path = table.path(path(candidate));
+        let [x, z, heading] = path.alike_cell(settings.alike_distance, settings.alike_angle);
+        seen.insert([path.goal as i32, x, z, heading])
+    });
+    let different = list.len();
+    list.truncate(settings.most_evasions);
+    SearchReport {
+        alike: all - different,
+        cut: different - list.len(),
+        followed: list.len(),
+    }
+}

@@ -1,0 +1,385 @@
+//! Constraints of a warp: its time, its bounds, the reach of legs, and balance.
+//!
+//! Source of the balance: the support polygon for standing, and the inverted pendulum while a foot is lifted: a body at a distance d from its
+//! support moves by d (cosh(t √(g / h)) - 1) within t seconds (Hof, Gazendam & Sinke 2005, equation 2).
+
+use glam::{Vec2, Vec3};
+
+use super::linear::{Gradient, Numbers, Row, Scales, bend_from, dot};
+use super::ticks::Tick;
+use crate::anim::{Bend, Envelope, Rig};
+use crate::graph::Motion;
+use crate::maps::BakedGraph;
+use crate::query::clearance::SAMPLE_RATE;
+use crate::query::settings::{WarpBounds, WarpLimits, WarpSettings};
+
+/// Number of samples on each side of the moment at which the attack is nearest that are linearised.
+pub(super) const SAMPLES: usize = 3;
+
+/// Constraints of a solution.
+pub(super) struct Goal {
+    pub envelope: Envelope,
+    pub scales: Scales,
+    support: Option<Support>,
+    /// Distance of the centre of mass from the support without a warp, in metres; `None` before the first round.
+    beside: Option<f32>,
+}
+
+impl Goal {
+    /// Constraints for the samples at which the attack is near. `None` if there is no time for a warp.
+    pub(super) fn new(
+        baked: &BakedGraph,
+        settings: &WarpSettings,
+        motion: &Motion,
+        ticks: &[Tick],
+    ) -> Option<Self> {
+        let (first, last) = (ticks.first()?.seconds(), ticks.last()?.seconds());
+        let middle = SAMPLES as f32 / SAMPLE_RATE;
+        let envelope = envelope(&settings.limits, [first + middle, last - middle])?;
+        let rig = baked.graph().rig();
+        let (bounds, limits) = (&settings.bounds, &settings.limits);
+        let mut scales = scales_within(bounds, limits, &envelope, rig.spine().len());
+        let may_lift = may_lift(baked, motion, &envelope);
+        for (limb, scale) in scales.ends.iter_mut().enumerate() {
+            let is_there = rig.limbs()[limb].is_some();
+            if !is_there || may_lift.get(limb) == Some(&false) {
+                *scale = 0.0;
+            }
+        }
+        // Without known legs, feet would slide.
+        if rig.legs().is_none() {
+            scales.pelvis = 0.0;
+        }
+        Some(Self {
+            envelope,
+            scales,
+            support: support(baked, limits, motion, &envelope),
+            beside: None,
+        })
+    }
+
+    /// Adds the conditions of legs and balance at the samples, linearised at the current parameters `numbers`.
+    pub(super) fn add_limit_rows(
+        &mut self,
+        baked: &BakedGraph,
+        ticks: &[Tick],
+        numbers: &Numbers,
+        rows: &mut Vec<Row>,
+    ) {
+        let scales = &self.scales;
+        for tick in ticks {
+            add_leg_rows(baked.graph().rig(), tick, scales, numbers, rows);
+        }
+        let (Some(support), Some(tick)) = (self.support, ticks.get(ticks.len() / 2)) else {
+            return;
+        };
+        // In the first round the motion has no warp yet.
+        let beside = *self.beside.get_or_insert_with(|| {
+            let masses = Masses::new(baked, &tick.centres);
+            beside(baked, tick, support, masses.centre).map_or(0.0, |(distance, _)| distance)
+        });
+        let bend = bend_from(numbers, scales);
+        let in_air = (0..Rig::LEGS).find(|&limb| bend.ends[limb].length() > LIFTED);
+        let support = match in_air {
+            Some(limb) if support.feet[limb] => support.without(limb, self.half_seconds()),
+            _ => support,
+        };
+        rows.extend(balance_row(baked, tick, support, beside, scales, numbers));
+    }
+
+    /// Time during which the weight of the warp is above one half, in seconds.
+    fn half_seconds(&self) -> f32 {
+        let Envelope {
+            start,
+            full,
+            release,
+            end,
+        } = self.envelope;
+        0.5 * (release + end - start - full)
+    }
+}
+
+/// Displacement above which a foot counts as lifted, in metres.
+const LIFTED: f32 = 0.01;
+
+/// Support of a body that stands still while the attack passes. `None` if the body moves.
+fn support(
+    baked: &BakedGraph,
+    limits: &WarpLimits,
+    motion: &Motion,
+    envelope: &Envelope,
+) -> Option<Support> {
+    /// Maximum speed of a body that stands still, in metres per second.
+    const STILL: f32 = 0.3;
+    let graph = baked.graph();
+    let [from, to] = [envelope.full, envelope.release].map(|t| motion.root(graph, t));
+    let way = (to - from) * Vec3::new(1.0, 0.0, 1.0);
+    let is_still = way.length() < STILL * (envelope.release - envelope.full);
+    let middle = motion.playhead(graph, 0.5 * (envelope.full + envelope.release));
+    let feet = [0, 1].map(|limb| graph.foot_stands(middle.edge, middle.frame, limb));
+    (is_still && feet == [true; 2]).then_some(Support {
+        feet,
+        allowed: limits.balance,
+    })
+}
+
+/// Returns for each leg whether its foot may be lifted: if it does not stand, or if the other foot stands, as long as the warp acts.
+fn may_lift(baked: &BakedGraph, motion: &Motion, envelope: &Envelope) -> [bool; Rig::LEGS] {
+    /// Number of moments that are examined.
+    const LOOKS: usize = 10;
+    let graph = baked.graph();
+    let mut may = [true; Rig::LEGS];
+    for look in 0..=LOOKS {
+        let share = look as f32 / LOOKS as f32;
+        let at = motion.playhead(
+            graph,
+            envelope.start + (envelope.end - envelope.start) * share,
+        );
+        let stands = [0, 1].map(|limb| graph.foot_stands(at.edge, at.frame, limb));
+        for limb in 0..Rig::LEGS {
+            may[limb] &= !stands[limb] || stands[1 - limb];
+        }
+    }
+    may
+}
+
+/// Envelope around the times at which the attack is nearest, or `None` if there is no time for the fade-in.
+fn envelope(limits: &WarpLimits, [from, to]: [f32; 2]) -> Option<Envelope> {
+    /// Longest fade, in seconds.
+    const LONGEST: f32 = 10.0;
+    let hold = limits.hold.min(LONGEST);
+    let (full, release) = (from - hold, to + hold);
+    let way_in = (full - limits.reaction).min(limits.way_in).min(LONGEST);
+    let way_out = limits.way_out.min(LONGEST);
+    let has_time = way_in >= limits.shortest_way_in && way_in > 0.0 && way_out > 0.0;
+    has_time.then_some(Envelope {
+        start: full - way_in,
+        full,
+        release,
+        end: release + way_out,
+    })
+}
+
+/// The bounds of a bend, reduced so that no part exceeds the limits of speed within the envelope. `spine` is the number of joints of the spine.
+fn scales_within(
+    bounds: &WarpBounds,
+    limits: &WarpLimits,
+    envelope: &Envelope,
+    spine: usize,
+) -> Scales {
+    let way = envelope.shortest_way();
+    let by_speed = |speed: f32| speed * way / Envelope::STEEPEST;
+    let turn = by_speed(limits.angular_velocity)
+        .min(limits.angular_acceleration * way * way / Envelope::SHARPEST);
+    let shift =
+        by_speed(limits.root_speed).min(limits.root_acceleration * way * way / Envelope::SHARPEST);
+    let end = by_speed(limits.end_speed);
+    Scales {
+        spine: bounds.spine.min(turn * spine as f32),
+        pelvis: bounds.pelvis.min(shift),
+        ends: std::array::from_fn(|limb| bounds.end(limb).min(end)),
+        ahead: bounds.time.min(by_speed(limits.rate)),
+    }
+}
+
+/// Sum of the squared shares of the bounds that a bend uses.
+pub(super) fn effort(bounds: &WarpBounds, bend: &Bend) -> f32 {
+    let share = |length: f32, bound: f32| match length {
+        0.0 => 0.0,
+        _ => (length / bound).powi(2),
+    };
+    let ends = bend.ends.iter().enumerate();
+    let ends: f32 = ends
+        .map(|(limb, end)| share(end.length(), bounds.end(limb)))
+        .sum();
+    share(bend.spine.length(), bounds.spine)
+        + share(bend.pelvis.length(), bounds.pelvis)
+        + ends
+        + share(bend.ahead, bounds.time)
+}
+
+/// Distance from a limit, in metres. Below it the condition is added.
+const NEAR: f32 = 0.12;
+
+/// Adds the conditions that keep each ankle's distance from its hip within the range of the leg's bones, at a sample of a body with the bend
+/// of `numbers`.
+fn add_leg_rows(rig: &Rig, tick: &Tick, scales: &Scales, numbers: &Numbers, rows: &mut Vec<Row>) {
+    for (limb, range) in tick.legs.iter().enumerate() {
+        let Some(leg) = rig.limbs()[limb] else {
+            continue;
+        };
+        let [hip, foot] = [leg.hip, leg.foot].map(|joint| tick.joints[joint.index()].translation);
+        let distance = hip.distance(foot);
+        let Some(along) = (hip - foot).try_normalize() else {
+            continue;
+        };
+        let mut gradient = Gradient {
+            pelvis: along * tick.weight,
+            ..Gradient::default()
+        };
+        gradient.ends[limb] = -along * tick.weight;
+        let slope = gradient.scaled(scales);
+        let at_now = dot(&slope, numbers);
+        if distance > range.furthest - NEAR {
+            rows.push(Row {
+                slope: slope.map(|number| -number),
+                least: distance - range.furthest - at_now,
+            });
+        }
+        if distance < range.nearest + NEAR {
+            rows.push(Row {
+                slope,
+                least: range.nearest - distance + at_now,
+            });
+        }
+    }
+}
+
+/// Conditions that lift a displaced foot by at least half of its displacement.
+pub(super) fn lift_rows(limb: usize, scales: &Scales, rows: &mut Vec<Row>) {
+    for (x, z) in [(0.5, 0.0), (-0.5, 0.0), (0.0, 0.5), (0.0, -0.5)] {
+        let mut gradient = Gradient::default();
+        gradient.ends[limb] = Vec3::new(x, 1.0, z);
+        rows.push(Row {
+            slope: gradient.scaled(scales),
+            least: 0.0,
+        });
+    }
+}
+
+/// Distance from the bones of a foot to its edge, in metres.
+const HALF_FOOT: f32 = 0.05;
+
+/// Support of a body that stands still.
+#[derive(Clone, Copy, Debug)]
+struct Support {
+    /// Whether each foot is planted.
+    feet: [bool; Rig::LEGS],
+    /// Maximum distance of the centre of mass from the support, in metres.
+    allowed: f32,
+}
+
+impl Support {
+    /// Support while the foot of a limb is lifted for `seconds`.
+    fn without(self, limb: usize, seconds: f32) -> Self {
+        /// √(g / h) in 1/s, and the maximum sway in metres.
+        const RATE: f32 = 3.2;
+        const SWAY: f32 = 0.05;
+        let mut feet = self.feet;
+        feet[limb] = false;
+        let fallen = (0.5 * seconds * RATE).cosh() - 1.0;
+        Self {
+            feet,
+            allowed: self.allowed + SWAY / fallen.max(0.05),
+        }
+    }
+}
+
+/// Centre of mass of the whole body, and of trunk, arms and head, and their share of the mass. Masses are the volumes of the spheres.
+struct Masses {
+    centre: Vec3,
+    upper: Vec3,
+    upper_share: f32,
+}
+
+impl Masses {
+    fn new(baked: &BakedGraph, centres: &[Vec3]) -> Self {
+        let rig = baked.graph().rig();
+        let (mut all, mut upper) = ((Vec3::ZERO, 0.0), (Vec3::ZERO, 0.0));
+        for (sphere, &centre) in baked.body().spheres.iter().zip(centres) {
+            let volume = sphere.radius.powi(3);
+            all = (all.0 + centre * volume, all.1 + volume);
+            if rig.part(sphere.joint).spine == rig.spine().len() {
+                upper = (upper.0 + centre * volume, upper.1 + volume);
+            }
+        }
+        Self {
+            centre: all.0 / all.1,
+            upper: if upper.1 > 0.0 {
+                upper.0 / upper.1
+            } else {
+                Vec3::ZERO
+            },
+            upper_share: upper.1 / all.1,
+        }
+    }
+}
+
+/// Condition that keeps the centre of mass over the feet at a sample, if the bend with the parameters `numbers` does not. `allowed` is its
+/// distance from the support without a warp.
+fn balance_row(
+    baked: &BakedGraph,
+    tick: &Tick,
+    support: Support,
+    allowed: f32,
+    scales: &Scales,
+    numbers: &Numbers,
+) -> Option<Row> {
+    let rig = baked.graph().rig();
+    let masses = Masses::new(baked, &tick.centres);
+    let (distance, out) = beside(baked, tick, support, masses.centre)?;
+    let excess = distance - allowed.max(support.allowed);
+    if excess <= 0.0 {
+        return None;
+    }
+    let out = Vec3::new(out.x, 0.0, out.y);
+    let lever = tick.lever(rig, rig.spine().len(), masses.upper);
+    let gradient = Gradient {
+        // About half of the mass of the legs, whose feet stay in place, follows the pelvis.
+        pelvis: out * (0.5 + 0.5 * masses.upper_share) * tick.weight,
+        spine: lever.cross(out) * masses.upper_share * tick.weight,
+        ..Gradient::default()
+    };
+    let slope = gradient.scaled(scales).map(|number| -number);
+    Some(Row {
+        slope,
+        least: excess + dot(&slope, numbers),
+    })
+}
+
+/// Distance and direction of a point from the support at a sample; `None` if it lies over the support, or if no foot is planted.
+fn beside(baked: &BakedGraph, tick: &Tick, support: Support, place: Vec3) -> Option<(f32, Vec2)> {
+    let rig = baked.graph().rig();
+    let place = Vec2::new(place.x, place.z);
+    let mut points = [Vec2::ZERO; 2 * Rig::LEGS];
+    let mut count = 0;
+    for limb in (0..Rig::LEGS).filter(|&limb| support.feet[limb]) {
+        let leg = rig.limbs()[limb]?;
+        for joint in [leg.foot, leg.toe_or_foot()] {
+            let at = tick.joints[joint.index()].translation;
+            points[count] = Vec2::new(at.x, at.z);
+            count += 1;
+        }
+    }
+    let points = &points[..count];
+    if points.is_empty() {
+        return None;
+    }
+    // The nearest point of a convex hull of so few points lies on a line between two of them, unless the position lies inside a triangle of
+    // three.
+    let is_within = |a: Vec2, b: Vec2, c: Vec2| {
+        let turns = [(a, b), (b, c), (c, a)].map(|(from, to)| (to - from).perp_dot(place - from));
+        turns.iter().all(|&turn| turn >= 0.0) || turns.iter().all(|&turn| turn <= 0.0)
+    };
+    for (i, &a) in points.iter().enumerate() {
+        for (j, &b) in points.iter().enumerate().skip(i + 1) {
+            if points[j + 1..].iter().any(|&c| is_within(a, b, c)) {
+                return None;
+            }
+        }
+    }
+    let mut nearest = points[0];
+    for (i, &a) in points.iter().enumerate() {
+        for &b in &points[i..] {
+            let line = b - a;
+            let share = (place - a).dot(line) / line.length_squared().max(f32::MIN_POSITIVE);
+            let on_line = a + line * share.clamp(0.0, 1.0);
+            if on_line.distance_squared(place) < nearest.distance_squared(place) {
+                nearest = on_line;
+            }
+        }
+    }
+    let away = place - nearest;
+    let distance = away.length() - HALF_FOOT;
+    (distance > 0.0).then(|| (distance, away.normalize_or(Vec2::X)))
+}
