@@ -49,6 +49,8 @@ pub use grid::{
     GridSettings, NodePath, PathId, PathReport, PathSettings, PathTable, Retimable, RetimeSettings,
     TouchedCells,
 };
+#[cfg(feature = "vulkan")]
+pub(crate) use regions::bit_square;
 pub use regions::{
     AttackMaps, AttackMove, BitMap, Body, BodySphere, BodyTrack, Disc, Drawing, Evasion,
     EvasionMaps, FixedTransform2, MapGrid, MapRect, MaskMap, MovingSphere, Prop, RegionAtlas,
@@ -56,5 +58,5 @@ pub use regions::{
 };
 pub(crate) use regions::{
     BlockAxis, BoundingCylinder, CLOCK_ERROR, CoarseMap, CoarseRegion, Cut, HALF_DIAGONAL, PART,
-    ROUNDING, SphereRows, bit_square,
+    ROUNDING, SphereRows,
 };

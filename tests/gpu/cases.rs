@@ -24,9 +24,9 @@ const RECT: MapRect = MapRect {
 };
 
 /// A culler of each way, of as many slots.
-fn each_culler<'a>(
+fn each_culler(
     device: &mut Headless,
-    atlas: &'a RegionAtlas,
+    atlas: &RegionAtlas,
     frames_in_flight: u32,
 ) -> [(Way, Culler); 3] {
     Way::ALL.map(|way| {

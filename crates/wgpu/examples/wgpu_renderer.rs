@@ -148,8 +148,12 @@ impl Renderer {
         self.queue
             .submit(guest.into_iter().chain([encoder.finish()]));
         let read = self.pixels.slice(..);
-        read.map_async(wgpu::MapMode::Read, |mapped| mapped.unwrap());
+        let (sender, mapped) = std::sync::mpsc::channel();
+        read.map_async(wgpu::MapMode::Read, move |result| {
+            let _ = sender.send(result);
+        });
         self.device.poll(wgpu::PollType::wait_indefinitely())?;
+        mapped.recv()??;
         scene::write_png(path, SIDE, &read.get_mapped_range()?)?;
         self.pixels.unmap();
         Ok(())

@@ -240,7 +240,7 @@ impl<'a> Grid<'a> {
             .map_or(0, |at| heights[at] & column.heights)
     }
 
-    /// Whether a path vacates a cell of `columns`, which must be sorted ([`TouchedCells::merge`]).
+    /// Whether a path vacates a cell of `columns`, which must be sorted ([`TouchedCells::merge`](super::TouchedCells::merge)).
     #[must_use]
     pub fn vacates_any(self, path: PathId, columns: &[CellColumn]) -> bool {
         let (offset, vacated, heights) = self.vacated(path);

@@ -9,7 +9,7 @@ use crate::anim::{JointId, Pose, Skeleton, forward_kinematics};
 use crate::graph::{EdgeId, GraphEvent, MotionGraph, Playhead};
 use crate::math::Rigid2;
 
-/// Index of an evasion's maps in a [`RegionAtlas`].
+/// Index of an evasion's maps in a [`RegionAtlas`](super::RegionAtlas).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub struct RegionId(pub u32);
 

@@ -62,7 +62,7 @@ impl NearSample {
 }
 
 impl ObstacleTest<'_> {
-    /// Samples per second. An obstacle that moves further between two of them than [`ObstacleTest::LONGEST_WAY`] has samples between them.
+    /// Samples per second. An obstacle that moves further between two of them than `ObstacleTest::LONGEST_WAY` has samples between them.
     pub const RATE: f32 = 30.0;
 
     /// The longest way of an obstacle between two samples, in metres: less than the body and a thin obstacle are wide.

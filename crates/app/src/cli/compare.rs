@@ -351,9 +351,9 @@ fn crossover_text(lines: &[Line]) -> String {
     let devices = lines.iter().filter(|(path, _)| path.needs_device());
     for (path, points) in devices {
         let pairs = cpu.iter().flat_map(|(_, cpu)| cpu.iter().zip(points));
-        let slower = pairs.filter(|(cpu, device)| device.1 >= cpu.1);
+        let mut slower = pairs.filter(|(cpu, device)| device.1 >= cpu.1);
         let name = path.name();
-        text += &match slower.map(|(cpu, _)| cpu.0 as usize).last() {
+        text += &match slower.next_back().map(|(cpu, _)| cpu.0 as usize) {
             None => format!(
                 "{name} is faster than cpu from {} candidates on.\n",
                 SIZES[0]

@@ -62,7 +62,7 @@ struct Cli {
 #[derive(Subcommand)]
 enum Command {
     /// Bakes clips to a graph file and prints its statistics.
-    Bake(bake::Args),
+    Bake(Box<bake::Args>),
     /// Proposes the events of clips: attacks and evasions, for `bake --events`.
     Annotate(annotate::Args),
     /// Throws attacks at a character and answers them.

@@ -212,7 +212,6 @@ impl WindowArgs {
             screenshot: self.screenshot.clone(),
             clicks: clicks.to_vec(),
             stops: || cancel::check().is_err(),
-            ..WindowDesc::default()
         };
         window::show(scene, &desc, &mut |event| hear(event, as_json))?;
         Ok(())

@@ -14,7 +14,7 @@
 //! draws it and, over it, the panels, and its pixels are read back. A window shows these pixels, so that any device can draw and any
 //! window system can show. [`picture`] returns them.
 //!
-//! Architecture invariant: only the implementations of [`Scene`] know what is shown, and only [`gui`] uses Vulkan.
+//! Architecture invariant: only the implementations of [`Scene`] know what is shown, and only `gui` uses Vulkan.
 
 mod app;
 mod crowd;

@@ -318,7 +318,6 @@ fn instances_stay_in_their_places() {
                 switching: Some(&switching),
                 eye: eye(frame),
                 frustum: (frame % 3 > 0).then(|| frustum(frame)),
-                ..Frame::default()
             };
             assert!(crowd.output_len() <= most);
             crowd.frame(&input, &mut out).unwrap();

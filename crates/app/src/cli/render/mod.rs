@@ -6,7 +6,7 @@ mod dodge;
 mod duel;
 
 use std::io::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use sabaki::archive;
 use sabaki::gpu::GpuError;
@@ -18,6 +18,7 @@ use sabaki_draw::scene::{CrowdShot, Shot};
 use sabaki_fixtures::headless::Headless;
 use serde_json::{Value, json};
 
+#[cfg(feature = "window")]
 pub(crate) use crowd::CrowdArgs;
 
 use super::culling::{self, DeviceArgs};
@@ -170,9 +171,9 @@ impl OutArgs {
 }
 
 /// Writes pictures as a film, or the only one, by the ending of the file's name.
-fn write(path: &PathBuf, pictures: Vec<Picture>, delay: Delay) -> Result<Written, Failure> {
+fn write(path: &Path, pictures: Vec<Picture>, delay: Delay) -> Result<Written, Failure> {
     let failed = |source| Failure::Write {
-        path: path.clone(),
+        path: path.to_owned(),
         source,
     };
     let count = pictures.len();
