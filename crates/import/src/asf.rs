@@ -89,7 +89,7 @@ pub enum AsfProblem {
         /// Name of the bone.
         bone: String,
     },
-    /// The motion has more than [`MOST_ENTRIES`](crate::MOST_ENTRIES) frames times bones.
+    /// The motion has more than [`MOST_ENTRIES`] frames times bones.
     #[error(
         "more frames of {bones} bones than {MOST_ENTRIES} rotations in all, which are the most"
     )]

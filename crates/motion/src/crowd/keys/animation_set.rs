@@ -103,7 +103,7 @@ impl AnimationSet {
     }
 
     /// For each joint of the skeleton, in its order, the index of the joint that draws it on a level: its own while it is
-    /// kept, else the one that carries it. For [`PoseSlice::copy_joints`](super::PoseSlice::copy_joints).
+    /// kept, else the one that carries it. For [`PoseSlice::copy_joints`](crate::crowd::PoseSlice::copy_joints).
     #[must_use]
     pub fn skeleton_order(&self, level: LevelId) -> &[u16] {
         &self.carriers[self.clamp(level).index()]
