@@ -169,7 +169,7 @@ impl Harness {
 #[test]
 fn every_call_of_every_component_and_of_the_headless_device() {
     let atlas = atlas(&mut Random::new(3), sliced(8), 6);
-    let case = CullCase::any(&mut Random::new(4), &atlas, 20);
+    let case = CullCase::that_hits(&mut Random::new(4), &atlas, 20);
     let input = case.input(&atlas);
     let owed = counted(&input);
     assert!(owed.iter().any(|one| one.body > 0));
