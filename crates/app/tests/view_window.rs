@@ -104,7 +104,13 @@ fn a_window_manager_minimises_the_window_and_closes_it() {
     let mut command = screen.command(program());
     command.current_dir(folder.path());
     let baked = embedded_file(folder.path());
-    let args = [baked.to_str().unwrap(), "--size", "320x240", "--plain"];
+    let args = [
+        "dodge",
+        baked.to_str().unwrap(),
+        "--size",
+        "320x240",
+        "--plain",
+    ];
     let mut shown = Shown::start(command, &args);
     shown.wait("opened");
     let window = screen.window(TITLE);

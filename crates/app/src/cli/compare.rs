@@ -56,10 +56,9 @@ struct Table {
 
 pub(crate) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
     cancel::listen();
-    let device = culling::open(&args.device)?;
     let baked = args.graph.load()?;
     let throws = random_throws(&baked, args.seed, 0..args.attacks)?;
-    let mut culling = Culling::new(device, baked.atlas());
+    let mut culling = Culling::new(culling::open(&args.device)?, baked.atlas());
     let table = measure(&baked, &throws, &mut culling)?;
     let mut lines = Vec::new();
     if let Some(path) = &args.plot {

@@ -196,7 +196,7 @@ impl Culling {
             Err(why) if !by_device => format!(" (no Vulkan device can be used: {why})"),
             _ => String::new(),
         };
-        format!("culling: {}{why}", ways.join("; "))
+        format!("culling: {}{why}", ways.join("\n         "))
     }
 
     /// Whether the stencil path can run, or why not.

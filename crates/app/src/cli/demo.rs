@@ -25,13 +25,12 @@ pub(crate) fn run(device: &DeviceArgs, as_json: bool) -> Result<Done, Failure> {
     let folder = Path::new(FOLDER);
     output::check_can_be_folder("the demo writes to the folder out", folder)?;
     cancel::listen();
-    let device = culling::open(device)?;
     let baked = source::embedded_anew()?;
     let graph = &baked.graph;
     graph.prepare();
     let export = Export::new(folder, FormatArg::Bvh, graph)?;
-    let mut culling = Culling::new(device, graph.atlas());
     let throws = random_throws(graph, SEED, 0..ATTACKS)?;
+    let mut culling = Culling::new(culling::open(device)?, graph.atlas());
     let passes = passes(graph, &throws, &mut culling)?;
     let shown = narrow_dodge(graph, &passes[0].runs);
     let files = write_files(
@@ -58,7 +57,7 @@ pub(crate) fn run(device: &DeviceArgs, as_json: bool) -> Result<Done, Failure> {
          by: the evasion and its times in the clip. rate p: playback rate of the path to it.\n\
          clearance: distance between ball and body; negative: depth of the hit.\n\n\
          All attacks, by culling path (exact: no culling; every path ends with the exact test):\n\
-         {all}\nThe graph, and attack {shown}, a narrow dodge: {files}\n",
+         {all}\nThe graph, and attack {shown}, a narrow dodge:\n{files}\n",
         graph_line = source::headline(graph),
         culling = culling.describe(passes.iter().map(|pass| pass.method.cull)),
         each = summary::attack_table(graph, &passes[0].runs[..LISTED]),

@@ -68,13 +68,12 @@ pub(crate) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
         return export::replay(path, &args.graph.load()?, as_json);
     }
     cancel::listen();
-    let device = culling::open(&args.device)?;
     let baked = args.graph.load()?;
     let throws = args.throws(&baked)?;
     let folder = args.export.as_deref();
     let export = folder.map(|folder| Export::new(folder, args.format, &baked));
     let export = export.transpose()?;
-    let mut culling = Culling::new(device, baked.atlas());
+    let mut culling = Culling::new(culling::open(&args.device)?, baked.atlas());
     let mut methods = args.methods.methods(&culling);
     if let Some(index) = args.explain {
         let explained = explain::ask(&baked, &throws[0], methods[0], &mut culling)?;

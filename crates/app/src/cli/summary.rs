@@ -122,11 +122,11 @@ pub(crate) fn tables(passes: &[Pass]) -> String {
         "attacks",
         "avoided",
         "would hit",
-        "avoided",
+        "of them",
         "missed",
-        "by evasion",
-        "grid used",
-        "answered",
+        "evading",
+        "grid has",
+        "by grid",
     ];
     let mut answers = output::table(&head, 2);
     let head = [
@@ -163,7 +163,7 @@ pub(crate) fn tables(passes: &[Pass]) -> String {
             format!("{:.0}%", 100.0 * s.culled_share),
             clearance.map_or("-".to_owned(), |metres| format!("{:.1} cm", 100.0 * metres)),
             s.query_ms.text(2),
-            s.cull_ms.text(3),
+            s.cull_ms.text(2),
         ]));
     }
     let missed = match exact(passes) {
@@ -174,7 +174,10 @@ pub(crate) fn tables(passes: &[Pass]) -> String {
     };
     format!(
         "{answers}\n\
-         would hit: attacks that hit if the motion goes on. missed: {missed}.\n\n\
+         would hit: attacks that hit if the motion goes on, and how many of them are avoided.\n\
+         missed: {missed}.\n\
+         evading: answers that perform an evasion. grid has: attacks whose candidates\n\
+         come from the grid. by grid: answers that do.\n\n\
          {costs}\n\
          Medians of one query; times: median / 99th percentile. culled: share of the candidates with maps.\n"
     )

@@ -11,7 +11,7 @@ use super::common::shapes::Shape;
 use super::run::{clips, command, folder};
 
 #[test]
-fn names_that_are_not_utf8_are_written_or_refused() {
+fn names_that_are_not_utf8_are_read_and_written() {
     let folder = folder();
     let at = folder.path();
     let named = |name: &'static [u8]| Path::new(OsStr::from_bytes(name));
@@ -51,11 +51,6 @@ fn names_that_are_not_utf8_are_written_or_refused() {
     fs::rename(first.unwrap().path(), renamed).unwrap();
     let plan = ["bake", "plan", "--clips", "clips", "--shards", "1"];
     let (code, stdout, stderr) = run(&plan, &[("--out", Path::new("plan"))]);
-    assert_eq!((code, stdout.as_str()), (Some(2), ""), "{stderr}");
-    let why = "ge.bvh: this name is not UTF-8";
-    assert!(
-        stderr.contains(why) && stderr.lines().count() == 1,
-        "{stderr}"
-    );
-    assert!(!at.join("plan").exists());
+    assert_eq!(code, Some(0), "{stdout}{stderr}");
+    assert!(at.join("plan").is_dir());
 }
