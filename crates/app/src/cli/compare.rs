@@ -201,8 +201,9 @@ impl Row {
 
 /// The figures of the paper's Table 1.
 const PAPER: &str = "\
-The paper, on its machine: without the grid 496 ms exact, 225 ms stencil, about 100 candidates culled to
-70; with it 18 and 14 ms, about 5 candidates culled to 3. It used the grid in about 90% of the attacks.
+The paper, on its machine: without the grid 496 ms exact, 225 ms stencil, about 100 candidates culled
+to 70; with it 18 and 14 ms, about 5 candidates culled to 3. It used the grid in about 90% of the
+attacks.
 ";
 
 impl Table {
@@ -246,12 +247,13 @@ impl Table {
         let least = avoided.iter().copied().min().unwrap_or(0);
         let missed: usize = self.rows.iter().map(|row| row.hit_though_avoidable).sum();
         format!(
-            "{attacks} attacks, each answered by all methods; each avoids {:.1}% or more, and {missed} hits could have been avoided.\n\
+            "{attacks} attacks, each answered by all methods; each avoids {:.1}% or more,\n\
+             and {missed} hits could have been avoided.\n\
              {table}\n\
-             candidates: with maps, per query (those that enter or layer an evasion have none). kept: by the maps;\n\
-             by the exact test for exact. weak: share of the hits that the maps keep. wrong: share of the clean\n\
-             candidates that they remove. open: share that they neither remove nor prove clean. Times: median /\n\
-             99th percentile.\n\n\
+             candidates: with maps, per query (those that enter or layer an evasion have none).\n\
+             kept: by the maps; by the exact test for exact. weak: share of the hits that the maps keep.\n\
+             wrong: share of the clean candidates that they remove. open: share that they neither remove\n\
+             nor prove clean. Times: median / 99th percentile.\n\n\
              The grid has paths for {:.0}% of the attacks and answers {:.0}%.\n\n{PAPER}",
             percent(least),
             percent(used),
