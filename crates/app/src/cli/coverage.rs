@@ -394,8 +394,8 @@ fn time_text(rows: &[TimeRow]) -> String {
         "Balls of radius 0.1 m at 8 m/s that would hit the continued motion, seen for the last 2.5 m of their\n\
          flight, from the query on. Shares avoided, of all and by part; of a character that walks, and by its\n\
          upper body alone while it walks on:\n{shares}\n\n\
-         The hits by reason. no plausible entry: no evasion can be entered plausibly. no time: no evasion gets\n\
-         far enough. feet, too short: the best candidate leaves a leg, or another part of the body, in the\n\
+         The hits by reason. no plausible entry: no evasion can be entered plausibly. no time: no\n\
+         evasion gets far enough. feet, too short: the best candidate leaves a leg, or another part of the body, in the\n\
          way. short by: mean depth of these hits.\n{hits}\n"
     )
 }

@@ -352,12 +352,13 @@ impl Report {
         };
         let _ = writeln!(
             text,
-            "mean, max: distance of the removed joints' points from where they are with all joints. step: distance\n\
-             from the previous level. blended, drawn: distances from which on. there: the largest error on the\n\
+            "mean, max: distance of the removed joints' points from where they are with all joints.\n\
+             step: distance from the previous level. blended, drawn: distances from which on. there: the largest error on the\n\
              screen, for a point {:.2} m nearer to the camera than the root.\n\
-             {rule}; bands that would overlap are moved outwards. The last level begins at {:.1} m.\n\
-             Largest step of a point on the screen at a switch, with the camera at 5 m/s and 60 frames per second:\n\
-             {:.2} pixels; without blending {:.1} pixels.",
+             {rule}; bands that would overlap are moved outwards.\n\
+             The last level begins at {:.1} m.\n\
+             Largest step of a point on the screen at a switch, with the camera at 5 m/s and 60 frames\n\
+             per second: {:.2} pixels; without blending {:.1} pixels.",
             self.levels.reach,
             self.bands.furthest(),
             self.steps[0],
