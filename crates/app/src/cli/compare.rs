@@ -201,9 +201,9 @@ impl Row {
 
 /// The figures of the paper's Table 1.
 const PAPER: &str = "\
-The paper, on its machine: without the grid 496 ms exact, 225 ms stencil, about 100 candidates culled
-to 70; with it 18 and 14 ms, about 5 candidates culled to 3. It used the grid in about 90% of the
-attacks.
+The paper, on its machine: without the grid 496 ms exact, 225 ms stencil, about 100 candidates
+culled to 70; with it 18 and 14 ms, about 5 candidates culled to 3. It used the grid in about 90%
+of the attacks.
 ";
 
 impl Table {
