@@ -395,8 +395,8 @@ fn time_text(rows: &[TimeRow]) -> String {
          flight, from the query on. Shares avoided, of all and by part; of a character that walks, and by its\n\
          upper body alone while it walks on:\n{shares}\n\n\
          The hits by reason. no plausible entry: no evasion can be entered plausibly. no time: no\n\
-         evasion gets far enough. feet, too short: the best candidate leaves a leg, or another part of the body, in the\n\
-         way. short by: mean depth of these hits.\n{hits}\n"
+         evasion gets far enough. feet, too short: the best candidate leaves a leg, or another part of\n\
+         the body, in the way. short by: mean depth of these hits.\n{hits}\n"
     )
 }
 

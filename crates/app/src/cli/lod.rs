@@ -353,9 +353,10 @@ impl Report {
         let _ = writeln!(
             text,
             "mean, max: distance of the removed joints' points from where they are with all joints.\n\
-             step: distance from the previous level. blended, drawn: distances from which on. there: the largest error on the\n\
-             screen, for a point {:.2} m nearer to the camera than the root.\n\
-             {rule}; bands that would overlap are moved outwards.\n\
+             step: distance from the previous level. blended, drawn: distances from which on.\n\
+             there: the largest error on the screen, for a point {:.2} m nearer to the camera than the root.\n\
+             {rule}.\n\
+             Bands that would overlap are moved outwards.\n\
              The last level begins at {:.1} m.\n\
              Largest step of a point on the screen at a switch, with the camera at 5 m/s and 60 frames\n\
              per second: {:.2} pixels; without blending {:.1} pixels.",
