@@ -1,5 +1,5 @@
-//! Culling alone, from recording to polled counts: the CPU's maps, the device's compute shader, and its stencil buffer, counted by
-//! occlusion queries or by atomics. First by number of candidates, which are those of the query that has the most, over and over;
+//! Culling alone, from recording to polled counts: the CPU's maps, the device's compute shader, and its stencil buffer with
+//! occlusion queries. First by number of candidates, which are those of the query that has the most, over and over;
 //! then by number of queries in one submission. Where a table is of the device's timestamps, it leaves out the CPU, submission and
 //! waiting.
 #![allow(clippy::unwrap_used, clippy::expect_used)]

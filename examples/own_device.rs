@@ -62,8 +62,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             .queue_family_index(queue_family)
             .queue_priorities(&[1.0])];
         let features = vk::PhysicalDeviceFeatures::default()
-            .occlusion_query_precise(offered.features.precise_queries)
-            .fragment_stores_and_atomics(offered.features.fragment_atomics);
+            .occlusion_query_precise(offered.features.precise_queries);
         let mut features13 = vk::PhysicalDeviceVulkan13Features::default()
             .dynamic_rendering(true)
             .synchronization2(true);

@@ -26,19 +26,6 @@ pub(crate) const CANDIDATE_VERT: Shader = Shader {
     words: &words::<491>(include_bytes!("spirv/candidate.vert.spv")),
 };
 
-pub(crate) const CANDIDATE_TEXELS_FRAG: Shader = Shader {
-    name: "candidate_texels.frag",
-    stage: Stage::Fragment,
-    push_constants: 0,
-    shared: 0,
-    group: [0, 0, 0],
-    storage_buffers: 0,
-    bindings: &[
-        Binding { set: 0, binding: 0, stride: 4 },
-    ],
-    words: &words::<796>(include_bytes!("spirv/candidate_texels.frag.spv")),
-};
-
 pub(crate) const COUNT_COMP: Shader = Shader {
     name: "count.comp",
     stage: Stage::Compute,
@@ -87,34 +74,6 @@ pub(crate) const RECT_VERT: Shader = Shader {
     storage_buffers: 0,
     bindings: &[],
     words: &words::<527>(include_bytes!("spirv/rect.vert.spv")),
-};
-
-pub(crate) const TALLY_FRAG: Shader = Shader {
-    name: "tally.frag",
-    stage: Stage::Fragment,
-    push_constants: 0,
-    shared: 0,
-    group: [0, 0, 0],
-    storage_buffers: 2,
-    bindings: &[
-        Binding { set: 0, binding: 0, stride: 4 },
-        Binding { set: 0, binding: 1, stride: 4 },
-    ],
-    words: &words::<921>(include_bytes!("spirv/tally.frag.spv")),
-};
-
-pub(crate) const TALLY_TEXELS_FRAG: Shader = Shader {
-    name: "tally_texels.frag",
-    stage: Stage::Fragment,
-    push_constants: 0,
-    shared: 0,
-    group: [0, 0, 0],
-    storage_buffers: 1,
-    bindings: &[
-        Binding { set: 0, binding: 0, stride: 4 },
-        Binding { set: 0, binding: 1, stride: 4 },
-    ],
-    words: &words::<914>(include_bytes!("spirv/tally_texels.frag.spv")),
 };
 
 #[allow(non_snake_case)]

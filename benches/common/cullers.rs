@@ -2,17 +2,17 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, reason = "a bench may")]
 
 use ash::vk;
-use sabaki::gpu::{BatchEntry, Context, Counting, Culler, CullerDesc, GpuError};
+use sabaki::gpu::{BatchEntry, Context, Culler, CullerDesc, GpuError};
 use sabaki::query::cull::{Counted, CullInput, CullPath, Overlap, cpu};
 use sabaki_fixtures::headless::Headless;
 
-pub(crate) const COLUMNS: [&str; 4] = ["cpu", "compute", "stencil, queries", "stencil, atomics"];
+pub(crate) const COLUMNS: [&str; 3] = ["cpu", "compute", "stencil"];
 
 /// One culler for each column.
 pub(crate) struct Cullers {
     cpu: cpu::Culler,
     /// All columns but the first.
-    device: [Culler; 3],
+    device: [Culler; 2],
     /// Of the last input that was counted.
     overlaps: Vec<Overlap>,
 }
@@ -24,20 +24,15 @@ impl Cullers {
         counted: Counted,
         desc: impl Fn(CullPath) -> CullerDesc<'a>,
     ) -> Self {
-        let mut make = |path, counting| {
+        let make = |path| {
             let mut desc = desc(path);
             desc.counted = counted;
-            desc.stencil.counting = Some(counting);
             let made = device.make(|context, memory| Culler::new(context, memory, &desc));
             made.unwrap()
         };
         Self {
             cpu: cpu::Culler::default().counting(counted),
-            device: [
-                make(CullPath::Compute, Counting::Atomics),
-                make(CullPath::Stencil, Counting::Queries),
-                make(CullPath::Stencil, Counting::Atomics),
-            ],
+            device: [CullPath::Compute, CullPath::Stencil].map(make),
             overlaps: Vec::new(),
         }
     }

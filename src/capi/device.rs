@@ -19,7 +19,6 @@ pub(super) struct Device {
     queue_family: u32,
     api_version: u32,
     precise_queries: u32,
-    fragment_atomics: u32,
     dynamic_rendering: u32,
     synchronization2: u32,
     extended_dynamic_state: u32,
@@ -39,7 +38,6 @@ impl Device {
                 synchronization2: self.synchronization2 != 0,
                 extended_dynamic_state: self.extended_dynamic_state != 0,
                 precise_queries: self.precise_queries != 0,
-                fragment_atomics: self.fragment_atomics != 0,
             },
             debug_utils: false,
             terms: Terms {

@@ -111,7 +111,6 @@ typedef struct sabaki_device {
     uint32_t api_version;         /* VkApplicationInfo::apiVersion: VK_API_VERSION_1_1 or later */
     /* Enabled features: 1 or 0. The compute path needs none of them. */
     uint32_t precise_queries;        /* occlusionQueryPrecise */
-    uint32_t fragment_atomics;       /* fragmentStoresAndAtomics */
     uint32_t dynamic_rendering;      /* dynamicRendering: the stencil path needs it */
     uint32_t synchronization2;       /* synchronization2 */
     uint32_t extended_dynamic_state; /* extendedDynamicState: the stencil path needs it below Vulkan 1.3 */

@@ -93,31 +93,13 @@ impl Access {
         vk::AccessFlags2::TRANSFER_WRITE,
         vk::ImageLayout::UNDEFINED,
     );
-    /// Reads of storage and texel buffers by shaders.
+    /// Reads of storage buffers by shaders.
     pub(crate) const SHADER_READ: Self = Self::new(
         vk::PipelineStageFlags2::from_raw(
             vk::PipelineStageFlags2::VERTEX_SHADER.as_raw()
                 | vk::PipelineStageFlags2::FRAGMENT_SHADER.as_raw(),
         ),
-        vk::AccessFlags2::from_raw(
-            vk::AccessFlags2::SHADER_STORAGE_READ.as_raw()
-                | vk::AccessFlags2::SHADER_SAMPLED_READ.as_raw(),
-        ),
-        vk::ImageLayout::UNDEFINED,
-    );
-    /// Reads by a copy from a buffer.
-    pub(crate) const TRANSFER_READ: Self = Self::new(
-        vk::PipelineStageFlags2::ALL_TRANSFER,
-        vk::AccessFlags2::TRANSFER_READ,
-        vk::ImageLayout::UNDEFINED,
-    );
-    /// Atomic additions to storage buffers by fragment shaders.
-    pub(crate) const FRAGMENT_COUNT: Self = Self::new(
-        vk::PipelineStageFlags2::FRAGMENT_SHADER,
-        vk::AccessFlags2::from_raw(
-            vk::AccessFlags2::SHADER_STORAGE_READ.as_raw()
-                | vk::AccessFlags2::SHADER_STORAGE_WRITE.as_raw(),
-        ),
+        vk::AccessFlags2::SHADER_STORAGE_READ,
         vk::ImageLayout::UNDEFINED,
     );
     /// Reads of storage and uniform buffers by compute shaders.

@@ -5,7 +5,7 @@ use std::sync::atomic::Ordering;
 use ash::vk;
 
 use super::{
-    Context, Counting, CullerDesc, GpuError, Memory, PassTime,
+    Context, CullerDesc, GpuError, Memory, PassTime,
     compute::ComputePath,
     device_path::{CullRequest, DevicePath},
     error::within,
@@ -44,7 +44,6 @@ pub struct Culler {
     implementation: Box<dyn DevicePath>,
     slots: Vec<Slot>,
     max_candidates: u32,
-    counting: Option<Counting>,
     counts_exact: bool,
     counted: Counted,
     upload: Upload,
@@ -82,10 +81,7 @@ impl Culler {
             CullPath::Compute => Box::new(ComputePath::new(context, memory, desc)?),
             other => return Err(GpuError::NotADevicePath(other)),
         };
-        let counting = match desc.path {
-            CullPath::Stencil => Some(StencilPath::counting(context, desc)),
-            _ => None,
-        };
+        let by_queries = desc.path == CullPath::Stencil;
         let mut culler = Self {
             context: context.clone(),
             path: desc.path,
@@ -94,8 +90,7 @@ impl Culler {
                 .map(|_| Slot::default())
                 .collect(),
             max_candidates: desc.max_candidates,
-            counting,
-            counts_exact: counting != Some(Counting::Queries) || context.features().precise_queries,
+            counts_exact: !by_queries || context.features().precise_queries,
             counted: desc.counted,
             upload: Upload::default(),
             batch: Vec::new(),
@@ -139,12 +134,6 @@ impl Culler {
     #[must_use]
     pub fn path(&self) -> CullPath {
         self.path
-    }
-
-    /// Counting method of the stencil path; `None` for the compute path.
-    #[must_use]
-    pub fn counting(&self) -> Option<Counting> {
-        self.counting
     }
 
     /// Whether the numbers of an [`Overlap`] are exact counts. Without precise queries a number is 0 for no overlap and not 0 for some

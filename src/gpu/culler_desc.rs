@@ -82,8 +82,6 @@ impl CullerDesc<'_> {
 /// Settings of the stencil path.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct StencilSettings {
-    /// Counting method. Default: the faster one on the driver; see [`Culler::counting`](super::Culler::counting).
-    pub counting: Option<Counting>,
     /// Maximum number of discs of an attack, over all slabs and slices. If maps are timed, discs of the inner maps count twice, because
     /// evasion maps are compared with all slices at once. Default 65,536.
     pub max_discs: u32,
@@ -91,6 +89,9 @@ pub struct StencilSettings {
     /// Default 65,536.
     pub max_boxes: u32,
     /// Number of occlusion queries of a pool. A cull that needs more renders several times. Default 4,096.
+    ///
+    /// MoltenVK counts at most 32,768 queries in a submission. The culler refuses a batch with more there. The queries of several batches in
+    /// one submission, and those of the host, are not added up: if they may exceed the limit, submit them separately.
     pub max_queries: u32,
     /// Columns and rows of the stencil target, in texels, limited by the device. If an attack does not fit the eight planes of the target,
     /// a cull renders several passes. Default 1,024 × 1,024.
@@ -100,28 +101,12 @@ pub struct StencilSettings {
 impl Default for StencilSettings {
     fn default() -> Self {
         Self {
-            counting: None,
             max_discs: 1 << 16,
             max_boxes: 1 << 16,
             max_queries: 1 << 12,
             target: [1024; 2],
         }
     }
-}
-
-/// How the stencil path counts the samples that pass.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Counting {
-    /// By occlusion queries, as the paper does. Counts are exact where the device's queries are
-    /// [precise](super::Features::precise_queries).
-    ///
-    /// MoltenVK counts at most 32,768 queries in a submission. The culler refuses a batch with more there. The queries of several batches in one
-    /// submission, and those of the host, are not added up: if they may exceed the limit, submit them separately or count by atomics.
-    Queries,
-    /// By atomic additions in the fragment shader, where the device has
-    /// [`fragmentStoresAndAtomics`](super::Features::fragment_atomics). Counts are exact. There are few draws, which is faster
-    /// wherever queries are slow.
-    Atomics,
 }
 
 /// Settings of the compute path.

@@ -2,8 +2,6 @@
 
 use ash::vk;
 
-use super::{Counting, Features};
-
 /// Maximum number of occlusion queries in one submission that a driver counts (`vendor-notes/moltenvk.md`). It is compared with the queries
 /// of a batch. The host must know the other queries of a submission.
 pub(crate) fn most_queries(driver: vk::DriverId) -> u64 {
@@ -11,22 +9,6 @@ pub(crate) fn most_queries(driver: vk::DriverId) -> u64 {
         vk::DriverId::MOLTENVK => 256 * 1024 / 8,
         _ => u64::MAX,
     }
-}
-
-/// Counting method of the stencil path on a driver (`vendor-notes/`, "Fragment shaders can add atomically"): atomics if the device has them,
-/// unless queries are known to be faster. Counts by atomics are exact without precise queries, and their number is not limited.
-pub(crate) fn counting(driver: vk::DriverId, features: Features) -> Counting {
-    const FASTER_BY_QUERIES: [vk::DriverId; 0] = [];
-    match features.fragment_atomics && !FASTER_BY_QUERIES.contains(&driver) {
-        true => Counting::Atomics,
-        false => Counting::Queries,
-    }
-}
-
-/// Whether fragment shaders read the maps from a texel buffer instead of a storage buffer, because that is faster on the driver
-/// (`vendor-notes/`, "Texel buffers are read faster than storage buffers").
-pub(crate) fn reads_texels(driver: vk::DriverId) -> bool {
-    driver == vk::DriverId::MESA_LLVMPIPE
 }
 
 /// Driver of a device, as reported by Vulkan 1.2 or `VK_KHR_driver_properties`. The default value, which names no driver, without either.
@@ -66,17 +48,6 @@ unsafe fn has_extension(instance: &ash::Instance, physical_device: vk::PhysicalD
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn fragments_count_where_they_can() {
-        let driver = vk::DriverId::MESA_LLVMPIPE;
-        assert_eq!(counting(driver, Features::ALL), Counting::Atomics);
-        let without = Features {
-            fragment_atomics: false,
-            ..Features::ALL
-        };
-        assert_eq!(counting(driver, without), Counting::Queries);
-    }
 
     #[test]
     fn a_driver_that_counts_little_is_not_asked_for_more() {

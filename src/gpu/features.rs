@@ -11,8 +11,6 @@ pub struct Features {
     pub extended_dynamic_state: bool,
     /// `occlusionQueryPrecise`.
     pub precise_queries: bool,
-    /// `fragmentStoresAndAtomics`.
-    pub fragment_atomics: bool,
 }
 
 impl Features {
@@ -22,7 +20,6 @@ impl Features {
         synchronization2: true,
         extended_dynamic_state: true,
         precise_queries: true,
-        fragment_atomics: true,
     };
 
     /// Features that both sets have.
@@ -33,7 +30,6 @@ impl Features {
             synchronization2: self.synchronization2 && other.synchronization2,
             extended_dynamic_state: self.extended_dynamic_state && other.extended_dynamic_state,
             precise_queries: self.precise_queries && other.precise_queries,
-            fragment_atomics: self.fragment_atomics && other.fragment_atomics,
         }
     }
 }

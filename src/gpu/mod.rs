@@ -79,7 +79,7 @@ pub use allocator::GpuAllocatorMemory;
 pub use context::Context;
 pub use context_desc::{ContextDesc, RawContextDesc};
 pub use culler::{BatchEntry, Culler, Ticket};
-pub use culler_desc::{ComputeSettings, Counting, CullerDesc, StencilSettings};
+pub use culler_desc::{ComputeSettings, CullerDesc, StencilSettings};
 pub use error::GpuError;
 pub use features::Features;
 pub use memory::{Block, Memory, MemoryDesc, MemoryUse, Resource};

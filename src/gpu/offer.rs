@@ -133,7 +133,6 @@ impl Offer {
             requirements::LIMITS => self.has_limits,
             requirements::S8 => self.stencil_format == Some(vk::Format::S8_UINT),
             requirements::PRECISE => self.features.precise_queries,
-            requirements::ATOMICS => self.features.fragment_atomics,
             _ => false,
         }
     }
@@ -147,13 +146,8 @@ impl Offer {
                 .collect(),
             counts_exact,
         };
-        let Features {
-            precise_queries,
-            fragment_atomics,
-            ..
-        } = self.features;
         Report {
-            stencil: path(CullPath::Stencil, precise_queries || fragment_atomics),
+            stencil: path(CullPath::Stencil, self.features.precise_queries),
             compute: path(CullPath::Compute, true),
             fallbacks: missing()
                 .filter(|one| !one.is_required())
@@ -207,7 +201,6 @@ impl Offer {
             synchronization2: synchronization.synchronization2 == vk::TRUE,
             extended_dynamic_state: is_core || state.extended_dynamic_state == vk::TRUE,
             precise_queries: core.occlusion_query_precise == vk::TRUE,
-            fragment_atomics: core.fragment_stores_and_atomics == vk::TRUE,
         };
     }
 }

@@ -9,8 +9,8 @@ use super::{
     Context, GpuError,
     error::Named,
     shader_table::{
-        BoxCorner, CANDIDATE_FRAG, CANDIDATE_TEXELS_FRAG, CANDIDATE_VERT, COUNT_COMP, DISC_FRAG,
-        DISC_VERT, PlacedDisc, RECT_VERT, Shader, Stage, TALLY_FRAG, TALLY_TEXELS_FRAG,
+        BoxCorner, CANDIDATE_FRAG, CANDIDATE_VERT, COUNT_COMP, DISC_FRAG, DISC_VERT, PlacedDisc,
+        RECT_VERT, Shader, Stage,
     },
 };
 
@@ -53,22 +53,6 @@ pub(crate) const CANDIDATES: PipelineDesc = PipelineDesc {
     shaders: &[&CANDIDATE_VERT, &CANDIDATE_FRAG],
     inputs: Inputs::Corners,
     topology: vk::PrimitiveTopology::TRIANGLE_LIST,
-};
-/// [`CANDIDATES`] with the maps in a texel buffer.
-pub(crate) const CANDIDATES_TEXELS: PipelineDesc = PipelineDesc {
-    shaders: &[&CANDIDATE_VERT, &CANDIDATE_TEXELS_FRAG],
-    ..CANDIDATES
-};
-/// [`CANDIDATES`] with a fragment shader that counts.
-pub(crate) const TALLY: PipelineDesc = PipelineDesc {
-    name: "sabaki tally",
-    shaders: &[&CANDIDATE_VERT, &TALLY_FRAG],
-    ..CANDIDATES
-};
-/// [`TALLY`] with the maps in a texel buffer.
-pub(crate) const TALLY_TEXELS: PipelineDesc = PipelineDesc {
-    shaders: &[&CANDIDATE_VERT, &TALLY_TEXELS_FRAG],
-    ..TALLY
 };
 /// Compares the masks of candidates with those of the attack in a compute shader.
 pub(crate) const COUNT: PipelineDesc = PipelineDesc {

@@ -32,7 +32,6 @@ pub(super) const LIMITS: &str = "the limits that Vulkan guarantees";
 pub(super) const CORE: &str = "Vulkan 1.3";
 pub(super) const S8: &str = "S8_UINT";
 pub(super) const PRECISE: &str = "occlusionQueryPrecise";
-pub(super) const ATOMICS: &str = "fragmentStoresAndAtomics";
 
 /// All requirements, first those that are not optional.
 ///
@@ -75,11 +74,7 @@ pub fn requirements() -> &'static [Requirement] {
             ),
             optional(SYNCHRONIZATION, "the barriers of Vulkan 1.0"),
             optional(S8, "D24_UNORM_S8_UINT, else D32_SFLOAT_S8_UINT"),
-            optional(
-                PRECISE,
-                "the stencil path counts by fragment atomics, else it says any or none",
-            ),
-            optional(ATOMICS, "the stencil path counts by occlusion queries"),
+            optional(PRECISE, "the stencil path says any or none"),
         ]
     }
 }

@@ -69,8 +69,7 @@ pub(crate) struct BoxCorner {
     pub(crate) corner: [u16; 2],
     /// Transform from texels of the target to texels of the map, as a [`FixedTransform2`].
     pub(crate) turn: [i32; 4],
-    /// Width and height in one word; first bit of the map; number of bits of a row; a word with log2 of the bits of a texel, in bit 5 whether
-    /// a texel belongs to two maps, and from bit 6 on the index of the count.
+    /// Width and height in one word; first bit of the map; number of bits of a row; log2 of the bits of a texel.
     pub(crate) map: [u32; 4],
 }
 
@@ -178,15 +177,11 @@ pub const fn has_one_set(shader: &Shader) -> bool {
 const _: () = {
     assert!(runs_anywhere(&DISC_VERT) && runs_anywhere(&DISC_FRAG) && runs_anywhere(&RECT_VERT));
     assert!(runs_anywhere(&CANDIDATE_VERT) && runs_anywhere(&CANDIDATE_FRAG));
-    assert!(runs_anywhere(&TALLY_FRAG) && runs_anywhere(&COUNT_COMP));
-    assert!(runs_anywhere(&CANDIDATE_TEXELS_FRAG) && runs_anywhere(&TALLY_TEXELS_FRAG));
+    assert!(runs_anywhere(&COUNT_COMP));
 
-    assert!(has_one_set(&CANDIDATE_FRAG) && has_one_set(&TALLY_FRAG) && has_one_set(&COUNT_COMP));
+    assert!(has_one_set(&CANDIDATE_FRAG) && has_one_set(&COUNT_COMP));
     assert!(CANDIDATE_FRAG.bindings.len() == 1 && CANDIDATE_VERT.bindings.is_empty());
-    assert!(has_one_set(&CANDIDATE_TEXELS_FRAG) && has_one_set(&TALLY_TEXELS_FRAG));
     assert!(stride(&CANDIDATE_FRAG, 0) == size_of::<u32>());
-    assert!(stride(&TALLY_FRAG, 0) == size_of::<u32>());
-    assert!(stride(&TALLY_FRAG, 1) == size_of::<u32>());
     assert!(size_of::<TargetSide>() == DrawTarget::SIZE);
     assert!(offset_of!(TargetSide, side) == DrawTarget::SIDE);
 

@@ -11,8 +11,6 @@ pub struct Terms {
     pub api_version: u32,
     /// Do not use `occlusionQueryPrecise`. Default false.
     pub without_precise_queries: bool,
-    /// Do not use `fragmentStoresAndAtomics`. Default false.
-    pub without_fragment_atomics: bool,
     /// Do not use stencil targets of S8_UINT. Default false.
     pub without_s8: bool,
     /// Do not use stencil targets of D24_UNORM_S8_UINT. Default false.
@@ -34,7 +32,6 @@ impl Terms {
         Self {
             api_version,
             without_precise_queries: false,
-            without_fragment_atomics: false,
             without_s8: false,
             without_d24_s8: false,
             without_generous_limits: false,
@@ -45,7 +42,6 @@ impl Terms {
     pub(super) fn features(&self) -> Features {
         Features {
             precise_queries: !self.without_precise_queries,
-            fragment_atomics: !self.without_fragment_atomics,
             ..Features::ALL
         }
     }

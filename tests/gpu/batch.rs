@@ -7,8 +7,8 @@ mod plain_memory;
 
 use plain_memory::PlainMemory;
 use sabaki::gpu::ash::vk;
-use sabaki::gpu::{BatchEntry, Culler, GpuError};
-use sabaki_fixtures::cull::{CullCase, Way, atlas, counted, sliced};
+use sabaki::gpu::{BatchEntry, Culler, CullerDesc, GpuError};
+use sabaki_fixtures::cull::{CullCase, DEVICE_PATHS, atlas, counted, sliced};
 use sabaki_fixtures::random::Random;
 use sabaki_fixtures::shim::{self, Fault};
 
@@ -31,8 +31,9 @@ fn a_batch_that_fails_has_no_tickets() {
     };
     // So that writing makes calls, which can fail.
     memory.trusts_coherence = false;
-    for way in Way::ALL {
-        let mut culler = Culler::new(&context, &mut memory, &way.desc(&atlas)).unwrap();
+    for path in DEVICE_PATHS {
+        let mut culler =
+            Culler::new(&context, &mut memory, &CullerDesc::new(path, &atlas)).unwrap();
         let mut batch = [0, 1].map(|slot| BatchEntry {
             slot,
             input,

@@ -1,15 +1,13 @@
 //! Promise: every culling path of a device counts what the CPU's counts, texel for texel, for any candidates, slabs, clocks,
 //! slices and placements; recording and polling allocate nothing once warm; what does not fit is refused by name.
 
-use sabaki::gpu::{
-    BatchEntry, ComputeSettings, Counting, Culler, CullerDesc, GpuError, StencilSettings,
-};
+use sabaki::gpu::{BatchEntry, ComputeSettings, Culler, CullerDesc, GpuError, StencilSettings};
 use sabaki::maps::{Disc, MapGrid, MapRect, RegionAtlas, Slab, SlabMaps};
 use sabaki::query::cull::{
-    AttackDrawing, AttackLayer, Counted, CullCandidate, CullInput, Overlap, TimedDisc,
+    AttackDrawing, AttackLayer, Counted, CullCandidate, CullInput, CullPath, Overlap, TimedDisc,
 };
 use sabaki_fixtures::cull::{
-    CullCase, GRIDS, Way, atlas, attack, candidates, counted, culler, sliced,
+    CullCase, DEVICE_PATHS, GRIDS, atlas, attack, candidates, counted, culler, sliced,
 };
 use sabaki_fixtures::headless::{Headless, HeadlessDesc};
 use sabaki_fixtures::memory::allocations;
@@ -23,24 +21,24 @@ const RECT: MapRect = MapRect {
     height: 70,
 };
 
-/// A culler of each way, of as many slots.
+/// A culler of each path, of as many slots.
 fn each_culler(
     device: &mut Headless,
     atlas: &RegionAtlas,
     frames_in_flight: u32,
-) -> [(Way, Culler); 3] {
-    Way::ALL.map(|way| {
+) -> [(CullPath, Culler); 2] {
+    DEVICE_PATHS.map(|path| {
         let mut desc = CullerDesc {
             frames_in_flight,
-            ..way.desc(atlas)
+            ..CullerDesc::new(path, atlas)
         };
         // Attacks here are wider than a game's.
         desc.compute.max_blocks = 1 << 17;
-        (way, culler(device, &desc))
+        (path, culler(device, &desc))
     })
 }
 
-fn destroy(device: &mut Headless, cullers: [(Way, Culler); 3]) {
+fn destroy(device: &mut Headless, cullers: [(CullPath, Culler); 2]) {
     for (_, culler) in cullers {
         culler.destroy(device.memory().unwrap());
     }
@@ -61,9 +59,9 @@ fn thousands_of_random_candidates_agree() {
             outer += expected.iter().filter(|one| one.outer > 0).count();
             evasion += expected.iter().filter(|one| one.evasion > 0).count();
             missed += expected.iter().filter(|one| one.outer == 0).count();
-            for (way, culler) in &mut cullers {
+            for (path, culler) in &mut cullers {
                 let counts = device.cull(culler, &case.input(&atlas)).unwrap();
-                assert_eq!(counts, expected, "{way:?}, {grid:?}");
+                assert_eq!(counts, expected, "{path:?}, {grid:?}");
             }
         }
         // The test means something only if there is some of each.
@@ -162,9 +160,9 @@ fn edges_of_the_input_agree() {
                 candidates: &candidates,
             };
             let expected = counted(&input);
-            for (way, culler) in &mut cullers {
+            for (path, culler) in &mut cullers {
                 let counts = device.cull(culler, &input).unwrap();
-                assert_eq!(counts, expected, "{way:?}: {attack_case}, {case}");
+                assert_eq!(counts, expected, "{path:?}: {attack_case}, {case}");
             }
         }
     }
@@ -204,7 +202,7 @@ fn slots_in_flight_keep_their_own_counts() {
     let mut random = Random::new(4);
     let atlas = atlas(&mut random, MapGrid::default(), 20);
     let mut cullers = each_culler(&mut device, &atlas, 3);
-    for (way, culler) in &mut cullers {
+    for (path, culler) in &mut cullers {
         for _ in 0..4 {
             let cases = [0; 3].map(|_| {
                 let count = random.int(1, 120) as usize;
@@ -226,7 +224,7 @@ fn slots_in_flight_keep_their_own_counts() {
             for index in [1, 0, 2] {
                 assert!(culler.poll(tickets[index], &mut overlaps).unwrap());
                 let expected = counted(&cases[index].input(&atlas));
-                assert_eq!(overlaps, expected, "{way:?}, slot {index}");
+                assert_eq!(overlaps, expected, "{path:?}, slot {index}");
             }
             // SAFETY: the first run has uploaded the maps, and it has been waited for.
             unsafe { culler.release_staging(device.memory().unwrap()) };
@@ -253,7 +251,7 @@ fn a_batch_counts_what_its_culls_count_alone() {
     let atlas = atlas(&mut random, MapGrid::default(), 20);
     let slots = 9;
     let mut cullers = each_culler(&mut device, &atlas, slots);
-    for (way, culler) in &mut cullers {
+    for (path, culler) in &mut cullers {
         for round in 0..3 {
             let one = |_| {
                 let count = random.below(91);
@@ -275,7 +273,7 @@ fn a_batch_counts_what_its_culls_count_alone() {
             for entry in &batch {
                 let ticket = entry.ticket.unwrap();
                 assert!(culler.poll(ticket, &mut overlaps).unwrap());
-                assert_eq!(overlaps, counted(&entry.input), "{way:?}, round {round}");
+                assert_eq!(overlaps, counted(&entry.input), "{path:?}, round {round}");
             }
             let first = batch[0].slot;
             batch[1].slot = first;
@@ -302,7 +300,7 @@ fn what_is_asked_for_is_counted_alone() {
     let whole = counted(&input);
     assert!(whole.iter().any(|one| one.body > 0) && whole.iter().any(|one| one.body == 0));
     let mut cullers = each_culler(&mut device, &atlas, 1);
-    for (way, culler) in &mut cullers {
+    for (path, culler) in &mut cullers {
         for bits in 0..16 {
             let wanted = Counted {
                 body: bits & 1 != 0,
@@ -316,7 +314,7 @@ fn what_is_asked_for_is_counted_alone() {
                 if wanted.up_to_hits && wanted.body && whole.body > 0 {
                     assert!(
                         (1..=whole.body).contains(&found.body),
-                        "{way:?}: {wanted:?}"
+                        "{path:?}: {wanted:?}"
                     );
                     continue;
                 }
@@ -325,7 +323,7 @@ fn what_is_asked_for_is_counted_alone() {
                     outer: if wanted.outer { whole.outer } else { u32::MAX },
                     evasion: if wanted.evasion { whole.evasion } else { 0 },
                 };
-                assert_eq!(*found, expected, "{way:?}: {wanted:?}");
+                assert_eq!(*found, expected, "{path:?}: {wanted:?}");
             }
         }
     }
@@ -346,7 +344,7 @@ fn a_cull_allocates_nothing() {
         let atlas = atlas(&mut random, grid, 6);
         let case = CullCase::new(&mut random, &atlas, RECT, 0..3, 100);
         let mut cullers = each_culler(&mut device, &atlas, 1);
-        for (way, culler) in &mut cullers {
+        for (path, culler) in &mut cullers {
             let mut overlaps = Vec::new();
             for cull in 0..4 {
                 let recorded = device.run(|cmd| {
@@ -360,7 +358,7 @@ fn a_cull_allocates_nothing() {
                 assert!(culler.poll(ticket, &mut overlaps).unwrap());
                 let polling = allocations() - before;
                 if cull > 0 {
-                    assert_eq!((recording, polling), (0, 0), "{way:?}, cull {cull}");
+                    assert_eq!((recording, polling), (0, 0), "{path:?}, cull {cull}");
                 }
             }
         }
@@ -397,9 +395,9 @@ fn attacks_that_cross_at_any_angle_agree() {
             let meets = |one: &&Overlap| one.body > 0 || one.evasion > 0;
             met += expected.iter().filter(meets).count();
             missed += expected.iter().filter(|one| one.outer == 0).count();
-            for (way, culler) in &mut cullers {
+            for (path, culler) in &mut cullers {
                 let counts = device.cull(culler, &input).unwrap();
-                assert_eq!(counts, expected, "{way:?}, {grid:?}");
+                assert_eq!(counts, expected, "{path:?}, {grid:?}");
             }
         }
         // The test means something only if there is some of each.
@@ -451,7 +449,7 @@ fn small_targets_pools_and_buffers_agree() {
     for (grid, seed) in GRIDS.into_iter().zip(40..) {
         let mut random = Random::new(seed);
         let atlas = atlas(&mut random, grid, 8);
-        let whole = Way::STENCIL.desc(&atlas);
+        let whole = CullerDesc::new(CullPath::Stencil, &atlas);
         let descs = [
             (
                 [256, 128],
@@ -463,23 +461,20 @@ fn small_targets_pools_and_buffers_agree() {
             ([64, 64], 1, 1500),
         ];
         for (target, max_queries, max_boxes) in descs {
-            for counting in [Counting::Queries, Counting::Atomics] {
-                let stencil = StencilSettings {
-                    target,
-                    max_queries,
-                    max_boxes,
-                    counting: Some(counting),
-                    ..whole.stencil
-                };
-                let mut culler = culler(&mut device, &CullerDesc { stencil, ..whole });
-                for _ in 0..2 {
-                    let case = CullCase::any(&mut random, &atlas, 20);
-                    let counts = device.cull(&mut culler, &case.input(&atlas)).unwrap();
-                    let expected = counted(&case.input(&atlas));
-                    assert_eq!(counts, expected, "{grid:?} {stencil:?}");
-                }
-                culler.destroy(device.memory().unwrap());
+            let stencil = StencilSettings {
+                target,
+                max_queries,
+                max_boxes,
+                ..whole.stencil
+            };
+            let mut culler = culler(&mut device, &CullerDesc { stencil, ..whole });
+            for _ in 0..4 {
+                let case = CullCase::any(&mut random, &atlas, 20);
+                let counts = device.cull(&mut culler, &case.input(&atlas)).unwrap();
+                let expected = counted(&case.input(&atlas));
+                assert_eq!(counts, expected, "{grid:?} {stencil:?}");
             }
+            culler.destroy(device.memory().unwrap());
         }
     }
     finish(device);
@@ -518,7 +513,7 @@ fn every_stencil_format_agrees() {
     for (terms, format) in FALLBACK_FORMATS {
         let mut device = device_on(terms);
         assert_eq!(device.context().unwrap().stencil_format(), format);
-        let mut culler = culler(&mut device, &Way::STENCIL.desc(&atlas));
+        let mut culler = culler(&mut device, &CullerDesc::new(CullPath::Stencil, &atlas));
         let counts = device.cull(&mut culler, &case.input(&atlas)).unwrap();
         assert_eq!(counts, counted(&case.input(&atlas)), "{format:?}");
         culler.destroy(device.memory().unwrap());
@@ -547,7 +542,7 @@ fn attacks_of_many_chunks_agree() {
             max_blocks: 1 << 20,
             ..ComputeSettings::default()
         },
-        ..Way::COMPUTE.desc(&atlas)
+        ..CullerDesc::new(CullPath::Compute, &atlas)
     };
     let mut culler = culler(&mut device, &desc);
     for some in [1, 90] {
@@ -585,7 +580,7 @@ fn any_number_of_dispatches_and_culls_and_either_way_of_the_input_agree() {
                     direct_input,
                     ..ComputeSettings::default()
                 },
-                ..Way::COMPUTE.desc(&atlas)
+                ..CullerDesc::new(CullPath::Compute, &atlas)
             };
             let mut culler = culler(&mut device, &desc);
             let some = if max_candidates == 1 { 40 } else { 700 };
@@ -630,14 +625,13 @@ fn what_does_not_fit_is_refused_by_name() {
         },
         ..AttackDrawing::default()
     };
-    for (way, too_many) in [
-        (Way::STENCIL, "StencilSettings::max_discs"),
-        (Way::ATOMICS, "StencilSettings::max_discs"),
-        (Way::COMPUTE, "ComputeSettings::max_blocks"),
+    for (path, too_many) in [
+        (CullPath::Stencil, "StencilSettings::max_discs"),
+        (CullPath::Compute, "ComputeSettings::max_blocks"),
     ] {
         let mut desc = CullerDesc {
             max_candidates: 8,
-            ..way.desc(&atlas)
+            ..CullerDesc::new(path, &atlas)
         };
         (desc.stencil.max_discs, desc.compute.max_blocks) = (4, 4);
         let mut culler = culler(&mut device, &desc);
@@ -651,7 +645,7 @@ fn what_does_not_fit_is_refused_by_name() {
             (&case.attack, &case.candidates[..8], 0, too_many),
             (&none, &stranger[..], 0, "candidate 2 names region 4"),
         ];
-        if way == Way::COMPUTE {
+        if path == CullPath::Compute {
             cases.extend([
                 (&wide, &case.candidates[..1], 0, "side of an attack's maps"),
                 (&none, &[], 2, "slot 2 of 2"),
@@ -664,7 +658,7 @@ fn what_does_not_fit_is_refused_by_name() {
                 candidates,
             };
             let error = recorded(&mut device, &mut culler, slot, &input);
-            assert!(error.contains(words), "{way:?}, {words}: {error}");
+            assert!(error.contains(words), "{path:?}, {words}: {error}");
         }
         let input = CullInput {
             atlas: &atlas,
@@ -672,17 +666,17 @@ fn what_does_not_fit_is_refused_by_name() {
             candidates: &case.candidates[..8],
         };
         let counts = device.cull(&mut culler, &input).unwrap();
-        assert_eq!(counts, counted(&input), "{way:?} is of use all the same");
+        assert_eq!(counts, counted(&input), "{path:?} is of use all the same");
         culler.destroy(device.memory().unwrap());
     }
-    let mut desc = Way::STENCIL.desc(&atlas);
+    let mut desc = CullerDesc::new(CullPath::Stencil, &atlas);
     desc.stencil.max_boxes = 1;
     let mut tight = culler(&mut device, &desc);
     let error = recorded(&mut device, &mut tight, 0, &case.input(&atlas));
     assert!(error.contains("StencilSettings::max_boxes"), "{error}");
     tight.destroy(device.memory().unwrap());
 
-    let mut desc = Way::COMPUTE.desc(&atlas);
+    let mut desc = CullerDesc::new(CullPath::Compute, &atlas);
     desc.compute.max_page = 4096;
     let made = device.make(|context, memory| Culler::new(context, memory, &desc));
     let error = made.unwrap_err().to_string();

@@ -7,7 +7,7 @@ use sabaki_fixtures::shim::{self, HostStep};
 
 use std::sync::{Arc, Mutex};
 
-use common::cull::{CullCase, Way, atlas, culler, drifting, sliced};
+use common::cull::{CullCase, DEVICE_PATHS, atlas, culler, drifting, sliced};
 use common::desc;
 use common::random::Random;
 use sabaki::gpu::ash::vk::{self, Handle};
@@ -16,7 +16,7 @@ use sabaki::gpu::{
     RasterizerDesc, Ticket,
 };
 use sabaki::maps::{MapGrid, MapRect, RegionAtlas};
-use sabaki::query::cull::Overlap;
+use sabaki::query::cull::{CullPath, Overlap};
 use sabaki_fixtures::headless::{Headless, Message};
 
 pub(super) fn device() -> Headless {
@@ -33,14 +33,10 @@ struct Guests {
 
 impl Guests {
     fn new(atlas: &RegionAtlas) -> Self {
-        Self::with(atlas, Way::STENCIL)
-    }
-
-    fn with(atlas: &RegionAtlas, stencil: Way) -> Self {
         let mut device = device();
         Self {
-            stencil: culler(&mut device, &stencil.desc(atlas)),
-            compute: culler(&mut device, &Way::COMPUTE.desc(atlas)),
+            stencil: culler(&mut device, &CullerDesc::new(CullPath::Stencil, atlas)),
+            compute: culler(&mut device, &CullerDesc::new(CullPath::Compute, atlas)),
             device,
         }
     }
@@ -56,16 +52,11 @@ impl Guests {
 #[test]
 fn recording_and_polling_only_record_and_look() {
     let atlas = atlas(&mut Random::new(1), sliced(8), 8);
-    for way in [Way::STENCIL, Way::ATOMICS] {
-        only_records_and_looks(&atlas, Guests::with(&atlas, way));
-    }
-}
-
-fn only_records_and_looks(atlas: &RegionAtlas, mut guests: Guests) {
+    let mut guests = Guests::new(&atlas);
     let (mut overlaps, mut random) = (Vec::new(), Random::new(2));
     for _ in 0..3 {
-        let case = CullCase::any(&mut random, atlas, 40);
-        let input = case.input(atlas);
+        let case = CullCase::any(&mut random, &atlas, 40);
+        let input = case.input(&atlas);
         let Guests {
             device,
             stencil,
@@ -100,11 +91,11 @@ fn passes_have_labels_and_times() {
     let atlas = atlas(&mut Random::new(1), sliced(8), 8);
     let case = CullCase::any(&mut Random::new(2), &atlas, 40);
     let input = case.input(&atlas);
-    for way in Way::ALL {
+    for path in DEVICE_PATHS {
         let mut device = device();
         let desc = CullerDesc {
             timestamps: true,
-            ..way.desc(&atlas)
+            ..CullerDesc::new(path, &atlas)
         };
         let mut culler = culler(&mut device, &desc);
         shim::labels();
@@ -126,7 +117,7 @@ fn passes_have_labels_and_times() {
         assert!(culler.pass_times(ticket, &mut times).unwrap());
         let mut timed: Vec<_> = times.iter().map(|one| one.name).collect();
         timed.sort_unstable();
-        assert_eq!(timed, labels, "{way:?}");
+        assert_eq!(timed, labels, "{path:?}");
         assert!(timed.len() >= 3, "{timed:?}");
         culler.destroy(device.memory().unwrap());
         assert_eq!(device.destroy(), []);
@@ -161,10 +152,10 @@ fn pipelines_are_created_with_the_cache_of_the_host() {
     let cache = device.make(|context, _| PipelineCache::new(context, &[]));
     let cache = cache.unwrap();
     shim::caches();
-    for way in Way::ALL {
+    for path in DEVICE_PATHS {
         let desc = CullerDesc {
             pipeline_cache: cache.handle(),
-            ..way.desc(&atlas)
+            ..CullerDesc::new(path, &atlas)
         };
         culler(&mut device, &desc).destroy(device.memory().unwrap());
     }
@@ -175,7 +166,11 @@ fn pipelines_are_created_with_the_cache_of_the_host() {
     let rasterizer = device.make(|context, memory| Rasterizer::new(context, memory, &desc));
     rasterizer.unwrap().destroy(device.memory().unwrap());
     let caches = shim::caches();
-    assert!(caches.len() >= 2 * Way::ALL.len() + 2, "{}", caches.len());
+    assert!(
+        caches.len() >= 2 * DEVICE_PATHS.len() + 2,
+        "{}",
+        caches.len()
+    );
     assert!(caches.iter().all(|&one| one == cache.handle().as_raw()));
     cache.destroy();
     assert_eq!(device.destroy(), []);
@@ -206,18 +201,18 @@ fn counts_come_by_few_copies() {
 #[test]
 fn counts_reach_the_host_before_their_number() {
     let atlas = atlas(&mut Random::new(5), MapGrid::PAPER, 8);
-    for way in Way::ALL {
+    for path in DEVICE_PATHS {
         shim::steps_for_host();
-        let (_, messages) = without_barrier(&atlas, way, None);
+        let (_, messages) = without_barrier(&atlas, path, None);
         assert_eq!(messages, []);
         let steps = shim::steps_for_host();
-        let writer = match way {
-            Way::COMPUTE => vk::PipelineStageFlags2::COMPUTE_SHADER,
-            // Query results and sums are copied.
+        let writer = match path {
+            CullPath::Compute => vk::PipelineStageFlags2::COMPUTE_SHADER,
+            // Query results are copied.
             _ => vk::PipelineStageFlags2::ALL_TRANSFER,
         };
         let culls: Vec<_> = steps.chunks(3).collect();
-        assert_eq!(culls.len(), 2, "{way:?}: {steps:?}");
+        assert_eq!(culls.len(), 2, "{path:?}: {steps:?}");
         for cull in culls {
             let [
                 HostStep::Barrier(first),
@@ -225,19 +220,19 @@ fn counts_reach_the_host_before_their_number() {
                 HostStep::Barrier(last),
             ] = cull
             else {
-                panic!("{way:?}: {cull:?}");
+                panic!("{path:?}: {cull:?}");
             };
-            assert!(first.contains(writer), "{way:?}: {first:?}");
+            assert!(first.contains(writer), "{path:?}: {first:?}");
             let fill = vk::PipelineStageFlags2::ALL_TRANSFER;
-            assert!(last.contains(fill), "{way:?}: {last:?}");
+            assert!(last.contains(fill), "{path:?}: {last:?}");
         }
     }
 }
 
 /// One cull with one barrier left out: what validation says of it.
-fn without_barrier(atlas: &RegionAtlas, way: Way, nth: Option<u64>) -> (u64, Vec<Message>) {
+fn without_barrier(atlas: &RegionAtlas, path: CullPath, nth: Option<u64>) -> (u64, Vec<Message>) {
     let mut device = device();
-    let mut culler = culler(&mut device, &way.desc(atlas));
+    let mut culler = culler(&mut device, &CullerDesc::new(path, atlas));
     let case = CullCase::that_hits(&mut Random::new(6), atlas, 40);
     let input = case.input(atlas);
     let before = shim::barriers();
@@ -259,12 +254,12 @@ fn without_barrier(atlas: &RegionAtlas, way: Way, nth: Option<u64>) -> (u64, Vec
 #[test]
 fn a_missing_barrier_is_detected() {
     let atlas = atlas(&mut Random::new(5), MapGrid::PAPER, 8);
-    for way in Way::ALL {
-        let (barriers, messages) = without_barrier(&atlas, way, None);
+    for path in DEVICE_PATHS {
+        let (barriers, messages) = without_barrier(&atlas, path, None);
         assert_eq!(messages, []);
         let detected: Vec<bool> = (0..barriers)
             .map(|nth| {
-                let (_, messages) = without_barrier(&atlas, way, Some(nth));
+                let (_, messages) = without_barrier(&atlas, path, Some(nth));
                 messages
                     .iter()
                     .any(|one| one.id.starts_with("SYNC-HAZARD") || one.id.contains("Layout"))
@@ -272,9 +267,9 @@ fn a_missing_barrier_is_detected() {
             .collect();
         let count = detected.iter().filter(|&&one| one).count();
         println!(
-            "{way:?}: {count} of {barriers} barriers are missed when they are left out: {detected:?}"
+            "{path:?}: {count} of {barriers} barriers are missed when they are left out: {detected:?}"
         );
-        assert!(count >= 2, "{way:?}: {detected:?}");
+        assert!(count >= 2, "{path:?}: {detected:?}");
     }
 }
 

@@ -4,20 +4,19 @@
 
 use sabaki_fixtures as common;
 
-use common::cull::{CullCase, Way, atlas, culler, drifting, sliced};
+use common::cull::{CullCase, atlas, culler, drifting, sliced};
 use common::random::Random;
 use common::{device_on, finish};
 use sabaki::gpu::ash::vk;
-use sabaki::gpu::{Culler, Rasterizer, RasterizerDesc, Terms, check, requirements};
+use sabaki::gpu::{CullerDesc, Rasterizer, RasterizerDesc, Terms, check, requirements};
 use sabaki::maps::{MapGrid, MapRect, raster};
-use sabaki::query::cull::{Overlap, cpu};
+use sabaki::query::cull::{CullPath, Overlap, cpu};
 use sabaki_fixtures::headless::Headless;
 
 /// Terms that do without all that is optional.
 const LEAST: Terms = Terms {
     api_version: vk::API_VERSION_1_3,
     without_precise_queries: true,
-    without_fragment_atomics: true,
     without_s8: true,
     without_d24_s8: true,
     without_generous_limits: true,
@@ -29,18 +28,8 @@ fn all_agree(terms: Terms) {
     for grid in [MapGrid::PAPER, sliced(32)] {
         let mut random = Random::new(7);
         let atlas = atlas(&mut random, grid, 12);
-        let mut stencil = culler(&mut device, &Way::STENCIL.desc(&atlas));
-        let mut compute = culler(&mut device, &Way::COMPUTE.desc(&atlas));
-        let desc = Way::ATOMICS.desc(&atlas);
-        let made = device.make(|context, memory| Culler::new(context, memory, &desc));
-        let mut atomics = match made {
-            Ok(culler) => Some(culler),
-            Err(error) => {
-                assert!(error.to_string().contains("fragmentStoresAndAtomics"));
-                None
-            }
-        };
-        assert_eq!(atomics.is_none(), terms.without_fragment_atomics);
+        let mut stencil = culler(&mut device, &CullerDesc::new(CullPath::Stencil, &atlas));
+        let mut compute = culler(&mut device, &CullerDesc::new(CullPath::Compute, &atlas));
         for _ in 0..4 {
             let case = CullCase::any(&mut random, &atlas, 60);
             let input = case.input(&atlas);
@@ -48,10 +37,6 @@ fn all_agree(terms: Terms) {
             cpu::count(&input, &mut expected);
             let counts = device.cull(&mut compute, &input).unwrap();
             assert_eq!(counts, expected, "compute: {terms:?}");
-            if let Some(atomics) = &mut atomics {
-                let counts = device.cull(atomics, &input).unwrap();
-                assert_eq!(counts, expected, "atomics: {terms:?}");
-            }
             let counts = device.cull(&mut stencil, &input).unwrap();
             let precise = device.context().unwrap().features().precise_queries;
             assert_eq!(precise, !terms.without_precise_queries);
@@ -64,9 +49,6 @@ fn all_agree(terms: Terms) {
             }
         }
         stencil.destroy(device.memory().unwrap());
-        if let Some(atomics) = atomics {
-            atomics.destroy(device.memory().unwrap());
-        }
         compute.destroy(device.memory().unwrap());
     }
     maps_agree(&mut device);
@@ -103,14 +85,6 @@ fn maps_agree(device: &mut Headless) {
         assert_eq!(*maps, raster::every_frame(drawing));
     }
     rasterizer.destroy(device.memory().unwrap());
-}
-
-#[test]
-fn without_fragments_that_count() {
-    all_agree(Terms {
-        without_fragment_atomics: true,
-        ..Terms::default()
-    });
 }
 
 #[test]
@@ -170,14 +144,7 @@ fn the_report_says_what_is_done_instead() {
         fallbacks.iter().map(|one| one.name).collect()
     };
     assert!(lacks(Terms::default()).is_empty());
-    assert_eq!(
-        lacks(LEAST),
-        [
-            "S8_UINT",
-            "occlusionQueryPrecise",
-            "fragmentStoresAndAtomics"
-        ]
-    );
+    assert_eq!(lacks(LEAST), ["S8_UINT", "occlusionQueryPrecise"]);
     let format = |without_s8, without_d24_s8| {
         let terms = Terms {
             without_s8,

@@ -9,7 +9,7 @@ use sabaki_fixtures::shim;
 
 use std::{cell::RefCell, collections::BTreeMap, fs, path::Path};
 
-use common::cull::{CullCase, Way, atlas, counted, drifting, sliced};
+use common::cull::{CullCase, DEVICE_PATHS, atlas, counted, drifting, sliced};
 use common::desc;
 use common::random::Random;
 use plain_memory::PlainMemory;
@@ -175,10 +175,10 @@ fn every_call_of_every_component_and_of_the_headless_device() {
     assert!(owed.iter().any(|one| one.body > 0));
     let mut harness = Harness::new();
 
-    for way in Way::ALL {
+    for path in DEVICE_PATHS {
         let desc = CullerDesc {
             timestamps: true,
-            ..way.desc(&atlas)
+            ..CullerDesc::new(path, &atlas)
         };
         harness.hold(
             |device, memory| {
@@ -214,7 +214,7 @@ fn every_call_of_every_component_and_of_the_headless_device() {
     }
     let all: u32 = faults.values().sum();
     println!("{all} faults of {} calls: {faults:#?}", faults.len());
-    assert!(named.len() > 20 && all > 500, "{} {all}", named.len());
+    assert!(named.len() > 20 && all > 400, "{} {all}", named.len());
 }
 
 /// A cull, and the times of its passes.

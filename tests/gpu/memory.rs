@@ -7,7 +7,7 @@ use sabaki::gpu::{Block, Culler, CullerDesc, GpuError, Memory, MemoryDesc};
 use sabaki::query::cull::{Counted, CullPath, Overlap, cpu};
 use sabaki::query::{Query, QueryContext, QuerySettings};
 use sabaki_fixtures::baked::embedded;
-use sabaki_fixtures::cull::{Unmapped, Way};
+use sabaki_fixtures::cull::{DEVICE_PATHS, Unmapped};
 use sabaki_fixtures::throw::{ThrowSettings, throw};
 use sabaki_fixtures::{device, finish};
 
@@ -38,8 +38,8 @@ fn memory_is_known_before_creation() {
     let mut device = device();
     let context = device.context().unwrap().clone();
     let settings = QuerySettings::default();
-    for way in Way::ALL {
-        let plain = way.desc(baked.atlas());
+    for path in DEVICE_PATHS {
+        let plain = CullerDesc::new(path, baked.atlas());
         for desc in [plain, plain.for_settings(&settings, 200)] {
             let bytes = Culler::bytes(&context, &desc).unwrap();
             // Where the host writes the maps into the device's memory, there is no staging buffer.
@@ -60,11 +60,11 @@ fn memory_is_known_before_creation() {
             let rounded = 4096 * memory.live.len() as u64;
             assert!(
                 (bytes..=bytes + rounded).contains(&taken),
-                "{way:?}: {bytes} were said, {taken} are taken"
+                "{path:?}: {bytes} were said, {taken} are taken"
             );
             match blocks < memory.live.len() {
-                true => assert!(mapped < bytes, "{way:?}: {mapped} of {bytes}"),
-                false => assert_eq!(mapped, taken, "{way:?}"),
+                true => assert!(mapped < bytes, "{path:?}: {mapped} of {bytes}"),
+                false => assert_eq!(mapped, taken, "{path:?}"),
             }
             if desc.frames_in_flight == 200 {
                 let one = plain.for_settings(&settings, 1);
@@ -72,11 +72,11 @@ fn memory_is_known_before_creation() {
                 let slots = (bytes - beside) / 199 * 200;
                 let megabytes = |bytes: u64| bytes as f64 / MEGABYTE as f64;
                 println!(
-                    "{way:?}: 200 queries take {:.1} MB, all with maps and their staging {:.1} MB",
+                    "{path:?}: 200 queries take {:.1} MB, all with maps and their staging {:.1} MB",
                     megabytes(slots),
                     megabytes(taken)
                 );
-                assert!(slots <= 64 * MEGABYTE, "{way:?}: {slots}");
+                assert!(slots <= 64 * MEGABYTE, "{path:?}: {slots}");
             }
             culler.destroy(&mut memory);
             assert_eq!(memory.live.len(), 0);

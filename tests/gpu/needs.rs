@@ -5,11 +5,11 @@ use sabaki_fixtures as common;
 use sabaki_fixtures::shim;
 
 use super::contract::device;
-use common::cull::{CullCase, Way, atlas, counted, sliced};
+use common::cull::{CullCase, DEVICE_PATHS, atlas, counted, sliced};
 use common::finish;
 use common::random::Random;
 use sabaki::gpu::ash::vk;
-use sabaki::gpu::{Context, Culler, Features, GpuError, Terms};
+use sabaki::gpu::{Context, Culler, CullerDesc, Features, GpuError, Terms};
 use sabaki::maps::MapGrid;
 use sabaki::query::cull::CullPath;
 
@@ -51,12 +51,16 @@ fn a_path_runs_with_what_it_needs_alone() {
         let context = again(&whole, features).unwrap();
         assert_eq!(context.report().stencil.lacks, stencil_lacks);
         assert_eq!(context.report().compute.lacks, compute_lacks);
-        for way in Way::ALL {
-            let lacks = match way.path {
+        for path in DEVICE_PATHS {
+            let lacks = match path {
                 CullPath::Stencil => &stencil_lacks,
                 _ => &compute_lacks,
             };
-            let made = Culler::new(&context, device.memory().unwrap(), &way.desc(&atlas));
+            let made = Culler::new(
+                &context,
+                device.memory().unwrap(),
+                &CullerDesc::new(path, &atlas),
+            );
             let mut culler = match made {
                 Ok(culler) => culler,
                 Err(GpuError::Missing(names)) => {
@@ -67,7 +71,7 @@ fn a_path_runs_with_what_it_needs_alone() {
             };
             assert!(lacks.is_empty(), "{lacks:?}");
             let counts = device.cull(&mut culler, &input).unwrap();
-            assert_eq!(counts, counted(&input), "{way:?}");
+            assert_eq!(counts, counted(&input), "{path:?}");
             culler.destroy(device.memory().unwrap());
         }
         shim::hide_queue_flags(vk::QueueFlags::empty());
@@ -92,15 +96,19 @@ fn every_path_runs_without_synchronization2() {
         ..Features::ALL
     };
     let context = again(&whole, features).unwrap();
-    for way in Way::ALL {
-        let mut culler =
-            Culler::new(&context, device.memory().unwrap(), &way.desc(&atlas)).unwrap();
+    for path in DEVICE_PATHS {
+        let mut culler = Culler::new(
+            &context,
+            device.memory().unwrap(),
+            &CullerDesc::new(path, &atlas),
+        )
+        .unwrap();
         let before = shim::barriers();
         for seed in 4..7 {
             let case = CullCase::any(&mut Random::new(seed), &atlas, 40);
             let input = case.input(&atlas);
             let counts = device.cull(&mut culler, &input).unwrap();
-            assert_eq!(counts, counted(&input), "{way:?}");
+            assert_eq!(counts, counted(&input), "{path:?}");
         }
         assert_eq!(shim::barriers(), before, "no barrier of synchronization2");
         culler.destroy(device.memory().unwrap());

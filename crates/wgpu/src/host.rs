@@ -100,14 +100,12 @@ impl Host {
             )?;
             adapter.create_device_from_hal(open, desc)?
         };
-        let downlevel = adapter.get_downlevel_capabilities().flags;
         let features = Features {
             dynamic_rendering: is_core && offered.dynamic_rendering,
             synchronization2: is_core && offered.synchronization2,
             extended_dynamic_state: is_core,
-            // wgpu does not enable it. Occlusion queries then say any or none, so that fragments count.
+            // wgpu does not enable it. Occlusion queries then say any or none.
             precise_queries: false,
-            fragment_atomics: downlevel.contains(wgpu::DownlevelFlags::FRAGMENT_WRITABLE_STORAGE),
         };
         Ok((Self::with(device, features)?, queue))
     }

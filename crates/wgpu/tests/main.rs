@@ -6,7 +6,7 @@ use sabaki_fixtures as common;
 
 use std::convert::Infallible;
 
-use common::{answer::answer_throw, baked::embedded, cull::Way};
+use common::{answer::answer_throw, baked::embedded, cull::DEVICE_PATHS};
 use pollster::block_on;
 use sabaki::gpu::{BatchEntry, CullerDesc, GpuError};
 use sabaki::query::cull::{CullInput, Overlap};
@@ -100,11 +100,12 @@ fn wgpu_hosts_a_dodge() {
         device: host.device().clone(),
         queue,
     };
-    // Counts of occlusion queries, atomic additions, and the compute shader.
-    let mut cullers = Way::ALL.map(|way| host.culler(&way.desc(baked.atlas())).unwrap());
+    // Occlusion queries, which are not precise on wgpu, and the compute shader.
+    let mut cullers =
+        DEVICE_PATHS.map(|path| host.culler(&CullerDesc::new(path, baked.atlas())).unwrap());
     drop(host);
     let exact = cullers.each_ref().map(|one| one.get().counts_exact());
-    assert_eq!(exact, [false, true, true]);
+    assert_eq!(exact, [false, true]);
 
     let settings = QuerySettings::default();
     let query = Query::new(baked, &settings);
@@ -115,10 +116,9 @@ fn wgpu_hosts_a_dodge() {
         let mut session = query.start(throw.request(), &mut context);
         let Ok(()) = session.run(&mut answer, |input, wanted| {
             let counts = renderer.count(&mut cullers, input);
-            let [any, summed, counted] = &counts[..] else {
+            let [any, counted] = &counts[..] else {
                 unreachable!("as many counts as cullers");
             };
-            assert_eq!(summed, counted);
             for (any, counted) in any.iter().zip(counted) {
                 assert_eq!(any.body > 0, counted.body > 0);
             }
@@ -159,7 +159,7 @@ fn wgpu_hosts_a_dodge() {
         let session = query.start(throw.request(), &mut context);
         let input = session.cull_input();
         if !input.candidates.is_empty() {
-            let expected = renderer.count(&mut cullers[2..], &input);
+            let expected = renderer.count(&mut cullers[1..], &input);
             assert_eq!(own.count(&mut others, &input), expected, "throw {index}");
             compared += 1;
         }
@@ -188,8 +188,8 @@ fn a_culler_is_dropped_before_its_commands_are_submitted() {
     let mut context = QueryContext::default();
     let query = Query::new(baked, &settings);
     let session = query.start(throw.request(), &mut context);
-    for way in Way::ALL {
-        let mut culler = host.culler(&way.desc(baked.atlas())).unwrap();
+    for path in DEVICE_PATHS {
+        let mut culler = host.culler(&CullerDesc::new(path, baked.atlas())).unwrap();
         let [first, second] = [0, 1].map(|slot| {
             let mut batch = [BatchEntry {
                 slot,

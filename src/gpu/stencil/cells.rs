@@ -130,7 +130,7 @@ impl Source {
     /// Maps of the attack that a part of a candidate is compared with.
     pub(super) fn of(part: Part, slices: u32) -> Self {
         match part {
-            Part::Body | Part::Both => Self::Inner,
+            Part::Body => Self::Inner,
             Part::Outer => Self::Outer,
             Part::Evasion if slices > 1 => Self::Any,
             Part::Evasion => Self::Inner,

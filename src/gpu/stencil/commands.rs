@@ -8,14 +8,13 @@ use super::{
     boxes::{BOXES, CORNERS, INDICES, UNITS},
     cells::Pass,
     drawing::{self, Rendering},
-    gathered::Query,
-    path::{Entry, StencilPath},
+    gathered::{Gathered, Query},
+    path::StencilPath,
     rules,
     slot::Slot,
 };
 use crate::gpu::{
-    Counting,
-    barriers::{self, Access, MemoryBarrier, StencilBarrier},
+    barriers::{self, Access, StencilBarrier},
     counts::{HEADER, record_numbers},
     passes::Passes,
     pipelines::StencilRule,
@@ -36,7 +35,7 @@ struct Turn<'a> {
 
 /// One cull of a batch.
 struct Cull<'a> {
-    entry: &'a Entry,
+    gathered: &'a Gathered,
     slot: &'a Slot,
 }
 
@@ -46,34 +45,21 @@ impl StencilPath {
     pub(super) unsafe fn record_commands(&self, passes: &mut Passes<'_>, slots: &[usize]) {
         // SAFETY: the caller vouches for the command buffer and the slots.
         unsafe {
-            match self.counting {
-                Counting::Queries => {
-                    for cull in self.culls(slots) {
-                        self.record_cull(passes, &cull);
-                    }
-                }
-                Counting::Atomics => self.record_tally(passes, slots),
+            for (gathered, &slot) in self.entries.iter().zip(slots) {
+                let slot = &self.parts.slots[slot];
+                self.record_cull(passes, &Cull { gathered, slot });
             }
             let counts = slots.iter().map(|&slot| &self.parts.slots[slot].counts);
             record_numbers(passes, Access::TRANSFER_WRITE, counts);
         }
     }
 
-    /// The culls of a batch that have queries.
-    fn culls(&self, slots: &[usize]) -> impl Iterator<Item = Cull<'_>> {
-        let culls = self.entries.iter().zip(slots).map(|(entry, &slot)| Cull {
-            entry,
-            slot: &self.parts.slots[slot],
-        });
-        culls.filter(|cull| !cull.entry.gathered.queries.is_empty())
-    }
-
-    /// Records one cull that counts by occlusion queries.
+    /// Records one cull.
     ///
     /// # Safety
     /// As for [`StencilPath::record_commands`].
     unsafe fn record_cull(&self, passes: &mut Passes<'_>, cull: &Cull<'_>) {
-        let gathered = &cull.entry.gathered;
+        let gathered = cull.gathered;
         let (mut first, size) = (0, self.capacity.queries as usize);
         for queries in gathered.queries.chunk_by(|a, b| a.pass == b.pass) {
             let pass = &gathered.cells.passes[queries[0].pass as usize];
@@ -89,85 +75,6 @@ impl StencilPath {
                 // SAFETY: the caller vouches for the command buffer and the slot.
                 unsafe { self.record_turn(passes, cull, &turn) };
                 first += queries.len() as u64;
-            }
-        }
-    }
-
-    /// Records all culls that count by atomics: first all sums are set to 0, at the end all are copied.
-    ///
-    /// # Safety
-    /// As for [`StencilPath::record_commands`].
-    unsafe fn record_tally(&self, passes: &mut Passes<'_>, slots: &[usize]) {
-        let (context, cmd) = (&self.context, passes.cmd);
-        let (written, counted) = (Access::TRANSFER_WRITE, Access::FRAGMENT_COUNT);
-        // SAFETY: the caller vouches for `cmd`; all handles are this path's, and there is a sum for each query.
-        unsafe {
-            for cull in self.culls(slots) {
-                let queries = &cull.entry.gathered.queries;
-                cull.slot.sums.record_start(passes, queries.len());
-            }
-            barriers::memory(context, cmd, MemoryBarrier::new(written, counted));
-            for cull in self.culls(slots) {
-                self.record_sums(passes, &cull);
-            }
-            barriers::memory(
-                context,
-                cmd,
-                MemoryBarrier::new(counted, Access::TRANSFER_READ),
-            );
-            for Cull { entry, slot } in self.culls(slots) {
-                let queries = &entry.gathered.queries;
-                slot.sums.record_end(passes, &slot.counts, queries.len());
-            }
-        }
-    }
-
-    /// Records the attack and then all boxes, pass by pass.
-    ///
-    /// # Safety
-    /// As for [`StencilPath::record_commands`].
-    unsafe fn record_sums(&self, passes: &mut Passes<'_>, cull: &Cull<'_>) {
-        let (context, parts, cmd) = (&self.context, &self.parts, passes.cmd);
-        let gathered = &cull.entry.gathered;
-        for queries in gathered.queries.chunk_by(|a, b| a.pass == b.pass) {
-            let pass = &gathered.cells.passes[queries[0].pass as usize];
-            let rendering = Rendering {
-                target: &parts.target,
-                used: pass.used,
-                clear: Some(0),
-                stored: false,
-            };
-            let barrier = StencilBarrier::before_drawing(parts.target.image, true);
-            // SAFETY: the caller vouches for `cmd`; all handles are this path's.
-            unsafe {
-                barriers::stencil_image(context, cmd, barrier);
-                drawing::begin(context, cmd, rendering);
-                passes.begin(c"sabaki: attack");
-                self.record_attack(cmd, cull, pass);
-                passes.end();
-                passes.begin(c"sabaki: candidates");
-                self.record_planes(cmd, cull, pass);
-                passes.end();
-                context.device().cmd_end_rendering(cmd);
-            }
-        }
-    }
-
-    /// Records the boxes of all candidates, plane by plane.
-    ///
-    /// # Safety
-    /// As for [`StencilPath::record_commands`], within the rendering.
-    unsafe fn record_planes(&self, cmd: vk::CommandBuffer, cull: &Cull<'_>, pass: &Pass) {
-        // SAFETY: the caller vouches for `cmd`; all handles are this path's.
-        unsafe {
-            self.bind_candidates(cmd, cull, cull.slot.sums.set);
-            for plane in pass.planes.clone() {
-                let boxes = &cull.entry.by_plane.boxes[plane as usize];
-                if !boxes.is_empty() {
-                    let bit = cull.entry.gathered.cells.planes[plane as usize].bit;
-                    over_plane(bit).set(&self.context, cmd);
-                    self.draw_boxes(cmd, boxes.clone());
-                }
             }
         }
     }
@@ -230,7 +137,7 @@ impl StencilPath {
             device.cmd_bind_pipeline(cmd, GRAPHICS, parts.discs.handle);
             parts.discs.push(context, cmd, &constants);
             device.cmd_bind_vertex_buffers(cmd, 0, &[cull.slot.discs.handle], &[0]);
-            for plane in &cull.entry.gathered.cells.planes[planes] {
+            for plane in &cull.gathered.cells.planes[planes] {
                 into_plane(plane.bit).set(context, cmd);
                 let discs = plane.discs.end - plane.discs.start;
                 device.cmd_draw(cmd, 4, discs, 0, plane.discs.start);
@@ -252,14 +159,14 @@ impl StencilPath {
         // SAFETY: the caller vouches for `cmd`; the queries were reset, and precise ones are
         // enabled.
         unsafe {
-            self.bind_candidates(cmd, cull, parts.atlas.set);
+            self.bind_candidates(cmd, cull);
             for (query, number) in queries.iter().zip(0..) {
                 device.cmd_begin_query(cmd, parts.pool, number, precision);
                 let draws = query.draws.start as usize..query.draws.end as usize;
-                for draw in &cull.entry.gathered.draws[draws] {
+                for draw in &cull.gathered.draws[draws] {
                     if plane != Some(draw.plane) {
                         plane = Some(draw.plane);
-                        let bit = cull.entry.gathered.cells.planes[draw.plane as usize].bit;
+                        let bit = cull.gathered.cells.planes[draw.plane as usize].bit;
                         over_plane(bit).set(context, cmd);
                     }
                     self.draw_boxes(cmd, draw.boxes.clone());
@@ -271,12 +178,7 @@ impl StencilPath {
 
     /// # Safety
     /// As for [`StencilPath::record_commands`], within the rendering.
-    unsafe fn bind_candidates(
-        &self,
-        cmd: vk::CommandBuffer,
-        cull: &Cull<'_>,
-        set: vk::DescriptorSet,
-    ) {
+    unsafe fn bind_candidates(&self, cmd: vk::CommandBuffer, cull: &Cull<'_>) {
         let (context, parts) = (&self.context, &self.parts);
         let (device, pipeline) = (context.device(), &parts.candidates);
         let constants = TargetSide {
@@ -285,7 +187,8 @@ impl StencilPath {
         // SAFETY: the caller vouches for `cmd`; all handles are this path's.
         unsafe {
             device.cmd_bind_pipeline(cmd, GRAPHICS, pipeline.handle);
-            device.cmd_bind_descriptor_sets(cmd, GRAPHICS, pipeline.layout, 0, &[set], &[]);
+            let sets = [parts.atlas.set];
+            device.cmd_bind_descriptor_sets(cmd, GRAPHICS, pipeline.layout, 0, &sets, &[]);
             device.cmd_bind_vertex_buffers(cmd, 0, &[cull.slot.corners.handle], &[0]);
             let indices = parts.indices.handle;
             device.cmd_bind_index_buffer(cmd, indices, 0, vk::IndexType::UINT16);

@@ -17,21 +17,12 @@ use crate::{
     query::cull::CullCandidate,
 };
 
-/// Bit of `map.w` (`shaders/include/candidate.glsl`) that is set if a texel belongs to two maps. Lower bits hold log2 of the bits of a texel.
-const OF_TWO_MAPS: u32 = 1 << 5;
-/// First bit of a box's number in `map.w`.
-const NUMBER_SHIFT: u32 = 6;
-/// Maximum number of boxes. Each box has up to two counts, and each count a number.
-pub(super) const MOST_BOXES: u32 = 1 << (31 - NUMBER_SHIFT);
-
 /// Capacity of a culler.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Capacity {
     pub(super) candidates: u32,
     pub(super) discs: u32,
     pub(super) boxes: u32,
-    /// Number of counts of a cull.
-    pub(super) counts: u32,
     /// Number of queries in a pool.
     pub(super) queries: u32,
     /// Number of columns and rows of the target, in texels.
@@ -45,7 +36,7 @@ pub(super) struct Draw {
     pub(super) boxes: Range<u32>,
 }
 
-/// One count, or a part of it if there are several passes. A query without draws is counted by the draws of the query before it.
+/// One count, or a part of it if there are several passes.
 #[derive(Clone, Debug)]
 pub(super) struct Query {
     pub(super) pass: u32,
@@ -86,7 +77,7 @@ impl Gathered {
             target: capacity.target,
             discs: capacity.discs,
         };
-        let parts = || maps.parts(counted);
+        let parts = || Maps::parts(counted);
         let of = |part| Source::of(part, maps.slices());
         self.cells.fill(input.attack, limits, |source| {
             parts().any(|part| of(part) == source)
@@ -148,14 +139,7 @@ impl Gathered {
                 let start = self.boxes() as u32;
                 let way = &self.ways[index as usize];
                 if way.may_meet(&map.whole, group.rect) {
-                    let number = (self.queries.len() as u32) << NUMBER_SHIFT;
-                    let is_of_two_maps = part.counts().len() > 1;
-                    let flag = if is_of_two_maps { OF_TWO_MAPS } else { 0 };
-                    let placed = PlacedMap {
-                        map,
-                        way,
-                        number: number | flag,
-                    };
+                    let placed = PlacedMap { map, way };
                     let cells = group.cells.start as usize..group.cells.end as usize;
                     placed.push_boxes(&self.cells.cells[cells], &mut self.corners);
                 }
@@ -170,16 +154,12 @@ impl Gathered {
                 }
             }
             if self.draws.len() > first {
-                let (mut start, end) = (first as u32, self.draws.len() as u32);
-                for &part in part.counts() {
-                    self.queries.push(Query {
-                        pass,
-                        candidate: index,
-                        part,
-                        draws: start..end,
-                    });
-                    start = end;
-                }
+                self.queries.push(Query {
+                    pass,
+                    candidate: index,
+                    part,
+                    draws: first as u32..self.draws.len() as u32,
+                });
             }
         }
     }
@@ -198,14 +178,12 @@ struct QueryKind {
 struct PlacedMap<'a> {
     map: CandidateMap<'a>,
     way: &'a WayBack,
-    /// Index of the query that counts the map, as in `map.w`.
-    number: u32,
 }
 
 impl PlacedMap<'_> {
     /// Adds the boxes in which the map can overlap the attack's cells.
     fn push_boxes(&self, cells: &[Cell], corners: &mut Vec<BoxCorner>) {
-        let Self { map, way, number } = *self;
+        let Self { map, way } = *self;
         for cell in cells {
             let Some(reach) = map.reach(cell.slice as usize) else {
                 continue;
@@ -223,7 +201,7 @@ impl PlacedMap<'_> {
                 map.bits.width | map.bits.height << 16,
                 map.bits.first_bit + cell.slice,
                 map.bits.row_bits,
-                map.bits.texel_bits_log2 | number,
+                map.bits.texel_bits_log2,
             ];
             corners.extend(places.map(|corner| BoxCorner {
                 corner,

@@ -2,10 +2,9 @@
 
 use super::map_bits::MapBits;
 use super::packed::{SlabNumbers, places, words};
-use super::pairs::Pairs;
 use crate::math::parallel::each;
 use crate::{
-    gpu::{Counting, GpuError, error::within},
+    gpu::{GpuError, error::within},
     maps::{MapRect, RegionAtlas, Slab, SlabMaps},
     query::cull::{Counted, CullCandidate},
 };
@@ -16,22 +15,10 @@ pub(super) enum Part {
     Body,
     Outer,
     Evasion,
-    /// Body and evasion map, drawn together ([`Pairs`]).
-    Both,
 }
 
 impl Part {
-    const ALL: [Self; 4] = [Self::Body, Self::Outer, Self::Evasion, Self::Both];
-
-    /// Parts of an overlap that a map of this kind is counted into, in the order of their numbers.
-    pub(super) fn counts(self) -> &'static [Self] {
-        match self {
-            Self::Body => &[Self::Body],
-            Self::Outer => &[Self::Outer],
-            Self::Evasion => &[Self::Evasion],
-            Self::Both => &[Self::Body, Self::Evasion],
-        }
-    }
+    const ALL: [Self; 3] = [Self::Body, Self::Outer, Self::Evasion];
 }
 
 /// A rectangle given by its centre and half sides, in texels of the evasion's frame. Negative half sides mean that it is empty.
@@ -65,33 +52,20 @@ impl CandidateMap<'_> {
 #[derive(Debug)]
 pub(super) struct Maps {
     slabs: SlabNumbers,
-    /// Number of words of the maps of the atlas, which are used if there are no pairs.
-    unpaired: usize,
-    /// Words of pairs, which replace the words of the atlas. They are freed after the upload.
-    paired: Option<Vec<u32>>,
+    /// Number of words of all maps.
+    words: usize,
     /// Position of each map, `[slab][part]`.
-    bits: Vec<[MapBits; 4]>,
+    bits: Vec<[MapBits; 3]>,
     /// Bounding rectangle of all slices of each map, `[slab][part]`.
-    reaches: Vec<[Reach; 4]>,
+    reaches: Vec<[Reach; 3]>,
     /// Bounding rectangle of each slice, `[slab][body, outer][slice]`. Evasion maps have one slice.
     slice_reaches: Vec<Reach>,
     slices: usize,
-    /// Whether body and evasion maps are counted at once.
-    are_pairs: bool,
 }
 
 impl Maps {
-    pub(super) fn new(atlas: &RegionAtlas, counting: Counting) -> Result<Self, GpuError> {
+    pub(super) fn new(atlas: &RegionAtlas) -> Result<Self, GpuError> {
         let slices = atlas.grid().slices as usize;
-        let pairs = match slices {
-            1 => Pairs::new(atlas),
-            _ => None,
-        };
-        let are_pairs = pairs.is_some() && counting == Counting::Atomics;
-        let (bits, paired) = match pairs {
-            Some(pairs) => (pairs.bits, Some(pairs.words)),
-            None => (places(atlas), None),
-        };
         let slabs = atlas.regions().iter().flat_map(|region| &region.slabs);
         let reaches: Vec<_> = slabs.clone().map(reaches_of).collect();
         let mut slice_reaches = vec![Reach::NONE; 2 * slices * reaches.len()];
@@ -105,17 +79,11 @@ impl Maps {
         });
         let maps = Self {
             slabs: SlabNumbers::new(atlas),
-            unpaired: atlas.bytes() / 4,
-            paired,
-            // A paired map has the position of the body map.
-            bits: bits
-                .into_iter()
-                .map(|[body, outer, evasion]| [body, outer, evasion, body])
-                .collect(),
+            words: atlas.bytes() / 4,
+            bits: places(atlas),
             reaches,
             slice_reaches,
             slices,
-            are_pairs,
         };
         within(
             "bits of maps on the device",
@@ -125,46 +93,28 @@ impl Maps {
         Ok(maps)
     }
 
-    /// Maximum number of counts that a box adds to.
-    pub(super) fn counts_of_a_box(&self) -> u32 {
-        1 + u32::from(self.are_pairs)
-    }
-
     /// Kinds of maps that are drawn to count some parts of the overlaps.
-    pub(super) fn parts(&self, counted: Counted) -> impl Iterator<Item = Part> + use<> {
-        let both = self.are_pairs && counted.body && counted.evasion;
+    pub(super) fn parts(counted: Counted) -> impl Iterator<Item = Part> {
         let is_drawn = move |part: &Part| match part {
-            Part::Body => counted.body && !both,
+            Part::Body => counted.body,
             Part::Outer => counted.outer,
-            Part::Evasion => counted.evasion && !both,
-            Part::Both => both,
+            Part::Evasion => counted.evasion,
         };
         Part::ALL.into_iter().filter(is_drawn)
     }
 
     /// Number of words of all maps.
     pub(super) fn word_count(&self) -> usize {
-        self.paired.as_ref().map_or(self.unpaired, Vec::len)
+        self.words
     }
 
-    /// Writes the words of all maps. `atlas` is the atlas that they come from. Call it before [`Maps::forget_words`].
-    pub(super) fn write(&self, atlas: &RegionAtlas, mut out: &mut [u32]) {
-        if let Some(words) = &self.paired {
-            out.copy_from_slice(words);
-            return;
-        }
+    /// Writes the words of all maps of an atlas.
+    pub(super) fn write(atlas: &RegionAtlas, mut out: &mut [u32]) {
         let parts = words(atlas).map_while(|words| {
             let to = out.split_off_mut(..words.len())?;
             Some((to, words))
         });
         each(parts, |(to, words), ()| to.copy_from_slice(words));
-    }
-
-    /// Frees the words of pairs after their upload.
-    pub(super) fn forget_words(&mut self) {
-        if let Some(words) = &mut self.paired {
-            *words = Vec::new();
-        }
     }
 
     /// Number of slices of a texel.
@@ -198,7 +148,7 @@ impl Maps {
                 let first = (2 * entry + part as usize) * self.slices;
                 &self.slice_reaches[first..first + self.slices]
             }
-            Part::Evasion | Part::Both => &[],
+            Part::Evasion => &[],
         };
         Some(CandidateMap {
             bits: &self.bits[entry][part as usize],
@@ -208,9 +158,8 @@ impl Maps {
     }
 }
 
-fn reaches_of(slab: &SlabMaps) -> [Reach; 4] {
-    let [body, evasion] = [slab.body.rect(), slab.evasion.rect()];
-    [body, slab.outer.rect(), evasion, body.union(evasion)].map(Reach::of)
+fn reaches_of(slab: &SlabMaps) -> [Reach; 3] {
+    [slab.body.rect(), slab.outer.rect(), slab.evasion.rect()].map(Reach::of)
 }
 
 impl Reach {

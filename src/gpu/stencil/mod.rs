@@ -14,7 +14,6 @@ mod map_bits;
 mod maps;
 mod packed;
 mod packing;
-mod pairs;
 mod path;
 mod rasterizer;
 mod readback;
@@ -22,7 +21,6 @@ mod rules;
 mod shelves;
 mod slant;
 mod slot;
-mod tally;
 mod way_back;
 
 pub use batch::Batch;

@@ -3,31 +3,27 @@
 //! Source: Masaoka & Oshita, section 5.3: the attack is drawn once into the stencil of each slab; each candidate's body map
 //! is drawn over it, transformed into the attack's frame, and an occlusion query counts the samples that pass. Differs: one query
 //! spans all slabs and slices of a candidate, whose cells lie in one target (`cells.rs`). A second query counts its outer
-//! map, which proves misses, and a third one its evasion map, for the score. Fragments may count instead of queries
-//! (`tally.rs`); a map of one slice then has body and evasion texels, and is drawn once for both (`pairs.rs`).
+//! map, which proves misses, and a third one its evasion map, for the score.
 
 use ash::vk;
 
 use super::{
-    atlas::{Atlas, ReadAs},
+    atlas::Atlas,
     boxes,
-    gathered::{Capacity, Gathered, MOST_BOXES},
+    gathered::{Capacity, Gathered},
     maps::{Maps, Part},
     slot::{Slot, SlotDesc},
-    tally::{self, ByPlane},
 };
 use crate::math::parallel::both;
 use crate::{
     gpu::{
-        Context, Counting, CullerDesc, GpuError, Memory, MemoryUse,
+        Context, CullerDesc, GpuError, Memory, MemoryUse,
         counts::Counts,
         device_path::{CullRequest, DevicePath},
         drivers,
         error::{Named, within},
         passes::Passes,
-        pipelines::{
-            CANDIDATES, CANDIDATES_TEXELS, DISCS, Pipeline, PipelineInputs, TALLY, TALLY_TEXELS,
-        },
+        pipelines::{CANDIDATES, DISCS, Pipeline, PipelineInputs},
         resources::{Buffer, BufferDesc, DeviceMemory, StencilTarget},
         uploaded::MapWords,
     },
@@ -40,18 +36,9 @@ pub(in crate::gpu) struct StencilPath {
     pub(super) context: Context,
     pub(super) parts: Parts,
     /// Input of each entry of a batch.
-    pub(super) entries: Vec<Entry>,
+    pub(super) entries: Vec<Gathered>,
     pub(super) capacity: Capacity,
     maps: Maps,
-    pub(super) counting: Counting,
-}
-
-/// Input of one cull in the layout of the device.
-#[derive(Debug, Default)]
-pub(super) struct Entry {
-    pub(super) gathered: Gathered,
-    /// Boxes in the order of drawing. Used only if fragments count.
-    pub(super) by_plane: ByPlane,
 }
 
 #[derive(Debug, Default)]
@@ -60,13 +47,11 @@ pub(super) struct Parts {
     pub(super) candidates: Pipeline,
     pub(super) target: StencilTarget,
     pub(super) atlas: Atlas,
-    /// Layout and pool of the descriptor sets for counting fragments. Null if occlusion queries count.
-    tally: tally::Layout,
     /// Index buffer for the maximum number of boxes of a draw.
     pub(super) indices: Buffer,
     pub(super) slots: Vec<Slot>,
     /// Occlusion query pool of all slots. Vulkan executes a reset after earlier commands that use the same queries, so that slots can share
-    /// it. Null if fragments count.
+    /// it.
     pub(super) pool: vk::QueryPool,
 }
 
@@ -78,15 +63,11 @@ impl StencilPath {
         desc: &CullerDesc<'_>,
     ) -> Result<Self, GpuError> {
         context.runs(CullPath::Stencil)?;
-        let counting = StencilPath::counting(context, desc);
-        if counting == Counting::Atomics && !context.features().fragment_atomics {
-            return Err(GpuError::Missing(vec!["fragmentStoresAndAtomics"]));
-        }
         let mut parts = Parts::default();
         // The maps are packed on another thread while the driver compiles.
         let (maps, pipelines) = both(
-            || Maps::new(desc.atlas, counting),
-            || parts.make_pipelines(context, desc, counting),
+            || Maps::new(desc.atlas),
+            || parts.make_pipelines(context, desc),
         );
         let maps = match pipelines.and(maps) {
             Ok(maps) => maps,
@@ -98,17 +79,12 @@ impl StencilPath {
         let mut path = Self {
             context: context.clone(),
             parts,
-            entries: vec![Entry::default()],
-            capacity: Self::capacity(context, desc, &maps),
+            entries: vec![Gathered::default()],
+            capacity: Self::capacity(context, desc),
             maps,
-            counting,
         };
         match path.fill(memory, desc) {
-            Ok(()) => {
-                // The words are in a buffer now.
-                path.maps.forget_words();
-                Ok(path)
-            }
+            Ok(()) => Ok(path),
             Err(error) => {
                 path.destroy(memory);
                 Err(error)
@@ -117,15 +93,14 @@ impl StencilPath {
     }
 
     /// Capacity of a description, limited to that of the device.
-    fn capacity(context: &Context, desc: &CullerDesc<'_>, maps: &Maps) -> Capacity {
+    fn capacity(context: &Context, desc: &CullerDesc<'_>) -> Capacity {
         let settings = desc.stencil;
         let most = context.max_target_side().min(boxes::MOST_SIDE);
-        let boxes = settings.max_boxes.min(MOST_BOXES);
+        let boxes = settings.max_boxes;
         Capacity {
             candidates: desc.max_candidates,
             discs: settings.max_discs,
             boxes,
-            counts: boxes * maps.counts_of_a_box(),
             queries: settings.max_queries.min(boxes).max(1),
             target: settings.target.map(|side| side.clamp(1, most)),
         }
@@ -133,9 +108,8 @@ impl StencilPath {
 
     /// Memory of a culler of this description with the staging buffer of the maps, in bytes.
     pub(in crate::gpu) fn bytes(context: &Context, desc: &CullerDesc<'_>) -> Result<u64, GpuError> {
-        let counting = Self::counting(context, desc);
-        let maps = Maps::new(desc.atlas, counting)?;
-        let capacity = Self::capacity(context, desc, &maps);
+        let maps = Maps::new(desc.atlas)?;
+        let capacity = Self::capacity(context, desc);
         let maps = 8 * maps.word_count() as u64;
         let indices = 2 * boxes::indices().len() as u64;
         let [columns, rows] = capacity.target.map(u64::from);
@@ -145,13 +119,7 @@ impl StencilPath {
             _ => 8,
         };
         let slots = u64::from(desc.frames_in_flight.max(1));
-        Ok(maps + indices + columns * rows * texel + slots * Slot::bytes(&capacity, counting))
-    }
-
-    /// Counting method of a description, or by default the faster one on the driver.
-    pub(in crate::gpu) fn counting(context: &Context, desc: &CullerDesc<'_>) -> Counting {
-        let known = || drivers::counting(context.driver(), context.features());
-        desc.stencil.counting.unwrap_or_else(known)
+        Ok(maps + indices + columns * rows * texel + slots * Slot::bytes(&capacity))
     }
 
     fn fill(&mut self, memory: &mut dyn Memory, desc: &CullerDesc<'_>) -> Result<(), GpuError> {
@@ -160,10 +128,10 @@ impl StencilPath {
         let mut device = DeviceMemory { context, memory };
         let maps = &self.maps;
         let words = MapWords {
-            read_as: parts.atlas.read_as.usage(),
+            read_as: vk::BufferUsageFlags::STORAGE_BUFFER,
             count: maps.word_count(),
             write: |out: &mut [u32]| {
-                maps.write(desc.atlas, out);
+                Maps::write(desc.atlas, out);
                 Ok(())
             },
         };
@@ -178,15 +146,13 @@ impl StencilPath {
         };
         parts.indices = device.buffer(of_boxes)?;
         parts.indices.write(context, 0, bytes)?;
-        if self.counting == Counting::Queries {
-            let info = vk::QueryPoolCreateInfo::default()
-                .query_type(vk::QueryType::OCCLUSION)
-                .query_count(self.capacity.queries);
-            // SAFETY: the context's device is valid.
-            parts.pool = unsafe { context.device().create_query_pool(&info, None) }
-                .call("vkCreateQueryPool")?;
-            context.name(parts.pool, &format!("{name}: queries"));
-        }
+        let info = vk::QueryPoolCreateInfo::default()
+            .query_type(vk::QueryType::OCCLUSION)
+            .query_count(self.capacity.queries);
+        // SAFETY: the context's device is valid.
+        parts.pool =
+            unsafe { context.device().create_query_pool(&info, None) }.call("vkCreateQueryPool")?;
+        context.name(parts.pool, &format!("{name}: queries"));
         let target = format!("{name}: attack");
         parts.target = StencilTarget::new(&mut device, &target, self.capacity.target)?;
         for slot in 0..desc.frames_in_flight.max(1) {
@@ -194,15 +160,11 @@ impl StencilPath {
             let desc = SlotDesc {
                 name: &name,
                 capacity: &self.capacity,
-                counting: self.counting,
             };
             // Stored before it is filled, so that it is freed after a failure.
             parts.slots.push(Slot::default());
             if let Some(slot) = parts.slots.last_mut() {
                 slot.fill(&mut device, &desc)?;
-                if self.counting == Counting::Atomics {
-                    slot.sums.make_set(context, &parts.tally, &parts.atlas)?;
-                }
             }
         }
         Ok(())
@@ -211,35 +173,16 @@ impl StencilPath {
 
 impl Parts {
     /// Creates the pipelines and the layouts of their descriptor sets.
-    fn make_pipelines(
-        &mut self,
-        context: &Context,
-        desc: &CullerDesc<'_>,
-        counting: Counting,
-    ) -> Result<(), GpuError> {
+    fn make_pipelines(&mut self, context: &Context, desc: &CullerDesc<'_>) -> Result<(), GpuError> {
         let inputs = PipelineInputs {
             cache: desc.pipeline_cache,
             ..PipelineInputs::default()
         };
         self.discs = Pipeline::new(context, &DISCS, &inputs)?;
         self.atlas.make_layout(context)?;
-        let read_as = self.atlas.read_as;
-        let layout = match counting {
-            Counting::Queries => self.atlas.layout,
-            Counting::Atomics => {
-                let slots = desc.frames_in_flight.max(1);
-                self.tally.fill(context, read_as, slots)?;
-                self.tally.layout
-            }
-        };
-        let candidates = match (counting, read_as) {
-            (Counting::Queries, ReadAs::StorageBuffer) => &CANDIDATES,
-            (Counting::Queries, ReadAs::TexelBuffer) => &CANDIDATES_TEXELS,
-            (Counting::Atomics, ReadAs::StorageBuffer) => &TALLY,
-            (Counting::Atomics, ReadAs::TexelBuffer) => &TALLY_TEXELS,
-        };
-        let sets = &[layout];
-        self.candidates = Pipeline::new(context, candidates, &PipelineInputs { sets, ..inputs })?;
+        let sets = &[self.atlas.layout];
+        let inputs = PipelineInputs { sets, ..inputs };
+        self.candidates = Pipeline::new(context, &CANDIDATES, &inputs)?;
         Ok(())
     }
 
@@ -254,7 +197,6 @@ impl Parts {
         self.candidates.destroy(context);
         self.discs.destroy(context);
         self.indices.destroy(context, memory);
-        self.tally.destroy(context);
         self.atlas.destroy(context, memory);
     }
 }
@@ -262,45 +204,23 @@ impl Parts {
 impl DevicePath for StencilPath {
     fn gather(&mut self, entry: usize, request: CullRequest<'_>) -> Result<(), GpuError> {
         if self.entries.len() <= entry {
-            self.entries.resize_with(entry + 1, Entry::default);
+            self.entries.resize_with(entry + 1, Gathered::default);
         }
-        let gathered = &mut self.entries[entry].gathered;
-        gathered.fill(request, &self.maps, &self.capacity)?;
-        match self.counting {
-            Counting::Queries => {
-                let entries = self.entries[..=entry].iter();
-                let queries = entries.map(|one| one.gathered.queries.len() as u64).sum();
-                let most = drivers::most_queries(self.context.driver());
-                within("the driver's queries in one submission", queries, most)
-            }
-            Counting::Atomics => {
-                let Entry { gathered, by_plane } = &mut self.entries[entry];
-                by_plane.fill(&gathered.cells.planes, &gathered.draws);
-                Ok(())
-            }
-        }
+        self.entries[entry].fill(request, &self.maps, &self.capacity)?;
+        let entries = self.entries[..=entry].iter();
+        let queries = entries.map(|one| one.queries.len() as u64).sum();
+        let most = drivers::most_queries(self.context.driver());
+        within("the driver's queries in one submission", queries, most)
     }
 
     fn write(&mut self, entry: usize, slot: usize) -> Result<(), GpuError> {
-        let Entry { gathered, by_plane } = &mut self.entries[entry];
+        let gathered = &self.entries[entry];
         let slot = &mut self.parts.slots[slot];
         slot.note_queries(&gathered.queries);
         let discs = bytemuck::cast_slice(&gathered.cells.discs);
         slot.discs.write(&self.context, 0, discs)?;
-        let (draws, corners) = (&gathered.draws, &gathered.corners);
-        match self.counting {
-            Counting::Queries => {
-                let corners = bytemuck::cast_slice(corners);
-                slot.corners.write(&self.context, 0, corners)
-            }
-            Counting::Atomics => {
-                // SAFETY: a slot is written only after the device has finished its last cull.
-                let out = unsafe { slot.corners.bytes_mut() }?;
-                let out = &mut out[..size_of_val(&corners[..])];
-                by_plane.write(draws, corners, bytemuck::cast_slice_mut(out));
-                slot.corners.flush(&self.context)
-            }
-        }
+        let corners = bytemuck::cast_slice(&gathered.corners);
+        slot.corners.write(&self.context, 0, corners)
     }
 
     unsafe fn record(&self, passes: &mut Passes<'_>, slots: &[usize]) {
@@ -328,8 +248,6 @@ impl DevicePath for StencilPath {
                 Part::Body => &mut overlap.body,
                 Part::Outer => &mut overlap.outer,
                 Part::Evasion => &mut overlap.evasion,
-                // Each query counts a single part.
-                Part::Both => continue,
             };
             *sum = sum.saturating_add(count);
         }

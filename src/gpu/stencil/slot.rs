@@ -6,10 +6,9 @@ use super::{
     boxes::CORNERS,
     gathered::{Capacity, Query},
     maps::Part,
-    tally::Sums,
 };
 use crate::gpu::{
-    Context, Counting, GpuError, Memory, MemoryUse,
+    Context, GpuError, Memory, MemoryUse,
     counts::{Counts, CountsDesc, HEADER},
     resources::{Buffer, BufferDesc, DeviceMemory},
     shader_table::{BoxCorner, PlacedDisc},
@@ -24,8 +23,6 @@ pub(super) struct Slot {
     pub(super) corners: Buffer,
     /// Count of each query.
     pub(super) counts: Counts,
-    /// Sums of atomics. Empty if occlusion queries count.
-    pub(super) sums: Sums,
     /// Candidate and part of each query of the last recorded cull.
     pub(super) queries: Vec<(u32, Part)>,
 }
@@ -35,7 +32,6 @@ pub(super) struct SlotDesc<'a> {
     /// Prefix of the names of its buffers.
     pub(super) name: &'a str,
     pub(super) capacity: &'a Capacity,
-    pub(super) counting: Counting,
 }
 
 impl Slot {
@@ -45,11 +41,7 @@ impl Slot {
         device: &mut DeviceMemory<'_>,
         desc: &SlotDesc<'_>,
     ) -> Result<(), GpuError> {
-        let SlotDesc {
-            name,
-            capacity,
-            counting,
-        } = *desc;
+        let SlotDesc { name, capacity } = *desc;
         let discs = u64::from(capacity.discs) * size_of::<PlacedDisc>() as u64;
         let corners = u64::from(capacity.boxes) * (CORNERS * size_of::<BoxCorner>()) as u64;
         let mut vertices = |what: &str, size| {
@@ -65,28 +57,19 @@ impl Slot {
         self.corners = vertices("boxes", corners)?;
         let counts = CountsDesc {
             name: &format!("{name}: counts"),
-            words: capacity.counts.into(),
+            words: capacity.boxes.into(),
             usage: vk::BufferUsageFlags::empty(),
         };
         self.counts = Counts::new(device, &counts)?;
-        if counting == Counting::Atomics {
-            let name = format!("{name}: sums");
-            self.sums.fill(device, &name, capacity.counts)?;
-        }
         Ok(())
     }
 
     /// Size of a slot's buffers, in bytes.
-    pub(super) fn bytes(capacity: &Capacity, counting: Counting) -> u64 {
+    pub(super) fn bytes(capacity: &Capacity) -> u64 {
         let discs = u64::from(capacity.discs) * size_of::<PlacedDisc>() as u64;
         let boxes = u64::from(capacity.boxes);
         let corners = boxes * (CORNERS * size_of::<BoxCorner>()) as u64;
-        let counts = 4 * u64::from(capacity.counts);
-        let sums = match counting {
-            Counting::Queries => 0,
-            Counting::Atomics => counts,
-        };
-        discs + corners + HEADER + counts + sums
+        discs + corners + HEADER + 4 * boxes
     }
 
     /// Stores candidate and part of each query of a cull.
@@ -98,7 +81,6 @@ impl Slot {
 
     /// Frees everything. The device must no longer use it.
     pub(super) fn destroy(&mut self, context: &Context, memory: &mut dyn Memory) {
-        self.sums.destroy(context, memory);
         self.counts.destroy(context, memory);
         self.corners.destroy(context, memory);
         self.discs.destroy(context, memory);

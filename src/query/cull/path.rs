@@ -16,7 +16,7 @@ pub enum CullPath {
     /// Counts maps on the CPU.
     #[default]
     Cpu,
-    /// Counts maps on a Vulkan device with the stencil buffer, by atomic additions or occlusion queries.
+    /// Counts maps on a Vulkan device with the stencil buffer and occlusion queries, as the paper does.
     Stencil,
     /// Counts maps on a Vulkan device with a compute shader.
     Compute,

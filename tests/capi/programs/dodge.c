@@ -24,7 +24,7 @@ typedef struct { uint32_t type; const void *next; uint32_t flags; const void *in
 typedef struct { uint32_t type; const void *next; uint32_t waits; const void *w; const void *stages; uint32_t buffers; void *const *b; uint32_t signals; const void *s; } SubmitInfo;
 typedef struct { uint32_t type; const void *next; uint64_t size; uint32_t index; } MemoryInfo;
 typedef struct { uint32_t count; struct { uint32_t flags, heap; } types[32]; uint32_t heaps; struct { uint64_t size; uint32_t flags; } h[16]; } MemoryProperties;
-enum { FEATURES = 55, PRECISE = 23, ATOMICS = 26 }; /* booleans of VkPhysicalDeviceFeatures, and positions of occlusionQueryPrecise and fragmentStoresAndAtomics */
+enum { FEATURES = 55, PRECISE = 23 }; /* booleans of VkPhysicalDeviceFeatures, and position of occlusionQueryPrecise */
 
 static void *instance, *physical_device, *device;
 static GetInstanceProcAddr lookup;
@@ -64,7 +64,6 @@ static sabaki_device make_device(void) {
 
     const float priority = 1.0f;
     uint32_t features[FEATURES] = {0};
-    features[ATOMICS] = strstr(text, "fragmentStoresAndAtomics") ? 0 : 1;
     features[PRECISE] = strstr(text, "occlusionQueryPrecise") ? 0 : 1;
     OneFeature rendering = {1000044003, 0, 1}, synchronization = {1000314007, &rendering, 1};
     QueueInfo queue = {2, 0, 0, 0, 1, &priority};
@@ -72,7 +71,6 @@ static sabaki_device make_device(void) {
     check(CALL("vkCreateDevice", physical_device, &wanted, (void *)0, &device), "vkCreateDevice");
     host.device = device;
     host.precise_queries = features[PRECISE];
-    host.fragment_atomics = features[ATOMICS];
     check(sabaki_check(&host, text, sizeof text), "sabaki_check");
     if (!strstr(text, "stencil: lacks dynamicRendering") || !strstr(text, "compute: runs")) fail("a path that lacks a feature");
     host.dynamic_rendering = host.synchronization2 = 1;
