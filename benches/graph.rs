@@ -8,8 +8,8 @@ use std::process::ExitCode;
 
 use common::Motions;
 use common::report::Report;
+use sabaki::graph::search::{DistanceMap, PointCloud, Windows};
 use sabaki::graph::{self, GraphSettings, MotionGraph};
-use sabaki::internal::{DistanceMap, PointCloud, Windows};
 use sabaki::maps::{BakeSettings, Baker};
 use sabaki::math::Isa;
 

@@ -27,7 +27,6 @@
 //! | [`lod`] | joint energy, levels of detail, switching between them |
 //! | [`anim`] | skeleton, clip, pose, forward kinematics |
 //! | [`math`] | rigid transforms of the ground plane, instruction sets, threads |
-//! | `internal` | hidden: types that the packages of this workspace share and that a host does not need; not covered by semantic versioning |
 //!
 //! A module uses those below it in this table, never one above it. [`crowd`], [`lod`], [`anim`] and [`math`] are modules of the
 //! package `sabaki-motion`, which a renderer that wants crowds alone can depend on. The package `sabaki-import` reads motion files,
@@ -60,8 +59,6 @@ pub mod duel;
 pub mod gpu;
 pub mod graph;
 pub mod guide;
-#[doc(hidden)]
-pub mod internal;
 pub mod maps;
 pub mod query;
 

@@ -11,25 +11,31 @@ pub(crate) mod build;
 mod error;
 pub(crate) mod motion_graph;
 pub(crate) mod play;
-pub(crate) mod search;
+pub mod search;
 pub(crate) mod settings;
 pub(crate) mod stored;
 pub(crate) mod watch;
 
 pub use build::builder::build;
-pub use build::report::{BuildReport, Dropped, EventCounts};
+pub use build::input::GraphBuilder;
+pub use build::report::{
+    BuildReport, Dropped, EventCounts, GoalReport, LinkObstacle, LinkReport, UnlinkedEvent,
+};
+pub use build::slide::FootSlide;
 pub use error::GraphError;
 pub(crate) use motion_graph::EdgesInto;
 pub use motion_graph::{
-    ClipId, Edge, EdgeId, EdgeMotion, EventId, GraphEvent, MotionGraph, Node, NodeId,
+    ClipId, Edge, EdgeId, EdgeMotion, EventId, Feet, GraphEvent, MotionGraph, Node, NodeId, Plant,
 };
 pub(crate) use play::continued_blend::ContinuedBlend;
-pub(crate) use play::inertia::{BESIDE, BlendReach, Entry, JointReach};
+pub use play::inertia::Entry;
+pub(crate) use play::inertia::{BESIDE, BlendReach, JointReach};
 pub(crate) use play::inertia::{Decay, FootDecay, LegPose, Weights, rotation_vector};
-pub(crate) use play::motion::{Layer, heading, layer_tilt};
-pub use play::motion::{Motion, MotionMoment};
-pub(crate) use play::motion_edit::Played;
+pub use play::motion::{Layer, Motion, MotionMoment};
+pub(crate) use play::motion::{heading, layer_tilt};
+pub use play::motion_edit::Played;
 pub use play::playhead::{MotionStep, Playhead};
 pub(crate) use play::sample::ClipPosition;
 pub use search::transition::blend_weight;
-pub use settings::{ClipSource, GraphSettings};
+pub use settings::{ClipSource, GraphSettings, LinkGoal, LinkSettings};
+pub use watch::{BakeProgress, BakeStage, BakeWatch, Unwatched};

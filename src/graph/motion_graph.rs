@@ -90,6 +90,14 @@ pub struct GraphEvent {
 }
 
 impl GraphEvent {
+    /// First and last frame, as places of nodes.
+    pub(crate) fn ends(&self) -> [Node; 2] {
+        [self.first, self.last].map(|frame| Node {
+            clip: self.clip,
+            frame,
+        })
+    }
+
     /// Clip and seconds of the event, as text.
     pub(crate) fn describe(&self, clips: &[Clip], frame_rate: f64) -> String {
         let seconds = |frame: u32| f64::from(frame) / frame_rate;
@@ -131,30 +139,43 @@ impl PartialEq for KnownRig {
 }
 
 impl MotionGraph {
-    /// Legs, plants and foot blends.
+    /// A graph without data of feet. Sorts the edges and builds the index of each node's first edge.
+    pub(crate) fn new(
+        skeleton: Skeleton,
+        frame_rate: f64,
+        clips: Vec<Clip>,
+        events: Vec<GraphEvent>,
+        nodes: Vec<Node>,
+        mut edges: Vec<Edge>,
+    ) -> Self {
+        edges.sort_by_key(|edge| {
+            let order = (edge.motion != EdgeMotion::Clip, edge.event.is_none());
+            (edge.from, order, edge.to)
+        });
+        let first_edge = (0..=nodes.len() as u32)
+            .map(|node| edges.partition_point(|edge| edge.from.0 < node) as u32)
+            .collect();
+        Self {
+            skeleton,
+            frame_rate,
+            clips,
+            events,
+            nodes,
+            edges,
+            first_edge,
+            feet: Feet::default(),
+            rig: KnownRig::default(),
+        }
+    }
+
+    /// Legs of the skeleton, and where their feet are planted in the clips.
     #[must_use]
-    #[doc(hidden)]
     pub fn feet(&self) -> &Feet {
         &self.feet
     }
 
-    /// Sorts the edges and builds the index of each node's first edge.
-    pub(crate) fn with_index(mut self) -> Self {
-        let key = |edge: &Edge| {
-            let order = (edge.motion != EdgeMotion::Clip, edge.event.is_none());
-            (edge.from, order, edge.to)
-        };
-        self.edges.sort_by_key(key);
-        let nodes = self.nodes.len() as u32;
-        self.first_edge = (0..=nodes)
-            .map(|node| self.edges.partition_point(|edge| edge.from.0 < node) as u32)
-            .collect();
-        self
-    }
-
     /// Legs, then arms, left before right. `None` is a limb that the names of the joints do not identify.
     #[must_use]
-    #[doc(hidden)]
     pub fn limbs(&self) -> &[Option<Leg>; 4] {
         self.rig().limbs()
     }

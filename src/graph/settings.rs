@@ -1,6 +1,7 @@
 use crate::anim::{Clip, CompressionSettings, Event, Skeleton};
 use crate::graph::error::GraphError;
 use serde::{Deserialize, Serialize};
+use std::ops::RangeInclusive;
 
 /// Settings of a graph build.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -17,12 +18,14 @@ pub struct GraphSettings {
     pub separation: f64,
     /// Weight of each joint in the distance. Default: empty, which weights all joints equally.
     pub joint_weights: Vec<f32>,
-    /// Thresholds for planted feet, and whether transitions keep them planted.
-    #[doc(hidden)]
-    pub feet: FeetSettings,
-    /// Settings of links: transitions with a looser threshold that bring evasions within reach.
-    /// `None` builds a graph of the transitions under `threshold` alone.
-    #[doc(hidden)]
+    /// Whether transitions keep planted feet from sliding. If not, feet slide as root and joints blend (Kovar 2002). Plants are
+    /// found and slides are measured in both cases. Default true.
+    pub keep_feet: bool,
+    /// Speed of a toe, in metres per second, above which a transition is left out if the toe is also faster than 1.3 times the
+    /// faster clip. `None` keeps all transitions. Default 5.
+    pub fastest_step: Option<f32>,
+    /// Links: transitions with a looser threshold that bring evasions within reach. `None` builds a graph of the transitions
+    /// under `threshold` alone.
     pub links: Option<LinkSettings>,
     /// Largest errors that compressing the clips may cause. `None` keeps them plain. The graph is built from the decoded
     /// clips. Default 0.1 mm at the joints and 0.3 mm at the ends.
@@ -43,7 +46,8 @@ impl Default for GraphSettings {
             threshold: 0.10,
             separation: 1.0 / 3.0,
             joint_weights: Vec::new(),
-            feet: FeetSettings::default(),
+            keep_feet: true,
+            fastest_step: Some(5.0),
             links: Some(LinkSettings::default()),
             compression: Some(CompressionSettings::default()),
             threads: 0,
@@ -54,7 +58,7 @@ impl Default for GraphSettings {
 
 impl GraphSettings {
     /// Range of frame rates that a graph may have, in frames per second.
-    pub const FRAME_RATES: std::ops::RangeInclusive<f64> = 1.0..=480.0;
+    pub const FRAME_RATES: RangeInclusive<f64> = 1.0..=480.0;
 
     /// Converts a time to whole frames, at least one.
     pub(crate) fn frames(&self, seconds: f64) -> usize {
@@ -66,11 +70,15 @@ impl GraphSettings {
     /// # Errors
     /// The first setting that is out of range.
     pub(crate) fn checked_weights(&self, joints: usize) -> Result<Vec<f32>, GraphError> {
-        let threshold = f64::from(self.threshold);
         let compression = self.compression.unwrap_or_default();
-        let [joint_error, end_error] =
-            [compression.joint_error, compression.end_error].map(f64::from);
-        let ranges = [
+        let [threshold, step, joint_error, end_error] = [
+            self.threshold,
+            self.fastest_step.unwrap_or(0.0),
+            compression.joint_error,
+            compression.end_error,
+        ]
+        .map(f64::from);
+        check_ranges([
             (
                 "frame_rate",
                 self.frame_rate,
@@ -80,14 +88,10 @@ impl GraphSettings {
             ("window", self.window, 0.0..=10.0, "0 to 10 s"),
             ("separation", self.separation, 0.0..=60.0, "0 to 60 s"),
             ("threshold", threshold, 1e-6..=1e3, "0.000001 to 1000 m"),
+            ("fastest_step", step, 0.0..=1e3, "0 to 1000 m/s"),
             ("joint_error", joint_error, 1e-6..=1.0, "0.000001 to 1 m"),
             ("end_error", end_error, 1e-6..=1.0, "0.000001 to 1 m"),
-        ];
-        for (name, value, allowed, range) in ranges.into_iter().chain(self.feet.ranges()) {
-            if !allowed.contains(&value) {
-                return Err(GraphError::Setting { name, value, range });
-            }
-        }
+        ])?;
         self.links.as_ref().map_or(Ok(()), LinkSettings::check)?;
         if self.joint_weights.is_empty() {
             return Ok(vec![1.0; joints]);
@@ -172,106 +176,27 @@ impl GraphSettings {
         frames * (source.skeleton.len() as f64 * JOINT + FRAME + events)
     }
 
-    /// Checks the limit on the number of transitions that the closest are chosen from.
-    pub(crate) fn check_found(found: usize) -> Result<(), GraphError> {
-        match found <= Self::MOST_FOUND {
+    /// Checks the number of transitions against a limit, before or after the closest are chosen.
+    pub(crate) fn check_transitions(found: usize, most: usize) -> Result<(), GraphError> {
+        match found <= most {
             true => Ok(()),
             false => Err(GraphError::TooMany {
                 what: "transitions under the threshold",
                 found: found as u64,
-                most: Self::MOST_FOUND as u64,
-            }),
-        }
-    }
-
-    /// Checks the limit on the number of transitions.
-    pub(crate) fn check_transitions(found: usize) -> Result<(), GraphError> {
-        match found <= Self::MOST_TRANSITIONS {
-            true => Ok(()),
-            false => Err(GraphError::TooMany {
-                what: "transitions under the threshold",
-                found: found as u64,
-                most: Self::MOST_TRANSITIONS as u64,
+                most: most as u64,
             }),
         }
     }
 }
 
-/// Thresholds for planted feet, and whether transitions keep them planted. Lengths and speeds are
-/// in leg lengths (hip to ankle), so that they fit any body and unit.
-///
-/// The defaults come from captures of fighting and walking at 30 frames per second. In the fighting
-/// motions, the slower of a foot's two points moves slower than 0.25 in 76% of all frames and
-/// slower than 0.55 in 82%. Above that, the speeds of swinging feet spread up to 4 and more. Feet
-/// slower than 0.2 are below 0.04 in 99% of the frames, and below 0.06 in 90% of those of a
-/// crouched sneaking motion.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct FeetSettings {
-    /// Whether transitions keep planted feet from sliding. If not, feet slide as root and joints
-    /// blend (Kovar 2002). Plants are found and slides are reported in both cases. Default true.
-    pub keep: bool,
-    /// Speed below which a foot is planted, in leg lengths per second. Default 0.25.
-    pub still_speed: f32,
-    /// Speed above which a foot is not planted, in leg lengths per second. Between the two speeds
-    /// it keeps its state. Default 0.55.
-    pub moving_speed: f32,
-    /// Height above the clip's ground below which a foot may become planted, in leg lengths.
-    /// Default 0.06.
-    pub low: f32,
-    /// Height above the clip's ground above which a foot is not planted, in leg lengths. Between
-    /// the two heights it keeps its state. Default 0.11.
-    pub high: f32,
-    /// Minimum duration of a plant, in seconds. Default 0.1.
-    pub shortest: f64,
-    /// Gap between two plants below which they are merged, in seconds. Default 0.07: two frames at
-    /// 30 frames per second.
-    pub gap: f64,
-    /// Speed of a toe, in metres per second, above which a transition is left out if the toe is also faster than 1.3 times the faster
-    /// clip. `None` keeps all transitions. Default 5.
-    pub fastest_step: Option<f32>,
-}
-
-impl Default for FeetSettings {
-    fn default() -> Self {
-        Self {
-            keep: true,
-            still_speed: 0.25,
-            moving_speed: 0.55,
-            low: 0.06,
-            high: 0.11,
-            shortest: 0.1,
-            gap: 0.07,
-            fastest_step: Some(5.0),
-        }
-    }
-}
-
-impl FeetSettings {
-    /// Name, value and range of each number.
-    pub(crate) fn ranges(
-        &self,
-    ) -> [(
-        &'static str,
-        f64,
-        std::ops::RangeInclusive<f64>,
-        &'static str,
-    ); 7] {
-        let legs = |name, value: f32| (name, f64::from(value), 0.0..=1e3, "0 to 1000 legs");
-        let seconds = |name, value| (name, value, 0.0..=10.0, "0 to 10 s");
-        [
-            legs("feet.still_speed", self.still_speed),
-            legs("feet.moving_speed", self.moving_speed),
-            legs("feet.low", self.low),
-            legs("feet.high", self.high),
-            seconds("feet.shortest", self.shortest),
-            seconds("feet.gap", self.gap),
-            (
-                "feet.fastest_step",
-                f64::from(self.fastest_step.unwrap_or(0.0)),
-                0.0..=1e3,
-                "0 to 1000 m/s",
-            ),
-        ]
+/// Checks numbers, each given by its name, its value, its range, and the range in words.
+fn check_ranges(
+    numbers: impl IntoIterator<Item = (&'static str, f64, RangeInclusive<f64>, &'static str)>,
+) -> Result<(), GraphError> {
+    let mut numbers = numbers.into_iter();
+    match numbers.find(|(_, value, allowed, _)| !allowed.contains(value)) {
+        Some((name, value, _, range)) => Err(GraphError::Setting { name, value, range }),
+        None => Ok(()),
     }
 }
 
@@ -286,19 +211,6 @@ pub struct LinkSettings {
     /// window / blend if the blend is shorter than the graph's window. Default 0.35. Strides of a
     /// walk come no closer to a guard; all other motion needs at most 0.25.
     pub loosest: f32,
-    /// Maximum time between a link's end and its event's first frame, or between its event's last
-    /// frame and the link's start, in seconds. Default 0.25.
-    pub lead: f64,
-    /// Minimum length of a blend, used if an event is close to its clip's start or end, in seconds.
-    /// Default 1/6.
-    pub shortest: f64,
-    /// Maximum length of a blend, used for the links with the largest distance, in seconds. Default
-    /// 1/2.
-    pub longest: f64,
-    /// Minimum spacing in a clip between links to the same evasion, in seconds. Default 0.1.
-    pub spread: f64,
-    /// Minimum duration of the moments that a goal's link must help, in seconds. Default 1/30.
-    pub least_gain: f64,
     /// Maximum number of links per second of clips. Links that keep an event in the graph count but
     /// are always added. Default 60.
     pub most_per_second: f64,
@@ -331,11 +243,6 @@ impl Default for LinkSettings {
                 goal(0.7, 8, 0.95),
             ],
             loosest: 0.35,
-            lead: 0.25,
-            shortest: 1.0 / 6.0,
-            longest: 0.5,
-            spread: 0.1,
-            least_gain: 1.0 / 30.0,
             most_per_second: 60.0,
         }
     }
@@ -345,43 +252,23 @@ impl LinkSettings {
     /// # Errors
     /// The first setting that is out of its range.
     pub(crate) fn check(&self) -> Result<(), GraphError> {
-        let times = (0.0..=10.0, "0 to 10 s");
-        let (lengths, words) = times.clone();
-        let mut checks = vec![
-            (
-                "links.loosest",
-                f64::from(self.loosest),
-                (1e-6..=1e3, "0.000001 to 1000 m"),
-            ),
-            ("links.lead", self.lead, times.clone()),
-            ("links.longest", self.longest, times.clone()),
-            (
-                "links.shortest",
-                self.shortest,
-                (*lengths.start()..=self.longest, "0 to the longest blend"),
-            ),
-            ("links.spread", self.spread, times.clone()),
-            ("links.least_gain", self.least_gain, times.clone()),
+        let loosest = f64::from(self.loosest);
+        let goals = self.goals.iter().flat_map(|goal| {
+            [
+                ("links.goals.seconds", goal.seconds, 0.0..=10.0, "0 to 10 s"),
+                ("links.goals.share", goal.share, 0.0..=1.0, "0 to 1"),
+            ]
+        });
+        check_ranges(goals)?;
+        check_ranges([
+            ("links.loosest", loosest, 1e-6..=1e3, "0.000001 to 1000 m"),
             (
                 "links.most_per_second",
                 self.most_per_second,
-                (0.0..=1e6, "0 to 1000000"),
+                0.0..=1e6,
+                "0 to 1000000",
             ),
-        ];
-        for goal in &self.goals {
-            checks.push((
-                "links.goals.seconds",
-                goal.seconds,
-                (lengths.clone(), words),
-            ));
-            checks.push(("links.goals.share", goal.share, (0.0..=1.0, "0 to 1")));
-        }
-        checks
-            .into_iter()
-            .find(|(_, value, (allowed, _))| !allowed.contains(value))
-            .map_or(Ok(()), |(name, value, (_, range))| {
-                Err(GraphError::Setting { name, value, range })
-            })
+        ])
     }
 }
 

@@ -4,34 +4,13 @@ use crate::anim::{Clip, Skeleton};
 use crate::graph::ClipId;
 use crate::graph::build::events;
 use crate::graph::motion_graph::{
-    Edge, EdgeMotion, EdgesInto, Feet, GraphEvent, KnownRig, LegBlend, MotionGraph, Node, NodeId,
-    Plant,
+    Edge, EdgeMotion, EdgesInto, Feet, GraphEvent, KnownRig, LegBlend, MotionGraph, NodeId, Plant,
 };
 use crate::graph::settings::GraphSettings;
 use crate::math::in_parallel;
 use crate::math::parallel::both;
+use serde::Serialize;
 use serde::de::DeserializeOwned;
-use serde::{Deserialize, Serialize};
-
-/// All small parts of a graph, stored together.
-#[derive(Deserialize)]
-struct Rest {
-    skeleton: Skeleton,
-    frame_rate: f64,
-    events: Vec<GraphEvent>,
-    nodes: Vec<Node>,
-    first_edge: Vec<u32>,
-}
-
-/// [`Rest`] by reference, for writing.
-#[derive(Serialize)]
-struct RestOf<'a> {
-    skeleton: &'a Skeleton,
-    frame_rate: f64,
-    events: &'a [GraphEvent],
-    nodes: &'a [Node],
-    first_edge: &'a [u32],
-}
 
 impl MotionGraph {
     /// Number of parts.
@@ -39,13 +18,8 @@ impl MotionGraph {
 
     /// Serializes the parts of the graph.
     pub(crate) fn to_sections(&self) -> Result<[Vec<u8>; Self::SECTIONS], postcard::Error> {
-        let rest = RestOf {
-            skeleton: &self.skeleton,
-            frame_rate: self.frame_rate,
-            events: &self.events,
-            nodes: &self.nodes,
-            first_edge: &self.first_edge,
-        };
+        let (events, nodes, first_edge) = (&self.events, &self.nodes, &self.first_edge);
+        let rest = (&self.skeleton, self.frame_rate, events, nodes, first_edge);
         Ok([
             to_bytes(&rest)?,
             to_bytes(&self.clips)?,
@@ -63,16 +37,10 @@ impl MotionGraph {
             || {
                 let edges = from_bytes::<Vec<Edge>>(edges);
                 let feet = from_bytes::<Feet>(feet);
-                (edges, (feet, from_bytes::<Rest>(rest)))
+                (edges, (feet, from_bytes(rest)))
             },
         );
-        let Rest {
-            skeleton,
-            frame_rate,
-            events,
-            nodes,
-            first_edge,
-        } = rest?;
+        let (skeleton, frame_rate, events, nodes, first_edge) = rest?;
         Ok(Self {
             skeleton,
             frame_rate,
@@ -219,14 +187,8 @@ impl MotionGraph {
             return false;
         };
         let event_ok = edge.event.is_none_or(|event| {
-            let whole = |e: &GraphEvent| {
-                [e.first, e.last].map(|frame| Node {
-                    clip: e.clip,
-                    frame,
-                })
-            };
-            edge.motion == EdgeMotion::Clip
-                && self.events.get(event.index()).map(whole) == Some([*from, *to])
+            let ends = self.events.get(event.index()).map(GraphEvent::ends);
+            edge.motion == EdgeMotion::Clip && ends == Some([*from, *to])
         });
         let motion_ok = match edge.motion {
             EdgeMotion::Clip => {

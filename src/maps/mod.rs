@@ -42,7 +42,9 @@ mod grid;
 mod regions;
 
 pub use bake::{BakeError, BakeSettings, BakedGraph, Baker, DrawnMaps};
-pub use entries::{EntryReport, EntrySettings, PlausibilitySettings, Stretches};
+pub use entries::{
+    EntryReport, EntrySettings, EntryShare, MomentShare, PlausibilitySettings, Stretches,
+};
 pub(crate) use entries::{KnownEntry, Stance};
 pub use grid::{
     AttackGrid, AttackGridReport, AttackGridSettings, AttackOption, CellColumn, Contact, Grid,

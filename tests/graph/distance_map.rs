@@ -7,7 +7,7 @@ use common::captures::captures;
 use common::clips::{small_skeleton, swinging_clip};
 use glam::Vec3;
 use proptest::prelude::*;
-use sabaki::internal::{DistanceMap, PointCloud, WindowPair, Windows};
+use sabaki::graph::search::{DistanceMap, PointCloud, WindowPair, Windows};
 use sabaki::math::{Isa, Rigid2};
 
 const WINDOW: usize = 10;

@@ -16,7 +16,7 @@ use sabaki::anim::{
 use sabaki::graph::{
     self, ClipId, ClipSource, EdgeId, EdgeMotion, GraphSettings, MotionGraph, blend_weight,
 };
-use sabaki::internal::FeetSettings;
+
 use sabaki::math::Rigid2;
 
 type Sample = fn(&MotionGraph, EdgeId, f32, &mut Pose);
@@ -47,7 +47,7 @@ fn places_at(graph: &MotionGraph, sample: Sample, edge: EdgeId, frame: f32) -> V
 fn a_walkers_plants_are_found_to_the_frame_or_two() {
     for (noise, off) in [(0.0, 1), (0.002, 2)] {
         let walk = walker::walk(noise);
-        let graph = walker::graph(&walk, &FeetSettings::default());
+        let graph = walker::graph(&walk);
         let clip = ClipId(0);
         assert_eq!(graph.feet().legs().len(), 2);
         for (leg, truth) in walk.plants.iter().enumerate() {
@@ -72,7 +72,7 @@ fn a_walkers_plants_are_found_to_the_frame_or_two() {
 fn plants_do_not_depend_on_size_place_or_side() {
     let walk = walker::walk(0.001);
     let plants = |walk: &walker::Walk| {
-        let graph = walker::graph(walk, &FeetSettings::default());
+        let graph = walker::graph(walk);
         [0, 1].map(|leg| graph.feet().plants(ClipId(0), leg).to_vec())
     };
     let expected = plants(&walk);
@@ -148,13 +148,9 @@ fn check_planted_feet_slide_a_third_or_no_more_than_as_captured(graph: &MotionGr
 #[test]
 fn transitions_are_aligned_on_the_feet_that_stand() {
     let of = |keep| {
-        let feet = FeetSettings {
-            keep,
-            fastest_step: None,
-            ..FeetSettings::default()
-        };
         embedded_graph(&GraphSettings {
-            feet,
+            keep_feet: keep,
+            fastest_step: None,
             ..GraphSettings::default()
         })
     };
@@ -347,12 +343,8 @@ fn the_body_stays_within_its_reach_of_the_root() {
 
 #[test]
 fn without_it_transitions_only_blend() {
-    let feet = FeetSettings {
-        keep: false,
-        ..FeetSettings::default()
-    };
     let graph = embedded_graph(&GraphSettings {
-        feet,
+        keep_feet: false,
         ..GraphSettings::default()
     });
     let slide = graph.foot_slide(500);

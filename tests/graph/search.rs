@@ -6,9 +6,10 @@ use sabaki_fixtures as common;
 use common::captures::captures;
 use common::clips::{small_skeleton, swinging_clip};
 use sabaki::anim::Clip;
-use sabaki::internal::{
+use sabaki::graph::Unwatched;
+use sabaki::graph::search::{
     BandMinima, DistanceMap, MapBand, Minimum, PointCloud, PrunedSearch, SearchScratch,
-    SearchSettings, Unwatched, Windows,
+    SearchSettings, Windows,
 };
 use sabaki::math::Isa;
 

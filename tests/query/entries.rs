@@ -4,7 +4,7 @@
 use glam::Vec3;
 use sabaki::anim::{Pose, forward_kinematics};
 use sabaki::graph::{EdgeMotion, Motion, MotionGraph, Playhead};
-use sabaki::internal::{Entry, Played};
+use sabaki::graph::{Entry, Played};
 use sabaki::maps::{BakedGraph, SphereKey};
 use sabaki::math::Rigid2;
 use sabaki::query::clearance::{ExactTest, MotionBody};

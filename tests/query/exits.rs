@@ -1,8 +1,8 @@
 //! Promise: an exit leads from inside an evasion or an attack to natural motion, within what the clips show a body to do.
 
 use sabaki::BakedGraph;
+use sabaki::graph::Entry;
 use sabaki::graph::{self, ClipSource, GraphSettings, Motion, Playhead};
-use sabaki::internal::Entry;
 use sabaki::maps::{BakeSettings, Baker, EntryReport};
 use sabaki::math::Rigid2;
 use sabaki_fixtures::baked::embedded;

@@ -8,8 +8,8 @@ use crate::ReadError;
 use crate::file::{JsonError, parse_json, read_bytes};
 use sabaki::anim::Warp;
 use sabaki::archive;
+use sabaki::graph::Layer;
 use sabaki::graph::{EdgeId, Playhead};
-use sabaki::internal::Layer;
 use sabaki::maps::BakedGraph;
 use sabaki::query::{
     Answer, Attack, AttackError, EnteredAt, Evaluation, Query, QueryContext, QuerySettings,

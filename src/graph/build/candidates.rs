@@ -1,31 +1,24 @@
-use crate::anim::Clip;
-use crate::graph::build::align::Aligner;
+//! Possible links: the ranges beside events where links may end or start, and the conditions under which two windows form a link.
+
+use crate::graph::build::events;
+use crate::graph::build::input::GraphBuilder;
 use crate::graph::build::moments::Moments;
 use crate::graph::motion_graph::GraphEvent;
 use crate::graph::search::cloud::PointCloud;
+use crate::graph::search::near::WindowCell;
 use crate::graph::search::transition::Transition;
 use crate::graph::search::windows::Windows;
 use crate::graph::settings::{GraphSettings, LinkSettings};
-use crate::graph::watch::BakeWatch;
 use std::cmp::Ordering;
 
-/// Input of the search for links.
-#[derive(Clone, Copy)]
-pub(crate) struct LinkSource<'a> {
-    /// Clips, at the graph's frame rate.
-    pub(crate) clips: &'a [Clip],
-    /// Points of the clips, and how they are aligned.
-    pub(crate) aligner: Aligner<'a>,
-    /// Windows of each cloud, as long as the graph's transitions.
-    pub(crate) windows: &'a [Windows],
-    /// Events in frames of the clips. Those that overlap are merged.
-    pub(crate) events: &'a [GraphEvent],
-    /// Settings of the graph.
-    pub(crate) settings: &'a GraphSettings,
-    pub(crate) watch: &'a dyn BakeWatch,
-}
-
-// A possible link and the windows that it connects.
+/// Maximum time between a link's end and its event's first frame, or between its event's last frame and the link's start, in seconds.
+const LEAD: f64 = 0.25;
+/// Minimum length of a blend, used if an event is close to its clip's start or end, in seconds.
+const SHORTEST: f64 = 1.0 / 6.0;
+/// Maximum length of a blend, used for the links with the largest distance, in seconds.
+const LONGEST: f64 = 0.5;
+/// Minimum spacing in a clip between links to the same evasion, in seconds.
+const SPREAD: f64 = 0.1;
 
 /// Maximum number of links of one part of a clip. It bounds the search by the clips' duration, regardless of the number of events. It is
 /// larger than the number of evasions of every default goal of [`LinkSettings`](crate::graph::settings::LinkSettings).
@@ -53,25 +46,11 @@ impl Candidate {
     }
 }
 
-/// A window beside an event, one of a clip, and their distance.
-#[derive(Clone, Copy)]
-pub(crate) struct WindowPair {
-    /// First frame of the window beside the event.
-    pub(crate) beside: usize,
-    pub(crate) clip: usize,
-    /// First frame of the clip's window.
-    pub(crate) start: usize,
-    /// Distance of the windows, in metres.
-    pub(crate) distance: f32,
-}
-
 /// Sorts the links of a part, at most one for each event, and keeps the [`MOST`] closest.
 pub(crate) fn keep_closest(part: &mut Vec<Candidate>) {
     part.sort_by(Candidate::closest_first);
     part.truncate(MOST);
 }
-
-// The ranges of frames beside events where links may end or start.
 
 /// Side of an event.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -124,10 +103,10 @@ impl Lengths {
         let window = graph.frames(graph.window);
         Self {
             window,
-            shortest: graph.frames(links.shortest).min(window),
-            longest: graph.frames(links.longest).max(window),
-            lead: (links.lead * graph.frame_rate).round() as usize,
-            spread: graph.frames(links.spread),
+            shortest: graph.frames(SHORTEST).min(window),
+            longest: graph.frames(LONGEST).max(window),
+            lead: (LEAD * graph.frame_rate).round() as usize,
+            spread: graph.frames(SPREAD),
             separation: graph.frames(graph.separation),
             threshold: graph.threshold,
             loosest: links.loosest,
@@ -153,25 +132,31 @@ impl Lengths {
     }
 }
 
-/// Number of frames that a blend can use before and after each moment. A blend reaches at most to
-/// the clip's end or to an event, because it must not blend a part of an event.
-#[derive(Debug)]
-pub(crate) struct FreeFrames {
+/// Data that all searches for links share.
+pub(crate) struct LinkSpace<'a> {
+    pub(crate) input: &'a GraphBuilder<'a>,
+    /// Events in frames of the clips. Those that overlap are merged.
+    pub(crate) events: Vec<GraphEvent>,
+    pub(crate) lengths: Lengths,
+    pub(crate) moments: Moments,
+    /// Number of frames that a blend which ends at each moment, and one which starts there, can use. A blend reaches at most to the clip's
+    /// end or to an event, because it must not blend a part of an event.
     before: Vec<u32>,
     after: Vec<u32>,
 }
 
-impl FreeFrames {
-    pub(crate) fn new(moments: &Moments, clouds: &[PointCloud], events: &[GraphEvent]) -> Self {
+impl<'a> LinkSpace<'a> {
+    pub(crate) fn new(input: &'a GraphBuilder<'a>, links: &LinkSettings) -> Self {
+        let moments = Moments::new(input.clouds.iter().map(PointCloud::frames));
+        let events = events::merged(&input.events);
         // Whether the step from each moment to the next moment of its clip may be blended.
         let mut free = moments.goes_on();
-        for event in events {
-            let [first, last] =
-                [event.first, event.last].map(|f| moments.at(event.clip.index(), f as usize));
+        for event in &events {
+            let [first, last] = moments.ends(event);
             free[first as usize..last as usize].fill(false);
         }
         let (mut before, mut after) = (vec![0; free.len()], vec![0; free.len()]);
-        for clip in 0..clouds.len() {
+        for clip in 0..input.clouds.len() {
             let range = moments.of_clip(clip);
             for moment in range.clone().skip(1) {
                 if free[moment - 1] {
@@ -182,39 +167,13 @@ impl FreeFrames {
                 after[moment] = after[moment + 1] + 1;
             }
         }
-        Self { before, after }
-    }
-
-    /// Number of frames that a blend which ends at `moment` can use.
-    pub(crate) fn before(&self, moment: u32) -> usize {
-        self.before[moment as usize] as usize
-    }
-
-    /// Number of frames that a blend which starts at `moment` can use.
-    pub(crate) fn after(&self, moment: u32) -> usize {
-        self.after[moment as usize] as usize
-    }
-}
-
-// The moments and frames among which links are searched, and the conditions under which two windows form a link.
-
-/// Data that all searches for links share.
-pub(crate) struct LinkSpace<'a> {
-    pub(crate) source: LinkSource<'a>,
-    pub(crate) lengths: Lengths,
-    pub(crate) moments: Moments,
-    free_frames: FreeFrames,
-}
-
-impl<'a> LinkSpace<'a> {
-    pub(crate) fn new(source: LinkSource<'a>, lengths: Lengths) -> Self {
-        let moments = Moments::new(source.aligner.clouds.iter().map(PointCloud::frames));
-        let free_frames = FreeFrames::new(&moments, source.aligner.clouds, source.events);
         Self {
-            source,
-            lengths,
+            input,
+            events,
+            lengths: Lengths::new(input.settings, links),
             moments,
-            free_frames,
+            before,
+            after,
         }
     }
 }
@@ -222,20 +181,17 @@ impl<'a> LinkSpace<'a> {
 impl LinkSpace<'_> {
     /// Number of frames that a blend beside an event can use.
     pub(crate) fn free_frames(&self, event: usize, side: Side) -> usize {
-        let event = &self.source.events[event];
-        match side {
-            Side::Before => self.free_frames.before(self.moment(event, event.first)),
-            Side::After => self.free_frames.after(self.moment(event, event.last)),
-        }
-    }
-
-    fn moment(&self, event: &GraphEvent, frame: u32) -> u32 {
-        self.moments.at(event.clip.index(), frame as usize)
+        let [first, last] = self.moments.ends(&self.events[event]);
+        let frames = match side {
+            Side::Before => self.before[first as usize],
+            Side::After => self.after[last as usize],
+        };
+        frames as usize
     }
 
     /// Range beside an event, or `None` if the shortest blend does not fit there.
     pub(crate) fn margin(&self, index: usize, side: Side) -> Option<EventMargin> {
-        let event = &self.source.events[index];
+        let event = &self.events[index];
         let available = self.free_frames(index, side);
         let window = self.lengths.window.min(available);
         if window < self.lengths.shortest || event.first == event.last {
@@ -248,7 +204,7 @@ impl LinkSpace<'_> {
             // The first window starts after the event's last frame.
             Side::After => event.last as usize + 1,
         };
-        let cloud = &self.source.aligner.clouds[event.clip.index()];
+        let cloud = &self.input.clouds[event.clip.index()];
         Some(EventMargin {
             event: index,
             side,
@@ -258,28 +214,28 @@ impl LinkSpace<'_> {
         })
     }
 
-    /// Link between two windows, or `None` if it does not fit or is too far.
-    pub(crate) fn candidate(&self, margin: &EventMargin, pair: WindowPair) -> Option<Candidate> {
-        let WindowPair {
-            beside,
-            clip,
-            start,
-            distance,
-        } = pair;
-        let own_clip = self.source.events[margin.event].clip.index();
+    /// Link between a window of a range and one of a clip, or `None` if it does not fit or is too far.
+    pub(crate) fn candidate(
+        &self,
+        margin: &EventMargin,
+        clip: usize,
+        cell: WindowCell,
+        distance: f32,
+    ) -> Option<Candidate> {
+        let own = (
+            self.events[margin.event].clip.index(),
+            margin.start + cell.row as usize,
+        );
+        let other = (clip, cell.column as usize);
         let ((source_clip, source_start), (target_clip, target_start)) = match margin.side {
-            Side::Before => ((clip, start), (own_clip, beside)),
-            Side::After => ((own_clip, beside), (clip, start)),
+            Side::Before => (other, own),
+            Side::After => (own, other),
         };
         let source_frame = source_start.checked_sub(1)?;
         let target_frame = target_start + margin.window - 1;
-        let available = self
-            .free_frames
-            .after(self.moments.at(source_clip, source_frame))
-            .min(
-                self.free_frames
-                    .before(self.moments.at(target_clip, target_frame)),
-            );
+        let source = self.moments.at(source_clip, source_frame);
+        let target = self.moments.at(target_clip, target_frame);
+        let available = self.after[source as usize].min(self.before[target as usize]) as usize;
         let frames = self.lengths.blend(distance, available)?;
         let cost = self.lengths.cost(distance, frames);
         let link = Transition {
@@ -303,7 +259,7 @@ impl LinkSpace<'_> {
     pub(crate) fn refined(&self, mut candidate: Candidate) -> Option<Candidate> {
         let link = &mut candidate.link;
         if link.frames != candidate.compared {
-            link.distance = link.windows(self.source.aligner.clouds).distance();
+            link.distance = link.windows(&self.input.clouds).distance();
             candidate.cost = self.lengths.cost(link.distance, link.frames);
         }
         (candidate.cost <= self.lengths.loosest).then_some(candidate)

@@ -11,73 +11,28 @@ use rustc_hash::FxHashMap;
 
 /// A transition, by its clips and frames.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub(crate) struct DartKey {
+pub(crate) struct TransitionKey {
     source: [u32; 2],
     target: [u32; 2],
     frames: u32,
 }
 
-/// How a transition moves its feet.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct FootPlan<'a> {
-    pub(crate) root: RootPlan,
-    /// Blend of each leg.
-    pub(crate) legs: &'a [Option<LegBlend>],
-}
-
-/// How a transition moves the root.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct RootPlan {
+/// How a transition moves its root and its feet.
+#[derive(Clone, Debug)]
+pub(crate) struct FootPlan {
     /// Transform from the space of the target clip to that of the source clip.
     pub(crate) align: Rigid2,
     /// Maximum lowering of the root, in metres.
     pub(crate) drop: f32,
+    /// Blend of each leg.
+    pub(crate) legs: Vec<Option<LegBlend>>,
 }
 
-/// Plans of the transitions that were tested.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct FootPlans {
-    /// Index of each transition in the lists.
-    places: FxHashMap<DartKey, u32>,
-    /// `None` for transitions in which a foot darts.
-    roots: Vec<Option<RootPlan>>,
-    /// Blends of all legs, `[transition][leg]`.
-    legs: Vec<Option<LegBlend>>,
-}
+/// Plans of the transitions that were tested. `None` if a foot is too fast.
+pub(crate) type FootPlans = FxHashMap<TransitionKey, Option<FootPlan>>;
 
-impl FootPlans {
-    /// Whether a foot darts in a transition; `None` if it was not tested.
-    pub(crate) fn darts(&self, key: &DartKey) -> Option<bool> {
-        let place = *self.places.get(key)?;
-        Some(self.roots[place as usize].is_none())
-    }
-
-    /// Adds the result for a transition, unless it is known.
-    pub(crate) fn add(&mut self, key: DartKey, root: Option<RootPlan>, legs: &[Option<LegBlend>]) {
-        let end = self.roots.len() as u32;
-        if *self.places.entry(key).or_insert(end) == end {
-            self.roots.push(root);
-            self.legs.extend_from_slice(legs);
-        }
-    }
-
-    /// The plan of a transition; `None` if there is none, or a foot darts.
-    pub(crate) fn get(&self, key: &DartKey) -> Option<FootPlan<'_>> {
-        let place = *self.places.get(key)? as usize;
-        let legs = self.legs.len() / self.roots.len();
-        Some(FootPlan {
-            root: self.roots[place]?,
-            legs: &self.legs[place * legs..(place + 1) * legs],
-        })
-    }
-
-    pub(crate) fn is_empty(&self) -> bool {
-        self.places.is_empty()
-    }
-}
-
-impl DartKey {
-    pub(crate) fn of(transition: &Transition) -> Self {
+impl TransitionKey {
+    pub(crate) fn new(transition: &Transition) -> Self {
         let place = |clip: usize, frame: usize| [clip as u32, frame as u32];
         Self {
             source: place(transition.source_clip, transition.source_frame),
@@ -87,7 +42,7 @@ impl DartKey {
     }
 
     /// The transition of an edge.
-    pub(crate) fn of_edge(graph: &MotionGraph, edge: &Edge) -> Self {
+    fn from_edge(graph: &MotionGraph, edge: &Edge) -> Self {
         let place = |node: NodeId| {
             let Node { clip, frame } = graph.node(node);
             [clip.0, frame]
@@ -119,10 +74,10 @@ pub(crate) fn all(
     known: &FootPlans,
     threads: usize,
 ) -> (Vec<Option<LegBlend>>, Vec<f32>) {
-    let known = |edge: &Edge| -> Option<FootPlan<'_>> {
-        let is_transition = edge.motion != EdgeMotion::Clip;
-        let key = (is_transition && !known.is_empty()).then(|| DartKey::of_edge(graph, edge));
-        known.get(&key?)
+    let known = |edge: &Edge| -> Option<&FootPlan> {
+        let is_transition = edge.motion != EdgeMotion::Clip && !known.is_empty();
+        let key = is_transition.then(|| TransitionKey::from_edge(graph, edge))?;
+        known.get(&key)?.as_ref()
     };
     let planned = in_parallel(threads, graph.edges.len(), |edge| {
         let edge = graph.edge(EdgeId(edge as u32));
@@ -144,8 +99,8 @@ pub(crate) fn all(
                 root_drops.push(drop);
             }
             (None, Some(known)) => {
-                blends.extend_from_slice(known.legs);
-                root_drops.push(known.root.drop);
+                blends.extend_from_slice(&known.legs);
+                root_drops.push(known.drop);
             }
             (None, None) => {
                 blends.extend(std::iter::repeat_n(None, legs));
@@ -177,9 +132,6 @@ impl Planner<'_> {
     fn plan(self) -> Vec<Option<LegBlend>> {
         let Self { graph, edge } = self;
         let legs = graph.feet.legs.len();
-        if edge.motion == EdgeMotion::Clip {
-            return vec![None; legs];
-        }
         let plants: Vec<PlantedEnds> = (0..legs).map(|leg| self.planted_ends(leg)).collect();
         let steps = self.step_order(&plants);
         let frames = edge.frames as f32;
@@ -244,7 +196,7 @@ impl Planner<'_> {
                 _ => false,
             })
             .collect();
-        if let Some(sides) = Sides::of(graph, edge, 0.0) {
+        if let Some(sides) = Sides::new(graph, edge, 0.0) {
             let root = sides.root();
             // Distance in micrometres, which sorts as an integer.
             let away = |leg: usize| {
@@ -277,7 +229,7 @@ impl Planner<'_> {
     fn lift(self, leg: usize, frame: f32) -> f32 {
         let Self { graph, edge } = self;
         let leg = &graph.feet.legs[leg];
-        let Some(sides) = Sides::of(graph, edge, frame) else {
+        let Some(sides) = Sides::new(graph, edge, frame) else {
             return 0.0;
         };
         let distance = sides.apart(leg.toe_or_foot());
@@ -294,7 +246,7 @@ impl Planner<'_> {
         }
         for frame in (1..edge.frames).map(|frame| frame as f32) {
             let share = root_drop_share(frame / edge.frames as f32);
-            let Some(sides) = Sides::of(graph, edge, frame).filter(|_| share >= MIN_DROP_SHARE)
+            let Some(sides) = Sides::new(graph, edge, frame).filter(|_| share >= MIN_DROP_SHARE)
             else {
                 continue;
             };

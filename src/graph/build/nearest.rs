@@ -10,10 +10,10 @@
 //! The bounds are those of the search for transitions ([`projection`](crate::graph::search::projection)).
 
 use crate::graph::build::candidates::{
-    Candidate, EventMargin, Lengths, LinkSource, LinkSpace, MOST, Side, WindowPair, keep_closest,
+    Candidate, EventMargin, LinkSpace, MOST, Side, keep_closest,
 };
 use crate::graph::search::cloud::PointCloud;
-use crate::graph::search::diagonal::{Compared, DiagonalRows, Diagonals};
+use crate::graph::search::diagonal::Diagonals;
 use crate::graph::search::distance::DistanceMap;
 use crate::graph::search::near::{NearRange, NearWindows, WindowCell};
 use crate::graph::search::windows::Windows;
@@ -29,22 +29,10 @@ pub(crate) struct Candidates<'a> {
     windows: FxHashMap<usize, ClipWindows<'a>>,
 }
 
-/// Events, and the side of them on which links are searched.
-#[derive(Clone, Copy)]
-pub(crate) struct Wanted<'a> {
-    /// Indices of the events.
-    pub(crate) events: &'a [usize],
-    pub(crate) side: Side,
-    /// Moments that may be linked.
-    pub(crate) allowed: &'a [bool],
-    /// Number of links of each event.
-    pub(crate) most: usize,
-}
-
 impl<'a> Candidates<'a> {
-    pub(crate) fn new(source: LinkSource<'a>, lengths: Lengths) -> Self {
+    pub(crate) fn new(space: LinkSpace<'a>) -> Self {
         Self {
-            space: LinkSpace::new(source, lengths),
+            space,
             windows: FxHashMap::default(),
         }
     }
@@ -79,13 +67,13 @@ impl<'a> Candidates<'a> {
             .collect();
         self.make_windows(margins.iter());
         let this = &*self;
-        let source = &this.space.source;
-        let (watch, threads) = (source.watch, source.settings.threads);
+        let input = this.space.input;
+        let (watch, threads) = (input.watch, input.settings.threads);
         let ranges = in_parallel(threads, margins.len(), |index| {
             RangeSearch::new(this, &margins[index], allowed)
         });
         let stage = watch.stage(BakeStage::Links, threads);
-        let found = stage.in_parallel(source.aligner.clouds.len(), |clip| {
+        let found = stage.in_parallel(input.clouds.len(), |clip| {
             closest_of_parts(&ranges, &this.space, clip)
         });
         watch.check()?;
@@ -100,20 +88,25 @@ impl<'a> Candidates<'a> {
     }
 
     /// Finds the links of each event with the closest windows, closest first, without refining their distances. An event has at most one link
-    /// in each `spread` frames of a clip.
-    pub(crate) fn nearest(&mut self, wanted: Wanted<'_>) -> Result<Vec<Vec<Candidate>>, Stopped> {
+    /// in each `spread` frames of a clip. Only moments that `allowed` contains are linked.
+    pub(crate) fn nearest(
+        &mut self,
+        events: &[usize],
+        side: Side,
+        allowed: &[bool],
+        most: usize,
+    ) -> Result<Vec<Vec<Candidate>>, Stopped> {
         /// Number of ranges that are compared with one clip before the next clip.
         const TOGETHER: usize = 32;
-        let margins: Vec<Option<EventMargin>> = wanted
-            .events
+        let margins: Vec<Option<EventMargin>> = events
             .iter()
-            .map(|&event| self.space.margin(event, wanted.side))
+            .map(|&event| self.space.margin(event, side))
             .collect();
         self.make_windows(margins.iter().flatten());
         let this = &*self;
-        let source = &this.space.source;
-        let (watch, threads) = (source.watch, source.settings.threads);
-        let clips = source.aligner.clouds.len();
+        let input = this.space.input;
+        let (watch, threads) = (input.watch, input.settings.threads);
+        let clips = input.clouds.len();
         let mut found = vec![Vec::new(); margins.len()];
         let of_length =
             |(margin, index): (&Option<EventMargin>, usize)| Some((margin.as_ref()?.window, index));
@@ -129,9 +122,8 @@ impl<'a> Candidates<'a> {
             let stage = watch.stage(BakeStage::Joins, threads);
             let of_parts = stage.in_parallel(parts.len(), |part| {
                 let margins = parts[part].iter().filter_map(|&(_, i)| margins[i].as_ref());
-                let ranges =
-                    margins.map(|margin| RangeSearch::new(this, margin, Some(wanted.allowed)));
-                closest_of_ranges(ranges.collect(), clips, wanted.most)
+                let ranges = margins.map(|margin| RangeSearch::new(this, margin, Some(allowed)));
+                closest_of_ranges(ranges.collect(), clips, most)
             });
             watch.check()?;
             for (&(_, index), links) in own.iter().zip(of_parts.into_iter().flatten()) {
@@ -151,10 +143,7 @@ fn closest_of_parts(
     /// Share of the loosest distance. Below it, bounds exclude most window pairs. Above it, all distances are computed, which is faster while
     /// most windows are near enough.
     const BOUNDED: f32 = 0.6;
-    let (frames, loosest) = (
-        space.source.aligner.clouds[clip].frames(),
-        space.lengths.loosest,
-    );
+    let (frames, loosest) = (space.input.clouds[clip].frames(), space.lengths.loosest);
     let mut parts: Vec<Vec<Candidate>> = vec![Vec::new(); frames.div_ceil(space.lengths.spread)];
     let mut scratch = Scratch::default();
     for range in ranges {
@@ -228,10 +217,9 @@ impl<'a> ClipWindows<'a> {
     fn new(space: &LinkSpace<'a>, length: usize) -> Self {
         /// Number of clips that the bounds are chosen for.
         const SAMPLES: usize = 64;
-        let (source, lengths) = (&space.source, &space.lengths);
-        let clips = source.aligner.clouds.len();
-        let clouds = source.aligner.clouds;
-        let own = (length == lengths.window).then_some(source.windows);
+        let (clouds, lengths) = (space.input.clouds.as_slice(), &space.lengths);
+        let clips = clouds.len();
+        let own = (length == lengths.window).then_some(space.input.windows.as_slice());
         let made: Vec<OnceLock<Windows>> = (0..clips).map(|_| OnceLock::new()).collect();
         let step = clips.div_ceil(SAMPLES).max(1);
         let samples: Vec<&Windows> = (0..clips)
@@ -283,7 +271,6 @@ struct RangeSearch<'a> {
 struct Scratch {
     diagonals: Diagonals,
     near: Vec<WindowCell>,
-    rows: Vec<u32>,
     /// Near pairs and their squared distances.
     squares: Vec<(WindowCell, f32)>,
 }
@@ -314,14 +301,19 @@ impl<'a> RangeSearch<'a> {
         if scratch.near.is_empty() {
             return Vec::new();
         }
-        scratch.diagonals.load(own, 0..own.count());
-        scratch.measure(Compared {
-            a: own,
-            b: windows,
-            isa: Isa::best(),
+        let Scratch {
+            diagonals,
+            near,
+            squares,
+        } = scratch;
+        squares.clear();
+        diagonals.for_each([own, windows], Isa::best(), 0..own.count(), near, |pair| {
+            squares.push(pair);
         });
+        // The order of a distance map.
+        squares.sort_unstable_by_key(|(cell, _)| *cell);
         let mut best = self.no_links(clip);
-        for &(cell, square) in &scratch.squares {
+        for &(cell, square) in &*squares {
             self.take(clip, cell, square, &mut best);
         }
         best
@@ -341,7 +333,7 @@ impl<'a> RangeSearch<'a> {
     }
 
     fn no_links(&self, clip: usize) -> Vec<Option<Candidate>> {
-        let frames = self.space.source.aligner.clouds[clip].frames();
+        let frames = self.space.input.clouds[clip].frames();
         vec![None; frames.div_ceil(self.space.lengths.spread)]
     }
 
@@ -350,7 +342,7 @@ impl<'a> RangeSearch<'a> {
         let (space, margin) = (self.space, self.margin);
         let lengths = &space.lengths;
         let (beside, start) = (margin.start + cell.row as usize, cell.column as usize);
-        let is_own = || space.source.events[margin.event].clip.index() == clip;
+        let is_own = || space.events[margin.event].clip.index() == clip;
         let is_same = || start.abs_diff(beside) < lengths.separation && is_own();
         if square > lengths.loosest * lengths.loosest || is_same() {
             return;
@@ -368,13 +360,7 @@ impl<'a> RangeSearch<'a> {
         if best.is_some_and(|best| distance >= best.cost) {
             return;
         }
-        let pair = WindowPair {
-            beside,
-            clip,
-            start,
-            distance,
-        };
-        let found = space.candidate(margin, pair);
+        let found = space.candidate(margin, clip, cell, distance);
         if let Some(found) = found
             && best.is_none_or(|best| found.cost < best.cost)
         {
@@ -383,118 +369,125 @@ impl<'a> RangeSearch<'a> {
     }
 }
 
-impl Scratch {
-    /// Computes the squared distances of the near pairs, in the order of a distance map.
-    fn measure(&mut self, compared: Compared<'_>) {
-        let Self {
-            diagonals,
-            near,
-            rows,
-            squares,
-        } = self;
-        squares.clear();
-        let shift = |cell: &WindowCell| cell.column as isize - cell.row as isize;
-        near.sort_unstable_by_key(|cell| (shift(cell), cell.row));
-        for cells in near.chunk_by(|a, b| shift(a) == shift(b)) {
-            let shift = shift(&cells[0]);
-            rows.clear();
-            rows.extend(cells.iter().map(|cell| cell.row));
-            diagonals.for_each(compared, DiagonalRows { rows, shift }, |row, square| {
-                let cell = WindowCell {
-                    row: row as u32,
-                    column: (row as isize + shift) as u32,
-                };
-                squares.push((cell, square));
-            });
-        }
-        squares.sort_unstable_by_key(|(cell, _)| *cell);
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::graph::build::fixture::{CLIPS, FRAMES, Scene};
+    use crate::anim::{Clip, Event, EventKind};
+    use crate::graph::build::input::GraphBuilder;
+    use crate::graph::search::transition::Transition;
+    use crate::graph::settings::{ClipSource, GraphSettings, LinkSettings};
+    use sabaki_fixtures::clips::{small_skeleton, swinging_clip};
+
+    const FRAMES: usize = 150;
+
+    /// Calls `test` with the candidates of five clips and of `copies` times five events: some with enough free frames beside them for windows
+    /// of full length, some with fewer.
+    fn with_candidates(copies: u32, test: impl Fn(Candidates<'_>)) {
+        let skeleton = small_skeleton();
+        let clip = |seed| swinging_clip(&skeleton, FRAMES, seed as f32);
+        let clips: Vec<Clip> = (0..5).map(clip).collect();
+        let event = |(clip, [first, last]): (usize, [f64; 2])| Event {
+            clip,
+            kind: EventKind::Evasion,
+            start: first / 30.0,
+            end: last / 30.0,
+            joints: Vec::new(),
+        };
+        let events = [
+            (0, [40.0, 60.0]),
+            (1, [30.0, 50.0]),
+            (1, [57.0, 70.0]),
+            (3, [80.0, 100.0]),
+            (3, [106.0, 120.0]),
+        ]
+        .map(event);
+        let source = ClipSource {
+            skeleton: &skeleton,
+            clips: &clips,
+            events: &events,
+        };
+        let settings = GraphSettings::default();
+        let input = GraphBuilder::new(source, &settings).unwrap();
+        let mut space = LinkSpace::new(&input, &LinkSettings::default());
+        // Each event several times, so that parts have more than they keep.
+        space.events = (0..copies).flat_map(|_| space.events.clone()).collect();
+        test(Candidates::new(space));
+    }
+
+    fn key(it: &Candidate) -> (Transition, usize, u32) {
+        (it.link, it.event, it.cost.to_bits())
+    }
 
     #[test]
     fn bounds_leave_out_no_link_of_a_part() {
-        let mut scene = Scene::new();
-        // Each event several times, so that parts have more than they keep.
-        scene.events = (0..8).flat_map(|_| scene.events.clone()).collect();
-        let mut candidates = scene.candidates();
-        let margins: Vec<EventMargin> = (0..scene.events.len())
-            .filter_map(|event| candidates.space.margin(event, Side::Before))
-            .collect();
-        candidates.make_windows(margins.iter());
-        let range = |margin| RangeSearch::new(&candidates, margin, None);
-        let ranges: Vec<RangeSearch<'_>> = margins.iter().map(range).collect();
-        let key = |it: &Candidate| (it.link, it.event, it.cost.to_bits());
-        let keys = |parts: Vec<Vec<Candidate>>| -> Vec<Vec<_>> {
-            let of_part = |part: &Vec<Candidate>| part.iter().map(key).collect();
-            parts.iter().map(of_part).collect()
-        };
-        let (mut full, mut partly) = (0, 0);
-        for clip in 0..scene.clouds.len() {
-            let found = closest_of_parts(&ranges, &candidates.space, clip);
-            let mut expected = vec![Vec::new(); found.len()];
-            for range in &ranges {
-                for (part, found) in expected.iter_mut().zip(range.all(clip)) {
-                    part.extend(found);
+        with_candidates(8, |mut candidates| {
+            let margins: Vec<EventMargin> = (0..candidates.space.events.len())
+                .filter_map(|event| candidates.space.margin(event, Side::Before))
+                .collect();
+            candidates.make_windows(margins.iter());
+            let range = |margin| RangeSearch::new(&candidates, margin, None);
+            let ranges: Vec<RangeSearch<'_>> = margins.iter().map(range).collect();
+            let keys = |parts: Vec<Vec<Candidate>>| -> Vec<Vec<_>> {
+                let of_part = |part: &Vec<Candidate>| part.iter().map(key).collect();
+                parts.iter().map(of_part).collect()
+            };
+            let (mut full, mut partly) = (0, 0);
+            for clip in 0..candidates.space.input.clips.len() {
+                let found = closest_of_parts(&ranges, &candidates.space, clip);
+                let mut expected = vec![Vec::new(); found.len()];
+                for range in &ranges {
+                    for (part, found) in expected.iter_mut().zip(range.all(clip)) {
+                        part.extend(found);
+                    }
                 }
+                expected.iter_mut().for_each(keep_closest);
+                let expected = keys(expected);
+                full += expected.iter().filter(|part| part.len() == MOST).count();
+                partly += expected.iter().filter(|part| part.len() < MOST).count();
+                assert!(keys(found) == expected, "clip {clip}");
             }
-            expected.iter_mut().for_each(keep_closest);
-            let expected = keys(expected);
-            full += expected.iter().filter(|part| part.len() == MOST).count();
-            partly += expected.iter().filter(|part| part.len() < MOST).count();
-            assert!(keys(found) == expected, "clip {clip}");
-        }
-        assert!(
-            full > 10 && partly > 0,
-            "{full} full parts, {partly} others"
-        );
+            assert!(
+                full > 10 && partly > 0,
+                "{full} full parts, {partly} others"
+            );
+        });
     }
 
     #[test]
     fn bounds_leave_out_no_link() {
-        let scene = Scene::new();
-        let mut candidates = scene.candidates();
-        let all: Vec<usize> = (0..scene.events.len()).collect();
-        let allowed: Vec<bool> = (0..CLIPS * FRAMES).map(|moment| moment % 7 != 3).collect();
-        let mut lengths = std::collections::BTreeSet::new();
-        for side in [Side::Before, Side::After] {
-            let margins: Vec<Option<EventMargin>> = all
-                .iter()
-                .map(|&event| candidates.space.margin(event, side))
-                .collect();
-            candidates.make_windows(margins.iter().flatten());
-            let mut naive = |margin: &EventMargin| {
-                let range = RangeSearch::new(&candidates, margin, Some(&allowed));
-                let of_clips = (0..scene.clouds.len()).map(|clip| range.all(clip));
-                let mut expected: Vec<Candidate> = of_clips.flatten().flatten().collect();
-                expected.sort_by(|a, b| a.cost.total_cmp(&b.cost));
-                lengths.insert(margin.window);
-                expected
-            };
-            let expected: Vec<Vec<Candidate>> = margins
-                .iter()
-                .map(|margin| margin.as_ref().map_or(Vec::new(), &mut naive))
-                .collect();
-            assert!(expected.iter().any(|links| links.len() > 20));
-            for most in [1, 3, 16, usize::MAX] {
-                let wanted = Wanted {
-                    events: &all,
-                    side,
-                    allowed: &allowed,
-                    most,
+        with_candidates(1, |mut candidates| {
+            let all: Vec<usize> = (0..candidates.space.events.len()).collect();
+            let clips = candidates.space.input.clips.len();
+            let allowed: Vec<bool> = (0..clips * FRAMES).map(|moment| moment % 7 != 3).collect();
+            let mut lengths = std::collections::BTreeSet::new();
+            for side in [Side::Before, Side::After] {
+                let margins: Vec<Option<EventMargin>> = all
+                    .iter()
+                    .map(|&event| candidates.space.margin(event, side))
+                    .collect();
+                candidates.make_windows(margins.iter().flatten());
+                let mut naive = |margin: &EventMargin| {
+                    let range = RangeSearch::new(&candidates, margin, Some(&allowed));
+                    let of_clips = (0..clips).map(|clip| range.all(clip));
+                    let mut expected: Vec<Candidate> = of_clips.flatten().flatten().collect();
+                    expected.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+                    lengths.insert(margin.window);
+                    expected
                 };
-                let found = candidates.nearest(wanted).unwrap();
-                let key = |it: &Candidate| (it.link, it.event, it.cost.to_bits());
-                for (found, expected) in found.iter().zip(&expected) {
-                    let expected = expected.iter().take(most).map(key);
-                    assert!(found.iter().map(key).eq(expected), "{most}");
+                let expected: Vec<Vec<Candidate>> = margins
+                    .iter()
+                    .map(|margin| margin.as_ref().map_or(Vec::new(), &mut naive))
+                    .collect();
+                assert!(expected.iter().any(|links| links.len() > 20));
+                for most in [1, 3, 16, usize::MAX] {
+                    let found = candidates.nearest(&all, side, &allowed, most).unwrap();
+                    for (found, expected) in found.iter().zip(&expected) {
+                        let expected = expected.iter().take(most).map(key);
+                        assert!(found.iter().map(key).eq(expected), "{most}");
+                    }
                 }
             }
-        }
-        assert!(lengths.len() > 1, "no range is short: {lengths:?}");
+            assert!(lengths.len() > 1, "no range is short: {lengths:?}");
+        });
     }
 }

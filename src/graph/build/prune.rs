@@ -2,8 +2,7 @@
 //!
 //! Source: Kovar, Gleicher & Pighin (2002), section 3.3.
 
-use crate::graph::build::prune;
-use crate::graph::motion_graph::{Edge, EdgeMotion, EventId, Feet, MotionGraph, NodeId};
+use crate::graph::motion_graph::{Edge, EdgeMotion, EventId, MotionGraph, NodeId};
 
 /// Returns the strongly connected component with the most motion, or `None` if no component has an
 /// edge.
@@ -18,17 +17,14 @@ pub(crate) fn largest_component(full: &MotionGraph) -> Option<MotionGraph> {
         frames: edge.frames,
     };
     let weighted: Vec<WeightedEdge> = full.edges.iter().map(weighted_edge).collect();
-    let kept = prune::largest(full.nodes.len(), &weighted)?;
+    let kept = largest(full.nodes.len(), &weighted)?;
     let mut new_id = vec![NodeId(u32::MAX); full.nodes.len()];
     let mut nodes = Vec::new();
-    for (index, node) in full
-        .nodes
-        .iter()
-        .enumerate()
-        .filter(|&(index, _)| kept[index])
-    {
-        new_id[index] = NodeId(nodes.len() as u32);
-        nodes.push(*node);
+    for (index, node) in full.nodes.iter().enumerate() {
+        if kept[index] {
+            new_id[index] = NodeId(nodes.len() as u32);
+            nodes.push(*node);
+        }
     }
     let mut events = Vec::new();
     let edges = full
@@ -48,18 +44,14 @@ pub(crate) fn largest_component(full: &MotionGraph) -> Option<MotionGraph> {
             }
         })
         .collect();
-    let component = MotionGraph {
-        skeleton: full.skeleton.clone(),
-        frame_rate: full.frame_rate,
-        clips: full.clips.clone(),
+    Some(MotionGraph::new(
+        full.skeleton.clone(),
+        full.frame_rate,
+        full.clips.clone(),
         events,
         nodes,
         edges,
-        first_edge: Vec::new(),
-        feet: Feet::default(),
-        rig: crate::graph::motion_graph::KnownRig::default(),
-    };
-    Some(component.with_index())
+    ))
 }
 
 // Finds the largest strongly connected component of a graph.
@@ -83,19 +75,16 @@ pub(crate) struct WeightedEdge {
 /// clip frames. Ties are decided by the number of frames, then by the first node. Returns `None` if
 /// the graph has no cycle.
 pub(crate) fn largest(nodes: usize, weighted: &[WeightedEdge]) -> Option<Vec<bool>> {
-    let ends: Vec<(u32, u32)> = weighted
-        .iter()
-        .map(|weighted_edge| (weighted_edge.from, weighted_edge.to))
-        .collect();
+    let ends: Vec<(u32, u32)> = weighted.iter().map(|edge| (edge.from, edge.to)).collect();
     let components = components(nodes, &ends);
     let mut frames = vec![(0u64, 0u64); nodes];
-    for weighted_edge in weighted {
-        let of = components[weighted_edge.from as usize];
-        if of == components[weighted_edge.to as usize] {
-            let sums = &mut frames[of as usize];
+    for edge in weighted {
+        let component = components[edge.from as usize];
+        if component == components[edge.to as usize] {
+            let sums = &mut frames[component as usize];
             *sums = (
-                sums.0 + u64::from(weighted_edge.clip_frames),
-                sums.1 + u64::from(weighted_edge.frames),
+                sums.0 + u64::from(edge.clip_frames),
+                sums.1 + u64::from(edge.frames),
             );
         }
     }
@@ -111,7 +100,13 @@ pub(crate) fn largest(nodes: usize, weighted: &[WeightedEdge]) -> Option<Vec<boo
 ///
 /// `edges` are pairs of nodes, and `nodes` is the number of nodes.
 fn components(nodes: usize, edges: &[(u32, u32)]) -> Vec<u32> {
-    Tarjan::new(nodes, edges).run()
+    let mut search = Tarjan::new(nodes, edges);
+    for root in 0..nodes as u32 {
+        if search.order[root as usize] == UNSEEN {
+            search.visit(root);
+        }
+    }
+    search.component
 }
 
 const UNSEEN: u32 = u32::MAX;
@@ -155,15 +150,6 @@ impl Tarjan {
             next_order: 0,
             next_component: 0,
         }
-    }
-
-    fn run(mut self) -> Vec<u32> {
-        for root in 0..self.order.len() as u32 {
-            if self.order[root as usize] == UNSEEN {
-                self.visit(root);
-            }
-        }
-        self.component
     }
 
     fn visit(&mut self, root: u32) {

@@ -1,8 +1,8 @@
-use crate::anim::{Clip, EventKind};
-use crate::graph::build::moments;
-use crate::graph::build::waits::{Waits, within};
+//! Statistics of a graph build.
+
+use crate::anim::{Event, EventKind};
 use crate::graph::motion_graph::{GraphEvent, MotionGraph};
-use crate::graph::settings::{ClipSource, LinkGoal};
+use crate::graph::settings::LinkGoal;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
@@ -17,9 +17,9 @@ pub struct BuildReport {
     pub events: EventCounts,
     /// Number of transitions under the threshold, before pruning.
     pub transitions: usize,
-    /// Number of transitions that were left out because a foot darts in them.
-    #[serde(default)]
-    pub darting: usize,
+    /// Number of transitions that were left out because a foot moves too fast in them.
+    #[serde(default, rename = "darting")]
+    pub too_fast: usize,
     /// Number of window pairs that were compared.
     pub window_pairs: u64,
     /// Number of window pairs whose distance was computed in this process. Lower bounds show that the others are above the
@@ -27,11 +27,7 @@ pub struct BuildReport {
     #[serde(default)]
     pub distances: u64,
     /// Statistics of the links that were added for events.
-    #[doc(hidden)]
     pub links: LinkReport,
-    /// Share of moments that reach an evasion within 0.5, 1 and 1.5 s.
-    #[doc(hidden)]
-    pub responsiveness: Vec<Responsiveness>,
     /// Motion that is not part of the largest strongly connected component.
     pub dropped: Dropped,
 }
@@ -44,6 +40,16 @@ pub struct EventCounts {
     pub evasions: usize,
     /// Number of attacks.
     pub attacks: usize,
+}
+
+impl EventCounts {
+    pub(crate) fn of(events: &[Event]) -> Self {
+        let count = |kind| events.iter().filter(|event| event.kind == kind).count();
+        Self {
+            evasions: count(EventKind::Evasion),
+            attacks: count(EventKind::Attack),
+        }
+    }
 }
 
 impl From<(usize, usize)> for EventCounts {
@@ -72,60 +78,9 @@ pub struct Dropped {
     pub attacks: Vec<String>,
 }
 
-/// The complete graph and its largest component.
-pub(crate) struct BuiltGraphs<'a> {
-    pub(crate) full: &'a MotionGraph,
-    pub(crate) kept: &'a MotionGraph,
-}
-
-/// Counts of a build.
-pub(crate) struct BuildCounts {
-    pub(crate) transitions: usize,
-    pub(crate) darting: usize,
-    pub(crate) window_pairs: u64,
-    pub(crate) distances: u64,
-    pub(crate) links: LinkReport,
-    /// Number of threads that compute the statistics.
-    pub(crate) threads: usize,
-}
-
-impl BuildReport {
-    /// Times within which evasions are counted, in seconds.
-    const SOON: [f64; 3] = [0.5, 1.0, 1.5];
-
-    pub(crate) fn new(
-        source: ClipSource<'_>,
-        graphs: &BuiltGraphs<'_>,
-        counts: BuildCounts,
-    ) -> Self {
-        let BuiltGraphs { full, kept } = *graphs;
-        let count = |kind| {
-            source
-                .events
-                .iter()
-                .filter(|event| event.kind == kind)
-                .count()
-        };
-        Self {
-            clips: source.clips.len(),
-            seconds: source.clips.iter().map(Clip::duration).sum(),
-            events: EventCounts {
-                evasions: count(EventKind::Evasion),
-                attacks: count(EventKind::Attack),
-            },
-            transitions: counts.transitions,
-            darting: counts.darting,
-            window_pairs: counts.window_pairs,
-            distances: counts.distances,
-            links: counts.links,
-            responsiveness: kept.responsiveness_within(&Self::SOON, counts.threads),
-            dropped: Dropped::between(full, kept),
-        }
-    }
-}
-
 impl Dropped {
-    fn between(full: &MotionGraph, kept: &MotionGraph) -> Self {
+    /// What is in `full` and not in its component `kept`.
+    pub(crate) fn between(full: &MotionGraph, kept: &MotionGraph) -> Self {
         let gone = |kind| -> Vec<String> {
             let lost = |event: &&GraphEvent| event.kind == kind && !kept.events().contains(event);
             full.events()
@@ -157,9 +112,9 @@ impl Dropped {
 pub struct LinkReport {
     /// Number of links.
     pub links: usize,
-    /// Number of links that were not added because a foot darts in them.
-    #[serde(default)]
-    pub darting: usize,
+    /// Number of links that were not added because a foot moves too fast in them.
+    #[serde(default, rename = "darting")]
+    pub too_fast: usize,
     /// Number of links that keep an event in the graph.
     pub joins: usize,
     /// Maximum distance of a link, in metres.
@@ -224,69 +179,4 @@ pub enum LinkObstacle {
         /// Maximum distance of a link, in metres.
         loosest: f32,
     },
-}
-
-/// How soon the moments of a graph reach evasions, at rate 1.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Responsiveness {
-    /// Time within which an evasion must be able to start, in seconds.
-    pub seconds: f64,
-    /// Share of the moments from which at least one evasion can start in time.
-    pub share: f64,
-    /// Mean number of different evasions that can start in time.
-    pub mean: f64,
-    /// Median number of different evasions that can start in time.
-    pub median: usize,
-}
-
-impl MotionGraph {
-    /// For all moments of the graph's clips, counts the evasions that can start within `seconds`
-    /// after the next node is reached. Moments within an event count; they wait for its end.
-    #[must_use]
-    #[doc(hidden)]
-    pub fn responsiveness(&self, seconds: f64) -> Responsiveness {
-        self.responsiveness_within(&[seconds], 1)[0]
-    }
-
-    /// [`MotionGraph::responsiveness`] for several times, computed by `threads` threads.
-    pub(crate) fn responsiveness_within(
-        &self,
-        seconds: &[f64],
-        threads: usize,
-    ) -> Vec<Responsiveness> {
-        let limits: Vec<u32> = seconds
-            .iter()
-            .map(|&seconds| within(seconds, self.frame_rate))
-            .collect();
-        let (moments, jumps, played) = moments::of_graph(self);
-        let horizon = limits.iter().copied().max().unwrap_or(0);
-        let mut waits = Waits::new(&moments, &jumps, horizon);
-        let evasions = self.edges_with(EventKind::Evasion);
-        let starts = evasions.map(|(edge, _)| {
-            let start = self.node(self.edge(edge).from);
-            moments.at(start.clip.index(), start.frame as usize)
-        });
-        let starts: Vec<u32> = starts.collect();
-        waits.set_goals(&starts, threads);
-        let goes_on = moments.goes_on();
-        let of_limit = |(&seconds, &limit): (&f64, &u32)| {
-            let below = waits.counts_below(limit, threads);
-            // The moment before another one of its clip waits one frame longer.
-            let reached = |moment: usize| match goes_on[moment] {
-                true => usize::from(below[moment + 1]),
-                false => 0,
-            };
-            let counted = (0..played.len()).filter(|&moment| played[moment]);
-            let mut counts: Vec<usize> = counted.map(reached).collect();
-            counts.sort_unstable();
-            let share = |sum: usize| sum as f64 / counts.len().max(1) as f64;
-            Responsiveness {
-                seconds,
-                share: share(counts.iter().filter(|&&count| count > 0).count()),
-                mean: share(counts.iter().sum()),
-                median: counts.get(counts.len() / 2).copied().unwrap_or(0),
-            }
-        };
-        seconds.iter().zip(&limits).map(of_limit).collect()
-    }
 }

@@ -44,7 +44,6 @@ pub struct FootSlide {
 impl MotionGraph {
     /// Measures the slide of planted feet over at most `most` transitions.
     #[must_use]
-    #[doc(hidden)]
     pub fn foot_slide(&self, most: usize) -> FootSlide {
         let is_blend = |&id: &EdgeId| self.edge(id).motion != EdgeMotion::Clip;
         let every = self.transitions().div_ceil(most.max(1)).max(1);
@@ -87,7 +86,7 @@ impl MotionGraph {
             && self
                 .feet
                 .stands(to.clip, leg, to.frame - edge.frames + middle);
-        let sides = Sides::of(self, edge, middle as f32).filter(|_| stands)?;
+        let sides = Sides::new(self, edge, middle as f32).filter(|_| stands)?;
         Some(sides.apart(self.feet.legs[leg].toe_or_foot()))
     }
 
@@ -102,7 +101,7 @@ impl MotionGraph {
         let mut before: Vec<Option<Contact>> = vec![None; self.feet.legs.len()];
         for frame in 0..=edge.frames {
             sample(self, id, frame as f32, &mut pose);
-            let sides = Sides::of(self, edge, frame as f32);
+            let sides = Sides::new(self, edge, frame as f32);
             let chain = Chain::of(&self.skeleton, &pose);
             for (index, leg) in self.feet.legs.iter().enumerate() {
                 let now = sides

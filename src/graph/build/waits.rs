@@ -1,4 +1,4 @@
-//! Computes how soon each moment reaches each evasion's start, up to a horizon: breadth first, for many evasions at once ([`reach`]). New
+//! Computes how soon each moment reaches each evasion's start, up to a horizon: breadth first, for many evasions at once ([`Reach`]). New
 //! jumps are added by Dijkstra's algorithm against the motion's direction, with a bucket for each number of frames (Dial, "Algorithm 360",
 //! 1969). Differs: when the wait of a moment falls, those of the frames before it are lowered at once, possibly several times.
 
@@ -8,7 +8,7 @@ use crate::math::parallel::lock;
 use std::sync::Mutex;
 
 /// Number of whole frames that fit into a time.
-pub(crate) fn within(seconds: f64, frame_rate: f64) -> u32 {
+pub(crate) fn whole_frames(seconds: f64, frame_rate: f64) -> u32 {
     // The tolerance keeps times of whole frames whole despite rounding.
     (seconds * frame_rate + 1e-6).floor() as u32
 }
@@ -43,12 +43,8 @@ struct WaitTable {
 /// Number of moments of a block.
 const BLOCK: usize = 4;
 
-/// The waits of all moments for one group of evasions.
-struct GroupWaits<T> {
-    /// Number of evasions.
-    evasions: usize,
-    frames: T,
-}
+/// Maximum number of evasions of a group: one bit for each ([`Reach`]).
+const GROUP: usize = u64::BITS as usize;
 
 impl WaitTable {
     /// A table of waits beyond the horizon.
@@ -63,69 +59,24 @@ impl WaitTable {
 
     /// Number of waits of a group of as many evasions as a group can have.
     fn group_len(&self) -> usize {
-        (Reach::EVASIONS * self.blocks * BLOCK).max(1)
+        (GROUP * self.blocks * BLOCK).max(1)
+    }
+
+    /// Number of evasions of a group.
+    fn evasions_of(&self, group: usize) -> usize {
+        (self.evasions - group * GROUP).min(GROUP)
     }
 
     fn index(&self, evasion: usize, moment: usize) -> usize {
-        let (group, evasion) = (evasion / Reach::EVASIONS, evasion % Reach::EVASIONS);
-        let evasions = evasions_of_group(self.evasions, group);
-        group * Reach::EVASIONS * self.blocks * BLOCK + index_in_group(evasions, evasion, moment)
+        let group = evasion / GROUP;
+        let first = group * GROUP * self.blocks * BLOCK;
+        first + index_in_group(self.evasions_of(group), evasion % GROUP, moment)
     }
-
-    fn set(&mut self, evasion: usize, moment: usize, frames: u32) {
-        let index = self.index(evasion, moment);
-        self.frames[index] = frames as u16;
-    }
-
-    /// Number of evasions of each group.
-    fn group_evasions(&self) -> impl Iterator<Item = usize> + Clone + use<> {
-        let all = self.evasions;
-        let groups = 0..all.div_ceil(Reach::EVASIONS);
-        groups.map(move |group| evasions_of_group(all, group))
-    }
-
-    /// The waits of each group.
-    fn groups(&self) -> impl Iterator<Item = GroupWaits<&[u16]>> + Clone {
-        let evasions = self.group_evasions();
-        let groups = self.frames.chunks(self.group_len());
-        groups
-            .zip(evasions)
-            .map(|(frames, evasions)| GroupWaits { evasions, frames })
-    }
-
-    /// The waits of each group, to be set.
-    fn groups_mut(&mut self) -> impl Iterator<Item = GroupWaits<&mut [u16]>> {
-        let (evasions, length) = (self.group_evasions(), self.group_len());
-        let groups = self.frames.chunks_mut(length);
-        groups
-            .zip(evasions)
-            .map(|(frames, evasions)| GroupWaits { evasions, frames })
-    }
-}
-
-/// Number of evasions of one group of `all` evasions.
-fn evasions_of_group(all: usize, group: usize) -> usize {
-    (all - group * Reach::EVASIONS).min(Reach::EVASIONS)
 }
 
 /// Index of a wait in its group of `evasions` evasions.
 fn index_in_group(evasions: usize, evasion: usize, moment: usize) -> usize {
     (moment / BLOCK * evasions + evasion) * BLOCK + moment % BLOCK
-}
-
-impl GroupWaits<&[u16]> {
-    /// The waits of a block of moments, by evasion.
-    fn block(&self, block: usize) -> &[[u16; BLOCK]] {
-        let size = BLOCK * self.evasions;
-        self.frames[block * size..(block + 1) * size].as_chunks().0
-    }
-}
-
-impl GroupWaits<&mut [u16]> {
-    fn set(&mut self, evasion: usize, moment: usize, frames: u32) {
-        let index = index_in_group(self.evasions, evasion, moment);
-        self.frames[index] = frames as u16;
-    }
 }
 
 /// Moments whose wait may fall, in buckets of their new wait.
@@ -140,7 +91,6 @@ struct Queue {
 /// A wait that fell, in frames.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct WaitChange {
-    pub(crate) evasion: usize,
     pub(crate) moment: u32,
     pub(crate) old: u32,
     pub(crate) new: u32,
@@ -172,7 +122,7 @@ impl Waits {
 
     /// Number of frames from a moment to an evasion's start, or `u32::MAX` if it is beyond the
     /// horizon.
-    pub(crate) fn of(&self, evasion: usize, moment: u32) -> u32 {
+    pub(crate) fn wait(&self, evasion: usize, moment: u32) -> u32 {
         match self.table.frames[self.table.index(evasion, moment as usize)] {
             u16::MAX => u32::MAX,
             frames => u32::from(frames),
@@ -182,11 +132,13 @@ impl Waits {
     /// For each moment, the number of evasions for which the wait is below a number of frames.
     pub(crate) fn counts_below(&self, frames: u32, threads: usize) -> Vec<u16> {
         let (moments, frames) = (self.follows.len(), frames.min(self.horizon + 1) as u16);
-        let groups = self.table.groups();
+        let groups = self.table.frames.chunks(self.table.group_len());
         let mut counts = in_parallel(threads, moments.div_ceil(BLOCK), |block| {
             let mut counts = [0; BLOCK];
-            for group in groups.clone() {
-                for waits in group.block(block) {
+            for (group, waits) in groups.clone().enumerate() {
+                let size = BLOCK * self.table.evasions_of(group);
+                let waits = &waits[block * size..(block + 1) * size];
+                for waits in waits.as_chunks::<BLOCK>().0 {
                     for (count, &wait) in counts.iter_mut().zip(waits) {
                         *count += u16::from(wait < frames);
                     }
@@ -209,14 +161,16 @@ impl Waits {
     pub(crate) fn set_goals(&mut self, starts: &[u32], threads: usize) {
         self.near = self.horizon;
         self.table = WaitTable::new(self.follows.len(), starts.len());
-        let steps = Steps::new(&self.follows, &self.into, self.horizon);
-        let groups = self.table.groups_mut().zip(starts.chunks(Reach::EVASIONS));
-        let groups: Vec<_> = groups.map(Mutex::new).collect();
+        let length = self.table.group_len();
+        let groups = self.table.frames.chunks_mut(length);
+        let groups: Vec<_> = groups.zip(starts.chunks(GROUP)).map(Mutex::new).collect();
         in_parallel(threads, groups.len(), |group| {
             let (waits, starts) = &mut *lock(&groups[group]);
-            let mut reach = Reach::new(&steps, starts);
+            let mut reach = Reach::new(&self.follows, &self.into, self.horizon, starts);
             for frames in 0..=self.horizon {
-                reach.advance(frames, |moment, evasion| waits.set(evasion, moment, frames));
+                reach.advance(frames, |moment, evasion| {
+                    waits[index_in_group(starts.len(), evasion, moment)] = frames as u16;
+                });
             }
         });
     }
@@ -225,8 +179,8 @@ impl Waits {
     pub(crate) fn add_jump(&mut self, jump: Jump, mut lowered: impl FnMut(WaitChange)) {
         self.into[jump.to as usize].push(jump);
         for evasion in 0..self.table.evasions {
-            let frames = self.of(evasion, jump.to).saturating_add(jump.frames);
-            if frames <= self.near && frames < self.of(evasion, jump.from) {
+            let frames = self.wait(evasion, jump.to).saturating_add(jump.frames);
+            if frames <= self.near && frames < self.wait(evasion, jump.from) {
                 self.open.push(frames, jump.from, self.near);
                 self.lower(evasion, &mut lowered);
             }
@@ -238,23 +192,19 @@ impl Waits {
     fn lower(&mut self, evasion: usize, lowered: &mut impl FnMut(WaitChange)) {
         while let Some((last, least)) = self.open.pop() {
             for (moment, new) in (0..=last).rev().zip(least..=self.near) {
-                let old = self.of(evasion, moment);
+                let old = self.wait(evasion, moment);
                 if new >= old {
                     break;
                 }
-                self.table.set(evasion, moment as usize, new);
+                let index = self.table.index(evasion, moment as usize);
+                self.table.frames[index] = new as u16;
                 for jump in &self.into[moment as usize] {
                     self.open.push(new + jump.frames, jump.from, self.near);
                 }
                 if !self.follows[moment as usize] {
                     break;
                 }
-                lowered(WaitChange {
-                    evasion,
-                    moment,
-                    old,
-                    new,
-                });
+                lowered(WaitChange { moment, old, new });
             }
         }
     }
@@ -301,46 +251,14 @@ impl Queue {
 // Source: Then et al., "The more the merrier: efficient multi-source graph traversal" (2014), section 3: one bit for each source. Differs: a
 // jump takes several frames, so the bits that arrive later wait in a ring of frames (Dial, "Algorithm 360", 1969).
 
-/// Connections into each moment.
-pub(crate) struct Steps<'a> {
+/// The evasions of a group that each moment reaches, as bits.
+struct Reach<'a> {
     /// For each moment, whether it follows another moment of its clip.
     follows: &'a [bool],
-    /// Index of each moment's first jump. The last entry is the number of jumps.
-    first: Vec<u32>,
-    /// Source and number of frames of each jump, sorted by target.
-    jumps: Vec<(u32, u32)>,
-    /// Number of frames of the longest jump, at least 1.
-    longest: u32,
-}
-
-impl<'a> Steps<'a> {
-    /// Lists the connections. Jumps of more than `horizon` frames are left out, because they lead to no evasion in time.
-    pub(crate) fn new(follows: &'a [bool], into: &[Vec<Jump>], horizon: u32) -> Self {
-        let (mut first, mut jumps) = (vec![0], Vec::new());
-        for into in into {
-            let near = into.iter().filter(|jump| jump.frames <= horizon);
-            jumps.extend(near.map(|jump| (jump.from, jump.frames)));
-            first.push(jumps.len() as u32);
-        }
-        let longest = jumps.iter().map(|&(_, frames)| frames).max();
-        Self {
-            follows,
-            longest: longest.unwrap_or(0).max(1),
-            first,
-            jumps,
-        }
-    }
-
-    /// The jumps that lead to a moment.
-    fn into(&self, moment: u32) -> &[(u32, u32)] {
-        let [first, end] = [0, 1].map(|after| self.first[moment as usize + after] as usize);
-        &self.jumps[first..end]
-    }
-}
-
-/// The evasions of a group that each moment reaches, as bits.
-pub(crate) struct Reach<'a> {
-    steps: &'a Steps<'a>,
+    /// For each moment, the jumps that end there.
+    into: &'a [Vec<Jump>],
+    /// Longer jumps lead to no evasion in time.
+    horizon: u32,
     /// Evasions that each moment reaches within the frames so far.
     reached: Vec<u64>,
     /// Evasions that moments may reach within the next numbers of frames: a ring.
@@ -355,20 +273,21 @@ struct Arriving {
 }
 
 impl<'a> Reach<'a> {
-    /// Maximum number of evasions of a group.
-    pub(crate) const EVASIONS: usize = u64::BITS as usize;
-
     /// Starts with the moments at which the evasions of the group start.
-    pub(crate) fn new(steps: &'a Steps<'a>, starts: &[u32]) -> Self {
-        let moments = steps.follows.len();
+    fn new(follows: &'a [bool], into: &'a [Vec<Jump>], horizon: u32, starts: &[u32]) -> Self {
+        let moments = follows.len();
+        let near = into.iter().flatten().map(|jump| jump.frames);
+        let longest = near.filter(|&frames| frames <= horizon).max().unwrap_or(0);
         let none = || Arriving {
             evasions: vec![0; moments],
             moments: Vec::new(),
         };
         let mut reach = Self {
-            steps,
+            follows,
+            into,
+            horizon,
             reached: vec![0; moments],
-            arriving: (0..=steps.longest).map(|_| none()).collect(),
+            arriving: (0..=longest.max(1)).map(|_| none()).collect(),
         };
         for (evasion, &start) in starts.iter().enumerate() {
             reach.arrive(start, 0, 1 << evasion);
@@ -378,7 +297,7 @@ impl<'a> Reach<'a> {
 
     /// Calls `found` for each moment and each evasion that it reaches within `frames` frames but not within fewer. Call it for all numbers of
     /// frames from 0 on, in order.
-    pub(crate) fn advance(&mut self, frames: u32, mut found: impl FnMut(usize, usize)) {
+    fn advance(&mut self, frames: u32, mut found: impl FnMut(usize, usize)) {
         let now = self.place(frames);
         let mut moments = std::mem::take(&mut self.arriving[now].moments);
         for moment in moments.drain(..) {
@@ -391,12 +310,14 @@ impl<'a> Reach<'a> {
                 found(index, left.trailing_zeros() as usize);
                 left &= left - 1;
             }
-            if self.steps.follows[index] {
+            if self.follows[index] {
                 self.arrive(moment - 1, frames + 1, new);
             }
-            let steps = self.steps;
-            for &(from, length) in steps.into(moment) {
-                self.arrive(from, frames + length, new);
+            let into = self.into;
+            for jump in &into[index] {
+                if jump.frames <= self.horizon {
+                    self.arrive(jump.from, frames + jump.frames, new);
+                }
             }
         }
         self.arriving[now].moments = moments;
@@ -420,84 +341,5 @@ impl<'a> Reach<'a> {
             moments.push(moment);
         }
         *arriving |= new;
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use proptest::prelude::*;
-
-    const CLIPS: [usize; 4] = [5, 1, 7, 4];
-
-    /// Bellman–Ford: relaxes every connection until nothing changes.
-    fn naive(moments: &Moments, jumps: &[Jump], start: u32, horizon: u32) -> Vec<u32> {
-        let mut waits = vec![u32::MAX; moments.len()];
-        waits[start as usize] = 0;
-        let steps = moments.goes_on().into_iter().enumerate();
-        let mut ways: Vec<Jump> = steps
-            .filter(|(_, goes_on)| *goes_on)
-            .map(|(moment, _)| Jump {
-                from: moment as u32,
-                to: moment as u32 + 1,
-                frames: 1,
-            })
-            .collect();
-        ways.extend(jumps);
-        for _ in 0..waits.len() {
-            for way in &ways {
-                let over = waits[way.to as usize].saturating_add(way.frames);
-                waits[way.from as usize] = waits[way.from as usize].min(over);
-            }
-        }
-        let far = |wait: &u32| if *wait > horizon { u32::MAX } else { *wait };
-        waits.iter().map(far).collect()
-    }
-
-    proptest! {
-        #[test]
-        fn jumps_that_come_later_are_taken_in(
-            jumps in prop::collection::vec((0..17u32, 0..17u32, 1..6u32), 0..14),
-            (early, horizon, near) in (0usize..14, 0..15u32, 0..15u32),
-            starts in prop::collection::vec(0..17u32, 1..70),
-        ) {
-            let moments = Moments::new(CLIPS.into_iter());
-            let jumps: Vec<Jump> =
-                jumps.into_iter().map(|(from, to, frames)| Jump { from, to, frames }).collect();
-            let early = early.min(jumps.len());
-            let mut waits = Waits::new(&moments, &jumps[..early], horizon);
-            waits.set_goals(&starts, 2);
-            for jump in &jumps[early..] {
-                waits.add_jump(*jump, |it| assert!(it.new < it.old && it.new <= horizon));
-            }
-            for (evasion, &start) in starts.iter().enumerate() {
-                let expected = naive(&moments, &jumps, start, horizon);
-                let found: Vec<u32> =
-                    (0..moments.len() as u32).map(|moment| waits.of(evasion, moment)).collect();
-                prop_assert_eq!(found, expected);
-            }
-            let mut nearer = Waits::new(&moments, &jumps[..early], horizon);
-            nearer.set_goals(&starts, 2);
-            nearer.forget_beyond(near);
-            for jump in &jumps[early..] {
-                nearer.add_jump(*jump, |it| assert!(it.new < it.old && it.new <= near));
-            }
-            let is_known = |wait: &u32| *wait <= near;
-            for (evasion, moment) in (0..starts.len()).flat_map(|it| (0..17).map(move |m| (it, m))) {
-                let [exact, found] = [&waits, &nearer].map(|all| all.of(evasion, moment));
-                prop_assert_eq!(Some(exact).filter(is_known), Some(found).filter(is_known));
-                prop_assert!(found >= exact);
-            }
-            nearer.set_goals(&starts, 2);
-            prop_assert_eq!(&nearer.table, &waits.table);
-            for limit in 0..horizon + 3 {
-                let below = |moment: u32| {
-                    let reached = |evasion: &usize| waits.of(*evasion, moment) < limit;
-                    (0..starts.len()).filter(reached).count() as u16
-                };
-                let expected: Vec<u16> = (0..moments.len() as u32).map(below).collect();
-                prop_assert_eq!(waits.counts_below(limit, 2), expected);
-            }
-        }
     }
 }

@@ -24,7 +24,6 @@ impl ContinuedBlend {
 impl Motion {
     /// Jumps to another position of the graph after `seconds`. The offset of the motion from that position, with its velocity, fades out
     /// during the entry's blend. The rest of the previous motion is dropped.
-    #[doc(hidden)]
     pub fn enter(&mut self, graph: &MotionGraph, seconds: f32, entry: &Entry) {
         let mut scratch = std::mem::take(&mut self.scratch);
         let step = (1.0 / graph.frame_rate()) as f32;

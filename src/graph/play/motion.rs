@@ -157,14 +157,12 @@ impl Motion {
 
     /// Sets or removes the warp, which bends the played poses while its envelope lasts. Parts of the body that the skeleton lacks are not
     /// bent. Default: none.
-    #[doc(hidden)]
     pub fn set_warp(&mut self, warp: Option<Warp>) {
         self.warp = warp;
     }
 
     /// The warp, or `None` if the motion has none.
     #[must_use]
-    #[doc(hidden)]
     pub fn warp(&self) -> Option<&Warp> {
         self.warp.as_ref()
     }
@@ -468,14 +466,12 @@ pub(crate) fn heading(rotation: Quat) -> Quat {
 
 impl Motion {
     /// Sets or removes the layer of the upper body. It has no effect on a skeleton whose spine, legs and arms are not known. Default: none.
-    #[doc(hidden)]
     pub fn set_layer(&mut self, layer: Option<Layer>) {
         self.layer = layer;
     }
 
     /// The layer of the upper body, or `None` if the motion has none.
     #[must_use]
-    #[doc(hidden)]
     pub fn layer(&self) -> Option<&Layer> {
         self.layer.as_ref()
     }

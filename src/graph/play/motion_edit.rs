@@ -45,7 +45,6 @@ impl Motion {
 
     /// Starts in the pose of `played`, with its velocity. The offset from it fades out within `blend` seconds. An earlier blend at the start is
     /// replaced.
-    #[doc(hidden)]
     pub fn blend_from(&mut self, graph: &MotionGraph, played: Played<'_>, blend: f32) {
         let mut scratch = std::mem::take(&mut self.scratch);
         let step = (1.0 / graph.frame_rate()) as f32;

@@ -26,7 +26,7 @@ pub(crate) struct Sides<'a> {
 
 impl<'a> Sides<'a> {
     /// Both sides of an edge `frame` frames after its start, or `None` if the edge is not a transition.
-    pub(crate) fn of(graph: &'a MotionGraph, edge: &Edge, frame: f32) -> Option<Self> {
+    pub(crate) fn new(graph: &'a MotionGraph, edge: &Edge, frame: f32) -> Option<Self> {
         let moment = graph.edge_moment(edge, frame);
         let target = moment.target?;
         let at = |position: ClipPosition| graph.clip(position.clip).at(position.frame);
@@ -193,7 +193,7 @@ impl MotionGraph {
     /// transition.
     fn sample_sides(&self, id: EdgeId, frame: f32, out: &mut Pose) -> Option<Sides<'_>> {
         let edge = self.edge(id);
-        let sides = Sides::of(self, edge, frame);
+        let sides = Sides::new(self, edge, frame);
         match &sides {
             Some(sides) => sides.pose(out),
             None => {
@@ -208,7 +208,7 @@ impl MotionGraph {
     #[must_use]
     pub fn sample_edge_root(&self, id: EdgeId, frame: f32) -> Vec3 {
         let edge = self.edge(id);
-        match Sides::of(self, edge, frame) {
+        match Sides::new(self, edge, frame) {
             Some(sides) => sides.root() - Vec3::Y * self.root_drop(id, frame),
             None => {
                 let from = self.node(edge.from);

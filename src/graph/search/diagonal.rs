@@ -4,6 +4,7 @@
 //! the order of that map, so that each distance has the same bits.
 
 use crate::graph::search::distance::{SUMS, WindowRow};
+use crate::graph::search::near::WindowCell;
 use crate::graph::search::windows::{TILE, Windows};
 use crate::math::Isa;
 use std::ops::Range;
@@ -23,28 +24,14 @@ pub(crate) struct Diagonals {
     early: [Vec<f64>; SUMS],
     /// Sums of the products from the start of a frame's block to the frame.
     late: [Vec<f64>; SUMS],
-}
-
-/// Windows of two clouds, and the instruction set that compares them.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Compared<'a> {
-    pub(crate) a: &'a Windows,
-    pub(crate) b: &'a Windows,
-    pub(crate) isa: Isa,
-}
-
-/// Windows of the first cloud that are compared along one diagonal.
-#[derive(Clone, Copy)]
-pub(crate) struct DiagonalRows<'a> {
-    /// Indices of the windows, sorted. They lie in the strip, and `row + shift` is a window of the second cloud.
-    pub(crate) rows: &'a [u32],
-    /// Index of the window of the second cloud minus the index of the window of the first cloud.
-    pub(crate) shift: isize,
+    /// Pairs by diagonal, and the index of the first pair of each diagonal.
+    sorted: Vec<WindowCell>,
+    firsts: Vec<u32>,
 }
 
 impl Diagonals {
     /// Copies the points of the windows `rows` of `a`.
-    pub(crate) fn load(&mut self, a: &Windows, rows: Range<usize>) {
+    fn load(&mut self, a: &Windows, rows: Range<usize>) {
         let frames = rows.start..(rows.end + a.window() - 1).min(a.frames());
         let joints = a.weights().len();
         self.width = frames.len() + 2 * TILE;
@@ -67,29 +54,63 @@ impl Diagonals {
         self.frames = frames;
     }
 
-    /// Calls `found(row, d)` with the squared distance of the windows `row` and `row + shift`, in square metres, for each of the rows.
+    /// Calls `found` with each of the pairs `near` of windows of two clouds and their squared distance, in square metres. The windows of the
+    /// first cloud lie in `rows`, and those of pairs on one diagonal ascend.
     pub(crate) fn for_each(
         &mut self,
-        compared: Compared<'_>,
-        DiagonalRows { rows, shift }: DiagonalRows<'_>,
-        mut found: impl FnMut(usize, f32),
+        windows: [&Windows; 2],
+        isa: Isa,
+        rows: Range<usize>,
+        near: &[WindowCell],
+        mut found: impl FnMut((WindowCell, f32)),
     ) {
-        let window = compared.a.window();
-        for run in rows.chunk_by(|a, b| (b - a) as usize <= window) {
-            let (first, last) = (run[0] as usize, run[run.len() - 1] as usize);
+        let [a, b] = windows;
+        self.load(a, rows.clone());
+        self.sort(near, rows.len() + b.count() + 1, |cell| {
+            (cell.column as usize + rows.end - 1) - cell.row as usize
+        });
+        let sorted = std::mem::take(&mut self.sorted);
+        let window = a.window();
+        // A run of pairs on one diagonal whose windows touch.
+        let is_run = |x: &WindowCell, y: &WindowCell| {
+            x.column + y.row == y.column + x.row && (y.row - x.row) as usize <= window
+        };
+        for run in sorted.chunk_by(is_run) {
+            let shift = run[0].column as isize - run[0].row as isize;
+            let (first, last) = (run[0].row as usize, run[run.len() - 1].row as usize);
             let frames = first..last + window;
-            compared.isa.run(
+            isa.run(
                 #[inline(always)]
-                || match compared.isa {
-                    Isa::Avx512 => self.multiply::<TILE>(compared, frames.clone(), shift),
-                    _ => self.multiply::<{ TILE / 2 }>(compared, frames.clone(), shift),
+                || match isa {
+                    Isa::Avx512 => self.multiply::<TILE>(b, frames.clone(), shift),
+                    _ => self.multiply::<{ TILE / 2 }>(b, frames.clone(), shift),
                 },
             );
             self.sum(frames, window);
-            for &row in run {
-                let row = row as usize;
-                found(row, self.squared(compared, row, shift));
+            for &cell in run {
+                found((cell, self.squared(windows, cell)));
             }
+        }
+        self.sorted = sorted;
+    }
+
+    /// Sorts pairs by their diagonals, of which there are fewer than `count`. A counting sort keeps the order of the rows.
+    fn sort(&mut self, near: &[WindowCell], count: usize, diagonal: impl Fn(&WindowCell) -> usize) {
+        let Self { firsts, sorted, .. } = self;
+        firsts.clear();
+        firsts.resize(count, 0);
+        for cell in near {
+            firsts[diagonal(cell) + 1] += 1;
+        }
+        for index in 1..firsts.len() {
+            firsts[index] += firsts[index - 1];
+        }
+        sorted.clear();
+        sorted.resize(near.len(), WindowCell { row: 0, column: 0 });
+        for cell in near {
+            let place = &mut firsts[diagonal(cell)];
+            sorted[*place as usize] = *cell;
+            *place += 1;
         }
     }
 
@@ -101,16 +122,11 @@ impl Diagonals {
 
     /// Computes the products of `frames` with those of the second cloud, by the tiles of the second.
     #[inline(always)]
-    fn multiply<const L: usize>(
-        &mut self,
-        compared: Compared<'_>,
-        frames: Range<usize>,
-        shift: isize,
-    ) {
+    fn multiply<const L: usize>(&mut self, b: &Windows, frames: Range<usize>, shift: isize) {
         let beside = |frame: usize| (frame as isize + shift) as usize;
         let tiles = beside(frames.start) / TILE..beside(frames.end - 1) / TILE + 1;
         for tile in tiles {
-            let points = compared.b.tile(tile);
+            let points = b.tile(tile);
             // The first lane's frame may lie before the strip, by less than a tile.
             let frame = (tile * TILE) as isize - shift;
             let at = (frame + TILE as isize - self.frames.start as isize) as usize;
@@ -170,10 +186,10 @@ impl Diagonals {
         }
     }
 
-    fn squared(&self, Compared { a, b, .. }: Compared<'_>, row: usize, shift: isize) -> f32 {
+    fn squared(&self, [a, b]: [&Windows; 2], cell: WindowCell) -> f32 {
         const NOTHING: &[f64] = &[0.0];
         let window = a.window();
-        let column = (row as isize + shift) as usize;
+        let (row, column) = (cell.row as usize, cell.column as usize);
         let (first, last) = (self.index(row), self.index(row + window - 1));
         let late = std::array::from_fn(|sum| &self.late[sum][last..=last]);
         let early = std::array::from_fn(|sum| match row.is_multiple_of(window) {

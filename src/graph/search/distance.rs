@@ -249,25 +249,15 @@ impl<'a> DistanceMap<'a> {
     /// Calls `row(i, d)` for each window of `a` in order, where `d[j]` is the squared distance (in
     /// m²) between the frames `i..i + window` of `a` and `j..j + window` of `b`. If a clip is
     /// shorter than the window, `row` is never called.
-    pub fn for_each_row(self, row: impl FnMut(usize, &[f32])) {
-        self.for_each_row_of(0..self.a.count(), row);
-    }
-
-    /// Calls `row` for the windows `rows` of `a` only. The distances are the same, to the bit, as
-    /// those of the whole map. Windows after the last one are ignored.
-    pub fn for_each_row_of(self, rows: Range<usize>, mut row: impl FnMut(usize, &[f32])) {
+    pub fn for_each_row(self, mut row: impl FnMut(usize, &[f32])) {
         let Self { a, b, isa } = self;
-        let wanted = rows.start..rows.end.min(a.count());
-        if wanted.is_empty() || b.count() == 0 {
+        if a.count() == 0 || b.count() == 0 {
             return;
         }
         let window = a.window();
-        // A window lies in the block of its first frame and in the next one. Sums of earlier blocks
-        // are not needed.
-        let first_block = wanted.start / window * window;
         let mut sums = Sums::new(a, b);
         let mut squared = vec![0.0; b.count()];
-        for block in (first_block..a.frames().min(wanted.end + window)).step_by(window) {
+        for block in (0..a.frames()).step_by(window) {
             let rows = window.min(a.frames() - block);
             for first in (0..rows).step_by(ROWS) {
                 let phases = first..(first + ROWS).min(rows);
@@ -287,8 +277,7 @@ impl<'a> DistanceMap<'a> {
                     #[inline(always)]
                     || sums.run_up(phase),
                 );
-                let start = (block + phase + 1).checked_sub(window);
-                if let Some(start) = start.filter(|start| wanted.contains(start)) {
+                if let Some(start) = (block + phase + 1).checked_sub(window) {
                     isa.run(
                         #[inline(always)]
                         || sums.squared(start, phase, &mut squared),

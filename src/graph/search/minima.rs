@@ -41,7 +41,7 @@ impl CloseMinima {
         }
         self.minima = thin_out(std::mem::take(&mut self.minima), self.separation);
         self.limit = Self::MOST.max(2 * self.minima.len());
-        GraphSettings::check_transitions(self.minima.len())
+        GraphSettings::check_transitions(self.minima.len(), GraphSettings::MOST_TRANSITIONS)
     }
 
     /// Takes all minima, best first, without those that are close to a better one.
@@ -139,7 +139,7 @@ impl TransitionList {
         self.close_map()?;
         let most = GraphSettings::MOST_TRANSITIONS;
         keep_closest(&mut self.transitions, self.settings.window, most);
-        GraphSettings::check_transitions(self.transitions.len())?;
+        GraphSettings::check_transitions(self.transitions.len(), most)?;
         Ok(self.transitions)
     }
 
@@ -149,7 +149,7 @@ impl TransitionList {
             let both = minimum.transitions(a, b, self.settings.window);
             self.transitions.extend(both);
         }
-        GraphSettings::check_found(self.transitions.len())
+        GraphSettings::check_transitions(self.transitions.len(), GraphSettings::MOST_FOUND)
     }
 }
 

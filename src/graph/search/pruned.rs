@@ -2,11 +2,11 @@
 //!
 //! A minimum lies below the threshold, and its neighbours above the threshold are no lower. A distance that is known to be above
 //! it is therefore as good as an infinite one, and the minima are bit-identical to those of the whole map. Source of the
-//! bounds: [`bounds`](crate::graph::search::projection).
+//! bounds: [`projection`](crate::graph::search::projection).
 
 use crate::graph::error::GraphError;
 use crate::graph::search::bands::{BandParts, MapBand, Minimum, SearchSettings};
-use crate::graph::search::diagonal::{Compared, DiagonalRows, Diagonals};
+use crate::graph::search::diagonal::Diagonals;
 use crate::graph::search::features::{Features, NODE};
 use crate::graph::search::minima::CloseMinima;
 use crate::graph::search::near::{NearSearch, WindowCell};
@@ -55,11 +55,6 @@ pub struct SearchScratch {
     diagonals: Diagonals,
     /// Pairs of the strip that may be near, in the order in which they are found.
     near: Vec<WindowCell>,
-    sorted: Vec<WindowCell>,
-    /// Index in `sorted` of the first pair of each diagonal.
-    firsts: Vec<u32>,
-    /// Rows of one diagonal's pairs.
-    rows: Vec<u32>,
     /// Computed pairs of the last two rows and of the strip.
     cells: Vec<WindowCell>,
     /// Squared distances of two rows, of the strip's rows and of one more; infinite where they were not computed.
@@ -130,14 +125,7 @@ impl<'a> PrunedSearch<'a> {
     }
 
     /// Finds the minima of bands, in their order. The result does not depend on the number of threads.
-    ///
-    /// # Errors
-    /// The error of [`PrunedSearch::minima`].
-    pub fn minima_of(
-        &self,
-        bands: &[MapBand],
-        threads: usize,
-    ) -> Result<Vec<BandMinima>, GraphError> {
+    fn minima_of(&self, bands: &[MapBand], threads: usize) -> Result<Vec<BandMinima>, GraphError> {
         // Bands with columns in the same block follow each other, so that its windows stay in the cache.
         let mut order: Vec<usize> = (0..bands.len()).collect();
         order.sort_unstable_by_key(|&index| (self.blocks[bands[index].b], index));
@@ -183,11 +171,8 @@ impl<'a> PrunedSearch<'a> {
         let beside = rows.start.saturating_sub(1)..(rows.end + 1).min(a.count());
         let search = BandSearch {
             band,
-            compared: Compared {
-                a,
-                b,
-                isa: self.isa,
-            },
+            windows: [a, b],
+            isa: self.isa,
             near: NearSearch {
                 features: [band.a, band.b].map(|clip| &self.features[clip]),
                 limit: self.settings.threshold * self.settings.threshold,
@@ -231,7 +216,8 @@ impl<'a> PrunedSearch<'a> {
 /// The search of a band.
 struct BandSearch<'a> {
     band: MapBand,
-    compared: Compared<'a>,
+    windows: [&'a Windows; 2],
+    isa: Isa,
     near: NearSearch<'a>,
 }
 
@@ -240,7 +226,7 @@ impl BandSearch<'_> {
     fn find_near(&self, rows: Range<usize>, scratch: &mut SearchScratch) {
         scratch.near.clear();
         let near = &mut scratch.near;
-        self.compared.isa.run(
+        self.isa.run(
             #[inline(always)]
             || self.near.find(rows, near),
         );
@@ -251,9 +237,6 @@ impl BandSearch<'_> {
         let SearchScratch {
             diagonals,
             near,
-            sorted,
-            firsts,
-            rows: own,
             cells,
             squared,
             ..
@@ -267,36 +250,16 @@ impl BandSearch<'_> {
         if near.is_empty() {
             return 0;
         }
-        diagonals.load(self.compared.a, rows.clone());
-        // A counting sort by diagonal keeps the order of the rows.
-        let diagonal =
-            |cell: &WindowCell| (cell.column as usize + rows.end - 1) - cell.row as usize;
-        firsts.clear();
-        firsts.resize(columns + rows.len() + 1, 0);
-        for cell in near.iter() {
-            firsts[diagonal(cell) + 1] += 1;
-        }
-        for index in 1..firsts.len() {
-            firsts[index] += firsts[index - 1];
-        }
-        sorted.clear();
-        sorted.resize(near.len(), WindowCell { row: 0, column: 0 });
-        for cell in near.iter() {
-            let place = &mut firsts[diagonal(cell)];
-            sorted[*place as usize] = *cell;
-            *place += 1;
-        }
-        let same = |x: &WindowCell, y: &WindowCell| x.column + y.row == y.column + x.row;
-        for cells in sorted.chunk_by(same) {
-            let shift = cells[0].column as isize - cells[0].row as isize;
-            own.clear();
-            own.extend(cells.iter().map(|cell| cell.row));
-            let own = DiagonalRows { rows: own, shift };
-            diagonals.for_each(self.compared, own, |row, distance| {
-                let column = (row as isize + shift) as usize;
-                squared[(row - rows.start + 2) * columns + column] = distance;
-            });
-        }
+        diagonals.for_each(
+            self.windows,
+            self.isa,
+            rows.clone(),
+            near,
+            |(cell, square)| {
+                let row = cell.row as usize - rows.start + 2;
+                squared[row * columns + cell.column as usize] = square;
+            },
+        );
         cells.extend_from_slice(near);
         near.len() as u64
     }

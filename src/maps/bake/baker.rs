@@ -173,7 +173,6 @@ impl Baker {
     ///
     /// # Errors
     /// The errors of [`Baker::finish`], the watch stopped the bake, or the entries are not those of the graph.
-    #[doc(hidden)]
     pub fn finish_watched(
         self,
         maps: DrawnMaps,
@@ -326,7 +325,6 @@ impl MomentShare {
     ///
     /// # Errors
     /// The watch stopped the search.
-    #[doc(hidden)]
     pub fn find_entries(
         self,
         graph: &MotionGraph,

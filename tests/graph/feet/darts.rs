@@ -2,7 +2,6 @@
 
 use sabaki::anim::Pose;
 use sabaki::graph::{EdgeId, GraphSettings, MotionGraph};
-use sabaki::internal::FeetSettings;
 
 use super::common::baked::{embedded, embedded_graph};
 use super::common::captures::fight;
@@ -52,10 +51,7 @@ fn darting(graph: &MotionGraph) -> usize {
 fn no_foot_darts_in_a_transition() {
     assert_eq!(darting(embedded().graph()), 0);
     let all = embedded_graph(&GraphSettings {
-        feet: FeetSettings {
-            fastest_step: None,
-            ..FeetSettings::default()
-        },
+        fastest_step: None,
         ..GraphSettings::default()
     });
     assert!(darting(&all) > 0);

@@ -3,7 +3,7 @@
 use glam::Vec3;
 use sabaki::anim::{Joint, Leg, Pose, Skeleton};
 use sabaki::graph::{self, ClipSource, GraphSettings, MotionGraph};
-use sabaki::internal::FeetSettings;
+
 use serde_json::json;
 
 use super::common::clips::{small_skeleton, swinging_clip};
@@ -69,7 +69,7 @@ fn twist_joints_and_hips_on_the_pelvis_are_no_bones() {
 
 #[test]
 fn spoilt_tables_of_feet_are_refused_or_do_no_harm() {
-    let graph = walker::graph(&walker::walk(0.0), &FeetSettings::default());
+    let graph = walker::graph(&walker::walk(0.0));
     graph.validate().unwrap();
     let whole = serde_json::to_value(&graph).unwrap();
     let spoilt = |place: &str, value: serde_json::Value| {

@@ -3,7 +3,6 @@
 use glam::{Quat, Vec3};
 use sabaki::anim::{Clip, ClipDesc, Joint, JointId, JointKind, Skeleton};
 use sabaki::graph::{self, ClipSource, GraphSettings, MotionGraph};
-use sabaki::internal::FeetSettings;
 
 use super::common::random::Random;
 
@@ -141,7 +140,7 @@ pub fn changed(walk: &Walk, scale: f32, place: impl Fn(Vec3) -> Vec3) -> Walk {
 }
 
 /// Of the walk and the same again.
-pub fn graph(walk: &Walk, feet: &FeetSettings) -> MotionGraph {
+pub fn graph(walk: &Walk) -> MotionGraph {
     let desc = walk.clip.desc();
     let again = clip(
         &walk.skeleton,
@@ -156,7 +155,6 @@ pub fn graph(walk: &Walk, feet: &FeetSettings) -> MotionGraph {
         events: &[],
     };
     let settings = GraphSettings {
-        feet: feet.clone(),
         // Bodies of different sizes are compared, and the error of compressed clips does not grow with the body.
         compression: None,
         ..GraphSettings::default()

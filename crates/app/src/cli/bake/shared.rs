@@ -17,12 +17,11 @@ use std::path::{Path, PathBuf};
 
 use sabaki::anim::{Clip, Event, Skeleton};
 use sabaki::archive::{open_regular, write_atomically};
+use sabaki::graph::GraphBuilder;
+use sabaki::graph::search::{MapBand, Minimum, PointCloud, PrunedSearch, SearchSettings, Windows};
 use sabaki::graph::{ClipSource, GraphSettings};
-use sabaki::internal::{
-    EntryShare, GraphBuilder, MapBand, Minimum, MomentShare, PointCloud, PrunedSearch,
-    SearchSettings, Windows,
-};
 use sabaki::maps::BakeSettings;
+use sabaki::maps::{EntryShare, MomentShare};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 

@@ -3,8 +3,10 @@
 use std::path::Path;
 use std::time::Instant;
 
+use sabaki::graph::GraphBuilder;
+use sabaki::graph::search::TransitionList;
 use sabaki::graph::{BuildReport, ClipSource, GraphError, GraphSettings, MotionGraph};
-use sabaki::internal::{EntryShare, GraphBuilder, TransitionList};
+use sabaki::maps::EntryShare;
 use sabaki::maps::{BakeSettings, Baker, MapGrid};
 use sabaki_fixtures::demo;
 use sabaki_import::EventsFile;

@@ -4,7 +4,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
 
 use indicatif::{ProgressBar, ProgressState, ProgressStyle};
-use sabaki::internal::{BakeProgress, BakeStage, BakeWatch};
+use sabaki::graph::{BakeProgress, BakeStage, BakeWatch};
 
 use super::super::cancel;
 

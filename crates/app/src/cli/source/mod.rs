@@ -18,7 +18,7 @@ use std::path::PathBuf;
 
 use sabaki::archive;
 use sabaki::graph::BuildReport;
-use sabaki::internal::FootSlide;
+use sabaki::graph::FootSlide;
 use sabaki::maps::BakedGraph;
 
 use super::Failure;

@@ -140,7 +140,7 @@ pub(crate) fn describe_bake(baked: &Baked) -> String {
     }
     line(format!(
         "{} transitions left out because a foot would move too fast; baked in {:.2} s",
-        report.darting, made.seconds
+        report.too_fast, made.seconds
     ));
     text.push_str(&made.figure.describe());
     text.push_str(&left_out_and_notes(&made.left_out, &made.warnings));

@@ -1,18 +1,16 @@
-//! Finds transitions in which a foot darts: it moves faster than in both clips, and faster than a person steps.
+//! Finds transitions in which a foot moves faster than in both clips, and faster than a person steps.
 //!
 //! A transition may blend poses whose feet are far apart, for example a kick and a stance. The planned step between them may then be
 //! faster than any step of the clips. Such transitions are left out of the graph.
 
-use crate::anim::{Chain, Clip, Pose, Skeleton};
+use crate::anim::{Chain, Pose};
 use crate::graph::ClipId;
 use crate::graph::build::foot_plans;
-use crate::graph::build::foot_plans::{DartKey, FootPlans, RootPlan};
-use crate::graph::motion_graph::{
-    Edge, EdgeId, EdgeMotion, Feet, KnownRig, MotionGraph, Node, NodeId,
-};
+use crate::graph::build::foot_plans::{FootPlan, FootPlans, TransitionKey};
+use crate::graph::build::input::GraphBuilder;
+use crate::graph::motion_graph::{Edge, EdgeId, EdgeMotion, MotionGraph, Node, NodeId};
 use crate::graph::search::transition::Transition;
-use crate::graph::settings::GraphSettings;
-use crate::math::{Rigid2, in_parallel};
+use crate::math::in_parallel;
 use std::sync::OnceLock;
 
 /// Number of samples of a frame.
@@ -20,51 +18,33 @@ const SAMPLES: u32 = 2;
 /// Maximum ratio of a toe's speed to that of the faster clip.
 const RATIO: f32 = 1.3;
 
-/// Test of transitions for darting feet.
+/// Test of transitions for feet that are too fast.
 #[derive(Clone, Debug)]
-pub(crate) struct DartTest {
+pub(crate) struct StepSpeedTest {
     /// Graph of the clips, with the tested transitions as its only edges.
     graph: MotionGraph,
     /// Speed of the fastest toe from each frame of each clip to the next one, in metres per second. It is computed for a clip on first use.
     clips: Vec<OnceLock<Vec<f32>>>,
-    /// Speed up to which no foot darts, in metres per second.
+    /// Speed up to which no foot is too fast, in metres per second.
     limit: f32,
     threads: usize,
     /// Results so far.
-    plans: FootPlans,
+    pub(crate) plans: FootPlans,
 }
 
-/// Clips with the frames in which their feet are planted.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct PlantedClips<'a> {
-    pub(crate) skeleton: &'a Skeleton,
-    pub(crate) clips: &'a [Clip],
-    pub(crate) feet: &'a Feet,
-}
-
-impl DartTest {
+impl StepSpeedTest {
     /// Creates the test; `None` if the settings do not ask for it or the skeleton has no feet.
-    pub(crate) fn new(planted: PlantedClips<'_>, settings: &GraphSettings) -> Option<Self> {
-        let PlantedClips {
-            skeleton,
-            clips,
-            feet,
-        } = planted;
-        let asked = settings.feet.fastest_step;
-        let limit = asked.filter(|_| settings.feet.keep && !feet.legs.is_empty())?;
-        let graph = MotionGraph {
-            skeleton: skeleton.clone(),
-            frame_rate: settings.frame_rate,
-            clips: clips.to_vec(),
-            events: Vec::new(),
-            nodes: Vec::new(),
-            edges: Vec::new(),
-            first_edge: Vec::new(),
-            feet: feet.clone(),
-            rig: KnownRig::default(),
-        };
+    pub(crate) fn new(input: &GraphBuilder<'_>) -> Option<Self> {
+        let (settings, feet) = (input.settings, &input.feet);
+        let asked = settings.fastest_step;
+        let limit = asked.filter(|_| settings.keep_feet && !feet.legs.is_empty())?;
+        let (skeleton, clips) = (input.source.skeleton.clone(), input.clips.clone());
+        let (events, nodes, edges) = (Vec::new(), Vec::new(), Vec::new());
+        let mut graph =
+            MotionGraph::new(skeleton, settings.frame_rate, clips, events, nodes, edges);
+        graph.feet = feet.clone();
         Some(Self {
-            clips: vec![OnceLock::new(); clips.len()],
+            clips: vec![OnceLock::new(); input.clips.len()],
             graph,
             limit,
             threads: settings.threads,
@@ -72,34 +52,26 @@ impl DartTest {
         })
     }
 
-    /// The results.
-    pub(crate) fn into_plans(self) -> FootPlans {
-        self.plans
-    }
-
-    /// Returns for each transition whether a foot darts in it. `align` returns the transform of a transition's target to its source. The result
-    /// does not depend on the number of threads.
-    pub(crate) fn darts(
+    /// Returns for each transition whether a foot is too fast in it. The result does not depend on the number of threads.
+    pub(crate) fn too_fast(
         &mut self,
+        input: &GraphBuilder<'_>,
         transitions: &[Transition],
-        align: impl Fn(&Transition) -> Rigid2 + Sync,
     ) -> Vec<bool> {
-        let is_new = |transition: &&Transition| {
-            let known = self.plans.darts(&DartKey::of(transition));
-            known.is_none()
-        };
+        let is_new = |t: &&Transition| !self.plans.contains_key(&TransitionKey::new(t));
         let new: Vec<Transition> = transitions.iter().filter(is_new).copied().collect();
         if !new.is_empty() {
-            self.test(&new, align);
+            self.test(input, &new);
         }
-        let darts = |transition| self.plans.darts(&DartKey::of(transition)).unwrap_or(true);
-        transitions.iter().map(darts).collect()
+        let plan = |t| self.plans.get(&TransitionKey::new(t));
+        let too_fast = |t| plan(t).is_none_or(Option::is_none);
+        transitions.iter().map(too_fast).collect()
     }
 
     /// Tests transitions and adds the results.
-    fn test(&mut self, transitions: &[Transition], align: impl Fn(&Transition) -> Rigid2 + Sync) {
+    fn test(&mut self, input: &GraphBuilder<'_>, transitions: &[Transition]) {
         let aligned = in_parallel(self.threads, transitions.len(), |index| {
-            align(&transitions[index])
+            input.align(&transitions[index])
         });
         let graph = &mut self.graph;
         graph.nodes.clear();
@@ -127,32 +99,31 @@ impl DartTest {
         }
         let plans = FootPlans::default();
         (graph.feet.blends, graph.feet.root_drops) = foot_plans::all(graph, &plans, self.threads);
-        let darts = in_parallel(self.threads, transitions.len(), |index| {
-            let limit = self
-                .limit
-                .max(RATIO * self.fastest_of_clips(&transitions[index]));
+        let too_fast = in_parallel(self.threads, transitions.len(), |index| {
+            let of_clips = self.fastest_of_clips(&transitions[index]);
+            let limit = self.limit.max(RATIO * of_clips);
             is_faster(&self.graph, EdgeId(index as u32), limit)
         });
         let (feet, legs) = (&self.graph.feet, self.graph.feet.legs.len());
-        for (index, (transition, darts)) in transitions.iter().zip(darts).enumerate() {
-            let root = RootPlan {
+        for (index, (transition, too_fast)) in transitions.iter().zip(too_fast).enumerate() {
+            let plan = || FootPlan {
                 align: aligned[index],
                 drop: feet.root_drops[index],
+                legs: feet.blends[index * legs..(index + 1) * legs].to_vec(),
             };
-            let blends = &feet.blends[index * legs..(index + 1) * legs];
-            let key = DartKey::of(transition);
-            self.plans.add(key, (!darts).then_some(root), blends);
+            let key = TransitionKey::new(transition);
+            self.plans
+                .entry(key)
+                .or_insert_with(|| (!too_fast).then(plan));
         }
     }
 
     /// Speed of the fastest toe of both clips in a transition.
     fn fastest_of_clips(&self, transition: &Transition) -> f32 {
+        let target_start = transition.target_frame - transition.frames;
         let ends = [
             (transition.source_clip, transition.source_frame),
-            (
-                transition.target_clip,
-                transition.target_frame - transition.frames,
-            ),
+            (transition.target_clip, target_start),
         ];
         let speeds = ends.iter().flat_map(|&(clip, first)| {
             let speeds = self.clips[clip].get_or_init(|| clip_speeds(&self.graph, clip));
