@@ -3,7 +3,7 @@
 //! A bake reads a [`MotionGraph`](crate::graph::MotionGraph) and answers, before the game runs, three questions. Where is the body during
 //! each evasion, slab by slab and slice by slice of time (maps, [`RegionAtlas`])? Which evasions can the character reach from a node of the
 //! graph, and which cells of space does it vacate when it takes one (paths and grids, [`PathTable`], [`Grid`])? From which moments can it
-//! cut into an evasion without an edge (entries, [`EntrySettings`])? The result is one immutable [`BakedGraph`].
+//! cut into an evasion without an edge (entries, [`EntryReport`])? The result is one immutable [`BakedGraph`].
 //!
 //! # Order of calls
 //! 1. [`Baker::new`] checks the [`BakeSettings`] and prepares one drawing for each event, slab and slice.
@@ -42,14 +42,11 @@ mod grid;
 mod regions;
 
 pub use bake::{BakeError, BakeSettings, BakedGraph, Baker, DrawnMaps};
-pub use entries::{
-    EntryReport, EntrySettings, EntryShare, MomentShare, PlausibilitySettings, Stretches,
-};
+pub use entries::{EntryReport, EntryShare, MomentShare, Stretches};
 pub(crate) use entries::{KnownEntry, Stance};
 pub use grid::{
     AttackGrid, AttackGridReport, AttackGridSettings, AttackOption, CellColumn, Contact, Grid,
-    GridSettings, NodePath, PathId, PathReport, PathSettings, PathTable, Retimable, RetimeSettings,
-    TouchedCells,
+    NodePath, PathId, PathReport, PathSettings, PathTable, Retimable, TouchedCells,
 };
 #[cfg(feature = "vulkan")]
 pub(crate) use regions::bit_square;

@@ -5,9 +5,7 @@
 use std::collections::BTreeSet;
 
 use sabaki::graph::NodeId;
-use sabaki::maps::{
-    BakeSettings, BakedGraph, EntrySettings, MapGrid, NodePath, PathId, PathSettings,
-};
+use sabaki::maps::{BakeSettings, BakedGraph, MapGrid, NodePath, PathId, PathSettings};
 use sabaki::math::Rigid2;
 use sabaki_fixtures::baked::embedded;
 use sabaki_fixtures::small::small;
@@ -27,10 +25,7 @@ fn facts(path: &NodePath) -> Facts {
 fn with_paths(baked: &BakedGraph, paths: PathSettings) -> BakedGraph {
     let settings = BakeSettings {
         maps: MapGrid::PAPER,
-        entries: EntrySettings {
-            moment_step: 0,
-            ..EntrySettings::default()
-        },
+        without_entries: true,
         threads: paths.threads,
         paths,
         ..BakeSettings::default()

@@ -15,7 +15,9 @@ use crate::graph::build::candidates::{
 use crate::graph::search::cloud::PointCloud;
 use crate::graph::search::diagonal::Diagonals;
 use crate::graph::search::distance::DistanceMap;
-use crate::graph::search::near::{NearRange, NearWindows, WindowCell};
+use crate::graph::search::features::Features;
+use crate::graph::search::near::{NearSearch, WindowCell};
+use crate::graph::search::projection::Projection;
 use crate::graph::search::windows::Windows;
 use crate::graph::watch::{BakeStage, Stopped};
 use crate::math::{Isa, in_parallel, sort_rarely};
@@ -116,7 +118,7 @@ impl<'a> Candidates<'a> {
         for own in by_length.chunk_by(|a, b| a.0 == b.0) {
             let windows = &this.windows[&own[0].0];
             in_parallel(threads, clips, |clip| {
-                windows.near.clip(clip, windows.of(clip));
+                windows.features(clip);
             });
             let parts: Vec<&[(usize, usize)]> = own.chunks(TOGETHER).collect();
             let stage = watch.stage(BakeStage::Joins, threads);
@@ -210,7 +212,11 @@ struct ClipWindows<'a> {
     own: Option<&'a [Windows]>,
     /// Otherwise those of a clip are created when it is first searched.
     made: Vec<OnceLock<Windows>>,
-    near: NearWindows,
+    /// The projection of all windows, and the distance for which their balls are made, in metres.
+    projection: Projection,
+    least: f32,
+    /// The projected windows of each clip, computed when the clip is first searched.
+    features: Vec<OnceLock<Features>>,
 }
 
 impl<'a> ClipWindows<'a> {
@@ -226,9 +232,10 @@ impl<'a> ClipWindows<'a> {
             .step_by(step)
             .map(|clip| windows_of(clip, clouds, length, own, &made))
             .collect();
-        let least = lengths.threshold.min(lengths.loosest);
         Self {
-            near: NearWindows::new(&samples, clips, least),
+            projection: Projection::new(&samples),
+            least: lengths.threshold.min(lengths.loosest),
+            features: (0..clips).map(|_| OnceLock::new()).collect(),
             clouds,
             length,
             own,
@@ -236,8 +243,13 @@ impl<'a> ClipWindows<'a> {
         }
     }
 
+    fn features(&self, clip: usize) -> &Features {
+        let made = || Features::new(&self.projection, self.windows(clip), self.least);
+        self.features[clip].get_or_init(made)
+    }
+
     /// The windows of a clip.
-    fn of(&self, clip: usize) -> &Windows {
+    fn windows(&self, clip: usize) -> &Windows {
         windows_of(clip, self.clouds, self.length, self.own, &self.made)
     }
 }
@@ -263,7 +275,8 @@ struct RangeSearch<'a> {
     /// Moments that may be linked, or `None` if all may be.
     allowed: Option<&'a [bool]>,
     windows: &'a ClipWindows<'a>,
-    range: NearRange,
+    /// The projected windows of the range.
+    features: Features,
 }
 
 /// Scratch of a search.
@@ -287,17 +300,27 @@ impl<'a> RangeSearch<'a> {
             margin,
             allowed,
             windows,
-            range: windows.near.range(&margin.windows),
+            features: Features::new(&windows.projection, &margin.windows, windows.least),
         }
     }
 
     /// The closest link to each part of a clip. Links that cost more than the limit may be missing; the list is empty if all are. Its distance
     /// is that of the windows, even if the blend has another length.
     fn near(&self, clip: usize, limit: f32, scratch: &mut Scratch) -> Vec<Option<Candidate>> {
-        let (own, windows) = (&self.margin.windows, self.windows.of(clip));
+        let (own, windows) = (&self.margin.windows, self.windows.windows(clip));
+        let search = NearSearch {
+            features: [&self.features, self.windows.features(clip)],
+            limit: limit * limit,
+            // A small addition covers rounding.
+            beyond: (limit - self.windows.least).max(0.0) + 1e-5 * limit,
+            gap: None,
+            columns: windows.count(),
+        };
         scratch.near.clear();
-        let near = self.windows.near.clip(clip, windows);
-        self.range.find(near, limit, &mut scratch.near);
+        Isa::best().run(
+            #[inline(always)]
+            || search.find(0..own.count(), &mut scratch.near),
+        );
         if scratch.near.is_empty() {
             return Vec::new();
         }
@@ -322,7 +345,7 @@ impl<'a> RangeSearch<'a> {
     /// The closest link to each part of a clip, from the distances of all windows.
     fn all(&self, clip: usize) -> Vec<Option<Candidate>> {
         let mut best = self.no_links(clip);
-        let windows = self.windows.of(clip);
+        let windows = self.windows.windows(clip);
         DistanceMap::new(&self.margin.windows, windows).for_each_row(|row, squares| {
             for (column, &square) in (0..).zip(squares) {
                 let row = row as u32;

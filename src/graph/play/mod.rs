@@ -1,6 +1,5 @@
 //! Plays a graph: positions, motions, layers and cuts.
 
-pub(crate) mod continued_blend;
 pub(crate) mod inertia;
 pub(crate) mod motion;
 pub(crate) mod motion_edit;

@@ -229,7 +229,9 @@ impl Motion {
     /// Writes the pose after `seconds` to `out`, in the world.
     pub fn sample(&self, graph: &MotionGraph, seconds: f32, out: &mut Pose) {
         self.sample_unbent(graph, seconds, out);
-        self.apply_warp(graph, seconds, out);
+        if let Some(warp) = &self.warp {
+            warp.apply(graph.rigged_skeleton(), seconds, out);
+        }
     }
 
     /// Writes the poses of two moments.
@@ -245,7 +247,9 @@ impl Motion {
         if let Some(inertia) = self.inertia(self.moment(seconds)) {
             inertia.apply(graph, self.moment(seconds), out);
         }
-        self.apply_layer(graph, seconds, out);
+        if let Some(layer) = &self.layer {
+            layer.apply(graph, self.moment(seconds), out);
+        }
     }
 
     /// Whether a blend, a layer or a warp acts at `seconds`, so that the pose is not that of the playhead alone.
@@ -279,13 +283,6 @@ impl Motion {
     /// Time of the motion that is played at `seconds`. A warp may shift it.
     pub(crate) fn moment(&self, seconds: f32) -> f32 {
         self.warp.map_or(seconds, |warp| warp.moment(seconds))
-    }
-
-    /// Applies the warp to a pose that was sampled without it.
-    pub fn apply_warp(&self, graph: &MotionGraph, seconds: f32, pose: &mut Pose) {
-        if let Some(warp) = &self.warp {
-            warp.apply(graph.rigged_skeleton(), seconds, pose);
-        }
     }
 
     /// Position of the root after `seconds`, in the world. It equals the root of [`Motion::sample`]
@@ -407,7 +404,7 @@ impl Layer {
         }
     }
 
-    fn is_sound(&self, graph: &MotionGraph) -> bool {
+    pub(crate) fn is_sound(&self, graph: &MotionGraph) -> bool {
         let Envelope {
             start,
             full,
@@ -483,27 +480,10 @@ impl Motion {
         self.layer.is_some_and(|layer| layer.weight(moment) > 0.0)
     }
 
-    pub(crate) fn apply_layer(&self, graph: &MotionGraph, seconds: f32, pose: &mut Pose) {
-        if let Some(layer) = &self.layer {
-            layer.apply(graph, self.moment(seconds), pose);
-        }
-    }
-
     /// The layer with times relative to `seconds`; `None` if it has ended by then.
     pub(crate) fn layer_since(&self, seconds: f32) -> Option<Layer> {
         let layer = self.layer.filter(|layer| layer.end() > seconds)?;
         Some(layer.since(seconds))
-    }
-
-    /// Ends the layer at a cut of the motion.
-    pub(crate) fn cut_layer(&mut self, seconds: f32) {
-        if let Some(layer) = &mut self.layer {
-            layer.cut = Some(layer.cut.map_or(seconds, |cut| cut.min(seconds)));
-        }
-    }
-
-    pub(crate) fn is_layer_sound(&self, graph: &MotionGraph) -> bool {
-        self.layer.is_none_or(|layer| layer.is_sound(graph))
     }
 }
 

@@ -1,10 +1,26 @@
-//! Changes of a motion that is being played: its past is dropped, it is turned on the ground, and it is joined to another motion.
+//! Changes of a motion: entries at other positions of the graph, the offsets that fade out after them, and what remains of it at a time.
 
-use crate::anim::Pose;
-use crate::graph::motion_graph::MotionGraph;
-use crate::graph::play::inertia::{EntryScratch, Inertia};
-use crate::graph::play::motion::Motion;
+use crate::anim::{EventKind, Pose, Warp};
+use crate::graph::motion_graph::{EdgeId, EdgeMotion, MotionGraph};
+use crate::graph::play::inertia::{Entry, EntryScratch, Inertia};
+use crate::graph::play::motion::{Motion, Piece};
+use crate::graph::play::playhead::MotionStep;
 use crate::math::Rigid2;
+
+/// A blend that motions have taken over from an earlier one.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct ContinuedBlend(Inertia);
+
+impl ContinuedBlend {
+    /// Becomes the blend that a motion has taken over, if there is one. Returns whether it is another one than before.
+    pub(crate) fn follow(&mut self, motion: &Motion) -> bool {
+        let Some(other) = motion.continued_blend().filter(|it| **it != self.0) else {
+            return false;
+        };
+        self.0.clone_from(other);
+        true
+    }
+}
 
 /// A motion that was played until another motion replaces it.
 #[derive(Clone, Copy, Debug)]
@@ -18,9 +34,223 @@ pub struct Played<'a> {
 }
 
 impl Motion {
-    /// Replaces the motion by [`Motion::rest`]. The rest of a warp stays.
-    pub fn drop_past(&mut self, graph: &MotionGraph, seconds: f32) {
-        *self = self.rest(graph, seconds);
+    /// Jumps to another position of the graph after `seconds`. The offset of the motion from that position, with its velocity, fades out
+    /// during the entry's blend. The rest of the previous motion is dropped.
+    pub fn enter(&mut self, graph: &MotionGraph, seconds: f32, entry: &Entry) {
+        let mut scratch = std::mem::take(&mut self.scratch);
+        let step = (1.0 / graph.frame_rate()) as f32;
+        scratch.step = step;
+        self.extend(graph, seconds + step);
+        self.sample_both(graph, [seconds, seconds + step], &mut scratch.from);
+        // These poses contain the offset of an earlier entry.
+        self.cut(seconds);
+        self.push_entry(graph, entry, seconds);
+        self.extend(graph, seconds + step);
+        if self.inertias.len() == self.entered {
+            self.inertias.push(Inertia::default());
+        }
+        self.inertias[self.entered].set_times(seconds, entry.blend.max(step));
+        self.measure_entry(self.entered, graph, &mut scratch);
+        self.entered += 1;
+        self.scratch = scratch;
+    }
+
+    /// Computes the offset of a cut from the poses of the motion that it leaves.
+    fn measure_entry(&mut self, index: usize, graph: &MotionGraph, scratch: &mut EntryScratch) {
+        let start = self.inertias[index].start;
+        for (later, pose) in [0.0, scratch.step].into_iter().zip(&mut scratch.to) {
+            self.playhead(graph, start + later).pose(graph, pose);
+        }
+        self.inertias[index].measure(graph, scratch);
+    }
+
+    /// Recomputes the offsets of later cuts after the first one has changed. The pose that a cut leaves contains the offset before it.
+    pub(crate) fn measure_later(&mut self, graph: &MotionGraph) {
+        let warp = self.warp.take();
+        for index in 1..self.entered {
+            let start = self.inertias[index].start;
+            if !self.inertias[index - 1].lasts(start) {
+                break;
+            }
+            let mut left = self.left_at(graph, index);
+            let mut scratch = std::mem::take(&mut self.scratch);
+            scratch.step = (1.0 / graph.frame_rate()) as f32;
+            let moments = [start, start + scratch.step];
+            left.extend(graph, moments[1]);
+            left.sample_both(graph, moments, &mut scratch.from);
+            self.measure_entry(index, graph, &mut scratch);
+            self.scratch = scratch;
+        }
+        self.warp = warp;
+    }
+
+    /// The motion that a cut leaves, continued as if it were not cut.
+    fn left_at(&self, graph: &MotionGraph, index: usize) -> Self {
+        let start = self.inertias[index].start;
+        let played = self.pieces.partition_point(|piece| piece.start < start);
+        let mut pieces = self.pieces[..played].to_vec();
+        if let Some(last) = pieces.last_mut() {
+            last.end = last.start + last.playhead.seconds_to_next_node(graph) / last.rate;
+        }
+        Self {
+            pieces,
+            warp: None,
+            layer: self.layer.map(|layer| layer.before_cut(start)),
+            inertias: self.inertias[..index].to_vec(),
+            entered: index,
+            scratch: EntryScratch::default(),
+        }
+    }
+
+    /// Ends the motion just before `seconds`, so that the next piece starts at that time.
+    pub(crate) fn cut(&mut self, seconds: f32) {
+        let played = self.pieces.partition_point(|piece| piece.start < seconds);
+        self.pieces.truncate(played);
+        if let Some(last) = self.pieces.last_mut() {
+            last.end = last.end.min(seconds.next_down());
+        }
+        if let Some(layer) = &mut self.layer {
+            layer.cut = Some(layer.cut.map_or(seconds, |cut| cut.min(seconds)));
+        }
+        let begun = |inertia: &Inertia| inertia.start < seconds;
+        self.entered = self.inertias[..self.entered].partition_point(begun);
+    }
+
+    /// Appends the entry's edge and the edges of its clip up to the end of the evasion, all at the entry's rate.
+    pub(crate) fn push_entry(&mut self, graph: &MotionGraph, entry: &Entry, seconds: f32) {
+        let rate = entry.rate;
+        let playhead = entry.playhead();
+        let left = playhead.seconds_to_next_node(graph) / rate;
+        self.pieces.push(Piece {
+            playhead,
+            rate,
+            start: seconds,
+            end: seconds + left,
+        });
+        let mut edge = entry.edge;
+        let is_evasion = |edge: EdgeId| {
+            let event = graph.edge(edge).event;
+            event.is_some_and(|event| graph.event(event).kind == EventKind::Evasion)
+        };
+        /// Maximum number of edges of a lead-in.
+        const MOST: usize = 256;
+        let mut pushed = 0;
+        while !is_evasion(edge) && pushed < MOST {
+            edge = graph.natural_edge(graph.edge(edge).to);
+            if graph.edge(edge).motion != EdgeMotion::Clip {
+                break;
+            }
+            self.push(graph, MotionStep { edge, rate });
+            pushed += 1;
+        }
+    }
+
+    pub(crate) fn inertias(&self) -> &[Inertia] {
+        &self.inertias[..self.entered]
+    }
+
+    /// Offset that still fades out after `seconds`.
+    pub(crate) fn inertia(&self, seconds: f32) -> Option<&Inertia> {
+        let begun = self
+            .inertias()
+            .partition_point(|inertia| inertia.start <= seconds);
+        let last = self.inertias[..begun].last()?;
+        last.lasts(seconds).then_some(last)
+    }
+
+    /// Whether the offset of an earlier motion still fades out after `seconds`. The pose then differs from the playhead's.
+    #[must_use]
+    pub fn is_blending(&self, seconds: f32) -> bool {
+        self.inertia(self.moment(seconds)).is_some()
+    }
+
+    /// Whether nothing but the blend that the motion has taken over from an earlier one acts at `seconds`.
+    pub(crate) fn is_in_continued_blend(&self, seconds: f32) -> bool {
+        let continued = self.continued_blend().is_some_and(|it| it.lasts(seconds));
+        let is_last = self.inertias().iter().skip(1).all(|it| it.start > seconds);
+        continued && is_last && !self.is_bent(seconds)
+    }
+
+    /// The blend that the motion has taken over from an earlier one.
+    fn continued_blend(&self) -> Option<&Inertia> {
+        self.inertias().first().filter(|it| it.start < 0.0)
+    }
+
+    /// Takes over the offset that fades out `seconds` after the start of `other`, so that this motion continues that one. Call it before any
+    /// [`Motion::enter`].
+    pub fn continue_blend(&mut self, other: &Self, seconds: f32) {
+        let Some(left) = other.inertia(seconds) else {
+            return;
+        };
+        self.entered = 0;
+        if self.inertias.is_empty() {
+            self.inertias.push(Inertia::default());
+        }
+        self.inertias[0].clone_from(left);
+        self.inertias[0].start -= seconds;
+        self.entered = 1;
+    }
+
+    /// Time until the offset at the start has faded out, in seconds; 0 without an offset.
+    #[must_use]
+    pub fn blends_until(&self) -> f32 {
+        self.inertia(0.0).map_or(0.0, Inertia::end)
+    }
+
+    /// Returns the motion that remains after `seconds`: the edge that plays then, at its rate, and
+    /// everything after it.
+    #[must_use]
+    pub fn rest(&self, graph: &MotionGraph, seconds: f32) -> Self {
+        let warp = self.warp.filter(|warp| warp.envelope.end > seconds);
+        let moment = warp.map_or(seconds, |warp| warp.moment(seconds).min(seconds));
+        let index = self.pieces.partition_point(|piece| piece.end < moment);
+        let first = index.min(self.pieces.len().saturating_sub(1));
+        let mut pieces = self.pieces[first..].to_vec();
+        for piece in &mut pieces {
+            piece.start -= seconds;
+            piece.end -= seconds;
+        }
+        if let Some(begun) = pieces.first_mut().filter(|_| warp.is_none()) {
+            begun.playhead = self.playhead(graph, seconds);
+            begun.start = 0.0;
+            begun.end = begun.end.max(0.0);
+        }
+        let warp = warp.map(|warp| Warp {
+            envelope: warp.envelope.since(seconds),
+            ..warp
+        });
+        let left = self.inertias().iter().filter(|one| one.lasts(seconds));
+        let mut inertias: Vec<Inertia> = left.cloned().collect();
+        for inertia in &mut inertias {
+            inertia.start -= seconds;
+            // Rounding may move the end of the piece before the entry past the entry.
+            let left =
+                |piece: &&mut Piece| piece.start < inertia.start && piece.end >= inertia.start;
+            if let Some(piece) = pieces.iter_mut().rev().find(left) {
+                piece.end = inertia.start.next_down();
+            }
+        }
+        Self {
+            pieces,
+            warp,
+            layer: self.layer_since(seconds),
+            entered: inertias.len(),
+            inertias,
+            scratch: EntryScratch::default(),
+        }
+    }
+
+    /// Returns the rest of the edge that plays after `seconds`, followed by `steps`, which start at
+    /// its end.
+    #[must_use]
+    pub fn branch(&self, graph: &MotionGraph, seconds: f32, steps: &[MotionStep]) -> Self {
+        let mut branch = self.rest(graph, seconds);
+        branch.pieces.truncate(1);
+        branch.entered = branch.inertias().partition_point(|one| one.start <= 0.0);
+        for &step in steps {
+            branch.push(graph, step);
+        }
+        branch
     }
 
     /// Transforms the whole motion, including the part that has been played.
@@ -127,7 +357,8 @@ impl Motion {
                 .inertias()
                 .iter()
                 .all(|one| one.is_sound(joints, graph.feet().legs().len()));
+        let layer_fits = self.layer.is_none_or(|layer| layer.is_sound(graph));
         let warp_fits = self.warp.is_none_or(|warp| warp.bend.is_finite());
-        pieces_fit && ordered && connected && blends_fit && warp_fits && self.is_layer_sound(graph)
+        pieces_fit && ordered && connected && blends_fit && warp_fits && layer_fits
     }
 }

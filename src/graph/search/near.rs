@@ -1,11 +1,7 @@
 //! Pairs of windows that a lower bound does not show to be far apart.
 
 use crate::graph::search::features::{Features, NODE, NODES};
-use crate::graph::search::projection::Projection;
-use crate::graph::search::windows::Windows;
-use crate::math::Isa;
 use std::ops::Range;
-use std::sync::OnceLock;
 
 /// A window pair.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -35,7 +31,7 @@ impl NearSearch<'_> {
         self.gap.map_or(0, |gap| (row + gap).saturating_sub(2))
     }
 
-    /// Finds the near pairs of the windows `rows` of the first cloud. The rows of pairs on one diagonal ascend.
+    /// Finds all pairs of the windows `rows` of the first cloud that are near, and some farther pairs. The rows of pairs on one diagonal ascend.
     #[inline(always)]
     pub(crate) fn find(&self, rows: Range<usize>, near: &mut Vec<WindowCell>) {
         for node in rows.start / NODE..rows.end.div_ceil(NODE) {
@@ -94,80 +90,4 @@ impl NearSearch<'_> {
 #[inline(always)]
 fn bits(range: Range<usize>) -> u32 {
     (1 << range.end) - (1 << range.start)
-}
-
-/// Windows of clips, prepared for finding those that are near windows of a short range of frames.
-#[derive(Debug)]
-pub(crate) struct NearWindows {
-    projection: Projection,
-    /// Distance for which the balls are made, in metres.
-    least: f32,
-    /// The projected windows of each clip, computed when the clip is first searched.
-    clips: Vec<OnceLock<Features>>,
-}
-
-/// The windows of a range of frames, prepared for the search of near windows of clips.
-#[derive(Debug)]
-pub(crate) struct NearRange {
-    features: Features,
-    /// Number of windows.
-    rows: usize,
-    /// Distance for which the balls are made, in metres.
-    least: f32,
-}
-
-/// The windows of one clip, prepared.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct NearClip<'a> {
-    features: &'a Features,
-    /// Number of windows.
-    columns: usize,
-}
-
-impl NearWindows {
-    /// Prepares the search of the windows of `clips` clips, which have the joints of `samples` and windows of their length. The projection
-    /// is chosen so that few pairs beyond the distance are found in clips like `samples`, for distances of at least `least` metres.
-    pub(crate) fn new(samples: &[&Windows], clips: usize, least: f32) -> Self {
-        Self {
-            clips: (0..clips).map(|_| OnceLock::new()).collect(),
-            projection: Projection::new(samples),
-            least,
-        }
-    }
-
-    /// Prepares the windows of a clip, once.
-    pub(crate) fn clip(&self, clip: usize, windows: &Windows) -> NearClip<'_> {
-        let made = || Features::new(&self.projection, windows, self.least);
-        NearClip {
-            features: self.clips[clip].get_or_init(made),
-            columns: windows.count(),
-        }
-    }
-
-    /// Prepares the windows of a range.
-    pub(crate) fn range(&self, windows: &Windows) -> NearRange {
-        NearRange {
-            features: Features::new(&self.projection, windows, self.least),
-            rows: windows.count(),
-            least: self.least,
-        }
-    }
-}
-
-impl NearRange {
-    /// Finds all pairs of a window of the range and a window of a clip whose distance is below `limit` metres, and some farther pairs.
-    pub(crate) fn find(&self, clip: NearClip<'_>, limit: f32, near: &mut Vec<WindowCell>) {
-        let search = NearSearch {
-            features: [&self.features, clip.features],
-            limit: limit * limit,
-            // A small addition covers rounding.
-            beyond: (limit - self.least).max(0.0) + 1e-5 * limit,
-            gap: None,
-            columns: clip.columns,
-        };
-        Isa::best().run(
-            #[inline(always)]
-            || search.find(0..self.rows, near),
-        );
-    }
 }

@@ -8,7 +8,7 @@ use crate::anim::{Facing, JointTransform, Pose, forward_kinematics};
 use crate::graph::{EdgeId, EdgeMotion, EdgesInto, Entry, Motion, MotionGraph, NodeId, Playhead};
 use crate::maps::entries::{EntryReport, EntryTable, EntryTrack, EntryTracks, KnownEntry, Stance};
 use crate::maps::grid::{
-    AttackGrid, AttackGridSettings, Grid, GridCells, GridSettings, PathId, PathTable, Retimable,
+    AttackGrid, AttackGridSettings, Grid, GridCells, PathId, PathTable, Retimable,
 };
 use crate::maps::regions::{
     AttackMove, Body, BodyRows, BodyTrack, BoundingCylinder, ClipCylinders, Evasion, EvasionTracks,
@@ -29,7 +29,8 @@ pub struct BakedGraph {
     pub(super) attack_moves: Vec<AttackMove>,
     pub(super) entries: EntryTable,
     pub(super) paths: PathTable,
-    pub(super) grid_settings: GridSettings,
+    /// Side of a cell of the grid, in metres.
+    pub(super) grid_cell: f32,
     pub(super) cylinders: ClipCylinders,
     #[serde(skip)]
     pub(super) derived: Derived,
@@ -50,7 +51,7 @@ pub(super) struct Derived {
     pub(super) evasion_texels: Vec<Vec<u32>>,
     /// Minimum number of frames from each node to an evasion's start, at rate 1.
     pub(super) frames_to_evasion: OnceLock<Vec<u32>>,
-    /// Shared by clones, and by no other graph.
+    /// Shared by clones, and by graphs that differ in their maps alone: what is cached by it are poses of the body.
     pub(super) identity: Arc<()>,
 }
 
@@ -62,10 +63,8 @@ impl PartialEq for Derived {
 }
 
 impl BakedGraph {
-    /// Minimum time for which a [`BodyTrack`] holds the body, from an evasion's start, in seconds.
-    pub const TRACK_SECONDS: f32 = EvasionTracks::SECONDS;
-
-    /// Distinguishes this graph from all others, by its address: what is cached for one graph is not used for another.
+    /// Distinguishes the motion and body of this graph from those of all others, by its address: poses that are cached for one are not used for
+    /// another.
     pub(crate) fn identity(&self) -> &Arc<()> {
         &self.derived.identity
     }

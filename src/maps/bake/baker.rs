@@ -10,8 +10,8 @@ use super::settings::{BakeError, BakeSettings};
 use crate::anim::EventKind;
 use crate::graph::watch::{BakeWatch, Unwatched};
 use crate::graph::{EdgeId, MotionGraph};
-use crate::maps::entries::{EntrySearch, EntryShare, EntryTable, MomentShare};
-use crate::maps::grid::{find_paths, retimable_edges};
+use crate::maps::entries::{EntryShare, EntryTable, MomentShare};
+use crate::maps::grid::{GridCells, find_paths, retimable_edges};
 use crate::maps::regions::{
     AttackMaps, AttackMove, BitMap, Body, ClipCylinders, Drawing, Evasion, EvasionMaps, MapGrid,
     MapRect, MaskMap, RegionAtlas, RegionId, RegionMaps, Slab, SlabMaps, raster,
@@ -186,18 +186,14 @@ impl Baker {
         };
         let attack_moves = self.attacks.iter().map(attack_move).collect();
         let settings = &self.settings;
-        let retimable = retimable_edges(&self.graph, &settings.retime, settings.threads);
+        let retimable = retimable_edges(&self.graph, settings.threads);
         let evasions = evasions_of(&self.graph, &self.evasions);
-        let search = EntrySearch {
-            graph: &self.graph,
-            evasions: &evasions,
-            settings: &self.settings.entries,
-            threads: self.settings.threads,
-            watch,
-        };
-        let entries = {
-            let _span = tracing::trace_span!("bake: find entries").entered();
-            EntryTable::find(search, entries)?
+        let entries = match settings.without_entries || evasions.is_empty() {
+            true => EntryTable::default(),
+            false => {
+                let _span = tracing::trace_span!("bake: find entries").entered();
+                EntryTable::find(&self.graph, &evasions, entries, settings.threads, watch)?
+            }
         };
         if entries.check(&self.graph, &evasions).is_err() {
             return Err(BakeError::Entries);
@@ -225,7 +221,7 @@ impl Baker {
             attack_moves,
             entries,
             paths,
-            grid_settings: settings.grid,
+            grid_cell: GridCells::CELL,
             cylinders,
             derived: Derived {
                 placements,
@@ -331,14 +327,17 @@ impl MomentShare {
         settings: &BakeSettings,
         watch: &dyn BakeWatch,
     ) -> Result<EntryShare, BakeError> {
-        let search = EntrySearch {
+        let evasions = evasions_of(graph, &edges_of(graph, EventKind::Evasion));
+        if settings.without_entries || evasions.is_empty() {
+            return Ok(EntryShare::default());
+        }
+        Ok(EntryShare::find(
             graph,
-            evasions: &evasions_of(graph, &edges_of(graph, EventKind::Evasion)),
-            settings: &settings.entries,
-            threads: settings.threads,
+            &evasions,
+            self,
+            settings.threads,
             watch,
-        };
-        Ok(EntryShare::find(search, self)?)
+        )?)
     }
 }
 

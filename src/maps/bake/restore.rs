@@ -25,7 +25,7 @@ impl BakedGraph {
             &self.retimable,
             evasions,
             attack_moves,
-            self.grid_settings,
+            self.grid_cell,
         );
         Ok([
             rest,
@@ -70,7 +70,7 @@ impl BakedGraph {
                 )
             },
         );
-        let (body, retimable, evasions, attack_moves, grid_settings) = from_bytes(rest)?;
+        let (body, retimable, evasions, attack_moves, grid_cell) = from_bytes(rest)?;
         Ok(Self {
             graph: graph?,
             body,
@@ -80,7 +80,7 @@ impl BakedGraph {
             attack_moves,
             entries: entries?,
             paths: paths?,
-            grid_settings,
+            grid_cell,
             cylinders: cylinders?,
             derived: Derived::default(),
         })
@@ -207,7 +207,7 @@ impl BakedGraph {
         let (evasions, reach) = (self.evasions.len(), self.derived.reach);
         (
             BodyRows::new(&self.body),
-            GridCells::new(self.grid_settings, reach, evasions, paths),
+            GridCells::new(self.grid_cell, reach, evasions, paths),
             EntryTracks::new(&self.graph, evasions, &self.entries),
         )
     }

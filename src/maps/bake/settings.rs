@@ -4,8 +4,7 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use crate::graph::watch::Stopped;
-use crate::maps::entries::EntrySettings;
-use crate::maps::grid::{GridSettings, PathSettings, RetimeSettings};
+use crate::maps::grid::PathSettings;
 use crate::maps::regions::{Body, MapGrid, Prop};
 
 /// Settings of a bake.
@@ -13,14 +12,10 @@ use crate::maps::regions::{Body, MapGrid, Prop};
 pub struct BakeSettings {
     /// Texel size, slab height and time slices of the maps.
     pub maps: MapGrid,
-    /// Thresholds that decide which edges may be retimed.
-    pub retime: RetimeSettings,
     /// Horizon of the path search, and limits on the paths that are kept.
     pub paths: PathSettings,
-    /// Size of the cells by which paths are found.
-    pub grid: GridSettings,
-    /// Settings of the jumps into evasions that need no edge.
-    pub entries: EntrySettings,
+    /// Whether to leave out the jumps into evasions that need no edge, as in the paper. They take most of the time of a bake.
+    pub without_entries: bool,
     /// Spheres of the body. Default: spheres along the skeleton's bones ([`Body::from_bones`]).
     pub body: Option<Body>,
     /// Number of threads that draw the maps, or 0 for one thread per CPU core. The maps do not
@@ -32,36 +27,18 @@ pub struct BakeSettings {
 
 impl BakeSettings {
     pub(super) fn check_numbers(&self) -> Result<(), BakeError> {
-        let (retime, paths) = (&self.retime, &self.paths);
-        let (entries, plausible) = (&self.entries, &self.entries.plausible);
-        let to_10_s = |name, seconds| (name, seconds, 0.0..=10.0, "0 to 10 s");
-        let metres = |name, value: f32| (name, f64::from(value), 0.0..=1e6, "0 to 1000000 m");
+        let (paths, most) = (&self.paths, f64::from(self.paths.most));
         let cell = |name, value: f32| (name, f64::from(value), 0.001..=1e3, "0.001 to 1000");
-        let percent = |name, value: f32| (name, f64::from(value), 0.0..=100.0, "0 to 100");
-        let [late, unbranched] = [entries.late, entries.unbranched].map(f64::from);
-        let (most, side) = (f64::from(paths.most), f64::from(self.grid.cell));
         let checks = [
-            to_10_s("retime.window", retime.window),
-            metres("retime.slow", retime.slow),
-            metres("retime.fast", retime.fast),
-            metres("retime.still", retime.still),
-            to_10_s("paths.horizon", f64::from(paths.horizon)),
+            (
+                "paths.horizon",
+                f64::from(paths.horizon),
+                0.0..=10.0,
+                "0 to 10 s",
+            ),
             cell("paths.alike_distance", paths.alike_distance),
             cell("paths.alike_angle", paths.alike_angle),
             ("paths.most", most, 1.0..=1e7, "1 to 10000000"),
-            to_10_s("entries.lead_in", f64::from(entries.lead_in)),
-            ("entries.late", late, 0.0..=60.0, "0 to 60 s"),
-            (
-                "entries.unbranched",
-                unbranched,
-                0.0..=1e6,
-                "0 to 1000000 s",
-            ),
-            percent("entries.plausible.joints", plausible.joints),
-            percent("entries.plausible.departure", plausible.departure),
-            metres("entries.plausible.slide", plausible.slide),
-            metres("entries.plausible.toe_speed", plausible.toe_speed),
-            ("grid.cell", side, 0.05..=1.0, "0.05 to 1 m"),
         ];
         let wrong = checks
             .into_iter()

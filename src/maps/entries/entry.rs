@@ -1,46 +1,8 @@
-//! Settings of entries, their targets, and an entry as it is stored.
+//! Blends and rates of entries, their targets, and an entry as it is stored.
 
 use crate::graph::EdgeId;
-use crate::maps::entries::limits::PlausibilitySettings;
 use crate::math::byte_list::Bytes;
 use serde::{Deserialize, Serialize};
-
-/// Settings of the search for entries.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct EntrySettings {
-    /// Interval of the moments at which entries start, in frames. Default 3. 0 means no entries, as in the paper.
-    pub moment_step: u32,
-    /// Interval of the frames of an evasion that can be entered, in frames. Default 2.
-    pub target_step: u32,
-    /// Longest time before its start at which an evasion can be entered, in seconds. Default 0.4.
-    pub lead_in: f32,
-    /// Longest time after its start at which an evasion can be entered, in seconds. Default 1.2.
-    pub late: f32,
-    /// Maximum number of targets. Their interval grows if there would be more. Default 256.
-    pub most_targets: u32,
-    /// Maximum number of entries of a moment. Default 64.
-    pub most: u32,
-    /// Maximum duration of a stretch of a clip without an entry, an exit, or a choice of edges, in seconds. In longer stretches, exits may use the
-    /// maxima of the clips as limits instead of the percentiles of `plausible`. Default 0.8.
-    pub unbranched: f32,
-    /// Limits of plausible motion.
-    pub plausible: PlausibilitySettings,
-}
-
-impl Default for EntrySettings {
-    fn default() -> Self {
-        Self {
-            moment_step: 3,
-            target_step: 2,
-            lead_in: 0.4,
-            late: 1.2,
-            most_targets: 256,
-            most: 64,
-            unbranched: 0.8,
-            plausible: PlausibilitySettings::default(),
-        }
-    }
-}
 
 /// Durations of an entry's blend, in seconds. The shortest plausible one is used.
 pub(crate) const BLENDS: [f32; 3] = [0.15, 0.2, 0.25];

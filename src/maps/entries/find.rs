@@ -2,157 +2,95 @@
 
 use crate::graph::watch::{BakeStage, BakeWatch, Stopped, WatchedStage};
 use crate::graph::{ClipId, MotionGraph, Node};
-use crate::maps::entries::entry::{EntrySettings, EntryTarget, KnownEntry};
+use crate::maps::entries::entry::{EntryTarget, KnownEntry};
 use crate::maps::entries::finder::{Aligned, Departed, Finder, Scratch, Ways};
 use crate::maps::entries::layers::{LayerSource, LayerTest};
-use crate::maps::entries::limits::{MeasuredMotion, MotionLimits};
+use crate::maps::entries::limits::{MeasuredMotion, MotionLimits, Plausibility};
 use crate::maps::entries::report::PlayedFrames;
 use crate::maps::entries::table::{EntryTable, MomentLists};
-use crate::maps::entries::targets::{ClipFrame, ClipPlaces, SearchBasis, natural};
+use crate::maps::entries::targets::{ClipFrame, ClipPlaces, natural, targets};
 use crate::maps::regions::Evasion;
 use crate::math::sort_rarely;
 use serde::{Deserialize, Serialize};
 
+/// Interval of the moments at which entries start, in frames.
+const MOMENT_STEP: u32 = 3;
+/// Maximum number of entries of a moment.
+const MOST: usize = 64;
+/// Maximum duration of a stretch of a clip without an entry, an exit, or a choice of edges, in seconds. In longer stretches, exits may use the
+/// maxima of the clips as limits.
+const UNBRANCHED: f32 = 0.8;
+
 impl EntryTable {
     /// Finds all entries of a graph, or takes those that `shares` found, if there are any. The result does not depend on the number of threads.
-    pub(crate) fn find(search: EntrySearch<'_>, shares: Vec<EntryShare>) -> Result<Self, Stopped> {
-        if search.is_off() {
-            return Ok(Self::default());
+    pub(crate) fn find(
+        graph: &MotionGraph,
+        evasions: &[Evasion],
+        shares: Vec<EntryShare>,
+        threads: usize,
+        watch: &dyn BakeWatch,
+    ) -> Result<Self, Stopped> {
+        let (mut measured, places) = (MeasuredMotion::of(graph, threads), ClipPlaces::new(graph));
+        let limits = measured.limits(Plausibility::USUAL);
+        let utmost = measured.limits(Plausibility::UTMOST);
+        let goals = Goals::new(graph, evasions, &limits, &places, threads);
+        let found = match shares.is_empty() {
+            true => goals.search(MomentShare::ALL, threads, watch)?,
+            false => EntryShare::joined(shares),
+        };
+        let mut table = Self {
+            step: MOMENT_STEP,
+            first_moment: first_moments(graph),
+            limits: limits.clone(),
+            targets: goals.targets,
+            ..Self::default()
+        };
+        for found in found {
+            table.cut += u64::from(found.entries.len() == MOST);
+            table.entries.push(&found.entries);
+            table.exits.lists.push(&found.exits);
+            table.layers.push(&found.layers);
         }
-        let mut measured = MeasuredMotion::of(search.graph, search.threads);
-        let limits = measured.limits(&search.settings.plausible);
-        let utmost = measured.limits(&search.settings.plausible.utmost());
-        search.with_goals(&limits, |goals| {
-            let found = match shares.is_empty() {
-                true => goals.found(MomentShare::ALL)?,
-                false => EntryShare::joined(shares),
-            };
-            let settings = search.settings;
-            let mut table = Self {
-                step: settings.moment_step,
-                first_moment: first_moments(search.graph, settings.moment_step),
-                limits: limits.clone(),
-                targets: goals.targets.to_vec(),
-                ..Self::default()
-            };
-            for found in found {
-                table.cut += u64::from(found.entries.len() == settings.most as usize);
-                table.entries.push(&found.entries);
-                table.exits.lists.push(&found.exits);
-                table.layers.push(&found.layers);
-            }
-            let exits = goals.exits;
-            table.exits.targets = exits.targets.iter().map(Into::into).collect();
-            let exits = exits.within_utmost(&utmost);
-            let stage = search.stage(BakeStage::Exits);
-            table.shorten_stretches(&exits, settings.unbranched, stage);
-            search.watch.check()?;
-            Ok(table)
-        })
+        table.exits.targets = goals.exits.targets.iter().map(Into::into).collect();
+        let exits = goals.exits.within_utmost(&utmost);
+        table.shorten_stretches(&exits, watch.stage(BakeStage::Exits, threads));
+        watch.check()?;
+        Ok(table)
     }
 }
 
 impl EntryShare {
     /// Finds the entries of a share of all moments.
-    pub(crate) fn find(search: EntrySearch<'_>, share: MomentShare) -> Result<Self, Stopped> {
-        if search.is_off() {
-            return Ok(Self::default());
-        }
-        let mut measured = MeasuredMotion::of(search.graph, search.threads);
-        let limits = measured.limits(&search.settings.plausible);
-        search
-            .with_goals(&limits, |goals| goals.found(share))
-            .map(Self)
-    }
-}
-
-/// Targets of the entries, exits and layers of all moments.
-struct Goals<'a> {
-    search: EntrySearch<'a>,
-    targets: &'a [EntryTarget],
-    entries: Finder<'a>,
-    exits: Finder<'a>,
-    layers: LayerSource<'a>,
-}
-
-impl Goals<'_> {
-    /// Searches a share of all moments.
-    fn found(&self, share: MomentShare) -> Result<Vec<MomentFound>, Stopped> {
-        let search = MomentSearch {
-            entries: &self.entries,
-            exits: &self.exits,
-            layers: &self.layers,
-            settings: self.search.settings,
-        };
-        let found = search.of(share, self.search.stage(BakeStage::Entries));
-        self.search.watch.check()?;
-        Ok(found)
+    pub(crate) fn find(
+        graph: &MotionGraph,
+        evasions: &[Evasion],
+        share: MomentShare,
+        threads: usize,
+        watch: &dyn BakeWatch,
+    ) -> Result<Self, Stopped> {
+        let places = ClipPlaces::new(graph);
+        let limits = MeasuredMotion::of(graph, threads).limits(Plausibility::USUAL);
+        let goals = Goals::new(graph, evasions, &limits, &places, threads);
+        goals.search(share, threads, watch).map(Self)
     }
 }
 
 /// Number of each clip's first moment. The last entry is the number of moments.
-fn first_moments(graph: &MotionGraph, step: u32) -> Vec<u32> {
+fn first_moments(graph: &MotionGraph) -> Vec<u32> {
     let mut firsts = vec![0];
     for clip in graph.clips() {
-        let moments = clip.frames().div_ceil(step as usize) as u32;
+        let moments = clip.frames().div_ceil(MOMENT_STEP as usize) as u32;
         firsts.push(firsts[firsts.len() - 1] + moments);
     }
     firsts
 }
 
-/// Inputs of a search for entries.
-#[derive(Clone, Copy)]
-pub(crate) struct EntrySearch<'a> {
-    pub(crate) graph: &'a MotionGraph,
-    pub(crate) evasions: &'a [Evasion],
-    pub(crate) settings: &'a EntrySettings,
-    /// Number of threads, 0 for one per CPU core.
-    pub(crate) threads: usize,
-    pub(crate) watch: &'a dyn BakeWatch,
-}
-
-impl<'a> EntrySearch<'a> {
-    /// Whether there are no evasions, or the settings disable entries.
-    fn is_off(&self) -> bool {
-        self.settings.moment_step == 0 || self.evasions.is_empty()
-    }
-
-    /// Calls `work` with the goals of entries within the limits.
-    fn with_goals<T>(self, limits: &MotionLimits, work: impl FnOnce(Goals<'_>) -> T) -> T {
-        let (graph, settings) = (self.graph, self.settings);
-        let basis = SearchBasis {
-            graph,
-            limits,
-            places: &ClipPlaces::new(graph),
-            threads: self.threads,
-        };
-        let targets = basis.targets(self.evasions, settings);
-        let frames = targets
-            .iter()
-            .map(|target| ClipFrame::of(graph, target.edge, target.edge_frame));
-        let exits = natural(graph, settings.target_step);
-        work(Goals {
-            search: self,
-            entries: Finder::new(basis, frames.collect(), Ways::ENTRIES),
-            exits: Finder::new(basis, exits, Ways::EXITS),
-            layers: LayerSource::new(basis, self.evasions, &targets),
-            targets: &targets,
-        })
-    }
-
-    fn stage(self, stage: BakeStage) -> WatchedStage<'a> {
-        self.watch.stage(stage, self.threads)
-    }
-}
-
-// Search for the entries, exits and layers of each moment.
-
-/// Input of the search at each moment.
-pub(crate) struct MomentSearch<'a> {
-    pub(crate) entries: &'a Finder<'a>,
-    pub(crate) exits: &'a Finder<'a>,
-    pub(crate) layers: &'a LayerSource<'a>,
-    pub(crate) settings: &'a EntrySettings,
+/// The search for the entries, exits and layers of moments.
+struct Goals<'a> {
+    targets: Vec<EntryTarget>,
+    entries: Finder<'a>,
+    exits: Finder<'a>,
+    layers: LayerSource,
 }
 
 /// Entries, exits and layers of a moment. A moment that the graph does not play has none.
@@ -163,27 +101,54 @@ pub(crate) struct MomentFound {
     pub(crate) layers: Vec<KnownEntry>,
 }
 
-impl MomentSearch<'_> {
-    /// Searches a share of all moments. After a stop, only the results of the first moments are returned.
-    pub(crate) fn of(&self, share: MomentShare, stage: WatchedStage<'_>) -> Vec<MomentFound> {
-        let (graph, step) = (self.entries.graph, self.settings.moment_step);
+impl<'a> Goals<'a> {
+    fn new(
+        graph: &'a MotionGraph,
+        evasions: &[Evasion],
+        limits: &'a MotionLimits,
+        places: &'a ClipPlaces,
+        threads: usize,
+    ) -> Self {
+        let targets = targets(graph, places, evasions);
+        let frames = targets
+            .iter()
+            .map(|target| ClipFrame::of(graph, target.edge, target.edge_frame));
+        let finder = |targets, ways| Finder::new(graph, limits, places, targets, ways, threads);
+        Self {
+            entries: finder(frames.collect(), Ways::ENTRIES),
+            exits: finder(natural(graph), Ways::EXITS),
+            layers: LayerSource::new(graph, limits, evasions, &targets),
+            targets,
+        }
+    }
+
+    /// Searches a share of all moments.
+    fn search(
+        &self,
+        share: MomentShare,
+        threads: usize,
+        watch: &dyn BakeWatch,
+    ) -> Result<Vec<MomentFound>, Stopped> {
+        let graph = self.entries.graph;
         let frames = graph.clips().iter().map(|clip| clip.frames() as u32);
         let moments: Vec<Node> = frames
             .zip(0..)
             .flat_map(|(frames, clip)| {
-                let frames = (0..frames).step_by(step as usize);
+                let frames = (0..frames).step_by(MOMENT_STEP as usize);
                 let clip = ClipId(clip);
                 frames.map(move |frame| Node { clip, frame })
             })
             .collect();
-        let batches: Vec<&[Node]> = share.of(&moments).collect();
+        let batches: Vec<&[Node]> = share.batches(&moments).collect();
+        let stage = watch.stage(BakeStage::Entries, threads);
         let found = stage.in_parallel(batches.len(), |batch| {
             let (mut scratch, mut layers) = (Scratch::new(graph), LayerTest::new(graph));
             let own = batches[batch].iter();
             own.map(|&frame| self.at(frame, &mut scratch, &mut layers))
                 .collect::<Vec<_>>()
         });
-        found.into_iter().flatten().collect()
+        watch.check()?;
+        Ok(found.into_iter().flatten().collect())
     }
 
     fn at(
@@ -196,11 +161,10 @@ impl MomentSearch<'_> {
             return MomentFound::default();
         };
         let from = self.entries.depart(before, &mut scratch.sampler);
-        let most = self.settings.most as usize;
         MomentFound {
-            entries: self.entries.entries(&from, most, scratch),
+            entries: self.entries.entries(&from, MOST, scratch),
             exits: self.exits.exits(&from, scratch),
-            layers: self.entries.layers(&from, self.layers, layers),
+            layers: self.entries.layers(&from, &self.layers, layers),
         }
     }
 }
@@ -228,7 +192,7 @@ impl MomentShare {
     const BATCH: usize = 64;
 
     /// The batches of the share.
-    pub(crate) fn of<T>(self, moments: &[T]) -> impl Iterator<Item = &[T]> {
+    fn batches<T>(self, moments: &[T]) -> impl Iterator<Item = &[T]> {
         moments
             .chunks(Self::BATCH)
             .skip(self.index)
@@ -256,16 +220,11 @@ impl EntryShare {
 // Search for the exits of all moments.
 
 impl EntryTable {
-    /// Finds exits for the moments of stretches without a branch point that are longer than `longest` seconds. The result does not depend
+    /// Finds exits for the moments of stretches without a branch point that are longer than [`UNBRANCHED`]. The result does not depend
     /// on the number of threads. After a stop, some exits are missing.
-    pub(crate) fn shorten_stretches(
-        &mut self,
-        exits: &Finder<'_>,
-        longest: f32,
-        stage: WatchedStage<'_>,
-    ) {
+    fn shorten_stretches(&mut self, exits: &Finder<'_>, stage: WatchedStage<'_>) {
         let (graph, step) = (exits.graph, self.step as usize);
-        let longest = (f64::from(longest) * graph.frame_rate()) as usize;
+        let longest = (f64::from(UNBRANCHED) * graph.frame_rate()) as usize;
         // Moments and their frames.
         let mut places: Vec<(u32, Node)> = Vec::new();
         for clip in (0..graph.clips().len()).map(|clip| ClipId(clip as u32)) {
@@ -319,9 +278,8 @@ impl Finder<'_> {
         self.find_near(from, &mut scratch.near);
         let near = scratch.near.iter().enumerate();
         let near = near.filter_map(|(target, &near)| near.then_some(target));
-        let mut nearest: Vec<Aligned> = near
-            .filter_map(|target| self.align(&from.at, target))
-            .collect();
+        let mut nearest: Vec<Aligned> =
+            near.filter_map(|target| self.align(from, target)).collect();
         sort_rarely(&mut nearest, |a, b| {
             a.cost.total_cmp(&b.cost).then(a.target.cmp(&b.target))
         });

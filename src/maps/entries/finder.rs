@@ -7,7 +7,7 @@ use crate::maps::entries::examine::{Cut, Examiner};
 use crate::maps::entries::frames::{EnteredMotion, FrameSampler, LeftMotion};
 use crate::maps::entries::limits::{DEPARTURES, MotionLimits, head};
 use crate::maps::entries::stance::{NearStances, Stance};
-use crate::maps::entries::targets::{ClipFrame, ClipPlaces, SearchBasis};
+use crate::maps::entries::targets::{ClipFrame, ClipPlaces};
 use crate::math::{Rigid2, in_parallel, sort_rarely};
 use glam::Vec3;
 
@@ -67,19 +67,29 @@ pub(crate) struct Finder<'a> {
     entered: Vec<Vec<EnteredMotion>>,
 }
 
-/// A frame of a clip that cuts start from, with the motion around it.
+/// A frame of a clip that cuts start from: data by which targets are aligned, and the motion around it.
 pub(crate) struct Departed {
-    pub(crate) at: Leaving,
+    /// The frame before the cut.
+    pub(crate) before: ClipFrame,
+    stance: Stance,
+    standing: Vec<bool>,
+    ways: [Points; 2],
     left: LeftMotion,
 }
 
 impl<'a> Finder<'a> {
-    pub(crate) fn new(search: SearchBasis<'a>, targets: Vec<ClipFrame>, ways: Ways) -> Self {
-        let graph = search.graph;
+    pub(crate) fn new(
+        graph: &'a MotionGraph,
+        limits: &'a MotionLimits,
+        places: &'a ClipPlaces,
+        targets: Vec<ClipFrame>,
+        ways: Ways,
+        threads: usize,
+    ) -> Self {
         let frame_rate = graph.frame_rate() as f32;
         let longest = ways.blends.iter().copied().fold(0.0, f32::max);
         let frames = Examiner::frames(frame_rate, (longest * frame_rate).ceil() as usize);
-        let entered = in_parallel(search.threads, targets.len(), |target| {
+        let entered = in_parallel(threads, targets.len(), |target| {
             let mut sampler = FrameSampler::new(graph);
             let entered = |&rate: &f32| sampler.entered(&targets[target], rate, frames);
             ways.rates.iter().map(entered).collect()
@@ -100,9 +110,9 @@ impl<'a> Finder<'a> {
         let legs = graph.feet().legs().len().min(Stance::LEGS);
         Self {
             graph,
-            limits: search.limits,
+            limits,
             toe_slows: false,
-            places: search.places,
+            places,
             head,
             facing,
             near: NearStances::new(&stances, legs, [ROOT_APART, FOOT_APART]),
@@ -114,11 +124,19 @@ impl<'a> Finder<'a> {
         }
     }
 
-    /// Samples the motion that is left one frame after a frame of a clip, as far as the tests need it. The result does not depend on the
-    /// targets.
+    /// Prepares the frame after `before` as the one that is left, and samples the motion as far as the tests need it. The result does not
+    /// depend on the targets.
     pub(crate) fn depart(&self, before: ClipFrame, sampler: &mut FrameSampler<'_>) -> Departed {
+        let (graph, clip) = (self.graph, before.clip);
+        let at = (before.frame + 1).min(graph.clip(clip).frames() as u32 - 1);
+        let legs = graph.feet().legs().len().min(Stance::LEGS);
+        let standing = (0..legs).map(|leg| graph.feet().stands(clip, leg, at));
         Departed {
-            at: self.leaving(before),
+            before,
+            stance: Stance::of_frame(graph, self.facing, Node { clip, frame: at }),
+            standing: standing.collect(),
+            ways: [before.frame, at]
+                .map(|frame| Points::of(graph, self.head, Node { clip, frame })),
             left: sampler.left(before.playhead()),
         }
     }
@@ -148,7 +166,7 @@ impl<'a> Finder<'a> {
             if !scratch.near[target] {
                 continue;
             }
-            let Some(aligned) = self.align(&from.at, target) else {
+            let Some(aligned) = self.align(from, target) else {
                 continue;
             };
             if !aligned.goes_on {
@@ -160,19 +178,14 @@ impl<'a> Finder<'a> {
         found
     }
 
-    /// The cut to a target, if it is plausible.
+    /// The cut to a target with the first plausible blend and the fastest plausible rate, if there is one.
     pub(crate) fn plausible(
         &self,
         from: &Departed,
         to: Aligned,
         scratch: &mut Scratch<'_>,
     ) -> Option<KnownEntry> {
-        let way = self.tested(from, to, &mut scratch.examiner)?;
-        Some(KnownEntry::new(to.target as u16, way))
-    }
-
-    /// The first plausible blend of a cut, and the fastest plausible rate.
-    fn tested(&self, from: &Departed, to: Aligned, examiner: &mut Examiner) -> Option<EntryWay> {
+        let examiner = &mut scratch.examiner;
         let (entered, Ways { blends, rates }) = (&self.entered[to.target], self.ways);
         let cut = |rate: usize| Cut {
             graph: self.graph,
@@ -180,18 +193,19 @@ impl<'a> Finder<'a> {
             left: &from.left,
             entered: &entered[rate],
             align: to.align,
-            stands: from.at.standing.contains(&true),
+            stands: from.standing.contains(&true),
             toe_slows: self.toe_slows,
         };
         let mut test = examiner.cut(cut(0));
         let blend = blends.iter().position(|&blend| test.is_plausible(blend))?;
         let faster = (1..rates.len())
             .take_while(|&rate| examiner.cut(cut(rate)).is_plausible(blends[blend]));
-        Some(EntryWay {
+        let way = EntryWay {
             blend,
             rate: faster.last().unwrap_or(0),
             pin: to.pin,
-        })
+        };
+        Some(KnownEntry::new(to.target as u16, way))
     }
 }
 
@@ -221,15 +235,6 @@ impl Points {
     }
 }
 
-/// Data of the frame that is left, by which targets are aligned.
-pub(crate) struct Leaving {
-    /// The frame before the cut.
-    pub(crate) before: ClipFrame,
-    pub(crate) stance: Stance,
-    pub(crate) standing: Vec<bool>,
-    pub(crate) ways: [Points; 2],
-}
-
 /// Alignment of a target.
 #[derive(Clone, Copy)]
 pub(crate) struct Aligned {
@@ -249,25 +254,10 @@ pub(crate) struct Aligned {
 const STAYS: u32 = 4;
 
 impl Finder<'_> {
-    /// Prepares the frame after a frame of a clip as the one that is left.
-    pub(crate) fn leaving(&self, before: ClipFrame) -> Leaving {
-        let (graph, clip) = (self.graph, before.clip);
-        let at = (before.frame + 1).min(graph.clip(clip).frames() as u32 - 1);
-        let legs = graph.feet().legs().len().min(Stance::LEGS);
-        let standing = (0..legs).map(|leg| graph.feet().stands(clip, leg, at));
-        Leaving {
-            before,
-            stance: Stance::of_frame(graph, self.facing, Node { clip, frame: at }),
-            standing: standing.collect(),
-            ways: [before.frame, at]
-                .map(|frame| Points::of(graph, self.head, Node { clip, frame })),
-        }
-    }
-
     /// Writes for each target whether [`Finder::align`] may align it.
     pub(crate) fn find_near(&self, from: &Departed, near: &mut Vec<bool>) {
         match self.near.is_empty() {
-            false => self.near.find(&from.at.stance, &from.at.standing, near),
+            false => self.near.find(&from.stance, &from.standing, near),
             // The body has no feet.
             true => {
                 near.clear();
@@ -277,7 +267,7 @@ impl Finder<'_> {
     }
 
     /// Aligns a target. Returns `None` if it is within three frames of the frame that is left, or too far away.
-    pub(crate) fn align(&self, from: &Leaving, target: usize) -> Option<Aligned> {
+    pub(crate) fn align(&self, from: &Departed, target: usize) -> Option<Aligned> {
         let at = &self.targets[target];
         let now = from.before.frame + 1;
         if at.clip == from.before.clip && at.frame.abs_diff(now) <= 3 {
@@ -314,7 +304,7 @@ impl Finder<'_> {
     /// Cost of the best alignment, and the leg whose foot stays in place, or `None` for the root. Candidates are the feet that stand in both
     /// motions; if there are none, all feet that stand; if there are none, the root. The one that leaves root and other feet least far apart is
     /// chosen. Returns `None` if all leave them too far apart.
-    fn pin(&self, from: &Leaving, target: usize) -> Option<(f32, Option<usize>)> {
+    fn pin(&self, from: &Departed, target: usize) -> Option<(f32, Option<usize>)> {
         let (stance, standing) = (&from.stance, &from.standing);
         let (other, at) = (&self.stances[target], &self.targets[target]);
         let stays =

@@ -1,7 +1,7 @@
 //! Frames of the motions that are left and entered. Each is sampled once for all tests.
 
-use crate::anim::{Chain, JointId, JointTransform, Pose, Skeleton};
-use crate::graph::{ClipId, EdgeMotion, Entry, LegPose, Motion, MotionGraph, Playhead};
+use crate::anim::{Chain, JointId, Pose};
+use crate::graph::{ClipPosition, EdgeMotion, Entry, LegPose, Motion, MotionGraph, Playhead};
 use crate::maps::entries::limits::{head, turns};
 use crate::maps::entries::targets::ClipFrame;
 use crate::math::Rigid2;
@@ -40,19 +40,13 @@ pub(crate) struct FrameSampler<'a> {
     motion: Motion,
 }
 
-/// A position in a clip, in fractional frames.
-#[derive(Clone, Copy)]
-struct Place {
-    clip: ClipId,
-    frame: f32,
-}
-
 impl Frame {
     fn of(graph: &MotionGraph, head: JointId, pose: Pose) -> Self {
         let skeleton = graph.skeleton();
         let feet = graph.feet().legs().iter();
+        let head = Chain::of(skeleton, &pose).global(head).translation;
         Self {
-            head: head_of(skeleton, head, &pose),
+            head,
             feet: feet.map(|leg| LegPose::of(skeleton, &pose, leg)).collect(),
             pose,
         }
@@ -62,11 +56,6 @@ impl Frame {
     pub(crate) fn toes(&self) -> impl Iterator<Item = Vec3> + '_ {
         self.feet.iter().map(|leg| leg.at_toe.translation)
     }
-}
-
-fn head_of(skeleton: &Skeleton, head: JointId, pose: &Pose) -> Vec3 {
-    let JointTransform { translation, .. } = Chain::of(skeleton, pose).global(head);
-    translation
 }
 
 impl<'a> FrameSampler<'a> {
@@ -112,9 +101,9 @@ impl<'a> FrameSampler<'a> {
     }
 
     /// The position `frame` frames after the start, if the motion stays in the clip.
-    fn place_after(&self, start: Playhead, frame: usize) -> Place {
+    fn place_after(&self, start: Playhead, frame: usize) -> ClipPosition {
         let from = self.graph.node(self.graph.edge(start.edge).from);
-        Place {
+        ClipPosition {
             clip: from.clip,
             frame: from.frame as f32 + start.frame + frame as f32,
         }
@@ -136,7 +125,7 @@ impl<'a> FrameSampler<'a> {
         self.motion
             .extend(self.graph, start + count as f32 / frame_rate);
         let frames = (0..count).map(|frame| {
-            let place = Place {
+            let place = ClipPosition {
                 clip: at.clip,
                 frame: at.frame as f32 + frame as f32 * rate,
             };
@@ -153,7 +142,7 @@ impl<'a> FrameSampler<'a> {
     }
 
     /// The pose of the motion at a time, without offsets that fade out. `place` is the position at that time if the motion is still in its clip.
-    fn pose(&mut self, seconds: f32, place: Place) -> Pose {
+    fn pose(&mut self, seconds: f32, place: ClipPosition) -> Pose {
         let (graph, mut pose) = (self.graph, Pose::default());
         if self.is_at(seconds, place) {
             graph.clip(place.clip).sample(place.frame, &mut pose);
@@ -164,7 +153,7 @@ impl<'a> FrameSampler<'a> {
     }
 
     /// Whether the motion is at a position of a clip at a time.
-    fn is_at(&self, seconds: f32, place: Place) -> bool {
+    fn is_at(&self, seconds: f32, place: ClipPosition) -> bool {
         /// Maximum rounding error of a position, in frames.
         const ROUNDING: f32 = 0.01;
         let at = self.motion.playhead(self.graph, seconds);

@@ -7,7 +7,7 @@ use crate::maps::entries::examine::{Examiner, JointLimits, JointSteps};
 use crate::maps::entries::finder::{Departed, Finder, spread};
 use crate::maps::entries::frames::FrameSampler;
 use crate::maps::entries::limits::{MotionLimits, goes_on, head, turns};
-use crate::maps::entries::targets::{ClipFrame, SearchBasis};
+use crate::maps::entries::targets::ClipFrame;
 use crate::maps::regions::Evasion;
 use crate::math::sort_rarely;
 use glam::{Quat, Vec3};
@@ -16,8 +16,9 @@ use glam::{Quat, Vec3};
 const LEANS: f32 = 0.12;
 
 /// The evasions that can be layered, and the limits of motion.
-pub(crate) struct LayerSource<'a> {
-    targets: &'a [EntryTarget],
+pub(crate) struct LayerSource {
+    /// Evasion of each target.
+    evasions: Vec<u16>,
     /// Poses of the clip from each target on, for each playback rate. Empty for evasions that cannot be layered.
     wanted: Vec<[Vec<Pose>; RATES.len()]>,
     /// For each evasion, whether its upper body leans or ducks relative to the pelvis.
@@ -25,13 +26,13 @@ pub(crate) struct LayerSource<'a> {
     limits: MotionLimits,
 }
 
-impl<'a> LayerSource<'a> {
+impl LayerSource {
     pub(crate) fn new(
-        search: SearchBasis<'_>,
+        graph: &MotionGraph,
+        limits: &MotionLimits,
         evasions: &[Evasion],
-        targets: &'a [EntryTarget],
+        targets: &[EntryTarget],
     ) -> Self {
-        let graph = search.graph;
         let leans = |evasion: &Evasion| {
             let edge = graph.edge(evasion.edge);
             let start = graph.node(edge.from);
@@ -44,7 +45,7 @@ impl<'a> LayerSource<'a> {
         };
         let has_upper_body = graph.rig().has_upper_body();
         // All joints of the spine share a tilt, including joints that the clips do not move.
-        let mut limits = search.limits.clone();
+        let mut limits = limits.clone();
         for values in [&mut limits.joint_speed, &mut limits.joint_acceleration] {
             let spine = graph.rig().spine();
             let most = spine.iter().map(|joint| values[joint.index()]);
@@ -63,7 +64,7 @@ impl<'a> LayerSource<'a> {
             })
         };
         Self {
-            targets,
+            evasions: targets.iter().map(|target| target.evasion).collect(),
             wanted: targets.iter().map(wanted).collect(),
             layerable,
             limits,
@@ -109,18 +110,18 @@ impl Finder<'_> {
     pub(crate) fn layers(
         &self,
         from: &Departed,
-        source: &LayerSource<'_>,
+        source: &LayerSource,
         test: &mut LayerTest<'_>,
     ) -> Vec<KnownEntry> {
         let mut found = Vec::new();
         let mut base = None;
-        let own = from.at.before;
-        for target in spread(source.targets.len()) {
+        let own = from.before;
+        for target in spread(source.evasions.len()) {
             if found.len() == MOST {
                 break;
             }
             let is_own = self.targets[target].clip == own.clip;
-            let evasion = usize::from(source.targets[target].evasion);
+            let evasion = usize::from(source.evasions[target]);
             if is_own || !source.layerable[evasion] {
                 continue;
             }

@@ -12,42 +12,34 @@ use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
 /// Percentiles and bounds that define plausible motion. Percentiles are rounded to 16 steps between a power of two and the next.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct PlausibilitySettings {
-    /// Percentile of each joint's angular velocity and acceleration, and of the toes' speed. Default 99.9.
-    pub joints: f32,
-    /// Percentile of the departure of hips and head from constant velocity. Default 99. For the hips of fighting clips this is 0.13 m in
-    /// 0.2 s and 0.22 m in 0.3 s.
-    pub departure: f32,
-    /// Maximum slide during the blend, in metres, if a foot is planted at its start. At each moment, the slower toe counts. Default 0.02.
-    pub slide: f32,
-    /// Maximum speed of a toe, in metres per second. Default 3.5. Entries between the moments of the bake exceed it by up to a quarter.
-    pub toe_speed: f32,
+#[derive(Clone, Copy)]
+pub(crate) struct Plausibility {
+    /// Percentile of each joint's angular velocity and acceleration, and of the toes' speed.
+    joints: f32,
+    /// Percentile of the departure of hips and head from constant velocity.
+    departure: f32,
+    /// Maximum slide during the blend, in metres, if a foot is planted at its start. At each moment, the slower toe counts.
+    slide: f32,
 }
 
-impl Default for PlausibilitySettings {
-    fn default() -> Self {
-        Self {
-            joints: 99.9,
-            departure: 99.0,
-            slide: 0.02,
-            toe_speed: 3.5,
-        }
-    }
+impl Plausibility {
+    /// Limits of all cuts. For the hips of fighting clips the departure is 0.13 m in 0.2 s and 0.22 m in 0.3 s.
+    pub(crate) const USUAL: Self = Self {
+        joints: 99.9,
+        departure: 99.0,
+        slide: 0.02,
+    };
+
+    /// Limits that are the maxima of the clips. They are for exits from stretches that have no other exits.
+    pub(crate) const UTMOST: Self = Self {
+        joints: 100.0,
+        departure: 100.0,
+        slide: 2.5 * Self::USUAL.slide,
+    };
 }
 
-impl PlausibilitySettings {
-    /// Settings whose limits are the maxima of the clips. They are for exits from stretches that have no other exits.
-    #[must_use]
-    pub(crate) fn utmost(self) -> Self {
-        Self {
-            joints: 100.0,
-            departure: 100.0,
-            slide: 2.5 * self.slide,
-            ..self
-        }
-    }
-}
+/// Maximum speed of a toe, in metres per second. Entries between the moments of the bake exceed it by up to a quarter.
+const TOE_SPEED: f32 = 3.5;
 
 /// The limits of one set of clips.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -225,15 +217,15 @@ impl MeasuredMotion {
         }
     }
 
-    /// The limits of some settings.
+    /// The limits at some percentiles.
     #[must_use]
-    pub(crate) fn limits(&mut self, settings: &PlausibilitySettings) -> MotionLimits {
+    pub(crate) fn limits(&mut self, plausible: Plausibility) -> MotionLimits {
         let departures = 2 * self.joints..2 * self.joints + 2 * DEPARTURES.len();
         let lists = self.lists.iter_mut().enumerate();
         let limits = lists.map(|(list, values)| {
             let percent = match departures.contains(&list) {
-                true => settings.departure,
-                false => settings.joints,
+                true => plausible.departure,
+                false => plausible.joints,
             };
             rounded(percentile(values, percent))
         });
@@ -246,8 +238,8 @@ impl MeasuredMotion {
             joint_acceleration: accelerations.to_vec(),
             hip_departure: [0, 1].map(departure),
             head_departure: [2, 3].map(departure),
-            toe_speed: toe_speed.min(settings.toe_speed),
-            slide: settings.slide,
+            toe_speed: toe_speed.min(TOE_SPEED),
+            slide: plausible.slide,
         }
     }
 }
@@ -264,12 +256,6 @@ pub(crate) fn turns(from: &Pose, to: &Pose) -> Vec<Vec3> {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn what_goes_straight_on_departs_from_nothing() {
-        let at = |t: f32| Vec3::new(0.1, 0.0, -0.2) * t;
-        assert!(departure([at(0.0), at(1.0), at(7.0)], 6).length() < 1e-6);
-    }
 
     #[test]
     fn percentiles_are_those_of_sorted_values() {

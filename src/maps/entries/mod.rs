@@ -19,11 +19,8 @@ mod targets;
 mod tests;
 mod tracks;
 
-pub use entry::EntrySettings;
 pub(crate) use entry::KnownEntry;
-pub(crate) use find::EntrySearch;
 pub use find::{EntryShare, MomentShare};
-pub use limits::PlausibilitySettings;
 pub use report::{EntryReport, Stretches};
 pub(crate) use stance::Stance;
 pub(crate) use table::EntryTable;

@@ -1,8 +1,7 @@
 //! Frames of the clips that can be entered.
 
 use crate::graph::{ClipId, EdgeId, EdgeMotion, MotionGraph, Node, Playhead};
-use crate::maps::entries::entry::{EntrySettings, EntryTarget};
-use crate::maps::entries::limits::MotionLimits;
+use crate::maps::entries::entry::EntryTarget;
 use crate::maps::regions::Evasion;
 use crate::math::{Rigid2, sort_rarely};
 
@@ -87,8 +86,21 @@ impl ClipPlaces {
     }
 }
 
+/// Interval of the frames that can be entered, of an evasion or of natural motion, in frames. It grows if there would be too many.
+const STEP: u32 = 2;
+/// Longest time before its start at which an evasion can be entered, in seconds.
+const LEAD_IN: f32 = 0.4;
+/// Longest time after its start at which an evasion can be entered, in seconds.
+const LATE: f32 = 1.2;
+/// Maximum number of frames of evasions that can be entered, or one for each evasion.
+const MOST_TARGETS: usize = 256;
+/// Time without an event after a frame that an exit leads to, in seconds.
+const BEFORE_EVENTS: f64 = 0.5;
+/// Maximum number of frames that exits lead to.
+const MOST_NATURAL: usize = 4096;
+
 /// Frames of natural motion, in order: no event begins within [`BEFORE_EVENTS`] after them.
-pub(crate) fn natural(graph: &MotionGraph, step: u32) -> Vec<ClipFrame> {
+pub(crate) fn natural(graph: &MotionGraph) -> Vec<ClipFrame> {
     let before_events = (BEFORE_EVENTS * graph.frame_rate()).round() as u32;
     let mut free: Vec<Vec<bool>> = graph
         .clips()
@@ -99,7 +111,7 @@ pub(crate) fn natural(graph: &MotionGraph, step: u32) -> Vec<ClipFrame> {
         let first = event.first.saturating_sub(before_events) as usize;
         free[event.clip.index()][first..=event.last as usize].fill(false);
     }
-    let mut step = step.max(1);
+    let mut step = STEP;
     loop {
         let frames: Vec<ClipFrame> = graph
             .edge_ids()
@@ -114,67 +126,50 @@ pub(crate) fn natural(graph: &MotionGraph, step: u32) -> Vec<ClipFrame> {
     }
 }
 
-/// Time without an event after a frame that an exit leads to, in seconds.
-const BEFORE_EVENTS: f64 = 0.5;
-/// Maximum number of frames that exits lead to.
-const MOST_NATURAL: usize = 4096;
-
-// Inputs that all searches of a bake share, and the targets of entries.
-
-/// Inputs that all searches of a bake share.
-#[derive(Clone, Copy)]
-pub(crate) struct SearchBasis<'a> {
-    pub(crate) graph: &'a MotionGraph,
-    pub(crate) limits: &'a MotionLimits,
-    pub(crate) places: &'a ClipPlaces,
-    /// Number of threads, 0 for one per CPU core.
-    pub(crate) threads: usize,
+/// Frames of evasions and their lead-ins, sorted by evasion and frame.
+pub(crate) fn targets(
+    graph: &MotionGraph,
+    places: &ClipPlaces,
+    evasions: &[Evasion],
+) -> Vec<EntryTarget> {
+    let mut step = STEP;
+    loop {
+        let targets = targets_at_steps(graph, places, evasions, step);
+        if targets.len() <= MOST_TARGETS.max(evasions.len()) {
+            return targets;
+        }
+        step += 1;
+    }
 }
 
-impl SearchBasis<'_> {
-    /// Frames of evasions and their lead-ins, sorted by evasion and frame.
-    pub(crate) fn targets(
-        &self,
-        evasions: &[Evasion],
-        settings: &EntrySettings,
-    ) -> Vec<EntryTarget> {
-        let mut settings = *settings;
-        settings.target_step = settings.target_step.max(1);
-        loop {
-            let targets = self.targets_at_steps(evasions, &settings);
-            if targets.len() <= (settings.most_targets as usize).max(evasions.len()) {
-                return targets;
-            }
-            settings.target_step += 1;
+fn targets_at_steps(
+    graph: &MotionGraph,
+    places: &ClipPlaces,
+    evasions: &[Evasion],
+    step: u32,
+) -> Vec<EntryTarget> {
+    let frames = |seconds: f32| (f64::from(seconds) * graph.frame_rate()).round() as u32;
+    let mut targets = Vec::new();
+    for (index, evasion) in evasions.iter().enumerate() {
+        let edge = graph.edge(evasion.edge);
+        let start = graph.node(edge.from);
+        let last = start.frame + edge.frames.min(frames(LATE));
+        let mut frame = start.frame;
+        // Parts of the lead-in that are not in the graph cannot be played.
+        let earliest = start.frame.saturating_sub(frames(LEAD_IN));
+        let place = |frame: u32| places.find(Node { frame, ..start });
+        while frame >= earliest + step && place(frame - step).is_some() {
+            frame -= step;
+        }
+        while frame < last && targets.len() < usize::from(u16::MAX) {
+            targets.extend(place(frame).map(|at| EntryTarget {
+                evasion: index as u16,
+                frame,
+                edge: at.edge,
+                edge_frame: at.edge_frame,
+            }));
+            frame += step;
         }
     }
-
-    fn targets_at_steps(&self, evasions: &[Evasion], settings: &EntrySettings) -> Vec<EntryTarget> {
-        let graph = self.graph;
-        let frames = |seconds: f32| (f64::from(seconds) * graph.frame_rate()).round() as u32;
-        let mut targets = Vec::new();
-        for (index, evasion) in evasions.iter().enumerate() {
-            let edge = graph.edge(evasion.edge);
-            let start = graph.node(edge.from);
-            let last = start.frame + edge.frames.min(frames(settings.late));
-            let mut frame = start.frame;
-            // Parts of the lead-in that are not in the graph cannot be played.
-            let earliest = start.frame.saturating_sub(frames(settings.lead_in));
-            let step = settings.target_step.max(1);
-            let place = |frame: u32| self.places.find(Node { frame, ..start });
-            while frame >= earliest + step && place(frame - step).is_some() {
-                frame -= step;
-            }
-            while frame < last && targets.len() < usize::from(u16::MAX) {
-                targets.extend(place(frame).map(|at| EntryTarget {
-                    evasion: index as u16,
-                    frame,
-                    edge: at.edge,
-                    edge_frame: at.edge_frame,
-                }));
-                frame += step;
-            }
-        }
-        targets
-    }
+    targets
 }

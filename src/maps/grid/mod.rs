@@ -12,9 +12,9 @@ mod vacated;
 
 pub use attack_grid::{AttackGrid, AttackGridReport, AttackGridSettings, AttackOption, Contact};
 pub use cells::{CellColumn, TouchedCells};
+pub use node_grid::Grid;
 pub(super) use node_grid::GridCells;
-pub use node_grid::{Grid, GridSettings};
 pub(super) use path_search::find_paths;
 pub use paths::{NodePath, PathId, PathReport, PathSettings, PathTable};
+pub use retime::Retimable;
 pub(super) use retime::retimable_edges;
-pub use retime::{Retimable, RetimeSettings};

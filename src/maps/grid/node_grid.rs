@@ -12,29 +12,12 @@
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use serde::{Deserialize, Serialize};
-
 use super::cells::CellColumn;
 use super::paths::{NodePath, PathId, PathTable};
 use super::vacated::{HEADINGS, KINDS, PARTS, VacatedCells, VacatedKinds};
 use crate::graph::MotionGraph;
 use crate::maps::regions::{Body, BodyTrack, Evasion, EvasionTracks};
 use crate::math::{floor, in_parallel};
-
-/// Settings of a [`Grid`].
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct GridSettings {
-    /// Side of a cell, in metres, from 0.05 to 1. Default 0.10. The side is doubled until the cells
-    /// of all evasions fit a fixed memory limit, which only very large bodies or thousands of
-    /// evasions exceed.
-    pub cell: f32,
-}
-
-impl Default for GridSettings {
-    fn default() -> Self {
-        Self { cell: 0.10 }
-    }
-}
 
 /// Cells of a path: an evasion, the kind of its cells, and an offset in cells.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -111,16 +94,14 @@ impl GridCells {
     /// Maximum number of evasions.
     pub(in crate::maps) const MOST_EVASIONS: usize = 1 << 26;
 
-    /// The cells of a body whose parts are at most `reach` metres from its root.
-    pub(in crate::maps) fn new(
-        settings: GridSettings,
-        reach: f32,
-        evasions: usize,
-        paths: usize,
-    ) -> Self {
+    /// Side of a cell, in metres.
+    pub(in crate::maps) const CELL: f32 = 0.10;
+
+    /// The cells of a body whose parts are at most `reach` metres from its root. `cell` is the side of a cell, in metres, from 0.05 to 1.
+    pub(in crate::maps) fn new(cell: f32, reach: f32, evasions: usize, paths: usize) -> Self {
         let blocks = paths.div_ceil(OffsetBlock::SIZE);
         Self {
-            cell: Self::fitting_cell(settings.cell.clamp(0.05, 1.0), reach, evasions),
+            cell: Self::fitting_cell(cell.clamp(0.05, 1.0), reach, evasions),
             evasions: (0..evasions).map(|_| OnceLock::new()).collect(),
             offsets: (0..blocks).map(|_| OnceLock::new()).collect(),
             paths,
@@ -266,25 +247,5 @@ impl<'a> Grid<'a> {
                 heights: heights[(vacated.first + x * vacated.depth + z) as usize],
             })
         })
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use proptest::prelude::*;
-
-    use super::*;
-
-    proptest! {
-        #[test]
-        fn what_is_packed_is_unpacked(
-            evasion in 0..GridCells::MOST_EVASIONS as u32,
-            kind in 0..KINDS,
-            [x, z] in prop::array::uniform2(-PathOffset::FURTHEST..=PathOffset::FURTHEST),
-        ) {
-            let offset = PathOffset { evasion, kind, x, z };
-            prop_assert!(offset.packed() != 0);
-            prop_assert_eq!(PathOffset::unpacked(offset.packed()), offset);
-        }
     }
 }

@@ -30,22 +30,3 @@ fn transpose(words: &mut [u32; SIDE]) {
         }
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use proptest::prelude::*;
-
-    use super::*;
-
-    proptest! {
-        #[test]
-        fn rows_become_columns(words in prop::array::uniform32(any::<u32>())) {
-            let turned = transposed(words.into_iter());
-            for (row, word) in words.iter().enumerate() {
-                for (column, of_column) in turned.iter().enumerate() {
-                    prop_assert_eq!(word >> column & 1, of_column >> row & 1);
-                }
-            }
-        }
-    }
-}

@@ -8,10 +8,9 @@ use sabaki_import::annotate::{Agreement, AnnotateSettings, agreement, propose};
 use sabaki_import::{ClipEvents, EventEntry, EventsFile, LoadedClip};
 use serde_json::{Value, json};
 
-use super::bake::own_file;
+use super::bake::{self, ReadArgs};
 use super::numbers::number;
 use super::output::{check_can_be_written, check_is_no_input, table};
-use super::source::ReadArgs;
 use super::{Done, Failure, cancel};
 
 #[derive(clap::Args)]
@@ -45,7 +44,7 @@ pub(crate) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
     if !args.keep_going {
         args.clips
             .iter()
-            .try_for_each(|path| own_file::check_is_none(path))?;
+            .try_for_each(|path| bake::check_is_motion(path))?;
     }
     if let Some(out) = &args.out {
         let inputs = args.clips.iter().chain(&args.against);
@@ -98,7 +97,7 @@ impl Report {
         for path in sabaki_import::motion_files(&args.clips)? {
             cancel::check()?;
             // Without --keep-going such a file is refused before.
-            if let Err(failure) = own_file::check_is_none(&path) {
+            if let Err(failure) = bake::check_is_motion(&path) {
                 report.left_out.push(failure.to_string());
                 continue;
             }

@@ -8,20 +8,18 @@ use std::time::Instant;
 
 use rustc_hash::{FxHashMap, FxHashSet};
 use sabaki::maps::{BakedGraph, PathId};
-use sabaki::query::cull::{CullCandidate, CullInput, Overlap};
-use sabaki::query::{
-    Answer, CullPath, Enumerate, Query, QueryContext, QuerySettings, Session, Source,
-};
+use sabaki::query::cull::{CullCandidate, CullInput};
+use sabaki::query::{Answer, CullPath, Enumerate, Query, QueryContext, QuerySettings, Source};
 use sabaki_app::percentile::percentile;
 use sabaki_fixtures::throw::Throw;
 use serde::Serialize;
 use serde_json::{Value, json};
 
+use super::bake::{self, GraphArgs};
 use super::culling::{self, Culling, DeviceArgs};
 use super::numbers::whole;
 use super::plot::{Chart, write_figure};
-use super::queries::{Method, QueryRunner, Run, Times, random_throws};
-use super::source::{self, GraphArgs};
+use super::queries::{CountedOne, Method, QueryRunner, Run, Times, random_throws};
 use super::{Done, Failure, cancel, output};
 
 #[derive(clap::Args)]
@@ -78,7 +76,7 @@ pub(crate) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
     if as_json {
         let mut document = table.to_json();
         document["device"] = json!(culling.device_name());
-        document["graph"] = source::statistics(&baked);
+        document["graph"] = bake::statistics(&baked);
         if args.plot.is_some() {
             document["crossover"] = crossover_json(&lines);
         }
@@ -90,7 +88,7 @@ pub(crate) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
     };
     Ok(Done::ok(format!(
         "{}{}\n\n{}{crossover}",
-        source::headline(&baked),
+        bake::headline(&baked),
         culling.describe(culling.paths()),
         table.text(throws.len())
     )))
@@ -368,40 +366,6 @@ fn crossover_text(lines: &[Line]) -> String {
     text
 }
 
-/// The counts of one round of a query. A query has two rounds if no candidate of the grid is clean.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub(crate) struct Round {
-    counted: Vec<CountedOne>,
-}
-
-/// The counts of one candidate.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-struct CountedOne {
-    path: PathId,
-    overlap: Overlap,
-    /// Whether an outer count of 0 proves no miss.
-    is_open: bool,
-}
-
-impl Round {
-    /// The counts of a session's round.
-    #[must_use]
-    pub(crate) fn new(session: &Session<'_>) -> Self {
-        let candidates = session.cull_input().candidates;
-        let counted = session.counted_paths().zip(candidates);
-        let counted = counted.zip(session.counts());
-        Self {
-            counted: counted
-                .map(|((path, candidate), &overlap)| CountedOne {
-                    path,
-                    overlap,
-                    is_open: candidate.open,
-                })
-                .collect(),
-        }
-    }
-}
-
 /// The exact results of one query: which candidates are hit.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(crate) struct GroundTruth {
@@ -413,12 +377,14 @@ impl GroundTruth {
     /// From answers to one query by [`Evaluation::Exhaustive`](sabaki::query::Evaluation::Exhaustive), each with its rounds: one answer from
     /// all paths, and one from the grid.
     #[must_use]
-    pub(crate) fn new<'r>(answers: impl IntoIterator<Item = (&'r Answer, &'r [Round])>) -> Self {
+    pub(crate) fn new<'r>(
+        answers: impl IntoIterator<Item = (&'r Answer, &'r [Vec<CountedOne>])>,
+    ) -> Self {
         let mut hits = FxHashMap::default();
         for (answer, rounds) in answers {
             if answer.source == Source::NothingClean {
                 // The first round ended because all its candidates are hit.
-                let first = rounds.first().into_iter().flat_map(|round| &round.counted);
+                let first = rounds.first().into_iter().flatten();
                 hits.extend(first.map(|one| (one.path, true)));
             }
             let tested = answer.paths().filter_map(|(path, report)| {
@@ -433,9 +399,9 @@ impl GroundTruth {
 
     /// Compares the rounds of another answer to the same query, and adds the results to `tally`. A candidate of both rounds is added
     /// once.
-    pub(crate) fn compare(&self, rounds: &[Round], tally: &mut MapTally) {
+    pub(crate) fn compare(&self, rounds: &[Vec<CountedOne>], tally: &mut MapTally) {
         let mut seen = FxHashSet::default();
-        let counted = rounds.iter().flat_map(|round| &round.counted);
+        let counted = rounds.iter().flatten();
         for one in counted.filter(|one| seen.insert(one.path)) {
             if let Some(&is_hit) = self.hits.get(&one.path) {
                 tally.add(one, is_hit);
@@ -518,6 +484,7 @@ fn share(part: usize, whole: usize) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use sabaki::query::cull::Overlap;
 
     #[test]
     fn each_candidate_is_counted_by_both_results() {

@@ -11,8 +11,8 @@ use sabaki_fixtures::balls::{BallSettings, BallThrower, Part};
 use sabaki_fixtures::throw::RandomDraw;
 use serde_json::{Map, Value, json};
 
+use super::bake::{self, GraphArgs};
 use super::numbers::{number, whole};
-use super::source::{self, GraphArgs};
 use super::{Done, Failure, cancel, output};
 
 #[derive(clap::Args)]
@@ -53,10 +53,10 @@ pub(crate) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
         (document(&coverage), text(&coverage))
     };
     Ok(Done::ok(if as_json {
-        document["graph"] = source::statistics(&baked);
+        document["graph"] = bake::statistics(&baked);
         Done::json(&document)
     } else {
-        format!("{}\n{text}", source::headline(&baked))
+        format!("{}\n{text}", bake::headline(&baked))
     }))
 }
 

@@ -16,7 +16,7 @@ use sabaki_app::percentile::percentile;
 use sabaki_fixtures::demo;
 use serde_json::{Value, json};
 
-use super::bake::own_file;
+use super::bake;
 use super::numbers::{number, whole};
 use super::{Done, Failure, cancel, output};
 
@@ -73,7 +73,7 @@ struct Row {
 
 pub(crate) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
     if let Some(path) = &args.clip {
-        own_file::check_is_none(path)?;
+        bake::check_is_motion(path)?;
     }
     cancel::listen();
     let scene = Scene::new(args)?;

@@ -12,7 +12,7 @@ use super::culling::{self, Culling, DeviceArgs};
 use super::export::{Export, FormatArg};
 use super::queries::{Method, Pass, QueryRunner, Run, random_throws};
 use super::summary::{self, Summary};
-use super::{Done, Failure, cancel, output, sheet, source};
+use super::{Done, Failure, bake, cancel, output, sheet};
 
 /// Number of balls, and of those that are listed one by one.
 const ATTACKS: u64 = 100;
@@ -25,7 +25,7 @@ pub(crate) fn run(device: &DeviceArgs, as_json: bool) -> Result<Done, Failure> {
     let folder = Path::new(FOLDER);
     output::check_can_be_folder("the demo writes to the folder out", folder)?;
     cancel::listen();
-    let baked = source::embedded_anew()?;
+    let baked = bake::embedded_anew()?;
     let graph = &baked.graph;
     graph.prepare();
     let export = Export::new(folder, FormatArg::Bvh, graph)?;
@@ -47,7 +47,7 @@ pub(crate) fn run(device: &DeviceArgs, as_json: bool) -> Result<Done, Failure> {
             .collect();
         let mut document = rows[0].clone();
         document["rows"] = json!(rows);
-        document["graph"] = source::bake_statistics(&baked);
+        document["graph"] = bake::bake_statistics(&baked);
         document["files"] = json!(files);
         return Ok(Done::ok(Done::json(&document)));
     }
@@ -58,7 +58,7 @@ pub(crate) fn run(device: &DeviceArgs, as_json: bool) -> Result<Done, Failure> {
          clearance: distance between ball and body; negative: depth of the hit.\n\n\
          All attacks, by culling path (exact: no culling; every path ends with the exact test):\n\
          {all}\nThe graph, and attack {shown}, a narrow dodge:\n{files}\n",
-        graph_line = source::headline(graph),
+        graph_line = bake::headline(graph),
         culling = culling.describe(passes.iter().map(|pass| pass.method.cull)),
         each = summary::attack_table(graph, &passes[0].runs[..LISTED]),
         all = summary::tables(&passes),

@@ -8,11 +8,11 @@ use sabaki::query::QuerySettings;
 use sabaki_fixtures::throw::Throw;
 use serde_json::Value;
 
+use super::bake::{self, GraphArgs};
 use super::culling::{self, Culling, DeviceArgs};
 use super::export::{self, Export, FormatArg};
 use super::numbers::whole;
 use super::queries::{Method, MethodArgs, Pass, file_throw, file_throws, random_throws};
-use super::source::{self, GraphArgs};
 use super::summary::{self, Summary};
 use super::{Done, Failure, cancel, explain};
 
@@ -148,12 +148,12 @@ fn document(baked: &BakedGraph, passes: &[Pass]) -> String {
     let mut document = rows[0].clone();
     document["results"] = results.collect();
     document["rows"] = Value::Array(rows);
-    document["graph"] = source::statistics(baked);
+    document["graph"] = bake::statistics(baked);
     Done::json(&document)
 }
 
 fn tables(baked: &BakedGraph, passes: &[Pass], culling: &Culling) -> String {
-    let mut text = source::headline(baked);
+    let mut text = bake::headline(baked);
     text.push_str(&culling.describe(passes.iter().map(|pass| pass.method.cull)));
     text.push('\n');
     let first = &passes[0];

@@ -8,8 +8,8 @@ use sabaki::maps::{AttackGrid, AttackGridSettings, BakedGraph};
 use sabaki::query::{Answer, Query, QueryContext, QuerySettings};
 use serde_json::{Value, json};
 
+use super::bake::{self, GraphArgs};
 use super::numbers::{number, whole};
-use super::source::{self, GraphArgs};
 use super::{Done, Failure, cancel, output};
 
 /// A duel; `render duel` draws the same.
@@ -50,10 +50,10 @@ pub(crate) fn run(args: &FightArgs, as_json: bool) -> Result<Done, Failure> {
     let text = if as_json {
         let mut document = document(&baked, &fought);
         document["attack_grid"] = json!({ "build_seconds": built.1, "size": built.0.report() });
-        document["graph"] = source::statistics(&baked);
+        document["graph"] = bake::statistics(&baked);
         Done::json(&document)
     } else {
-        let headline = source::headline(&baked);
+        let headline = bake::headline(&baked);
         format!("{headline}{}", describe(&baked, &built, &fought))
     };
     // A duel that could not be fought out is no duel.

@@ -9,8 +9,7 @@ use sabaki::archive;
 use sabaki_import::{self, AttackFile, EventsFile, LoadedClip, without_mark};
 use serde_json::{Value, json};
 
-use super::bake::own_file;
-use super::source::{self, ReadArgs};
+use super::bake::{self, ReadArgs};
 use super::{Done, Failure};
 
 #[derive(clap::Args)]
@@ -29,9 +28,9 @@ pub(crate) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
     })?;
     let (document, text) = if archive::is_baked(&head) {
         let baked = archive::read(path)?;
-        let mut document = source::statistics(&baked);
+        let mut document = bake::statistics(&baked);
         document["kind"] = json!("baked");
-        (document, source::describe(&baked))
+        (document, bake::describe(&baked))
     } else if sabaki_import::is_gltf(path)
         || path
             .extension()
@@ -64,7 +63,7 @@ struct MotionFile {
 }
 
 fn motion(path: &Path, read: &ReadArgs) -> Result<(Value, String), Failure> {
-    own_file::check_is_none(path)?;
+    bake::check_is_motion(path)?;
     let motions = sabaki_import::read_motions(path, &read.options())?;
     let Some(first) = motions.first() else {
         return Err(Failure::Usage(format!("{}: no motion", path.display())));

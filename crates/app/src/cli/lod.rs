@@ -16,10 +16,9 @@ use sabaki::lod::{
 use sabaki_fixtures::demo;
 use serde_json::{Value, json};
 
-use super::bake::own_file;
+use super::bake::{self, ReadArgs};
 use super::numbers::number;
 use super::plot::{Area, Chart, Drawn, write_figure};
-use super::source::ReadArgs;
 use super::{Done, Failure, cancel, output};
 
 #[derive(Clone, clap::Args)]
@@ -103,7 +102,7 @@ impl Args {
     fn check(&self) -> Result<(), Failure> {
         self.clips
             .iter()
-            .try_for_each(|path| own_file::check_is_none(path))?;
+            .try_for_each(|path| bake::check_is_motion(path))?;
         let Some(path) = &self.export else {
             return Ok(());
         };

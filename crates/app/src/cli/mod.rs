@@ -25,7 +25,6 @@ mod quality;
 mod queries;
 mod render;
 mod sheet;
-mod source;
 mod summary;
 #[cfg(feature = "window")]
 mod view;

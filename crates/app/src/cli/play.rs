@@ -9,8 +9,8 @@ use sabaki_app::play::{
 };
 use serde_json::{Value, json};
 
+use super::bake::GraphArgs;
 use super::numbers::whole;
-use super::source::GraphArgs;
 use super::{Done, Failure, cancel, output};
 
 #[derive(clap::Args)]

@@ -5,8 +5,9 @@ use std::time::{Duration, Instant};
 
 use clap::ValueEnum;
 use sabaki::graph::{EdgeId, Playhead};
-use sabaki::maps::BakedGraph;
+use sabaki::maps::{BakedGraph, PathId};
 use sabaki::math::{Rigid2, in_parallel, thread_count};
+use sabaki::query::cull::{CullCandidate, Overlap};
 use sabaki::query::{
     Answer, Attack, Counts, CullPath, Enumerate, Query, QueryContext, QuerySettings, Request,
     SearchReport, Source,
@@ -15,7 +16,6 @@ use sabaki_app::percentile::percentile;
 use sabaki_fixtures::throw::{Throw, ThrowSettings, throw};
 use serde_json::{Value, json};
 
-use super::compare::Round;
 use super::culling::{Culling, OnePath, path_parser};
 use super::{Failure, cancel, output};
 
@@ -218,6 +218,15 @@ impl Run {
     }
 }
 
+/// The counts of one candidate in a round of culling. A query has two rounds if no candidate of the grid is clean.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct CountedOne {
+    pub(crate) path: PathId,
+    pub(crate) overlap: Overlap,
+    /// Whether an outer count of 0 proves no miss.
+    pub(crate) is_open: bool,
+}
+
 /// Asks one query after the other, in the same memory.
 pub(crate) struct QueryRunner<'a> {
     baked: &'a BakedGraph,
@@ -225,7 +234,7 @@ pub(crate) struct QueryRunner<'a> {
     /// Answer to the last query.
     pub(crate) answer: Answer,
     /// Rounds of culling of the last query, if they are recorded.
-    pub(crate) rounds: Vec<Round>,
+    pub(crate) rounds: Vec<Vec<CountedOne>>,
     /// Whether `rounds` are recorded.
     pub(crate) records_rounds: bool,
 }
@@ -269,7 +278,18 @@ impl<'a> QueryRunner<'a> {
                 session.count(|input, counts| culling.count_whole(input, counts))?;
             }
             if self.records_rounds {
-                self.rounds.push(Round::new(session));
+                let candidates = session.cull_input().candidates;
+                let counted = session.counted_paths().zip(candidates);
+                let one = |((path, candidate), &overlap): ((PathId, &CullCandidate), &Overlap)| {
+                    let is_open = candidate.open;
+                    CountedOne {
+                        path,
+                        overlap,
+                        is_open,
+                    }
+                };
+                self.rounds
+                    .push(counted.zip(session.counts()).map(one).collect());
             }
             count_and_record += counting.elapsed();
             Ok::<(), Failure>(())

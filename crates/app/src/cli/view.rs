@@ -12,11 +12,11 @@ use sabaki_app::window::{
 };
 use sabaki_draw::scene::Outfit;
 
+use super::bake::GraphArgs;
 use super::culling::{DeviceArgs, path_parser};
 use super::mesh::{BoundOutfit, MeshArgs};
 use super::numbers::{number, whole};
 use super::render::{CrowdArgs, size};
-use super::source::GraphArgs;
 use super::{Done, Failure, cancel, output};
 
 #[derive(clap::Args)]

@@ -1,9 +1,18 @@
-//! `sabaki bake`: in one process, or in steps that several machines share.
+//! `sabaki bake`: in one process, or in steps that several machines share. Where a graph comes from: a baked file, or the embedded motions.
 
-pub(super) mod own_file;
+mod args;
+mod bar;
+mod embedded;
+mod run;
 mod shared;
+mod statistics;
 mod steps;
 mod submit;
+
+pub(crate) use args::{ReadArgs, check_is_motion};
+pub(crate) use embedded::{GraphArgs, embedded_anew};
+pub(crate) use statistics::describe;
+pub(crate) use statistics::{bake_statistics, headline, statistics};
 
 use std::panic::resume_unwind;
 use std::path::{Path, PathBuf};
@@ -12,7 +21,9 @@ use crate::measure::quality::QualityMeter;
 use sabaki::archive;
 use serde_json::json;
 
-use super::{Done, Failure, output, quality, source};
+use self::args::ClipArgs;
+use self::run::Baked;
+use super::{Done, Failure, output, quality};
 
 /// Number of random attacks whose answers are measured.
 const ANSWERS: u64 = 200;
@@ -23,7 +34,7 @@ pub(crate) struct Args {
     #[command(subcommand)]
     step: Option<Step>,
     #[command(flatten)]
-    clips: source::ClipArgs,
+    clips: ClipArgs,
     /// Graph file to write.
     #[arg(long, value_name = "FILE", required = true)]
     out: Option<PathBuf>,
@@ -67,12 +78,12 @@ fn check(args: &Args, out: &Path) -> Result<(), Failure> {
 
 fn in_one_process(args: &Args, out: &Path, as_json: bool) -> Result<Done, Failure> {
     check(args, out)?;
-    let baked = source::from_clips(&args.clips)?;
+    let baked = run::from_clips(&args.clips)?;
     write(&baked, out, as_json)
 }
 
 /// Writes a graph while its motions are measured, and describes it.
-fn write(baked: &source::Baked, out: &Path, as_json: bool) -> Result<Done, Failure> {
+fn write(baked: &Baked, out: &Path, as_json: bool) -> Result<Done, Failure> {
     let graph = &baked.graph;
     let (written, [of_clips, composed]) = std::thread::scope(|scope| {
         let measured = scope.spawn(|| {
@@ -89,13 +100,13 @@ fn write(baked: &source::Baked, out: &Path, as_json: bool) -> Result<Done, Failu
     written?;
     let mut left_out = baked.made.iter().flat_map(|made| &made.left_out);
     let text = if as_json {
-        let mut document = source::bake_statistics(baked);
+        let mut document = bake_statistics(baked);
         document["out"] = json!(out.display().to_string());
         document["quality"] = quality::document(&of_clips, &composed);
         Done::json(&document)
     } else {
         let table = quality::text(&of_clips, &composed, "answers");
-        let described = source::describe_bake(baked);
+        let described = statistics::describe_bake(baked);
         format!("{described}{table}wrote {}\n", out.display())
     };
     Ok(Done {

@@ -17,17 +17,16 @@ use std::path::{Path, PathBuf};
 
 use sabaki::anim::{Clip, Event, Skeleton};
 use sabaki::archive::{open_regular, write_atomically};
-use sabaki::graph::GraphBuilder;
 use sabaki::graph::search::{MapBand, Minimum, PointCloud, PrunedSearch, SearchSettings, Windows};
-use sabaki::graph::{ClipSource, GraphSettings};
-use sabaki::maps::BakeSettings;
-use sabaki::maps::{EntryShare, MomentShare};
+use sabaki::graph::{ClipSource, GraphBuilder, GraphSettings};
+use sabaki::maps::{BakeSettings, EntryShare, MomentShare};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
 use super::super::Failure;
-use super::super::source::{Bake, BakeBar, BakeInput, Baked, BuiltGraph, finish};
-use super::own_file::PART;
+use super::args::PART;
+use super::bar::BakeBar;
+use super::run::{Bake, BakeInput, Baked, BuiltGraph, finish};
 
 /// Length of mark and checksums, in bytes.
 const HEADER: usize = 16;

@@ -6,14 +6,17 @@ use std::time::Instant;
 use serde_json::json;
 
 use super::super::numbers::whole;
-use super::super::{Done, Failure, output, source};
+use super::super::{Done, Failure, output};
+use super::args::ClipArgs;
+use super::run::BakeInput;
 use super::shared::{MOST_SHARDS, ShardStep, SharedBake};
+use super::statistics::left_out_and_notes;
 use super::write;
 
 #[derive(clap::Args)]
 pub(crate) struct PlanArgs {
     #[command(flatten)]
-    clips: source::ClipArgs,
+    clips: ClipArgs,
     /// Folder of the plan, which is created. All processes that do steps must see it.
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
@@ -51,7 +54,7 @@ pub(super) fn plan(args: &PlanArgs, as_json: bool) -> Result<Done, Failure> {
             "bake plan needs --clips: BVH or glTF files, or folders of them".to_owned(),
         ));
     }
-    let input = source::BakeInput::read(&args.clips)?;
+    let input = BakeInput::read(&args.clips)?;
     let (bake, pairs) = SharedBake::create(&args.out, &input, args.shards)?;
     let (shards, clips) = (bake.plan.shards, input.set.clips.len());
     let (left_out, notes) = (&bake.plan.left_out, &bake.plan.notes);
@@ -67,7 +70,7 @@ pub(super) fn plan(args: &PlanArgs, as_json: bool) -> Result<Done, Failure> {
             1e-6 * pairs.iter().sum::<u64>() as f64 / shards as f64,
             bake.command("shard", &format!("0 (to {})", shards - 1)),
             bake.command("join", "--out FILE"),
-            source::left_out_and_notes(left_out, notes),
+            left_out_and_notes(left_out, notes),
         ),
     };
     Ok(Done {

@@ -13,7 +13,7 @@ use sabaki_draw::scene::{
 
 use super::{OutArgs, Written, draw_all, on_a_sheet};
 use crate::cli::Failure;
-use crate::cli::source::GraphArgs;
+use crate::cli::bake::GraphArgs;
 
 #[derive(clap::Args)]
 pub(super) struct Args {

@@ -14,10 +14,10 @@ use serde_json::json;
 
 use super::{Canvas, FilmArgs, OutArgs, Written, draw_all, is_film, on_a_sheet, text_height};
 use crate::cli::Failure;
+use crate::cli::bake::GraphArgs;
 use crate::cli::numbers::{number, whole};
 use crate::cli::plot::{INK, Picture};
 use crate::cli::queries::{file_throw, random_throws};
-use crate::cli::source::GraphArgs;
 
 #[derive(clap::Args)]
 pub(super) struct Args {

@@ -12,14 +12,37 @@ use sabaki::archive;
 use sabaki::maps::BakedGraph;
 
 use super::super::Failure;
-use super::Baked;
-use super::bake::bake_embedded;
+use super::run::{Baked, bake_embedded};
+
+/// The graph to query.
+#[derive(Clone, Debug, clap::Args)]
+pub(crate) struct GraphArgs {
+    /// Graph written by `bake`. Default: the embedded motions.
+    baked: Option<PathBuf>,
+}
+
+impl GraphArgs {
+    /// Reads the graph and prepares it, so that no query that is measured or seen computes what later ones use.
+    pub(crate) fn load(&self) -> Result<BakedGraph, Failure> {
+        let baked = self.load_unprepared()?;
+        baked.prepare();
+        Ok(baked)
+    }
+
+    /// Reads the graph for a command that asks no query.
+    pub(crate) fn load_unprepared(&self) -> Result<BakedGraph, Failure> {
+        match &self.baked {
+            Some(path) => Ok(archive::read(path)?),
+            None => embedded(),
+        }
+    }
+}
 
 /// Number of files that are kept, of as many builds.
 const KEPT: usize = 4;
 
 /// The embedded motions, from the cache folder or baked now.
-pub(super) fn embedded() -> Result<BakedGraph, Failure> {
+fn embedded() -> Result<BakedGraph, Failure> {
     read_or_bake(cache_file().as_deref(), || Ok(bake_embedded()?.graph))
 }
 

@@ -1,12 +1,13 @@
 //! Arguments that name clips, and how they are read and built into a graph.
 
+use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use sabaki::anim::CompressionSettings;
+use sabaki::archive;
 use sabaki::graph::GraphSettings;
 
 use super::super::Failure;
-use super::super::bake::own_file;
 use super::super::figure::FigureArgs;
 use super::super::numbers::number;
 
@@ -104,7 +105,7 @@ impl ClipArgs {
     pub(super) fn motion_paths(&self) -> Result<MotionPaths, Failure> {
         let (mut read, mut left_out) = (Vec::new(), Vec::new());
         for path in &self.clips {
-            match own_file::check_is_none(path) {
+            match check_is_motion(path) {
                 Ok(()) => read.push(path.clone()),
                 Err(failure) if self.keep_going => left_out.push(failure),
                 Err(failure) => return Err(failure),
@@ -142,4 +143,25 @@ impl ClipArgs {
             .chain(self.figure.files())
             .collect()
     }
+}
+
+/// First bytes of the parts of a shared bake.
+pub(super) const PART: &[u8; 8] = b"sabakis\n";
+
+/// Refuses a file that a bake wrote where a motion is read. A file that cannot be opened is left to the reader.
+pub(crate) fn check_is_motion(path: &Path) -> Result<(), Failure> {
+    let mut head = Vec::new();
+    let is_read = archive::open_regular(path).and_then(|file| file.take(8).read_to_end(&mut head));
+    if is_read.is_err() {
+        return Ok(());
+    }
+    let what = match archive::is_baked(&head) {
+        true => "a baked graph",
+        false if head == PART => "a part of a shared bake (for bake join)",
+        false => return Ok(()),
+    };
+    Err(Failure::Usage(format!(
+        "{}: this is {what}, and not a motion file (BVH, AMC or glTF)",
+        path.display()
+    )))
 }

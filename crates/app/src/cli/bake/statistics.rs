@@ -5,7 +5,7 @@ use sabaki::graph::MotionGraph;
 use sabaki::maps::BakedGraph;
 use serde_json::{Value, json};
 
-use super::Baked;
+use super::run::Baked;
 
 fn count(graph: &MotionGraph, kind: EventKind) -> usize {
     graph

@@ -5,21 +5,37 @@ use std::time::Instant;
 
 use sabaki::graph::GraphBuilder;
 use sabaki::graph::search::TransitionList;
-use sabaki::graph::{BuildReport, ClipSource, GraphError, GraphSettings, MotionGraph};
+use sabaki::graph::{BuildReport, ClipSource, FootSlide, GraphError, GraphSettings, MotionGraph};
 use sabaki::maps::EntryShare;
-use sabaki::maps::{BakeSettings, Baker, MapGrid};
+use sabaki::maps::{BakeSettings, BakedGraph, Baker, MapGrid};
 use sabaki_fixtures::demo;
 use sabaki_import::EventsFile;
 use serde::{Deserialize, Serialize};
 
 use super::super::Failure;
 use super::super::figure::Figure;
-use super::args::MotionPaths;
-use super::bake_bar::BakeBar;
-use super::{Baked, BuildSummary, ClipArgs};
+use super::args::{ClipArgs, MotionPaths};
+use super::bar::BakeBar;
 
 /// Number of transitions on which foot sliding is measured; enough for three digits.
 const MEASURED: usize = 2000;
+
+/// A graph, with its build report if it was built now.
+pub(crate) struct Baked {
+    pub(crate) graph: BakedGraph,
+    pub(crate) made: Option<BuildSummary>,
+}
+
+/// Report on the build of a graph.
+pub(crate) struct BuildSummary {
+    pub(crate) report: BuildReport,
+    pub(crate) feet: FootSlide,
+    pub(crate) seconds: f64,
+    pub(crate) warnings: Vec<String>,
+    pub(crate) figure: Figure,
+    /// Files that were left out, with the reasons.
+    pub(crate) left_out: Vec<String>,
+}
 
 /// Clips, body and props that were read from files, and the settings of their bake.
 pub(crate) struct BakeInput {
