@@ -13,7 +13,7 @@ use divan::counter::ItemsCount;
 use glam::Vec3;
 use plain::PlainMemory;
 use sabaki::crowd::{
-    CrowdSettings, Form, Frame, Layout, LevelId, MemberId, Output, PoseSlice, WriteMode,
+    CrowdSettings, Frame, Layout, LevelId, MemberId, Output, PoseSlice, WriteMode,
 };
 use sabaki::math::{F32x16, Isa};
 use scene::Scene;
@@ -43,14 +43,9 @@ fn default() -> CrowdSettings {
     CrowdSettings::default()
 }
 
-fn output(form: Form, layout: Layout, write: WriteMode) -> CrowdSettings {
-    let output = Output {
-        form,
-        layout,
-        write,
-    };
+fn output(layout: Layout, write: WriteMode) -> CrowdSettings {
     CrowdSettings {
-        output,
+        output: Output { layout, write },
         ..default()
     }
 }
@@ -79,33 +74,24 @@ fn matrices(bencher: Bencher<'_, '_>, isa: Isa) {
     frames(bencher, &Scene::one_clip(COUNT), settings);
 }
 
-#[divan::bench(args = available())]
-fn rotations(bencher: Bencher<'_, '_>, isa: Isa) {
-    let settings = CrowdSettings {
-        isa,
-        ..output(Form::Rotations, Layout::Blocks, WriteMode::Cached)
-    };
-    frames(bencher, &Scene::one_clip(COUNT), settings);
-}
-
 /// Character by character, in memory that is read again soon.
-#[divan::bench(args = ["matrices", "rotations"])]
-fn rows(bencher: Bencher<'_, '_>, form: &str) {
-    let settings = output(form_of(form), Layout::Rows, WriteMode::Cached);
+#[divan::bench]
+fn rows(bencher: Bencher<'_, '_>) {
+    let settings = output(Layout::Instances, WriteMode::Cached);
     frames(bencher, &Scene::one_clip(COUNT), settings);
 }
 
 /// The same, past the caches.
-#[divan::bench(args = ["matrices", "rotations"])]
-fn streamed_rows(bencher: Bencher<'_, '_>, form: &str) {
-    let settings = output(form_of(form), Layout::Rows, WriteMode::Streamed);
+#[divan::bench]
+fn streamed_rows(bencher: Bencher<'_, '_>) {
+    let settings = output(Layout::Instances, WriteMode::Streamed);
     frames(bencher, &Scene::one_clip(COUNT), settings);
 }
 
 /// As for [`streamed_rows`], in blocks.
-#[divan::bench(args = ["matrices", "rotations"])]
-fn streamed_blocks(bencher: Bencher<'_, '_>, form: &str) {
-    let settings = output(form_of(form), Layout::Blocks, WriteMode::Streamed);
+#[divan::bench]
+fn streamed_blocks(bencher: Bencher<'_, '_>) {
+    let settings = output(Layout::Blocks, WriteMode::Streamed);
     frames(bencher, &Scene::one_clip(COUNT), settings);
 }
 
@@ -173,7 +159,7 @@ fn copy_joints(bencher: Bencher<'_, '_>, layout: &str) {
     let scene = Scene::one_clip(1);
     let crowd = scene.crowd(default());
     let order = crowd.animations().skeleton_order(LevelId(0));
-    let mut to = vec![0.0; order.len() * Form::Matrices.numbers()];
+    let mut to = vec![0.0; order.len() * Output::NUMBERS];
     let items = ItemsCount::new(slices.len() * order.len());
     bencher.counter(items).bench_local(|| {
         for slice in &slices {
@@ -184,23 +170,16 @@ fn copy_joints(bencher: Bencher<'_, '_>, layout: &str) {
 
 fn posed(layout: &str) -> (Vec<PoseSlice>, Vec<F32x16>) {
     let layout = match layout {
-        "rows" => Layout::Rows,
+        "rows" => Layout::Instances,
         _ => Layout::Blocks,
     };
-    let settings = output(Form::Matrices, layout, WriteMode::Cached);
+    let settings = output(layout, WriteMode::Cached);
     let mut crowd = Scene::one_clip(1000).crowd(settings);
     let mut out = vec![F32x16::ZERO; crowd.output_len()];
     crowd.pose(&mut out).unwrap();
     let ids = (0..1000).map(MemberId);
     let slices = ids.map(|id| crowd.pose_slice(id).unwrap()).collect();
     (slices, out)
-}
-
-fn form_of(name: &str) -> Form {
-    match name {
-        "matrices" => Form::Matrices,
-        _ => Form::Rotations,
-    }
 }
 
 /// Everybody with so many joints.
@@ -233,14 +212,14 @@ fn eight_clips_placed_and_faded(bencher: Bencher<'_, '_>) {
 }
 
 /// 115 MB of output: nothing of it is in a cache when it is written.
-#[divan::bench(args = ["matrices", "rotations"], sample_count = 20)]
-fn cold_memory(bencher: Bencher<'_, '_>, form: &str) {
-    let settings = output(form_of(form), Layout::Blocks, WriteMode::Streamed);
+#[divan::bench(sample_count = 20)]
+fn cold_memory(bencher: Bencher<'_, '_>) {
+    let settings = output(Layout::Blocks, WriteMode::Streamed);
     frames(bencher, &Scene::one_clip(10 * COUNT), settings);
 }
 
 #[divan::bench(args = [10_000, 100_000, 1_000_000], sample_count = 10)]
 fn mixed_levels(bencher: Bencher<'_, '_>, count: usize) {
-    let settings = output(Form::Matrices, Layout::Blocks, WriteMode::Streamed);
+    let settings = output(Layout::Blocks, WriteMode::Streamed);
     frames(bencher, &Scene::one_clip(count).mixed(), settings);
 }

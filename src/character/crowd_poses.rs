@@ -20,7 +20,7 @@ use crate::math::F32x16;
 /// How [`Characters::pose_all`](super::Characters::pose_all) poses.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CrowdPoseSettings {
-    /// Output format of all characters; instruction set, threads and held poses of those that the crowd poses.
+    /// Output of all characters; instruction set and threads of the crowd.
     pub crowd: CrowdSettings,
     /// Distance from the camera within which the graph poses characters, in metres. Default 0.
     pub near: f32,
@@ -186,7 +186,7 @@ impl CrowdPoses {
         let joints = self.animations.joints(LevelId(0));
         match output.layout {
             Layout::Instances => (1, output.row_len(joints)),
-            Layout::Blocks | Layout::Rows => (F32x16::LANES, output.group_len(joints)),
+            Layout::Blocks => (F32x16::LANES, output.group_len(joints)),
         }
     }
 
@@ -200,14 +200,14 @@ impl CrowdPoses {
         let (members, lines) = self.group();
         match self.settings.crowd.output.layout {
             Layout::Instances => by_crowd,
-            Layout::Blocks | Layout::Rows => by_crowd + by_graph.div_ceil(members) * lines,
+            Layout::Blocks => by_crowd + by_graph.div_ceil(members) * lines,
         }
     }
 
     pub(super) fn slice(&self, index: usize, single: u32) -> PoseSlice {
         let (offset, index) = match self.settings.crowd.output.layout {
             Layout::Instances => (0, index),
-            Layout::Blocks | Layout::Rows => (self.crowd_len, single as usize),
+            Layout::Blocks => (self.crowd_len, single as usize),
         };
         let output = self.settings.crowd.output;
         self.animations

@@ -8,10 +8,10 @@ use sabaki::anim::{Pose, forward_kinematics};
 use sabaki::character::{
     CharacterError, CharacterId, CharacterSettings, Characters, CrowdPoseSettings, Goal,
 };
-use sabaki::crowd::{CrowdSettings, Form, Layout, Output};
+use sabaki::crowd::{CrowdSettings, Layout, Output};
 use sabaki::lod::{LevelId, LevelSettings, Levels, Rule, SwitchSettings, Switching, affine};
 use sabaki::math::{F32x16, Rigid2};
-use sabaki_fixtures::crowd::{forms, joint_of};
+use sabaki_fixtures::crowd::{joint_of, outputs};
 use sabaki_fixtures::random::Random;
 
 use super::world::{FRAME, baked, ball, characters};
@@ -85,18 +85,13 @@ impl Scene {
     }
 
     /// How far the worst point of a character is from where it should be, in metres.
-    fn worst(
-        &self,
-        (characters, out): (&Characters, &[F32x16]),
-        id: CharacterId,
-        form: Form,
-    ) -> f64 {
+    fn worst(&self, (characters, out): (&Characters, &[F32x16]), id: CharacterId) -> f64 {
         let slice = characters.pose_slice(id).unwrap();
         let drawn = self.drawn(characters, id);
         let level = &self.levels.levels[usize::from(slice.level.0)];
         let mut worst: f64 = 0.0;
         for (joint, id) in level.kept.iter().enumerate() {
-            let found = joint_of(out, &slice, form, joint);
+            let found = joint_of(out, &slice, joint);
             for point in [DVec3::ZERO, DVec3::X * 0.1, DVec3::Y * 0.1] {
                 let expected = drawn[id.index()].transform_point3(point.as_vec3());
                 let apart = found.transform_point3(point).distance(expected.as_dvec3());
@@ -133,7 +128,7 @@ fn spawn(characters: &mut Characters, count: usize) -> Vec<CharacterId> {
 #[test]
 fn each_character_is_where_it_is_whoever_poses_it() {
     let scene = Scene::shared();
-    for output in forms() {
+    for output in outputs() {
         let settings = CrowdSettings {
             output,
             ..CrowdSettings::default()
@@ -162,15 +157,11 @@ fn each_character_is_where_it_is_whoever_poses_it() {
                 } else {
                     NEAR
                 };
-                // Quaternions and matrices are blended differently.
-                let blend = detail.fract();
-                if output.form == Form::Matrices || blend == 0.0 {
-                    let worst = scene.worst((&characters, &out), id, output.form);
-                    assert!(
-                        worst < most,
-                        "{output:?}, frame {frame}: {worst} m, by the crowd: {by_crowd}"
-                    );
-                }
+                let worst = scene.worst((&characters, &out), id);
+                assert!(
+                    worst < most,
+                    "{output:?}, frame {frame}: {worst} m, by the crowd: {by_crowd}"
+                );
                 seen[usize::from(by_crowd)] += 1;
                 changes += usize::from(*before != by_crowd);
                 *before = by_crowd;
@@ -205,7 +196,7 @@ fn a_blend_is_left_out_only_where_it_is_too_small_to_be_seen() {
             for &id in &ids {
                 let place = characters.place(id).unwrap();
                 let distance = eye.distance(Vec3::new(place.x, 1.0, place.z)) + 1.0;
-                let worst = scene.worst((&characters, &out), id, Form::Matrices);
+                let worst = scene.worst((&characters, &out), id);
                 let most = COARSE + f64::from(blend_error * distance);
                 assert!(worst < most, "{worst} m at {distance} m");
                 seen[usize::from(worst > COARSE)] += 1;
@@ -279,7 +270,7 @@ fn instances_stand_at_the_row_of_their_place() {
             characters.pose_slice(id).unwrap().start,
             row * id.index() as usize
         );
-        assert!(scene.worst((&characters, &out), id, Form::Matrices) < NEAR);
+        assert!(scene.worst((&characters, &out), id) < NEAR);
     }
 }
 

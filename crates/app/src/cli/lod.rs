@@ -6,7 +6,6 @@ use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
-use indicatif::ProgressIterator;
 use sabaki::anim::{Clip, JointId, Pose, Skeleton};
 use sabaki::archive;
 use sabaki::lod::{
@@ -144,7 +143,7 @@ impl Args {
             ..SwitchSettings::default()
         };
         let bands = Switching::new(&levels, &switching).map_err(usage)?;
-        let mut report = Report {
+        Ok(Report {
             skeleton,
             clips,
             warnings,
@@ -152,11 +151,8 @@ impl Args {
             stature,
             order: settings.order,
             bands,
-            steps: [0.0; 2],
             settings: switching,
-        };
-        report.measure_steps().map_err(usage)?;
-        Ok(report)
+        })
     }
 
     fn level_settings(&self, skeleton: &Skeleton) -> Result<LevelSettings, Failure> {
@@ -198,31 +194,9 @@ struct Report {
     order: Order,
     settings: SwitchSettings,
     bands: Switching,
-    /// The largest step of a point on the screen when levels switch, in pixels: blended, and at once.
-    steps: [f32; 2],
 }
 
-/// Largest number of clips on which steps are measured; they are evenly spaced.
-const MEASURED: usize = 12;
-
 impl Report {
-    /// Measures the steps at switches.
-    fn measure_steps(&mut self) -> Result<(), LodError> {
-        let at_once = SwitchSettings {
-            blend_step: None,
-            ..self.settings
-        };
-        let every = self.clips.len().div_ceil(MEASURED);
-        let bar = output::progress("switching", self.clips.len().div_ceil(every) as u64);
-        for clip in self.clips.iter().step_by(every).progress_with(bar) {
-            for (step, settings) in self.steps.iter_mut().zip([&self.settings, &at_once]) {
-                let largest = self.levels.largest_step(&self.skeleton, clip, settings)?;
-                *step = step.max(largest);
-            }
-        }
-        Ok(())
-    }
-
     fn name(&self, level: &Level) -> &str {
         let joint = level.removed.map(|id| self.skeleton.joint(id));
         joint.map_or("", |joint| joint.name.as_str())
@@ -299,7 +273,6 @@ impl Report {
             "furthest": self.bands.furthest(),
             "energies": energies,
             "levels": levels,
-            "largest_step_pixels": { "blended": self.steps[0], "at_once": self.steps[1] },
             "warnings": self.warnings,
         })
     }
@@ -356,13 +329,9 @@ impl Report {
              there: the largest error on the screen, for a point {:.2} m nearer to the camera than the root.\n\
              {rule}.\n\
              Bands that would overlap are moved outwards.\n\
-             The last level begins at {:.1} m.\n\
-             Largest step of a point on the screen at a switch, with the camera at 5 m/s and 60 frames\n\
-             per second: {:.2} pixels; without blending {:.1} pixels.",
+             The last level begins at {:.1} m.",
             self.levels.reach,
             self.bands.furthest(),
-            self.steps[0],
-            self.steps[1],
         );
         for warning in &self.warnings {
             let _ = writeln!(text, "note: {warning}");

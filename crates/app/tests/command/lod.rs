@@ -47,9 +47,6 @@ fn lod_json_has_its_keys() {
             }
         }
         assert_eq!(document["energies"].as_array().unwrap().len(), 24);
-        let blended = document["largest_step_pixels"]["blended"].as_f64().unwrap();
-        let at_once = document["largest_step_pixels"]["at_once"].as_f64().unwrap();
-        assert!(blended < 1.0 && at_once > blended, "{blended} {at_once}");
     }
 }
 

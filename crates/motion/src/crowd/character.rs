@@ -147,7 +147,6 @@ impl MixState {
     fn lane<'a>(&self, animations: &'a AnimationSet, base: f64) -> LaneClip<'a> {
         let range = animations.range(self.clip);
         LaneClip {
-            clip: self.clip,
             range,
             start: range.wrapped(self.phase + range.per_second(self.speed) * base),
             speed: self.speed,
@@ -276,7 +275,6 @@ pub(super) fn clamped(share: f32) -> f32 {
 /// A clip as a lane plays it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct LaneClip<'a> {
-    pub(super) clip: ClipId,
     pub(super) range: &'a ClipRange,
     /// Position in the clip when the groups' clock is 0, in frames.
     pub(super) start: f32,

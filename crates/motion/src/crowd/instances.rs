@@ -4,14 +4,13 @@ use std::sync::{Arc, Mutex};
 
 use super::character::{Character, CharacterState, MemberId, Placement, clamped};
 use super::error::{CrowdError, MOST_CHARACTERS};
-use super::frame_input::FrameReport;
+use super::frame::FrameReport;
 use super::kernel::batches::Scratch;
 use super::keys::animation_set::AnimationSet;
-use super::levels::pass::FrameScratch;
+use super::levels::FrameScratch;
 use super::output::{Layout, Output, PoseSlice, SlicePlace};
 use super::sort::group::{MOST_LATE, NOWHERE, PARKED, Slot};
-use super::sort::rebuild::{Rebuild, StaleCost};
-use super::sort::schedule::{GroupClock, Schedule, Sorting};
+use super::sort::schedule::{Schedule, Sorting, StaleCost};
 use crate::lod::LevelId;
 use crate::math::parallel::WorkerPool;
 use crate::math::{Isa, thread_count};
@@ -27,7 +26,6 @@ pub struct Crowd {
     /// Group and lane of each character, as one number.
     pub(super) slots: Vec<u32>,
     pub(super) schedule: Schedule,
-    pub(super) rebuild: Rebuild,
     /// Characters that wait for another group.
     pub(super) late: Vec<u32>,
     /// The crowd's time, in seconds.
@@ -64,7 +62,6 @@ impl Crowd {
             states: Vec::new(),
             slots: Vec::new(),
             schedule: Schedule::default(),
-            rebuild: Rebuild::default(),
             late: Vec::new(),
             time: 0.0,
             base: 0.0,
@@ -87,7 +84,6 @@ impl Crowd {
         crowd.late.reserve(characters);
         crowd.capacity = characters;
         crowd.schedule.reserve(characters, MOST_CHUNKS);
-        crowd.rebuild.reserve(characters, MOST_CHUNKS);
         crowd
     }
 
@@ -228,9 +224,6 @@ impl Crowd {
             return;
         }
         self.time = seconds;
-        if !(0.0..=LONGEST_RUN).contains(&(self.time - self.rebuild.base)) {
-            self.rebuild.abort();
-        }
         if !(0.0..=LONGEST_RUN).contains(&(self.time - self.base)) {
             self.base = self.time;
             let (schedule, sorting) = self.sorting();
@@ -280,11 +273,6 @@ impl Crowd {
         self.store_detail(id, &mut state);
         let before = state.level();
         change(&mut state);
-        let clock = GroupClock {
-            animations: &self.animations,
-            base: self.base,
-        };
-        self.rebuild.change(id.index(), &state, clock);
         let slot = self.slots[id.index()];
         // An inactive character without a group needs none.
         let is_out = slot == NOWHERE && state.is_inactive;
@@ -300,7 +288,8 @@ impl Crowd {
             let [before, after] =
                 [before, state.level()].map(|level| self.animations.joints(level));
             self.stale_cost.joints += before as isize - after as isize;
-            self.schedule.write(Slot::of(slot), &state, clock);
+            self.schedule
+                .write(Slot::of(slot), &state, &self.animations, self.base);
         } else {
             state.is_late = true;
             self.late.push(id.0);
@@ -327,7 +316,7 @@ impl Crowd {
     /// Length of the output of [`Crowd::pose`], in `F32x16`s. Moves characters to other groups where that is due: a
     /// [`PoseSlice`] from before this call may be another character's.
     pub fn output_len(&mut self) -> usize {
-        self.prepare();
+        self.prepare(usize::MAX);
         self.needed_len()
     }
 
@@ -335,7 +324,7 @@ impl Crowd {
     pub(super) fn needed_len(&self) -> usize {
         match self.settings.output.layout {
             Layout::Instances => self.row_len() * self.states.len(),
-            Layout::Blocks | Layout::Rows => self.schedule.lines,
+            Layout::Blocks => self.schedule.lines,
         }
     }
 
@@ -348,7 +337,7 @@ impl Crowd {
         let group = output.group_len(self.animations.joints(LevelId(0)));
         match output.layout {
             Layout::Instances => self.row_len() * characters,
-            Layout::Blocks | Layout::Rows => Schedule::most_groups(characters) * group,
+            Layout::Blocks => Schedule::most_groups(characters) * group,
         }
     }
 
@@ -364,19 +353,21 @@ impl Crowd {
         self.settings.output.row_len(joints)
     }
 
-    /// Puts all characters into groups. Sorts them all at once if many are in none.
-    pub(super) fn prepare(&mut self) -> FrameReport {
+    /// Puts all characters into groups. Sorts all of them if many are in none; and if the present groups have cost as much as sorting
+    /// does, and the new ones surely fit into an output of `most` `F32x16`s.
+    pub(super) fn prepare(&mut self, most: usize) -> FrameReport {
         let characters = self.states.len();
         let moved = self.late.len();
-        let sorted = MOST_LATE * (moved + self.stale_cost.late) > characters;
+        let sorted = MOST_LATE * (moved + self.stale_cost.late) > characters
+            || self.stale_cost.exceeds_sorting(characters)
+                && characters > 0
+                && self.sorted_len() <= most;
         if sorted {
-            self.rebuild.abort();
             self.schedule.store_details(&mut self.states);
             let (schedule, sorting) = self.sorting();
             schedule.sort(sorting);
             self.stale_cost = StaleCost::default();
-            let chunks = self.chunks();
-            self.rebuild.reserve(characters, chunks);
+            self.scratch_of_frames.sorted_levels = None;
             let spare = characters.saturating_sub(self.late.len());
             self.late.reserve(spare);
         } else if moved > 0 {
@@ -391,6 +382,19 @@ impl Crowd {
         }
         self.late.clear();
         FrameReport { moved, sorted }
+    }
+
+    /// A length that new groups do not exceed, in `F32x16`s. Groups of one level are full. The others are filled in the order of
+    /// levels, so that each list of them takes at most a group of the finest level more than its characters need.
+    fn sorted_len(&self) -> usize {
+        let each = self
+            .settings
+            .output
+            .group_len(self.animations.joints(LevelId(0)));
+        match self.settings.output.layout {
+            Layout::Instances => self.needed_len(),
+            Layout::Blocks => self.needed_len() + (2 + self.late.len()) * each,
+        }
     }
 
     pub(super) fn sorting(&mut self) -> (&mut Schedule, Sorting<'_>) {
@@ -442,7 +446,7 @@ impl Crowd {
         let cold = &self.schedule.cold[group];
         let (offset, lane) = match self.settings.output.layout {
             Layout::Instances => (self.row_len() * cold.ids[lane] as usize, 0),
-            Layout::Blocks | Layout::Rows => (cold.offset, lane),
+            Layout::Blocks => (cold.offset, lane),
         };
         SlicePlace {
             level: cold.kind.level,
@@ -456,7 +460,7 @@ impl Crowd {
 /// Settings of a crowd.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CrowdSettings {
-    /// Form, layout and write mode of the output.
+    /// Layout and write mode of the output.
     pub output: Output,
     /// Instruction set of the kernels. Default: the widest one of the machine.
     pub isa: Isa,

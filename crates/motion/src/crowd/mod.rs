@@ -10,7 +10,7 @@
 //!
 //! ```text
 //! clips, levels ─▶ keys: 16-bit tracks          once
-//! characters ─▶ sort: groups of sixteen         a part in each frame
+//! characters ─▶ sort: groups of sixteen         when the groups have become slow
 //!            ─▶ levels: distance and frustum    every frame
 //!            ─▶ kernel: poses in the lanes      every frame
 //! ```
@@ -50,21 +50,19 @@ mod character;
 mod error;
 mod external_pose;
 mod frame;
-mod frame_input;
 mod instances;
 mod kernel;
 mod keys;
 mod levels;
 mod output;
 mod sort;
-mod take_over;
 
 pub use crate::anim::ClipId;
 pub use crate::lod::LevelId;
 pub use character::{Character, ClipMix, MemberId, Placement};
 pub use error::CrowdError;
 pub use external_pose::{ExternalGroups, ExternalPose, ExternalTarget};
-pub use frame_input::{Frame, FrameReport, Frustum};
+pub use frame::{Frame, FrameReport, Frustum};
 pub use instances::{Crowd, CrowdSettings};
 pub use keys::animation_set::AnimationSet;
-pub use output::{Form, Layout, Output, PoseSlice, WriteMode};
+pub use output::{Layout, Output, PoseSlice, WriteMode};

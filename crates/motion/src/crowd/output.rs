@@ -1,36 +1,6 @@
 use crate::lod::LevelId;
 use crate::math::F32x16;
 
-/// The values that are written for each joint, in the space of the world.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Form {
-    /// A matrix of 3 rows and 4 columns, row by row: 12 numbers. It transforms points from the joint's frame to the world.
-    #[default]
-    Matrices,
-    /// A unit quaternion (x, y, z, w) and the joint's position (x, y, z): 7 numbers.
-    Rotations,
-}
-
-impl Form {
-    /// Number of values of a joint: 12 or 7.
-    #[must_use]
-    pub fn numbers(self) -> usize {
-        match self {
-            Self::Matrices => 12,
-            Self::Rotations => 7,
-        }
-    }
-
-    /// Indices of a joint's values that are the coordinates of its position.
-    #[must_use]
-    pub fn position_numbers(self) -> [usize; 3] {
-        match self {
-            Self::Matrices => [3, 7, 11],
-            Self::Rotations => [4, 5, 6],
-        }
-    }
-}
-
 /// The order of the values of a group of sixteen characters.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Layout {
@@ -38,12 +8,10 @@ pub enum Layout {
     /// compute.
     #[default]
     Blocks,
-    /// Character by character: the joints one after the other, each with 12 values, or with 7 and a 0. A row ends on a whole
-    /// [`F32x16`]; the rest of that `F32x16` is undefined.
-    Rows,
-    /// Rows at fixed positions: the row of character `i` starts at the `F32x16` with index `i` times [`Output::row_len`] of
-    /// all joints, in every frame and on every level. Instance `i` of a draw call therefore finds its joints without a
-    /// table. If two buffers alternate, they have the poses of this frame and of the previous one at the same positions.
+    /// Character by character, in rows: the joints one after the other, each with 12 values. The row of
+    /// character `i` starts at the `F32x16` with index `i` times [`Output::row_len`] of all joints, in every frame and on
+    /// every level; what is behind its last joint is undefined. Instance `i` of a draw call therefore finds its joints
+    /// without a table. If two buffers alternate, they have the poses of this frame and of the previous one at the same positions.
     Instances,
 }
 
@@ -57,11 +25,10 @@ pub enum WriteMode {
     Streamed,
 }
 
-/// Form, layout and write mode of a crowd's output.
+/// Layout and write mode of a crowd's output: for each joint a matrix of 3 rows and 4 columns, row by row, that transforms points
+/// from the joint's frame to the world.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Output {
-    /// The values of each joint. Default [`Form::Matrices`].
-    pub form: Form,
     /// The order of the values. Default [`Layout::Blocks`].
     pub layout: Layout,
     /// How the values are written to memory. Default [`WriteMode::Cached`].
@@ -69,53 +36,34 @@ pub struct Output {
 }
 
 impl Output {
+    /// Number of values of a joint.
+    pub const NUMBERS: usize = 12;
+
     /// Length of a group of sixteen characters, in [`F32x16`]s.
     #[must_use]
     pub fn group_len(self, joints: usize) -> usize {
         match self.layout {
-            Layout::Blocks => joints * self.numbers(),
-            Layout::Rows | Layout::Instances => F32x16::LANES * self.row_len(joints),
+            Layout::Blocks => joints * Self::NUMBERS,
+            Layout::Instances => F32x16::LANES * self.row_len(joints),
         }
     }
 
-    /// Number of values of a joint: 12 or 7.
-    #[must_use]
-    pub fn numbers(self) -> usize {
-        self.form.numbers()
-    }
-
-    /// Number of values of a joint in a row: 12 or 8.
-    pub(super) fn row_numbers(self) -> usize {
-        match self.form {
-            Form::Matrices => 12,
-            Form::Rotations => 8,
-        }
-    }
-
-    /// Length of a character's row in [`Layout::Rows`] and [`Layout::Instances`], in [`F32x16`]s.
+    /// Length of a character's row in [`Layout::Instances`], in [`F32x16`]s.
     #[must_use]
     pub fn row_len(self, joints: usize) -> usize {
-        row_lines(self.row_numbers(), joints)
+        row_lines(joints)
     }
 }
 
-/// The smallest number of joints, each of `row` values, that fill whole `F32x16`s.
-pub(super) const fn turn_joints(row: usize) -> usize {
-    let mut joints = 1;
-    while !(row * joints).is_multiple_of(F32x16::LANES) {
-        joints += 1;
-    }
-    joints
-}
+/// The smallest number of joints that fill whole `F32x16`s.
+pub(super) const TURN_JOINTS: usize = 4;
 
-/// Number of `F32x16`s that [`turn_joints`] joints fill.
-pub(super) const fn turn_lines(row: usize) -> usize {
-    row * turn_joints(row) / F32x16::LANES
-}
+/// Number of `F32x16`s that [`TURN_JOINTS`] joints fill.
+pub(super) const TURN_LINES: usize = Output::NUMBERS * TURN_JOINTS / F32x16::LANES;
 
-/// Length of a row of `joints` joints of `row` values each, in `F32x16`s.
-pub(super) fn row_lines(row: usize, joints: usize) -> usize {
-    joints.div_ceil(turn_joints(row)) * turn_lines(row)
+/// Length of a row of `joints` joints, in `F32x16`s.
+pub(super) fn row_lines(joints: usize) -> usize {
+    joints.div_ceil(TURN_JOINTS) * TURN_LINES
 }
 
 /// Position of a character's pose in the output.
@@ -132,7 +80,6 @@ pub struct PoseSlice {
     pub joints: usize,
     /// The level whose joints are written: the character's own or a finer one, on which it looks as on its own.
     pub level: LevelId,
-    pub(super) form: Form,
 }
 
 impl PoseSlice {
@@ -145,12 +92,11 @@ impl PoseSlice {
             lane,
         } = at;
         let first = F32x16::LANES * offset;
-        let numbers = output.numbers();
         let (start, joint_stride, number_stride) = match output.layout {
-            Layout::Blocks => (first + lane, F32x16::LANES * numbers, F32x16::LANES),
-            Layout::Rows | Layout::Instances => {
+            Layout::Blocks => (first + lane, F32x16::LANES * Output::NUMBERS, F32x16::LANES),
+            Layout::Instances => {
                 let row = F32x16::LANES * output.row_len(joints) * lane;
-                (first + row, output.row_numbers(), 1)
+                (first + row, Output::NUMBERS, 1)
             }
         };
         Self {
@@ -159,7 +105,6 @@ impl PoseSlice {
             number_stride,
             joints,
             level,
-            form: output.form,
         }
     }
 
@@ -192,15 +137,15 @@ impl PoseSlice {
         }
     }
 
-    /// Copies the values of joints, 12 or 7 for each, in the order of `joints`: indices into the level's joints, such as
+    /// Copies the values of joints, 12 for each, in the order of `joints`: indices into the level's joints, such as
     /// [`AnimationSet::skeleton_order`](super::AnimationSet::skeleton_order) gives.
     ///
     /// # Panics
     /// If a joint is not within `out`, or `to` is too short.
     pub fn copy_joints(&self, out: &[F32x16], joints: &[u16], to: &mut [f32]) {
         let out = bytemuck::cast_slice::<F32x16, f32>(out);
-        let to = &mut to[..joints.len() * self.form.numbers()];
-        for (&joint, to) in joints.iter().zip(to.chunks_exact_mut(self.form.numbers())) {
+        let to = &mut to[..joints.len() * Output::NUMBERS];
+        for (&joint, to) in joints.iter().zip(to.chunks_exact_mut(Output::NUMBERS)) {
             let first = self.start + usize::from(joint) * self.joint_stride;
             if self.number_stride == 1 {
                 to.copy_from_slice(&out[first..first + to.len()]);
@@ -213,10 +158,10 @@ impl PoseSlice {
         }
     }
 
-    /// Writes consecutive values of a joint, starting with the value `first`.
-    pub(super) fn set(&self, out: &mut [F32x16], first: JointNumber, numbers: &[f32]) {
-        for (index, &value) in numbers.iter().enumerate() {
-            let position = self.position(first.joint, first.number + index);
+    /// Writes the values of a joint.
+    pub(super) fn set(&self, out: &mut [F32x16], joint: usize, numbers: &[f32; Output::NUMBERS]) {
+        for (number, &value) in numbers.iter().enumerate() {
+            let position = self.position(joint, number);
             bytemuck::cast_slice_mut::<F32x16, f32>(out)[position] = value;
         }
     }
@@ -231,11 +176,4 @@ pub(super) struct SlicePlace {
     pub(super) offset: usize,
     /// Lane in the group; 0 if `offset` is the start of a row.
     pub(super) lane: usize,
-}
-
-/// One value of a joint.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct JointNumber {
-    pub(super) joint: usize,
-    pub(super) number: usize,
 }

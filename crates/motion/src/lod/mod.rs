@@ -8,9 +8,6 @@
 //! 3. Every frame, [`Switching::choose`] gives the level of a character. A [`Crowd`](crate::crowd::Crowd) does this for all of its
 //!    characters. [`Level::palette`] fills the matrices of a mesh that is bound to the full skeleton.
 //!
-//! A [`Planner`] finds the smallest error on the screen that a budget in milliseconds allows; a [`CostMonitor`] corrects its costs by
-//! what frames take.
-//!
 //! ```
 //! use sabaki_motion::anim::{Clip, Skeleton};
 //! use sabaki_motion::lod::{LevelSettings, Levels, LodError, SwitchSettings, Switching};
@@ -30,7 +27,6 @@
 //! removed joints is lost.
 
 mod attach;
-mod budget;
 mod build;
 mod displacement;
 mod energy;
@@ -40,12 +36,11 @@ mod mass;
 mod settings;
 mod switching;
 
-pub use budget::{Budget, Cost, CostMonitor, Plan, Planner};
 pub use error::LodError;
 pub use level::{
     Attachment, Blend, Level, LevelError, LevelId, LevelMotion, LevelTrack, Levels, Translations,
     affine,
 };
 pub use mass::Masses;
-pub use settings::{Flexion, LevelSettings, Order};
+pub use settings::{LevelSettings, Order};
 pub use switching::{Band, Choice, Measure, Rule, SwitchSettings, Switching, View};

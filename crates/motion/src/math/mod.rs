@@ -14,7 +14,7 @@ pub use isa::{Isa, Lookup, Words};
 pub use lanes::F32x16;
 pub(crate) use lanes::{
     Apart, DistinctRows, Kernel, KeyColumns, KeyRows, KeyUnit, Lanes, NextColumns, PartWrite,
-    RowLines, RowSet, Sixteen, StridedLines, UnitHalves, prefetch_for_write,
+    RowLines, RowSet, Sixteen, UnitHalves,
 };
 pub use parallel::{in_parallel, thread_count};
 pub use rigid2::{Rigid2, Sphere};

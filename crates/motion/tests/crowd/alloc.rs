@@ -1,7 +1,7 @@
 //! Promise: posing a crowd allocates nothing, from the second time on, on no thread; nor does sorting it.
 use glam::{Vec3, Vec4};
 use sabaki_fixtures::clips::{small_skeleton, swinging_clip};
-use sabaki_fixtures::crowd::{Stage, crowd_of, forms, posed, settings};
+use sabaki_fixtures::crowd::{Stage, crowd_of, outputs, posed, settings};
 use sabaki_fixtures::memory::{all_allocations, alone};
 use sabaki_motion::anim::JointId;
 use sabaki_motion::crowd::{Crowd, Frame, Frustum, LevelId};
@@ -11,7 +11,7 @@ use std::sync::Arc;
 
 #[test]
 fn frames_allocate_nothing() {
-    alone(poses_of_all_forms);
+    alone(poses_of_all_outputs);
 }
 
 #[test]
@@ -19,7 +19,7 @@ fn frames_in_which_levels_change_allocate_nothing() {
     alone(whole_frames_while_levels_change);
 }
 
-fn poses_of_all_forms() {
+fn poses_of_all_outputs() {
     let skeleton = small_skeleton();
     let clips = vec![
         swinging_clip(&skeleton, 90, 0.3),
@@ -27,7 +27,7 @@ fn poses_of_all_forms() {
     ];
     let stage = Stage::new(skeleton, clips, &[1, 3, 5]);
     let characters = stage.characters(1000, 7);
-    for output in forms() {
+    for output in outputs() {
         for threads in [1, 3] {
             let settings = settings(output, Isa::best(), threads);
             let (mut crowd, ids) = crowd_of(&stage, &characters, settings);
@@ -79,7 +79,7 @@ fn whole_frames_while_levels_change() {
     let switching = Switching::new(&levels, &settings_of_levels).unwrap();
     let characters = stage.characters(1000, 7);
     for threads in [1, 3] {
-        let settings = settings(forms()[0], Isa::best(), threads);
+        let settings = settings(outputs()[0], Isa::best(), threads);
         let capacity = characters.len();
         let mut crowd = Crowd::with_capacity(Arc::clone(&stage.animations), settings, capacity);
         for character in &characters {

@@ -27,7 +27,7 @@ fn up_to(x: f32) -> Frustum {
     }
 }
 
-/// A crowd that is sorted anew, a part in each frame, from the frame on in which [`OUTSIDER`] is hidden.
+/// A crowd in which [`OUTSIDER`] is hidden.
 struct Outside {
     crowd: Crowd,
     out: Vec<F32x16>,
@@ -45,15 +45,12 @@ impl Outside {
         let out = vec![F32x16::ZERO; crowd.max_output_len(characters.len())];
         let mut outside = Self { crowd, out };
         let far = Frame {
-            seconds: 6.1,
             switching: Some(switching),
             eye: Vec3::Z * 1000.0,
             ..Frame::default()
         };
         outside.step(&far);
-        // It is hidden, and new groups are begun.
         let hidden = Frame {
-            seconds: 0.0,
             frustum: Some(up_to(10.0)),
             ..far
         };

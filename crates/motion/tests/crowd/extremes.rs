@@ -6,7 +6,7 @@ use sabaki_fixtures as common;
 
 use super::pose::{NEAR, default, stage};
 use common::clips::{small_skeleton, swinging_clip};
-use common::crowd::{Stage, crowd_of, forms, furthest, posed, settings};
+use common::crowd::{Stage, crowd_of, furthest, outputs, posed, settings};
 use glam::Vec3;
 use sabaki_motion::anim::{Joint, JointId, JointKind, Skeleton};
 use sabaki_motion::crowd::{Character, LevelId, Output};
@@ -30,7 +30,7 @@ fn one_joint_and_255() {
         let clips = vec![swinging_clip(&skeleton, 40, 0.4)];
         let stage = Stage::new(skeleton, clips, &[]);
         let characters = stage.characters(40, 3);
-        for output in forms() {
+        for output in outputs() {
             let apart = furthest(&stage, &characters, settings(output, Isa::best(), 2), 0.2);
             assert!(apart < NEAR, "{joints} joints, {output:?}: {apart} m");
         }

@@ -202,14 +202,9 @@ impl Posed<'_> {
     fn check(&self, id: MemberId, found: &Character, frame: usize) {
         let &Self { stage, crowd, out } = self;
         let slice = crowd.pose_slice(id).unwrap();
-        let form = sabaki_motion::crowd::Form::Matrices;
-        let drawn = common::crowd::DrawnAs {
-            slice: &slice,
-            form,
-        };
-        let expected = stage.drawn(found, 0.0, drawn);
+        let expected = stage.drawn(found, 0.0, &slice);
         for (joint, expected) in expected.iter().enumerate() {
-            let found = common::crowd::joint_of(out, &slice, form, joint);
+            let found = common::crowd::joint_of(out, &slice, joint);
             let apart = found.translation.distance(expected.translation);
             assert!(apart < 4e-4, "frame {frame}, {apart} m");
         }
@@ -300,7 +295,7 @@ fn instances_stay_in_their_places() {
     let (stage, levels) = stage();
     let switching = switchings(&levels).remove(2);
     let characters = stage.characters(300, 9);
-    for layout in [Layout::Instances, Layout::Blocks, Layout::Rows] {
+    for layout in [Layout::Instances, Layout::Blocks] {
         let output = Output {
             layout,
             ..Output::default()

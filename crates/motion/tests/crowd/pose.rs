@@ -1,14 +1,14 @@
 //! Promise: a crowd's poses are those of its clips, within 0.2 mm of slerp in double precision, on
-//! every instruction set, in every form and layout, at every moment.
+//! every instruction set, in every layout, at every moment.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 use sabaki_fixtures as common;
 
 use common::captures::mocap;
 use common::clips::{small_skeleton, swinging_clip};
-use common::crowd::{DrawnAs, Stage, crowd_of, forms, furthest, joint_of, posed, settings};
+use common::crowd::{Stage, crowd_of, furthest, joint_of, outputs, posed, settings};
 use sabaki_import::{ReadOptions, read_clip};
-use sabaki_motion::crowd::{Character, CrowdSettings, Form, LevelId, Output};
+use sabaki_motion::crowd::{Character, CrowdSettings, LevelId, Output};
 use sabaki_motion::lod::{LevelSettings, Levels};
 use sabaki_motion::math::{F32x16, Isa};
 
@@ -34,7 +34,7 @@ fn poses_are_those_of_double_precision() {
     let stage = stage();
     let characters = stage.characters(300, 7);
     for isa in Isa::available() {
-        for output in forms() {
+        for output in outputs() {
             let apart = furthest(&stage, &characters, settings(output, isa, 1), 0.37);
             assert!(apart < NEAR, "{isa:?} {output:?}: {apart} m");
         }
@@ -81,7 +81,7 @@ fn captured_walks_on_all_levels() {
 fn fused_kernels_give_the_same_bits_and_the_portable_one_is_near() {
     let stage = stage();
     let characters = stage.characters(500, 11);
-    for output in forms() {
+    for output in outputs() {
         let pose = |isa, threads| {
             let (mut crowd, _) = crowd_of(&stage, &characters, settings(output, isa, threads));
             crowd.advance(0.5);
@@ -136,13 +136,9 @@ fn a_crowd_goes_on_for_a_long_time() {
     let (mut coarser, mut fading) = (0, 0);
     for (&id, character) in ids.iter().zip(&characters) {
         let slice = crowd.pose_slice(id).unwrap();
-        let drawn = DrawnAs {
-            slice: &slice,
-            form: Form::Matrices,
-        };
-        let expected = stage.drawn(character, f64::from(frames) / 60.0, drawn);
+        let expected = stage.drawn(character, f64::from(frames) / 60.0, &slice);
         for (joint, expected) in expected.iter().enumerate() {
-            let found = joint_of(&out, &slice, Form::Matrices, joint);
+            let found = joint_of(&out, &slice, joint);
             let apart = found.translation.distance(expected.translation);
             assert!(apart < NEAR, "{character:?} joint {joint}: {apart} m");
         }

@@ -5,7 +5,7 @@
 use sabaki_fixtures as common;
 
 use common::clips::{small_skeleton, swinging_clip};
-use common::crowd::{Stage, forms, furthest, settings};
+use common::crowd::{Stage, furthest, outputs, settings};
 use glam::Quat;
 use sabaki_motion::anim::{Clip, ClipDesc, Skeleton};
 use sabaki_motion::crowd::{Character, ClipId, ClipMix, LevelId, Output};
@@ -51,7 +51,7 @@ fn fast_turns_take_keys_where_they_are_and_nowhere_else() {
         character.fade = None;
     }
     for isa in Isa::available() {
-        for output in forms() {
+        for output in outputs() {
             for seconds in [0.0, 0.02, 0.37] {
                 let apart = furthest(&stage, &characters, settings(output, isa, 1), seconds);
                 assert!(apart < NEAR, "{isa:?} {output:?} {seconds} s: {apart} m");
@@ -102,7 +102,7 @@ fn cross_fades_in_step_share_the_loads_of_both_clips() {
     for step in [0.0, 0.003, 0.1] {
         let mut characters: Vec<Character> = (0..160).map(|index| at(index, 0, step)).collect();
         for isa in Isa::available() {
-            for output in forms() {
+            for output in outputs() {
                 let apart = furthest(&stage, &characters, settings(output, isa, 1), 0.37);
                 assert!(apart < NEAR, "{isa:?} {output:?}, {step}: {apart} m");
             }

@@ -6,7 +6,7 @@ use sabaki_fixtures as common;
 use common::lod::{build, rules};
 use glam::{Quat, Vec3};
 use sabaki_motion::anim::{Clip, ClipDesc, Joint, JointId, JointKind, Skeleton};
-use sabaki_motion::lod::{LevelSettings, Levels, LodError, Order, Rule, SwitchSettings, Switching};
+use sabaki_motion::lod::{LevelSettings, Levels, LodError, Order, Switching};
 
 /// A chain of short bones that ends in a long one.
 fn chain(joints: usize) -> Skeleton {
@@ -43,7 +43,7 @@ fn swinging(skeleton: &Skeleton, frames: usize, angle: f32) -> Clip {
 
 /// Without motion the errors are rounding, and the room that blending needs is less than the distance can show.
 #[test]
-fn a_chain_without_motion_has_finite_bands_and_is_measured() {
+fn a_chain_without_motion_has_finite_bands() {
     for (joints, angle) in [(12, 0.0), (12, 1e-6), (12, 0.05), (100, 0.0), (300, 0.0)] {
         let skeleton = chain(joints);
         let clip = swinging(&skeleton, 20, angle);
@@ -57,25 +57,7 @@ fn a_chain_without_motion_has_finite_bands_and_is_measured() {
                 assert!(before <= start && start <= full && full <= end, "{band:?}");
                 before = end;
             }
-            let step = levels.largest_step(&skeleton, &clip, &settings).unwrap();
-            assert!(step.is_finite() && step < 1.0, "{joints} joints: {step}");
         }
-    }
-}
-
-/// However far away the coarsest level begins, the camera's way there is walked in bounded time.
-#[test]
-fn a_camera_that_comes_from_very_far_arrives() {
-    let skeleton = chain(12);
-    let clip = swinging(&skeleton, 20, 0.3);
-    let levels = build(&skeleton, std::slice::from_ref(&clip), Order::Energy);
-    for furthest in [1e4, 1e8, 1e20, 1e38] {
-        let settings = SwitchSettings {
-            rule: Rule::Energy { furthest },
-            ..SwitchSettings::default()
-        };
-        let step = levels.largest_step(&skeleton, &clip, &settings).unwrap();
-        assert!(step.is_finite(), "{furthest}: {step}");
     }
 }
 

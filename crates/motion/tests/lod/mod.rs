@@ -1,6 +1,5 @@
 //! Tests of `sabaki_motion::lod`.
 mod alloc;
-mod budget;
 mod chains;
 mod drawn;
 mod energy;

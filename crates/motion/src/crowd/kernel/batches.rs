@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::joint_math::{JointMath, Matrices};
+use super::joint_math::{NUMBERS, SPARE};
 use super::moments::{Moments, Reach, Run};
 use crate::crowd::keys::animation_set::AnimationSet;
 use crate::crowd::keys::level_clips::LevelClips;
@@ -45,11 +45,8 @@ impl Scratch {
                 lines.resize(length, F32x16::ZERO);
             }
         };
-        grow(
-            &mut self.models,
-            (bank.joints.len() + Matrices::SPARE) * Matrices::NUMBERS,
-        );
-        grow(&mut self.spare, row_lines(Matrices::ROW, bank.joints.len()));
+        grow(&mut self.models, (bank.joints.len() + SPARE) * NUMBERS);
+        grow(&mut self.spare, row_lines(bank.joints.len()));
         for lines in &mut self.columns {
             grow(lines, bank.column_lines);
         }

@@ -16,27 +16,27 @@
 
 use bytemuck::Zeroable;
 
-use super::joint_math::JointMath;
+use super::joint_math::{Local, Model, approach, compose, compose_blended, stand};
 use super::moments::PosedLevel;
-use super::quat_lanes::Local;
 use super::sampling::{Fetch, Source};
-use super::write::Ahead;
+use super::write::prefetch_ahead;
 use crate::crowd::keys::level_clips::LevelClips;
 use crate::crowd::sort::group::Group;
-use crate::math::{Apart, KeyRows, Lanes};
+use crate::math::{Apart, KeyRows, Lanes, RowLines};
 
 /// A group, and where its joints are computed.
-pub(crate) struct Posing<'a, P: JointMath> {
+pub(crate) struct Posing<'a> {
     pub(crate) bank: &'a LevelClips,
     pub(crate) level: PosedLevel<'a>,
     pub(crate) group: &'a Group,
-    pub(crate) models: &'a mut [P::Model],
-    pub(crate) ahead: Ahead<'a>,
+    pub(crate) models: &'a mut [Model],
+    /// Rows that are written later, to be prefetched.
+    pub(crate) ahead: Option<&'a RowLines<'a>>,
     /// Whether all characters look as on the posed level, so that no joint is blended towards a coarser one.
     pub(crate) is_posed: bool,
 }
 
-impl<'a, P: JointMath> Posing<'a, P> {
+impl<'a> Posing<'a> {
     /// Computes all joints of one part of the group, parents first. `fetch` is called with each joint of the first part.
     #[inline(always)]
     pub(crate) fn joints<L: Lanes, S: Source<L>, F: Fetch>(
@@ -55,12 +55,7 @@ impl<'a, P: JointMath> Posing<'a, P> {
     }
 
     #[inline(always)]
-    fn of_part<S, F>(
-        self,
-        part: usize,
-        source: S,
-        fetch: Option<&'a F>,
-    ) -> PartJoints<'a, P, S, F> {
+    fn of_part<S, F>(self, part: usize, source: S, fetch: Option<&'a F>) -> PartJoints<'a, S, F> {
         PartJoints {
             posing: self,
             part,
@@ -71,14 +66,14 @@ impl<'a, P: JointMath> Posing<'a, P> {
 }
 
 /// The joints of one part of a group, and the source of their motion.
-struct PartJoints<'a, P: JointMath, S, F> {
-    posing: Posing<'a, P>,
+struct PartJoints<'a, S, F> {
+    posing: Posing<'a>,
     part: usize,
     source: S,
     fetch: Option<&'a F>,
 }
 
-impl<L: Lanes, P: JointMath, S: Source<L>, F: Fetch> Apart<L> for PartJoints<'_, P, S, F> {
+impl<L: Lanes, S: Source<L>, F: Fetch> Apart<L> for PartJoints<'_, S, F> {
     /// Computes each joint from its parent.
     #[inline(always)]
     fn run(self) {
@@ -99,23 +94,25 @@ impl<L: Lanes, P: JointMath, S: Source<L>, F: Fetch> Apart<L> for PartJoints<'_,
         let joints = &bank.joints[..];
         assert!(joints.len() <= models.len());
         for (index, joint) in joints.iter().enumerate() {
-            let ready = P::next(&mut source, joint);
+            let ready = source.next(joint).ready();
             let (above, rest) = models.split_at_mut(index);
             match joint.parent {
                 Some(parent) => {
-                    P::compose(&above[usize::from(parent)], ready, &mut rest[0], part);
+                    compose(&above[usize::from(parent)], ready, &mut rest[0], part);
                 }
-                None => P::stand(group.placement(part), ready, &mut rest[0], part),
+                None => stand(group.placement(part), ready, &mut rest[0], part),
             }
             if let Some(fetch) = fetch {
                 fetch.prefetch(bank, index);
             }
-            if part == 0 {
-                ahead.prefetch::<P>(index, joints.len());
+            if part == 0
+                && let Some(rows) = ahead
+            {
+                prefetch_ahead(rows, index, joints.len());
             }
         }
         if !is_posed {
-            L::apart(StepOn::<P> {
+            L::apart(StepOn {
                 level,
                 group,
                 models,
@@ -126,14 +123,14 @@ impl<L: Lanes, P: JointMath, S: Source<L>, F: Fetch> Apart<L> for PartJoints<'_,
 }
 
 /// Moves the joints of one part that are blended towards coarser levels to where their carriers draw them.
-struct StepOn<'a, P: JointMath> {
+struct StepOn<'a> {
     level: PosedLevel<'a>,
     group: &'a Group,
-    models: &'a mut [P::Model],
+    models: &'a mut [Model],
     part: usize,
 }
 
-impl<L: Lanes, P: JointMath> Apart<L> for StepOn<'_, P> {
+impl<L: Lanes> Apart<L> for StepOn<'_> {
     /// Takes the steps of the coarsest level first, so that a joint that is attached to a removed joint moves with it.
     #[inline(always)]
     fn run(self) {
@@ -150,15 +147,15 @@ impl<L: Lanes, P: JointMath> Apart<L> for StepOn<'_, P> {
             let weight = L::load(&group.detail, part) - L::splat(level.number + index as f32);
             let weight = weight.max(L::splat(0.0)).min(L::splat(1.0));
             for removed in &step.removed {
-                let ready = P::ready(Local::<L>::splat(removed.turn, removed.place));
-                let mut there = P::Model::zeroed();
-                P::compose_blended(
+                let ready = Local::<L>::splat(removed.turn, removed.place).ready();
+                let mut there = Model::zeroed();
+                compose_blended(
                     &models[usize::from(removed.carrier)],
                     ready,
                     &mut there,
                     part,
                 );
-                P::approach(
+                approach(
                     &mut models[usize::from(removed.joint)],
                     &there,
                     weight,

@@ -3,20 +3,15 @@
 //! ```text
 //! for each group: the loop of `pose`, with
 //!     local = first clip's local * (1 - weight) + second clip's local * weight         along the shorter arc
-//! where both clips' lanes are near each other in time, both are read by wide windows;
-//! else the second clip is read row by row, and so is the first if its lanes are apart.
+//! The second clip is read row by row. So is the first, unless its lanes are near each other in time.
 //! ```
 
 use super::batches::{AHEAD, Scratch};
 use super::chain::Posing;
-use super::joint_math::JointMath;
-use super::moments::{Moments, Near, Reach, Run, Weights, WindowPlace};
+use super::moments::{Moments, Reach, Run, Weights};
 use super::sampling::{Faded, Fetch, Playing, ReadRows, Window};
 use super::write::{RunTarget, Target};
-use crate::crowd::keys::clip_times::Moment;
-use crate::crowd::keys::key_bank::KeyPlace;
 use crate::crowd::keys::level_clips::LevelClips;
-use crate::crowd::sort::group::{FadeLines, SharedClip};
 use crate::math::{Apart, F32x16, KeyRows, Lanes};
 
 /// The keys that a group reads.
@@ -24,10 +19,8 @@ use crate::math::{Apart, F32x16, KeyRows, Lanes};
 struct FadeKeys<'a, L: Lanes> {
     /// Rows of the first clips. `None` if the characters share their loads.
     own: Option<KeyRows<'a>>,
-    /// Rows of the second clips. `None` if there are windows.
-    rows: Option<KeyRows<'a>>,
-    /// Windows of the second clip, if the characters share the loads of both clips.
-    windows: Option<L::Parts<WindowPlace<L>>>,
+    /// Rows of the second clips.
+    rows: KeyRows<'a>,
     /// Weights of the two keys of each second clip.
     weights: L::Parts<Weights<L>>,
 }
@@ -38,16 +31,14 @@ impl<L: Lanes> Fetch for FadeKeys<'_, L> {
         if let Some(rows) = &self.own {
             rows.prefetch_lane(level, lane);
         }
-        if let Some(rows) = &self.rows {
-            rows.prefetch_lane(level, lane);
-        }
+        self.rows.prefetch_lane(level, lane);
     }
 }
 
 impl Run<'_> {
-    /// Poses all groups; returns the number of those that are no longer near each other in time.
+    /// Poses all groups; returns the number of groups whose characters are no longer near each other in time.
     #[inline(always)]
-    pub(crate) fn pose_fading_batches<L: Lanes, P: JointMath, T: RunTarget>(
+    pub(crate) fn pose_fading_batches<L: Lanes, T: RunTarget>(
         &self,
         scratch: &mut Scratch,
         to: &mut T,
@@ -55,8 +46,7 @@ impl Run<'_> {
         let mut apart = 0;
         let none = FadeKeys::<L> {
             own: None,
-            rows: None,
-            windows: None,
+            rows: KeyRows::none(&self.keys.rows),
             weights: L::parts(Weights::new(L::splat(0.0))),
         };
         let mut keys = [none; AHEAD + 1];
@@ -78,7 +68,7 @@ impl Run<'_> {
             for turn in 0..groups.now() {
                 let (now, next) = (groups.place(turn), groups.place(turn + 1));
                 let keys = &keys[turn..places.len()];
-                self.pose_fading_group::<L, P, T>(now, next, keys, scratch, to);
+                self.pose_fading_group::<L, T>(now, next, keys, scratch, to);
             }
             batches.advance(groups.goes_on());
         }
@@ -98,53 +88,13 @@ impl Run<'_> {
         for part in 0..L::PARTS {
             to.weights[part] = Weights::new(second[part].share);
         }
-        to.windows = match moments.reach {
-            Reach::Apart => None,
-            _ => self.fade_windows::<L>(fade, &second),
-        };
-        to.rows = match to.windows {
-            Some(_) => None,
-            None => Some(self.rows_at(&fade.clips.rows, &intervals)),
-        };
-    }
-
-    /// The windows of characters that cross-fade to one clip and are near each other in it.
-    #[inline(always)]
-    fn fade_windows<L: Lanes>(
-        &self,
-        fade: &FadeLines,
-        moments: &L::Parts<Moment<L>>,
-    ) -> Option<L::Parts<WindowPlace<L>>> {
-        let SharedClip::One(clip) = fade.shared else {
-            return None;
-        };
-        let range = &self.ranges[clip.index()];
-        let (keys, place) = (range.key_cycle.lanes::<L>(), self.keys.place(range, 0));
-        let mut windows = L::parts(WindowPlace {
-            at: place,
-            next: place,
-            places: L::splat_words(0),
-        });
-        for part in 0..L::PARTS {
-            let near = Near::new(range.intervals, keys, moments[part].interval);
-            if near.reach == Reach::Apart {
-                return None;
-            }
-            let first = place.first + near.start;
-            let at = KeyPlace { first, ..place };
-            windows[part] = WindowPlace {
-                at,
-                next: at,
-                places: near.places,
-            };
-        }
-        Some(windows)
+        to.rows = self.rows_at(&fade.clips.rows, &intervals);
     }
 
     /// Poses the group whose moments are at the place `now`. `keys` has its keys, then those of the group that is posed next,
     /// whose moments are at `next`.
     #[inline(always)]
-    fn pose_fading_group<L: Lanes, P: JointMath, T: RunTarget>(
+    fn pose_fading_group<L: Lanes, T: RunTarget>(
         &self,
         now: usize,
         next: usize,
@@ -162,32 +112,24 @@ impl Run<'_> {
         let mut out = to.group(moments.group, self.group_lines(), spare);
         let weight = &self.cold[moments.group].fade.weight;
         let (own_keys, fetch) = (&keys[0], keys.get(1));
-        let none = KeyRows::none(&self.keys.rows);
-        let own_rows = own_keys.own.as_ref().unwrap_or(&none);
-        let fade_rows = own_keys.rows.as_ref().unwrap_or(&none);
         for part in 0..L::PARTS {
-            let posing: Posing<'_, P> = self.posing(moments, &mut out, models);
+            let posing: Posing<'_> = self.posing(moments, &mut out, models);
             let (weights, weight) = (moments.weights(part), L::load(weight, part));
-            let window = Window::<L, true>::new(self.keys, moments.windows(&ahead[next], part));
-            if let Some(windows) = &own_keys.windows {
-                let columns = Window::<L, true>::new(self.keys, windows[part]);
-                let fade = Playing::new(columns, own_keys.weights[part]);
-                let own = Playing::new(window, weights);
-                posing.joints::<L, _, _>(part, Faded { own, fade, weight }, fetch);
-                continue;
-            }
-            let columns = ReadRows::new::<L>(bank, fade_rows, part, second);
+            let columns = ReadRows::new::<L>(bank, &own_keys.rows, part, second);
             let fade = Playing::new(columns, own_keys.weights[part]);
-            if moments.reach == Reach::Apart {
-                let columns = ReadRows::new::<L>(bank, own_rows, part, first);
-                let own = Playing::new(columns, weights);
-                posing.joints::<L, _, _>(part, Faded { own, fade, weight }, fetch);
-            } else {
-                let own = Playing::new(window, weights);
-                posing.joints::<L, _, _>(part, Faded { own, fade, weight }, fetch);
+            match &own_keys.own {
+                Some(rows) => {
+                    let own = Playing::new(ReadRows::new::<L>(bank, rows, part, first), weights);
+                    posing.joints::<L, _, _>(part, Faded { own, fade, weight }, fetch);
+                }
+                None => {
+                    let windows = moments.windows(&ahead[next], part);
+                    let own = Playing::new(Window::<L, true>::new(self.keys, windows), weights);
+                    posing.joints::<L, _, _>(part, Faded { own, fade, weight }, fetch);
+                }
             }
         }
-        out.write::<L, P>(bank.joints.len(), self.models::<P>(models));
+        out.write::<L>(bank.joints.len(), self.models(models));
     }
 }
 

@@ -6,6 +6,5 @@ mod fade;
 mod joint_math;
 pub(super) mod moments;
 mod pose;
-mod quat_lanes;
 mod sampling;
 pub(super) mod write;

@@ -4,7 +4,7 @@
 //! for each batch of 8 groups:                              finding moments is a long chain; those of several groups overlap
 //!     find the moments of the next batch                   moments
 //!     for each group with a visible character, by how near its lanes are in time:
-//!         for each part of 4, 8 or 16 lanes:               4 in SSE2, 8 in AVX2, 16 in AVX-512
+//!         for each part of 4, 8 or 16 lanes:               4 in plain Rust, 8 in AVX2, 16 in AVX-512
 //!             for each joint, parents first:               chain
 //!                 keys    = one load (near), two (wide), or 16 rows that are transposed (apart)        sampling
 //!                 local   = keys before * weight + keys after * weight
@@ -12,32 +12,29 @@
 //!         write the models: in place, as rows, or past the caches                                     write
 //! ```
 //!
-//! Each form of output and each kind of memory has a kernel of its own. It contains the joint loop of the commonest groups;
+//! Each kind of memory has a kernel of its own. It contains the joint loop of the commonest groups;
 //! the loops of the others are separate functions ([`Apart`](crate::math::Apart)).
-
-use std::marker::PhantomData;
 
 use bytemuck::Zeroable;
 
 use super::batches::{AHEAD, Picked, Scratch};
 use super::chain::Posing;
-use super::joint_math::{JointMath, Matrices, Rotations};
+use super::joint_math::{Model, NUMBERS, SPARE};
 use super::moments::{Moments, Run};
 use super::sampling::{Fetch, Playing, ReadRows, Window};
 use super::write::{Copied, InPlace, RunMemory, RunTarget, Scattered, Target};
-use crate::crowd::output::{Form, Layout, WriteMode};
+use crate::crowd::output::WriteMode;
 use crate::math::{F32x16, Isa, Kernel, KeyRows, Lanes};
 
-/// The kernel of one form of output and one kind of memory.
-struct PoseGroups<'a, P, T> {
+/// The kernel of one kind of memory.
+struct PoseGroups<'a, T> {
     run: Run<'a>,
     scratch: &'a mut Scratch,
     to: T,
-    math: PhantomData<P>,
 }
 
-impl<P: JointMath, T: RunTarget> Kernel for PoseGroups<'_, P, T> {
-    /// Number of groups that are no longer near each other in time.
+impl<T: RunTarget> Kernel for PoseGroups<'_, T> {
+    /// Number of groups whose characters are no longer near each other in time.
     type Out = usize;
 
     #[inline(always)]
@@ -46,18 +43,17 @@ impl<P: JointMath, T: RunTarget> Kernel for PoseGroups<'_, P, T> {
             run,
             scratch,
             mut to,
-            ..
         } = self;
         let mut own = std::mem::take(scratch);
         if T::HAS_ROWS {
             // The memory behind the last joint is the same on any thread: zeros.
-            for spare in &mut run.models::<P>(&mut own.models)[run.bank.joints.len()..] {
-                *spare = P::Model::zeroed();
+            for spare in &mut run.models(&mut own.models)[run.bank.joints.len()..] {
+                *spare = Model::zeroed();
             }
         }
         let apart = match run.fades {
-            false => run.pose_batches::<L, P, T>(&mut own, &mut to),
-            true => run.pose_fading_batches::<L, P, T>(&mut own, &mut to),
+            false => run.pose_batches::<L, T>(&mut own, &mut to),
+            true => run.pose_fading_batches::<L, T>(&mut own, &mut to),
         };
         *scratch = own;
         if run.output.write == WriteMode::Streamed {
@@ -68,44 +64,27 @@ impl<P: JointMath, T: RunTarget> Kernel for PoseGroups<'_, P, T> {
 }
 
 impl Run<'_> {
-    /// Poses all groups into `to`; returns the number of those that are no longer near each other in time.
+    /// Poses all groups into `to`; returns the number of groups whose characters are no longer near each other in time.
     pub(crate) fn pose(&self, isa: Isa, scratch: &mut Scratch, to: RunMemory<'_>) -> usize {
-        let output = self.output;
-        let is_streamed = output.write == WriteMode::Streamed;
+        let is_streamed = self.output.write == WriteMode::Streamed;
         match to {
-            RunMemory::Lines(lines) if output.layout == Layout::Blocks && !is_streamed => {
-                self.pose_to(isa, scratch, InPlace(lines))
-            }
-            RunMemory::Lines(lines) => self.pose_to(isa, scratch, Copied { lines, output }),
+            RunMemory::Lines(lines) if !is_streamed => self.pose_to(isa, scratch, InPlace(lines)),
+            RunMemory::Lines(lines) => self.pose_to(isa, scratch, Copied(lines)),
             RunMemory::Rows(rows) => self.pose_to(isa, scratch, Scattered { rows, is_streamed }),
         }
     }
 
     fn pose_to<T: RunTarget>(&self, isa: Isa, scratch: &mut Scratch, to: T) -> usize {
-        let run = *self;
-        match self.output.form {
-            Form::Matrices => isa.on_lanes(PoseGroups::<Matrices, T> {
-                run,
-                scratch,
-                to,
-                math: PhantomData,
-            }),
-            Form::Rotations => isa.on_lanes(PoseGroups::<Rotations, T> {
-                run,
-                scratch,
-                to,
-                math: PhantomData,
-            }),
-        }
+        isa.on_lanes(PoseGroups {
+            run: *self,
+            scratch,
+            to,
+        })
     }
 
     /// Poses groups of one clip for each character.
     #[inline(always)]
-    fn pose_batches<L: Lanes, P: JointMath, T: RunTarget>(
-        &self,
-        scratch: &mut Scratch,
-        to: &mut T,
-    ) -> usize {
+    fn pose_batches<L: Lanes, T: RunTarget>(&self, scratch: &mut Scratch, to: &mut T) -> usize {
         let mut apart = 0;
         let mut batches = self.first_batches::<L>(scratch);
         while batches.now.count > 0 {
@@ -118,12 +97,12 @@ impl Run<'_> {
                     .prefetch_all(self.bank);
             }
             // Each reach has a loop of its own, so that the first one is short.
-            self.pose_near_groups::<L, P, T, false>(&narrow, scratch, to);
+            self.pose_near_groups::<L, T, false>(&narrow, scratch, to);
             if wide.now() > 0 {
-                self.pose_near_groups::<L, P, T, true>(&wide, scratch, to);
+                self.pose_near_groups::<L, T, true>(&wide, scratch, to);
             }
             if read.now() > 0 {
-                self.pose_read_groups::<L, P, T>(&read, scratch, to);
+                self.pose_read_groups::<L, T>(&read, scratch, to);
             }
             batches.advance(read.goes_on());
         }
@@ -138,7 +117,7 @@ impl Run<'_> {
 
     /// Poses groups whose characters share their loads.
     #[inline(always)]
-    fn pose_near_groups<L: Lanes, P: JointMath, T: RunTarget, const WIDE: bool>(
+    fn pose_near_groups<L: Lanes, T: RunTarget, const WIDE: bool>(
         &self,
         groups: &Picked,
         scratch: &mut Scratch,
@@ -151,22 +130,22 @@ impl Run<'_> {
             for part in 0..L::PARTS {
                 let window = Window::<L, WIDE>::new(self.keys, moments.windows(next, part));
                 let playing = Playing::new(window, moments.weights(part));
-                let posing: Posing<'_, P> = self.posing(moments, &mut out, &mut scratch.models);
+                let posing: Posing<'_> = self.posing(moments, &mut out, &mut scratch.models);
                 match WIDE {
                     true => posing.joints::<L, _, KeyRows<'_>>(part, playing, None),
                     // The commonest groups.
                     false => posing.joints_here::<L, _>(part, playing),
                 }
             }
-            let models = self.models::<P>(&mut scratch.models);
-            out.write::<L, P>(self.bank.joints.len(), models);
+            let models = self.models(&mut scratch.models);
+            out.write::<L>(self.bank.joints.len(), models);
         }
     }
 
     /// Poses groups whose characters are read one by one. The keys of each group are prefetched while the group before it is
     /// posed.
     #[inline(always)]
-    fn pose_read_groups<L: Lanes, P: JointMath, T: RunTarget>(
+    fn pose_read_groups<L: Lanes, T: RunTarget>(
         &self,
         groups: &Picked,
         scratch: &mut Scratch,
@@ -192,21 +171,21 @@ impl Run<'_> {
             for part in 0..L::PARTS {
                 let own = ReadRows::new::<L>(self.bank, &rows[0], part, columns);
                 let own = Playing::new(own, moments.weights(part));
-                let posing: Posing<'_, P> = self.posing(moments, &mut out, models);
+                let posing: Posing<'_> = self.posing(moments, &mut out, models);
                 posing.joints::<L, _, _>(part, own, rows.get(1));
             }
-            out.write::<L, P>(self.bank.joints.len(), self.models::<P>(models));
+            out.write::<L>(self.bank.joints.len(), self.models(models));
         }
     }
 
     #[inline(always)]
-    pub(crate) fn posing<'a, P: JointMath>(
+    pub(crate) fn posing<'a>(
         &'a self,
         moments: &Moments,
         out: &'a mut impl Target,
         models: &'a mut [F32x16],
-    ) -> Posing<'a, P> {
-        let (models, ahead) = out.computed_in::<P>(self.models::<P>(models));
+    ) -> Posing<'a> {
+        let (models, ahead) = out.computed_in(self.models(models));
         Posing {
             bank: self.bank,
             level: self.level,
@@ -219,8 +198,8 @@ impl Run<'_> {
 
     /// The thread's memory for the joints of a group.
     #[inline(always)]
-    pub(crate) fn models<'a, P: JointMath>(&self, models: &'a mut [F32x16]) -> &'a mut [P::Model] {
-        let joints = self.bank.joints.len() + P::SPARE;
-        bytemuck::cast_slice_mut(&mut models[..joints * P::NUMBERS])
+    pub(crate) fn models<'a>(&self, models: &'a mut [F32x16]) -> &'a mut [Model] {
+        let joints = self.bank.joints.len() + SPARE;
+        bytemuck::cast_slice_mut(&mut models[..joints * NUMBERS])
     }
 }

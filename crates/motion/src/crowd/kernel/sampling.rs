@@ -1,7 +1,7 @@
 //! Samples a clip at the moments of a register's characters.
 
+use super::joint_math::{Local, QuatLanes};
 use super::moments::{Weights, WindowPlace};
-use super::quat_lanes::{Local, QuatLanes};
 use crate::crowd::keys::key_bank::{KeyBank, UnitRead};
 use crate::crowd::keys::level_clips::{LevelClips, LevelJoint};
 use crate::crowd::keys::tracks::{Place, PlaceRange};
@@ -11,9 +11,6 @@ use crate::math::{F32x16, KeyColumns, KeyRows, KeyUnit, Lanes, NextColumns};
 pub(crate) trait Source<L: Lanes> {
     /// The motion of the next joint, with a rotation of any length.
     fn next(&mut self, joint: &LevelJoint) -> Local<L>;
-
-    /// The motion of the next joint, with a rotation of length 1.
-    fn next_unit(&mut self, joint: &LevelJoint) -> Local<L>;
 }
 
 /// The keys of a level's joints, one joint after the other. Each word has two neighbouring keys.
@@ -231,15 +228,6 @@ impl<L: Lanes, C: Columns<L>> Source<L> for Playing<L, C> {
         };
         Local { turn, place }
     }
-
-    #[inline(always)]
-    fn next_unit(&mut self, joint: &LevelJoint) -> Local<L> {
-        let local = self.next(joint);
-        Local {
-            turn: local.turn.between_keys_normalized(),
-            ..local
-        }
-    }
 }
 
 /// A clip, and a second clip that it is cross-faded to.
@@ -263,11 +251,6 @@ impl<L: Lanes, C: Columns<L>, D: Columns<L>> Source<L> for Faded<L, C, D> {
             }
         }
         local
-    }
-
-    #[inline(always)]
-    fn next_unit(&mut self, joint: &LevelJoint) -> Local<L> {
-        self.next(joint).normalized()
     }
 }
 

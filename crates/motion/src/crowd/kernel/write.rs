@@ -1,11 +1,9 @@
 //! Writes a group's joints to the output. Each kind of target has kernels of its own, so that it does not slow down the
 //! others.
 
-use super::joint_math::JointMath;
-use crate::crowd::output::{Layout, Output, WriteMode, row_lines, turn_joints, turn_lines};
-use crate::math::{
-    Apart, F32x16, Lanes, PartWrite, RowLines, RowSet, Sixteen, StridedLines, prefetch_for_write,
-};
+use super::joint_math::{Model, NUMBERS};
+use crate::crowd::output::{TURN_JOINTS, TURN_LINES, row_lines};
+use crate::math::{Apart, F32x16, Lanes, PartWrite, RowLines, RowSet, Sixteen};
 
 /// Memory that groups are written to.
 pub(crate) enum RunMemory<'a> {
@@ -49,35 +47,22 @@ pub(crate) trait RunTarget {
 
 /// Memory that one group is written to.
 pub(crate) trait Target {
-    /// The memory in which the joints are computed, where children find their parents, and the memory to prefetch meanwhile.
+    /// The memory in which the joints are computed, where children find their parents, and the rows to prefetch meanwhile.
     /// `models` is the thread's own memory.
-    fn computed_in<'a, P: JointMath>(
+    fn computed_in<'a>(
         &'a mut self,
-        models: &'a mut [P::Model],
-    ) -> (&'a mut [P::Model], Ahead<'a>);
+        models: &'a mut [Model],
+    ) -> (&'a mut [Model], Option<&'a RowLines<'a>>);
 
-    /// Writes all joints, unless they were computed in place. `models` has [`JointMath::SPARE`] more than `joints`.
-    fn write<L: Lanes, P: JointMath>(self, joints: usize, models: &[P::Model]);
-}
-
-/// Memory that is written some joints later.
-#[derive(Clone, Copy)]
-pub(crate) enum Ahead<'a> {
-    /// No prefetching is needed.
-    Nothing,
-    /// Rows one after the other.
-    Following(&'a [F32x16]),
-    Scattered(&'a RowLines<'a>),
+    /// Writes all joints, unless they were computed in place. `models` has [`SPARE`](super::joint_math::SPARE) more than `joints`.
+    fn write<L: Lanes>(self, joints: usize, models: &[Model]);
 }
 
 /// Memory for [`Layout::Blocks`], written through the caches. Joints are computed in it.
 pub(crate) struct InPlace<'a>(pub(crate) &'a mut [F32x16]);
 
-/// Memory for [`Layout::Blocks`] past the caches, and for [`Layout::Rows`]. Joints are copied to it.
-pub(crate) struct Copied<'a> {
-    pub(crate) lines: &'a mut [F32x16],
-    pub(crate) output: Output,
-}
+/// Memory for [`Layout::Blocks`] past the caches. Joints are copied to it.
+pub(crate) struct Copied<'a>(pub(crate) &'a mut [F32x16]);
 
 /// Memory for [`Layout::Instances`]: a row for each lane, anywhere in the output.
 pub(crate) struct Scattered<'a> {
@@ -117,14 +102,11 @@ impl RunTarget for Copied<'_> {
     where
         Self: 'a;
 
-    const HAS_ROWS: bool = true;
+    const HAS_ROWS: bool = false;
 
     #[inline(always)]
     fn group<'a>(&'a mut self, group: usize, lines: usize, _: &'a mut [F32x16]) -> Copied<'a> {
-        Copied {
-            lines: lines_of(self.lines, group, lines),
-            output: self.output,
-        }
+        Copied(lines_of(self.0, group, lines))
     }
 }
 
@@ -152,15 +134,15 @@ impl RunTarget for Scattered<'_> {
 
 impl Target for InPlace<'_> {
     #[inline(always)]
-    fn computed_in<'a, P: JointMath>(
+    fn computed_in<'a>(
         &'a mut self,
-        _: &'a mut [P::Model],
-    ) -> (&'a mut [P::Model], Ahead<'a>) {
-        (bytemuck::cast_slice_mut(self.0), Ahead::Nothing)
+        _: &'a mut [Model],
+    ) -> (&'a mut [Model], Option<&'a RowLines<'a>>) {
+        (bytemuck::cast_slice_mut(self.0), None)
     }
 
     #[inline(always)]
-    fn write<L: Lanes, P: JointMath>(self, _: usize, _: &[P::Model]) {}
+    fn write<L: Lanes>(self, _: usize, _: &[Model]) {}
 }
 
 /// Prefetching distance, in turns. A turn is the smallest number of joints that fill whole `F32x16`s in a row. Each joint of
@@ -168,88 +150,56 @@ impl Target for InPlace<'_> {
 /// are written side by side.
 const FURTHER: usize = 2;
 
-impl Ahead<'_> {
-    /// Prefetches the memory that is written after a joint, which is one of `joints`.
-    #[inline(always)]
-    pub(crate) fn prefetch<P: JointMath>(self, joint: usize, joints: usize) {
-        let (of_turn, row) = (turn_joints(P::ROW), row_lines(P::ROW, joints));
-        let share = F32x16::LANES / of_turn;
-        let (mut first, mut line) = (0, (joint / of_turn + FURTHER) * turn_lines(P::ROW));
-        match self {
-            Self::Nothing => {}
-            Self::Following(lines) => {
-                if line >= row {
-                    // The rows of the next sixteen.
-                    line -= row;
-                    first = F32x16::LANES;
-                }
-                let mut start = (first + joint % of_turn * share) * row + line;
-                for _ in 0..share {
-                    for line in 0..turn_lines(P::ROW) {
-                        prefetch_for_write(lines, start + line);
-                    }
-                    start += row;
-                }
-            }
-            Self::Scattered(_) if line >= row => {}
-            Self::Scattered(rows) => {
-                let first = joint % of_turn * share;
-                for row in first..first + share {
-                    for line in line..line + turn_lines(P::ROW) {
-                        rows.prefetch(row, line);
-                    }
-                }
-            }
+/// Prefetches the part of rows that is written after a joint, which is one of `joints`.
+#[inline(always)]
+pub(crate) fn prefetch_ahead(rows: &RowLines<'_>, joint: usize, joints: usize) {
+    const SHARE: usize = F32x16::LANES / TURN_JOINTS;
+    let line = (joint / TURN_JOINTS + FURTHER) * TURN_LINES;
+    if line >= row_lines(joints) {
+        return;
+    }
+    let first = joint % TURN_JOINTS * SHARE;
+    for row in first..first + SHARE {
+        for line in line..line + TURN_LINES {
+            rows.prefetch(row, line);
         }
     }
 }
 
 impl Target for Copied<'_> {
     #[inline(always)]
-    fn computed_in<'a, P: JointMath>(
+    fn computed_in<'a>(
         &'a mut self,
-        models: &'a mut [P::Model],
-    ) -> (&'a mut [P::Model], Ahead<'a>) {
-        let ahead = match (self.output.layout, self.output.write) {
-            (Layout::Blocks, _) | (_, WriteMode::Streamed) => Ahead::Nothing,
-            _ => Ahead::Following(self.lines),
-        };
-        (models, ahead)
+        models: &'a mut [Model],
+    ) -> (&'a mut [Model], Option<&'a RowLines<'a>>) {
+        (models, None)
     }
 
     #[inline(always)]
-    fn write<L: Lanes, P: JointMath>(self, joints: usize, models: &[P::Model]) {
-        let Self { lines, output } = self;
-        if output.layout == Layout::Blocks {
-            L::apart(WriteBlocks::<P> { models, lines });
-            return;
-        }
-        let row = row_lines(P::ROW, joints);
-        L::apart(WriteRows::<P, _> {
-            joints,
+    fn write<L: Lanes>(self, _: usize, models: &[Model]) {
+        L::apart(WriteBlocks {
             models,
-            is_streamed: output.write == WriteMode::Streamed,
-            rows: Following { lines, row },
+            lines: self.0,
         });
     }
 }
 
 impl Target for ScatteredGroup<'_> {
     #[inline(always)]
-    fn computed_in<'a, P: JointMath>(
+    fn computed_in<'a>(
         &'a mut self,
-        models: &'a mut [P::Model],
-    ) -> (&'a mut [P::Model], Ahead<'a>) {
+        models: &'a mut [Model],
+    ) -> (&'a mut [Model], Option<&'a RowLines<'a>>) {
         let ahead = match self.is_streamed {
-            true => Ahead::Nothing,
-            false => Ahead::Scattered(&self.rows),
+            true => None,
+            false => Some(&self.rows),
         };
         (models, ahead)
     }
 
     #[inline(always)]
-    fn write<L: Lanes, P: JointMath>(self, joints: usize, models: &[P::Model]) {
-        L::apart(WriteRows::<P, _> {
+    fn write<L: Lanes>(self, joints: usize, models: &[Model]) {
+        L::apart(WriteRows {
             joints,
             models,
             is_streamed: self.is_streamed,
@@ -259,48 +209,22 @@ impl Target for ScatteredGroup<'_> {
 }
 
 /// Copies joints as blocks, past the caches.
-struct WriteBlocks<'a, P: JointMath> {
-    models: &'a [P::Model],
+struct WriteBlocks<'a> {
+    models: &'a [Model],
     lines: &'a mut [F32x16],
 }
 
-impl<L: Lanes, P: JointMath> Apart<L> for WriteBlocks<'_, P> {
+impl<L: Lanes> Apart<L> for WriteBlocks<'_> {
     #[inline(always)]
     fn run(self) {
-        let lines = self.lines.chunks_exact_mut(P::NUMBERS);
+        let lines = self.lines.chunks_exact_mut(NUMBERS);
         for (model, to) in self.models.iter().zip(lines) {
-            for (from, to) in model.as_ref().iter().zip(to) {
+            for (from, to) in model.iter().zip(to) {
                 for part in 0..L::PARTS {
                     L::load(from, part).stream(to, part);
                 }
             }
         }
-    }
-}
-
-/// Sixteen rows that are written side by side.
-trait Rows {
-    /// The `F32x16` at `index` of each row.
-    fn lines(&mut self, index: usize) -> impl Sixteen;
-}
-
-/// Rows one after the other, of `row` `F32x16`s each.
-struct Following<'a> {
-    lines: &'a mut [F32x16],
-    row: usize,
-}
-
-impl Rows for Following<'_> {
-    #[inline(always)]
-    fn lines(&mut self, index: usize) -> impl Sixteen {
-        StridedLines::new(&mut self.lines[index..], self.row)
-    }
-}
-
-impl Rows for RowLines<'_> {
-    #[inline(always)]
-    fn lines(&mut self, index: usize) -> impl Sixteen {
-        RowsAt { rows: self, index }
     }
 }
 
@@ -318,15 +242,15 @@ impl Sixteen for RowsAt<'_, '_> {
 }
 
 /// Transposes joints to rows.
-struct WriteRows<'a, P: JointMath, R> {
+struct WriteRows<'a> {
     joints: usize,
-    /// Joints to write, followed by [`JointMath::SPARE`] others.
-    models: &'a [P::Model],
+    /// Joints to write, followed by [`SPARE`](super::joint_math::SPARE) others.
+    models: &'a [Model],
     is_streamed: bool,
-    rows: R,
+    rows: RowLines<'a>,
 }
 
-impl<L: Lanes, P: JointMath, R: Rows> Apart<L> for WriteRows<'_, P, R> {
+impl<L: Lanes> Apart<L> for WriteRows<'_> {
     #[inline(always)]
     fn run(self) {
         let Self {
@@ -335,9 +259,12 @@ impl<L: Lanes, P: JointMath, R: Rows> Apart<L> for WriteRows<'_, P, R> {
             is_streamed,
             mut rows,
         } = self;
-        for line in 0..(joints * P::ROW).div_ceil(F32x16::LANES) {
-            let numbers = line_numbers::<P>(models, line);
-            let mut to = rows.lines(line);
+        for line in 0..(joints * NUMBERS).div_ceil(F32x16::LANES) {
+            let numbers = line_numbers(models, line);
+            let mut to = RowsAt {
+                rows: &mut rows,
+                index: line,
+            };
             for part in 0..L::PARTS {
                 L::transpose(numbers, PartWrite { part, is_streamed }, &mut to);
             }
@@ -347,22 +274,12 @@ impl<L: Lanes, P: JointMath, R: Rows> Apart<L> for WriteRows<'_, P, R> {
 
 /// The sixteen values in one `F32x16` of a row, each for sixteen characters.
 #[inline(always)]
-fn line_numbers<P: JointMath>(models: &[P::Model], line: usize) -> [&F32x16; F32x16::LANES] {
+fn line_numbers(models: &[Model], line: usize) -> [&F32x16; F32x16::LANES] {
     let mut numbers = [&F32x16::ZERO; F32x16::LANES];
-    if P::ROW == P::NUMBERS {
-        let models: &[F32x16] = bytemuck::cast_slice(models);
-        let models = &models[line * F32x16::LANES..][..F32x16::LANES];
-        for index in 0..F32x16::LANES {
-            numbers[index] = &models[index];
-        }
-        return numbers;
-    }
-    let joints = const { F32x16::LANES / P::ROW };
-    let models = &models[line * joints..][..joints];
-    for joint in 0..joints {
-        for number in 0..P::NUMBERS {
-            numbers[joint * P::ROW + number] = &models[joint].as_ref()[number];
-        }
+    let models: &[F32x16] = bytemuck::cast_slice(models);
+    let models = &models[line * F32x16::LANES..][..F32x16::LANES];
+    for index in 0..F32x16::LANES {
+        numbers[index] = &models[index];
     }
     numbers
 }

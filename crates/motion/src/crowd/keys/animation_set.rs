@@ -4,7 +4,7 @@ use super::level_clips::{LevelClips, LevelStep, steps};
 use super::tracks::{Tracks, count_keys};
 use crate::anim::{Clip, ClipId, JointId, Skeleton};
 use crate::crowd::error::{CrowdError, MOST_MOTIONS};
-use crate::lod::{Level, LevelId, LevelMotion, Levels};
+use crate::lod::{Level, LevelId, LevelMotion};
 
 /// The clips of one skeleton that a crowd can play, on each of its levels, in the form that the kernels read. It is
 /// immutable; share it by reference count.
@@ -84,15 +84,6 @@ impl AnimationSet {
             kept: levels.iter().map(|level| level.kept.clone()).collect(),
             carriers: levels.iter().map(carriers).collect(),
         })
-    }
-
-    /// All clips with all joints: for crowds without levels of detail.
-    ///
-    /// # Errors
-    /// No clip, or one of another skeleton.
-    pub fn without_levels(skeleton: &Skeleton, clips: &[Clip]) -> Result<Self, CrowdError> {
-        let levels = Levels::in_order(skeleton, &[])?;
-        Self::new(skeleton, clips, &levels.levels)
     }
 
     /// The joints of a level in the order in which they are written: parents first, breadth-first. It is not the skeleton's

@@ -20,7 +20,6 @@ use std::ops::Range;
 use super::group::{Group, GroupKind, NOWHERE};
 use super::schedule::{Schedule, Sorting};
 use crate::anim::ClipId;
-use crate::crowd::character::CharacterState;
 use crate::crowd::error::MOST_CHARACTERS;
 use crate::lod::LevelId;
 use crate::math::F32x16;
@@ -36,39 +35,25 @@ const TIME_BITS: u32 = 14;
 /// loads for as long as a wide window contains them, which reaches 62 intervals.
 const NEAR: u64 = 40;
 
-/// An amount of work.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct FillWork(usize);
-
-impl FillWork {
-    /// All the work that is left.
-    pub(crate) const ALL: Self = Self(usize::MAX);
-    /// Work of reading a key.
-    const KEY: usize = 1;
-    /// Work of filling a group.
-    const GROUP: usize = 128;
-
-    /// The work of grouping `characters` characters, divided by `parts`.
-    pub(crate) fn part(characters: usize, parts: usize) -> Self {
-        let groups = characters.div_ceil(F32x16::LANES);
-        Self((characters * Self::KEY + groups * Self::GROUP).div_ceil(parts))
-    }
-}
-
 impl Schedule {
     /// Puts all characters into groups. Allocates only where a crowd has grown.
     pub(crate) fn sort(&mut self, mut sorting: Sorting<'_>) {
-        self.begin(&mut sorting);
-        self.add_keys(0..sorting.states.len(), &sorting);
-        for digit in 0..sorting.digits() {
-            self.sort_digit(digit, &sorting);
+        self.clear(&mut sorting);
+        self.add_keys(&sorting);
+        let bits = ID_BITS..sorting.key_bits();
+        radix_sort(&mut self.keys, &mut self.spare, bits);
+        self.fill(&mut sorting);
+        self.first_late = self.groups.len();
+        for id in 0..sorting.slots.len() {
+            let state = &sorting.states[id];
+            if state.is_culled && !state.is_inactive {
+                self.park(id as u32, sorting.states, sorting.slots);
+            }
         }
-        self.fill(FillWork::ALL, &mut sorting);
-        self.end(&mut sorting);
+        self.share_out(sorting.chunks);
     }
 
-    /// Removes all groups and keys.
-    pub(crate) fn begin(&mut self, sorting: &mut Sorting<'_>) {
+    fn clear(&mut self, sorting: &mut Sorting<'_>) {
         self.groups.clear();
         self.cold.clear();
         self.near.clear();
@@ -76,12 +61,6 @@ impl Schedule {
         self.parked.clear();
         self.buckets.clear();
         self.keys.clear();
-        for rest in &mut self.rest {
-            rest.clear();
-        }
-        self.filled = 0;
-        self.is_level_read = false;
-        self.pushed = [0; 2];
         self.lines = 0;
         self.first_late = usize::MAX;
         self.reserve(sorting.states.len(), sorting.chunks);
@@ -89,13 +68,12 @@ impl Schedule {
         sorting.slots.fill(NOWHERE);
     }
 
-    /// Adds the keys of the characters `ids`.
-    pub(crate) fn add_keys(&mut self, ids: Range<usize>, sorting: &Sorting<'_>) {
+    fn add_keys(&mut self, sorting: &Sorting<'_>) {
         let Sorting {
             animations, now, ..
         } = *sorting;
         let clips = animations.clips();
-        let present = ids.clone().zip(&sorting.states[ids]);
+        let present = sorting.states.iter().enumerate();
         let present = present.filter(|(_, state)| !state.is_inactive && !state.is_culled);
         self.keys.extend(present.map(|(id, state)| {
             let at = state.share(animations, now);
@@ -107,120 +85,57 @@ impl Schedule {
         }));
     }
 
-    /// Sorts the keys by one digit. Digits must be sorted from the lowest to the highest.
-    pub(crate) fn sort_digit(&mut self, digit: u32, sorting: &Sorting<'_>) {
-        let low = ID_BITS + digit * DIGIT;
-        let high = sorting.key_bits().min(low + DIGIT);
-        radix_sort(&mut self.keys, &mut self.spare, low..high);
-    }
-
-    /// Fills groups in the order of the keys until the work reaches `most`; returns whether all keys are done.
-    pub(crate) fn fill(&mut self, most: FillWork, sorting: &mut Sorting<'_>) -> bool {
+    /// Fills groups in the order of the keys.
+    fn fill(&mut self, sorting: &mut Sorting<'_>) {
         let keys = std::mem::take(&mut self.keys);
-        let mut work = 0;
-        while work < most.0 && (self.is_level_read || self.filled < keys.len()) {
-            if self.is_level_read {
-                self.is_level_read = self.push_sixteen(sorting);
-                work += FillWork::GROUP;
-                continue;
-            }
-            let left = &keys[self.filled..];
-            let kind = sorting.kind(left[0]);
-            if sorting.are_near(left) {
-                let mut ids = [0; F32x16::LANES];
-                for (id, &key) in ids.iter_mut().zip(left) {
-                    *id = who(key) as u32;
+        let mut left = &keys[..];
+        while let Some(&key) = left.first() {
+            let kind = sorting.kind(key);
+            let count = match sorting.are_near(left) {
+                true => {
+                    let mut ids = [0; F32x16::LANES];
+                    for (id, &key) in ids.iter_mut().zip(left) {
+                        *id = who(key);
+                    }
+                    self.push(kind, &ids, sorting);
+                    F32x16::LANES
                 }
-                self.push_fitting(kind, &ids, sorting);
-                self.filled += F32x16::LANES;
-                work += FillWork::GROUP;
-            } else {
-                self.rest[usize::from(kind.fades)].push(who(left[0]) as u32);
-                self.filled += 1;
-                work += FillWork::KEY;
+                false => {
+                    self.rest[usize::from(kind.fades)].push(who(key));
+                    1
+                }
+            };
+            left = &left[count..];
+            let next = left.first().map(|&key| sorting.kind(key).level);
+            if next != Some(kind.level) {
+                self.push_rest(F32x16::LANES, sorting);
             }
-            let next = keys.get(self.filled).map(|&key| sorting.kind(key).level);
-            self.is_level_read = next != Some(kind.level);
         }
-        let is_done = !self.is_level_read && self.filled == keys.len();
+        self.push_rest(1, sorting);
         self.keys = keys;
-        is_done
     }
 
-    /// Adds the last groups, parks characters that are not visible, and cuts the groups into chunks. From now on, only
-    /// moving characters adds groups.
-    pub(crate) fn end(&mut self, sorting: &mut Sorting<'_>) {
+    /// Adds groups of up to sixteen characters that do not share their loads, until fewer than `least` are left.
+    fn push_rest(&mut self, least: usize, sorting: &mut Sorting<'_>) {
         for fades in [false, true] {
-            self.push_rest(fades, sorting);
-        }
-        self.first_late = self.groups.len();
-        for id in 0..sorting.slots.len() {
-            if sorting.slots[id] == NOWHERE {
-                let state = &sorting.states[id];
-                if state.is_culled && !state.is_inactive {
-                    self.park(id as u32, sorting.states, sorting.slots);
+            let mut rest = std::mem::take(&mut self.rest[usize::from(fades)]);
+            let mut pushed = 0;
+            while rest.len() - pushed >= least {
+                let mut ids = [Group::NOBODY; F32x16::LANES];
+                for (to, &id) in ids.iter_mut().zip(&rest[pushed..]) {
+                    *to = id;
                 }
+                // Keys are in the order of levels, so the first character has the finest.
+                let kind = GroupKind {
+                    level: sorting.states[ids[0] as usize].level(),
+                    near: None,
+                    fades,
+                };
+                self.push(kind, &ids, sorting);
+                pushed = rest.len().min(pushed + F32x16::LANES);
             }
-        }
-        self.share_out(sorting.chunks);
-    }
-
-    /// Adds a group of sixteen characters that do not share their loads; returns false if fewer are left, with and without
-    /// cross-fades. Some may be left over from finer levels.
-    fn push_sixteen(&mut self, sorting: &mut Sorting<'_>) -> bool {
-        for fades in [false, true] {
-            let kind = usize::from(fades);
-            let pushed = self.pushed[kind];
-            if let Some(&ids) = self.rest[kind][pushed..].first_chunk() {
-                self.pushed[kind] += F32x16::LANES;
-                self.push_mixed(&ids, fades, sorting);
-                return true;
-            }
-            self.rest[kind].drain(..pushed);
-            self.pushed[kind] = 0;
-        }
-        false
-    }
-
-    /// Adds the last group with or without cross-fades, of the characters that are left over.
-    fn push_rest(&mut self, fades: bool, sorting: &mut Sorting<'_>) {
-        let rest = &mut self.rest[usize::from(fades)];
-        let mut ids = [Group::NOBODY; F32x16::LANES];
-        for (to, id) in ids.iter_mut().zip(rest.drain(..)) {
-            *to = id;
-        }
-        self.push_mixed(&ids, fades, sorting);
-    }
-
-    /// Adds a group of up to sixteen characters that do not share their loads.
-    fn push_mixed(&mut self, ids: &[u32; F32x16::LANES], fades: bool, sorting: &mut Sorting<'_>) {
-        let states = ids.iter().filter_map(|&id| sorting.states.get(id as usize));
-        let kind = GroupKind {
-            level: states.map(CharacterState::level).min().unwrap_or_default(),
-            near: None,
-            fades,
-        };
-        self.push_fitting(kind, ids, sorting);
-    }
-
-    /// Adds a group of those of `ids` that fit `kind`. Others have changed since their keys were recorded.
-    fn push_fitting(
-        &mut self,
-        kind: GroupKind,
-        ids: &[u32; F32x16::LANES],
-        sorting: &mut Sorting<'_>,
-    ) {
-        let mut fitting = [Group::NOBODY; F32x16::LANES];
-        let mut count = 0;
-        for &id in ids {
-            let state = sorting.states.get(id as usize);
-            if state.is_some_and(|state| !state.is_inactive && kind.takes(state)) {
-                fitting[count] = id;
-                count += 1;
-            }
-        }
-        if count > 0 {
-            self.push(kind, &fitting, sorting);
+            rest.drain(..pushed);
+            self.rest[usize::from(fades)] = rest;
         }
     }
 }
@@ -230,11 +145,6 @@ impl Sorting<'_> {
     fn key_bits(&self) -> u32 {
         let kinds = 2 * self.animations.levels() * self.animations.clips();
         ID_BITS + TIME_BITS + kinds.next_power_of_two().ilog2()
-    }
-
-    /// Number of digits by which keys are sorted.
-    pub(crate) fn digits(&self) -> u32 {
-        (self.key_bits() - ID_BITS).div_ceil(DIGIT)
     }
 
     /// Kind of the groups for characters with this key that are near each other in time.
@@ -269,8 +179,8 @@ impl Sorting<'_> {
     }
 }
 
-fn who(key: u64) -> usize {
-    (key & MOST_CHARACTERS as u64) as usize
+fn who(key: u64) -> u32 {
+    (key & MOST_CHARACTERS as u64) as u32
 }
 
 /// Number of bits of a digit, by which one pass sorts.

@@ -140,31 +140,9 @@ pub(crate) struct LaneRanges {
 /// Second clips. For a character without one, its own clip with a weight of 0.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct FadeLines {
-    pub(crate) shared: SharedClip,
     pub(crate) weight: F32x16,
     pub(crate) clock: Clock,
     pub(crate) clips: LaneRanges,
-}
-
-/// The clip that all lanes play.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum SharedClip {
-    /// No lane has been written.
-    Unknown,
-    One(ClipId),
-    /// Lanes play different clips.
-    None,
-}
-
-impl SharedClip {
-    /// The common clip after one more lane plays `clip`.
-    fn with(self, clip: ClipId) -> Self {
-        match self {
-            Self::Unknown => Self::One(clip),
-            Self::One(own) if own == clip => self,
-            _ => Self::None,
-        }
-    }
 }
 
 impl Group {
@@ -275,14 +253,12 @@ impl LaneRanges {
 
 impl FadeLines {
     const EMPTY: Self = Self {
-        shared: SharedClip::Unknown,
         weight: F32x16::ZERO,
         clock: Clock::STOPPED,
         clips: LaneRanges::EMPTY,
     };
 
     fn write(&mut self, lane: usize, clip: &LaneClip<'_>) {
-        self.shared = self.shared.with(clip.clip);
         self.weight.0[lane] = clip.weight;
         self.clock.write(lane, clip);
         self.clips.write(lane, clip.range);

@@ -1,6 +1,5 @@
-//! The groups of sixteen characters that are posed together, and how characters are sorted into them.
+//! Sorts characters into groups: the groups (`group`, `schedule`), and how they are filled (`fill`).
 
-pub(super) mod fill;
+mod fill;
 pub(super) mod group;
-pub(super) mod rebuild;
 pub(super) mod schedule;

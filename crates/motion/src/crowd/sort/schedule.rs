@@ -30,12 +30,6 @@ pub(crate) struct Schedule {
     /// Sort keys; from the highest bits: level, whether it cross-fades, clip, position in the clip, character.
     pub(crate) keys: Vec<u64>,
     pub(crate) spare: Vec<u64>,
-    /// Number of keys whose characters are in groups.
-    pub(crate) filled: usize,
-    /// Whether all keys of the present level are read. The characters in `rest` are then put into groups.
-    pub(crate) is_level_read: bool,
-    /// The number of characters of each list in `rest` that are in groups.
-    pub(crate) pushed: [usize; 2],
     /// Characters that share no loads and are to be put into groups of sixteen: those that do not cross-fade, and those that
     /// do.
     pub(crate) rest: [Vec<u32>; 2],
@@ -125,7 +119,7 @@ impl Schedule {
             let shown = if id == Group::NOBODY { ids[0] } else { id };
             let slot = Slot { group: index, lane };
             if let Some(state) = sorting.states.get(shown as usize) {
-                self.write(slot, state, sorting.clock());
+                self.write(slot, state, sorting.animations, sorting.base);
             }
             if id != Group::NOBODY {
                 self.enter(slot, id, sorting);
@@ -134,9 +128,13 @@ impl Schedule {
     }
 
     /// Writes a character into a lane.
-    pub(crate) fn write(&mut self, slot: Slot, state: &CharacterState, clock: GroupClock<'_>) {
-        let GroupClock { animations, base } = clock;
-        let Slot { group, lane } = slot;
+    pub(crate) fn write(
+        &mut self,
+        Slot { group, lane }: Slot,
+        state: &CharacterState,
+        animations: &AnimationSet,
+        base: f64,
+    ) {
         let clips = state.lane(animations, base);
         self.groups[group].write(lane, state, &clips[0]);
         self.cold[group].write(lane, &clips);
@@ -162,23 +160,6 @@ impl Schedule {
 /// Reserves memory for `count` items in all.
 fn reserve<T>(items: &mut Vec<T>, count: usize) {
     items.reserve(count.saturating_sub(items.len()));
-}
-
-/// The reference of positions in clips.
-#[derive(Clone, Copy)]
-pub(crate) struct GroupClock<'a> {
-    pub(crate) animations: &'a AnimationSet,
-    /// The crowd's time at which the groups' clock is 0, in seconds.
-    pub(crate) base: f64,
-}
-
-impl<'a> Sorting<'a> {
-    pub(crate) fn clock(&self) -> GroupClock<'a> {
-        GroupClock {
-            animations: self.animations,
-            base: self.base,
-        }
-    }
 }
 
 impl Schedule {
@@ -231,7 +212,7 @@ impl Schedule {
             });
             match vacancy {
                 Some(slot) => {
-                    self.write(slot, state, sorting.clock());
+                    self.write(slot, state, sorting.animations, sorting.base);
                     self.visible[slot.group] |= 1 << slot.lane;
                     self.enter(slot, id, &mut sorting);
                 }
@@ -293,7 +274,12 @@ impl Schedule {
             for (lane, id) in ids.into_iter().enumerate() {
                 let shown = if id == Group::NOBODY { any } else { id };
                 let state = &sorting.states[shown as usize];
-                self.write(Slot { group, lane }, state, sorting.clock());
+                self.write(
+                    Slot { group, lane },
+                    state,
+                    sorting.animations,
+                    sorting.base,
+                );
             }
             self.groups[group].detail = detail;
         }
@@ -319,6 +305,44 @@ impl Parked {
         self.x.0[lane] = state.x;
         self.y.0[lane] = state.y;
         self.z.0[lane] = state.z;
+    }
+}
+
+/// Extra cost of posing the present groups instead of new ones. The unit is a fiftieth of the time that sorting one
+/// character takes: about a nanosecond.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct StaleCost {
+    /// Extra cost of all frames since the last sorting.
+    pub(crate) total: usize,
+    /// Number of joints that are posed beyond those of the characters' levels, because characters stay in their groups.
+    pub(crate) joints: isize,
+    /// Number of joints that are posed for lanes outside the frustum.
+    pub(crate) hidden: usize,
+    /// Number of characters that were moved to other groups.
+    pub(crate) late: usize,
+    /// Number of groups whose characters were not near each other in time in the first frame: with narrow registers, some
+    /// are not.
+    apart: Option<usize>,
+}
+
+impl StaleCost {
+    /// Cost of sorting a character.
+    const CHARACTER: usize = 50;
+    /// Extra cost of a frame for each group whose characters are no longer near each other in time.
+    const APART: usize = 100;
+    /// Extra cost of a frame for each moved character, whose group is not full.
+    const LATE: usize = 4;
+
+    /// Adds the extra cost of a frame in which `apart` groups had characters that are not near each other in time.
+    pub(crate) fn add_frame(&mut self, apart: usize) {
+        let joints = self.joints.max(0) as usize;
+        let apart = apart.saturating_sub(*self.apart.get_or_insert(apart));
+        self.total += Self::APART * apart + Self::LATE * self.late + joints + self.hidden;
+    }
+
+    /// Whether the extra cost has reached the cost of sorting.
+    pub(crate) fn exceeds_sorting(&self, characters: usize) -> bool {
+        self.total >= Self::CHARACTER * characters
     }
 }
 

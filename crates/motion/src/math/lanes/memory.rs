@@ -124,7 +124,6 @@ impl<'a> KeyRows<'a> {
 
     /// A unit of one lane's row, and of the row after it.
     #[inline(always)]
-    #[cfg(any(test, not(target_arch = "x86_64")))]
     pub(super) fn units(&self, lane: usize, unit: usize) -> [&'a KeyUnit; 2] {
         assert!(unit < self.length);
         let own = self.starts[lane].wrapping_add(unit);
@@ -137,35 +136,6 @@ impl<'a> KeyRows<'a> {
 pub(crate) trait Sixteen {
     /// The [`F32x16`] of the lane `index`.
     fn line(&mut self, index: usize) -> &mut F32x16;
-}
-
-/// Sixteen [`F32x16`]s to write at equal distances in memory.
-pub(crate) struct StridedLines<'a> {
-    lines: &'a mut [F32x16],
-    stride: usize,
-}
-
-impl<'a> StridedLines<'a> {
-    /// The first [`F32x16`] of `lines`, and fifteen more at multiples of `stride`.
-    ///
-    /// # Panics
-    /// If `lines` ends before the last of them.
-    #[inline(always)]
-    pub(crate) fn new(lines: &'a mut [F32x16], stride: usize) -> Self {
-        // A slice has at most 2^58 items, so the product does not overflow.
-        assert!(stride <= lines.len());
-        assert!((F32x16::LANES - 1) * stride < lines.len());
-        Self { lines, stride }
-    }
-}
-
-impl Sixteen for StridedLines<'_> {
-    #[inline(always)]
-    fn line(&mut self, index: usize) -> &mut F32x16 {
-        assert!(index < F32x16::LANES);
-        // SAFETY: `new` has checked the last of the sixteen lines.
-        unsafe { self.lines.get_unchecked_mut(index * self.stride) }
-    }
 }
 
 /// Sixteen rows of [`F32x16`]s to write, anywhere in memory.
@@ -216,12 +186,6 @@ pub(crate) fn prefetch<T>(element: *const T) {
     }
     #[cfg(not(target_arch = "x86_64"))]
     let _ = element;
-}
-
-/// Prefetches an [`F32x16`] that will be written. It need not exist.
-#[inline(always)]
-pub(crate) fn prefetch_for_write(lines: &[F32x16], index: usize) {
-    prefetch_line(lines.as_ptr().wrapping_add(index));
 }
 
 /// Prefetches to the second-level cache. In the first-level cache, memory that waits to be written would displace memory

@@ -6,15 +6,12 @@
 //!
 //! All types round in the same way, except in [`Lanes::mul_add`].
 
+#[cfg(target_arch = "x86_64")]
 mod avx2;
 #[cfg(target_arch = "x86_64")]
 mod avx512;
-#[cfg(target_arch = "x86_64")]
 mod memory;
-#[cfg(any(test, not(target_arch = "x86_64")))]
 mod portable;
-#[cfg(target_arch = "x86_64")]
-mod sse2;
 #[cfg(test)]
 mod tests;
 
@@ -23,11 +20,10 @@ use std::ops::{Add, Div, IndexMut, Mul, Sub};
 use bytemuck::{Pod, Zeroable};
 
 use super::Isa;
-#[cfg(target_arch = "x86_64")]
-use super::isa::{run_avx2, run_avx512};
+use super::isa::on_isa;
 pub(crate) use memory::{DistinctRows, RowSet};
 pub(crate) use memory::{KeyColumns, KeyRows, KeyUnit, NextColumns};
-pub(crate) use memory::{RowLines, Sixteen, StridedLines, prefetch_for_write};
+pub(crate) use memory::{RowLines, Sixteen};
 
 /// Methods of [`Lanes`] that are one expression of instructions.
 #[cfg(target_arch = "x86_64")]
@@ -229,31 +225,10 @@ impl Isa {
     /// Runs a kernel with the registers of this instruction set, or of [`Isa::Portable`] if the machine does not have it.
     #[inline]
     pub(crate) fn on_lanes<K: Kernel>(self, kernel: K) -> K::Out {
-        match self {
-            #[cfg(target_arch = "x86_64")]
-            Self::Avx512 if self.is_available() => {
-                // SAFETY: the machine has it.
-                unsafe {
-                    run_avx512(
-                        #[inline(always)]
-                        || kernel.run::<avx512::Avx512>(),
-                    )
-                }
-            }
-            #[cfg(target_arch = "x86_64")]
-            Self::Avx2 if self.is_available() => {
-                // SAFETY: the machine has it.
-                unsafe {
-                    run_avx2(
-                        #[inline(always)]
-                        || kernel.run::<avx2::Avx2>(),
-                    )
-                }
-            }
-            #[cfg(target_arch = "x86_64")]
-            _ => kernel.run::<sse2::Sse2>(),
-            #[cfg(not(target_arch = "x86_64"))]
-            _ => kernel.run::<portable::Portable>(),
-        }
+        on_isa!(self, {
+            Avx512 => kernel.run::<avx512::Avx512>(),
+            Avx2 => kernel.run::<avx2::Avx2>(),
+            Portable => kernel.run::<portable::Portable>(),
+        })
     }
 }

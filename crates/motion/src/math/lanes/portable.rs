@@ -14,11 +14,11 @@ pub(super) struct Portable([f32; COUNT]);
 
 impl Portable {
     #[inline(always)]
-    fn with(self, other: Self, both: impl Fn(f32, f32) -> f32) -> Self {
-        Self(from_fn(
-            #[inline(always)]
-            |lane| both(self.0[lane], other.0[lane]),
-        ))
+    fn with(mut self, other: Self, both: impl Fn(f32, f32) -> f32) -> Self {
+        for lane in 0..COUNT {
+            self.0[lane] = both(self.0[lane], other.0[lane]);
+        }
+        self
     }
 }
 
@@ -75,7 +75,9 @@ impl Lanes for Portable {
 
     #[inline(always)]
     fn load(line: &F32x16, part: usize) -> Self {
-        Self(from_fn(|lane| line.0[part * COUNT + lane]))
+        let mut lanes = [0.0; COUNT];
+        lanes.copy_from_slice(&line.0[part * COUNT..(part + 1) * COUNT]);
+        Self(lanes)
     }
 
     #[inline(always)]
@@ -94,16 +96,16 @@ impl Lanes for Portable {
 
     #[inline(always)]
     fn mul_add(self, factor: Self, sum: Self) -> Self {
-        Self(from_fn(|lane| {
-            mul_add(self.0[lane], factor.0[lane], sum.0[lane])
-        }))
+        let mut out = sum;
+        for lane in 0..COUNT {
+            out.0[lane] = mul_add(self.0[lane], factor.0[lane], sum.0[lane]);
+        }
+        out
     }
 
     #[inline(always)]
     fn neg_mul_add(self, factor: Self, sum: Self) -> Self {
-        Self(from_fn(|lane| {
-            mul_add(-self.0[lane], factor.0[lane], sum.0[lane])
-        }))
+        Self(self.0.map(|value| -value)).mul_add(factor, sum)
     }
 
     #[inline(always)]
@@ -113,7 +115,14 @@ impl Lanes for Portable {
 
     #[inline(always)]
     fn floor(self) -> Self {
-        Self(self.0.map(f32::floor))
+        /// Numbers from here on have no fraction.
+        const WHOLE: f32 = 8_388_608.0;
+        // Without an instruction for it, the standard library's is a call for each lane.
+        Self(self.0.map(|value| {
+            let cut = value as i32 as f32;
+            let floor = (cut - f32::from(u8::from(cut > value))).copysign(value);
+            if value.abs() < WHOLE { floor } else { value }
+        }))
     }
 
     #[inline(always)]

@@ -2,30 +2,6 @@
 
 use super::*;
 
-/// The lanes of an instruction set, or the portable ones.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Kind {
-    Plain,
-    Of(Isa),
-}
-
-impl Kind {
-    fn all() -> impl Iterator<Item = Self> {
-        std::iter::once(Self::Plain).chain(Isa::available().map(Self::Of))
-    }
-
-    fn run<K: Kernel>(self, kernel: K) -> K::Out {
-        match self {
-            Self::Plain => kernel.run::<portable::Portable>(),
-            Self::Of(isa) => isa.on_lanes(kernel),
-        }
-    }
-
-    fn is_fused(self) -> bool {
-        matches!(self, Self::Of(Isa::Avx2 | Isa::Avx512))
-    }
-}
-
 /// Uses every operation of [`Lanes`]. The results must have the same bits for all registers.
 struct Everything<'a> {
     numbers: &'a [F32x16; 16],
@@ -107,13 +83,22 @@ impl Kernel for Everything<'_> {
             let mut columns = [F32x16::ZERO; 32];
             for part in 0..L::PARTS {
                 let lanes = PartWrite { part, is_streamed };
-                let mut to = StridedLines::new(&mut columns[1..], 2);
-                L::transpose(self.numbers.each_ref(), lanes, &mut to);
+                L::transpose(self.numbers.each_ref(), lanes, &mut Odd(&mut columns));
             }
             L::fence();
             out.extend(columns);
         }
         out
+    }
+}
+
+/// Every second line.
+struct Odd<'a>(&'a mut [F32x16; 32]);
+
+impl Sixteen for Odd<'_> {
+    #[inline(always)]
+    fn line(&mut self, index: usize) -> &mut F32x16 {
+        &mut self.0[2 * index + 1]
     }
 }
 
@@ -146,17 +131,17 @@ fn units_are_read_from_each_row_and_the_one_after_it() {
     let starts = std::array::from_fn(|lane| (lane * 3 % (count - 1) * length) as u32);
     for unit in 0..length {
         for wanted in [[true, true], [true, false], [false, true]] {
-            for kind in Kind::all() {
+            for isa in Isa::available() {
                 let rows = KeyRows::new(&table, starts, length);
                 let halves = UnitHalves { unit, wanted };
-                let found = kind.run(Units { rows, halves });
+                let found = isa.on_lanes(Units { rows, halves });
                 for (key, line) in found.iter().enumerate() {
                     for (lane, &found) in line.iter().enumerate() {
                         let own = starts[lane] as usize + unit;
                         let [low, high] = [own, own + length].map(|unit| table[unit].0[key]);
                         let word = u32::from(high as u16) << 16 | u32::from(low as u16);
                         let expected = if wanted[key / 4] { word } else { u32::MAX };
-                        assert_eq!(found, expected, "{kind:?}, key {key}, lane {lane}");
+                        assert_eq!(found, expected, "{isa:?}, key {key}, lane {lane}");
                     }
                 }
             }
@@ -173,16 +158,16 @@ fn rows_end_with_the_table() {
     };
     assert!(rows(20, 5) && rows(0, 15) && rows(30, 0));
     assert!(!rows(21, 5) && !rows(0, 16) && !rows(u32::MAX, 1));
-    for kind in Kind::all() {
+    for isa in Isa::available() {
         let beyond = std::panic::catch_unwind(|| {
             let rows = KeyRows::new(&table, [0; 16], 5);
             let halves = UnitHalves {
                 unit: 5,
                 wanted: [true; 2],
             };
-            kind.run(Units { rows, halves })
+            isa.on_lanes(Units { rows, halves })
         });
-        assert!(beyond.is_err(), "{kind:?}");
+        assert!(beyond.is_err(), "{isa:?}");
     }
 }
 
@@ -201,16 +186,16 @@ fn bits(lines: &[F32x16]) -> Vec<[u32; 16]> {
 #[test]
 fn every_instruction_set_gives_the_same_bits() {
     let table: Vec<i16> = (0..300).map(|index| (index * 1237) as i16).collect();
-    let run = |kind: Kind| {
-        kind.run(Everything {
+    let run = |isa: Isa| {
+        isa.on_lanes(Everything {
             numbers: &numbers(),
             table: &table,
         })
     };
-    let portable = run(Kind::Plain);
-    for kind in Kind::all() {
-        for (index, (found, expected)) in bits(&run(kind)).iter().zip(bits(&portable)).enumerate() {
-            assert_eq!(*found, expected, "{kind:?}, line {index}");
+    let portable = run(Isa::Portable);
+    for isa in Isa::available() {
+        for (index, (found, expected)) in bits(&run(isa)).iter().zip(bits(&portable)).enumerate() {
+            assert_eq!(*found, expected, "{isa:?}, line {index}");
         }
     }
 }
@@ -218,7 +203,7 @@ fn every_instruction_set_gives_the_same_bits() {
 #[test]
 fn what_lanes_give_is_plain_arithmetic() {
     let (numbers, table) = (numbers(), [0i16; 220]);
-    let out = Kind::Plain.run(Everything {
+    let out = Isa::Portable.on_lanes(Everything {
         numbers: &numbers,
         table: &table,
     });
@@ -279,21 +264,19 @@ impl Kernel for Fused<'_> {
 #[test]
 fn products_are_fused_where_the_machine_can() {
     let [a, b, c, ..] = numbers();
-    for kind in Kind::all().filter(|kind| kind.is_fused()) {
-        let out = kind.run(Fused(&[a, b, c]));
+    for isa in Isa::available().filter(|&isa| isa != Isa::Portable) {
+        let out = isa.on_lanes(Fused(&[a, b, c]));
         for lane in 0..16 {
             let (a, b, c) = (a.0[lane], b.0[lane], c.0[lane]);
-            assert_eq!(out[0].0[lane], a.mul_add(b, c), "{kind:?}");
-            assert_eq!(out[1].0[lane], (-a).mul_add(b, c), "{kind:?}");
+            assert_eq!(out[0].0[lane], a.mul_add(b, c), "{isa:?}");
+            assert_eq!(out[1].0[lane], (-a).mul_add(b, c), "{isa:?}");
         }
     }
-    for kind in Kind::all().filter(|kind| !kind.is_fused()) {
-        let out = kind.run(Fused(&[a, b, c]));
-        for lane in 0..16 {
-            let (a, b, c) = (a.0[lane], b.0[lane], c.0[lane]);
-            assert!((out[0].0[lane] - (a * b + c)).abs() < 1e-5);
-            assert!((out[1].0[lane] - (c - a * b)).abs() < 1e-5);
-        }
+    let out = Isa::Portable.on_lanes(Fused(&[a, b, c]));
+    for lane in 0..16 {
+        let (a, b, c) = (a.0[lane], b.0[lane], c.0[lane]);
+        assert!((out[0].0[lane] - (a * b + c)).abs() < 1e-5);
+        assert!((out[1].0[lane] - (c - a * b)).abs() < 1e-5);
     }
 }
 
@@ -326,14 +309,14 @@ impl Kernel for Late {
 
 #[test]
 fn windows_end_with_the_table() {
-    for kind in Kind::all() {
+    for isa in Isa::available() {
         for is_wide in [false, true] {
             let reaches =
-                |first| std::panic::catch_unwind(|| kind.run(Late { first, is_wide })).ok();
+                |first| std::panic::catch_unwind(|| isa.on_lanes(Late { first, is_wide })).ok();
             let last = reaches(10).unwrap() - 3;
-            assert!(reaches(last).is_some(), "{kind:?}");
+            assert!(reaches(last).is_some(), "{isa:?}");
             for late in [last + 1, last + 2, 100, 101, usize::MAX] {
-                assert!(reaches(late).is_none(), "{kind:?}, {late}");
+                assert!(reaches(late).is_none(), "{isa:?}, {late}");
             }
         }
     }
@@ -375,10 +358,10 @@ impl Kernel for Places<'_> {
 #[test]
 fn wide_windows_have_all_places() {
     let table: Vec<i16> = (0..300).map(|index| (index * 1237) as i16).collect();
-    for kind in Kind::all() {
+    for isa in Isa::available() {
         for turn in 0..64 {
             let places = F32x16(std::array::from_fn(|lane| ((turn + 5 * lane) % 63) as f32));
-            let (reach, found) = kind.run(Places {
+            let (reach, found) = isa.on_lanes(Places {
                 table: &table,
                 places,
             });
@@ -390,7 +373,7 @@ fn wide_windows_have_all_places() {
                     assert_eq!(
                         word,
                         high << 16 | low,
-                        "{kind:?}, lane {lane}, place {place}"
+                        "{isa:?}, lane {lane}, place {place}"
                     );
                 }
             }

@@ -11,45 +11,128 @@
 //!     note the group if a lane needs a finer level than the group's
 //! ```
 //!
+//! Level plus blend is a continuous, piecewise linear function of the distance: a sum of ramps from 0 to 1, one for each level. The
+//! characters of a group have similar distances, so most ramps are 0 or 1 for all of them. Only the others are evaluated.
+//!
 //! No operation is fused, so that every instruction set gives the same levels, which are those of
 //! [`Switching::choose`](crate::lod::Switching::choose).
 
+use std::ops::Range;
+
 use glam::Vec3;
 
-use super::ramps::LevelRamps;
-use crate::crowd::frame_input::{Frame, Frustum};
-use crate::crowd::sort::group::Parked;
-use crate::crowd::sort::schedule::Schedule;
+use super::frame::{Frame, Frustum};
+use super::sort::group::Parked;
+use super::sort::schedule::Schedule;
+use crate::lod::Switching;
 use crate::math::{F32x16, Kernel, Lanes};
 
 /// Buffers that are kept between frames.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct FrameScratch {
-    pub(crate) ramps: LevelRamps,
+pub(super) struct FrameScratch {
+    pub(super) ramps: LevelRamps,
     /// Groups with characters that need a finer level, and parked groups with visible characters.
-    pub(crate) groups: Vec<u32>,
+    pub(super) groups: Vec<u32>,
     /// Sum of all characters' levels at the last sorting.
-    pub(crate) sorted_levels: Option<f64>,
+    pub(super) sorted_levels: Option<f64>,
+}
+
+/// The distances at which levels change, as ramps of a [`Switching`].
+#[derive(Clone, Debug, Default)]
+pub(super) struct LevelRamps {
+    /// Ramps of the coarsest level that is allowed.
+    pub(super) coarsest: Ramps,
+    /// Ramps of the finest level that is allowed; empty if levels are blended, because hysteresis is then invisible.
+    pub(super) finest: Ramps,
+    pub(super) has_hysteresis: bool,
+}
+
+/// Ramps that do not overlap, nearest first.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Ramps {
+    start: Vec<f32>,
+    full: Vec<f32>,
+}
+
+impl Ramps {
+    fn update(&mut self, ramps: impl Iterator<Item = (f32, f32)>) {
+        self.start.clear();
+        self.full.clear();
+        for (start, full) in ramps {
+            // A step is a ramp that starts at the float just below its end.
+            self.start.push(start.min(full.next_down()));
+            self.full.push(full);
+        }
+    }
+
+    /// The ramps that are neither 0 nor 1 for all distances from `near` to `far`, in metres. The search begins at `hint`.
+    #[inline(always)]
+    pub(super) fn between(&self, near: f32, far: f32, hint: &mut usize) -> Range<usize> {
+        let count = self.full.len();
+        let mut low = (*hint).min(count);
+        while low > 0 && self.full[low - 1] > near {
+            low -= 1;
+        }
+        while low < count && self.full[low] <= near {
+            low += 1;
+        }
+        *hint = low;
+        let mut high = low;
+        while high < count && self.start[high] < far {
+            high += 1;
+        }
+        low..high
+    }
+
+    #[inline(always)]
+    pub(super) fn sum<L: Lanes>(&self, distance: L, ramps: &Range<usize>) -> L {
+        let mut sum = L::splat(ramps.start as f32);
+        for (&start, &full) in self.start[ramps.clone()]
+            .iter()
+            .zip(&self.full[ramps.clone()])
+        {
+            let gone = (distance - L::splat(start)) / L::splat(full - start);
+            sum = sum + gone.max(L::splat(0.0)).min(L::splat(1.0));
+        }
+        sum
+    }
+}
+
+impl LevelRamps {
+    /// Replaces the ramps by those of `switching`. Allocates only if there are more than before.
+    pub(super) fn update(&mut self, switching: &Switching) {
+        let bands = switching.bands();
+        self.has_hysteresis = !switching.blends();
+        if self.has_hysteresis {
+            self.coarsest
+                .update(bands.iter().map(|band| (band.full, band.full)));
+            self.finest
+                .update(bands.iter().map(|band| (band.end, band.end)));
+        } else {
+            self.coarsest
+                .update(bands.iter().map(|band| (band.start, band.full)));
+        }
+    }
 }
 
 /// Finds the levels and the visible lanes of all groups.
-pub(crate) struct LevelPass<'a> {
-    pub(crate) schedule: &'a mut Schedule,
-    pub(crate) frame: &'a Frame<'a>,
-    pub(crate) ramps: &'a LevelRamps,
+pub(super) struct LevelPass<'a> {
+    pub(super) schedule: &'a mut Schedule,
+    pub(super) frame: &'a Frame<'a>,
+    pub(super) ramps: &'a LevelRamps,
     /// Number of the coarsest level.
-    pub(crate) last: f32,
+    pub(super) last: f32,
     /// Receives the indices of groups in which a character needs a finer level than the group's.
-    pub(crate) finer: &'a mut Vec<u32>,
+    pub(super) finer: &'a mut Vec<u32>,
 }
 
 /// Sums over a [`LevelPass`].
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct LevelSum {
+pub(super) struct LevelSum {
     /// Sum of the levels of all lanes.
-    pub(crate) levels: f64,
+    pub(super) levels: f64,
     /// Number of joints that are posed for lanes outside the frustum.
-    pub(crate) hidden: usize,
+    pub(super) hidden: usize,
 }
 
 impl Kernel for LevelPass<'_> {
@@ -115,10 +198,10 @@ impl Kernel for LevelPass<'_> {
 }
 
 /// Finds the parked groups with visible characters.
-pub(crate) struct ParkedPass<'a> {
-    pub(crate) parked: &'a [Parked],
-    pub(crate) frame: &'a Frame<'a>,
-    pub(crate) visible: &'a mut Vec<u32>,
+pub(super) struct ParkedPass<'a> {
+    pub(super) parked: &'a [Parked],
+    pub(super) frame: &'a Frame<'a>,
+    pub(super) visible: &'a mut Vec<u32>,
 }
 
 impl Kernel for ParkedPass<'_> {
