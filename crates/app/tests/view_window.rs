@@ -19,7 +19,7 @@ use sabaki::maps::{AttackGrid, AttackGridSettings};
 use sabaki_app::window::{
     Click, CrowdScene, DuelScene, Scene, ThrowScene, ThrowSettings, WindowDesc, picture,
 };
-use sabaki_draw::scene::{Formation, FormationSettings, Outfit, Performer};
+use sabaki_draw::scene::{Formation, FormationSettings, Outfit};
 use sabaki_fixtures::demo;
 use screen::{Screen, Shown};
 use serde_json::Value;
@@ -221,12 +221,13 @@ fn a_crowd_marches_past_cameras_posed_into_the_memory_that_is_drawn() {
         ..FormationSettings::default()
     };
     let outfit = Outfit::human(&motions.skeleton, &motions.clips).unwrap();
-    let performer = Performer {
-        skeleton: &motions.skeleton,
-        clip: clip.unwrap(),
-        skin: &outfit.skins[0],
-    };
-    let formation = Formation::new(performer, &settings).unwrap();
+    let formation = Formation::new(
+        &motions.skeleton,
+        clip.unwrap(),
+        &outfit.skins[0],
+        &settings,
+    )
+    .unwrap();
     let mut scene = CrowdScene::new(formation, Arc::new(outfit));
     scene.tinted = true;
     assert_same(&png, &mut scene, &stepped(0.0625, 12), "crowd");

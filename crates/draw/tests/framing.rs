@@ -5,10 +5,7 @@ use sabaki::graph::{EdgeId, Playhead};
 use sabaki::maps::{BakedGraph, SphereKey};
 use sabaki::math::{F32x16, Rigid2, Sphere};
 use sabaki::query::{Answer, Attack, Query, QueryContext, QuerySettings, Request};
-use sabaki_draw::scene::{
-    AnsweredAttack, Camera, Dodge, DodgeSettings, Formation, FormationSettings, Orbit, Performer,
-    Skin,
-};
+use sabaki_draw::scene::{Camera, Dodge, DodgeSettings, Formation, FormationSettings, Orbit, Skin};
 use sabaki_fixtures::demo;
 
 use super::common::baked::embedded;
@@ -34,12 +31,7 @@ pub(super) fn dodge(
     let settings = QuerySettings::default();
     let request = Request::new(playhead, &attack);
     Query::new(baked, &settings).answer(request, &mut context, &mut answer);
-    let answered = AnsweredAttack {
-        playhead,
-        attack: &attack,
-        answer: &answer,
-    };
-    check(baked, &Dodge::new(baked, answered, shown));
+    check(baked, &Dodge::new(baked, playhead, &attack, &answer, shown));
 }
 
 fn ball(from: Vec3, to: Vec3, seconds: [f32; 2]) -> Vec<SphereKey> {
@@ -137,12 +129,8 @@ fn a_crowd_of_few_is_in_the_middle_of_the_picture() {
             threads: 1,
             ..FormationSettings::default()
         };
-        let performer = Performer {
-            skeleton: &motions.skeleton,
-            clip: &motions.clips[0],
-            skin: &skin,
-        };
-        let mut formation = Formation::new(performer, &settings).unwrap();
+        let mut formation =
+            Formation::new(&motions.skeleton, &motions.clips[0], &skin, &settings).unwrap();
         let camera = formation.camera();
         for index in 0..count {
             let x = (index as f32 - 0.5 * (count - 1) as f32) * settings.apart;

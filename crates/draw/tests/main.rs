@@ -18,8 +18,7 @@ use sabaki::math::{Rigid2, Sphere};
 use sabaki_app::Painter;
 use sabaki_draw::StageDesc;
 use sabaki_draw::scene::{
-    Camera, Capsule, Figure, Formation, FormationSettings, Layer, Light, Look, Orbit, Outfit,
-    Performer, Shot,
+    Camera, Capsule, Figure, Formation, FormationSettings, Layer, Light, Look, Orbit, Outfit, Shot,
 };
 use sabaki_fixtures::demo::{self, Motions};
 use sabaki_fixtures::headless::Headless;
@@ -222,12 +221,13 @@ fn a_crowd_stands_where_it_was_posed_with_levels_and_without() {
         ..FormationSettings::default()
     };
     let outfit = Outfit::human(&motions.skeleton, &motions.clips).unwrap();
-    let performer = Performer {
-        skeleton: &motions.skeleton,
-        clip: &motions.clips[0],
-        skin: &outfit.skins[0],
-    };
-    let mut formation = Formation::new(performer, &settings).unwrap();
+    let mut formation = Formation::new(
+        &motions.skeleton,
+        &motions.clips[0],
+        &outfit.skins[0],
+        &settings,
+    )
+    .unwrap();
     let desc = StageDesc::for_crowd(&formation, &outfit.meshes);
     let mut painter = Painter::new(&mut device, SIZE, &desc).unwrap();
     let camera = formation.camera();

@@ -7,8 +7,8 @@ use sabaki::anim::{Joint, JointId, JointTransform, Pose, Skeleton, forward_kinem
 use sabaki::lod::{LevelSettings, Levels};
 use sabaki_app::Painter;
 use sabaki_draw::scene::{
-    BindTarget, BoundMesh, JointNames, Look, Mesh, MeshBone, MeshJoint, MeshTexture, MeshVertex,
-    RiggedMesh, Skin, SkinnedBody, skinned_positions, standing_pose,
+    BoundMesh, JointNames, Look, Mesh, MeshBone, MeshJoint, MeshTexture, MeshVertex, RiggedMesh,
+    Skin, SkinnedBody, skinned_positions, standing_pose,
 };
 use sabaki_draw::{StageDesc, human_body};
 use sabaki_fixtures::demo;
@@ -138,11 +138,7 @@ fn skinned_meshes_are_where_their_joints_are() {
 fn human() -> (demo::Motions, BoundMesh, Vec<JointTransform>) {
     let motions = demo::motions().unwrap();
     let standing = standing_pose(&motions.skeleton, &motions.clips);
-    let target = BindTarget {
-        skeleton: &motions.skeleton,
-        standing: &standing,
-    };
-    let body = human_body(target, &Look::default()).unwrap();
+    let body = human_body(&motions.skeleton, &standing, &Look::default()).unwrap();
     (motions, body, standing)
 }
 
@@ -202,12 +198,8 @@ fn the_collar_is_at_the_shoulders_however_high_the_joint_of_the_neck_is() {
     let neck = joints.iter_mut().find(|joint| joint.name == "Neck");
     neck.unwrap().offset.y += 0.1;
     let skeleton = Skeleton::new(joints).unwrap();
-    let target = BindTarget {
-        skeleton: &skeleton,
-        standing: &standing_pose(&skeleton, &motions.clips),
-    };
     let look = Look::default();
-    let body = human_body(target, &look).unwrap();
+    let body = human_body(&skeleton, &standing_pose(&skeleton, &motions.clips), &look).unwrap();
     let clothes = look.clothes.to_array().map(|part| (part * 65_535.0) as u16);
     let dressed = body.mesh.vertices.iter();
     let dressed = dressed.filter(|vertex| vertex.colour[..3] == clothes);
@@ -414,15 +406,13 @@ fn meshes_are_bound_by_names_and_what_is_not_bound_is_said() {
     let motions = demo::motions().unwrap();
     let skeleton = &motions.skeleton;
     let standing = standing_pose(skeleton, &motions.clips);
-    let target = BindTarget {
-        skeleton,
-        standing: &standing,
-    };
     let rigged = foreign(skeleton);
-    let error = rigged.bind(target, &JointNames::new()).unwrap_err();
+    let error = rigged
+        .bind(skeleton, &standing, &JointNames::new())
+        .unwrap_err();
     assert_eq!(error.bound, 1);
     let names = JointNames::from([("elbow".to_owned(), "LeftForeArm".to_owned())]);
-    let bound = rigged.bind(target, &names).unwrap();
+    let bound = rigged.bind(skeleton, &standing, &names).unwrap();
     assert_eq!(bound.unbound, ["sleeve"]);
     assert!(!bound.is_exact);
     let find = |name: &str| skeleton.find(name).unwrap();

@@ -9,8 +9,8 @@ use sabaki::maps::SphereKey;
 use sabaki::math::F32x16;
 use sabaki_app::Painter;
 use sabaki_draw::scene::{
-    BindTarget, CrowdMember, CrowdShot, Detail, Dodge, DodgeSettings, Look, MapStyle, MemberGroup,
-    Mesh, MeshBone, MeshTexture, MeshVertex, Skin, standing_pose,
+    CrowdMember, CrowdShot, Detail, Dodge, DodgeSettings, Look, MapStyle, MemberGroup, Mesh,
+    MeshBone, MeshTexture, MeshVertex, Skin, standing_pose,
 };
 use sabaki_draw::{Offscreen, Picture, Stage, StageDesc, Target, human_body};
 use sabaki_fixtures::demo;
@@ -276,11 +276,7 @@ fn a_skeleton_with_arms_of_a_kilometre_has_no_human_body() {
     };
     for (factor, is_made) in [(1.5, true), (1000.0, false)] {
         let skeleton = stretched(factor);
-        let target = BindTarget {
-            skeleton: &skeleton,
-            standing: &standing_pose(&skeleton, &[]),
-        };
-        let body = human_body(target, &Look::default());
+        let body = human_body(&skeleton, &standing_pose(&skeleton, &[]), &Look::default());
         assert_eq!(body.is_some(), is_made, "arms {factor} times as long");
     }
 }

@@ -6,8 +6,8 @@ use std::sync::Arc;
 use glam::Vec3;
 use sabaki::anim::{Clip, JointTransform, Skeleton};
 use sabaki_draw::scene::{
-    BindTarget, BoundMesh, JointNames, Mesh, MeshJoint, MeshTexture, MeshVertex, Outfit,
-    RiggedMesh, standing_pose,
+    BoundMesh, JointNames, Mesh, MeshJoint, MeshTexture, MeshVertex, Outfit, RiggedMesh,
+    standing_pose,
 };
 use sabaki_import::gltf::{SkinVertex, SkinnedMesh};
 use sabaki_import::without_mark;
@@ -71,11 +71,7 @@ impl MeshArgs {
         if let Some(map) = &self.map {
             check_names(&names, &rigged, skeleton).map_err(|error| error.within(map))?;
         }
-        let target = BindTarget {
-            skeleton,
-            standing: &standing_pose(skeleton, clips),
-        };
-        let bound = rigged.bind(target, &names);
+        let bound = rigged.bind(skeleton, &standing_pose(skeleton, clips), &names);
         let bound = bound.map_err(|error| Failure::Usage(error.to_string()).within(path))?;
         Ok(Some(BoundOutfit::of(bound, path)))
     }

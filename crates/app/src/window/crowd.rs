@@ -81,8 +81,7 @@ pub struct CrowdScene {
 }
 
 impl CrowdScene {
-    /// A crowd with levels by distance, in its own colours. The outfit has the skin of its
-    /// [`Performer`](sabaki_draw::scene::Performer).
+    /// A crowd with levels by distance, in its own colours. The outfit has the skin that it was created with.
     #[must_use]
     pub fn new(formation: Formation, outfit: Arc<Outfit>) -> Self {
         Self {

@@ -26,8 +26,8 @@ use sabaki::query::{
     QueryContext, QuerySettings, Request, Source,
 };
 use sabaki_draw::scene::{
-    Actor, AnsweredAttack, Camera, CrowdShot, Dodge, DodgeSettings, Light, Look, MapStyle, Mesh,
-    Nearest, Outfit, Shot,
+    Actor, Camera, CrowdShot, Dodge, DodgeSettings, Light, Look, MapStyle, Mesh, Nearest, Outfit,
+    Shot,
 };
 use sabaki_fixtures::headless::Headless;
 use sabaki_fixtures::throw::generator;
@@ -311,12 +311,8 @@ impl<'a> ThrowScene<'a> {
             ghost: false,
             ..DodgeSettings::default()
         };
-        let answered = AnsweredAttack {
-            playhead: self.playhead,
-            attack: &attack,
-            answer: &answer,
-        };
-        let dodge = Dodge::new(baked, answered, &shown).with_skin(self.actor.skin.clone());
+        let dodge = Dodge::new(baked, self.playhead, &attack, &answer, &shown)
+            .with_skin(self.actor.skin.clone());
         let mut motion = answer.motion.clone();
         motion.extend(baked.graph(), dodge.span()[1]);
         Thrown {

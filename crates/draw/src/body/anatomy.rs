@@ -2,8 +2,7 @@
 
 use glam::Vec3;
 
-use crate::scene::BindTarget;
-use crate::scene::internal::straightened;
+use crate::scene::straightened;
 use sabaki::anim::{JointId, JointTransform, Leg, Skeleton};
 
 /// Index of the left side, which is at +X.
@@ -33,8 +32,7 @@ pub(super) struct Anatomy {
 }
 
 impl Anatomy {
-    pub(super) fn of(target: BindTarget<'_>) -> Option<Self> {
-        let (skeleton, standing) = (target.skeleton, target.standing);
+    pub(super) fn of(skeleton: &Skeleton, standing: &[JointTransform]) -> Option<Self> {
         let x = |id: JointId| standing[id.index()].translation.x;
         let sided = |limbs: Vec<Leg>| -> Option<[Leg; 2]> {
             let mut pair = <[Leg; 2]>::try_from(limbs).ok()?;

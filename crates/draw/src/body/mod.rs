@@ -7,13 +7,12 @@ mod human;
 mod shapes;
 mod surface_net;
 
-use crate::scene::internal::{inverse, simplified, whole};
 use crate::scene::{
-    BindTarget, BoundMesh, DuelPlaybackSettings, Look, Mesh, MeshBone, MeshVertex, Outfit,
-    standing_pose,
+    BoundMesh, DuelPlaybackSettings, Look, Mesh, MeshBone, MeshVertex, Outfit, inverse, simplified,
+    standing_pose, whole,
 };
 use anatomy::Anatomy;
-use sabaki::anim::{Clip, Skeleton};
+use sabaki::anim::{Clip, JointTransform, Skeleton};
 use surface_net::{Grid, surface_net};
 
 /// Triangles of the finest resolution.
@@ -29,8 +28,12 @@ const WIDEST: f32 = 4.0;
 ///
 /// The mesh's resolutions have about 7,000, 800, 260 and 80 triangles. Each joint of the skeleton is a bone.
 #[must_use]
-pub fn human_body(target: BindTarget<'_>, look: &Look) -> Option<BoundMesh> {
-    let anatomy = Anatomy::of(target)?;
+pub fn human_body(
+    skeleton: &Skeleton,
+    standing: &[JointTransform],
+    look: &Look,
+) -> Option<BoundMesh> {
+    let anatomy = Anatomy::of(skeleton, standing)?;
     let human = human::shapes(&anatomy, look);
     let cell = CELL * anatomy.height;
     let (low, high) = human.bounds();
@@ -60,7 +63,7 @@ pub fn human_body(target: BindTarget<'_>, look: &Look) -> Option<BoundMesh> {
         .collect();
     let triangles = simplified(&vertices, &net.triangles, TRIANGLES);
     let (vertices, triangles) = used(&vertices, triangles);
-    let bones = target.skeleton.ids().map(|joint| MeshBone {
+    let bones = skeleton.ids().map(|joint| MeshBone {
         joint,
         bind: inverse(&anatomy.frames[joint.index()]),
     });
@@ -76,12 +79,8 @@ impl Outfit {
     /// Bodies made by code for a skeleton and its clips, in the colours of the two fighters of a duel. `None` as for [`human_body`].
     #[must_use]
     pub fn human(skeleton: &Skeleton, clips: &[Clip]) -> Option<Self> {
-        let target = BindTarget {
-            skeleton,
-            standing: &standing_pose(skeleton, clips),
-        };
         let [white, blue] = DuelPlaybackSettings::default().looks;
-        let body = human_body(target, &white)?;
+        let body = human_body(skeleton, &standing_pose(skeleton, clips), &white)?;
         let other = body.mesh.clone().recoloured(white.clothes, blue.clothes);
         Some(Self::new([body.mesh, other], body.bones))
     }

@@ -44,17 +44,6 @@ impl Default for DodgeSettings {
     }
 }
 
-/// An attack on a character, and the answer to it.
-#[derive(Clone, Copy, Debug)]
-pub struct AnsweredAttack<'a> {
-    /// State of the character at the query.
-    pub playhead: Playhead,
-    /// The attack, in the world, with times in seconds since the query.
-    pub attack: &'a Attack,
-    /// Answer of the query.
-    pub answer: &'a Answer,
-}
-
 /// A dodge. Time 0 is the query.
 #[derive(Clone, Debug)]
 pub struct Dodge<'a> {
@@ -98,18 +87,16 @@ const UP: f32 = 0.16;
 const NEAR_TIME: f32 = 0.13;
 
 impl<'a> Dodge<'a> {
-    /// Creates the playback of an attack and its answer. Settings out of their ranges are replaced by the nearest ones in them.
+    /// Creates the playback of an attack on a character in the state `playhead`, and of the query's answer to it. The attack is in the
+    /// world, with times in seconds since the query. Settings out of their ranges are replaced by the nearest ones in them.
     #[must_use]
     pub fn new(
         baked: &'a BakedGraph,
-        answered: AnsweredAttack<'_>,
+        playhead: Playhead,
+        attack: &Attack,
+        answer: &Answer,
         settings: &DodgeSettings,
     ) -> Self {
-        let AnsweredAttack {
-            playhead,
-            attack,
-            answer,
-        } = answered;
         let graph = baked.graph();
         let settings = DodgeSettings {
             before: bounded(settings.before, AROUND),

@@ -94,31 +94,17 @@ const HEIGHT: f32 = 1.7;
 /// Radius of the area with shadows, in metres.
 const SHADOWS: f32 = 24.0;
 
-/// Body and motion of all characters of a formation.
-#[derive(Clone, Copy, Debug)]
-pub struct Performer<'a> {
-    /// Skeleton of the clip.
-    pub skeleton: &'a Skeleton,
-    /// Motion that is repeated.
-    pub clip: &'a Clip,
-    /// Mesh that is drawn.
-    pub skin: &'a Skin,
-}
-
 impl Formation {
-    /// Creates a formation in which all characters repeat the performer's clip.
+    /// Creates a formation in which all characters repeat a clip. `skin` is the mesh that is drawn.
     ///
     /// # Errors
     /// The levels, the animations or the crowd cannot be created.
     pub fn new(
-        performer: Performer<'_>,
+        skeleton: &Skeleton,
+        clip: &Clip,
+        skin: &Skin,
         settings: &FormationSettings,
     ) -> Result<Self, FormationError> {
-        let Performer {
-            skeleton,
-            clip,
-            skin,
-        } = performer;
         let clips = std::slice::from_ref(clip);
         let levels = Levels::build(skeleton, clips, &LevelSettings::default())?;
         let animations = Arc::new(AnimationSet::new(skeleton, clips, &levels.levels)?);

@@ -12,22 +12,16 @@ mod rigged;
 mod shot;
 mod simplify;
 
-/// Functions on poses and meshes that the bodies made by code use.
-pub(crate) mod internal {
-    pub(crate) use super::mesh::{inverse, whole};
-    pub(crate) use super::rigged::straightened;
-    pub(crate) use super::simplify::simplified;
-}
-
 pub use camera::{Camera, Orbit};
-pub use dodge::{AnsweredAttack, Dodge, DodgeSettings, MapStyle, Nearest};
+pub use dodge::{Dodge, DodgeSettings, MapStyle, Nearest};
 pub use duel::{Cut, DuelPlayback, DuelPlaybackSettings, RecordedDuel};
 pub use figure::{Actor, Figure, FigurePart, Look};
-pub use formation::{Formation, FormationError, FormationSettings, Performer, level_colour};
+pub use formation::{Formation, FormationError, FormationSettings, level_colour};
 pub use mesh::{
     Mesh, MeshBone, MeshTexture, MeshVertex, Outfit, Skin, SkinnedBody, skinned_positions,
 };
-pub use rigged::{
-    BindTarget, BoundMesh, JointNames, MeshJoint, NotBound, RiggedMesh, standing_pose,
-};
+pub(crate) use mesh::{inverse, whole};
+pub(crate) use rigged::straightened;
+pub use rigged::{BoundMesh, JointNames, MeshJoint, NotBound, RiggedMesh, standing_pose};
 pub use shot::{Capsule, CrowdMember, CrowdShot, Detail, Layer, Light, MemberGroup, Shot};
+pub(crate) use simplify::simplified;

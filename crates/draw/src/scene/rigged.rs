@@ -33,15 +33,6 @@ pub struct RiggedMesh {
 /// Names of a skeleton's joints, by names of a mesh's joints.
 pub type JointNames = BTreeMap<String, String>;
 
-/// A skeleton that meshes are bound to.
-#[derive(Clone, Copy, Debug)]
-pub struct BindTarget<'a> {
-    /// The skeleton.
-    pub skeleton: &'a Skeleton,
-    /// Frames of the joints in a pose in which the skeleton stands ([`standing_pose`](super::standing_pose)).
-    pub standing: &'a [JointTransform],
-}
-
 /// A mesh that is bound to a skeleton.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BoundMesh {
@@ -61,19 +52,26 @@ const SAME: f32 = 0.01;
 
 impl RiggedMesh {
     /// Binds the mesh to a skeleton: joints by `names`, then those with the same name, then those whose names differ in case, digits,
-    /// punctuation and prefixes alone. The mesh is scaled to the skeleton's size.
+    /// punctuation and prefixes alone. The mesh is scaled to the skeleton's size. `standing` has the frames of the joints in a pose in
+    /// which the skeleton stands ([`standing_pose`](super::standing_pose)).
     ///
     /// # Errors
     /// Fewer than two joints of the mesh are bound.
-    pub fn bind(&self, target: BindTarget<'_>, names: &JointNames) -> Result<BoundMesh, NotBound> {
-        let matches = self.matches(target.skeleton, names);
+    pub fn bind(
+        &self,
+        skeleton: &Skeleton,
+        standing: &[JointTransform],
+        names: &JointNames,
+    ) -> Result<BoundMesh, NotBound> {
+        let matches = self.matches(skeleton, names);
         let bound = matches.iter().flatten().count();
         if bound < 2 {
             return Err(NotBound { bound });
         }
         let binding = Binding {
             rigged: self,
-            target,
+            skeleton,
+            standing,
             above: self.above(&matches),
             matches,
         };
@@ -154,7 +152,8 @@ fn plain(name: &str) -> String {
 
 struct Binding<'a> {
     rigged: &'a RiggedMesh,
-    target: BindTarget<'a>,
+    skeleton: &'a Skeleton,
+    standing: &'a [JointTransform],
     matches: Vec<Option<JointId>>,
     above: Vec<usize>,
 }
@@ -175,7 +174,7 @@ impl Binding<'_> {
     }
 
     fn standing(&self, joint: usize) -> Option<&JointTransform> {
-        Some(&self.target.standing[self.matches[joint]?.index()])
+        Some(&self.standing[self.matches[joint]?.index()])
     }
 
     /// Length of the mesh's unit, in metres: the ratio of the lengths of all bones.
@@ -200,7 +199,7 @@ impl Binding<'_> {
 
     /// The skeleton's frames in the mesh's bind pose, or `None` if the mesh's frames are the same.
     fn frames(&self, scale: f32) -> Option<Vec<JointTransform>> {
-        let skeleton = self.target.skeleton;
+        let skeleton = self.skeleton;
         let offsets = skeleton.joints().iter().skip(1).map(|joint| joint.offset);
         let longest = offsets.map(Vec3::length).fold(0.0, f32::max);
         let mut wanted = vec![None; skeleton.len()];
@@ -223,12 +222,12 @@ impl Binding<'_> {
             return None;
         }
         self.extend_ends(&mut wanted);
-        Some(straightened(skeleton, self.target.standing, &wanted))
+        Some(straightened(skeleton, self.standing, &wanted))
     }
 
     /// The tips of hands and head go on in the direction of the bone before them.
     fn extend_ends(&self, wanted: &mut [Option<Vec3>]) {
-        let skeleton = self.target.skeleton;
+        let skeleton = self.skeleton;
         let feet = Limbs::of(skeleton).feet;
         for id in skeleton.ids().filter(|&id| is_last(skeleton, id)) {
             if feet

@@ -6,7 +6,7 @@ use sabaki::graph::GraphError;
 use sabaki_app::film::Delay;
 use sabaki_app::percentile::percentile;
 use sabaki_draw::StageDesc;
-use sabaki_draw::scene::{Formation, FormationSettings, Performer};
+use sabaki_draw::scene::{Formation, FormationSettings};
 use sabaki_fixtures::demo;
 use serde_json::json;
 
@@ -64,12 +64,8 @@ impl CrowdArgs {
         let outfit = mesh.load(&motions.skeleton, &motions.clips)?;
         let outfit =
             outfit.ok_or_else(|| usage("a crowd is drawn with a mesh, not with capsules"))?;
-        let performer = Performer {
-            skeleton: &motions.skeleton,
-            clip,
-            skin: &outfit.outfit.skins[0],
-        };
-        let formation = Formation::new(performer, &settings).map_err(usage)?;
+        let formation = Formation::new(&motions.skeleton, clip, &outfit.outfit.skins[0], &settings)
+            .map_err(usage)?;
         Ok((formation, outfit))
     }
 }

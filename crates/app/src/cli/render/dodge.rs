@@ -8,7 +8,7 @@ use sabaki::maps::BakedGraph;
 use sabaki::query::{Answer, Query, QueryContext, QuerySettings};
 use sabaki_app::film::Delay;
 use sabaki_draw::StageDesc;
-use sabaki_draw::scene::{AnsweredAttack, Camera, Dodge, DodgeSettings, MapStyle};
+use sabaki_draw::scene::{Camera, Dodge, DodgeSettings, MapStyle};
 use sabaki_fixtures::throw::Throw;
 use serde_json::json;
 
@@ -95,15 +95,11 @@ pub(super) fn run(args: &Args) -> Result<Written, Failure> {
         ghost: !args.no_ghost,
         ..DodgeSettings::default()
     };
-    let answered = AnsweredAttack {
-        playhead: throw.playhead,
-        attack: &throw.attack,
-        answer: &answer,
-    };
     let graph = baked.graph();
     let outfit = args.out.mesh.load(graph.skeleton(), graph.clips())?;
     let skin = outfit.as_ref().map(|bound| bound.outfit.skins[0].clone());
-    let dodge = Dodge::new(&baked, answered, &settings).with_skin(skin);
+    let dodge =
+        Dodge::new(&baked, throw.playhead, &throw.attack, &answer, &settings).with_skin(skin);
     let [width, height] = args.out.size;
     let camera = dodge.camera(width as f32 / height as f32);
     let desc = StageDesc {
