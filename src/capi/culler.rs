@@ -10,7 +10,7 @@ use super::device::Device;
 use super::graph::Graph;
 use super::memory::HostMemory;
 use super::status::{Failure, NOT_YET, OK, Status, call};
-use super::{given, given_mut, given_slice, given_slice_mut};
+use super::{given, given_slice, given_slice_mut};
 use crate::anim::{JointTransform, Pose, forward_kinematics};
 use crate::gpu::{self, CullerDesc, Ticket, command_buffer};
 use crate::graph::{EdgeId, Playhead};
@@ -64,7 +64,7 @@ pub(super) struct JointOut {
 }
 
 impl JointOut {
-    pub(super) fn of(joint: &JointTransform) -> Self {
+    pub(super) fn new(joint: &JointTransform) -> Self {
         Self {
             position: joint.translation.to_array(),
             rotation: joint.rotation.to_array(),
@@ -97,28 +97,16 @@ pub(super) struct Culler {
     has_counted: bool,
 }
 
-/// # Safety
-/// As `sabaki.h` says.
-#[cfg_attr(not(test), unsafe(no_mangle))]
-unsafe extern "C" fn sabaki_culler_create(
-    graph: *const Graph,
-    device: *const Device,
-    path: i32,
-    slots: u32,
-    culler: *mut *mut Culler,
-) -> Status {
-    call(|| {
-        // SAFETY: the caller's graph, device with valid handles, and place for the culler.
-        let (graph, host, context, out) = unsafe {
-            let host = given(device, "device")?;
-            (
-                given(graph, "graph")?,
-                host,
-                host.context()?,
-                given_mut(culler, "culler")?,
-            )
-        };
-        let atlas = graph.baked.atlas();
+exported! {
+    unsafe extern "C" fn sabaki_culler_create(
+        graph: Option<&Graph>,
+        device: Option<&Device>,
+        path: i32,
+        slots: u32,
+        culler: Option<&mut *mut Culler>,
+    ) {
+        let (host, graph) = (given(device, "device")?, given(graph, "graph")?);
+        let out = given(culler, "culler")?;
         let path = match path {
             0 => CullPath::Stencil,
             1 => CullPath::Compute,
@@ -126,8 +114,10 @@ unsafe extern "C" fn sabaki_culler_create(
         };
         let desc = CullerDesc {
             frames_in_flight: slots,
-            ..CullerDesc::new(path, atlas)
+            ..CullerDesc::new(path, graph.baked.atlas())
         };
+        // SAFETY: the caller's device has valid handles.
+        let context = unsafe { host.context() }?;
         // SAFETY: the caller's allocator, or none.
         let mut memory = unsafe { host.memory(&context) }?;
         let device = match gpu::Culler::new(&context, memory.get(), &desc) {
@@ -145,139 +135,87 @@ unsafe extern "C" fn sabaki_culler_create(
             device,
             has_counted: false,
         }));
-        Ok(OK)
-    })
-}
-
-/// # Safety
-/// As `sabaki.h` says.
-#[cfg_attr(not(test), unsafe(no_mangle))]
-unsafe extern "C" fn sabaki_culler_destroy(culler: *mut Culler) {
-    if culler.is_null() {
-        return;
     }
-    // SAFETY: it was made by `sabaki_culler_create`; neither the caller nor the device uses it any more.
-    let culler = unsafe { Box::from_raw(culler) };
-    let Culler {
-        device, mut memory, ..
-    } = *culler;
-    device.destroy(memory.get());
-    memory.destroy();
-}
 
-/// # Safety
-/// As `sabaki.h` says.
-#[cfg_attr(not(test), unsafe(no_mangle))]
-unsafe extern "C" fn sabaki_release_staging(culler: *mut Culler) -> Status {
-    call(|| {
-        // SAFETY: the caller's culler.
-        let culler = unsafe { given_mut(culler, "culler")? };
+    unsafe extern "C" fn sabaki_culler_destroy(culler: *mut Culler) -> () {
+        if culler.is_null() {
+            return;
+        }
+        // SAFETY: `sabaki_culler_create` made it; neither the caller nor the device uses it any more.
+        let Culler { device, mut memory, .. } = *unsafe { Box::from_raw(culler) };
+        device.destroy(memory.get());
+        memory.destroy();
+    }
+
+    unsafe extern "C" fn sabaki_release_staging(culler: Option<&mut Culler>) {
+        let culler = given(culler, "culler")?;
         if culler.has_counted {
             // SAFETY: the device has the maps; the caller vouches for the other command buffers.
             unsafe { culler.device.release_staging(culler.memory.get()) };
         }
-        Ok(OK)
-    })
-}
+    }
 
-/// # Safety
-/// As `sabaki.h` says.
-#[cfg_attr(not(test), unsafe(no_mangle))]
-unsafe extern "C" fn sabaki_record(
-    culler: *mut Culler,
-    slot: u32,
-    commands: *mut c_void,
-    place: *const Place,
-    keys: *const Key,
-    key_count: usize,
-) -> Status {
-    call(|| {
-        // SAFETY: the caller's culler, place, and that many keys.
-        let (culler, place, keys) = unsafe {
-            let keys = given_slice(keys, key_count, "keys")?;
-            (given_mut(culler, "culler")?, given(place, "place")?, keys)
-        };
+    unsafe extern "C" fn sabaki_record(
+        culler: Option<&mut Culler>,
+        slot: u32,
+        commands: *mut c_void,
+        place: Option<&Place>,
+        keys: *const Key,
+        key_count: usize,
+    ) {
+        // SAFETY: the caller gives that many keys.
+        let keys = unsafe { given_slice(keys, key_count, "keys") }?;
+        let (culler, place) = (given(culler, "culler")?, given(place, "place")?);
         if commands.is_null() {
             return Err("commands is NULL".to_owned().into());
         }
-        let attack = attack_of(keys)?;
+        let attack = read_attack(keys)?;
         let request = Request::new(culler.playhead(place)?, &attack);
         // SAFETY: the caller's command buffer, and it vouches for the slot.
         unsafe { culler.record(slot, commands as u64, request) }?;
-        Ok(OK)
-    })
-}
+    }
 
-/// # Safety
-/// As `sabaki.h` says.
-#[cfg_attr(not(test), unsafe(no_mangle))]
-unsafe extern "C" fn sabaki_poll(culler: *mut Culler, slot: u32, answer: *mut AnswerOut) -> Status {
-    call(|| {
-        // SAFETY: the caller's culler, and place for the answer.
-        let (culler, out) = unsafe { (given_mut(culler, "culler")?, given_mut(answer, "answer")?) };
-        culler.poll(slot, false, out)
-    })
-}
+    unsafe extern "C" fn sabaki_poll(
+        culler: Option<&mut Culler>,
+        slot: u32,
+        answer: Option<&mut AnswerOut>,
+    ) -> Status {
+        call(|| given(culler, "culler")?.poll(slot, false, given(answer, "answer")?))
+    }
 
-/// # Safety
-/// As `sabaki.h` says.
-#[cfg_attr(not(test), unsafe(no_mangle))]
-unsafe extern "C" fn sabaki_answer_now(
-    culler: *mut Culler,
-    slot: u32,
-    answer: *mut AnswerOut,
-) -> Status {
-    call(|| {
-        // SAFETY: the caller's culler, and place for the answer.
-        let (culler, out) = unsafe { (given_mut(culler, "culler")?, given_mut(answer, "answer")?) };
-        culler.poll(slot, true, out)
-    })
-}
+    unsafe extern "C" fn sabaki_answer_now(
+        culler: Option<&mut Culler>,
+        slot: u32,
+        answer: Option<&mut AnswerOut>,
+    ) -> Status {
+        call(|| given(culler, "culler")?.poll(slot, true, given(answer, "answer")?))
+    }
 
-/// # Safety
-/// As `sabaki.h` says.
-#[cfg_attr(not(test), unsafe(no_mangle))]
-unsafe extern "C" fn sabaki_sample_joints(
-    culler: *mut Culler,
-    slot: u32,
-    seconds: f32,
-    joints: *mut JointOut,
-    count: usize,
-) -> Status {
-    call(|| {
-        // SAFETY: the caller's culler, and place for that many joints.
-        let (culler, out) = unsafe {
-            (
-                given_mut(culler, "culler")?,
-                given_slice_mut(joints, count, "joints")?,
-            )
-        };
-        let joints = culler.sample(slot, seconds)?;
+    unsafe extern "C" fn sabaki_sample_joints(
+        culler: Option<&mut Culler>,
+        slot: u32,
+        seconds: f32,
+        joints: *mut JointOut,
+        count: usize,
+    ) {
+        // SAFETY: the caller gives place for that many joints.
+        let out = unsafe { given_slice_mut(joints, count, "joints") }?;
+        let joints = given(culler, "culler")?.sample(slot, seconds)?;
         for (out, joint) in out.iter_mut().zip(joints) {
-            *out = JointOut::of(joint);
+            *out = JointOut::new(joint);
         }
-        Ok(OK)
-    })
-}
+    }
 
-/// # Safety
-/// As `sabaki.h` says.
-#[cfg_attr(not(test), unsafe(no_mangle))]
-unsafe extern "C" fn sabaki_sample_spheres(
-    culler: *mut Culler,
-    slot: u32,
-    seconds: f32,
-    spheres: *mut SphereOut,
-    count: usize,
-) -> Status {
-    call(|| {
-        // SAFETY: the caller's culler, and place for that many spheres.
-        let (culler, out) = unsafe {
-            (
-                given_mut(culler, "culler")?,
-                given_slice_mut(spheres, count, "spheres")?,
-            )
-        };
+    unsafe extern "C" fn sabaki_sample_spheres(
+        culler: Option<&mut Culler>,
+        slot: u32,
+        seconds: f32,
+        spheres: *mut SphereOut,
+        count: usize,
+    ) {
+        // SAFETY: the caller gives place for that many spheres.
+        let out = unsafe { given_slice_mut(spheres, count, "spheres") }?;
+        let culler = given(culler, "culler")?;
         let baked = Arc::clone(&culler.baked);
         let joints = culler.sample(slot, seconds)?;
         for (out, sphere) in out.iter_mut().zip(&baked.body().spheres) {
@@ -286,22 +224,15 @@ unsafe extern "C" fn sabaki_sample_spheres(
                 radius: sphere.radius,
             };
         }
-        Ok(OK)
-    })
-}
+    }
 
-/// # Safety
-/// As `sabaki.h` says.
-#[cfg_attr(not(test), unsafe(no_mangle))]
-unsafe extern "C" fn sabaki_sample_place(
-    culler: *mut Culler,
-    slot: u32,
-    seconds: f32,
-    place: *mut Place,
-) -> Status {
-    call(|| {
-        // SAFETY: the caller's culler, and place for the result.
-        let (culler, out) = unsafe { (given_mut(culler, "culler")?, given_mut(place, "place")?) };
+    unsafe extern "C" fn sabaki_sample_place(
+        culler: Option<&mut Culler>,
+        slot: u32,
+        seconds: f32,
+        place: Option<&mut Place>,
+    ) {
+        let (culler, out) = (given(culler, "culler")?, given(place, "place")?);
         let graph = culler.baked.graph();
         let answer = &culler.answered(slot)?.answer;
         let playhead = answer.motion.playhead(graph, valid_time(seconds)?);
@@ -313,11 +244,10 @@ unsafe extern "C" fn sabaki_sample_place(
             z: world.z,
             heading: world.heading(),
         };
-        Ok(OK)
-    })
+    }
 }
 
-fn attack_of(keys: &[Key]) -> Result<Attack, String> {
+fn read_attack(keys: &[Key]) -> Result<Attack, String> {
     let of_one = keys.chunk_by(|a, b| a.sphere == b.sphere);
     let mut names: Vec<u32> = of_one.clone().map(|keys| keys[0].sphere).collect();
     names.sort_unstable();

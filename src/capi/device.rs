@@ -4,7 +4,7 @@ use std::ffi::{c_char, c_void};
 
 use super::given;
 use super::memory::{Allocator, HostMemory};
-use super::status::{Failure, OK, Status, call};
+use super::status::Failure;
 use crate::gpu::{
     Context, Features, GpuError, PathReport, RawContextDesc, Report, Terms, check_raw,
 };
@@ -62,20 +62,16 @@ impl Device {
     }
 }
 
-/// # Safety
-/// As `sabaki.h` says.
-#[cfg_attr(not(test), unsafe(no_mangle))]
-unsafe extern "C" fn sabaki_check(device: *const Device, text: *mut c_char, size: usize) -> Status {
-    call(|| {
-        // SAFETY: the caller's device, with valid handles.
+exported! {
+    unsafe extern "C" fn sabaki_check(device: Option<&Device>, text: *mut c_char, size: usize) {
+        // SAFETY: the caller's device has valid handles.
         let report = unsafe { check_raw(&given(device, "device")?.raw()) }?;
         // SAFETY: the caller's `size` bytes, or none.
         unsafe { write(&describe(&report), text, size) };
-        if report.is_usable() {
-            return Ok(OK);
+        if !report.is_usable() {
+            return Err(format!("the device lacks {}", report.missing().join(", ")).into());
         }
-        Err(format!("the device lacks {}", report.missing().join(", ")).into())
-    })
+    }
 }
 
 fn describe(report: &Report) -> String {

@@ -5,8 +5,7 @@ use std::sync::Arc;
 use super::culler::JointOut;
 use super::game_inputs::{EventOut, GoalIn, ObstacleIn, ThreatIn};
 use super::graph::Graph;
-use super::status::{OK, Status, call};
-use super::{given, given_mut, given_slice, given_slice_mut};
+use super::{given, given_slice, given_slice_mut};
 use crate::anim::{JointTransform, Pose};
 use crate::character::{CharacterEvent, CharacterId, CharacterSettings, Characters, ThreatId};
 use crate::math::Rigid2;
@@ -51,237 +50,149 @@ impl GameSettings {
     }
 }
 
-/// # Safety
-/// As `sabaki.h` says.
-#[cfg_attr(not(test), unsafe(no_mangle))]
-unsafe extern "C" fn sabaki_game_settings_default(settings: *mut GameSettings) {
-    let default = CharacterSettings::default();
-    // SAFETY: null, or the caller's place for the settings.
-    if let Some(settings) = unsafe { settings.as_mut() } {
-        *settings = GameSettings {
-            threads: default.threads as u32,
-            delay: default.delay,
-            plans_per_step: 0,
-            horizon: default.horizon,
-            margin: default.margin,
-            body_radius: default.body_radius,
-            plan_milliseconds: default.plan_milliseconds,
-        };
+exported! {
+    unsafe extern "C" fn sabaki_game_settings_default(settings: Option<&mut GameSettings>) -> () {
+        let default = CharacterSettings::default();
+        if let Some(settings) = settings {
+            *settings = GameSettings {
+                threads: default.threads as u32,
+                delay: default.delay,
+                plans_per_step: 0,
+                horizon: default.horizon,
+                margin: default.margin,
+                body_radius: default.body_radius,
+                plan_milliseconds: default.plan_milliseconds,
+            };
+        }
     }
-}
 
-/// # Safety
-/// As `sabaki.h` says.
-#[cfg_attr(not(test), unsafe(no_mangle))]
-unsafe extern "C" fn sabaki_game_create(
-    graph: *const Graph,
-    settings: *const GameSettings,
-    game: *mut *mut Game,
-) -> Status {
-    call(|| {
-        // SAFETY: the caller's graph, settings or null, and place for the game.
-        let (graph, settings, out) = unsafe {
-            let settings = settings.as_ref();
-            (given(graph, "graph")?, settings, given_mut(game, "game")?)
-        };
+    unsafe extern "C" fn sabaki_game_create(
+        graph: Option<&Graph>,
+        settings: Option<&GameSettings>,
+        game: Option<&mut *mut Game>,
+    ) {
+        let (graph, out) = (given(graph, "graph")?, given(game, "game")?);
         let settings = settings.map_or_else(CharacterSettings::default, GameSettings::settings);
-        let characters = Characters::new(Arc::clone(&graph.baked), settings)?;
         *out = Box::into_raw(Box::new(Game {
-            characters,
+            characters: Characters::new(Arc::clone(&graph.baked), settings)?,
             obstacles: Vec::new(),
             events: Vec::new(),
             joints: Vec::new(),
             poses: [Pose::default(), Pose::default()],
         }));
-        Ok(OK)
-    })
-}
-
-/// # Safety
-/// As `sabaki.h` says.
-#[cfg_attr(not(test), unsafe(no_mangle))]
-unsafe extern "C" fn sabaki_game_destroy(game: *mut Game) {
-    if !game.is_null() {
-        // SAFETY: `sabaki_game_create` made it, and the caller does not use it any more.
-        drop(unsafe { Box::from_raw(game) });
     }
-}
 
-/// # Safety
-/// As `sabaki.h` says.
-#[cfg_attr(not(test), unsafe(no_mangle))]
-unsafe extern "C" fn sabaki_game_now(game: *const Game) -> f64 {
-    // SAFETY: null, or the caller's game.
-    unsafe { game.as_ref() }.map_or(0.0, |game| game.characters.now())
-}
+    unsafe extern "C" fn sabaki_game_destroy(game: *mut Game) -> () {
+        if !game.is_null() {
+            // SAFETY: `sabaki_game_create` made it, and the caller does not use it any more.
+            drop(unsafe { Box::from_raw(game) });
+        }
+    }
 
-/// # Safety
-/// As `sabaki.h` says.
-#[cfg_attr(not(test), unsafe(no_mangle))]
-unsafe extern "C" fn sabaki_spawn(
-    game: *mut Game,
-    x: f32,
-    z: f32,
-    heading: f32,
-    character: *mut u64,
-) -> Status {
-    call(|| {
-        // SAFETY: the caller's game, and place for the name.
-        let (game, out) = unsafe { (given_mut(game, "game")?, given_mut(character, "character")?) };
+    unsafe extern "C" fn sabaki_game_now(game: Option<&Game>) -> f64 {
+        game.map_or(0.0, |game| game.characters.now())
+    }
+
+    unsafe extern "C" fn sabaki_spawn(
+        game: Option<&mut Game>,
+        x: f32,
+        z: f32,
+        heading: f32,
+        character: Option<&mut u64>,
+    ) {
+        let (game, out) = (given(game, "game")?, given(character, "character")?);
         let id = game.characters.spawn(Rigid2::new(heading, x, z))?;
         *out = id.to_bits();
-        Ok(OK)
-    })
-}
-
-/// # Safety
-/// As `sabaki.h` says.
-#[cfg_attr(not(test), unsafe(no_mangle))]
-unsafe extern "C" fn sabaki_despawn(game: *mut Game, character: u64) -> Status {
-    call(|| {
-        // SAFETY: the caller's game.
-        let game = unsafe { given_mut(game, "game")? };
-        game.characters.despawn(CharacterId::from_bits(character))?;
-        Ok(OK)
-    })
-}
-
-/// # Safety
-/// As `sabaki.h` says.
-#[cfg_attr(not(test), unsafe(no_mangle))]
-unsafe extern "C" fn sabaki_steer(game: *mut Game, character: u64, goal: *const GoalIn) -> Status {
-    call(|| {
-        // SAFETY: the caller's game and goal.
-        let (game, goal) = unsafe { (given_mut(game, "game")?, given(goal, "goal")?) };
-        let id = CharacterId::from_bits(character);
-        game.characters.steer(id, goal.goal()?)?;
-        Ok(OK)
-    })
-}
-
-/// # Safety
-/// As `sabaki.h` says.
-#[cfg_attr(not(test), unsafe(no_mangle))]
-unsafe extern "C" fn sabaki_threaten(
-    game: *mut Game,
-    threat: *const ThreatIn,
-    id: *mut u64,
-) -> Status {
-    call(|| {
-        // SAFETY: the caller's game, threat with its spheres, and place for the name.
-        let (game, threat, out) = unsafe {
-            let threat = given(threat, "threat")?.threat()?;
-            (given_mut(game, "game")?, threat, given_mut(id, "id")?)
-        };
-        *out = game.characters.threaten(threat)?.0;
-        Ok(OK)
-    })
-}
-
-/// # Safety
-/// As `sabaki.h` says.
-#[cfg_attr(not(test), unsafe(no_mangle))]
-unsafe extern "C" fn sabaki_update_threat(
-    game: *mut Game,
-    id: u64,
-    threat: *const ThreatIn,
-) -> Status {
-    call(|| {
-        // SAFETY: the caller's game, and threat with its spheres.
-        let (game, threat) = unsafe {
-            let threat = given(threat, "threat")?.threat()?;
-            (given_mut(game, "game")?, threat)
-        };
-        game.characters.update(ThreatId(id), threat)?;
-        Ok(OK)
-    })
-}
-
-/// # Safety
-/// As `sabaki.h` says.
-#[cfg_attr(not(test), unsafe(no_mangle))]
-unsafe extern "C" fn sabaki_remove_threat(game: *mut Game, id: u64) -> Status {
-    call(|| {
-        // SAFETY: the caller's game.
-        let game = unsafe { given_mut(game, "game")? };
-        game.characters.remove(ThreatId(id))?;
-        Ok(OK)
-    })
-}
-
-/// # Safety
-/// As `sabaki.h` says.
-#[cfg_attr(not(test), unsafe(no_mangle))]
-unsafe extern "C" fn sabaki_step(
-    game: *mut Game,
-    dt: f32,
-    obstacles: *const ObstacleIn,
-    obstacle_count: usize,
-) -> Status {
-    call(|| {
-        // SAFETY: the caller's game, and that many obstacles with their corners.
-        unsafe {
-            let game = given_mut(game, "game")?;
-            let given = given_slice(obstacles, obstacle_count, "obstacles")?;
-            game.obstacles.clear();
-            for (index, obstacle) in given.iter().enumerate() {
-                let read = obstacle.obstacle();
-                let read = read.map_err(|error| format!("obstacle {index}: {error}"))?;
-                game.obstacles.push(read);
-            }
-            game.events.clear();
-            game.characters.step(dt, &game.obstacles, &mut game.events);
-        }
-        Ok(OK)
-    })
-}
-
-/// # Safety
-/// As `sabaki.h` says.
-#[cfg_attr(not(test), unsafe(no_mangle))]
-unsafe extern "C" fn sabaki_events(
-    game: *const Game,
-    events: *mut EventOut,
-    capacity: usize,
-) -> usize {
-    // SAFETY: null, or the caller's game; room for that many events.
-    let (game, out) = unsafe {
-        let out = given_slice_mut(events, capacity, "events").unwrap_or_default();
-        (game.as_ref(), out)
-    };
-    let Some(game) = game else {
-        return 0;
-    };
-    for (out, event) in out.iter_mut().zip(&game.events) {
-        *out = EventOut::of(event);
     }
-    game.events.len()
-}
 
-/// # Safety
-/// As `sabaki.h` says.
-#[cfg_attr(not(test), unsafe(no_mangle))]
-unsafe extern "C" fn sabaki_pose(
-    game: *mut Game,
-    character: u64,
-    joints: *mut JointOut,
-    count: usize,
-) -> Status {
-    call(|| {
-        // SAFETY: the caller's game, and place for that many joints.
-        let (game, out) = unsafe {
-            (
-                given_mut(game, "game")?,
-                given_slice_mut(joints, count, "joints")?,
-            )
-        };
+    unsafe extern "C" fn sabaki_despawn(game: Option<&mut Game>, character: u64) {
+        let id = CharacterId::from_bits(character);
+        given(game, "game")?.characters.despawn(id)?;
+    }
+
+    unsafe extern "C" fn sabaki_steer(
+        game: Option<&mut Game>,
+        character: u64,
+        goal: Option<&GoalIn>,
+    ) {
+        let (game, id) = (given(game, "game")?, CharacterId::from_bits(character));
+        game.characters.steer(id, given(goal, "goal")?.goal()?)?;
+    }
+
+    unsafe extern "C" fn sabaki_threaten(
+        game: Option<&mut Game>,
+        threat: Option<&ThreatIn>,
+        id: Option<&mut u64>,
+    ) {
+        // SAFETY: the caller's threat has its spheres.
+        let threat = unsafe { given(threat, "threat")?.threat() }?;
+        let (game, out) = (given(game, "game")?, given(id, "id")?);
+        *out = game.characters.threaten(threat)?.0;
+    }
+
+    unsafe extern "C" fn sabaki_update_threat(
+        game: Option<&mut Game>,
+        id: u64,
+        threat: Option<&ThreatIn>,
+    ) {
+        // SAFETY: the caller's threat has its spheres.
+        let threat = unsafe { given(threat, "threat")?.threat() }?;
+        given(game, "game")?.characters.update(ThreatId(id), threat)?;
+    }
+
+    unsafe extern "C" fn sabaki_remove_threat(game: Option<&mut Game>, id: u64) {
+        given(game, "game")?.characters.remove(ThreatId(id))?;
+    }
+
+    unsafe extern "C" fn sabaki_step(
+        game: Option<&mut Game>,
+        dt: f32,
+        obstacles: *const ObstacleIn,
+        obstacle_count: usize,
+    ) {
+        let game = given(game, "game")?;
+        // SAFETY: the caller gives that many obstacles.
+        let obstacles = unsafe { given_slice(obstacles, obstacle_count, "obstacles") }?;
+        game.obstacles.clear();
+        for (index, obstacle) in obstacles.iter().enumerate() {
+            // SAFETY: the caller's obstacle has its corners.
+            let read = unsafe { obstacle.obstacle() };
+            let read = read.map_err(|error| format!("obstacle {index}: {error}"))?;
+            game.obstacles.push(read);
+        }
+        game.events.clear();
+        game.characters.step(dt, &game.obstacles, &mut game.events);
+    }
+
+    unsafe extern "C" fn sabaki_events(
+        game: Option<&Game>,
+        events: *mut EventOut,
+        capacity: usize,
+    ) -> usize {
+        // SAFETY: the caller gives room for that many events.
+        let out = unsafe { given_slice_mut(events, capacity, "events") };
+        let events = game.map_or(&[][..], |game| &game.events);
+        for (out, event) in out.unwrap_or_default().iter_mut().zip(events) {
+            *out = EventOut::new(event);
+        }
+        events.len()
+    }
+
+    unsafe extern "C" fn sabaki_pose(
+        game: Option<&mut Game>,
+        character: u64,
+        joints: *mut JointOut,
+        count: usize,
+    ) {
+        // SAFETY: the caller gives place for that many joints.
+        let out = unsafe { given_slice_mut(joints, count, "joints") }?;
+        let game = given(game, "game")?;
         let needed = game.characters.baked().graph().skeleton().len();
         game.joints.resize(needed, JointTransform::IDENTITY);
         let id = CharacterId::from_bits(character);
         game.characters.pose(id, &mut game.joints)?;
         for (out, joint) in out.iter_mut().zip(&game.joints) {
-            *out = JointOut::of(joint);
+            *out = JointOut::new(joint);
         }
-        Ok(OK)
-    })
+    }
 }

@@ -133,7 +133,7 @@ impl ObstacleIn {
 }
 
 impl EventOut {
-    pub(super) fn of(event: &CharacterEvent) -> Self {
+    pub(super) fn new(event: &CharacterEvent) -> Self {
         let mut out = Self {
             character: event.character.to_bits(),
             time: event.time,

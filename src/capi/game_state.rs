@@ -3,8 +3,7 @@
 use glam::{Quat, Vec3};
 
 use super::game::Game;
-use super::status::{OK, Status, call};
-use super::{given, given_mut, given_slice, given_slice_mut};
+use super::{given, given_slice, given_slice_mut};
 use crate::anim::Pose;
 use crate::character::CharacterId;
 
@@ -22,9 +21,10 @@ impl LocalPose {
     /// The rotations are valid, and the translations are valid or null.
     unsafe fn read(&self, out: &mut Pose) -> Result<(), String> {
         let count = self.count as usize;
-        let moved = match self.translations.is_null() {
-            true => 0,
-            false => 3 * count,
+        let moved = if self.translations.is_null() {
+            0
+        } else {
+            3 * count
         };
         // SAFETY: the caller vouches for rotations and translations.
         let (rotations, translations) = unsafe {
@@ -44,32 +44,25 @@ impl LocalPose {
     }
 }
 
-/// # Safety
-/// As `sabaki.h` says.
-#[cfg_attr(not(test), unsafe(no_mangle))]
-unsafe extern "C" fn sabaki_local_pose_of(
-    game: *const Game,
-    character: u64,
-    root: *mut f32,
-    rotations: *mut f32,
-    translations: *mut f32,
-    count: usize,
-) -> Status {
-    call(|| {
-        let moved = match translations.is_null() {
-            true => 0,
-            false => 3 * count,
-        };
-        // SAFETY: the caller's game, and place for 3, four times `count` and, unless it is null, three times `count` numbers.
-        let (game, root, rotations, translations) = unsafe {
+exported! {
+    unsafe extern "C" fn sabaki_local_pose_of(
+        game: Option<&Game>,
+        character: u64,
+        root: *mut f32,
+        rotations: *mut f32,
+        translations: *mut f32,
+        count: usize,
+    ) {
+        let moved = if translations.is_null() { 0 } else { 3 * count };
+        // SAFETY: the caller gives place for 3, four times `count` and, unless it is null, three times `count` numbers.
+        let (root, rotations, translations) = unsafe {
             (
-                given(game, "game")?,
                 given_slice_mut(root, 3, "root")?,
                 given_slice_mut(rotations, 4 * count, "rotations")?,
                 given_slice_mut(translations, moved, "translations")?,
             )
         };
-        let mut pose = Pose::default();
+        let (game, mut pose) = (given(game, "game")?, Pose::default());
         let id = CharacterId::from_bits(character);
         game.characters.local_pose(id, &mut pose)?;
         root.copy_from_slice(&pose.root.to_array());
@@ -80,84 +73,51 @@ unsafe extern "C" fn sabaki_local_pose_of(
         for (out, place) in translations.chunks_exact_mut(3).zip(&pose.translations) {
             place.write_to_slice(out);
         }
-        Ok(OK)
-    })
-}
+    }
 
-/// # Safety
-/// As `sabaki.h` says.
-#[cfg_attr(not(test), unsafe(no_mangle))]
-unsafe extern "C" fn sabaki_release(game: *mut Game, character: u64) -> Status {
-    call(|| {
-        // SAFETY: the caller's game.
-        let game = unsafe { given_mut(game, "game")? };
-        game.characters.release(CharacterId::from_bits(character))?;
-        Ok(OK)
-    })
-}
+    unsafe extern "C" fn sabaki_release(game: Option<&mut Game>, character: u64) {
+        let id = CharacterId::from_bits(character);
+        given(game, "game")?.characters.release(id)?;
+    }
 
-/// # Safety
-/// As `sabaki.h` says.
-#[cfg_attr(not(test), unsafe(no_mangle))]
-unsafe extern "C" fn sabaki_resume(
-    game: *mut Game,
-    character: u64,
-    before: *const LocalPose,
-    now: *const LocalPose,
-    seconds: f32,
-) -> Status {
-    call(|| {
-        // SAFETY: the caller's game, and poses with their rotations.
+    unsafe extern "C" fn sabaki_resume(
+        game: Option<&mut Game>,
+        character: u64,
+        before: Option<&LocalPose>,
+        now: Option<&LocalPose>,
+        seconds: f32,
+    ) {
+        let game = given(game, "game")?;
+        // SAFETY: the caller's poses have their rotations.
         unsafe {
-            let game = given_mut(game, "game")?;
             given(before, "before")?.read(&mut game.poses[0])?;
             given(now, "now")?.read(&mut game.poses[1])?;
-            let [before, now] = &game.poses;
-            let id = CharacterId::from_bits(character);
-            game.characters.resume(id, [before, now], seconds)?;
         }
-        Ok(OK)
-    })
-}
+        let [before, now] = &game.poses;
+        let id = CharacterId::from_bits(character);
+        game.characters.resume(id, [before, now], seconds)?;
+    }
 
-/// # Safety
-/// As `sabaki.h` says.
-#[cfg_attr(not(test), unsafe(no_mangle))]
-unsafe extern "C" fn sabaki_save(
-    game: *const Game,
-    bytes: *mut u8,
-    capacity: usize,
-    size: *mut usize,
-) -> Status {
-    call(|| {
-        // SAFETY: the caller's game, room for that many bytes, and place for the size.
-        let (game, out, size) = unsafe {
-            (
-                given(game, "game")?,
-                given_slice_mut(bytes, capacity, "bytes")?,
-                given_mut(size, "size")?,
-            )
-        };
-        let saved = game.characters.save()?;
-        *size = saved.len();
+    unsafe extern "C" fn sabaki_save(
+        game: Option<&Game>,
+        bytes: *mut u8,
+        capacity: usize,
+        size: Option<&mut usize>,
+    ) {
+        // SAFETY: the caller gives room for that many bytes.
+        let out = unsafe { given_slice_mut(bytes, capacity, "bytes") }?;
+        let saved = given(game, "game")?.characters.save()?;
+        *given(size, "size")? = saved.len();
         if let Some(out) = out.get_mut(..saved.len()) {
             out.copy_from_slice(&saved);
         } else if !out.is_empty() {
             return Err(format!("the saved game needs {} bytes", saved.len()).into());
         }
-        Ok(OK)
-    })
-}
+    }
 
-/// # Safety
-/// As `sabaki.h` says.
-#[cfg_attr(not(test), unsafe(no_mangle))]
-unsafe extern "C" fn sabaki_load(game: *mut Game, bytes: *const u8, size: usize) -> Status {
-    call(|| {
-        // SAFETY: the caller's game, and that many bytes.
-        let (game, bytes) =
-            unsafe { (given_mut(game, "game")?, given_slice(bytes, size, "bytes")?) };
-        game.characters.load(bytes)?;
-        Ok(OK)
-    })
+    unsafe extern "C" fn sabaki_load(game: Option<&mut Game>, bytes: *const u8, size: usize) {
+        // SAFETY: the caller gives that many bytes.
+        let bytes = unsafe { given_slice(bytes, size, "bytes") }?;
+        given(game, "game")?.characters.load(bytes)?;
+    }
 }

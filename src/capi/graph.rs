@@ -5,8 +5,7 @@ use std::path::Path;
 use std::ptr::null;
 use std::sync::Arc;
 
-use super::status::{OK, Status, call};
-use super::{given_mut, given_slice, text};
+use super::{given, given_slice, text};
 use crate::archive;
 use crate::maps::BakedGraph;
 
@@ -29,87 +28,47 @@ impl Graph {
     }
 }
 
-/// # Safety
-/// As `sabaki.h` says.
-#[cfg_attr(not(test), unsafe(no_mangle))]
-unsafe extern "C" fn sabaki_graph_open(path: *const c_char, graph: *mut *mut Graph) -> Status {
-    call(|| {
-        // SAFETY: the caller gives a text, and a place for the graph.
-        let (path, graph) = unsafe { (text(path)?, given_mut(graph, "graph")?) };
-        let baked = archive::read(Path::new(path)).map_err(|error| error.to_string())?;
-        *graph = Graph::new(baked);
-        Ok(OK)
-    })
-}
+exported! {
+    unsafe extern "C" fn sabaki_graph_open(path: *const c_char, graph: Option<&mut *mut Graph>) {
+        let graph = given(graph, "graph")?;
+        // SAFETY: the caller gives a text.
+        let path = Path::new(unsafe { text(path) }?);
+        *graph = Graph::new(archive::read(path).map_err(|error| error.to_string())?);
+    }
 
-/// # Safety
-/// As `sabaki.h` says.
-#[cfg_attr(not(test), unsafe(no_mangle))]
-unsafe extern "C" fn sabaki_graph_load(
-    bytes: *const u8,
-    size: usize,
-    graph: *mut *mut Graph,
-) -> Status {
-    call(|| {
-        // SAFETY: the caller gives `size` bytes, and a place for the graph.
-        let (bytes, graph) = unsafe {
-            let bytes = given_slice(bytes, size, "bytes")?;
-            (bytes, given_mut(graph, "graph")?)
-        };
+    unsafe extern "C" fn sabaki_graph_load(
+        bytes: *const u8,
+        size: usize,
+        graph: Option<&mut *mut Graph>,
+    ) {
+        let graph = given(graph, "graph")?;
+        // SAFETY: the caller gives `size` bytes.
+        let bytes = unsafe { given_slice(bytes, size, "bytes") }?;
         let baked = archive::from_bytes(bytes, Path::new("memory"));
         *graph = Graph::new(baked.map_err(|error| error.to_string())?);
-        Ok(OK)
-    })
-}
-
-/// # Safety
-/// As `sabaki.h` says.
-#[cfg_attr(not(test), unsafe(no_mangle))]
-unsafe extern "C" fn sabaki_graph_close(graph: *mut Graph) {
-    if !graph.is_null() {
-        // SAFETY: `sabaki_graph_open` or `sabaki_graph_load` made it, and the caller does not use it any more.
-        drop(unsafe { Box::from_raw(graph) });
     }
-}
 
-/// Returns a number of a graph, or 0 if the graph is null.
-///
-/// # Safety
-/// `graph` is null or valid.
-unsafe fn number(graph: *const Graph, of: impl FnOnce(&BakedGraph) -> usize) -> u32 {
-    // SAFETY: the caller vouches for the pointer.
-    unsafe { graph.as_ref() }.map_or(0, |graph| of(&graph.baked) as u32)
-}
+    unsafe extern "C" fn sabaki_graph_close(graph: *mut Graph) -> () {
+        if !graph.is_null() {
+            // SAFETY: `sabaki_graph_open` or `sabaki_graph_load` made it, and the caller does not use it any more.
+            drop(unsafe { Box::from_raw(graph) });
+        }
+    }
 
-/// # Safety
-/// As `sabaki.h` says.
-#[cfg_attr(not(test), unsafe(no_mangle))]
-unsafe extern "C" fn sabaki_graph_joints(graph: *const Graph) -> u32 {
-    // SAFETY: the caller's graph.
-    unsafe { number(graph, |baked| baked.graph().skeleton().len()) }
-}
+    unsafe extern "C" fn sabaki_graph_joints(graph: Option<&Graph>) -> u32 {
+        graph.map_or(0, |graph| graph.baked.graph().skeleton().len() as u32)
+    }
 
-/// # Safety
-/// As `sabaki.h` says.
-#[cfg_attr(not(test), unsafe(no_mangle))]
-unsafe extern "C" fn sabaki_graph_spheres(graph: *const Graph) -> u32 {
-    // SAFETY: the caller's graph.
-    unsafe { number(graph, |baked| baked.body().spheres.len()) }
-}
+    unsafe extern "C" fn sabaki_graph_spheres(graph: Option<&Graph>) -> u32 {
+        graph.map_or(0, |graph| graph.baked.body().spheres.len() as u32)
+    }
 
-/// # Safety
-/// As `sabaki.h` says.
-#[cfg_attr(not(test), unsafe(no_mangle))]
-unsafe extern "C" fn sabaki_graph_edges(graph: *const Graph) -> u32 {
-    // SAFETY: the caller's graph.
-    unsafe { number(graph, |baked| baked.graph().edges().len()) }
-}
+    unsafe extern "C" fn sabaki_graph_edges(graph: Option<&Graph>) -> u32 {
+        graph.map_or(0, |graph| graph.baked.graph().edges().len() as u32)
+    }
 
-/// # Safety
-/// As `sabaki.h` says.
-#[cfg_attr(not(test), unsafe(no_mangle))]
-unsafe extern "C" fn sabaki_graph_joint_name(graph: *const Graph, joint: u32) -> *const c_char {
-    // SAFETY: the caller's graph.
-    let name = unsafe { graph.as_ref() }.and_then(|graph| graph.joint_names.get(joint as usize));
-    name.map_or(null(), |name| name.as_ptr())
+    unsafe extern "C" fn sabaki_graph_joint_name(graph: Option<&Graph>, joint: u32) -> *const c_char {
+        let name = graph.and_then(|graph| graph.joint_names.get(joint as usize));
+        name.map_or(null(), |name| name.as_ptr())
+    }
 }

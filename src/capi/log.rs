@@ -23,11 +23,10 @@ static TARGET: RwLock<Target> = RwLock::new(Target {
     user: std::ptr::null_mut(),
 });
 
-/// # Safety
-/// As `sabaki.h` says.
-#[cfg_attr(not(test), unsafe(no_mangle))]
-unsafe extern "C" fn sabaki_set_log(log: Log, user: *mut c_void) {
-    *TARGET.write().unwrap_or_else(PoisonError::into_inner) = Target { log, user };
+exported! {
+    unsafe extern "C" fn sabaki_set_log(log: Log, user: *mut c_void) -> () {
+        *TARGET.write().unwrap_or_else(PoisonError::into_inner) = Target { log, user };
+    }
 }
 
 /// Passes a message to the host.

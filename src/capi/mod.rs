@@ -7,6 +7,28 @@
 //! The unit tests of this package link a second copy of it, by way of the packages that they use, so their own copy exports no names.
 #![cfg_attr(test, allow(dead_code))]
 
+/// Functions of `sabaki.h`. Without a return type, the body may fail, by `?`: the function then returns a status, which is [`OK`](status::OK)
+/// after the end of the body. Pointers that may be null are options of references.
+macro_rules! exported {
+    ($(unsafe extern "C" fn $name:ident($($given:ident: $type:ty),* $(,)?) $(-> $out:ty)? $body:block)*) => {
+        $(exported!(@one $name [$($given: $type),*] [$($out)?] $body);)*
+    };
+    (@one $name:ident [$($given:ident: $type:ty),*] [] $body:block) => {
+        exported!(@one $name [$($given: $type),*] [$crate::capi::status::Status] {
+            $crate::capi::status::call(|| {
+                $body
+                Ok($crate::capi::status::OK)
+            })
+        });
+    };
+    (@one $name:ident [$($given:ident: $type:ty),*] [$out:ty] $body:block) => {
+        /// # Safety
+        /// As `sabaki.h` says.
+        #[cfg_attr(not(test), unsafe(no_mangle))]
+        unsafe extern "C" fn $name($($given: $type),*) -> $out $body
+    };
+}
+
 mod culler;
 mod device;
 mod game;
@@ -32,22 +54,9 @@ unsafe fn text<'a>(pointer: *const c_char) -> Result<&'a str, String> {
     text.to_str().map_err(|_| "a text is not UTF-8".to_owned())
 }
 
-/// Reference to the value of a pointer. Null is an error that names `what`.
-///
-/// # Safety
-/// Null, or valid and not written to while the result lives.
-unsafe fn given<'a, T>(pointer: *const T, what: &str) -> Result<&'a T, String> {
-    // SAFETY: the caller vouches for the pointer.
-    unsafe { pointer.as_ref() }.ok_or_else(|| format!("{what} is NULL"))
-}
-
-/// Mutable reference to the value of a pointer, like [`given`].
-///
-/// # Safety
-/// Null, or valid and not used by other code while the result lives.
-unsafe fn given_mut<'a, T>(pointer: *mut T, what: &str) -> Result<&'a mut T, String> {
-    // SAFETY: the caller vouches for the pointer.
-    unsafe { pointer.as_mut() }.ok_or_else(|| format!("{what} is NULL"))
+/// The value behind a pointer of the caller. Null is an error that names `what`.
+fn given<T>(pointer: Option<T>, what: &str) -> Result<T, String> {
+    pointer.ok_or_else(|| format!("{what} is NULL"))
 }
 
 /// Slice of the caller's elements.
@@ -64,7 +73,7 @@ unsafe fn given_slice<'a, T>(
     }
     // SAFETY: the caller vouches for the pointer and the count.
     unsafe {
-        given(pointer, what)?;
+        given(pointer.as_ref(), what)?;
         Ok(std::slice::from_raw_parts(pointer, count))
     }
 }
@@ -83,7 +92,7 @@ unsafe fn given_slice_mut<'a, T>(
     }
     // SAFETY: the caller vouches for the pointer and the count.
     unsafe {
-        given_mut(pointer, what)?;
+        given(pointer.as_ref(), what)?;
         Ok(std::slice::from_raw_parts_mut(pointer, count))
     }
 }

@@ -239,7 +239,7 @@ sabaki_status sabaki_despawn(sabaki_game *game, sabaki_character character);
 
 typedef enum sabaki_goal_kind {
     SABAKI_IDLE = 0,
-    SABAKI_WALK = 1,  /* (x, z): velocity, at most 100 m/s; `heading` of the body if `has_heading`, otherwise that of the velocity */
+    SABAKI_WALK = 1,  /* (x, z): velocity, at most 100 m/s; `heading` of the body if `has_heading`, otherwise the direction of travel */
     SABAKI_FACE = 2,  /* stands and turns to `heading` */
     SABAKI_GO_TO = 3, /* (x, z): the point, at most 5 km from the origin; `speed` on the way, at most 100 m/s */
     SABAKI_STOP = 4
@@ -270,7 +270,7 @@ typedef struct sabaki_threat {
 } sabaki_threat;
 
 sabaki_status sabaki_threaten(sabaki_game *game, const sabaki_threat *threat, uint64_t *id);
-/* Changes its course, or what is known of it. */
+/* Replaces a threat, for example after a new observation. */
 sabaki_status sabaki_update_threat(sabaki_game *game, uint64_t id, const sabaki_threat *threat);
 sabaki_status sabaki_remove_threat(sabaki_game *game, uint64_t id);
 
@@ -295,7 +295,7 @@ typedef struct sabaki_obstacle {
 
 typedef enum sabaki_event_kind {
     SABAKI_PLANNED = 0,  /* a motion avoids all threats, by `metres`; `is_change`: it replaces a plan */
-    SABAKI_KEPT = 1,     /* what is played avoids all threats, by `metres` */
+    SABAKI_KEPT = 1,     /* the played motion avoids all threats, by `metres` */
     SABAKI_BEGAN = 2,    /* a planned motion began */
     SABAKI_CANNOT = 3,   /* no motion avoids the threats */
     SABAKI_CORNERED = 4, /* none avoids threats and obstacles: `metres` from the threats, `entered` (depth times weight) */
@@ -306,16 +306,16 @@ typedef enum sabaki_event_kind {
 typedef struct sabaki_event {
     sabaki_character character;
     double time;
-    uint64_t threat; /* UINT64_MAX if none is meant */
+    uint64_t threat; /* UINT64_MAX for none */
     uint32_t kind;   /* sabaki_event_kind */
     uint32_t is_change;
     float metres;
     float entered;
 } sabaki_event;
 
-/* Lets `dt` seconds pass. More than 1 counts as 1, a negative or infinite number and NaN as 0: a game that was halted goes on where it was. The
- * obstacles are where they are now; no character enters them. Give all that are within 10 m of a character, and moving ones
- * from as much further as they travel within the horizon. */
+/* Advances time by `dt` seconds. More than 1 counts as 1; negative, infinite and NaN count as 0, so that a paused game continues
+ * smoothly. Obstacles are given at their current positions; no character enters them. Pass every obstacle within 10 m of a
+ * character, plus the distance that a moving one covers within the horizon. */
 sabaki_status sabaki_step(sabaki_game *game, float dt, const sabaki_obstacle *obstacles, size_t obstacle_count);
 /* Writes at most `capacity` events of the last step; returns how many there are. */
 size_t sabaki_events(const sabaki_game *game, sabaki_event *events, size_t capacity);
@@ -334,14 +334,15 @@ typedef struct sabaki_local_pose {
     uint32_t count; /* number of joints */
 } sabaki_local_pose;
 
-/* Hands the body to something else, such as a ragdoll; takes it back from two poses that were seen `seconds` apart
- * (0.0001 to 1): roots at most 5 km from the origin, rotations of length 1. */
+/* Hands the body to another system, such as a ragdoll, and takes it back from its last two poses, `seconds` apart (0.0001 to 1):
+ * roots at most 5 km from the origin, rotations of length 1. */
 sabaki_status sabaki_release(sabaki_game *game, sabaki_character character);
 sabaki_status sabaki_resume(sabaki_game *game, sabaki_character character, const sabaki_local_pose *before,
                             const sabaki_local_pose *now, float seconds);
 
-/* Everything but graph and settings. `*size` is the size that is needed; nothing is written if `capacity` is 0. What is loaded goes on
- * to the same bit; bytes that are damaged, of another graph or of another version of sabaki are refused. */
+/* Saves and loads all characters and threats, without graph and settings. `*size` is the needed size; nothing is written if
+ * `capacity` is 0. A loaded game continues bit-identically. Damaged bytes, and bytes of another graph or another version of sabaki,
+ * are refused. */
 sabaki_status sabaki_save(const sabaki_game *game, void *bytes, size_t capacity, size_t *size);
 sabaki_status sabaki_load(sabaki_game *game, const void *bytes, size_t size);
 

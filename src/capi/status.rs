@@ -83,7 +83,8 @@ pub(super) fn call(work: impl FnOnce() -> Result<Status, Failure>) -> Status {
     })
 }
 
-#[cfg_attr(not(test), unsafe(no_mangle))]
-extern "C" fn sabaki_last_error() -> *const c_char {
-    LAST.with(|last| last.as_ptr().cast())
+exported! {
+    unsafe extern "C" fn sabaki_last_error() -> *const c_char {
+        LAST.with(|last| last.as_ptr().cast())
+    }
 }
