@@ -3,15 +3,14 @@ use std::sync::{Arc, Mutex, PoisonError};
 use glam::Vec3;
 
 use super::crowd_poses::CrowdPoses;
-use super::error::CharacterError;
+use super::error::{ANY, CharacterError, FURTHEST, shorter, within};
 use super::event::CharacterEvent;
 use super::goal::Goal;
 use super::ids::{CharacterId, ThreatId};
 use super::obstacles::find_bodies;
-use super::range::{ANY, FURTHEST, shorter, within};
 use super::scratch::Worker;
 use super::settings::CharacterSettings;
-use super::slot::{PlanQueue, Shared, Slot, Urgent, most_urgent};
+use super::slot::{Slot, Urgent, each, each_urgent, most_urgent};
 use super::state::CharacterState;
 use super::steer::Steering;
 use super::threat::Threat;
@@ -48,8 +47,8 @@ pub struct Characters {
 }
 
 impl Characters {
-    /// No characters yet. The tables for steering are made of the graph's clips, and the graph is prepared
-    /// ([`BakedGraph::prepare`]), so that no step has to.
+    /// Creates a game without characters. It computes the tables for steering and prepares the graph ([`BakedGraph::prepare`]), so that no step
+    /// has to.
     ///
     /// # Errors
     /// A graph whose every moment has an event; a setting out of range.
@@ -127,13 +126,7 @@ impl Characters {
         let motion = Motion::new(self.baked.graph(), playhead, &[]);
         let state = Some(Box::new(CharacterState::new(motion)));
         if self.free.pop().is_none() {
-            self.slots.push(Mutex::new(Slot {
-                generation: 0,
-                state: None,
-                urgency: None,
-                is_unfinished: false,
-                blend: None,
-            }));
+            self.slots.push(Mutex::default());
         }
         let slot = self.slot_mut(index);
         slot.state = state;
@@ -168,7 +161,7 @@ impl Characters {
     /// Sets what a character does while nothing threatens it.
     ///
     /// # Errors
-    /// An unknown character; those of [`Goal::check`].
+    /// An unknown character; the errors of [`Goal::check`].
     pub fn steer(&mut self, id: CharacterId, goal: Goal) -> Result<(), CharacterError> {
         goal.check()?;
         let state = self.state_mut(id)?;
@@ -177,8 +170,8 @@ impl Characters {
         Ok(())
     }
 
-    /// Hands the body to something else, such as a ragdoll. The character stays where it is until [`Characters::resume`]; threats do not
-    /// concern it.
+    /// Hands the body to another system, such as a ragdoll. The character stays in place and ignores threats until
+    /// [`Characters::resume`].
     ///
     /// # Errors
     /// An unknown character.
@@ -189,8 +182,8 @@ impl Characters {
         Ok(())
     }
 
-    /// Takes the body back: the character goes on from the second of two poses in the world, which were seen `seconds` apart, with their
-    /// speed, at the nearest moment of the clips. It keeps its goal. A character that was not released goes on from there, too.
+    /// Takes the body back. `poses` are its last two poses in the world, `seconds` apart. The character continues from the second pose and its
+    /// speed, at the nearest moment of the clips, and keeps its goal. A character that was not released continues from there, too.
     ///
     /// # Errors
     /// An unknown character; poses of another skeleton, with numbers that are not finite, rotations that are not of unit length, or a place
@@ -217,7 +210,7 @@ impl Characters {
     /// Adds a threat.
     ///
     /// # Errors
-    /// A threat with a number that is not finite or out of range (see [`Threat`]); a target that is not there.
+    /// A threat with a number that is not finite or out of range (see [`Threat`]); an unknown target.
     pub fn threaten(&mut self, threat: Threat) -> Result<ThreatId, CharacterError> {
         threat.check(self.now)?;
         if let Some(target) = threat.target {
@@ -233,7 +226,7 @@ impl Characters {
         Ok(id)
     }
 
-    /// Changes a threat: its course, or what is known of it. A target that is gone is allowed: it concerns nobody then.
+    /// Replaces a threat, for example after a new observation. A target that no longer exists is allowed; no character then avoids the threat.
     ///
     /// # Errors
     /// An unknown threat; a number that is not finite or out of range.
@@ -256,16 +249,16 @@ impl Characters {
         Ok(())
     }
 
-    /// The threats that exist or are announced, by id.
+    /// The present and announced threats, by id.
     pub fn threats(&self) -> impl Iterator<Item = (ThreatId, &Threat)> {
         self.threats.iter().map(|known| (known.id, &known.threat))
     }
 
-    /// Lets `dt` seconds pass: plans what must be planned, steers, and measures how near threats come. Events are appended to `events`,
-    /// by character. A negative or infinite time counts as 0, and one above a second as a second: a game that was halted goes on where it was.
+    /// Advances time by `dt` seconds: plans, steers, and measures how near threats come. Events are appended to `events`, by character. A
+    /// negative or infinite `dt` counts as 0, and one above a second as one second, so that a paused game continues smoothly.
     ///
-    /// `obstacles` are where they are now; no character enters them. Give all that are within 10 m of a character,
-    /// and moving ones from as much further as they travel within the horizon.
+    /// `obstacles` are given at their current positions; no character enters them. Pass every obstacle within 10 m of a character, plus the distance that a moving
+    /// one covers within the horizon.
     pub fn step(&mut self, dt: f32, obstacles: &[Obstacle], events: &mut Vec<CharacterEvent>) {
         let _span = tracing::trace_span!("characters: step").entered();
         let dt = if dt.is_finite() {
@@ -287,28 +280,23 @@ impl Characters {
             now: self.now,
             dt,
         };
-        let shared = Shared {
-            slots: &self.slots,
-            workers: &self.workers,
-        };
-        shared.each(&mut self.pool, |index, slot, worker| {
+        let (slots, workers) = (&self.slots, &self.workers);
+        each(slots, workers, &mut self.pool, |index, slot, worker| {
             let id = slot.id(index);
             let state = slot.state.as_deref_mut();
             slot.urgency = state.and_then(|state| state.begin(id, &world, worker));
             slot.is_unfinished &= slot.urgency.is_some();
         });
-        most_urgent(shared.slots, self.settings.plans_per_step, &mut self.urgent);
-        let queue = PlanQueue {
-            urgent: &self.urgent,
-            seconds: 1e-3 * self.settings.plan_milliseconds,
-        };
-        shared.each_of(queue, &mut self.pool, |index, slot, worker| {
+        most_urgent(slots, self.settings.plans_per_step, &mut self.urgent);
+        let plan = |index: usize, slot: &mut Slot, worker: &mut Worker| {
             let _span = tracing::trace_span!("character: plan", character = index).entered();
             let id = slot.id(index);
             let state = slot.state.as_deref_mut();
             state.is_none_or(|state| state.avoid(id, &world, worker))
-        });
-        shared.each(&mut self.pool, |index, slot, worker| {
+        };
+        let seconds = 1e-3 * self.settings.plan_milliseconds;
+        each_urgent(slots, workers, &mut self.pool, &self.urgent, seconds, plan);
+        each(slots, workers, &mut self.pool, |index, slot, worker| {
             let id = slot.id(index);
             if let Some(state) = &mut slot.state {
                 state.step(id, &world, worker);
@@ -435,13 +423,9 @@ impl Characters {
     }
 
     fn state_mut(&mut self, id: CharacterId) -> Result<&mut CharacterState, CharacterError> {
-        let CharacterId { index, generation } = id;
-        let unknown = CharacterError::NoSuchCharacter { index, generation };
-        let slot = self.slots.get_mut(index as usize);
-        let slot = slot.map(|slot| slot.get_mut().unwrap_or_else(PoisonError::into_inner));
-        slot.filter(|slot| slot.generation == generation)
-            .and_then(|slot| slot.state.as_deref_mut())
-            .ok_or(unknown)
+        self.with_state(id, |_| ())?;
+        let state = self.slot_mut(id.index).state.as_deref_mut();
+        state.ok_or_else(|| unknown(id))
     }
 
     pub(super) fn with_state<T>(
@@ -449,17 +433,16 @@ impl Characters {
         id: CharacterId,
         read: impl FnOnce(&CharacterState) -> T,
     ) -> Result<T, CharacterError> {
-        let CharacterId { index, generation } = id;
-        let unknown = CharacterError::NoSuchCharacter { index, generation };
-        let Some(slot) = self.slots.get(index as usize) else {
-            return Err(unknown);
-        };
-        let slot = lock(slot);
-        match &slot.state {
-            Some(state) if slot.generation == generation => Ok(read(state)),
-            _ => Err(unknown),
-        }
+        let slot = self.slots.get(id.index as usize).map(lock);
+        let slot = slot.filter(|slot| slot.generation == id.generation);
+        let state = slot.as_ref().and_then(|slot| slot.state.as_deref());
+        state.map(read).ok_or_else(|| unknown(id))
     }
+}
+
+fn unknown(id: CharacterId) -> CharacterError {
+    let CharacterId { index, generation } = id;
+    CharacterError::NoSuchCharacter { index, generation }
 }
 
 /// A number that differs between graphs: of the names of joints and clips, and of the edges.

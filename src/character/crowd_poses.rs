@@ -1,9 +1,8 @@
-//! Which characters the crowd's kernels pose, on levels of detail, and which the motion graph: those near the camera, and those whose
-//! pose is composed.
+//! Decides who poses each character: the crowd's kernels, on levels of detail, or the motion graph. The graph poses characters near the
+//! camera and composed poses: transitions, blends, warps and layers, with the joints of the character's level.
 //!
-//! Beyond both papers, which it combines. While a character plays one clip, the crowd plays the same clip from the same time at the same
-//! place. Transitions, blends, warps and layers are posed by the graph, with the joints of the character's level. When the poser changes
-//! nothing jumps, but for what is left of a blend where it is too small to be seen.
+//! Not in the papers; it combines both. While a character plays one clip, the crowd plays the same clip from the same time at the same
+//! place. A change from the graph to the crowd cuts off the rest of a blend that is too small to be seen.
 
 use std::sync::Arc;
 
@@ -236,7 +235,7 @@ impl Seen<'_> {
         }
     }
 
-    /// Motion that the crowd plays for the character; in a transition, that of the clip with the larger weight.
+    /// Motion that the crowd plays for the character. In a transition it comes from the clip with the larger weight.
     fn shown(&self) -> Shown {
         let edge = self.graph.edge(self.playhead.edge);
         let moment = self.graph.edge_moment(edge, self.playhead.frame);
@@ -271,7 +270,7 @@ impl Shown {
         self.phase + f64::from(self.speed) * now
     }
 
-    /// Whether this is still what is to be played.
+    /// Whether the crowd may continue this motion instead of `other`.
     fn goes_on_as(&self, other: &Self, now: f64) -> bool {
         /// Largest error of the time in the clip, in seconds.
         const NEAR: f64 = 5e-6;

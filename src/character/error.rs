@@ -1,3 +1,6 @@
+use std::ops::RangeInclusive;
+
+use glam::Vec3;
 use thiserror::Error;
 
 use super::ids::ThreatId;
@@ -8,7 +11,7 @@ use crate::query::QuerySettingsError;
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum CharacterError {
-    /// There is no such character, or no longer.
+    /// The character does not exist, or no longer.
     #[error("there is no character {index} of generation {generation}")]
     NoSuchCharacter {
         /// Index of its place.
@@ -16,7 +19,7 @@ pub enum CharacterError {
         /// Number of characters that had this place before it.
         generation: u32,
     },
-    /// There is no such threat, or no longer.
+    /// The threat does not exist, or no longer.
     #[error("there is no threat {}", .0.0)]
     NoSuchThreat(ThreatId),
     /// The graph has no moment without a labelled event.
@@ -51,7 +54,7 @@ pub enum CharacterError {
     /// [`Characters::use_crowd`](super::Characters::use_crowd) was not called.
     #[error("there is no crowd that poses all characters: call use_crowd first")]
     NoCrowd,
-    /// The character was not there when all were posed last.
+    /// The last [`Characters::pose_all`](super::Characters::pose_all) did not pose the character.
     #[error("the character was not there when all were posed")]
     NotPosed,
     /// The crowd that poses all characters.
@@ -65,4 +68,32 @@ fn range_in_words(least: f32, most: f32) -> String {
         (true, false) => format!("at least {least}"),
         (true, true) => format!("{least} to {most}"),
     }
+}
+
+/// Largest distance of places, points and threats from the origin, in metres.
+pub(super) const FURTHEST: f32 = 5_000.0;
+
+/// The range of what only has to be finite.
+pub(super) const ANY: RangeInclusive<f32> = f32::MIN..=f32::MAX;
+
+/// Refuses a number that is not within a range, or not a number.
+pub(super) fn within(
+    name: &'static str,
+    value: f32,
+    range: RangeInclusive<f32>,
+) -> Result<(), CharacterError> {
+    match range.contains(&value) {
+        true => Ok(()),
+        false => Err(CharacterError::Value {
+            name,
+            value,
+            least: *range.start(),
+            most: *range.end(),
+        }),
+    }
+}
+
+/// Refuses a vector that is longer than `most`, or has a number that is not finite. `name` is that of its length.
+pub(super) fn shorter(name: &'static str, vector: Vec3, most: f32) -> Result<(), CharacterError> {
+    within(name, vector.length(), 0.0..=most)
 }

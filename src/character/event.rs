@@ -7,7 +7,7 @@ use super::ids::{CharacterId, ThreatId};
 pub struct CharacterEvent {
     /// The character.
     pub character: CharacterId,
-    /// Time on the clock of [`Characters::now`](super::Characters::now), in seconds.
+    /// Time of the game ([`Characters::now`](super::Characters::now)), in seconds.
     pub time: f64,
     /// Kind of the event.
     pub kind: CharacterEventKind,
@@ -17,22 +17,22 @@ pub struct CharacterEvent {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum CharacterEventKind {
-    /// A motion that avoids all known threats was found. It is taken over after the delay of the settings.
+    /// A motion that avoids all known threats was found. It begins after [`CharacterSettings::delay`](super::CharacterSettings::delay).
     Planned {
         /// Smallest distance from the threats on it, in metres.
         clearance: f32,
-        /// Whether the motion replaces a plan that a threat has come to hit.
+        /// Whether the motion replaces an earlier plan that a threat would now hit.
         is_change: bool,
     },
-    /// The played motion avoids all known threats, and is kept. It is reported once for the same threats, wherever they move, and again only
+    /// The played motion avoids all known threats and continues. It is reported once for the same threats, even if they move, and again only
     /// after they could not be avoided.
     Kept {
-        /// Smallest distance from the threats, in metres; that of the first hit.
+        /// Smallest distance from the threats, in metres.
         clearance: f32,
     },
     /// A planned motion began.
     Began,
-    /// No motion avoids the threats that are known.
+    /// No motion avoids the known threats.
     Cannot,
     /// No motion avoids both the threats and the obstacles. The motion with the least harm is taken, or the played one continues.
     Cornered {
@@ -45,7 +45,7 @@ pub enum CharacterEventKind {
     MissedBy {
         /// The threat.
         threat: ThreatId,
-        /// Smallest distance, in metres. If it is more than 0.3 m, it is that of the moment in which the threat passed.
+        /// Smallest distance, in metres. Above 0.3 m it is the distance at the moment in which the threat passed.
         metres: f32,
     },
     /// A threat touches the body for the first time.

@@ -3,20 +3,19 @@ use std::f32::consts::{PI, TAU};
 use glam::{Vec2, Vec3};
 use serde::{Deserialize, Serialize};
 
-use super::error::CharacterError;
-use super::range::{ANY, FURTHEST, shorter, within};
+use super::error::{ANY, CharacterError, FURTHEST, shorter, within};
 
 /// Goal of a character, which it follows while nothing threatens it. Heights are ignored; headings are those of [`Rigid2`](crate::math::Rigid2).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub enum Goal {
-    /// Stands, and moves and turns a little as the clips do. [`Goal::Face`] holds a heading.
+    /// Stands idle; the clips may move and turn the body a little. [`Goal::Face`] holds a heading.
     #[default]
     Idle,
-    /// Walks or runs, as nearly as the clips do: where none goes so fast, or backwards or sideways, the character goes slower or turns.
+    /// Walks or runs as the clips allow. If no clip is fast enough, or none moves backwards or sideways, the character goes slower or turns.
     Walk {
         /// Velocity over the ground in the world, at most 100 m/s.
         velocity: Vec3,
-        /// Heading of the body in the world, in radians; `None` for that of the velocity.
+        /// Heading of the body in the world, in radians; `None`: face the direction of travel.
         facing: Option<f32>,
     },
     /// Stands and turns to a heading, in radians.
@@ -40,7 +39,7 @@ pub enum Goal {
 pub(super) struct Aim {
     /// Velocity over the ground (x, z), in metres per second.
     pub velocity: Vec2,
-    /// Heading of the body, in radians; `None` for that of the velocity.
+    /// Heading of the body, in radians; `None`: face the direction of travel.
     pub facing: Option<f32>,
 }
 
@@ -117,7 +116,7 @@ impl Aim {
         }
     }
 
-    /// Whether another aim asks for so much else that what is played should be chosen again.
+    /// Whether the aims differ so much that the played motion should be chosen again.
     pub(super) fn differs(&self, other: &Self) -> bool {
         let faster = (self.velocity.length() - other.velocity.length()).abs();
         let turned = match (self.heading(), other.heading()) {

@@ -1,6 +1,6 @@
 use serde::{Deserialize, Serialize};
 
-/// Names a character of [`Characters`](super::Characters). It is not used again after the character is gone.
+/// Identifies a character of [`Characters`](super::Characters). It is not used again after the character is removed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub struct CharacterId {
     pub(super) index: u32,
@@ -8,7 +8,7 @@ pub struct CharacterId {
 }
 
 impl CharacterId {
-    /// Index of its place among the characters. The place of one that is gone is used again.
+    /// Index of its place among the characters. A removed character's place is used again.
     #[must_use]
     pub fn index(self) -> u32 {
         self.index
@@ -30,6 +30,6 @@ impl CharacterId {
     }
 }
 
-/// Names a threat of [`Characters`](super::Characters).
+/// Identifies a threat of [`Characters`](super::Characters).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub struct ThreatId(pub u64);

@@ -1,8 +1,7 @@
 //! Keeps a body out of obstacles by a shift on the ground.
 //!
-//! Plans and steering avoid obstacles. What is left, such as an arm that swings into a wall or a body that comes closer, is removed by
-//! a shift of the whole body on the ground, as character controllers of games do: the deepest entry is removed first, several times
-//! (projected Gauss-Seidel). Between obstacles that close in from two sides this does not converge. Then the nearest free place is
+//! Plans and steering avoid obstacles. Remaining entries, such as an arm that swings into a wall, are removed by a shift of the whole body on
+//! the ground, as character controllers of games do: the deepest entry is removed first, several times (projected Gauss-Seidel). Between obstacles that close in from two sides this does not converge. Then the nearest free place is
 //! searched on rings around the body, for the moment [`LOOK`] ahead, so that the body is out before it is squeezed. A limb can be faster
 //! than the shift may be: the shift begins when the pose [`POSE_AHEAD`] enters.
 
@@ -23,7 +22,7 @@ const LOOK: f32 = 0.25;
 /// How far ahead the body's own motion is looked at, in seconds.
 const POSE_AHEAD: f32 = 0.1;
 
-/// How many times as fast a body is shifted, at most, that would stay in an obstacle otherwise. Between moving obstacles that close in, the
+/// Maximum factor on the speed of the shift for a body that would otherwise stay in an obstacle. Between moving obstacles that close in, the
 /// nearest free place may be decimetres away.
 const HURRY: f32 = 12.0;
 
@@ -87,7 +86,7 @@ impl CharacterState {
         if !is_near(reach + step, &worker.obstacles) {
             return;
         }
-        // Those too that a way out may lead into.
+        // A shift may lead into obstacles that are further away.
         let furthest = Squeeze::FURTHEST.max(HURRY * step);
         worker.obstacles.retain(|one| near(one, reach + furthest));
         let squeeze = Squeeze {
@@ -178,7 +177,8 @@ impl Squeeze<'_> {
         None
     }
 
-    /// The shortest shift to a free place; `None` if none is within [`Squeeze::FURTHEST`]. Of those at one distance the freest.
+    /// The shortest shift to a free place; `None` if none is within [`Squeeze::FURTHEST`]. Among places at one distance the freest
+    /// is taken.
     fn escape(&self, seconds: f32) -> Option<Vec2> {
         const RINGS: usize = 24;
         const WAYS: usize = 24;
@@ -248,20 +248,26 @@ mod tests {
         [0.3, 0.9, 1.5].map(|y| Vec3::new(at.x, y, at.y))
     }
 
-    fn shift(at: Vec2, obstacles: &[Obstacle]) -> Vec2 {
+    /// Calls `test` with a body at a place.
+    fn squeezed(at: Vec2, obstacles: &[Obstacle], test: impl Fn(Squeeze<'_>) -> Vec2) -> Vec2 {
         let sphere = BodySphere {
             joint: JointId::ROOT,
             offset: Vec3::ZERO,
             radius: RADIUS,
         };
-        let squeeze = Squeeze {
+        test(Squeeze {
             obstacles,
             centres: &centres(at),
             spheres: &[sphere; 3],
             root: Vec3::new(at.x, 0.9, at.y),
             widest: 0.8,
-        };
-        squeeze.shift([FRAME, FRAME + LOOK], STEP)
+        })
+    }
+
+    fn shift(at: Vec2, obstacles: &[Obstacle]) -> Vec2 {
+        squeezed(at, obstacles, |body| {
+            body.shift([FRAME, FRAME + LOOK], STEP)
+        })
     }
 
     fn depth(at: Vec2, obstacles: &[Obstacle], seconds: f32) -> f32 {
@@ -284,23 +290,12 @@ mod tests {
         let at = Vec2::new(-0.1, 0.0);
         let slow = shift(at, &[wall]);
         assert!((slow.length() - STEP).abs() < 1e-4, "{slow}");
-        let sphere = BodySphere {
-            joint: JointId::ROOT,
-            offset: Vec3::ZERO,
-            radius: RADIUS,
-        };
-        let squeeze = Squeeze {
-            obstacles: &[wall],
-            centres: &centres(at),
-            spheres: &[sphere; 3],
-            root: Vec3::new(at.x, 0.9, at.y),
-            widest: 0.8,
-        };
-        let hurried = squeeze.hurried(slow, FRAME, STEP);
+        let hurry = |shift: Vec2| squeezed(at, &[wall], |body| body.hurried(shift, FRAME, STEP));
+        let hurried = hurry(slow);
         assert!(depth(at + hurried, &[wall], FRAME) < 1e-4, "{hurried}");
         // Not further than it has to, and not at all where it is out.
         assert!(hurried.length() < 0.31, "{hurried}");
-        assert_eq!(squeeze.hurried(hurried, FRAME, STEP), hurried);
+        assert_eq!(hurry(hurried), hurried);
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! Characters that live in a game: [`Characters`] steers them, answers threats, plans again when these change, and says what happened.
+//! Characters in a game: [`Characters`] steers them, avoids threats, plans again when threats change, and reports events.
 //!
 //! ```no_run
 //! use std::sync::Arc;
@@ -25,13 +25,13 @@
 //! # }
 //! ```
 //!
-//! A character is always somewhere in the graph, so that a query can start from what it plays. All threats that are known count in every
-//! plan. Walls, furniture and other bodies are [`Obstacle`](crate::query::Obstacle)s that each step is given: no plan enters one, steering
-//! goes around them, and the body is kept out of them. Nothing pops: whatever takes over starts where the character is, and the difference fades out.
+//! A character always has a position in the graph, so that a query can start from its motion. Every plan avoids all known threats.
+//! Walls, furniture and other bodies are [`Obstacle`](crate::query::Obstacle)s, which are passed to each step: no plan enters one, steering
+//! goes around them, and the body is kept out of them. Nothing pops: each new motion starts at the present pose, and the difference fades out.
 //!
 //! # Crowds
-//! Thousands of characters are posed by [`Characters::pose_all`]: those far from the camera by the kernels of [`crowd`](crate::crowd), on
-//! levels of detail, those near it and those that turn, blend or dodge by the graph. All stand in one buffer, in one format.
+//! [`Characters::pose_all`] poses thousands of characters. The kernels of [`crowd`](crate::crowd) pose distant characters on levels of
+//! detail; the graph poses near ones and those that turn, blend or dodge. All poses are in one buffer, in one format.
 //!
 //! ```no_run
 //! # use sabaki::character::{CharacterError, CharacterId, Characters, CrowdPoseSettings};
@@ -63,7 +63,6 @@ mod obstacles;
 mod plan;
 mod playing;
 mod pose_all;
-mod range;
 mod saved;
 mod scratch;
 mod settings;
@@ -83,6 +82,5 @@ pub use event::{CharacterEvent, CharacterEventKind};
 pub use goal::Goal;
 pub use ids::{CharacterId, ThreatId};
 pub use saved::CharactersState;
-pub use settings::CharacterSettings;
-pub use steer::SteerSettings;
+pub use settings::{CharacterSettings, SteerSettings};
 pub use threat::Threat;

@@ -97,9 +97,9 @@ impl CharacterState {
             seconds: (began, to),
             enough: 0.0,
         };
-        let context = &mut worker.plan.context;
-        context.forget_poses();
-        let entered = context.body().worst_entry(&test, &playing.motion);
+        let body = worker.plan.context.body();
+        body.forget();
+        let entered = body.worst_entry(&test, &playing.motion);
         if entered.is_some() {
             let is_threatened = std::mem::take(&mut self.seen) != 0;
             if !is_threatened {

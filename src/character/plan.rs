@@ -1,8 +1,7 @@
 //! When a character plans, and what it takes over.
 //!
-//! All known threats count in every plan: they are one attack of several spheres. A plan is made when what is played comes to be hit by
-//! what is known now, and is kept as long as that does not happen. It keeps a margin, so that noise in what is seen does not
-//! change it.
+//! Every plan treats all known threats as one attack of several spheres. A character plans when a known threat would hit the played motion,
+//! and keeps the plan until that happens again. Plans keep a margin, so that noise in the observed threats does not change them.
 
 use std::hash::{Hash, Hasher};
 
@@ -22,7 +21,7 @@ use crate::query::{Attack, Obstacle, PlanScope, Query, Request};
 
 /// The moment that a plan is made for.
 struct Moment {
-    /// Time on the characters' clock, in seconds.
+    /// Time of the game, in seconds.
     at: f64,
     /// Time since the start of the played motion, in seconds.
     seconds: f32,
@@ -53,20 +52,20 @@ struct Attempt {
     late: Option<f32>,
 }
 
-/// What a plan has found.
+/// The result of a plan.
 enum Plan {
-    /// What is played avoids the threats.
+    /// The played motion avoids the threats.
     Keep(TestedMotion),
-    /// Another motion does.
+    /// Another motion avoids them.
     Take(TestedMotion),
-    /// Nothing does. Among obstacles: the motion of the least harm.
+    /// No motion avoids them. Among obstacles: the motion of the least harm.
     Fail(Option<LeastHarm>),
 }
 
 /// The motion of the least harm.
 struct LeastHarm {
     motion: TestedMotion,
-    /// Whether it is another one than what is played.
+    /// Whether it is not the played motion.
     is_other: bool,
 }
 
@@ -120,7 +119,7 @@ impl CharacterState {
         }
     }
 
-    /// Answers the threats that are known, if what is played does not avoid them. [`CharacterState::urgency`] comes before it. Returns
+    /// Answers the known threats, if the played motion does not avoid them. [`CharacterState::urgency`] comes before it. Returns
     /// `false` if [`PlanScratch::deadline`] came before the answer: nothing has changed then.
     pub(super) fn avoid(
         &mut self,
@@ -182,13 +181,13 @@ impl CharacterState {
         })
     }
 
-    /// Tests what is played, and looks for another motion if it is hit.
+    /// Tests the played motion, and looks for another one if it is hit.
     fn plan(&self, planning: &Planning<'_>, attack: &Attack, scratch: &mut PlanScratch) -> Plan {
         let Planning { world, moment, .. } = planning;
         let test = PlanTest { world, attack };
         let playing = &self.playing.motion;
         let rest = playing.rest(world.baked.graph(), moment.seconds);
-        let mut kept = test.until_hit(self.continued(planning, rest).motion, scratch);
+        let mut kept = test.until_hit(self.continued(planning, rest).0, scratch);
         if kept.is_clean() {
             return Plan::Keep(kept);
         }
@@ -203,11 +202,7 @@ impl CharacterState {
                 margin: attempt.margin,
                 evasions_only: attempt.late.is_some(),
             };
-            let request = PlanRequest {
-                wider: &wider,
-                scope,
-            };
-            let mut tested = self.ask(planning, &request, scratch);
+            let mut tested = self.ask(planning, &wider, scope, scratch);
             if tested.is_clean() {
                 return Plan::Take(tested);
             }
@@ -224,7 +219,7 @@ impl CharacterState {
         }))
     }
 
-    /// Begins what was planned, and reports it.
+    /// Begins the plan, and reports it.
     fn begin_plan(&mut self, planning: &Planning<'_>, attack: &Attack, plan: Plan) {
         let Planning { world, moment, .. } = planning;
         let now = world.now;
@@ -258,10 +253,18 @@ impl CharacterState {
                 // An event about the same threats is not repeated.
                 let was_said = planning.is_repeated && self.has_failed;
                 (self.has_failed, self.avoided) = (true, 0);
-                let failed = match least {
-                    Some(least) => self.take_least_harm(planning, attack, least),
-                    None => CharacterEventKind::Cannot,
-                };
+                let mut failed = CharacterEventKind::Cannot;
+                if let Some(LeastHarm { motion, is_other }) = least {
+                    failed = CharacterEventKind::Cornered {
+                        hit: -motion.clearance.metres,
+                        entered: motion.entered,
+                    };
+                    if is_other {
+                        self.has_plan = true;
+                        self.hold(moment, attack, motion.end);
+                        self.take(moment, motion.motion, now);
+                    }
+                }
                 self.retry_at = Some(now + f64::from(world.settings.retry));
                 if !was_said {
                     self.events.push((now, failed));
@@ -270,33 +273,15 @@ impl CharacterState {
         }
     }
 
-    /// Takes the motion of the least harm, if it is another one. Returns the event to report.
-    fn take_least_harm(
-        &mut self,
-        planning: &Planning<'_>,
-        attack: &Attack,
-        LeastHarm { motion, is_other }: LeastHarm,
-    ) -> CharacterEventKind {
-        let cornered = CharacterEventKind::Cornered {
-            hit: -motion.clearance.metres,
-            entered: motion.entered,
-        };
-        if is_other {
-            self.has_plan = true;
-            self.hold(&planning.moment, attack, motion.end);
-            self.take(&planning.moment, motion.motion, planning.world.now);
-        }
-        cornered
-    }
-
     /// The answer to the wider attack, tested against the plain one.
     fn ask(
         &self,
         planning: &Planning<'_>,
-        request: &PlanRequest<'_>,
+        wider: &Attack,
+        scope: PlanScope<'_>,
         scratch: &mut PlanScratch,
     ) -> TestedMotion {
-        let (world, &PlanRequest { wider, scope }) = (planning.world, request);
+        let world = planning.world;
         let PlanScratch {
             context,
             answer,
@@ -306,11 +291,11 @@ impl CharacterState {
         let playing = self.playing.motion.moment_at(planning.moment.seconds);
         let request = Request {
             obstacles,
-            ..Request::of_motion(world.baked.graph(), playing, wider)
+            ..Request::from_motion(world.baked.graph(), playing, wider)
         };
         let query = Query::new(world.baked, &world.settings.query);
-        query.answer_plan(request, scope, context, answer);
-        let found = self.continued(planning, answer.motion.clone());
+        query.answer_in_scope(request, Some(scope), context, answer);
+        let (motion, is_blended) = self.continued(planning, answer.motion.clone());
         let known = answer.clearance();
         let metres = known.metres + scope.margin;
         let known = Clearance { metres, ..known };
@@ -318,20 +303,20 @@ impl CharacterState {
             world,
             attack: scope.plain,
         };
-        if answer.avoided && !found.is_blended && !scope.evasions_only {
-            return test.known(found.motion, known);
+        if answer.avoided && !is_blended && !scope.evasions_only {
+            return test.known(motion, known);
         }
         // A motion that is measured later needs no test.
         let weights = scratch.ahead.iter().map(Obstacle::weight);
         let spared = weights.fold(0.0, f32::max) * world.settings.obstacle_margin;
-        if !found.is_blended && !scratch.ahead.is_empty() && metres < -spared {
-            return test.known(found.motion, known);
+        if !is_blended && !scratch.ahead.is_empty() && metres < -spared {
+            return test.known(motion, known);
         }
-        test.until_hit(found.motion, scratch)
+        test.until_hit(motion, scratch)
     }
 
-    /// Joins a motion to the played one, with a blend if that is warped or has another rate at the join.
-    fn continued(&self, planning: &Planning<'_>, mut motion: Motion) -> JoinedMotion {
+    /// Joins a motion to the played one, with a blend if that is warped or has another rate at the join. Returns whether there is a blend, too.
+    fn continued(&self, planning: &Planning<'_>, mut motion: Motion) -> (Motion, bool) {
         let Planning { world, moment, .. } = planning;
         let is_bent = |motion: &Motion| motion.warp().is_some_and(|warp| warp.acts_at(0.0));
         let bent = self
@@ -344,7 +329,7 @@ impl CharacterState {
             let played = self.playing.played_until(moment.seconds);
             motion.blend_from(world.baked.graph(), played, BLEND);
         }
-        JoinedMotion { motion, is_blended }
+        (motion, is_blended)
     }
 
     /// Steering waits until the threats have passed and the evasion has ended, or been left.
@@ -426,18 +411,4 @@ impl Planning<'_> {
         }
         Attack::new(keys).ok()
     }
-}
-
-/// Input of one query of a plan.
-struct PlanRequest<'a> {
-    /// The attack with the margin.
-    wider: &'a Attack,
-    scope: PlanScope<'a>,
-}
-
-/// A motion that goes on from what is played.
-struct JoinedMotion {
-    motion: Motion,
-    /// Whether the motion that was played fades out in it.
-    is_blended: bool,
 }

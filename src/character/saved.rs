@@ -26,7 +26,7 @@ const VERSION: u32 = 1;
 /// Length of magic, version and checksum, in bytes.
 const HEADER: usize = 16;
 
-/// Everything about characters and threats but the graph and the settings. A restored state continues bit-identically.
+/// The state of all characters and threats, without the graph and the settings. A restored game continues bit-identically.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CharactersState {
     /// Fingerprint of the graph.
@@ -39,7 +39,7 @@ pub struct CharactersState {
 }
 
 impl Characters {
-    /// Everything that can be saved. Serialize it in any format that keeps floats to the bit.
+    /// The state of all characters and threats. Serialize it in a format that keeps floats exactly.
     #[must_use]
     pub fn state(&self) -> CharactersState {
         CharactersState {

@@ -1,8 +1,6 @@
 use serde::{Deserialize, Serialize};
 
-use super::error::CharacterError;
-use super::range::within;
-use super::steer::SteerSettings;
+use super::error::{CharacterError, within};
 use crate::query::QuerySettings;
 
 /// Settings of [`Characters`](super::Characters).
@@ -12,8 +10,8 @@ pub struct CharacterSettings {
     pub query: QuerySettings,
     /// Limits of steering.
     pub steer: SteerSettings,
-    /// Number of steps from the query to the frame in which its answer is taken over, at most [`CharacterSettings::MOST_DELAY`]. Default
-    /// 0. The request is made for the state that the character will have then.
+    /// Number of steps from a query to the frame in which its answer begins, at most [`CharacterSettings::MOST_DELAY`]. Default 0. The query
+    /// starts from the state that the character will have in that frame.
     pub delay: u32,
     /// A threat is answered when it may reach the body within this time, in seconds; at most 60. Default 1.6.
     pub horizon: f32,
@@ -21,18 +19,18 @@ pub struct CharacterSettings {
     pub margin: f32,
     /// Distance that plans keep from obstacles if they can, in metres; at most 10. Default 0.02.
     pub obstacle_margin: f32,
-    /// Fastest shift by which a body is kept out of obstacles, in metres per second; at most 1,000. Default 6. A body that this would leave in an obstacle is
-    /// shifted as fast as it has to be, up to twelve times as fast.
+    /// Maximum speed at which a body is shifted out of obstacles, in metres per second; at most 1,000. Default 6. A body that would otherwise
+    /// stay in an obstacle is shifted up to twelve times as fast.
     pub push: f32,
-    /// Radius of the disc that each character is to the others, in metres, at most 100; 0 if they do not avoid each other. Default 0.
+    /// Radius of the disc by which the others avoid a character, in metres, at most 100; 0: characters do not avoid each other. Default 0.
     pub body_radius: f32,
-    /// Time between two attempts to avoid a threat that could not be avoided, in seconds; at most 60. Default 0.1.
+    /// Time until a character plans again for a threat that it could not avoid, in seconds; at most 60. Default 0.1.
     pub retry: f32,
-    /// Largest number of characters that plan in one step, those that may be reached first before others; at least 1. Default: no limit.
+    /// Maximum number of characters that plan in one step, at least 1. Characters that may be reached first plan first. Default: no limit.
     pub plans_per_step: usize,
-    /// Time for plans in one step, in milliseconds, at most 1,000,000; 0 for no limit. Default 0. Those that may be reached first plan first, at least one in
-    /// each step. A plan that is not finished in time is broken off: it comes first in the next step, which finishes it however long that takes. With a
-    /// limit, results depend on the machine's speed.
+    /// Time for plans in one step, in milliseconds, at most 1,000,000; 0 for no limit. Default 0. Characters that may be reached first plan first,
+    /// at least one in each step. A plan that is not finished in time is broken off. The next step makes it first and finishes it, however long
+    /// that takes. With a limit, results depend on the machine's speed.
     pub plan_milliseconds: f32,
     /// Number of threads of [`Characters::step`](super::Characters::step), at most 1,024; 0 for one per core. Default 1. The result does not depend
     /// on it.
@@ -78,6 +76,74 @@ impl CharacterSettings {
             ("the number of plans in a step", plans, 1.0, f32::INFINITY),
             ("the number of threads", self.threads as f32, 0.0, 1024.0),
             ("the time for plans", self.plan_milliseconds, 0.0, 1e6),
+        ] {
+            within(name, value, least..=most)?;
+        }
+        Ok(())
+    }
+}
+
+/// Limits of steering.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SteerSettings {
+    /// Time between two searches, in seconds, 0 to 60. Default 0.15. A new goal starts a search at once.
+    pub interval: f32,
+    /// Time in which a jump blends, in seconds, 0 to 10. Default 0.3.
+    pub blend: f32,
+    /// Minimum gain of a jump, 0 to 1,000,000: by how much the new moment must be nearer to the aim than the played one. The unit is a squared
+    /// distance of features; 1 is about 8 cm of travel in 0.2 s. Default 1.5.
+    pub gain: f32,
+    /// Slowest playback rate, 0.1 to 10. Default 0.8.
+    pub slowest: f32,
+    /// Fastest playback rate, from the slowest to 10. Default 1.25.
+    pub fastest: f32,
+    /// Maximum turn that is added to a walking character, in radians per second, 0 to 100. Default 2.6.
+    pub turn: f32,
+    /// Maximum turn that is added to a standing character, in radians per second, 0 to 100. Default 1.6.
+    pub standing_turn: f32,
+    /// Largest turn that a jump adds, in radians, 0 to 10. Default 0.5.
+    pub jump_turn: f32,
+    /// Distance that the root keeps from obstacles on the ground, in metres, 0 to 100. Default 0.45.
+    pub clearance: f32,
+    /// Steering avoids obstacles that the character would reach within this time, in seconds, 0 to 60. Default 1.2.
+    pub foresight: f32,
+    /// An idle character repeats no motion within this time if the clips allow it, in seconds, 0 to 3,600. Default 10.
+    pub repeat: f32,
+}
+
+impl Default for SteerSettings {
+    fn default() -> Self {
+        Self {
+            interval: 0.15,
+            blend: 0.3,
+            gain: 1.5,
+            slowest: 0.8,
+            fastest: 1.25,
+            turn: 2.6,
+            standing_turn: 1.6,
+            jump_turn: 0.5,
+            clearance: 0.45,
+            foresight: 1.2,
+            repeat: 10.0,
+        }
+    }
+}
+
+impl SteerSettings {
+    /// Refuses what no step could use.
+    fn check(&self) -> Result<(), CharacterError> {
+        for (name, value, least, most) in [
+            ("the time between searches", self.interval, 0.0, 60.0),
+            ("the time of a jump's blend", self.blend, 0.0, 10.0),
+            ("the gain of a jump", self.gain, 0.0, 1e6),
+            ("the slowest rate", self.slowest, 0.1, 10.0),
+            ("the fastest rate", self.fastest, self.slowest, 10.0),
+            ("the turn of what walks", self.turn, 0.0, 100.0),
+            ("the turn of what stands", self.standing_turn, 0.0, 100.0),
+            ("the turn of a jump", self.jump_turn, 0.0, 10.0),
+            ("the distance from obstacles", self.clearance, 0.0, 100.0),
+            ("the foresight", self.foresight, 0.0, 60.0),
+            ("the time without repetition", self.repeat, 0.0, 3600.0),
         ] {
             within(name, value, least..=most)?;
         }

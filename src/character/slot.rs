@@ -13,7 +13,7 @@ use crate::graph::BlendReach;
 use crate::math::parallel::{WorkerPool, lock};
 
 /// A place for a character.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(super) struct Slot {
     pub(super) generation: u32,
     pub(super) state: Option<Box<CharacterState>>,
@@ -79,76 +79,62 @@ impl Blend {
     }
 }
 
-/// The places, and the scratch of the threads that share them.
-#[derive(Clone, Copy)]
-pub(super) struct Shared<'a> {
-    pub slots: &'a [Mutex<Slot>],
-    pub workers: &'a [Mutex<Worker>],
+/// Calls `work` for each place, on all threads. Each has its own worker.
+pub(super) fn each(
+    slots: &[Mutex<Slot>],
+    workers: &[Mutex<Worker>],
+    pool: &mut WorkerPool,
+    work: impl Fn(usize, &mut Slot, &mut Worker) + Sync,
+) {
+    let next = |turn: usize| Some((turn, slots.get(turn)?));
+    in_turn(workers, pool, next, |(index, slot), worker| {
+        work(index, &mut lock(slot), worker);
+    });
 }
 
-impl Shared<'_> {
-    /// Calls `work` for each place, on all threads.
-    pub(super) fn each(
-        self,
-        pool: &mut WorkerPool,
-        work: impl Fn(usize, &mut Slot, &mut Worker) + Sync,
-    ) {
-        let next = |turn: usize| Some((turn, self.slots.get(turn)?));
-        self.in_turn(pool, next, |(index, slot), worker| {
-            work(index, &mut lock(slot), worker);
-        });
-    }
-
-    /// Calls `plan` for the places of a queue, in its order, on all threads, as long as there is time. `plan` returns whether it finished before
-    /// the worker's deadline.
-    pub(super) fn each_of(
-        self,
-        queue: PlanQueue<'_>,
-        pool: &mut WorkerPool,
-        plan: impl Fn(usize, &mut Slot, &mut Worker) -> bool + Sync,
-    ) {
-        let Some(first) = queue.urgent.first() else {
-            return;
-        };
-        let limit = (queue.seconds > 0.0).then(|| Duration::from_secs_f32(queue.seconds));
-        let deadline = limit.map(|limit| Instant::now() + limit);
-        let is_late = || deadline.is_some_and(|deadline| Instant::now() >= deadline);
-        // The most urgent has its whole turn, too.
-        let must_finish = |urgent: &Urgent| urgent.is_unfinished || urgent.index == first.index;
-        let next = |turn: usize| {
-            let urgent = queue.urgent.get(turn)?;
-            (must_finish(urgent) || !is_late()).then_some(urgent)
-        };
-        self.in_turn(pool, next, |urgent, worker| {
-            let mut slot = lock(&self.slots[urgent.index]);
-            worker.plan.deadline = deadline.filter(|_| !must_finish(urgent));
-            slot.is_unfinished = !plan(urgent.index, &mut slot, worker);
-        });
-    }
-
-    /// Calls `work` for the item of each turn until there is none, on all threads.
-    fn in_turn<T>(
-        self,
-        pool: &mut WorkerPool,
-        item: impl Fn(usize) -> Option<T> + Sync,
-        work: impl Fn(T, &mut Worker) + Sync,
-    ) {
-        let next = AtomicUsize::new(0);
-        pool.run(&|thread: usize| {
-            let mut worker = lock(&self.workers[thread]);
-            while let Some(item) = item(next.fetch_add(1, Ordering::Relaxed)) {
-                work(item, &mut worker);
-            }
-        });
-    }
+/// Calls `plan` for characters that have to plan, in their order, on all threads, as long as there is time: `seconds` for all, or 0 for no
+/// limit. The first, and those that are unfinished, always have their whole turn. `plan` returns whether it finished before the worker's
+/// deadline.
+pub(super) fn each_urgent(
+    slots: &[Mutex<Slot>],
+    workers: &[Mutex<Worker>],
+    pool: &mut WorkerPool,
+    urgent: &[Urgent],
+    seconds: f32,
+    plan: impl Fn(usize, &mut Slot, &mut Worker) -> bool + Sync,
+) {
+    let Some(first) = urgent.first() else {
+        return;
+    };
+    let limit = (seconds > 0.0).then(|| Duration::from_secs_f32(seconds));
+    let deadline = limit.map(|limit| Instant::now() + limit);
+    let is_late = || deadline.is_some_and(|deadline| Instant::now() >= deadline);
+    let must_finish = |urgent: &Urgent| urgent.is_unfinished || urgent.index == first.index;
+    let next = |turn: usize| {
+        let urgent = urgent.get(turn)?;
+        (must_finish(urgent) || !is_late()).then_some(urgent)
+    };
+    in_turn(workers, pool, next, |urgent, worker| {
+        let mut slot = lock(&slots[urgent.index]);
+        worker.plan.deadline = deadline.filter(|_| !must_finish(urgent));
+        slot.is_unfinished = !plan(urgent.index, &mut slot, worker);
+    });
 }
 
-/// The characters that plan in a step.
-#[derive(Clone, Copy)]
-pub(super) struct PlanQueue<'a> {
-    pub urgent: &'a [Urgent],
-    /// Time for all, in seconds; 0 for no limit. The first, and those that are unfinished, always have their whole turn.
-    pub seconds: f32,
+/// Calls `work` for the item of each turn until there is none, on all threads.
+fn in_turn<T>(
+    workers: &[Mutex<Worker>],
+    pool: &mut WorkerPool,
+    item: impl Fn(usize) -> Option<T> + Sync,
+    work: impl Fn(T, &mut Worker) + Sync,
+) {
+    let next = AtomicUsize::new(0);
+    pool.run(&|thread: usize| {
+        let mut worker = lock(&workers[thread]);
+        while let Some(item) = item(next.fetch_add(1, Ordering::Relaxed)) {
+            work(item, &mut worker);
+        }
+    });
 }
 
 /// A character that has to plan.

@@ -6,7 +6,7 @@ use super::goal::Goal;
 use super::ids::{CharacterId, ThreatId};
 use super::playing::Playing;
 use super::scratch::Worker;
-use super::steer::{SteerState, SteerStep, SteeredBody};
+use super::steer::{SteerState, SteerStep};
 use super::threat::{Threat, Window};
 use super::world::World;
 use crate::graph::Motion;
@@ -142,7 +142,7 @@ impl CharacterState {
         moved * (playing.rate / MOMENT)
     }
 
-    /// Begins what is due. Returns [`CharacterState::urgency`].
+    /// Begins a pending motion whose time has come. Returns [`CharacterState::urgency`].
     pub(super) fn begin(
         &mut self,
         id: CharacterId,
@@ -157,7 +157,7 @@ impl CharacterState {
         self.urgency(id, world)
     }
 
-    /// Steers, unless the threats that a plan avoids have not passed. What walks on leaves its evasion then.
+    /// Steers once the threats that a plan avoids have passed. A walking character leaves its evasion then.
     fn steer(&mut self, world: &World<'_>, worker: &mut Worker) {
         let is_evading = world.now < self.held_until;
         if self.pending.is_some() || is_evading && world.now < self.passed_at {
@@ -169,12 +169,10 @@ impl CharacterState {
             aim: self.steer_around(world, &worker.obstacles),
             dt: world.dt,
         };
-        let mut body = SteeredBody {
-            playing: &mut self.playing,
-            state: &mut self.steer,
-        };
+        let (steering, scratch) = (world.steering, &mut worker.steer);
+        let (playing, state) = (&mut self.playing, &mut self.steer);
         if is_evading {
-            if !step.aim.stands() && world.steering.leave(&step, &mut body, &mut worker.steer) {
+            if !step.aim.stands() && steering.leave(&step, playing, state, scratch) {
                 self.held_until = world.now;
                 self.has_plan = false;
             }
@@ -182,9 +180,9 @@ impl CharacterState {
         }
         if self.has_plan {
             self.has_plan = false;
-            body.state.search_now();
+            state.search_now();
         }
-        world.steering.step(&step, &mut body, &mut worker.steer);
+        steering.step(&step, playing, state, scratch);
     }
 
     /// Steers, and lets `dt` pass.

@@ -43,35 +43,23 @@ impl CharacterState {
             clearance: world.settings.steer.clearance,
             foresight: world.settings.steer.foresight,
         };
-        let wanted = Wanted {
-            velocity: aim.velocity,
-            is_bound: matches!(self.goal, Goal::GoTo { .. }),
-            side: self.side,
-        };
-        let (velocity, side) = around.velocity(wanted);
+        let is_bound = matches!(self.goal, Goal::GoTo { .. });
+        let (velocity, side) = around.velocity(aim.velocity, is_bound, self.side);
         self.side = side;
         Aim { velocity, ..aim }
     }
 }
 
-/// Movement of a character without obstacles.
-struct Wanted {
-    /// Velocity on the ground (x, z), in metres per second.
-    velocity: Vec2,
-    /// Whether the character goes to a point. If so, it goes around obstacles; otherwise the more it turns, the slower it goes.
-    is_bound: bool,
-    side: Side,
-}
-
 impl Around<'_> {
-    /// The velocity nearest to the wanted one that meets no obstacle, and the side to which it turns off.
-    fn velocity(&self, wanted: Wanted) -> (Vec2, Side) {
-        let free = self.free(wanted.velocity);
+    /// The velocity nearest to the wanted one that meets no obstacle, and the side to which it turns off. A character that goes to a point
+    /// (`is_bound`) goes around obstacles; any other goes the slower, the more it turns. `side` is the side on which it passes an obstacle.
+    fn velocity(&self, wanted: Vec2, is_bound: bool, side: Side) -> (Vec2, Side) {
+        let free = self.free(wanted);
         if free >= self.foresight {
-            return (wanted.velocity, Side::None);
+            return (wanted, Side::None);
         }
-        let stands = wanted.velocity.length() < STANDING;
-        let sides = match wanted.side {
+        let stands = wanted.length() < STANDING;
+        let sides = match side {
             Side::None => &[Side::Left, Side::Right][..],
             Side::Left => &[Side::Left],
             Side::Right => &[Side::Right],
@@ -83,9 +71,9 @@ impl Around<'_> {
         };
         let way = match stands {
             true => self.aside() * ASIDE,
-            false => wanted.velocity,
+            false => wanted,
         };
-        let keeps_speed = stands || wanted.is_bound;
+        let keeps_speed = stands || is_bound;
         for turn in turns {
             for &side in sides {
                 let angle = f32::from(turn) * TURNS.1;
@@ -100,15 +88,14 @@ impl Around<'_> {
                 return (best.1, best.2);
             }
         }
-        if wanted.side != Side::None {
+        if side != Side::None {
             // The other side may be free.
-            let side = Side::None;
-            return self.velocity(Wanted { side, ..wanted });
+            return self.velocity(wanted, is_bound, Side::None);
         }
         // No direction is free for long: the character slows down, so that it stops in front of the obstacle.
         let share = (best.0 / self.foresight).clamp(0.0, 1.0);
         match best.1 == Vec2::ZERO {
-            true => (wanted.velocity * (share - 0.3).max(0.0), Side::None),
+            true => (wanted * (share - 0.3).max(0.0), Side::None),
             false => (best.1 * share, best.2),
         }
     }

@@ -1,19 +1,18 @@
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
-use super::error::CharacterError;
+use super::error::{CharacterError, FURTHEST, shorter, within};
 use super::ids::CharacterId;
-use super::range::{FURTHEST, shorter, within};
 use crate::maps::SphereKey;
 use crate::math::Sphere;
 
-/// A moving thing in the world that characters avoid.
+/// A moving object that characters avoid.
 ///
-/// It exists from [`Threat::time`] on. A time in the future announces a threat, for example a throw that is seen before the ball flies.
+/// It exists from [`Threat::time`] on. A time in the future announces a threat, for example a throw before the ball flies.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Threat {
-    /// Time at which position and velocity hold, on the clock of [`Characters::now`](super::Characters::now), in seconds. At most an hour
-    /// from now.
+    /// Time of the game ([`Characters::now`](super::Characters::now)) to which position and velocity refer, in seconds. At most an hour from
+    /// now.
     pub time: f64,
     /// Position then, in metres; at most 5 km from the origin.
     pub position: Vec3,
@@ -25,14 +24,14 @@ pub struct Threat {
     pub spheres: Vec<Sphere>,
     /// Time for which it exists, in seconds; at most 60. Default 10.
     pub seconds: f32,
-    /// The character that has to avoid it; `None` for all.
+    /// The character that avoids it; `None`: all characters.
     pub target: Option<CharacterId>,
 }
 
 /// The time in which a threat may reach a body.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Window {
-    /// Origin of the other times, on the characters' clock, in seconds.
+    /// Time of the game from which the other times count, in seconds.
     pub from: f64,
     /// First time at which the threat may reach the body; 0 or more.
     pub start: f32,
@@ -81,7 +80,7 @@ impl Threat {
         })
     }
 
-    /// Position at a time of the characters' clock.
+    /// Position at a time of the game.
     #[must_use]
     pub fn at(&self, time: f64) -> Vec3 {
         let t = (time - self.time) as f32;

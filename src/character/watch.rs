@@ -1,6 +1,6 @@
-//! How near threats come to a body, and what is said of it.
+//! Measures how near threats come to a body, and reports hits and misses.
 //!
-//! Body and threat go straight from the start of a step to its end. A threat that falls is looked at in short pieces of its flight.
+//! Body and threat are assumed to move straight from the start of a step to its end. The flight of a falling threat is cut into short pieces.
 
 use glam::Vec3;
 
@@ -14,14 +14,14 @@ use crate::query::clearance::closest;
 /// The part of a step in which a threat exists.
 struct Pass<'a> {
     known: &'a KnownThreat,
-    /// Start, on the characters' clock, in seconds.
+    /// Start, as a time of the game, in seconds.
     start: f64,
-    /// End, on the same clock, in seconds.
+    /// End, in seconds.
     end: f64,
 }
 
 impl<'a> Pass<'a> {
-    fn of(known: &'a KnownThreat, world: &World<'_>) -> Option<Self> {
+    fn new(known: &'a KnownThreat, world: &World<'_>) -> Option<Self> {
         let threat = &known.threat;
         let start = world.now.max(threat.time);
         let end = world.end().min(threat.time + f64::from(threat.seconds));
@@ -64,7 +64,7 @@ impl CharacterState {
         }
     }
 
-    /// Measures how near the threats came in this step, and says which touched the body and which have passed.
+    /// Measures how near the threats came in this step, and reports which touched the body and which have passed.
     pub(super) fn watch(&mut self, id: CharacterId, world: &World<'_>, worker: &mut Worker) {
         if world.threats.is_empty() {
             self.watched.clear();
@@ -85,13 +85,13 @@ impl CharacterState {
             true => self.measure(id, world, worker),
             false => self.centres.clear(),
         }
-        self.say_what_has_passed(id, &later);
+        self.report_passed(id, &later);
     }
 
     /// The threats that exist in this step.
     fn passes<'w>(id: CharacterId, world: &'w World<'_>) -> impl Iterator<Item = Pass<'w>> {
         let threats = world.threats_of(id);
-        threats.filter_map(|known| Pass::of(known, world))
+        threats.filter_map(|known| Pass::new(known, world))
     }
 
     /// Whether anything has to be measured in this step.
@@ -160,8 +160,8 @@ impl CharacterState {
         self.centres.clone_from(&worker.centres);
     }
 
-    /// Removes the threats that are gone or have passed, and reports the distance of those that did not hit.
-    fn say_what_has_passed(&mut self, me: CharacterId, later: &World<'_>) {
+    /// Stops watching threats that have ended or passed, and reports how near a miss came.
+    fn report_passed(&mut self, me: CharacterId, later: &World<'_>) {
         let root = self.root(later);
         let mut place = 0;
         while let Some(&Watched { id, metres, is_hit }) = self.watched.get(place) {

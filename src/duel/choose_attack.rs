@@ -5,14 +5,14 @@
 
 use glam::Vec3;
 
-use super::challenge::Challenge;
 use super::duel_state::Duel;
+use super::record::Challenge;
 use super::settings::LeadTime;
 use crate::anim::{JointTransform, Pose, forward_kinematics};
 use crate::graph::{EdgeId, Motion, MotionStep, Playhead};
 use crate::maps::AttackOption;
 use crate::math::sort_rarely;
-use crate::query::{Attack, AttackBegin};
+use crate::query::Attack;
 
 /// An attack of the grid, with its rank.
 #[derive(Clone, Copy)]
@@ -109,8 +109,7 @@ impl Duel<'_> {
         let start = wait + f32::from(self.grid.paths().path(option.path).frames) / rate;
         // The transform of the attack's clip at that time.
         let placement = motion.playhead(graph, start + 0.5 / rate).clip_to_world * strike.placement;
-        let mut begin = AttackBegin { placement, start };
-        let attack = Attack::of_attack_move(self.baked, &strike, begin).ok()?;
+        let attack = Attack::from_attack_move(self.baked, &strike, placement, start).ok()?;
         let end = attack.end();
         motion.extend(graph, end + self.settings.window);
         let lands = self.depth(them, &attack) < -self.settings.depth;
@@ -129,8 +128,8 @@ impl Duel<'_> {
         let now = self.now;
         self.fighters[attacker.index()].play(graph, now, motion);
         self.now += hidden;
-        begin.start -= hidden;
-        let attack = Attack::of_attack_move(self.baked, &strike, begin).ok()?;
+        let start = start - hidden;
+        let attack = Attack::from_attack_move(self.baked, &strike, placement, start).ok()?;
         let defender = &self.fighters[attacker.other().index()];
         let (playhead, playing) = (
             defender.playhead(graph, self.now),

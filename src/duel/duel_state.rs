@@ -1,19 +1,15 @@
-use super::challenge::Challenge;
 use super::fighter::Fighter;
-use super::opening::opening_edge;
-use super::record::{Exchange, Score};
+use super::record::{Challenge, Exchange, Score, Side};
 use super::rng::SplitMix64;
 use super::settings::{DuelError, DuelSettings};
-use super::side::Side;
 use super::trunk::Trunk;
-use crate::graph::{EdgeId, Motion, Playhead};
+use crate::graph::{EdgeId, Motion, MotionGraph, Playhead};
 use crate::maps::{AttackGrid, BakedGraph};
 use crate::math::Rigid2;
 use crate::query::clearance::{Clearance, ExactTest, MotionBody};
 use crate::query::{Answer, Attack, MoveSearch};
 
-/// A duel. It keeps everything that was played for playback, about 50 MB for each hour. After three hours, its clock has steps of a
-/// millisecond.
+/// A duel. It keeps all motions for playback, about 50 MB for each hour. After three hours its time has a resolution of a millisecond.
 pub struct Duel<'a> {
     pub(super) baked: &'a BakedGraph,
     pub(super) grid: &'a AttackGrid,
@@ -61,7 +57,7 @@ impl<'a> Duel<'a> {
             baked,
             grid,
             settings: *settings,
-            trunk: Trunk::of(baked),
+            trunk: Trunk::new(baked),
             rng,
             fighters,
             turn: Side::White,
@@ -113,7 +109,7 @@ impl<'a> Duel<'a> {
     /// The number of hits and avoided attacks so far.
     #[must_use]
     pub fn score(&self) -> Score {
-        Score::of(&self.exchanges, self.called_off)
+        Score::new(&self.exchanges, self.called_off)
     }
 
     /// Advances time until the attacker has an attack that would hit an opponent that continues as planned.
@@ -174,5 +170,23 @@ impl<'a> Duel<'a> {
     pub(super) fn clearance(&mut self, motion: &Motion, attack: &Attack) -> Clearance {
         self.body.forget();
         ExactTest::new(self.baked, attack).on_motion(motion, &mut self.body)
+    }
+}
+
+/// A random start edge with no event on it or soon after it.
+fn opening_edge(graph: &MotionGraph, rng: &mut SplitMix64) -> EdgeId {
+    /// Number of edges, from the start edge on, that must have no event.
+    const CALM: usize = 12;
+    let natural: Vec<EdgeId> = graph.natural_edges().collect();
+    let is_natural = |edge: &EdgeId| natural.binary_search(edge).is_ok();
+    let is_calm = |&edge: &EdgeId| {
+        let next = |edge: &EdgeId| Some(graph.natural_edge(graph.edge(*edge).to));
+        let mut way = std::iter::successors(Some(edge), next).take(CALM);
+        way.all(|edge| is_natural(&edge))
+    };
+    let calm: Vec<EdgeId> = graph.edge_ids().filter(is_calm).collect();
+    match calm.len() {
+        0 => EdgeId(0),
+        count => calm[rng.below(count)],
     }
 }

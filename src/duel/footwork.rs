@@ -5,7 +5,7 @@
 use glam::Vec2;
 
 use super::duel_state::Duel;
-use super::side::Side;
+use super::record::Side;
 use crate::anim::EventKind;
 use crate::graph::{EdgeMotion, Motion, MotionGraph, MotionStep, NodeId};
 use crate::math::{Rigid2, sorted_indices};

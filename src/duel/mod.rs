@@ -5,29 +5,24 @@
 //! ([`AttackGrid`](crate::maps::AttackGrid)). Differs: if the grid has no attack, the fighters approach by a search through the graph.
 //! Two moving fighters must also stay apart and inside the arena, which no precomputed table ensures.
 //!
-//! A [`Duel`] has its own clock. [`Duel::challenge`] advances time to the next attack and announces it. The caller answers it by a
+//! A [`Duel`] keeps its own time. [`Duel::challenge`] advances it to the next attack and announces it. The caller answers it by a
 //! [`Query`](crate::query::Query) with any culling path. [`Duel::settle`] plays attack and answer, tests the answer exactly, and
 //! passes the turn to the other fighter. The motions of both fighters can be played back.
 //!
 //! The same settings give the same duel, bit for bit, on any number of threads.
 
-mod challenge;
 mod choose_attack;
 mod duel_state;
 mod fighter;
 mod footwork;
-mod opening;
 mod record;
 mod rng;
 mod settings;
-mod side;
 mod spacing;
 mod trunk;
 
-pub use challenge::Challenge;
 pub use duel_state::Duel;
 pub use fighter::Fighter;
-pub use record::{Exchange, Score};
+pub use record::{Challenge, Exchange, Score, Side};
 pub use settings::{DuelError, DuelSettings, LeadTime};
-pub use side::Side;
 pub use trunk::Trunk;

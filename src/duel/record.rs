@@ -1,10 +1,83 @@
-use serde::Serialize;
+//! What a duel tells of an attack: its announcement, then how it ended.
 
-use super::challenge::Challenge;
-use super::side::Side;
-use crate::graph::{EdgeId, MotionStep};
+use serde::{Deserialize, Serialize};
+
+use crate::graph::{EdgeId, Motion, MotionStep, Playhead};
 use crate::query::clearance::Clearance;
-use crate::query::{Answer, Attack, Counts, Source};
+use crate::query::{Answer, Attack, Counts, Request, Source};
+
+/// One of the two fighters.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Side {
+    /// The fighter that attacks first.
+    White,
+    /// The other fighter.
+    Blue,
+}
+
+impl Side {
+    /// The other fighter.
+    #[must_use]
+    pub fn other(self) -> Self {
+        match self {
+            Self::White => Self::Blue,
+            Self::Blue => Self::White,
+        }
+    }
+
+    /// The index of the fighter in arrays: 0 or 1.
+    #[must_use]
+    pub fn index(self) -> usize {
+        match self {
+            Self::White => 0,
+            Self::Blue => 1,
+        }
+    }
+
+    /// The name: `white` or `blue`.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::White => "white",
+            Self::Blue => "blue",
+        }
+    }
+}
+
+/// An announced attack.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Challenge {
+    /// Fighter that attacks.
+    pub attacker: Side,
+    /// Current position of the fighter that is attacked.
+    pub playhead: Playhead,
+    /// Motion of the attacked fighter from now on. Its blend fades out in every answer.
+    pub playing: Motion,
+    /// Attack, in the world of the duel. Its times count from now.
+    pub attack: Attack,
+    /// Edge of the attack.
+    pub strike: EdgeId,
+    /// Edges that lead to the attack, from the attacker's next node when it decides to attack.
+    pub path: Vec<EdgeId>,
+    /// Time from the duel's start to the announcement, in seconds.
+    pub announced: f32,
+    /// Time from now to the impact, in seconds.
+    pub lead: f32,
+    /// Clearance of a fighter that does not react, in metres. It is below 0.
+    pub without: f32,
+}
+
+impl Challenge {
+    /// Request of the attacked fighter.
+    #[must_use]
+    pub fn request(&self) -> Request<'_> {
+        Request {
+            playing: Some(self.playing.moment_at(0.0)),
+            ..Request::new(self.playhead, &self.attack)
+        }
+    }
+}
 
 /// An attack and the answer to it.
 #[derive(Clone, Debug, PartialEq)]
@@ -80,7 +153,7 @@ pub struct Score {
 impl Score {
     /// Counts exchanges.
     #[must_use]
-    pub fn of(exchanges: &[Exchange], called_off: u32) -> Self {
+    pub fn new(exchanges: &[Exchange], called_off: u32) -> Self {
         let mut score = Self {
             called_off,
             ..Self::default()

@@ -15,7 +15,7 @@ pub struct DuelSettings {
     /// Preferred distance of the roots if no attack requires another, in metres. Default 0.85.
     pub distance: f32,
     /// Time from the announcement of an attack to its impact, in seconds, chosen at random within these limits. Default 0.3 to 0.6. An attack
-    /// is announced at its start at the latest.
+    /// is announced no later than its start.
     pub lead: LeadTime,
     /// Minimum depth by which an attack must enter trunk, head or thighs of an opponent that does not react, in metres. Default 0.02.
     pub depth: f32,
@@ -113,10 +113,10 @@ pub enum DuelError {
         most: f32,
     },
     /// No edge of the graph is an attack.
-    #[error("the graph has no attacks: nobody can strike")]
+    #[error("the graph has no attacks")]
     NoAttacks,
     /// The attacker found no attack that would hit.
-    #[error("nobody comes within reach of the other one in {seconds} s")]
+    #[error("no fighter comes within reach of the other in {seconds} s")]
     OutOfReach {
         /// Time without an attack, in seconds.
         seconds: f32,

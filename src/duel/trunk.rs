@@ -15,7 +15,7 @@ pub struct Trunk {
 impl Trunk {
     /// Finds the spheres of joints without a mirrored joint, or those of the root if joint names do not tell left from right.
     #[must_use]
-    pub fn of(baked: &BakedGraph) -> Self {
+    pub fn new(baked: &BakedGraph) -> Self {
         let skeleton = baked.graph().skeleton();
         let middle = |sphere: &&BodySphere| skeleton.mirror(sphere.joint).is_none();
         let has_sides = skeleton.ids().any(|id| skeleton.mirror(id).is_some());

@@ -4,8 +4,8 @@ use serde::{Deserialize, Serialize};
 
 use super::clearance::Clearance;
 use super::cull::Overlap;
-use super::gather::{CandidateKind, EntryCandidate, SearchReport};
-use super::request::{Evaluation, Query};
+use super::gather::{Candidate, CandidateKind, EntryCandidate, SearchReport};
+use super::request::Evaluation;
 use super::retime::{Rate, RateError, retimed};
 use super::score::{Evaluated, Score};
 use super::select::Selection;
@@ -101,10 +101,8 @@ pub struct Counts {
     /// Number of candidates that end in an evasion.
     pub with_evasion: usize,
     /// Number of candidates that enter an evasion without an edge. They are included in `with_evasion`.
-    #[serde(default)]
     pub entered: usize,
     /// Number of candidates that layer the upper body of an evasion. They are included in `with_evasion`.
-    #[serde(default)]
     pub layered: usize,
     /// Number of paths to an evasion that no rate brings in time. They are not candidates.
     pub not_in_time: usize,
@@ -157,11 +155,9 @@ impl Answer {
     #[must_use]
     pub fn clearance(&self) -> Clearance {
         // The chosen candidate was always tested.
-        let none = Clearance::none(0.0);
-        self.candidates
-            .get(self.chosen)
-            .and_then(|report| report.clearance)
-            .unwrap_or(none)
+        let chosen = self.candidates.get(self.chosen);
+        let clearance = chosen.and_then(|report| report.clearance);
+        clearance.unwrap_or(Clearance::none(0.0))
     }
 
     /// The motion of a candidate, from the moment of the query until the end of its evasion. Returns `None` for a path that no rate
@@ -198,126 +194,121 @@ impl Answer {
     /// Replaces all data of the answer, except the motion.
     pub(super) fn fill(
         &mut self,
-        query: Query<'_>,
+        baked: &BakedGraph,
         state: &QueryState,
         evaluated: &[Option<Evaluated>],
         selection: Selection,
     ) {
-        let baked = query.baked;
+        let candidates = &state.candidates;
         self.chosen = selection.chosen;
         self.source = state.source;
-        self.search = state.search;
+        self.search = candidates.search;
         self.edges.clear();
         self.candidates.clear();
-        for (index, &evaluated) in evaluated.iter().enumerate() {
-            let route = self.route(state, index);
-            let mut report = report(baked, state, index, evaluated, route);
-            if index == selection.chosen {
-                report.result = CandidateResult::Chosen;
+        for (index, candidate) in candidates.list.iter().enumerate() {
+            let mut report = self.report(baked, state, candidate);
+            report.overlap = candidates.overlap(index);
+            if let Some(one) = evaluated[index] {
+                report.clearance = Some(one.clearance);
+                (report.score, report.warp) = (one.score, one.warp);
             }
+            report.result = if index == selection.chosen {
+                CandidateResult::Chosen
+            } else if state.is_culled(index) {
+                CandidateResult::Culled
+            } else if report.clearance.is_some() && report.score.is_none() {
+                CandidateResult::Hit
+            } else {
+                CandidateResult::Outscored
+            };
             self.candidates.push(report);
         }
         self.avoided = self.candidates[self.chosen].score.is_some();
-        self.counts = counts(state, selection, &self.candidates);
-        let late = state.late.list.iter();
-        self.candidates
-            .extend(late.map(|&(path, error)| late_path(baked, path, error)));
+        let count = |is: fn(&CandidateReport) -> bool| {
+            let counted = self.candidates.iter().filter(|report| is(report));
+            counted.count()
+        };
+        self.counts = Counts {
+            candidates: self.candidates.len(),
+            with_evasion: count(|report| report.evasion.is_some()),
+            entered: count(|report| report.entry.is_some()),
+            layered: count(|report| report.layer.is_some()),
+            not_in_time: candidates.late_count,
+            culled: match state.request.evaluation {
+                Evaluation::Lazy => count(|report| report.overlap.is_some_and(|o| o.body > 0)),
+                Evaluation::Exhaustive => 0,
+            },
+            reconsidered: selection.reconsidered,
+            hits: count(|report| report.clearance.is_some() && report.score.is_none()),
+            clean: count(|report| report.score.is_some()),
+        };
+        let late = candidates.late.iter();
+        self.candidates.extend(late.map(|&(path, error)| {
+            let edge = baked.path_evasion(path).edge;
+            CandidateReport::untested(Route::Table(path), Some(edge), Err(error))
+        }));
     }
 
-    fn route(&mut self, state: &QueryState, index: usize) -> Route {
-        match state.candidates.list[index].kind {
-            CandidateKind::Evasion { path, .. } => Route::Table(path),
+    /// The report of a candidate as it was gathered.
+    fn report(
+        &mut self,
+        baked: &BakedGraph,
+        state: &QueryState,
+        candidate: &Candidate,
+    ) -> CandidateReport {
+        let candidates = &state.candidates;
+        let rate = Ok(candidate.rate);
+        let edge = |evasion: usize| Some(baked.evasions()[evasion].edge);
+        let none = Route::Edges(0, 0);
+        match candidate.kind {
+            CandidateKind::Evasion { path, .. } => {
+                let edge = baked.path_evasion(path).edge;
+                CandidateReport::untested(Route::Table(path), Some(edge), rate)
+            }
             CandidateKind::Move(path) => {
                 let start = self.edges.len();
                 self.edges.extend(state.moves.edges_backwards(path));
                 self.edges[start..].reverse();
-                Route::Edges(start as u32, self.edges.len() as u32)
+                let route = Route::Edges(start as u32, self.edges.len() as u32);
+                CandidateReport::untested(route, None, rate)
             }
-            CandidateKind::Entry(_) | CandidateKind::Layer(_) => Route::Edges(0, 0),
+            CandidateKind::Entry(entry) => {
+                let EntryCandidate {
+                    delay,
+                    entry,
+                    evasion,
+                    ..
+                } = candidates.entries[entry as usize];
+                CandidateReport {
+                    entry: Some(EnteredAt { delay, entry }),
+                    ..CandidateReport::untested(none, edge(evasion), rate)
+                }
+            }
+            CandidateKind::Layer(layer) => {
+                let layered = &candidates.layers[layer as usize];
+                CandidateReport {
+                    layer: Some(layered.layer),
+                    ..CandidateReport::untested(none, edge(layered.evasion), rate)
+                }
+            }
         }
     }
 }
 
-/// The report of a candidate that was not chosen.
-fn report(
-    baked: &BakedGraph,
-    state: &QueryState,
-    index: usize,
-    evaluated: Option<Evaluated>,
-    route: Route,
-) -> CandidateReport {
-    let candidate = &state.candidates.list[index];
-    let score = evaluated.and_then(|one| one.score);
-    CandidateReport {
-        route,
-        evasion: match candidate.kind {
-            CandidateKind::Evasion { path, .. } => Some(baked.path_evasion(path).edge),
-            CandidateKind::Entry(entry) => {
-                let evasion = state.entries[entry as usize].evasion;
-                Some(baked.evasions()[evasion].edge)
-            }
-            CandidateKind::Layer(layer) => {
-                let evasion = state.layers[layer as usize].evasion;
-                Some(baked.evasions()[evasion].edge)
-            }
-            CandidateKind::Move(_) => None,
-        },
-        entry: match candidate.kind {
-            CandidateKind::Entry(entry) => {
-                let EntryCandidate { delay, entry, .. } = state.entries[entry as usize];
-                Some(EnteredAt { delay, entry })
-            }
-            _ => None,
-        },
-        layer: match candidate.kind {
-            CandidateKind::Layer(layer) => Some(state.layers[layer as usize].layer),
-            _ => None,
-        },
-        rate: Ok(candidate.rate),
-        overlap: state.candidates.overlap(index),
-        clearance: evaluated.map(|one| one.clearance),
-        score,
-        warp: evaluated.and_then(|one| one.warp),
-        result: if state.is_culled(index) {
-            CandidateResult::Culled
-        } else if evaluated.is_some() && score.is_none() {
-            CandidateResult::Hit
-        } else {
-            CandidateResult::Outscored
-        },
-    }
-}
-
-fn counts(state: &QueryState, selection: Selection, candidates: &[CandidateReport]) -> Counts {
-    let count = |is: fn(&CandidateReport) -> bool| candidates.iter().filter(|r| is(r)).count();
-    let culled = match state.request.evaluation {
-        Evaluation::Lazy => count(|report| report.overlap.is_some_and(|o| o.body > 0)),
-        Evaluation::Exhaustive => 0,
-    };
-    Counts {
-        candidates: candidates.len(),
-        with_evasion: count(|report| report.evasion.is_some()),
-        entered: count(|report| report.entry.is_some()),
-        layered: count(|report| report.layer.is_some()),
-        not_in_time: state.late.count,
-        culled,
-        reconsidered: selection.reconsidered,
-        hits: count(|report| report.clearance.is_some() && report.score.is_none()),
-        clean: count(|report| report.score.is_some()),
-    }
-}
-
-fn late_path(baked: &BakedGraph, path: PathId, error: RateError) -> CandidateReport {
-    CandidateReport {
-        route: Route::Table(path),
-        evasion: Some(baked.path_evasion(path).edge),
-        entry: None,
-        layer: None,
-        rate: Err(error),
-        overlap: None,
-        clearance: None,
-        score: None,
-        warp: None,
-        result: CandidateResult::NotInTime,
+impl CandidateReport {
+    /// The report of a path that is not in time, until it is known to be a candidate.
+    fn untested(route: Route, evasion: Option<EdgeId>, rate: Result<Rate, RateError>) -> Self {
+        Self {
+            route,
+            evasion,
+            entry: None,
+            layer: None,
+            rate,
+            overlap: None,
+            clearance: None,
+            score: None,
+            warp: None,
+            result: CandidateResult::NotInTime,
+        }
     }
 }

@@ -5,32 +5,10 @@ use crate::maps::{AttackMove, BakedGraph, MovingSphere, SphereKey};
 use crate::math::Rigid2;
 
 /// An attack: one or more moving spheres. Times count from the moment of the query.
-#[derive(Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(transparent)]
 pub struct Attack {
     spheres: Vec<MovingSphere>,
-}
-
-/// How a character begins an attack of the graph.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct AttackBegin {
-    /// The character's frame (root on the ground, facing +Z) at the start of the attack, in the world.
-    pub placement: Rigid2,
-    /// Time from now to the start of the attack, in seconds.
-    pub start: f32,
-}
-
-impl Clone for Attack {
-    fn clone(&self) -> Self {
-        Self {
-            spheres: self.spheres.clone(),
-        }
-    }
-
-    /// Copies into existing memory.
-    fn clone_from(&mut self, source: &Self) {
-        self.spheres.clone_from(&source.spheres);
-    }
 }
 
 /// An invalid attack.
@@ -59,7 +37,7 @@ pub enum AttackError {
         /// Index of the key.
         key: usize,
     },
-    /// The time of a key is not after that of the key before it.
+    /// A key is not later than the key before it.
     #[error("sphere {sphere}, key {key}: its time {t} s is not after the key before it")]
     Order {
         /// Index of the sphere.
@@ -127,28 +105,27 @@ impl Attack {
         MovingSphere::new(keys).ok_or(AttackError::NoKeys { sphere })
     }
 
-    /// The spheres of an attack of the graph, as a character that begins it moves them.
+    /// The spheres of an attack of the graph that a character begins at a place, `start` seconds from now. `placement` is the character's
+    /// frame then (root on the ground, facing +Z), in the world.
     ///
     /// # Errors
     /// A key is later than [`Attack::LATEST`] or more than 10 km from the origin. A start within 0 to 500 s and a placement within some
     /// kilometres of the origin cause no error.
-    pub fn of_attack_move(
+    pub fn from_attack_move(
         baked: &BakedGraph,
         attack: &AttackMove,
-        begin: AttackBegin,
+        placement: Rigid2,
+        start: f32,
     ) -> Result<Self, AttackError> {
-        let AttackBegin { placement, start } = begin;
         let later = |key: &SphereKey| SphereKey {
             t: key.t + start,
             ..*key
         };
-        let spheres = baked.attack_spheres(attack);
-        let placed = spheres.iter().map(|sphere| sphere.placed(placement));
-        Self::new(
-            placed
-                .map(|sphere| sphere.keys().iter().map(later).collect())
-                .collect(),
-        )
+        let keys = |sphere: &MovingSphere| {
+            let placed = sphere.placed(placement);
+            placed.keys().iter().map(later).collect()
+        };
+        Self::new(baked.attack_spheres(attack).iter().map(keys).collect())
     }
 
     /// The spheres.
@@ -175,6 +152,11 @@ impl Attack {
             .fold(0.0, f32::max)
     }
 
+    /// Copies another attack into existing memory.
+    pub(super) fn copy_from(&mut self, other: &Self) {
+        self.spheres.clone_from(&other.spheres);
+    }
+
     /// Copies another attack into existing memory, transformed by `placement`.
     pub(super) fn place_from(&mut self, other: &Self, placement: Rigid2) {
         self.spheres.truncate(other.spheres.len());
@@ -190,12 +172,8 @@ impl Attack {
     /// The attack in another frame. `placement` transforms points to that frame.
     #[must_use]
     pub fn placed(&self, placement: Rigid2) -> Self {
-        Self {
-            spheres: self
-                .spheres
-                .iter()
-                .map(|sphere| sphere.placed(placement))
-                .collect(),
-        }
+        let mut placed = Self::empty();
+        placed.place_from(self, placement);
+        placed
     }
 }

@@ -3,59 +3,13 @@
 use std::sync::OnceLock;
 
 use glam::{Quat, Vec3};
+use sabaki_fixtures::clips::biped;
 
 use crate::anim::{
-    Clip, ClipDesc, Event, EventKind, Joint, JointId, JointKind, JointTransform, Leg, Pose,
-    Skeleton, forward_kinematics,
+    Clip, ClipDesc, Event, EventKind, JointTransform, Leg, Pose, Skeleton, forward_kinematics,
 };
-use crate::graph;
-use crate::graph::{ClipSource, GraphSettings};
+use crate::graph::{self, ClipSource, GraphSettings};
 use crate::maps::{BakeSettings, BakedGraph, Baker, PathSettings};
-
-fn skeleton() -> Skeleton {
-    let side = |x: f32| {
-        move |(name, parent, offset): (&'static str, u16, Vec3)| {
-            let side = if x > 0.0 { "Left" } else { "Right" };
-            (
-                format!("{side}{name}"),
-                Some(parent),
-                offset * Vec3::new(x, 1.0, 1.0),
-            )
-        }
-    };
-    let middle = [
-        ("Hips", None, Vec3::ZERO),
-        ("Spine", Some(0), Vec3::new(0.0, 0.12, 0.0)),
-        ("Chest", Some(1), Vec3::new(0.0, 0.2, 0.02)),
-        ("Neck", Some(2), Vec3::new(0.0, 0.22, 0.0)),
-        ("Head", Some(3), Vec3::new(0.0, 0.1, 0.02)),
-    ];
-    let mut all: Vec<_> = middle
-        .map(|(name, parent, offset)| (name.to_owned(), parent, offset))
-        .to_vec();
-    for x in [1.0, -1.0] {
-        let first = all.len() as u16;
-        let down = Vec3::NEG_Y;
-        let limbs = [
-            ("Shoulder", 2, Vec3::new(0.05, 0.16, 0.0)),
-            ("Arm", first, Vec3::new(0.14, 0.0, 0.0)),
-            ("ForeArm", first + 1, Vec3::new(0.28, 0.0, 0.0)),
-            ("Hand", first + 2, Vec3::new(0.26, 0.0, 0.0)),
-            ("UpLeg", 0, Vec3::new(0.1, -0.05, 0.0)),
-            ("Leg", first + 4, down * 0.42),
-            ("Foot", first + 5, down * 0.41),
-            ("ToeBase", first + 6, Vec3::new(0.0, -0.06, 0.15)),
-        ];
-        all.extend(limbs.map(side(x)));
-    }
-    let joint = |(name, parent, offset): (String, Option<u16>, Vec3)| Joint {
-        name,
-        parent: parent.map(JointId),
-        offset,
-        kind: JointKind::Moving,
-    };
-    Skeleton::new(all.into_iter().map(joint).collect()).unwrap()
-}
 
 /// A clip in which feet stand, knees are bent, and pelvis, spine and arms sway.
 fn clip(skeleton: &Skeleton, seed: f32) -> Clip {
@@ -69,7 +23,7 @@ fn clip(skeleton: &Skeleton, seed: f32) -> Clip {
         translations: Vec::new(),
     };
     let rest = Pose {
-        root: Vec3::new(0.0, 0.94, 0.0),
+        root: Vec3::new(0.0, 0.87, 0.0),
         rotations: vec![Quat::IDENTITY; skeleton.len()],
         translations: Vec::new(),
     };
@@ -94,10 +48,10 @@ fn clip(skeleton: &Skeleton, seed: f32) -> Clip {
             (1, 0.15),
             (2, 0.15),
             (3, 0.1),
-            (6, 0.6),
-            (7, 0.9),
-            (14, 0.6),
-            (15, 0.9),
+            (5, 0.6),
+            (6, 0.9),
+            (8, 0.6),
+            (9, 0.9),
         ] {
             let axis = Vec3::new(sway(1.3, joint as f32), sway(0.8, 5.0), sway(1.1, 7.0));
             pose.rotations[joint] = Quat::from_scaled_axis(size * axis);
@@ -123,7 +77,7 @@ pub(in crate::query) fn baked() -> &'static BakedGraph {
 
 /// A graph of two clips.
 pub(in crate::query) fn bake(seeds: [f32; 2]) -> BakedGraph {
-    let skeleton = skeleton();
+    let skeleton = biped();
     let clips = seeds.map(|seed| clip(&skeleton, seed));
     let events = [Event {
         clip: 0,

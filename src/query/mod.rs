@@ -68,7 +68,7 @@ mod state;
 mod warp;
 
 pub use answer::{Answer, CandidateReport, CandidateResult, Counts, EnteredAt};
-pub use attack::{Attack, AttackBegin, AttackError};
+pub use attack::{Attack, AttackError};
 pub use clearance::Clearance;
 pub use cull::CullPath;
 pub(crate) use evaluate::evasions_end;

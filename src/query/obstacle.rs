@@ -1,4 +1,4 @@
-//! Obstacles: walls, furniture, ledges and other bodies that no motion may enter. Beyond the paper, whose characters stand in an empty plane.
+//! Obstacles: walls, furniture, ledges and other bodies that no motion may enter. Not in the paper, whose characters stand in an empty plane.
 //!
 //! Source of the signed distances: Quilez, "Distance functions" and "2D distance functions": box, capsule, convex polygon. Differs: each also
 //! gives the direction in which the distance grows.
@@ -178,8 +178,8 @@ impl Obstacle {
         Ok(Self { velocity, ..self })
     }
 
-    /// Returns the obstacle with another weight: the harm of entering it by a metre, as a multiple of the harm of being hit by a threat a metre
-    /// deep. It decides where no motion avoids both. Default 4.
+    /// Returns the obstacle with another weight: how much worse it is to enter the obstacle than to be hit equally deep by a threat. It matters if
+    /// no motion avoids both. Default 4.
     ///
     /// # Errors
     /// A weight that is not positive or above 10⁶.
@@ -260,6 +260,18 @@ impl Heights {
 impl Obstacle {
     /// The nearest surface point `seconds` from now.
     pub(crate) fn nearest(&self, point: Vec3, seconds: f32) -> Nearest {
+        self.nearest_at(point, seconds)
+    }
+
+    /// Distance of a point from the surface `seconds` from now, in metres; negative inside.
+    #[must_use]
+    pub fn distance(&self, point: Vec3, seconds: f32) -> f32 {
+        self.nearest_at(point, seconds).metres
+    }
+
+    /// [`Obstacle::nearest`], inlined so that the normal costs nothing where it is not used.
+    #[inline(always)]
+    fn nearest_at(&self, point: Vec3, seconds: f32) -> Nearest {
         let point = self.moved_back(point, seconds);
         let nearest = match &self.shape {
             Shape::HalfSpace { point: on, normal } => Nearest {
@@ -288,24 +300,6 @@ impl Obstacle {
             metres: nearest.metres - self.margin,
             ..nearest
         }
-    }
-
-    /// Distance of a point from the surface `seconds` from now, in metres; negative inside.
-    #[must_use]
-    pub fn distance(&self, point: Vec3, seconds: f32) -> f32 {
-        let metres = match &self.shape {
-            Shape::HalfSpace { point: on, normal } => {
-                normal.dot(self.moved_back(point, seconds) - *on)
-            }
-            Shape::Disc { center, radius } => {
-                let point = self.moved_back(point, seconds);
-                Vec3::new(point.x - center.x, 0.0, point.z - center.y).length() - radius
-            }
-            Shape::Block { .. } | Shape::Capsule { .. } | Shape::Prism { .. } => {
-                return self.nearest(point, seconds).metres;
-            }
-        };
-        metres - self.margin
     }
 
     /// The point where it would be if the obstacle had not moved.
@@ -389,6 +383,7 @@ impl Obstacle {
 }
 
 /// `apart` leads from the nearest point of an axis to the point.
+#[inline(always)]
 fn from_axis(apart: Vec3, radius: f32) -> Nearest {
     let far = apart.length();
     Nearest {
@@ -398,6 +393,7 @@ fn from_axis(apart: Vec3, radius: f32) -> Nearest {
 }
 
 /// `turn` is cosine and sine of the heading.
+#[inline(always)]
 fn block_nearest(apart: Vec3, half: Vec3, turn: Vec2) -> Nearest {
     let (cos, sin) = (turn.x, turn.y);
     let turned = Vec3::new(
@@ -425,6 +421,7 @@ fn block_nearest(apart: Vec3, half: Vec3, turn: Vec2) -> Nearest {
 }
 
 /// The corners turn from +X to +Z.
+#[inline(always)]
 fn polygon_nearest(point: Vec2, corners: &[Vec2]) -> Nearest {
     let mut inside = (f32::NEG_INFINITY, Vec2::X);
     let mut outside = (f32::INFINITY, Vec2::X);
@@ -449,42 +446,5 @@ fn polygon_nearest(point: Vec2, corners: &[Vec2]) -> Nearest {
     Nearest {
         metres,
         normal: Vec3::new(normal.x, 0.0, normal.y),
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use rand::{RngExt, SeedableRng};
-    use rand_pcg::Pcg32;
-
-    use super::*;
-
-    #[test]
-    fn distances_are_those_of_the_nearest_points() {
-        let mut random = Pcg32::seed_from_u64(3);
-        let mut number = |most: f32| random.random_range(-most..most);
-        for _ in 0..200 {
-            let mut point = |most: f32| Vec3::new(number(most), number(most), number(most));
-            let (at, to, velocity) = (point(3.0), point(3.0), point(2.0));
-            let corners = [Vec2::ZERO, Vec2::X, Vec2::ONE].map(|corner| corner + to.truncate());
-            for obstacle in [
-                Obstacle::half_space(at, to),
-                Obstacle::block(at, Vec3::splat(0.4), to.x),
-                Obstacle::capsule(at, to, 0.3),
-                Obstacle::polygon(&corners),
-                Obstacle::disc(at.truncate(), 0.7),
-            ] {
-                let obstacle = obstacle.unwrap().moving(velocity).unwrap().later(0.2, 0.05);
-                for _ in 0..20 {
-                    let (point, seconds) = (point(4.0), 0.7);
-                    let nearest = obstacle.nearest(point, seconds);
-                    assert_eq!(obstacle.distance(point, seconds), nearest.metres);
-                    // The surface is that far away in that direction.
-                    let surface = point - nearest.normal * nearest.metres;
-                    let off = obstacle.distance(surface, seconds);
-                    assert!(off.abs() < 1e-4 || nearest.metres < 0.0, "{off} m");
-                }
-            }
-        }
     }
 }

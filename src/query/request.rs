@@ -1,4 +1,4 @@
-//! What is asked: a query of a baked graph, and its requests.
+//! A query of a baked graph, and its requests.
 
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
@@ -11,19 +11,7 @@ use crate::graph::{EdgeId, Motion, MotionGraph, MotionMoment, NodeId, Played, Pl
 use crate::maps::{BakedGraph, PathId};
 use crate::math::Rigid2;
 
-/// Finds motions of a baked graph that avoid attacks.
-///
-/// ```
-/// # fn ask(baked: &sabaki::maps::BakedGraph, playhead: sabaki::graph::Playhead, attack: &sabaki::query::Attack) {
-/// use sabaki::query::{Answer, Query, QueryContext, QuerySettings, Request};
-///
-/// let settings = QuerySettings::default();
-/// // Keep both from one query to the next. After a few queries nothing is allocated.
-/// let (mut context, mut answer) = (QueryContext::default(), Answer::default());
-/// Query::new(baked, &settings).answer(Request::new(playhead, attack), &mut context, &mut answer);
-/// println!("avoided: {}, by {} m", answer.avoided, answer.clearance().metres);
-/// # }
-/// ```
+/// Finds motions of a baked graph that avoid attacks. The [module](super) shows how.
 #[derive(Clone, Copy, Debug)]
 pub struct Query<'a> {
     pub(super) baked: &'a BakedGraph,
@@ -137,7 +125,7 @@ impl<'a> Request<'a> {
 
     /// Creates a request for a character that is at a moment of a motion.
     #[must_use]
-    pub fn of_motion(graph: &MotionGraph, playing: MotionMoment<'a>, attack: &'a Attack) -> Self {
+    pub fn from_motion(graph: &MotionGraph, playing: MotionMoment<'a>, attack: &'a Attack) -> Self {
         let playhead = playing.motion.playhead(graph, playing.seconds);
         Self {
             playing: Some(playing),
@@ -174,7 +162,7 @@ impl ActiveRequest {
     pub(super) fn set(&mut self, baked: &BakedGraph, request: Request<'_>) {
         let graph = baked.graph();
         let playhead = request.playhead.sanitized(graph);
-        self.attack.clone_from(request.attack);
+        self.attack.copy_from(request.attack);
         (self.margin, self.evasions_only) = (0.0, false);
         self.playhead = playhead;
         self.evaluation = request.evaluation;
@@ -193,7 +181,7 @@ impl ActiveRequest {
 
     /// Applies the scope of a plan to the request.
     pub(super) fn limit(&mut self, scope: PlanScope<'_>) {
-        self.plain.clone_from(scope.plain);
+        self.plain.copy_from(scope.plain);
         (self.margin, self.evasions_only) = (scope.margin, scope.evasions_only);
     }
 

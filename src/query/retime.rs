@@ -60,7 +60,7 @@ impl Rate {
     };
 
     /// A rate of all edges.
-    pub(super) fn of_all(rate: f32) -> Self {
+    pub(super) fn for_all(rate: f32) -> Self {
         let direction = match rate {
             faster if faster > 1.0 => Direction::Faster,
             slower if slower < 1.0 => Direction::Slower,
@@ -153,46 +153,23 @@ mod tests {
     };
 
     #[test]
-    fn only_what_may_change_makes_up_the_time() {
-        // One second is fixed, so the other must pass in half a second.
-        let found = rate(&HALF_FASTER, 1.5, &RateSettings::default());
-        assert_eq!(
-            found,
-            Ok(Rate {
-                rate: 2.0,
-                direction: Direction::Faster
-            })
-        );
-    }
-
-    #[test]
-    fn in_time_needs_no_change() {
-        let found = rate(&HALF_FASTER, 2.01, &RateSettings::default());
-        assert_eq!(
-            found,
-            Ok(Rate {
-                rate: 1.0,
-                direction: Direction::Unchanged
-            })
-        );
-    }
-
-    #[test]
-    fn refuses_with_the_reason() {
-        let settings = RateSettings::default();
-        assert_eq!(
-            rate(&HALF_FASTER, 3.0, &settings),
-            Err(RateError::NothingRetimable { faster: false })
-        );
-        assert_eq!(
-            rate(&HALF_FASTER, 1.25, &settings),
-            Err(RateError::OutOfRange { rate: 4.0 })
-        );
-        assert_eq!(
-            rate(&HALF_FASTER, 0.9, &settings),
-            Err(RateError::OutOfRange {
-                rate: f32::INFINITY
-            })
-        );
+    fn only_retimable_edges_make_up_the_time() {
+        let found = |rate, direction| Ok(Rate { rate, direction });
+        for (available, expected) in [
+            // One second is fixed, so the other must pass in half a second.
+            (1.5, found(2.0, Direction::Faster)),
+            (2.01, found(1.0, Direction::Unchanged)),
+            (3.0, Err(RateError::NothingRetimable { faster: false })),
+            (1.25, Err(RateError::OutOfRange { rate: 4.0 })),
+            (
+                0.9,
+                Err(RateError::OutOfRange {
+                    rate: f32::INFINITY,
+                }),
+            ),
+        ] {
+            let found = rate(&HALF_FASTER, available, &RateSettings::default());
+            assert_eq!(found, expected);
+        }
     }
 }

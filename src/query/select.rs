@@ -5,11 +5,11 @@
 //! node's grid is clean, all paths become candidates. The answer is therefore a hit only if every candidate is hit. The cost
 //! falls on queries in which all kept candidates are hit: one exact test of each removed candidate, up to its first hit, and a second round.
 
-use super::evaluate::Evaluator;
+use super::evaluate::{Evaluator, Round};
 use super::gather::{GatherScratch, gather_entries, gather_layers, gather_moves};
 use super::request::{Evaluation, Query};
 use super::state::{QueryState, Source};
-use super::warp::{Warper, adjust, warp_hits};
+use super::warp::{Warper, warp_hits};
 use crate::graph::Motion;
 
 /// The chosen candidate of a query.
@@ -35,26 +35,19 @@ pub(super) fn select(
     let only = state.request.evasions_only && !state.candidates.list.is_empty();
     let (mut has_layers, mut has_entries, mut has_moves) = (only, only, only);
     let mut reconsidered = 0;
-    gather.natural.start();
-    evaluator.start(state);
-    let walks = gather.natural.walks(query, &state.request);
-    let layer = |state: &mut QueryState, gather: &mut GatherScratch, body: &mut _| {
-        let QueryState {
-            request,
-            layers,
-            candidates,
-            search,
-            ..
-        } = state;
-        let natural = (&mut gather.natural, &mut gather.ranking);
-        search.followed +=
-            gather_layers(query, request, layers, &mut candidates.list, natural, body);
-    };
+    let GatherScratch {
+        natural, ranking, ..
+    } = gather;
+    natural.start();
+    evaluator.start(&state.candidates);
+    let walks = natural.walks(query, &state.request);
     loop {
         let all = 0..state.candidates.list.len();
+        let round = Round { query, state };
         let kept = all.clone().filter(|&index| !state.is_culled(index));
-        evaluator.evaluate(query, state, kept);
-        if !evaluator.has_clean() && is_grid {
+        evaluator.evaluate(round, kept);
+        let has_clean = evaluator.has_clean();
+        if !has_clean && is_grid {
             let is_certain = query.baked.atlas().grid().is_certain();
             if state.request.evaluation == Evaluation::Lazy && is_certain {
                 state.candidates.store_hits(&evaluator.evaluated);
@@ -62,64 +55,49 @@ pub(super) fn select(
             return None;
         }
         // A walking body may keep walking, even if it could stop for another evasion.
-        if !has_layers && walks && evaluator.has_clean() {
-            has_layers = true;
-            layer(state, gather, evaluator.body());
-            continue;
-        }
-        if !is_grid && !has_entries && !evaluator.has_clean() {
-            if !std::mem::replace(&mut has_layers, true) {
-                layer(state, gather, evaluator.body());
-            }
-            has_entries = true;
-            let QueryState {
-                request,
-                entries,
-                candidates,
-                search,
-                ..
-            } = &mut *state;
-            let (natural, body) = (&mut gather.natural, evaluator.body());
-            search.followed +=
-                gather_entries(query, request, entries, &mut candidates.list, natural, body);
-            continue;
-        }
+        let may_walk_on = !has_layers && walks && has_clean;
+        let may_enter = !is_grid && !has_entries && !has_clean;
         // If an entry is clean, moves are not searched: few would score better, and all would be tested.
-        let is_entered = has_entries && evaluator.has_clean();
-        if !is_grid && !has_moves && !is_entered && evaluator.can_moves_win(query, state) {
-            has_moves = true;
+        let is_entered = has_entries && has_clean;
+        let may_move = !is_grid && !has_moves && !is_entered && evaluator.can_moves_win(round);
+        if may_walk_on || may_enter || may_move {
             let QueryState {
                 request,
-                moves,
                 candidates,
-                search,
+                moves,
                 ..
             } = &mut *state;
-            *search += gather_moves(query, request, moves, &mut candidates.list);
+            let body = evaluator.body();
+            if may_walk_on || (may_enter && !has_layers) {
+                gather_layers(query, request, candidates, natural, ranking, body);
+            }
+            if may_walk_on {
+                has_layers = true;
+            } else if may_enter {
+                (has_layers, has_entries) = (true, true);
+                gather_entries(query, request, candidates, natural, body);
+            } else {
+                has_moves = true;
+                gather_moves(query, request, moves, candidates);
+            }
             continue;
         }
-        let state = &*state;
-        if !evaluator.has_clean() || reconsidered > 0 {
+        if !has_clean || reconsidered > 0 {
             let culled = all.filter(|&index| state.is_culled(index));
             reconsidered = culled.clone().count();
-            evaluator.evaluate(query, state, culled);
+            evaluator.evaluate(round, culled);
         }
         if !evaluator.has_clean() {
-            evaluator.measure_shallowest_hit(query, state);
+            evaluator.measure_shallowest_hit(round);
         }
         // A hit by less than the sampling error may be clean.
-        if !evaluator.has_clean()
-            && let Some(chosen) = warp_hits(query, state, evaluator, warper, motion)
-        {
-            return Some(Selection {
-                chosen,
-                reconsidered,
-            });
-        }
-        let chosen = evaluator.best();
+        let warped = match evaluator.has_clean() {
+            true => None,
+            false => warp_hits(round, evaluator, warper, motion),
+        };
+        let chosen = warped.unwrap_or_else(|| evaluator.best());
         // If the final test shows a hit, the next iteration tests candidates that were skipped because of this one.
-        if evaluator.confirm(query, state, chosen, motion) {
-            adjust(query, state, evaluator, warper, chosen, motion);
+        if warped.is_some() || evaluator.confirm(round, chosen, motion) {
             return Some(Selection {
                 chosen,
                 reconsidered,

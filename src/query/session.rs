@@ -32,7 +32,7 @@ use crate::maps::PathId;
 pub struct QueryContext {
     state: QueryState,
     scratch: Scratch,
-    culler: ChoiceCuller,
+    culler: Option<cpu::Culler>,
 }
 
 impl QueryContext {
@@ -43,7 +43,7 @@ impl QueryContext {
 
     /// Sets the time at which the tests of a plan end, or `None`, and removes the poses of earlier queries.
     pub(crate) fn start_plan(&mut self, deadline: Option<Instant>) {
-        self.forget_poses();
+        self.body().forget();
         self.body().set_deadline(deadline);
     }
 
@@ -54,49 +54,18 @@ impl QueryContext {
         body.set_deadline(None);
         in_time
     }
-
-    /// Removes the poses of earlier queries.
-    pub(crate) fn forget_poses(&mut self) {
-        self.scratch.evaluator.forget_poses();
-    }
 }
 
 /// Scratch of the stages.
 #[derive(Clone, Debug, Default)]
 struct Scratch {
     gather: GatherScratch,
-    place: PlaceScratch,
     evaluator: Evaluator,
     warper: Warper,
-}
-
-/// The CPU culler, which counts the parts that a choice needs.
-#[derive(Clone, Debug)]
-struct ChoiceCuller(cpu::Culler);
-
-impl Default for ChoiceCuller {
-    fn default() -> Self {
-        Self(cpu::Culler::default().counting(Counted::FOR_A_CHOICE))
-    }
-}
-
-/// Scratch of the attack's maps.
-#[derive(Clone, Debug)]
-struct PlaceScratch {
     placed: Vec<PlacedRegion>,
-    clocks: Vec<f32>,
+    time_offsets: Vec<f32>,
     /// The attack in the node's frame.
-    attack: Attack,
-}
-
-impl Default for PlaceScratch {
-    fn default() -> Self {
-        Self {
-            placed: Vec::new(),
-            clocks: Vec::new(),
-            attack: Attack::empty(),
-        }
-    }
+    attack: Option<Attack>,
 }
 
 /// A query that waits for the counts of a culling path.
@@ -128,9 +97,9 @@ impl<'a> Query<'a> {
     where
         'a: 's,
     {
-        context.forget_poses();
+        context.body().forget();
         let QueryContext { state, scratch, .. } = context;
-        Session::new(*self, state, scratch).start(request)
+        Session::start(*self, state, scratch, request)
     }
 
     /// Resumes a session that was dropped before it was done. Use the query that started it.
@@ -141,30 +110,30 @@ impl<'a> Query<'a> {
     where
         'a: 's,
     {
+        let query = *self;
         let QueryContext { state, scratch, .. } = context;
         let is_waiting = state.is_waiting && state.round == id.0;
-        is_waiting.then(|| Session::new(*self, state, scratch))
+        is_waiting.then_some(Session {
+            query,
+            state,
+            scratch,
+        })
     }
 
     /// Answers a request, culling on the CPU.
     pub fn answer(&self, request: Request<'_>, context: &mut QueryContext, answer: &mut Answer) {
-        context.forget_poses();
-        let QueryContext {
-            state,
-            scratch,
-            culler,
-        } = context;
-        let mut session = Session::new(*self, state, scratch).start(request);
-        session.run_on_cpu(&mut culler.0, answer);
+        context.body().forget();
+        self.answer_in_scope(request, None, context, answer);
     }
 
-    /// Answers a request of a plan. If no motion avoids its attack, the answer may avoid the attack without the margin.
+    /// Answers a request of a plan, or any request without a scope. If no motion avoids the attack of a plan, the answer may avoid the attack
+    /// without the margin.
     ///
-    /// The queries of a plan have their poses in common: [`QueryContext::forget_poses`] comes before the first of them.
-    pub(crate) fn answer_plan(
+    /// The queries of a plan have their poses in common: [`QueryContext::start_plan`] comes before the first of them.
+    pub(crate) fn answer_in_scope(
         &self,
         request: Request<'_>,
-        scope: PlanScope<'_>,
+        scope: Option<PlanScope<'_>>,
         context: &mut QueryContext,
         answer: &mut Answer,
     ) {
@@ -173,35 +142,41 @@ impl<'a> Query<'a> {
             scratch,
             culler,
         } = context;
-        let mut session = Session::new(*self, state, scratch).start(request);
-        session.state.request.limit(scope);
-        session.run_on_cpu(&mut culler.0, answer);
+        let new = || cpu::Culler::default().counting(Counted::FOR_A_CHOICE);
+        let culler = culler.get_or_insert_with(new);
+        let mut session = Session::start(*self, state, scratch, request);
+        if let Some(scope) = scope {
+            session.state.request.limit(scope);
+        }
+        session.run_on_cpu(culler, answer);
     }
 }
 
 impl<'a> Session<'a> {
-    fn new(query: Query<'a>, state: &'a mut QueryState, scratch: &'a mut Scratch) -> Self {
-        Self {
+    /// Begins a request.
+    fn start(
+        query: Query<'a>,
+        state: &'a mut QueryState,
+        scratch: &'a mut Scratch,
+        request: Request<'_>,
+    ) -> Self {
+        state.request.set(query.baked, request);
+        state.candidates.known.clear();
+        state.is_waiting = true;
+        let mut session = Self {
             query,
             state,
             scratch,
-        }
-    }
-
-    /// Begins a request.
-    fn start(mut self, request: Request<'_>) -> Self {
-        self.state.request.set(self.query.baked, request);
-        self.state.candidates.known.clear();
-        self.state.is_waiting = true;
-        if self.query.settings.enumerate.uses_grid() {
-            self.gather(Source::Grid);
-            if self.state.candidates.list.is_empty() {
-                self.gather(Source::NothingFiled);
+        };
+        if query.settings.enumerate.uses_grid() {
+            session.gather(Source::Grid);
+            if session.state.candidates.list.is_empty() {
+                session.gather(Source::EmptyCells);
             }
         } else {
-            self.gather(Source::Whole);
+            session.gather(Source::Whole);
         }
-        self
+        session
     }
 
     /// Id of this round, for [`Query::resume`].
@@ -234,15 +209,10 @@ impl<'a> Session<'a> {
         &mut self,
         count: impl FnOnce(&CullInput<'_>, &mut Vec<Overlap>) -> Result<(), E>,
     ) -> Result<(), E> {
-        let QueryState {
-            maps, candidates, ..
-        } = &mut *self.state;
-        let input = CullInput {
-            atlas: self.query.baked.atlas(),
-            attack: &maps.attack,
-            candidates: &maps.candidates,
-        };
-        count(&input, &mut candidates.overlaps)
+        let mut overlaps = std::mem::take(&mut self.state.candidates.overlaps);
+        let counted = count(&self.cull_input(), &mut overlaps);
+        self.state.candidates.overlaps = overlaps;
+        counted
     }
 
     /// The counts of this round, in the order of [`Session::cull_input`].
@@ -267,13 +237,13 @@ impl<'a> Session<'a> {
             warper,
             ..
         } = &mut *self.scratch;
-        let motion = &mut answer.motion;
-        let selection = select(self.query, self.state, gather, evaluator, warper, motion);
+        let (query, motion) = (self.query, &mut answer.motion);
+        let selection = select(query, self.state, gather, evaluator, warper, motion);
         let Some(selection) = selection else {
             self.gather(Source::NothingClean);
             return Step::Recount;
         };
-        answer.fill(self.query, self.state, &evaluator.evaluated, selection);
+        answer.fill(query.baked, self.state, &evaluator.evaluated, selection);
         self.state.is_waiting = false;
         Step::Done
     }
@@ -287,7 +257,12 @@ impl<'a> Session<'a> {
         answer: &mut Answer,
         mut count: impl FnMut(&CullInput<'_>, &mut Vec<Overlap>) -> Result<(), E>,
     ) -> Result<(), E> {
-        self.run_rounds(answer, |session| session.count(&mut count))
+        loop {
+            self.count(&mut count)?;
+            if self.submit_counted(answer) == Step::Done {
+                return Ok(());
+            }
+        }
     }
 
     /// Runs the session to its end on the CPU.
@@ -297,23 +272,6 @@ impl<'a> Session<'a> {
             culler.count(input, counts);
             Ok::<_, Infallible>(())
         });
-    }
-
-    /// Like [`Session::run`], for callers that also look at each round: `count` calls [`Session::count`].
-    ///
-    /// # Errors
-    /// The error of `count`.
-    pub fn run_rounds<E>(
-        &mut self,
-        answer: &mut Answer,
-        mut count: impl FnMut(&mut Self) -> Result<(), E>,
-    ) -> Result<(), E> {
-        loop {
-            count(self)?;
-            if self.submit_counted(answer) == Step::Done {
-                return Ok(());
-            }
-        }
     }
 
     /// Also draws the outer maps of the attack, so that [`Overlap::outer`] can be counted.
@@ -339,17 +297,15 @@ impl<'a> Session<'a> {
         self.state.source = source;
         let enumerate = match source {
             Source::Grid => self.query.settings.enumerate,
-            Source::NothingFiled | Source::NothingClean | Source::Whole => Enumerate::Whole,
+            _ => Enumerate::Whole,
         };
         let QueryState {
             request,
             candidates,
-            late,
-            search,
             ..
         } = &mut *self.state;
-        let (list, scratch) = (&mut candidates.list, &mut self.scratch.gather.evasions);
-        *search = gather_evasions(self.query, request, enumerate, list, late, scratch);
+        let scratch = &mut self.scratch.gather.evasions;
+        gather_evasions(self.query, request, enumerate, candidates, scratch);
         reject_blocked(self.query.baked, request, candidates);
         candidates.put_known_last();
         self.draw_maps(false);
@@ -358,14 +314,15 @@ impl<'a> Session<'a> {
     /// Transforms the evasions of the candidates to the frame of the next node, and draws the attack's maps there.
     fn draw_maps(&mut self, outer: bool) {
         let _span = tracing::trace_span!("query: draw the attack's maps").entered();
-        let PlaceScratch {
+        let Scratch {
             placed,
-            clocks,
+            time_offsets,
             attack,
-        } = &mut self.scratch.place;
+            ..
+        } = &mut *self.scratch;
         let (baked, request) = (self.query.baked, &self.state.request);
         placed.clear();
-        clocks.clear();
+        time_offsets.clear();
         let attack_start = request.attack.start();
         let counted = &self.state.candidates.list[..self.state.candidates.counted];
         placed.extend(counted.iter().filter_map(|candidate| {
@@ -376,26 +333,26 @@ impl<'a> Session<'a> {
             Some(PlacedRegion {
                 region: baked.evasions()[path.goal as usize].region,
                 placement: path.placement,
-                clock: clock(clocks, start - attack_start),
+                clock: offset_index(time_offsets, start - attack_start),
             })
         }));
+        let attack = attack.get_or_insert_with(Attack::empty);
         attack.place_from(&request.attack, request.node_frame.inverse());
         let (atlas, reach) = (baked.atlas(), baked.reach());
-        self.state
-            .maps
-            .draw(atlas, attack, clocks, placed, reach, outer);
+        let maps = &mut self.state.maps;
+        maps.draw(atlas, attack, time_offsets, placed, reach, outer);
     }
 }
 
-/// Index of the clock with an offset, which is the time from the attack's start to the evasion's start in seconds. Adds a clock if there is
-/// none. Offsets that single precision cannot distinguish share a clock.
-fn clock(clocks: &mut Vec<f32>, offset: f32) -> u32 {
+/// Index of the time offset from the attack's start to the evasion's start, in seconds. Adds it if there is none. Offsets that single precision
+/// cannot distinguish share an index.
+fn offset_index(time_offsets: &mut Vec<f32>, offset: f32) -> u32 {
     const ALIKE: f32 = 1e-5;
     let alike = |other: &f32| (other - offset).abs() <= ALIKE;
-    let found = clocks.iter().position(alike);
+    let found = time_offsets.iter().position(alike);
     found.unwrap_or_else(|| {
-        clocks.push(offset);
-        clocks.len() - 1
+        time_offsets.push(offset);
+        time_offsets.len() - 1
     }) as u32
 }
 
@@ -407,7 +364,6 @@ mod tests {
     use glam::Vec3;
 
     use super::*;
-    use crate::anim::Pose;
     use crate::graph::{EdgeId, Playhead};
     use crate::maps::SphereKey;
     use crate::math::Rigid2;
@@ -433,7 +389,8 @@ mod tests {
             let mut answer = Answer::default();
             context.start_plan(deadline);
             let request = Request::new(playhead, &attack);
-            Query::new(baked(), &settings).answer_plan(request, scope, context, &mut answer);
+            let query = Query::new(baked(), &settings);
+            query.answer_in_scope(request, Some(scope), context, &mut answer);
             (context.end_plan(), answer)
         };
         let (in_time, alone) = plan(&mut QueryContext::default(), None);
@@ -445,14 +402,7 @@ mod tests {
         for deadline in [None, Some(now + Duration::from_secs(600))] {
             let (in_time, after) = plan(&mut context, deadline);
             assert!(in_time);
-            assert_eq!(after.avoided, alone.avoided);
-            assert_eq!(after.clearance(), alone.clearance());
-            let moments = [after, alone.clone()].map(|answer| {
-                let mut pose = Pose::default();
-                answer.motion.sample(baked().graph(), 0.9, &mut pose);
-                pose
-            });
-            assert_eq!(moments[0], moments[1]);
+            assert_eq!(format!("{after:?}"), format!("{alone:?}"));
         }
     }
 }

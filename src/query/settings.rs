@@ -2,8 +2,6 @@
 //!
 //! Source of the terms and the default limits: Masaoka & Oshita, sections 5.1 to 5.4. Entries, layers and warps are not part of the paper.
 
-use std::ops::RangeInclusive;
-
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
@@ -23,8 +21,7 @@ pub struct QuerySettings {
     pub alike_angle: f32,
     /// Maximum number of candidates that end in an evasion. Default 256. Those with rates nearest to 1 are kept.
     pub most_evasions: usize,
-    /// Limits of the evasions that are entered without an edge. Recordings without the setting are read as having none.
-    #[serde(default = "EntryUse::none")]
+    /// Limits of the evasions that are entered without an edge.
     pub entries: EntryUse,
     /// Limits of the search for moves.
     pub moves: MoveSettings,
@@ -32,14 +29,7 @@ pub struct QuerySettings {
     pub weights: Weights,
     /// Whether the answer lists the paths that are not in time, with the reasons. If not, they are only counted. Default false.
     pub list_late: bool,
-    /// Number of threads that test candidates exactly, or 0 for one thread per core. Default 1. The answer does not depend on it.
-    ///
-    /// Only independent tests are divided among threads: those before the first clean candidate is found, and all tests of
-    /// [`Evaluation::Exhaustive`](super::Evaluation::Exhaustive). The threads belong to the
-    /// [`QueryContext`](super::QueryContext).
-    pub threads: usize,
-    /// Settings of warps, which make motions clean. Recordings without the setting are read as having no warps.
-    #[serde(default = "WarpSettings::off")]
+    /// Settings of warps, which make motions clean.
     pub warp: WarpSettings,
 }
 
@@ -55,81 +45,92 @@ impl Default for QuerySettings {
             moves: MoveSettings::default(),
             weights: Weights::default(),
             list_late: false,
-            threads: 1,
             warp: WarpSettings::default(),
         }
     }
 }
 
 /// A setting of a query that is out of range.
-#[derive(Clone, Copy, Debug, PartialEq, Error)]
-#[error("query setting {name} is {value}; it must be {range}")]
+#[derive(Clone, Debug, PartialEq, Error)]
+#[error("query setting {name} is {value}; it must be {least} to {most}")]
 pub struct QuerySettingsError {
     /// Name of the setting.
-    pub name: &'static str,
+    pub name: String,
     /// Value of the setting.
     pub value: f64,
-    /// Range of valid values, in words.
-    pub range: &'static str,
+    /// Smallest valid value.
+    pub least: f64,
+    /// Largest valid value.
+    pub most: f64,
 }
-
-/// Name of a setting, its value, its valid range, and the range in words.
-type RangedSetting = (&'static str, f64, (RangeInclusive<f64>, &'static str));
 
 impl QuerySettings {
     /// Upper limit of the settings that count candidates or paths.
     pub const MOST_CANDIDATES: usize = 1 << 16;
-
-    /// Upper limit of [`QuerySettings::threads`].
-    pub const MOST_THREADS: usize = 1024;
 
     /// Checks that every setting is in range.
     ///
     /// # Errors
     /// The first setting that is out of range.
     pub fn check(&self) -> Result<(), QuerySettingsError> {
-        type Range = (RangeInclusive<f64>, &'static str);
-        const CELL: Range = (0.001..=1000.0, "0.001 to 1000");
-        const RATE: Range = (0.01..=100.0, "0.01 to 100");
-        const WEIGHT: Range = (-1e6..=1e6, "-1000000 to 1000000");
-        const COUNT: Range = (1.0..=QuerySettings::MOST_CANDIDATES as f64, "1 to 65536");
-        const ENTRIES: Range = (0.0..=QuerySettings::MOST_CANDIDATES as f64, "0 to 65536");
-        const THREADS: Range = (0.0..=QuerySettings::MOST_THREADS as f64, "0 to 1024");
-        const TIME: Range = (0.0..=10.0, "0 to 10 s");
-        let (rates, moves, weights) = (&self.rates, &self.moves, &self.weights);
-        let number = |name, value: f32, range| (name, f64::from(value), range);
-        let count = |name, value: usize, range| (name, value as f64, range);
-        let checks = [
-            number("rates.slowest", rates.slowest, RATE),
-            number("rates.fastest", rates.fastest, RATE),
-            number("rates.tolerance", rates.tolerance, TIME),
-            number("rates.nearest", rates.nearest, TIME),
-            number("alike_distance", self.alike_distance, CELL),
-            number("alike_angle", self.alike_angle, CELL),
-            count("most_evasions", self.most_evasions, COUNT),
-            ("entries.most", self.entries.most as f64, ENTRIES),
-            ("entries.layers", self.entries.layers as f64, ENTRIES),
-            number("entries.slowest", self.entries.slowest, RATE),
-            number("entries.fastest", self.entries.fastest, RATE),
-            number("entries.longest_delay", self.entries.longest_delay, TIME),
-            count("moves.width", moves.width, COUNT),
-            count("moves.candidates", moves.candidates, COUNT),
-            number("moves.alike_distance", moves.alike_distance, CELL),
-            number("moves.alike_angle", moves.alike_angle, CELL),
-            number("weights.avoid", weights.avoid, WEIGHT),
-            number("weights.distance", weights.distance, WEIGHT),
-            number("weights.time", weights.time, WEIGHT),
-            number("weights.warp", weights.warp, WEIGHT),
-            count("threads", self.threads, THREADS),
-        ];
-        let wrong = checks
-            .into_iter()
-            .chain(self.warp.ranges())
-            .find(|(_, value, (range, _))| !range.contains(value));
-        match wrong {
-            Some((name, value, (_, range))) => Err(QuerySettingsError { name, value, range }),
-            None => Ok(()),
+        /// Checks settings that share a range.
+        macro_rules! in_range {
+            ($least:expr, $most:expr, [$($($field:ident).+),+]) => {
+                $(check(&[$(stringify!($field)),+], self.$($field).+ as f64, $least, $most)?;)+
+            };
         }
+        let most = Self::MOST_CANDIDATES as f64;
+        in_range!(0.01, 100.0, [rates.slowest, rates.fastest]);
+        in_range!(0.0, 10.0, [rates.tolerance, rates.nearest]);
+        in_range!(0.001, 1000.0, [alike_distance, alike_angle]);
+        in_range!(1.0, most, [most_evasions, moves.width, moves.candidates]);
+        in_range!(0.0, most, [entries.most, entries.layers]);
+        in_range!(0.01, 100.0, [entries.slowest, entries.fastest]);
+        in_range!(0.0, 10.0, [entries.longest_delay]);
+        in_range!(0.001, 1000.0, [moves.alike_distance, moves.alike_angle]);
+        in_range!(-1e6, 1e6, [weights.avoid, weights.distance, weights.time]);
+        in_range!(-1e6, 1e6, [weights.warp]);
+        in_range!(0.0, 1e3, [warp.candidates, warp.rounds]);
+        in_range!(0.0, 1.0, [warp.deepest, warp.margin, warp.bounds.pelvis]);
+        in_range!(0.0, 1.0, [warp.bounds.foot, warp.bounds.hand]);
+        in_range!(0.0, 1.0, [warp.limits.balance, warp.limits.slide]);
+        in_range!(0.0, 1.6, [warp.bounds.spine]);
+        in_range!(0.0, 10.0, [warp.bounds.time, warp.limits.way_in]);
+        in_range!(
+            0.0,
+            10.0,
+            [warp.limits.shortest_way_in, warp.limits.way_out]
+        );
+        in_range!(0.0, 10.0, [warp.limits.reaction, warp.limits.hold]);
+        in_range!(
+            0.0,
+            1e6,
+            [
+                warp.limits.angular_velocity,
+                warp.limits.angular_acceleration
+            ]
+        );
+        in_range!(
+            0.0,
+            1e6,
+            [warp.limits.root_speed, warp.limits.root_acceleration]
+        );
+        in_range!(0.0, 1e6, [warp.limits.end_speed]);
+        in_range!(0.0, 0.9, [warp.limits.rate]);
+        in_range!(0.0, 3.2, [warp.limits.folded]);
+        Ok(())
+    }
+}
+
+fn check(path: &[&str], value: f64, least: f64, most: f64) -> Result<(), QuerySettingsError> {
+    match (least..=most).contains(&value) {
+        true => Ok(()),
+        false => Err(QuerySettingsError {
+            name: path.join("."),
+            value,
+            least,
+            most,
+        }),
     }
 }
 
@@ -138,12 +139,10 @@ impl QuerySettings {
 /// All sets except [`Enumerate::Whole`] come from the node's grid, from cells that the attack touches. If these have no path in time, or no
 /// clean path, the candidates are those of [`Enumerate::Whole`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(from = "Stored", into = "Stored")]
+#[serde(rename_all = "snake_case")]
 pub enum Enumerate {
     /// The touched cell nearest to the character's root, as in the paper.
     NearestCell,
-    /// The nearest touched cell that has a path in time.
-    NearestFiledCell,
     /// All touched cells.
     #[default]
     TouchedCells,
@@ -156,44 +155,6 @@ impl Enumerate {
     #[must_use]
     pub fn uses_grid(self) -> bool {
         self != Self::Whole
-    }
-}
-
-/// Serialized form, for example `{"grid":"union"}`.
-#[derive(Clone, Copy, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-enum Stored {
-    Grid(StoredCells),
-    Whole,
-}
-
-#[derive(Clone, Copy, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-enum StoredCells {
-    Nearest,
-    NearestFiled,
-    Union,
-}
-
-impl From<Stored> for Enumerate {
-    fn from(stored: Stored) -> Self {
-        match stored {
-            Stored::Grid(StoredCells::Nearest) => Self::NearestCell,
-            Stored::Grid(StoredCells::NearestFiled) => Self::NearestFiledCell,
-            Stored::Grid(StoredCells::Union) => Self::TouchedCells,
-            Stored::Whole => Self::Whole,
-        }
-    }
-}
-
-impl From<Enumerate> for Stored {
-    fn from(enumerate: Enumerate) -> Self {
-        match enumerate {
-            Enumerate::NearestCell => Self::Grid(StoredCells::Nearest),
-            Enumerate::NearestFiledCell => Self::Grid(StoredCells::NearestFiled),
-            Enumerate::TouchedCells => Self::Grid(StoredCells::Union),
-            Enumerate::Whole => Self::Whole,
-        }
     }
 }
 
@@ -234,9 +195,8 @@ pub struct EntryUse {
     pub fastest: f32,
     /// Longest time that the natural motion continues before an entry, in seconds. Default 0.8.
     pub longest_delay: f32,
-    /// Maximum number of candidates that layer the upper body of an evasion over the natural motion. 0 disables layers; recordings without the
-    /// setting are read as 0. Default 3.
-    #[serde(default)]
+    /// Maximum number of candidates that layer the upper body of an evasion over the natural motion. 0 disables layers. Default
+    /// 3.
     pub layers: usize,
 }
 
@@ -301,7 +261,6 @@ pub struct Weights {
     /// Weight of V_t. Default 1, with which double rate weighs as much as missing the whole evasion region.
     pub time: f32,
     /// Weight of V_w. Default 0.5, with which a warp that uses one bound completely weighs as much as missing half of the evasion region.
-    #[serde(default)]
     pub warp: f32,
 }
 
@@ -318,18 +277,12 @@ impl Default for Weights {
 
 /// Settings of warps.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default)]
 pub struct WarpSettings {
     /// Maximum number of candidates that are warped if no candidate is clean, the shallowest hits first. 0 disables warps. Default 2. Of a
     /// fighter's hits by thrown balls, a value of 1 avoids 67%, 2 avoids 72% and 4 avoids 73%.
     pub candidates: usize,
     /// Maximum depth of a hit that is warped, in metres. Default 0.3.
     pub deepest: f32,
-    /// Clearance below which a clean answer is warped away from the attack, in metres. Default 0, which never warps it away.
-    pub nearest: f32,
-    /// Clearance above which a clean answer is warped towards the attack if that lowers its score, in metres. Default `None`, which never warps it
-    /// towards the attack.
-    pub widest: Option<f32>,
     /// Wanted clearance of a warped motion, in metres. Default 0.01.
     pub margin: f32,
     /// Maximum number of linearisations. Default 5.
@@ -345,8 +298,6 @@ impl Default for WarpSettings {
         Self {
             candidates: 2,
             deepest: 0.3,
-            nearest: 0.0,
-            widest: None,
             margin: 0.01,
             rounds: 5,
             bounds: WarpBounds::default(),
@@ -359,72 +310,15 @@ impl WarpSettings {
     /// Settings without warps.
     #[must_use]
     pub fn off() -> Self {
-        Self::OFF
+        Self {
+            candidates: 0,
+            ..Self::default()
+        }
     }
-
-    /// All settings with their names and ranges.
-    fn ranges(&self) -> [RangedSetting; 25] {
-        let (bounds, limits) = (&self.bounds, &self.limits);
-        let number =
-            |name, value: f32, most: f64, range| (name, f64::from(value), (0.0..=most, range));
-        let metres = |name, value| number(name, value, 1.0, "0 to 1 m");
-        let angle = |name, value| number(name, value, 1.6, "0 to 1.6 rad");
-        let seconds = |name, value| number(name, value, 10.0, "0 to 10 s");
-        let speed = |name, value| number(name, value, 1e6, "0 to 1000000");
-        let count = |name, value: usize| (name, value as f64, (0.0..=1e3, "0 to 1000"));
-        [
-            count("warp.candidates", self.candidates),
-            metres("warp.deepest", self.deepest),
-            metres("warp.nearest", self.nearest),
-            number(
-                "warp.widest",
-                self.widest.unwrap_or(0.0),
-                100.0,
-                "0 to 100 m",
-            ),
-            metres("warp.margin", self.margin),
-            count("warp.rounds", self.rounds),
-            angle("warp.bounds.spine", bounds.spine),
-            metres("warp.bounds.pelvis", bounds.pelvis),
-            metres("warp.bounds.foot", bounds.foot),
-            metres("warp.bounds.hand", bounds.hand),
-            seconds("warp.bounds.time", bounds.time),
-            seconds("warp.limits.way_in", limits.way_in),
-            seconds("warp.limits.shortest_way_in", limits.shortest_way_in),
-            seconds("warp.limits.way_out", limits.way_out),
-            seconds("warp.limits.reaction", limits.reaction),
-            seconds("warp.limits.hold", limits.hold),
-            speed("warp.limits.angular_velocity", limits.angular_velocity),
-            speed(
-                "warp.limits.angular_acceleration",
-                limits.angular_acceleration,
-            ),
-            speed("warp.limits.root_speed", limits.root_speed),
-            speed("warp.limits.root_acceleration", limits.root_acceleration),
-            speed("warp.limits.end_speed", limits.end_speed),
-            number("warp.limits.rate", limits.rate, 0.9, "0 to 0.9"),
-            metres("warp.limits.balance", limits.balance),
-            number("warp.limits.folded", limits.folded, 3.2, "0 to 3.2 rad"),
-            metres("warp.limits.slide", limits.slide),
-        ]
-    }
-
-    /// Settings without warps.
-    pub const OFF: Self = Self {
-        candidates: 0,
-        deepest: 0.0,
-        nearest: 0.0,
-        widest: None,
-        margin: 0.0,
-        rounds: 0,
-        bounds: WarpBounds::NONE,
-        limits: WarpLimits::STILL,
-    };
 }
 
 /// Maximum displacements of a warp. 0 leaves a part unchanged.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default)]
 pub struct WarpBounds {
     /// Maximum rotation of the whole spine, in radians. Default 15°.
     pub spine: f32,
@@ -451,15 +345,6 @@ impl Default for WarpBounds {
 }
 
 impl WarpBounds {
-    /// Bounds that allow no displacement.
-    pub const NONE: Self = Self {
-        spine: 0.0,
-        pelvis: 0.0,
-        foot: 0.0,
-        hand: 0.0,
-        time: 0.0,
-    };
-
     /// The bound of a limb's end: a foot or a hand.
     #[must_use]
     pub fn end(&self, limb: usize) -> f32 {
@@ -473,7 +358,6 @@ impl WarpBounds {
 
 /// Maximum speeds of a warp, and durations of its fades.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default)]
 pub struct WarpLimits {
     /// Duration of the fade-in if there is time, in seconds. Default 0.35.
     pub way_in: f32,
@@ -524,45 +408,6 @@ impl Default for WarpLimits {
             balance: 0.02,
             folded: 35f32.to_radians(),
             slide: 0.001,
-        }
-    }
-}
-
-impl WarpLimits {
-    /// Limits that allow no motion.
-    pub const STILL: Self = Self {
-        way_in: 0.0,
-        shortest_way_in: 0.0,
-        way_out: 0.0,
-        reaction: 0.0,
-        hold: 0.0,
-        angular_velocity: 0.0,
-        angular_acceleration: 0.0,
-        root_speed: 0.0,
-        root_acceleration: 0.0,
-        end_speed: 0.0,
-        rate: 0.0,
-        balance: 0.0,
-        folded: 0.0,
-        slide: 0.0,
-    };
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_stored_form_is_that_of_a_grid_with_its_cells() {
-        let forms: [(Enumerate, &[u8]); 4] = [
-            (Enumerate::NearestCell, &[0, 0]),
-            (Enumerate::NearestFiledCell, &[0, 1]),
-            (Enumerate::TouchedCells, &[0, 2]),
-            (Enumerate::Whole, &[1]),
-        ];
-        for (enumerate, bytes) in forms {
-            assert_eq!(postcard::to_stdvec(&enumerate).unwrap(), bytes);
-            assert_eq!(postcard::from_bytes::<Enumerate>(bytes), Ok(enumerate));
         }
     }
 }

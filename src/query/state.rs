@@ -3,10 +3,8 @@
 use serde::{Deserialize, Serialize};
 
 use super::cull::QueryMaps;
-use super::gather::{
-    CandidateList, EntryCandidate, LatePaths, LayerCandidate, MoveSearch, SearchReport,
-};
-use super::request::ActiveRequest;
+use super::gather::{CandidateKind, CandidateList, MoveId, MoveSearch};
+use super::request::{ActiveRequest, Evaluation};
 
 /// Plain data: each stage reads the results of earlier stages.
 #[derive(Clone, Debug, Default)]
@@ -18,16 +16,36 @@ pub(super) struct QueryState {
     pub request: ActiveRequest,
     pub source: Source,
     pub candidates: CandidateList,
-    pub late: LatePaths,
-    pub search: SearchReport,
     /// Paths of the candidates that are moves.
     pub moves: MoveSearch,
-    /// Candidates that enter an evasion.
-    pub entries: Vec<EntryCandidate>,
-    /// Candidates that layer an evasion.
-    pub layers: Vec<LayerCandidate>,
     /// The maps of this round's candidates.
     pub maps: QueryMaps,
+}
+
+impl QueryState {
+    /// The path of a move; `None` for other candidates.
+    pub(super) fn move_of(&self, index: usize) -> Option<MoveId> {
+        match self.candidates.list[index].kind {
+            CandidateKind::Move(path) => Some(path),
+            _ => None,
+        }
+    }
+
+    /// Whether the maps remove a candidate.
+    pub(super) fn is_culled(&self, index: usize) -> bool {
+        let overlap = self.candidates.overlap(index);
+        self.request.evaluation == Evaluation::Lazy
+            && !self.starts_in_blend(index)
+            && overlap.is_some_and(|overlap| overlap.body > 0)
+    }
+
+    /// Whether an evasion starts while the offset of an earlier motion still fades out. Maps and tracks do not include the offset.
+    pub(super) fn starts_in_blend(&self, index: usize) -> bool {
+        match self.candidates.list[index].kind {
+            CandidateKind::Evasion { start, .. } => start < self.request.blend.blends_until(),
+            _ => false,
+        }
+    }
 }
 
 /// The set that the candidates of an answer come from.
@@ -37,7 +55,7 @@ pub enum Source {
     /// The grid of the node.
     Grid,
     /// All paths, because the grid cells that the attack touches are empty.
-    NothingFiled,
+    EmptyCells,
     /// All paths, because no candidate of the grid is clean.
     NothingClean,
     /// All paths, because the settings say so.

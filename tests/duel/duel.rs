@@ -175,7 +175,7 @@ fn a_dodge_is_none_by_hearsay() {
 #[test]
 fn nobody_stands_in_the_other_one_leaves_the_arena_or_jumps() {
     let (baked, settings) = (embedded(), DuelSettings::default());
-    let (graph, trunk) = (baked.graph(), Trunk::of(embedded()));
+    let (graph, trunk) = (baked.graph(), Trunk::new(embedded()));
     for fought in some() {
         let ticks = (fought.seconds * 120.0) as usize;
         let mut before: Option<[glam::Vec3; 2]> = None;
@@ -227,11 +227,7 @@ fn the_same_seed_fights_the_same_duel_on_any_number_of_threads() {
     let mut settings = AttackGridSettings::default();
     settings.paths.threads = 3;
     let other = AttackGrid::new(embedded(), &settings);
-    let query = QuerySettings {
-        threads: 3,
-        ..QuerySettings::default()
-    };
-    let again = fight(1, &other, &query);
+    let again = fight(1, &other, &QuerySettings::default());
     assert!(again.exchanges == some()[0].exchanges);
     assert!(again.fighters == some()[0].fighters);
     assert_eq!(again.seconds.to_bits(), some()[0].seconds.to_bits());

@@ -8,7 +8,7 @@ use sabaki_fixtures::baked::embedded;
 use sabaki::graph::Playhead;
 use sabaki::maps::{AttackMaps, AttackMove};
 use sabaki::math::{Rigid2, Sphere};
-use sabaki::query::{Attack, AttackBegin, Query, QuerySettings, Request};
+use sabaki::query::{Attack, Query, QuerySettings, Request};
 use sabaki_fixtures::throw::{ThrowSettings, throw};
 
 fn set_at(maps: &AttackMaps, place: glam::Vec3) -> bool {
@@ -82,11 +82,7 @@ fn an_attack_of_the_graph_is_answered() {
     let in_front = Rigid2::new(std::f32::consts::PI, 0.0, 0.8);
     let (mut avoided, mut met) = (0, 0);
     for (index, strike) in baked.attack_moves().iter().enumerate() {
-        let begin = AttackBegin {
-            placement: in_front,
-            start: 0.9,
-        };
-        let attack = Attack::of_attack_move(baked, strike, begin).unwrap();
+        let attack = Attack::from_attack_move(baked, strike, in_front, 0.9).unwrap();
         assert!((attack.start() - 0.9).abs() < 1e-5 && attack.end() > 0.9);
         let playhead: Playhead = throw(baked, &ThrowSettings::default(), 3, index as u64)
             .unwrap()

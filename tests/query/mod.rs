@@ -71,7 +71,7 @@ fn taken_over(
     most: f32,
 ) -> Answer {
     let (mut context, mut answer) = (QueryContext::default(), Answer::default());
-    let request = Request::of_motion(baked.graph(), motion.moment_at(now), attack);
+    let request = Request::from_motion(baked.graph(), motion.moment_at(now), attack);
     query.answer(request, &mut context, &mut answer);
     let moved = furthest(
         &centres(baked, motion, now),

@@ -88,9 +88,9 @@ impl SteerState {
         }
     }
 
-    /// Whether what is played comes to what was played before.
+    /// Whether the played motion reaches frames that were played recently.
     pub(super) fn repeats(&self, moment: &Moment) -> bool {
-        /// It is left so many frames before.
+        /// The motion is left this many frames before them.
         const BEFORE: u32 = 6;
         let before = self.recent.len().saturating_sub(1);
         self.recent[..before].iter().any(|one| {

@@ -1,29 +1,28 @@
-//! Steering: which moment of the clips is played so that a character does what its goal asks.
+//! Steering: chooses the moment of the clips that a character plays so that it follows its goal.
 //!
 //! Source: Clavet, "Motion Matching and The Road to Next-Gen Animation" (GDC 2016), sections on the search and on inertialization.
 //! Differs: the rest of the error is removed by playback rate and by a slow turn of the root, as in Kovar & Gleicher, "Flexible
 //! Automatic Motion Blending with Registration Curves" (2003), section 5, and a jump turns the motion by up to a limit, which its
-//! blend fades in. What stands idle plays moments that stand and does not choose one twice within a time. Each of them moves the body a
-//! little, and over an hour these steps would add up to metres: each jump goes a little way back.
+//! blend fades in. An idle character plays standing moments and chooses none of them twice within a time. Each of them moves the body a
+//! little, and over an hour these steps would add up to metres: each jump moves it a little towards its place.
 
 mod memory;
-mod settings;
 mod table;
 
 use glam::{Vec2, Vec3};
 
 use super::goal::{Aim, direction, heading_of, wrapped};
 use super::playing::Playing;
+use super::settings::SteerSettings;
 use crate::anim::{JointTransform, Pose, forward_kinematics};
 use crate::graph::{EdgeId, Entry, Motion, MotionGraph, Playhead};
 use crate::maps::{BakedGraph, Stance};
 use crate::math::Rigid2;
 pub(super) use memory::SteerState;
-pub use settings::SteerSettings;
 use table::{AHEAD, Features, Moment, Row, Table, distance};
 
 /// Maximum distance by which a jump brings a character back to the place where it came to stand, in metres. The jump's blend fades it in.
-const WAY_BACK: f32 = 0.02;
+const MOST_RETURN: f32 = 0.02;
 
 /// Speed above which a character walks, in metres per second.
 const WALKS: f32 = 0.3;
@@ -53,31 +52,12 @@ pub(super) struct SteerStep<'a> {
     pub dt: f32,
 }
 
-/// A character that is steered.
-pub(super) struct SteeredBody<'a> {
-    pub playing: &'a mut Playing,
-    pub state: &'a mut SteerState,
-}
-
 /// Position and movement of a character in the world.
 struct Now {
     stance: Stance,
     /// Heading, in radians; averaged over a stride if the table has the average.
     heading: f32,
     features: Features,
-}
-
-/// A search for the moment that is played next.
-struct Search<'a> {
-    step: &'a SteerStep<'a>,
-    state: &'a SteerState,
-    wanted: Row,
-    /// The moment that is played, if the table has it.
-    current: Option<usize>,
-    /// Whether the table ends there.
-    ends: bool,
-    /// Whether the character stands and shall.
-    is_idle: bool,
 }
 
 impl Steering {
@@ -111,14 +91,14 @@ impl Steering {
         Some((moment.edge, moment.edge_frame as f32))
     }
 
-    /// Chooses what is played and turns it; the caller then lets the time pass.
+    /// Chooses the motion and turns it. The caller then advances time.
     pub(super) fn step(
         &self,
         step: &SteerStep<'_>,
-        body: &mut SteeredBody<'_>,
+        playing: &mut Playing,
+        state: &mut SteerState,
         scratch: &mut SteerScratch,
     ) {
-        let SteeredBody { playing, state } = body;
         let graph = step.baked.graph();
         playing.ensure(graph, step.dt);
         state.search_in -= step.dt;
@@ -144,19 +124,12 @@ impl Steering {
             state.aim = step.aim.velocity.to_array();
             state.facing = step.aim.facing;
             let now = step.now(playing, moment.as_ref(), scratch);
-            let search = Search {
-                step,
-                state,
-                wanted: wanted(&step.aim, &now).row(),
-                current,
-                ends,
-                is_idle,
-            };
-            if let Some(found) = self.choose(&search) {
+            let wanted = wanted(&step.aim, &now).row();
+            if let Some(found) = self.choose(step, state, &wanted, current, ends, is_idle) {
                 let mut entry = step.entry(found, &now);
                 if is_idle {
                     let root = Vec2::new(now.stance.root.x, now.stance.root.z);
-                    let way = state.off_place(root).clamp_length_max(WAY_BACK);
+                    let way = state.off_place(root).clamp_length_max(MOST_RETURN);
                     entry.clip_to_world.x -= way.x;
                     entry.clip_to_world.z -= way.y;
                 }
@@ -166,28 +139,29 @@ impl Steering {
         self.turn(step, playing);
     }
 
-    /// The moment to jump to; `None` if what is played goes on.
-    fn choose(&self, search: &Search<'_>) -> Option<&Moment> {
-        let &Search {
-            step,
-            state,
-            is_idle,
-            ..
-        } = search;
+    /// The moment to jump to; `None` to continue the played motion. `current` is the played moment, if the table has it, and `ends` says whether
+    /// the table ends there. `is_idle` says whether the character stands and should stand.
+    fn choose(
+        &self,
+        step: &SteerStep<'_>,
+        state: &SteerState,
+        wanted: &Row,
+        current: Option<usize>,
+        ends: bool,
+        is_idle: bool,
+    ) -> Option<&Moment> {
         let moments = &self.table.moments;
-        let nearest = |allowed: &dyn Fn(&Moment) -> bool| self.nearest(&search.wanted, allowed);
+        let nearest = |allowed: &dyn Fn(&Moment) -> bool| self.nearest(wanted, allowed);
         let gain = step.settings.gain;
-        let moment = search.current.map(|current| &moments[current]);
+        let moment = current.map(|current| &moments[current]);
         let is_fresh =
             |moment: &Moment| moment.is_calm && moment.left > 20 && !state.has_played(moment);
         let fresh = nearest(&|moment| !is_idle || is_fresh(moment));
         // A motion that arrives at recently played frames is left for one that was not played, if that is similar enough.
         let repeats = moment.is_some_and(|moment| is_idle && state.repeats(moment))
             && fresh.is_some_and(|(_, apart)| apart < gain);
-        let kept = match search.current {
-            Some(current) if !search.ends && !repeats => {
-                distance(&self.table.rows[current], &search.wanted)
-            }
+        let kept = match current {
+            Some(current) if !ends && !repeats => distance(&self.table.rows[current], wanted),
             _ => f32::INFINITY,
         };
         let found = fresh.or_else(|| nearest(&|moment| !is_idle || moment.is_calm));
@@ -204,14 +178,14 @@ impl Steering {
         found
     }
 
-    /// Leaves an evasion for the natural motion that is nearest to the aim, where the clips show that a body can. Returns whether it does.
+    /// Leaves an evasion for the natural motion nearest to the aim, if an exit of the baked graph allows it. Returns whether it does.
     pub(super) fn leave(
         &self,
         step: &SteerStep<'_>,
-        body: &mut SteeredBody<'_>,
+        playing: &mut Playing,
+        state: &mut SteerState,
         scratch: &mut SteerScratch,
     ) -> bool {
-        let SteeredBody { playing, state } = body;
         let graph = step.baked.graph();
         // This may move the motion's start.
         playing.ensure(graph, step.dt);
@@ -252,7 +226,7 @@ impl Steering {
             forward_kinematics(graph.skeleton(), pose, &mut joints);
             baked.stance(&joints)
         });
-        let now = Features::of_body(&stance, [&before, &stance], seconds);
+        let now = Features::from_body(&stance, [&before, &stance], seconds);
         let ahead = |seconds: f32| Vec2::new(now.velocity.x, now.velocity.z) * seconds;
         let wanted = Features {
             ways: AHEAD.map(ahead),
@@ -286,7 +260,7 @@ impl Steering {
         best
     }
 
-    /// Turns what is played towards the aim, and sets its rate.
+    /// Turns the played motion towards the aim, and sets its rate.
     fn turn(&self, step: &SteerStep<'_>, playing: &mut Playing) {
         /// Time in which an error is removed, in seconds.
         const SETTLING: f32 = 0.12;
@@ -333,7 +307,7 @@ impl Steering {
 }
 
 impl SteerStep<'_> {
-    /// Whether a character faces the way that is asked for, or none is.
+    /// Whether a character faces the wanted direction, or no direction is wanted.
     fn faces(&self, playing: &Playing, moment: Option<&Moment>) -> bool {
         /// Difference from the wanted heading below which the character does not turn, in radians.
         const NEAR: f32 = 0.15;
@@ -368,7 +342,7 @@ impl SteerStep<'_> {
             heading: moment.map_or(stance.placement.heading(), |moment| {
                 turned.heading() + moment.heading
             }),
-            features: Features::of_body(&stance, [&stance, &next], frame),
+            features: Features::from_body(&stance, [&stance, &next], frame),
         }
     }
 
@@ -400,7 +374,7 @@ impl SteerStep<'_> {
     }
 }
 
-/// The features that an aim asks for: those of the body as they are, and the way that it should go.
+/// The features that an aim asks for: the body's present features, and the path that it should take.
 fn wanted(aim: &Aim, now: &Now) -> Features {
     /// Time in which speed and heading are reached, in seconds.
     const REACHED: f32 = 0.15;

@@ -85,7 +85,7 @@ pub(super) struct Features {
 
 impl Features {
     /// Feet, velocity and height of a body at `now`, without the way ahead. It moves as between two stances that are `seconds` apart.
-    pub(super) fn of_body(now: &Stance, [from, to]: [&Stance; 2], seconds: f32) -> Self {
+    pub(super) fn from_body(now: &Stance, [from, to]: [&Stance; 2], seconds: f32) -> Self {
         let inverse = now.placement.inverse();
         let velocity = |from: Vec3, to: Vec3| inverse.vector(to - from) / seconds;
         let foot = |leg: usize| {
@@ -268,7 +268,7 @@ fn features(posed: &[Stance], frame: usize, frame_rate: f32) -> Features {
     Features {
         ways: AHEAD.map(way),
         turns: AHEAD.map(turn),
-        ..Features::of_body(now, [now, next], 1.0 / frame_rate)
+        ..Features::from_body(now, [now, next], 1.0 / frame_rate)
     }
 }
 

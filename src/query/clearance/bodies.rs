@@ -179,8 +179,7 @@ pub(super) struct PosedSamples {
 #[derive(Clone, Debug)]
 struct Ends<const ROWS: usize> {
     intervals: Intervals,
-    from: [Lanes; ROWS],
-    to: [Lanes; ROWS],
+    lanes: [[Lanes; ROWS]; 2],
 }
 
 /// Number of bounds that are kept.
@@ -256,7 +255,7 @@ impl PosedBody<'_> {
         [x, y, z, self.baked.reach()]
     }
 
-    /// A vertical cylinder around the body. It is that of the pose if the sample is posed.
+    /// A vertical cylinder around the body. A posed sample has a tight one.
     fn bounding_cylinder(&self, tick: usize) -> BoundingCylinder {
         if let Some(cylinder) = self.posed_cylinder(tick / self.interval()) {
             return cylinder;
@@ -274,29 +273,6 @@ impl PosedBody<'_> {
         let playhead = self.motion.playhead(self.baked.graph(), seconds);
         let cylinder = self.baked.bounding_cylinder(playhead.edge, playhead.frame);
         cylinder.placed(playhead.clip_to_world)
-    }
-
-    /// Values at the start and the end of each interval.
-    fn ends<const ROWS: usize>(
-        &self,
-        intervals: Intervals,
-        of: impl Fn(usize) -> [f32; ROWS],
-    ) -> Ends<ROWS> {
-        let (mut from, mut to) = ([[0.0; LANES]; ROWS], [[0.0; LANES]; ROWS]);
-        for at in 0..=intervals.count {
-            let values = of(intervals.tick + at * self.sampling.interval());
-            if at < intervals.count {
-                put(&mut from, at, values);
-            }
-            if let Some(before) = at.checked_sub(1) {
-                put(&mut to, before, values);
-            }
-        }
-        Ends {
-            intervals,
-            from,
-            to,
-        }
     }
 
     /// The cylinder at the start of an interval; `None` unless all intervals were posed in advance.
@@ -330,38 +306,26 @@ impl BodySamples for PosedBody<'_> {
         let (first, interval) = (intervals.tick, self.interval());
         let ends = [first / interval, first / interval + intervals.count];
         let are_posed = ends.iter().all(|&end| self.posed_cylinder(end).is_some());
-        match self.sampling {
-            Sampling::Each if !are_posed => {
-                let mut known = std::mem::take(&mut self.scratch.bounding_spheres);
-                let ends = find_or_add(&mut known, intervals, || {
-                    self.ends(intervals, |tick| self.bounding_sphere(tick))
-                });
-                let lanes = Isa::best().run(
-                    #[inline(always)]
-                    || {
-                        SegmentLanes::new(keys, first, interval)
-                            .distances_to_spheres([&ends.from, &ends.to])
-                    },
-                );
-                self.scratch.bounding_spheres = known;
-                lanes
-            }
-            _ => {
-                let mut known = std::mem::take(&mut self.scratch.bounding_cylinders);
-                let ends = find_or_add(&mut known, intervals, || {
-                    self.ends(intervals, |tick| self.bounding_cylinder(tick).to_array())
-                });
-                let lanes = Isa::best().run(
-                    #[inline(always)]
-                    || {
-                        SegmentLanes::new(keys, first, interval)
-                            .distances_to_cylinders([&ends.from, &ends.to])
-                    },
-                );
-                self.scratch.bounding_cylinders = known;
-                lanes
-            }
+        if self.sampling == Sampling::Each && !are_posed {
+            let mut known = std::mem::take(&mut self.scratch.bounding_spheres);
+            let sphere = |tick: usize| self.bounding_sphere(tick);
+            let ends = find_or_add(&mut known, intervals, interval, sphere);
+            let lanes = Isa::best().run(
+                #[inline(always)]
+                || SegmentLanes::new(keys, first, interval).distances_to_spheres(ends),
+            );
+            self.scratch.bounding_spheres = known;
+            return lanes;
         }
+        let mut known = std::mem::take(&mut self.scratch.bounding_cylinders);
+        let cylinder = |tick: usize| self.bounding_cylinder(tick).to_array();
+        let ends = find_or_add(&mut known, intervals, interval, cylinder);
+        let lanes = Isa::best().run(
+            #[inline(always)]
+            || SegmentLanes::new(keys, first, interval).distances_to_cylinders(ends),
+        );
+        self.scratch.bounding_cylinders = known;
+        lanes
     }
 
     fn prepare_all(&mut self, first: usize, last: usize) -> BoundingCylinder {
@@ -399,25 +363,33 @@ impl BodySamples for PosedBody<'_> {
     }
 }
 
-fn put<const ROWS: usize>(rows: &mut [Lanes; ROWS], lane: usize, values: [f32; ROWS]) {
-    for (row, value) in rows.iter_mut().zip(values) {
-        row[lane] = value;
-    }
-}
-
-/// The bounds of some intervals. They are computed if they are not stored.
+/// The bounds at the start and at the end of each of some intervals. They are computed if they are not stored.
 fn find_or_add<const ROWS: usize>(
     known: &mut Vec<Ends<ROWS>>,
     intervals: Intervals,
-    compute: impl FnOnce() -> Ends<ROWS>,
-) -> &Ends<ROWS> {
+    interval: usize,
+    bound: impl Fn(usize) -> [f32; ROWS],
+) -> [&[Lanes; ROWS]; 2] {
     let at = known.iter().position(|ends| ends.intervals == intervals);
     let at = at.unwrap_or_else(|| {
         if known.len() == MOST_ENDS {
             known.remove(0);
         }
-        known.push(compute());
+        let mut lanes = [[[0.0; LANES]; ROWS]; 2];
+        for at in 0..=intervals.count {
+            let bound = bound(intervals.tick + at * interval);
+            // The end of an interval is the start of the next one.
+            let (start, end) = (at < intervals.count, at.checked_sub(1));
+            for (side, lane) in [start.then_some(at), end].into_iter().enumerate() {
+                let Some(lane) = lane else { continue };
+                for (row, value) in lanes[side].iter_mut().zip(bound) {
+                    row[lane] = value;
+                }
+            }
+        }
+        known.push(Ends { intervals, lanes });
         known.len() - 1
     });
-    &known[at]
+    let [from, to] = &known[at].lanes;
+    [from, to]
 }

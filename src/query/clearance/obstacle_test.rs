@@ -1,6 +1,6 @@
 //! The exact test of a motion against obstacles.
 //!
-//! Beyond the paper, whose characters stand in an empty plane. A motion is sampled at [`ObstacleTest::RATE`], and more often while a fast
+//! Not in the paper, whose characters stand in an empty plane. A motion is sampled at [`ObstacleTest::RATE`], and more often while a fast
 //! obstacle passes. The body at a sample lies in a vertical [`Column`]: distances are 1-Lipschitz, so an obstacle that is further from the
 //! column's axis than the column is wide touches no part of the body. It is skipped until axis and obstacle have moved that far towards each
 //! other: most obstacles cost one distance. The body is posed at the samples that are left, and of its spheres those are tested that reach as far
@@ -177,13 +177,22 @@ impl ObstacleTest<'_> {
                 continue;
             }
             let parts = (speed / Self::LONGEST_WAY).ceil().max(1.0) as usize;
+            let mut list = |column: Column, seconds: f32, metres: f32| {
+                if metres <= column.radius {
+                    near.push(NearSample {
+                        seconds,
+                        axis: column.axis,
+                        obstacle: index as u32,
+                        metres,
+                    });
+                }
+            };
             // Position of the last sample, and whether the axis was outside then.
             let mut before = None;
             let mut tick = 0;
             while tick < ticks {
                 let seconds = from + tick as f32 / Self::RATE;
-                let axis = columns[tick].axis;
-                let metres = obstacle.metres_from_line(axis, heights, seconds);
+                let metres = obstacle.metres_from_line(columns[tick].axis, heights, seconds);
                 if parts > 1 && tick > 0 && metres > 0.0 && before != Some((tick - 1, false)) {
                     let pair = [columns[tick - 1], columns[tick]];
                     for part in 1..parts {
@@ -191,25 +200,11 @@ impl ObstacleTest<'_> {
                         let seconds = from + ((tick - 1) as f32 + share) / Self::RATE;
                         let column = Column::between(pair, share);
                         let metres = obstacle.metres_from_line(column.axis, heights, seconds);
-                        if metres <= column.radius {
-                            near.push(NearSample {
-                                seconds,
-                                axis: column.axis,
-                                obstacle: index as u32,
-                                metres,
-                            });
-                        }
+                        list(column, seconds, metres);
                     }
                 }
                 before = Some((tick, metres > 0.0));
-                if metres <= columns[tick].radius {
-                    near.push(NearSample {
-                        seconds,
-                        axis,
-                        obstacle: index as u32,
-                        metres,
-                    });
-                }
+                list(columns[tick], seconds, metres);
                 let (start, free) = (tick, metres - widest);
                 let moved = |at: usize| gone[at] - gone[start] + speed * (at - start) as f32;
                 tick += 1;

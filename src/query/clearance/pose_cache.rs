@@ -15,7 +15,7 @@ pub(super) struct PoseCache {
     graph: Arc<()>,
     pose: Pose,
     own_joints: Vec<JointTransform>,
-    /// Numbers of the poses that are those of a playhead alone.
+    /// Numbers of the poses that depend on a playhead alone.
     known: FxHashMap<PoseKey, usize>,
     /// The blend in which the motions begin.
     blend: ContinuedBlend,

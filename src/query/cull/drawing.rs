@@ -361,23 +361,22 @@ impl DiscCutter {
         discs: &mut Vec<TimedDisc>,
     ) {
         let grid = self.grid;
-        let cut = if grid.is_certain() {
-            Cut::Inner(self.inner)
-        } else {
-            Cut::Nearest
+        let cut = match grid.is_certain() {
+            true => Cut::Inner(self.inner),
+            false => Cut::Nearest,
+        };
+        let mut add = |ball: Sphere, slice: u32| {
+            let disc = self.disc(ball, slab, cut);
+            discs.extend(disc.map(|disc| TimedDisc { disc, slice }));
         };
         if !grid.is_timed() {
-            let all = steps.untimed.iter();
-            let cut = all.filter_map(|&ball| self.disc(ball, slab, cut));
-            discs.extend(cut.map(|disc| TimedDisc { disc, slice: 0 }));
+            steps.untimed.iter().for_each(|&ball| add(ball, 0));
             return;
         }
-        for step in steps.at(slab).filter(|step| step.is_inner(clock)) {
+        for step in steps.at(slab, clock, |step| step.met_inner) {
             let slice = i64::from(floor((step.middle - offset) / grid.slice_seconds));
             if (0..i64::from(grid.slices)).contains(&slice) {
-                let slice = slice as u32;
-                let disc = self.disc(Sphere::new(step.centre, step.radius), slab, cut);
-                discs.extend(disc.map(|disc| TimedDisc { disc, slice }));
+                add(Sphere::new(step.centre, step.radius), slice as u32);
             }
         }
     }
@@ -392,11 +391,9 @@ impl DiscCutter {
         discs: &mut Vec<TimedDisc>,
     ) {
         let cut = Cut::Outer(self.outer);
-        for step in steps.at(slab).filter(|step| step.is_met(clock)) {
-            let Some((from, to)) = step.slices(self.grid, offset) else {
-                continue;
-            };
-            if let Some(disc) = self.disc(step.bound(), slab, cut) {
+        for step in steps.at(slab, clock, |step| step.met) {
+            let slices = step.slices(self.grid, offset);
+            if let Some(((from, to), disc)) = slices.zip(self.disc(step.bound(), slab, cut)) {
                 discs.extend((from..=to).map(|slice| TimedDisc { disc, slice }));
             }
         }
@@ -434,16 +431,6 @@ impl Step {
     /// Sphere that contains the attack's sphere during the whole step.
     fn bound(&self) -> Sphere {
         Sphere::new(self.centre, self.within)
-    }
-
-    /// Whether the step's outer discs may overlap maps of candidates with a clock.
-    fn is_met(&self, clock: u32) -> bool {
-        self.met & clock_bit(clock) != 0
-    }
-
-    /// Whether the step's inner discs may overlap maps of candidates with a clock.
-    fn is_inner(&self, clock: u32) -> bool {
-        self.met_inner & clock_bit(clock) != 0
     }
 
     /// The first and last slice of the step's time.
@@ -606,11 +593,11 @@ impl AttackSteps {
         }
     }
 
-    /// The steps that may touch a slab.
-    fn at(&self, slab: i32) -> impl Iterator<Item = &Step> {
-        self.steps
-            .iter()
-            .filter(move |step| (step.slabs.0..=step.slabs.1).contains(&slab))
+    /// The steps that may touch a slab, and with a clock some maps whose clocks are the bits of `met`.
+    fn at(&self, slab: i32, clock: u32, met: fn(&Step) -> u64) -> impl Iterator<Item = &Step> {
+        self.steps.iter().filter(move |step| {
+            (step.slabs.0..=step.slabs.1).contains(&slab) && met(step) & clock_bit(clock) != 0
+        })
     }
 }
 

@@ -124,16 +124,3 @@ pub struct Overlap {
     /// means that the motion looks more like an evasion of this attack.
     pub evasion: u32,
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn each_path_is_found_by_its_name_and_no_other() {
-        for path in CullPath::ALL {
-            assert_eq!(CullPath::from_name(&path.to_string()), Some(path));
-        }
-        assert_eq!(CullPath::from_name("CPU"), None);
-    }
-}

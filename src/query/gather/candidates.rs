@@ -28,9 +28,9 @@ pub(in crate::query) enum CandidateKind {
     },
     /// A path without an evasion that lasts as long as the attack.
     Move(MoveId),
-    /// An evasion that is entered without an edge. Index in the query's entries.
+    /// An evasion that is entered without an edge. Index in [`CandidateList::entries`].
     Entry(u32),
-    /// An evasion of the upper body, while pelvis and legs continue. Index in the query's layers.
+    /// An evasion of the upper body, while pelvis and legs continue. Index in [`CandidateList::layers`].
     Layer(u32),
 }
 
@@ -108,15 +108,17 @@ pub(in crate::query) struct CandidateList {
     pub overlaps: Vec<Overlap>,
     /// Results of the candidates that an earlier round has shown to be hit, in order.
     pub known: Vec<KnownHit>,
+    /// The evasions of the candidates that enter one.
+    pub entries: Vec<EntryCandidate>,
+    /// The layers of the candidates that layer an evasion.
+    pub layers: Vec<LayerCandidate>,
+    /// Number of paths to an evasion that no rate brings in time.
+    pub late_count: usize,
+    /// These paths with the reasons. Empty unless [`QuerySettings::list_late`](crate::query::QuerySettings::list_late) is set.
+    pub late: Vec<(PathId, RateError)>,
+    /// Statistics of the search.
+    pub search: SearchReport,
     scratch: Vec<(Candidate, KnownHit)>,
-}
-
-/// Paths to an evasion that no rate brings in time.
-#[derive(Clone, Debug, Default)]
-pub(in crate::query) struct LatePaths {
-    pub count: usize,
-    /// The paths with the reasons. Empty unless [`QuerySettings::list_late`](crate::query::QuerySettings::list_late) is set.
-    pub list: Vec<(PathId, RateError)>,
 }
 
 /// Statistics of a search for candidates.
@@ -128,14 +130,6 @@ pub struct SearchReport {
     pub alike: usize,
     /// Number of paths that a limit of the settings cut off.
     pub cut: usize,
-}
-
-impl std::ops::AddAssign for SearchReport {
-    fn add_assign(&mut self, other: Self) {
-        self.followed += other.followed;
-        self.alike += other.alike;
-        self.cut += other.cut;
-    }
 }
 
 impl Candidate {

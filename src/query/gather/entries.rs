@@ -3,12 +3,11 @@
 //! Source: the entries are those of [`EntryTable`](crate::maps::EntryTable), computed by the bake. This stage selects delays on the
 //! natural motion and playback rates at which the evasion is under way at the attack's contact.
 
-use super::blocked::keep_free;
-use super::candidates::{Candidate, CandidateKind, EntryCandidate};
+use super::candidates::{Candidate, CandidateKind, CandidateList, EntryCandidate};
 use super::natural::NaturalMotion;
-use crate::graph::Entry;
-use crate::maps::{KnownEntry, Stance};
-use crate::query::clearance::{MotionBody, SAMPLE_RATE};
+use crate::graph::{ClipId, EdgeId, Entry};
+use crate::maps::{BakedGraph, KnownEntry, Stance};
+use crate::query::clearance::{MotionBody, ObstacleHit, PlayedTrack, SAMPLE_RATE};
 use crate::query::request::{ActiveRequest, Query};
 use crate::query::retime::Rate;
 use crate::query::settings::EntryUse;
@@ -22,26 +21,23 @@ const DELAY_STEP: f32 = 0.1;
 /// Minimum time from the entry to the contact, in seconds.
 const SHORTEST: f32 = 0.2;
 
-/// Range of the contact: minimum time after the evasion's start, and maximum time after its end, in seconds.
-pub(super) const USEFUL: (f32, f32) = (0.1, 0.15);
-
-/// Adds the evasions that can be entered in time, if the natural motion is hit. Returns their number.
+/// Adds the evasions that can be entered in time, if the natural motion is hit.
 pub(in crate::query) fn gather_entries(
     query: Query<'_>,
     request: &ActiveRequest,
-    entries: &mut Vec<EntryCandidate>,
-    list: &mut Vec<Candidate>,
+    candidates: &mut CandidateList,
     natural: &mut NaturalMotion,
     body: &mut MotionBody,
-) -> usize {
+) {
     let Query { baked, settings } = query;
     let (graph, uses) = (baked.graph(), &settings.entries);
+    let entries = &mut candidates.entries;
     entries.clear();
     if uses.most == 0 || baked.entries().is_empty() {
-        return 0;
+        return;
     }
     let Some(contact) = natural.contact(baked, request, body) else {
-        return 0;
+        return;
     };
     let longest = uses.longest_delay.min(contact - SHORTEST).max(0.0);
     let delays = (longest / DELAY_STEP) as usize;
@@ -56,11 +52,55 @@ pub(in crate::query) fn gather_entries(
     let until = natural.free_until(baked, request);
     keep_free(baked, request, until, entries);
     keep_even(entries, most_entries(uses, request));
-    list.extend(entries.iter().zip(0..).map(|(one, index)| Candidate {
+    candidates.search.followed += entries.len();
+    let added = entries.iter().zip(0..).map(|(one, index)| Candidate {
         kind: CandidateKind::Entry(index),
-        rate: Rate::of_all(one.entry.rate),
-    }));
-    entries.len()
+        rate: Rate::for_all(one.entry.rate),
+    });
+    candidates.list.extend(added);
+}
+
+/// An evasion that can be entered, with times since its start at rate 1, in seconds.
+pub(super) struct EnteredEvasion {
+    /// Index in [`BakedGraph::evasions`].
+    pub evasion: usize,
+    pub clip: ClipId,
+    /// Entered frame of the clip.
+    pub frame: u32,
+    /// Entered edge and its frame.
+    edge: EdgeId,
+    edge_frame: f32,
+    /// Time of the entered frame.
+    pub now: f32,
+    /// Time of the evasion's end.
+    pub end: f32,
+}
+
+impl EnteredEvasion {
+    pub(super) fn new(baked: &BakedGraph, known: KnownEntry) -> Self {
+        let graph = baked.graph();
+        let target = baked.entries().targets()[usize::from(known.target)];
+        let evasion = usize::from(target.evasion);
+        let edge = graph.edge(baked.evasions()[evasion].edge);
+        let start = graph.node(edge.from);
+        let seconds = |frames: f64| (frames / graph.frame_rate()) as f32;
+        Self {
+            evasion,
+            clip: start.clip,
+            frame: target.frame,
+            edge: target.edge,
+            edge_frame: target.edge_frame as f32,
+            now: seconds(f64::from(target.frame) - f64::from(start.frame)),
+            end: seconds(f64::from(edge.frames)),
+        }
+    }
+
+    /// Whether the evasion is under way at a rate, `left` seconds after the entry.
+    pub(super) fn is_useful(&self, left: f32, rate: f32) -> bool {
+        /// Range of the contact: minimum time after the evasion's start, and maximum time after its end, in seconds.
+        const USEFUL: (f32, f32) = (0.1, 0.15);
+        (USEFUL.0..=self.end + USEFUL.1).contains(&(self.now + left * rate))
+    }
 }
 
 /// Adds a candidate for each rate that brings an entry of the table to the contact in time. The entry begins `delay` seconds from now, when the
@@ -73,39 +113,29 @@ fn add_rates(
     left: f32,
     entries: &mut Vec<EntryCandidate>,
 ) {
-    let Query { baked, settings } = query;
-    let uses = &settings.entries;
-    let target = baked.entries().targets()[usize::from(known.target)];
-    let evasion = usize::from(target.evasion);
-    let Some(track) = baked.entry_track(evasion) else {
+    let (baked, uses) = (query.baked, &query.settings.entries);
+    let entered = EnteredEvasion::new(baked, known);
+    let Some(track) = baked.entry_track(entered.evasion) else {
         return;
     };
-    let graph = baked.graph();
-    let edge = graph.edge(baked.evasions()[evasion].edge);
-    let seconds =
-        |from: u32, to: u32| ((f64::from(to) - f64::from(from)) / graph.frame_rate()) as f32;
-    let start = graph.node(edge.from).frame;
-    // Times since the evasion's start.
-    let (now, end) = (seconds(start, target.frame), seconds(0, edge.frames));
     let align = stance.align(baked.entry_stance(usize::from(known.target)), known.pin());
     let fastest = known.fastest().min(uses.fastest);
+    let ahead = f64::from(entered.frame) - f64::from(track.first);
     for rate in RATES {
-        let at_contact = now + left * rate;
-        let is_useful = (USEFUL.0..=end + USEFUL.1).contains(&at_contact);
-        if is_useful && rate <= fastest && rate >= uses.slowest {
+        if entered.is_useful(left, rate) && rate <= fastest && rate >= uses.slowest {
             entries.push(EntryCandidate {
                 delay,
                 entry: Entry {
-                    edge: target.edge,
-                    frame: target.edge_frame as f32,
+                    edge: entered.edge,
+                    frame: entered.edge_frame,
                     clip_to_world: align,
                     rate,
                     blend: known.blend(),
                 },
-                evasion,
-                ahead: seconds(track.first, target.frame),
+                evasion: entered.evasion,
+                ahead: (ahead / baked.graph().frame_rate()) as f32,
                 placement: align * track.placement,
-                left: end - now,
+                left: entered.end - entered.now,
             });
         }
     }
@@ -133,4 +163,47 @@ fn keep_even(entries: &mut Vec<EntryCandidate>, most: usize) {
         (0..most).for_each(|at| entries[at] = entries[at * all / most]);
         entries.truncate(most);
     }
+}
+
+/// Removes the entered evasions that enter an obstacle. If all do, the least harmful one is kept. `natural_until` is the time until which the
+/// natural motion enters no obstacle, in seconds.
+fn keep_free(
+    baked: &BakedGraph,
+    request: &ActiveRequest,
+    natural_until: f32,
+    entries: &mut Vec<EntryCandidate>,
+) {
+    if !request.removes_blocked() {
+        return;
+    }
+    let mut least: Option<(f32, EntryCandidate)> = None;
+    entries.retain(|entry| {
+        if entry.delay > natural_until {
+            return false;
+        }
+        let Some(hit) = entry_blocked(baked, request, entry) else {
+            return true;
+        };
+        if least.is_none_or(|(harm, _)| hit.harm < harm) {
+            least = Some((hit.harm, *entry));
+        }
+        false
+    });
+    if entries.is_empty() {
+        entries.extend(least.map(|(_, entry)| entry));
+    }
+}
+
+/// The obstacle that an entered evasion enters until its end.
+fn entry_blocked(
+    baked: &BakedGraph,
+    request: &ActiveRequest,
+    candidate: &EntryCandidate,
+) -> Option<ObstacleHit> {
+    let track = candidate.played_track(baked)?;
+    let end = candidate.delay + candidate.left / candidate.entry.rate;
+    request.obstacles.on_track(&PlayedTrack {
+        seconds: (track.seconds.0, end),
+        ..track
+    })
 }

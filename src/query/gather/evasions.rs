@@ -5,19 +5,20 @@
 
 use rustc_hash::FxHashSet;
 
-use super::candidates::{Candidate, CandidateKind, LatePaths, SearchReport};
+use super::candidates::{Candidate, CandidateKind, CandidateList, KnownHit, SearchReport};
 use crate::maps::{BakedGraph, CellColumn, NodePath, PathId, TouchedCells};
 use crate::math::Sphere;
+use crate::query::clearance::PlayedTrack;
+use crate::query::cull::Overlap;
 use crate::query::request::{ActiveRequest, Query};
 use crate::query::retime::{Direction, Durations, Rate, rate};
+use crate::query::score::Evaluated;
 use crate::query::settings::Enumerate;
 
 /// Scratch of the stage.
 #[derive(Clone, Debug, Default)]
 pub(in crate::query) struct EvasionScratch {
     touched: TouchedCells,
-    /// Columns of cells, each with its distance from the root.
-    nearest: Vec<(f32, CellColumn)>,
     seen: FxHashSet<[i32; 4]>,
 }
 
@@ -26,18 +27,18 @@ pub(in crate::query) fn gather_evasions(
     query: Query<'_>,
     request: &ActiveRequest,
     enumerate: Enumerate,
-    list: &mut Vec<Candidate>,
-    late: &mut LatePaths,
+    candidates: &mut CandidateList,
     scratch: &mut EvasionScratch,
-) -> SearchReport {
+) {
     let baked = query.baked;
-    list.clear();
-    late.list.clear();
-    late.count = 0;
-    add_in_time(query, request, list, late);
-    if list.is_empty() {
-        add_nearly_in_time(query, request, list, late);
+    candidates.list.clear();
+    candidates.late.clear();
+    candidates.late_count = 0;
+    add_in_time(query, request, candidates);
+    if candidates.list.is_empty() {
+        add_nearly_in_time(query, request, candidates);
     }
+    let list = &mut candidates.list;
     if enumerate.uses_grid() {
         touch_cells(baked, request, list, &mut scratch.touched);
     }
@@ -47,12 +48,10 @@ pub(in crate::query) fn gather_evasions(
             let vacates = |path| grid.vacates_any(path, columns);
             list.retain(|candidate| candidate.path().is_some_and(vacates));
         }
-        Enumerate::NearestCell | Enumerate::NearestFiledCell => {
-            keep_in_one_cell(baked, request, enumerate, list, scratch);
-        }
+        Enumerate::NearestCell => keep_in_nearest_cell(baked, request, list, scratch),
         Enumerate::Whole => {}
     }
-    keep_different(query, list, &mut scratch.seen)
+    candidates.search = keep_different(query, list, &mut scratch.seen);
 }
 
 /// The node's paths to evasions.
@@ -65,12 +64,7 @@ fn paths<'a>(
 }
 
 /// Adds the paths that some rate brings in time.
-fn add_in_time(
-    query: Query<'_>,
-    request: &ActiveRequest,
-    list: &mut Vec<Candidate>,
-    late: &mut LatePaths,
-) {
+fn add_in_time(query: Query<'_>, request: &ActiveRequest, candidates: &mut CandidateList) {
     let Query { baked, settings } = query;
     for (id, path) in paths(baked, request) {
         let durations = Durations::new(baked, path);
@@ -81,12 +75,12 @@ fn add_in_time(
                     Direction::Faster | Direction::Slower => request.attack.start(),
                 };
                 let kind = CandidateKind::Evasion { path: id, start };
-                list.push(Candidate { kind, rate });
+                candidates.list.push(Candidate { kind, rate });
             }
             Err(error) => {
-                late.count += 1;
+                candidates.late_count += 1;
                 if settings.list_late {
-                    late.list.push((id, error));
+                    candidates.late.push((id, error));
                 }
             }
         }
@@ -94,14 +88,9 @@ fn add_in_time(
 }
 
 /// Adds the paths that are nearest to being in time, at rate 1.
-fn add_nearly_in_time(
-    query: Query<'_>,
-    request: &ActiveRequest,
-    list: &mut Vec<Candidate>,
-    late: &mut LatePaths,
-) {
-    let Query { baked, settings } = query;
-    let rates = &settings.rates;
+fn add_nearly_in_time(query: Query<'_>, request: &ActiveRequest, candidates: &mut CandidateList) {
+    let (baked, rates) = (query.baked, &query.settings.rates);
+    let CandidateList { list, late, .. } = candidates;
     if rates.nearest <= 0.0 {
         return;
     }
@@ -121,9 +110,8 @@ fn add_nearly_in_time(
             });
         }
     }
-    late.count -= list.len();
-    late.list
-        .retain(|(id, _)| !list.iter().any(|candidate| candidate.path() == Some(*id)));
+    late.retain(|(id, _)| !list.iter().any(|candidate| candidate.path() == Some(*id)));
+    candidates.late_count -= list.len();
 }
 
 /// Finds the cells that the attack touches within the reach of a body, in the node's frame.
@@ -150,42 +138,25 @@ fn touch_cells(
     }
 }
 
-/// Keeps the candidates that vacate one touched cell: the one nearest to the root, or the nearest that some candidate vacates.
-fn keep_in_one_cell(
+/// Keeps the candidates that vacate the touched cell that is nearest to the root.
+fn keep_in_nearest_cell(
     baked: &BakedGraph,
     request: &ActiveRequest,
-    enumerate: Enumerate,
     list: &mut Vec<Candidate>,
     scratch: &mut EvasionScratch,
 ) {
     let (grid, root) = (baked.grid(), request.root(baked));
-    let vacates = |candidate: &Candidate, column: CellColumn| {
-        let path = candidate.path();
-        path.is_some_and(|path| grid.vacates(path, column) != 0)
-    };
-    let nearest = &mut scratch.nearest;
-    nearest.clear();
-    for column in scratch.touched.merge() {
-        nearest.extend(column.cells().map(|cell| {
-            let distance = cell.middle(grid.cell()).distance_squared(root);
-            (distance, cell)
-        }));
-    }
-    nearest.sort_unstable_by(|a, b| {
+    let cells = scratch.touched.merge().iter().flat_map(CellColumn::cells);
+    let nearest = cells.min_by(|a, b| {
+        let distance = |c: &CellColumn| c.middle(grid.cell()).distance_squared(root);
         let place = |c: &CellColumn| (c.x, c.z, c.heights);
-        a.0.total_cmp(&b.0)
-            .then_with(|| place(&a.1).cmp(&place(&b.1)))
+        let by_distance = distance(a).total_cmp(&distance(b));
+        by_distance.then_with(|| place(a).cmp(&place(b)))
     });
-    let found = match enumerate {
-        Enumerate::NearestCell => nearest.first(),
-        _ => nearest
-            .iter()
-            .find(|(_, cell)| list.iter().any(|candidate| vacates(candidate, *cell))),
-    };
-    match found {
-        Some(&(_, cell)) => list.retain(|candidate| vacates(candidate, cell)),
-        None => list.clear(),
-    }
+    list.retain(|candidate| {
+        let at = candidate.path().zip(nearest);
+        at.is_some_and(|(path, cell)| grid.vacates(path, cell) != 0)
+    });
 }
 
 /// Keeps the candidate with the rate nearest to 1 among those that perform the same evasion at nearly the same place, and no more candidates
@@ -217,4 +188,52 @@ fn keep_different(
         cut: different - list.len(),
         followed: list.len(),
     }
+}
+
+/// Stores the evasions that enter an obstacle on their baked tracks as known hits, which are not drawn, counted or posed.
+pub(in crate::query) fn reject_blocked(
+    baked: &BakedGraph,
+    request: &ActiveRequest,
+    candidates: &mut CandidateList,
+) {
+    if !request.removes_blocked() {
+        return;
+    }
+    let blends_until = request.blend.blends_until();
+    let known = &mut candidates.known;
+    let before = known.len();
+    for candidate in &candidates.list {
+        let CandidateKind::Evasion { path, start } = candidate.kind else {
+            continue;
+        };
+        let at = known[..before].binary_search_by_key(&path, |hit| hit.path);
+        let is_tested = at.is_ok_and(|at| known[at].evaluated.is_some());
+        // Tracks do not include the offset of a blend.
+        if is_tested || start < blends_until {
+            continue;
+        }
+        let end = start + baked.graph().seconds(baked.path_evasion(path).edge);
+        let evasion = PlayedTrack {
+            seconds: (start, end),
+            ..request.evasion(baked, path, start)
+        };
+        let Some(hit) = request.obstacles.on_track(&evasion) else {
+            continue;
+        };
+        let evaluated = Some(Evaluated {
+            clearance: hit.as_clearance(),
+            score: None,
+            is_final: false,
+            warp: None,
+        });
+        match at {
+            Ok(at) => known[at].evaluated = evaluated,
+            Err(_) => known.push(KnownHit {
+                path,
+                overlap: Overlap::default(),
+                evaluated,
+            }),
+        }
+    }
+    candidates.sort_known();
 }

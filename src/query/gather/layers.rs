@@ -7,8 +7,8 @@
 
 use glam::{Quat, Vec3};
 
-use super::candidates::{Candidate, CandidateKind, LayerCandidate};
-use super::entries::USEFUL;
+use super::candidates::{Candidate, CandidateKind, CandidateList, LayerCandidate};
+use super::entries::EnteredEvasion;
 use super::natural::NaturalMotion;
 use crate::anim::{Envelope, JointId, JointTransform, Pose, forward_kinematics};
 use crate::graph::{ClipPosition, Layer, Motion, heading};
@@ -37,33 +37,34 @@ const WANTED: f32 = 0.06;
 /// Distance below which a layer is not a candidate, in metres. A warp may make shallower hits clean.
 const DEEPEST: f32 = -0.05;
 
-/// Adds the layered evasions that come nearest to a narrow miss, if the natural motion is hit. Returns their number.
+/// Adds the layered evasions that come nearest to a narrow miss, if the natural motion is hit.
 pub(in crate::query) fn gather_layers(
     query: Query<'_>,
     request: &ActiveRequest,
-    layers: &mut Vec<LayerCandidate>,
-    list: &mut Vec<Candidate>,
-    (natural, ranking): (&mut NaturalMotion, &mut LayerRanking),
+    candidates: &mut CandidateList,
+    natural: &mut NaturalMotion,
+    ranking: &mut LayerRanking,
     body: &mut MotionBody,
-) -> usize {
+) {
     let Query { baked, settings } = query;
     let (graph, entries) = (baked.graph(), baked.entries());
+    let layers = &mut candidates.layers;
     layers.clear();
     if settings.entries.layers == 0 || !entries.has_layers() {
-        return 0;
+        return;
     }
     // Pelvis and legs follow the natural motion into the obstacle.
     if natural.free_until(baked, request) < f32::INFINITY {
-        return 0;
+        return;
     }
     let Some(contact) = natural.contact(baked, request, body) else {
-        return 0;
+        return;
     };
     let motion = natural.motion(baked, request);
     ranking.look_at(baked, motion, &request.attack, contact);
     // No layer avoids an attack that hits pelvis or legs.
     if ranking.below_waist() < DEEPEST {
-        return 0;
+        return;
     }
     for left in LEFT {
         let delay = (contact - left).max(0.0);
@@ -87,11 +88,12 @@ pub(in crate::query) fn gather_layers(
             .then(a.layer.rate.total_cmp(&b.layer.rate))
     });
     layers.truncate(settings.entries.layers);
-    list.extend(layers.iter().zip(0..).map(|(one, index)| Candidate {
+    candidates.search.followed += layers.len();
+    let added = layers.iter().zip(0..).map(|(one, index)| Candidate {
         kind: CandidateKind::Layer(index),
-        rate: Rate::of_all(one.layer.rate),
-    }));
-    layers.len()
+        rate: Rate::for_all(one.layer.rate),
+    });
+    candidates.list.extend(added);
 }
 
 /// Adds a candidate for each rate at which a layer of the table, which starts `delay` seconds from now, is under way at the contact.
@@ -103,25 +105,15 @@ fn add_rates(
     ranking: &LayerRanking,
     layers: &mut Vec<LayerCandidate>,
 ) {
-    let Query { baked, settings } = query;
-    let graph = baked.graph();
-    let target = baked.entries().targets()[usize::from(known.target)];
-    let evasion = usize::from(target.evasion);
-    let edge = graph.edge(baked.evasions()[evasion].edge);
-    let start = graph.node(edge.from);
-    let seconds = |frames: f64| (frames / graph.frame_rate()) as f32;
-    // Times since the evasion's start.
-    let now = seconds(f64::from(target.frame) - f64::from(start.frame));
-    let end = seconds(f64::from(edge.frames));
-    let fastest = known.fastest().min(settings.entries.fastest);
+    let (baked, uses) = (query.baked, &query.settings.entries);
+    let entered = EnteredEvasion::new(baked, known);
+    let fastest = known.fastest().min(uses.fastest);
     for rate in RATES {
-        let at_contact = now + (contact - delay) * rate;
-        let is_useful = (USEFUL.0..=end + USEFUL.1).contains(&at_contact);
-        if !is_useful || rate > fastest {
+        if !entered.is_useful(contact - delay, rate) || rate > fastest {
             continue;
         }
         let full = delay + known.blend();
-        let over = delay + (end - now) / rate;
+        let over = delay + (entered.end - entered.now) / rate;
         let release = over.clamp(contact + HELD[0], contact + HELD[1]).max(full);
         let envelope = Envelope {
             start: delay,
@@ -130,14 +122,14 @@ fn add_rates(
             end: release + WAY_OUT,
         };
         let position = ClipPosition {
-            clip: start.clip,
-            frame: target.frame as f32,
+            clip: entered.clip,
+            frame: entered.frame as f32,
         };
         let layer = Layer::new(position, rate, envelope);
-        let metres = ranking.distance(baked, &layer, evasion, DEEPEST);
+        let metres = ranking.distance(baked, &layer, entered.evasion, DEEPEST);
         layers.extend(metres.map(|metres| LayerCandidate {
             layer,
-            evasion,
+            evasion: entered.evasion,
             metres,
         }));
     }

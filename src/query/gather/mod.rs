@@ -3,7 +3,6 @@
 //! Source: Masaoka & Oshita, section 5.1. Paths to an evasion come first ([`gather_evasions`]). The others are gathered only if the
 //! choice may depend on them: evasions that are entered without an edge, evasions of the upper body alone, and moves without an evasion.
 
-mod blocked;
 mod candidates;
 mod entries;
 mod evasions;
@@ -11,14 +10,11 @@ mod layers;
 mod moves;
 mod natural;
 
-pub(super) use blocked::reject_blocked;
 pub(crate) use candidates::MoveId;
 pub use candidates::SearchReport;
-pub(super) use candidates::{
-    Candidate, CandidateKind, CandidateList, EntryCandidate, LatePaths, LayerCandidate,
-};
+pub(super) use candidates::{Candidate, CandidateKind, CandidateList, EntryCandidate};
 pub(super) use entries::gather_entries;
-pub(super) use evasions::gather_evasions;
+pub(super) use evasions::{gather_evasions, reject_blocked};
 pub(super) use layers::gather_layers;
 pub(crate) use moves::MoveSearch;
 pub(super) use moves::gather_moves;

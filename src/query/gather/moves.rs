@@ -7,7 +7,7 @@
 use glam::{Vec2, Vec3};
 use rustc_hash::FxHashSet;
 
-use super::candidates::{Candidate, CandidateKind, MoveId, SearchReport};
+use super::candidates::{Candidate, CandidateKind, CandidateList, MoveId, SearchReport};
 use crate::graph::{EdgeId, MotionGraph, NodeId};
 use crate::math::{Rigid2, floor};
 use crate::query::request::{ActiveRequest, Query};
@@ -19,8 +19,8 @@ pub(in crate::query) fn gather_moves(
     query: Query<'_>,
     request: &ActiveRequest,
     moves: &mut MoveSearch,
-    list: &mut Vec<Candidate>,
-) -> SearchReport {
+    candidates: &mut CandidateList,
+) {
     /// Maximum duration of the search, in seconds. Longer moves continue along the natural edges.
     const LONGEST: f32 = 4.0;
     /// Maximum number of moves if there are obstacles, because their tests cost more.
@@ -40,19 +40,17 @@ pub(in crate::query) fn gather_moves(
     if request.removes_blocked() {
         settings.candidates = settings.candidates.min(AMONG_OBSTACLES);
     }
-    moves.search(
-        graph,
-        request.node,
-        seconds,
-        settings,
-        &is_blocked,
-        |path| {
-            list.push(Candidate {
-                kind: CandidateKind::Move(path),
-                rate: Rate::UNCHANGED,
-            });
-        },
-    )
+    let add = |path| {
+        candidates.list.push(Candidate {
+            kind: CandidateKind::Move(path),
+            rate: Rate::UNCHANGED,
+        });
+    };
+    let report = moves.search(graph, request.node, seconds, settings, &is_blocked, add);
+    let search = &mut candidates.search;
+    search.followed += report.followed;
+    search.alike += report.alike;
+    search.cut += report.cut;
 }
 
 /// The end of a path, linked to the path that it extends.

@@ -1,14 +1,15 @@
-//! Constraints of a warp: its time, its bounds, the reach of legs, and balance.
+//! Constraints of a warp: its time, its bounds, the reach of legs, and balance. The final check of a warped motion, frame by frame: planted feet
+//! stay in place, and no joint exceeds the limits of speed.
 //!
 //! Source of the balance: the support polygon for standing, and the inverted pendulum while a foot is lifted: a body at a distance d from its
 //! support moves by d (cosh(t √(g / h)) - 1) within t seconds (Hof, Gazendam & Sinke 2005, equation 2).
 
-use glam::{Vec2, Vec3};
+use glam::{Quat, Vec2, Vec3};
 
-use super::linear::{Gradient, Numbers, Row, Scales, bend_from, dot};
+use super::linear::{Gradient, Numbers, Row, Scales, bend_from, dot, scaled};
 use super::ticks::Tick;
-use crate::anim::{Bend, Envelope, Rig};
-use crate::graph::Motion;
+use crate::anim::{Bend, Chain, Envelope, Pose, Rig};
+use crate::graph::{Motion, MotionGraph};
 use crate::maps::BakedGraph;
 use crate::query::clearance::SAMPLE_RATE;
 use crate::query::settings::{WarpBounds, WarpLimits, WarpSettings};
@@ -218,7 +219,7 @@ fn add_leg_rows(rig: &Rig, tick: &Tick, scales: &Scales, numbers: &Numbers, rows
             ..Gradient::default()
         };
         gradient.ends[limb] = -along * tick.weight;
-        let slope = gradient.scaled(scales);
+        let slope = scaled(&gradient, scales);
         let at_now = dot(&slope, numbers);
         if distance > range.furthest - NEAR {
             rows.push(Row {
@@ -241,7 +242,7 @@ pub(super) fn lift_rows(limb: usize, scales: &Scales, rows: &mut Vec<Row>) {
         let mut gradient = Gradient::default();
         gradient.ends[limb] = Vec3::new(x, 1.0, z);
         rows.push(Row {
-            slope: gradient.scaled(scales),
+            slope: scaled(&gradient, scales),
             least: 0.0,
         });
     }
@@ -330,7 +331,7 @@ fn balance_row(
         spine: lever.cross(out) * masses.upper_share * tick.weight,
         ..Gradient::default()
     };
-    let slope = gradient.scaled(scales).map(|number| -number);
+    let slope = scaled(&gradient, scales).map(|number| -number);
     Some(Row {
         slope,
         least: excess + dot(&slope, numbers),
@@ -382,4 +383,123 @@ fn beside(baked: &BakedGraph, tick: &Tick, support: Support, place: Vec3) -> Opt
     let away = place - nearest;
     let distance = away.length() - HALF_FOOT;
     (distance > 0.0).then(|| (distance, away.normalize_or(Vec2::X)))
+}
+
+/// Scratch of the check: poses of the last three frames, each without and with the warp.
+pub(super) type Frames = [[Pose; 2]; 3];
+
+/// Whether a warped motion passes the check in each frame within the envelope, at the frame rate of the clips. `plain` is the motion without the
+/// warp.
+pub(super) fn is_sound(
+    graph: &MotionGraph,
+    motion: &Motion,
+    plain: &Motion,
+    limits: &WarpLimits,
+    frames: &mut Frames,
+) -> bool {
+    let Some(warp) = motion.warp() else {
+        return true;
+    };
+    let rate = graph.frame_rate() as f32;
+    let first = (warp.envelope.start.max(0.0) * rate) as usize;
+    let last = (warp.envelope.end * rate).ceil() as usize + 1;
+    for (count, frame) in (first.saturating_sub(1)..=last).enumerate() {
+        frames.rotate_left(1);
+        let seconds = frame as f32 / rate;
+        let [base, bent] = &mut frames[2];
+        motion.sample_unbent(graph, seconds, bent);
+        match warp.moment(seconds) == seconds {
+            true => base.copy_from(bent),
+            false => plain.sample(graph, seconds, base),
+        }
+        let weight = warp.envelope.weight(seconds);
+        if weight > 0.0 {
+            let feet_before = Ankles::new(graph, bent);
+            warp.bend.apply(graph.rigged_skeleton(), weight, bent);
+            if !do_feet_stay(graph, motion, limits.slide, &feet_before, bent, seconds) {
+                return false;
+            }
+        }
+        if count >= 1 && !are_speeds_allowed(graph, limits, frames, count >= 2) {
+            return false;
+        }
+    }
+    true
+}
+
+/// Whether planted feet move by at most `slide` metres, except lifted ones.
+fn do_feet_stay(
+    graph: &MotionGraph,
+    motion: &Motion,
+    slide: f32,
+    before: &Ankles,
+    pose: &Pose,
+    seconds: f32,
+) -> bool {
+    let playhead = motion.playhead(graph, seconds);
+    let after = Ankles::new(graph, pose);
+    let bend = motion.warp().map(|warp| warp.bend).unwrap_or_default();
+    for limb in 0..Rig::LEGS {
+        let (Some(before), Some(after)) = (before.0[limb], after.0[limb]) else {
+            continue;
+        };
+        let is_lifted = bend.ends[limb] != Vec3::ZERO;
+        let stands = graph.foot_stands(playhead.edge, playhead.frame, limb);
+        if stands && !is_lifted && before.distance(after) > slide {
+            return false;
+        }
+    }
+    true
+}
+
+/// Whether no displaced joint exceeds the limits, unless the motion without the warp exceeds them too.
+fn are_speeds_allowed(
+    graph: &MotionGraph,
+    limits: &WarpLimits,
+    frames: &Frames,
+    has_three: bool,
+) -> bool {
+    let rate = graph.frame_rate() as f32;
+    for joint in 0..graph.skeleton().len() {
+        let [before, now] = [1, 2].map(|at| [0, 1].map(|kind| frames[at][kind].rotations[joint]));
+        let earlier = [0, 1].map(|kind| {
+            let pose = frames[0][kind].rotations.get(joint);
+            pose.copied().unwrap_or(before[kind])
+        });
+        if now[0] == now[1] && before[0] == before[1] {
+            continue;
+        }
+        let velocity = |a: Quat, b: Quat| {
+            let turn = a.conjugate() * b;
+            let turn = if turn.w < 0.0 { -turn } else { turn };
+            // For the small angles between two frames the sine is nearly the angle.
+            turn.xyz() * (2.0 * rate)
+        };
+        let speeds = |kind: usize| {
+            let latest = velocity(before[kind], now[kind]);
+            let change = (latest - velocity(earlier[kind], before[kind])) * rate;
+            (latest.length(), change.length())
+        };
+        let (own, bent) = (speeds(0), speeds(1));
+        let is_faster = bent.0 > limits.angular_velocity.max(own.0);
+        let is_sharper = has_three && bent.1 > limits.angular_acceleration.max(own.1);
+        if is_faster || is_sharper {
+            return false;
+        }
+    }
+    true
+}
+
+/// Positions of the ankles.
+struct Ankles([Option<Vec3>; Rig::LEGS]);
+
+impl Ankles {
+    fn new(graph: &MotionGraph, pose: &Pose) -> Self {
+        let chain = Chain::of(graph.skeleton(), pose);
+        let ankle = |limb: usize| {
+            let leg = graph.rig().limbs()[limb]?;
+            Some(chain.global(leg.foot).translation)
+        };
+        Self([ankle(0), ankle(1)])
+    }
 }

@@ -43,38 +43,23 @@ pub(super) struct Row {
     pub least: f32,
 }
 
-impl Row {
-    /// The condition that the same dot product is at most `least`.
-    pub(super) fn reversed(&self) -> Self {
-        Self {
-            slope: self.slope.map(|number| -number),
-            least: -self.least,
-        }
-    }
-}
-
 /// Derivatives of a quantity with respect to each part of a bend.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) struct Gradient {
-    pub spine: Vec3,
-    pub pelvis: Vec3,
-    pub ends: [Vec3; Rig::LIMBS],
-    pub ahead: f32,
-}
+pub(super) type Gradient = Bend;
 
-impl Gradient {
-    /// Derivatives with respect to shares of the bounds.
-    pub(super) fn scaled(&self, scales: &Scales) -> Numbers {
-        let mut numbers = [0.0; N];
-        let vectors = [self.spine * scales.spine, self.pelvis * scales.pelvis].into_iter();
-        let ends = self.ends.iter().enumerate();
-        let ends = ends.map(|(limb, &end)| end * scales.ends[limb]);
-        for (part, vector) in numbers.chunks_exact_mut(3).zip(vectors.chain(ends)) {
-            part.copy_from_slice(&vector.to_array());
-        }
-        numbers[TIME] = self.ahead * scales.ahead;
-        numbers
+/// Derivatives with respect to shares of the bounds.
+pub(super) fn scaled(gradient: &Gradient, scales: &Scales) -> Numbers {
+    let mut numbers = [0.0; N];
+    let mut vectors = [Vec3::ZERO; GROUPS];
+    vectors[0] = gradient.spine * scales.spine;
+    vectors[1] = gradient.pelvis * scales.pelvis;
+    for (limb, &end) in gradient.ends.iter().enumerate() {
+        vectors[2 + limb] = end * scales.ends[limb];
     }
+    for (part, vector) in numbers.chunks_exact_mut(3).zip(vectors) {
+        part.copy_from_slice(&vector.to_array());
+    }
+    numbers[TIME] = gradient.ahead * scales.ahead;
+    numbers
 }
 
 /// The bend with these parameters.

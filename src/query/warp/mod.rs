@@ -5,12 +5,9 @@
 //! parameters, the smallest warp that satisfies all conditions is computed, the body is posed with it, and the step is repeated. The
 //! warped motion is accepted only if the exact test finds it clean.
 
-mod candidates;
-mod check;
 mod limits;
 mod linear;
 mod ticks;
 mod warper;
 
-pub(super) use candidates::{adjust, warp_hits};
-pub(super) use warper::Warper;
+pub(super) use warper::{Warper, warp_hits};

@@ -3,7 +3,7 @@
 
 use glam::{Quat, Vec3};
 
-use super::linear::{Gradient, Numbers, Row, Scales, dot};
+use super::linear::{Gradient, Numbers, Row, Scales, dot, scaled};
 use crate::anim::{
     Chain, JointId, JointTransform, Leg, Pose, Rig, forward_kinematics, free_distance,
 };
@@ -319,7 +319,7 @@ impl Contact {
         numbers: &Numbers,
         margin: f32,
     ) -> Row {
-        let slope = gradient.scaled(scales);
+        let slope = scaled(gradient, scales);
         Row {
             slope,
             least: margin - self.metres + dot(&slope, numbers),

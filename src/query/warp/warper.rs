@@ -7,13 +7,12 @@
 //! for each round:
 //!     pose the body with the bend of `numbers` at the samples around the moment at which the attack is nearest
 //!     contacts = spheres of the body near the attack, and how each distance changes with the bend
-//!     rows     = one condition per contact, and those of legs and balance
-//!     end, if the distances are as wanted and legs and balance keep their limits
+//!     rows     = one condition per contact, and conditions for legs and balance
+//!     end, if the attack is far enough away and legs and balance keep their limits
 //!     numbers  = the smallest numbers within their bounds that satisfy all rows
 //! ```
 
-use super::check::{Frames, check};
-use super::limits::{Goal, SAMPLES, effort, lift_rows};
+use super::limits::{Frames, Goal, SAMPLES, effort, is_sound, lift_rows};
 use super::linear::{Factor, N, Numbers, Row, bend_from, least_numbers, least_violation, worst};
 use super::ticks::{Contact, Tick, find_contacts};
 use crate::anim::{Rig, Warp};
@@ -21,36 +20,9 @@ use crate::graph::Motion;
 use crate::maps::BakedGraph;
 use crate::query::attack::Attack;
 use crate::query::clearance::{Clearance, ExactTest, MotionBody, SAMPLE_RATE};
+use crate::query::evaluate::{Bound, Evaluator, Round};
+use crate::query::score::Evaluated;
 use crate::query::settings::WarpSettings;
-
-/// Result of a warp that makes a motion clean.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Warped {
-    /// Exact clearance of the warped motion.
-    pub clearance: Clearance,
-    /// Sum of the squared shares of the bounds that the warp uses.
-    pub effort: f32,
-}
-
-/// Input of a warp.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct WarpCase<'a> {
-    /// Graph of the motion.
-    pub baked: &'a BakedGraph,
-    /// Attack, in the world and on the clock of the motion.
-    pub attack: &'a Attack,
-    /// Bounds of the warp.
-    pub settings: &'a WarpSettings,
-}
-
-/// Wanted change of the smallest distance from the attack.
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum ClearanceChange {
-    /// Increase it to the margin.
-    Away,
-    /// Decrease it from one value to another, in metres.
-    Nearer { from: f32, to: f32 },
-}
 
 /// Solver of warps, with its scratch.
 #[derive(Clone, Debug, Default)]
@@ -64,9 +36,6 @@ pub(in crate::query) struct Warper {
     plain: Motion,
     frames: Frames,
 }
-
-/// Tolerance of a wanted distance, in metres.
-const NEARLY: f32 = 0.005;
 
 /// Maximum time from the query to the end of a warp, in seconds.
 const LONGEST: f32 = 600.0;
@@ -88,102 +57,66 @@ const MOST_ROWS: usize = 192;
 const KEPT: f32 = 1e-3;
 
 impl Warper {
-    /// Warps a motion that is hit, with its clearance, so that it is clean. Returns `None` and leaves the motion unchanged if that is not possible. The motion
-    /// must last at least as long as the attack.
-    pub(super) fn warp_away(
+    /// Warps a motion that is hit most deeply at `time`, so that it is clean. Returns its exact clearance and the sum of the squared shares of the
+    /// bounds that the warp uses. Returns `None` and leaves the motion unchanged if no warp within the bounds makes it clean. The motion must
+    /// last at least as long as the attack.
+    fn warp(
         &mut self,
-        case: WarpCase<'_>,
+        baked: &BakedGraph,
+        attack: &Attack,
+        settings: &WarpSettings,
         motion: &mut Motion,
-        clearance: Clearance,
+        time: f32,
         body: &mut MotionBody,
-    ) -> Option<Warped> {
-        self.bend(case, ClearanceChange::Away, motion, clearance, body)
-    }
-
-    /// Warps a motion that the attack misses by more than `widest` so that it misses by `widest`, or as nearly as the bounds allow.
-    /// Returns `None` and leaves the motion unchanged if that is not possible.
-    pub(super) fn warp_towards(
-        &mut self,
-        case: WarpCase<'_>,
-        motion: &mut Motion,
-        clearance: Clearance,
-        body: &mut MotionBody,
-    ) -> Option<Warped> {
-        let from = clearance.metres;
-        let to = case.settings.widest?;
-        let change = ClearanceChange::Nearer { from, to };
-        let warped = self.bend(case, change, motion, clearance, body)?;
-        if warped.clearance.metres < from {
-            return Some(warped);
-        }
-        motion.clone_from(&self.plain);
-        None
-    }
-
-    fn bend(
-        &mut self,
-        case: WarpCase<'_>,
-        change: ClearanceChange,
-        motion: &mut Motion,
-        clearance: Clearance,
-        body: &mut MotionBody,
-    ) -> Option<Warped> {
-        if case.attack.spheres().len() > MOST_SPHERES {
+    ) -> Option<(Clearance, f32)> {
+        if attack.spheres().len() > MOST_SPHERES {
             return None;
         }
-        let limits = &case.settings.limits;
         // The motion must reach the end of the warp, up to which planted feet are looked up.
-        let end = clearance.time + 2.0 * limits.hold + limits.way_out;
-        motion.extend(case.baked.graph(), end.min(LONGEST));
+        let limits = &settings.limits;
+        let end = time + 2.0 * limits.hold + limits.way_out;
+        motion.extend(baked.graph(), end.min(LONGEST));
         self.plain.clone_from(motion);
-        let warped = self.solve(case, change, motion, clearance, body);
+        let warped = self.solve(baked, attack, settings, motion, time, body);
         if warped.is_none() {
             motion.clone_from(&self.plain);
         }
         warped
     }
 
+    /// Like [`Warper::warp`], but may leave a warp that does not make the motion clean. If the warped motion is hit at another moment, the samples around that moment are added.
     fn solve(
         &mut self,
-        case: WarpCase<'_>,
-        change: ClearanceChange,
+        baked: &BakedGraph,
+        attack: &Attack,
+        settings: &WarpSettings,
         motion: &mut Motion,
-        mut nearest: Clearance,
+        mut time: f32,
         body: &mut MotionBody,
-    ) -> Option<Warped> {
-        let WarpCase {
-            baked,
-            attack,
-            settings,
-        } = case;
+    ) -> Option<(Clearance, f32)> {
         self.used = 0;
         for _ in 0..MOMENTS {
-            self.look_at(nearest.time);
+            self.add_ticks(time);
             let mut goal = Goal::new(baked, settings, motion, &self.ticks[..self.used])?;
-            let numbers = self.solve_ticks(case, change, &mut goal, motion)?;
-            let bend = bend_from(&numbers, &goal.scales);
-            motion.set_warp(Some(Warp {
-                envelope: goal.envelope,
-                bend,
-            }));
-            motion.extend(baked.graph(), goal.envelope.end);
-            nearest = ExactTest::new(baked, attack).on_motion(motion, body);
-            if nearest.is_clean() {
-                self.plain.extend(baked.graph(), goal.envelope.end);
+            let numbers = self.solve_ticks(baked, attack, settings, &mut goal, motion)?;
+            let (envelope, bend) = (goal.envelope, bend_from(&numbers, &goal.scales));
+            motion.set_warp(Some(Warp { envelope, bend }));
+            motion.extend(baked.graph(), envelope.end);
+            let clearance = ExactTest::new(baked, attack).on_motion(motion, body);
+            if clearance.is_clean() {
+                self.plain.extend(baked.graph(), envelope.end);
                 let (plain, limits) = (&self.plain, &settings.limits);
-                let checked = check(baked.graph(), motion, plain, limits, &mut self.frames);
-                return checked.is_ok().then(|| Warped {
-                    clearance: nearest,
-                    effort: effort(&settings.bounds, &bend),
-                });
+                let is_sound = is_sound(baked.graph(), motion, plain, limits, &mut self.frames);
+                return is_sound.then(|| (clearance, effort(&settings.bounds, &bend)));
             }
             motion.set_warp(None);
+            time = clearance.time;
         }
         None
     }
 
     /// Adds the samples around a moment, in order and without duplicates.
-    fn look_at(&mut self, seconds: f32) {
+    fn add_ticks(&mut self, seconds: f32) {
         let middle = (seconds * SAMPLE_RATE) as usize;
         for number in middle.saturating_sub(SAMPLES)..=middle + SAMPLES + 1 {
             let used = &self.ticks[..self.used];
@@ -203,16 +136,12 @@ impl Warper {
     /// Parameters of a bend that keeps the attack away at all samples, or `None` if there are none.
     fn solve_ticks(
         &mut self,
-        case: WarpCase<'_>,
-        change: ClearanceChange,
+        baked: &BakedGraph,
+        attack: &Attack,
+        settings: &WarpSettings,
         goal: &mut Goal,
         motion: &mut Motion,
     ) -> Option<Numbers> {
-        let WarpCase {
-            baked,
-            attack,
-            settings,
-        } = case;
         let ticks = &mut self.ticks[..self.used];
         let mut numbers: Numbers = [0.0; N];
         self.rows.clear();
@@ -221,61 +150,96 @@ impl Warper {
                 lift_rows(limb, &goal.scales, &mut self.rows);
             }
         }
-        let fixed = self.rows.len();
-        let (margin, mut reach) = match change {
-            ClearanceChange::Away => (settings.margin, settings.margin),
-            ClearanceChange::Nearer { from, to } => (to, from),
-        };
+        let (fixed, margin) = (self.rows.len(), settings.margin);
         for _ in 0..settings.rounds {
-            let bend = bend_from(&numbers, &goal.scales);
             motion.set_warp(Some(Warp {
                 envelope: goal.envelope,
-                bend,
+                bend: bend_from(&numbers, &goal.scales),
             }));
             for tick in ticks.iter_mut() {
                 tick.pose(baked, motion, &settings.limits);
             }
-            find_contacts(baked.body(), attack, reach, ticks, &mut self.contacts);
-            let least = self
-                .contacts
-                .iter()
-                .map(|contact| contact.metres)
-                .fold(f32::INFINITY, f32::min);
+            find_contacts(baked.body(), attack, margin, ticks, &mut self.contacts);
+            let metres = self.contacts.iter().map(|contact| contact.metres);
+            let least = metres.fold(f32::INFINITY, f32::min);
             // Only recent linearisations are kept.
             if self.rows.len() > fixed + MOST_ROWS {
                 self.rows.drain(fixed..fixed + MOST_ROWS / 2);
             }
             let first = self.rows.len();
             goal.add_limit_rows(baked, ticks, &numbers, &mut self.rows);
-            let are_kept = worst(&self.rows[first..], &numbers) <= KEPT;
-            let is_there = match change {
-                ClearanceChange::Away => least > 0.5 * margin,
-                ClearanceChange::Nearer { .. } => (least - margin).abs() < NEARLY,
-            };
-            if is_there && are_kept {
+            if least > 0.5 * margin && worst(&self.rows[first..], &numbers) <= KEPT {
                 return Some(numbers);
             }
             for contact in &self.contacts {
                 let gradient = contact.gradient(baked, ticks);
-                let row = contact.row(&gradient, &goal.scales, &numbers, margin);
-                self.rows.push(row);
-                if matches!(change, ClearanceChange::Nearer { .. }) && contact.metres == least {
-                    self.rows.push(row.reversed());
-                }
+                self.rows
+                    .push(contact.row(&gradient, &goal.scales, &numbers, margin));
             }
-            if change == ClearanceChange::Away && least_violation(&self.rows[first..]) > HOPE {
+            if least_violation(&self.rows[first..]) > HOPE {
                 return None;
             }
             numbers = least_numbers(&self.rows, &mut self.factors);
-            match change {
-                ClearanceChange::Away if worst(&self.rows[first..], &numbers) > HOPE => {
-                    return None;
-                }
-                ClearanceChange::Away => {}
-                ClearanceChange::Nearer { .. } => reach = least.min(reach).max(margin),
+            if worst(&self.rows[first..], &numbers) > HOPE {
+                return None;
             }
         }
-        // A solution that is not exact is accepted too, if the exact test confirms it.
-        matches!(change, ClearanceChange::Nearer { .. }).then_some(numbers)
+        None
     }
+}
+
+/// Warps one of the shallowest hits so that it is clean, the shallowest first, and writes its motion to `motion`. Returns its index, or
+/// `None` if no hit can be made clean.
+pub(in crate::query) fn warp_hits(
+    round: Round<'_>,
+    evaluator: &mut Evaluator,
+    warper: &mut Warper,
+    motion: &mut Motion,
+) -> Option<usize> {
+    let _span = tracing::trace_span!("query: warp").entered();
+    let (settings, request) = (round.query.settings, &round.state.request);
+    evaluator.order_by_depth();
+    let Evaluator {
+        order, evaluated, ..
+    } = evaluator;
+    // If there are obstacles, only hits that enter none were measured.
+    order.retain(|bound| {
+        let one = evaluated[bound.index];
+        !request.is_among_obstacles() || one.is_some_and(|one| one.is_final)
+    });
+    order.truncate(settings.warp.candidates);
+    let plain = (request.margin > 0.0).then_some((&request.plain, request.margin));
+    for (attack, margin) in [(&request.attack, 0.0)].into_iter().chain(plain) {
+        for at in 0..evaluator.order.len() {
+            let Bound { value, index } = evaluator.order[at];
+            let time = evaluator.evaluated[index].map(|one| one.clearance.time)?;
+            if -value - margin > settings.warp.deepest {
+                break;
+            }
+            round.motion(index, motion);
+            if value + margin >= 0.0 {
+                // The attack without the margin misses the motion without a warp.
+                return Some(index);
+            }
+            let (baked, body) = (round.query.baked, evaluator.body());
+            let warped = warper.warp(baked, attack, &settings.warp, motion, time, body);
+            let Some((mut clearance, effort)) = warped else {
+                continue;
+            };
+            if round.entered(motion, 0.0, body).is_some() {
+                continue;
+            }
+            // The clearance of the request's attack, which is larger by the margin.
+            clearance.metres -= margin;
+            let score = round.score(index, clearance.metres);
+            evaluator.evaluated[index] = Some(Evaluated {
+                clearance,
+                score: Some(score.warped(effort, &settings.weights)),
+                is_final: true,
+                warp: motion.warp().copied(),
+            });
+            return Some(index);
+        }
+    }
+    None
 }

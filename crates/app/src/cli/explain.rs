@@ -103,7 +103,7 @@ impl Outcome {
 fn source_name(source: Source) -> &'static str {
     match source {
         Source::Grid => "grid",
-        Source::NothingFiled => "whole graph: the grid has no candidate",
+        Source::EmptyCells => "whole graph: the grid has no candidate",
         Source::NothingClean => "whole graph: no candidate of the grid is clean",
         Source::Whole => "whole graph",
     }

@@ -10,7 +10,7 @@ use sabaki::math::{Rigid2, in_parallel, thread_count};
 use sabaki::query::cull::{CullCandidate, Overlap};
 use sabaki::query::{
     Answer, Attack, Counts, CullPath, Enumerate, Query, QueryContext, QuerySettings, Request,
-    SearchReport, Source,
+    SearchReport, Source, Step,
 };
 use sabaki_app::percentile::percentile;
 use sabaki_fixtures::throw::{Throw, ThrowSettings, throw};
@@ -269,7 +269,7 @@ impl<'a> QueryRunner<'a> {
         let mut session = query.start(request, &mut self.context);
         let enumerate = started.elapsed();
         let deciding = Instant::now();
-        session.run_rounds(&mut self.answer, |session| {
+        loop {
             let counting = Instant::now();
             session.count(|input, counts| culling.count(input, counts))?;
             cull += counting.elapsed();
@@ -292,8 +292,10 @@ impl<'a> QueryRunner<'a> {
                     .push(counted.zip(session.counts()).map(one).collect());
             }
             count_and_record += counting.elapsed();
-            Ok::<(), Failure>(())
-        })?;
+            if session.submit_counted(&mut self.answer) == Step::Done {
+                break;
+            }
+        }
         let decide = deciding.elapsed() - count_and_record;
         let would_hit = throw.would_hit(self.baked);
         Ok(Run::new(&self.answer, would_hit, [enumerate, cull, decide]))

@@ -232,7 +232,7 @@ impl Scene for DuelScene<'_> {
     }
 
     fn panel(&mut self, ui: &mut egui::Ui) {
-        let score = Score::of(self.seen(), self.duel.score().called_off);
+        let score = Score::new(self.seen(), self.duel.score().called_off);
         let [white, blue] = score.hits;
         ui.label(RichText::new(format!("white {white} : {blue} blue")).strong());
         let [white, blue] = score.dodges;

@@ -784,7 +784,7 @@ impl ThrowScene<'_> {
         });
         let from = match answer.source {
             Source::Grid => "the node's grid",
-            Source::NothingFiled => "whole graph: the grid has no candidate",
+            Source::EmptyCells => "whole graph: the grid has no candidate",
             Source::NothingClean => "whole graph: no candidate of the grid is clean",
             Source::Whole => "whole graph",
         };
@@ -875,7 +875,6 @@ impl ThrowScene<'_> {
             for (value, name) in [
                 (Enumerate::Whole, "no grid"),
                 (Enumerate::TouchedCells, "all cells"),
-                (Enumerate::NearestFiledCell, "nearest filed"),
                 (Enumerate::NearestCell, "nearest"),
             ] {
                 ui.selectable_value(enumerate, value, name);

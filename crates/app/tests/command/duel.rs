@@ -60,7 +60,7 @@ fn a_duel_that_cannot_be_fought_says_why() {
     let far = sabaki(folder.path(), &["duel", baked(), "--rounds", "1"]).is(1);
     assert!(
         far.stdout
-            .contains("ended early: nobody comes within reach"),
+            .contains("ended early: no fighter comes within reach"),
         "{}",
         far.stdout
     );
