@@ -17,15 +17,11 @@ mod atomic_write;
 
 use std::fs::File;
 use std::io::{Read, Write};
-#[cfg(unix)]
-use std::io::{Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 
 use thiserror::Error;
 
 use crate::maps::BakedGraph;
-#[cfg(unix)]
-use crate::math::parallel::both;
 
 pub use atomic_write::write_atomically;
 
@@ -221,11 +217,6 @@ pub fn read(path: &Path) -> Result<BakedGraph, ArchiveError> {
     head.read_to_end(&mut bytes).map_err(io)?;
     if is_baked(&bytes) {
         let length = file.metadata().map_err(io)?.len().min(LARGEST_FILE);
-        #[cfg(unix)]
-        {
-            bytes = start_of(&file, length as usize).map_err(io)?;
-        }
-        #[cfg(not(unix))]
         bytes.reserve_exact(length as usize);
         let mut rest = (&file).take(LARGEST_FILE);
         rest.read_to_end(&mut bytes).map_err(io)?;
@@ -242,22 +233,6 @@ fn check_size(path: &Path, bytes: u64) -> Result<(), ArchiveError> {
             path: path.to_owned(),
         }),
     }
-}
-
-/// Reads the first `length` bytes of a file on two threads. `file` is left after these bytes.
-#[cfg(unix)]
-fn start_of(mut file: &File, length: usize) -> std::io::Result<Vec<u8>> {
-    use std::os::unix::fs::FileExt;
-    let mut bytes = vec![0; length];
-    let (first, second) = bytes.split_at_mut(length / 2);
-    let middle = first.len() as u64;
-    let (a, b) = both(
-        || file.read_exact_at(first, 0),
-        || file.read_exact_at(second, middle),
-    );
-    a.and(b)?;
-    file.seek(SeekFrom::Start(length as u64))?;
-    Ok(bytes)
 }
 
 /// Opens a file to be read. A named pipe or a device is an error, since reading from it may never end.

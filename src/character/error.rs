@@ -3,7 +3,7 @@ use std::ops::RangeInclusive;
 use glam::Vec3;
 use thiserror::Error;
 
-use super::ids::ThreatId;
+use super::event::ThreatId;
 use crate::crowd::CrowdError;
 use crate::query::QuerySettingsError;
 

@@ -7,9 +7,8 @@
 
 use glam::{Vec2, Vec3};
 
-use super::scratch::Worker;
 use super::state::CharacterState;
-use super::world::World;
+use super::world::{Worker, World};
 use crate::maps::BodySphere;
 use crate::math::Rigid2;
 use crate::query::Obstacle;

@@ -4,11 +4,10 @@ use std::sync::Mutex;
 
 use glam::{Vec2, Vec3};
 
-use super::ids::CharacterId;
-use super::scratch::Worker;
+use super::event::CharacterId;
 use super::slot::Slot;
 use super::state::CharacterState;
-use super::world::{OtherBody, World};
+use super::world::{OtherBody, Worker, World};
 use crate::maps::BakedGraph;
 use crate::math::parallel::lock;
 use crate::query::Obstacle;
@@ -27,7 +26,7 @@ pub(super) fn find_bodies(baked: &BakedGraph, slots: &[Mutex<Slot>], out: &mut V
         let velocity = state.velocity(baked);
         out.push(OtherBody {
             index: index as u32,
-            place: state.ground(baked),
+            place: state.playing.ground(baked.graph()),
             velocity: Vec2::new(velocity.x, velocity.z),
         });
     }
@@ -100,11 +99,9 @@ impl CharacterState {
         let body = worker.plan.context.body();
         body.forget();
         let entered = body.worst_entry(&test, &playing.motion);
-        if entered.is_some() {
-            let is_threatened = std::mem::take(&mut self.seen) != 0;
-            if !is_threatened {
-                self.held_until = world.now;
-            }
+        // Threats are then answered again; without any, steering goes on.
+        if entered.is_some() && std::mem::take(&mut self.seen) == 0 {
+            self.held_until = world.now;
         }
     }
 }

@@ -7,17 +7,14 @@ use std::hash::{Hash, Hasher};
 
 use rustc_hash::FxHasher;
 
-use super::event::CharacterEventKind;
-use super::ids::CharacterId;
-use super::scratch::{PlanScratch, Worker};
+use super::event::{CharacterEventKind, CharacterId};
 use super::state::{CharacterState, Pending};
-use super::tested_motion::{PlanTest, TestedMotion, least_harm};
 use super::threat::Window;
-use super::world::{KnownThreat, World};
+use super::world::{KnownThreat, PlanScratch, Worker, World};
 use crate::graph::Motion;
 use crate::maps::SphereKey;
-use crate::query::clearance::Clearance;
-use crate::query::{Attack, Obstacle, PlanScope, Query, Request};
+use crate::query::clearance::{Clearance, ExactTest, Extent, ObstacleTest, Sampling};
+use crate::query::{Attack, Obstacle, PlanScope, Query, Request, evasions_end};
 
 /// The moment that a plan is made for.
 struct Moment {
@@ -410,5 +407,94 @@ impl Planning<'_> {
             known.threat.keys(&window, attempt.margin, &mut keys);
         }
         Attack::new(keys).ok()
+    }
+}
+
+/// A motion, tested against threats and obstacles.
+struct TestedMotion {
+    motion: Motion,
+    clearance: Clearance,
+    /// Depth in an obstacle times its weight, in metres; 0 for none.
+    entered: f32,
+    /// When threats have passed and evasions have ended, in seconds.
+    end: f32,
+}
+
+impl TestedMotion {
+    fn is_clean(&self) -> bool {
+        self.clearance.is_clean() && self.entered == 0.0
+    }
+
+    /// Depth of the hit, or of the entry times the obstacle's weight, in metres.
+    fn harm(&self) -> f32 {
+        self.entered.max(-self.clearance.metres)
+    }
+}
+
+/// The one with the least harm.
+fn least_harm(before: Option<TestedMotion>, other: TestedMotion) -> Option<TestedMotion> {
+    match before {
+        Some(before) if before.harm() <= other.harm() => Some(before),
+        _ => Some(other),
+    }
+}
+
+/// Tests motions against an attack and the obstacles of a plan.
+#[derive(Clone, Copy)]
+struct PlanTest<'a> {
+    world: &'a World<'a>,
+    attack: &'a Attack,
+}
+
+impl PlanTest<'_> {
+    /// A motion whose clearance is known, with what it enters left out.
+    fn known(&self, mut motion: Motion, clearance: Clearance) -> TestedMotion {
+        let graph = self.world.baked.graph();
+        motion.extend(graph, self.attack.end() + 0.1);
+        let end = evasions_end(graph, &motion, self.attack.end());
+        motion.extend(graph, end);
+        TestedMotion {
+            motion,
+            clearance,
+            entered: 0.0,
+            end,
+        }
+    }
+
+    /// Tests a motion, which is extended until the attack's end, until it is known whether it is clean.
+    fn until_hit(&self, mut motion: Motion, scratch: &mut PlanScratch) -> TestedMotion {
+        motion.extend(self.world.baked.graph(), self.attack.end() + 0.1);
+        let test = ExactTest {
+            extent: Extent::UNTIL_HIT,
+            ..ExactTest::new(self.world.baked, self.attack)
+        };
+        let clearance = test.on_motion(&motion, scratch.context.body());
+        let mut tested = self.known(motion, clearance);
+        if clearance.is_clean() {
+            tested.entered = self.entered(&tested, 0.0, scratch);
+        }
+        tested
+    }
+
+    /// Measures the deepest hit and the most harmful entry.
+    fn measure(&self, tested: &mut TestedMotion, scratch: &mut PlanScratch) {
+        let test = ExactTest {
+            sampling: Sampling::CoarseFirst,
+            ..ExactTest::new(self.world.baked, self.attack)
+        };
+        tested.clearance = test.on_motion(&tested.motion, scratch.context.body());
+        tested.entered = self.entered(tested, f32::INFINITY, scratch);
+    }
+
+    /// Largest harm by an obstacle, or one above `enough`, in metres; 0 for none.
+    fn entered(&self, tested: &TestedMotion, enough: f32, scratch: &mut PlanScratch) -> f32 {
+        let test = ObstacleTest {
+            baked: self.world.baked,
+            obstacles: &scratch.ahead,
+            seconds: (0.0, tested.end),
+            enough,
+        };
+        let entered = scratch.context.body().worst_entry(&test, &tested.motion);
+        entered.map_or(0.0, |entered| entered.harm)
     }
 }

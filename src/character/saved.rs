@@ -128,7 +128,11 @@ impl CharactersState {
                 && pending.is_none_or(|pending| plays(&pending.motion) && pending.at.is_finite())
                 && state.goal.check().is_ok()
                 && state.steer.is_sound()
-                && state.times().iter().all(|time| near_now(*time))
+                && [state.held_until, state.passed_at, state.look_at]
+                    .into_iter()
+                    .chain(state.retry_at)
+                    .chain(state.kept_since)
+                    .all(near_now)
         };
         let states = self.slots.iter().filter_map(|slot| slot.state.as_deref());
         let empty = |index: &u32| {

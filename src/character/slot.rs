@@ -6,9 +6,9 @@ use std::time::{Duration, Instant};
 
 use serde::{Deserialize, Serialize};
 
-use super::ids::CharacterId;
-use super::scratch::Worker;
+use super::event::CharacterId;
 use super::state::CharacterState;
+use super::world::Worker;
 use crate::graph::BlendReach;
 use crate::math::parallel::{WorkerPool, lock};
 

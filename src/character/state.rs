@@ -1,14 +1,12 @@
-use glam::{Vec2, Vec3};
+use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
-use super::event::CharacterEventKind;
+use super::event::{CharacterEventKind, CharacterId, ThreatId};
 use super::goal::Goal;
-use super::ids::{CharacterId, ThreatId};
 use super::playing::Playing;
-use super::scratch::Worker;
 use super::steer::{SteerState, SteerStep};
 use super::threat::{Threat, Window};
-use super::world::World;
+use super::world::{Worker, World};
 use crate::graph::Motion;
 use crate::maps::BakedGraph;
 use crate::math::Sphere;
@@ -105,31 +103,6 @@ impl CharacterState {
             centres: Vec::new(),
             events: Vec::new(),
         }
-    }
-
-    /// All moments for which it waits, in seconds.
-    pub(super) fn times(&self) -> [f64; 5] {
-        let Self {
-            held_until,
-            passed_at,
-            look_at,
-            retry_at,
-            kept_since,
-            ..
-        } = *self;
-        let known = |time: Option<f64>| time.unwrap_or(0.0);
-        [
-            held_until,
-            passed_at,
-            look_at,
-            known(retry_at),
-            known(kept_since),
-        ]
-    }
-
-    /// Position of the root on the ground (x, z).
-    pub(super) fn ground(&self, baked: &BakedGraph) -> Vec2 {
-        self.playing.ground(baked.graph())
     }
 
     /// Velocity of the root, in metres per second.

@@ -31,7 +31,7 @@ struct Around<'a> {
 impl CharacterState {
     /// Aim of the goal, changed so that the character goes around obstacles.
     pub(super) fn steer_around(&mut self, world: &World<'_>, obstacles: &[Obstacle]) -> Aim {
-        let place = self.ground(world.baked);
+        let place = self.playing.ground(world.baked.graph());
         let aim = self.goal.aim(place, &mut self.has_arrived);
         if obstacles.is_empty() {
             self.side = Side::None;

@@ -2,7 +2,7 @@ use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
 use super::error::{CharacterError, FURTHEST, shorter, within};
-use super::ids::CharacterId;
+use super::event::CharacterId;
 use crate::maps::SphereKey;
 use crate::math::Sphere;
 
@@ -85,11 +85,6 @@ impl Threat {
     pub fn at(&self, time: f64) -> Vec3 {
         let t = (time - self.time) as f32;
         self.position + self.velocity * t - Vec3::Y * (0.5 * self.gravity * t * t)
-    }
-
-    /// Whether a character has to avoid it.
-    pub(super) fn concerns(&self, id: CharacterId) -> bool {
-        self.target.is_none_or(|target| target == id)
     }
 
     /// Whether the threat has ended, or moves away from a point.

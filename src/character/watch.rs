@@ -4,11 +4,9 @@
 
 use glam::Vec3;
 
-use super::event::CharacterEventKind;
-use super::ids::{CharacterId, ThreatId};
-use super::scratch::Worker;
+use super::event::{CharacterEventKind, CharacterId, ThreatId};
 use super::state::{CharacterState, Watched};
-use super::world::{KnownThreat, World};
+use super::world::{KnownThreat, Worker, World};
 use crate::query::clearance::closest;
 
 /// The part of a step in which a threat exists.

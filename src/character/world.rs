@@ -1,12 +1,17 @@
-use glam::Vec2;
+use std::time::Instant;
+
+use glam::{Vec2, Vec3};
 use serde::{Deserialize, Serialize};
 
-use super::ids::{CharacterId, ThreatId};
+use super::event::{CharacterId, ThreatId};
 use super::settings::CharacterSettings;
-use super::steer::Steering;
+use super::steer::{SteerScratch, Steering};
 use super::threat::Threat;
+use crate::anim::{JointTransform, Pose, forward_kinematics};
+use crate::crowd::ExternalPose;
+use crate::graph::{JointReach, MotionMoment};
 use crate::maps::BakedGraph;
-use crate::query::Obstacle;
+use crate::query::{Answer, Obstacle, QueryContext};
 
 /// Data that all characters of a step share.
 pub(super) struct World<'a> {
@@ -34,7 +39,10 @@ impl<'a> World<'a> {
         &self,
         id: CharacterId,
     ) -> impl Iterator<Item = &'a KnownThreat> + use<'a> {
-        let concerns = move |known: &&KnownThreat| known.threat.concerns(id);
+        let concerns = move |known: &&KnownThreat| {
+            let target = known.threat.target;
+            target.is_none_or(|target| target == id)
+        };
         self.threats.iter().filter(concerns)
     }
 }
@@ -55,4 +63,46 @@ pub(super) struct OtherBody {
     pub place: Vec2,
     /// Velocity on the ground (x, z), in metres per second.
     pub velocity: Vec2,
+}
+
+/// Scratch of one thread.
+#[derive(Default)]
+pub(super) struct Worker {
+    pub plan: PlanScratch,
+    pub steer: SteerScratch,
+    pub pose: Pose,
+    pub joints: Vec<JointTransform>,
+    pub centres: Vec<Vec3>,
+    /// Sphere centres a little later.
+    pub later_centres: Vec<Vec3>,
+    /// Obstacles near the character that is stepped.
+    pub obstacles: Vec<Obstacle>,
+    pub external: ExternalPose,
+    /// The pose without its blend.
+    pub unblended: Pose,
+    pub unblended_joints: Vec<JointTransform>,
+    pub reaches: Vec<JointReach>,
+}
+
+impl Worker {
+    /// Writes the sphere centres of the body at a moment to `centres`, in the world, in metres.
+    pub(super) fn pose_body(&mut self, baked: &BakedGraph, moment: MotionMoment<'_>) {
+        let graph = baked.graph();
+        moment.motion.sample(graph, moment.seconds, &mut self.pose);
+        forward_kinematics(graph.skeleton(), &self.pose, &mut self.joints);
+        baked.body().centres(&self.joints, &mut self.centres);
+    }
+}
+
+/// Scratch of planning.
+#[derive(Default)]
+pub(super) struct PlanScratch {
+    pub context: QueryContext,
+    /// Time at which plans are broken off; `None`: never.
+    pub deadline: Option<Instant>,
+    pub answer: Answer,
+    /// Obstacles as they are when the answer is taken over.
+    pub ahead: Vec<Obstacle>,
+    /// The obstacles of `ahead`, larger by the margin of plans.
+    pub wider: Vec<Obstacle>,
 }

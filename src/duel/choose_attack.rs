@@ -14,14 +14,6 @@ use crate::maps::AttackOption;
 use crate::math::sort_rarely;
 use crate::query::Attack;
 
-/// An attack of the grid, with its rank.
-#[derive(Clone, Copy)]
-struct Choice {
-    option: AttackOption,
-    /// Rank of the attack. Smaller values are tried first.
-    rank: f32,
-}
-
 /// Number of recent attacks that are avoided if there are others.
 const REMEMBERED: usize = 4;
 
@@ -32,22 +24,17 @@ impl Duel<'_> {
         let attacker = self.turn;
         let me = self.fighters[attacker.index()].ahead(graph, self.now);
         let them = self.fighters[attacker.other().index()].ahead(graph, self.now);
-        let mut options: Vec<Choice> = Vec::new();
+        // Attacks with a smaller rank are tried first.
+        let mut ranked: Vec<(f32, AttackOption)> = Vec::new();
         for option in self.attacks(&me, &them, 0.0) {
             let strike = self.grid.attack_move(self.baked, option.path).edge;
             let recent = self.used.iter().rev().take(REMEMBERED);
             let used = recent.filter(|&&used| used == strike).count() as f32;
-            options.push(Choice {
-                option,
-                rank: self.rng.share() + 2.0 * used,
-            });
+            ranked.push((self.rng.share() + 2.0 * used, option));
         }
-        sort_rarely(&mut options, |a, b| {
-            a.rank.total_cmp(&b.rank).then(a.option.cmp(&b.option))
-        });
-        options
-            .iter()
-            .find_map(|choice| self.challenge_by(choice.option, &them))
+        sort_rarely(&mut ranked, |a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        let mut options = ranked.into_iter();
+        options.find_map(|(_, option)| self.challenge_by(option, &them))
     }
 
     /// Whether the grid has an attack at the next node after a time, in seconds.

@@ -11,12 +11,6 @@ use crate::graph::{EdgeMotion, Motion, MotionGraph, MotionStep, NodeId};
 use crate::math::{Rigid2, sorted_indices};
 use crate::query::MoveSettings;
 
-/// A motion, and its cost.
-struct RatedMotion {
-    motion: Motion,
-    cost: f32,
-}
-
 impl Duel<'_> {
     /// Lets both fighters choose a motion, the attacker first, and advances time.
     pub(super) fn footwork(&mut self) {
@@ -39,18 +33,15 @@ impl Duel<'_> {
         let other = self.fighters[side.other().index()].ahead(graph, self.now);
         let playhead = me.playhead(graph, self.now);
         let wait = me.branch(graph, self.now, &[]).duration();
-        let mut ways = vec![RatedMotion {
-            cost: self.cost(side, &planned, &other),
-            motion: planned,
-        }];
+        let mut ways = vec![(self.cost(side, &planned, &other), planned)];
         for steps in self.paths_from(playhead.next_node(graph), self.settings.window - wait) {
             let me = &self.fighters[side.index()];
             let mut motion = me.branch(graph, self.now, &steps);
             motion.extend(graph, self.settings.window + self.settings.step);
             let cost = self.cost(side, &motion, &other);
-            ways.push(RatedMotion { motion, cost });
+            ways.push((cost, motion));
         }
-        let order = sorted_indices(ways.len(), &|&a, &b| ways[a].cost.total_cmp(&ways[b].cost));
+        let order = sorted_indices(ways.len(), &|&a, &b| ways[a].0.total_cmp(&ways[b].0));
         let seconds = self.settings.window;
         let fits = |way: &Motion| {
             self.keeps_distance([way, &other], seconds)
@@ -60,7 +51,7 @@ impl Duel<'_> {
         let best = order
             .iter()
             .take(TRIED)
-            .find(|&&index| fits(&ways[index].motion));
+            .find(|&&index| fits(&ways[index].1));
         let best = match best {
             Some(&best) => best,
             // No motion fits: the fighters step away from each other.
@@ -68,15 +59,14 @@ impl Duel<'_> {
                 .iter()
                 .copied()
                 .max_by(|&a, &b| {
-                    let free_distance =
-                        |index: usize| self.free_distance(&ways[index].motion, &other);
+                    let free_distance = |index: usize| self.free_distance(&ways[index].1, &other);
                     free_distance(a)
                         .total_cmp(&free_distance(b))
                         .then(b.cmp(&a))
                 })
                 .unwrap_or(0),
         };
-        (best > 0).then(|| ways.swap_remove(best).motion)
+        (best > 0).then(|| ways.swap_remove(best).1)
     }
 
     /// Paths from a node that differ from each other.

@@ -289,10 +289,8 @@ pub(super) struct Bound {
 /// less than 2 mm ([`BodyTrack::RATE`](crate::maps::BodyTrack::RATE)).
 const NEAR_TIE: f32 = 0.004;
 
-/// Clearance below which evasions are tested on their final motion, in metres.
-///
-/// The samples of a baked body track lie up to half a sample away from those of the motion that is played. Between two samples a
-/// limb leaves its chord by less than 2 mm ([`BodyTrack::RATE`](crate::maps::BodyTrack::RATE)).
+/// Clearance below which evasions are tested on their final motion, in metres, because the samples of a baked body track lie up to half a
+/// sample away from those of the played motion.
 const CLOSE_CALL: f32 = 0.005;
 
 /// Maximum time from the time of a test's result to the last sample that the test reads, in seconds: to the end of the next interval.

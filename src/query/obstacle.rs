@@ -129,19 +129,13 @@ impl Obstacle {
         }
         let turn = |at: usize| {
             let [a, b, c] = [0, 1, 2].map(|ahead| corners[(at + ahead) % count]);
-            (b - a).perp_dot(c - b)
+            let (from, to) = (b - a, c - b);
+            (from.perp_dot(to), from.angle_to(to).abs())
         };
         let turns = (0..count).map(turn);
-        let (left, right) = (
-            turns.clone().all(|turn| turn > 0.0),
-            turns.clone().all(|turn| turn < 0.0),
-        );
-        let around: f32 = (0..count)
-            .map(|at| {
-                let [a, b, c] = [0, 1, 2].map(|ahead| corners[(at + ahead) % count]);
-                (b - a).angle_to(c - b).abs()
-            })
-            .sum();
+        let left = turns.clone().all(|(turn, _)| turn > 0.0);
+        let right = turns.clone().all(|(turn, _)| turn < 0.0);
+        let around: f32 = turns.map(|(_, angle)| angle).sum();
         // A star also turns one way, but more than once around.
         if left == right || around > 1.5 * std::f32::consts::TAU {
             return Err(ObstacleError::Corners);
@@ -221,17 +215,15 @@ impl Obstacle {
 }
 
 fn is_near(point: Vec3, what: &'static str) -> Result<(), ObstacleError> {
-    match point.abs().max_element() <= FURTHEST && point.is_finite() {
-        true => Ok(()),
-        false => Err(ObstacleError::Value(what)),
-    }
+    let is_valid = point.abs().max_element() <= FURTHEST && point.is_finite();
+    is_valid.then_some(()).ok_or(ObstacleError::Value(what))
 }
 
 fn is_radius(radius: f32) -> Result<(), ObstacleError> {
-    match radius > 0.0 && radius <= FURTHEST {
-        true => Ok(()),
-        false => Err(ObstacleError::Value("the radius")),
-    }
+    let is_valid = radius > 0.0 && radius <= FURTHEST;
+    is_valid
+        .then_some(())
+        .ok_or(ObstacleError::Value("the radius"))
 }
 
 /// The surface point nearest to a point.

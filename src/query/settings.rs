@@ -81,15 +81,18 @@ impl QuerySettings {
         }
         let most = Self::MOST_CANDIDATES as f64;
         in_range!(0.01, 100.0, [rates.slowest, rates.fastest]);
-        in_range!(0.0, 10.0, [rates.tolerance, rates.nearest]);
+        in_range!(0.01, 100.0, [entries.slowest, entries.fastest]);
+        in_range!(
+            0.0,
+            10.0,
+            [rates.tolerance, rates.nearest, entries.longest_delay]
+        );
         in_range!(0.001, 1000.0, [alike_distance, alike_angle]);
+        in_range!(0.001, 1000.0, [moves.alike_distance, moves.alike_angle]);
         in_range!(1.0, most, [most_evasions, moves.width, moves.candidates]);
         in_range!(0.0, most, [entries.most, entries.layers]);
-        in_range!(0.01, 100.0, [entries.slowest, entries.fastest]);
-        in_range!(0.0, 10.0, [entries.longest_delay]);
-        in_range!(0.001, 1000.0, [moves.alike_distance, moves.alike_angle]);
-        in_range!(-1e6, 1e6, [weights.avoid, weights.distance, weights.time]);
-        in_range!(-1e6, 1e6, [weights.warp]);
+        in_range!(-1e6, 1e6, [weights.avoid, weights.distance]);
+        in_range!(-1e6, 1e6, [weights.time, weights.warp]);
         in_range!(0.0, 1e3, [warp.candidates, warp.rounds]);
         in_range!(0.0, 1.0, [warp.deepest, warp.margin, warp.bounds.pelvis]);
         in_range!(0.0, 1.0, [warp.bounds.foot, warp.bounds.hand]);
@@ -102,20 +105,10 @@ impl QuerySettings {
             [warp.limits.shortest_way_in, warp.limits.way_out]
         );
         in_range!(0.0, 10.0, [warp.limits.reaction, warp.limits.hold]);
-        in_range!(
-            0.0,
-            1e6,
-            [
-                warp.limits.angular_velocity,
-                warp.limits.angular_acceleration
-            ]
-        );
-        in_range!(
-            0.0,
-            1e6,
-            [warp.limits.root_speed, warp.limits.root_acceleration]
-        );
-        in_range!(0.0, 1e6, [warp.limits.end_speed]);
+        in_range!(0.0, 1e6, [warp.limits.angular_velocity]);
+        in_range!(0.0, 1e6, [warp.limits.angular_acceleration]);
+        in_range!(0.0, 1e6, [warp.limits.root_speed, warp.limits.end_speed]);
+        in_range!(0.0, 1e6, [warp.limits.root_acceleration]);
         in_range!(0.0, 0.9, [warp.limits.rate]);
         in_range!(0.0, 3.2, [warp.limits.folded]);
         Ok(())

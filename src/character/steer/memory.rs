@@ -18,7 +18,7 @@ pub(in crate::character) struct SteerState {
     /// Frames that were played while it stood idle, oldest first.
     recent: Vec<Recent>,
     /// Place where the character came to stand (x, z), in metres; `None` if it does not stand.
-    place: Option<[f32; 2]>,
+    pub(super) place: Option<[f32; 2]>,
 }
 
 /// A range of frames that was played.
@@ -44,16 +44,6 @@ impl SteerState {
     /// Makes the next step search. A character that stands then stays where it is.
     pub(in crate::character) fn search_now(&mut self) {
         (self.search_in, self.place) = (0.0, None);
-    }
-
-    /// Stores the place where the character came to stand. `now` is its position (x, z), in metres.
-    pub(super) fn stand(&mut self, now: impl FnOnce() -> Vec2) {
-        self.place.get_or_insert_with(|| now().to_array());
-    }
-
-    /// Removes the place where the character came to stand.
-    pub(super) fn leave_place(&mut self) {
-        self.place = None;
     }
 
     /// Offset of a point of the ground from the place where the character came to stand (x, z), in metres.

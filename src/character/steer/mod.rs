@@ -111,11 +111,12 @@ impl Steering {
         if let Some(moment) = moment.filter(|_| is_idle) {
             state.remember(&moment, step);
             if moment.is_calm {
-                state.stand(|| playing.ground(graph));
+                let here = || playing.ground(graph).to_array();
+                state.place.get_or_insert_with(here);
             }
         }
         if !step.aim.stands() {
-            state.leave_place();
+            state.place = None;
         }
         let goes_on = |moment: Moment| moment.is_calm && !state.repeats(&moment);
         let is_held = is_idle && !ends && moment.is_some_and(goes_on);

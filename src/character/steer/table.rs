@@ -104,27 +104,19 @@ impl Features {
 
     pub(super) fn row(&self) -> Row {
         let (way, turn, foot, foot_velocity, velocity, height) = WEIGHTS;
+        let ahead = (0..AHEAD.len()).flat_map(|step| {
+            let moved = self.ways[step] * way[step];
+            [moved.x, moved.y, self.turns[step] * turn[step]]
+        });
+        let feet = self.feet.iter().flat_map(|&[place, speed]| {
+            [place * foot, speed * foot_velocity].map(|vector| vector.to_array())
+        });
+        let root = (self.velocity * velocity).to_array();
+        let all = ahead.chain(feet.flatten()).chain(root);
         let mut row = [0.0; FEATURES];
-        let mut at = 0;
-        let mut push = |value: f32| {
-            row[at] = value;
-            at += 1;
-        };
-        for step in 0..AHEAD.len() {
-            push(self.ways[step].x * way[step]);
-            push(self.ways[step].y * way[step]);
-            push(self.turns[step] * turn[step]);
+        for (value, feature) in row.iter_mut().zip(all.chain([self.height * height])) {
+            *value = feature;
         }
-        for [place, speed] in self.feet {
-            (place * foot).to_array().into_iter().for_each(&mut push);
-            let speed = (speed * foot_velocity).to_array();
-            speed.into_iter().for_each(&mut push);
-        }
-        (self.velocity * velocity)
-            .to_array()
-            .into_iter()
-            .for_each(&mut push);
-        push(self.height * height);
         row
     }
 }

@@ -75,19 +75,8 @@ impl<'a> PlayedTrack<'a> {
 
 /// The body from an evasion's start on, from its baked track.
 pub(super) struct TrackedBody<'a> {
-    track: &'a BodyTrack,
-    radii: &'a [f32],
-    count: usize,
-}
-
-impl<'a> TrackedBody<'a> {
-    pub(super) fn new(baked: &'a BakedGraph, track: &'a BodyTrack) -> Self {
-        Self {
-            track,
-            radii: baked.body_rows().radii(),
-            count: baked.body().spheres.len(),
-        }
-    }
+    pub baked: &'a BakedGraph,
+    pub track: &'a BodyTrack,
 }
 
 impl BodySamples for TrackedBody<'_> {
@@ -155,8 +144,8 @@ impl BodySamples for TrackedBody<'_> {
         Spheres {
             from: self.track.axes(ticks[0].min(last)),
             to: self.track.axes(ticks[1].min(last)),
-            radii: self.radii,
-            count: self.count,
+            radii: self.baked.body_rows().radii(),
+            count: self.baked.body().spheres.len(),
         }
     }
 }

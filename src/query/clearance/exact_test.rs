@@ -143,7 +143,10 @@ impl<'a> ExactTest<'a> {
         let (from, to) = part.seconds;
         let is_covered = self.attack.start() >= from && self.attack.end() <= to;
         let mut sweep = Sweep::new(self.attack, self.extent, sweep);
-        let mut body = TrackedBody::new(self.baked, part.track);
+        let mut body = TrackedBody {
+            baked: self.baked,
+            track: part.track,
+        };
         let window = TimeWindow {
             from,
             to,

@@ -131,7 +131,7 @@ impl NearObstacles {
     /// The deepest entry of a sphere.
     fn entry_at(&self, centre: Vec3, sphere: TrunkSphere, seconds: f32) -> Option<ObstacleHit> {
         let near = self.cells.near(Vec2::new(centre.x, centre.z));
-        let harms = near.iter().filter_map(|&index| {
+        let harms = near.filter_map(|index| {
             let obstacle = &self.obstacles[index as usize];
             let depth = sphere.radius - obstacle.distance(centre, seconds);
             (depth > 0.0).then_some(depth * obstacle.weight())
@@ -149,19 +149,10 @@ impl NearObstacles {
 struct ObstacleCells {
     /// Lowest x and z coordinates of all cells.
     corner: Vec2,
-    /// Start of each cell in `list`. The last entry is the length of the list.
+    /// Start of each cell in `covered`. The last entry is the length of the list.
     first: Vec<u32>,
-    /// Obstacles by cell.
-    list: Vec<u32>,
-    /// Cells and obstacles by obstacle.
-    covered: Vec<Covered>,
-}
-
-/// A cell that an obstacle comes near to.
-#[derive(Clone, Copy, Debug)]
-struct Covered {
-    cell: u32,
-    obstacle: u32,
+    /// Cells and the obstacles near them, sorted.
+    covered: Vec<(u32, u32)>,
 }
 
 impl ObstacleCells {
@@ -178,38 +169,27 @@ impl ObstacleCells {
         for (index, obstacle) in obstacles.iter().enumerate() {
             self.cover(index as u32, obstacle, middle, radius, seconds);
         }
+        self.covered.sort_unstable();
         self.first.clear();
-        self.first.resize(Self::ROW * Self::ROW + 1, 0);
-        for one in &self.covered {
-            self.first[one.cell as usize + 1] += 1;
+        for (at, &(cell, _)) in self.covered.iter().enumerate() {
+            self.first.resize(cell as usize + 1, at as u32);
         }
-        for cell in 1..self.first.len() {
-            self.first[cell] += self.first[cell - 1];
-        }
-        self.list.clear();
-        self.list.resize(self.covered.len(), 0);
-        // Backwards, so that each cell's end becomes its start.
-        for one in self.covered.iter().rev() {
-            let end = &mut self.first[one.cell as usize + 1];
-            *end -= 1;
-            self.list[*end as usize] = one.obstacle;
-        }
-        self.first.rotate_left(1);
-        if let Some(last) = self.first.last_mut() {
-            *last = self.covered.len() as u32;
-        }
+        let end = self.covered.len() as u32;
+        self.first.resize(Self::ROW * Self::ROW + 1, end);
     }
 
     /// The obstacles that a sphere at a place of the ground (x, z) may touch; none outside of all cells.
     #[inline]
-    fn near(&self, place: Vec2) -> &[u32] {
+    fn near(&self, place: Vec2) -> impl Iterator<Item = u32> + '_ {
         let at = (place - self.corner) / Self::SIDE;
         let end = Self::ROW as f32;
-        if !(at.x >= 0.0 && at.y >= 0.0 && at.x < end && at.y < end) || self.first.is_empty() {
-            return &[];
-        }
+        let is_inside = at.x >= 0.0 && at.y >= 0.0 && at.x < end && at.y < end;
         let cell = at.y as usize * Self::ROW + at.x as usize;
-        &self.list[self.first[cell] as usize..self.first[cell + 1] as usize]
+        let listed = match is_inside && !self.first.is_empty() {
+            true => self.first[cell] as usize..self.first[cell + 1] as usize,
+            false => 0..0,
+        };
+        self.covered[listed].iter().map(|&(_, obstacle)| obstacle)
     }
 
     fn cover(&mut self, index: u32, obstacle: &Obstacle, middle: Vec3, radius: f32, seconds: f32) {
@@ -235,10 +215,8 @@ impl ObstacleCells {
                 if is_still && obstacle.metres_from_line(centre, heights, 0.0) > around {
                     continue;
                 }
-                self.covered.push(Covered {
-                    cell: (row * Self::ROW + column) as u32,
-                    obstacle: index,
-                });
+                self.covered
+                    .push(((row * Self::ROW + column) as u32, index));
             }
         }
     }
@@ -290,7 +268,7 @@ mod tests {
                 let mut number = |most: f32| random.random_range(-most..most);
                 let point = Vec3::new(number(6.0), 1.0 + number(1.0), number(6.0));
                 let time = 1.0 + number(1.0);
-                let near = cells.near(Vec2::new(point.x, point.z));
+                let near: Vec<u32> = cells.near(Vec2::new(point.x, point.z)).collect();
                 for (index, obstacle) in obstacles.iter().enumerate() {
                     let touches = obstacle.distance(point, time) < radius;
                     assert!(

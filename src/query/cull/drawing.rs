@@ -290,7 +290,9 @@ impl AttackDrawing {
                     steps.cut_off = true;
                     continue;
                 }
-                around = around.union(timed_rect(&self.discs[first..end]));
+                for timed in &self.discs[first..end] {
+                    around = around.union(MapRect::around(&[timed.disc]));
+                }
                 for part in [first..middle, middle..end] {
                     self.discs[part].sort_unstable_by_key(|one| one.slice);
                 }
@@ -331,14 +333,6 @@ fn limited(rect: MapRect) -> (MapRect, bool) {
         height,
     };
     (limited, limited == rect)
-}
-
-fn timed_rect(discs: &[TimedDisc]) -> MapRect {
-    let one = |timed: &TimedDisc| MapRect::around(&[timed.disc]);
-    discs
-        .iter()
-        .map(one)
-        .fold(MapRect::default(), MapRect::union)
 }
 
 /// Cuts the spheres of steps into discs.
@@ -647,16 +641,6 @@ fn for_each_span(sphere: &MovingSphere, grid: MapGrid, mut visit: impl FnMut([Sp
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn nothing_within_reach_leaves_nothing_of_an_earlier_attack() {
-        let atlas = RegionAtlas::new(MapGrid::default(), Vec::new(), Vec::new());
-        let mut maps = QueryMaps::default();
-        maps.scratch.touched.push(0..3);
-        maps.scratch.cut_off = true;
-        maps.draw(&atlas, &Attack::empty(), &[], &[], 1.0, true);
-        assert_eq!(maps, QueryMaps::default());
-    }
 
     #[test]
     fn a_blast_that_grows_from_a_point_has_few_steps_and_a_ball_as_many_as_its_radius_asks_for() {

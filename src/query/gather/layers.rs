@@ -5,6 +5,8 @@
 //! moments ([`LayerRanking`]), and the best few are tested exactly. These distances are approximate and cheap: the upper body comes from the baked
 //! track of the evasion, moved to the pelvis of the natural motion.
 
+use std::cmp::Ordering;
+
 use glam::{Quat, Vec3};
 
 use super::candidates::{Candidate, CandidateKind, CandidateList, LayerCandidate};
@@ -76,16 +78,22 @@ pub(in crate::query) fn gather_layers(
             break;
         }
     }
-    let missing = |one: &LayerCandidate| (one.metres - WANTED).abs();
-    let order = |one: &LayerCandidate| (one.evasion, one.layer.envelope.start, one.layer.frame);
+    let order = |one: &LayerCandidate| {
+        let Layer {
+            envelope,
+            frame,
+            rate,
+            ..
+        } = one.layer;
+        let missing = (one.metres - WANTED).abs();
+        [missing, one.evasion as f32, envelope.start, frame, rate]
+    };
     layers.sort_unstable_by(|a, b| {
-        let (first, second) = (order(a), order(b));
-        missing(a)
-            .total_cmp(&missing(b))
-            .then(first.0.cmp(&second.0))
-            .then(first.1.total_cmp(&second.1))
-            .then(first.2.total_cmp(&second.2))
-            .then(a.layer.rate.total_cmp(&b.layer.rate))
+        let pairs = order(a).into_iter().zip(order(b));
+        let unequal = pairs
+            .map(|(a, b)| a.total_cmp(&b))
+            .find(|order| order.is_ne());
+        unequal.unwrap_or(Ordering::Equal)
     });
     layers.truncate(settings.entries.layers);
     candidates.search.followed += layers.len();
@@ -173,12 +181,6 @@ impl Moment {
     fn axes(&self) -> [&[f32]; 3] {
         let row = self.rows.len() / 3;
         [0, 1, 2].map(|axis| &self.rows[axis * row..(axis + 1) * row])
-    }
-
-    /// Smallest distance of the attack from the spheres with these radii, in metres.
-    fn distance(&self, radii: &[f32]) -> f32 {
-        let axes = [Vec3::X, Vec3::Z];
-        self.layered_distance(0.0, self.axes(), axes, Vec3::ZERO, radii)
     }
 
     /// Smallest distance of the attack from spheres that a layer of some weight moves, in metres. `rows` are their centres in the frame of the
@@ -276,8 +278,10 @@ impl LayerRanking {
 
     /// Smallest distance of the attack from pelvis and legs, which no layer moves, in metres.
     fn below_waist(&self) -> f32 {
-        let moments = self.moments.iter();
-        let distances = moments.map(|moment| moment.distance(&self.lower));
+        let axes = [Vec3::X, Vec3::Z];
+        let distances = self.moments.iter().map(|moment| {
+            moment.layered_distance(0.0, moment.axes(), axes, Vec3::ZERO, &self.lower)
+        });
         distances.fold(f32::INFINITY, f32::min)
     }
 

@@ -63,15 +63,6 @@ struct State {
     before: Option<(MoveId, EdgeId)>,
 }
 
-/// A path that is long enough.
-#[derive(Clone, Copy, Debug)]
-struct MoveEnd {
-    /// Distance on the ground from the start, in metres.
-    travelled: f32,
-    /// Index in `states`.
-    state: u32,
-}
-
 /// A search for moves. Its memory is kept from one search to the next.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct MoveSearch {
@@ -79,7 +70,8 @@ pub(crate) struct MoveSearch {
     /// Indices in `states`, for each number of frames since the start.
     layers: Vec<Vec<u32>>,
     seen: FxHashSet<[i32; 6]>,
-    ends: Vec<MoveEnd>,
+    /// Paths that are long enough: distance on the ground from the start, in metres, and index in `states`.
+    ends: Vec<(f32, u32)>,
     report: SearchReport,
     /// Limits of the current search.
     settings: MoveSettings,
@@ -119,9 +111,9 @@ impl MoveSearch {
         while time < self.layers.len() {
             let open = std::mem::take(&mut self.layers[time]);
             if time as u32 >= frames {
-                self.ends.extend(open.iter().map(|&state| MoveEnd {
-                    travelled: ground(graph, &self.states[state as usize]).distance(from),
-                    state,
+                self.ends.extend(open.iter().map(|&state| {
+                    let end = ground(graph, &self.states[state as usize]);
+                    (end.distance(from), state)
                 }));
             } else {
                 self.report.followed += open.len().min(settings.width);
@@ -214,22 +206,18 @@ impl MoveSearch {
     /// Returns a limited number of paths, evenly spread by the distance that they travel.
     fn hand_out(&mut self, natural: MoveId, found: &mut impl FnMut(MoveId)) {
         let mut ends = std::mem::take(&mut self.ends);
-        ends.sort_unstable_by(|a, b| {
-            let by_distance = a.travelled.total_cmp(&b.travelled);
-            by_distance.then(a.state.cmp(&b.state))
-        });
+        ends.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
         let most = self.settings.candidates.saturating_sub(1);
         self.report.cut += ends.len().saturating_sub(most);
-        for end in evenly(&ends, most) {
-            if !self.same_edges(MoveId(end.state), natural) {
-                found(MoveId(end.state));
+        for (_, end) in evenly(&ends, most) {
+            let is_natural = self
+                .edges_backwards(MoveId(end))
+                .eq(self.edges_backwards(natural));
+            if !is_natural {
+                found(MoveId(end));
             }
         }
         self.ends = ends;
-    }
-
-    fn same_edges(&self, a: MoveId, b: MoveId) -> bool {
-        self.edges_backwards(a).eq(self.edges_backwards(b))
     }
 }
 

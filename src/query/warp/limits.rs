@@ -81,22 +81,14 @@ impl Goal {
         });
         let bend = bend_from(numbers, scales);
         let in_air = (0..Rig::LEGS).find(|&limb| bend.ends[limb].length() > LIFTED);
+        // Time during which the weight of the warp is above one half, in seconds.
+        let envelope = &self.envelope;
+        let seconds = 0.5 * (envelope.release + envelope.end - envelope.start - envelope.full);
         let support = match in_air {
-            Some(limb) if support.feet[limb] => support.without(limb, self.half_seconds()),
+            Some(limb) if support.feet[limb] => support.without(limb, seconds),
             _ => support,
         };
         rows.extend(balance_row(baked, tick, support, beside, scales, numbers));
-    }
-
-    /// Time during which the weight of the warp is above one half, in seconds.
-    fn half_seconds(&self) -> f32 {
-        let Envelope {
-            start,
-            full,
-            release,
-            end,
-        } = self.envelope;
-        0.5 * (release + end - start - full)
     }
 }
 
