@@ -14,8 +14,9 @@ use sabaki::query::{Answer, Enumerate, Evaluation, Query, QueryContext, QuerySet
 const ATTACKS: u64 = 50;
 
 /// Where candidates come from.
-const SOURCES: [(&str, Enumerate); 3] = [
+const SOURCES: [(&str, Enumerate); 4] = [
     ("grid, nearest cell", Enumerate::NearestCell),
+    ("grid, nearest filed cell", Enumerate::NearestFiledCell),
     ("grid, cells around", Enumerate::TouchedCells),
     ("whole search", Enumerate::Whole),
 ];

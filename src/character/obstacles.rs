@@ -96,9 +96,9 @@ impl CharacterState {
             seconds: (began, to),
             enough: 0.0,
         };
-        let body = worker.plan.context.body();
-        body.forget();
-        let entered = body.worst_entry(&test, &playing.motion);
+        let context = &mut worker.plan.context;
+        context.forget_poses();
+        let entered = context.body().worst_entry(&test, &playing.motion);
         // Threats are then answered again; without any, steering goes on.
         if entered.is_some() && std::mem::take(&mut self.seen) == 0 {
             self.held_until = world.now;

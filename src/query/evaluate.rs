@@ -19,9 +19,11 @@ use super::request::{Evaluation, Query};
 use super::retime::retimed;
 use super::score::{Evaluated, Score};
 use super::state::QueryState;
+use super::workers::Workers;
 use crate::anim::EventKind;
 use crate::graph::{Motion, MotionGraph, MotionStep};
 use crate::maps::BodyTrack;
+use crate::math::thread_count;
 
 /// One round of a query: its candidates, and what a culling path counted of them.
 #[derive(Clone, Copy)]
@@ -269,7 +271,7 @@ pub(super) struct Evaluator {
     pub order: Vec<Bound>,
     /// Result of each candidate, or `None` if it was not tested.
     pub evaluated: Vec<Option<Evaluated>>,
-    body: MotionBody,
+    workers: Workers,
     /// Results of moves that are hit, by prefix: moves that begin with the same edges have the same hits until the prefix ends.
     hits: FxHashMap<MoveId, Clearance>,
     /// Clearances of the shallowest hits, the largest first.
@@ -293,6 +295,9 @@ const NEAR_TIE: f32 = 0.004;
 /// sample away from those of the played motion.
 const CLOSE_CALL: f32 = 0.005;
 
+/// Number of candidates that one thread tests before several threads share the rest.
+const ALONE: usize = 4;
+
 /// Maximum time from the time of a test's result to the last sample that the test reads, in seconds: to the end of the next interval.
 const AHEAD: f32 = (2 * BodyTrack::INTERVAL + 1) as f32 / SAMPLE_RATE;
 
@@ -306,9 +311,14 @@ impl Evaluator {
         evaluated.extend(candidates.known.iter().map(|hit| hit.evaluated));
     }
 
-    /// The memory of exact tests.
+    /// The memory of exact tests on the caller's thread.
     pub(super) fn body(&mut self) -> &mut MotionBody {
-        &mut self.body
+        self.workers.body()
+    }
+
+    /// Removes the poses of earlier queries.
+    pub(super) fn forget_poses(&mut self) {
+        self.workers.forget();
     }
 
     /// Whether a tested candidate is clean.
@@ -337,18 +347,42 @@ impl Evaluator {
                 }),
         );
         if round.state.request.evaluation == Evaluation::Exhaustive {
-            for &Bound { index, .. } in &order {
-                let clearance = round.test_whole(index, &mut self.body);
-                self.evaluated[index] = Some(round.result(index, clearance));
-            }
+            self.test_in_parallel(round, &order, true);
         } else {
             order.sort_unstable_by(|a, b| a.value.total_cmp(&b.value).then(a.index.cmp(&b.index)));
-            self.test_possible_winners(round, &order);
+            // Usually one of the first few candidates is clean.
+            let (first, rest) = order.split_at(order.len().min(ALONE));
+            self.test_possible_winners(round, first);
+            // Tests of moves share prefixes.
+            let is_move = |bound: &Bound| round.state.move_of(bound.index).is_some();
+            let is_alone = thread_count(round.query.settings.threads) == 1 || rest.len() <= ALONE;
+            if !is_alone && !rest.iter().any(is_move) && !self.has_clean() {
+                self.test_in_parallel(round, rest, false);
+            }
+            self.test_possible_winners(round, rest);
             while self.settle_near_ties(round) {
                 self.test_possible_winners(round, &order);
             }
         }
         self.order = order;
+    }
+
+    /// Tests candidates on several threads: all of them over the whole attack, or, as the tests are independent until a candidate is clean, up to
+    /// the first clean one.
+    fn test_in_parallel(&mut self, round: Round<'_>, order: &[Bound], whole: bool) {
+        let threads = thread_count(round.query.settings.threads);
+        let test = |at: usize, body: &mut MotionBody| match whole {
+            true => round.test_whole(order[at].index, body),
+            false => round.test(order[at].index, Extent::UNTIL_HIT, body),
+        };
+        let ends = |clearance: &Clearance| !whole && clearance.is_clean();
+        let found = self.workers.run(threads, order.len(), test, ends);
+        for (bound, clearance) in order.iter().zip(found.iter().map_while(|found| *found)) {
+            self.evaluated[bound.index] = Some(round.result(bound.index, clearance));
+            if ends(&clearance) {
+                break;
+            }
+        }
     }
 
     /// The lowest score so far; infinite if no candidate is clean.
@@ -392,7 +426,7 @@ impl Evaluator {
             prefixes.find_map(|(prefix, _)| self.hits.get(&prefix).copied())
         });
         known.unwrap_or_else(|| {
-            let result = round.test(index, extent, &mut self.body);
+            let result = round.test(index, extent, self.workers.body());
             if let Some(path) = path.filter(|_| !result.is_clean()) {
                 let prefix = shortest_prefix(round, path, result.time + AHEAD);
                 self.hits.insert(prefix, result);
@@ -436,7 +470,7 @@ impl Evaluator {
         for index in 0..self.evaluated.len() {
             let one = self.evaluated[index].filter(|one| is_near(index, one));
             if one.is_some_and(|one| !one.is_final) {
-                let clearance = round.test_whole(index, &mut self.body);
+                let clearance = round.test_whole(index, self.workers.body());
                 self.evaluated[index] = Some(round.final_result(index, clearance));
             }
         }
@@ -477,8 +511,8 @@ impl Evaluator {
             return true;
         }
         let test = round.exact_test(Extent::WHOLE, Sampling::Each);
-        let clearance = test.on_motion(motion, &mut self.body);
-        let entered = round.candidate_entered(chosen, f32::INFINITY, &mut self.body);
+        let clearance = test.on_motion(motion, self.workers.body());
+        let entered = round.candidate_entered(chosen, f32::INFINITY, self.workers.body());
         let clearance = worse(clearance, entered);
         self.evaluated[chosen] = Some(round.final_result(chosen, clearance));
         clearance.is_clean() || !before.clearance.is_clean()
@@ -543,7 +577,8 @@ impl Evaluator {
                 if !self.is_final(index) {
                     // Fewer samples may overestimate the clearance, but the candidate stays a hit.
                     let coarse = Sampling::CoarseFirst;
-                    let clearance = round.test_posed(index, until(enough), coarse, &mut self.body);
+                    let clearance =
+                        round.test_posed(index, until(enough), coarse, self.workers.body());
                     if clearance.metres < value {
                         self.evaluated[index] = Some(round.result(index, clearance));
                         value = clearance.metres;
@@ -559,7 +594,7 @@ impl Evaluator {
             let mut metres = value;
             if !self.is_final(index) {
                 let each = Sampling::Each;
-                let clearance = round.test_posed(index, until(enough), each, &mut self.body);
+                let clearance = round.test_posed(index, until(enough), each, self.workers.body());
                 metres = clearance.metres;
                 // Below `enough` the exact clearance may be smaller.
                 self.evaluated[index] = Some(Evaluated {
@@ -591,7 +626,7 @@ impl Evaluator {
             let Some(before) = self.evaluated[index] else {
                 continue;
             };
-            let body = &mut self.body;
+            let body = self.workers.body();
             let entered = round.candidate_entered(index, 0.0, body);
             if entered.is_some() {
                 let clearance = worse(before.clearance, entered);

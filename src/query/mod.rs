@@ -66,6 +66,7 @@ mod session;
 mod settings;
 mod state;
 mod warp;
+mod workers;
 
 pub use answer::{Answer, CandidateReport, CandidateResult, Counts, EnteredAt};
 pub use attack::{Attack, AttackError};

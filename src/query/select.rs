@@ -9,7 +9,7 @@ use super::evaluate::{Evaluator, Round};
 use super::gather::{GatherScratch, gather_entries, gather_layers, gather_moves};
 use super::request::{Evaluation, Query};
 use super::state::{QueryState, Source};
-use super::warp::{Warper, warp_hits};
+use super::warp::{Warper, adjust, warp_hits};
 use crate::graph::Motion;
 
 /// The chosen candidate of a query.
@@ -97,7 +97,11 @@ pub(super) fn select(
         };
         let chosen = warped.unwrap_or_else(|| evaluator.best());
         // If the final test shows a hit, the next iteration tests candidates that were skipped because of this one.
-        if warped.is_some() || evaluator.confirm(round, chosen, motion) {
+        let is_confirmed = warped.is_none() && evaluator.confirm(round, chosen, motion);
+        if is_confirmed {
+            adjust(round, evaluator, warper, chosen, motion);
+        }
+        if warped.is_some() || is_confirmed {
             return Some(Selection {
                 chosen,
                 reconsidered,

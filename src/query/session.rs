@@ -43,8 +43,13 @@ impl QueryContext {
 
     /// Sets the time at which the tests of a plan end, or `None`, and removes the poses of earlier queries.
     pub(crate) fn start_plan(&mut self, deadline: Option<Instant>) {
-        self.body().forget();
+        self.forget_poses();
         self.body().set_deadline(deadline);
+    }
+
+    /// Removes the poses of earlier queries.
+    pub(crate) fn forget_poses(&mut self) {
+        self.scratch.evaluator.forget_poses();
     }
 
     /// Ends a plan. Returns `false` if its time was over before: its results are to be discarded.
@@ -97,7 +102,7 @@ impl<'a> Query<'a> {
     where
         'a: 's,
     {
-        context.body().forget();
+        context.forget_poses();
         let QueryContext { state, scratch, .. } = context;
         Session::start(*self, state, scratch, request)
     }
@@ -122,7 +127,7 @@ impl<'a> Query<'a> {
 
     /// Answers a request, culling on the CPU.
     pub fn answer(&self, request: Request<'_>, context: &mut QueryContext, answer: &mut Answer) {
-        context.body().forget();
+        context.forget_poses();
         self.answer_in_scope(request, None, context, answer);
     }
 

@@ -29,6 +29,11 @@ pub struct QuerySettings {
     pub weights: Weights,
     /// Whether the answer lists the paths that are not in time, with the reasons. If not, they are only counted. Default false.
     pub list_late: bool,
+    /// Number of threads that test candidates exactly, or 0 for one thread per core; at most 1024. Default 1. The answer does not depend on it.
+    ///
+    /// Only independent tests are divided among threads: those before the first clean candidate is found, and all tests of
+    /// [`Evaluation::Exhaustive`](super::Evaluation::Exhaustive). The threads belong to the [`QueryContext`](super::QueryContext).
+    pub threads: usize,
     /// Settings of warps, which make motions clean.
     pub warp: WarpSettings,
 }
@@ -45,6 +50,7 @@ impl Default for QuerySettings {
             moves: MoveSettings::default(),
             weights: Weights::default(),
             list_late: false,
+            threads: 1,
             warp: WarpSettings::default(),
         }
     }
@@ -91,9 +97,13 @@ impl QuerySettings {
         in_range!(0.001, 1000.0, [moves.alike_distance, moves.alike_angle]);
         in_range!(1.0, most, [most_evasions, moves.width, moves.candidates]);
         in_range!(0.0, most, [entries.most, entries.layers]);
+        in_range!(0.0, 1024.0, [threads]);
         in_range!(-1e6, 1e6, [weights.avoid, weights.distance]);
         in_range!(-1e6, 1e6, [weights.time, weights.warp]);
         in_range!(0.0, 1e3, [warp.candidates, warp.rounds]);
+        in_range!(0.0, 1.0, [warp.nearest]);
+        let widest = self.warp.widest.unwrap_or_default();
+        check(&["warp", "widest"], widest.into(), 0.0, 100.0)?;
         in_range!(0.0, 1.0, [warp.deepest, warp.margin, warp.bounds.pelvis]);
         in_range!(0.0, 1.0, [warp.bounds.foot, warp.bounds.hand]);
         in_range!(0.0, 1.0, [warp.limits.balance, warp.limits.slide]);
@@ -136,6 +146,8 @@ fn check(path: &[&str], value: f64, least: f64, most: f64) -> Result<(), QuerySe
 pub enum Enumerate {
     /// The touched cell nearest to the character's root, as in the paper.
     NearestCell,
+    /// The nearest touched cell that has a path in time.
+    NearestFiledCell,
     /// All touched cells.
     #[default]
     TouchedCells,
@@ -276,6 +288,11 @@ pub struct WarpSettings {
     pub candidates: usize,
     /// Maximum depth of a hit that is warped, in metres. Default 0.3.
     pub deepest: f32,
+    /// Clearance below which a clean answer is warped away from the attack, in metres. Default 0, which never warps it away.
+    pub nearest: f32,
+    /// Clearance above which a clean answer is warped towards the attack if that lowers its score, in metres. Default `None`, which never warps
+    /// it towards the attack.
+    pub widest: Option<f32>,
     /// Wanted clearance of a warped motion, in metres. Default 0.01.
     pub margin: f32,
     /// Maximum number of linearisations. Default 5.
@@ -291,6 +308,8 @@ impl Default for WarpSettings {
         Self {
             candidates: 2,
             deepest: 0.3,
+            nearest: 0.0,
+            widest: None,
             margin: 0.01,
             rounds: 5,
             bounds: WarpBounds::default(),

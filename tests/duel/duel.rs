@@ -227,7 +227,11 @@ fn the_same_seed_fights_the_same_duel_on_any_number_of_threads() {
     let mut settings = AttackGridSettings::default();
     settings.paths.threads = 3;
     let other = AttackGrid::new(embedded(), &settings);
-    let again = fight(1, &other, &QuerySettings::default());
+    let query = QuerySettings {
+        threads: 3,
+        ..QuerySettings::default()
+    };
+    let again = fight(1, &other, &query);
     assert!(again.exchanges == some()[0].exchanges);
     assert!(again.fighters == some()[0].fighters);
     assert_eq!(again.seconds.to_bits(), some()[0].seconds.to_bits());

@@ -26,6 +26,7 @@ fn answered(attack: &Attack, most: usize) -> Answer {
     let answer = |enumerate| {
         let settings = QuerySettings {
             enumerate,
+            threads: 0,
             ..QuerySettings::default()
         };
         let (mut context, mut answer) = (QueryContext::default(), Answer::default());

@@ -99,7 +99,11 @@ fn a_narrower_lookup_finds_a_part_of_a_wider_one_and_none_loses_an_answer() {
         let throw = throw(baked, &ThrowSettings::default(), 23, index).unwrap();
         let whole = answer_throw(&Query::new(baked, &wide), &throw, Evaluation::Lazy);
         let mut found = Vec::new();
-        for enumerate in [Enumerate::NearestCell, Enumerate::TouchedCells] {
+        for enumerate in [
+            Enumerate::NearestCell,
+            Enumerate::NearestFiledCell,
+            Enumerate::TouchedCells,
+        ] {
             let settings = settings(enumerate);
             let query = Query::new(baked, &settings);
             let answer = answer_throw(&query, &throw, Evaluation::Lazy);

@@ -7,7 +7,7 @@ use sabaki::graph::GraphSettings;
 use sabaki::maps::{BakeSettings, Baker, PathSettings};
 use sabaki::math::thread_count;
 use sabaki::query::WarpSettings;
-use sabaki::query::{Answer, EntryUse, Evaluation, Query, QuerySettings};
+use sabaki::query::{Answer, EntryUse, Enumerate, Evaluation, Query, QuerySettings};
 use sabaki_fixtures::answer::answer_throw;
 use sabaki_fixtures::baked::{embedded, embedded_graph};
 use sabaki_fixtures::throw::{ThrowSettings, throw};
@@ -61,6 +61,30 @@ fn answers(settings: &QuerySettings, evaluation: Evaluation) -> impl Iterator<It
         let throw = throw(embedded(), &ThrowSettings::default(), 77, index).unwrap();
         answer_throw(&query, &throw, evaluation)
     })
+}
+
+#[test]
+fn any_number_of_threads_gives_the_same_answers() {
+    let mut hits = 0;
+    for enumerate in [Enumerate::default(), Enumerate::Whole] {
+        let with = |threads| QuerySettings {
+            enumerate,
+            threads,
+            ..QuerySettings::default()
+        };
+        let (one, three) = (with(1), with(3));
+        for evaluation in [Evaluation::Exhaustive, Evaluation::Lazy] {
+            for (a, b) in answers(&one, evaluation).zip(answers(&three, evaluation)) {
+                assert_eq!(a.candidates, b.candidates);
+                let chosen = a.chosen();
+                let is_hit = !a.avoided || chosen.warp.is_some() || chosen.entry.is_some();
+                assert_eq!((a.chosen, a.motion), (b.chosen, b.motion));
+                hits += usize::from(is_hit);
+            }
+        }
+    }
+    // Where nothing is clean threads have the most to do.
+    assert!(hits > 8, "{hits}");
 }
 
 /// FNV-1a.

@@ -146,31 +146,34 @@ fn warped_answers_of_captures_are_clean_and_bodies() {
 }
 
 #[test]
-fn a_warped_motion_can_be_built_again_from_its_report() {
-    let (baked, mut seen) = (embedded(), 0);
-    let settings = QuerySettings {
-        entries: EntryUse::none(),
-        ..QuerySettings::default()
-    };
+fn warps_are_the_same_for_any_number_of_threads_and_again_by_its_report() {
+    let baked = embedded();
     for index in 0..80 {
         let throw = throw(baked, &ThrowSettings::default(), 5, index).unwrap();
-        let one = answer_throw(&Query::new(baked, &settings), &throw, Evaluation::Lazy);
-        if one.chosen().warp.is_none() {
-            continue;
+        let answer = |threads: usize| {
+            let settings = QuerySettings {
+                threads,
+                entries: EntryUse::none(),
+                ..QuerySettings::default()
+            };
+            answer_throw(&Query::new(baked, &settings), &throw, Evaluation::Lazy)
+        };
+        let (one, three) = (answer(1), answer(3));
+        assert_eq!(one.motion, three.motion);
+        assert_eq!(one.candidates, three.candidates);
+        if one.chosen().warp.is_some() {
+            let again = one.motion_of(baked, throw.playhead, one.chosen());
+            let mut again = again.unwrap();
+            again.extend(baked.graph(), throw.attack.end());
+            let (mut a, mut b) = (Pose::default(), Pose::default());
+            for step in 0..60 {
+                let t = throw.attack.end() * step as f32 / 60.0;
+                one.motion.sample(baked.graph(), t, &mut a);
+                again.sample(baked.graph(), t, &mut b);
+                assert_eq!(a, b);
+            }
         }
-        let again = one.motion_of(baked, throw.playhead, one.chosen());
-        let mut again = again.unwrap();
-        again.extend(baked.graph(), throw.attack.end());
-        let (mut a, mut b) = (Pose::default(), Pose::default());
-        for step in 0..60 {
-            let t = throw.attack.end() * step as f32 / 60.0;
-            one.motion.sample(baked.graph(), t, &mut a);
-            again.sample(baked.graph(), t, &mut b);
-            assert_eq!(a, b);
-        }
-        seen += 1;
     }
-    assert!(seen > 0);
 }
 
 #[test]
@@ -201,6 +204,57 @@ fn the_rest_of_a_bent_motion_goes_on_as_it_was() {
         }
     }
     assert!(seen > 0);
+}
+
+/// What an answer is by default, and what it is with settings that bend clean ones.
+fn adjusted(change: impl Fn(&mut WarpSettings)) -> Vec<(Attack, Answer, Answer)> {
+    let baked = embedded();
+    let mut settings = QuerySettings::default();
+    change(&mut settings.warp);
+    let answers = (0..100).map(|index| {
+        let throw = throw(baked, &ThrowSettings::default(), 9, index).unwrap();
+        let [usual, other] = [QuerySettings::default(), settings]
+            .map(|settings| answer_throw(&Query::new(baked, &settings), &throw, Evaluation::Lazy));
+        (throw.attack, usual, other)
+    });
+    answers
+        .filter(|(_, usual, _)| usual.chosen().warp.is_none() && usual.avoided)
+        .collect()
+}
+
+#[test]
+fn close_misses_are_bent_away_where_settings_say_so() {
+    let mut bent = 0;
+    for (attack, usual, other) in adjusted(|warp| warp.nearest = 0.05) {
+        let [before, after] = [&usual, &other].map(|answer| answer.clearance().metres);
+        let warp = other.chosen().warp;
+        assert_eq!(warp.is_none(), before == after);
+        if warp.is_some() {
+            bent += 1;
+            assert!(before < 0.05 && after > before, "{before} and {after}");
+            assert_sound(embedded(), &attack, &other.motion);
+        }
+    }
+    assert!(bent > 2, "{bent}");
+}
+
+#[test]
+fn wide_misses_are_lessened_where_settings_say_so() {
+    let mut bent = 0;
+    for (attack, usual, other) in adjusted(|warp| warp.widest = Some(0.03)) {
+        let [before, after] = [&usual, &other].map(|answer| answer.clearance().metres);
+        if other.chosen().warp.is_some() {
+            bent += 1;
+            assert!(
+                before > 0.03 && after < before && after >= 0.0,
+                "{before} and {after}"
+            );
+            let [own, score] = [&usual, &other].map(|answer| answer.chosen().score.unwrap().total);
+            assert!(score < own, "{score} and {own}");
+            assert_sound(embedded(), &attack, &other.motion);
+        }
+    }
+    assert!(bent > 2, "{bent}");
 }
 
 /// Warped answers are taken over in the middle of their warps. Returns how many.

@@ -183,13 +183,17 @@ impl Recording {
         if !self.request.playhead.is_sound(baked.graph()) {
             return Err(RecordingError::Playhead);
         }
+        // The answer does not depend on the number of threads, and a file could request any number.
+        let settings = QuerySettings {
+            threads: 1,
+            ..self.request.settings
+        };
         let (mut context, mut answer) = (QueryContext::default(), Answer::default());
         let request = Request {
             evaluation: self.request.evaluation,
             ..Request::new(self.request.playhead, &self.request.attack)
         };
-        let mut session =
-            Query::checked(baked, &self.request.settings)?.start(request, &mut context);
+        let mut session = Query::checked(baked, &settings)?.start(request, &mut context);
         session.run_on_cpu(&mut cpu::Culler::default(), &mut answer);
         Ok(answer)
     }

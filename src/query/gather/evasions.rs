@@ -48,7 +48,10 @@ pub(in crate::query) fn gather_evasions(
             let vacates = |path| grid.vacates_any(path, columns);
             list.retain(|candidate| candidate.path().is_some_and(vacates));
         }
-        Enumerate::NearestCell => keep_in_nearest_cell(baked, request, list, scratch),
+        Enumerate::NearestCell | Enumerate::NearestFiledCell => {
+            let needs_path = enumerate == Enumerate::NearestFiledCell;
+            keep_in_nearest_cell(baked, request, list, scratch, needs_path);
+        }
         Enumerate::Whole => {}
     }
     candidates.search = keep_different(query, list, &mut scratch.seen);
@@ -138,25 +141,32 @@ fn touch_cells(
     }
 }
 
-/// Keeps the candidates that vacate the touched cell that is nearest to the root.
+/// Keeps the candidates that vacate the touched cell that is nearest to the root. With `needs_path`, only cells that some candidate vacates count.
 fn keep_in_nearest_cell(
     baked: &BakedGraph,
     request: &ActiveRequest,
     list: &mut Vec<Candidate>,
     scratch: &mut EvasionScratch,
+    needs_path: bool,
 ) {
     let (grid, root) = (baked.grid(), request.root(baked));
-    let cells = scratch.touched.merge().iter().flat_map(CellColumn::cells);
-    let nearest = cells.min_by(|a, b| {
-        let distance = |c: &CellColumn| c.middle(grid.cell()).distance_squared(root);
-        let place = |c: &CellColumn| (c.x, c.z, c.heights);
-        let by_distance = distance(a).total_cmp(&distance(b));
-        by_distance.then_with(|| place(a).cmp(&place(b)))
-    });
-    list.retain(|candidate| {
-        let at = candidate.path().zip(nearest);
-        at.is_some_and(|(path, cell)| grid.vacates(path, cell) != 0)
-    });
+    let vacates = |candidate: &Candidate, cell: CellColumn| {
+        let path = candidate.path();
+        path.is_some_and(|path| grid.vacates(path, cell) != 0)
+    };
+    let order = |a: &CellColumn, b: &CellColumn| {
+        let [near, far] = [a, b].map(|c| c.middle(grid.cell()).distance_squared(root));
+        let [first, second] = [a, b].map(|c| (c.x, c.z, c.heights));
+        near.total_cmp(&far).then(first.cmp(&second))
+    };
+    let mut nearest: Option<CellColumn> = None;
+    for cell in scratch.touched.merge().iter().flat_map(CellColumn::cells) {
+        let is_nearer = nearest.is_none_or(|nearest| order(&cell, &nearest).is_lt());
+        if is_nearer && (!needs_path || list.iter().any(|one| vacates(one, cell))) {
+            nearest = Some(cell);
+        }
+    }
+    list.retain(|candidate| nearest.is_some_and(|cell| vacates(candidate, cell)));
 }
 
 /// Keeps the candidate with the rate nearest to 1 among those that perform the same evasion at nearly the same place, and no more candidates

@@ -43,6 +43,16 @@ pub(super) struct Row {
     pub least: f32,
 }
 
+impl Row {
+    /// The condition that the same dot product is at most `least`.
+    pub(super) fn reversed(&self) -> Self {
+        Self {
+            slope: self.slope.map(|number| -number),
+            least: -self.least,
+        }
+    }
+}
+
 /// Derivatives of a quantity with respect to each part of a bend.
 pub(super) type Gradient = Bend;
 

@@ -10,4 +10,4 @@ mod linear;
 mod ticks;
 mod warper;
 
-pub(super) use warper::{Warper, warp_hits};
+pub(super) use warper::{Warper, adjust, warp_hits};

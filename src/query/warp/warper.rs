@@ -24,6 +24,17 @@ use crate::query::evaluate::{Bound, Evaluator, Round};
 use crate::query::score::Evaluated;
 use crate::query::settings::WarpSettings;
 
+/// What a warp is for.
+#[derive(Clone, Copy)]
+struct WarpCase<'a> {
+    baked: &'a BakedGraph,
+    /// Attack, in the world and from the start of the motion.
+    attack: &'a Attack,
+    settings: &'a WarpSettings,
+    /// Clearance of a motion that is warped towards the attack, in metres; `None` to warp away from it.
+    towards: Option<f32>,
+}
+
 /// Solver of warps, with its scratch.
 #[derive(Clone, Debug, Default)]
 pub(in crate::query) struct Warper {
@@ -36,6 +47,9 @@ pub(in crate::query) struct Warper {
     plain: Motion,
     frames: Frames,
 }
+
+/// Tolerance of a wanted distance, in metres.
+const NEARLY: f32 = 0.005;
 
 /// Maximum time from the query to the end of a warp, in seconds.
 const LONGEST: f32 = 600.0;
@@ -57,27 +71,29 @@ const MOST_ROWS: usize = 192;
 const KEPT: f32 = 1e-3;
 
 impl Warper {
-    /// Warps a motion that is hit most deeply at `time`, so that it is clean. Returns its exact clearance and the sum of the squared shares of the
-    /// bounds that the warp uses. Returns `None` and leaves the motion unchanged if no warp within the bounds makes it clean. The motion must
-    /// last at least as long as the attack.
+    /// Warps a motion to which the attack is nearest at `time`, so that the attack misses it: a hit by the margin, a clean motion that is warped
+    /// towards the attack by [`WarpSettings::widest`] or as nearly as the bounds allow. Returns its exact clearance and the sum of the squared
+    /// shares of the bounds that the warp uses. Returns `None` and leaves the motion unchanged if that is not possible. The motion must last
+    /// at least as long as the attack.
     fn warp(
         &mut self,
-        baked: &BakedGraph,
-        attack: &Attack,
-        settings: &WarpSettings,
+        case: WarpCase<'_>,
         motion: &mut Motion,
         time: f32,
         body: &mut MotionBody,
     ) -> Option<(Clearance, f32)> {
-        if attack.spheres().len() > MOST_SPHERES {
+        let graph = case.baked.graph();
+        if case.attack.spheres().len() > MOST_SPHERES {
             return None;
         }
         // The motion must reach the end of the warp, up to which planted feet are looked up.
-        let limits = &settings.limits;
+        let limits = &case.settings.limits;
         let end = time + 2.0 * limits.hold + limits.way_out;
-        motion.extend(baked.graph(), end.min(LONGEST));
+        motion.extend(graph, end.min(LONGEST));
         self.plain.clone_from(motion);
-        let warped = self.solve(baked, attack, settings, motion, time, body);
+        let gains = |found: f32| case.towards.is_none_or(|from| found < from);
+        let warped = self.solve(case, motion, time, body);
+        let warped = warped.filter(|(clearance, _)| gains(clearance.metres));
         if warped.is_none() {
             motion.clone_from(&self.plain);
         }
@@ -87,18 +103,22 @@ impl Warper {
     /// Like [`Warper::warp`], but may leave a warp that does not make the motion clean. If the warped motion is hit at another moment, the samples around that moment are added.
     fn solve(
         &mut self,
-        baked: &BakedGraph,
-        attack: &Attack,
-        settings: &WarpSettings,
+        case: WarpCase<'_>,
         motion: &mut Motion,
         mut time: f32,
         body: &mut MotionBody,
     ) -> Option<(Clearance, f32)> {
+        let WarpCase {
+            baked,
+            attack,
+            settings,
+            ..
+        } = case;
         self.used = 0;
         for _ in 0..MOMENTS {
             self.add_ticks(time);
             let mut goal = Goal::new(baked, settings, motion, &self.ticks[..self.used])?;
-            let numbers = self.solve_ticks(baked, attack, settings, &mut goal, motion)?;
+            let numbers = self.solve_ticks(case, &mut goal, motion)?;
             let (envelope, bend) = (goal.envelope, bend_from(&numbers, &goal.scales));
             motion.set_warp(Some(Warp { envelope, bend }));
             motion.extend(baked.graph(), envelope.end);
@@ -133,15 +153,19 @@ impl Warper {
         }
     }
 
-    /// Parameters of a bend that keeps the attack away at all samples, or `None` if there are none.
+    /// Parameters of a bend with which the attack is as near as wanted at all samples, or `None` if there are none.
     fn solve_ticks(
         &mut self,
-        baked: &BakedGraph,
-        attack: &Attack,
-        settings: &WarpSettings,
+        case: WarpCase<'_>,
         goal: &mut Goal,
         motion: &mut Motion,
     ) -> Option<Numbers> {
+        let WarpCase {
+            baked,
+            attack,
+            settings,
+            towards,
+        } = case;
         let ticks = &mut self.ticks[..self.used];
         let mut numbers: Numbers = [0.0; N];
         self.rows.clear();
@@ -150,7 +174,11 @@ impl Warper {
                 lift_rows(limb, &goal.scales, &mut self.rows);
             }
         }
-        let (fixed, margin) = (self.rows.len(), settings.margin);
+        let fixed = self.rows.len();
+        let (wanted, mut reach) = match towards {
+            None => (settings.margin, settings.margin),
+            Some(from) => (settings.widest?, from),
+        };
         for _ in 0..settings.rounds {
             motion.set_warp(Some(Warp {
                 envelope: goal.envelope,
@@ -159,7 +187,7 @@ impl Warper {
             for tick in ticks.iter_mut() {
                 tick.pose(baked, motion, &settings.limits);
             }
-            find_contacts(baked.body(), attack, margin, ticks, &mut self.contacts);
+            find_contacts(baked.body(), attack, reach, ticks, &mut self.contacts);
             let metres = self.contacts.iter().map(|contact| contact.metres);
             let least = metres.fold(f32::INFINITY, f32::min);
             // Only recent linearisations are kept.
@@ -168,23 +196,33 @@ impl Warper {
             }
             let first = self.rows.len();
             goal.add_limit_rows(baked, ticks, &numbers, &mut self.rows);
-            if least > 0.5 * margin && worst(&self.rows[first..], &numbers) <= KEPT {
+            let is_there = match towards {
+                None => least > 0.5 * wanted,
+                Some(_) => (least - wanted).abs() < NEARLY,
+            };
+            if is_there && worst(&self.rows[first..], &numbers) <= KEPT {
                 return Some(numbers);
             }
             for contact in &self.contacts {
                 let gradient = contact.gradient(baked, ticks);
-                self.rows
-                    .push(contact.row(&gradient, &goal.scales, &numbers, margin));
+                let row = contact.row(&gradient, &goal.scales, &numbers, wanted);
+                self.rows.push(row);
+                if towards.is_some() && contact.metres == least {
+                    self.rows.push(row.reversed());
+                }
             }
-            if least_violation(&self.rows[first..]) > HOPE {
+            if towards.is_none() && least_violation(&self.rows[first..]) > HOPE {
                 return None;
             }
             numbers = least_numbers(&self.rows, &mut self.factors);
-            if worst(&self.rows[first..], &numbers) > HOPE {
+            if towards.is_some() {
+                reach = least.min(reach).max(wanted);
+            } else if worst(&self.rows[first..], &numbers) > HOPE {
                 return None;
             }
         }
-        None
+        // Towards the attack, a solution that is not exact is accepted too, if the exact test confirms it.
+        towards.map(|_| numbers)
     }
 }
 
@@ -221,8 +259,14 @@ pub(in crate::query) fn warp_hits(
                 // The attack without the margin misses the motion without a warp.
                 return Some(index);
             }
-            let (baked, body) = (round.query.baked, evaluator.body());
-            let warped = warper.warp(baked, attack, &settings.warp, motion, time, body);
+            let case = WarpCase {
+                baked: round.query.baked,
+                attack,
+                settings: &settings.warp,
+                towards: None,
+            };
+            let body = evaluator.body();
+            let warped = warper.warp(case, motion, time, body);
             let Some((mut clearance, effort)) = warped else {
                 continue;
             };
@@ -242,4 +286,51 @@ pub(in crate::query) fn warp_hits(
         }
     }
     None
+}
+
+/// Warps the chosen candidate, which is clean and whose motion is `motion`, if the settings ask for a larger or a smaller clearance.
+pub(in crate::query) fn adjust(
+    round: Round<'_>,
+    evaluator: &mut Evaluator,
+    warper: &mut Warper,
+    chosen: usize,
+    motion: &mut Motion,
+) {
+    let Some(before) = evaluator.evaluated[chosen].filter(|one| one.score.is_some()) else {
+        return;
+    };
+    let (mut settings, metres) = (round.query.settings.warp, before.clearance.metres);
+    let is_near = metres < settings.nearest;
+    if !is_near && settings.widest.is_none_or(|widest| metres <= widest) {
+        return;
+    }
+    settings.margin = settings.margin.max(settings.nearest);
+    let case = WarpCase {
+        baked: round.query.baked,
+        attack: &round.state.request.attack,
+        settings: &settings,
+        towards: (!is_near).then_some(metres),
+    };
+    let body = evaluator.body();
+    let warped = warper.warp(case, motion, before.clearance.time, body);
+    let Some((clearance, effort)) = warped else {
+        return;
+    };
+    let weights = &round.query.settings.weights;
+    let score = round.score(chosen, clearance.metres);
+    let score = score.warped(effort, weights);
+    let gains = match is_near {
+        true => clearance.metres > metres,
+        false => before.score.is_some_and(|own| score.total < own.total),
+    };
+    if !gains || round.entered(motion, 0.0, body).is_some() {
+        motion.set_warp(None);
+        return;
+    }
+    evaluator.evaluated[chosen] = Some(Evaluated {
+        clearance,
+        score: Some(score),
+        is_final: true,
+        warp: motion.warp().copied(),
+    });
 }

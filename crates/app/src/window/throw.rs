@@ -875,6 +875,7 @@ impl ThrowScene<'_> {
             for (value, name) in [
                 (Enumerate::Whole, "no grid"),
                 (Enumerate::TouchedCells, "all cells"),
+                (Enumerate::NearestFiledCell, "nearest with a path"),
                 (Enumerate::NearestCell, "nearest"),
             ] {
                 ui.selectable_value(enumerate, value, name);
