@@ -328,11 +328,26 @@ impl MotionGraph {
 
     /// Edges that play a clip outside all events. Edges that play a part of an event, which exist where events overlap, do not belong to them.
     pub fn natural_edges(&self) -> impl Iterator<Item = EdgeId> + '_ {
-        let cover = EventCover::new(&self.events, self.clips.len());
+        // For each clip, the starts of its events in ascending order. With each start stands the latest end of this event and those before it.
+        let mut cover = vec![Vec::new(); self.clips.len()];
+        for event in &self.events {
+            cover[event.clip.index()].push((event.first, event.last));
+        }
+        for ends in &mut cover {
+            sort_rarely(ends, Ord::cmp);
+            let mut latest = 0;
+            for (_, last) in ends {
+                latest = latest.max(*last);
+                *last = latest;
+            }
+        }
         self.edge_ids().filter(move |&id| {
             let edge = self.edge(id);
-            let from = self.node(edge.from);
-            edge.motion == EdgeMotion::Clip && !cover.plays(from.clip, from.frame)
+            let Node { clip, frame } = self.node(edge.from);
+            let ends = &cover[clip.index()];
+            let begun = ends.partition_point(|&(first, _)| first <= frame);
+            let is_in_event = begun > 0 && ends[begun - 1].1 > frame;
+            edge.motion == EdgeMotion::Clip && !is_in_event
         })
     }
 
@@ -404,40 +419,9 @@ impl EdgesInto {
     }
 
     /// The edges that lead to a node, in their order.
-    pub(crate) fn of(&self, node: NodeId) -> &[EdgeId] {
+    pub(crate) fn edges(&self, node: NodeId) -> &[EdgeId] {
         let first = &self.first[node.index()..];
         &self.edges[first[0] as usize..first[1] as usize]
-    }
-}
-
-/// The frames of each clip that events cover.
-pub(crate) struct EventCover {
-    /// For each clip, the starts of its events in ascending order. With each start stands the latest end of this event and those before it.
-    clips: Vec<Vec<(u32, u32)>>,
-}
-
-impl EventCover {
-    pub(crate) fn new(events: &[GraphEvent], clips: usize) -> Self {
-        let mut cover = vec![Vec::new(); clips];
-        for event in events {
-            cover[event.clip.index()].push((event.first, event.last));
-        }
-        for ends in &mut cover {
-            sort_rarely(ends, Ord::cmp);
-            let mut latest = 0;
-            for (_, last) in ends {
-                latest = latest.max(*last);
-                *last = latest;
-            }
-        }
-        Self { clips: cover }
-    }
-
-    /// Whether an event plays the motion from a frame to the next one.
-    pub(crate) fn plays(&self, clip: ClipId, frame: u32) -> bool {
-        let ends = &self.clips[clip.index()];
-        let begun = ends.partition_point(|&(first, _)| first <= frame);
-        begun > 0 && ends[begun - 1].1 > frame
     }
 }
 

@@ -158,7 +158,7 @@ impl MotionGraph {
     fn is_connected(&self) -> bool {
         let forwards = |node: NodeId| self.edges_from(node).map(|edge| self.edge(edge).to);
         let into = EdgesInto::new(self);
-        let backwards = |node: NodeId| into.of(node).iter().map(|&edge| self.edge(edge).from);
+        let backwards = |node: NodeId| into.edges(node).iter().map(|&edge| self.edge(edge).from);
         self.reaches_all(forwards) && self.reaches_all(backwards)
     }
 

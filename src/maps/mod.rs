@@ -56,6 +56,6 @@ pub use regions::{
     RegionId, RegionMaps, SUB_TEXELS, Section, Slab, SlabMaps, SphereKey, raster,
 };
 pub(crate) use regions::{
-    BlockAxis, BoundingCylinder, CLOCK_ERROR, CoarseMap, CoarseRegion, Cut, HALF_DIAGONAL, PART,
-    ROUNDING, SphereRows,
+    BlockAxis, BoundingCylinder, CoarseMap, CoarseRegion, Cut, HALF_DIAGONAL, PART, ROUNDING,
+    SphereRows, TIME_ERROR,
 };

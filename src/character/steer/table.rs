@@ -243,7 +243,7 @@ fn pose_clip(graph: &MotionGraph, clip: ClipId) -> Vec<Stance> {
     let stance = |frame: usize| {
         graph.clip(clip).pose(frame, &mut pose);
         forward_kinematics(graph.skeleton(), &pose, &mut joints);
-        Stance::of(graph, facing, &joints)
+        Stance::from_joints(graph, facing, &joints)
     };
     (0..graph.clip(clip).frames()).map(stance).collect()
 }

@@ -137,7 +137,7 @@ impl GraphBuilder<'_> {
         let report = BuildReport {
             clips: source.clips.len(),
             seconds,
-            events: EventCounts::of(source.events),
+            events: EventCounts::new(source.events),
             dropped: Dropped::between(&full, &graph),
             ..counts
         };

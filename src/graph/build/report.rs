@@ -43,7 +43,7 @@ pub struct EventCounts {
 }
 
 impl EventCounts {
-    pub(crate) fn of(events: &[Event]) -> Self {
+    pub(crate) fn new(events: &[Event]) -> Self {
         let count = |kind| events.iter().filter(|event| event.kind == kind).count();
         Self {
             evasions: count(EventKind::Evasion),

@@ -137,7 +137,7 @@ impl Inertia {
         );
         self.feet.clear();
         for leg in graph.feet().legs() {
-            let foot = |pose: &Pose| LegPose::of(skeleton, pose, leg);
+            let foot = |pose: &Pose| LegPose::from_pose(skeleton, pose, leg);
             let (from, to) = (
                 [foot(&from[0]), foot(&from[1])],
                 [foot(&to[0]), foot(&to[1])],
@@ -212,7 +212,7 @@ impl Inertia {
         let legs = graph.feet().legs();
         let mut feet = [LegPose::ORIGIN; MOST];
         for (leg, foot) in legs.iter().zip(&mut feet) {
-            *foot = LegPose::of(skeleton, pose, leg);
+            *foot = LegPose::from_pose(skeleton, pose, leg);
         }
         pose.root += self.root.at(weights);
         for (rotation, decay) in pose.rotations.iter_mut().zip(&self.joints) {
@@ -348,7 +348,7 @@ impl LegPose {
         hinge: Vec3::ZERO,
     };
 
-    pub(crate) fn of(skeleton: &Skeleton, pose: &Pose, leg: &Leg) -> Self {
+    pub(crate) fn from_pose(skeleton: &Skeleton, pose: &Pose, leg: &Leg) -> Self {
         let ankle = Chain::of(skeleton, pose).global(leg.foot);
         Self {
             at_toe: JointTransform {

@@ -257,7 +257,7 @@ impl BakedGraph {
     pub(crate) fn stance(&self, joints: &[JointTransform]) -> Stance {
         let found = || Facing::of(self.graph.skeleton());
         let facing = self.derived.entry_tracks.facing.unwrap_or_else(found);
-        Stance::of(&self.graph, facing, joints)
+        Stance::from_joints(&self.graph, facing, joints)
     }
 
     /// Stance at an entry's target, in the space of its clip.
@@ -398,7 +398,11 @@ fn frames_to_evasion(graph: &MotionGraph, evasions: &[Evasion]) -> Vec<u32> {
         if so_far > frames[node as usize] {
             continue;
         }
-        for edge in into.of(NodeId(node)).iter().map(|&edge| graph.edge(edge)) {
+        for edge in into
+            .edges(NodeId(node))
+            .iter()
+            .map(|&edge| graph.edge(edge))
+        {
             let total = so_far.saturating_add(edge.frames);
             let known = &mut frames[edge.from.index()];
             if total < *known {

@@ -18,8 +18,8 @@ use super::settings::BakeError;
 use crate::anim::{Pose, forward_kinematics};
 use crate::graph::{EdgeId, GraphEvent, MotionGraph, Playhead};
 use crate::maps::regions::{
-    Body, BodySphere, BodyTrack, CLOCK_ERROR, Cut, Drawing, HALF_DIAGONAL, MapGrid, MapRect,
-    ROUNDING, Section, Slab, attack_spheres,
+    Body, BodySphere, BodyTrack, Cut, Drawing, HALF_DIAGONAL, MapGrid, MapRect, ROUNDING, Section,
+    Slab, TIME_ERROR, attack_spheres,
 };
 use crate::math::{Rigid2, Sphere};
 
@@ -333,7 +333,7 @@ impl<'a> MovingBody<'a> {
     fn at(&self, time: f32, around: f32) -> Vec<Moment> {
         let last = self.track.ticks().saturating_sub(2);
         let tick = |time: f32| ((time * BodyTrack::RATE).max(0.0) as usize).min(last);
-        let around = around + CLOCK_ERROR;
+        let around = around + TIME_ERROR;
         let (now, ticks) = (tick(time), tick(time - around)..=tick(time + around));
         let share = time * BodyTrack::RATE - now as f32;
         let spheres = self.body.spheres.len();

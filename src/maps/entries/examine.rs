@@ -220,7 +220,7 @@ impl CutTest<'_> {
                 _ => turn,
             },
         };
-        (steps, JointLimits::of(self.cut.limits, joint, self.rate))
+        (steps, JointLimits::new(self.cut.limits, joint, self.rate))
     }
 
     /// Whether the toes are plausible in the first `frames` frames, whose poses are complete.
@@ -441,7 +441,7 @@ pub(crate) struct JointLimits {
 }
 
 impl JointLimits {
-    pub(crate) fn of(limits: &MotionLimits, joint: JointId, rate: f32) -> Self {
+    pub(crate) fn new(limits: &MotionLimits, joint: JointId, rate: f32) -> Self {
         let step = limits.joint_speed[joint.index()] / rate;
         let change = limits.joint_acceleration[joint.index()] / (rate * rate);
         Self {

@@ -2,12 +2,11 @@
 
 use crate::graph::watch::{BakeStage, BakeWatch, Stopped, WatchedStage};
 use crate::graph::{ClipId, MotionGraph, Node};
-use crate::maps::entries::entry::{EntryTarget, KnownEntry};
 use crate::maps::entries::finder::{Aligned, Departed, Finder, Scratch, Ways};
 use crate::maps::entries::layers::{LayerSource, LayerTest};
 use crate::maps::entries::limits::{MeasuredMotion, MotionLimits, Plausibility};
 use crate::maps::entries::report::PlayedFrames;
-use crate::maps::entries::table::{EntryTable, MomentLists};
+use crate::maps::entries::table::{EntryTable, EntryTarget, KnownEntry, MomentLists};
 use crate::maps::entries::targets::{ClipFrame, ClipPlaces, natural, targets};
 use crate::maps::regions::Evasion;
 use crate::math::sort_rarely;
@@ -30,7 +29,7 @@ impl EntryTable {
         threads: usize,
         watch: &dyn BakeWatch,
     ) -> Result<Self, Stopped> {
-        let (mut measured, places) = (MeasuredMotion::of(graph, threads), ClipPlaces::new(graph));
+        let (mut measured, places) = (MeasuredMotion::new(graph, threads), ClipPlaces::new(graph));
         let limits = measured.limits(Plausibility::USUAL);
         let utmost = measured.limits(Plausibility::UTMOST);
         let goals = Goals::new(graph, evasions, &limits, &places, threads);
@@ -69,7 +68,7 @@ impl EntryShare {
         watch: &dyn BakeWatch,
     ) -> Result<Self, Stopped> {
         let places = ClipPlaces::new(graph);
-        let limits = MeasuredMotion::of(graph, threads).limits(Plausibility::USUAL);
+        let limits = MeasuredMotion::new(graph, threads).limits(Plausibility::USUAL);
         let goals = Goals::new(graph, evasions, &limits, &places, threads);
         goals.search(share, threads, watch).map(Self)
     }
@@ -112,7 +111,7 @@ impl<'a> Goals<'a> {
         let targets = targets(graph, places, evasions);
         let frames = targets
             .iter()
-            .map(|target| ClipFrame::of(graph, target.edge, target.edge_frame));
+            .map(|target| ClipFrame::new(graph, target.edge, target.edge_frame));
         let finder = |targets, ways| Finder::new(graph, limits, places, targets, ways, threads);
         Self {
             entries: finder(frames.collect(), Ways::ENTRIES),
@@ -229,7 +228,7 @@ impl EntryTable {
         let mut places: Vec<(u32, Node)> = Vec::new();
         for clip in (0..graph.clips().len()).map(|clip| ClipId(clip as u32)) {
             let first = self.moments_of(clip).start;
-            let mut stretches = PlayedFrames::of(graph, exits.places, clip).stretches(self);
+            let mut stretches = PlayedFrames::new(graph, exits.places, clip).stretches(self);
             stretches.retain(|stretch| stretch.len() > longest);
             for stretch in stretches {
                 let moments = stretch.start.div_ceil(step)..stretch.end.div_ceil(step);
@@ -256,7 +255,7 @@ impl EntryTable {
         for moment in 0..self.exits.lists.moments() as u32 {
             match found.next_if(|(at, _)| *at == moment) {
                 Some((_, list)) => lists.push(&list),
-                None => lists.push(self.exits.lists.of(moment)),
+                None => lists.push(self.exits.lists.list(moment)),
             }
         }
         self.exits.lists = lists;

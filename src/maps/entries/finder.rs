@@ -2,11 +2,11 @@
 
 use crate::anim::{Facing, JointId, Pose, forward_kinematics};
 use crate::graph::{MotionGraph, Node};
-use crate::maps::entries::entry::{BLENDS, EXIT_BLENDS, EntryWay, KnownEntry, RATES};
 use crate::maps::entries::examine::{Cut, Examiner};
 use crate::maps::entries::frames::{EnteredMotion, FrameSampler, LeftMotion};
 use crate::maps::entries::limits::{DEPARTURES, MotionLimits, head};
 use crate::maps::entries::stance::{NearStances, Stance};
+use crate::maps::entries::table::{BLENDS, EXIT_BLENDS, EntryWay, KnownEntry, RATES};
 use crate::maps::entries::targets::{ClipFrame, ClipPlaces};
 use crate::math::{Rigid2, in_parallel, sort_rarely};
 use glam::Vec3;
@@ -101,11 +101,11 @@ impl<'a> Finder<'a> {
             let last = graph.clip(target.clip).frames() as u32 - 1;
             let frame = (target.frame + after.round() as u32).min(last);
             let clip = target.clip;
-            Points::of(graph, head, Node { clip, frame })
+            Points::at(graph, head, Node { clip, frame })
         };
         let stances: Vec<Stance> = targets
             .iter()
-            .map(|target| Stance::of_frame(graph, facing, target.node()))
+            .map(|target| Stance::at_frame(graph, facing, target.node()))
             .collect();
         let legs = graph.feet().legs().len().min(Stance::LEGS);
         Self {
@@ -133,10 +133,10 @@ impl<'a> Finder<'a> {
         let standing = (0..legs).map(|leg| graph.feet().stands(clip, leg, at));
         Departed {
             before,
-            stance: Stance::of_frame(graph, self.facing, Node { clip, frame: at }),
+            stance: Stance::at_frame(graph, self.facing, Node { clip, frame: at }),
             standing: standing.collect(),
             ways: [before.frame, at]
-                .map(|frame| Points::of(graph, self.head, Node { clip, frame })),
+                .map(|frame| Points::at(graph, self.head, Node { clip, frame })),
             left: sampler.left(before.playhead()),
         }
     }
@@ -224,7 +224,7 @@ pub(crate) struct Points {
 
 impl Points {
     /// Positions in a frame. `head` is the head's joint, which the caller looks up once.
-    pub(crate) fn of(graph: &MotionGraph, head: JointId, at: Node) -> Self {
+    pub(crate) fn at(graph: &MotionGraph, head: JointId, at: Node) -> Self {
         let (mut pose, mut joints) = (Pose::default(), Vec::new());
         graph.clip(at.clip).pose(at.frame as usize, &mut pose);
         forward_kinematics(graph.skeleton(), &pose, &mut joints);

@@ -41,13 +41,15 @@ pub(crate) struct FrameSampler<'a> {
 }
 
 impl Frame {
-    fn of(graph: &MotionGraph, head: JointId, pose: Pose) -> Self {
+    fn new(graph: &MotionGraph, head: JointId, pose: Pose) -> Self {
         let skeleton = graph.skeleton();
         let feet = graph.feet().legs().iter();
         let head = Chain::of(skeleton, &pose).global(head).translation;
         Self {
             head,
-            feet: feet.map(|leg| LegPose::of(skeleton, &pose, leg)).collect(),
+            feet: feet
+                .map(|leg| LegPose::from_pose(skeleton, &pose, leg))
+                .collect(),
             pose,
         }
     }
@@ -138,7 +140,7 @@ impl<'a> FrameSampler<'a> {
     }
 
     fn frame(&self, pose: Pose) -> Frame {
-        Frame::of(self.graph, self.head, pose)
+        Frame::new(self.graph, self.head, pose)
     }
 
     /// The pose of the motion at a time, without offsets that fade out. `place` is the position at that time if the motion is still in its clip.

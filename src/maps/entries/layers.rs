@@ -2,11 +2,11 @@
 
 use crate::anim::{Envelope, JointId, Pose, forward_kinematics, slerp};
 use crate::graph::{MotionGraph, Node, Playhead, heading, layer_tilt};
-use crate::maps::entries::entry::{BLENDS, EntryTarget, EntryWay, KnownEntry, RATES};
 use crate::maps::entries::examine::{Examiner, JointLimits, JointSteps};
 use crate::maps::entries::finder::{Departed, Finder, spread};
 use crate::maps::entries::frames::FrameSampler;
 use crate::maps::entries::limits::{MotionLimits, goes_on, head, turns};
+use crate::maps::entries::table::{BLENDS, EntryTarget, EntryWay, KnownEntry, RATES};
 use crate::maps::entries::targets::ClipFrame;
 use crate::maps::regions::Evasion;
 use crate::math::sort_rarely;
@@ -57,7 +57,7 @@ impl LayerSource {
             .map(|evasion| has_upper_body && leans(evasion))
             .collect();
         let wanted = |target: &EntryTarget| {
-            let from = ClipFrame::of(graph, target.edge, target.edge_frame).node();
+            let from = ClipFrame::new(graph, target.edge, target.edge_frame).node();
             RATES.map(|rate| match layerable[usize::from(target.evasion)] {
                 true => LayerTest::wanted(graph, from, rate),
                 false => Vec::new(),
@@ -334,7 +334,7 @@ impl LayerBase<'_> {
             before: self.poses[1].rotations[joint.index()],
             turn: self.turns[joint.index()],
         };
-        let limits = JointLimits::of(self.limits, joint, self.rate);
+        let limits = JointLimits::new(self.limits, joint, self.rate);
         rotations.all(|rotation| steps.fits(rotation, limits))
     }
 }

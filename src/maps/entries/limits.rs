@@ -5,7 +5,7 @@
 //!
 //! Limits are rounded to steps of 3 to 6%, so that adding or removing a few clips rarely changes them.
 
-use crate::anim::{Clip, JointId, JointTransform, Pose, Skeleton, forward_kinematics};
+use crate::anim::{Clip, JointId, Pose, Skeleton, forward_kinematics};
 use crate::graph::{MotionGraph, rotation_vector};
 use crate::math::in_parallel;
 use glam::Vec3;
@@ -114,18 +114,6 @@ struct Sample {
     toes: Vec<Vec3>,
 }
 
-impl Sample {
-    /// Finds the positions of head and toes in the pose.
-    fn locate(&mut self, graph: &MotionGraph, head: JointId, joints: &mut Vec<JointTransform>) {
-        forward_kinematics(graph.skeleton(), &self.pose, joints);
-        self.head = joints[head.index()].translation;
-        let toes = graph.feet().legs().iter();
-        self.toes.clear();
-        self.toes
-            .extend(toes.map(|leg| joints[leg.toe_or_foot().index()].translation));
-    }
-}
-
 /// Percentile of values; 0 if there are none. It reorders the values.
 fn percentile(values: &mut [f32], percent: f32) -> f32 {
     let last = values.len().saturating_sub(1);
@@ -154,7 +142,7 @@ pub(crate) struct MeasuredMotion {
 impl MeasuredMotion {
     /// Measures all clips of a graph.
     #[must_use]
-    pub(crate) fn of(graph: &MotionGraph, threads: usize) -> Self {
+    pub(crate) fn new(graph: &MotionGraph, threads: usize) -> Self {
         let clips = graph.clips();
         let of_clips = in_parallel(threads, clips.len(), |clip| {
             let mut of_clip = Self::nothing(graph.skeleton().len());
@@ -187,7 +175,11 @@ impl MeasuredMotion {
         let mut samples = vec![Sample::default(); clip.frames()];
         for (frame, sample) in samples.iter_mut().enumerate() {
             clip.pose(frame, &mut sample.pose);
-            sample.locate(graph, head, &mut joints);
+            forward_kinematics(graph.skeleton(), &sample.pose, &mut joints);
+            sample.head = joints[head.index()].translation;
+            let toes = graph.feet().legs().iter();
+            let toes = toes.map(|leg| joints[leg.toe_or_foot().index()].translation);
+            sample.toes = toes.collect();
         }
         let (speeds, rest) = self.lists.split_at_mut(self.joints);
         let (accelerations, rest) = rest.split_at_mut(self.joints);

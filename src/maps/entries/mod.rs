@@ -4,7 +4,6 @@
 //! Source: the cut is that of [`Entry`](crate::graph::Entry) (Bollo, GDC 2018). The table is computed by the bake: each moment of the
 //! clips is paired with each moment of each evasion and of its lead-in. A pair is kept if the blended motion stays within the limits that
 //! are measured in the clips ([`MotionLimits`]). An entry takes four bytes.
-pub(crate) mod entry;
 mod examine;
 pub(crate) mod find;
 mod finder;
@@ -19,9 +18,8 @@ mod targets;
 mod tests;
 mod tracks;
 
-pub(crate) use entry::KnownEntry;
 pub use find::{EntryShare, MomentShare};
 pub use report::{EntryReport, Stretches};
 pub(crate) use stance::Stance;
-pub(crate) use table::EntryTable;
+pub(crate) use table::{EntryTable, KnownEntry};
 pub(super) use tracks::{EntryTrack, EntryTracks};

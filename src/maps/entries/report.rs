@@ -61,7 +61,7 @@ impl EntryTable {
         let seconds = f64::from(self.step) / graph.frame_rate();
         let places = ClipPlaces::new(graph);
         for clip in (0..graph.clips().len()).map(|clip| ClipId(clip as u32)) {
-            let frames = PlayedFrames::of(graph, &places, clip);
+            let frames = PlayedFrames::new(graph, &places, clip);
             let is_event = frames.is_event.clone();
             for stretch in frames.stretches(self) {
                 let length = stretch.len() as u32;
@@ -77,7 +77,7 @@ impl EntryTable {
                 .step_by(self.step as usize)
                 .map(Option::is_some);
             for (moment, played) in self.moments_of(clip).zip(played) {
-                let has_entry = !self.entries.of(moment).is_empty();
+                let has_entry = !self.entries.list(moment).is_empty();
                 report.moments += usize::from(played);
                 report.entered += usize::from(played && has_entry);
                 without = if played && !has_entry { without + 1 } else { 0 };
@@ -85,8 +85,8 @@ impl EntryTable {
                 report.longest_without = report.longest_without.max(longest);
             }
         }
-        report.unbranched = Stretches::of(of_all_frames, graph.frame_rate());
-        report.unbranched_in_events = Stretches::of(of_event_frames, graph.frame_rate());
+        report.unbranched = Stretches::new(of_all_frames, graph.frame_rate());
+        report.unbranched_in_events = Stretches::new(of_event_frames, graph.frame_rate());
         report
     }
 }
@@ -104,7 +104,7 @@ pub struct Stretches {
 
 impl Stretches {
     /// Computes the statistics from the length of each frame's stretch, in frames.
-    pub(crate) fn of(mut lengths: Vec<u32>, rate: f64) -> Self {
+    pub(crate) fn new(mut lengths: Vec<u32>, rate: f64) -> Self {
         sort_rarely(&mut lengths, Ord::cmp);
         let seconds = |at: usize| (f64::from(lengths.get(at).copied().unwrap_or(0)) / rate) as f32;
         Self {
@@ -124,10 +124,10 @@ pub(crate) struct PlayedFrames {
 }
 
 impl PlayedFrames {
-    pub(crate) fn of(graph: &MotionGraph, places: &ClipPlaces, clip: ClipId) -> Self {
+    pub(crate) fn new(graph: &MotionGraph, places: &ClipPlaces, clip: ClipId) -> Self {
         let frames = graph.clip(clip).frames();
         let (mut is_event, mut branches) = (vec![None; frames], vec![false; frames]);
-        for &(first, end, edge) in places.of(clip) {
+        for &(first, end, edge) in places.edges(clip) {
             let edge = graph.edge(edge);
             for frame in &mut is_event[first as usize..end as usize] {
                 *frame = Some(*frame == Some(true) || edge.event.is_some());
@@ -144,8 +144,8 @@ impl PlayedFrames {
     /// The stretches between the branch points, in frames.
     pub(crate) fn stretches(mut self, table: &EntryTable) -> Vec<Range<usize>> {
         for (number, moment) in table.moments_of(self.clip).enumerate() {
-            let is_branch =
-                !table.entries.of(moment).is_empty() || !table.exits.lists.of(moment).is_empty();
+            let is_branch = !table.entries.list(moment).is_empty()
+                || !table.exits.lists.list(moment).is_empty();
             self.branches[number * table.step as usize] |= is_branch;
         }
         let (frames, mut first) = (self.is_event.len(), 0);

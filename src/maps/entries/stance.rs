@@ -24,7 +24,11 @@ impl Stance {
 
     /// Stance of a body, in the space of `joints`.
     #[must_use]
-    pub(crate) fn of(graph: &MotionGraph, facing: Facing, joints: &[JointTransform]) -> Self {
+    pub(crate) fn from_joints(
+        graph: &MotionGraph,
+        facing: Facing,
+        joints: &[JointTransform],
+    ) -> Self {
         let [mut toes, mut ankles] = [[Vec3::ZERO; Self::LEGS]; 2];
         for (index, leg) in graph.feet().legs().iter().take(Self::LEGS).enumerate() {
             let place = |joint: JointId| joints[joint.index()].translation;
@@ -41,11 +45,11 @@ impl Stance {
 
     /// Stance at a frame of a clip, in the clip's space.
     #[must_use]
-    pub(crate) fn of_frame(graph: &MotionGraph, facing: Facing, at: Node) -> Self {
+    pub(crate) fn at_frame(graph: &MotionGraph, facing: Facing, at: Node) -> Self {
         let (mut pose, mut joints) = (Pose::default(), Vec::new());
         graph.clip(at.clip).pose(at.frame as usize, &mut pose);
         forward_kinematics(graph.skeleton(), &pose, &mut joints);
-        Self::of(graph, facing, &joints)
+        Self::from_joints(graph, facing, &joints)
     }
 
     /// Transform from the space of `target` to that of this stance that makes the facing directions equal and the positions of a foot (or,

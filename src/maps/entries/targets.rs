@@ -1,7 +1,7 @@
 //! Frames of the clips that can be entered.
 
 use crate::graph::{ClipId, EdgeId, EdgeMotion, MotionGraph, Node, Playhead};
-use crate::maps::entries::entry::EntryTarget;
+use crate::maps::entries::table::EntryTarget;
 use crate::maps::regions::Evasion;
 use crate::math::{Rigid2, sort_rarely};
 
@@ -16,7 +16,7 @@ pub(crate) struct ClipFrame {
 }
 
 impl ClipFrame {
-    pub(crate) fn of(graph: &MotionGraph, edge: EdgeId, edge_frame: u32) -> Self {
+    pub(crate) fn new(graph: &MotionGraph, edge: EdgeId, edge_frame: u32) -> Self {
         let from = graph.node(graph.edge(edge).from);
         Self {
             clip: from.clip,
@@ -67,7 +67,7 @@ impl ClipPlaces {
     }
 
     /// First frame, end and edge of all edges that play a clip, in order.
-    pub(crate) fn of(&self, clip: ClipId) -> &[(u32, u32, EdgeId)] {
+    pub(crate) fn edges(&self, clip: ClipId) -> &[(u32, u32, EdgeId)] {
         &self.edges[clip.index()]
     }
 
@@ -116,7 +116,7 @@ pub(crate) fn natural(graph: &MotionGraph) -> Vec<ClipFrame> {
         let frames: Vec<ClipFrame> = graph
             .edge_ids()
             .filter(|&id| graph.edge(id).motion == EdgeMotion::Clip)
-            .flat_map(|id| (0..graph.edge(id).frames).map(move |at| ClipFrame::of(graph, id, at)))
+            .flat_map(|id| (0..graph.edge(id).frames).map(move |at| ClipFrame::new(graph, id, at)))
             .filter(|at| at.frame % step == 0 && free[at.clip.index()][at.frame as usize])
             .collect();
         if frames.len() <= MOST_NATURAL {

@@ -167,7 +167,7 @@ fn places(graph: &MotionGraph) -> Vec<ClipFrame> {
         .filter(|&id| graph.edge(id).motion == EdgeMotion::Clip);
     clip_edges
         .flat_map(|id| (0..graph.edge(id).frames).map(move |at| (id, at)))
-        .map(|(id, at)| ClipFrame::of(graph, id, at))
+        .map(|(id, at)| ClipFrame::new(graph, id, at))
         .collect()
 }
 
@@ -250,10 +250,10 @@ fn a_layer_is_plausible_within_the_limits_of_the_played_motion() {
     let (places, mut test) = (places(&graph), LayerTest::new(&graph));
     for number in 0..60_u32 {
         let [now, target] = ends(&places, number);
-        let index = number as usize % crate::maps::entries::entry::BLENDS.len();
+        let index = number as usize % crate::maps::entries::table::BLENDS.len();
         let (blend, speed) = (
-            crate::maps::entries::entry::BLENDS[index],
-            crate::maps::entries::entry::RATES[number as usize / 3 % 3],
+            crate::maps::entries::table::BLENDS[index],
+            crate::maps::entries::table::RATES[number as usize / 3 % 3],
         );
         let start = 1.0 / rate;
         let envelope = Envelope {

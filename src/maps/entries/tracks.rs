@@ -2,9 +2,8 @@
 
 use crate::anim::Facing;
 use crate::graph::{EdgeId, MotionGraph, Playhead};
-use crate::maps::entries::entry::EntryTarget;
 use crate::maps::entries::stance::Stance;
-use crate::maps::entries::table::EntryTable;
+use crate::maps::entries::table::{EntryTable, EntryTarget};
 use crate::maps::entries::targets::ClipFrame;
 use crate::maps::regions::{Body, BodyTrack, Evasion};
 use crate::math::{Rigid2, in_parallel};
@@ -64,8 +63,8 @@ impl EntryTracks {
     pub(crate) fn new(graph: &MotionGraph, evasions: usize, table: &EntryTable) -> Self {
         let facing = Facing::of(graph.skeleton());
         let at = |edge: EdgeId, edge_frame: u32| {
-            let at = ClipFrame::of(graph, edge, edge_frame);
-            Stance::of_frame(graph, facing, at.node())
+            let at = ClipFrame::new(graph, edge, edge_frame);
+            Stance::at_frame(graph, facing, at.node())
         };
         let stance = |target: usize| {
             let target = &table.targets[target];

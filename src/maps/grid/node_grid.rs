@@ -17,7 +17,7 @@ use super::paths::{NodePath, PathId, PathTable};
 use super::vacated::{HEADINGS, KINDS, PARTS, VacatedCells, VacatedKinds};
 use crate::graph::MotionGraph;
 use crate::maps::regions::{Body, BodyTrack, Evasion, EvasionTracks};
-use crate::math::{floor, in_parallel};
+use crate::math::{Sphere, floor, in_parallel};
 
 /// Cells of a path: an evasion, the kind of its cells, and an offset in cells.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -176,7 +176,12 @@ impl<'a> Grid<'a> {
                 .get(self.graph, self.body, self.evasions, evasion);
             let seconds = self.graph.seconds(self.evasions[evasion].edge);
             let end = (seconds * BodyTrack::RATE).round() as usize;
-            VacatedKinds::new(self.body, track, [0, end], self.cells.cell)
+            let [first, last] = [0, end].map(|sample| -> Vec<Sphere> {
+                let own = self.body.spheres.iter().enumerate();
+                own.map(|(index, own)| Sphere::new(track.centre(sample, index), own.radius))
+                    .collect()
+            });
+            VacatedKinds::new(&first, &last, self.cells.cell)
         })
     }
 

@@ -1,7 +1,6 @@
 //! The cells that an evasion vacates, for each heading and part of a cell in which it may start.
 
 use super::cells::CellColumn;
-use crate::maps::regions::{Body, BodyTrack};
 use crate::math::{Isa, Rigid2, Sphere};
 
 /// Number of headings that have their own cells.
@@ -42,24 +41,23 @@ pub(super) struct VacatedKinds {
 }
 
 impl VacatedKinds {
-    /// The cells that a body vacates between two samples of its track.
-    pub(super) fn new(body: &Body, track: &BodyTrack, samples: [usize; 2], cell: f32) -> Self {
+    /// The cells that a body vacates whose spheres are at `first`, and then at `last`.
+    pub(super) fn new(first: &[Sphere], last: &[Sphere], cell: f32) -> Self {
         let mut found = Self {
             kinds: Vec::with_capacity(KINDS as usize),
             heights: Vec::new(),
         };
-        let [first, last] = samples.map(|sample| spheres(body, track, sample));
         let (mut start, mut end) = (ReachedColumns::default(), ReachedColumns::default());
         for kind in 0..KINDS {
             let placement = kind_placement(kind, cell);
             let whole = [-CellColumn::FURTHEST, CellColumn::FURTHEST];
-            start.find(&first, placement, cell, [whole; 2]);
+            start.find(first, placement, cell, [whole; 2]);
             let cells = start.around(found.heights.len());
             let room = found.heights.len() + (cells.width * cells.depth) as usize;
             found.heights.resize(room, 0);
             let bounds = [(cells.x, cells.width), (cells.z, cells.depth)];
             let bounds = bounds.map(|(first, count)| [first, first + count as i32 - 1]);
-            end.find(&last, placement, cell, bounds);
+            end.find(last, placement, cell, bounds);
             for (at, heights) in start.heights(&cells) {
                 found.heights[at] |= heights;
             }
@@ -70,13 +68,6 @@ impl VacatedKinds {
         }
         found
     }
-}
-
-/// Spheres of a body at a sample of its track.
-fn spheres(body: &Body, track: &BodyTrack, sample: usize) -> Vec<Sphere> {
-    let spheres = body.spheres.iter().enumerate();
-    let placed = spheres.map(|(index, own)| Sphere::new(track.centre(sample, index), own.radius));
-    placed.collect()
 }
 
 /// The middle of a kind's part of cell `(0, 0)` and of its range of headings.
@@ -211,18 +202,13 @@ mod tests {
             moves in prop::array::uniform3(-0.5f32..0.5),
             cell in 0.05f32..0.3,
         ) {
-            let body = Body::new(spheres.iter().map(|&(_, radius)| crate::maps::regions::BodySphere {
-                joint: crate::anim::JointId(0),
-                offset: Vec3::ZERO,
-                radius,
-            }).collect());
-            let places: Vec<Vec3> = spheres.iter().map(|(place, _)| Vec3::from_array(*place)).collect();
-            let moved: Vec<Vec3> = places.iter().map(|place| *place + Vec3::from_array(moves)).collect();
-            let track = BodyTrack::from_centres(&[&places, &moved]);
-            let found = VacatedKinds::new(&body, &track, [0, 1], cell);
+            let [first, last] = [Vec3::ZERO, Vec3::from_array(moves)].map(|way| -> Vec<Sphere> {
+                spheres.iter().map(|&(place, radius)| Sphere::new(Vec3::from_array(place) + way, radius)).collect()
+            });
+            let found = VacatedKinds::new(&first, &last, cell);
             for kind in (0..KINDS).step_by(7) {
                 let placement = kind_placement(kind, cell);
-                let [mut start, end] = [0, 1].map(|at| occupied(&self::spheres(&body, &track, at), placement, cell));
+                let [mut start, end] = [&first, &last].map(|body| occupied(body, placement, cell));
                 for (column, heights) in &mut start {
                     *heights &= !end.get(column).copied().unwrap_or(0);
                 }

@@ -19,9 +19,9 @@ pub(crate) const HALF_DIAGONAL: f32 = 0.7072 * SUB_TEXELS as f32;
 /// Maximum error of a disc's centre from rounding to sub-texels and from single precision, in
 /// sub-texels.
 pub(crate) const ROUNDING: f32 = 0.7072 + 0.1;
-/// Maximum difference of two motions' clocks from single precision and from merging keys, in
+/// Maximum difference of the time of one moment in two motions, from single precision and from merging keys, in
 /// seconds.
-pub(crate) const CLOCK_ERROR: f32 = 3e-5;
+pub(crate) const TIME_ERROR: f32 = 3e-5;
 
 /// A filled circle on a map, in sub-texels.
 ///

@@ -104,32 +104,7 @@ mod tests {
 
     use super::*;
 
-    #[derive(Debug, PartialEq, Serialize, Deserialize)]
-    struct List {
-        #[serde(with = "super")]
-        words: Vec<u32>,
-    }
-
     proptest! {
-        #[test]
-        fn words_are_read_as_they_were_written(
-            runs in prop::collection::vec((0..60usize, 0..300usize, 1u32..), 0..8),
-            end in 0..60usize,
-        ) {
-            let mut words = Vec::new();
-            for (zeros, count, word) in runs {
-                words.resize(words.len() + zeros, 0);
-                words.resize(words.len() + count, word);
-            }
-            words.resize(words.len() + end, 0);
-            let list = List { words };
-            let bytes = postcard::to_allocvec(&list).unwrap();
-            prop_assert!(bytes.len() < 12 + 5 * list.words.len());
-            prop_assert_eq!(&postcard::from_bytes::<List>(&bytes).unwrap(), &list);
-            let text = serde_json::to_string(&list).unwrap();
-            prop_assert_eq!(serde_json::from_str::<List>(&text).unwrap(), list);
-        }
-
         #[test]
         fn any_bytes_take_a_bounded_memory(bytes in prop::collection::vec(0u8.., 0..200)) {
             if let Some(words) = unpacked(&bytes) {

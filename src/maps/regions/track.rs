@@ -81,26 +81,6 @@ impl BodyTrack {
         track
     }
 
-    /// A track of given centres, without bounding spheres: for tests.
-    #[cfg(test)]
-    pub(in crate::maps) fn from_centres(ticks: &[&[Vec3]]) -> Self {
-        let spheres = ticks.first().map_or(0, |centres| centres.len());
-        let mut rows = Vec::new();
-        for centres in ticks {
-            for axis in 0..3 {
-                let first = rows.len();
-                rows.extend(centres.iter().map(|centre| centre[axis]));
-                rows.resize(first + Self::padded(spheres), 0.0);
-            }
-        }
-        Self {
-            spheres,
-            ticks: ticks.len(),
-            rows,
-            bounds: BoundingSpheres::default(),
-        }
-    }
-
     /// Memory of a sample, in bytes.
     pub(in crate::maps) fn tick_bytes(body: &Body) -> usize {
         12 * Self::padded(body.spheres.len())

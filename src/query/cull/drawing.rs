@@ -17,8 +17,8 @@ use std::ops::Range;
 use glam::{Vec2, Vec3};
 
 use crate::maps::{
-    CLOCK_ERROR, Cut, Disc, FixedTransform2, HALF_DIAGONAL, MapGrid, MapRect, MovingSphere,
-    ROUNDING, RegionAtlas, RegionId, SUB_TEXELS, Slab, SphereKey,
+    Cut, Disc, FixedTransform2, HALF_DIAGONAL, MapGrid, MapRect, MovingSphere, ROUNDING,
+    RegionAtlas, RegionId, SUB_TEXELS, Slab, SphereKey, TIME_ERROR,
 };
 use crate::math::{Rigid2, Sphere, floor};
 use crate::query::attack::Attack;
@@ -196,7 +196,7 @@ fn is_open(
 ) -> bool {
     let start = attack.start() + clock;
     let seconds = atlas.region(placed.region).seconds;
-    let (first, last) = (start - CLOCK_ERROR, start + seconds + CLOCK_ERROR);
+    let (first, last) = (start - TIME_ERROR, start + seconds + TIME_ERROR);
     if attack.start() >= first && attack.end() <= last {
         return false;
     }
@@ -433,7 +433,7 @@ impl Step {
             return Some((0, 0));
         }
         let slice = |time: f32| i64::from(floor((time - offset) / grid.slice_seconds));
-        let (from, to) = (slice(self.from - CLOCK_ERROR), slice(self.to + CLOCK_ERROR));
+        let (from, to) = (slice(self.from - TIME_ERROR), slice(self.to + TIME_ERROR));
         let last = i64::from(grid.slices) - 1;
         (to >= 0 && from <= last).then(|| (from.max(0) as u32, to.min(last) as u32))
     }
@@ -498,7 +498,7 @@ impl AttackSteps {
             }
             for_each_span(sphere, grid, |ends| {
                 let [from, to] = ends.map(|key| key.t - start);
-                if grid.is_timed() && (to < earliest - CLOCK_ERROR || from > latest + CLOCK_ERROR) {
+                if grid.is_timed() && (to < earliest - TIME_ERROR || from > latest + TIME_ERROR) {
                     return;
                 }
                 let [a, b] = ends;
