@@ -19,7 +19,8 @@ pub(crate) mod watch;
 pub use build::builder::build;
 pub use build::input::GraphBuilder;
 pub use build::report::{
-    BuildReport, Dropped, EventCounts, GoalReport, LinkObstacle, LinkReport, UnlinkedEvent,
+    BuildReport, Dropped, EventCounts, GoalReport, LinkObstacle, LinkReport, Responsiveness,
+    UnlinkedEvent,
 };
 pub use build::slide::FootSlide;
 pub use error::GraphError;

@@ -46,7 +46,7 @@ pub use entries::{EntryReport, EntryShare, MomentShare, Stretches};
 pub(crate) use entries::{KnownEntry, Stance};
 pub use grid::{
     AttackGrid, AttackGridReport, AttackGridSettings, AttackOption, CellColumn, Contact, Grid,
-    NodePath, PathId, PathReport, PathSettings, PathTable, Retimable, TouchedCells,
+    NodePath, PathId, PathReport, PathSettings, PathTable, Retimable, RetimeSettings, TouchedCells,
 };
 #[cfg(feature = "vulkan")]
 pub(crate) use regions::bit_square;

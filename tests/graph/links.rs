@@ -65,14 +65,19 @@ fn evasions_within(graph: &MotionGraph, seconds: f64) -> Vec<usize> {
     counts
 }
 
-/// Share of the moments from which an evasion can start within `seconds`.
-fn responsive_share(graph: &MotionGraph, seconds: f64) -> f64 {
-    let counts = evasions_within(graph, seconds);
-    counts.iter().filter(|&&count| count > 0).count() as f64 / counts.len() as f64
-}
-
 /// Checks a report's figures against the graph.
 fn assert_report(graph: &MotionGraph, report: &BuildReport) {
+    assert_eq!(report.responsiveness.len(), 3);
+    for found in &report.responsiveness {
+        let mut counts = evasions_within(graph, found.seconds);
+        let all = counts.len() as f64;
+        let some = counts.iter().filter(|&&count| count > 0).count() as f64;
+        assert!((found.share - some / all).abs() < 1e-9, "{found:?}");
+        let sum: usize = counts.iter().sum();
+        assert!((found.mean - sum as f64 / all).abs() < 1e-9, "{found:?}");
+        counts.sort_unstable();
+        assert_eq!(found.median, counts[counts.len() / 2]);
+    }
     for found in &report.links.goals {
         let counts = evasions_within(graph, found.goal.seconds);
         let met = counts.iter().filter(|&&count| count >= found.goal.evasions);
@@ -156,9 +161,9 @@ fn real_motion_capture_becomes_responsive() {
     assert_sound(&graph);
     assert_report(&graph, &report);
     assert_eq!(graph.events().len(), set.events.len());
-    assert!(responsive_share(&plain, 1.0) < 0.6);
-    assert!(responsive_share(&graph, 1.0) >= 0.8);
-    assert!(responsive_share(&graph, 1.5) >= 0.95);
+    assert!(plain.responsiveness(1.0).share < 0.6);
+    assert!(graph.responsiveness(1.0).share >= 0.8);
+    assert!(graph.responsiveness(1.5).share >= 0.95);
     assert!(graph.edges().len() < plain.edges().len() * 2);
     let threads = |threads| GraphSettings {
         threads,

@@ -130,7 +130,10 @@ fn attacks_of_impossible_numbers_are_refused_by_place() {
 
 #[test]
 fn bake_settings_out_of_range_are_refused_by_name() {
-    let spoils: [(&str, SpoilBake); 4] = [
+    let spoils: [(&str, SpoilBake); 7] = [
+        ("retime.window", |s| s.retime.window = f64::NAN),
+        ("retime.slow", |s| s.retime.slow = -1.0),
+        ("retime.fast", |s| s.retime.fast = f32::INFINITY),
         ("paths.horizon", |s| s.paths.horizon = f32::NAN),
         ("paths.alike_distance", |s| s.paths.alike_distance = 0.0),
         ("paths.alike_angle", |s| s.paths.alike_angle = f32::NAN),

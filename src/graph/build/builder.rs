@@ -139,6 +139,7 @@ impl GraphBuilder<'_> {
             seconds,
             events: EventCounts::new(source.events),
             dropped: Dropped::between(&full, &graph),
+            responsiveness: graph.responsiveness_within(&[0.5, 1.0, 1.5], settings.threads),
             ..counts
         };
         tracing::debug!(

@@ -1,7 +1,7 @@
 //! Numbers all frames of all clips consecutively. These moments form a graph before nodes exist.
 
 use crate::graph::build::prune::{self, WeightedEdge};
-use crate::graph::motion_graph::GraphEvent;
+use crate::graph::motion_graph::{EdgeMotion, GraphEvent, MotionGraph};
 use crate::graph::search::transition::Transition;
 
 /// Numbering of the frames of all clips, clip by clip.
@@ -87,4 +87,24 @@ impl Moments {
             &clip_edges.chain(jump_edges).collect::<Vec<_>>(),
         )
     }
+}
+
+/// Moments of a finished graph, the jumps between them and, for each moment, whether an edge plays
+/// its clip's next frame.
+pub(crate) fn from_graph(graph: &MotionGraph) -> (Moments, Vec<Jump>, Vec<bool>) {
+    let moments = Moments::new(graph.clips().iter().map(|clip| clip.frames()));
+    let mut played = vec![false; moments.len()];
+    let mut jumps = Vec::new();
+    for edge in graph.edges() {
+        let [from, to] = [edge.from, edge.to].map(|node| {
+            let node = graph.node(node);
+            moments.at(node.clip.index(), node.frame as usize)
+        });
+        let frames = edge.frames;
+        match edge.motion {
+            EdgeMotion::Clip => played[from as usize..to as usize].fill(true),
+            EdgeMotion::Transition { .. } => jumps.push(Jump { from, to, frames }),
+        }
+    }
+    (moments, jumps, played)
 }

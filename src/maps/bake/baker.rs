@@ -186,7 +186,7 @@ impl Baker {
         };
         let attack_moves = self.attacks.iter().map(attack_move).collect();
         let settings = &self.settings;
-        let retimable = retimable_edges(&self.graph, settings.threads);
+        let retimable = retimable_edges(&self.graph, &settings.retime, settings.threads);
         let evasions = evasions_of(&self.graph, &self.evasions);
         let entries = match settings.without_entries || evasions.is_empty() {
             true => EntryTable::default(),

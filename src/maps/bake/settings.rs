@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use crate::graph::watch::Stopped;
-use crate::maps::grid::PathSettings;
+use crate::maps::grid::{PathSettings, RetimeSettings};
 use crate::maps::regions::{Body, MapGrid, Prop};
 
 /// Settings of a bake.
@@ -12,6 +12,8 @@ use crate::maps::regions::{Body, MapGrid, Prop};
 pub struct BakeSettings {
     /// Texel size, slab height and time slices of the maps.
     pub maps: MapGrid,
+    /// Thresholds that decide which edges may be retimed.
+    pub retime: RetimeSettings,
     /// Horizon of the path search, and limits on the paths that are kept.
     pub paths: PathSettings,
     /// Whether to leave out the jumps into evasions that need no edge, as in the paper. They take most of the time of a bake.
@@ -27,18 +29,24 @@ pub struct BakeSettings {
 
 impl BakeSettings {
     pub(super) fn check_numbers(&self) -> Result<(), BakeError> {
-        let (paths, most) = (&self.paths, f64::from(self.paths.most));
+        let (retime, paths) = (&self.retime, &self.paths);
+        let to_10_s = |name, seconds| (name, seconds, 0.0..=10.0, "0 to 10 s");
+        let metres = |name, value: f32| (name, f64::from(value), 0.0..=1e6, "0 to 1000000 m");
         let cell = |name, value: f32| (name, f64::from(value), 0.001..=1e3, "0.001 to 1000");
         let checks = [
-            (
-                "paths.horizon",
-                f64::from(paths.horizon),
-                0.0..=10.0,
-                "0 to 10 s",
-            ),
+            to_10_s("retime.window", retime.window),
+            metres("retime.slow", retime.slow),
+            metres("retime.fast", retime.fast),
+            metres("retime.still", retime.still),
+            to_10_s("paths.horizon", f64::from(paths.horizon)),
             cell("paths.alike_distance", paths.alike_distance),
             cell("paths.alike_angle", paths.alike_angle),
-            ("paths.most", most, 1.0..=1e7, "1 to 10000000"),
+            (
+                "paths.most",
+                f64::from(paths.most),
+                1.0..=1e7,
+                "1 to 10000000",
+            ),
         ];
         let wrong = checks
             .into_iter()

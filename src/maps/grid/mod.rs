@@ -16,5 +16,5 @@ pub use node_grid::Grid;
 pub(super) use node_grid::GridCells;
 pub(super) use path_search::find_paths;
 pub use paths::{NodePath, PathId, PathReport, PathSettings, PathTable};
-pub use retime::Retimable;
 pub(super) use retime::retimable_edges;
+pub use retime::{Retimable, RetimeSettings};
