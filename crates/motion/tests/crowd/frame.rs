@@ -111,103 +111,78 @@ fn a_frame_is_what_the_single_calls_give() {
     for isa in Isa::available() {
         for (index, switching) in switchings(&levels).iter().enumerate() {
             for culls in [false, true] {
-                let case = Case { isa, culls, index };
-                case.run(&stage, switching);
+                compare(&stage, switching, isa, culls, index);
             }
         }
     }
 }
 
-/// How a frame is compared with the single calls.
-#[derive(Clone, Copy)]
-struct Case {
-    isa: Isa,
-    culls: bool,
-    /// Index of the switching.
-    index: usize,
-}
-
-impl Case {
-    fn run(self, stage: &Stage, switching: &Switching) {
-        let Self { isa, culls, index } = self;
-        let mut characters = stage.characters(400, 9);
-        // A character that starts between two levels may be on either.
-        characters
-            .iter_mut()
-            .for_each(|character| character.blend = 0.0);
-        let (mut crowd, ids) = crowd_of(stage, &characters, settings(Output::default(), isa, 1));
-        let mut reference = Reference {
-            levels: characters.iter().map(|character| character.level).collect(),
-            characters,
+/// Compares frames with the single calls. `index` is that of the switching.
+fn compare(stage: &Stage, switching: &Switching, isa: Isa, culls: bool, index: usize) {
+    let mut characters = stage.characters(400, 9);
+    // A character that starts between two levels may be on either.
+    characters
+        .iter_mut()
+        .for_each(|character| character.blend = 0.0);
+    let (mut crowd, ids) = crowd_of(stage, &characters, settings(Output::default(), isa, 1));
+    let mut reference = Reference {
+        levels: characters.iter().map(|character| character.level).collect(),
+        characters,
+    };
+    let mut out = vec![F32x16::ZERO; crowd.max_output_len(ids.len())];
+    let (mut posed, mut blended, mut moved) = (0, 0, 0);
+    // Without blending hysteresis can be seen.
+    let blends = index > 0;
+    for step in 0..120 {
+        let frustum = culls.then(|| frustum(step));
+        let frame = Frame {
+            seconds: SECONDS,
+            switching: Some(switching),
+            eye: eye(step),
+            frustum,
         };
-        let mut out = vec![F32x16::ZERO; crowd.max_output_len(ids.len())];
-        let (mut posed, mut blended, mut moved) = (0, 0, 0);
-        // Without blending hysteresis can be seen.
-        let blends = index > 0;
-        for step in 0..120 {
-            let frustum = culls.then(|| frustum(step));
-            let frame = Frame {
-                seconds: SECONDS,
-                switching: Some(switching),
-                eye: eye(step),
-                frustum,
-            };
-            moved += crowd.frame(&frame, &mut out).unwrap().moved;
-            let visible = |character: &Character| {
-                frustum.is_none_or(|frustum| is_inside(&frustum, position(character)))
-            };
-            if culls {
-                // A hidden character keeps its level: only where nothing is hidden is it known without hysteresis.
-                reference.levels.fill(LevelId(0));
+        moved += crowd.frame(&frame, &mut out).unwrap().moved;
+        let visible = |character: &Character| {
+            frustum.is_none_or(|frustum| is_inside(&frustum, position(character)))
+        };
+        if culls {
+            // A hidden character keeps its level: only where nothing is hidden is it known without hysteresis.
+            reference.levels.fill(LevelId(0));
+        }
+        reference.choose(switching, eye(step));
+        for (&id, character) in ids.iter().zip(&reference.characters) {
+            assert_eq!(crowd.is_posed(id), visible(character), "frame {step}");
+            if !visible(character) {
+                continue;
             }
-            reference.choose(switching, eye(step));
-            for (&id, character) in ids.iter().zip(&reference.characters) {
-                assert_eq!(crowd.is_posed(id), visible(character), "frame {step}");
-                if !visible(character) {
-                    continue;
-                }
-                posed += 1;
-                let found = crowd.character(id).unwrap();
-                let expected = f32::from(character.level.0) + character.blend;
-                let detail = f32::from(found.level.0) + found.blend;
-                if blends {
-                    assert_eq!(detail, expected.min(3.0), "frame {step}");
-                } else if !culls {
-                    assert_eq!(detail, f32::from(character.level.0), "frame {step}");
-                }
-                blended += usize::from(character.blend > 0.0);
-                if step % 13 == 0 {
-                    let posed = Posed {
-                        stage,
-                        crowd: &crowd,
-                        out: &out,
-                    };
-                    posed.check(id, &found, step);
-                }
+            posed += 1;
+            let found = crowd.character(id).unwrap();
+            let expected = f32::from(character.level.0) + character.blend;
+            let detail = f32::from(found.level.0) + found.blend;
+            if blends {
+                assert_eq!(detail, expected.min(3.0), "frame {step}");
+            } else if !culls {
+                assert_eq!(detail, f32::from(character.level.0), "frame {step}");
+            }
+            blended += usize::from(character.blend > 0.0);
+            if step % 13 == 0 {
+                check(stage, &crowd, &out, id, step);
             }
         }
-        assert!(posed > 1000 && moved > 400, "{posed} {moved}");
-        assert!(index < 2 || blended > 100, "{blended}");
     }
+    assert!(posed > 1000 && moved > 400, "{posed} {moved}");
+    assert!(index < 2 || blended > 100, "{blended}");
 }
 
-/// A crowd and the lines that it has written.
-struct Posed<'a> {
-    stage: &'a Stage,
-    crowd: &'a Crowd,
-    out: &'a [F32x16],
-}
-
-impl Posed<'_> {
-    fn check(&self, id: MemberId, found: &Character, frame: usize) {
-        let &Self { stage, crowd, out } = self;
-        let slice = crowd.pose_slice(id).unwrap();
-        let expected = stage.drawn(found, 0.0, &slice);
-        for (joint, expected) in expected.iter().enumerate() {
-            let found = common::crowd::joint_of(out, &slice, joint);
-            let apart = found.translation.distance(expected.translation);
-            assert!(apart < 4e-4, "frame {frame}, {apart} m");
-        }
+/// Compares the pose of a character with the oracle's.
+fn check(stage: &Stage, crowd: &Crowd, out: &[F32x16], id: MemberId, frame: usize) {
+    let found = &crowd.character(id).unwrap();
+    let slice = crowd.pose_slice(id).unwrap();
+    let expected = stage.drawn(found, 0.0, &slice);
+    for (joint, expected) in expected.iter().enumerate() {
+        let found = common::crowd::joint_of(out, &slice, joint);
+        let apart = found.translation.distance(expected.translation);
+        assert!(apart < 4e-4, "frame {frame}, {apart} m");
     }
 }
 
@@ -243,12 +218,7 @@ fn hidden_characters_have_no_pose_and_come_back() {
     assert!(ids.iter().all(|&id| crowd.is_posed(id)));
     let found = crowd.character(ids[7]).unwrap();
     assert_eq!(position(&found), Vec3::new(2.0, 0.5, 3.0));
-    let posed = Posed {
-        stage: &stage,
-        crowd: &crowd,
-        out: &out,
-    };
-    posed.check(ids[7], &found, 1);
+    check(&stage, &crowd, &out, ids[7], 1);
 }
 
 #[test]
