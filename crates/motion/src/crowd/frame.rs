@@ -220,7 +220,7 @@ impl Crowd {
         match self.slots.get(id.index()) {
             None | Some(&NOWHERE) => false,
             Some(&slot) if slot & PARKED != 0 => false,
-            Some(&slot) => self.schedule.is_visible(Slot::of(slot)),
+            Some(&slot) => self.schedule.is_visible(Slot::from_number(slot)),
         }
     }
 }
@@ -236,7 +236,8 @@ impl<'a> Part<'a> {
 
 impl Crowd {
     /// Poses the characters into the beginning of `out`: all but inactive ones and those that the last [`Crowd::frame`] found
-    /// outside its frustum, which stay out until a frame sees them again. Allocates nothing once it has been called a few times for a crowd that has not grown.
+    /// outside its frustum, which stay out until a frame sees them again. It sorts all characters where that is due and `out`
+    /// has room for any order of them. Allocates nothing once it has been called a few times for a crowd that has not grown.
     ///
     /// # Errors
     /// A buffer that is too small.
@@ -283,7 +284,7 @@ impl Crowd {
                 let mut out = lock(&parts[chunk].0);
                 for piece in schedule.part(chunk) {
                     let own = out.split_off_front(piece.lines.len(), piece.groups.len());
-                    let run = run(animations, schedule, piece, output, now);
+                    let run = run_of_piece(animations, schedule, piece, output, now);
                     let found = run.pose(isa, scratch, own);
                     apart.fetch_add(found, Ordering::Relaxed);
                 }
@@ -294,7 +295,7 @@ impl Crowd {
 }
 
 /// The groups of a piece, for the kernel.
-fn run<'a>(
+fn run_of_piece<'a>(
     animations: &'a AnimationSet,
     schedule: &'a Schedule,
     piece: &Piece,

@@ -281,7 +281,7 @@ impl Crowd {
             return;
         }
         if slot != NOWHERE && slot & PARKED != 0 && !state.is_inactive {
-            let Slot { group, lane } = Slot::of(slot);
+            let Slot { group, lane } = Slot::from_number(slot);
             self.schedule.parked[group].move_to(lane, &state);
             state.is_culled = true;
         } else if slot != NOWHERE && slot & PARKED == 0 && self.fits(slot, &state) {
@@ -289,7 +289,7 @@ impl Crowd {
                 [before, state.level()].map(|level| self.animations.joints(level));
             self.stale_cost.joints += before as isize - after as isize;
             self.schedule
-                .write(Slot::of(slot), &state, &self.animations, self.base);
+                .write(Slot::from_number(slot), &state, &self.animations, self.base);
         } else {
             state.is_late = true;
             self.late.push(id.0);
@@ -298,14 +298,17 @@ impl Crowd {
     }
 
     fn fits(&self, slot: u32, state: &CharacterState) -> bool {
-        !state.is_inactive && self.schedule.cold[Slot::of(slot).group].kind.takes(state)
+        !state.is_inactive
+            && self.schedule.cold[Slot::from_number(slot).group]
+                .kind
+                .takes(state)
     }
 
     /// Reads the level that a frame has chosen, and whether the character was visible, from the character's lane.
     pub(super) fn store_detail(&self, id: MemberId, state: &mut CharacterState) {
         let slot = self.slots[id.index()];
         if slot & PARKED == 0 && !state.is_late {
-            let slot = Slot::of(slot);
+            let slot = Slot::from_number(slot);
             state.detail = self.schedule.groups[slot.group].detail.0[slot.lane];
             state.is_culled = !self.schedule.is_visible(slot);
         }
@@ -435,7 +438,7 @@ impl Crowd {
         if !self.is_posed(id) {
             return Err(CrowdError::NotVisible { id: id.0 });
         }
-        let Slot { group, lane } = Slot::of(slot);
+        let Slot { group, lane } = Slot::from_number(slot);
         Ok(PoseSlice::new(
             self.settings.output,
             self.slice_place(group, lane),

@@ -208,7 +208,7 @@ pub(super) struct SampleSettings {
 
 impl Samples {
     /// Samples the clips.
-    pub(super) fn of(skeleton: &Skeleton, clips: &[Clip], settings: SampleSettings) -> Self {
+    pub(super) fn new(skeleton: &Skeleton, clips: &[Clip], settings: SampleSettings) -> Self {
         let total: usize = clips.iter().map(Clip::frames).sum();
         let count = total.min(settings.frames.max(1));
         let (mut places, mut frame_places) = (Vec::new(), Vec::new());

@@ -36,7 +36,7 @@ impl Levels {
             skeleton,
             settings,
             energies: Energies::new(skeleton, clips, settings)?,
-            samples: Samples::of(skeleton, clips, sampling),
+            samples: Samples::new(skeleton, clips, sampling),
             attachments: Attachments::none(skeleton.len()),
             keeps: vec![true; skeleton.len()],
             removable: settings.removable(skeleton),
@@ -62,7 +62,7 @@ impl Levels {
             levels: &levels,
             attachments: &attachments,
         };
-        let measured = measurement.run();
+        let measured = measurement.measure();
         for (level, error) in levels.iter_mut().zip(measured.errors) {
             level.error = error;
         }
@@ -102,7 +102,7 @@ struct Builder<'a> {
 
 impl Builder<'_> {
     fn level(&self) -> Level {
-        let mut level = Level::of(self.skeleton, &self.keeps);
+        let mut level = Level::keeping(self.skeleton, &self.keeps);
         level.attach(&self.attachments.by_joint);
         level
     }

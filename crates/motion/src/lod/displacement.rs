@@ -39,7 +39,7 @@ pub(super) struct Measurement<'a> {
 
 impl Measurement<'_> {
     /// Measures all levels.
-    pub(super) fn run(&self) -> Measured {
+    pub(super) fn measure(&self) -> Measured {
         let &Self {
             skeleton,
             clips,

@@ -122,7 +122,7 @@ impl<'a> Energies<'a> {
         let changes = if self.places.is_empty() || !follows {
             Changes::all(level)
         } else {
-            Changes::of(self.skeleton, level)
+            Changes::by_removal(self.skeleton, level)
         };
         for &index in &changes.energies {
             self.sums[level.kept[index].index()] = 0.0;
@@ -193,7 +193,7 @@ impl Changes {
         }
     }
 
-    fn of(skeleton: &Skeleton, level: &Level) -> Self {
+    fn by_removal(skeleton: &Skeleton, level: &Level) -> Self {
         let Some(removed) = level.removed else {
             return Self::all(level);
         };

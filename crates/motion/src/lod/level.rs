@@ -94,7 +94,7 @@ pub struct Levels {
 
 impl Level {
     /// The level that keeps the root and the joints for which `keeps` is true. Removed joints are attached as in the rest pose.
-    pub(super) fn of(skeleton: &Skeleton, keeps: &[bool]) -> Self {
+    pub(super) fn keeping(skeleton: &Skeleton, keeps: &[bool]) -> Self {
         let is_kept = |id: JointId| id == JointId::ROOT || keeps[id.index()];
         let mut children: Vec<Vec<JointId>> = vec![Vec::new(); skeleton.len()];
         let mut attachments: Vec<(JointId, Place)> = Vec::with_capacity(skeleton.len());
@@ -220,7 +220,7 @@ impl Levels {
     /// A joint that is the root, unknown, or named twice.
     pub fn in_order(skeleton: &Skeleton, order: &[(JointId, f32)]) -> Result<Self, LodError> {
         let mut keeps = vec![true; skeleton.len()];
-        let mut levels = vec![Level::of(skeleton, &keeps)];
+        let mut levels = vec![Level::keeping(skeleton, &keeps)];
         for &(joint, energy) in order {
             match keeps.get_mut(joint.index()) {
                 Some(kept) if *kept && joint != JointId::ROOT => *kept = false,
@@ -229,7 +229,7 @@ impl Levels {
             levels.push(Level {
                 removed: Some(joint),
                 energy,
-                ..Level::of(skeleton, &keeps)
+                ..Level::keeping(skeleton, &keeps)
             });
         }
         Ok(Self {
@@ -364,7 +364,7 @@ impl Translations {
     /// Positions that differ by less count as equal, in metres.
     pub const SAME: f32 = 1e-6;
 
-    fn of(places: Vec<Vec3>) -> Self {
+    fn from_places(places: Vec<Vec3>) -> Self {
         let first = places.first().copied().unwrap_or(Vec3::ZERO);
         if places
             .iter()
@@ -445,7 +445,7 @@ fn track(skeleton: &Skeleton, clip: &Clip, chain: &[JointId]) -> LevelTrack {
     }
     LevelTrack {
         rotations,
-        translations: Translations::of(places),
+        translations: Translations::from_places(places),
     }
 }
 

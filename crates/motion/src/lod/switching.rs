@@ -65,7 +65,7 @@ pub enum Measure {
 }
 
 impl Measure {
-    pub(super) fn of(self, error: &super::level::LevelError) -> f32 {
+    pub(super) fn error_of(self, error: &super::level::LevelError) -> f32 {
         match self {
             Self::Greatest => error.max,
             Self::Mean => error.mean,
@@ -176,7 +176,7 @@ impl Switching {
         for level in levels.levels.iter().skip(1) {
             energy = energy.max(level.energy);
             if let Rule::ScreenError { measure, .. } = settings.rule {
-                error = error.max(measure.of(&level.error));
+                error = error.max(measure.error_of(&level.error));
             }
             let limits = BandLimits {
                 near: levels.reach,

@@ -69,7 +69,7 @@ impl Batch {
         self.begun + AHEAD
     }
 
-    /// Indices of the batch's moments in [`Scratch::moments`](super::scratch::Scratch::moments). Two batches alternate
+    /// Indices of the batch's moments in [`Scratch::moments`]. Two batches alternate
     /// there.
     #[inline(always)]
     pub(crate) fn places(self) -> Range<usize> {

@@ -290,7 +290,7 @@ impl Run<'_> {
         for part in 0..L::PARTS {
             moments[part].interval.store(&mut frames, part);
         }
-        let keys = self.keys.frames.of(&frames, before);
+        let keys = self.keys.frames.at_frames(&frames, before);
         for part in 0..L::PARTS {
             moments[part] = keys.moment(part, moments[part].share);
         }

@@ -178,7 +178,7 @@ impl<L: Lanes, C> Playing<L, C> {
 }
 
 impl<L: Lanes, C: Columns<L>> Playing<L, C> {
-    /// The weighted sums of two keys, times [`ONE`](super::quantise::ONE).
+    /// The weighted sums of two keys, times [`ONE`](crate::crowd::keys::tracks::ONE).
     #[inline(always)]
     fn mixed<const N: usize>(&self, words: [L::Words; N]) -> [L; N] {
         let mut mixed = [L::splat(0.0); N];

@@ -50,8 +50,8 @@ impl ClipRange {
             frames,
             intervals,
             rate,
-            frame_cycle: Cycle::of(frames),
-            key_cycle: Cycle::of(intervals),
+            frame_cycle: Cycle::with_length(frames),
+            key_cycle: Cycle::with_length(intervals),
         }
     }
 
@@ -122,7 +122,7 @@ pub(crate) struct Cycle<L> {
 
 impl Cycle<f32> {
     /// The cycle of `length` intervals.
-    pub(crate) fn of(length: usize) -> Self {
+    pub(crate) fn with_length(length: usize) -> Self {
         let length = length as f32;
         Self {
             length,
@@ -220,7 +220,7 @@ impl FrameKeys {
     /// Looks up the keys of sixteen characters. `frames` are their frames; `before` are the numbers of frames of all clips
     /// before their own.
     #[inline(always)]
-    pub(crate) fn of(&self, frames: &F32x16, before: &[u32; F32x16::LANES]) -> LaneKeys {
+    pub(crate) fn at_frames(&self, frames: &F32x16, before: &[u32; F32x16::LANES]) -> LaneKeys {
         let mut keys = LaneKeys {
             first: F32x16::ZERO,
             count: F32x16::ZERO,

@@ -189,7 +189,7 @@ impl UnitRead {
     }
 
     /// The units to read for the quads of a level's joints. Each quad becomes the next four `F32x16`s.
-    pub(crate) fn of(quads: &[usize]) -> Vec<Self> {
+    pub(crate) fn for_quads(quads: &[usize]) -> Vec<Self> {
         let mut reads: Vec<Self> = Vec::new();
         for (index, &quad) in quads.iter().enumerate() {
             let (unit, half) = (quad / 2, quad % 2);

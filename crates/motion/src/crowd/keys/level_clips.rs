@@ -57,7 +57,7 @@ impl LevelClips {
             first..first + 1 + tracks.places[track].quads()
         });
         let quads: Vec<usize> = quads.collect();
-        let reads = UnitRead::of(&quads);
+        let reads = UnitRead::for_quads(&quads);
         let units = reads.iter().map(|read| read.halves.unit);
         let fetched = touching_all_lines(units.collect());
         let mut joints: Vec<LevelJoint> = joints.collect();

@@ -352,7 +352,7 @@ impl Place {
     }
 
     fn moving(clips: &[Vec<Vec3>]) -> Self {
-        let range = PlaceRange::of(clips);
+        let range = PlaceRange::around(clips);
         let reach = range.unit.max_element() * ONE * ONE;
         if reach <= NARROW {
             Self::Narrow(range)
@@ -364,7 +364,7 @@ impl Place {
 
 impl PlaceRange {
     /// The range of all positions, for three columns.
-    fn of(clips: &[Vec<Vec3>]) -> Self {
+    fn around(clips: &[Vec<Vec3>]) -> Self {
         let ends = [Vec3::INFINITY, Vec3::NEG_INFINITY];
         let [low, high] = clips.iter().flatten().fold(ends, |[low, high], &place| {
             [low.min(place), high.max(place)]

@@ -26,7 +26,7 @@ pub(crate) struct Slot {
 
 impl Slot {
     /// The slot with a number, ignoring the flag [`PARKED`].
-    pub(crate) fn of(number: u32) -> Self {
+    pub(crate) fn from_number(number: u32) -> Self {
         let number = (number & !PARKED) as usize;
         Self {
             group: number / F32x16::LANES,

@@ -232,11 +232,11 @@ impl Schedule {
             return;
         }
         if slot & PARKED != 0 {
-            let Slot { group, lane } = Slot::of(slot);
+            let Slot { group, lane } = Slot::from_number(slot);
             self.parked[group].ids[lane] = Group::NOBODY;
             return;
         }
-        let slot = Slot::of(slot);
+        let slot = Slot::from_number(slot);
         self.leave(slot);
         let Slot { group, lane } = slot;
         let stays = |&id: &u32| id != Group::NOBODY;
