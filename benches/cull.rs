@@ -200,7 +200,6 @@ fn of_candidates(
         let mut desc = CullerDesc::new(path, baked.atlas());
         desc.max_candidates = most;
         desc.frames_in_flight = 1;
-        desc.stencil.max_boxes = most * 32;
         desc
     });
     for &size in sizes {

@@ -12,7 +12,7 @@ pub(crate) const CANDIDATE_FRAG: Shader = Shader {
     bindings: &[
         Binding { set: 0, binding: 0, stride: 4 },
     ],
-    words: &words::<811>(include_bytes!("spirv/candidate.frag.spv")),
+    words: &words::<694>(include_bytes!("spirv/candidate.frag.spv")),
 };
 
 pub(crate) const CANDIDATE_VERT: Shader = Shader {
@@ -23,7 +23,7 @@ pub(crate) const CANDIDATE_VERT: Shader = Shader {
     group: [0, 0, 0],
     storage_buffers: 0,
     bindings: &[],
-    words: &words::<491>(include_bytes!("spirv/candidate.vert.spv")),
+    words: &words::<615>(include_bytes!("spirv/candidate.vert.spv")),
 };
 
 pub(crate) const COUNT_COMP: Shader = Shader {

@@ -8,7 +8,7 @@ use ash::vk;
 
 use super::{
     Context, GpuError, Memory, MemoryUse,
-    barriers::{self, Access, MemoryBarrier},
+    barriers::{self, Access},
     passes::Passes,
     resources::{Buffer, BufferDesc, DeviceMemory},
 };
@@ -108,20 +108,12 @@ pub(crate) unsafe fn record_numbers<'a>(
     unsafe {
         passes.begin(c"sabaki: counts to the host");
         // The counts reach the host's memory domain before the fill runs: no number overtakes its counts.
-        barriers::memory(
-            context,
-            cmd,
-            MemoryBarrier::new(writer, number.and(Access::HOST_READ)),
-        );
+        barriers::memory(context, cmd, writer, number.and(Access::HOST_READ));
         for one in counts {
             let (device, buffer) = (context.device(), one.buffer.handle);
             device.cmd_fill_buffer(cmd, buffer, 0, 4, one.serial);
         }
-        barriers::memory(
-            context,
-            cmd,
-            MemoryBarrier::new(writer.and(number), Access::HOST_READ),
-        );
+        barriers::memory(context, cmd, writer.and(number), Access::HOST_READ);
         passes.end();
     }
 }

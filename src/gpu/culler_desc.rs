@@ -18,6 +18,10 @@ pub struct CullerDesc<'a> {
     /// Maps of all evasions. The culler copies them.
     pub atlas: &'a RegionAtlas,
     /// [`CullPath::Stencil`] or [`CullPath::Compute`].
+    ///
+    /// The stencil path takes up to three occlusion queries for each candidate. MoltenVK counts at most 32,768 queries in a submission. The
+    /// culler refuses a batch with more there. The queries of several batches in one submission, and those of the host, are not added up: if
+    /// they may exceed the limit, submit them separately.
     pub path: CullPath,
     /// Parts of the overlaps that are counted. Default: all.
     pub counted: Counted,
@@ -29,8 +33,6 @@ pub struct CullerDesc<'a> {
     pub timestamps: bool,
     /// Cache that pipelines are created with: the host's own, or that of a [`PipelineCache`](super::PipelineCache). Default: none.
     pub pipeline_cache: vk::PipelineCache,
-    /// Settings of the stencil path. The compute path ignores them.
-    pub stencil: StencilSettings,
     /// Settings of the compute path. The stencil path ignores them.
     pub compute: ComputeSettings,
 }
@@ -54,7 +56,6 @@ impl<'a> CullerDesc<'a> {
             frames_in_flight: 2,
             timestamps: false,
             pipeline_cache: vk::PipelineCache::null(),
-            stencil: StencilSettings::default(),
             compute: ComputeSettings::default(),
         }
     }
@@ -62,50 +63,15 @@ impl<'a> CullerDesc<'a> {
 
 impl CullerDesc<'_> {
     /// Sets the maxima for `queries` queries in flight, each of the usual size under `settings`. With default settings a slot then takes at
-    /// most a third of a megabyte instead of 11 MB. Larger inputs (large attacks; on the stencil path also many candidates on maps with many
-    /// slices, one query in nine) are refused with an error that names the limit, and the CPU counts them.
+    /// most a third of a megabyte. Larger inputs (on the compute path also large attacks) are refused with an error that names the limit, and
+    /// the CPU counts them.
     #[must_use]
     pub fn for_settings(mut self, settings: &QuerySettings, queries: u32) -> Self {
-        /// Number of boxes of a candidate. Its maps are near the attack in few slabs and slices.
-        const BOXES: u32 = 6;
         let most = settings.most_evasions + settings.moves.candidates;
         self.max_candidates = u32::try_from(most).unwrap_or(u32::MAX);
         self.frames_in_flight = queries.max(1);
-        self.stencil.max_discs = 2048;
-        self.stencil.max_boxes = self.max_candidates.saturating_mul(BOXES).max(1024);
-        self.stencil.max_queries = self.stencil.max_boxes.min(1 << 12);
         self.compute.max_blocks = 2728;
         self
-    }
-}
-
-/// Settings of the stencil path.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct StencilSettings {
-    /// Maximum number of discs of an attack, over all slabs and slices. If maps are timed, discs of the inner maps count twice, because
-    /// evasion maps are compared with all slices at once. Default 65,536.
-    pub max_discs: u32,
-    /// Maximum number of boxes of a cull. A candidate has one box for each of its maps (of all slabs and slices) that the attack is near.
-    /// Default 65,536.
-    pub max_boxes: u32,
-    /// Number of occlusion queries of a pool. A cull that needs more renders several times. Default 4,096.
-    ///
-    /// MoltenVK counts at most 32,768 queries in a submission. The culler refuses a batch with more there. The queries of several batches in
-    /// one submission, and those of the host, are not added up: if they may exceed the limit, submit them separately.
-    pub max_queries: u32,
-    /// Columns and rows of the stencil target, in texels, limited by the device. If an attack does not fit the eight planes of the target,
-    /// a cull renders several passes. Default 1,024 × 1,024.
-    pub target: [u32; 2],
-}
-
-impl Default for StencilSettings {
-    fn default() -> Self {
-        Self {
-            max_discs: 1 << 16,
-            max_boxes: 1 << 16,
-            max_queries: 1 << 12,
-            target: [1024; 2],
-        }
     }
 }
 
@@ -121,9 +87,6 @@ pub struct ComputeSettings {
     /// Maximum size of the maps that are bound at once, in bytes. Larger maps are bound in turn, evasion by evasion. Default: the device's
     /// limit on storage buffers, which is at least 128 MiB.
     pub max_page: u64,
-    /// Whether the shader reads the input directly from host-visible memory. This is for devices that share the host's memory; others would
-    /// read the attack across the bus for every candidate. Otherwise the input is copied from a staging buffer. Default false.
-    pub direct_input: bool,
 }
 
 impl Default for ComputeSettings {
@@ -132,7 +95,6 @@ impl Default for ComputeSettings {
             max_blocks: 32_768,
             max_groups: u32::MAX,
             max_page: u64::MAX,
-            direct_input: false,
         }
     }
 }

@@ -5,7 +5,7 @@
 pub struct Features {
     /// `dynamicRendering`.
     pub dynamic_rendering: bool,
-    /// `synchronization2`.
+    /// `synchronization2`. No culling path needs it, but `sabaki-draw` does.
     pub synchronization2: bool,
     /// `extendedDynamicState`. On Vulkan 1.3 it is always there.
     pub extended_dynamic_state: bool,

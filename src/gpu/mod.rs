@@ -12,7 +12,7 @@
 //! | state of the command buffer | being recorded, outside of rendering and of occlusion queries | being recorded, outside of rendering | as for stencil |
 //! | barriers that the caller records | none | none | none |
 //! | stages that run | copy, clear, vertex, fragment, fragment tests, host | copy, clear, compute, host | copy, vertex, fragment, fragment tests, host |
-//! | state that stays bound | graphics pipeline, its descriptor set 0 and push constants, vertex buffer 0, index buffer, viewport, scissor, stencil state | compute pipeline, its descriptor set 0 and push constants | graphics pipeline, push constants, vertex buffer 0, viewport, scissor, stencil state |
+//! | state that stays bound | graphics pipeline, its descriptor set 0 and push constants, vertex buffer 0, viewport, scissor, stencil state | compute pipeline, its descriptor set 0 and push constants | graphics pipeline, push constants, vertex buffer 0, viewport, scissor, stencil state |
 //! | images of the caller | untouched, no layout changes | the same | the same |
 //!
 //! - **Recording** ([`Culler::record`]) returns a ticket. It writes to mapped memory and records commands. It submits nothing,
@@ -79,7 +79,7 @@ pub use allocator::GpuAllocatorMemory;
 pub use context::Context;
 pub use context_desc::{ContextDesc, RawContextDesc};
 pub use culler::{BatchEntry, Culler, Ticket};
-pub use culler_desc::{ComputeSettings, CullerDesc, StencilSettings};
+pub use culler_desc::{ComputeSettings, CullerDesc};
 pub use error::GpuError;
 pub use features::Features;
 pub use memory::{Block, Memory, MemoryDesc, MemoryUse, Resource};

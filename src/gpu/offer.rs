@@ -127,7 +127,6 @@ impl Offer {
             requirements::GRAPHICS => self.queues.contains(vk::QueueFlags::GRAPHICS),
             requirements::COMPUTE => self.queues.contains(vk::QueueFlags::COMPUTE),
             requirements::RENDERING => self.features.dynamic_rendering,
-            requirements::SYNCHRONIZATION => self.features.synchronization2,
             requirements::DYNAMIC_STATE => self.features.extended_dynamic_state,
             requirements::STENCIL => self.stencil_format.is_some(),
             requirements::LIMITS => self.has_limits,

@@ -9,58 +9,70 @@ use super::{
     Context, GpuError,
     error::Named,
     shader_table::{
-        BoxCorner, CANDIDATE_FRAG, CANDIDATE_VERT, COUNT_COMP, DISC_FRAG, DISC_VERT, PlacedDisc,
+        CANDIDATE_FRAG, CANDIDATE_VERT, COUNT_COMP, DISC_FRAG, DISC_VERT, PlacedDisc, PlacedMap,
         RECT_VERT, Shader, Stage,
     },
 };
 
-/// Description of a pipeline: shaders and vertex inputs.
+/// Description of a pipeline: shaders, and the attributes of an instance. Graphics pipelines draw a quad for each instance.
 #[derive(Clone, Copy)]
 pub(crate) struct PipelineDesc {
     name: &'static str,
     shaders: &'static [&'static Shader],
-    inputs: Inputs,
-    topology: vk::PrimitiveTopology,
+    /// Size of an instance, in bytes.
+    stride: usize,
+    /// Location, format and offset of each attribute.
+    attributes: &'static [(u32, vk::Format, usize)],
 }
 
-/// Inputs of a vertex shader.
-#[derive(Clone, Copy)]
-enum Inputs {
-    Nothing,
-    /// One [`PlacedDisc`] for each instance, at these locations.
-    Discs(&'static [u32]),
-    /// One [`BoxCorner`] for each vertex.
-    Corners,
-}
+const CLIP: (u32, vk::Format, usize) = (
+    1,
+    vk::Format::R16G16B16A16_UINT,
+    offset_of!(PlacedDisc, clip),
+);
 
 /// Draws the texels that discs cover.
 pub(crate) const DISCS: PipelineDesc = PipelineDesc {
     name: "sabaki discs",
     shaders: &[&DISC_VERT, &DISC_FRAG],
-    inputs: Inputs::Discs(&[0, 1]),
-    topology: vk::PrimitiveTopology::TRIANGLE_STRIP,
+    stride: size_of::<PlacedDisc>(),
+    attributes: &[
+        (0, vk::Format::R32G32B32_SINT, offset_of!(PlacedDisc, disc)),
+        CLIP,
+    ],
 };
 /// Draws whole maps.
 pub(crate) const RECTS: PipelineDesc = PipelineDesc {
     name: "sabaki whole maps",
     shaders: &[&RECT_VERT],
-    inputs: Inputs::Discs(&[1]),
-    topology: vk::PrimitiveTopology::TRIANGLE_STRIP,
+    attributes: &[CLIP],
+    ..DISCS
 };
 /// Draws the maps of candidates over those of the attack.
 pub(crate) const CANDIDATES: PipelineDesc = PipelineDesc {
     name: "sabaki candidates",
     shaders: &[&CANDIDATE_VERT, &CANDIDATE_FRAG],
-    inputs: Inputs::Corners,
-    topology: vk::PrimitiveTopology::TRIANGLE_LIST,
+    stride: size_of::<PlacedMap>(),
+    attributes: &[
+        (
+            0,
+            vk::Format::R16G16B16A16_UINT,
+            offset_of!(PlacedMap, clip),
+        ),
+        (
+            1,
+            vk::Format::R32G32B32A32_SINT,
+            offset_of!(PlacedMap, turn),
+        ),
+        (2, vk::Format::R32G32B32A32_UINT, offset_of!(PlacedMap, map)),
+    ],
 };
 /// Compares the masks of candidates with those of the attack in a compute shader.
 pub(crate) const COUNT: PipelineDesc = PipelineDesc {
     name: "sabaki count",
     shaders: &[&COUNT_COMP],
-    inputs: Inputs::Nothing,
-    // A compute shader draws nothing.
-    topology: vk::PrimitiveTopology::POINT_LIST,
+    stride: 0,
+    attributes: &[],
 };
 
 /// Stencil test and operations of a draw.
@@ -84,16 +96,10 @@ impl StencilRule {
     /// `cmd` is being recorded, for the context's device.
     pub(crate) unsafe fn set(self, context: &Context, cmd: vk::CommandBuffer) {
         let (device, faces) = (context.device(), vk::StencilFaceFlags::FRONT_AND_BACK);
+        let (fail, pass, keep) = (self.fail, self.pass, vk::StencilOp::KEEP);
         // SAFETY: the caller vouches for `cmd`; the state is dynamic in every pipeline made here.
         unsafe {
-            device.cmd_set_stencil_op(
-                cmd,
-                faces,
-                self.fail,
-                self.pass,
-                vk::StencilOp::KEEP,
-                self.compare,
-            );
+            device.cmd_set_stencil_op(cmd, faces, fail, pass, keep, self.compare);
             device.cmd_set_stencil_compare_mask(cmd, faces, self.mask);
             device.cmd_set_stencil_reference(cmd, faces, self.reference);
             device.cmd_set_stencil_write_mask(cmd, faces, self.write);
@@ -128,25 +134,36 @@ impl Pipeline {
         desc: &PipelineDesc,
         inputs: &PipelineInputs<'_>,
     ) -> Result<Self, GpuError> {
+        let device = context.device();
         let range = push_constants(desc);
         let info = vk::PipelineLayoutCreateInfo::default()
             .set_layouts(inputs.sets)
             .push_constant_ranges(std::slice::from_ref(&range));
         // SAFETY: the context's device is valid, and so are the set layouts.
-        let layout = unsafe { context.device().create_pipeline_layout(&info, None) }
-            .call("vkCreatePipelineLayout")?;
+        let layout =
+            unsafe { device.create_pipeline_layout(&info, None) }.call("vkCreatePipelineLayout")?;
         context.name(layout, desc.name);
-        let mut builder = Builder {
-            context,
-            desc,
-            inputs,
-            layout,
-            modules: Vec::with_capacity(desc.shaders.len()),
+        let mut modules = Vec::with_capacity(desc.shaders.len());
+        let mut make = || {
+            for shader in desc.shaders {
+                let info = vk::ShaderModuleCreateInfo::default().code(shader.words);
+                // SAFETY: the words were validated when the crate was built.
+                let module = unsafe { device.create_shader_module(&info, None) }
+                    .call("vkCreateShaderModule")?;
+                context.name(module, shader.name);
+                modules.push(module);
+            }
+            match desc.shaders {
+                [shader] if shader.stage == Stage::Compute => {
+                    compute(context, inputs, layout, modules[0])
+                }
+                _ => graphics(context, desc, inputs.cache, layout, &modules),
+            }
         };
-        let handle = builder.add_modules().and_then(|()| builder.build());
-        for module in builder.modules {
+        let handle = make();
+        for module in modules {
             // SAFETY: the pipeline does not need its modules after it was made.
-            unsafe { context.device().destroy_shader_module(module, None) };
+            unsafe { device.destroy_shader_module(module, None) };
         }
         match handle {
             Ok(handle) => {
@@ -159,7 +176,7 @@ impl Pipeline {
             }
             Err(error) => {
                 // SAFETY: no pipeline was made with it.
-                unsafe { context.device().destroy_pipeline_layout(layout, None) };
+                unsafe { device.destroy_pipeline_layout(layout, None) };
                 Err(error)
             }
         }
@@ -213,119 +230,104 @@ fn push_constants(desc: &PipelineDesc) -> vk::PushConstantRange {
     })
 }
 
-/// A pipeline that is being created.
-struct Builder<'a> {
-    context: &'a Context,
-    desc: &'a PipelineDesc,
-    inputs: &'a PipelineInputs<'a>,
+fn compute(
+    context: &Context,
+    inputs: &PipelineInputs<'_>,
     layout: vk::PipelineLayout,
-    /// Modules of the shaders, in the order of the description.
-    modules: Vec<vk::ShaderModule>,
+    module: vk::ShaderModule,
+) -> Result<vk::Pipeline, GpuError> {
+    const WORD: usize = size_of::<u32>();
+    let words = (0..).zip(inputs.constants).map(|(id, _)| {
+        vk::SpecializationMapEntry::default()
+            .constant_id(id)
+            .offset(id * WORD as u32)
+            .size(WORD)
+    });
+    let words: Vec<_> = words.collect();
+    let specialization = vk::SpecializationInfo::default()
+        .map_entries(&words)
+        .data(bytemuck::cast_slice(inputs.constants));
+    let stage = vk::PipelineShaderStageCreateInfo::default()
+        .stage(vk::ShaderStageFlags::COMPUTE)
+        .module(module)
+        .name(c"main")
+        .specialization_info(&specialization);
+    let info = [vk::ComputePipelineCreateInfo::default()
+        .stage(stage)
+        .layout(layout)];
+    // SAFETY: module and layout are of this device and fit each other: both come from the shader table.
+    let pipelines = unsafe {
+        let device = context.device();
+        device.create_compute_pipelines(inputs.cache, &info, None)
+    };
+    match pipelines {
+        Ok(pipelines) => Ok(pipelines[0]),
+        Err((_, result)) => Err(result).call("vkCreateComputePipelines"),
+    }
 }
 
-/// Size of a specialization constant, in bytes.
-const WORD: usize = size_of::<u32>();
-
-impl Builder<'_> {
-    fn add_modules(&mut self) -> Result<(), GpuError> {
-        for shader in self.desc.shaders {
-            let info = vk::ShaderModuleCreateInfo::default().code(shader.words);
-            // SAFETY: the words were validated when the crate was built.
-            let module = unsafe { self.context.device().create_shader_module(&info, None) }
-                .call("vkCreateShaderModule")?;
-            self.context.name(module, shader.name);
-            self.modules.push(module);
-        }
-        Ok(())
-    }
-
-    fn build(&self) -> Result<vk::Pipeline, GpuError> {
-        match self.desc.shaders {
-            [shader] if shader.stage == Stage::Compute => self.compute(self.modules[0]),
-            _ => self.graphics(),
-        }
-    }
-
-    fn compute(&self, module: vk::ShaderModule) -> Result<vk::Pipeline, GpuError> {
-        let constants = self.inputs.constants;
-        let words = (0..).zip(constants).map(|(id, _)| {
-            vk::SpecializationMapEntry::default()
-                .constant_id(id)
-                .offset(id * WORD as u32)
-                .size(WORD)
-        });
-        let words: Vec<_> = words.collect();
-        let specialization = vk::SpecializationInfo::default()
-            .map_entries(&words)
-            .data(bytemuck::cast_slice(constants));
-        let stage = vk::PipelineShaderStageCreateInfo::default()
-            .stage(vk::ShaderStageFlags::COMPUTE)
+fn graphics(
+    context: &Context,
+    desc: &PipelineDesc,
+    cache: vk::PipelineCache,
+    layout: vk::PipelineLayout,
+    modules: &[vk::ShaderModule],
+) -> Result<vk::Pipeline, GpuError> {
+    let stages = std::iter::zip(desc.shaders, modules).map(|(shader, &module)| {
+        vk::PipelineShaderStageCreateInfo::default()
+            .stage(stage(shader))
             .module(module)
             .name(c"main")
-            .specialization_info(&specialization);
-        let info = [vk::ComputePipelineCreateInfo::default()
-            .stage(stage)
-            .layout(self.layout)];
-        // SAFETY: module and layout are of this device and fit each other: both come from the shader table.
-        let pipelines = unsafe {
-            let device = self.context.device();
-            device.create_compute_pipelines(self.inputs.cache, &info, None)
-        };
-        match pipelines {
-            Ok(pipelines) => Ok(pipelines[0]),
-            Err((_, result)) => Err(result).call("vkCreateComputePipelines"),
-        }
-    }
-
-    fn graphics(&self) -> Result<vk::Pipeline, GpuError> {
-        let stages: Vec<_> = std::iter::zip(self.desc.shaders, &self.modules)
-            .map(|(shader, &module)| {
-                vk::PipelineShaderStageCreateInfo::default()
-                    .stage(stage(shader))
-                    .module(module)
-                    .name(c"main")
-            })
-            .collect();
-        let (bindings, attributes) = vertices(self.desc.inputs);
-        let inputs = vk::PipelineVertexInputStateCreateInfo::default()
-            .vertex_binding_descriptions(&bindings)
-            .vertex_attribute_descriptions(&attributes);
-        let assembly =
-            vk::PipelineInputAssemblyStateCreateInfo::default().topology(self.desc.topology);
-        let viewport = vk::PipelineViewportStateCreateInfo::default()
-            .viewport_count(1)
-            .scissor_count(1);
-        let raster = vk::PipelineRasterizationStateCreateInfo::default()
-            .polygon_mode(vk::PolygonMode::FILL)
-            .cull_mode(vk::CullModeFlags::NONE)
-            .line_width(1.0);
-        let samples = vk::PipelineMultisampleStateCreateInfo::default()
-            .rasterization_samples(vk::SampleCountFlags::TYPE_1);
-        let stencil = vk::PipelineDepthStencilStateCreateInfo::default().stencil_test_enable(true);
-        let dynamic = vk::PipelineDynamicStateCreateInfo::default().dynamic_states(&[
-            vk::DynamicState::VIEWPORT,
-            vk::DynamicState::SCISSOR,
-            vk::DynamicState::STENCIL_OP,
-            vk::DynamicState::STENCIL_COMPARE_MASK,
-            vk::DynamicState::STENCIL_WRITE_MASK,
-            vk::DynamicState::STENCIL_REFERENCE,
-        ]);
-        let mut rendering = vk::PipelineRenderingCreateInfo::default()
-            .stencil_attachment_format(self.context.stencil_format());
-        let info = vk::GraphicsPipelineCreateInfo::default()
-            .stages(&stages)
-            .vertex_input_state(&inputs)
-            .input_assembly_state(&assembly)
-            .viewport_state(&viewport)
-            .rasterization_state(&raster)
-            .multisample_state(&samples)
-            .depth_stencil_state(&stencil)
-            .dynamic_state(&dynamic)
-            .layout(self.layout)
-            .push_next(&mut rendering);
-        // SAFETY: modules and layout are of this device and fit each other: both come from the shader table.
-        unsafe { graphics_pipeline(self.context.device(), self.inputs.cache, info) }
-    }
+    });
+    let stages: Vec<_> = stages.collect();
+    let bindings = [vk::VertexInputBindingDescription::default()
+        .stride(desc.stride as u32)
+        .input_rate(vk::VertexInputRate::INSTANCE)];
+    let attributes = desc.attributes.iter().map(|&(location, format, offset)| {
+        vk::VertexInputAttributeDescription::default()
+            .location(location)
+            .format(format)
+            .offset(offset as u32)
+    });
+    let attributes: Vec<_> = attributes.collect();
+    let inputs = vk::PipelineVertexInputStateCreateInfo::default()
+        .vertex_binding_descriptions(&bindings)
+        .vertex_attribute_descriptions(&attributes);
+    let assembly = vk::PipelineInputAssemblyStateCreateInfo::default()
+        .topology(vk::PrimitiveTopology::TRIANGLE_STRIP);
+    let viewport = vk::PipelineViewportStateCreateInfo::default()
+        .viewport_count(1)
+        .scissor_count(1);
+    let raster = vk::PipelineRasterizationStateCreateInfo::default()
+        .polygon_mode(vk::PolygonMode::FILL)
+        .cull_mode(vk::CullModeFlags::NONE)
+        .line_width(1.0);
+    let samples = vk::PipelineMultisampleStateCreateInfo::default()
+        .rasterization_samples(vk::SampleCountFlags::TYPE_1);
+    let stencil = vk::PipelineDepthStencilStateCreateInfo::default().stencil_test_enable(true);
+    let dynamic = vk::PipelineDynamicStateCreateInfo::default().dynamic_states(&[
+        vk::DynamicState::VIEWPORT,
+        vk::DynamicState::SCISSOR,
+        vk::DynamicState::STENCIL_OP,
+        vk::DynamicState::STENCIL_COMPARE_MASK,
+        vk::DynamicState::STENCIL_WRITE_MASK,
+        vk::DynamicState::STENCIL_REFERENCE,
+    ]);
+    let mut rendering = vk::PipelineRenderingCreateInfo::default()
+        .stencil_attachment_format(context.stencil_format());
+    let info = vk::GraphicsPipelineCreateInfo::default()
+        .stages(&stages)
+        .vertex_input_state(&inputs)
+        .input_assembly_state(&assembly)
+        .viewport_state(&viewport)
+        .rasterization_state(&raster)
+        .multisample_state(&samples)
+        .depth_stencil_state(&stencil)
+        .dynamic_state(&dynamic)
+        .layout(layout)
+        .push_next(&mut rendering);
+    // SAFETY: modules and layout are of this device and fit each other: both come from the shader table.
+    unsafe { graphics_pipeline(context.device(), cache, info) }
 }
 
 /// Creates a graphics pipeline.
@@ -344,53 +346,5 @@ pub unsafe fn graphics_pipeline(
     match unsafe { device.create_graphics_pipelines(cache, &[info], None) } {
         Ok(pipelines) => Ok(pipelines[0]),
         Err((_, result)) => Err(result).call("vkCreateGraphicsPipelines"),
-    }
-}
-
-fn vertices(
-    inputs: Inputs,
-) -> (
-    Vec<vk::VertexInputBindingDescription>,
-    Vec<vk::VertexInputAttributeDescription>,
-) {
-    let binding = |stride: usize, rate| {
-        vec![
-            vk::VertexInputBindingDescription::default()
-                .stride(stride as u32)
-                .input_rate(rate),
-        ]
-    };
-    let attribute = |location, (format, offset): (vk::Format, usize)| {
-        vk::VertexInputAttributeDescription::default()
-            .location(location)
-            .format(format)
-            .offset(offset as u32)
-    };
-    use vk::{Format, VertexInputRate};
-    match inputs {
-        Inputs::Nothing => (Vec::new(), Vec::new()),
-        Inputs::Discs(locations) => {
-            let all = [
-                (Format::R32G32B32_SINT, offset_of!(PlacedDisc, disc)),
-                (Format::R16G16B16A16_UINT, offset_of!(PlacedDisc, clip)),
-            ];
-            let of = |&at: &u32| attribute(at, all[at as usize]);
-            let stride = size_of::<PlacedDisc>();
-            let attributes = locations.iter().map(of).collect();
-            (binding(stride, VertexInputRate::INSTANCE), attributes)
-        }
-        Inputs::Corners => {
-            let all = [
-                (Format::R16G16_UINT, offset_of!(BoxCorner, corner)),
-                (Format::R32G32B32A32_SINT, offset_of!(BoxCorner, turn)),
-                (Format::R32G32B32A32_UINT, offset_of!(BoxCorner, map)),
-            ];
-            let attributes = (0..).zip(all).map(|(at, one)| attribute(at, one));
-            let stride = size_of::<BoxCorner>();
-            (
-                binding(stride, VertexInputRate::VERTEX),
-                attributes.collect(),
-            )
-        }
     }
 }

@@ -25,7 +25,6 @@ pub(super) const VERSION: &str = "Vulkan 1.1";
 pub(super) const GRAPHICS: &str = "a queue family with graphics";
 pub(super) const COMPUTE: &str = "a queue family with compute";
 pub(super) const RENDERING: &str = "dynamicRendering";
-pub(super) const SYNCHRONIZATION: &str = "synchronization2";
 pub(super) const DYNAMIC_STATE: &str = "extendedDynamicState";
 pub(super) const STENCIL: &str = "a stencil format that can be drawn to and copied from";
 pub(super) const LIMITS: &str = "the limits that Vulkan guarantees";
@@ -72,7 +71,6 @@ pub fn requirements() -> &'static [Requirement] {
                 CORE,
                 "for the stencil path: VK_KHR_dynamic_rendering and VK_EXT_extended_dynamic_state",
             ),
-            optional(SYNCHRONIZATION, "the barriers of Vulkan 1.0"),
             optional(S8, "D24_UNORM_S8_UINT, else D32_SFLOAT_S8_UINT"),
             optional(PRECISE, "the stencil path says any or none"),
         ]

@@ -20,7 +20,7 @@ pub struct Shader {
     pub group: [u32; 3],
     /// Number of storage buffers.
     pub storage_buffers: u32,
-    /// Storage, uniform and texel buffers, and images.
+    /// Storage and uniform buffers, and images.
     pub bindings: &'static [Binding],
     /// Words of the SPIR-V module.
     pub words: &'static [u32],
@@ -37,7 +37,7 @@ pub enum Stage {
     Compute,
 }
 
-/// A storage, uniform or texel buffer that holds one array, or an image.
+/// A storage or uniform buffer that holds one array, or an image.
 #[derive(Clone, Copy, Debug)]
 pub struct Binding {
     /// Descriptor set.
@@ -61,12 +61,12 @@ pub(crate) struct TargetSide {
     pub(crate) side: [u32; 2],
 }
 
-/// Vertex attributes of a corner of the box in which a candidate's map of one slab and slice is drawn over the attack's map.
+/// Instance attributes of a candidate's map over an attack's map.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
-pub(crate) struct BoxCorner {
-    /// Position in the target, in quarters of a texel.
-    pub(crate) corner: [u16; 2],
+pub(crate) struct PlacedMap {
+    /// First and end texel of the part of the attack's map that is drawn, in the target.
+    pub(crate) clip: [u16; 4],
     /// Transform from texels of the target to texels of the map, as a [`FixedTransform2`].
     pub(crate) turn: [i32; 4],
     /// Width and height in one word; first bit of the map; number of bits of a row; log2 of the bits of a texel.

@@ -7,7 +7,7 @@ use ash::vk;
 
 use super::{
     Context, GpuError, Memory, MemoryUse,
-    barriers::{self, Access, MemoryBarrier},
+    barriers::{self, Access},
     resources::{Buffer, BufferDesc, DeviceMemory},
 };
 
@@ -95,17 +95,9 @@ impl Uploaded {
         unsafe {
             // The copy may be recorded again, after culls that read the same words.
             let before = reader.and(Access::TRANSFER_WRITE);
-            barriers::memory(
-                context,
-                cmd,
-                MemoryBarrier::new(before, Access::TRANSFER_WRITE),
-            );
+            barriers::memory(context, cmd, before, Access::TRANSFER_WRITE);
             context.device().cmd_copy_buffer(cmd, from, to, &copy);
-            barriers::memory(
-                context,
-                cmd,
-                MemoryBarrier::new(Access::TRANSFER_WRITE, reader),
-            );
+            barriers::memory(context, cmd, Access::TRANSFER_WRITE, reader);
         }
     }
 

@@ -1,7 +1,7 @@
 //! Promise: every culling path of a device counts what the CPU's counts, texel for texel, for any candidates, slabs, clocks,
 //! slices and placements; recording and polling allocate nothing once warm; what does not fit is refused by name.
 
-use sabaki::gpu::{BatchEntry, ComputeSettings, Culler, CullerDesc, GpuError, StencilSettings};
+use sabaki::gpu::{BatchEntry, ComputeSettings, Culler, CullerDesc, GpuError};
 use sabaki::maps::{Disc, MapGrid, MapRect, RegionAtlas, Slab, SlabMaps};
 use sabaki::query::cull::{
     AttackDrawing, AttackLayer, Counted, CullCandidate, CullInput, CullPath, Overlap, TimedDisc,
@@ -12,6 +12,7 @@ use sabaki_fixtures::cull::{
 use sabaki_fixtures::headless::{Headless, HeadlessDesc};
 use sabaki_fixtures::memory::allocations;
 use sabaki_fixtures::random::Random;
+use sabaki_fixtures::shim;
 use sabaki_fixtures::{FALLBACK_FORMATS, desc, device, device_on, finish};
 
 const RECT: MapRect = MapRect {
@@ -442,40 +443,40 @@ fn band(random: &mut Random, grid: MapGrid, rect: MapRect) -> AttackDrawing {
     attack
 }
 
-/// A stencil target of few planes, passes of cells that are cut, several turns of a pass.
+/// Attacks that fill the target several times, and more queries and maps than one rendering takes.
 #[test]
-fn small_targets_pools_and_buffers_agree() {
-    let mut device = device();
-    for (grid, seed) in GRIDS.into_iter().zip(40..) {
+fn attacks_and_candidates_of_several_passes_agree() {
+    let mut device = super::contract::device();
+    let wide = MapRect {
+        u: -500,
+        v: -500,
+        width: 1024,
+        height: 1024,
+    };
+    for (grid, seed) in [MapGrid::PAPER, sliced(8), GRIDS[3]].into_iter().zip(40..) {
         let mut random = Random::new(seed);
         let atlas = atlas(&mut random, grid, 8);
-        let whole = CullerDesc::new(CullPath::Stencil, &atlas);
-        let descs = [
-            (
-                [256, 128],
-                whole.stencil.max_queries,
-                whole.stencil.max_boxes,
-            ),
-            ([24, 40], whole.stencil.max_queries, whole.stencil.max_boxes),
-            (whole.stencil.target, 7, whole.stencil.max_boxes),
-            ([64, 64], 1, 1500),
-        ];
-        for (target, max_queries, max_boxes) in descs {
-            let stencil = StencilSettings {
-                target,
-                max_queries,
-                max_boxes,
-                ..whole.stencil
-            };
-            let mut culler = culler(&mut device, &CullerDesc { stencil, ..whole });
-            for _ in 0..4 {
-                let case = CullCase::any(&mut random, &atlas, 20);
-                let counts = device.cull(&mut culler, &case.input(&atlas)).unwrap();
-                let expected = counted(&case.input(&atlas));
-                assert_eq!(counts, expected, "{grid:?} {stencil:?}");
-            }
-            culler.destroy(device.memory().unwrap());
+        let desc = CullerDesc {
+            max_candidates: 6000,
+            ..CullerDesc::new(CullPath::Stencil, &atlas)
+        };
+        let mut culler = culler(&mut device, &desc);
+        let mut large = CullCase::new(&mut random, &atlas, wide, -1..6, 60);
+        for one in &mut large.attack.discs {
+            one.disc.radius += 4000;
         }
+        let near = |one: &mut CullCandidate| one.clock = 0;
+        let mut many = CullCase::new(&mut random, &atlas, RECT, -1..6, 6000);
+        many.candidates.iter_mut().for_each(near);
+        for case in [large, many] {
+            let input = case.input(&atlas);
+            let before = shim::copies_of_results();
+            let counts = device.cull(&mut culler, &input).unwrap();
+            assert_eq!(counts, counted(&input), "{grid:?}");
+            let renderings = shim::copies_of_results() - before;
+            assert!(renderings > 1, "{grid:?}: {renderings}");
+        }
+        culler.destroy(device.memory().unwrap());
     }
     finish(device);
 }
@@ -559,7 +560,7 @@ fn attacks_of_many_chunks_agree() {
 }
 
 #[test]
-fn any_number_of_dispatches_and_culls_and_either_way_of_the_input_agree() {
+fn any_number_of_dispatches_and_culls_agree() {
     let mut device = device();
     let mut random = Random::new(5);
     let atlas = atlas(&mut random, sliced(64), 20);
@@ -570,29 +571,26 @@ fn any_number_of_dispatches_and_culls_and_either_way_of_the_input_agree() {
         (1000, 1, u64::MAX),
         (1000, u32::MAX, u64::MAX),
     ];
-    for direct_input in [false, true] {
-        for (max_candidates, max_groups, max_page) in shapes {
-            let desc = CullerDesc {
-                max_candidates,
-                compute: ComputeSettings {
-                    max_groups,
-                    max_page,
-                    direct_input,
-                    ..ComputeSettings::default()
-                },
-                ..CullerDesc::new(CullPath::Compute, &atlas)
-            };
-            let mut culler = culler(&mut device, &desc);
-            let some = if max_candidates == 1 { 40 } else { 700 };
-            let input = CullInput {
-                candidates: &case.candidates[..some],
-                ..case.input(&atlas)
-            };
-            let counts = device.cull(&mut culler, &input).unwrap();
-            let which = (direct_input, max_candidates, max_groups, max_page);
-            assert_eq!(counts, counted(&input), "{which:?}");
-            culler.destroy(device.memory().unwrap());
-        }
+    for (max_candidates, max_groups, max_page) in shapes {
+        let desc = CullerDesc {
+            max_candidates,
+            compute: ComputeSettings {
+                max_groups,
+                max_page,
+                ..ComputeSettings::default()
+            },
+            ..CullerDesc::new(CullPath::Compute, &atlas)
+        };
+        let mut culler = culler(&mut device, &desc);
+        let some = if max_candidates == 1 { 40 } else { 700 };
+        let input = CullInput {
+            candidates: &case.candidates[..some],
+            ..case.input(&atlas)
+        };
+        let counts = device.cull(&mut culler, &input).unwrap();
+        let which = (max_candidates, max_groups, max_page);
+        assert_eq!(counts, counted(&input), "{which:?}");
+        culler.destroy(device.memory().unwrap());
     }
     finish(device);
 }
@@ -625,15 +623,37 @@ fn what_does_not_fit_is_refused_by_name() {
         },
         ..AttackDrawing::default()
     };
-    for (path, too_many) in [
-        (CullPath::Stencil, "StencilSettings::max_discs"),
-        (CullPath::Compute, "ComputeSettings::max_blocks"),
-    ] {
+    // Each of its maps fills the target.
+    let mut large = AttackDrawing {
+        rect: MapRect {
+            u: -500,
+            v: -500,
+            width: 1000,
+            height: 1000,
+        },
+        ..AttackDrawing::default()
+    };
+    for (slab, clock) in (0..48).flat_map(|slab| [0, 1, 5].map(|clock| (slab % 6, clock))) {
+        let first = large.discs.len() as u32;
+        let disc = Disc {
+            x: 8000,
+            z: 8000,
+            radius: 7900,
+        };
+        large.discs.push(TimedDisc { disc, slice: 0 });
+        large.layers.push(AttackLayer {
+            slab: Slab(slab),
+            clock,
+            inner: first..first + 1,
+            outer: first..first + 1,
+        });
+    }
+    for path in DEVICE_PATHS {
         let mut desc = CullerDesc {
             max_candidates: 8,
             ..CullerDesc::new(path, &atlas)
         };
-        (desc.stencil.max_discs, desc.compute.max_blocks) = (4, 4);
+        desc.compute.max_blocks = 4;
         let mut culler = culler(&mut device, &desc);
         let mut cases = vec![
             (
@@ -642,15 +662,19 @@ fn what_does_not_fit_is_refused_by_name() {
                 0,
                 "max_candidates: 9 needed, 8",
             ),
-            (&case.attack, &case.candidates[..8], 0, too_many),
             (&none, &stranger[..], 0, "candidate 2 names region 4"),
+            (&wide, &case.candidates[..1], 0, "side of an attack's maps"),
+            (&none, &[], 2, "slot 2 of 2"),
         ];
-        if path == CullPath::Compute {
-            cases.extend([
-                (&wide, &case.candidates[..1], 0, "side of an attack's maps"),
-                (&none, &[], 2, "slot 2 of 2"),
-            ]);
-        }
+        cases.push(match path {
+            CullPath::Stencil => (&large, &case.candidates[..8], 0, "counts of a cull"),
+            _ => (
+                &case.attack,
+                &case.candidates[..8],
+                0,
+                "ComputeSettings::max_blocks",
+            ),
+        });
         for (attack, candidates, slot, words) in cases {
             let input = CullInput {
                 atlas: &atlas,
@@ -669,13 +693,6 @@ fn what_does_not_fit_is_refused_by_name() {
         assert_eq!(counts, counted(&input), "{path:?} is of use all the same");
         culler.destroy(device.memory().unwrap());
     }
-    let mut desc = CullerDesc::new(CullPath::Stencil, &atlas);
-    desc.stencil.max_boxes = 1;
-    let mut tight = culler(&mut device, &desc);
-    let error = recorded(&mut device, &mut tight, 0, &case.input(&atlas));
-    assert!(error.contains("StencilSettings::max_boxes"), "{error}");
-    tight.destroy(device.memory().unwrap());
-
     let mut desc = CullerDesc::new(CullPath::Compute, &atlas);
     desc.compute.max_page = 4096;
     let made = device.make(|context, memory| Culler::new(context, memory, &desc));

@@ -207,9 +207,9 @@ fn counts_reach_the_host_before_their_number() {
         assert_eq!(messages, []);
         let steps = shim::steps_for_host();
         let writer = match path {
-            CullPath::Compute => vk::PipelineStageFlags2::COMPUTE_SHADER,
+            CullPath::Compute => vk::PipelineStageFlags::COMPUTE_SHADER,
             // Query results are copied.
-            _ => vk::PipelineStageFlags2::ALL_TRANSFER,
+            _ => vk::PipelineStageFlags::TRANSFER,
         };
         let culls: Vec<_> = steps.chunks(3).collect();
         assert_eq!(culls.len(), 2, "{path:?}: {steps:?}");
@@ -223,7 +223,7 @@ fn counts_reach_the_host_before_their_number() {
                 panic!("{path:?}: {cull:?}");
             };
             assert!(first.contains(writer), "{path:?}: {first:?}");
-            let fill = vk::PipelineStageFlags2::ALL_TRANSFER;
+            let fill = vk::PipelineStageFlags::TRANSFER;
             assert!(last.contains(fill), "{path:?}: {last:?}");
         }
     }

@@ -37,12 +37,11 @@ fn moltenvk_is_known_on_every_version() {
         // SAFETY: the shim calls the system's loader.
         let mut device = unsafe { Headless::with_loader(shim::entry(), &desc) }.unwrap();
         shim::pretend_driver(None);
-        let mut desc = CullerDesc {
+        let desc = CullerDesc {
             max_candidates: 33_000,
             frames_in_flight: 1,
             ..CullerDesc::new(CullPath::Stencil, &atlas)
         };
-        desc.stencil.max_boxes = 1 << 21;
         let mut culler = device
             .make(|context, memory| Culler::new(context, memory, &desc))
             .unwrap();

@@ -124,7 +124,8 @@ fn queries_fit_slots_made_for_their_settings() {
             }
         }
         println!("{path}: {refused} of 100 queries are refused");
-        assert!(refused <= 25, "{path}: {refused} of 100");
+        let most = if path == CullPath::Stencil { 0 } else { 25 };
+        assert!(refused <= most, "{path}: {refused} of 100");
         culler.destroy(device.memory().unwrap());
     }
     finish(device);

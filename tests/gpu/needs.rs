@@ -5,7 +5,7 @@ use sabaki_fixtures as common;
 use sabaki_fixtures::shim;
 
 use super::contract::device;
-use common::cull::{CullCase, DEVICE_PATHS, atlas, counted, sliced};
+use common::cull::{CullCase, DEVICE_PATHS, atlas, counted};
 use common::finish;
 use common::random::Random;
 use sabaki::gpu::ash::vk;
@@ -82,37 +82,6 @@ fn a_path_runs_with_what_it_needs_alone() {
     let error = again(device.context().unwrap(), Features::ALL).unwrap_err();
     shim::hide_queue_flags(vk::QueueFlags::empty());
     assert!(error.to_string().contains(graphics) && error.to_string().contains(compute));
-    finish(device);
-}
-
-/// The barriers of Vulkan 1.0 do what those of synchronization2 do.
-#[test]
-fn every_path_runs_without_synchronization2() {
-    let atlas = atlas(&mut Random::new(3), sliced(8), 8);
-    let mut device = device();
-    let whole = device.context().unwrap().clone();
-    let features = Features {
-        synchronization2: false,
-        ..Features::ALL
-    };
-    let context = again(&whole, features).unwrap();
-    for path in DEVICE_PATHS {
-        let mut culler = Culler::new(
-            &context,
-            device.memory().unwrap(),
-            &CullerDesc::new(path, &atlas),
-        )
-        .unwrap();
-        let before = shim::barriers();
-        for seed in 4..7 {
-            let case = CullCase::any(&mut Random::new(seed), &atlas, 40);
-            let input = case.input(&atlas);
-            let counts = device.cull(&mut culler, &input).unwrap();
-            assert_eq!(counts, counted(&input), "{path:?}");
-        }
-        assert_eq!(shim::barriers(), before, "no barrier of synchronization2");
-        culler.destroy(device.memory().unwrap());
-    }
     finish(device);
 }
 

@@ -12,7 +12,7 @@ use super::{
 };
 use crate::gpu::{
     Context, GpuError,
-    barriers::{self, Access, MemoryBarrier},
+    barriers::{self, Access},
     counts::record_numbers,
     error::Named,
     passes::Passes,
@@ -110,7 +110,7 @@ impl Slot {
         let Offsets { groups, chunks, .. } = offsets;
         let input = |offset, range| {
             vk::DescriptorBufferInfo::default()
-                .buffer(self.input())
+                .buffer(self.input.handle)
                 .offset(offset)
                 .range(range)
         };
@@ -158,14 +158,11 @@ impl ComputePath {
         // SAFETY: the caller vouches for the command buffer and the slots.
         unsafe {
             passes.begin(c"sabaki: input");
-            let mut is_staged = false;
             for (gathered, slot) in culls() {
-                is_staged |= slot.record_copy(passes, gathered, &self.capacity);
+                slot.record_copy(passes, gathered, &self.capacity);
             }
-            if is_staged {
-                let (before, after) = (Access::TRANSFER_WRITE, Access::COMPUTE_READ);
-                barriers::memory(context, cmd, MemoryBarrier::new(before, after));
-            }
+            let (before, after) = (Access::TRANSFER_WRITE, Access::COMPUTE_READ);
+            barriers::memory(context, cmd, before, after);
             passes.end();
             passes.begin(c"sabaki: count");
             for (gathered, slot) in culls() {

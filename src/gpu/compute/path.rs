@@ -8,7 +8,7 @@ use ash::vk;
 use super::{
     gathered::{Capacity, Gathered},
     planes::{PageLimit, Planes},
-    slot::{Slot, SlotDesc},
+    slot::Slot,
 };
 use crate::math::parallel::both;
 use crate::{
@@ -108,7 +108,7 @@ impl ComputePath {
         let maps = 8 * Self::planes(context, desc)?.words as u64;
         let slots = u64::from(desc.frames_in_flight.max(1));
         let capacity = Self::capacity(context, desc);
-        Ok(maps + slots * Slot::bytes(&capacity, desc.compute.direct_input))
+        Ok(maps + slots * Slot::bytes(&capacity))
     }
 
     fn fill(&mut self, memory: &mut dyn Memory, desc: &CullerDesc<'_>) -> Result<(), GpuError> {
@@ -130,15 +130,10 @@ impl ComputePath {
         parts.atlas.fill(&mut device, &atlas, words)?;
         for slot in 0..desc.frames_in_flight.max(1) {
             let name = format!("{name}: slot {slot}");
-            let desc = SlotDesc {
-                name: &name,
-                capacity: &self.capacity,
-                direct_input: desc.compute.direct_input,
-            };
             // Stored before it is filled, so that it is freed after a failure.
             parts.slots.push(Slot::default());
             if let Some(slot) = parts.slots.last_mut() {
-                slot.fill(&mut device, &desc)?;
+                slot.fill(&mut device, &name, &self.capacity)?;
             }
         }
         parts.make_sets(context, &self.capacity, &self.planes.pages)

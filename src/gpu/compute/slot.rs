@@ -15,8 +15,8 @@ use crate::gpu::{
 pub(super) struct Slot {
     /// Input that the host writes: candidates, groups of candidates, and the attack.
     upload: Buffer,
-    /// Copy of the input on the device. Null if shaders read `upload`.
-    copy: Buffer,
+    /// Copy of the input on the device, which shaders read.
+    pub(super) input: Buffer,
     /// Three counts for each candidate and part of a sum.
     pub(super) counts: Counts,
     /// Number of parts of each sum in the cull that was recorded last.
@@ -27,46 +27,27 @@ pub(super) struct Slot {
     pub(super) sets: Vec<vk::DescriptorSet>,
 }
 
-/// Settings of a [`Slot`].
-pub(super) struct SlotDesc<'a> {
-    /// Prefix of the names of its buffers.
-    pub(super) name: &'a str,
-    pub(super) capacity: &'a Capacity,
-    /// Whether shaders read the buffer that the host writes, without a copy.
-    pub(super) direct_input: bool,
-}
-
 impl Slot {
     /// Fills a default slot. After a failure, [`Slot::destroy`] frees what was created.
     pub(super) fn fill(
         &mut self,
         device: &mut DeviceMemory<'_>,
-        desc: &SlotDesc<'_>,
+        name: &str,
+        capacity: &Capacity,
     ) -> Result<(), GpuError> {
         use vk::BufferUsageFlags as Usage;
-        let SlotDesc {
-            name,
-            capacity,
-            direct_input,
-        } = *desc;
-        let size = capacity.offsets().end;
-        let mut buffer = |what: &str, usage, who| {
+        let mut buffer = |what: &str, usage, memory| {
             let desc = BufferDesc {
                 name: &format!("{name}: {what}"),
-                size,
+                size: capacity.offsets().end,
                 usage,
-                memory: who,
+                memory,
             };
             device.buffer(desc)
         };
-        let usage = Usage::STORAGE_BUFFER | Usage::UNIFORM_BUFFER;
-        if direct_input {
-            self.upload = buffer("input", usage, MemoryUse::Upload)?;
-        } else {
-            self.upload = buffer("upload", Usage::TRANSFER_SRC, MemoryUse::Upload)?;
-            let usage = usage | Usage::TRANSFER_DST;
-            self.copy = buffer("input", usage, MemoryUse::Device)?;
-        }
+        self.upload = buffer("upload", Usage::TRANSFER_SRC, MemoryUse::Upload)?;
+        let usage = Usage::STORAGE_BUFFER | Usage::UNIFORM_BUFFER | Usage::TRANSFER_DST;
+        self.input = buffer("input", usage, MemoryUse::Device)?;
         let counts = CountsDesc {
             name: &format!("{name}: counts"),
             words: capacity.counts(),
@@ -77,18 +58,8 @@ impl Slot {
     }
 
     /// Size of a slot's buffers, in bytes.
-    pub(super) fn bytes(capacity: &Capacity, direct_input: bool) -> u64 {
-        let inputs = if direct_input { 1 } else { 2 };
-        inputs * capacity.offsets().end + HEADER + 4 * capacity.counts()
-    }
-
-    /// The buffer that shaders read.
-    pub(super) fn input(&self) -> vk::Buffer {
-        if self.is_direct() {
-            self.upload.handle
-        } else {
-            self.copy.handle
-        }
+    pub(super) fn bytes(capacity: &Capacity) -> u64 {
+        2 * capacity.offsets().end + HEADER + 4 * capacity.counts()
     }
 
     /// Writes a cull's input. The device must no longer use the slot.
@@ -104,7 +75,7 @@ impl Slot {
         Ok(())
     }
 
-    /// Records the copy of the input to the buffer that shaders read. Returns whether there is one.
+    /// Records the copy of the input to the device.
     ///
     /// # Safety
     /// The passes are being recorded outside of rendering, and the slot is free.
@@ -113,10 +84,7 @@ impl Slot {
         passes: &Passes<'_>,
         gathered: &Gathered,
         capacity: &Capacity,
-    ) -> bool {
-        if self.is_direct() {
-            return false;
-        }
+    ) {
         let copies = parts(gathered, capacity).map(|(offset, part)| {
             vk::BufferCopy::default()
                 .src_offset(offset)
@@ -125,18 +93,13 @@ impl Slot {
         });
         let (device, cmd) = (passes.context.device(), passes.cmd);
         // SAFETY: the caller vouches for the command buffer; both buffers hold this many bytes.
-        unsafe { device.cmd_copy_buffer(cmd, self.upload.handle, self.copy.handle, &copies) };
-        true
-    }
-
-    fn is_direct(&self) -> bool {
-        self.copy.handle == vk::Buffer::null()
+        unsafe { device.cmd_copy_buffer(cmd, self.upload.handle, self.input.handle, &copies) };
     }
 
     /// Frees the buffers. The device must no longer use them. The descriptor sets are freed with their pool.
     pub(super) fn destroy(&mut self, context: &Context, memory: &mut dyn Memory) {
         self.counts.destroy(context, memory);
-        self.copy.destroy(context, memory);
+        self.input.destroy(context, memory);
         self.upload.destroy(context, memory);
     }
 }

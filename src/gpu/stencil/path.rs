@@ -1,58 +1,67 @@
-//! The stencil culling path: its pipelines, maps, target and slots.
+//! The stencil culling path: the paper's, from the maps of an attack and its candidates to counts.
 //!
-//! Source: Masaoka & Oshita, section 5.3: the attack is drawn once into the stencil of each slab; each candidate's body map
-//! is drawn over it, transformed into the attack's frame, and an occlusion query counts the samples that pass. Differs: one query
-//! spans all slabs and slices of a candidate, whose cells lie in one target (`cells.rs`). A second query counts its outer
-//! map, which proves misses, and a third one its evasion map, for the score.
+//! Source: Masaoka & Oshita, section 5.3, in Vulkan where the paper has OpenGL.
+//! ```text
+//! for each pass, which is one for nearly every attack:
+//!     draw the attack's maps into the cleared stencil target                          attack.rs
+//!     for each candidate and part:
+//!         begin an occlusion query
+//!         draw the candidate's maps over them, where the stencil test finds the attack    candidates.rs
+//!         end the query
+//!     copy the counts of all queries to the host
+//! ```
+//! One sample that passes removes the candidate. Limits of the device and of buffers are met by further renderings.
 
 use ash::vk;
 
 use super::{
-    atlas::Atlas,
-    boxes,
-    gathered::{Capacity, Gathered},
-    maps::{Maps, Part},
-    slot::{Slot, SlotDesc},
+    attack::{COVERED, SIDE},
+    candidates::{Gathered, MOST_MAPS, Query, most_queries},
+    maps::{Maps, Part, word_count},
+    rules,
+    screen::Screen,
 };
-use crate::math::parallel::both;
 use crate::{
     gpu::{
-        Context, CullerDesc, GpuError, Memory, MemoryUse,
-        counts::Counts,
+        Context, CullerDesc, GpuError, Memory,
+        barriers::Access,
+        counts::{Counts, CountsDesc, HEADER, record_numbers},
         device_path::{CullRequest, DevicePath},
         drivers,
         error::{Named, within},
         passes::Passes,
-        pipelines::{CANDIDATES, DISCS, Pipeline, PipelineInputs},
-        resources::{Buffer, BufferDesc, DeviceMemory, StencilTarget},
-        uploaded::MapWords,
+        pipelines::{CANDIDATES, Pipeline, PipelineInputs},
+        resources::DeviceMemory,
     },
     query::cull::{CullPath, Overlap},
 };
 
+const GRAPHICS: vk::PipelineBindPoint = vk::PipelineBindPoint::GRAPHICS;
+/// Number of queries of the pool. More queries are divided into several renderings.
+const MOST_QUERIES: u32 = 1 << 12;
+
 /// Counts overlaps with the stencil buffer.
 #[derive(Debug)]
 pub(in crate::gpu) struct StencilPath {
-    pub(super) context: Context,
-    pub(super) parts: Parts,
-    /// Input of each entry of a batch.
-    pub(super) entries: Vec<Gathered>,
-    pub(super) capacity: Capacity,
+    context: Context,
+    screen: Screen,
+    candidates: Pipeline,
     maps: Maps,
+    /// Vulkan executes a reset after earlier commands that use the same queries, so that all slots can share the pool.
+    pool: vk::QueryPool,
+    slots: Vec<Slot>,
+    /// Input of each entry of a batch.
+    entries: Vec<Gathered>,
+    max_candidates: u32,
 }
 
+/// One cull in flight.
 #[derive(Debug, Default)]
-pub(super) struct Parts {
-    pub(super) discs: Pipeline,
-    pub(super) candidates: Pipeline,
-    pub(super) target: StencilTarget,
-    pub(super) atlas: Atlas,
-    /// Index buffer for the maximum number of boxes of a draw.
-    pub(super) indices: Buffer,
-    pub(super) slots: Vec<Slot>,
-    /// Occlusion query pool of all slots. Vulkan executes a reset after earlier commands that use the same queries, so that slots can share
-    /// it.
-    pub(super) pool: vk::QueryPool,
+struct Slot {
+    /// Count of each query.
+    counts: Counts,
+    /// Candidate and part of each query.
+    queries: Vec<(u32, Part)>,
 }
 
 impl StencilPath {
@@ -63,25 +72,15 @@ impl StencilPath {
         desc: &CullerDesc<'_>,
     ) -> Result<Self, GpuError> {
         context.runs(CullPath::Stencil)?;
-        let mut parts = Parts::default();
-        // The maps are packed on another thread while the driver compiles.
-        let (maps, pipelines) = both(
-            || Maps::new(desc.atlas),
-            || parts.make_pipelines(context, desc),
-        );
-        let maps = match pipelines.and(maps) {
-            Ok(maps) => maps,
-            Err(error) => {
-                parts.destroy(context, memory);
-                return Err(error);
-            }
-        };
         let mut path = Self {
             context: context.clone(),
-            parts,
+            screen: Screen::default(),
+            candidates: Pipeline::default(),
+            maps: Maps::default(),
+            pool: vk::QueryPool::null(),
+            slots: Vec::new(),
             entries: vec![Gathered::default()],
-            capacity: Self::capacity(context, desc),
-            maps,
+            max_candidates: desc.max_candidates,
         };
         match path.fill(memory, desc) {
             Ok(()) => Ok(path),
@@ -92,112 +91,145 @@ impl StencilPath {
         }
     }
 
-    /// Capacity of a description, limited to that of the device.
-    fn capacity(context: &Context, desc: &CullerDesc<'_>) -> Capacity {
-        let settings = desc.stencil;
-        let most = context.max_target_side().min(boxes::MOST_SIDE);
-        let boxes = settings.max_boxes;
-        Capacity {
-            candidates: desc.max_candidates,
-            discs: settings.max_discs,
-            boxes,
-            queries: settings.max_queries.min(boxes).max(1),
-            target: settings.target.map(|side| side.clamp(1, most)),
+    fn fill(&mut self, memory: &mut dyn Memory, desc: &CullerDesc<'_>) -> Result<(), GpuError> {
+        let (context, name) = (&self.context, desc.name);
+        let mut device = DeviceMemory { context, memory };
+        self.maps.fill(&mut device, name, desc.atlas)?;
+        self.screen
+            .fill(&mut device, name, SIDE, desc.pipeline_cache)?;
+        let inputs = PipelineInputs {
+            sets: &[self.maps.layout],
+            cache: desc.pipeline_cache,
+            ..PipelineInputs::default()
+        };
+        self.candidates = Pipeline::new(context, &CANDIDATES, &inputs)?;
+        let info = vk::QueryPoolCreateInfo::default()
+            .query_type(vk::QueryType::OCCLUSION)
+            .query_count(MOST_QUERIES);
+        // SAFETY: the context's device is valid.
+        self.pool =
+            unsafe { context.device().create_query_pool(&info, None) }.call("vkCreateQueryPool")?;
+        context.name(self.pool, &format!("{name}: queries"));
+        for slot in 0..desc.frames_in_flight.max(1) {
+            let counts = CountsDesc {
+                name: &format!("{name}: counts {slot}"),
+                words: most_queries(desc.max_candidates),
+                usage: vk::BufferUsageFlags::empty(),
+            };
+            self.slots.push(Slot {
+                counts: Counts::new(&mut device, &counts)?,
+                queries: Vec::new(),
+            });
         }
+        Ok(())
     }
 
     /// Memory of a culler of this description with the staging buffer of the maps, in bytes.
     pub(in crate::gpu) fn bytes(context: &Context, desc: &CullerDesc<'_>) -> Result<u64, GpuError> {
-        let maps = Maps::new(desc.atlas)?;
-        let capacity = Self::capacity(context, desc);
-        let maps = 8 * maps.word_count() as u64;
-        let indices = 2 * boxes::indices().len() as u64;
-        let [columns, rows] = capacity.target.map(u64::from);
+        let maps = 8 * word_count(desc.atlas)? as u64;
         let texel = match context.stencil_format() {
             vk::Format::S8_UINT => 1,
             vk::Format::D24_UNORM_S8_UINT => 4,
             _ => 8,
         };
+        let target = texel * u64::from(SIDE) * u64::from(SIDE);
         let slots = u64::from(desc.frames_in_flight.max(1));
-        Ok(maps + indices + columns * rows * texel + slots * Slot::bytes(&capacity))
+        let counts = HEADER + 4 * most_queries(desc.max_candidates);
+        Ok(maps + target + Screen::INSTANCE_BYTES as u64 + slots * counts)
     }
 
-    fn fill(&mut self, memory: &mut dyn Memory, desc: &CullerDesc<'_>) -> Result<(), GpuError> {
-        let (context, parts, name) = (&self.context, &mut self.parts, desc.name);
-        let atlas = format!("{name}: atlas");
-        let mut device = DeviceMemory { context, memory };
-        let maps = &self.maps;
-        let words = MapWords {
-            read_as: vk::BufferUsageFlags::STORAGE_BUFFER,
-            count: maps.word_count(),
-            write: |out: &mut [u32]| {
-                Maps::write(desc.atlas, out);
-                Ok(())
-            },
-        };
-        parts.atlas.fill(&mut device, &atlas, words)?;
-        let indices = boxes::indices();
-        let bytes: &[u8] = bytemuck::cast_slice(&indices);
-        let of_boxes = BufferDesc {
-            name: &format!("{name}: indices"),
-            size: bytes.len() as u64,
-            usage: vk::BufferUsageFlags::INDEX_BUFFER,
-            memory: MemoryUse::Upload,
-        };
-        parts.indices = device.buffer(of_boxes)?;
-        parts.indices.write(context, 0, bytes)?;
-        let info = vk::QueryPoolCreateInfo::default()
-            .query_type(vk::QueryType::OCCLUSION)
-            .query_count(self.capacity.queries);
-        // SAFETY: the context's device is valid.
-        parts.pool =
-            unsafe { context.device().create_query_pool(&info, None) }.call("vkCreateQueryPool")?;
-        context.name(parts.pool, &format!("{name}: queries"));
-        let target = format!("{name}: attack");
-        parts.target = StencilTarget::new(&mut device, &target, self.capacity.target)?;
-        for slot in 0..desc.frames_in_flight.max(1) {
-            let name = format!("{name}: slot {slot}");
-            let desc = SlotDesc {
-                name: &name,
-                capacity: &self.capacity,
-            };
-            // Stored before it is filled, so that it is freed after a failure.
-            parts.slots.push(Slot::default());
-            if let Some(slot) = parts.slots.last_mut() {
-                slot.fill(&mut device, &desc)?;
+    /// Records one cull.
+    ///
+    /// # Safety
+    /// As for [`Culler::record_batch`](crate::gpu::Culler::record_batch).
+    unsafe fn record_cull(&self, passes: &mut Passes<'_>, gathered: &Gathered, counts: &Counts) {
+        let (context, cmd) = (&self.context, passes.cmd);
+        let mut first = 0;
+        for queries in gathered.queries.chunk_by(|a, b| a.pass == b.pass) {
+            let pass = queries[0].pass;
+            let used = gathered.attack.passes[pass].used;
+            // SAFETY: the caller vouches for `cmd`; all handles are this path's.
+            unsafe {
+                passes.begin(c"sabaki: attack");
+                self.screen
+                    .record_draws(context, cmd, &gathered.draws[pass], used, 0);
+                passes.end();
+                passes.begin(c"sabaki: candidates");
+                let mut rest = queries;
+                while let [start, ..] = rest {
+                    let most = rest.len().min(MOST_QUERIES as usize);
+                    let end = start.maps.start + MOST_MAPS;
+                    let count = rest[..most].partition_point(|query| query.maps.end <= end);
+                    let (some, later) = rest.split_at(count.max(1));
+                    self.record_queries(cmd, gathered, some, used);
+                    self.record_counts(cmd, counts, first, some.len());
+                    first += some.len();
+                    rest = later;
+                }
+                passes.end();
             }
         }
-        Ok(())
     }
-}
 
-impl Parts {
-    /// Creates the pipelines and the layouts of their descriptor sets.
-    fn make_pipelines(&mut self, context: &Context, desc: &CullerDesc<'_>) -> Result<(), GpuError> {
-        let inputs = PipelineInputs {
-            cache: desc.pipeline_cache,
-            ..PipelineInputs::default()
+    /// Records a rendering in which the maps of some queries are drawn over the attack's, each within its query.
+    ///
+    /// # Safety
+    /// As for [`StencilPath::record_cull`]; the queries fit the pool, and their maps the buffer of instances.
+    unsafe fn record_queries(
+        &self,
+        cmd: vk::CommandBuffer,
+        gathered: &Gathered,
+        queries: &[Query],
+        used: [u32; 2],
+    ) {
+        let (context, screen, pool) = (&self.context, &self.screen, self.pool);
+        let device = context.device();
+        let precision = match context.features().precise_queries {
+            true => vk::QueryControlFlags::PRECISE,
+            false => vk::QueryControlFlags::empty(),
         };
-        self.discs = Pipeline::new(context, &DISCS, &inputs)?;
-        self.atlas.make_layout(context)?;
-        let sets = &[self.atlas.layout];
-        let inputs = PipelineInputs { sets, ..inputs };
-        self.candidates = Pipeline::new(context, &CANDIDATES, &inputs)?;
-        Ok(())
+        let start = queries.first().map_or(0, |query| query.maps.start);
+        let end = queries.last().map_or(start, |query| query.maps.end);
+        let maps = &gathered.maps[start as usize..end as usize];
+        let (layout, set) = (self.candidates.layout, [self.maps.set]);
+        // SAFETY: the caller vouches for `cmd` and the number of queries; precise ones are enabled, and all handles are this path's.
+        unsafe {
+            screen.upload(context, cmd, bytemuck::cast_slice(maps));
+            device.cmd_reset_query_pool(cmd, pool, 0, queries.len() as u32);
+            screen.begin(context, cmd, used, None);
+            screen.bind(context, cmd, &self.candidates);
+            device.cmd_bind_descriptor_sets(cmd, GRAPHICS, layout, 0, &set, &[]);
+            rules::over(COVERED).set(context, cmd);
+            for (query, number) in queries.iter().zip(0..) {
+                let count = query.maps.end - query.maps.start;
+                device.cmd_begin_query(cmd, pool, number, precision);
+                device.cmd_draw(cmd, 4, count, 0, query.maps.start - start);
+                device.cmd_end_query(cmd, pool, number);
+            }
+            device.cmd_end_rendering(cmd);
+        }
     }
 
-    /// Frees everything. The device must no longer use it.
-    fn destroy(&mut self, context: &Context, memory: &mut dyn Memory) {
-        for slot in &mut self.slots {
-            slot.destroy(context, memory);
+    /// Records the copy of the counts of a rendering, behind `first` counts of the cull.
+    ///
+    /// # Safety
+    /// As for [`StencilPath::record_cull`]; the counts have a word for each query.
+    unsafe fn record_counts(
+        &self,
+        cmd: vk::CommandBuffer,
+        counts: &Counts,
+        first: usize,
+        queries: usize,
+    ) {
+        let buffer = counts.buffer.handle;
+        let offset = HEADER + 4 * first as u64;
+        let flags = vk::QueryResultFlags::WAIT;
+        // SAFETY: the caller vouches for `cmd` and the counts.
+        unsafe {
+            let (device, queries) = (self.context.device(), queries as u32);
+            device
+                .cmd_copy_query_pool_results(cmd, self.pool, 0, queries, buffer, offset, 4, flags);
         }
-        // SAFETY: the handle is null or was made from this device, which the caller says is done with it.
-        unsafe { context.device().destroy_query_pool(self.pool, None) };
-        self.target.destroy(context, memory);
-        self.candidates.destroy(context);
-        self.discs.destroy(context);
-        self.indices.destroy(context, memory);
-        self.atlas.destroy(context, memory);
     }
 }
 
@@ -206,7 +238,7 @@ impl DevicePath for StencilPath {
         if self.entries.len() <= entry {
             self.entries.resize_with(entry + 1, Gathered::default);
         }
-        self.entries[entry].fill(request, &self.maps, &self.capacity)?;
+        self.entries[entry].fill(request, &self.maps, self.max_candidates)?;
         let entries = self.entries[..=entry].iter();
         let queries = entries.map(|one| one.queries.len() as u64).sum();
         let most = drivers::most_queries(self.context.driver());
@@ -214,35 +246,40 @@ impl DevicePath for StencilPath {
     }
 
     fn write(&mut self, entry: usize, slot: usize) -> Result<(), GpuError> {
-        let gathered = &self.entries[entry];
-        let slot = &mut self.parts.slots[slot];
-        slot.note_queries(&gathered.queries);
-        let discs = bytemuck::cast_slice(&gathered.cells.discs);
-        slot.discs.write(&self.context, 0, discs)?;
-        let corners = bytemuck::cast_slice(&gathered.corners);
-        slot.corners.write(&self.context, 0, corners)
+        // All else is part of the commands.
+        let queries = self.entries[entry].queries.iter();
+        let slot = &mut self.slots[slot];
+        slot.queries.clear();
+        let numbers = queries.map(|query| (query.candidate, query.part));
+        slot.queries.extend(numbers);
+        Ok(())
     }
 
     unsafe fn record(&self, passes: &mut Passes<'_>, slots: &[usize]) {
+        let counts = || slots.iter().map(|&slot| &self.slots[slot].counts);
         // SAFETY: the caller vouches for the command buffer and the slots.
-        unsafe { self.record_commands(passes, slots) };
+        unsafe {
+            for (gathered, counts) in self.entries.iter().zip(counts()) {
+                self.record_cull(passes, gathered, counts);
+            }
+            record_numbers(passes, Access::TRANSFER_WRITE, counts());
+        }
     }
 
     fn counts(&self, slot: usize) -> &Counts {
-        &self.parts.slots[slot].counts
+        &self.slots[slot].counts
     }
 
     fn counts_mut(&mut self, slot: usize) -> &mut Counts {
-        &mut self.parts.slots[slot].counts
+        &mut self.slots[slot].counts
     }
 
     fn words(&self, slot: usize) -> usize {
-        self.parts.slots[slot].queries.len()
+        self.slots[slot].queries.len()
     }
 
     fn add(&self, slot: usize, words: &mut dyn Iterator<Item = u32>, overlaps: &mut [Overlap]) {
-        let queries = &self.parts.slots[slot].queries;
-        for (&(candidate, part), count) in queries.iter().zip(words) {
+        for (&(candidate, part), count) in self.slots[slot].queries.iter().zip(words) {
             let overlap = &mut overlaps[candidate as usize];
             let sum = match part {
                 Part::Body => &mut overlap.body,
@@ -255,14 +292,22 @@ impl DevicePath for StencilPath {
 
     unsafe fn record_upload(&self, cmd: vk::CommandBuffer) {
         // SAFETY: the caller vouches for `cmd` and staging.
-        unsafe { self.parts.atlas.record_upload(&self.context, cmd) };
+        unsafe { self.maps.record_upload(&self.context, cmd) };
     }
 
     fn release_staging(&mut self, memory: &mut dyn Memory) {
-        self.parts.atlas.release_staging(&self.context, memory);
+        self.maps.release_staging(&self.context, memory);
     }
 
     fn destroy(&mut self, memory: &mut dyn Memory) {
-        self.parts.destroy(&self.context, memory);
+        let context = &self.context;
+        for slot in &mut self.slots {
+            slot.counts.destroy(context, memory);
+        }
+        // SAFETY: the handle is null or was made from this device, which the caller says is done with it.
+        unsafe { context.device().destroy_query_pool(self.pool, None) };
+        self.candidates.destroy(context);
+        self.screen.destroy(context, memory);
+        self.maps.destroy(context, memory);
     }
 }

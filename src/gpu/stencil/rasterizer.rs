@@ -1,25 +1,22 @@
-//! Maps drawn by the device. CPU twin: `src/maps/raster.rs`.
+//! Draws body, evasion and attack maps on the device, and reads them back. CPU twin: `src/maps/regions/raster.rs`.
 //!
-//! Source: Masaoka & Oshita, section 4.3; `rules.rs` has the stencil rules.
+//! Source: Masaoka & Oshita, section 4.3: for each evasion and attack, its maps are drawn with the stencil buffer and kept as textures.
+//! [`rules`] has the order of the draws. Differs: many maps are drawn at once, side by side.
 
 use ash::vk;
 
 use super::{
-    batch::Batch,
-    drawing::{self, Rendering},
-    packing::{self, BatchLimits},
-    rules::{self, Passes},
+    rules::{self, Draws},
+    screen::{Place, Screen, Shelves},
 };
 use crate::{
     gpu::{
         Context, GpuError, Memory, MemoryUse,
-        barriers::{self, Access, MemoryBarrier, StencilBarrier},
+        barriers::{self, Access},
         error::within,
-        pipelines::{DISCS, Pipeline, PipelineInputs, RECTS},
-        resources::{Buffer, BufferDesc, DeviceMemory, StencilTarget},
-        shader_table::{PlacedDisc, TargetSide},
+        resources::{Buffer, BufferDesc, DeviceMemory},
     },
-    maps::Drawing,
+    maps::{BitMap, Drawing, EvasionMaps, MapRect},
     query::cull::CullPath,
 };
 
@@ -30,8 +27,6 @@ pub struct RasterizerDesc<'a> {
     pub name: &'a str,
     /// Side of the target that maps are packed into, in texels. It is the maximum side of a map. Default 1,024.
     pub side: u32,
-    /// Maximum number of discs of a batch, and so of a drawing. Default 262,144 (10 MiB, because the first frame's discs are drawn twice).
-    pub max_discs: u32,
     /// Cache that pipelines are created with. Default: none.
     pub pipeline_cache: vk::PipelineCache,
 }
@@ -41,7 +36,6 @@ impl Default for RasterizerDesc<'_> {
         Self {
             name: "rasterizer",
             side: 1024,
-            max_discs: 1 << 18,
             pipeline_cache: vk::PipelineCache::null(),
         }
     }
@@ -54,6 +48,15 @@ pub enum MapKind {
     EveryFrame,
     /// Attack maps: [`raster::any_frame`](crate::maps::raster::any_frame).
     AnyFrame,
+}
+
+/// Drawings that are drawn into the target together.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Batch {
+    /// Index and position in the target of each drawing.
+    pub(super) members: Vec<(usize, Place)>,
+    /// Number of used columns and rows of the target.
+    used: [u32; 2],
 }
 
 /// Maps that are drawn together.
@@ -73,20 +76,13 @@ pub struct BatchMaps<'a> {
 /// target. Record a batch only after the previous one has been read.
 #[derive(Debug)]
 pub struct Rasterizer {
-    pub(super) context: Context,
-    pub(super) parts: Parts,
-    limits: BatchLimits,
-    scratch: Passes,
-}
-
-#[derive(Debug, Default)]
-pub(super) struct Parts {
-    discs: Pipeline,
-    rects: Pipeline,
-    target: StencilTarget,
-    instances: Buffer,
-    pub(super) texels: Buffer,
-    live: bool,
+    context: Context,
+    screen: Screen,
+    /// Stencil values of the last batch, one byte for each texel.
+    texels: Buffer,
+    side: u32,
+    draws: Draws,
+    is_live: bool,
 }
 
 impl Rasterizer {
@@ -102,20 +98,15 @@ impl Rasterizer {
     ) -> Result<Self, GpuError> {
         context.runs(CullPath::Stencil)?;
         let side = desc.side.max(1);
-        within(
-            "side of a stencil target",
-            side.into(),
-            context.max_target_side().min(u16::MAX.into()).into(),
-        )?;
+        let most = context.max_target_side().min(u16::MAX.into());
+        within("side of a stencil target", side.into(), most.into())?;
         let mut rasterizer = Self {
             context: context.clone(),
-            parts: Parts::default(),
-            limits: BatchLimits {
-                side,
-                // Each drawing's first frame is drawn twice, and whole maps are instances too.
-                instances: desc.max_discs.saturating_mul(2).saturating_add(64),
-            },
-            scratch: Passes::default(),
+            screen: Screen::default(),
+            texels: Buffer::default(),
+            side,
+            draws: Draws::default(),
+            is_live: true,
         };
         match rasterizer.fill(memory, desc) {
             Ok(()) => Ok(rasterizer),
@@ -127,45 +118,66 @@ impl Rasterizer {
     }
 
     fn fill(&mut self, memory: &mut dyn Memory, desc: &RasterizerDesc<'_>) -> Result<(), GpuError> {
-        let (context, parts, name) = (&self.context, &mut self.parts, desc.name);
-        let inputs = PipelineInputs {
-            cache: desc.pipeline_cache,
-            ..PipelineInputs::default()
-        };
+        let context = &self.context;
         let mut device = DeviceMemory { context, memory };
-        parts.live = true;
-        parts.discs = Pipeline::new(context, &DISCS, &inputs)?;
-        parts.rects = Pipeline::new(context, &RECTS, &inputs)?;
-        let side = self.limits.side;
-        let target = format!("{name}: target");
-        parts.target = StencilTarget::new(&mut device, &target, [side, side])?;
-        parts.instances = device.buffer(BufferDesc {
-            name: &format!("{name}: discs"),
-            size: u64::from(self.limits.instances) * size_of::<PlacedDisc>() as u64,
-            usage: vk::BufferUsageFlags::VERTEX_BUFFER,
-            memory: MemoryUse::Upload,
-        })?;
-        parts.texels = device.buffer(BufferDesc {
-            name: &format!("{name}: texels"),
-            size: u64::from(side) * u64::from(side),
+        self.screen
+            .fill(&mut device, desc.name, self.side, desc.pipeline_cache)?;
+        self.texels = device.buffer(BufferDesc {
+            name: &format!("{}: texels", desc.name),
+            size: u64::from(self.side) * u64::from(self.side),
             usage: vk::BufferUsageFlags::TRANSFER_DST,
             memory: MemoryUse::Readback,
         })?;
         Ok(())
     }
 
-    /// Distributes drawings to batches that fit the target.
+    /// Distributes drawings to batches that fit the target. Drawings without texels or without frames are in no batch; their maps are
+    /// empty.
     ///
     /// # Errors
-    /// [`GpuError::Limit`] if a drawing is too large for a batch, [`GpuError::FrameEnds`] if its frame ends are wrong.
+    /// [`GpuError::Limit`] if a drawing is larger than the target, [`GpuError::FrameEnds`] if its frame ends are wrong.
     pub fn plan(&self, drawings: &[Drawing]) -> Result<Vec<Batch>, GpuError> {
-        packing::plan(drawings, self.limits)
+        let mut order = Vec::with_capacity(drawings.len());
+        for (index, drawing) in drawings.iter().enumerate() {
+            let ends = &drawing.frame_ends;
+            if !ends.is_sorted()
+                || ends.last().map_or(0, |&end| end as usize) != drawing.discs.len()
+            {
+                return Err(GpuError::FrameEnds { drawing: index });
+            }
+            let longest = drawing.rect.width.max(drawing.rect.height);
+            if drawing.rect.is_empty() || drawing.frames() == 0 {
+                continue;
+            }
+            within("side of a map", longest.into(), self.side.into())?;
+            order.push(index);
+        }
+        // Maps of similar height share shelves.
+        order.sort_by_key(|&index| std::cmp::Reverse(drawings[index].rect.height));
+        let mut batches: Vec<Batch> = Vec::new();
+        let mut shelves = Shelves::default();
+        for index in order {
+            let rect = drawings[index].rect;
+            let place = match shelves.place(rect, [self.side; 2]) {
+                Some(place) if !batches.is_empty() => place,
+                _ => {
+                    batches.push(Batch::default());
+                    shelves.first(rect)
+                }
+            };
+            if let Some(batch) = batches.last_mut() {
+                batch.members.push((index, place));
+                batch.used[0] = batch.used[0].max(place.x + rect.width);
+                batch.used[1] = batch.used[1].max(place.y + rect.height);
+            }
+        }
+        Ok(batches)
     }
 
     /// Records the drawing of a batch, and the copy of its texels to memory that the host reads.
     ///
     /// # Errors
-    /// [`GpuError::Limit`] if the batch was planned for other drawings; the error of a flush.
+    /// None at present.
     ///
     /// # Safety
     /// `cmd` is being recorded, outside of rendering, for a queue of the context's family. Commands that were recorded before with this
@@ -181,80 +193,10 @@ impl Rasterizer {
             kind,
         } = maps;
         match kind {
-            MapKind::EveryFrame => rules::every_frame(drawings, batch, &mut self.scratch),
-            MapKind::AnyFrame => rules::any_frame(drawings, batch, &mut self.scratch),
+            MapKind::EveryFrame => rules::body_and_evasion(drawings, batch, &mut self.draws),
+            MapKind::AnyFrame => rules::attack(drawings, batch, &mut self.draws),
         }
-        let bytes = bytemuck::cast_slice(&self.scratch.instances);
-        self.parts.instances.write(&self.context, 0, bytes)?;
-        let (context, image) = (&self.context, self.parts.target.image);
-        // SAFETY: the caller vouches for `cmd`; the target is this rasterizer's and not in use.
-        unsafe {
-            context.begin_label(cmd, c"sabaki: maps");
-            let barrier = StencilBarrier::before_drawing(image, true);
-            barriers::stencil_image(context, cmd, barrier);
-            self.record_passes(cmd, batch);
-            context.end_label(cmd);
-            context.begin_label(cmd, c"sabaki: maps to the host");
-            let barrier = StencilBarrier {
-                image,
-                before: Access::STENCIL,
-                after: Access::COPY_READ,
-                discards: false,
-            };
-            barriers::stencil_image(context, cmd, barrier);
-            self.record_copy(cmd, batch);
-            barriers::memory(
-                context,
-                cmd,
-                MemoryBarrier::new(Access::TRANSFER_WRITE, Access::HOST_READ),
-            );
-            context.end_label(cmd);
-        }
-        Ok(())
-    }
-
-    /// # Safety
-    /// As for [`Rasterizer::record`], and the target is in the layout of a stencil attachment.
-    unsafe fn record_passes(&self, cmd: vk::CommandBuffer, batch: &Batch) {
-        let (context, parts) = (&self.context, &self.parts);
-        let device = context.device();
-        let side = TargetSide {
-            side: parts.target.side,
-        };
-        // SAFETY: the caller vouches for `cmd`; all handles are this rasterizer's.
-        unsafe {
-            let rendering = Rendering {
-                target: &parts.target,
-                used: batch.used,
-                clear: Some(rules::START),
-                stored: true,
-            };
-            drawing::begin(context, cmd, rendering);
-            device.cmd_bind_vertex_buffers(cmd, 0, &[parts.instances.handle], &[0]);
-            let mut bound = None;
-            for pass in &self.scratch.passes {
-                if bound != Some(pass.whole_maps) {
-                    let pipeline = if pass.whole_maps {
-                        &parts.rects
-                    } else {
-                        &parts.discs
-                    };
-                    let graphics = vk::PipelineBindPoint::GRAPHICS;
-                    device.cmd_bind_pipeline(cmd, graphics, pipeline.handle);
-                    pipeline.push(context, cmd, &side);
-                    bound = Some(pass.whole_maps);
-                }
-                pass.rule.set(context, cmd);
-                let count = pass.instances.end - pass.instances.start;
-                device.cmd_draw(cmd, 4, count, 0, pass.instances.start);
-            }
-            device.cmd_end_rendering(cmd);
-        }
-    }
-
-    /// # Safety
-    /// As for [`Rasterizer::record`], and the target is in the layout of a copy's source.
-    unsafe fn record_copy(&self, cmd: vk::CommandBuffer, batch: &Batch) {
+        let (context, image) = (&self.context, self.screen.target.image);
         let [width, height] = batch.used;
         let region = [vk::BufferImageCopy::default()
             .image_subresource(
@@ -267,16 +209,86 @@ impl Rasterizer {
                 height,
                 depth: 1,
             })];
-        // SAFETY: the caller vouches for `cmd` and the layout; the buffer has a byte for every texel of the target.
+        // SAFETY: the caller vouches for `cmd`; the target is this rasterizer's and not in use. The buffer has a byte for every texel.
         unsafe {
-            self.context.device().cmd_copy_image_to_buffer(
+            context.begin_label(cmd, c"sabaki: maps");
+            self.screen
+                .record_draws(context, cmd, &self.draws, batch.used, rules::START);
+            context.end_label(cmd);
+            context.begin_label(cmd, c"sabaki: maps to the host");
+            let (drawn, copied) = (Access::STENCIL, Access::COPY_READ);
+            barriers::stencil_image(context, cmd, image, drawn, copied, false);
+            context.device().cmd_copy_image_to_buffer(
                 cmd,
-                self.parts.target.image,
+                image,
                 vk::ImageLayout::TRANSFER_SRC_OPTIMAL,
-                self.parts.texels.handle,
+                self.texels.handle,
                 &region,
             );
+            barriers::memory(context, cmd, Access::TRANSFER_WRITE, Access::HOST_READ);
+            context.end_label(cmd);
         }
+        Ok(())
+    }
+
+    /// Reads the maps of a batch recorded with [`MapKind::EveryFrame`] into `maps`, by the positions of the drawings.
+    ///
+    /// # Errors
+    /// The error of an invalidate.
+    ///
+    /// # Safety
+    /// This batch was recorded last, and it has finished on the device.
+    pub unsafe fn read_every_frame(
+        &self,
+        drawings: &[Drawing],
+        batch: &Batch,
+        maps: &mut [EvasionMaps],
+    ) -> Result<(), GpuError> {
+        // SAFETY: the caller says that the device has finished.
+        let texels = unsafe { self.read(batch) }?;
+        for &(index, place) in &batch.members {
+            let rect = drawings[index].rect;
+            let map = |wanted| to_map(texels, batch.used[0], place, rect, wanted);
+            maps[index] = EvasionMaps {
+                body: map(|value| value > rules::EVASION),
+                evasion: map(|value| value == rules::EVASION),
+            };
+        }
+        Ok(())
+    }
+
+    /// Reads the maps of a batch recorded with [`MapKind::AnyFrame`] into `maps`, by the positions of the drawings.
+    ///
+    /// # Errors
+    /// The error of an invalidate.
+    ///
+    /// # Safety
+    /// This batch was recorded last, and it has finished on the device.
+    pub unsafe fn read_any_frame(
+        &self,
+        drawings: &[Drawing],
+        batch: &Batch,
+        maps: &mut [BitMap],
+    ) -> Result<(), GpuError> {
+        // SAFETY: the caller says that the device has finished.
+        let texels = unsafe { self.read(batch) }?;
+        for &(index, place) in &batch.members {
+            let is_drawn = |value| u32::from(value) > rules::START;
+            let rect = drawings[index].rect;
+            maps[index] = to_map(texels, batch.used[0], place, rect, is_drawn);
+        }
+        Ok(())
+    }
+
+    /// Stencil values of the part of the target that a batch used.
+    ///
+    /// # Safety
+    /// The device has finished.
+    unsafe fn read(&self, batch: &Batch) -> Result<&[u8], GpuError> {
+        self.texels.invalidate(&self.context)?;
+        let [width, height] = batch.used.map(u64::from);
+        // SAFETY: the caller says that nothing is being written.
+        unsafe { self.texels.bytes(width * height) }
     }
 
     /// Frees everything. No recorded batch may be in flight.
@@ -285,20 +297,37 @@ impl Rasterizer {
     }
 
     fn free(&mut self, memory: &mut dyn Memory) {
-        let (context, parts) = (&self.context, &mut self.parts);
-        parts.texels.destroy(context, memory);
-        parts.instances.destroy(context, memory);
-        parts.target.destroy(context, memory);
-        parts.rects.destroy(context);
-        parts.discs.destroy(context);
-        parts.live = false;
+        self.texels.destroy(&self.context, memory);
+        self.screen.destroy(&self.context, memory);
+        self.is_live = false;
     }
 }
 
 impl Drop for Rasterizer {
     fn drop(&mut self) {
-        if self.parts.live {
+        if self.is_live {
             tracing::error!("a Rasterizer was dropped without destroy: its Vulkan objects leak");
         }
     }
+}
+
+/// The map of the texels at a place of the target whose stencil value is `wanted`.
+fn to_map(
+    texels: &[u8],
+    columns: u32,
+    place: Place,
+    rect: MapRect,
+    wanted: fn(u8) -> bool,
+) -> BitMap {
+    let mut map = BitMap::new(rect);
+    for row in 0..rect.height {
+        let start = ((place.y + row) * columns + place.x) as usize;
+        let values = &texels[start..start + rect.width as usize];
+        for (&value, column) in values.iter().zip(0..) {
+            if wanted(value) {
+                map.set(column, row as i32);
+            }
+        }
+    }
+    map
 }

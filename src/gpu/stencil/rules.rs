@@ -1,15 +1,20 @@
-//! The stencil passes that draw maps, as data: instances and stencil rules.
+//! The stencil rules that draw body, evasion and attack maps, as data: draws and their instances.
 //!
-//! Source: Masaoka & Oshita, section 4.3: frame i is drawn with EQUAL i and INCR, so that only texels that every earlier frame
-//! covered are incremented, and two discs of one frame count once. Differs: counting starts at 1, because 0 marks texels that a frame did
-//! not cover, and before a stencil value overflows the count restarts at 1.
-//! CPU twin: `every_frame` and `any_frame` in `src/maps/raster.rs`.
+//! Source: Masaoka & Oshita, section 4.3.
+//! - **Body map**, the texels that the body covers all the time: frame i is drawn with EQUAL i and INCR, so that only texels that every
+//!   earlier frame covered count up, and two discs of one frame count once.
+//! - **Evasion map**, the texels that the body covers at the start but not all the time: the first frame is drawn once more, where the body
+//!   map is not.
+//! - **Attack map**, the texels that the attack covers at any time: all discs are drawn with REPLACE.
+//!
+//! Differs: counting starts at 1, because 0 marks texels that a frame did not cover, and before a stencil value overflows the count
+//! restarts at 1. CPU twin: `every_frame` and `any_frame` in `src/maps/regions/raster.rs`.
 
 use std::ops::Range;
 
 use ash::vk::{CompareOp, StencilOp};
 
-use super::batch::Batch;
+use super::{rasterizer::Batch, screen::Place};
 use crate::{
     gpu::{pipelines::StencilRule, shader_table::PlacedDisc},
     maps::Drawing,
@@ -18,113 +23,101 @@ use crate::{
 /// Highest stencil value.
 const HIGHEST: u32 = 255;
 /// Initial count, to which the target is cleared.
-pub(crate) const START: u32 = 1;
-/// Number of frames until the count restarts.
-pub(crate) const FRAMES_BETWEEN_RESTARTS: usize = (HIGHEST - START) as usize;
-/// Value of texels of the evasion map after [`every_frame`]. Texels of the body map have higher values.
-pub(crate) const EVASION: u8 = 1;
+pub(super) const START: u32 = 1;
+/// Value of texels of the evasion map after [`body_and_evasion`]. Texels of the body map have higher values.
+pub(super) const EVASION: u8 = 1;
+
+/// What the instances of a draw are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Shape {
+    Discs,
+    WholeMaps,
+}
 
 /// One draw.
 #[derive(Clone, Debug)]
-pub(crate) struct Pass {
-    /// Whether the instances are whole maps instead of discs.
-    pub(crate) whole_maps: bool,
-    pub(crate) rule: StencilRule,
-    pub(crate) instances: Range<u32>,
+pub(super) struct Draw {
+    pub(super) shape: Shape,
+    pub(super) rule: StencilRule,
+    pub(super) instances: Range<u32>,
 }
 
-/// Draws of a batch and their instances.
+/// Draws and their instances. The memory is reused.
 #[derive(Debug, Default)]
-pub(crate) struct Passes {
-    pub(crate) passes: Vec<Pass>,
-    pub(crate) instances: Vec<PlacedDisc>,
+pub(super) struct Draws {
+    pub(super) draws: Vec<Draw>,
+    pub(super) instances: Vec<PlacedDisc>,
 }
 
-/// Computes the passes after which texels are 0, [`EVASION`], or higher (body).
-pub(crate) fn every_frame(drawings: &[Drawing], batch: &Batch, out: &mut Passes) {
+/// Draws body and evasion maps. Texels are then 0, [`EVASION`], or higher (body).
+pub(super) fn body_and_evasion(drawings: &[Drawing], batch: &Batch, out: &mut Draws) {
     out.clear();
-    let longest = batch
-        .members
-        .iter()
-        .map(|&(index, _)| drawings[index].frames())
-        .max()
-        .unwrap_or(0);
+    let members = || {
+        let members = batch.members.iter();
+        members.map(|&(index, place)| (&drawings[index], place))
+    };
+    let longest = members().map(|(drawing, _)| drawing.frames()).max();
     let mut count = START;
-    for frame in 0..longest {
+    for frame in 0..longest.unwrap_or(0) {
         if count == HIGHEST {
-            out.whole_maps(drawings, batch, |frames| frames > frame);
-            out.pass_last(true, keep_only(HIGHEST));
-            out.repeat(restart());
+            out.whole_maps(members().filter(|(drawing, _)| drawing.frames() > frame));
+            out.draw(Shape::WholeMaps, keep_only(HIGHEST));
+            out.whole_maps(members().filter(|(drawing, _)| drawing.frames() > frame));
+            out.draw(Shape::WholeMaps, restart());
             count = START;
         }
-        out.discs(drawings, batch, frame);
-        out.pass_last(false, count_up(count));
+        out.discs(members(), frame);
+        out.draw(Shape::Discs, count_up(count));
         count += 1;
-        out.whole_maps(drawings, batch, |frames| frames == frame + 1);
-        out.pass_last(true, keep_only(count));
+        out.whole_maps(members().filter(|(drawing, _)| drawing.frames() == frame + 1));
+        out.draw(Shape::WholeMaps, keep_only(count));
     }
-    out.discs(drawings, batch, 0);
-    out.pass_last(false, mark_evasion());
+    out.discs(members(), 0);
+    out.draw(Shape::Discs, mark_evasion());
 }
 
-/// Computes the passes after which texels are [`START`], or 2 where a disc was drawn.
-pub(crate) fn any_frame(drawings: &[Drawing], batch: &Batch, out: &mut Passes) {
+/// Draws attack maps. Texels are then [`START`], or 2 where a disc was drawn.
+pub(super) fn attack(drawings: &[Drawing], batch: &Batch, out: &mut Draws) {
     out.clear();
-    for &(index, cell) in &batch.members {
-        let drawing = &drawings[index];
-        let placed = drawing
-            .discs
-            .iter()
-            .map(|&disc| cell.place(disc, drawing.rect));
+    for &(index, place) in &batch.members {
+        let Drawing { discs, rect, .. } = &drawings[index];
+        let placed = discs.iter().map(|&disc| place.disc(disc, *rect));
         out.instances.extend(placed);
     }
-    out.pass_last(false, draw(START + 1));
+    out.draw(Shape::Discs, replace(START + 1));
 }
 
-impl Passes {
-    fn clear(&mut self) {
-        self.passes.clear();
+impl Draws {
+    pub(super) fn clear(&mut self) {
+        self.draws.clear();
         self.instances.clear();
     }
 
-    fn discs(&mut self, drawings: &[Drawing], batch: &Batch, frame: usize) {
-        for &(index, cell) in &batch.members {
-            let drawing = &drawings[index];
-            if frame < drawing.frames() {
-                let discs = drawing.frame(frame).iter();
-                self.instances
-                    .extend(discs.map(|&disc| cell.place(disc, drawing.rect)));
-            }
+    /// Adds the discs of a frame.
+    fn discs<'a>(&mut self, members: impl Iterator<Item = (&'a Drawing, Place)>, frame: usize) {
+        for (drawing, place) in members.filter(|(drawing, _)| frame < drawing.frames()) {
+            let discs = drawing.frame(frame).iter();
+            let placed = discs.map(|&disc| place.disc(disc, drawing.rect));
+            self.instances.extend(placed);
         }
     }
 
-    fn whole_maps(&mut self, drawings: &[Drawing], batch: &Batch, wanted: impl Fn(usize) -> bool) {
-        for &(index, cell) in &batch.members {
-            let drawing = &drawings[index];
-            if wanted(drawing.frames()) {
-                self.instances.push(cell.whole(drawing.rect));
-            }
-        }
+    /// Adds whole maps.
+    fn whole_maps<'a>(&mut self, members: impl Iterator<Item = (&'a Drawing, Place)>) {
+        let placed = members.map(|(drawing, place)| place.whole(drawing.rect));
+        self.instances.extend(placed);
     }
 
-    /// Adds a pass over the instances since the last pass.
-    fn pass_last(&mut self, whole_maps: bool, rule: StencilRule) {
-        let start = self.passes.last().map_or(0, |pass| pass.instances.end);
+    /// Adds a draw of the instances since the last draw.
+    pub(super) fn draw(&mut self, shape: Shape, rule: StencilRule) {
+        let start = self.draws.last().map_or(0, |draw| draw.instances.end);
         let instances = start..self.instances.len() as u32;
         if !instances.is_empty() {
-            self.passes.push(Pass {
-                whole_maps,
+            self.draws.push(Draw {
+                shape,
                 rule,
                 instances,
             });
-        }
-    }
-
-    /// Adds a pass over the instances of the last pass with another rule.
-    fn repeat(&mut self, rule: StencilRule) {
-        if let Some(mut pass) = self.passes.last().cloned() {
-            pass.rule = rule;
-            self.passes.push(pass);
         }
     }
 }
@@ -138,15 +131,26 @@ const ALL: StencilRule = StencilRule {
     write: HIGHEST,
 };
 
-/// Rule that writes a value where a disc covers.
-pub(crate) const fn draw(value: u32) -> StencilRule {
+/// Rule that writes a value where a disc covers: an attack map.
+pub(super) const fn replace(value: u32) -> StencilRule {
     StencilRule {
         reference: value,
         ..ALL
     }
 }
 
-/// Rule that increments texels that all earlier frames covered.
+/// Rule that passes where the attack map has a value, and writes nothing.
+pub(super) const fn over(value: u32) -> StencilRule {
+    StencilRule {
+        compare: CompareOp::EQUAL,
+        pass: StencilOp::KEEP,
+        reference: value,
+        write: 0,
+        ..ALL
+    }
+}
+
+/// Rule that increments texels that all earlier frames covered: a body map.
 const fn count_up(count: u32) -> StencilRule {
     StencilRule {
         compare: CompareOp::EQUAL,
@@ -178,7 +182,7 @@ const fn restart() -> StencilRule {
     }
 }
 
-/// Rule for the first frame's discs outside the body map, where the value is 0 or has just become 1.
+/// Rule for the first frame's discs outside the body map, where the value is 0 or has just become 1: an evasion map.
 const fn mark_evasion() -> StencilRule {
     StencilRule {
         compare: CompareOp::GREATER_OR_EQUAL,

@@ -1,0 +1,282 @@
+//! The virtual screen: a stencil target in which maps are drawn side by side.
+//!
+//! Source: Masaoka & Oshita, sections 4.3 and 5.3: maps are drawn on a virtual screen on the GPU, which is a stencil buffer.
+//! Differs: one target holds many maps, so that one rendering draws all of them. They are packed on shelves (next fit; Coffman, Garey,
+//! Johnson & Tarjan, "Performance bounds for level-oriented two-dimensional packing algorithms", 1980).
+
+use ash::vk;
+
+use super::rules::{Draw, Draws, Shape};
+use crate::{
+    gpu::{
+        Context, GpuError, Memory, MemoryUse,
+        barriers::{self, Access},
+        pipelines::{DISCS, Pipeline, PipelineInputs, RECTS},
+        resources::{Buffer, BufferDesc, DeviceMemory, StencilTarget},
+        shader_table::{PlacedDisc, TargetSide},
+    },
+    maps::{Disc, MapRect},
+};
+
+/// Position of a map in a target: its first texel.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) struct Place {
+    pub(super) x: u32,
+    pub(super) y: u32,
+}
+
+impl Place {
+    /// First and end texel in the target of a map of a size. The sides of targets are below 2¹⁶.
+    pub(super) fn clip(self, rect: MapRect) -> [u16; 4] {
+        [self.x, self.y, self.x + rect.width, self.y + rect.height].map(|texel| texel as u16)
+    }
+
+    /// Instance of a disc of a map.
+    pub(super) fn disc(self, disc: Disc, rect: MapRect) -> PlacedDisc {
+        let Disc { x, z, radius } = disc.relative_to(-(self.x as i32), -(self.y as i32));
+        PlacedDisc {
+            disc: [x, z, radius],
+            clip: self.clip(rect),
+        }
+    }
+
+    /// Instance of a whole map.
+    pub(super) fn whole(self, rect: MapRect) -> PlacedDisc {
+        PlacedDisc {
+            disc: [0; 3],
+            clip: self.clip(rect),
+        }
+    }
+}
+
+/// The open shelf of a target: its end, its lower edge and its height, in texels.
+#[derive(Debug, Default)]
+pub(super) struct Shelves {
+    x: u32,
+    y: u32,
+    height: u32,
+}
+
+impl Shelves {
+    /// Position for a map, or `None` if it does not fit the rest of a target of these columns and rows.
+    pub(super) fn place(&mut self, rect: MapRect, sides: [u32; 2]) -> Option<Place> {
+        if self.x + rect.width > sides[0] {
+            (self.x, self.y, self.height) = (0, self.y + self.height, 0);
+        }
+        if self.y + rect.height > sides[1] {
+            return None;
+        }
+        let place = Place {
+            x: self.x,
+            y: self.y,
+        };
+        self.x += rect.width;
+        self.height = self.height.max(rect.height);
+        Some(place)
+    }
+
+    /// Starts an empty target with a map.
+    pub(super) fn first(&mut self, rect: MapRect) -> Place {
+        *self = Self {
+            x: rect.width,
+            y: 0,
+            height: rect.height,
+        };
+        Place::default()
+    }
+}
+
+/// The stencil target, and what draws discs into it. Default: null handles.
+#[derive(Debug, Default)]
+pub(super) struct Screen {
+    pub(super) target: StencilTarget,
+    discs: Pipeline,
+    rects: Pipeline,
+    /// Instances of one rendering. Each rendering fills it again, so that their number is not limited.
+    pub(super) instances: Buffer,
+}
+
+impl Screen {
+    /// Size of the buffer of instances.
+    pub(super) const INSTANCE_BYTES: usize = 1 << 20;
+
+    /// Fills a default screen. After a failure, [`Screen::destroy`] frees what was created.
+    pub(super) fn fill(
+        &mut self,
+        device: &mut DeviceMemory<'_>,
+        name: &str,
+        side: u32,
+        cache: vk::PipelineCache,
+    ) -> Result<(), GpuError> {
+        let inputs = PipelineInputs {
+            cache,
+            ..PipelineInputs::default()
+        };
+        self.discs = Pipeline::new(device.context, &DISCS, &inputs)?;
+        self.rects = Pipeline::new(device.context, &RECTS, &inputs)?;
+        self.target = StencilTarget::new(device, &format!("{name}: target"), [side; 2])?;
+        self.instances = device.buffer(BufferDesc {
+            name: &format!("{name}: instances"),
+            size: Self::INSTANCE_BYTES as u64,
+            usage: vk::BufferUsageFlags::VERTEX_BUFFER | vk::BufferUsageFlags::TRANSFER_DST,
+            memory: MemoryUse::Device,
+        })?;
+        Ok(())
+    }
+
+    /// Records the copy of instances to the buffer, by way of the command buffer.
+    ///
+    /// # Safety
+    /// `cmd` is being recorded outside of rendering, for the context's device. The instances fit the buffer.
+    pub(super) unsafe fn upload(&self, context: &Context, cmd: vk::CommandBuffer, bytes: &[u8]) {
+        /// Maximum size of an update (`vkCmdUpdateBuffer`).
+        const UPDATE: usize = 65_536;
+        let (read, written) = (Access::VERTEX_READ, Access::TRANSFER_WRITE);
+        // SAFETY: the caller vouches for `cmd` and the size. Instances consist of words.
+        unsafe {
+            barriers::memory(context, cmd, read.and(written), written);
+            for (bytes, offset) in bytes.chunks(UPDATE).zip((0..).step_by(UPDATE)) {
+                let device = context.device();
+                device.cmd_update_buffer(cmd, self.instances.handle, offset, bytes);
+            }
+            barriers::memory(context, cmd, written, read);
+        }
+    }
+
+    /// Records the begin of rendering to the used columns and rows. The target is cleared to a value, or keeps its texels.
+    ///
+    /// # Safety
+    /// `cmd` is being recorded outside of rendering, for the context's device, and the screen lives until the commands are done.
+    pub(super) unsafe fn begin(
+        &self,
+        context: &Context,
+        cmd: vk::CommandBuffer,
+        [width, height]: [u32; 2],
+        clear: Option<u32>,
+    ) {
+        let target = &self.target;
+        let area = vk::Rect2D {
+            offset: vk::Offset2D::default(),
+            extent: vk::Extent2D { width, height },
+        };
+        let value = vk::ClearDepthStencilValue {
+            depth: 0.0,
+            stencil: clear.unwrap_or(0),
+        };
+        let stencil = vk::RenderingAttachmentInfo::default()
+            .image_view(target.view)
+            .image_layout(vk::ImageLayout::DEPTH_STENCIL_ATTACHMENT_OPTIMAL)
+            .load_op(match clear {
+                Some(_) => vk::AttachmentLoadOp::CLEAR,
+                None => vk::AttachmentLoadOp::LOAD,
+            })
+            .store_op(vk::AttachmentStoreOp::STORE)
+            .clear_value(vk::ClearValue {
+                depth_stencil: value,
+            });
+        let info = vk::RenderingInfo::default()
+            .render_area(area)
+            .layer_count(1)
+            .stencil_attachment(&stencil);
+        // Quads are positioned relative to the whole target, regardless of the part in use.
+        let viewport = [vk::Viewport {
+            x: 0.0,
+            y: 0.0,
+            width: target.side[0] as f32,
+            height: target.side[1] as f32,
+            min_depth: 0.0,
+            max_depth: 1.0,
+        }];
+        let (device, stencil) = (context.device(), Access::STENCIL);
+        // SAFETY: the caller vouches for `cmd`; target and buffer are this screen's.
+        unsafe {
+            barriers::stencil_image(
+                context,
+                cmd,
+                target.image,
+                stencil,
+                stencil,
+                clear.is_some(),
+            );
+            device.cmd_begin_rendering(cmd, &info);
+            device.cmd_set_viewport(cmd, 0, &viewport);
+            device.cmd_set_scissor(cmd, 0, &[area]);
+            device.cmd_bind_vertex_buffers(cmd, 0, &[self.instances.handle], &[0]);
+        }
+    }
+
+    /// Binds a pipeline that draws into the target.
+    ///
+    /// # Safety
+    /// As for [`Screen::begin`], within the rendering; the pipeline is of the context's device.
+    pub(super) unsafe fn bind(&self, context: &Context, cmd: vk::CommandBuffer, with: &Pipeline) {
+        let side = TargetSide {
+            side: self.target.side,
+        };
+        // SAFETY: the caller vouches for `cmd` and the pipeline.
+        unsafe {
+            let device = context.device();
+            device.cmd_bind_pipeline(cmd, vk::PipelineBindPoint::GRAPHICS, with.handle);
+            with.push(context, cmd, &side);
+        }
+    }
+
+    /// Clears the used columns and rows to a value, and draws in order, in as many renderings as the instances need.
+    ///
+    /// # Safety
+    /// As for [`Screen::begin`].
+    pub(super) unsafe fn record_draws(
+        &self,
+        context: &Context,
+        cmd: vk::CommandBuffer,
+        draws: &Draws,
+        used: [u32; 2],
+        clear: u32,
+    ) {
+        const MOST: usize = Screen::INSTANCE_BYTES / size_of::<PlacedDisc>();
+        let count = draws.instances.len();
+        for start in (0..count.max(1)).step_by(MOST) {
+            let end = count.min(start + MOST);
+            let instances = bytemuck::cast_slice(&draws.instances[start..end]);
+            let clear = (start == 0).then_some(clear);
+            // SAFETY: the caller vouches for `cmd`; each draw is of instances that were just uploaded.
+            unsafe {
+                self.upload(context, cmd, instances);
+                self.begin(context, cmd, used, clear);
+                let mut bound = None;
+                for Draw {
+                    shape,
+                    rule,
+                    instances,
+                } in &draws.draws
+                {
+                    let from = start.max(instances.start as usize);
+                    let to = end.min(instances.end as usize);
+                    if from >= to {
+                        continue;
+                    }
+                    if bound != Some(*shape) {
+                        bound = Some(*shape);
+                        let pipeline = match shape {
+                            Shape::Discs => &self.discs,
+                            Shape::WholeMaps => &self.rects,
+                        };
+                        self.bind(context, cmd, pipeline);
+                    }
+                    rule.set(context, cmd);
+                    let (first, count) = ((from - start) as u32, (to - from) as u32);
+                    context.device().cmd_draw(cmd, 4, count, 0, first);
+                }
+                context.device().cmd_end_rendering(cmd);
+            }
+        }
+    }
+
+    /// Frees everything. The device must no longer use it.
+    pub(super) fn destroy(&mut self, context: &Context, memory: &mut dyn Memory) {
+        self.instances.destroy(context, memory);
+        self.target.destroy(context, memory);
+        self.rects.destroy(context);
+        self.discs.destroy(context);
+    }
+}
