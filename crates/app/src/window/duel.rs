@@ -13,8 +13,7 @@ use sabaki::maps::{AttackGrid, BakedGraph};
 use sabaki::math::F32x16;
 use sabaki::query::{Answer, Query, QueryContext, QuerySettings};
 use sabaki_draw::scene::{
-    Camera, CrowdShot, Cut, DuelPlayback, DuelPlaybackSettings, Light, Mesh, Outfit, RecordedDuel,
-    Shot,
+    Camera, CrowdShot, Cut, DuelPlayback, DuelPlaybackSettings, Light, Mesh, Outfit, Shot,
 };
 
 /// Time that the duel is simulated ahead, in seconds.
@@ -126,12 +125,7 @@ impl<'a> DuelScene<'a> {
         let exchanges = self.duel.exchanges();
         let one = exchanges.get(exchange..=exchange).unwrap_or(&[]);
         let skins = self.outfit.as_ref().map(|outfit| outfit.skins.clone());
-        let duel = RecordedDuel {
-            baked: self.baked,
-            fighters: self.duel.fighters(),
-            exchanges: one,
-        };
-        DuelPlayback::new(duel, &self.settings).with_skins(skins)
+        DuelPlayback::new(self.baked, self.duel.fighters(), one, &self.settings).with_skins(skins)
     }
 
     /// The exchanges whose outcome has been shown.

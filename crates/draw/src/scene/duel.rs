@@ -39,21 +39,12 @@ impl Default for DuelPlaybackSettings {
     }
 }
 
-/// A duel, or a part of one, to play back.
-#[derive(Clone, Copy, Debug)]
-pub struct RecordedDuel<'a> {
-    /// Graph of both fighters.
-    pub baked: &'a BakedGraph,
-    /// The fighters, with the motions that they have played.
-    pub fighters: &'a [Fighter; 2],
-    /// The exchanges to show.
-    pub exchanges: &'a [Exchange],
-}
-
 /// The playback of a duel's exchanges.
 #[derive(Clone, Debug)]
 pub struct DuelPlayback<'a> {
-    duel: RecordedDuel<'a>,
+    baked: &'a BakedGraph,
+    fighters: &'a [Fighter; 2],
+    exchanges: &'a [Exchange],
     actors: [Actor; 2],
     settings: DuelPlaybackSettings,
 }
@@ -72,14 +63,20 @@ pub struct Cut {
 const ATTACK: Vec3 = Vec3::new(0.93, 0.10, 0.03);
 
 impl<'a> DuelPlayback<'a> {
-    /// Creates the playback of a duel. Settings out of their ranges are clamped to them.
+    /// Creates the playback of a duel, or of a part of one: the exchanges to show, and the fighters with the motions that they have played
+    /// on the graph. Settings out of their ranges are clamped to them.
     #[must_use]
-    pub fn new(duel: RecordedDuel<'a>, settings: &DuelPlaybackSettings) -> Self {
+    pub fn new(
+        baked: &'a BakedGraph,
+        fighters: &'a [Fighter; 2],
+        exchanges: &'a [Exchange],
+        settings: &DuelPlaybackSettings,
+    ) -> Self {
         Self {
-            duel,
-            actors: settings
-                .looks
-                .map(|look| Actor::new(duel.baked, &look, None)),
+            baked,
+            fighters,
+            exchanges,
+            actors: settings.looks.map(|look| Actor::new(baked, &look, None)),
             settings: DuelPlaybackSettings {
                 before: bounded(settings.before, AROUND),
                 after: bounded(settings.after, AROUND),
@@ -102,8 +99,8 @@ impl<'a> DuelPlayback<'a> {
     #[must_use]
     pub fn cuts(&self, aspect: f32) -> Vec<Cut> {
         let mut shown = 0.0;
-        let mut cuts = Vec::with_capacity(self.duel.exchanges.len());
-        for (index, exchange) in self.duel.exchanges.iter().enumerate() {
+        let mut cuts = Vec::with_capacity(self.exchanges.len());
+        for (index, exchange) in self.exchanges.iter().enumerate() {
             let start = exchange.announced + exchange.attack.start() - self.settings.before;
             let span = [start.max(shown), exchange.end() + self.settings.after];
             shown = span[1];
@@ -120,7 +117,7 @@ impl<'a> DuelPlayback<'a> {
     /// start.
     #[must_use]
     pub fn nearest_at(&self, cut: &Cut) -> f32 {
-        let exchange = &self.duel.exchanges[cut.exchange];
+        let exchange = &self.exchanges[cut.exchange];
         exchange.announced + exchange.clearance.time
     }
 
@@ -140,8 +137,8 @@ impl<'a> DuelPlayback<'a> {
 
     /// Frames of a fighter's joints at a time, in the world.
     pub fn joints(&self, side: Side, t: f32, out: &mut Vec<JointTransform>) {
-        let (graph, mut pose) = (self.duel.baked.graph(), Pose::default());
-        self.duel.fighters[side.index()].pose(graph, t, &mut pose);
+        let (graph, mut pose) = (self.baked.graph(), Pose::default());
+        self.fighters[side.index()].pose(graph, t, &mut pose);
         forward_kinematics(graph.skeleton(), &pose, out);
     }
 
@@ -202,7 +199,7 @@ impl<'a> DuelPlayback<'a> {
     /// Shot of a time in a cut.
     #[must_use]
     pub fn shot(&self, cut: &Cut, t: f32) -> Shot {
-        let exchange = &self.duel.exchanges[cut.exchange];
+        let exchange = &self.exchanges[cut.exchange];
         let local = t - exchange.announced;
         let (mut joints, mut middle) = (Vec::new(), Vec3::ZERO);
         let mut shot = Shot::new(cut.camera, Light::default());
@@ -226,7 +223,7 @@ impl<'a> DuelPlayback<'a> {
 
     /// For each joint 1 if it belongs to the attacking limb, otherwise 0.
     fn attacking(&self, exchange: &Exchange) -> Vec<f32> {
-        let graph = self.duel.baked.graph();
+        let graph = self.baked.graph();
         let joints: &[JointId] = match graph.edge(exchange.strike).event {
             Some(event) => &graph.event(event).joints,
             None => &[],

@@ -80,16 +80,7 @@ impl Figure {
                 continue;
             };
             let radius = radius(body, parent, joint.offset);
-            bone(
-                &mut parts,
-                look,
-                Bone {
-                    skeleton,
-                    parent,
-                    id,
-                    radius,
-                },
-            );
+            bone(&mut parts, look, skeleton, parent, id, radius);
         }
         for prop in &body.props {
             for sphere in prop.body_spheres() {
@@ -205,13 +196,6 @@ impl Actor {
     }
 }
 
-struct Bone<'a> {
-    skeleton: &'a Skeleton,
-    parent: JointId,
-    id: JointId,
-    radius: f32,
-}
-
 /// Radius of the body around a bone: that of the sphere nearest to the bone's middle.
 fn radius(body: &Body, joint: JointId, bone: Vec3) -> f32 {
     let of_joint = body.spheres.iter().filter(|sphere| sphere.joint == joint);
@@ -241,13 +225,15 @@ fn kind(skeleton: &Skeleton, parent: JointId, id: JointId) -> Kind {
     }
 }
 
-fn bone(parts: &mut Vec<FigurePart>, look: &Look, bone: Bone<'_>) {
-    let Bone {
-        skeleton,
-        parent,
-        id,
-        radius,
-    } = bone;
+/// Adds the capsules of the bone from `parent` to `id`, around which the body has a radius.
+fn bone(
+    parts: &mut Vec<FigurePart>,
+    look: &Look,
+    skeleton: &Skeleton,
+    parent: JointId,
+    id: JointId,
+    radius: f32,
+) {
     let offset = skeleton.joint(id).offset;
     let mut part = |from: f32, to: f32, radii: [f32; 2], colour| {
         parts.push(FigurePart {

@@ -14,7 +14,7 @@ mod simplify;
 
 pub use camera::{Camera, Orbit};
 pub use dodge::{Dodge, DodgeSettings, MapStyle, Nearest};
-pub use duel::{Cut, DuelPlayback, DuelPlaybackSettings, RecordedDuel};
+pub use duel::{Cut, DuelPlayback, DuelPlaybackSettings};
 pub use figure::{Actor, Figure, FigurePart, Look};
 pub use formation::{Formation, FormationError, FormationSettings, level_colour};
 pub use mesh::{

@@ -6,7 +6,7 @@ use sabaki::duel::Exchange;
 use sabaki::maps::BakedGraph;
 use sabaki_app::film::Delay;
 use sabaki_draw::StageDesc;
-use sabaki_draw::scene::{Cut, DuelPlayback, DuelPlaybackSettings, RecordedDuel};
+use sabaki_draw::scene::{Cut, DuelPlayback, DuelPlaybackSettings};
 use serde_json::json;
 
 use super::{Canvas, FilmArgs, OutArgs, Written, draw_all, is_film, on_a_sheet, text_height};
@@ -40,13 +40,13 @@ pub(super) fn run(args: &Args) -> Result<Written, Failure> {
     let exchanges = &fought.exchanges;
     let graph = baked.graph();
     let outfit = args.out.mesh.load(graph.skeleton(), graph.clips())?;
-    let duel = RecordedDuel {
-        baked: &baked,
-        fighters: &fought.fighters,
+    let playback = DuelPlayback::new(
+        &baked,
+        &fought.fighters,
         exchanges,
-    };
-    let playback = DuelPlayback::new(duel, &DuelPlaybackSettings::default())
-        .with_skins(outfit.as_ref().map(|bound| bound.outfit.skins.clone()));
+        &DuelPlaybackSettings::default(),
+    )
+    .with_skins(outfit.as_ref().map(|bound| bound.outfit.skins.clone()));
     let [width, height] = args.out.size;
     let mut cuts = playback.cuts(width as f32 / height as f32);
     cuts.drain(..cuts.len().min(args.from as usize - 1));
