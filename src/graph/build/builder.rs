@@ -124,11 +124,13 @@ impl GraphBuilder<'_> {
             edges,
         );
         let seconds = source.clips.iter().map(Clip::duration).sum();
-        let mut graph = largest_component(&full).ok_or_else(|| GraphError::NoCycle {
-            clips: source.clips.len(),
-            seconds,
-            threshold: settings.threshold,
-        })?;
+        let Some(mut graph) = largest_component(&full) else {
+            return Err(GraphError::NoCycle {
+                clips: source.clips.len(),
+                seconds,
+                threshold: settings.threshold,
+            });
+        };
         graph.feet = self.feet;
         if settings.keep_feet && !graph.feet.legs.is_empty() {
             let planned = foot_plans::all(&graph, plans, settings.threads);
