@@ -9,8 +9,8 @@
 //! - theta: inner angle between the bone to the parent and the bone to a child; pi when they lie in a line. Of several children, the
 //!   straightest continuation in the frame; bones without length are ignored.
 //!
-//! Differs: by the text, W *raises* the energy of a joint that is bent beyond the threshold. The equation would halve that of a straight
-//! one, so max(1, W) stands for W. A smallest theta bounds it.
+//! Differs: by the text, W *raises* the energy of a joint that is bent beyond the threshold. So the default is max(1, W); the equation to
+//! the letter is [`Flexion::Literal`]. A smallest theta bounds W.
 
 use std::f64::consts::PI;
 
@@ -19,7 +19,7 @@ use glam::DVec3;
 use super::attach::{Place, place_all};
 use super::level::check;
 use super::mass::{Moments, moments_below};
-use super::settings::LevelSettings;
+use super::settings::{Flexion, LevelSettings};
 use super::{Level, LodError};
 use crate::anim::{Clip, JointId, Skeleton};
 
@@ -27,7 +27,10 @@ impl LevelSettings {
     /// Factor of a joint's energy by its bend.
     fn weight(&self, theta: f64) -> f64 {
         let weight = f64::from(self.bend_threshold) / theta.max(f64::from(self.least_angle));
-        weight.max(1.0)
+        match self.flexion {
+            Flexion::Raised => weight.max(1.0),
+            Flexion::Literal => weight,
+        }
     }
 }
 

@@ -8,6 +8,8 @@
 //! 3. Every frame, [`Switching::choose`] gives the level of a character. A [`Crowd`](crate::crowd::Crowd) does this for all of its
 //!    characters. [`Level::palette`] fills the matrices of a mesh that is bound to the full skeleton.
 //!
+//! A [`Planner`] finds the smallest error on the screen that a budget in milliseconds allows.
+//!
 //! ```
 //! use sabaki_motion::anim::{Clip, Skeleton};
 //! use sabaki_motion::lod::{LevelSettings, Levels, LodError, SwitchSettings, Switching};
@@ -27,6 +29,7 @@
 //! removed joints is lost.
 
 mod attach;
+mod budget;
 mod build;
 mod displacement;
 mod energy;
@@ -36,11 +39,12 @@ mod mass;
 mod settings;
 mod switching;
 
+pub use budget::{Budget, Cost, Plan, Planner};
 pub use error::LodError;
 pub use level::{
     Attachment, Blend, Level, LevelError, LevelId, LevelMotion, LevelTrack, Levels, Translations,
     affine,
 };
 pub use mass::Masses;
-pub use settings::{LevelSettings, Order};
+pub use settings::{Flexion, LevelSettings, Order};
 pub use switching::{Band, Choice, Measure, Rule, SwitchSettings, Switching, View};

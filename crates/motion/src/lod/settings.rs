@@ -11,6 +11,8 @@ pub struct LevelSettings {
     pub order: Order,
     /// Masses of the joints. Default: 70 kg in all, distributed by bone length.
     pub masses: Masses,
+    /// Weight of bending in a joint's energy. Default: [`Flexion::Raised`].
+    pub flexion: Flexion,
     /// Angle a between a joint's bones, below which the joint counts as bent, in radians. Default π/2.
     pub bend_threshold: f32,
     /// Smaller angles between a joint's bones count as this one, in radians. Default π/18.
@@ -37,11 +39,22 @@ pub enum Order {
     Error,
 }
 
+/// Weight of bending in a joint's energy.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Flexion {
+    /// max(1, a / theta): raised beyond the threshold.
+    Raised,
+    /// a / theta, as in the equation: a straight joint counts half.
+    Literal,
+}
+
 impl Default for LevelSettings {
     fn default() -> Self {
         Self {
             order: Order::Energy,
             masses: Masses::default(),
+            flexion: Flexion::Raised,
             bend_threshold: 0.5 * std::f32::consts::PI,
             least_angle: std::f32::consts::PI / 18.0,
             locked: Vec::new(),

@@ -164,8 +164,19 @@ impl Switching {
     /// # Errors
     /// Settings out of range.
     pub fn new(levels: &Levels, settings: &SwitchSettings) -> Result<Self, LodError> {
+        let mut switching = Self::default();
+        switching.update(levels, settings)?;
+        Ok(switching)
+    }
+
+    /// Computes the bands in place. Does not allocate unless the number of levels grows.
+    ///
+    /// # Errors
+    /// Settings out of range. The bands are then unchanged.
+    pub fn update(&mut self, levels: &Levels, settings: &SwitchSettings) -> Result<(), LodError> {
         settings.check()?;
-        let mut bands = Vec::with_capacity(levels.levels.len().saturating_sub(1));
+        self.blends = settings.blend_step.is_some();
+        self.bands.clear();
         let greatest = levels
             .levels
             .iter()
@@ -201,12 +212,9 @@ impl Switching {
                 Rule::ScreenError { .. } => Band::starting(before, limits, settings),
             };
             before = band.end;
-            bands.push(band);
+            self.bands.push(band);
         }
-        Ok(Self {
-            bands,
-            blends: settings.blend_step.is_some(),
-        })
+        Ok(())
     }
 
     /// One band for each level but the first, at which that level starts.

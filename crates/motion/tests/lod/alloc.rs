@@ -1,4 +1,4 @@
-//! Promise: choosing levels and drawing a skin allocate nothing once they have seen others like it.
+//! Promise: choosing levels, planning a budget and drawing a skin allocate nothing once they have seen others like it.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 use sabaki_fixtures as common;
@@ -8,7 +8,9 @@ use common::lod::random_case;
 use common::random::Random;
 use counting::allocations;
 use glam::Affine3A;
-use sabaki_motion::lod::{LevelId, LevelSettings, Levels, SwitchSettings, Switching};
+use sabaki_motion::lod::{
+    Budget, Cost, LevelId, LevelSettings, Levels, Measure, Planner, Rule, SwitchSettings, Switching,
+};
 
 #[test]
 fn a_frame_of_levels_allocates_nothing() {
@@ -26,12 +28,32 @@ fn a_frame_of_levels_allocates_nothing() {
         .iter()
         .map(|level| level.binds(&identity).unwrap())
         .collect();
-    let switching = Switching::new(&levels, &SwitchSettings::default()).unwrap();
+    let (mut switching, mut planner) = (Switching::default(), Planner::default());
     let (mut palette, mut before) = (Vec::new(), vec![None; distances.len()]);
-    let mut frame = |nearer: f32| {
+    let mut frame = |pixels: f32| {
         let start = allocations();
+        let rule = Rule::ScreenError {
+            pixels,
+            measure: Measure::Greatest,
+        };
+        let settings = SwitchSettings {
+            rule,
+            ..SwitchSettings::default()
+        };
+        switching.update(&levels, &settings).unwrap();
+        let budget = Budget {
+            milliseconds: 0.2 / pixels,
+            cost: Cost {
+                character: 50.0,
+                joint: 20.0,
+                blend: 30.0,
+            },
+            switching: settings,
+            measure: Measure::Mean,
+        };
+        planner.plan(&levels, &distances, &budget).unwrap();
         for (distance, before) in distances.iter().zip(&mut before) {
-            let choice = switching.choose(*distance - nearer, *before);
+            let choice = planner.switching().choose(*distance, *before);
             *before = Some(choice.level);
             matrices.clear();
             matrices.extend(
@@ -50,8 +72,8 @@ fn a_frame_of_levels_allocates_nothing() {
         }
         allocations() - start
     };
-    assert!(frame(0.0) > 0, "the counter counts");
-    for nearer in [5.0, 40.0, 0.0] {
-        assert_eq!(frame(nearer), 0);
+    assert!(frame(1.0) > 0, "the counter counts");
+    for pixels in [0.5, 1.0, 2.0] {
+        assert_eq!(frame(pixels), 0);
     }
 }

@@ -11,7 +11,7 @@ use common::lod::{order_of, random_case};
 use common::random::Random;
 use glam::{DQuat, DVec3};
 use sabaki_motion::anim::{Clip, ClipDesc, JointId, Pose, Skeleton};
-use sabaki_motion::lod::{Level, LevelSettings, Levels, LodError, Masses};
+use sabaki_motion::lod::{Flexion, Level, LevelSettings, Levels, LodError, Masses};
 
 type Place = (DQuat, DVec3);
 
@@ -117,7 +117,10 @@ fn naive(skeleton: &Skeleton, clip: &Clip, level: &Level, settings: &LevelSettin
             let theta = chosen.map_or(PI, |bend| bend.1);
             let weight =
                 f64::from(settings.bend_threshold) / theta.max(f64::from(settings.least_angle));
-            let weight = weight.max(1.0);
+            let weight = match settings.flexion {
+                Flexion::Raised => weight.max(1.0),
+                Flexion::Literal => weight,
+            };
             let speed = angle * clip.frame_rate();
             *sum += 0.5 * inertia * speed * speed * weight;
         }
@@ -140,11 +143,17 @@ fn assert_close(found: &[f32], expected: &[f64], what: &str) {
     }
 }
 
-fn with_masses(masses: &[f32]) -> LevelSettings {
-    LevelSettings {
-        masses: Masses::Given(masses.to_vec()),
-        ..LevelSettings::default()
+/// Every combination of the settings.
+fn all_settings(masses: &[f32]) -> Vec<LevelSettings> {
+    let mut all = Vec::new();
+    for flexion in [Flexion::Raised, Flexion::Literal] {
+        all.push(LevelSettings {
+            masses: Masses::Given(masses.to_vec()),
+            flexion,
+            ..LevelSettings::default()
+        });
     }
+    all
 }
 
 #[test]
@@ -157,11 +166,12 @@ fn energies_are_those_of_the_equations_on_random_skeletons() {
             .collect();
         let levels = Levels::in_order(&skeleton, &order_of(&skeleton, &mut random)).unwrap();
         for level in levels.levels.iter().step_by(3) {
-            let settings = with_masses(&masses);
-            let clips = std::slice::from_ref(&clip);
-            let found = level.joint_energies(&skeleton, clips, &settings).unwrap();
-            let expected = naive(&skeleton, &clip, level, &settings);
-            assert_close(&found, &expected, &format!("seed {seed}, {settings:?}"));
+            for settings in all_settings(&masses) {
+                let clips = std::slice::from_ref(&clip);
+                let found = level.joint_energies(&skeleton, clips, &settings).unwrap();
+                let expected = naive(&skeleton, &clip, level, &settings);
+                assert_close(&found, &expected, &format!("seed {seed}, {settings:?}"));
+            }
         }
     }
 }
@@ -186,14 +196,15 @@ fn energies_are_those_of_the_equations_in_captures() {
         };
         let clip = Clip::new(skeleton, short).unwrap();
         for level in [&levels[0], &levels[7], &levels[levels.len() - 1]] {
-            let settings = with_masses(&masses);
-            let clips = std::slice::from_ref(&clip);
-            let found = level.joint_energies(skeleton, clips, &settings).unwrap();
-            assert_close(
-                &found,
-                &naive(skeleton, &clip, level, &settings),
-                clip.name(),
-            );
+            for settings in all_settings(&masses) {
+                let clips = std::slice::from_ref(&clip);
+                let found = level.joint_energies(skeleton, clips, &settings).unwrap();
+                assert_close(
+                    &found,
+                    &naive(skeleton, &clip, level, &settings),
+                    clip.name(),
+                );
+            }
         }
     }
 }

@@ -1,5 +1,6 @@
 //! Tests of `sabaki_motion::lod`.
 mod alloc;
+mod budget;
 mod chains;
 mod drawn;
 mod energy;
