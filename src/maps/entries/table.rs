@@ -2,7 +2,6 @@
 
 use crate::graph::{ClipId, EdgeId, EdgeMotion, MotionGraph, Playhead};
 use crate::maps::entries::limits::MotionLimits;
-use crate::maps::entries::targets::ClipFrame;
 use crate::maps::regions::Evasion;
 use crate::math::byte_list::{self, Bytes};
 use serde::{Deserialize, Serialize};
@@ -304,15 +303,6 @@ pub(crate) struct ExitTarget {
     pub edge: EdgeId,
     /// Position of the frame on that edge, in frames.
     pub edge_frame: u32,
-}
-
-impl From<&ClipFrame> for ExitTarget {
-    fn from(at: &ClipFrame) -> Self {
-        Self {
-            edge: at.edge,
-            edge_frame: at.edge_frame,
-        }
-    }
 }
 
 /// Exits of all moments. The moments are those of the [`EntryTable`](EntryTable).

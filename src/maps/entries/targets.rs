@@ -1,7 +1,7 @@
 //! Frames of the clips that can be entered.
 
 use crate::graph::{ClipId, EdgeId, EdgeMotion, MotionGraph, Node, Playhead};
-use crate::maps::entries::table::EntryTarget;
+use crate::maps::entries::table::{EntryTarget, ExitTarget};
 use crate::maps::regions::Evasion;
 use crate::math::{Rigid2, sort_rarely};
 
@@ -40,6 +40,15 @@ impl ClipFrame {
         Node {
             clip: self.clip,
             frame: self.frame,
+        }
+    }
+}
+
+impl From<&ClipFrame> for ExitTarget {
+    fn from(at: &ClipFrame) -> Self {
+        Self {
+            edge: at.edge,
+            edge_frame: at.edge_frame,
         }
     }
 }
