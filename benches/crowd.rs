@@ -131,8 +131,8 @@ fn whole_frame(bencher: Bencher<'_, '_>, speed: f32) {
 }
 
 /// One number of one joint of each of 1,000 characters.
-#[divan::bench(args = ["blocks", "rows"])]
-fn read_a_joint(bencher: Bencher<'_, '_>, layout: &str) {
+#[divan::bench(args = [Layout::Blocks, Layout::Instances])]
+fn read_a_joint(bencher: Bencher<'_, '_>, layout: Layout) {
     let (slices, out) = posed(layout);
     let items = ItemsCount::new(slices.len());
     bencher.counter(items).bench_local(|| {
@@ -144,7 +144,7 @@ fn read_a_joint(bencher: Bencher<'_, '_>, layout: &str) {
 /// All joints of 1,000 characters as slices.
 #[divan::bench]
 fn read_a_row(bencher: Bencher<'_, '_>) {
-    let (slices, out) = posed("rows");
+    let (slices, out) = posed(Layout::Instances);
     let items = ItemsCount::new(slices.len());
     bencher.counter(items).bench_local(|| {
         let rows = slices.iter().filter_map(|slice| slice.row(&out));
@@ -153,8 +153,8 @@ fn read_a_row(bencher: Bencher<'_, '_>) {
 }
 
 /// All joints of 1,000 characters into the order of the skeleton; items are joints.
-#[divan::bench(args = ["blocks", "rows"])]
-fn copy_joints(bencher: Bencher<'_, '_>, layout: &str) {
+#[divan::bench(args = [Layout::Blocks, Layout::Instances])]
+fn copy_joints(bencher: Bencher<'_, '_>, layout: Layout) {
     let (slices, out) = posed(layout);
     let scene = Scene::one_clip(1);
     let crowd = scene.crowd(default());
@@ -168,11 +168,7 @@ fn copy_joints(bencher: Bencher<'_, '_>, layout: &str) {
     });
 }
 
-fn posed(layout: &str) -> (Vec<PoseSlice>, Vec<F32x16>) {
-    let layout = match layout {
-        "rows" => Layout::Instances,
-        _ => Layout::Blocks,
-    };
+fn posed(layout: Layout) -> (Vec<PoseSlice>, Vec<F32x16>) {
     let settings = output(layout, WriteMode::Cached);
     let mut crowd = Scene::one_clip(1000).crowd(settings);
     let mut out = vec![F32x16::ZERO; crowd.output_len()];

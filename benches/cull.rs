@@ -8,19 +8,14 @@ mod common;
 #[path = "common/cullers.rs"]
 mod cullers;
 
-use std::error::Error;
-use std::fs;
-use std::path::Path;
-use std::process::{Command, ExitCode};
-use std::time::Instant;
+use std::process::ExitCode;
 
 use common::report::Report;
-use common::{Motions, throws};
+use common::{bake_on, throws};
 use cullers::{COLUMNS, Cullers, DeviceClock};
-use sabaki::archive;
-use sabaki::gpu::{Culler, CullerDesc, PipelineCache};
+use sabaki::gpu::CullerDesc;
 use sabaki::maps::{BakedGraph, MapGrid};
-use sabaki::query::cull::{Counted, CullCandidate, CullInput, CullPath};
+use sabaki::query::cull::{Counted, CullCandidate, CullInput};
 use sabaki::query::{Query, QueryContext, QuerySettings, Session};
 use sabaki_fixtures::headless::{DeviceKind, Headless, HeadlessDesc, devices};
 use sabaki_fixtures::throw::Throw;
@@ -30,20 +25,8 @@ const SIZES: [usize; 5] = [5, 100, 1000, 10_000, 100_000];
 /// Numbers of queries in one submission.
 const BATCHES: [usize; 4] = [1, 10, 50, 200];
 
-/// The folder with the files of a start; where it is set, the process is one.
-const START: &str = "SABAKI_START";
-
 fn main() -> ExitCode {
-    let Some(folder) = std::env::var_os(START) else {
-        return Report::main("cull", measure);
-    };
-    match start(Path::new(&folder)) {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(error) => {
-            eprintln!("{error}");
-            ExitCode::FAILURE
-        }
-    }
+    Report::main("cull", measure)
 }
 
 fn measure(report: &mut Report) {
@@ -56,7 +39,7 @@ fn measure(report: &mut Report) {
         device.run(|_| Ok(())).unwrap()
     });
     let maps = [("default", MapGrid::default()), ("paper's", MapGrid::PAPER)];
-    let maps = maps.map(|(name, grid)| (name, Motions::read().bake_on(grid)));
+    let maps = maps.map(|(name, grid)| (name, bake_on(grid)));
     let sizes = match is_software(device.device_name()) {
         true => &SIZES[..SIZES.len() - 1],
         false => &SIZES[..],
@@ -117,7 +100,6 @@ fn measure(report: &mut Report) {
             });
         });
     }
-    starts(report);
     clock.destroy(&device);
     let _ = device.destroy();
 }
@@ -127,64 +109,6 @@ fn is_software(name: &str) -> bool {
     let all = devices().unwrap();
     let device = all.iter().find(|device| device.name == name);
     device.is_some_and(|device| device.kind == DeviceKind::Software)
-}
-
-/// Starts of a program, each in a process of its own: a culler is created and counts for the first time. On a first start the
-/// driver's cache of shaders is empty and the program has kept no bytes of a pipeline cache; a second start finds what the first left.
-fn starts(report: &mut Report) {
-    report.table(
-        "a start: a culler is created and counts",
-        &["first start", "second start"],
-    );
-    let folder = tempfile::tempdir().unwrap();
-    let baked = Motions::read().bake();
-    archive::write(&folder.path().join("baked"), &baked).unwrap();
-    let cache = folder.path().join("cache");
-    for path in ["compute", "stencil"] {
-        report.row_of_times(path, |column| {
-            if column == 0 {
-                let _ = fs::remove_dir_all(&cache);
-                fs::create_dir(&cache).unwrap();
-            }
-            let mut start = Command::new(std::env::current_exe().unwrap());
-            start.env(START, folder.path()).env("SABAKI_PATH", path);
-            let output = start.env("MESA_SHADER_CACHE_DIR", &cache).output().unwrap();
-            assert!(output.status.success(), "{output:?}");
-            let text = String::from_utf8(output.stdout).unwrap();
-            text.trim().parse().unwrap()
-        });
-    }
-}
-
-/// One start, with the files of `folder`; prints its milliseconds, which neither reading the graph nor creating the device count for.
-fn start(folder: &Path) -> Result<(), Box<dyn Error>> {
-    let path = match std::env::var("SABAKI_PATH")?.as_str() {
-        "compute" => CullPath::Compute,
-        _ => CullPath::Stencil,
-    };
-    let bytes = folder.join("cache").join("pipelines");
-    let baked = archive::read(&folder.join("baked"))?;
-    let mut device = Headless::new(&HeadlessDesc::default())?;
-    with_candidates(&baked, Counted::FOR_A_CHOICE, 100, |input| {
-        let began = Instant::now();
-        let kept = fs::read(&bytes).unwrap_or_default();
-        let made = device.make(|context, memory| {
-            let cache = PipelineCache::new(context, &kept)?;
-            let desc = CullerDesc {
-                pipeline_cache: cache.handle(),
-                ..CullerDesc::new(path, baked.atlas())
-            };
-            Ok((Culler::new(context, memory, &desc)?, cache))
-        });
-        let (mut culler, cache) = made.unwrap();
-        device.cull(&mut culler, input).unwrap();
-        println!("{}", began.elapsed().as_secs_f64() * 1e3);
-        fs::write(&bytes, cache.bytes().unwrap()).unwrap();
-        culler.destroy(device.memory().unwrap());
-        cache.destroy();
-    });
-    let _ = device.destroy();
-    Ok(())
 }
 
 /// Calls `run` with so many candidates of one query, by size, and with the cullers that count them.

@@ -6,16 +6,17 @@ mod common;
 use std::hint::black_box;
 use std::process::ExitCode;
 
-use common::Motions;
 use common::report::Report;
+use common::{motions, source};
 use sabaki::graph::search::{DistanceMap, PointCloud, Windows};
 use sabaki::graph::{self, GraphSettings, MotionGraph};
 use sabaki::maps::{BakeSettings, Baker};
 use sabaki::math::Isa;
+use sabaki_fixtures::demo::Motions;
 
 fn main() -> ExitCode {
     Report::main("graph", |report| {
-        let motions = Motions::read();
+        let motions = motions();
         distance_maps(report, &motions);
         building(report, &motions);
     })
@@ -47,7 +48,7 @@ fn distance_maps(report: &mut Report, motions: &Motions) {
 
 fn building(report: &mut Report, motions: &Motions) {
     let build = |settings: &GraphSettings| -> MotionGraph {
-        graph::build(motions.source(), settings).unwrap().0
+        graph::build(source(motions), settings).unwrap().0
     };
     let on = |threads| GraphSettings {
         threads,

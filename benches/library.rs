@@ -1,6 +1,4 @@
-//! The search for transitions in libraries of growing length, and with `bake` whole bakes of them, stage by stage:
-//! `cargo bench --bench library -- 10 60 600`, `cargo bench --bench library -- bake 10 60` (minutes). `cargo bench --bench library -- files=DIR 60` writes the clips and the events to files, for the
-//! command's bakes.
+//! Bakes of libraries of growing length, stage by stage, in minutes of motion: `cargo bench --bench library -- 10 60 600`.
 //!
 //! No library of hours is at hand: these are made of the clips in `SABAKI_MOCAP/fight` and their mirror images, by cutting, by
 //! changes of speed, and by turning each joint about a random axis, in each pass over the clips by other angles of 12° in the mean
@@ -8,35 +6,27 @@
 //! transitions would grow with the square of its length.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
-#[path = "common/library.rs"]
-mod library;
-#[path = "common/stages.rs"]
-mod stages;
-
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
 use std::time::Instant;
 
-use library::{Library, MadeClips};
-use sabaki::anim::{Clip, ClipDesc};
+use glam::{Quat, Vec3};
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg32;
+use sabaki::anim::{Clip, ClipDesc, Event, EventKind};
 use sabaki::archive;
 use sabaki::character::{CharacterSettings, Characters};
-use sabaki::graph::search::{BandMinima, DistanceMap, PrunedSearch, Windows};
-use sabaki::graph::{ClipSource, GraphSettings};
-use sabaki::graph::{GraphBuilder, Unwatched};
+use sabaki::graph::{self, ClipSource, GraphSettings};
 use sabaki::maps::{BakeSettings, BakedGraph, Baker};
 use sabaki::query::cull::cpu;
 use sabaki::query::{Answer, Query, QueryContext, QuerySettings};
 use sabaki_fixtures::captures::captures;
+use sabaki_fixtures::spans::Spans;
 use sabaki_fixtures::throw::{ThrowSettings, throw};
-use sabaki_import::{ClipSet, EventsFile, bvh};
-use stages::StageClock;
+use sabaki_import::ClipSet;
 
 /// Standard deviation of the joints' turns, in degrees.
 const TURN: f32 = 12.0;
-
-/// Length up to which all pairs are measured too, in minutes.
-const ALL_PAIRS: f64 = 20.0;
 
 /// Maximum number of evasions of a library.
 const EVASIONS: usize = 500;
@@ -55,59 +45,102 @@ fn main() {
     };
     let mut set = captures("fight");
     set.add_mirrored().unwrap();
-    let asked = |word: &str| std::env::args().any(|arg| arg == word);
-    let after =
-        |name: &str| std::env::args().find_map(|arg| arg.strip_prefix(name).map(PathBuf::from));
-    if let Some(folder) = after("files=") {
-        minutes
-            .iter()
-            .for_each(|&minutes| files(&set, minutes, &folder));
-        return;
-    }
-    match asked("bake") {
-        true => {
-            let bakes = bakes(&set, &minutes);
-            println!();
-            print_growth(&bakes);
+    let bakes = bakes(&set, &minutes);
+    println!();
+    print_growth(&bakes);
+}
+
+/// A library that is made of the clips of a set by cutting, by changes of their speed and by turning joints.
+#[derive(Default)]
+struct MadeClips {
+    clips: Vec<Clip>,
+    events: Vec<Event>,
+}
+
+/// A part of a clip, played at another rate.
+struct Cut {
+    first: usize,
+    frames: usize,
+    rate: f64,
+}
+
+/// Clips of `seconds` at 30 Hz. A longer library begins with the clips of a shorter one. Joints are turned by angles that are drawn
+/// once for each pass over the clips, as another person holds another posture. The first pass is not turned.
+fn made_library(set: &ClipSet, seconds: f64) -> MadeClips {
+    let mut random = Pcg32::seed_from_u64(1);
+    let (mut made, mut total) = (MadeClips::default(), 0.0);
+    for pass in 0.. {
+        let turns: Vec<Quat> = (0..set.skeleton.len())
+            .map(|joint| match (pass, joint) {
+                (0, _) | (_, 0) => Quat::IDENTITY,
+                _ => Quat::from_scaled_axis(TURN.to_radians() * normal(&mut random)),
+            })
+            .collect();
+        for (index, clip) in set.clips.iter().enumerate() {
+            if total >= seconds {
+                return made;
+            }
+            let share = random.random_range(0.6..1.0f32);
+            let frames = ((clip.frames() as f32 * share) as usize).max(1);
+            let cut = Cut {
+                first: random.random_range(0..=clip.frames() - frames),
+                frames,
+                rate: f64::from(random.random_range(0.8..1.25f32)),
+            };
+            let desc = ClipDesc {
+                name: format!("{pass} {}", clip.name()),
+                ..changed(clip, &cut, &turns)
+            };
+            let clip = Clip::new(&set.skeleton, desc).unwrap();
+            let clip = clip.resampled(30.0).unwrap();
+            total += clip.duration();
+            add_events(set, index, &cut, &mut made);
+            made.clips.push(clip);
         }
-        false => searches(&set, &minutes),
     }
+    made
 }
 
-/// The library that the clips of a set make.
-fn library(set: &ClipSet) -> Library<'_> {
-    Library {
-        skeleton: &set.skeleton,
-        clips: &set.clips,
-        events: &set.events,
-        turn: TURN.to_radians(),
-        evasions: EVASIONS,
-    }
-}
-
-/// Writes a library as BVH files in `FOLDER/MINUTES/clips`, and its events as `FOLDER/MINUTES/events.json`.
-fn files(set: &ClipSet, minutes: f64, folder: &Path) {
-    const METRES_PER_UNIT: f64 = 0.01;
-    let made = library(set).of(60.0 * minutes);
-    let folder = folder.join(minutes.to_string());
-    std::fs::create_dir_all(folder.join("clips")).unwrap();
-    let named = |(index, clip): (usize, &Clip)| {
-        let desc = ClipDesc {
-            name: format!("{index:05}.bvh"),
-            ..clip.desc()
+/// Adds the events of a clip that lie within a cut of it, for the next clip of `made`.
+fn add_events(set: &ClipSet, clip: usize, cut: &Cut, made: &mut MadeClips) {
+    let frame_rate = set.clips[clip].frame_rate();
+    let moved = |seconds: f64| (seconds - cut.first as f64 / frame_rate) / cut.rate;
+    let end = (cut.frames - 1) as f64 / frame_rate / cut.rate;
+    let evasion = |event: &&Event| event.kind == EventKind::Evasion;
+    for event in set.events.iter().filter(|event| event.clip == clip) {
+        let own = Event {
+            clip: made.clips.len(),
+            start: moved(event.start),
+            end: moved(event.end),
+            ..event.clone()
         };
-        Clip::new(&set.skeleton, desc).unwrap()
-    };
-    let named: Vec<Clip> = made.clips.iter().enumerate().map(named).collect();
-    for clip in &named {
-        let file = std::fs::File::create(folder.join("clips").join(clip.name())).unwrap();
-        let mut file = std::io::BufWriter::new(file);
-        bvh::write(&mut file, &set.skeleton, clip, METRES_PER_UNIT).unwrap();
+        let is_full = evasion(&&own) && made.events.iter().filter(evasion).count() >= EVASIONS;
+        if own.start >= 0.0 && own.end <= end && !is_full {
+            made.events.push(own);
+        }
     }
-    let events = EventsFile::of(&made.events, &named, &set.skeleton).unwrap();
-    let text = serde_json::to_string(&events).unwrap();
-    std::fs::write(folder.join("events.json"), text).unwrap();
-    println!("{}: {} clips", folder.display(), named.len());
+}
+
+fn changed(clip: &Clip, cut: &Cut, turns: &[Quat]) -> ClipDesc {
+    let (joints, desc) = (turns.len(), clip.desc());
+    let frames = cut.first..cut.first + cut.frames;
+    let entries = frames.start * joints..frames.end * joints;
+    let turned = desc.rotations[entries.clone()].iter().enumerate();
+    ClipDesc {
+        name: String::new(),
+        frame_rate: desc.frame_rate * cut.rate,
+        roots: desc.roots[frames].to_vec(),
+        rotations: turned
+            .map(|(index, rotation)| (*rotation * turns[index % joints]).normalize())
+            .collect(),
+        translations: desc.translations.get(entries).unwrap_or(&[]).to_vec(),
+    }
+}
+
+/// Three numbers of about a normal distribution: sums of twelve uniform ones.
+fn normal(random: &mut Pcg32) -> Vec3 {
+    let mut one = || (0..12).map(|_| random.random_range(-0.5..0.5f32)).sum();
+    Vec3::new(one(), one(), one())
 }
 
 /// What the bake of one library took: minutes of the library, seconds from clips in memory to the written file, megabytes of the
@@ -130,12 +163,13 @@ fn print_growth(bakes: &[Bake]) {
 
 /// Prints and returns what whole bakes take.
 fn bakes(set: &ClipSet, minutes: &[f64]) -> Vec<Bake> {
-    StageClock::install();
+    let spans = Spans::default();
+    tracing::subscriber::set_global_default(spans.clone()).unwrap();
     let path = std::env::temp_dir().join(format!("library-{}.sabaki", std::process::id()));
     let one = minutes.iter().map(|&minutes| {
-        let made = library(set).of(60.0 * minutes);
+        let made = made_library(set, 60.0 * minutes);
         println!("\n{minutes} minutes, {} clips:", made.clips.len());
-        let bake = whole_bake(set, &made, &path);
+        let bake = whole_bake(set, &made, &path, &spans);
         println!("peak memory: {:.0} MB", bake[2]);
         bake
     });
@@ -144,7 +178,7 @@ fn bakes(set: &ClipSet, minutes: &[f64]) -> Vec<Bake> {
     bakes
 }
 
-fn whole_bake(set: &ClipSet, made: &MadeClips, path: &Path) -> Bake {
+fn whole_bake(set: &ClipSet, made: &MadeClips, path: &Path, spans: &Spans) -> Bake {
     let source = ClipSource {
         skeleton: &set.skeleton,
         clips: &made.clips,
@@ -156,11 +190,7 @@ fn whole_bake(set: &ClipSet, made: &MadeClips, path: &Path) -> Bake {
     };
     let started = Instant::now();
     let stage = |name: &str| println!("{name}: at {:.2} s", started.elapsed().as_secs_f64());
-    let builder = GraphBuilder::new(source, &settings).unwrap();
-    stage("clips resampled");
-    let found = builder.find_transitions().unwrap();
-    stage("transitions found");
-    let (graph, report) = builder.build(found).unwrap();
+    let (graph, report) = graph::build(source, &settings).unwrap();
     stage("graph built");
     println!(
         "{} pairs, {} nodes, {} edges, {} of them transitions",
@@ -182,12 +212,12 @@ fn whole_bake(set: &ClipSet, made: &MadeClips, path: &Path) -> Bake {
         baked.paths().report().kept
     );
     drop(baked);
-    print_stages();
+    print_stages(spans);
     let started = Instant::now();
     let baked = archive::read(path).unwrap();
     let load = started.elapsed().as_secs_f64();
     println!("loaded in {load:.2} s");
-    print_stages();
+    print_stages(spans);
     queries(&baked);
     let started = Instant::now();
     let _ = Characters::new(Arc::new(baked), CharacterSettings::default()).unwrap();
@@ -196,8 +226,8 @@ fn whole_bake(set: &ClipSet, made: &MadeClips, path: &Path) -> Bake {
     [minutes, seconds, peak_memory(), bytes as f64 / 1e6, load]
 }
 
-fn print_stages() {
-    for (name, seconds) in StageClock::take() {
+fn print_stages(spans: &Spans) {
+    for (name, seconds) in spans.take() {
         println!("  {name}: {seconds:.2} s");
     }
 }
@@ -230,89 +260,6 @@ fn queries(baked: &BakedGraph) {
         times[times.len() / 2],
         times[times.len() * 99 / 100]
     );
-}
-
-/// Prints what the search for transitions takes.
-fn searches(set: &ClipSet, minutes: &[f64]) {
-    println!(
-        "| minutes | clips | pairs | distances | pairs per distance | 1 thread, s | 2 threads, s | growth | all pairs, s | memory, MB |"
-    );
-    println!("| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |");
-    let mut before = None;
-    for &minutes in minutes {
-        let MadeClips { clips, .. } = library(set).of(60.0 * minutes);
-        let source = ClipSource {
-            skeleton: &set.skeleton,
-            clips: &clips,
-            events: &[],
-        };
-        let (mut seconds, mut distances, mut pairs) = (Vec::new(), 0, 0);
-        for threads in [1, 2] {
-            let settings = GraphSettings {
-                threads,
-                ..GraphSettings::default()
-            };
-            let builder = GraphBuilder::new(source, &settings).unwrap();
-            pairs = builder.bands().map(|band| band.pairs()).sum::<u64>();
-            let windows = windows(&builder);
-            let started = Instant::now();
-            distances = search(&builder, &windows, threads);
-            seconds.push(started.elapsed().as_secs_f64());
-        }
-        let growth = before.map_or(String::new(), |(m, s): (f64, f64)| {
-            format!("n^{:.2}", (seconds[0] / s).ln() / (minutes / m).ln())
-        });
-        before = Some((minutes, seconds[0]));
-        let all = match minutes <= ALL_PAIRS {
-            true => format!(
-                "{:.2}",
-                all_pairs(&GraphBuilder::new(source, &GraphSettings::default()).unwrap())
-            ),
-            false => String::new(),
-        };
-        println!(
-            "| {minutes} | {} | {pairs} | {distances} | {:.0} | {:.2} | {:.2} | {growth} | {all} | {:.0} |",
-            clips.len(),
-            pairs as f64 / distances.max(1) as f64,
-            seconds[0],
-            seconds[1],
-            peak_memory()
-        );
-    }
-}
-
-fn windows(builder: &GraphBuilder<'_>) -> Vec<Windows> {
-    let clouds = builder.clouds().iter();
-    clouds
-        .map(|cloud| Windows::new(cloud, builder.search().window))
-        .collect()
-}
-
-/// Searches all bands, and returns the number of distances that were computed.
-fn search(builder: &GraphBuilder<'_>, windows: &[Windows], threads: usize) -> u64 {
-    let search = PrunedSearch::new(builder.search(), windows.iter().collect(), threads);
-    let mut computed = 0;
-    let take = |_, found: BandMinima| {
-        computed += found.computed;
-        Ok(())
-    };
-    let bands = builder.bands();
-    search.search(bands, threads, &Unwatched, take).unwrap();
-    computed
-}
-
-/// Seconds that the distances of all pairs take on one thread.
-fn all_pairs(builder: &GraphBuilder<'_>) -> f64 {
-    let windows = windows(builder);
-    let started = Instant::now();
-    for (index, a) in windows.iter().enumerate() {
-        for b in &windows[index..] {
-            DistanceMap::new(a, b).for_each_row(|_, row| {
-                std::hint::black_box(row);
-            });
-        }
-    }
-    started.elapsed().as_secs_f64()
 }
 
 /// Largest memory of this process so far, in megabytes; 0 where the system does not tell.

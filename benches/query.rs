@@ -7,7 +7,8 @@ mod common;
 use std::process::ExitCode;
 
 use common::report::Report;
-use common::{Motions, throws};
+use common::{bake_on, throws};
+use sabaki::maps::MapGrid;
 use sabaki::query::cull::cpu;
 use sabaki::query::{Answer, Enumerate, Evaluation, Query, QueryContext, QuerySettings, Request};
 
@@ -28,7 +29,7 @@ fn main() -> ExitCode {
 }
 
 fn measure(report: &mut Report) {
-    let baked = Motions::read().bake();
+    let baked = bake_on(MapGrid::default());
     let throws = throws(&baked, ATTACKS);
     report.table(
         &format!("{ATTACKS} queries, by source of the candidates"),

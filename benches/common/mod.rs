@@ -4,64 +4,40 @@
 
 pub(crate) mod report;
 
-use sabaki::anim::{Clip, Event, Skeleton};
 use sabaki::graph::{self, ClipSource, GraphSettings};
 use sabaki::maps::{BakeSettings, BakedGraph, Baker, MapGrid};
 use sabaki_fixtures::captures::captures;
-use sabaki_fixtures::demo;
+use sabaki_fixtures::demo::{self, Motions};
 use sabaki_fixtures::throw::{Throw, ThrowSettings, throw};
 
-pub(crate) struct Motions {
-    pub(crate) skeleton: Skeleton,
-    pub(crate) clips: Vec<Clip>,
-    pub(crate) events: Vec<Event>,
+pub(crate) fn motions() -> Motions {
+    if std::env::var_os("SABAKI_MOCAP").is_none() {
+        return demo::motions().unwrap();
+    }
+    let set = captures("fight");
+    Motions {
+        skeleton: set.skeleton,
+        clips: set.clips,
+        events: set.events,
+    }
 }
 
-impl Motions {
-    pub(crate) fn read() -> Self {
-        if std::env::var_os("SABAKI_MOCAP").is_none() {
-            let demo::Motions {
-                skeleton,
-                clips,
-                events,
-            } = demo::motions().unwrap();
-            return Self {
-                skeleton,
-                clips,
-                events,
-            };
-        }
-        let set = captures("fight");
-        Self {
-            skeleton: set.skeleton,
-            clips: set.clips,
-            events: set.events,
-        }
+pub(crate) fn source(motions: &Motions) -> ClipSource<'_> {
+    ClipSource {
+        skeleton: &motions.skeleton,
+        clips: &motions.clips,
+        events: &motions.events,
     }
+}
 
-    pub(crate) fn source(&self) -> ClipSource<'_> {
-        ClipSource {
-            skeleton: &self.skeleton,
-            clips: &self.clips,
-            events: &self.events,
-        }
-    }
-
-    pub(crate) fn bake(&self) -> BakedGraph {
-        self.bake_on(MapGrid::default())
-    }
-
-    pub(crate) fn bake_on(&self, maps: MapGrid) -> BakedGraph {
-        let (graph, _) = graph::build(self.source(), &GraphSettings::default()).unwrap();
-        let settings = BakeSettings {
-            maps,
-            ..BakeSettings::default()
-        };
-        Baker::new(graph, settings)
-            .unwrap()
-            .finish_on_cpu()
-            .unwrap()
-    }
+pub(crate) fn bake_on(maps: MapGrid) -> BakedGraph {
+    let (graph, _) = graph::build(source(&motions()), &GraphSettings::default()).unwrap();
+    let settings = BakeSettings {
+        maps,
+        ..BakeSettings::default()
+    };
+    let baker = Baker::new(graph, settings).unwrap();
+    baker.finish_on_cpu().unwrap()
 }
 
 pub(crate) fn throws(baked: &BakedGraph, count: u64) -> Vec<Throw> {

@@ -1,11 +1,12 @@
 //! Baked files with a valid checksum and manipulated numbers and lists.
 
+use sabaki::anim::{Event, EventKind, JointId};
 use sabaki::archive::to_bytes;
-use sabaki::maps::BakedGraph;
+use sabaki::maps::{BakedGraph, PathSettings};
 use serde::Deserialize;
 use serde_json::{Value, json};
 
-use super::common::small::small;
+use super::common::small::{small, small_bake, small_evasion};
 use super::{is_accepted, read};
 
 /// The places of all numbers; of long lists those at the ends and a few between.
@@ -30,7 +31,19 @@ fn numbers(value: &Value, path: &str, out: &mut Vec<String>) {
 
 #[test]
 fn every_number_may_be_any_number() {
-    let mut hostile = serde_json::to_value(small()).unwrap();
+    // As small as a graph with an evasion and an attack can be: it is read thousands of times.
+    let attack = Event {
+        kind: EventKind::Attack,
+        joints: vec![JointId(8)],
+        ..small_evasion(1, 1.4)
+    };
+    let paths = PathSettings {
+        most: 4,
+        ..PathSettings::default()
+    };
+    let tiny = small_bake(90, &[0.3, 0.4], &[small_evasion(0, 1.2), attack], paths);
+    assert_eq!((tiny.evasions().len(), tiny.attack_moves().len()), (1, 1));
+    let mut hostile = serde_json::to_value(&tiny).unwrap();
     let mut places = Vec::new();
     numbers(&hostile, "", &mut places);
     assert!(places.len() > 300, "{}", places.len());
@@ -174,8 +187,11 @@ fn a_graph_without_a_node_or_in_two_parts_is_refused() {
         let error = read(&to_bytes(&baked).unwrap()).unwrap_err().to_string();
         assert!(error.contains(reason), "{error}");
     }
-    // The same with ways between them is a graph, without an evasion.
+    // With a way from the one to the other there is still none back.
     parted["graph"]["edges"][0]["to"] = json!(1);
+    let baked: BakedGraph = serde_json::from_value(parted.clone()).unwrap();
+    assert!(read(&to_bytes(&baked).unwrap()).is_err());
+    // The same with ways between them is a graph, without an evasion.
     parted["graph"]["edges"][1]["to"] = json!(0);
     let baked: BakedGraph = serde_json::from_value(parted.clone()).unwrap();
     assert!(is_accepted(

@@ -24,7 +24,7 @@ fn a_writer_that_is_killed_leaves_the_old_file_or_the_new_one() {
     let both = [to_bytes(small()).unwrap(), spoilt()];
     std::fs::write(&path, &both[0]).unwrap();
     let (mut random, mut seen) = (Random::new(9), [0, 0]);
-    for _ in 0..40 {
+    for _ in 0..16 {
         let mut writer = Command::new(std::env::current_exe().unwrap())
             .args([
                 "--exact",

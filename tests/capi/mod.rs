@@ -7,6 +7,7 @@ use std::{
     fs,
     path::{Path, PathBuf},
     process::Command,
+    sync::OnceLock,
 };
 
 use sabaki_fixtures::baked::embedded_file;
@@ -30,7 +31,12 @@ fn output_of(command: &mut Command) -> String {
 }
 
 /// Builds the library as the header says, though not for speed: where cargo has put it.
-fn static_library() -> PathBuf {
+fn static_library() -> &'static Path {
+    static LIBRARY: OnceLock<PathBuf> = OnceLock::new();
+    LIBRARY.get_or_init(build_library)
+}
+
+fn build_library() -> PathBuf {
     let mut cargo = Command::new(env!("CARGO"));
     cargo.current_dir(root()).args([
         "rustc",
@@ -115,70 +121,51 @@ fn programs_in_c_and_cpp_read_and_dodge() {
     assert!(said.contains("entered the walls by 0.000 m"), "{said}");
 }
 
+/// CMake with these words, of which those that begin with `@` lie in the folder.
+fn cmake(folder: &Path, line: &str) -> Command {
+    let mut cmake = Command::new("cmake");
+    let there = format!("{}/", folder.display());
+    cmake.args(
+        line.split_whitespace()
+            .map(|word| word.replace('@', &there)),
+    );
+    cmake
+}
+
 /// The package is installed by CMake, found by `find_package`, and the example is built with it.
 #[test]
 fn cmake_installs_a_package_that_the_example_finds() {
-    let library = static_library();
-    let target = library.parent().and_then(Path::parent).unwrap();
+    let target = static_library().parent().and_then(Path::parent).unwrap();
     let folder = tempfile::tempdir().unwrap();
-    let at = |name: &str| folder.path().join(name);
-    let run = |arguments: &[&str], paths: &[(&str, &Path)]| {
-        let mut cmake = Command::new("cmake");
-        cmake.args(arguments);
-        for (option, path) in paths {
-            cmake.arg(format!("{option}{}", path.display()));
-        }
-        output_of(&mut cmake)
-    };
+    let run = |line: &str| output_of(&mut cmake(folder.path(), line));
     // The library that Cargo has built already.
-    let arguments = "--offline;--locked;--config=profile.dev.opt-level=1";
-    let (sources, package) = (root().join("src/capi"), at("package"));
-    run(
-        &[
-            "-DSABAKI_PROFILE=dev",
-            &format!("-DSABAKI_CARGO_ARGUMENTS={arguments}"),
-        ],
-        &[
-            ("-S", &sources),
-            ("-B", &package),
-            ("-DSABAKI_TARGET_DIRECTORY=", target),
-        ],
-    );
-    run(&["--build", &package.display().to_string()], &[]);
-    let prefix = at("prefix").display().to_string();
-    run(
-        &[
-            "--install",
-            &package.display().to_string(),
-            "--prefix",
-            &prefix,
-        ],
-        &[],
-    );
-    let (sources, example) = (root().join("examples"), at("example"));
-    run(
-        &[&format!("-DCMAKE_PREFIX_PATH={prefix}")],
-        &[("-S", &sources), ("-B", &example)],
-    );
-    run(&["--build", &example.display().to_string()], &[]);
+    run(&format!(
+        "-S {} -B @package -DSABAKI_PROFILE=dev -DSABAKI_TARGET_DIRECTORY={} \
+         -DSABAKI_CARGO_ARGUMENTS=--offline;--locked;--config=profile.dev.opt-level=1",
+        root().join("src/capi").display(),
+        target.display()
+    ));
+    run("--build @package");
+    run("--install @package --prefix @prefix");
+    let examples = root().join("examples");
+    run(&format!(
+        "-DCMAKE_PREFIX_PATH=@prefix -S {} -B @example",
+        examples.display()
+    ));
+    run("--build @example");
     let file = embedded_file(folder.path());
-    let keys = at("keys");
+    let keys = folder.path().join("keys");
     fs::write(&keys, "wwwwdddd ").unwrap();
-    let keys = fs::File::open(keys).unwrap();
-    let said = output_of(Command::new(example.join("walk")).arg(&file).stdin(keys));
-    assert!(
-        said.contains("walked") || said.contains("entered the walls"),
-        "{said}"
-    );
+    let mut walk = Command::new(folder.path().join("example/walk"));
+    let said = output_of(walk.arg(&file).stdin(fs::File::open(keys).unwrap()));
+    let is_played = said.contains("walked") || said.contains("entered the walls");
+    assert!(is_played, "{said}");
     // A version that is not installed is not found.
-    let wanted = at("wanted");
+    let wanted = folder.path().join("wanted");
     fs::create_dir(&wanted).unwrap();
     let project = "cmake_minimum_required(VERSION 3.16)\nproject(wanted NONE)\nfind_package(sabaki 0.9)\nmessage(STATUS \"found: ${sabaki_FOUND}\")\n";
     fs::write(wanted.join("CMakeLists.txt"), project).unwrap();
-    let said = run(
-        &[&format!("-DCMAKE_PREFIX_PATH={prefix}")],
-        &[("-S", &wanted), ("-B", &at("wanted/build"))],
-    );
+    let said = run("-DCMAKE_PREFIX_PATH=@prefix -S @wanted -B @wanted/build");
     assert!(said.contains("found: 0"), "{said}");
 }
 
@@ -193,46 +180,42 @@ fn cmake_builds_for_a_target() {
         mkdir -p \"${0%cargo}out/$FOLDER/release\"\n: > \"${0%cargo}out/$FOLDER/release/libsabaki.a\"\n";
     fs::write(&cargo, script).unwrap();
     fs::set_permissions(&cargo, fs::Permissions::from_mode(0o755)).unwrap();
+    let other = "riscv64gc-unknown-none-elf";
     let cases = [
         ("variable", "x86_64-unknown-none", "x86_64-unknown-none"),
-        (
-            "environment",
-            "riscv64gc-unknown-none-elf",
-            "riscv64gc-unknown-none-elf",
-        ),
+        ("environment", other, other),
         ("variable", "targets/own.json", "own"),
         ("none", "", "."),
     ];
+    let sources = root().join("src/capi");
+    let configure = format!(
+        "-S {} -DCARGO=@cargo -DSABAKI_TARGET_DIRECTORY=@out",
+        sources.display()
+    );
     for (index, (from, target, of_target)) in cases.into_iter().enumerate() {
-        let build = folder.path().join(format!("build{index}"));
-        let prefix = folder.path().join(format!("prefix{index}"));
-        let mut configure = Command::new("cmake");
+        let run = |line: &str| cmake(folder.path(), line);
+        let variable = match from {
+            "variable" => format!("-DSABAKI_CARGO_TARGET={target}"),
+            _ => String::new(),
+        };
+        let mut configure = run(&format!("{configure} -B @build{index} {variable}"));
         configure.env_remove("CARGO_BUILD_TARGET");
-        configure.arg("-S").arg(root().join("src/capi"));
-        configure.arg("-B").arg(&build);
-        configure.arg(format!("-DCARGO={}", cargo.display()));
-        let out = folder.path().join("out");
-        configure.arg(format!("-DSABAKI_TARGET_DIRECTORY={}", out.display()));
-        match from {
-            "variable" => drop(configure.arg(format!("-DSABAKI_CARGO_TARGET={target}"))),
-            "environment" => drop(configure.env("CARGO_BUILD_TARGET", target)),
-            _ => {}
+        if from == "environment" {
+            configure.env("CARGO_BUILD_TARGET", target);
         }
         output_of(&mut configure);
-        let mut make = Command::new("cmake");
         // What the environment says later does not move the library.
-        make.env("FOLDER", of_target)
-            .env("CARGO_BUILD_TARGET", "later");
-        output_of(make.arg("--build").arg(&build));
-        let mut install = Command::new("cmake");
+        let mut make = run(&format!("--build @build{index}"));
         output_of(
-            install
-                .arg("--install")
-                .arg(&build)
-                .arg("--prefix")
-                .arg(&prefix),
+            make.env("FOLDER", of_target)
+                .env("CARGO_BUILD_TARGET", "later"),
         );
-        assert!(prefix.join("lib/libsabaki.a").exists(), "{target}");
+        let prefix = format!("prefix{index}");
+        output_of(&mut run(&format!(
+            "--install @build{index} --prefix @{prefix}"
+        )));
+        let library = folder.path().join(prefix).join("lib/libsabaki.a");
+        assert!(library.exists(), "{target}");
         let said = fs::read_to_string(folder.path().join("cargo.said")).unwrap();
         assert!(said.starts_with("env  arguments rustc "), "{said}");
         let argument = format!("--target {target}");

@@ -76,23 +76,6 @@ fn a_character_that_is_told_to_walk_slowly_does_not_stand() {
 }
 
 #[test]
-fn a_character_goes_to_a_point_and_stays_there() {
-    let mut characters = characters(CharacterSettings::default());
-    let id = characters.spawn(Rigid2::IDENTITY).unwrap();
-    let goal = Vec2::new(2.0, -3.0);
-    let point = Vec3::new(goal.x, 0.0, goal.y);
-    characters
-        .steer(id, Goal::GoTo { point, speed: 0.8 })
-        .unwrap();
-    play(&mut characters, 60 * 10);
-    let at = characters.place(id).unwrap().ground();
-    assert!(at.distance(goal) < 0.4, "{at}");
-    play(&mut characters, 60 * 5);
-    let later = characters.place(id).unwrap().ground();
-    assert!(later.distance(at) < 0.3, "{at} {later}");
-}
-
-#[test]
 fn a_character_turns_to_a_heading() {
     let mut characters = characters(CharacterSettings::default());
     let id = characters.spawn(Rigid2::IDENTITY).unwrap();
@@ -138,21 +121,23 @@ fn what_is_steered_plays_no_labelled_events_and_its_state_does_not_grow() {
 fn who_stands_for_an_hour_stays_where_it_came_to_stand() {
     let mut characters = characters(CharacterSettings::default());
     let ids = [0.0, 1.0, 2.0].map(|heading| {
-        characters
-            .spawn(Rigid2::new(heading, 5.0 * heading, 0.0))
-            .unwrap()
+        let place = Rigid2::new(heading, 5.0 * heading, 0.0);
+        characters.spawn(place).unwrap()
     });
-    // The second stands where its walk ends.
+    // Two stand where a walk and a run end.
     characters.steer(ids[1], walk(0.4, 0.8)).unwrap();
+    characters.steer(ids[2], walk(1.6, 1.6)).unwrap();
     play(&mut characters, 300);
-    characters.steer(ids[1], Goal::Stop).unwrap();
+    for id in ids {
+        characters.steer(id, Goal::Stop).unwrap();
+    }
     play(&mut characters, 120);
     let start = ids.map(|id| characters.place(id).unwrap().ground());
     for minute in 1..=60 {
         play(&mut characters, 3600);
-        for (&id, start) in ids.iter().zip(start) {
+        for ((&id, start), most) in ids.iter().zip(start).zip([0.5, 0.5, 0.35]) {
             let off = characters.place(id).unwrap().ground().distance(start);
-            assert!(off < 0.5, "{off} m after {minute} minutes");
+            assert!(off < most, "{off} m after {minute} minutes");
         }
     }
 }

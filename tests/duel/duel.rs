@@ -7,13 +7,13 @@ use sabaki_fixtures as common;
 use std::sync::OnceLock;
 
 use common::baked::embedded;
-use common::clips::{small_skeleton, swinging_clip};
-use sabaki::anim::{Event, EventKind, Pose, forward_kinematics};
+use common::small::{small_bake, small_evasion};
+use sabaki::anim::{Pose, forward_kinematics};
 use sabaki::duel::{
     Duel, DuelError, DuelSettings, Exchange, Fighter, LeadTime, Score, Side, Trunk,
 };
-use sabaki::graph::{self, ClipSource, GraphSettings, Motion, Playhead};
-use sabaki::maps::{AttackGrid, AttackGridSettings, BakeSettings, BakedGraph, Baker, MapGrid};
+use sabaki::graph::{Motion, Playhead};
+use sabaki::maps::{AttackGrid, AttackGridSettings, PathSettings};
 use sabaki::math::Rigid2;
 use sabaki::query::{Answer, Query, QueryContext, QuerySettings};
 
@@ -257,44 +257,17 @@ fn what_makes_no_duel_is_said_by_name() {
             ..
         })
     ));
-    let unarmed = unarmed();
+    // Clips that only evade.
+    let unarmed = small_bake(
+        150,
+        &[0.3, 0.4],
+        &[small_evasion(0, 1.8)],
+        PathSettings::default(),
+    );
     assert!(unarmed.attack_moves().is_empty());
     let grid = AttackGrid::new(&unarmed, &AttackGridSettings::default());
     let refused = Duel::new(&unarmed, &grid, &DuelSettings::default());
     assert_eq!(refused.err(), Some(DuelError::NoAttacks));
-}
-
-/// Clips that only evade.
-fn unarmed() -> BakedGraph {
-    let skeleton = small_skeleton();
-    let clips = [0.3, 0.4].map(|seed| swinging_clip(&skeleton, 150, seed));
-    let events = [Event {
-        clip: 0,
-        kind: EventKind::Evasion,
-        start: 1.8,
-        end: 2.2,
-        joints: Vec::new(),
-    }];
-    let source = ClipSource {
-        skeleton: &skeleton,
-        clips: &clips,
-        events: &events,
-    };
-    let settings = GraphSettings {
-        frame_rate: 15.0,
-        threshold: 3.0,
-        separation: 0.1,
-        ..GraphSettings::default()
-    };
-    let graph = graph::build(source, &settings).unwrap().0;
-    let settings = BakeSettings {
-        maps: MapGrid::PAPER,
-        ..BakeSettings::default()
-    };
-    Baker::new(graph, settings)
-        .unwrap()
-        .finish_on_cpu()
-        .unwrap()
 }
 
 #[test]

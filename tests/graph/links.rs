@@ -8,9 +8,9 @@ use common::captures::{captures, source_of};
 use common::clips::{small_skeleton, swinging_clip};
 use sabaki::anim::{Clip, Event, EventKind};
 use sabaki::graph::{
-    self, BuildReport, ClipSource, EdgeMotion, GraphError, GraphSettings, MotionGraph,
+    self, BuildReport, ClipSource, EdgeMotion, GraphError, GraphSettings, LinkGoal, LinkObstacle,
+    LinkReport, LinkSettings, MotionGraph,
 };
-use sabaki::graph::{LinkGoal, LinkObstacle, LinkReport, LinkSettings};
 use sabaki_fixtures::demo;
 
 /// No node and no blend inside an event, and all that a graph promises.

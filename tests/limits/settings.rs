@@ -4,7 +4,9 @@ use glam::Vec3;
 use sabaki::graph::{EdgeId, Playhead};
 use sabaki::maps::{BakeError, BakeSettings, Baker, SphereKey};
 use sabaki::math::Rigid2;
-use sabaki::query::{Answer, Attack, AttackError, Query, QueryContext, QuerySettings, Request};
+use sabaki::query::{
+    Answer, Attack, AttackError, Evaluation, Query, QueryContext, QuerySettings, Request,
+};
 
 use sabaki_fixtures::baked::embedded;
 use sabaki_fixtures::small::small;
@@ -14,6 +16,18 @@ type SpoilBake = fn(&mut BakeSettings);
 
 /// A way to spoil a float of the settings.
 type Spoil = fn(&mut QuerySettings, f32);
+
+/// The first five are out of every range.
+const EXTREMES: [f32; 8] = [
+    f32::NAN,
+    f32::INFINITY,
+    f32::NEG_INFINITY,
+    -1e30,
+    1e30,
+    0.0,
+    -1.0,
+    f32::MIN_POSITIVE,
+];
 
 const FLOATS: [(&str, Spoil); 10] = [
     ("rates.slowest", |s, v| s.rates.slowest = v),
@@ -28,6 +42,15 @@ const FLOATS: [(&str, Spoil); 10] = [
     ("weights.time", |s, v| s.weights.time = v),
 ];
 
+/// Floats that have no range.
+const OTHERS: [Spoil; 5] = [
+    |s, v| s.rates.nearest = v,
+    |s, v| s.entries.slowest = v,
+    |s, v| s.entries.fastest = v,
+    |s, v| s.entries.longest_delay = v,
+    |s, v| s.weights.warp = v,
+];
+
 fn ball(t: f32, radius: f32) -> Vec<Vec<SphereKey>> {
     let key = |t, z| SphereKey {
         t,
@@ -37,15 +60,20 @@ fn ball(t: f32, radius: f32) -> Vec<Vec<SphereKey>> {
     vec![vec![key(t, 2.0), key(t + 0.4, -1.0)]]
 }
 
+/// Balls that are avoided, balls that are not, and one that nothing but a move can answer.
 fn ask(settings: &QuerySettings, playhead: Playhead) {
-    let attack = Attack::new(ball(0.8, 0.1)).unwrap();
     let (mut context, mut answer) = (QueryContext::default(), Answer::default());
-    Query::new(small(), settings).answer(
-        Request::new(playhead, &attack),
-        &mut context,
-        &mut answer,
-    );
-    assert!(!answer.candidates.is_empty());
+    for seconds in [0.05, 0.3, 0.8] {
+        let attack = Attack::new(ball(seconds, 0.1)).unwrap();
+        for evaluation in [Evaluation::Lazy, Evaluation::Exhaustive] {
+            let request = Request {
+                evaluation,
+                ..Request::new(playhead, &attack)
+            };
+            Query::new(small(), settings).answer(request, &mut context, &mut answer);
+            assert!(answer.chosen < answer.candidates.len());
+        }
+    }
 }
 
 fn start() -> Playhead {
@@ -56,19 +84,27 @@ fn start() -> Playhead {
 fn query_settings_out_of_range_are_refused_by_name_and_crash_nothing() {
     assert_eq!(QuerySettings::default().check(), Ok(()));
     for (name, spoil) in FLOATS {
-        for value in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, -1e30, 1e30] {
+        for value in &EXTREMES[..5] {
             let mut settings = QuerySettings::default();
-            spoil(&mut settings, value);
+            spoil(&mut settings, *value);
             let error = Query::checked(small(), &settings).unwrap_err();
             assert_eq!(error.name, name);
             assert!(error.to_string().contains("must be"), "{error}");
             ask(&settings, start());
         }
-        for value in [0.0, -1.0, f32::MIN_POSITIVE] {
+        for value in &EXTREMES[5..] {
             let mut settings = QuerySettings::default();
-            spoil(&mut settings, value);
+            spoil(&mut settings, *value);
             ask(&settings, start());
         }
+    }
+    for (spoil, value) in OTHERS
+        .iter()
+        .flat_map(|spoil| EXTREMES.map(|value| (spoil, value)))
+    {
+        let mut settings = QuerySettings::default();
+        spoil(&mut settings, value);
+        ask(&settings, start());
     }
     let none = QuerySettings {
         most_evasions: 0,

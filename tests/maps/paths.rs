@@ -1,6 +1,5 @@
 //! The path table equals a naive search along all edges, up to similar paths. Each path is
-//! connected, has the stated length and retimable share, and ends at the stated place. The table
-//! does not depend on the number of threads.
+//! connected, has the stated length and retimable share, and ends at the stated place.
 
 use std::collections::BTreeSet;
 
@@ -103,6 +102,15 @@ fn a_search_along_all_edges_finds_no_other_path() {
     }
     assert_eq!(baked.paths().report().cut, 0);
     assert!(kept > 100 && all >= kept, "{kept} of {all}");
+    let few = with_paths(
+        small(),
+        PathSettings {
+            most: 3,
+            ..settings
+        },
+    );
+    assert!(few.paths().report().cut > 0);
+    assert!(nodes(&few, 1).all(|node| few.paths().from_node(node).len() <= 3));
 }
 
 #[test]
@@ -148,21 +156,4 @@ fn ends_at(baked: &BakedGraph, node: NodeId, id: PathId) -> bool {
         "{apart:?}"
     );
     true
-}
-
-#[test]
-fn any_number_of_threads_finds_the_same_paths() {
-    let with_threads = |threads| {
-        let most = PathSettings {
-            threads,
-            most: 200,
-            ..PathSettings::default()
-        };
-        with_paths(embedded(), most)
-    };
-    let one = with_threads(1);
-    assert!(one.paths().report().cut > 0 && one.paths().report().alike > 0);
-    for threads in [2, 3] {
-        assert!(with_threads(threads) == one, "{threads} threads");
-    }
 }

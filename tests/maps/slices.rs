@@ -1,5 +1,5 @@
 //! Inner maps lie within the body during a whole slice of time, and outer maps contain everything
-//! that the body touches in it. The maps do not depend on the number of threads.
+//! that the body touches in it.
 
 use glam::Vec3;
 use sabaki::maps::{
@@ -127,12 +127,4 @@ fn and_so_they_do_on_other_grids() {
         section: Section::Outline,
         ..MapGrid::PAPER
     });
-}
-
-#[test]
-fn threads_change_nothing() {
-    let one = bake(MapGrid::default(), 1);
-    for threads in [0, 2, 5] {
-        assert_eq!(bake(MapGrid::default(), threads).atlas(), one.atlas());
-    }
 }

@@ -1,14 +1,11 @@
 //! Promise: what is called clean is clean, nothing clean is hidden by the maps, evasions are in
 //! time, and the motion is continuous.
 
-use glam::Vec3;
 use sabaki::anim::{Pose, forward_kinematics};
-use sabaki::graph::{EdgeId, NodeId, Playhead};
-use sabaki::maps::SphereKey;
-use sabaki::math::Rigid2;
+use sabaki::graph::{EdgeId, NodeId};
 use sabaki::query::clearance::{ExactTest, MotionBody, SAMPLE_RATE};
 use sabaki::query::{
-    Answer, Attack, CandidateReport, CandidateResult, EntryUse, Enumerate, Evaluation, Query,
+    Answer, CandidateReport, CandidateResult, EntryUse, Enumerate, Evaluation, Query,
     QuerySettings, WarpSettings,
 };
 use sabaki_fixtures::answer::answer_throw;
@@ -250,35 +247,6 @@ fn every_candidate_has_a_result_and_every_late_one_a_reason() {
                 .iter()
                 .all(|c| c.rate.is_err() == (c.result == CandidateResult::NotInTime))
         );
-    }
-}
-
-#[test]
-fn attacks_at_once_late_and_far_away_are_answered() {
-    let (settings, baked) = (QuerySettings::default(), embedded());
-    let ask = |playhead: Playhead, keys: &[(f32, Vec3)]| {
-        let key = |&(t, center): &(f32, Vec3)| SphereKey {
-            t,
-            center,
-            radius: 0.1,
-        };
-        let attack = Attack::new(vec![keys.iter().map(key).collect()]).unwrap();
-        answer(&settings, &Throw { playhead, attack }, Evaluation::Lazy)
-    };
-    let playhead = throws().next().unwrap().playhead;
-    let body = Vec3::new(0.0, 0.9, 0.0);
-    let hit = ask(playhead, &[(0.0, body), (0.02, body)]);
-    assert!(!hit.avoided && hit.clearance().metres < 0.0);
-    let clean = ask(playhead, &[(1.0, body + Vec3::X * 500.0)]);
-    assert!(clean.avoided && clean.clearance().metres > 400.0);
-    ask(playhead, &[(599.0, Vec3::Y), (600.0, Vec3::Y)]);
-    for metres in [1e3, 1e7, 1e30] {
-        for center in [Vec3::Y, Vec3::new(9_000.0, 1.0, -4_000.0)] {
-            let world = Rigid2::new(0.4, metres, -metres);
-            let playhead = Playhead::at(baked.graph(), EdgeId(0), 0.0, world);
-            let answer = ask(playhead, &[(0.9, center), (1.4, center)]);
-            assert!(answer.avoided, "{metres} m away");
-        }
     }
 }
 

@@ -4,43 +4,23 @@
 use std::path::Path;
 use std::sync::OnceLock;
 
-use sabaki::anim::{Event, EventKind};
+use sabaki::anim::Event;
 use sabaki::archive;
-use sabaki::graph::{self, ClipSource, NodeId};
-use sabaki::maps::{BakeSettings, BakedGraph, Baker, PathId};
+use sabaki::graph::NodeId;
+use sabaki::maps::{BakedGraph, PathId, PathSettings};
 use sabaki::query::{Answer, Enumerate, Query, QueryContext, QuerySettings};
-use sabaki_fixtures::clips::{small_skeleton, swinging_clip};
 use sabaki_fixtures::memory::allocations;
-use sabaki_fixtures::small::{small_graph, small_maps};
+use sabaki_fixtures::small::{small_bake, small_evasion};
 use sabaki_fixtures::throw::{Throw, ThrowSettings, throw};
 
 /// A graph of more evasions than are prepared by loading.
 fn built() -> &'static BakedGraph {
     static BUILT: OnceLock<BakedGraph> = OnceLock::new();
     BUILT.get_or_init(|| {
-        let skeleton = small_skeleton();
-        let clips = [0.3, 0.4, 1.1, 0.6].map(|seed| swinging_clip(&skeleton, 450, seed));
-        let events: Vec<Event> = (0..40)
-            .map(|index| Event {
-                clip: index % 4,
-                kind: EventKind::Evasion,
-                start: 0.5 + 1.3 * (index / 4) as f64,
-                end: 0.9 + 1.3 * (index / 4) as f64,
-                joints: Vec::new(),
-            })
-            .collect();
-        let source = ClipSource {
-            skeleton: &skeleton,
-            clips: &clips,
-            events: &events,
-        };
-        let graph = graph::build(source, &small_graph()).unwrap().0;
-        let settings = BakeSettings {
-            maps: small_maps(),
-            ..BakeSettings::default()
-        };
-        let baker = Baker::new(graph, settings).unwrap();
-        let baked = baker.finish_on_cpu().unwrap();
+        let event = |index: usize| small_evasion(index % 4, 0.5 + 1.3 * (index / 4) as f64);
+        let events: Vec<Event> = (0..40).map(event).collect();
+        let seeds = [0.3, 0.4, 1.1, 0.6];
+        let baked = small_bake(450, &seeds, &events, PathSettings::default());
         assert!(baked.evasions().len() > 32);
         baked
     })

@@ -19,7 +19,6 @@ mod first_use;
 mod layers;
 mod obstacles;
 mod pause;
-mod settings;
 mod spans;
 mod warp;
 

@@ -1,8 +1,6 @@
 //! Promise: each stage of a query, of a game's step and of a crowd's frame is a span of `tracing`, entered and left in order.
 
-use std::collections::BTreeSet;
-use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Arc, Mutex};
+use std::sync::Arc;
 
 use sabaki::anim::JointTransform;
 use sabaki::character::{CharacterSettings, Characters, Threat};
@@ -10,58 +8,14 @@ use sabaki::math::Rigid2;
 use sabaki::query::{Query, QuerySettings};
 use sabaki_fixtures::answer::answer_throw;
 use sabaki_fixtures::baked::embedded;
+use sabaki_fixtures::spans::Spans;
 use sabaki_fixtures::throw::{ThrowSettings, throw};
-use tracing::span::{Attributes, Id, Record};
-use tracing::{Event, Metadata, Subscriber};
-
-/// The names of all spans, and how many are open.
-#[derive(Default)]
-struct Heard {
-    names: BTreeSet<&'static str>,
-    open: i32,
-}
-
-#[derive(Default)]
-struct Listener {
-    heard: Arc<Mutex<Heard>>,
-    next: AtomicU64,
-}
-
-impl Subscriber for Listener {
-    fn enabled(&self, metadata: &Metadata<'_>) -> bool {
-        metadata.is_span() && metadata.target().starts_with("sabaki")
-    }
-
-    fn new_span(&self, span: &Attributes<'_>) -> Id {
-        self.heard
-            .lock()
-            .unwrap()
-            .names
-            .insert(span.metadata().name());
-        Id::from_u64(1 + self.next.fetch_add(1, Ordering::Relaxed))
-    }
-
-    fn record(&self, _: &Id, _: &Record<'_>) {}
-
-    fn record_follows_from(&self, _: &Id, _: &Id) {}
-
-    fn event(&self, _: &Event<'_>) {}
-
-    fn enter(&self, _: &Id) {
-        self.heard.lock().unwrap().open += 1;
-    }
-
-    fn exit(&self, _: &Id) {
-        self.heard.lock().unwrap().open -= 1;
-    }
-}
 
 #[test]
 fn the_stages_of_a_query_and_of_a_step_are_spans() {
     let (baked, settings) = (embedded(), QuerySettings::default());
-    let listener = Listener::default();
-    let heard = Arc::clone(&listener.heard);
-    tracing::subscriber::with_default(listener, || {
+    let spans = Spans::default();
+    tracing::subscriber::with_default(spans.clone(), || {
         let query = Query::new(baked, &settings);
         // So late that some attacks are only avoided by a warp.
         let late = ThrowSettings {
@@ -93,8 +47,8 @@ fn the_stages_of_a_query_and_of_a_step_are_spans() {
         game.threaten(ball).unwrap();
         game.step(0.01, &[], &mut events);
     });
-    let heard = heard.lock().unwrap();
-    assert_eq!(heard.open, 0);
+    assert_eq!(spans.open(), 0);
+    let heard = spans.take();
     let wanted = [
         "query: gather",
         "query: draw the attack's maps",
@@ -105,6 +59,7 @@ fn the_stages_of_a_query_and_of_a_step_are_spans() {
         "character: plan",
     ];
     for name in wanted {
-        assert!(heard.names.contains(name), "{name}: {:?}", heard.names);
+        let is_heard = heard.iter().any(|(other, _)| *other == name);
+        assert!(is_heard, "{name}: {heard:?}");
     }
 }

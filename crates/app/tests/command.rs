@@ -15,7 +15,7 @@ mod measure;
 mod names;
 mod refused;
 mod render;
-mod run;
+pub(crate) mod run;
 mod shards;
 mod slurm;
 
@@ -24,7 +24,7 @@ use std::io::{PipeWriter, pipe};
 use std::path::Path;
 
 use common::plain_bvh::PlainBvh;
-use run::{baked, clips, command, folder, sabaki, text_of};
+use run::{Png, clips, command, folder, sabaki, text_of};
 use serde_json::{Value, json};
 
 /// Every key that stands for milliseconds or where a file lies, taken out: what is left is the same in every run.
@@ -44,21 +44,14 @@ fn without_times(mut document: Value) -> Value {
 }
 
 fn assert_is_png(path: &Path) {
-    let bytes = fs::read(path).unwrap();
-    assert!(bytes.starts_with(b"\x89PNG\r\n\x1a\n"));
-    let decoder = png::Decoder::new(std::io::Cursor::new(&bytes));
-    let mut reader = decoder.read_info().unwrap();
-    let mut pixels = vec![0; reader.output_buffer_size().unwrap()];
-    let info = reader.next_frame(&mut pixels).unwrap();
-    assert!(info.width > 100 && info.height > 100);
-    let first = pixels[..3].to_vec();
-    assert!(pixels.chunks(3).any(|pixel| pixel != first), "one colour");
+    let png = Png::read(path);
+    assert!(png.size.into_iter().all(|side| side > 100) && png.colours(0) > 1);
 }
 
 #[test]
 fn without_a_subcommand_it_shows_what_it_does() {
     let folder = folder();
-    let done = sabaki(folder.path(), &[]).is(0);
+    let done = sabaki(&folder, "").is(0);
     for word in ["evasions", "avoided", "cpu", "exact", "dodge.bvh"] {
         assert!(done.stdout.contains(word), "{word} in\n{}", done.stdout);
     }
@@ -68,7 +61,7 @@ fn without_a_subcommand_it_shows_what_it_does() {
     let facts: Value = serde_json::from_str(&text_of(&out.join("dodge.json"))).unwrap();
     assert_eq!(facts["avoided"], true);
     assert_is_png(&out.join("maps.png"));
-    let inspected = sabaki(folder.path(), &["inspect", "out/fighter.sabaki", "--json"]).json(0);
+    let inspected = sabaki(&folder, "inspect out/fighter.sabaki --json").json(0);
     assert_eq!(inspected["kind"], "baked");
     assert_eq!(fs::read_dir(&out).unwrap().count(), 4, "nothing else");
 }
@@ -76,19 +69,16 @@ fn without_a_subcommand_it_shows_what_it_does() {
 #[test]
 fn bake_writes_a_graph_and_says_what_is_in_it() {
     let folder = folder();
-    let (clips, events) = clips();
-    let args = [
-        "bake", "--clips", clips, "--events", events, "--out", "g.sabaki",
-    ];
-    let told = sabaki(folder.path(), &args).is(0);
+    let args = "bake --clips CLIPS --events EVENTS --out g.sabaki";
+    let told = sabaki(&folder, args).is(0);
     assert!(told.stdout.contains("evasions") && told.stdout.contains("wrote g.sabaki"));
-    let document = sabaki(folder.path(), &[&args[..], &["--json"]].concat()).json(0);
+    let document = sabaki(&folder, &format!("{args} --json")).json(0);
     for key in ["clips", "nodes", "edges", "evasions", "report", "warnings"] {
         assert!(!document[key].is_null(), "{key}");
     }
     assert!(document["evasions"].as_u64().unwrap() >= 3);
     assert_eq!(document["out"], "g.sabaki");
-    let inspected = sabaki(folder.path(), &["inspect", "g.sabaki", "--json"]).json(0);
+    let inspected = sabaki(&folder, "inspect g.sabaki --json").json(0);
     assert_eq!(inspected["kind"], "baked");
     for key in ["clips", "nodes", "edges", "evasions"] {
         assert_eq!(inspected[key], document[key], "{key}");
@@ -101,8 +91,8 @@ fn bake_writes_a_graph_and_says_what_is_in_it() {
 fn bake_writes_into_a_pipe() {
     let folder = folder();
     let out = "/proc/self/fd/1";
-    let args = ["bake", "--clips", clips().0, "--out", out];
-    let done = command(folder.path(), &args).output().unwrap();
+    let args = format!("bake --clips CLIPS --out {out}");
+    let done = command(&folder, &args).output().unwrap();
     assert_eq!(done.status.code(), Some(0));
     assert!(done.stdout.starts_with(b"sabaki\r\n"));
 }
@@ -110,17 +100,8 @@ fn bake_writes_into_a_pipe() {
 #[test]
 fn dodge_has_the_keys_that_it_promises_and_the_same_answers_for_a_seed() {
     let folder = folder();
-    let args = [
-        "dodge",
-        baked(),
-        "--attacks",
-        "5",
-        "--cull",
-        "cpu",
-        "--json",
-        "--seed",
-    ];
-    let with_seed = |seed| sabaki(folder.path(), &[&args[..], &[seed]].concat()).json(0);
+    let args = "dodge BAKED --attacks 5 --cull cpu --json --seed";
+    let with_seed = |seed| sabaki(&folder, &format!("{args} {seed}")).json(0);
     let document = with_seed("3");
     let count = |key: &str| document[key].as_u64().unwrap_or_else(|| panic!("{key}"));
     assert_eq!(count("attacks"), 5);
@@ -155,18 +136,8 @@ fn dodge_has_the_keys_that_it_promises_and_the_same_answers_for_a_seed() {
 #[test]
 fn the_culling_paths_give_the_same_answers_with_the_grid_and_without() {
     let folder = folder();
-    let args = [
-        "dodge",
-        baked(),
-        "--attacks",
-        "6",
-        "--cull",
-        "exact,cpu",
-        "--grid",
-        "on,off",
-        "--json",
-    ];
-    let document = sabaki(folder.path(), &args).json(0);
+    let args = "dodge BAKED --attacks 6 --cull exact,cpu --grid on,off --json";
+    let document = sabaki(&folder, args).json(0);
     let rows = document["rows"].as_array().unwrap();
     let names: Vec<_> = rows
         .iter()
@@ -189,29 +160,21 @@ fn the_culling_paths_give_the_same_answers_with_the_grid_and_without() {
     }
     assert_eq!(document["results"].as_array().unwrap().len(), 24);
     // One more thread, another order of work, the same answers.
-    let threads = [&args[..], &["--threads", "3"]].concat();
-    let by_threads = sabaki(folder.path(), &threads).json(0);
+    let threads = format!("{args} --threads 3");
+    let by_threads = sabaki(&folder, &threads).json(0);
     assert_eq!(without_times(by_threads), without_times(document));
 }
 
 #[test]
 fn a_check_adds_the_exact_whole_search() {
     let folder = folder();
-    let args = [
-        "dodge",
-        baked(),
-        "--attacks",
-        "3",
-        "--cull",
-        "cpu",
-        "--json",
-    ];
-    let document = sabaki(folder.path(), &[&args[..], &["--check"]].concat()).json(0);
+    let args = "dodge BAKED --attacks 3 --cull cpu --json";
+    let document = sabaki(&folder, &format!("{args} --check")).json(0);
     let rows = document["rows"].as_array().unwrap();
     assert_eq!(rows.len(), 2);
     assert_eq!([&rows[1]["cull"], &rows[1]["grid"]], ["exact", "off"]);
     assert_eq!(document["checked_by_exact"], true);
-    let unchecked = sabaki(folder.path(), &args).json(0);
+    let unchecked = sabaki(&folder, args).json(0);
     assert_eq!(unchecked["checked_by_exact"], false);
     assert_eq!(unchecked["avoided"], document["avoided"]);
 }
@@ -226,44 +189,23 @@ fn an_attack_of_a_file_is_answered_with_yes_or_no() {
     let key = |t: f64, x: f64| json!({ "t": t, "center": [x, 0.9, 0.0], "radius": 0.1 });
     attack("far.json", json!([key(0.5, 50.0), key(1.0, 51.0)]));
     attack("at_once.json", json!([key(0.0, 0.0), key(0.05, 0.0)]));
-    let dodge = |file| {
-        sabaki(
-            folder.path(),
-            &["dodge", baked(), "--attack", file, "--json"],
-        )
-    };
+    let dodge = |file| sabaki(&folder, &format!("dodge BAKED --attack {file} --json"));
     let far = dodge("far.json").json(0);
     assert_eq!((&far["attacks"], &far["avoided"]), (&json!(1), &json!(1)));
     let hit = dodge("at_once.json").json(1);
     assert_eq!((&hit["hit"], &hit["unavoidable"]), (&json!(1), &json!(1)));
-    let told = sabaki(
-        folder.path(),
-        &["dodge", baked(), "--attack", "at_once.json"],
-    )
-    .is(1);
+    let told = sabaki(&folder, "dodge BAKED --attack at_once.json").is(1);
     assert!(told.stdout.contains("HIT"));
-    let inspect = || sabaki(folder.path(), &["inspect", "far.json", "--json"]).json(0);
-    let inspected = inspect();
+    let inspected = sabaki(&folder, "inspect far.json --json").json(0);
     assert_eq!(inspected["kind"], "attacks");
-    let marked = format!("\u{FEFF}{}", text_of(&folder.path().join("far.json")));
-    fs::write(folder.path().join("far.json"), marked).unwrap();
-    assert_eq!(inspect(), inspected, "with a byte order mark");
 }
 
 #[test]
 fn export_writes_two_files_for_each_attack() {
     let folder = folder();
-    let args = [
-        "dodge",
-        baked(),
-        "--attacks",
-        "2",
-        "--cull",
-        "cpu",
-        "--json",
-    ];
-    let exported = [&args[..], &["--export", "deep/er"]].concat();
-    let document = sabaki(folder.path(), &exported).json(0);
+    let args = "dodge BAKED --attacks 2 --cull cpu --json";
+    let exported = format!("{args} --export deep/er");
+    let document = sabaki(&folder, &exported).json(0);
     for (index, result) in document["results"].as_array().unwrap().iter().enumerate() {
         let file = |ending| {
             folder
@@ -279,9 +221,9 @@ fn export_writes_two_files_for_each_attack() {
         4
     );
     // The same as glTF, which says when it evades.
-    let as_gltf = [&args[..], &["--export", "glb", "--format", "glb"]].concat();
-    sabaki(folder.path(), &as_gltf).is(0);
-    let inspected = sabaki(folder.path(), &["inspect", "glb/attack_0001.glb", "--json"]).json(0);
+    let as_gltf = format!("{args} --export glb --format glb");
+    sabaki(&folder, &as_gltf).is(0);
+    let inspected = sabaki(&folder, "inspect glb/attack_0001.glb --json").json(0);
     assert_eq!(inspected["unit_found"], "defined by the format");
     assert!(inspected["clips"][0]["events"].is_array());
     let rate = inspected["clips"][0]["frame_rate"].as_f64().unwrap();
@@ -295,81 +237,69 @@ fn a_motion_that_lies_is_noted_and_stood_up() {
     let (skeleton, motion) = motion.split_once("\n---\n").unwrap();
     fs::write(folder.path().join("a.asf"), skeleton).unwrap();
     fs::write(folder.path().join("a.amc"), motion).unwrap();
-    let plain = ["inspect", "a.amc", "--amc-rate", "60", "--json"];
-    let document = sabaki(folder.path(), &plain).json(0);
+    let plain = "inspect a.amc --amc-rate 60 --json";
+    let document = sabaki(&folder, plain).json(0);
     assert_eq!(
         (&document["frame_rate"], &document["frames"]),
         (&60.0.into(), &2.into())
     );
-    let turned = [&plain[..], &["--up", "x"]].concat();
-    let lying = sabaki(folder.path(), &turned).json(0);
+    let turned = format!("{plain} --up x");
+    let lying = sabaki(&folder, &turned).json(0);
     let spine = |document: &Value| document["skeleton"][4]["offset"][1].as_f64().unwrap();
     assert_eq!(lying["skeleton"][4]["name"], "head");
     assert!(spine(&document) > 0.3 && spine(&lying).abs() < 1e-6);
-    let wrong = [&plain[..], &["--up", "w"]].concat();
-    let told = sabaki(folder.path(), &wrong);
+    let wrong = format!("{plain} --up w");
+    let told = sabaki(&folder, &wrong);
     assert!(told.code == 2 && told.stderr.contains("up is x, y or z"));
 }
 
 #[test]
 fn inspect_knows_each_kind_of_file() {
     let folder = folder();
-    let (clips, events) = clips();
-    let clip = fs::read_dir(clips).unwrap().next().unwrap().unwrap().path();
+    let mut clips = fs::read_dir(clips().0).unwrap();
+    let clip = clips.next().unwrap().unwrap().path();
     let kinds = [
-        (baked(), "baked", "nodes"),
+        ("BAKED", "baked", "nodes"),
         (clip.to_str().unwrap(), "motion", "frames"),
-        (events, "events", "clips"),
+        ("EVENTS", "events", "clips"),
     ];
     for (file, kind, key) in kinds {
-        let document = sabaki(folder.path(), &["inspect", file, "--json"]).json(0);
+        let document = sabaki(&folder, &format!("inspect {file} --json")).json(0);
         assert_eq!(document["kind"], kind);
         assert!(!document[key].is_null(), "{key}");
-        assert!(
-            !sabaki(folder.path(), &["inspect", file])
-                .is(0)
-                .stdout
-                .is_empty()
-        );
+        let told = sabaki(&folder, &format!("inspect {file}")).is(0);
+        assert!(!told.stdout.is_empty());
     }
 }
 
 #[test]
 fn doctor_says_whether_there_is_a_device() {
     let folder = folder();
-    let document = sabaki(folder.path(), &["doctor", "--json"]);
+    let document = sabaki(&folder, "doctor --json");
     let usable = document.code == 0;
     let document = document.json(i32::from(!usable));
     assert_eq!(document["paths"]["cpu"], true);
     assert_eq!(document["paths"]["stencil"], usable);
     assert_eq!(document["chosen"].is_string(), usable);
-    let told = sabaki(folder.path(), &["doctor"]).is(i32::from(!usable));
+    let told = sabaki(&folder, "doctor").is(i32::from(!usable));
     assert!(told.stdout.contains("stencil"));
     if !usable {
         // A path that cannot run is refused, and the others go on without it.
-        let args = ["dodge", baked(), "--attacks", "1", "--cull", "stencil"];
-        sabaki(folder.path(), &args).is_refused(&["stencil"]);
+        let args = "dodge BAKED --attacks 1 --cull stencil";
+        sabaki(&folder, args).is_refused(&["stencil"]);
     }
 }
 
 #[test]
 fn a_graph_without_an_evasion_moves_on_and_says_so() {
     let folder = folder();
-    let bake = ["bake", "--clips", clips().0, "--out", "g.sabaki", "--json"];
-    let document = sabaki(folder.path(), &bake).json(0);
+    let bake = "bake --clips CLIPS --out g.sabaki --json";
+    let document = sabaki(&folder, bake).json(0);
     assert_eq!(document["evasions"], 0);
     let warning = document["warnings"][0].as_str().unwrap();
     assert!(warning.contains("no clip has an evasion"), "{warning}");
-    let args = [
-        "dodge",
-        "g.sabaki",
-        "--attacks",
-        "2",
-        "--cull",
-        "cpu",
-        "--json",
-    ];
-    let document = sabaki(folder.path(), &args).json(0);
+    let args = "dodge g.sabaki --attacks 2 --cull cpu --json";
+    let document = sabaki(&folder, args).json(0);
     assert_eq!(document["by_evasion"], 0);
 }
 
@@ -377,19 +307,19 @@ fn a_graph_without_an_evasion_moves_on_and_says_so() {
 #[test]
 fn lines_are_at_most_a_hundred_columns_wide() {
     let folder = folder();
-    let cases: [&[&str]; 9] = [
-        &[],
-        &["dodge", baked(), "--attacks", "3", "--check"],
-        &["compare", baked(), "--attacks", "3", "--plot", "c.png"],
-        &["coverage", baked(), "--attacks", "1", "--directions", "2"],
-        &["coverage", baked(), "--by-time", "--attacks", "2"],
-        &["lod"],
-        &["crowd", "--count", "50", "--frames", "1", "--threads", "1"],
-        &["duel", baked(), "--apart", "0.8", "--rounds", "1"],
-        &["inspect", baked()],
+    let cases = [
+        "",
+        "dodge BAKED --attacks 3 --check",
+        "compare BAKED --attacks 3 --plot c.png",
+        "coverage BAKED --attacks 1 --directions 2",
+        "coverage BAKED --by-time --attacks 2",
+        "lod",
+        "crowd --count 50 --frames 1 --threads 1",
+        "duel BAKED --apart 0.8 --rounds 1",
+        "inspect BAKED",
     ];
     for args in cases {
-        let told = sabaki(folder.path(), args);
+        let told = sabaki(&folder, args);
         assert!(told.code < 2, "{args:?}: {}", told.stderr);
         let is_wide = |line: &&str| line.chars().count() > 100;
         let wide: Vec<&str> = told.stdout.lines().filter(is_wide).collect();
@@ -404,8 +334,8 @@ fn the_label_names_the_paths_that_were_used() {
         ("cpu", "culling: on the cpu"),
         ("exact", "culling: none, every candidate is tested"),
     ] {
-        let args = ["dodge", baked(), "--attacks", "2", "--cull", cull];
-        let done = sabaki(folder.path(), &args).is(0);
+        let args = format!("dodge BAKED --attacks 2 --cull {cull}");
+        let done = sabaki(&folder, &args).is(0);
         let line = done.stdout.lines().find(|line| line.starts_with("culling"));
         assert!(line.unwrap().starts_with(label), "{cull}: {line:?}");
         assert!(!done.stdout.contains("stencil buffer"), "{}", done.stdout);
@@ -422,20 +352,14 @@ fn unread() -> PipeWriter {
 #[test]
 fn a_reader_that_goes_away_is_no_failure() {
     let folder = folder();
-    let (_, events) = clips();
-    let cases = [
-        vec!["inspect", events],
-        vec!["inspect", baked(), "--json"],
-        vec!["--help"],
-    ];
-    for args in cases {
-        let mut command = command(folder.path(), &args);
+    for args in ["inspect EVENTS", "inspect BAKED --json", "--help"] {
+        let mut command = command(&folder, args);
         let done = command.stdout(unread()).output().unwrap();
-        assert_eq!(done.status.code(), Some(0), "{args:?}");
+        assert_eq!(done.status.code(), Some(0), "{args}");
         assert!(done.stderr.is_empty());
     }
     // An error message that nobody reads does not crash the command.
-    let mut command = command(folder.path(), &["inspect", "nowhere.bvh"]);
+    let mut command = command(&folder, "inspect nowhere.bvh");
     let status = command.stderr(unread()).status().unwrap();
     assert_eq!(status.code(), Some(2));
 }

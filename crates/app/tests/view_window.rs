@@ -7,7 +7,6 @@
 use sabaki_fixtures as common;
 use sabaki_fixtures::screen;
 
-use std::fs;
 use std::path::Path;
 use std::process::{Command, Stdio};
 use std::sync::Arc;
@@ -24,6 +23,8 @@ use sabaki_fixtures::demo;
 use screen::{Screen, Shown};
 use serde_json::Value;
 
+use super::command::run::Png;
+
 const TITLE: &str = "sabaki";
 const SIZE: [u32; 2] = [320, 240];
 
@@ -36,10 +37,8 @@ fn a_click_is_dodged_and_the_window_is_resized_hidden_and_closed() {
     let (screen, folder) = (Screen::new(), tempfile::tempdir().unwrap());
     let mut command = screen.command(program());
     command.current_dir(folder.path());
-    let mut shown = Shown::start(
-        command,
-        &["dodge", "--size", "480x320", "--plain", "--cull", "stencil"],
-    );
+    let args = "dodge --size 480x320 --plain --cull stencil";
+    let mut shown = Shown::start(command, args);
     let opened = shown.wait("opened");
     assert!(opened["device"].as_str().unwrap().contains("llvmpipe"));
     assert_eq!(opened["size"], serde_json::json!([480, 320]));
@@ -81,17 +80,17 @@ fn a_click_is_dodged_and_the_window_is_resized_hidden_and_closed() {
     screen.key("F12");
     let file = shown.wait("screenshot");
     let path = folder.path().join(file["file"].as_str().unwrap());
-    let (size, pixels) = read_png(&path);
-    assert_eq!(size, [640, 400]);
-    assert!(colours(&pixels) > 200, "{}", colours(&pixels));
+    let shown_first = Png::read(&path);
+    assert_eq!(shown_first.size, [640, 400]);
+    assert!(shown_first.colours(0) > 200);
     // Panels, help, pause, step and the other keys.
     for key in ["p", "h", "space", "period", "s", "m", "g", "r"] {
         screen.key(key);
     }
     screen.key("F12");
     let file = shown.wait("screenshot");
-    let (_, with_panels) = read_png(&folder.path().join(file["file"].as_str().unwrap()));
-    assert!(with_panels != pixels);
+    let with_panels = Png::read(&folder.path().join(file["file"].as_str().unwrap()));
+    assert!(with_panels.pixels != shown_first.pixels);
     screen.key("Escape");
     let closed = shown.end();
     assert!(number(&closed, "median_frame_ms") > 0.0);
@@ -104,13 +103,7 @@ fn a_window_manager_minimises_the_window_and_closes_it() {
     let mut command = screen.command(program());
     command.current_dir(folder.path());
     let baked = embedded_file(folder.path());
-    let args = [
-        "dodge",
-        baked.to_str().unwrap(),
-        "--size",
-        "320x240",
-        "--plain",
-    ];
+    let args = format!("dodge {} --size 320x240 --plain", baked.display());
     let mut shown = Shown::start(command, &args);
     shown.wait("opened");
     let window = screen.window(TITLE);
@@ -121,9 +114,8 @@ fn a_window_manager_minimises_the_window_and_closes_it() {
     screen.key("F12");
     let file = shown.wait("screenshot");
     let path = folder.path().join(file["file"].as_str().unwrap());
-    let (size, pixels) = read_png(&path);
-    assert_eq!(size, [320, 240]);
-    assert!(colours(&pixels) > 200, "{}", colours(&pixels));
+    let png = Png::read(&path);
+    assert!(png.size == SIZE && png.colours(0) > 200);
 
     screen.key("alt+F4");
     shown.end();
@@ -140,22 +132,12 @@ fn what_the_window_shows_is_what_is_drawn_without_one() {
     let (baked, file) = (embedded(), embedded_file(folder.path()));
     // Before the throw, and while the ball flies by.
     for (frames, name) in [(10u64, "walk.png"), (48, "dodge.png")] {
-        let (count, png) = (frames.to_string(), folder.path().join(name));
-        let args = [
-            "dodge",
-            file.to_str().unwrap(),
-            "--size",
-            "320x240",
-            "--plain",
-            "--step",
-            "0.03125",
-            "--frames",
-            &count,
-            "--click",
-            "0.5,0.45,0.5",
-            "--screenshot",
-            png.to_str().unwrap(),
-        ];
+        let png = folder.path().join(name);
+        let args = format!(
+            "dodge {} --size 320x240 --plain --step 0.03125 --frames {frames} --click 0.5,0.45,0.5 --screenshot {}",
+            file.display(),
+            png.display()
+        );
         let mut shown = Shown::start(screen.command(program()), &args);
         shown.wait("screenshot");
         assert_eq!(shown.has_heard("throw"), frames > 20);
@@ -190,21 +172,8 @@ fn stepped(step: f32, frames: u64) -> WindowDesc {
 fn a_crowd_marches_past_cameras_posed_into_the_memory_that_is_drawn() {
     let (screen, folder) = (Screen::new(), tempfile::tempdir().unwrap());
     let png = folder.path().join("crowd.png");
-    let args = [
-        "crowd",
-        "--count",
-        "400",
-        "--size",
-        "320x240",
-        "--plain",
-        "--step",
-        "0.0625",
-        "--frames",
-        "12",
-        "--levels",
-        "--screenshot",
-    ];
-    let args = [&args[..], &[png.to_str().unwrap()]].concat();
+    let args = "crowd --count 400 --size 320x240 --plain --step 0.0625 --frames 12 --levels";
+    let args = format!("{args} --screenshot {}", png.display());
     let mut shown = Shown::start(screen.command(program()), &args);
     shown.wait("screenshot");
     let closed = shown.end();
@@ -233,8 +202,8 @@ fn a_crowd_marches_past_cameras_posed_into_the_memory_that_is_drawn() {
     assert_same(&png, &mut scene, &stepped(0.0625, 12), "crowd");
 
     // Every path, and the keys of the crowd, by hand.
-    let args = ["crowd", "--count", "300", "--size", "320x240"];
-    let mut shown = Shown::start(screen.command(program()), &args);
+    let args = "crowd --count 300 --size 320x240";
+    let mut shown = Shown::start(screen.command(program()), args);
     shown.wait("opened");
     let window = screen.window(TITLE);
     // Beside the panel there is always something of the scene.
@@ -256,19 +225,11 @@ fn a_duel_in_the_window_is_what_is_fought_and_drawn_without_one() {
     let (screen, folder) = (Screen::new(), tempfile::tempdir().unwrap());
     let png = folder.path().join("duel.png");
     let baked = embedded_file(folder.path());
-    let args = [
-        "duel",
-        baked.to_str().unwrap(),
-        "--size",
-        "320x240",
-        "--plain",
-        "--step",
-        "0.05",
-        "--frames",
-        "120",
-        "--screenshot",
-        png.to_str().unwrap(),
-    ];
+    let args = format!(
+        "duel {} --size 320x240 --plain --step 0.05 --frames 120 --screenshot {}",
+        baked.display(),
+        png.display()
+    );
     let mut shown = Shown::start(screen.command(program()), &args);
     let first = shown.wait("exchange");
     shown.wait("screenshot");
@@ -308,31 +269,13 @@ fn without_a_window_system_it_says_so_and_ends_with_2() {
     assert!(words.contains("there is no window system"), "{words}");
 }
 
-/// Columns and rows of a PNG, and three bytes of each pixel.
-fn read_png(path: &Path) -> ([u32; 2], Vec<u8>) {
-    let file = fs::File::open(path).unwrap();
-    let decoder = png::Decoder::new(std::io::BufReader::new(file));
-    let mut reader = decoder.read_info().unwrap();
-    let mut pixels = vec![0; reader.output_buffer_size().unwrap()];
-    let info = reader.next_frame(&mut pixels).unwrap();
-    ([info.width, info.height], pixels)
-}
-
-/// How many different colours there are.
-fn colours(pixels: &[u8]) -> usize {
-    let mut all: Vec<&[u8]> = pixels.chunks_exact(3).collect();
-    all.sort_unstable();
-    all.dedup();
-    all.len()
-}
-
 /// Whether a screenshot shows what is drawn without a window, without a word of validation.
 fn assert_same(path: &Path, scene: &mut dyn Scene, desc: &WindowDesc, what: &str) {
     let (drawn, heard) = picture(scene, desc).unwrap();
     assert!(heard.is_empty(), "{heard:?}");
-    let (size, pixels) = read_png(path);
-    assert_eq!(size, SIZE);
-    assert!(colours(&pixels) > 100, "{what}: {}", colours(&pixels));
-    let mut same = pixels.chunks_exact(3).zip(drawn.chunks_exact(4));
+    let png = Png::read(path);
+    assert_eq!(png.size, SIZE);
+    assert!(png.colours(0) > 100, "{what}: {}", png.colours(0));
+    let mut same = png.pixels.chunks_exact(3).zip(drawn.chunks_exact(4));
     assert!(same.all(|(one, other)| one == &other[..3]), "{what}");
 }

@@ -4,6 +4,7 @@
 use glam::{Quat, Vec3};
 use proptest::prelude::*;
 use sabaki::anim::{Clip, ClipDesc, Joint, JointId, JointKind, Pose, Skeleton, forward_kinematics};
+use sabaki_fixtures::clips::{skeleton, still_clip};
 use sabaki_import::bvh::{BvhFile, write};
 
 /// Parents as numbers that are taken modulo the joint's own index; whether leaves may be End Sites;
@@ -132,23 +133,9 @@ proptest! {
 
 #[test]
 fn names_that_a_file_cannot_hold_are_changed_not_lost() {
-    let joint = |name: &str, parent| Joint {
-        name: name.into(),
-        parent,
-        offset: Vec3::Y,
-        kind: JointKind::Moving,
-    };
-    let root = Some(JointId::ROOT);
-    let joints = vec![joint("a\n{b}", None), joint("", root), joint(" c d ", root)];
-    let skeleton = Skeleton::new(joints).unwrap();
-    let desc = ClipDesc {
-        name: String::new(),
-        frame_rate: 30.0,
-        roots: vec![Vec3::ZERO],
-        rotations: vec![Quat::IDENTITY; 3],
-        translations: Vec::new(),
-    };
-    let clip = Clip::new(&skeleton, desc).unwrap();
+    let names = [("a\n{b}", None), ("", Some(0)), (" c d ", Some(0))];
+    let skeleton = skeleton(&names.map(|(name, parent)| (name, parent, Vec3::Y)));
+    let clip = still_clip(&skeleton, "", 30.0, vec![Vec3::ZERO]);
     let mut text = Vec::new();
     write(&mut text, &skeleton, &clip, 1.0).unwrap();
     let file = BvhFile::parse(&text).unwrap();

@@ -6,10 +6,9 @@ use std::fs::File;
 use std::path::{Path, PathBuf};
 
 use glam::{Quat, Vec3};
-use sabaki::anim::{
-    Clip, ClipDesc, Facing, Joint, JointId, JointKind, JointTransform, Pose, Skeleton,
-};
+use sabaki::anim::{Clip, Facing, Joint, JointTransform, Pose, Skeleton};
 use sabaki::maps::Body;
+use sabaki_fixtures::clips;
 use sabaki_import::{ClipSet, LengthUnit, ReadError, ReadOptions, ScaleSource, gltf, read_clips};
 
 /// Names of a pelvis, two legs, a trunk with a head and two arms.
@@ -33,30 +32,22 @@ Pelvis, ThighL, ThighR, Spine, Head, ArmL, ArmR, Neck
 
 /// Joints in this order: hips, the right side, the left side, the trunk.
 fn skeleton(names: &Names) -> Skeleton {
-    let joint = |name: &str, parent: Option<u16>, offset: [f32; 3], kind| Joint {
-        name: name.into(),
-        parent: parent.map(JointId),
-        offset: Vec3::from(offset),
-        kind,
-    };
-    let (moving, tip) = (JointKind::Moving, JointKind::EndSite);
     let end = |name: &str| format!("{name}_End");
-    Skeleton::new(vec![
-        joint(names[0], None, [0.0; 3], moving),
-        joint(names[2], Some(0), [-0.1, -0.9, 0.0], moving),
-        joint(&end(names[2]), Some(1), [0.0, 0.0, 0.15], tip),
-        joint(names[1], Some(0), [0.1, -0.9, 0.0], moving),
-        joint(&end(names[1]), Some(3), [0.0, 0.0, 0.15], tip),
-        joint(names[3], Some(0), [0.0, 0.4, 0.0], moving),
-        joint(names[6], Some(5), [-0.2, 0.0, 0.0], moving),
-        joint(&end(names[6]), Some(6), [-0.6, 0.0, 0.0], tip),
-        joint(names[5], Some(5), [0.2, 0.0, 0.0], moving),
-        joint(&end(names[5]), Some(8), [0.6, 0.0, 0.0], tip),
-        joint(names[7], Some(5), [0.0, 0.1, 0.0], moving),
-        joint(names[4], Some(10), [0.0, 0.1, 0.0], moving),
-        joint(&end(names[4]), Some(11), [0.0, 0.2, 0.0], tip),
+    clips::skeleton(&[
+        (names[0], None, Vec3::ZERO),
+        (names[2], Some(0), Vec3::new(-0.1, -0.9, 0.0)),
+        (&end(names[2]), Some(1), Vec3::new(0.0, 0.0, 0.15)),
+        (names[1], Some(0), Vec3::new(0.1, -0.9, 0.0)),
+        (&end(names[1]), Some(3), Vec3::new(0.0, 0.0, 0.15)),
+        (names[3], Some(0), Vec3::new(0.0, 0.4, 0.0)),
+        (names[6], Some(5), Vec3::new(-0.2, 0.0, 0.0)),
+        (&end(names[6]), Some(6), Vec3::new(-0.6, 0.0, 0.0)),
+        (names[5], Some(5), Vec3::new(0.2, 0.0, 0.0)),
+        (&end(names[5]), Some(8), Vec3::new(0.6, 0.0, 0.0)),
+        (names[7], Some(5), Vec3::new(0.0, 0.1, 0.0)),
+        (names[4], Some(10), Vec3::new(0.0, 0.1, 0.0)),
+        (&end(names[4]), Some(11), Vec3::new(0.0, 0.2, 0.0)),
     ])
-    .unwrap()
 }
 
 /// Where the joints are at rest.
@@ -100,14 +91,9 @@ fn bvh(names: &Names, turn: f32) -> String {
     let skeleton = skeleton(names);
     let mut rotations = vec![Quat::IDENTITY; skeleton.len()];
     rotations[0] = Quat::from_rotation_x(turn.to_radians());
-    let desc = ClipDesc {
-        name: "figure".into(),
-        frame_rate: 30.0,
-        roots: vec![Vec3::Y * 0.9; 2],
-        rotations: rotations.repeat(2),
-        translations: Vec::new(),
-    };
-    let (mut text, clip) = (Vec::new(), Clip::new(&skeleton, desc).unwrap());
+    let roots = vec![Vec3::Y * 0.9; 2];
+    let clip = clips::clip(&skeleton, "figure", 30.0, roots, rotations.repeat(2));
+    let mut text = Vec::new();
     sabaki_import::bvh::write(&mut text, &skeleton, &clip, 0.01).unwrap();
     String::from_utf8(text).unwrap()
 }
@@ -168,7 +154,7 @@ fn another_axis_than_y_up_is_warned_of() {
 /// A rig whose root lies on the ground and turns a skeleton that is made with +Z up: it stands, in the space of the scene.
 #[test]
 fn a_rig_that_its_root_turns_upright_stands() {
-    let skeleton = sabaki_fixtures::clips::skeleton(&[
+    let skeleton = clips::skeleton(&[
         ("root", None, Vec3::ZERO),
         ("hips", Some(0), Vec3::new(0.0, 0.0, 0.9)),
         ("foot.l", Some(1), Vec3::new(0.1, 0.0, -0.82)),
@@ -179,14 +165,8 @@ fn a_rig_that_its_root_turns_upright_stands() {
     let clip = |turn: Quat| {
         let mut rotations = vec![turn];
         rotations.resize(skeleton.len(), Quat::IDENTITY);
-        let desc = ClipDesc {
-            name: "rig".into(),
-            frame_rate: 30.0,
-            roots: vec![Vec3::ZERO; 2],
-            rotations: rotations.repeat(2),
-            translations: Vec::new(),
-        };
-        Clip::new(&skeleton, desc).unwrap()
+        let roots = vec![Vec3::ZERO; 2];
+        clips::clip(&skeleton, "rig", 30.0, roots, rotations.repeat(2))
     };
     let folder = tempfile::tempdir().unwrap();
     for (turn, axis) in [(-90.0f32, None), (0.0, Some("+Z")), (90.0, Some("-Y"))] {
@@ -311,16 +291,8 @@ fn the_largest_group_is_read_and_the_rest_is_left_out() {
 
 /// A glTF file with still animations of this figure, by their names, with the root at a place.
 fn write_gltf(path: &Path, skeleton: &Skeleton, animations: &[(&str, Vec3)]) {
-    let clip = |&(name, root): &(&str, Vec3)| {
-        let desc = ClipDesc {
-            name: name.into(),
-            frame_rate: 30.0,
-            roots: vec![root; 3],
-            rotations: vec![Quat::IDENTITY; 3 * skeleton.len()],
-            translations: Vec::new(),
-        };
-        Clip::new(skeleton, desc).unwrap()
-    };
+    let clip =
+        |&(name, root): &(&str, Vec3)| clips::still_clip(skeleton, name, 30.0, vec![root; 3]);
     let clips: Vec<Clip> = animations.iter().map(clip).collect();
     gltf::write(&mut File::create(path).unwrap(), skeleton, &clips, &[]).unwrap();
 }

@@ -4,8 +4,9 @@
 
 use std::path::PathBuf;
 
-use glam::{Quat, Vec3};
-use sabaki::anim::{Clip, ClipDesc, EventKind, JointId, Skeleton};
+use glam::Vec3;
+use sabaki::anim::{Clip, EventKind, JointId, Skeleton};
+use sabaki_fixtures::clips::still_clip;
 use sabaki_import::{AttackFile, EventsFile, ReadOptions, read_clips};
 
 use super::refused::cases;
@@ -21,17 +22,8 @@ fn clips() -> Vec<Clip> {
 
 /// Clips of 3 s at 10 frames per second, by name.
 fn clips_of(names: &[&str]) -> Vec<Clip> {
-    let clip = |name: &str| {
-        let desc = ClipDesc {
-            name: name.into(),
-            frame_rate: 10.0,
-            roots: vec![Vec3::ZERO; 31],
-            rotations: vec![Quat::IDENTITY; 62],
-            translations: Vec::new(),
-        };
-        Clip::new(&skeleton(), desc).unwrap()
-    };
-    names.iter().map(|name| clip(name)).collect()
+    let clip = |name: &&str| still_clip(&skeleton(), name, 10.0, vec![Vec3::ZERO; 31]);
+    names.iter().map(clip).collect()
 }
 
 /// Clips of the events of an entry with this name, or the error.

@@ -9,7 +9,8 @@ use std::path::Path;
 
 use common::answer::answer_throw;
 use common::baked::embedded;
-use common::plain_bvh::{PlainBvh, V3, add, apart, lerp, scaled};
+use common::plain_bvh::PlainBvh;
+use glam::DVec3;
 use sabaki::anim::{Pose, forward_kinematics};
 use sabaki::archive;
 use sabaki::query::{Answer, Evaluation, Query, QuerySettings};
@@ -76,50 +77,41 @@ fn number(value: &Value) -> f64 {
     value.as_f64().unwrap()
 }
 
-fn vector(value: &Value) -> V3 {
-    [0, 1, 2].map(|axis| number(&value[axis]))
+fn vector(value: &Value) -> DVec3 {
+    DVec3::from_array([0, 1, 2].map(|axis| number(&value[axis])))
 }
 
 impl Exported {
     /// For each frame the centres of the body's spheres, metres.
-    fn body(&self) -> Vec<Vec<V3>> {
+    fn body(&self) -> Vec<Vec<DVec3>> {
         let metres = number(&self.facts["metres_per_unit"]);
         let spheres = self.facts["body"]["spheres"].as_array().unwrap();
         let placed = |frame: usize| {
             let joints = self.motion.joints_at(frame);
             let centre = |sphere: &Value| {
                 let joint = self.motion.find(sphere["joint"].as_str().unwrap());
-                let (turn, place) = &joints[joint];
-                add(
-                    scaled(*place, metres),
-                    turn.apply(vector(&sphere["offset"])),
-                )
+                let (turn, place) = joints[joint];
+                place * metres + turn * vector(&sphere["offset"])
             };
             spheres.iter().map(centre).collect()
         };
         (0..self.motion.frames()).map(placed).collect()
     }
 
-    fn attack(&self) -> Vec<Vec<(f64, V3, f64)>> {
+    fn attack(&self) -> Vec<Vec<(f64, DVec3, f64)>> {
         let key = |key: &Value| {
             let (t, radius) = (number(&key["t"]), number(&key["radius"]));
             (t, vector(&key["center"]), radius)
         };
         let spheres = self.facts["attack"]["spheres"].as_array().unwrap();
-        spheres
-            .iter()
-            .map(|keys| keys.as_array().unwrap().iter().map(key).collect())
-            .collect()
+        let keys = |keys: &Value| keys.as_array().unwrap().iter().map(key).collect();
+        spheres.iter().map(keys).collect()
     }
 
     /// The smallest distance of the surfaces, by small steps through time.
     fn clearance(&self) -> f64 {
-        let radii: Vec<f64> = self.facts["body"]["spheres"]
-            .as_array()
-            .unwrap()
-            .iter()
-            .map(|sphere| number(&sphere["radius"]))
-            .collect();
+        let spheres = self.facts["body"]["spheres"].as_array().unwrap().iter();
+        let radii: Vec<f64> = spheres.map(|sphere| number(&sphere["radius"])).collect();
         let (body, per_second) = (self.body(), 1.0 / self.motion.frame_time);
         let mut smallest = f64::INFINITY;
         for keys in self.attack() {
@@ -130,12 +122,12 @@ impl Exported {
                     let share = step as f64 / count as f64;
                     let t = from.0 + (to.0 - from.0) * share;
                     let (ball, radius) =
-                        (lerp(from.1, to.1, share), from.2 + (to.2 - from.2) * share);
+                        (from.1.lerp(to.1, share), from.2 + (to.2 - from.2) * share);
                     let frame = ((t * per_second) as usize).min(body.len() - 2);
                     let part = t * per_second - frame as f64;
                     for (index, own) in radii.iter().enumerate() {
-                        let centre = lerp(body[frame][index], body[frame + 1][index], part);
-                        smallest = smallest.min(apart(centre, ball) - own - radius);
+                        let centre = body[frame][index].lerp(body[frame + 1][index], part);
+                        smallest = smallest.min(centre.distance(ball) - own - radius);
                     }
                 }
             }
@@ -145,101 +137,91 @@ impl Exported {
 }
 
 #[test]
-fn the_clearance_is_that_of_the_files() {
+fn the_files_are_the_answer() {
     let folder = tempfile::tempdir().unwrap();
     let (mut clean, mut hits) = (0, 0);
     for (throw, answer) in answers() {
         let exported = export(folder.path(), &throw, &answer);
-        let stated = number(&exported.facts["clearance"]);
-        let found = exported.clearance();
-        assert!(
-            (stated - found).abs() < 2e-3,
-            "stated {stated} m, found {found} m"
-        );
-        assert_eq!(stated as f32, answer.clearance().metres);
-        let avoided = exported.facts["avoided"].as_bool().unwrap();
-        assert_eq!(avoided, answer.avoided);
-        // A hit that is deeper than the stepping is coarse is seen; and a clean answer is never a hit.
-        if found.abs() > 1e-4 {
-            assert_eq!(avoided, found > 0.0, "{found} m");
-        }
-        match avoided {
+        match clearance_is_that_of_the_files(&exported, &answer) {
             true => clean += 1,
             false => hits += 1,
         }
+        motion_begins_where_the_character_is(&exported, &throw);
+        motion_lasts_until_the_attack_is_over(&exported, &throw);
+        explanation_has_every_candidate(&exported.facts, &answer);
     }
     assert!(clean > 0, "{clean} clean, {hits} hits");
 }
 
-#[test]
-fn the_motion_begins_where_the_character_is() {
-    let folder = tempfile::tempdir().unwrap();
-    for (throw, answer) in answers() {
-        let exported = export(folder.path(), &throw, &answer);
-        let metres = number(&exported.facts["metres_per_unit"]);
-        let joints = exported.motion.joints_at(0);
-        let place = |name: &str| scaled(joints[exported.motion.find(name)].1, metres);
-        let root = place("Hips");
-        assert!(root[0].abs() < 1e-3 && root[2].abs() < 1e-3, "{root:?}");
-        let (left, right) = (place("LeftUpLeg"), place("RightUpLeg"));
-        // Left is +X where the character faces +Z.
-        let across = [left[0] - right[0], left[2] - right[2]];
-        assert!(across[0] > 0.0 && (across[1] / across[0]).abs() < 1e-3);
-        let (mut pose, mut own) = (Pose::default(), Vec::new());
-        throw.playhead.pose(embedded().graph(), &mut pose);
-        forward_kinematics(embedded().graph().skeleton(), &pose, &mut own);
-        for (id, joint) in embedded().graph().skeleton().ids().zip(&own) {
-            let name = &embedded().graph().skeleton().joint(id).name;
-            let expected = joint.translation.to_array().map(f64::from);
-            assert!(apart(place(name), expected) < 1e-4, "{name}");
-        }
+/// Returns whether the attack is avoided.
+fn clearance_is_that_of_the_files(exported: &Exported, answer: &Answer) -> bool {
+    let stated = number(&exported.facts["clearance"]);
+    let found = exported.clearance();
+    let off = (stated - found).abs();
+    assert!(off < 2e-3, "stated {stated} m, found {found} m");
+    assert_eq!(stated as f32, answer.clearance().metres);
+    let avoided = exported.facts["avoided"].as_bool().unwrap();
+    assert_eq!(avoided, answer.avoided);
+    // A hit that is deeper than the stepping is coarse is seen; and a clean answer is never a hit.
+    if found.abs() > 1e-4 {
+        assert_eq!(avoided, found > 0.0, "{found} m");
+    }
+    avoided
+}
+
+fn motion_begins_where_the_character_is(exported: &Exported, throw: &Throw) {
+    let metres = number(&exported.facts["metres_per_unit"]);
+    let joints = exported.motion.joints_at(0);
+    let place = |name: &str| joints[exported.motion.find(name)].1 * metres;
+    let root = place("Hips");
+    assert!(root.x.abs() < 1e-3 && root.z.abs() < 1e-3, "{root}");
+    // Left is +X where the character faces +Z.
+    let across = place("LeftUpLeg") - place("RightUpLeg");
+    assert!(across.x > 0.0 && (across.z / across.x).abs() < 1e-3);
+    let (graph, mut pose, mut own) = (embedded().graph(), Pose::default(), Vec::new());
+    throw.playhead.pose(graph, &mut pose);
+    forward_kinematics(graph.skeleton(), &pose, &mut own);
+    for (id, joint) in graph.skeleton().ids().zip(&own) {
+        let name = &graph.skeleton().joint(id).name;
+        let off = place(name).distance(joint.translation.as_dvec3());
+        assert!(off < 1e-4, "{name}");
     }
 }
 
-#[test]
-fn the_motion_lasts_until_the_attack_is_over() {
-    let folder = tempfile::tempdir().unwrap();
-    for (throw, answer) in answers() {
-        let exported = export(folder.path(), &throw, &answer);
-        let last = exported.motion.frames() - 1;
-        let seconds = last as f64 * exported.motion.frame_time;
-        assert!(seconds >= f64::from(throw.attack.end()));
-        let rate = number(&exported.facts["frames_per_second"]);
-        assert!((rate * exported.motion.frame_time - 1.0).abs() < 1e-9);
-        let ends = exported.attack();
-        let end = ends.iter().map(|keys| keys[keys.len() - 1].0);
-        assert_eq!(end.fold(0.0, f64::max) as f32, throw.attack.end());
-    }
+fn motion_lasts_until_the_attack_is_over(exported: &Exported, throw: &Throw) {
+    let last = exported.motion.frames() - 1;
+    let seconds = last as f64 * exported.motion.frame_time;
+    assert!(seconds >= f64::from(throw.attack.end()));
+    let rate = number(&exported.facts["frames_per_second"]);
+    assert!((rate * exported.motion.frame_time - 1.0).abs() < 1e-9);
+    let ends = exported.attack();
+    let end = ends.iter().map(|keys| keys[keys.len() - 1].0);
+    assert_eq!(end.fold(0.0, f64::max) as f32, throw.attack.end());
 }
 
-#[test]
-fn the_explanation_has_every_candidate() {
-    let folder = tempfile::tempdir().unwrap();
-    for (throw, answer) in answers() {
-        let facts = export(folder.path(), &throw, &answer).facts;
-        assert!((number(&facts["metres_per_unit"]) - 0.01).abs() < 1e-12);
-        let candidates = facts["candidates"].as_array().unwrap();
-        let count = |name: &str| facts["counts"][name].as_u64().unwrap() as usize;
-        assert_eq!(candidates.len(), count("candidates") + count("not_in_time"));
-        assert_eq!(candidates.len(), answer.candidates.len());
-        let of_fate = |fate: &str| candidates.iter().filter(|c| c["fate"] == fate).count();
-        assert_eq!(of_fate("chosen"), 1);
-        assert_eq!(of_fate("not_in_time"), count("not_in_time"));
-        let chosen = &candidates[facts["chosen"].as_u64().unwrap() as usize];
-        assert_eq!(chosen["fate"], "chosen");
-        assert_eq!(chosen["clearance"], facts["clearance"]);
-        for candidate in candidates {
-            assert!(candidate["path"].is_array());
-            let in_time = candidate["fate"] != "not_in_time";
-            assert_eq!(candidate["p"].is_number(), in_time);
-            assert_eq!(candidate["reason"].is_string(), !in_time);
-            // What was called clean has a score, and what has none a reason to have none.
-            let clean = candidate["clearance"].as_f64().is_some_and(|m| m >= 0.0);
-            assert_eq!(candidate["score"].is_object(), clean);
-        }
-        for name in ["joint", "offset", "radius"] {
-            assert!(!facts["body"]["spheres"][0][name].is_null(), "{name}");
-        }
+fn explanation_has_every_candidate(facts: &Value, answer: &Answer) {
+    assert!((number(&facts["metres_per_unit"]) - 0.01).abs() < 1e-12);
+    let candidates = facts["candidates"].as_array().unwrap();
+    let count = |name: &str| facts["counts"][name].as_u64().unwrap() as usize;
+    assert_eq!(candidates.len(), count("candidates") + count("not_in_time"));
+    assert_eq!(candidates.len(), answer.candidates.len());
+    let of_fate = |fate: &str| candidates.iter().filter(|c| c["fate"] == fate).count();
+    assert_eq!(of_fate("chosen"), 1);
+    assert_eq!(of_fate("not_in_time"), count("not_in_time"));
+    let chosen = &candidates[facts["chosen"].as_u64().unwrap() as usize];
+    assert_eq!(chosen["fate"], "chosen");
+    assert_eq!(chosen["clearance"], facts["clearance"]);
+    for candidate in candidates {
+        assert!(candidate["path"].is_array());
+        let in_time = candidate["fate"] != "not_in_time";
+        assert_eq!(candidate["p"].is_number(), in_time);
+        assert_eq!(candidate["reason"].is_string(), !in_time);
+        // What was called clean has a score, and what has none a reason to have none.
+        let clean = candidate["clearance"].as_f64().is_some_and(|m| m >= 0.0);
+        assert_eq!(candidate["score"].is_object(), clean);
+    }
+    for name in ["joint", "offset", "radius"] {
+        assert!(!facts["body"]["spheres"][0][name].is_null(), "{name}");
     }
 }
 

@@ -3,7 +3,6 @@
 use std::fmt::Write;
 use std::path::Path;
 
-use base64::Engine;
 use sabaki_import::asf::{AmcFile, AsfFile};
 use sabaki_import::bvh::{BvhFile, MotionError};
 use sabaki_import::gltf::{GltfError, GltfFile};
@@ -11,6 +10,7 @@ use sabaki_import::{MOST_ENTRIES, ReadError, ReadOptions, read_clips, read_motio
 use serde_json::{Value, json};
 
 use super::corpora::MOST;
+use super::gltf::Builder;
 use sabaki_fixtures::memory::{alone, held_at_most};
 
 /// The error of a read that holds little memory.
@@ -140,48 +140,25 @@ fn files_within_the_limit_are_read() {
 
 /// A glTF file of a chain of nodes. Each animation moves the first `moved` nodes, by the keys of an accessor of its own.
 fn gltf(nodes: usize, moved: usize, animations: &[&[f32]]) -> Value {
-    let (mut bytes, mut views, mut accessors) = (Vec::new(), Vec::new(), Vec::new());
-    let mut add = |kind: &str, width: usize, floats: &[f32]| {
-        views.push(json!({
-            "buffer": 0, "byteOffset": bytes.len(), "byteLength": 4 * floats.len(),
-        }));
-        bytes.extend(floats.iter().flat_map(|float| float.to_le_bytes()));
-        accessors.push(json!({
-            "bufferView": accessors.len(), "componentType": 5126, "count": floats.len() / width,
-            "type": kind,
-        }));
-    };
-    for times in animations {
-        add("SCALAR", 1, times);
-        add("VEC3", 3, &vec![0.0; 3 * times.len()]);
-    }
+    let mut builder = Builder::default();
+    let animations = animations.iter().enumerate().map(|(index, times)| {
+        let input = builder.floats("SCALAR", times);
+        let output = builder.floats("VEC3", &vec![0.0; 3 * times.len()]);
+        let channel = |node: usize| {
+            json!({ "sampler": 0, "target": { "node": node, "path": "translation" } })
+        };
+        json!({
+            "name": format!("a{index}"),
+            "samplers": [{ "input": input, "output": output }],
+            "channels": (0..moved).map(channel).collect::<Vec<_>>(),
+        })
+    });
+    let animations = animations.collect();
     let node = |index: usize| match index + 1 < nodes {
         true => json!({ "name": format!("n{index}"), "children": [index + 1] }),
         false => json!({ "name": format!("n{index}") }),
     };
-    let channel = |node: usize| {
-        let target = json!({ "node": node, "path": "translation" });
-        json!({ "sampler": 0, "target": target })
-    };
-    let animation = |index: usize| {
-        json!({
-            "name": format!("a{index}"),
-            "samplers": [{ "input": 2 * index, "output": 2 * index + 1 }],
-            "channels": (0..moved).map(channel).collect::<Vec<_>>(),
-        })
-    };
-    let text = base64::engine::general_purpose::STANDARD.encode(&bytes);
-    json!({
-        "asset": { "version": "2.0" },
-        "nodes": (0..nodes).map(node).collect::<Vec<_>>(),
-        "animations": (0..animations.len()).map(animation).collect::<Vec<_>>(),
-        "accessors": accessors,
-        "bufferViews": views,
-        "buffers": [{
-            "byteLength": bytes.len(),
-            "uri": format!("data:application/octet-stream;base64,{text}"),
-        }],
-    })
+    builder.animated((0..nodes).map(node).collect(), animations)
 }
 
 fn refused_gltf(document: &Value) -> GltfError {

@@ -3,9 +3,10 @@
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 use glam::{Quat, Vec3};
-use sabaki::anim::{Clip, ClipDesc, JointId, Pose, forward_kinematics};
+use sabaki::anim::{Clip, JointId, Pose, forward_kinematics};
 use sabaki::graph::{self, EdgeMotion, GraphSettings};
 use sabaki_fixtures::captures::{captures, source_of};
+use sabaki_fixtures::clips::clip;
 use sabaki_import::{ClipSet, MirrorError};
 
 fn set(joints: &[(&str, Option<u16>, [f32; 3])]) -> ClipSet {
@@ -13,15 +14,10 @@ fn set(joints: &[(&str, Option<u16>, [f32; 3])]) -> ClipSet {
         .iter()
         .map(|&(name, parent, offset)| (name, parent, offset.into()));
     let skeleton = sabaki_fixtures::clips::skeleton(&joints.collect::<Vec<_>>());
-    let desc = ClipDesc {
-        name: "still.bvh".into(),
-        frame_rate: 30.0,
-        roots: vec![Vec3::new(0.3, 0.9, 0.2)],
-        rotations: vec![Quat::from_euler(glam::EulerRot::XYZ, 0.1, 0.5, 0.2); skeleton.len()],
-        translations: Vec::new(),
-    };
+    let turn = Quat::from_euler(glam::EulerRot::XYZ, 0.1, 0.5, 0.2);
+    let (root, turns) = (Vec3::new(0.3, 0.9, 0.2), vec![turn; skeleton.len()]);
     ClipSet {
-        clips: vec![Clip::new(&skeleton, desc).unwrap()],
+        clips: vec![clip(&skeleton, "still.bvh", 30.0, vec![root], turns)],
         skeleton,
         events: Vec::new(),
         scales: vec![sabaki_import::Scale {

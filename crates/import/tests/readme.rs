@@ -13,27 +13,15 @@ fn examples(heading: &str) -> Vec<&'static str> {
 }
 
 #[test]
-fn the_attack_file_has_an_attack_of_two_spheres() {
+fn attacks_and_events_can_be_read() {
     let [example] = examples("Attacks")[..] else {
         panic!("one example is expected")
     };
     let file = AttackFile::parse(example.as_bytes()).unwrap();
-    let spheres: Vec<usize> = file
-        .attacks
-        .iter()
-        .map(|attack| attack.spheres.len())
-        .collect();
-    assert_eq!(spheres, [1, 2]);
-}
-
-#[test]
-fn the_events_file_can_be_read() {
+    let spheres = file.attacks.iter().map(|attack| attack.spheres.len());
+    assert_eq!(spheres.collect::<Vec<_>>(), [1, 2]);
     for example in examples("Events") {
-        assert!(
-            !EventsFile::parse(example.as_bytes())
-                .unwrap()
-                .clips
-                .is_empty()
-        );
+        let file = EventsFile::parse(example.as_bytes()).unwrap();
+        assert!(!file.clips.is_empty());
     }
 }

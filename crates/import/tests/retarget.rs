@@ -11,6 +11,7 @@ use sabaki::anim::{
     forward_kinematics,
 };
 use sabaki_fixtures::captures::mocap;
+use sabaki_fixtures::clips;
 use sabaki_import::{ClipSet, ReadError, ReadOptions, bvh, gltf, read_clips};
 
 const RETARGET: ReadOptions = ReadOptions {
@@ -230,7 +231,7 @@ fn a_motion_without_bones_is_no_motion_of_this_skeleton() {
 
 /// A person of seven joints who walks a step beside the axis Z.
 fn small_person() -> (Skeleton, Clip) {
-    let skeleton = sabaki_fixtures::clips::skeleton(&[
+    let skeleton = clips::skeleton(&[
         ("Hips", None, Vec3::ZERO),
         ("LeftUpLeg", Some(0), Vec3::X * 0.1),
         ("LeftFoot", Some(1), Vec3::Y * -0.8),
@@ -240,21 +241,11 @@ fn small_person() -> (Skeleton, Clip) {
         ("Head", Some(5), Vec3::Y * 0.4),
     ]);
     let angle = |index: usize| 0.4 * (1.3 * index as f32).sin();
-    let frames = 0..6;
-    let desc = ClipDesc {
-        name: "small.bvh".into(),
-        frame_rate: 30.0,
-        roots: frames
-            .clone()
-            .map(|frame| Vec3::new(0.3, 0.9, 0.1 * frame as f32))
-            .collect(),
-        rotations: frames
-            .flat_map(|frame| (0..7).map(move |joint| 7 * frame + joint))
-            .map(|index| Quat::from_euler(glam::EulerRot::YXZ, angle(index), angle(index + 3), 0.1))
-            .collect(),
-        translations: Vec::new(),
-    };
-    (skeleton.clone(), Clip::new(&skeleton, desc).unwrap())
+    let roots = (0..6).map(|frame| Vec3::new(0.3, 0.9, 0.1 * frame as f32));
+    let turn = |index| Quat::from_euler(glam::EulerRot::YXZ, angle(index), angle(index + 3), 0.1);
+    let turns = (0..6 * 7).map(turn).collect();
+    let clip = clips::clip(&skeleton, "small.bvh", 30.0, roots.collect(), turns);
+    (skeleton, clip)
 }
 
 /// The same motion below a joint that stands still, turned, beside the path: the former root has the whole motion.

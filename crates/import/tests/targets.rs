@@ -32,6 +32,11 @@ pub const TARGETS: [(&str, Target); 7] = [
     ("asf", asf_file),
 ];
 
+pub fn of_name(name: &str) -> Target {
+    let mut targets = TARGETS.into_iter();
+    targets.find(|(own, _)| *own == name).unwrap().1
+}
+
 /// Frames times joints that a target goes on with: a fuzzer is to try many inputs, not large ones.
 const SMALL: usize = 1 << 14;
 

@@ -3,10 +3,9 @@
 use glam::Vec3;
 use sabaki::anim::{Joint, Leg, Pose, Skeleton};
 use sabaki::graph::{self, ClipSource, GraphSettings, MotionGraph};
-
 use serde_json::json;
 
-use super::common::clips::{small_skeleton, swinging_clip};
+use super::common::clips::{skeleton, small_skeleton, swinging_clip};
 use super::{places, transitions, walker};
 
 #[test]
@@ -37,27 +36,20 @@ fn where_no_legs_are_known_nothing_is_done() {
 
 #[test]
 fn twist_joints_and_hips_on_the_pelvis_are_no_bones() {
-    let names = [
-        ("Hips", None, 0.0),
-        ("Pelvis", Some(0), -0.05),
-        ("LHipJoint", Some(1), 0.0),
-        ("LeftUpLeg", Some(2), -0.05),
-        ("LeftUpLegTwist", Some(3), -0.2),
-        ("LeftLeg", Some(4), -0.22),
-        ("LeftLegTwist", Some(5), -0.3),
-        ("LeftFoot", Some(6), -0.1),
-        ("LeftToeBase", Some(7), -0.05),
-        ("RightUpLeg", Some(1), -0.05),
-        ("RightLeg", Some(9), -0.42),
-        ("RightFoot", Some(10), -0.4),
-    ];
-    let joint = |(name, parent, y): (&str, Option<u16>, f32)| Joint {
-        name: name.into(),
-        parent: parent.map(sabaki::anim::JointId),
-        offset: Vec3::new(0.0, y, 0.0),
-        kind: sabaki::anim::JointKind::Moving,
-    };
-    let skeleton = Skeleton::new(names.map(joint).to_vec()).unwrap();
+    let skeleton = skeleton(&[
+        ("Hips", None, Vec3::Y * 0.0),
+        ("Pelvis", Some(0), Vec3::Y * -0.05),
+        ("LHipJoint", Some(1), Vec3::Y * 0.0),
+        ("LeftUpLeg", Some(2), Vec3::Y * -0.05),
+        ("LeftUpLegTwist", Some(3), Vec3::Y * -0.2),
+        ("LeftLeg", Some(4), Vec3::Y * -0.22),
+        ("LeftLegTwist", Some(5), Vec3::Y * -0.3),
+        ("LeftFoot", Some(6), Vec3::Y * -0.1),
+        ("LeftToeBase", Some(7), Vec3::Y * -0.05),
+        ("RightUpLeg", Some(1), Vec3::Y * -0.05),
+        ("RightLeg", Some(9), Vec3::Y * -0.42),
+        ("RightFoot", Some(10), Vec3::Y * -0.4),
+    ]);
     let legs = Leg::all(&skeleton);
     let named = |leg: &Leg| [leg.hip, leg.knee, leg.foot].map(|id| skeleton.joint(id).name.clone());
     assert_eq!(named(&legs[0]), ["LeftUpLeg", "LeftLeg", "LeftFoot"]);

@@ -1,9 +1,10 @@
 //! A synthetic walking motion with known foot plants.
 
 use glam::{Quat, Vec3};
-use sabaki::anim::{Clip, ClipDesc, Joint, JointId, JointKind, Skeleton};
+use sabaki::anim::{Clip, Joint, Skeleton};
 use sabaki::graph::{self, ClipSource, GraphSettings, MotionGraph};
 
+use super::common::clips;
 use super::common::random::Random;
 
 const THIGH: f32 = 0.43;
@@ -25,33 +26,19 @@ pub struct Walk {
 }
 
 fn skeleton() -> Skeleton {
-    let mut joints = vec![joint("Hips", None, Vec3::ZERO)];
-    for (first, side, x) in [(1, "Left", 0.1), (5, "Right", -0.1)] {
-        let chain = [
-            ("UpLeg", 0, Vec3::new(x, 0.0, 0.0)),
-            ("Leg", first, Vec3::NEG_Y * THIGH),
-            ("Foot", first + 1, Vec3::NEG_Y * SHIN),
-            ("Foot_End", first + 2, Vec3::new(0.0, -0.06, 0.15)),
-        ];
-        for (name, parent, offset) in chain {
-            joints.push(joint(&format!("{side}{name}"), Some(parent), offset));
-        }
-    }
-    Skeleton::new(joints).unwrap()
-}
-
-fn joint(name: &str, parent: Option<u16>, offset: Vec3) -> Joint {
-    let tip = name.ends_with("_End");
-    Joint {
-        name: name.into(),
-        parent: parent.map(JointId),
-        offset,
-        kind: if tip {
-            JointKind::EndSite
-        } else {
-            JointKind::Moving
-        },
-    }
+    let foot = Vec3::new(0.0, -0.06, 0.15);
+    let leg = [Vec3::NEG_Y * THIGH, Vec3::NEG_Y * SHIN];
+    clips::skeleton(&[
+        ("Hips", None, Vec3::ZERO),
+        ("LeftUpLeg", Some(0), Vec3::X * 0.1),
+        ("LeftLeg", Some(1), leg[0]),
+        ("LeftFoot", Some(2), leg[1]),
+        ("LeftFoot_End", Some(3), foot),
+        ("RightUpLeg", Some(0), Vec3::X * -0.1),
+        ("RightLeg", Some(5), leg[0]),
+        ("RightFoot", Some(6), leg[1]),
+        ("RightFoot_End", Some(7), foot),
+    ])
 }
 
 /// The ankle's height and way at a frame, and whether it stands there.
@@ -92,23 +79,12 @@ pub fn walk(noise: f32) -> Walk {
         roots.push(root + Vec3::new(tremble(), tremble(), tremble()));
     }
     let skeleton = skeleton();
-    let clip = clip(&skeleton, "walk", roots, rotations);
+    let clip = clips::clip(&skeleton, "walk", 30.0, roots, rotations);
     Walk {
         skeleton,
         clip,
         plants,
     }
-}
-
-fn clip(skeleton: &Skeleton, name: &str, roots: Vec<Vec3>, rotations: Vec<Quat>) -> Clip {
-    let desc = ClipDesc {
-        name: name.into(),
-        frame_rate: 30.0,
-        roots,
-        rotations,
-        translations: Vec::new(),
-    };
-    Clip::new(skeleton, desc).unwrap()
 }
 
 /// Rotations of hip, knee, foot and tip for an ankle at that height and way from the hip, flat.
@@ -131,7 +107,7 @@ pub fn changed(walk: &Walk, scale: f32, place: impl Fn(Vec3) -> Vec3) -> Walk {
     let skeleton = Skeleton::new(joints.collect()).unwrap();
     let desc = walk.clip.desc();
     let roots = desc.roots.iter().map(|&root| place(root * scale)).collect();
-    let clip = clip(&skeleton, "walk", roots, desc.rotations.clone());
+    let clip = clips::clip(&skeleton, "walk", 30.0, roots, desc.rotations);
     Walk {
         skeleton,
         clip,
@@ -142,12 +118,7 @@ pub fn changed(walk: &Walk, scale: f32, place: impl Fn(Vec3) -> Vec3) -> Walk {
 /// Of the walk and the same again.
 pub fn graph(walk: &Walk) -> MotionGraph {
     let desc = walk.clip.desc();
-    let again = clip(
-        &walk.skeleton,
-        "again",
-        desc.roots.clone(),
-        desc.rotations.clone(),
-    );
+    let again = clips::clip(&walk.skeleton, "again", 30.0, desc.roots, desc.rotations);
     let clips = [walk.clip.clone(), again];
     let source = ClipSource {
         skeleton: &walk.skeleton,

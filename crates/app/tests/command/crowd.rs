@@ -2,23 +2,13 @@
 
 use sabaki::math::Isa;
 
-use super::run::{clips, folder, sabaki};
+use super::run::{folder, sabaki};
 
 #[test]
 fn crowd_json_has_its_keys() {
     let folder = folder();
-    let args = [
-        "crowd",
-        clips().0,
-        "--count",
-        "200",
-        "--frames",
-        "2",
-        "--threads",
-        "2",
-        "--json",
-    ];
-    let document = sabaki(folder.path(), &args).json(0);
+    let args = "crowd CLIPS --count 200 --frames 2 --threads 2 --json";
+    let document = sabaki(&folder, args).json(0);
     assert!(document["clips"].as_u64().unwrap() > 0);
     assert!(document["key_bytes"].as_u64().unwrap() > 0);
     assert_eq!(document["error_pixels"], 2.0);
@@ -43,7 +33,7 @@ fn crowd_json_has_its_keys() {
             level => assert_eq!(joints, 24.0 - level.parse::<f64>().unwrap()),
         }
     }
-    let told = sabaki(folder.path(), &["crowd", "--count", "50", "--frames", "1"]).is(0);
+    let told = sabaki(&folder, "crowd --count 50 --frames 1").is(0);
     for word in ["50 characters", "levels", "distance", "ns a joint"] {
         assert!(told.stdout.contains(word), "{word} in\n{}", told.stdout);
     }

@@ -2,28 +2,24 @@
 
 use sabaki_fixtures::baked::embedded_file;
 
-use super::run::{baked, folder, sabaki};
+use super::run::{folder, sabaki};
 use super::without_times;
 
 #[test]
 fn a_duel_has_the_keys_that_it_promises_and_is_the_same_for_a_seed() {
     let folder = folder();
     let file = embedded_file(folder.path());
-    let args = ["--rounds", "3", "--json", "--seed"];
-    let fight = |motions: &[&str], seed| {
-        let args = [&["duel"], motions, &args, &[seed]].concat();
-        let mut document = sabaki(folder.path(), &args).json(0);
+    let fight = |motions: &str, seed| {
+        let args = format!("duel {motions} --rounds 3 --json --seed {seed}");
+        let mut document = sabaki(&folder, &args).json(0);
         document["attack_grid"]["build_seconds"] = serde_json::Value::Null;
         without_times(document)
     };
-    let baked = [file.to_str().unwrap()];
-    let document = fight(&baked, "1");
-    assert!(document != fight(&baked, "2"), "another seed");
-    let unbaked = fight(&[], "1");
-    assert_eq!(
-        document["exchanges"], unbaked["exchanges"],
-        "without a file"
-    );
+    let baked = file.to_str().unwrap();
+    let document = fight(baked, 1);
+    assert!(document != fight(baked, 2), "another seed");
+    let unbaked = fight("", 1);
+    assert_eq!(document["exchanges"], unbaked["exchanges"]);
     assert_eq!(document["rounds"], 3);
     let exchanges = document["exchanges"].as_array().unwrap();
     assert_eq!(exchanges.len(), 3);
@@ -57,7 +53,7 @@ fn a_duel_has_the_keys_that_it_promises_and_is_the_same_for_a_seed() {
 fn a_duel_that_cannot_be_fought_says_why() {
     let folder = folder();
     // There is no walk in these clips, so the characters do not approach.
-    let far = sabaki(folder.path(), &["duel", baked(), "--rounds", "1"]).is(1);
+    let far = sabaki(&folder, "duel BAKED --rounds 1").is(1);
     assert!(
         far.stdout
             .contains("ended early: no fighter comes within reach"),
@@ -69,29 +65,17 @@ fn a_duel_that_cannot_be_fought_says_why() {
 #[test]
 fn a_film_and_a_sheet_are_drawn() {
     let folder = folder();
-    let args = [
-        "render",
-        "duel",
-        baked(),
-        "--apart",
-        "0.8",
-        "--rounds",
-        "1",
-        "--size",
-        "128x112",
-        "--json",
-        "--out",
-    ];
-    let film = [&args[..], &["d.gif", "--rate", "5"]].concat();
-    let said = sabaki(folder.path(), &film).json(0);
+    let args = "render duel BAKED --apart 0.8 --rounds 1 --size 128x112 --json --out";
+    let film = format!("{args} d.gif --rate 5");
+    let said = sabaki(&folder, &film).json(0);
     let gif = std::fs::read(folder.path().join("d.gif")).unwrap();
     assert!(gif.starts_with(b"GIF89a"));
     assert_eq!(said["bytes"], gif.len());
     assert!(said["pictures"].as_u64().unwrap() > 6);
     assert_eq!(said["duel"]["rounds"], 1);
-    sabaki(folder.path(), &[&args[..], &["d.png"]].concat()).is(0);
+    sabaki(&folder, &format!("{args} d.png")).is(0);
     super::assert_is_png(&folder.path().join("d.png"));
-    let later = [&args[..], &["d.png", "--from", "3"]].concat();
-    sabaki(folder.path(), &later).is_refused(&["no exchange 3"]);
+    let later = format!("{args} d.png --from 3");
+    sabaki(&folder, &later).is_refused(&["no exchange 3"]);
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 2);
 }

@@ -11,7 +11,7 @@ use sabaki_import::BodyFile;
 use sabaki_import::fit::BindPose;
 
 use super::common::shapes::Shape;
-use super::run::{clips, folder, sabaki};
+use super::run::{folder, sabaki};
 
 fn skeleton() -> Skeleton {
     demo::motions().unwrap().skeleton
@@ -25,17 +25,8 @@ fn bake_takes_spheres_from_a_file() {
     BodyFile::of(&body, &skeleton)
         .write(&folder.path().join("body.json"))
         .unwrap();
-    let args = [
-        "bake",
-        "--clips",
-        clips().0,
-        "--out",
-        "g.sabaki",
-        "--body",
-        "body.json",
-        "--json",
-    ];
-    let said = sabaki(folder.path(), &args).json(0);
+    let args = "bake --clips CLIPS --out g.sabaki --body body.json --json";
+    let said = sabaki(&folder, args).json(0);
     assert_eq!(
         (&said["body_spheres"], &said["props"]),
         (&9.into(), &0.into())
@@ -59,25 +50,8 @@ fn bake_fits_a_body_and_a_staff_and_says_how_well() {
     let mut staff = Shape::default();
     staff.capsule(Vec3::NEG_Y * 0.5, Vec3::Y, 0.015, 8);
     write("staff.obj", staff.obj(0.01));
-    let args = [
-        "bake",
-        "--clips",
-        clips().0,
-        "--events",
-        clips().1,
-        "--out",
-        "g.sabaki",
-        "--body",
-        "man.obj",
-        "--body-stand",
-        "--prop",
-        "staff.obj",
-        "--prop-joint",
-        "RightHand",
-        "--prop-grip",
-        "-0.05,0,0,0.7071,0,0,0.7071",
-    ];
-    let text = sabaki(folder.path(), &args).is(0).stdout;
+    let args = "bake --clips CLIPS --events EVENTS --out g.sabaki --body man.obj --body-stand --prop staff.obj --prop-joint RightHand --prop-grip -0.05,0,0,0.7071,0,0,0.7071";
+    let text = sabaki(&folder, args).is(0).stdout;
     for word in [
         "man.obj",
         "at 0.001 m a unit",
@@ -88,7 +62,7 @@ fn bake_fits_a_body_and_a_staff_and_says_how_well() {
     ] {
         assert!(text.contains(word), "{word:?} is not in: {text}");
     }
-    let said = sabaki(folder.path(), &[&args[..], &["--json"]].concat()).json(0);
+    let said = sabaki(&folder, &format!("{args} --json")).json(0);
     let fits = said["fits"].as_array().unwrap();
     assert_eq!((fits.len(), &said["props"]), (2, &1.into()));
     for fit in fits {
@@ -120,32 +94,24 @@ fn figures_that_do_not_fit_are_refused() {
         "tail.json",
         r#"{"spheres":[{"joint":"Tail","offset":[0,0,0],"radius":0.1}]}"#,
     );
-    for (args, words) in [
+    let cases: [(&str, &[&str]); 7] = [
         (
-            &["--body", "away.obj", "--body-scale", "1"][..],
-            &["away.obj", "vertex 0", "m from the nearest bone"][..],
+            "--body away.obj --body-scale 1",
+            &["away.obj", "vertex 0", "m from the nearest bone"],
         ),
-        (&["--body", "tail.json"], &["tail.json", "sphere 0", "Tail"]),
+        ("--body tail.json", &["tail.json", "sphere 0", "Tail"]),
+        ("--body away.obj --body-pose none.bvh:0", &["none.bvh"]),
+        ("--body away.obj --body-pose none", &["CLIP:FRAME"]),
+        ("--prop away.obj", &["--prop-joint"]),
+        ("--prop away.obj --prop-joint Tail", &["Tail", "RightHand"]),
         (
-            &["--body", "away.obj", "--body-pose", "none.bvh:0"],
-            &["none.bvh"],
-        ),
-        (
-            &["--body", "away.obj", "--body-pose", "none"],
-            &["CLIP:FRAME"],
-        ),
-        (&["--prop", "away.obj"], &["--prop-joint"]),
-        (
-            &["--prop", "away.obj", "--prop-joint", "Tail"],
-            &["Tail", "RightHand"],
-        ),
-        (
-            &["--prop", "none.obj", "--prop-joint", "RightHand"],
+            "--prop none.obj --prop-joint RightHand",
             &["none.obj", "no faces"],
         ),
-    ] {
-        let whole = [&["bake", "--clips", clips().0, "--out", "g.sabaki"], args].concat();
-        sabaki(folder.path(), &whole).is_refused(words);
+    ];
+    for (args, words) in cases {
+        let whole = format!("bake --clips CLIPS --out g.sabaki {args}");
+        sabaki(&folder, &whole).is_refused(words);
     }
     assert!(!folder.path().join("g.sabaki").exists());
 }

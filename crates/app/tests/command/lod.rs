@@ -8,9 +8,7 @@ use super::run::{clips, folder, sabaki};
 #[test]
 fn the_levels_of_a_clip_are_told_and_drawn() {
     let folder = folder();
-    let (path, _) = clips();
-    let args = ["lod", path, "--plot", "lod.png", "--export", "lod.glb"];
-    let told = sabaki(folder.path(), &args).is(0);
+    let told = sabaki(&folder, "lod CLIPS --plot lod.png --export lod.glb").is(0);
     for word in ["removed", "energy J", "L = ", "without blending"] {
         assert!(told.stdout.contains(word), "{word} in\n{}", told.stdout);
     }
@@ -28,7 +26,7 @@ fn levels(document: &Value) -> Vec<Value> {
 fn lod_json_has_its_keys() {
     let folder = folder();
     for order in ["energy", "error"] {
-        let document = sabaki(folder.path(), &["lod", "--json", "--order", order]).json(0);
+        let document = sabaki(&folder, &format!("lod --json --order {order}")).json(0);
         assert_eq!(document["order"], order);
         let levels = levels(&document);
         // 24 joints, five ends and the root stay.
@@ -53,12 +51,9 @@ fn lod_json_has_its_keys() {
 #[test]
 fn settings_change_what_they_say() {
     let folder = folder();
-    let run = |more: &[&str]| {
-        let args = [&["lod", "--json"], more].concat();
-        sabaki(folder.path(), &args).json(0)
-    };
-    let plain = run(&[]);
-    let locked = run(&["--lock", "LeftHand", "--lock", "Head"]);
+    let run = |more: &str| sabaki(&folder, &format!("lod --json {more}")).json(0);
+    let plain = run("");
+    let locked = run("--lock LeftHand --lock Head");
     assert_eq!(levels(&locked).len(), levels(&plain).len() - 2);
     for level in levels(&locked) {
         assert!(level["removed"] != "LeftHand" && level["removed"] != "Head");
@@ -67,13 +62,13 @@ fn settings_change_what_they_say() {
     let (clips, _) = clips();
     let clip = std::fs::read_dir(clips).unwrap().next().unwrap().unwrap();
     let clip = clip.path();
-    let comma = run(&["--lock", "LeftHand,Head", clip.to_str().unwrap()]);
+    let comma = run(&format!("--lock LeftHand,Head {}", clip.display()));
     assert_eq!(levels(&comma).len(), levels(&plain).len() - 2);
     assert!(
         levels(&comma)[1]["energy"] != levels(&locked)[1]["energy"],
         "another clip"
     );
-    let small = run(&["--screen", "540"]);
+    let small = run("--screen 540");
     let furthest = |document: &Value| document["switching"]["rule"]["energy"]["furthest"].as_f64();
     assert!((furthest(&small).unwrap() * 2.0 - furthest(&plain).unwrap()).abs() < 1e-2);
     std::fs::write(
@@ -81,7 +76,7 @@ fn settings_change_what_they_say() {
         r#"{"masses": {"LeftForeArm": 100.0}}"#,
     )
     .unwrap();
-    let heavy = run(&["--masses", "masses.json"]);
+    let heavy = run("--masses masses.json");
     let energy = |joint: &str| {
         let energies = heavy["energies"].as_array().unwrap();
         let found = energies
@@ -104,25 +99,22 @@ fn lod_refuses_what_makes_no_sense() {
     )
     .unwrap();
     for (args, expected) in [
+        ("--lock Tail", "the skeleton has no joint \"Tail\""),
         (
-            &["--lock", "Tail"][..],
-            "the skeleton has no joint \"Tail\"",
-        ),
-        (
-            &["--masses", "masses.json"],
+            "--masses masses.json",
             "masses.json: the skeleton has no joint \"Tail\"",
         ),
-        (&["--masses", "none.json"], "none.json"),
+        ("--masses none.json", "none.json"),
     ] {
-        sabaki(folder.path(), &[&["lod"], args].concat()).is_refused(&[expected]);
+        sabaki(&folder, &format!("lod {args}")).is_refused(&[expected]);
     }
     for (args, word) in [
-        (&["--export", "x.bvh"][..], "end in .glb"),
-        (&["--screen", "-3"], "must be 1 to"),
-        (&["--vanish", "0"], "must be 0.01 to"),
-        (&["--error", "NaN"], "must be 0.001 to"),
+        ("--export x.bvh", "end in .glb"),
+        ("--screen -3", "must be 1 to"),
+        ("--vanish 0", "must be 0.01 to"),
+        ("--error NaN", "must be 0.001 to"),
     ] {
-        sabaki(folder.path(), &[&["lod"], args].concat()).is_misused(&[word]);
+        sabaki(&folder, &format!("lod {args}")).is_misused(&[word]);
     }
 }
 
@@ -149,12 +141,12 @@ fn still_chain(joints: usize) -> String {
 fn a_chain_without_motion_is_told_of() {
     let folder = folder();
     std::fs::write(folder.path().join("chain.bvh"), still_chain(12)).unwrap();
-    let document = sabaki(folder.path(), &["lod", "chain.bvh", "--json"]).json(0);
+    let document = sabaki(&folder, "lod chain.bvh --json").json(0);
     let levels = levels(&document);
     assert_eq!(levels.len(), 12);
     for level in &levels[1..] {
         assert!(level["band"]["end"].as_f64().unwrap().is_finite());
     }
-    let args = ["crowd", "chain.bvh", "--count", "32", "--json"];
-    sabaki(folder.path(), &args).json(0);
+    let args = "crowd chain.bvh --count 32 --json";
+    sabaki(&folder, args).json(0);
 }

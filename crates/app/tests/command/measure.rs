@@ -5,7 +5,7 @@ use std::fs;
 use serde_json::Value;
 
 use super::assert_is_png;
-use super::run::{baked, folder, sabaki, text_of};
+use super::run::{folder, sabaki, text_of};
 
 fn number(value: &Value) -> f64 {
     value.as_f64().unwrap_or_else(|| panic!("{value}"))
@@ -14,17 +14,17 @@ fn number(value: &Value) -> f64 {
 #[test]
 fn an_explanation_lists_every_candidate_in_lines_that_can_be_read() {
     let folder = folder();
-    let args = ["dodge", baked(), "--cull", "cpu", "--grid", "off"];
+    let args = "dodge BAKED --cull cpu --grid off";
     let (mut shortened, mut outscored) = (0, [0; 2]);
     for index in ["0", "1", "2"] {
-        let explain = [&args[..], &["--explain", index]].concat();
-        let document = sabaki(folder.path(), &[&explain[..], &["--json"]].concat()).json(0);
+        let explain = format!("{args} --explain {index}");
+        let document = sabaki(&folder, &format!("{explain} --json")).json(0);
         assert_eq!(document["attack_index"].to_string(), index);
         let candidates = document["candidates"].as_array().unwrap();
         let late = |c: &&Value| c["fate"] == "not_in_time";
         let counted = number(&document["counts"]["not_in_time"]);
         assert_eq!(candidates.iter().filter(late).count() as f64, counted);
-        let whole = sabaki(folder.path(), &[&explain[..], &["--all"]].concat()).is(0);
+        let whole = sabaki(&folder, &format!("{explain} --all")).is(0);
         let listed = |text: &str, what: &str| {
             let heading = text.lines().find(|line| line.starts_with(what));
             heading.is_some_and(|line| line.ends_with(')'))
@@ -46,7 +46,7 @@ fn an_explanation_lists_every_candidate_in_lines_that_can_be_read() {
         // A line of figures or a reason, and one of the path, for each.
         let paths = whole.stdout.lines().filter(|l| l.starts_with("         "));
         assert_eq!(paths.count(), candidates.len());
-        let short = sabaki(folder.path(), &explain).is(0);
+        let short = sabaki(&folder, &explain).is(0);
         shortened += usize::from(short.stdout.contains("--all lists them"));
         for line in whole.stdout.lines().chain(short.stdout.lines()) {
             assert!(line.chars().count() <= 100, "{line}");
@@ -57,27 +57,18 @@ fn an_explanation_lists_every_candidate_in_lines_that_can_be_read() {
     assert!(outscored.iter().all(|&count| count > 0), "{outscored:?}");
     let attack = r#"{"attacks":[{"spheres":[{"t":1,"center":[0,1,0],"radius":0.1}]}]}"#;
     fs::write(folder.path().join("one.json"), attack).unwrap();
-    let beyond = ["dodge", baked(), "--attack", "one.json", "--explain", "1"];
-    sabaki(folder.path(), &beyond).is_refused(&["one.json", "no attack 1"]);
+    let beyond = "dodge BAKED --attack one.json --explain 1";
+    sabaki(&folder, beyond).is_refused(&["one.json", "no attack 1"]);
 }
 
 #[test]
 fn an_exported_answer_is_replayed_to_the_bit() {
     let folder = folder();
-    let args = ["dodge", baked(), "--attacks", "4", "--export", "out"];
-    sabaki(folder.path(), &args).is(0);
-    let explain = ["dodge", baked(), "--explain", "7", "--cull", "exact"];
-    sabaki(
-        folder.path(),
-        &[&explain[..], &["--export", "out"]].concat(),
-    )
-    .is(0);
-    let replay = |file: &str| {
-        sabaki(
-            folder.path(),
-            &["dodge", baked(), "--replay", file, "--json"],
-        )
-    };
+    let args = "dodge BAKED --attacks 4 --export out";
+    sabaki(&folder, args).is(0);
+    let explain = "dodge BAKED --explain 7 --cull exact";
+    sabaki(folder.path(), &format!("{explain} --export out")).is(0);
+    let replay = |file: &str| sabaki(&folder, &format!("dodge BAKED --replay {file} --json"));
     for index in [0, 1, 2, 3, 7] {
         let told = replay(&format!("out/attack_{index:04}.json")).json(0);
         assert_eq!(told["same"], true);
@@ -99,9 +90,9 @@ fn an_exported_answer_is_replayed_to_the_bit() {
 #[test]
 fn compare_holds_all_paths_to_the_exact_one() {
     let folder = folder();
-    let args = ["compare", baked(), "--attacks", "12"];
-    let json = [&args[..], &["--json", "--plot", "plot.png"]].concat();
-    let document = sabaki(folder.path(), &json).json(0);
+    let args = "compare BAKED --attacks 12";
+    let json = format!("{args} --json --plot plot.png");
+    let document = sabaki(&folder, &json).json(0);
     let rows = document["rows"].as_array().unwrap();
     assert!(rows.len() >= 4 && rows.len().is_multiple_of(2));
     let row = |cull: &str, grid: &str| {
@@ -137,7 +128,7 @@ fn compare_holds_all_paths_to_the_exact_one() {
     // All but the exact path.
     assert_eq!((crossover.len() + 1) * 2, rows.len());
     assert_is_png(&folder.path().join("plot.png"));
-    let told = sabaki(folder.path(), &args).is(0).stdout;
+    let told = sabaki(&folder, args).is(0).stdout;
     for word in ["496 ms", "open", "exact", "cpu"] {
         assert!(told.contains(word), "{word}");
     }
@@ -152,9 +143,9 @@ fn row_of<'a>(rows: &'a [Value], other: &Value) -> &'a Value {
 #[test]
 fn coverage_says_where_the_gaps_are() {
     let folder = folder();
-    let args = ["coverage", baked(), "--attacks", "1", "--directions", "4"];
-    let json = [&args[..], &["--json"]].concat();
-    let document = sabaki(folder.path(), &json).json(0);
+    let args = "coverage BAKED --attacks 1 --directions 4";
+    let json = format!("{args} --json");
+    let document = sabaki(&folder, &json).json(0);
     let cells = document["cells"].as_array().unwrap();
     assert_eq!(cells.len(), 4 * 5 * 7);
     let sum = |key: &str| cells.iter().map(|cell| number(&cell[key])).sum::<f64>();
@@ -167,10 +158,10 @@ fn coverage_says_where_the_gaps_are() {
     assert!(shares.is_sorted());
     let is_certain = document["gaps"][0]["beyond_chance"].as_bool().unwrap();
     assert_eq!(document["capture_next"].is_string(), is_certain);
-    let one_thread = [&args[..], &["--json", "--threads", "1"]].concat();
-    let again = sabaki(folder.path(), &one_thread).json(0);
+    let one_thread = format!("{args} --json --threads 1");
+    let again = sabaki(&folder, &one_thread).json(0);
     assert_eq!(again["cells"], document["cells"]);
-    let told = sabaki(folder.path(), &args).is(0).stdout;
+    let told = sabaki(&folder, args).is(0).stdout;
     assert_eq!(told.contains("Capture next"), is_certain);
     assert!(told.contains("ankle"));
 }
@@ -178,16 +169,8 @@ fn coverage_says_where_the_gaps_are() {
 #[test]
 fn coverage_by_time_counts_balls_that_would_hit() {
     let folder = folder();
-    let args = [
-        "coverage",
-        baked(),
-        "--by-time",
-        "--attacks",
-        "12",
-        "--seed",
-        "3",
-    ];
-    let document = sabaki(folder.path(), &[&args[..], &["--json"]].concat()).json(0);
+    let args = "coverage BAKED --by-time --attacks 12 --seed 3";
+    let document = sabaki(&folder, &format!("{args} --json")).json(0);
     let rows = document["by_time"].as_array().unwrap();
     let contacts: Vec<f64> = rows.iter().map(|row| number(&row["contact_s"])).collect();
     assert_eq!(contacts, [0.3, 0.4, 0.5, 0.65, 0.8, 1.0, 1.5, 2.0]);
@@ -212,9 +195,9 @@ fn coverage_by_time_counts_balls_that_would_hit() {
     }
     let late = number(&rows[7]["avoided"]);
     assert!(late > number(&rows[0]["avoided"]), "{document}");
-    let one_thread = [&args[..], &["--json", "--threads", "1"]].concat();
-    let again = sabaki(folder.path(), &one_thread).json(0);
+    let one_thread = format!("{args} --json --threads 1");
+    let again = sabaki(&folder, &one_thread).json(0);
     assert_eq!(again["by_time"], document["by_time"]);
-    let told = sabaki(folder.path(), &args).is(0).stdout;
+    let told = sabaki(&folder, args).is(0).stdout;
     assert!(told.contains("contact after") && told.contains("walking"));
 }

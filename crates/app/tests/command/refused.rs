@@ -29,45 +29,30 @@ fn a_file_of_each_kind_that_is_wrong() {
     write("flipped.sabaki", &flipped);
     write("later.sabaki", &later);
     write("empty.sabaki", b"");
-    let clips = clips().0;
-    let cases: [(&[&str], &[&str]); 14] = [
-        (&["inspect", "cut.bvh"], &["cut.bvh", "line"]),
-        (&["inspect", "none.bvh"], &["none.bvh"]),
-        (&["inspect", "."], &["."]),
-        (&["inspect", "later.sabaki"], &["later.sabaki", "version"]),
-        (&["lod", "bad.glb"], &["bad.glb: the GLB container"]),
-        (&["crowd", "cut.bvh"], &["cut.bvh", "line"]),
-        (&["dodge", "flipped.sabaki"], &["flipped.sabaki", "damaged"]),
-        (&["dodge", "later.sabaki"], &["later.sabaki", "version"]),
+    let cases: [(&str, &[&str]); 14] = [
+        ("inspect cut.bvh", &["cut.bvh", "line"]),
+        ("inspect none.bvh", &["none.bvh"]),
+        ("inspect .", &["."]),
+        ("inspect later.sabaki", &["later.sabaki", "version"]),
+        ("lod bad.glb", &["bad.glb: the GLB container"]),
+        ("crowd cut.bvh", &["cut.bvh", "line"]),
+        ("dodge flipped.sabaki", &["flipped.sabaki", "damaged"]),
+        ("dodge later.sabaki", &["later.sabaki", "version"]),
+        ("dodge empty.sabaki", &["empty.sabaki", "not a baked graph"]),
+        ("dodge none.sabaki", &["none.sabaki"]),
         (
-            &["dodge", "empty.sabaki"],
-            &["empty.sabaki", "not a baked graph"],
-        ),
-        (&["dodge", "none.sabaki"], &["none.sabaki"]),
-        (
-            &["dodge", baked(), "--attack", "attack.json"],
+            "dodge BAKED --attack attack.json",
             &["attack.json", "attack 0"],
         ),
+        ("bake --clips plain.bvh --out g.sabaki", &["plain.bvh"]),
         (
-            &["bake", "--clips", "plain.bvh", "--out", "g.sabaki"],
-            &["plain.bvh"],
-        ),
-        (
-            &[
-                "bake",
-                "--clips",
-                clips,
-                "--events",
-                "events.json",
-                "--out",
-                "g.sabaki",
-            ],
+            "bake --clips CLIPS --events events.json --out g.sabaki",
             &["events.json", "line 1"],
         ),
-        (&["lod", baked()], &["a baked graph", "not a motion file"]),
+        ("lod BAKED", &["a baked graph", "not a motion file"]),
     ];
     for (args, words) in cases {
-        sabaki(folder.path(), args).is_refused(words);
+        sabaki(&folder, args).is_refused(words);
     }
     assert!(!folder.path().join("g.sabaki").exists());
 }
@@ -75,47 +60,44 @@ fn a_file_of_each_kind_that_is_wrong() {
 #[test]
 fn words_and_numbers_that_it_does_not_know() {
     let folder = folder();
-    let cases: [(&[&str], &str); 26] = [
-        (&["dance"], "Usage"),
-        (&["render"], "Usage"),
-        (&["inspect"], "Usage"),
-        (&["bake", "--clips", "x.bvh"], "--out"),
-        (&["dodge", "--cull", "cpu,guess"], "stencil"),
-        (&["dodge", "--grid", "maybe"], "on, off"),
-        (&["dodge", "--all"], "--explain"),
-        (&["dodge", "--replay", "x.json", "--grid", "off"], "--grid"),
-        (&["dodge", "--explain", "1", "--check"], "--check"),
-        (&["dodge", "--clips", "x.bvh"], "--clips"),
-        (&["coverage", "--by-time", "--speed", "2"], "--by-time"),
-        (&["dodge", "--attacks", "0"], "0 is not in 1..=1000000"),
-        (&["dodge", "--attacks", "-3"], "-3 is not in 1..="),
-        (&["dodge", "--seed", "-1"], "-1 is not in 0..="),
-        (&["dodge", "--threads", "1025"], "0..=1024"),
-        (&["crowd", "--count", "-1"], "-1 is not in 1..="),
-        (&["crowd", "--error", "NaN"], "must be 0.001 to"),
-        (&["coverage", "--directions", "1"], "2..=36"),
-        (&["coverage", "--speed", "0"], "must be 0.1 to 1000"),
-        (&["duel", "--apart", "1000"], "must be 0.3 to 6"),
-        (&["duel", "--apart", "nan"], "must be 0.3 to 6"),
-        (&["lod", "--fov", "200"], "must be 0.1 to 179"),
-        (&["lod", "--error", "1", "--vanish", "2"], "--vanish"),
-        (&["render", "dodge", "--out", "a.bmp"], "end in .png"),
-        (&["render", "dodge", "--out", "no/a.png"], "no folder no"),
-        (
-            &["render", "dodge", "--out", "a.png", "--size", "9x9"],
-            "640x400",
-        ),
+    let cases: [(&str, &str); 26] = [
+        ("dance", "Usage"),
+        ("render", "Usage"),
+        ("inspect", "Usage"),
+        ("bake --clips x.bvh", "--out"),
+        ("dodge --cull cpu,guess", "stencil"),
+        ("dodge --grid maybe", "on, off"),
+        ("dodge --all", "--explain"),
+        ("dodge --replay x.json --grid off", "--grid"),
+        ("dodge --explain 1 --check", "--check"),
+        ("dodge --clips x.bvh", "--clips"),
+        ("coverage --by-time --speed 2", "--by-time"),
+        ("dodge --attacks 0", "0 is not in 1..=1000000"),
+        ("dodge --attacks -3", "-3 is not in 1..="),
+        ("dodge --seed -1", "-1 is not in 0..="),
+        ("dodge --threads 1025", "0..=1024"),
+        ("crowd --count -1", "-1 is not in 1..="),
+        ("crowd --error NaN", "must be 0.001 to"),
+        ("coverage --directions 1", "2..=36"),
+        ("coverage --speed 0", "must be 0.1 to 1000"),
+        ("duel --apart 1000", "must be 0.3 to 6"),
+        ("duel --apart nan", "must be 0.3 to 6"),
+        ("lod --fov 200", "must be 0.1 to 179"),
+        ("lod --error 1 --vanish 2", "--vanish"),
+        ("render dodge --out a.bmp", "end in .png"),
+        ("render dodge --out no/a.png", "no folder no"),
+        ("render dodge --out a.png --size 9x9", "640x400"),
     ];
     for (args, word) in cases {
-        sabaki(folder.path(), args).is_misused(&[word]);
+        sabaki(&folder, args).is_misused(&[word]);
     }
-    sabaki(folder.path(), &["--validation", "crowd"]).is_refused(&["--validation"]);
+    sabaki(&folder, "--validation crowd").is_refused(&["--validation"]);
     // The largest seed is one.
     let most = u64::MAX.to_string();
-    let args = ["dodge", "none.sabaki", "--seed", &most];
-    sabaki(folder.path(), &args).is_refused(&["none.sabaki"]);
-    for args in [["--help"], ["--version"]] {
-        assert!(!sabaki(folder.path(), &args).is(0).stdout.is_empty());
+    let args = format!("dodge none.sabaki --seed {most}");
+    sabaki(&folder, &args).is_refused(&["none.sabaki"]);
+    for args in ["--help", "--version"] {
+        assert!(!sabaki(&folder, args).is(0).stdout.is_empty());
     }
     assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
 }
@@ -126,16 +108,16 @@ fn places_that_cannot_be_written_to() {
     fs::write(folder.path().join("file"), "this is a file, and no folder").unwrap();
     fs::create_dir(folder.path().join("a_folder")).unwrap();
     for out in ["file/g.sabaki", "no/such/folder/g.sabaki", "a_folder"] {
-        let args = ["bake", "--clips", clips().0, "--out", out];
-        sabaki(folder.path(), &args).is_refused(&[out]);
+        let args = format!("bake --clips CLIPS --out {out}");
+        sabaki(&folder, &args).is_refused(&[out]);
     }
     for export in ["file", "file/x.txt"] {
-        let args = ["dodge", baked(), "--export", export];
+        let args = format!("dodge BAKED --export {export}");
         let words = format!("--export {export}: file is not a folder");
-        sabaki(folder.path(), &args).is_refused(&[&words]);
+        sabaki(&folder, &args).is_refused(&[&words]);
     }
     fs::write(folder.path().join("out"), "the demo needs this name").unwrap();
-    sabaki(folder.path(), &[]).is_refused(&["out is not a folder"]);
+    sabaki(&folder, "").is_refused(&["out is not a folder"]);
     let own = text_of(&folder.path().join("out"));
     assert_eq!(own, "the demo needs this name");
     let left = fs::read_dir(folder.path()).unwrap().count();
@@ -155,21 +137,13 @@ fn a_named_pipe_is_no_input() {
     }
     let words = |name| ["not a regular file", name];
     for name in ["pipe", "pipe.bvh", "pipe.glb"] {
-        sabaki(folder.path(), &["inspect", name]).is_refused(&words(name));
-        sabaki(folder.path(), &["lod", name]).is_refused(&words(name));
+        sabaki(&folder, &format!("inspect {name}")).is_refused(&words(name));
+        sabaki(&folder, &format!("lod {name}")).is_refused(&words(name));
     }
-    sabaki(folder.path(), &["dodge", "pipe"]).is_refused(&words("pipe"));
+    sabaki(&folder, "dodge pipe").is_refused(&words("pipe"));
     for [option, name] in [["--events", "pipe.json"], ["--body", "pipe.obj"]] {
-        let args = [
-            "bake",
-            "--clips",
-            clips().0,
-            option,
-            name,
-            "--out",
-            "g.sabaki",
-        ];
-        sabaki(folder.path(), &args).is_refused(&words(name));
+        let args = format!("bake --clips CLIPS {option} {name} --out g.sabaki");
+        sabaki(&folder, &args).is_refused(&words(name));
     }
 }
 
@@ -182,30 +156,30 @@ fn an_input_is_not_overwritten() {
     fs::copy(clip.path(), &copy).unwrap();
     let before = text_of(&copy);
     for [input, out] in [["in/a.bvh", "in/a.bvh"], ["in", "in/../in/a.bvh"]] {
-        let args = ["bake", "--clips", input, "--out", out];
-        sabaki(folder.path(), &args).is_refused(&["--out", "a.bvh", "overwrite"]);
+        let args = format!("bake --clips {input} --out {out}");
+        sabaki(&folder, &args).is_refused(&["--out", "a.bvh", "overwrite"]);
     }
     assert_eq!(text_of(&copy), before);
     // Other files of the folder may be overwritten.
     for _ in 0..2 {
-        let args = ["lod", "in", "--plot", "in/lod.png"];
-        sabaki(folder.path(), &args).is(0);
+        let args = "lod in --plot in/lod.png";
+        sabaki(&folder, args).is(0);
     }
 }
 
 #[test]
 fn answers_are_not_written_over_those_of_an_earlier_run() {
     let folder = folder();
-    let args = ["dodge", baked(), "--cull", "cpu", "--export", "out"];
-    let dodge = |more: &[&str]| sabaki(folder.path(), &[&args[..], more].concat());
-    dodge(&["--attacks", "1"]).is(0);
+    let args = "dodge BAKED --cull cpu --export out";
+    let dodge = |more: &str| sabaki(&folder, &format!("{args} {more}"));
+    dodge("--attacks 1").is(0);
     let before = text_of(&folder.path().join("out/attack_0000.json"));
-    dodge(&["--attacks", "1", "--seed", "2"]).is_refused(&["--export out", "attack_0000"]);
+    dodge("--attacks 1 --seed 2").is_refused(&["--export out", "attack_0000"]);
     let after = text_of(&folder.path().join("out/attack_0000.json"));
     assert_eq!(before, after);
     // One more goes beside it.
-    dodge(&["--explain", "1"]).is(0);
-    dodge(&["--explain", "1"]).is_refused(&["attack_0001"]);
+    dodge("--explain 1").is(0);
+    dodge("--explain 1").is_refused(&["attack_0001"]);
 }
 
 #[test]
@@ -221,29 +195,22 @@ fn a_folder_with_unreadable_files_is_baked_only_if_asked_for() {
     for name in ["broken.bvh", "empty.bvh"] {
         fs::write(folder.path().join("in").join(name), "HIERARCHY\n").unwrap();
     }
-    let bake = ["--json", "bake", "--clips", "in", "--out", "g.sabaki"];
-    let refused = sabaki(folder.path(), &bake);
+    let bake = "--json bake --clips in --out g.sabaki";
+    let refused = sabaki(&folder, bake);
     assert_eq!(refused.code, 2, "{}", refused.stderr);
     assert_eq!(refused.stderr.lines().count(), 3, "{}", refused.stderr);
     for name in ["broken.bvh: ", "empty.bvh: ", "2 of "] {
         assert!(refused.stderr.contains(name), "{}", refused.stderr);
     }
     assert!(!folder.path().join("g.sabaki").exists());
-    let kept = sabaki(folder.path(), &[&bake[..], &["--keep-going"]].concat());
+    let kept = sabaki(&folder, &format!("{bake} --keep-going"));
     let document = kept.json(3);
     assert_eq!(document["report"]["clips"], count);
     assert_eq!(document["left_out"].as_array().unwrap().len(), 2);
     assert!(folder.path().join("g.sabaki").exists());
     // Those that a bake wrote count as such, too.
-    let args = [
-        "annotate",
-        "--clips",
-        clips().0,
-        baked(),
-        "--keep-going",
-        "--json",
-    ];
-    let left_out = &sabaki(folder.path(), &args).json(3)["left_out"];
+    let args = "annotate --clips CLIPS BAKED --keep-going --json";
+    let left_out = &sabaki(&folder, args).json(3)["left_out"];
     assert!(
         left_out[0]
             .as_str()
@@ -256,7 +223,7 @@ fn a_folder_with_unreadable_files_is_baked_only_if_asked_for() {
 fn doubtful_files_are_noted() {
     let folder = folder();
     fs::write(folder.path().join("a.bvh"), DOUBTFUL).unwrap();
-    let document = sabaki(folder.path(), &["inspect", "a.bvh", "--json"]).json(0);
+    let document = sabaki(&folder, "inspect a.bvh --json").json(0);
     let notes: Vec<&str> = document["notes"]
         .as_array()
         .unwrap()
@@ -281,13 +248,12 @@ fn doubtful_files_are_noted() {
     // Z X Z are Euler angles.
     let second = notes.iter().any(|note| note.contains("arm_2\" turns"));
     assert!(!second, "{notes:?}");
-    let told = sabaki(folder.path(), &["inspect", "a.bvh"]).is(0);
+    let told = sabaki(&folder, "inspect a.bvh").is(0);
     for note in notes {
         assert!(told.stdout.contains(note), "{note}");
     }
-    let told = sabaki(folder.path(), &["inspect", "a.bvh", "--scale", "1e5"]).is(0);
+    let told = sabaki(&folder, "inspect a.bvh --scale 1e5").is(0);
     let note = "note: the figure is 170000.00 m high";
     assert!(told.stdout.contains(note), "{}", told.stdout);
-    sabaki(folder.path(), &["inspect", "a.bvh", "--scale", "0"])
-        .is_refused(&["metres per unit", "1e-9 to 1e6"]);
+    sabaki(&folder, "inspect a.bvh --scale 0").is_refused(&["metres per unit", "1e-9 to 1e6"]);
 }

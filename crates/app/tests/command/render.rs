@@ -1,84 +1,61 @@
 //! Pictures without a window.
 
 use std::fs;
-use std::path::Path;
 
 use sabaki::anim::{Clip, Joint, Skeleton};
 use sabaki_fixtures::demo;
 use sabaki_import::gltf;
 
-use super::run::{baked, folder, sabaki};
+use super::run::{Png, folder, sabaki};
 
-/// Columns, rows and pictures of a PNG, and the pixels of its first picture.
-fn read_png(path: &Path) -> (u32, u32, u32, Vec<u8>) {
-    let bytes = fs::read(path).unwrap();
-    let decoder = png::Decoder::new(std::io::Cursor::new(&bytes));
-    let mut reader = decoder.read_info().unwrap();
-    let pictures = reader
-        .info()
-        .animation_control()
-        .map_or(1, |control| control.num_frames);
-    let mut pixels = vec![0; reader.output_buffer_size().unwrap()];
-    let info = reader.next_frame(&mut pixels).unwrap();
-    (info.width, info.height, pictures, pixels)
-}
-
-/// How many different colours there are, of 64 on each channel.
-fn colours(pixels: &[u8]) -> usize {
-    let mut all: Vec<[u8; 3]> = pixels
-        .chunks_exact(3)
-        .map(|pixel| [pixel[0] >> 2, pixel[1] >> 2, pixel[2] >> 2])
-        .collect();
-    all.sort_unstable();
-    all.dedup();
-    all.len()
-}
-
-fn dodge<'a>(out: &'a str, more: &[&'a str]) -> Vec<&'a str> {
-    let args = ["render", "dodge", baked(), "--size", "96x64", "--out", out];
-    [&args[..], more].concat()
+fn dodge(out: &str, more: &str) -> String {
+    format!("render dodge BAKED --size 96x64 --out {out} {more}")
 }
 
 #[test]
 fn a_moment_is_the_same_picture_each_time_and_maps_show_in_it() {
     let folder = folder();
-    let told = sabaki(folder.path(), &dodge("a.png", &["--validation"])).is(0);
+    let told = sabaki(&folder, &dodge("a.png", "--validation")).is(0);
     assert!(told.stdout.contains("nearest at") && told.stdout.contains("a.png"));
-    sabaki(folder.path(), &dodge("b.png", &[])).is(0);
+    sabaki(&folder, &dodge("b.png", "")).is(0);
     let read = |name: &str| fs::read(folder.path().join(name)).unwrap();
     assert!(read("a.png") == read("b.png"), "the same moment");
-    let (width, height, pictures, plain) = read_png(&folder.path().join("a.png"));
-    assert_eq!((width, height, pictures), (96, 64, 1));
-    assert!(colours(&plain) > 60, "{} colours", colours(&plain));
-    sabaki(folder.path(), &dodge("c.png", &["--at", "0.1"])).is(0);
+    let plain = Png::read(&folder.path().join("a.png"));
+    assert_eq!((plain.size, plain.pictures), ([96, 64], 1));
+    assert!(plain.colours(2) > 60, "{} colours", plain.colours(2));
+    sabaki(&folder, &dodge("c.png", "--at 0.1")).is(0);
     assert!(read("a.png") != read("c.png"), "another moment");
     // Where the answer only moves there are no maps to show.
     for style in ["--maps", "--regions"] {
-        let shows = |index: &&str| {
-            sabaki(folder.path(), &dodge("m.png", &[style, "--index", index])).is(0);
-            sabaki(folder.path(), &dodge("n.png", &["--index", index])).is(0);
+        let shows = |index: i32| {
+            sabaki(
+                &folder,
+                &dodge("m.png", &format!("{style} --index {index}")),
+            )
+            .is(0);
+            sabaki(&folder, &dodge("n.png", &format!("--index {index}"))).is(0);
             read("m.png") != read("n.png")
         };
-        assert!(["1", "2", "3", "4", "5", "6"].iter().any(shows), "{style}");
+        assert!((1..7).any(shows), "{style}");
     }
 }
 
 #[test]
 fn a_film_has_many_pictures_and_a_storyboard_eight() {
     let folder = folder();
-    let more = ["--rate", "5", "--json"];
-    let said = sabaki(folder.path(), &dodge("d.apng", &more)).json(0);
-    let (width, height, pictures, _) = read_png(&folder.path().join("d.apng"));
-    assert_eq!((width, height), (96, 64));
+    let more = "--rate 5 --json";
+    let said = sabaki(&folder, &dodge("d.apng", more)).json(0);
+    let Png { size, pictures, .. } = Png::read(&folder.path().join("d.apng"));
+    assert_eq!(size, [96, 64]);
     assert_eq!(said["pictures"], pictures);
     assert!(pictures > 8, "{pictures}");
     let bytes = fs::metadata(folder.path().join("d.apng")).unwrap().len();
     assert_eq!(said["bytes"], bytes);
-    sabaki(folder.path(), &dodge("d.gif", &["--rate", "5"])).is(0);
+    sabaki(&folder, &dodge("d.gif", "--rate 5")).is(0);
     let gif = fs::read(folder.path().join("d.gif")).unwrap();
     assert!(gif.starts_with(b"GIF89a") && gif.ends_with(b"\x3b"));
-    sabaki(folder.path(), &dodge("s.png", &["--storyboard"])).is(0);
-    let (width, height, _, _) = read_png(&folder.path().join("s.png"));
+    sabaki(&folder, &dodge("s.png", "--storyboard")).is(0);
+    let [width, height] = Png::read(&folder.path().join("s.png")).size;
     assert!(width > 4 * 96 && height > 2 * 64, "{width} x {height}");
     assert_eq!(
         fs::read_dir(folder.path()).unwrap().count(),
@@ -90,19 +67,11 @@ fn a_film_has_many_pictures_and_a_storyboard_eight() {
 #[test]
 fn the_maps_of_an_answer_are_drawn_without_a_device() {
     let folder = folder();
-    let drawn = |index: &&str| {
-        let args = [
-            "render",
-            "maps",
-            baked(),
-            "--out",
-            "m.png",
-            "--index",
-            index,
-        ];
-        sabaki(folder.path(), &args).code == 0
+    let drawn = |index: i32| {
+        let args = format!("render maps BAKED --out m.png --index {index}");
+        sabaki(&folder, &args).code == 0
     };
-    assert!(["0", "1", "2", "3", "4", "5"].iter().any(drawn));
+    assert!((0..6).any(drawn));
     super::assert_is_png(&folder.path().join("m.png"));
 }
 
@@ -111,33 +80,29 @@ fn an_attack_file_shows_its_first_attack() {
     let folder = folder();
     let attack = r#"{"attacks":[{"spheres":[{"t":0.5,"center":[0,1,0],"radius":0.1}]}]}"#;
     fs::write(folder.path().join("one.json"), attack).unwrap();
-    let of_file = ["--attack", "one.json", "--mesh", "capsules"];
-    sabaki(folder.path(), &dodge("a.png", &of_file)).is(0);
-    let second = [&of_file[..], &["--index", "1"]].concat();
-    sabaki(folder.path(), &dodge("b.png", &second)).is_refused(&["one.json", "no attack 1"]);
+    let of_file = "--attack one.json --mesh capsules";
+    sabaki(&folder, &dodge("a.png", of_file)).is(0);
+    let second = format!("{of_file} --index 1");
+    sabaki(&folder, &dodge("b.png", &second)).is_refused(&["one.json", "no attack 1"]);
 }
 
 #[test]
 fn a_crowd_is_drawn_in_its_own_colours_or_in_those_of_its_levels() {
     let folder = folder();
-    let args = [
-        "render", "crowd", "--count", "200", "--size", "192x128", "--out",
-    ];
-    let said = sabaki(folder.path(), &[&args[..], &["a.png", "--json"]].concat()).json(0);
+    let args = "render crowd --count 200 --size 192x128 --out";
+    let said = sabaki(&folder, &format!("{args} a.png --json")).json(0);
     assert_eq!(said["characters"], 200);
     let levels = said["levels"].as_array().unwrap();
     let all: u64 = levels.iter().map(|count| count.as_u64().unwrap()).sum();
     assert_eq!(all, 200);
     assert!(levels[0].as_u64().unwrap() < 200, "levels go by distance");
-    let whole = [&args[..], &["b.png", "--no-levels", "--json"]].concat();
-    assert_eq!(sabaki(folder.path(), &whole).json(0)["levels"][0], 200);
-    sabaki(folder.path(), &[&args[..], &["c.png", "--levels"]].concat()).is(0);
-    let one = [
-        "render", "crowd", "--count", "1", "--size", "32x32", "--out",
-    ];
-    let said = sabaki(folder.path(), &[&one[..], &["d.png"]].concat()).is(0);
+    let whole = format!("{args} b.png --no-levels --json");
+    assert_eq!(sabaki(&folder, &whole).json(0)["levels"][0], 200);
+    sabaki(&folder, &format!("{args} c.png --levels")).is(0);
+    let one = "render crowd --count 1 --size 32x32 --out";
+    let said = sabaki(&folder, &format!("{one} d.png")).is(0);
     assert!(said.stdout.contains("1 character;"), "{}", said.stdout);
-    let pixels = |name: &str| read_png(&folder.path().join(name)).3;
+    let pixels = |name: &str| Png::read(&folder.path().join(name)).pixels;
     // Levels show as reds, yellows, greens and blues, of which clothes and skin have none.
     let vivid = |pixels: &[u8]| {
         let spread = |pixel: &&[u8]| pixel.iter().max().unwrap() - pixel.iter().min().unwrap() > 70;
@@ -164,17 +129,17 @@ fn meshes_of_files_are_bound_by_names_or_by_a_map() {
     }
     let other = Skeleton::new(joints).unwrap();
     write("other.glb", &other, &motions.clips[0]);
-    let json = |out: &str, more: &[&str]| {
-        let more = [&["--json", "--validation"], more].concat();
-        sabaki(folder.path(), &dodge(out, &more)).json(0)
+    let json = |out: &str, more: &str| {
+        let more = format!("--json --validation {more}");
+        sabaki(&folder, &dodge(out, &more)).json(0)
     };
-    let own = json("own.png", &["--mesh", "own.glb"]);
+    let own = json("own.png", "--mesh own.glb");
     assert_eq!(own["mesh"]["exact"], true);
     assert_eq!(own["mesh"]["not_bound"], serde_json::json!([]));
-    let refused = |args: &[&str], word: &str| {
-        sabaki(folder.path(), &dodge("x.png", args)).is_refused(&[word]);
+    let refused = |args: &str, word: &str| {
+        sabaki(&folder, &dodge("x.png", args)).is_refused(&[word]);
     };
-    refused(&["--mesh", "other.glb"], "at least 2");
+    refused("--mesh other.glb", "at least 2");
     let names: Vec<(String, String)> = other
         .joints()
         .iter()
@@ -195,8 +160,8 @@ fn meshes_of_files_are_bound_by_names_or_by_a_map() {
         .unwrap();
     };
     map(&names);
-    let mapped = ["--mesh", "other.glb", "--map", "map.json"];
-    let said = json("mapped.png", &mapped);
+    let mapped = "--mesh other.glb --map map.json";
+    let said = json("mapped.png", mapped);
     let unbound = said["mesh"]["not_bound"].as_array().unwrap().len();
     assert_eq!(unbound + names.len(), motions.skeleton.len());
     assert!(unbound > 0);
@@ -204,16 +169,16 @@ fn meshes_of_files_are_bound_by_names_or_by_a_map() {
     let path = folder.path().join("map.json");
     let text = fs::read_to_string(&path).unwrap();
     fs::write(&path, format!("\u{FEFF}{text}")).unwrap();
-    let said = sabaki(folder.path(), &dodge("mapped.png", &mapped)).is(0);
+    let said = sabaki(&folder, &dodge("mapped.png", mapped)).is(0);
     assert!(said.stdout.contains("not bound: "), "{}", said.stdout);
     map(&[("bone i".to_owned(), "Tail".to_owned())]);
     refused(&mapped, "Tail");
     map(&[("Tail".to_owned(), "Hips".to_owned())]);
     refused(&mapped, "Tail");
-    refused(&["--mesh", "missing.glb"], "missing.glb");
+    refused("--mesh missing.glb", "missing.glb");
     // Capsules, a body and bones are different pictures.
-    json("body.png", &[]);
-    json("capsules.png", &["--mesh", "capsules"]);
+    json("body.png", "");
+    json("capsules.png", "--mesh capsules");
     let read = |name: &str| fs::read(folder.path().join(name)).unwrap();
     assert!(read("body.png") != read("capsules.png") && read("own.png") != read("body.png"));
 }
@@ -221,20 +186,12 @@ fn meshes_of_files_are_bound_by_names_or_by_a_map() {
 #[test]
 fn the_body_is_drawn_from_four_sides_in_three_poses() {
     let folder = folder();
-    let args = [
-        "render",
-        "body",
-        baked(),
-        "--size",
-        "64x80",
-        "--validation",
-        "--out",
-        "a.png",
-    ];
-    sabaki(folder.path(), &args).is(0);
-    let (width, height, _, pixels) = read_png(&folder.path().join("a.png"));
+    let args = "render body BAKED --size 64x80 --validation --out a.png";
+    sabaki(&folder, args).is(0);
+    let png = Png::read(&folder.path().join("a.png"));
+    let ([width, height], pixels) = (png.size, &png.pixels);
     assert!(width > 4 * 64 && height > 3 * 80, "{width} x {height}");
-    assert!(colours(&pixels) > 60, "{}", colours(&pixels));
+    assert!(png.colours(2) > 60, "{}", png.colours(2));
     // Hands, feet and face are in each picture, and not at its edge.
     let is_skin = |x: u32, y: u32| {
         let pixel = &pixels[3 * (y * width + x) as usize..][..3];
@@ -252,17 +209,17 @@ fn the_body_is_drawn_from_four_sides_in_three_poses() {
         let is_cut = |&(x, y): &(u32, u32)| [0, 63].contains(&x) || [0, 79].contains(&y);
         assert!(!skin.iter().any(is_cut), "picture {picture} is cut off");
     }
-    let capsules = [&args[..], &["--mesh", "capsules"]].concat();
-    sabaki(folder.path(), &capsules).is_refused(&["--mesh"]);
+    let capsules = format!("{args} --mesh capsules");
+    sabaki(&folder, &capsules).is_refused(&["--mesh"]);
 }
 
 #[test]
 fn what_cannot_be_drawn_is_said_in_a_line() {
     let folder = folder();
-    let refused = |args: &[&str], word: &str| sabaki(folder.path(), args).is_refused(&[word]);
-    let motion = ["render", "crowd", "--out", "a.png", "--motion", "fly"];
+    let refused = |args: &str, word: &str| sabaki(&folder, args).is_refused(&[word]);
+    let motion = "render crowd --out a.png --motion fly";
     refused(&motion, "front_kick");
-    refused(&dodge("a.png", &["--device", "no such one"]), "no such one");
+    refused(&dodge("a.png", "--device none_such"), "none_such");
     assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
 }
 
@@ -270,14 +227,10 @@ fn what_cannot_be_drawn_is_said_in_a_line() {
 fn the_first_picture_has_its_text() {
     let folder = folder();
     // A moment long before the ball comes near: the time is the only text.
-    let at = ["--at", "0.01"];
-    sabaki(folder.path(), &dodge("a.png", &at)).is(0);
-    sabaki(
-        folder.path(),
-        &dodge("b.png", &[&at[..], &["--plain"]].concat()),
-    )
-    .is(0);
-    let pixels = |name: &str| read_png(&folder.path().join(name)).3;
+    let at = "--at 0.01";
+    sabaki(&folder, &dodge("a.png", at)).is(0);
+    sabaki(folder.path(), &dodge("b.png", &format!("{at} --plain"))).is(0);
+    let pixels = |name: &str| Png::read(&folder.path().join(name)).pixels;
     let (written, plain) = (pixels("a.png"), pixels("b.png"));
     let differ = written.chunks_exact(3).zip(plain.chunks_exact(3));
     let differ = differ.filter(|(a, b)| a != b).count();

@@ -3,32 +3,20 @@
 use std::fs;
 use std::path::Path;
 
-use super::run::{baked, clips, folder, sabaki};
+use super::run::{baked, command, ended, folder, sabaki};
 use serde_json::Value;
 
 const SHARDS: usize = 3;
 
 /// A plan in the folder `plan`.
-fn plan(folder: &Path, more: &[&str]) -> Value {
-    let (clips, events) = clips();
-    let shards = SHARDS.to_string();
-    let args = ["bake", "plan", "--clips", clips, "--events", events];
-    let out = ["--out", "plan", "--shards", &shards, "--json"];
-    sabaki(folder, &[&args[..], &out, more].concat()).json(0)
+fn plan(folder: &Path, more: &str) -> Value {
+    let args = "bake plan --clips CLIPS --events EVENTS --out plan --json";
+    sabaki(folder, &format!("{args} --shards {SHARDS} {more}")).json(0)
 }
 
 /// Does the next step of a shard, and returns its name.
 fn step(folder: &Path, shard: usize, threads: usize) -> String {
-    let [shard, threads] = [shard, threads].map(|number| number.to_string());
-    let args = [
-        "bake",
-        "shard",
-        "plan",
-        &shard,
-        "--threads",
-        &threads,
-        "--json",
-    ];
+    let args = format!("bake shard plan {shard} --threads {threads} --json");
     let document = sabaki(folder, &args).json(0);
     document["step"].as_str().unwrap().to_owned()
 }
@@ -40,18 +28,18 @@ fn steps(folder: &Path, name: &str) {
     }
 }
 
-const JOIN: [&str; 5] = ["bake", "join", "plan", "--out", "joined.sabaki"];
+const JOIN: &str = "bake join plan --out joined.sabaki";
 
 /// Joins, and compares with the file that one process writes.
 fn joins(folder: &Path) {
-    sabaki(folder, &JOIN).is(0);
+    sabaki(folder, JOIN).is(0);
     let joined = fs::read(folder.join("joined.sabaki")).unwrap();
     assert!(joined == fs::read(baked()).unwrap());
 }
 
 /// The join names each file that it lacks, with the command that makes it.
 fn lacks(folder: &Path, part: &str, whys: [&str; SHARDS]) {
-    let told = sabaki(folder, &JOIN);
+    let told = sabaki(folder, JOIN);
     let line =
         |(shard, why)| format!("sabaki: {part}/{shard} is {why}: sabaki bake shard plan {shard}\n");
     let lines: String = whys.into_iter().enumerate().map(line).collect();
@@ -73,7 +61,7 @@ fn damage(folder: &Path, part: &str) {
 fn the_joined_file_is_that_of_one_process() {
     let folder = folder();
     let at = folder.path();
-    let document = plan(at, &[]);
+    let document = plan(at, "");
     let pairs = document["window_pairs"].as_array().unwrap().iter();
     let pairs: Vec<u64> = pairs.map(|pairs| pairs.as_u64().unwrap()).collect();
     let mean = pairs.iter().sum::<u64>() / SHARDS as u64;
@@ -112,16 +100,16 @@ fn the_joined_file_is_that_of_one_process() {
     assert_eq!(step(at, 2, 0), "graph");
     joins(at);
     // Files of another plan are none.
-    plan(at, &["--threshold", "0.12"]);
+    plan(at, "--threshold 0.12");
     lacks(at, "shards", ["of another plan or version"; SHARDS]);
-    let refused = sabaki(at, &["bake", "shard", "plan", "3"]);
+    let refused = sabaki(at, "bake shard plan 3");
     refused.is_refused(&["shard 3", "0 to 2"]);
     fs::remove_file(at.join("plan/points")).unwrap();
-    let refused = sabaki(at, &["bake", "shard", "plan", "0"]);
+    let refused = sabaki(at, "bake shard plan 0");
     refused.is_refused(&["plan/points", "missing", "bake plan"]);
     for (contents, why) in [("{", "damaged"), ("", "damaged")] {
         fs::write(at.join("plan/plan"), contents).unwrap();
-        sabaki(at, &JOIN).is_refused(&["plan/plan", why, "bake plan"]);
+        sabaki(at, JOIN).is_refused(&["plan/plan", why, "bake plan"]);
     }
 }
 
@@ -129,10 +117,11 @@ fn the_joined_file_is_that_of_one_process() {
 fn the_commands_for_slurm_do_all_steps() {
     let folder = folder();
     let at = folder.path();
-    plan(at, &[]);
-    let args = ["bake", "submit", "plan", "--slurm", "--out", "it's.sabaki"];
-    let more = ["--print", "--", "--mem=2G", "night shift"];
-    let told = sabaki(at, &[&args[..], &more].concat()).is(0).stdout;
+    plan(at, "");
+    let args = "bake submit plan --slurm --out it's.sabaki";
+    let mut command = command(at, &format!("{args} --print -- --mem=2G"));
+    command.arg("night shift");
+    let told = ended(command).is(0).stdout;
     let lines: Vec<&str> = told.lines().collect();
     let words: [&[&str]; 4] = [
         &["--array=0-2", "bake shard ", "$SLURM_ARRAY_TASK_ID"],
@@ -152,26 +141,15 @@ fn the_commands_for_slurm_do_all_steps() {
 fn a_plan_leaves_out_what_a_bake_leaves_out() {
     let folder = folder();
     let at = folder.path();
-    sabaki(at, &["bake", "plan", "--out", "plan"]).is_refused(&["--clips"]);
+    sabaki(at, "bake plan --out plan").is_refused(&["--clips"]);
     fs::write(at.join("broken.bvh"), "HIERARCHY\n").unwrap();
-    let (clips, events) = clips();
-    let args = [
-        "bake",
-        "plan",
-        "--clips",
-        clips,
-        "broken.bvh",
-        "--events",
-        events,
-        "--out",
-        "plan",
-    ];
-    sabaki(at, &args).is_refused(&["broken.bvh"]);
-    let kept = [&args[..], &["--shards", "1", "--keep-going"]].concat();
+    let args = "bake plan --clips CLIPS broken.bvh --events EVENTS --out plan";
+    sabaki(at, args).is_refused(&["broken.bvh"]);
+    let kept = format!("{args} --shards 1 --keep-going");
     let told = sabaki(at, &kept).is(3).stdout;
     assert!(told.contains("left out: broken.bvh"), "{told}");
     assert_eq!(step(at, 0, 1), "search");
-    assert!(sabaki(at, &JOIN).is(3).stdout.contains("left out: "));
+    assert!(sabaki(at, JOIN).is(3).stdout.contains("left out: "));
     let joined = fs::read(at.join("joined.sabaki")).unwrap();
     assert!(joined == fs::read(baked()).unwrap());
 }

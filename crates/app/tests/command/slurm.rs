@@ -93,24 +93,12 @@ fn a_killed_task_runs_again_and_changes_nothing() {
     let folder = folder();
     let at = folder.path();
     write_clips(&at.join("clips"));
-    let args = ["bake", "--clips", "clips", "--out", "one.sabaki"];
-    sabaki(at, &args).is(0);
-    let args = [
-        "bake", "plan", "--clips", "clips", "--out", "plan", "--shards", "4",
-    ];
-    sabaki(at, &args).is(0);
-    let args = [
-        "bake",
-        "submit",
-        "plan",
-        "--slurm",
-        "--out",
-        "joined.sabaki",
-        "--json",
-        "--",
-        "--cpus-per-task=1",
-    ];
-    let submitted = sabaki(at, &args).json(0);
+    let args = "bake --clips clips --out one.sabaki";
+    sabaki(at, args).is(0);
+    let args = "bake plan --clips clips --out plan --shards 4";
+    sabaki(at, args).is(0);
+    let args = "bake submit plan --slurm --out joined.sabaki --json -- --cpus-per-task=1";
+    let submitted = sabaki(at, args).json(0);
     let job = submitted["jobs"][0][1].as_str().unwrap().to_owned();
     // A task is stopped in its work, so that it cannot end by itself, and is killed and queued again by Slurm.
     let plan = at.join("plan");

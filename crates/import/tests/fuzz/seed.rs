@@ -1,7 +1,7 @@
 //! Writes the graph that damage to baked files starts from: `cargo run --example seed -- FOLDER`.
 #![allow(clippy::unwrap_used, missing_docs)]
 
-#[path = "../../targets.rs"]
+#[path = "../targets.rs"]
 mod targets;
 
 fn main() {
