@@ -31,7 +31,7 @@ pub struct CullerDesc<'a> {
     pub frames_in_flight: u32,
     /// Whether the device measures each pass, for [`Culler::pass_times`](super::Culler::pass_times). Default false.
     pub timestamps: bool,
-    /// Cache that pipelines are created with: the host's own, or that of a [`PipelineCache`](super::PipelineCache). Default: none.
+    /// Cache that pipelines are created with: the host's. Default: none.
     pub pipeline_cache: vk::PipelineCache,
     /// Settings of the compute path. The stencil path ignores them.
     pub compute: ComputeSettings,

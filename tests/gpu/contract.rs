@@ -12,8 +12,8 @@ use common::desc;
 use common::random::Random;
 use sabaki::gpu::ash::vk::{self, Handle};
 use sabaki::gpu::{
-    Context, Culler, CullerDesc, GpuAllocatorMemory, GpuError, PipelineCache, Rasterizer,
-    RasterizerDesc, Ticket,
+    Context, Culler, CullerDesc, GpuAllocatorMemory, GpuError, Memory, MemoryDesc, MemoryUse,
+    Rasterizer, RasterizerDesc, Resource, Ticket,
 };
 use sabaki::maps::{MapGrid, MapRect, RegionAtlas};
 use sabaki::query::cull::{CullPath, Overlap};
@@ -149,18 +149,20 @@ fn maps_that_are_drawn_have_labels() {
 fn pipelines_are_created_with_the_cache_of_the_host() {
     let atlas = atlas(&mut Random::new(1), sliced(8), 8);
     let mut device = device();
-    let cache = device.make(|context, _| PipelineCache::new(context, &[]));
-    let cache = cache.unwrap();
+    let context = device.context().unwrap().clone();
+    let info = vk::PipelineCacheCreateInfo::default();
+    // SAFETY: the device is valid.
+    let cache = unsafe { context.device().create_pipeline_cache(&info, None) }.unwrap();
     shim::caches();
     for path in DEVICE_PATHS {
         let desc = CullerDesc {
-            pipeline_cache: cache.handle(),
+            pipeline_cache: cache,
             ..CullerDesc::new(path, &atlas)
         };
         culler(&mut device, &desc).destroy(device.memory().unwrap());
     }
     let desc = RasterizerDesc {
-        pipeline_cache: cache.handle(),
+        pipeline_cache: cache,
         ..RasterizerDesc::default()
     };
     let rasterizer = device.make(|context, memory| Rasterizer::new(context, memory, &desc));
@@ -171,8 +173,9 @@ fn pipelines_are_created_with_the_cache_of_the_host() {
         "{}",
         caches.len()
     );
-    assert!(caches.iter().all(|&one| one == cache.handle().as_raw()));
-    cache.destroy();
+    assert!(caches.iter().all(|&one| one == cache.as_raw()));
+    // SAFETY: nothing is created with it any more.
+    unsafe { context.device().destroy_pipeline_cache(cache, None) };
     assert_eq!(device.destroy(), []);
 }
 
@@ -336,4 +339,50 @@ fn what_crosses_threads_may() {
     anywhere::<GpuAllocatorMemory>();
     anywhere::<GpuError>();
     let _ = Overlap::default();
+}
+
+fn block(usage: MemoryUse) -> MemoryDesc<'static> {
+    MemoryDesc {
+        name: "block",
+        requirements: vk::MemoryRequirements {
+            size: 256,
+            alignment: 256,
+            memory_type_bits: u32::MAX,
+        },
+        usage,
+        resource: Resource::Buffer(vk::Buffer::null()),
+        prefers_dedicated: false,
+    }
+}
+
+/// The built-in allocator frees memory when it is destroyed, and never when it is dropped.
+#[test]
+fn only_destroy_frees_memory() {
+    let device = device();
+    let context = device.context().unwrap().clone();
+    let alive = shim::live();
+
+    let mut memory = GpuAllocatorMemory::new(&context).unwrap();
+    let block_of = memory.allocate(&block(MemoryUse::Upload)).unwrap();
+    memory.free(block_of);
+    assert_eq!(memory.live_blocks(), 0);
+    memory.destroy();
+    assert_eq!(shim::live(), alive);
+
+    let mut memory = GpuAllocatorMemory::new(&context).unwrap();
+    memory.allocate(&block(MemoryUse::Device)).unwrap();
+    let used = shim::live();
+    assert_ne!(used, alive);
+    let ear = Ear::default();
+    tracing::subscriber::with_default(ear.clone(), || drop(memory));
+    assert_eq!(
+        shim::live(),
+        used,
+        "nothing is freed, because the device may be gone"
+    );
+    let heard = ear.0.lock().unwrap().clone();
+    assert_eq!(heard.len(), 1, "{heard:?}");
+    assert!(heard[0].contains("GpuAllocatorMemory was dropped without destroy"));
+    // With memory that leaks, validation would complain of the device's end.
+    std::mem::forget(device);
 }

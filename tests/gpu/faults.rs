@@ -15,10 +15,10 @@ use common::random::Random;
 use plain_memory::PlainMemory;
 use sabaki::gpu::ash::vk;
 use sabaki::gpu::{
-    Context, Culler, CullerDesc, GpuError, Memory, PipelineCache, Rasterizer, RasterizerDesc,
+    BatchEntry, Context, Culler, CullerDesc, GpuError, Memory, Rasterizer, RasterizerDesc,
 };
 use sabaki::maps::{MapRect, raster};
-use sabaki::query::cull::{CullInput, Overlap};
+use sabaki::query::cull::{CullInput, CullPath, Overlap};
 use sabaki_fixtures::headless::Headless;
 use shim::Fault;
 
@@ -194,7 +194,6 @@ fn every_call_of_every_component_and_of_the_headless_device() {
         );
     }
     rasterizer(&mut harness);
-    pipeline_cache(&mut harness);
     let mut faults = harness.finish();
     for (call, count) in creation_of_a_device() {
         *faults.entry(call).or_default() += count;
@@ -214,7 +213,7 @@ fn every_call_of_every_component_and_of_the_headless_device() {
     }
     let all: u32 = faults.values().sum();
     println!("{all} faults of {} calls: {faults:#?}", faults.len());
-    assert!(named.len() > 20 && all > 400, "{} {all}", named.len());
+    assert!(named.len() >= 20 && all > 400, "{} {all}", named.len());
 }
 
 /// A cull, and the times of its passes.
@@ -230,28 +229,6 @@ fn cull_and_time(
     assert!(culler.pass_times(ticket, &mut times)?);
     assert!(times.iter().any(|one| !one.time.is_zero()), "{times:?}");
     Ok(overlaps)
-}
-
-/// The bytes of a cache are those of this device, twice over.
-fn pipeline_cache(harness: &mut Harness) {
-    let again = |device: &mut Headless, cache: &mut PipelineCache| {
-        let again = PipelineCache::new(device.context()?, &cache.bytes()?)?;
-        let accepted = again.was_accepted();
-        again.destroy();
-        Ok(accepted && !cache.was_accepted())
-    };
-    harness.hold(
-        |device, memory| {
-            use_twice(
-                device,
-                memory,
-                |context, _| PipelineCache::new(context, &[]),
-                again,
-                |cache, _| cache.destroy(),
-            )
-        },
-        &true,
-    );
 }
 
 fn rasterizer(harness: &mut Harness) {
@@ -316,4 +293,72 @@ fn calls_named_in(folder: &Path, names: &mut Vec<String>) {
             names.push(name[..name.find('"').unwrap()].to_owned());
         }
     }
+}
+
+/// A batch that fails has no tickets, wherever it fails, and the culler goes on.
+#[test]
+fn a_batch_that_fails_has_no_tickets() {
+    let atlas = atlas(&mut Random::new(3), sliced(8), 6);
+    let case = CullCase::any(&mut Random::new(4), &atlas, 20);
+    let input = case.input(&atlas);
+    let mut device = device();
+    let context = device.context().unwrap().clone();
+    // SAFETY: the handles are of the headless device, which outlives the memory.
+    let mut memory = unsafe {
+        PlainMemory::new(
+            context.instance(),
+            context.physical_device(),
+            context.device(),
+        )
+    };
+    // So that writing makes calls, which can fail.
+    memory.trusts_coherence = false;
+    for path in DEVICE_PATHS {
+        let mut culler =
+            Culler::new(&context, &mut memory, &CullerDesc::new(path, &atlas)).unwrap();
+        let mut batch = [0, 1].map(|slot| BatchEntry {
+            slot,
+            input,
+            ticket: None,
+        });
+        let mut failed = 0;
+        for nth in 1.. {
+            shim::fail(Fault {
+                call: "vkFlushMappedMemoryRanges",
+                nth,
+                result: vk::Result::ERROR_OUT_OF_DEVICE_MEMORY,
+            });
+            // SAFETY: `run` gives a buffer that is being recorded, and has waited for the one before.
+            let ended = device.run(|cmd| unsafe { culler.record_batch(cmd, &mut batch) });
+            if shim::call_off() {
+                ended.unwrap();
+                break;
+            }
+            assert!(matches!(ended, Err(GpuError::Call { .. })), "{ended:?}");
+            assert!(batch.iter().all(|entry| entry.ticket.is_none()), "{nth}");
+            failed += 1;
+        }
+        // The stencil path writes nothing: its input is part of the commands.
+        match path {
+            CullPath::Stencil => assert_eq!(failed, 0),
+            _ => assert!(failed >= 2, "{failed} flushes"),
+        }
+        for entry in &batch {
+            let mut overlaps = Vec::new();
+            assert!(culler.poll(entry.ticket.unwrap(), &mut overlaps).unwrap());
+            assert_eq!(overlaps.len(), counted(&input).len());
+        }
+        // Refused before anything is written: the tickets of the time before are gone as well.
+        batch[1].slot = 0;
+        // SAFETY: as above.
+        let ended = device.run(|cmd| unsafe { culler.record_batch(cmd, &mut batch) });
+        assert!(matches!(ended, Err(GpuError::NoSuchSlot { .. })));
+        assert!(batch.iter().all(|entry| entry.ticket.is_none()));
+        culler.destroy(&mut memory);
+    }
+    drop(memory);
+    let mut messages = device.destroy();
+    // The price of so plain an allocator.
+    messages.retain(|one| !one.id.contains("-small-"));
+    assert!(messages.is_empty(), "{messages:#?}");
 }

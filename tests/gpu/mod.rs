@@ -1,6 +1,4 @@
 //! Tests of `sabaki::gpu`.
-mod allocator;
-mod batch;
 mod cases;
 mod contract;
 mod device;

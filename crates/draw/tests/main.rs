@@ -11,8 +11,8 @@ use sabaki_fixtures as common;
 use common::{device, finish, shim};
 use glam::{Vec2, Vec3};
 use sabaki::anim::{Pose, forward_kinematics};
-use sabaki::gpu::ash::vk::Handle;
-use sabaki::gpu::{GpuError, PipelineCache};
+use sabaki::gpu::GpuError;
+use sabaki::gpu::ash::vk::{self, Handle};
 use sabaki::maps::{BitMap, Body, MapRect};
 use sabaki::math::{Rigid2, Sphere};
 use sabaki_app::Painter;
@@ -86,21 +86,24 @@ fn passes_have_labels_and_pipelines_the_cache_of_the_host() {
     // SAFETY: the shim calls the system's loader.
     let device = unsafe { Headless::with_loader(shim::entry(), &common::desc()) };
     let mut device = device.unwrap();
-    let cache = device.make(|context, _| PipelineCache::new(context, &[]));
-    let cache = cache.unwrap();
+    let context = device.context().unwrap().clone();
+    let info = vk::PipelineCacheCreateInfo::default();
+    // SAFETY: the device is valid.
+    let cache = unsafe { context.device().create_pipeline_cache(&info, None) }.unwrap();
     shim::caches();
     let desc = StageDesc {
-        pipeline_cache: cache.handle(),
+        pipeline_cache: cache,
         ..StageDesc::default()
     };
     let mut painter = Painter::new(&mut device, SIZE, &desc).unwrap();
     let caches = shim::caches();
-    assert!(!caches.is_empty() && caches.iter().all(|&one| one == cache.handle().as_raw()));
+    assert!(!caches.is_empty() && caches.iter().all(|&one| one == cache.as_raw()));
     shim::labels();
     paint(&mut device, &mut painter, &empty());
     assert_eq!(shim::labels(), ["sabaki: shadows", "sabaki: picture"]);
     painter.destroy(&mut device).unwrap();
-    cache.destroy();
+    // SAFETY: nothing is created with it any more.
+    unsafe { context.device().destroy_pipeline_cache(cache, None) };
     finish(device);
 }
 

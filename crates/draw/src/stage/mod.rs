@@ -52,8 +52,7 @@ pub struct StageDesc<'a> {
     pub max_skinned: u32,
     /// Maximum number of joints of all skinned bodies in a shot. Default 2,048.
     pub max_skinned_joints: u32,
-    /// Cache that pipelines are created with: the host's, or that of a
-    /// [`PipelineCache`](sabaki::gpu::PipelineCache). Default: none.
+    /// Cache that pipelines are created with: the host's. Default: none.
     pub pipeline_cache: vk::PipelineCache,
 }
 
