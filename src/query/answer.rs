@@ -235,7 +235,9 @@ impl Answer {
             layered: count(|report| report.layer.is_some()),
             not_in_time: candidates.late_count,
             culled: match state.request.evaluation {
-                Evaluation::Lazy => count(|report| report.overlap.is_some_and(|o| o.body > 0)),
+                Evaluation::Lazy | Evaluation::Kept => {
+                    count(|report| report.overlap.is_some_and(|o| o.body > 0))
+                }
                 Evaluation::Exhaustive => 0,
             },
             reconsidered: selection.reconsidered,

@@ -346,7 +346,7 @@ impl Evaluator {
                     index,
                 }),
         );
-        if round.state.request.evaluation == Evaluation::Exhaustive {
+        if round.state.request.evaluation != Evaluation::Lazy {
             self.test_in_parallel(round, &order, true);
         } else {
             order.sort_unstable_by(|a, b| a.value.total_cmp(&b.value).then(a.index.cmp(&b.index)));
@@ -506,7 +506,7 @@ impl Evaluator {
         let kind = round.state.candidates.list[chosen].kind;
         let is_evasion = matches!(kind, CandidateKind::Evasion { .. });
         let is_close = before.clearance.metres.abs() <= CLOSE_CALL;
-        let is_exhaustive = round.state.request.evaluation == Evaluation::Exhaustive;
+        let is_exhaustive = round.state.request.evaluation != Evaluation::Lazy;
         if is_exhaustive || (is_evasion && !is_close) {
             return true;
         }
@@ -537,7 +537,7 @@ impl Evaluator {
     /// over the whole attack it can only be smaller.
     pub(super) fn measure_shallowest_hit(&mut self, round: Round<'_>) {
         let is_among_obstacles = round.state.request.is_among_obstacles();
-        let is_exhaustive = round.state.request.evaluation == Evaluation::Exhaustive;
+        let is_exhaustive = round.state.request.evaluation != Evaluation::Lazy;
         if is_exhaustive && !is_among_obstacles {
             return;
         }

@@ -45,6 +45,9 @@ pub enum Evaluation {
     #[default]
     #[serde(rename = "needed")]
     Lazy,
+    /// Tests every candidate that the maps keep, posed at every sample of the whole attack. The paper does this.
+    #[serde(rename = "kept")]
+    Kept,
     /// Tests every candidate, posed at every sample of the whole attack, and ignores the maps. The culling path `exact` does this. It is the
     /// reference for all other paths.
     #[serde(rename = "all")]

@@ -34,7 +34,7 @@ impl QueryState {
     /// Whether the maps remove a candidate.
     pub(super) fn is_culled(&self, index: usize) -> bool {
         let overlap = self.candidates.overlap(index);
-        self.request.evaluation == Evaluation::Lazy
+        self.request.evaluation != Evaluation::Exhaustive
             && !self.starts_in_blend(index)
             && overlap.is_some_and(|overlap| overlap.body > 0)
     }

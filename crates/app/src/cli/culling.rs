@@ -79,7 +79,17 @@ pub(crate) struct Culling {
     cpu: cpu::Culler,
     /// Counts what no choice needs, too.
     whole: cpu::Culler,
+    /// Counts the evasion maps alone: nothing is culled.
+    unculled: cpu::Culler,
 }
+
+/// Without culling, only the term V_a of the score is counted.
+const UNCULLED: Counted = Counted {
+    body: false,
+    outer: false,
+    evasion: true,
+    up_to_hits: false,
+};
 
 /// A device with the cullers of one graph.
 struct DeviceCullers {
@@ -92,45 +102,12 @@ struct DeviceCullers {
     compute: Option<gpu::Culler>,
 }
 
-/// One path of a [`Culling`].
-pub(crate) struct OnePath<'a> {
-    culling: &'a mut Culling,
-    path: CullPath,
-}
-
-impl OnePath<'_> {
-    pub(crate) fn path(&self) -> CullPath {
-        self.path
-    }
-
-    /// As [`Culling::count`].
-    pub(crate) fn count(
-        &mut self,
-        input: &CullInput<'_>,
-        overlaps: &mut Vec<Overlap>,
-    ) -> Result<(), Failure> {
-        self.culling.count(self.path, input, overlaps)
-    }
-
-    /// Counts everything, outer maps included, which a choice does not need and the times of
-    /// [`OnePath::count`] do not hold. All paths count the same.
-    pub(crate) fn count_whole(
-        &mut self,
-        input: &CullInput<'_>,
-        overlaps: &mut Vec<Overlap>,
-    ) -> Result<(), Failure> {
-        self.culling.whole.count(input, overlaps);
-        Ok(())
-    }
-}
-
 impl Culling {
     /// The maps of `atlas` go to the device, if there is one that takes them.
     pub(crate) fn new(device: Result<Headless, String>, atlas: &RegionAtlas) -> Self {
         Self {
             device: device.map(|headless| DeviceCullers::new(headless, atlas)),
-            cpu: cpu::Culler::default().counting(Counted::FOR_A_CHOICE),
-            whole: cpu::Culler::default(),
+            ..Self::without_device(String::new())
         }
     }
 
@@ -140,14 +117,7 @@ impl Culling {
             device: Err(why),
             cpu: cpu::Culler::default().counting(Counted::FOR_A_CHOICE),
             whole: cpu::Culler::default(),
-        }
-    }
-
-    /// One of these paths, for use.
-    pub(crate) fn on(&mut self, path: CullPath) -> OnePath<'_> {
-        OnePath {
-            culling: self,
-            path,
+            unculled: cpu::Culler::default().counting(UNCULLED),
         }
     }
 
@@ -219,28 +189,42 @@ impl Culling {
         self.count(path, &input, &mut Vec::new())
     }
 
-    /// Counts the overlaps that a choice needs. [`CullPath::Exact`] counts them as well, on the CPU: they are a part of
-    /// the score.
+    /// Counts the overlaps that a choice needs. [`CullPath::Exact`] counts evasion maps alone, which are a part of the score.
     ///
     /// # Errors
     /// The paths of the device without one, or with one that fails.
-    fn count(
+    pub(crate) fn count(
         &mut self,
         path: CullPath,
         input: &CullInput<'_>,
         overlaps: &mut Vec<Overlap>,
     ) -> Result<(), Failure> {
-        if !path.needs_device() {
-            self.cpu.count(input, overlaps);
-            return Ok(());
+        match path {
+            CullPath::Exact => self.unculled.count(input, overlaps),
+            CullPath::Cpu => self.cpu.count(input, overlaps),
+            CullPath::Stencil | CullPath::Compute => {
+                *overlaps = self.count_on_device(path, input)?;
+            }
         }
+        Ok(())
+    }
+
+    /// Counts everything, outer maps included, which a choice does not need. All paths count the same.
+    pub(crate) fn count_whole(&mut self, input: &CullInput<'_>, overlaps: &mut Vec<Overlap>) {
+        self.whole.count(input, overlaps);
+    }
+
+    fn count_on_device(
+        &mut self,
+        path: CullPath,
+        input: &CullInput<'_>,
+    ) -> Result<Vec<Overlap>, Failure> {
         let counted = match &mut self.device {
             Ok(device) => device.count(path, input),
             Err(why) => Err(why.clone()),
         };
         let failed = |why| format!("the {} path cannot run: {why}", path.name());
-        *overlaps = counted.map_err(|why| Failure::Device(failed(why)))?;
-        Ok(())
+        counted.map_err(|why| Failure::Device(failed(why)))
     }
 }
 

@@ -79,7 +79,7 @@ fn passes(
     let grids = [Enumerate::default(), Enumerate::Whole];
     let methods = paths
         .into_iter()
-        .flat_map(|cull| grids.map(|enumerate| Method { cull, enumerate }));
+        .flat_map(|cull| grids.map(|enumerate| Method::new(cull, cull.evaluation(), enumerate)));
     let one = |method: Method| {
         let settings = method.settings();
         Pass::new(baked, throws, method, &settings, 1, culling, |_, _| Ok(()))
@@ -123,7 +123,7 @@ fn write_files(
         ..method.settings()
     };
     let mut runner = QueryRunner::new(baked);
-    runner.ask(&settings, throw, culling.on(method.cull))?;
+    runner.ask(method, &settings, throw, culling)?;
     let answer = &runner.answer;
     let mut files = export
         .write_as("dodge", throw, &settings, method, answer)?

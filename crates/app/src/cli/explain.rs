@@ -45,7 +45,7 @@ pub(crate) fn ask<'a>(
         ..method.settings()
     };
     let mut runner = QueryRunner::new(baked);
-    let run = runner.ask(&settings, throw, culling.on(method.cull))?;
+    let run = runner.ask(method, &settings, throw, culling)?;
     Ok(Explained {
         baked,
         throw,

@@ -115,7 +115,7 @@ pub(crate) fn recorded(
         playhead: throw.playhead,
         attack: throw.attack.clone(),
         settings: *settings,
-        evaluation: method.cull.evaluation(),
+        evaluation: method.evaluation,
     }
 }
 

@@ -1,5 +1,6 @@
 //! Attacks, the methods that answer them, and a summary of each answer.
 
+use std::convert::Infallible;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
@@ -9,14 +10,14 @@ use sabaki::maps::{BakedGraph, PathId};
 use sabaki::math::{Rigid2, in_parallel, thread_count};
 use sabaki::query::cull::{CullCandidate, Overlap};
 use sabaki::query::{
-    Answer, Attack, Counts, CullPath, Enumerate, Query, QueryContext, QuerySettings, Request,
-    SearchReport, Source, Step,
+    Answer, Attack, Counts, CullPath, Enumerate, Evaluation, Query, QueryContext, QuerySettings,
+    Request, SearchReport, Source, Step,
 };
 use sabaki_app::percentile::percentile;
 use sabaki_fixtures::throw::{Throw, ThrowSettings, throw};
 use serde_json::{Value, json};
 
-use super::culling::{Culling, OnePath, path_parser};
+use super::culling::{Culling, path_parser};
 use super::{Failure, cancel, output};
 
 /// The methods to run.
@@ -39,10 +40,11 @@ enum GridArg {
     Off,
 }
 
-/// A culling path and a source of candidates.
+/// A culling path, the candidates that are tested, and their source.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Method {
     pub(crate) cull: CullPath,
+    pub(crate) evaluation: Evaluation,
     pub(crate) enumerate: Enumerate,
 }
 
@@ -60,7 +62,7 @@ impl MethodArgs {
         let with = |cull: CullPath| {
             grids
                 .clone()
-                .map(move |enumerate| Method { cull, enumerate })
+                .map(move |enumerate| Method::new(cull, cull.evaluation(), enumerate))
         };
         culls.into_iter().flat_map(with).collect()
     }
@@ -70,8 +72,17 @@ impl Method {
     /// The reference that the other methods are compared with.
     pub(crate) const EXACT: Self = Self {
         cull: CullPath::Exact,
+        evaluation: Evaluation::Exhaustive,
         enumerate: Enumerate::Whole,
     };
+
+    pub(crate) fn new(cull: CullPath, evaluation: Evaluation, enumerate: Enumerate) -> Self {
+        Self {
+            cull,
+            evaluation,
+            enumerate,
+        }
+    }
 
     /// Settings of its queries.
     pub(crate) fn settings(self) -> QuerySettings {
@@ -250,12 +261,13 @@ impl<'a> QueryRunner<'a> {
         }
     }
 
-    /// Answers one attack.
+    /// Answers one attack with a method.
     pub(crate) fn ask(
         &mut self,
+        method: Method,
         settings: &QuerySettings,
         throw: &Throw,
-        mut culling: OnePath<'_>,
+        culling: &mut Culling,
     ) -> Result<Run, Failure> {
         self.rounds.clear();
         let query = Query::new(self.baked, settings);
@@ -263,7 +275,7 @@ impl<'a> QueryRunner<'a> {
         let (mut cull, mut count_and_record) = (Duration::ZERO, Duration::ZERO);
         let started = Instant::now();
         let request = Request {
-            evaluation: culling.path().evaluation(),
+            evaluation: method.evaluation,
             ..throw.request()
         };
         let mut session = query.start(request, &mut self.context);
@@ -271,11 +283,14 @@ impl<'a> QueryRunner<'a> {
         let deciding = Instant::now();
         loop {
             let counting = Instant::now();
-            session.count(|input, counts| culling.count(input, counts))?;
+            session.count(|input, counts| culling.count(method.cull, input, counts))?;
             cull += counting.elapsed();
             if self.records_rounds || settings.list_late {
                 session.draw_outer_maps();
-                session.count(|input, counts| culling.count_whole(input, counts))?;
+                let Ok(()) = session.count(|input, counts| {
+                    culling.count_whole(input, counts);
+                    Ok::<(), Infallible>(())
+                });
             }
             if self.records_rounds {
                 let candidates = session.cull_input().candidates;
@@ -290,6 +305,8 @@ impl<'a> QueryRunner<'a> {
                 };
                 self.rounds
                     .push(counted.zip(session.counts()).map(one).collect());
+                // The choice sees what its method counts.
+                session.count(|input, counts| culling.count(method.cull, input, counts))?;
             }
             count_and_record += counting.elapsed();
             if session.submit_counted(&mut self.answer) == Step::Done {
@@ -328,7 +345,7 @@ impl Pass {
             let numbered = throws.iter().enumerate().skip(first).step_by(step);
             let runs = numbered.map(|(index, throw)| {
                 cancel::check()?;
-                let run = runner.ask(query, throw, culling.on(method.cull))?;
+                let run = runner.ask(method, query, throw, culling)?;
                 each(index, &runner.answer)?;
                 bar.inc(1);
                 Ok(run)

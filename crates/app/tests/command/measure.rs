@@ -94,11 +94,10 @@ fn compare_holds_all_paths_to_the_exact_one() {
     let json = format!("{args} --json --plot plot.png");
     let document = sabaki(&folder, &json).json(0);
     let rows = document["rows"].as_array().unwrap();
-    assert!(rows.len() >= 4 && rows.len().is_multiple_of(2));
     let row = |cull: &str, grid: &str| {
         let mut found = rows
             .iter()
-            .filter(|r| r["cull"] == cull && r["grid"] == grid);
+            .filter(|r| r["cull"] == cull && r["grid"] == grid && r["evaluation"] == "lazy");
         found.next().unwrap_or_else(|| panic!("{cull} {grid}"))
     };
     for row in rows {
@@ -113,31 +112,56 @@ fn compare_holds_all_paths_to_the_exact_one() {
         assert_eq!(row["wrong"], 0.0, "the default maps are certain");
         assert!(number(&row["kept"]) <= number(&row["candidates"]));
         assert_eq!(row["tally"]["hits_proven_clean"], 0);
-        // Whoever counts: the same attacks, the same candidates.
-        let exact = number(&row_of(rows, row)["candidates"]);
-        assert_eq!(number(&row["candidates"]), exact);
+        // Whoever counts: the same attacks, the same candidates, the same counts.
+        let none = row("none", row["grid"].as_str().unwrap());
+        assert_eq!(row["tally"], none["tally"]);
+        assert_eq!(row["avoided"], none["avoided"]);
+        assert!(number(&row["gain"]) > 0.0);
     }
-    let (exact, cpu) = (row("exact", "off"), row("cpu", "off"));
-    assert!(number(&exact["tally"]["hits"]) > 0.0 && number(&exact["tally"]["clean"]) > 0.0);
+    let (none, cpu) = (row("none", "off"), row("cpu", "off"));
+    assert_eq!(number(&none["gain"]), 1.0);
+    assert!(number(&cpu["tally"]["hits"]) > 0.0 && number(&cpu["tally"]["clean"]) > 0.0);
     assert!(number(&cpu["weak"]) < 1.0, "nothing is culled");
     let kept = number(&cpu["tally"]["hits_kept"]) + number(&cpu["tally"]["clean"]);
     assert!((number(&cpu["kept"]) * 12.0 - kept).abs() < 1e-6);
     assert!(number(&document["grid_answered"]) <= number(&document["grid_used"]));
     let crossover = document["crossover"].as_array().unwrap();
     assert!(crossover.iter().any(|line| line["cull"] == "cpu"));
-    // All but the exact path.
-    assert_eq!((crossover.len() + 1) * 2, rows.len());
+    // Lazy and exhaustive, each path with the grid and without, and once more without culling.
+    assert_eq!((crossover.len() + 1) * 4, rows.len());
     assert_is_png(&folder.path().join("plot.png"));
     let told = sabaki(&folder, args).is(0).stdout;
-    for word in ["496 ms", "open", "exact", "cpu"] {
+    for word in ["exhaustive", "lazy", "undecided", "none", "cpu", "gain"] {
         assert!(told.contains(word), "{word}");
     }
 }
 
-/// The exact row with the same grid.
-fn row_of<'a>(rows: &'a [Value], other: &Value) -> &'a Value {
-    let mut exact = rows.iter().filter(|row| row["cull"] == "exact");
-    exact.find(|row| row["grid"] == other["grid"]).unwrap()
+#[test]
+fn compare_repeats_the_papers_table() {
+    let folder = folder();
+    let document = sabaki(&folder, "compare BAKED --paper --json").json(0);
+    let rows = document["rows"].as_array().unwrap();
+    let row = |cull: &str, grid: &str| {
+        let mut found = rows
+            .iter()
+            .filter(|r| r["cull"] == cull && r["grid"] == grid);
+        found.next().unwrap_or_else(|| panic!("{cull} {grid}"))
+    };
+    for grid in ["off", "on"] {
+        let (none, cpu) = (row("none", grid), row("cpu", grid));
+        assert_eq!(none["avoided"], cpu["avoided"]);
+        assert!(number(&cpu["kept"]) < number(&cpu["candidates"]));
+        // The paper's maps know no time: they keep many hits, and remove some candidates that are clean.
+        assert!(number(&cpu["weak"]) > 0.2 && number(&cpu["wrong"]) > 0.0);
+        for ms in ["ms_of_6", "ms_of_600"] {
+            assert!(number(&cpu[ms]) > 0.0);
+        }
+    }
+    assert_eq!(row("none", "off")["paper_ms"], 496);
+    let told = sabaki(&folder, "compare BAKED --paper").is(0).stdout;
+    assert!(told.contains("paper ms") && told.contains("2:40"));
+    let both = sabaki(&folder, "compare BAKED --paper --attacks 3");
+    both.is_misused(&["--attacks"]);
 }
 
 #[test]
