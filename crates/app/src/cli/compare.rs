@@ -30,17 +30,17 @@ use super::{Done, Failure, cancel, output};
 pub(crate) struct Args {
     #[command(flatten)]
     graph: GraphArgs,
-    /// Number of random attacks.
-    #[arg(long, value_name = "N", default_value_t = 200, value_parser = whole::<u64>(1..=1_000_000))]
-    attacks: u64,
+    /// Number of random attacks. Default: 200, or 600 with --paper.
+    #[arg(long, value_name = "N", value_parser = whole::<u64>(1..=1_000_000))]
+    attacks: Option<u64>,
     /// Seed of the random attacks.
     #[arg(long, value_name = "S", default_value_t = 1, value_parser = whole::<u64>(0..=u64::MAX))]
     seed: u64,
     /// Also measures the time to cull 5 to 10,000 candidates, and draws it (.png).
     #[arg(long, value_name = "FILE", value_parser = output::png_file())]
     plot: Option<PathBuf>,
-    /// Repeats the paper's Table 1 instead: its maps and settings, 6 attacks and 600.
-    #[arg(long, conflicts_with_all = ["attacks", "plot"])]
+    /// Repeats the paper's Table 1 instead: its maps and its settings.
+    #[arg(long, conflicts_with = "plot")]
     paper: bool,
     #[command(flatten)]
     device: DeviceArgs,
@@ -63,9 +63,15 @@ pub(crate) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
     cancel::listen();
     let baked = args.graph.load()?;
     if args.paper {
-        return paper::run(&baked, args.seed, &args.device, as_json);
+        return paper::run(
+            &baked,
+            args.attacks.unwrap_or(600),
+            args.seed,
+            &args.device,
+            as_json,
+        );
     }
-    let throws = random_throws(&baked, args.seed, 0..args.attacks)?;
+    let throws = random_throws(&baked, args.seed, 0..args.attacks.unwrap_or(200))?;
     let mut culling = Culling::new(culling::open(&args.device)?, baked.atlas());
     let table = measure(&baked, &throws, &mut culling)?;
     let mut lines = Vec::new();
