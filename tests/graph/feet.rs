@@ -141,10 +141,11 @@ fn planted_feet_slide_a_third_or_no_more_than_as_captured(graph: &MotionGraph) {
 
 /// The embedded motions with transitions of any speed, which keep planted feet or only blend.
 fn of_any_speed(keep: bool) -> MotionGraph {
-    let mut settings = GraphSettings::default();
-    settings.keep_feet = keep;
-    settings.fastest_step = None;
-    embedded_graph(&settings)
+    embedded_graph(&GraphSettings {
+        keep_feet: keep,
+        fastest_step: None,
+        ..GraphSettings::default()
+    })
 }
 
 fn unlimited() -> &'static MotionGraph {

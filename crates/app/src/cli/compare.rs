@@ -274,7 +274,7 @@ impl Table {
             let is_same = |other: &&Row| {
                 other.method.enumerate == row.method.enumerate && other.tally == row.tally
             };
-            if rows.iter().any(|other| is_same(&other)) {
+            if rows.iter().any(is_same) {
                 continue;
             }
             rows.push(row);

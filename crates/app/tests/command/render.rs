@@ -172,9 +172,9 @@ fn meshes_of_files_are_bound_by_names_or_by_a_map() {
     let said = sabaki(&folder, &dodge("mapped.png", mapped)).is(0);
     assert!(said.stdout.contains("not bound: "), "{}", said.stdout);
     map(&[("bone i".to_owned(), "Tail".to_owned())]);
-    refused(&mapped, "Tail");
+    refused(mapped, "Tail");
     map(&[("Tail".to_owned(), "Hips".to_owned())]);
-    refused(&mapped, "Tail");
+    refused(mapped, "Tail");
     refused("--mesh missing.glb", "missing.glb");
     // Capsules, a body and bones are different pictures.
     json("body.png", "");
@@ -218,7 +218,7 @@ fn what_cannot_be_drawn_is_said_in_a_line() {
     let folder = folder();
     let refused = |args: &str, word: &str| sabaki(&folder, args).is_refused(&[word]);
     let motion = "render crowd --out a.png --motion fly";
-    refused(&motion, "front_kick");
+    refused(motion, "front_kick");
     refused(&dodge("a.png", "--device none_such"), "none_such");
     assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
 }

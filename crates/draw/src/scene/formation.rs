@@ -116,7 +116,6 @@ impl Formation {
         let output = Output {
             layout: Layout::Blocks,
             write: WriteMode::Streamed,
-            ..Output::default()
         };
         let period = animations.duration(ClipId(0)).unwrap_or(1.0).max(1e-3);
         let mut formation = Self {
