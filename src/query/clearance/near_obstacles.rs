@@ -314,7 +314,8 @@ mod tests {
                 let harm = harm(hit, place.point(track.centre(tick, hit.sphere)));
                 assert!((harm - hit.harm).abs() < 1e-4, "{harm} {hit:?}");
             }
-            let playhead = Playhead::at(graph, crate::graph::EdgeId(round as u32), 0.0, place);
+            let edge = crate::graph::EdgeId((round % graph.edges().len()) as u32);
+            let playhead = Playhead::at(graph, edge, 0.0, place);
             let mut motion = Motion::new(graph, playhead, &[]);
             motion.extend(graph, 2.0);
             let on_motion = near.until(graph, motion.moment_at(1.5), 0.0);
