@@ -108,11 +108,9 @@ pub struct MapGrid {
     /// Side of an attack map's texel, in texels of an evasion's maps: 1, 2 or 4. Default 1. An
     /// inner map loses half a texel all around, which is a large part of an arm, so small texels
     /// make it more exact. Wide texels cost an attack's map nothing but make its maps faster to
-    /// draw, which is the largest cost. With texels of 7.5 mm and a pitch of 2, the maps miss
-    /// 7% of the hits instead of 12%; a query takes a third more time on the CPU, and the maps seven
-    /// times the memory (the guide's page on culling says what was measured).
+    /// draw, which is the largest cost.
     pub attack_pitch: u32,
-    /// Height of a slab, in metres. Default 0.30, as in the paper. Lower slabs miss fewer hits, but cost more than they save.
+    /// Height of a slab, in metres. Default 0.30, as in the paper. Lower slabs miss fewer hits, but cost more time than they save.
     pub slab_height: f32,
     /// Cross-section that represents a sphere in a slab. Default [`Section::Plane`].
     pub section: Section,
