@@ -131,7 +131,16 @@ fn counts_agree(
 #[test]
 fn slices_of_time_are_drawn_alike() {
     let mut device = device();
-    let baker = Baker::new(embedded().graph().clone(), BakeSettings::default()).unwrap();
+    let settings = BakeSettings {
+        maps: MapGrid {
+            slab_height: 0.05,
+            slices: 32,
+            slice_seconds: 1.0 / 30.0,
+            ..MapGrid::default()
+        },
+        ..BakeSettings::default()
+    };
+    let baker = Baker::new(embedded().graph().clone(), settings).unwrap();
     let desc = RasterizerDesc {
         name: "slices",
         ..RasterizerDesc::default()
