@@ -45,5 +45,6 @@ fn events_made_by_hand_are_compared() {
 #[test]
 fn events_made_by_hand_are_not_overwritten() {
     let over = "annotate --clips CLIPS --against EVENTS --out EVENTS";
-    sabaki(folder(), over).is_refused(&["--out", "overwrite"]);
+    let folder = folder();
+    sabaki(&folder, over).is_refused(&["--out", "overwrite"]);
 }

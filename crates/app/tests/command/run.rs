@@ -71,7 +71,7 @@ pub fn command(folder: impl AsRef<Path>, line: &str) -> Command {
 }
 
 pub fn sabaki(folder: impl AsRef<Path>, line: &str) -> Ended {
-    ended(command(folder, line))
+    ended(command(&folder, line))
 }
 
 pub fn ended(mut command: Command) -> Ended {
