@@ -73,7 +73,9 @@ pub(crate) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
     }
     let throws = random_throws(&baked, args.seed, 0..args.attacks.unwrap_or(200))?;
     let mut culling = Culling::new(culling::open(&args.device)?, baked.atlas());
-    let table = measure(&baked, &throws, &mut culling)?;
+    let methods = methods(&culling.paths());
+    let rows = measure(&baked, &throws, methods, Method::settings, &mut culling)?;
+    let table = Table { rows };
     let mut lines = Vec::new();
     if let Some(path) = &args.plot {
         lines = crossover(&baked, &throws, &mut culling)?;
@@ -110,15 +112,15 @@ pub(crate) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
     )))
 }
 
-/// Each evaluation with each culling path and each source of candidates. The first two are the reference, without and with the grid.
+/// Each evaluation with each culling path and each source of candidates. The first is the reference.
 fn methods(paths: &[CullPath]) -> Vec<Method> {
     let mut methods = Vec::new();
     for is_lazy in [false, true] {
         for &cull in paths {
-            let evaluation = match (is_lazy, cull) {
-                (true, _) => Evaluation::Lazy,
-                (false, CullPath::Exact) => Evaluation::Exhaustive,
-                (false, _) => Evaluation::Kept,
+            let evaluation = if is_lazy {
+                Evaluation::Lazy
+            } else {
+                exhaustive(cull)
             };
             let grids = [Enumerate::Whole, Enumerate::default()];
             methods.extend(grids.map(|enumerate| Method::new(cull, evaluation, enumerate)));
@@ -127,9 +129,22 @@ fn methods(paths: &[CullPath]) -> Vec<Method> {
     methods
 }
 
-/// All methods, attack by attack, so that system noise affects every method equally.
-fn measure(baked: &BakedGraph, throws: &[Throw], culling: &mut Culling) -> Result<Table, Failure> {
-    let methods = methods(&culling.paths());
+/// Tests over the whole attack every candidate that a path keeps.
+fn exhaustive(cull: CullPath) -> Evaluation {
+    match cull {
+        CullPath::Exact => Evaluation::Exhaustive,
+        _ => Evaluation::Kept,
+    }
+}
+
+/// All methods, attack by attack, so that system noise affects every method equally. The first method is the reference.
+fn measure(
+    baked: &BakedGraph,
+    throws: &[Throw],
+    methods: Vec<Method>,
+    settings: impl Fn(Method) -> QuerySettings,
+    culling: &mut Culling,
+) -> Result<Vec<Row>, Failure> {
     let mut rows: Vec<Row> = methods.into_iter().map(Row::new).collect();
     let mut runners: Vec<QueryRunner<'_>> = rows.iter().map(|_| QueryRunner::new(baked)).collect();
     let bar = output::progress("comparing", throws.len() as u64);
@@ -139,14 +154,17 @@ fn measure(baked: &BakedGraph, throws: &[Throw], culling: &mut Culling) -> Resul
         let mut runs = Vec::new();
         for (row, runner) in rows.iter().zip(&mut runners) {
             runner.records_rounds = true;
-            let settings = row.method.settings();
-            runs.push(runner.ask(row.method, &settings, throw, culling)?);
+            runs.push(runner.ask(row.method, &settings(row.method), throw, culling)?);
         }
         if count == 0 {
             continue;
         }
-        let answered = |index: usize| (&runners[index].answer, runners[index].rounds.as_slice());
-        let truth = GroundTruth::new([answered(0), answered(1)]);
+        let answered = rows.iter().zip(&runners);
+        let references =
+            answered.filter(|(row, _)| row.method.evaluation == Evaluation::Exhaustive);
+        let truth = GroundTruth::new(
+            references.map(|(_, runner)| (&runner.answer, runner.rounds.as_slice())),
+        );
         for ((row, runner), run) in rows.iter_mut().zip(&runners).zip(&runs) {
             truth.compare(&runner.rounds, &mut row.tally);
             row.hit_though_avoidable += usize::from(!run.avoided && runs[0].avoided);
@@ -155,7 +173,7 @@ fn measure(baked: &BakedGraph, throws: &[Throw], culling: &mut Culling) -> Resul
         bar.inc(1);
     }
     bar.finish_and_clear();
-    Ok(Table { rows })
+    Ok(rows)
 }
 
 /// Name of a culling path in the tables.
@@ -196,9 +214,10 @@ impl Row {
         Times::new(&self.runs, Run::query_ms)
     }
 
-    fn mean_ms(&self) -> f64 {
-        let sum: f64 = self.runs.iter().map(Run::query_ms).sum();
-        sum / self.runs.len().max(1) as f64
+    /// Mean milliseconds of the first attacks.
+    fn mean_ms(&self, attacks: usize) -> f64 {
+        let runs = &self.runs[..attacks.min(self.runs.len())];
+        runs.iter().map(Run::query_ms).sum::<f64>() / runs.len().max(1) as f64
     }
 
     fn to_json(&self, gain: f64) -> Value {
@@ -217,7 +236,7 @@ impl Row {
             "avoided": self.avoided(),
             "hit_though_avoidable": self.hit_though_avoidable,
             "query_ms": self.times().to_json(),
-            "mean_ms": self.mean_ms(),
+            "mean_ms": self.mean_ms(self.runs.len()),
             "cull_ms": Times::new(&self.runs, |run| run.cull_ms).to_json(),
             "gain": gain,
         })
@@ -255,40 +274,15 @@ impl Table {
         })
     }
 
-    /// What the maps decide. All paths count the same, so one row of each grid is enough, unless a path differs.
+    /// What the maps decide, without the grid and with it. The counts are the CPU's: all paths count the same.
     fn maps_table(&self) -> comfy_table::Table {
-        let head = [
-            "grid",
-            "counted by",
-            "candidates",
-            "kept",
-            "weak",
-            "wrong",
-            "undecided",
-        ];
-        let mut table = output::table(&head, 2);
+        let head = ["grid", "candidates", "kept", "weak", "wrong", "undecided"];
+        let mut table = output::table(&head, 1);
         let percent = |share: f64| format!("{:.1}%", 100.0 * share);
-        let mut rows: Vec<&Row> = Vec::new();
-        let counting = self.rows.iter().filter(|row| row.is_lazy());
-        for row in counting.filter(|row| row.method.cull != CullPath::Exact) {
-            let is_same = |other: &&Row| {
-                other.method.enumerate == row.method.enumerate && other.tally == row.tally
-            };
-            if rows.iter().any(is_same) {
-                continue;
-            }
-            rows.push(row);
-            let alike = self
-                .rows
-                .iter()
-                .filter(|other| other.is_lazy() && is_same(other));
-            let names: Vec<&str> = alike
-                .filter(|row| row.method.cull != CullPath::Exact)
-                .map(|row| path_name(row.method.cull))
-                .collect();
+        let of_cpu = |row: &&Row| row.is_lazy() && row.method.cull == CullPath::Cpu;
+        for row in self.rows.iter().filter(of_cpu) {
             table.add_row([
                 row.method.grid_name().to_owned(),
-                names.join(", "),
                 format!("{:.1}", row.per_attack(row.tally.candidates())),
                 format!("{:.1}", row.per_attack(row.tally.kept())),
                 percent(row.tally.weak()),
@@ -318,7 +312,7 @@ impl Table {
                 row.method.grid_name().to_owned(),
                 row.avoided().to_string(),
                 row.times().text(2),
-                format!("{:.2}", row.mean_ms()),
+                format!("{:.2}", row.mean_ms(row.runs.len())),
                 Times::new(&row.runs, |run| run.cull_ms).text(3),
                 format!("{:.2}", self.gain(row)),
             ]);
@@ -332,7 +326,7 @@ impl Table {
         let missed: usize = self.rows.iter().map(|row| row.hit_though_avoidable).sum();
         format!(
             "{attacks} attacks, each answered by all methods. {missed} hits could have been avoided.\n\n\
-             What the maps decide, per attack:\n{}\n\
+             What the maps decide, per attack, as the CPU counts (every path counts the same):\n{}\n\
              candidates: those with maps (an evasion that is entered or layered has none). kept: by the\n\
              maps. weak: share of the hits that are kept. wrong: share of the clean candidates that are\n\
              removed. undecided: share that is neither removed nor proven clean by the outer maps.\n\n\

@@ -285,6 +285,8 @@ impl<'a> QueryRunner<'a> {
             let counting = Instant::now();
             session.count(|input, counts| culling.count(method.cull, input, counts))?;
             cull += counting.elapsed();
+            // The choice sees what its method counts.
+            let counted = self.records_rounds.then(|| session.counts().to_vec());
             if self.records_rounds || settings.list_late {
                 session.draw_outer_maps();
                 let Ok(()) = session.count(|input, counts| {
@@ -305,11 +307,13 @@ impl<'a> QueryRunner<'a> {
                 };
                 self.rounds
                     .push(counted.zip(session.counts()).map(one).collect());
-                // The choice sees what its method counts.
-                session.count(|input, counts| culling.count(method.cull, input, counts))?;
             }
             count_and_record += counting.elapsed();
-            if session.submit_counted(&mut self.answer) == Step::Done {
+            let step = match &counted {
+                Some(counts) => session.submit(counts, &mut self.answer),
+                None => session.submit_counted(&mut self.answer),
+            };
+            if step == Step::Done {
                 break;
             }
         }

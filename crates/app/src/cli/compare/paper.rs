@@ -3,69 +3,38 @@
 //! Source: Masaoka & Oshita, section 6, Table 1. Their motion lasts 2:40 and has 8 evasions.
 
 use sabaki::maps::{BakedGraph, MapGrid};
-use sabaki::query::{
-    CullPath, EntryUse, Enumerate, Evaluation, QuerySettings, RateSettings, WarpSettings,
-};
+use sabaki::query::{CullPath, EntryUse, Enumerate, QuerySettings, RateSettings, WarpSettings};
 use serde_json::json;
 
-use super::{GroundTruth, MapTally, path_name};
+use super::{Row, exhaustive, measure, path_name};
 use crate::cli::culling::{self, Culling, DeviceArgs};
-use crate::cli::queries::{Method, QueryRunner, Run, random_throws};
-use crate::cli::{Done, Failure, bake, cancel, output};
+use crate::cli::queries::{Method, random_throws};
+use crate::cli::{Done, Failure, bake, output};
 
 /// Number of the paper's attacks.
 const PAPER: usize = 6;
 
-/// A row of the table.
-struct Row {
-    method: Method,
-    /// Milliseconds of the paper; `None` for a path that it does not have.
-    paper_ms: Option<u32>,
-    runs: Vec<Run>,
-    tally: MapTally,
+/// Settings of the paper: no entries, no layers, no warps, only candidates in time.
+fn settings(method: Method) -> QuerySettings {
+    QuerySettings {
+        entries: EntryUse::none(),
+        warp: WarpSettings::off(),
+        rates: RateSettings {
+            nearest: 0.0,
+            ..RateSettings::default()
+        },
+        ..method.settings()
+    }
 }
 
-impl Row {
-    fn new(cull: CullPath, enumerate: Enumerate) -> Self {
-        let evaluation = match cull {
-            CullPath::Exact => Evaluation::Exhaustive,
-            _ => Evaluation::Kept,
-        };
-        Self {
-            method: Method::new(cull, evaluation, enumerate),
-            paper_ms: match (cull, enumerate.uses_grid()) {
-                (CullPath::Exact, false) => Some(496),
-                (CullPath::Stencil, false) => Some(225),
-                (CullPath::Exact, true) => Some(18),
-                (CullPath::Stencil, true) => Some(14),
-                _ => None,
-            },
-            runs: Vec::new(),
-            tally: MapTally::default(),
-        }
-    }
-
-    /// Settings of the paper: no entries, no layers, no warps, only candidates in time, the nearest cell.
-    fn settings(&self) -> QuerySettings {
-        QuerySettings {
-            entries: EntryUse::none(),
-            warp: WarpSettings::off(),
-            rates: RateSettings {
-                nearest: 0.0,
-                ..RateSettings::default()
-            },
-            ..self.method.settings()
-        }
-    }
-
-    /// Mean over the first attacks.
-    fn mean(&self, attacks: usize, value: impl Fn(&Run) -> f64) -> f64 {
-        let runs = &self.runs[..attacks.min(self.runs.len())];
-        runs.iter().map(value).sum::<f64>() / runs.len().max(1) as f64
-    }
-
-    fn per_attack(&self, count: usize) -> f64 {
-        count as f64 / self.runs.len().max(1) as f64
+/// Milliseconds of the paper; `None` for a path that it does not have.
+fn paper_ms(method: Method) -> Option<u32> {
+    match (method.cull, method.enumerate.uses_grid()) {
+        (CullPath::Exact, false) => Some(496),
+        (CullPath::Stencil, false) => Some(225),
+        (CullPath::Exact, true) => Some(18),
+        (CullPath::Stencil, true) => Some(14),
+        _ => None,
     }
 }
 
@@ -82,36 +51,12 @@ pub(super) fn run(
     let mut culling = Culling::new(culling::open(device)?, baked.atlas());
     let throws = random_throws(baked, seed, 0..attacks)?;
     let paths = culling.paths();
-    let with = |enumerate: Enumerate| paths.iter().map(move |&cull| Row::new(cull, enumerate));
-    let mut rows: Vec<Row> = with(Enumerate::Whole)
-        .chain(with(Enumerate::NearestCell))
-        .collect();
-    let mut runners: Vec<QueryRunner<'_>> = rows.iter().map(|_| QueryRunner::new(baked)).collect();
-    let bar = output::progress("comparing", throws.len() as u64);
-    // The first attack twice: memory is filled when times begin to count.
-    for (count, throw) in throws[..1].iter().chain(&throws).enumerate() {
-        cancel::check()?;
-        for (row, runner) in rows.iter_mut().zip(&mut runners) {
-            runner.records_rounds = true;
-            let settings = row.settings();
-            let run = runner.ask(row.method, &settings, throw, &mut culling)?;
-            if count > 0 {
-                row.runs.push(run);
-            }
-        }
-        if count > 0 {
-            let references = rows.iter().zip(&runners);
-            let references = references.filter(|(row, _)| row.method.cull == CullPath::Exact);
-            let truth = GroundTruth::new(
-                references.map(|(_, runner)| (&runner.answer, runner.rounds.as_slice())),
-            );
-            for (row, runner) in rows.iter_mut().zip(&runners) {
-                truth.compare(&runner.rounds, &mut row.tally);
-            }
-            bar.inc(1);
-        }
-    }
-    bar.finish_and_clear();
+    let grids = [Enumerate::Whole, Enumerate::NearestCell];
+    let methods = grids.into_iter().flat_map(|enumerate| {
+        let method = move |&cull| Method::new(cull, exhaustive(cull), enumerate);
+        paths.iter().map(method)
+    });
+    let rows = measure(baked, &throws, methods.collect(), settings, &mut culling)?;
     let text = if as_json {
         to_json(&rows)
     } else {
@@ -129,10 +74,10 @@ fn to_json(rows: &[Row]) -> String {
             "kept": row.per_attack(row.tally.kept()),
             "weak": row.tally.weak(),
             "wrong": row.tally.wrong(),
-            "avoided": row.runs.iter().filter(|run| run.avoided).count(),
-            "ms_of_6": row.mean(PAPER, Run::query_ms),
-            "ms_of_all": row.mean(row.runs.len(), Run::query_ms),
-            "paper_ms": row.paper_ms,
+            "avoided": row.avoided(),
+            "ms_of_6": row.mean_ms(PAPER),
+            "ms_of_all": row.mean_ms(row.runs.len()),
+            "paper_ms": paper_ms(row.method),
         })
     };
     Done::json(
@@ -155,7 +100,6 @@ fn to_text(baked: &BakedGraph, culling: &Culling, rows: &[Row]) -> String {
     ];
     let mut table = output::table(&head, 2);
     for row in rows {
-        let avoided = row.runs.iter().filter(|run| run.avoided).count();
         table.add_row([
             row.method.grid_name().to_owned(),
             path_name(row.method.cull).to_owned(),
@@ -166,10 +110,10 @@ fn to_text(baked: &BakedGraph, culling: &Culling, rows: &[Row]) -> String {
             },
             format!("{:.0}%", 100.0 * row.tally.weak()),
             format!("{:.0}%", 100.0 * row.tally.wrong()),
-            avoided.to_string(),
-            format!("{:.2}", row.mean(PAPER, Run::query_ms)),
-            format!("{:.2}", row.mean(row.runs.len(), Run::query_ms)),
-            row.paper_ms.map_or(String::new(), |ms| ms.to_string()),
+            row.avoided().to_string(),
+            format!("{:.2}", row.mean_ms(PAPER)),
+            format!("{:.2}", row.mean_ms(row.runs.len())),
+            paper_ms(row.method).map_or(String::new(), |ms| ms.to_string()),
         ]);
     }
     format!(
