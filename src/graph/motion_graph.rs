@@ -3,7 +3,7 @@
 pub use crate::anim::ClipId;
 use crate::anim::{Chain, Clip, EventKind, Facing, JointId, Leg, Rig, Skeleton};
 use crate::math::parallel::fill;
-use crate::math::{Rigid2, sort_rarely};
+use crate::math::{Rigid2, sort_rarely, sorted_indices};
 use serde::{Deserialize, Serialize};
 use std::sync::OnceLock;
 
@@ -87,6 +87,18 @@ pub struct GraphEvent {
     pub last: u32,
     /// Joints that take part, or empty for all joints.
     pub joints: Vec<JointId>,
+}
+
+/// Positions of two events of one kind that have the same frames; `None` if there are none.
+pub(crate) fn twice(events: &[GraphEvent]) -> Option<[usize; 2]> {
+    let key = |&index: &usize| {
+        let event = &events[index];
+        (event.clip, event.first, event.last, event.kind)
+    };
+    let order = sorted_indices(events.len(), &|a, b| key(a).cmp(&key(b)));
+    let mut pairs = order.windows(2);
+    let pair = pairs.find(|pair| key(&pair[0]) == key(&pair[1]))?;
+    Some([pair[0], pair[1]])
 }
 
 impl GraphEvent {

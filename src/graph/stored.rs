@@ -2,9 +2,9 @@
 
 use crate::anim::{Clip, Skeleton};
 use crate::graph::ClipId;
-use crate::graph::build::events;
 use crate::graph::motion_graph::{
     Edge, EdgeMotion, EdgesInto, Feet, GraphEvent, KnownRig, LegBlend, MotionGraph, NodeId, Plant,
+    twice,
 };
 use crate::graph::settings::GraphSettings;
 use crate::math::in_parallel;
@@ -113,10 +113,7 @@ impl MotionGraph {
                 &|| self.events.iter().all(event_ok),
                 "an event names frames or joints that are not there",
             ),
-            (
-                &|| events::twice(&self.events).is_none(),
-                "an event is there twice",
-            ),
+            (&|| twice(&self.events).is_none(), "an event is there twice"),
             (
                 &|| self.edges.iter().all(|edge| self.edge_fits(edge)),
                 "an edge does not fit its nodes or clips",

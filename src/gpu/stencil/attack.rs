@@ -9,8 +9,8 @@ use std::ops::Range;
 
 use super::{
     maps::Part,
-    rules::{self, Draws, Shape},
-    screen::{Place, Shelves},
+    rules,
+    screen::{Draws, Place, Shape, Shelves},
 };
 use crate::{
     gpu::{GpuError, error::within},

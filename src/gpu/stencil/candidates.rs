@@ -12,8 +12,7 @@ use std::ops::Range;
 use super::{
     attack::{AttackMap, AttackMaps, Kind},
     maps::{MapBits, Maps, Part},
-    rules::Draws,
-    screen::Screen,
+    screen::{Draws, Screen},
 };
 use crate::{
     gpu::{GpuError, device_path::CullRequest, error::within, shader_table::PlacedMap},

@@ -6,8 +6,8 @@
 use ash::vk;
 
 use super::{
-    rules::{self, Draws},
-    screen::{Place, Screen, Shelves},
+    rules,
+    screen::{Draws, Place, Screen, Shelves},
 };
 use crate::{
     gpu::{
@@ -193,8 +193,10 @@ impl Rasterizer {
             kind,
         } = maps;
         match kind {
-            MapKind::EveryFrame => rules::body_and_evasion(drawings, batch, &mut self.draws),
-            MapKind::AnyFrame => rules::attack(drawings, batch, &mut self.draws),
+            MapKind::EveryFrame => {
+                rules::body_and_evasion(drawings, &batch.members, &mut self.draws)
+            }
+            MapKind::AnyFrame => rules::attack(drawings, &batch.members, &mut self.draws),
         }
         let (context, image) = (&self.context, self.screen.target.image);
         let [width, height] = batch.used;

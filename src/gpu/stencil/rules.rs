@@ -10,15 +10,10 @@
 //! Differs: counting starts at 1, because 0 marks texels that a frame did not cover, and before a stencil value overflows the count
 //! restarts at 1. CPU twin: `every_frame` and `any_frame` in `src/maps/regions/raster.rs`.
 
-use std::ops::Range;
-
 use ash::vk::{CompareOp, StencilOp};
 
-use super::{rasterizer::Batch, screen::Place};
-use crate::{
-    gpu::{pipelines::StencilRule, shader_table::PlacedDisc},
-    maps::Drawing,
-};
+use super::screen::{Draws, Place, Shape};
+use crate::{gpu::pipelines::StencilRule, maps::Drawing};
 
 /// Highest stencil value.
 const HIGHEST: u32 = 255;
@@ -27,33 +22,11 @@ pub(super) const START: u32 = 1;
 /// Value of texels of the evasion map after [`body_and_evasion`]. Texels of the body map have higher values.
 pub(super) const EVASION: u8 = 1;
 
-/// What the instances of a draw are.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Shape {
-    Discs,
-    WholeMaps,
-}
-
-/// One draw.
-#[derive(Clone, Debug)]
-pub(super) struct Draw {
-    pub(super) shape: Shape,
-    pub(super) rule: StencilRule,
-    pub(super) instances: Range<u32>,
-}
-
-/// Draws and their instances. The memory is reused.
-#[derive(Debug, Default)]
-pub(super) struct Draws {
-    pub(super) draws: Vec<Draw>,
-    pub(super) instances: Vec<PlacedDisc>,
-}
-
 /// Draws body and evasion maps. Texels are then 0, [`EVASION`], or higher (body).
-pub(super) fn body_and_evasion(drawings: &[Drawing], batch: &Batch, out: &mut Draws) {
+pub(super) fn body_and_evasion(drawings: &[Drawing], members: &[(usize, Place)], out: &mut Draws) {
     out.clear();
     let members = || {
-        let members = batch.members.iter();
+        let members = members.iter();
         members.map(|&(index, place)| (&drawings[index], place))
     };
     let longest = members().map(|(drawing, _)| drawing.frames()).max();
@@ -77,49 +50,14 @@ pub(super) fn body_and_evasion(drawings: &[Drawing], batch: &Batch, out: &mut Dr
 }
 
 /// Draws attack maps. Texels are then [`START`], or 2 where a disc was drawn.
-pub(super) fn attack(drawings: &[Drawing], batch: &Batch, out: &mut Draws) {
+pub(super) fn attack(drawings: &[Drawing], members: &[(usize, Place)], out: &mut Draws) {
     out.clear();
-    for &(index, place) in &batch.members {
+    for &(index, place) in members {
         let Drawing { discs, rect, .. } = &drawings[index];
         let placed = discs.iter().map(|&disc| place.disc(disc, *rect));
         out.instances.extend(placed);
     }
     out.draw(Shape::Discs, replace(START + 1));
-}
-
-impl Draws {
-    pub(super) fn clear(&mut self) {
-        self.draws.clear();
-        self.instances.clear();
-    }
-
-    /// Adds the discs of a frame.
-    fn discs<'a>(&mut self, members: impl Iterator<Item = (&'a Drawing, Place)>, frame: usize) {
-        for (drawing, place) in members.filter(|(drawing, _)| frame < drawing.frames()) {
-            let discs = drawing.frame(frame).iter();
-            let placed = discs.map(|&disc| place.disc(disc, drawing.rect));
-            self.instances.extend(placed);
-        }
-    }
-
-    /// Adds whole maps.
-    fn whole_maps<'a>(&mut self, members: impl Iterator<Item = (&'a Drawing, Place)>) {
-        let placed = members.map(|(drawing, place)| place.whole(drawing.rect));
-        self.instances.extend(placed);
-    }
-
-    /// Adds a draw of the instances since the last draw.
-    pub(super) fn draw(&mut self, shape: Shape, rule: StencilRule) {
-        let start = self.draws.last().map_or(0, |draw| draw.instances.end);
-        let instances = start..self.instances.len() as u32;
-        if !instances.is_empty() {
-            self.draws.push(Draw {
-                shape,
-                rule,
-                instances,
-            });
-        }
-    }
 }
 
 const ALL: StencilRule = StencilRule {

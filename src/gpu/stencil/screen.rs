@@ -4,18 +4,19 @@
 //! Differs: one target holds many maps, so that one rendering draws all of them. They are packed on shelves (next fit; Coffman, Garey,
 //! Johnson & Tarjan, "Performance bounds for level-oriented two-dimensional packing algorithms", 1980).
 
+use std::ops::Range;
+
 use ash::vk;
 
-use super::rules::{Draw, Draws, Shape};
 use crate::{
     gpu::{
         Context, GpuError, Memory, MemoryUse,
         barriers::{self, Access},
-        pipelines::{DISCS, Pipeline, PipelineInputs, RECTS},
+        pipelines::{DISCS, Pipeline, PipelineInputs, RECTS, StencilRule},
         resources::{Buffer, BufferDesc, DeviceMemory, StencilTarget},
         shader_table::{PlacedDisc, TargetSide},
     },
-    maps::{Disc, MapRect},
+    maps::{Disc, Drawing, MapRect},
 };
 
 /// Position of a map in a target: its first texel.
@@ -45,6 +46,67 @@ impl Place {
         PlacedDisc {
             disc: [0; 3],
             clip: self.clip(rect),
+        }
+    }
+}
+
+/// What the instances of a draw are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Shape {
+    Discs,
+    WholeMaps,
+}
+
+/// One draw.
+#[derive(Clone, Debug)]
+pub(super) struct Draw {
+    pub(super) shape: Shape,
+    pub(super) rule: StencilRule,
+    pub(super) instances: Range<u32>,
+}
+
+/// Draws and their instances. The memory is reused.
+#[derive(Debug, Default)]
+pub(super) struct Draws {
+    pub(super) draws: Vec<Draw>,
+    pub(super) instances: Vec<PlacedDisc>,
+}
+
+impl Draws {
+    pub(super) fn clear(&mut self) {
+        self.draws.clear();
+        self.instances.clear();
+    }
+
+    /// Adds the discs of a frame.
+    pub(super) fn discs<'a>(
+        &mut self,
+        members: impl Iterator<Item = (&'a Drawing, Place)>,
+        frame: usize,
+    ) {
+        for (drawing, place) in members.filter(|(drawing, _)| frame < drawing.frames()) {
+            let discs = drawing.frame(frame).iter();
+            let placed = discs.map(|&disc| place.disc(disc, drawing.rect));
+            self.instances.extend(placed);
+        }
+    }
+
+    /// Adds whole maps.
+    pub(super) fn whole_maps<'a>(&mut self, members: impl Iterator<Item = (&'a Drawing, Place)>) {
+        let placed = members.map(|(drawing, place)| place.whole(drawing.rect));
+        self.instances.extend(placed);
+    }
+
+    /// Adds a draw of the instances since the last draw.
+    pub(super) fn draw(&mut self, shape: Shape, rule: StencilRule) {
+        let start = self.draws.last().map_or(0, |draw| draw.instances.end);
+        let instances = start..self.instances.len() as u32;
+        if !instances.is_empty() {
+            self.draws.push(Draw {
+                shape,
+                rule,
+                instances,
+            });
         }
     }
 }

@@ -3,7 +3,7 @@
 use crate::anim::{Clip, Event, EventKind};
 use crate::graph::ClipId;
 use crate::graph::error::GraphError;
-use crate::graph::motion_graph::GraphEvent;
+use crate::graph::motion_graph::{GraphEvent, twice};
 use crate::graph::settings::ClipSource;
 use crate::math::{sort_rarely, sorted_indices};
 
@@ -63,18 +63,6 @@ pub(crate) fn in_frames(
         }
         None => Ok(events),
     }
-}
-
-/// Positions of two events of one kind that have the same frames; `None` if there are none.
-pub(crate) fn twice(events: &[GraphEvent]) -> Option<[usize; 2]> {
-    let key = |&index: &usize| {
-        let event = &events[index];
-        (event.clip, event.first, event.last, event.kind)
-    };
-    let order = sorted_indices(events.len(), &|a, b| key(a).cmp(&key(b)));
-    let mut pairs = order.windows(2);
-    let pair = pairs.find(|pair| key(&pair[0]) == key(&pair[1]))?;
-    Some([pair[0], pair[1]])
 }
 
 /// Merges overlapping events. Each group of them becomes one event from the first start to the last end, in the order of the groups' first

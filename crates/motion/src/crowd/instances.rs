@@ -4,7 +4,7 @@ use std::sync::{Arc, Mutex};
 
 use super::character::{Character, CharacterState, MemberId, Placement, clamped};
 use super::error::{CrowdError, MOST_CHARACTERS};
-use super::frame::FrameReport;
+use super::frame_input::FrameReport;
 use super::kernel::batches::Scratch;
 use super::keys::animation_set::AnimationSet;
 use super::levels::FrameScratch;

@@ -21,7 +21,7 @@ use std::ops::Range;
 
 use glam::Vec3;
 
-use super::frame::{Frame, Frustum};
+use super::frame_input::{Frame, Frustum};
 use super::sort::group::Parked;
 use super::sort::schedule::Schedule;
 use crate::lod::Switching;
