@@ -1,4 +1,4 @@
-//! Promise: what is saved goes on to the same bit, in bytes and by serde; damaged bytes are refused or harmless.
+//! Promise: a saved game continues bit-identically, in bytes and by serde; damaged bytes are refused or harmless.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 use glam::Vec3;

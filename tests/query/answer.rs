@@ -59,8 +59,8 @@ fn best(answer: &Answer) -> f32 {
     answer.chosen().score.unwrap().total
 }
 
-/// The best score of those that the maps let pass and that are clear by more than `metres`, or of
-/// all where none of these is. Everything was evaluated.
+/// The best score of the candidates that the maps let pass with a clearance above `metres`, or of all candidates if there are none.
+/// Everything was evaluated.
 fn best_passed(all: &Answer, metres: f32) -> f32 {
     let passed = |c: &&CandidateReport| c.overlap.is_none_or(|overlap| overlap.body == 0);
     all.candidates

@@ -140,7 +140,7 @@ struct Offer {
 struct GoalProgress {
     /// All possible links, closest first.
     offers: Vec<Offer>,
-    /// Indices of those that were not taken.
+    /// Indices of the offers that were not taken.
     left: Vec<u32>,
     waits: Waits,
     /// Moments at which the evasions start.
@@ -293,7 +293,7 @@ impl GoalProgress {
                 self.left.extend_from_slice(batch);
                 continue;
             }
-            // Most of those that help now will help when it is their turn. The feet of all of them are tested together.
+            // Most links that help now will help when it is their turn. Their feet are tested together.
             let helps_now = in_parallel(threads, batch.len(), |index| {
                 self.helps(goal, &self.offers[batch[index] as usize])
             });

@@ -14,7 +14,7 @@ use super::queries::{Method, Pass, QueryRunner, Run, random_throws};
 use super::summary::{self, Summary};
 use super::{Done, Failure, bake, cancel, output, sheet};
 
-/// Number of balls, and of those that are listed one by one.
+/// Number of balls, and number of balls that are listed one by one.
 const ATTACKS: u64 = 100;
 const LISTED: usize = 10;
 const SEED: u64 = 1;
