@@ -81,7 +81,7 @@ pub enum GpuError {
     #[error("no Vulkan loader: {0}")]
     NoLoader(String),
     /// No device matches.
-    #[error("no device is {wanted}; there is {}", if .found.is_empty() { "none".to_owned() } else { .found.join(", ") })]
+    #[error("no device is {wanted}; {}", if .found.is_empty() { "the Vulkan loader could load no driver".to_owned() } else { format!("there is {}", .found.join(", ")) })]
     NoDevice {
         /// Name or kind that was searched for.
         wanted: String,

@@ -6,8 +6,11 @@
 //! M C⁻¹, where M is the product of the motion's rotations, the first named applied first. A bone's
 //! joint is at its start, so a joint's offset is its parent's bone.
 //!
-//! Differs: bones that translate or change their length (`tx`, `l`) are rejected. The unit of
-//! length is estimated as for BVH files, because the units in the files are not reliable.
+//! A bone's translations (`tx`) are along its axes C.
+//!
+//! Differs: bones that change their length (`l`) are rejected. The unit of
+//! length is estimated as for BVH files, because the units in the files are not reliable. Frames whose numbers are skipped are filled
+//! linearly; a bone that a frame leaves out keeps its values.
 
 use std::collections::HashMap;
 
@@ -18,6 +21,7 @@ use thiserror::Error;
 use crate::MOST_ENTRIES;
 use crate::bvh::{LARGEST_VALUE, MotionError, quoted};
 use crate::file::without_mark;
+use crate::motion_file::AMC_RATES;
 
 /// An error in an ASF or AMC file, with its line.
 #[derive(Clone, Debug, PartialEq, Error)]
@@ -61,7 +65,7 @@ pub enum AsfProblem {
     TooManyJoints,
     /// A bone has a degree of freedom that is not supported.
     #[error(
-        "bone \"{bone}\" has the degree of freedom \"{found}\"; only rx, ry and rz are read, and tx, ty and tz of the root"
+        "bone \"{bone}\" has the degree of freedom \"{found}\"; only rx, ry, rz, tx, ty and tz are read"
     )]
     Freedom {
         /// Name of the bone.
@@ -80,14 +84,6 @@ pub enum AsfProblem {
         found: usize,
         /// Number of values that are expected.
         expected: usize,
-    },
-    /// A frame has no values for a moving bone.
-    #[error("frame {frame} has nothing for \"{bone}\"")]
-    NoValues {
-        /// Frame number, from 1.
-        frame: usize,
-        /// Name of the bone.
-        bone: String,
     },
     /// The motion has more than [`MOST_ENTRIES`] frames times bones.
     #[error(
@@ -172,8 +168,8 @@ impl<'a> Line<'a> {
 enum Freedom {
     /// A rotation about an axis, 0 to 2.
     Turn(usize),
-    /// A translation along an axis. Only the root has them.
-    Way(usize),
+    /// A translation along an axis.
+    Shift(usize),
 }
 
 /// A bone and the joint at its start.
@@ -365,15 +361,6 @@ impl<'a> AsfReader<'a> {
         if bone.name.is_empty() {
             return Err(line.error(AsfProblem::Missing("name of the bone that ends here")));
         }
-        if let Some(found) = bone.freedoms.iter().find_map(|one| match one {
-            Freedom::Way(axis) => Some(["tx", "ty", "tz"][*axis].to_owned()),
-            Freedom::Turn(_) => None,
-        }) {
-            return Err(line.error(AsfProblem::Freedom {
-                bone: bone.name,
-                found,
-            }));
-        }
         if self.bones.len() + 1 >= Skeleton::MAX_JOINTS {
             return Err(line.error(AsfProblem::TooManyJoints));
         }
@@ -497,9 +484,9 @@ fn freedoms(line: Line<'_>, bone: &str) -> Result<Vec<Freedom>, AsfError> {
             "rx" => Freedom::Turn(0),
             "ry" => Freedom::Turn(1),
             "rz" => Freedom::Turn(2),
-            "tx" => Freedom::Way(0),
-            "ty" => Freedom::Way(1),
-            "tz" => Freedom::Way(2),
+            "tx" => Freedom::Shift(0),
+            "ty" => Freedom::Shift(1),
+            "tz" => Freedom::Shift(2),
             _ => {
                 let (bone, found) = (bone.to_owned(), word.to_owned());
                 return Err(line.error(AsfProblem::Freedom { bone, found }));
@@ -521,10 +508,13 @@ pub struct AmcFile {
     channels: usize,
     /// Values, frame by frame and bone by bone.
     values: Vec<f64>,
+    /// Frame rate that the file names, in frames per second.
+    rate: Option<f64>,
+    notes: Vec<String>,
 }
 
 impl AmcFile {
-    /// Frame rate of CMU's captures, in frames per second. AMC files do not contain it.
+    /// Frame rate of CMU's captures, in frames per second. Few AMC files contain it.
     pub const USUAL_RATE: f64 = 120.0;
 
     /// Parses a motion of `skeleton`.
@@ -545,9 +535,15 @@ impl AmcFile {
                 degrees: skeleton.degrees,
                 channels,
                 values: Vec::new(),
+                rate: None,
+                notes: Vec::new(),
             },
             seen: Vec::new(),
             frames: 0,
+            number: 0,
+            missing: 0,
+            held: None,
+            skipped: None,
         };
         let mut last = None;
         for line in lines(bytes)? {
@@ -559,11 +555,30 @@ impl AmcFile {
             line: 1,
             problem: missing.clone(),
         })?;
-        reader.check_whole(end)?;
-        match reader.frames {
-            0 => Err(end.error(missing)),
-            _ => Ok(reader.file),
+        reader.end_frame();
+        if reader.frames == 0 {
+            return Err(end.error(missing));
         }
+        let mut file = reader.file;
+        file.notes.extend(reader.held.map(|(bone, frame, count)| {
+            format!("frames leave out bones, which keep their values: {count} times, first \"{bone}\" in frame {frame}")
+        }));
+        file.notes.extend(reader.skipped.map(|(frame, count)| {
+            format!("{count} frames are missing, the first after frame {frame}: they are filled")
+        }));
+        Ok(file)
+    }
+
+    /// Frame rate that the file names after `:SAMPLES-PER-SECOND`, in frames per second.
+    #[must_use]
+    pub fn rate(&self) -> Option<f64> {
+        self.rate
+    }
+
+    /// What was left out or filled, one line each.
+    #[must_use]
+    pub fn notes(&self) -> &[String] {
+        &self.notes
     }
 
     /// Number of frames, at least 1.
@@ -572,26 +587,38 @@ impl AmcFile {
         self.values.len() / self.channels
     }
 
-    /// Writes a frame, counted from 0, to `out` as a pose of [`AsfFile::skeleton`] without its end sites, in metres.
+    /// Writes a frame, counted from 0, to `out` as a pose of [`AsfFile::skeleton`] without its end sites, in metres. It has translations
+    /// if a bone other than the root can translate.
     ///
     /// # Panics
     /// There is no such frame.
     pub fn pose(&self, skeleton: &AsfFile, frame: usize, metres_per_unit: f64, out: &mut Pose) {
         out.rotations.clear();
         out.translations.clear();
+        let is_shift = |freedom: &Freedom| matches!(freedom, Freedom::Shift(_));
+        let mut below = skeleton.bones.iter().skip(1);
+        let has_translations = below.any(|bone| bone.freedoms.iter().any(is_shift));
         let mut values = self.values[frame * self.channels..][..self.channels].iter();
         for (index, bone) in skeleton.bones.iter().enumerate() {
             let (mut rotation, mut place) = (DQuat::IDENTITY, DVec3::ZERO);
             for (freedom, &value) in bone.freedoms.iter().zip(&mut values) {
                 match *freedom {
                     Freedom::Turn(axis) => rotation = turn(axis, value, self.degrees) * rotation,
-                    Freedom::Way(axis) => place[axis] = value,
+                    Freedom::Shift(axis) => place[axis] = value,
                 }
             }
             let rotation = bone.axes * rotation * bone.axes.conjugate();
             out.rotations.push(rotation.normalize().as_quat());
+            let offset = match bone.parent {
+                Some(parent) => skeleton.bones[parent].along + bone.axes * place,
+                None => place + skeleton.position,
+            };
+            let offset = (offset * metres_per_unit).as_vec3();
             if index == 0 {
-                out.root = ((place + skeleton.position) * metres_per_unit).as_vec3();
+                out.root = offset;
+            }
+            if has_translations {
+                out.translations.push(offset);
             }
         }
     }
@@ -623,6 +650,11 @@ impl AmcFile {
             // End sites come last.
             pose.rotations.resize(skeleton.len(), Quat::IDENTITY);
             desc.rotations.append(&mut pose.rotations);
+            if !pose.translations.is_empty() {
+                let ends = skeleton.joints().iter().skip(pose.translations.len());
+                pose.translations.extend(ends.map(|joint| joint.offset));
+                desc.translations.append(&mut pose.translations);
+            }
         }
         let clip = Clip::new(&skeleton, desc)?;
         Ok((skeleton, clip))
@@ -638,6 +670,14 @@ struct AmcReader<'a> {
     /// Bones that the current frame has values for.
     seen: Vec<bool>,
     frames: usize,
+    /// Number of the current frame, as the file counts.
+    number: usize,
+    /// Number of missing frames before the current one.
+    missing: usize,
+    /// The first bone that a frame leaves out, the frame, and how often that happens.
+    held: Option<(String, usize, usize)>,
+    /// The frame before the first gap in the frames' numbers, and how many frames are missing in all.
+    skipped: Option<(usize, usize)>,
 }
 
 impl AmcReader<'_> {
@@ -647,20 +687,25 @@ impl AmcReader<'_> {
             match keyword.to_ascii_lowercase().as_str() {
                 "degrees" => self.file.degrees = true,
                 "radians" => self.file.degrees = false,
+                "samples-per-second" => {
+                    let rate = line.number(line.words().nth(1))?;
+                    let possible = AMC_RATES.contains(&rate);
+                    let expected = || line.expected("a frame rate", line.words().nth(1));
+                    self.file.rate = Some(possible.then_some(rate).ok_or_else(expected)?);
+                }
                 _ => {}
             }
             return Ok(());
         }
         if first.bytes().all(|byte| byte.is_ascii_digit()) {
-            self.check_whole(line)?;
-            self.frames += 1;
-            if (self.frames as u64).saturating_mul(self.bones.len() as u64) > MOST_ENTRIES {
-                let bones = self.bones.len();
-                return Err(line.error(AsfProblem::TooManyFrames { bones }));
-            }
-            self.seen = vec![false; self.bones.len()];
-            let length = self.file.values.len() + self.file.channels;
-            self.file.values.resize(length, 0.0);
+            self.end_frame();
+            let number = first.parse().unwrap_or(0usize);
+            let missing = match self.frames {
+                0 => 0,
+                _ => number.saturating_sub(self.number.saturating_add(1)),
+            };
+            self.begin_frame(missing, line)?;
+            self.number = number;
             return Ok(());
         }
         if self.frames == 0 {
@@ -697,15 +742,57 @@ impl AmcReader<'_> {
         Ok(())
     }
 
-    /// Checks that the previous frame has values for every moving bone.
-    fn check_whole(&self, line: Line<'_>) -> Result<(), AsfError> {
-        let mut pairs = self.seen.iter().zip(self.bones);
-        match pairs.find(|(seen, bone)| !**seen && !bone.freedoms.is_empty()) {
-            Some((_, bone)) => Err(line.error(AsfProblem::NoValues {
-                frame: self.frames,
-                bone: bone.name.clone(),
-            })),
-            None => Ok(()),
+    /// Adds the values of a frame, and before it those of frames that are missing. All of them begin with the values of the frame before.
+    fn begin_frame(&mut self, missing: usize, line: Line<'_>) -> Result<(), AsfError> {
+        let frames = self.frames.saturating_add(missing).saturating_add(1);
+        if (frames as u64).saturating_mul(self.bones.len() as u64) > MOST_ENTRIES {
+            let bones = self.bones.len();
+            return Err(line.error(AsfProblem::TooManyFrames { bones }));
+        }
+        if missing > 0 {
+            self.skipped.get_or_insert((self.number, 0)).1 += missing;
+        }
+        let values = &mut self.file.values;
+        match values.len().checked_sub(self.file.channels) {
+            Some(last) => (self.frames..frames)
+                .for_each(|_| values.extend_from_within(last..last + self.file.channels)),
+            None => values.resize(self.file.channels, 0.0),
+        }
+        self.missing = missing;
+        self.frames = frames;
+        self.seen = vec![false; self.bones.len()];
+        Ok(())
+    }
+
+    /// Notes the moving bones that the frame has no values for, and fills the missing frames before it. Angles take the shorter way.
+    fn end_frame(&mut self) {
+        let pairs = self.seen.iter().zip(self.bones);
+        for (_, bone) in pairs.filter(|(seen, bone)| !**seen && !bone.freedoms.is_empty()) {
+            let first = || (bone.name.clone(), self.number, 0);
+            self.held.get_or_insert_with(first).2 += 1;
+        }
+        let (missing, channels) = (std::mem::take(&mut self.missing), self.file.channels);
+        if missing == 0 {
+            return;
+        }
+        let whole = if self.file.degrees {
+            360.0
+        } else {
+            std::f64::consts::TAU
+        };
+        let freedoms = self.bones.iter().flat_map(|bone| &bone.freedoms);
+        let last = self.file.values.len() - channels;
+        let before = last - (missing + 1) * channels;
+        for (channel, freedom) in freedoms.enumerate() {
+            let from = self.file.values[before + channel];
+            let mut change = self.file.values[last + channel] - from;
+            if matches!(freedom, Freedom::Turn(_)) {
+                change -= whole * (change / whole).round();
+            }
+            for step in 1..=missing {
+                let share = step as f64 / (missing + 1) as f64;
+                self.file.values[before + step * channels + channel] = from + share * change;
+            }
         }
     }
 }

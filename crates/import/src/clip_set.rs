@@ -54,7 +54,7 @@ pub fn read_clips(
     options: &ReadOptions,
 ) -> Result<ClipSet, ReadError> {
     check_options(options)?;
-    let files = motion_files(paths)?;
+    let (files, passed_over) = expanded(paths)?;
     check_names(&files)?;
     let (loaded, mut failed) = load_all(&files, options);
     let used = match options.keep_going || options.retarget {
@@ -122,6 +122,13 @@ pub fn read_clips(
         warnings: Vec::new(),
         left_out: errors.iter().map(ToString::to_string).collect(),
     };
+    if let Some(first) = passed_over.first() {
+        set.warnings.push(format!(
+            "files of macOS beside others are passed over: {}, the first is {}",
+            passed_over.len(),
+            first.display()
+        ));
+    }
     let first_path = *first_path;
     for one in loaded {
         set.warn_of_bones(one.path, &one.motion.skeleton);
@@ -155,14 +162,18 @@ impl ClipSet {
             self.warnings
                 .push(format!("{}: a single frame is no motion", clip.name()));
         }
-        if let Some(first) = self.scales.first()
-            && first.metres_per_unit != scale.metres_per_unit
+        // Formats that name their unit need not have that of the other files.
+        let is_found = |scale: &Scale| scale.found != ScaleSource::Format;
+        if let Some(first) = self.scales.iter().position(is_found)
+            && is_found(&scale)
+            && self.scales[first].metres_per_unit != scale.metres_per_unit
         {
             self.warnings.push(format!(
-                "{}: read at {} metres per unit, the first clip at {}",
+                "{}: read at {} metres per unit, {} at {}",
                 clip.name(),
                 scale.metres_per_unit,
-                first.metres_per_unit
+                self.clips[first].name(),
+                self.scales[first].metres_per_unit
             ));
         }
         self.clips.push(clip);
@@ -183,12 +194,18 @@ impl ClipSet {
     }
 }
 
-/// Expands folders to the motion files in them, in the order of their names. Other paths are kept as they are.
+/// Expands folders to the motion files in them, in the order of their names. Other paths are kept as they are. Of folders, files whose names
+/// begin with `._` are passed over: archives of macOS hold one for each file.
 ///
 /// # Errors
 /// The first folder that cannot be read or that has no motion file.
 pub fn motion_files(paths: &[PathBuf]) -> Result<Vec<PathBuf>, ReadError> {
-    let mut files = Vec::new();
+    expanded(paths).map(|(files, _)| files)
+}
+
+/// The motion files, and those that are passed over.
+fn expanded(paths: &[PathBuf]) -> Result<(Vec<PathBuf>, Vec<PathBuf>), ReadError> {
+    let (mut files, mut passed_over) = (Vec::new(), Vec::new());
     for path in paths {
         if !path.is_dir() {
             files.push(path.clone());
@@ -202,7 +219,10 @@ pub fn motion_files(paths: &[PathBuf]) -> Result<Vec<PathBuf>, ReadError> {
         for entry in std::fs::read_dir(path).map_err(io)? {
             let file = entry.map_err(io)?.path();
             if is_motion_file(&file) && file.is_file() {
-                inside.push(file);
+                match clip_name(&file).starts_with("._") {
+                    true => passed_over.push(file),
+                    false => inside.push(file),
+                }
             }
         }
         if inside.is_empty() {
@@ -211,7 +231,7 @@ pub fn motion_files(paths: &[PathBuf]) -> Result<Vec<PathBuf>, ReadError> {
         inside.sort();
         files.append(&mut inside);
     }
-    Ok(files)
+    Ok((files, passed_over))
 }
 
 fn check_names(files: &[PathBuf]) -> Result<(), ReadError> {

@@ -6,7 +6,7 @@ use thiserror::Error;
 use super::motion_file::is_gltf;
 use crate::ReadError;
 use crate::error::shortened;
-use crate::file::{JsonError, parse_json, read_bytes};
+use crate::file::{JsonError, composed, parse_json, read_bytes};
 use sabaki::anim::{Clip, Event, EventKind, JointId, Skeleton};
 
 /// Reason why events cannot be used. Events are counted from 0, in the order of the file.
@@ -134,7 +134,11 @@ impl EventsFile {
     /// # Errors
     /// The first error, with line and column.
     pub fn parse(text: &[u8]) -> Result<Self, EventsError> {
-        Ok(parse_json(text)?)
+        let mut file: Self = parse_json(text)?;
+        for clip in &mut file.clips {
+            clip.file = composed(&clip.file);
+        }
+        Ok(file)
     }
 
     /// Reads a file.

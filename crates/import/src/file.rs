@@ -6,15 +6,23 @@ use std::path::Path;
 use sabaki::archive::{LARGEST_FILE, open_regular};
 use serde::de::DeserializeOwned;
 use thiserror::Error;
+use unicode_normalization::UnicodeNormalization;
 
 use crate::ReadError;
 
 /// Name of a clip: its file's name without the folder.
 pub(super) fn clip_name(path: &Path) -> String {
-    path.file_name()
-        .unwrap_or(path.as_os_str())
-        .to_string_lossy()
-        .into_owned()
+    composed(
+        &path
+            .file_name()
+            .unwrap_or(path.as_os_str())
+            .to_string_lossy(),
+    )
+}
+
+/// A name with composed characters (Unicode's form NFC), so that names of files that macOS decomposed equal those that were typed.
+pub(super) fn composed(name: &str) -> String {
+    name.nfc().collect()
 }
 
 pub(super) fn read_bytes(path: &Path) -> Result<Vec<u8>, ReadError> {

@@ -27,6 +27,9 @@ pub const MOST_ENTRIES: u64 = 1 << 26;
 /// Range of [`ReadOptions::scale`], in metres per unit: from a millionth of a millimetre to a thousand kilometres.
 pub const SCALES: RangeInclusive<f64> = 1e-9..=1e6;
 
+/// Range of an AMC file's frame rate, in frames per second.
+pub(crate) const AMC_RATES: RangeInclusive<f64> = 1e-3..=1e6;
+
 /// Options for reading files.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ReadOptions {
@@ -35,7 +38,7 @@ pub struct ReadOptions {
     pub scale: Option<f64>,
     /// Axis that points up in the files. Default +Y.
     pub up: Up,
-    /// Frame rate of AMC files, which do not contain it, in frames per second. Default `None`:
+    /// Frame rate of AMC files, in frames per second. Default `None`: the file's `:SAMPLES-PER-SECOND`, or
     /// [`AmcFile::USUAL_RATE`](crate::asf::AmcFile::USUAL_RATE).
     pub amc_rate: Option<f64>,
     /// Leaves out files that cannot be read, and files whose skeleton differs from that of the largest group of files, instead of
@@ -101,7 +104,7 @@ pub(super) fn check_options(options: &ReadOptions) -> Result<(), ReadError> {
         _ => {}
     }
     match options.amc_rate {
-        Some(rate) if !(1e-3..=1e6).contains(&rate) => Err(ReadError::Rate(rate)),
+        Some(rate) if !AMC_RATES.contains(&rate) => Err(ReadError::Rate(rate)),
         _ => Ok(()),
     }
 }
@@ -264,7 +267,8 @@ impl MotionFile {
     fn notes(&self, skeleton: &Skeleton, clip: &Clip) -> Vec<String> {
         let mut notes = match self {
             Self::Bvh(file) => file.notes(),
-            Self::Gltf(_) | Self::Amc(..) => Vec::new(),
+            Self::Gltf(file) => file.notes().to_vec(),
+            Self::Amc(_, amc) => amc.notes().to_vec(),
         };
         notes.extend(self.repeated_names().iter().map(|name| {
             format!("several joints are called \"{name}\": the later ones are read as \"{name}_2\" and so on")
@@ -333,7 +337,10 @@ impl MotionFile {
                 file.animations().iter().map(load).collect()
             }
             Self::Amc(asf, amc) => {
-                let rate = options.amc_rate.unwrap_or(AmcFile::USUAL_RATE);
+                let rate = options
+                    .amc_rate
+                    .or(amc.rate())
+                    .unwrap_or(AmcFile::USUAL_RATE);
                 let seconds = (amc.frames() - 1) as f64 / rate;
                 let motion = || amc.motion(asf, &name, metres, rate);
                 Ok(vec![loaded(seconds, &motion)?])

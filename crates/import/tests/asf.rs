@@ -212,3 +212,39 @@ fn what_is_wrong_is_named_with_its_line() {
         "line 2: not a text file"
     );
 }
+
+#[test]
+fn gaps_in_a_motion_are_filled_and_named() {
+    let (skeleton, motion) = parts();
+    let asf = AsfFile::parse(skeleton.as_bytes()).unwrap();
+    let whole = AmcFile::parse(&asf, motion.as_bytes()).unwrap();
+    assert!(whole.notes().is_empty());
+    // The second frame is the fifth: three are missing.
+    let gap = AmcFile::parse(&asf, motion.replace("\n2\n", "\n5\n").as_bytes()).unwrap();
+    assert_eq!(gap.frames(), 5);
+    assert_eq!(
+        gap.notes(),
+        ["3 frames are missing, the first after frame 1: they are filled"]
+    );
+    let roots = |amc: &AmcFile| -> Vec<Vec3> {
+        let (_, clip) = amc.motion(&asf, "person", 1.0, 60.0).unwrap();
+        (0..clip.frames()).map(|frame| clip.root(frame)).collect()
+    };
+    let ends = roots(&whole);
+    for (frame, root) in roots(&gap).into_iter().enumerate() {
+        let wanted = ends[0].lerp(ends[1], frame as f32 / 4.0);
+        assert!(root.distance(wanted) < 1e-5, "{frame}: {root} {wanted}");
+    }
+    let less = motion.replacen("rfemur 0 0 0\n", "", 1);
+    let held = AmcFile::parse(&asf, less.as_bytes()).unwrap();
+    assert_eq!(held.frames(), 2);
+    assert_eq!(
+        held.notes(),
+        ["frames leave out bones, which keep their values: 1 times, first \"rfemur\" in frame 1"]
+    );
+    let far = motion.replace("\n2\n", "\n99999999999\n");
+    let error = AmcFile::parse(&asf, far.as_bytes())
+        .unwrap_err()
+        .to_string();
+    assert!(error.contains("rotations in all"), "{error}");
+}

@@ -8,6 +8,7 @@ mod body_fit;
 mod bvh;
 mod bvh_reference;
 mod bvh_round_trip;
+mod cases;
 mod clip_sets;
 mod corpora;
 mod events_file;

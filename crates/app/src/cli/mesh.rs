@@ -63,7 +63,9 @@ impl MeshArgs {
             }
             Some(path) => path,
         };
-        let rigged = rigged(sabaki_import::read_mesh(path)?);
+        let mut read = sabaki_import::read_mesh(path)?;
+        let notes = std::mem::take(&mut read.notes);
+        let rigged = rigged(read);
         let names = match &self.map {
             Some(map) => read_names(map)?,
             None => JointNames::new(),
@@ -73,7 +75,17 @@ impl MeshArgs {
         }
         let bound = rigged.bind(skeleton, &standing_pose(skeleton, clips), &names);
         let bound = bound.map_err(|error| Failure::Usage(error.to_string()).within(path))?;
-        Ok(Some(BoundOutfit::of(bound, path)))
+        Ok(Some(BoundOutfit::of(bound, path, notes)))
+    }
+
+    /// Why [`Self::load`] made no mesh.
+    pub(crate) fn why_none(&self) -> &'static str {
+        match &self.mesh {
+            Some(_) => "capsules are no mesh",
+            None => {
+                "no body is made for this skeleton, because its joints' names do not tell two legs, two arms and a head"
+            }
+        }
     }
 }
 
@@ -98,7 +110,7 @@ impl BoundOutfit {
         self.outfit
     }
 
-    fn of(bound: BoundMesh, path: &Path) -> Self {
+    fn of(bound: BoundMesh, path: &Path, notes: Vec<String>) -> Self {
         let mut report = format!(
             "{}: {} vertices, {} of {} joints bound{}\n",
             path.display(),
@@ -115,7 +127,9 @@ impl BoundOutfit {
             let unbound = bound.unbound.join(", ");
             report.push_str(&format!("not bound: {unbound}\n"));
         }
+        report.extend(notes.iter().map(|note| format!("note: {note}\n")));
         let document = json!({
+            "notes": notes,
             "file": path.display().to_string(),
             "vertices": bound.mesh.vertices.len(),
             "joints": bound.bones.len(),

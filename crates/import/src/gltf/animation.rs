@@ -304,11 +304,9 @@ const USUAL_RATE: f64 = 60.0;
 /// precision.
 const OFF: f64 = 0.05;
 
-/// Frame times of an animation.
+/// Frame times of an animation. The first frame is at time 0 (3.11), however late the first key is.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Frames {
-    /// Time of the first frame, in seconds.
-    pub(super) start: f64,
     /// Frame rate, in frames per second.
     pub(super) rate: f64,
     /// Number of frames, at least 1.
@@ -325,23 +323,20 @@ pub(super) struct FrameTime {
 }
 
 impl Frames {
-    /// Chooses one frame for each key if the keys of all tracks lie on one grid, otherwise
-    /// [`USUAL_RATE`].
+    /// Chooses one frame for each key if time 0 and the keys of all tracks lie on one grid, otherwise
+    /// [`USUAL_RATE`]. Keys that all have one time are a pose: one frame.
     pub(super) fn of<'a>(tracks: impl Iterator<Item = &'a [f32]> + Clone) -> Self {
         let all = || tracks.clone().flatten().map(|&time| f64::from(time));
-        let (start, end) = all().fold((f64::INFINITY, 0.0f64), |(start, end), time| {
+        let (start, seconds) = all().fold((f64::INFINITY, 0.0f64), |(start, end), time| {
             (start.min(time), end.max(time))
         });
-        let seconds = end - start;
-        if !(seconds.is_finite() && seconds > 0.0) {
+        if !(seconds.is_finite() && seconds > start) {
             return Self {
-                start: start.min(end),
                 rate: 30.0,
                 count: 1,
             };
         }
         let sampled = Self {
-            start,
             rate: USUAL_RATE,
             // Times can be any single-precision values, so the count saturates.
             count: ((seconds * USUAL_RATE + 1e-3).floor() as u64).saturating_add(1),
@@ -357,14 +352,16 @@ impl Frames {
         let (sum, count) = gaps
             .filter(|&gap| gap < 1.2 * least)
             .fold((0.0, 0.0), |(sum, count), gap| (sum + gap, count + 1.0));
-        let steps = (seconds * count / sum).round();
+        // The keys' own extent gives the rate more precisely than their distance from 0 does.
+        let steps = ((seconds - start) * count / sum).round();
         let keys = all().count() as f64;
         if !(1.0..=1e9).contains(&steps) {
             return sampled;
         }
-        let frame_time = seconds / steps;
+        let last = (seconds * steps / (seconds - start)).round();
+        let frame_time = seconds / last;
         let off = |time: f64| {
-            let frame = (time - start) / frame_time;
+            let frame = time / frame_time;
             (frame - frame.round()).abs()
         };
         // A few keys that happen to lie on a fine grid do not justify as many frames.
@@ -373,15 +370,14 @@ impl Frames {
             return sampled;
         }
         Self {
-            start,
             rate: 1.0 / frame_time,
-            count: steps as u64 + 1,
+            count: last as u64 + 1,
         }
     }
 
     pub(super) fn time(&self, frame: u64) -> FrameTime {
         FrameTime {
-            seconds: self.start + frame as f64 / self.rate,
+            seconds: frame as f64 / self.rate,
             slack: OFF / self.rate,
         }
     }
@@ -405,9 +401,8 @@ mod tests {
                     .collect();
                 let sparse: Vec<f32> = times.iter().copied().step_by(3).collect();
                 let found = frames(&[&times, &sparse, &times[..1]]);
-                assert_eq!(found.count, count, "{rate}");
+                assert_eq!(found.count, count + 7, "{rate}");
                 assert!((found.rate / rate - 1.0).abs() < 1e-4, "{rate}: {found:?}");
-                assert!((found.start - start).abs() < 1e-6);
             }
         }
     }
@@ -433,6 +428,8 @@ mod tests {
         let found = frames(&[&[0.0, 1e-20, 2.0]]);
         assert_eq!((found.rate, found.count), (USUAL_RATE, 121));
         assert_eq!(frames(&[&[3.0], &[3.0]]).count, 1);
-        assert_eq!(frames(&[&[1.0], &[2.0]]).count, 61);
+        assert_eq!(frames(&[&[1.0], &[2.0]]).count, 121);
+        // Keys on a grid that 0 is not on.
+        assert_eq!(frames(&[&[0.55, 0.65, 0.75]]).count, 46);
     }
 }

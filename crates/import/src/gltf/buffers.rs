@@ -54,14 +54,28 @@ impl Container {
         load: impl FnMut(&Path) -> Result<Vec<u8>, String>,
     ) -> Result<Self, GltfError> {
         let (json, mut binary) = split(bytes)?;
-        let root = parse_root(json)?;
+        let mut root = parse_root(json)?;
         if !root.asset.version.starts_with("2.") {
             return Err(GltfError::Version(root.asset.version.clone()));
         }
-        let needed = match needs {
-            ReadPurpose::Motion => motion_buffers(&root),
-            ReadPurpose::Mesh => mesh_buffers(&root),
+        if let (ReadPurpose::Mesh, Some(name)) = (needs, unread(&root.extensions_required).next()) {
+            return Err(GltfError::Extension(name.clone()));
+        }
+        let views = match needs {
+            ReadPurpose::Motion => motion_views(&root),
+            ReadPurpose::Mesh => mesh_views(&root),
         };
+        let compressed: Vec<(usize, Compressed)> = views
+            .iter()
+            .filter_map(|&view| Some((view, Compressed::of(root.buffer_views.get(view)?)?)))
+            .collect();
+        let mut needed: HashSet<usize> = compressed.iter().map(|(_, of)| of.buffer).collect();
+        let views = views.iter().filter_map(|&view| root.buffer_views.get(view));
+        needed.extend(
+            views
+                .filter(|view| Compressed::of(view).is_none())
+                .map(|view| view.buffer.value()),
+        );
         let mut files = BufferFiles {
             load,
             read: HashMap::new(),
@@ -91,12 +105,32 @@ impl Container {
             binary = None;
             buffers.push(bytes);
         }
-        let bytes = files.bytes;
+        let mut bytes = files.bytes;
+        for (index, of) in compressed {
+            let view = &mut root.buffer_views[index];
+            let source = buffers.get(of.buffer).and_then(Option::as_ref);
+            let most = LARGEST_FILE.saturating_sub(bytes);
+            let decoded = of.decode(source, view.byte_length.0, most);
+            let decoded = decoded.map_err(|problem| GltfError::Compressed {
+                view: index,
+                problem,
+            })?;
+            bytes += decoded.len() as u64;
+            view.buffer = Index::new(buffers.len() as u32);
+            view.byte_offset = None;
+            buffers.push(Some(Rc::new(decoded)));
+        }
         Ok(Self {
             root,
             buffers,
             bytes,
         })
+    }
+
+    /// A line that names the extensions of the file among `names` that are not read.
+    pub(super) fn note_of_extensions(names: &[String]) -> Option<String> {
+        let names: Vec<&str> = unread(names).map(String::as_str).collect();
+        (!names.is_empty()).then(|| format!("extensions that are not read: {}", names.join(", ")))
     }
 
     /// Bytes of a buffer view, or `None` if they are not there.
@@ -111,6 +145,115 @@ fn within<'a>(buffer: &'a [u8], view: &View) -> Option<&'a [u8]> {
     let start = usize::try_from(view.byte_offset.unwrap_or_default().0).ok()?;
     let length = usize::try_from(view.byte_length.0).ok()?;
     buffer.get(start..start.checked_add(length)?)
+}
+
+/// The extensions that change something that is read, and are not known. Those of lights and of materials beyond their base colour change
+/// nothing.
+fn unread(names: &[String]) -> impl Iterator<Item = &String> {
+    const READ: [&str; 4] = [
+        MESHOPT[0],
+        MESHOPT[1],
+        "KHR_mesh_quantization",
+        "KHR_texture_transform",
+    ];
+    const OTHERS: [&str; 4] = [
+        "KHR_materials_",
+        "KHR_lights_",
+        "KHR_animation_pointer",
+        "KHR_xmp",
+    ];
+    names.iter().filter(|name| {
+        !READ.contains(&name.as_str()) && !OTHERS.iter().any(|other| name.starts_with(other))
+    })
+}
+
+/// Names of the extension of compressed buffer views, before and after Khronos took it up.
+const MESHOPT: [&str; 2] = ["EXT_meshopt_compression", "KHR_meshopt_compression"];
+
+/// A compressed buffer view.
+///
+/// Source: A. Kapoulkine, "EXT_meshopt_compression" (Khronos, glTF extensions).
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+struct Compressed {
+    buffer: usize,
+    #[serde(default)]
+    byte_offset: usize,
+    byte_length: usize,
+    byte_stride: usize,
+    count: usize,
+    mode: String,
+    #[serde(default)]
+    filter: String,
+}
+
+impl Compressed {
+    fn of(view: &View) -> Option<Self> {
+        let extensions = &view.extensions.as_ref()?.others;
+        let found = MESHOPT.iter().find_map(|&name| extensions.get(name))?;
+        Self::deserialize(found).ok()
+    }
+
+    /// The bytes of the view, which are `length` and may be at most `most`.
+    fn decode(
+        &self,
+        source: Option<&Rc<Vec<u8>>>,
+        length: u64,
+        most: u64,
+    ) -> Result<Vec<u8>, &'static str> {
+        use meshopt::ffi;
+        let end = self.byte_offset.checked_add(self.byte_length);
+        let source = source
+            .zip(end)
+            .and_then(|(source, end)| source.get(self.byte_offset..end));
+        let source = source.ok_or("it is not within its buffer")?;
+        let (count, stride) = (self.count, self.byte_stride);
+        let size = count
+            .checked_mul(stride)
+            .filter(|&size| size as u64 == length);
+        let size = size.ok_or("it has not the size of its view")?;
+        if length > most {
+            return Err("it is too large");
+        }
+        let (mode, filter) = (self.mode.as_str(), self.filter.as_str());
+        let is_known = match (mode, filter) {
+            ("TRIANGLES", "" | "NONE") => matches!(stride, 2 | 4) && count % 3 == 0,
+            ("INDICES", "" | "NONE") => matches!(stride, 2 | 4),
+            ("ATTRIBUTES", "" | "NONE" | "EXPONENTIAL") => {
+                stride % 4 == 0 && (4..=256).contains(&stride)
+            }
+            ("ATTRIBUTES", "OCTAHEDRAL" | "COLOR") => matches!(stride, 4 | 8),
+            ("ATTRIBUTES", "QUATERNION") => stride == 8,
+            _ => false,
+        };
+        if !is_known {
+            return Err("its mode, filter and stride do not fit");
+        }
+        let mut words = vec![0u32; size.div_ceil(4)];
+        let (out, from, bytes) = (words.as_mut_ptr().cast(), source.as_ptr(), source.len());
+        // SAFETY: `out` has room for `count` elements of `stride` bytes, aligned for all component types; the decoders check what they read
+        // of `source`, and strides and counts are those that they and the filters allow.
+        let code = unsafe {
+            let code = match mode {
+                "TRIANGLES" => ffi::meshopt_decodeIndexBuffer(out, count, stride, from, bytes),
+                "INDICES" => ffi::meshopt_decodeIndexSequence(out, count, stride, from, bytes),
+                _ => ffi::meshopt_decodeVertexBuffer(out, count, stride, from, bytes),
+            };
+            match filter {
+                _ if code != 0 => {}
+                "OCTAHEDRAL" => ffi::meshopt_decodeFilterOct(out, count, stride),
+                "QUATERNION" => ffi::meshopt_decodeFilterQuat(out, count, stride),
+                "EXPONENTIAL" => ffi::meshopt_decodeFilterExp(out, count, stride),
+                "COLOR" => ffi::meshopt_decodeFilterColor(out, count, stride),
+                _ => {}
+            }
+            code
+        };
+        match code {
+            0 => Ok(bytemuck::cast_slice(&words)[..size].to_vec()),
+            _ => Err("its data is damaged"),
+        }
+    }
 }
 
 fn parse_root(json: &[u8]) -> Result<Root, GltfError> {
@@ -149,18 +292,18 @@ impl<'a, L: FnMut(&Path) -> Result<Vec<u8>, String>> BufferFiles<'a, L> {
     }
 }
 
-/// Buffers that animations use. Invalid indices are reported later.
-fn motion_buffers(root: &Root) -> HashSet<usize> {
+/// Buffer views that animations use. Invalid indices are reported later.
+fn motion_views(root: &Root) -> HashSet<usize> {
     let samplers = root
         .animations
         .iter()
         .flat_map(|animation| &animation.samplers);
     let accessors = samplers.flat_map(|sampler| [sampler.input, sampler.output]);
-    accessor_buffers(root, accessors).collect()
+    accessor_views(root, accessors).collect()
 }
 
-/// Buffers that skinned meshes, bind matrices and images use. Invalid indices are reported later.
-fn mesh_buffers(root: &Root) -> HashSet<usize> {
+/// Buffer views that skinned meshes, bind matrices and images use. Invalid indices are reported later.
+fn mesh_views(root: &Root) -> HashSet<usize> {
     let skinned = root.nodes.iter().filter(|node| node.skin.is_some());
     let meshes: HashSet<usize> = skinned
         .filter_map(|node| Some(node.mesh?.value()))
@@ -175,13 +318,13 @@ fn mesh_buffers(root: &Root) -> HashSet<usize> {
         .iter()
         .flat_map(|skin| skin.inverse_bind_matrices);
     let images = root.images.iter().filter_map(|image| image.buffer_view);
-    accessor_buffers(root, of_meshes.chain(binds))
-        .chain(images.filter_map(|view| view_buffer(root, view)))
+    accessor_views(root, of_meshes.chain(binds))
+        .chain(images.map(|view| view.value()))
         .collect()
 }
 
-/// Buffers of accessors.
-fn accessor_buffers(
+/// Buffer views of accessors.
+fn accessor_views(
     root: &Root,
     accessors: impl Iterator<Item = Index<Accessor>>,
 ) -> impl Iterator<Item = usize> {
@@ -191,11 +334,7 @@ fn accessor_buffers(
         let own = sparse.flat_map(|sparse| [sparse.indices.buffer_view, sparse.values.buffer_view]);
         accessor.buffer_view.into_iter().chain(own)
     });
-    views.filter_map(|view| view_buffer(root, view))
-}
-
-fn view_buffer(root: &Root, view: Index<View>) -> Option<usize> {
-    Some(root.buffer_views.get(view.value())?.buffer.value())
+    views.map(|view| view.value())
 }
 
 /// JSON and binary chunk of a GLB container, or the whole file as JSON. Chunks of other types are
@@ -318,6 +457,19 @@ impl Container {
             ComponentType::F32 => Ok(number),
             _ if is_normalised => Ok(number),
             _ => Err("its integers are not normalised"),
+        })
+    }
+
+    /// Elements of an accessor, with `N` floats each. Integers may be normalised or stand for themselves, as `KHR_mesh_quantization` allows.
+    pub(super) fn coordinates<const N: usize>(
+        &self,
+        index: usize,
+        from: impl Fn() -> String,
+    ) -> Result<Vec<[f32; N]>, GltfError> {
+        self.elements(index, from, |component, is_normalised| match component {
+            ComponentType::F32 => Ok(number),
+            _ if is_normalised => Ok(number),
+            _ => Ok(whole_number),
         })
     }
 
@@ -517,6 +669,16 @@ fn number(component: ComponentType, bytes: &[u8]) -> f32 {
         ComponentType::U16 => f32::from(u16::from_le_bytes(two())) / 65535.0,
         ComponentType::U32 => (f64::from(u32::from_le_bytes(four())) / f64::from(u32::MAX)) as f32,
         ComponentType::F32 => f32::from_le_bytes(four()),
+    }
+}
+
+/// The integer at the start of `bytes`, which must be long enough, as it is.
+fn whole_number(component: ComponentType, bytes: &[u8]) -> f32 {
+    let value = little_endian(&bytes[..component.size()]);
+    match component {
+        ComponentType::I8 => f32::from(value as u8 as i8),
+        ComponentType::I16 => f32::from(value as u16 as i16),
+        _ => value as f32,
     }
 }
 

@@ -1,13 +1,13 @@
 use std::collections::{BTreeMap, HashSet};
 use std::path::Path;
 
-use glam::{Quat, Vec3};
+use glam::{DMat3, DQuat, DVec3, Quat, Vec3};
 use serde::Deserialize;
 
 use super::GltfError;
 use super::animation::{Frames, Moves, Tracks};
 use super::buffers::{Container, ReadPurpose};
-use super::nodes::{Local, Nodes, World, node_name};
+use super::nodes::{Local, Nodes, World, is_end_name, node_name};
 use crate::bvh::{MotionError, UsedNames};
 use crate::{EventEntry, LONGEST_CLIP, MOST_ENTRIES};
 use sabaki::anim::{Clip, ClipDesc, Joint, JointId, JointKind, Skeleton};
@@ -23,6 +23,7 @@ pub struct GltfFile {
     nodes: Vec<usize>,
     repeated_names: Vec<String>,
     animations: Vec<GltfAnimation>,
+    notes: Vec<String>,
 }
 
 /// One animation of a [`GltfFile`].
@@ -43,7 +44,8 @@ impl GltfFile {
     /// file's folder.
     ///
     /// Keys are converted to frames: one for each key if all keys lie on a common grid, otherwise
-    /// 60 per second. Animations that do not move the skeleton are left out.
+    /// 60 per second. Frames begin at time 0, with the value of the first key if that is later. Animations that do not move the skeleton
+    /// are left out, as are leaf bones below joints that are ends by their names.
     ///
     /// # Errors
     /// The first error, with its position.
@@ -52,7 +54,18 @@ impl GltfFile {
         load: impl FnMut(&Path) -> Result<Vec<u8>, String>,
     ) -> Result<Self, GltfError> {
         let container = Container::parse(bytes, ReadPurpose::Motion, load)?;
-        let nodes = Nodes::of(&container.root)?;
+        let mut nodes = Nodes::of(&container.root)?;
+        let beyond = nodes.leave_out_ends_of_ends(&container.root);
+        let mut notes: Vec<String> =
+            Container::note_of_extensions(&container.root.extensions_required)
+                .into_iter()
+                .collect();
+        if let Some(&first) = beyond.first() {
+            let (name, count) = (node_name(&container, first), beyond.len());
+            notes.push(format!(
+                "leaf bones below ends are left out: {count}, the first is \"{name}\""
+            ));
+        }
         let rig = Rig::new(&container, &nodes);
         let of_rig: HashSet<usize> = rig.chain.iter().map(|link| link.node).collect();
         let is_moving = |node: usize| of_rig.contains(&node);
@@ -71,6 +84,9 @@ impl GltfFile {
                 .unwrap_or_else(|| format!("animation_{index}"));
             let name = taken.first_free(&name, "_");
             if !has_tracks {
+                notes.push(format!(
+                    "animation \"{name}\" moves no joint and is left out"
+                ));
                 continue;
             }
             // The keys of one animation at a time are in memory, because keys take more than frames.
@@ -87,7 +103,14 @@ impl GltfFile {
             repeated_names: repeated_names(&container, &nodes.joints),
             nodes: nodes.joints,
             animations,
+            notes,
         })
+    }
+
+    /// What was left out of the file, one line each.
+    #[must_use]
+    pub fn notes(&self) -> &[String] {
+        &self.notes
     }
 
     /// Skeleton, in the file's unit.
@@ -176,6 +199,8 @@ struct Rig<'a> {
     nodes: &'a Nodes,
     /// The nodes above the root, then the joints.
     chain: Vec<Link>,
+    /// Local rotations and positions of the joints without animation.
+    rest: Vec<(Quat, Vec3)>,
 }
 
 /// One node of a [`Rig`].
@@ -198,10 +223,13 @@ impl<'a> Rig<'a> {
             parent: nodes.parent(node).and_then(|parent| places[parent]),
             rest: Local::of(&container.root.nodes[node]),
         };
-        Self {
+        let mut rig = Self {
             nodes,
             chain: order.iter().map(link).collect(),
-        }
+            rest: Vec::new(),
+        };
+        rig.rest = rig.pose(|link| link.rest, &mut Vec::new());
+        rig
     }
 
     /// Parent joint of each joint.
@@ -219,7 +247,8 @@ impl<'a> Rig<'a> {
             let parent = link.parent.map_or(World::ORIGIN, |parent| worlds[parent]);
             worlds.push(parent.below(&local(link)));
         }
-        let joints = &worlds[self.nodes.above.len()..];
+        let joints = &mut worlds[self.nodes.above.len()..];
+        self.aim(joints);
         let pairs = joints.iter().zip(self.parents());
         let under = |(joint, parent): (&World, Option<usize>)| {
             let Some(parent) = parent.map(|parent| &joints[parent]) else {
@@ -233,6 +262,24 @@ impl<'a> Rig<'a> {
         pairs.map(under).collect()
     }
 
+    /// Turns each joint that a scale distorts so that the joints below it are, as seen from it, in the directions that they have without
+    /// animation: as it turns in a space that is longer along one axis, the directions of its bones change otherwise.
+    fn aim(&self, joints: &mut [World]) {
+        let mut sums = vec![DMat3::ZERO; joints.len()];
+        let bones = self.rest.iter().zip(self.parents()).enumerate();
+        for (child, (&(_, rest), parent)) in bones {
+            let Some(parent) = parent.filter(|&parent| !joints[parent].is_uniform) else {
+                continue;
+            };
+            let rest = joints[parent].rotation * rest.as_dvec3();
+            let away = joints[child].place() - joints[parent].place();
+            sums[parent] += DMat3::from_cols(away * rest.x, away * rest.y, away * rest.z);
+        }
+        for (joint, sum) in joints.iter_mut().zip(sums) {
+            joint.rotation = (nearest_rotation(sum) * joint.rotation).normalize();
+        }
+    }
+
     /// Builds the skeleton. A leaf whose name marks it as an end, and that no animation moves,
     /// becomes an end site.
     fn skeleton(
@@ -240,17 +287,16 @@ impl<'a> Rig<'a> {
         container: &Container,
         turned: &HashSet<usize>,
     ) -> Result<Skeleton, GltfError> {
-        let rest = self.pose(|link| link.rest, &mut Vec::new());
-        let mut has_child = vec![false; rest.len()];
+        let mut has_child = vec![false; self.rest.len()];
         for parent in self.parents().flatten() {
             has_child[parent] = true;
         }
         let mut taken = UsedNames::default();
-        let mut joints = Vec::with_capacity(rest.len());
-        for (index, (parent, (rotation, offset))) in self.parents().zip(rest).enumerate() {
+        let mut joints = Vec::with_capacity(self.rest.len());
+        for (index, (parent, &(rotation, offset))) in self.parents().zip(&self.rest).enumerate() {
             let node = self.nodes.joints[index];
             let name = taken.first_free(&node_name(container, node), "_");
-            let is_end = name.ends_with("_End")
+            let is_end = is_end_name(&name)
                 && !has_child[index]
                 && !turned.contains(&node)
                 && rotation.angle_between(Quat::IDENTITY) < 1e-6;
@@ -320,6 +366,25 @@ impl<'a> Rig<'a> {
             desc.translations = Vec::new();
         }
         Ok(Clip::new(skeleton, desc)?)
+    }
+}
+
+/// The rotation closest to a sum of outer products of vectors and those that they shall be turned to. What they leave open is not turned.
+///
+/// Source: N. Higham, "Computing the Polar Decomposition" (1986), Newton's iteration.
+fn nearest_rotation(sum: DMat3) -> DQuat {
+    let size = sum.x_axis.length() + sum.y_axis.length() + sum.z_axis.length();
+    // A share of the identity turns a single bone by the smallest angle that will do.
+    let mut turn = sum * size.recip() + DMat3::from_diagonal(DVec3::splat(1e-4));
+    if !(size > 0.0 && turn.determinant() > 0.0) {
+        return DQuat::IDENTITY;
+    }
+    for _ in 0..30 {
+        turn = (turn + turn.inverse().transpose()) * 0.5;
+    }
+    match turn.is_finite() {
+        true => DQuat::from_mat3(&turn).normalize(),
+        false => DQuat::IDENTITY,
     }
 }
 

@@ -2,21 +2,25 @@
 //!
 //! Source: Khronos, "glTF 2.0 Specification", 3.7.2 (meshes), 3.7.3 (skins), 3.9 (materials).
 //!
-//! The mesh belongs to the file's largest skin, like the skeleton of [`GltfFile`](super::GltfFile), and its joints have the same names.
+//! The joints of the largest skin are those of the skeleton of [`GltfFile`](super::GltfFile), with the same names. Meshes of other skins are
+//! moved into the bind pose of the largest.
 
-use std::collections::HashMap;
+use std::collections::{BTreeSet, HashMap};
 use std::io::Cursor;
 use std::path::Path;
 use std::rc::Rc;
 
-use glam::{Affine3A, Mat4, Quat, Vec2, Vec3};
+use glam::{Affine2, Affine3A, Mat3A, Mat4, Quat, Vec2, Vec3};
+use gltf_json::accessor::Type;
 use gltf_json::mesh::{Mode, Primitive, Semantic};
+use gltf_json::texture::Info;
 use gltf_json::validation::Checked;
 
 use super::GltfError;
 use super::buffers::{Container, ReadPurpose, fetch};
 use super::nodes::{Local, Nodes, World, node_name};
 use crate::bvh::UsedNames;
+use sabaki::anim::Skeleton;
 
 /// Maximum number of vertices, and of triangles, of a mesh. It limits memory.
 pub const MOST_VERTICES: usize = 1 << 20;
@@ -62,13 +66,15 @@ pub struct SkinnedMesh {
     pub joints: Vec<SkinJoint>,
     /// Base colour of the vertices with texture coordinates.
     pub texture: Option<Texture>,
+    /// What was left out or simplified, one line each.
+    pub notes: Vec<String>,
 }
 
 impl SkinnedMesh {
     /// Parses a GLB or JSON file. `load` reads an external file, by its path relative to the file's folder.
     ///
-    /// All triangles that the largest skin moves become one mesh. Colours of materials, and textures other than the first, become colours of
-    /// vertices.
+    /// All triangles that skins move become one mesh. Colours of materials, and textures other than that of most vertices, become colours of
+    /// vertices. Of more than four joints of a vertex, the four with the largest weights are kept.
     ///
     /// # Errors
     /// The first error, with its position.
@@ -77,67 +83,230 @@ impl SkinnedMesh {
         mut load: impl FnMut(&Path) -> Result<Vec<u8>, String>,
     ) -> Result<Self, GltfError> {
         let container = Container::parse(bytes, ReadPurpose::Mesh, &mut load)?;
-        let skin = Skin::of(&container)?;
+        let mut left_out = LeftOut::default();
+        let mut parts = parts(&container, &mut left_out)?;
+        let skins: BTreeSet<usize> = parts.iter().map(|part| part.skin).collect();
+        let rig = Rig::of(&container, &skins)?;
+        let mut of_images = HashMap::new();
+        for part in &parts {
+            *of_images.entry(part.image).or_insert(0) += part.vertices;
+        }
+        of_images.remove(&None);
+        let main = of_images
+            .iter()
+            .max_by_key(|&(&image, &vertices)| (vertices, std::cmp::Reverse(image)));
+        let main = main.and_then(|(&image, _)| image);
+        left_out.textures = of_images.len().saturating_sub(1);
+        // Each image is decoded once, and only the mesh's own and the current one are in memory.
+        parts.sort_by_key(|part| part.image);
         let mut builder = Builder {
             container: &container,
-            skin: &skin,
-            materials: Materials::new(&container, &mut load),
+            rig: &rig,
+            materials: Materials {
+                container: &container,
+                load: &mut load,
+                main,
+                own: None,
+                last: None,
+            },
             vertices: Vec::new(),
             triangles: Vec::new(),
+            many_joints: 0,
         };
-        // Primitives of each mesh that is used. Once it is read, only those that added vertices are left.
-        let mut used: HashMap<usize, Vec<&Primitive>> = HashMap::new();
-        for (node, of_mesh) in container.root.nodes.iter().enumerate() {
-            let (Some(mesh), Some(with)) = (of_mesh.mesh, of_mesh.skin) else {
-                continue;
-            };
-            if with.value() != skin.index {
-                continue;
-            }
-            let from = || format!("node {node}");
-            let index = mesh.value();
-            let mesh = container.root.meshes.get(index);
-            let mesh = mesh.ok_or_else(|| GltfError::Index {
-                from: from(),
-                what: "mesh",
-                index,
-            })?;
-            let primitives = used.entry(index);
-            let primitives = primitives.or_insert_with(|| mesh.primitives.iter().collect());
-            let mut added = Vec::new();
-            for &primitive in primitives.iter() {
-                let before = builder.vertices.len();
-                builder.add(primitive)?;
-                if builder.vertices.len() > before {
-                    added.push(primitive);
-                }
-            }
-            *primitives = added;
+        for part in &parts {
+            builder.add(part)?;
         }
         if builder.triangles.is_empty() {
             return Err(GltfError::NoMesh);
         }
+        left_out.joints = builder.many_joints;
+        let mut notes: Vec<String> = Container::note_of_extensions(&container.root.extensions_used)
+            .into_iter()
+            .collect();
+        notes.extend(left_out.notes());
         Ok(Self {
             vertices: builder.vertices,
             triangles: builder.triangles,
-            texture: builder.materials.into_texture(),
-            joints: skin.joints,
+            texture: builder.materials.own.map(Rc::unwrap_or_clone),
+            joints: rig.joints,
+            notes,
         })
     }
 }
 
-/// The skin of the mesh.
-struct Skin {
-    index: usize,
-    joints: Vec<SkinJoint>,
-    /// Index in `joints` of each joint of the skin in the file.
-    order: Vec<u16>,
-    /// Rotation from the mesh's space to one in which it stands as the nodes do.
-    turn: Quat,
+/// Numbers of things that are left out or simplified.
+#[derive(Default)]
+struct LeftOut {
+    unskinned: usize,
+    no_triangles: usize,
+    morphs: usize,
+    textures: usize,
+    joints: usize,
 }
 
-impl Skin {
-    fn of(container: &Container) -> Result<Self, GltfError> {
+impl LeftOut {
+    fn notes(&self) -> impl Iterator<Item = String> {
+        [
+            (self.unskinned, "meshes without a skin are left out"),
+            (
+                self.no_triangles,
+                "points, lines, strips and fans, and triangles without joints, are left out",
+            ),
+            (
+                self.morphs,
+                "parts keep the shape that they have without morph targets",
+            ),
+            (
+                self.textures,
+                "textures beside that of most vertices become colours of vertices",
+            ),
+            (
+                self.joints,
+                "vertices with more than four joints keep the strongest four",
+            ),
+        ]
+        .into_iter()
+        .filter(|&(count, _)| count > 0)
+        .map(|(count, what)| format!("{what}: {count}"))
+    }
+}
+
+/// Triangles of one material that a skin moves.
+struct Part<'a> {
+    skin: usize,
+    primitive: &'a Primitive,
+    /// Number of its vertices, above 0.
+    vertices: u64,
+    /// Image of its base colour.
+    image: Option<usize>,
+}
+
+/// All triangles that skins move, node by node.
+fn parts<'a>(container: &'a Container, left_out: &mut LeftOut) -> Result<Vec<Part<'a>>, GltfError> {
+    let root = &container.root;
+    let has =
+        |primitive: &Primitive, wanted| primitive.attributes.contains_key(&Checked::Valid(wanted));
+    let is_read = |primitive: &Primitive| {
+        primitive.mode == Checked::Valid(Mode::Triangles)
+            && [
+                Semantic::Positions,
+                Semantic::Joints(0),
+                Semantic::Weights(0),
+            ]
+            .into_iter()
+            .all(|wanted| has(primitive, wanted))
+    };
+    let vertices = |primitive: &Primitive| {
+        let accessor = primitive
+            .attributes
+            .get(&Checked::Valid(Semantic::Positions));
+        let accessor = accessor.and_then(|index| root.accessors.get(index.value()));
+        // An accessor that is not there is reported when it is read.
+        accessor.map_or(1, |accessor| accessor.count.0)
+    };
+    let (mut parts, mut used, mut total) = (Vec::new(), HashMap::new(), 0u64);
+    for (node, of_mesh) in root.nodes.iter().enumerate() {
+        let Some(mesh) = of_mesh.mesh else { continue };
+        let Some(skin) = of_mesh.skin else {
+            left_out.unskinned += 1;
+            continue;
+        };
+        let index = mesh.value();
+        let mesh = root.meshes.get(index).ok_or_else(|| GltfError::Index {
+            from: format!("node {node}"),
+            what: "mesh",
+            index,
+        })?;
+        let primitives = used.entry(index).or_insert_with(|| {
+            let all = mesh.primitives.iter();
+            left_out.no_triangles += all.clone().filter(|primitive| !is_read(primitive)).count();
+            left_out.morphs += all
+                .clone()
+                .filter(|primitive| primitive.targets.is_some())
+                .count();
+            all.filter(|primitive| is_read(primitive) && vertices(primitive) > 0)
+                .collect::<Vec<_>>()
+        });
+        for &primitive in primitives.iter() {
+            let vertices = vertices(primitive);
+            total = total.saturating_add(vertices);
+            if total > MOST_VERTICES as u64 {
+                return Err(TOO_LARGE);
+            }
+            let image = material(container, primitive)?.and_then(|(_, texture)| texture);
+            parts.push(Part {
+                skin: skin.value(),
+                primitive,
+                vertices,
+                image: image.map(|(_, image)| image),
+            });
+        }
+    }
+    Ok(parts)
+}
+
+const TOO_LARGE: GltfError = GltfError::Mesh("it has more than 1,048,576 vertices or triangles");
+
+/// Linear colour of a primitive's material, and its texture with the image.
+type Base<'a> = ([f32; 4], Option<(&'a Info, usize)>);
+
+fn material<'a>(
+    container: &'a Container,
+    primitive: &Primitive,
+) -> Result<Option<Base<'a>>, GltfError> {
+    let root = &container.root;
+    let Some(material) = primitive.material else {
+        return Ok(None);
+    };
+    let missing = |what: &'static str, index: usize| GltfError::Index {
+        from: "a material".to_owned(),
+        what,
+        index,
+    };
+    let material = root
+        .materials
+        .get(material.value())
+        .ok_or_else(|| missing("material", material.value()))?;
+    let base = &material.pbr_metallic_roughness;
+    let factor = base.base_color_factor.0.map(|part| part.clamp(0.0, 1.0));
+    let Some(info) = &base.base_color_texture else {
+        return Ok(Some((factor, None)));
+    };
+    let texture = root
+        .textures
+        .get(info.index.value())
+        .ok_or_else(|| missing("texture", info.index.value()))?;
+    Ok(Some((factor, Some((info, texture.source.value())))))
+}
+
+/// How the joints of a skin of the file move vertices.
+struct Skin {
+    /// For each joint, its index in the mesh's joints.
+    order: Vec<u16>,
+    /// For each joint, how it moves vertices in the bind pose to the space of the mesh.
+    moves: Vec<Affine3A>,
+}
+
+/// The joints of all skins that move something.
+struct Rig<'a> {
+    container: &'a Container,
+    nodes: Nodes,
+    /// Names of the nodes that are joints of the skeleton.
+    names: HashMap<usize, String>,
+    taken: UsedNames,
+    joints: Vec<SkinJoint>,
+    /// By node, the joints' indices and frames in the bind pose of the largest skin.
+    known: HashMap<usize, (usize, Affine3A)>,
+    /// From the space of that pose to one in which it stands as the nodes do: the skin may be stored lying down or mirrored.
+    turn: Mat3A,
+    /// From the file's space to that of the bind pose, by the first joint.
+    to_bind: Affine3A,
+    /// The skins, by index.
+    skins: HashMap<usize, Skin>,
+}
+
+impl<'a> Rig<'a> {
+    fn of(container: &'a Container, used: &BTreeSet<usize>) -> Result<Self, GltfError> {
         let root = &container.root;
         let largest = root
             .skins
@@ -146,119 +315,214 @@ impl Skin {
             .rev()
             .max_by_key(|(_, skin)| skin.joints.len())
             .filter(|(_, skin)| !skin.joints.is_empty());
-        let (index, skin) = largest.ok_or(GltfError::NoMesh)?;
-        let nodes = Nodes::of(root)?;
-        let binds = match skin.inverse_bind_matrices {
+        let (largest, _) = largest.ok_or(GltfError::NoMesh)?;
+        let mut rig = Self {
+            container,
+            nodes: Nodes::of(root)?,
+            names: HashMap::new(),
+            taken: UsedNames::default(),
+            joints: Vec::new(),
+            known: HashMap::new(),
+            turn: Mat3A::IDENTITY,
+            to_bind: Affine3A::IDENTITY,
+            skins: HashMap::new(),
+        };
+        for &node in &rig.nodes.joints {
+            let name = rig.taken.first_free(&node_name(container, node), "_");
+            rig.names.insert(node, name);
+        }
+        rig.add_skin(largest, |_, own| own)?;
+        for &index in used.iter().filter(|&&index| index != largest) {
+            rig.add_skin(index, |above, own| above * own)?;
+        }
+        Ok(rig)
+    }
+
+    /// Adds a skin. `bind` returns the frame of a joint that is new, from how the joint above it moves vertices and from its frame in the
+    /// skin's own bind pose. A joint without one above it moves them as the nodes stand.
+    fn add_skin(
+        &mut self,
+        index: usize,
+        bind: impl Fn(Affine3A, Affine3A) -> Affine3A,
+    ) -> Result<(), GltfError> {
+        let root = &self.container.root;
+        let missing = |from: &str, what, index| GltfError::Index {
+            from: from.to_owned(),
+            what,
+            index,
+        };
+        let skin = root
+            .skins
+            .get(index)
+            .ok_or_else(|| missing("a node", "skin", index))?;
+        let inverses = match skin.inverse_bind_matrices {
             Some(accessor) => {
                 let from = || format!("skin {index}");
-                container.floats::<16>(accessor.value(), from)?
+                self.container.floats::<16>(accessor.value(), from)?
             }
             None => vec![Mat4::IDENTITY.to_cols_array(); skin.joints.len()],
         };
-        let mut of_node = HashMap::new();
-        for (joint, node) in skin.joints.iter().enumerate() {
-            of_node.entry(node.value()).or_insert(joint);
+        let mut own: Vec<(usize, usize)> = skin
+            .joints
+            .iter()
+            .map(|node| node.value())
+            .enumerate()
+            .collect();
+        if let Some(&(_, node)) = own.iter().find(|&&(_, node)| node >= root.nodes.len()) {
+            return Err(missing("a skin", "node", node));
         }
-        let (mut joints, mut places) = (Vec::new(), HashMap::new());
-        let mut order = vec![0; skin.joints.len()];
-        let mut taken = UsedNames::default();
-        for &node in &nodes.joints {
-            let name = taken.first_free(&node_name(container, node), "_");
-            let Some(&joint) = of_node.get(&node) else {
-                continue;
+        // Parents before children, and the joints of the skeleton in its order.
+        let places: HashMap<usize, usize> = self.nodes.joints.iter().copied().zip(0..).collect();
+        own.sort_by_cached_key(|&(_, node)| {
+            (
+                places.get(&node).copied().unwrap_or(usize::MAX),
+                self.nodes.ancestry(node).count(),
+            )
+        });
+        let mut found = Skin {
+            order: vec![0; own.len()],
+            moves: vec![Affine3A::IDENTITY; own.len()],
+        };
+        let mut moves: HashMap<usize, Affine3A> = HashMap::new();
+        for (joint, node) in own {
+            let wrong = |problem| GltfError::Skin {
+                skin: index,
+                joint,
+                problem,
             };
-            let wrong = |problem| GltfError::Skin { joint, problem };
-            let inverse = binds.get(joint).ok_or(wrong("it has no bind matrix"))?;
+            let inverse = inverses.get(joint).ok_or(wrong("it has no bind matrix"))?;
             let inverse = Affine3A::from_mat4(Mat4::from_cols_array(inverse));
-            let bind = inverse.inverse();
-            let (_, rotation, position) = bind.to_scale_rotation_translation();
-            if !rotation.is_normalized() || !position.is_finite() {
+            let own_frame = inverse.inverse();
+            let (_, rotation, place) = own_frame.to_scale_rotation_translation();
+            if !rotation.is_normalized() || !place.is_finite() {
                 return Err(wrong("its bind matrix has no inverse"));
             }
-            let mut above = std::iter::successors(nodes.parent(node), |&node| nodes.parent(node));
-            let parent = above.find_map(|node| places.get(&node).copied());
-            places.insert(node, joints.len());
-            order[joint] = joints.len() as u16;
-            joints.push(SkinJoint {
-                name,
-                parent,
-                rotation,
-                position,
-            });
+            let (known, frame) = match self.known.get(&node) {
+                Some(&known) => known,
+                None => {
+                    let above = self
+                        .nodes
+                        .ancestry(node)
+                        .find_map(|node| moves.get(&node).copied());
+                    let above = above.unwrap_or_else(|| {
+                        self.to_bind * self.world(node).points.as_affine3a() * inverse
+                    });
+                    let frame = bind(above, own_frame);
+                    (self.add_joint(node, frame)?, frame)
+                }
+            };
+            moves.entry(node).or_insert(frame * inverse);
+            found.order[joint] = known as u16;
+            found.moves[joint] = Affine3A::from_mat3(self.turn.into()) * frame * inverse;
         }
-        // The skin may be stored lying down, and stand up by the nodes above it.
-        let turn = match (nodes.joints.first(), joints.first()) {
-            (Some(&node), Some(first)) => {
-                let path: Vec<usize> =
-                    std::iter::successors(Some(node), |&node| nodes.parent(node)).collect();
-                let world = path.iter().rev().fold(World::ORIGIN, |above, &node| {
-                    above.below(&Local::of(&root.nodes[node]))
-                });
-                (world.rotation.as_quat() * first.rotation.conjugate()).normalize()
-            }
-            _ => Quat::IDENTITY,
-        };
-        for joint in &mut joints {
-            joint.rotation = (turn * joint.rotation).normalize();
-            joint.position = turn * joint.position;
-        }
-        // A node that a skin names twice is one joint.
-        for (joint, node) in skin.joints.iter().enumerate() {
-            order[joint] = places[&node.value()] as u16;
-        }
-        Ok(Self {
-            index,
-            joints,
-            order,
-            turn,
+        self.skins.insert(index, found);
+        Ok(())
+    }
+
+    /// The frame of a node without animation.
+    fn world(&self, node: usize) -> World {
+        let path: Vec<usize> = self.nodes.ancestry(node).collect();
+        path.iter().rev().fold(World::ORIGIN, |above, &node| {
+            above.below(&Local::of(&self.container.root.nodes[node]))
         })
     }
+
+    fn add_joint(&mut self, node: usize, frame: Affine3A) -> Result<usize, GltfError> {
+        let index = self.joints.len();
+        if index >= Skeleton::MAX_JOINTS {
+            return Err(GltfError::TooManyJoints);
+        }
+        let world = self.world(node);
+        let standing = Mat3A::from_quat(world.rotation.as_quat())
+            * Mat3A::from_diagonal(world.signs.as_vec3());
+        let own = orthogonal(&frame);
+        if index == 0 {
+            self.turn = standing * own.transpose();
+            self.to_bind = frame * world.points.inverse().as_affine3a();
+        }
+        let mut axes = self.turn * own * Mat3A::from_diagonal(world.signs.as_vec3());
+        if axes.determinant() < 0.0 {
+            axes.x_axis = -axes.x_axis;
+        }
+        let name = match self.names.remove(&node) {
+            Some(name) => name,
+            None => self.taken.first_free(&node_name(self.container, node), "_"),
+        };
+        let mut above = self.nodes.ancestry(node).skip(1);
+        let parent = above.find_map(|node| Some(self.known.get(&node)?.0));
+        self.joints.push(SkinJoint {
+            name,
+            parent,
+            rotation: Quat::from_mat3a(&axes).normalize(),
+            position: (self.turn * frame.translation).into(),
+        });
+        self.known.insert(node, (index, frame));
+        Ok(index)
+    }
+}
+
+/// The rotation of a frame, with its mirroring but without its scale.
+fn orthogonal(frame: &Affine3A) -> Mat3A {
+    let (scale, rotation, _) = frame.to_scale_rotation_translation();
+    Mat3A::from_quat(rotation) * Mat3A::from_diagonal(scale.signum())
 }
 
 struct Builder<'a, 'l> {
     container: &'a Container,
-    skin: &'a Skin,
+    rig: &'a Rig<'a>,
     materials: Materials<'a, 'l>,
     vertices: Vec<SkinVertex>,
     triangles: Vec<[u32; 3]>,
+    /// Number of vertices with more than four joints.
+    many_joints: usize,
 }
 
 impl Builder<'_, '_> {
-    /// Adds the triangles of a primitive. Points, lines, strips and fans are left out, as are triangles without joints.
-    fn add(&mut self, primitive: &Primitive) -> Result<(), GltfError> {
-        if primitive.mode != Checked::Valid(Mode::Triangles) {
-            return Ok(());
-        }
+    fn add(&mut self, part: &Part) -> Result<(), GltfError> {
+        let primitive = part.primitive;
         let find = |wanted: Semantic| {
             let wanted = Checked::Valid(wanted);
             primitive.attributes.get(&wanted).map(|index| index.value())
         };
-        let (Some(positions), Some(joints), Some(weights)) = (
-            find(Semantic::Positions),
-            find(Semantic::Joints(0)),
-            find(Semantic::Weights(0)),
-        ) else {
-            return Ok(());
-        };
         let container = self.container;
         let from = || "a primitive".to_owned();
-        let positions = container.floats::<3>(positions, from)?;
-        let joints = container.integers::<4>(joints, from)?;
-        let weights = container.floats::<4>(weights, from)?;
+        let Some(positions) = find(Semantic::Positions) else {
+            return Ok(());
+        };
+        let positions = container.coordinates::<3>(positions, from)?;
+        let mut influences = Vec::new();
+        for set in 0..MOST_SETS {
+            let (Some(joints), Some(weights)) =
+                (find(Semantic::Joints(set)), find(Semantic::Weights(set)))
+            else {
+                break;
+            };
+            influences.push((
+                container.integers::<4>(joints, from)?,
+                container.floats::<4>(weights, from)?,
+            ));
+        }
         let material = self.materials.get(primitive)?;
-        let set = material.texture_set;
-        let uvs = set.and_then(|set| find(Semantic::TexCoords(set)));
-        let uvs = uvs.map(|index| container.floats::<2>(index, from));
-        let uvs = uvs.transpose()?;
-        let normals = find(Semantic::Normals).map(|index| container.floats::<3>(index, from));
+        let uvs = material
+            .texture_set
+            .and_then(|set| find(Semantic::TexCoords(set)));
+        let uvs = uvs
+            .map(|index| container.coordinates::<2>(index, from))
+            .transpose()?;
+        let normals = find(Semantic::Normals).map(|index| container.coordinates::<3>(index, from));
         let normals = normals.transpose()?;
+        let colours = find(Semantic::Colors(0))
+            .map(|index| self.colours(index))
+            .transpose()?;
         let first = self.vertices.len() as u32;
-        let triangles = self.triangles_of(primitive, positions.len())?;
+        let mut triangles = self.triangles_of(primitive, positions.len())?;
         let alike = |length: usize| length == positions.len();
-        if !alike(joints.len())
-            || !alike(weights.len())
+        if !influences
+            .iter()
+            .all(|(joints, weights)| alike(joints.len()) && alike(weights.len()))
             || uvs.as_ref().is_some_and(|uvs| !alike(uvs.len()))
             || normals.as_ref().is_some_and(|all| !alike(all.len()))
+            || colours.as_ref().is_some_and(|all| !alike(all.len()))
         {
             return Err(GltfError::Mesh(
                 "attributes have different numbers of elements",
@@ -268,20 +532,37 @@ impl Builder<'_, '_> {
         if !enough(self.vertices.len(), positions.len())
             || !enough(self.triangles.len(), triangles.len())
         {
-            return Err(GltfError::Mesh(
-                "it has more than 1,048,576 vertices or triangles",
-            ));
+            return Err(TOO_LARGE);
         }
+        let Some(skin) = self.rig.skins.get(&part.skin) else {
+            return Ok(());
+        };
         for (index, &position) in positions.iter().enumerate() {
-            let uv = uvs.as_ref().map(|uvs| Vec2::from(uvs[index]));
-            let (joints, weights) = self.influences(joints[index], weights[index])?;
+            let uv = uvs.as_ref().map(|uvs| material.placed(uvs[index].into()));
+            let of_vertex = influences
+                .iter()
+                .flat_map(|(joints, weights)| joints[index].into_iter().zip(weights[index]));
+            let (joints, weights) = self.strongest(of_vertex)?;
+            let mut moves = Affine3A::ZERO;
+            let mut of_mesh = [0; 4];
+            for ((joint, &weight), found) in joints.into_iter().zip(&weights).zip(&mut of_mesh) {
+                if weight > 0.0 {
+                    let joint = joint as usize;
+                    let beyond = || GltfError::Mesh("a vertex has a joint beyond its skin");
+                    *found = *skin.order.get(joint).ok_or_else(beyond)?;
+                    moves.matrix3 += skin.moves[joint].matrix3 * weight;
+                    moves.translation += skin.moves[joint].translation * weight;
+                }
+            }
             let normal = normals.as_ref().map_or(Vec3::ZERO, |all| all[index].into());
+            let colour = material.colour(uv);
+            let own = colours.as_ref().map_or([1.0; 4], |all| all[index]);
             let vertex = SkinVertex {
-                position: self.skin.turn * Vec3::from(position),
-                normal: self.skin.turn * normal.normalize_or_zero(),
-                uv: uv.filter(|_| material.is_first),
-                colour: material.colour(uv),
-                joints,
+                position: moves.transform_point3(position.into()),
+                normal: moves.transform_vector3(normal).normalize_or_zero(),
+                uv: uv.filter(|_| material.is_main),
+                colour: std::array::from_fn(|channel| colour[channel] * own[channel]),
+                joints: of_mesh,
                 weights,
             };
             if !vertex.position.is_finite() || uv.is_some_and(|uv| !uv.is_finite()) {
@@ -291,6 +572,9 @@ impl Builder<'_, '_> {
             }
             self.vertices.push(vertex);
         }
+        if self.rig.turn.determinant() < 0.0 {
+            triangles.iter_mut().for_each(|corners| corners.swap(1, 2));
+        }
         let shifted = triangles
             .iter()
             .map(|corners| corners.map(|corner| corner + first));
@@ -299,6 +583,26 @@ impl Builder<'_, '_> {
             self.smooth_normals(first as usize, &triangles);
         }
         Ok(())
+    }
+
+    /// Linear colours of vertices, from 0 to 1.
+    fn colours(&self, index: usize) -> Result<Vec<[f32; 4]>, GltfError> {
+        let from = || "a primitive".to_owned();
+        let accessor = self.container.root.accessors.get(index);
+        let mut colours = match accessor.map(|accessor| accessor.type_) {
+            Some(Checked::Valid(Type::Vec3)) => {
+                let colours = self.container.floats::<3>(index, from)?;
+                colours
+                    .into_iter()
+                    .map(|[red, green, blue]| [red, green, blue, 1.0])
+                    .collect()
+            }
+            _ => self.container.floats::<4>(index, from)?,
+        };
+        for part in colours.as_flattened_mut() {
+            *part = part.clamp(0.0, 1.0);
+        }
+        Ok(colours)
     }
 
     fn triangles_of(
@@ -321,26 +625,26 @@ impl Builder<'_, '_> {
         Ok(triangles.to_vec())
     }
 
-    /// Joints of the mesh and their weights with a sum of 1.
-    fn influences(
-        &self,
-        joints: [u32; 4],
-        weights: [f32; 4],
-    ) -> Result<([u16; 4], [f32; 4]), GltfError> {
-        let weights = weights.map(|weight| weight.max(0.0));
-        let sum: f32 = weights.iter().sum();
+    /// The joints of the largest weights, and the weights with a sum of 1.
+    fn strongest(
+        &mut self,
+        influences: impl Iterator<Item = (u32, f32)>,
+    ) -> Result<([u32; 4], [f32; 4]), GltfError> {
+        let mut all: Vec<(u32, f32)> = influences.filter(|&(_, weight)| weight > 0.0).collect();
+        if all.len() > 4 {
+            self.many_joints += 1;
+            all.sort_by(|a, b| b.1.total_cmp(&a.1));
+            all.truncate(4);
+        }
+        let sum: f32 = all.iter().map(|&(_, weight)| weight).sum();
         if !(1e-6..=1e6).contains(&sum) {
             return Err(GltfError::Mesh("the weights of a vertex have no sum"));
         }
-        let mut of_mesh = [0; 4];
-        for influence in 0..4 {
-            if weights[influence] > 0.0 {
-                let joint = self.skin.order.get(joints[influence] as usize);
-                let joint = joint.ok_or(GltfError::Mesh("a vertex has a joint beyond its skin"))?;
-                of_mesh[influence] = *joint;
-            }
+        let (mut joints, mut weights) = ([0; 4], [0.0; 4]);
+        for (at, (joint, weight)) in all.into_iter().enumerate() {
+            (joints[at], weights[at]) = (joint, weight / sum);
         }
-        Ok((of_mesh, weights.map(|weight| weight / sum)))
+        Ok((joints, weights))
     }
 
     /// Computes normals from triangles. Vertices with the same position share a normal.
@@ -362,22 +666,31 @@ impl Builder<'_, '_> {
     }
 }
 
+/// Most sets of four joints that a vertex may have.
+const MOST_SETS: u32 = 8;
+
 /// Colour and texture of a primitive.
 struct Material {
     /// Linear colour.
     factor: [f32; 4],
     /// Set of the texture coordinates, if there is a texture.
     texture_set: Option<u32>,
+    /// From the texture coordinates of the file to those of the image (`KHR_texture_transform`).
+    placement: Affine2,
     /// Whether the texture is the mesh's own.
-    is_first: bool,
+    is_main: bool,
     /// Texture, if it is not the mesh's own.
-    own: Option<Rc<Texture>>,
+    other: Option<Rc<Texture>>,
 }
 
 impl Material {
+    fn placed(&self, uv: Vec2) -> Vec2 {
+        self.placement.transform_point2(uv)
+    }
+
     /// Colour of a vertex. A texture that is not the mesh's own is sampled.
     fn colour(&self, uv: Option<Vec2>) -> [f32; 4] {
-        let sampled = match (&self.own, uv) {
+        let sampled = match (&self.other, uv) {
             (Some(texture), Some(uv)) => texture.nearest(uv),
             _ => [1.0; 4],
         };
@@ -389,76 +702,61 @@ impl Material {
 struct Materials<'a, 'l> {
     container: &'a Container,
     load: Load<'l>,
-    /// Decoded images, by index. The first one that was decoded is the mesh's own.
-    images: HashMap<usize, Rc<Texture>>,
-    first: Option<usize>,
+    /// Image that most vertices have.
+    main: Option<usize>,
+    /// The main image, once it is decoded.
+    own: Option<Rc<Texture>>,
+    /// The last other image that was decoded.
+    last: Option<(usize, Rc<Texture>)>,
 }
 
-impl<'a, 'l> Materials<'a, 'l> {
-    fn new(container: &'a Container, load: Load<'l>) -> Self {
-        Self {
-            container,
-            load,
-            images: HashMap::new(),
-            first: None,
-        }
-    }
-
-    /// The mesh's own texture.
-    fn into_texture(mut self) -> Option<Texture> {
-        let texture = self.images.remove(&self.first?)?;
-        Some(Rc::unwrap_or_clone(texture))
-    }
-
+impl Materials<'_, '_> {
     fn get(&mut self, primitive: &Primitive) -> Result<Material, GltfError> {
+        let (factor, texture) = material(self.container, primitive)?.unwrap_or(([1.0; 4], None));
         let mut found = Material {
-            factor: [1.0; 4],
+            factor,
             texture_set: None,
-            is_first: false,
-            own: None,
+            placement: Affine2::IDENTITY,
+            is_main: false,
+            other: None,
         };
-        let root = &self.container.root;
-        let Some(material) = primitive.material else {
+        let Some((info, image)) = texture else {
             return Ok(found);
         };
-        let missing = |what: &'static str, index: usize| GltfError::Index {
-            from: "a material".to_owned(),
-            what,
-            index,
-        };
-        let material = root
-            .materials
-            .get(material.value())
-            .ok_or_else(|| missing("material", material.value()))?;
-        let base = &material.pbr_metallic_roughness;
-        found.factor = base.base_color_factor.0.map(|part| part.clamp(0.0, 1.0));
-        let Some(info) = &base.base_color_texture else {
-            return Ok(found);
-        };
-        let texture = root
-            .textures
-            .get(info.index.value())
-            .ok_or_else(|| missing("texture", info.index.value()))?;
-        let image = texture.source.value();
         let decoded = self.image(image)?;
         found.texture_set = Some(info.tex_coord);
-        found.is_first = self.first == Some(image);
-        found.own = (!found.is_first).then_some(decoded);
+        let transform = info
+            .extensions
+            .as_ref()
+            .and_then(|all| all.texture_transform.as_ref());
+        if let Some(transform) = transform {
+            let (scale, offset) = (transform.scale.0.into(), transform.offset.0.into());
+            found.texture_set = transform.tex_coord.or(found.texture_set);
+            // Its angle turns the image, and with it v downwards.
+            found.placement =
+                Affine2::from_scale_angle_translation(scale, -transform.rotation.0, offset);
+        }
+        found.is_main = self.main == Some(image);
+        found.other = (!found.is_main).then_some(decoded);
         Ok(found)
     }
 
     fn image(&mut self, index: usize) -> Result<Rc<Texture>, GltfError> {
-        if let Some(texture) = self.images.get(&index) {
+        let known = match self.main == Some(index) {
+            true => self.own.as_ref(),
+            false => self
+                .last
+                .as_ref()
+                .filter(|(last, _)| *last == index)
+                .map(|(_, texture)| texture),
+        };
+        if let Some(texture) = known {
             return Ok(Rc::clone(texture));
         }
         let failed = |problem: String| GltfError::Image {
             image: index,
             problem,
         };
-        // A second image is kept until the mesh is read; more of them could fill the memory.
-        if self.images.len() >= 8 {
-            return Err(failed("the mesh has more than 8 textures".to_owned()));
-        }
         let images = &self.container.root.images;
         let image = images.get(index).ok_or_else(|| GltfError::Index {
             from: "a texture".to_owned(),
@@ -477,8 +775,10 @@ impl<'a, 'l> Materials<'a, 'l> {
             (None, None) => Err("it has neither a URI nor a buffer view".to_owned()),
         };
         let texture = Rc::new(texture.map_err(failed)?);
-        self.first.get_or_insert(index);
-        self.images.insert(index, Rc::clone(&texture));
+        match self.main == Some(index) {
+            true => self.own = Some(Rc::clone(&texture)),
+            false => self.last = Some((index, Rc::clone(&texture))),
+        }
         Ok(texture)
     }
 }

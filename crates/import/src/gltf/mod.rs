@@ -3,9 +3,10 @@
 //! Source: Khronos, "glTF 2.0 Specification", 3.5 (nodes), 3.6 (buffers and accessors), 3.7.3 (skins), 3.11 (animations), 4 (GLB).
 //!
 //! [`GltfFile`] reads only the data that moves a skeleton: nodes, skins and animations. Meshes and materials
-//! are ignored, including the extensions that they require. Joints have no scale, so the scale of a
-//! node is applied to the positions of the joints below it. This is exact if the scale is uniform.
-//! [`SkinnedMesh`] reads the mesh of the same skin.
+//! are ignored, including the extensions that they require. Compressed buffers (`EXT_meshopt_compression`) are decoded. Joints have no scale, so the scale of a
+//! node is applied to the positions of the joints below it. This is exact if the scale is uniform, mirrored or not; otherwise joints are
+//! turned so that their bones keep their directions.
+//! [`SkinnedMesh`] reads the meshes of all skins.
 
 mod animation;
 mod buffers;
@@ -52,6 +53,17 @@ pub enum GltfError {
         /// Description of the problem.
         problem: String,
     },
+    /// The file requires an extension that is not read.
+    #[error("it requires the extension {0}, which is not read")]
+    Extension(String),
+    /// A compressed buffer view cannot be decoded.
+    #[error("buffer view {view}, compressed by EXT_meshopt_compression: {problem}")]
+    Compressed {
+        /// Index of the buffer view.
+        view: usize,
+        /// Description of the problem.
+        problem: &'static str,
+    },
     /// An accessor is outside its buffer or has an unsuitable type.
     #[error("accessor {accessor}: {problem}")]
     Accessor {
@@ -67,8 +79,10 @@ pub enum GltfError {
     #[error("the skinned mesh: {0}")]
     Mesh(&'static str),
     /// The bind matrix of a joint is missing or invalid.
-    #[error("joint {joint} of the largest skin: {problem}")]
+    #[error("joint {joint} of skin {skin}: {problem}")]
     Skin {
+        /// Index of the skin.
+        skin: usize,
         /// Index of the joint in the skin.
         joint: usize,
         /// Description of the problem.

@@ -80,14 +80,38 @@ impl Nodes {
         Ok(nodes)
     }
 
+    /// Leaves out unmoved leaves below joints that are ends by their names, as `HeadTop_End_end` below `HeadTop_End`. Exporters add a leaf of
+    /// any length to each last bone, and where that is an end itself, the leaf lies beyond the body. Returns the nodes that were left out.
+    pub(super) fn leave_out_ends_of_ends(&mut self, root: &Root) -> Vec<usize> {
+        let is_end =
+            |node: usize| is_end_name(root.nodes[node].name.as_deref().unwrap_or_default());
+        let moved: HashSet<usize> = animated(root).into_iter().collect();
+        let children = |node: usize| root.nodes[node].children.iter().flatten().count();
+        let parents = &self.parents;
+        let is_beyond = |&mut node: &mut usize| {
+            let is_leaf = is_end(node) && children(node) == 0 && !moved.contains(&node);
+            let is_last = |parent| is_end(parent) && children(parent) == 1;
+            is_leaf && parents[node].is_some_and(is_last)
+        };
+        self.joints.extract_if(.., is_beyond).collect()
+    }
+
     /// A node and its ancestors, up to the top.
-    fn ancestry(&self, node: usize) -> impl Iterator<Item = usize> + '_ {
+    pub(super) fn ancestry(&self, node: usize) -> impl Iterator<Item = usize> + '_ {
         std::iter::successors(Some(node), |&node| self.parents[node])
     }
 
     pub(super) fn parent(&self, node: usize) -> Option<usize> {
         self.parents[node]
     }
+}
+
+/// Whether a name is one that programs give to the end of a last bone.
+pub(super) fn is_end_name(name: &str) -> bool {
+    let ends = [
+        "End", "_end", ".end", "Tip", "_tip", "Nub", "_nub", "Site", "_site",
+    ];
+    ends.iter().any(|end| name.ends_with(end))
 }
 
 pub(super) fn node_name(container: &Container, node: usize) -> String {
@@ -213,26 +237,39 @@ impl Local {
     }
 }
 
-/// A node's frame in the space of the file: a transform for points, and the rotation without scale.
+/// A node's frame in the space of the file: a transform for points, and a rotation without scale and mirroring.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct World {
     pub(super) points: DAffine3,
     pub(super) rotation: DQuat,
+    /// Signs of the scale along the node's axes: where all scales are uniform, the linear part of `points` is `rotation` times the signs
+    /// times a factor. Below a mirrored node, rotations are about mirrored axes.
+    pub(super) signs: DVec3,
+    /// Whether the scale of the node and of those above it is the same along all axes.
+    pub(super) is_uniform: bool,
 }
 
 impl World {
     pub(super) const ORIGIN: Self = Self {
         points: DAffine3::IDENTITY,
         rotation: DQuat::IDENTITY,
+        signs: DVec3::ONE,
+        is_uniform: true,
     };
 
     pub(super) fn below(&self, local: &Local) -> Self {
         let rotation = local.rotation.as_dquat().normalize();
         let (scale, translation) = (local.scale.as_dvec3(), local.translation.as_dvec3());
         let points = DAffine3::from_scale_rotation_translation(scale, rotation, translation);
+        let axis = self.signs * self.signs.element_product() * rotation.xyz();
+        let mirrored = DQuat::from_vec4(axis.extend(rotation.w));
+        let size = scale.abs();
         Self {
             points: self.points * points,
-            rotation: (self.rotation * rotation).normalize(),
+            rotation: (self.rotation * mirrored).normalize(),
+            signs: self.signs * scale.signum(),
+            is_uniform: self.is_uniform
+                && size.max_element() - size.min_element() <= 1e-4 * size.max_element(),
         }
     }
 

@@ -21,7 +21,7 @@ pub(crate) struct ReadArgs {
     /// Up axis of the files: x, y or z [default: y].
     #[arg(long, value_name = "AXIS")]
     up: Option<sabaki_import::Up>,
-    /// Frame rate of AMC files, which do not contain it, in frames per second [default: 120].
+    /// Frame rate of AMC files, in frames per second. Default: that which the file names, or 120.
     #[arg(long, value_name = "HZ")]
     amc_rate: Option<f64>,
 }

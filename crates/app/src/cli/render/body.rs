@@ -31,8 +31,10 @@ pub(super) fn run(args: &Args) -> Result<Written, Failure> {
     let graph = baked.graph();
     let (skeleton, clips) = (graph.skeleton(), graph.clips());
     let Some(bound) = args.out.mesh.load(skeleton, clips)? else {
-        let what = "render body draws a mesh: --mesh FILE, or --mesh body".to_owned();
-        return Err(Failure::Usage(what));
+        let why = args.out.mesh.why_none();
+        return Err(Failure::Usage(format!(
+            "render body draws a mesh, but {why}: say --mesh FILE"
+        )));
     };
     let hands = Limbs::of(skeleton).hands;
     let raised = |joints: &[JointTransform]| {
