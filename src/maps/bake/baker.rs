@@ -369,6 +369,18 @@ impl BakedGraph {
     /// # Errors
     /// The grid is out of range, or an event's maps would be too large.
     pub fn with_maps(&self, maps: MapGrid) -> Result<Self, BakeError> {
+        self.with_drawn_maps(maps, |baker| Ok(baker.draw_on_cpu()))
+    }
+
+    /// Returns the same graph and paths with maps of another grid that `draw` draws, for example on a device.
+    ///
+    /// # Errors
+    /// That of `draw`; those of [`BakedGraph::with_maps`]; the maps are not those of the baker's drawings.
+    pub fn with_drawn_maps<E: From<BakeError>>(
+        &self,
+        maps: MapGrid,
+        draw: impl FnOnce(&Baker) -> Result<DrawnMaps, E>,
+    ) -> Result<Self, E> {
         let settings = BakeSettings {
             maps,
             body: Some(self.body().clone()),
@@ -376,7 +388,7 @@ impl BakedGraph {
         };
         let baker = Baker::new(self.graph().clone(), settings)?;
         let mut other = self.clone();
-        other.atlas = baker.atlas(&baker.draw_on_cpu())?;
+        other.atlas = baker.atlas(&draw(&baker)?)?;
         other.derive_from_maps();
         Ok(other)
     }

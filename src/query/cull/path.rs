@@ -96,6 +96,14 @@ impl Counted {
         ..Self::ALL
     };
 
+    /// The part that a query needs without culling: a term of the score.
+    pub const FOR_A_SCORE: Self = Self {
+        body: false,
+        outer: false,
+        evasion: true,
+        up_to_hits: false,
+    };
+
     /// The parts that a query needs. Certain misses are not needed, because these candidates are tested too: the distance is a part of the
     /// score.
     pub const FOR_A_CHOICE: Self = Self {

@@ -83,14 +83,6 @@ pub(crate) struct Culling {
     unculled: cpu::Culler,
 }
 
-/// Without culling, only the term V_a of the score is counted.
-const UNCULLED: Counted = Counted {
-    body: false,
-    outer: false,
-    evasion: true,
-    up_to_hits: false,
-};
-
 /// A device with the cullers of one graph.
 struct DeviceCullers {
     // `None` only while it is destroyed.
@@ -117,7 +109,7 @@ impl Culling {
             device: Err(why),
             cpu: cpu::Culler::default().counting(Counted::FOR_A_CHOICE),
             whole: cpu::Culler::default(),
-            unculled: cpu::Culler::default().counting(UNCULLED),
+            unculled: cpu::Culler::default().counting(Counted::FOR_A_SCORE),
         }
     }
 

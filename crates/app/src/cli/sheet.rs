@@ -4,12 +4,13 @@
 use plotters::prelude::{Rectangle, Text};
 use plotters::style::{Color, RGBColor};
 use sabaki::maps::{
-    BakedGraph, Drawing, FixedTransform2, MapGrid, MaskMap, Slab, SlabMaps, raster,
+    BakedGraph, BitMap, Drawing, FixedTransform2, MapGrid, MaskMap, Slab, SlabMaps, raster,
 };
-use sabaki::query::cull::{CullCandidate, CullInput};
+use sabaki::query::cull::{CullCandidate, CullInput, TimedDisc};
 use sabaki::query::{Answer, Query, QueryContext, QuerySettings, Source};
 use sabaki_fixtures::throw::Throw;
 
+use super::Failure;
 use super::plot::{INK, Picture, text_style};
 use super::queries::Method;
 
@@ -58,7 +59,14 @@ struct Column<'a> {
 }
 
 /// Draws the maps of the answer to an attack; `None` if it has none: it enters or layers its evasion, or has none.
-pub(crate) fn draw_answer(baked: &BakedGraph, throw: &Throw, answer: &Answer) -> Option<Picture> {
+///
+/// `draw` gets the culling's input with the chosen candidate alone, and returns a map for each drawing of the attack.
+pub(crate) fn draw_answer(
+    baked: &BakedGraph,
+    throw: &Throw,
+    answer: &Answer,
+    draw: impl FnOnce(&CullInput<'_>, &[Drawing]) -> Result<Vec<BitMap>, Failure>,
+) -> Result<Option<Picture>, Failure> {
     // The same source of candidates as the answer's.
     let settings = match answer.source {
         Source::Grid => QuerySettings::default(),
@@ -69,14 +77,52 @@ pub(crate) fn draw_answer(baked: &BakedGraph, throw: &Throw, answer: &Answer) ->
     let session = query.start(throw.request(), &mut context);
     let input = session.cull_input();
     // Candidates with an evasion come first, in the order of the culling input.
-    let candidate = input.candidates.get(answer.chosen)?;
-    Some(draw(&input, candidate))
+    let Some(candidate) = input.candidates.get(answer.chosen) else {
+        return Ok(None);
+    };
+    let input = CullInput {
+        candidates: std::slice::from_ref(candidate),
+        ..input
+    };
+    let (places, drawings) = attack_drawings(&input, candidate);
+    let attack: Vec<AttackMap> = places.into_iter().zip(draw(&input, &drawings)?).collect();
+    Ok(Some(draw_sheet(&input, candidate, &attack)))
+}
+
+/// Draws the attack on the CPU, for [`draw_answer`].
+pub(crate) fn on_cpu(_: &CullInput<'_>, drawings: &[Drawing]) -> Result<Vec<BitMap>, Failure> {
+    Ok(drawings.iter().map(raster::any_frame).collect())
+}
+
+/// Slab and slice of a map of the attack, and the map.
+type AttackMap = ((Slab, u32), BitMap);
+
+/// The attack's inner discs by the candidate's time offset: slab and slice, and a drawing of each.
+fn attack_drawings(
+    input: &CullInput<'_>,
+    candidate: &CullCandidate,
+) -> (Vec<(Slab, u32)>, Vec<Drawing>) {
+    let layers = input.attack.layers.iter();
+    let layers = layers.filter(|layer| layer.clock == candidate.clock);
+    let drawings = layers.flat_map(|layer| {
+        let [inner, _] = input.attack.discs_of(layer);
+        let is_same = |a: &TimedDisc, b: &TimedDisc| a.slice == b.slice;
+        inner.chunk_by(is_same).map(|discs| {
+            let drawing = Drawing {
+                rect: input.attack.rect,
+                discs: discs.iter().map(|timed| timed.disc).collect(),
+                frame_ends: vec![discs.len() as u32],
+            };
+            ((layer.slab, discs[0].slice), drawing)
+        })
+    });
+    drawings.unzip()
 }
 
 /// Draws the maps of one candidate as the culling sees them: in the frame in which the paths start,
 /// the candidate's maps moved and turned into place.
-fn draw(input: &CullInput<'_>, candidate: &CullCandidate) -> Picture {
-    let columns = columns(input, candidate);
+fn draw_sheet(input: &CullInput<'_>, candidate: &CullCandidate, attack: &[AttackMap]) -> Picture {
+    let columns = columns(input, candidate, attack);
     let [us, vs] = window(&columns);
     let width = us.len() as u32 * ZOOM;
     let height = vs.len() as u32 * ZOOM;
@@ -126,13 +172,17 @@ fn draw(input: &CullInput<'_>, candidate: &CullCandidate) -> Picture {
 
 /// The slabs that the attack touches, evenly chosen where they are many; the body's where it
 /// touches none.
-fn columns<'a>(input: &CullInput<'a>, candidate: &CullCandidate) -> Vec<Column<'a>> {
+fn columns<'a>(
+    input: &CullInput<'a>,
+    candidate: &CullCandidate,
+    attack: &[AttackMap],
+) -> Vec<Column<'a>> {
     let region = input.atlas.region(candidate.region);
     let all: Vec<Column<'_>> = (region.slabs.iter().zip(region.first_slab.0..))
         .map(|(maps, number)| Column {
             slab: Slab(number),
             maps,
-            attack: attack_map(input, candidate, Slab(number)),
+            attack: masks(input, attack, Slab(number)),
             transform: candidate.transform,
         })
         .collect();
@@ -144,23 +194,13 @@ fn columns<'a>(input: &CullInput<'a>, candidate: &CullCandidate) -> Vec<Column<'
     chosen.into_iter().step_by(step).collect()
 }
 
-/// The attack's inner map in one slab, by the candidate's time offset.
-fn attack_map(input: &CullInput<'_>, candidate: &CullCandidate, slab: Slab) -> MaskMap {
-    let rect = input.attack.rect;
-    let mut map = MaskMap::new(rect, input.atlas.grid().lanes());
-    let layers = input.attack.layers.iter();
-    for layer in layers.filter(|layer| layer.slab == slab && layer.clock == candidate.clock) {
-        let [inner, _] = input.attack.discs_of(layer);
-        for timed in inner {
-            let one = raster::any_frame(&Drawing {
-                rect,
-                discs: vec![timed.disc],
-                frame_ends: vec![1],
-            });
-            one.for_each(|column, row| map.set(column, row, timed.slice));
-        }
+/// The attack's inner maps of one slab, as masks of slices.
+fn masks(input: &CullInput<'_>, attack: &[AttackMap], slab: Slab) -> MaskMap {
+    let mut masks = MaskMap::new(input.attack.rect, input.atlas.grid().lanes());
+    for ((_, slice), map) in attack.iter().filter(|((of, _), _)| *of == slab) {
+        map.for_each(|column, row| masks.set(column, row, *slice));
     }
-    map
+    masks
 }
 
 /// The ranges of u and v in the attack's frame that hold all maps.

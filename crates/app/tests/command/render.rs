@@ -65,13 +65,15 @@ fn a_film_has_many_pictures_and_a_storyboard_eight() {
 }
 
 #[test]
-fn the_maps_of_an_answer_are_drawn_without_a_device() {
+fn the_device_draws_the_maps_of_an_answer_and_counts_what_they_share() {
     let folder = folder();
     let drawn = |index: i32| {
-        let args = format!("render maps BAKED --out m.png --index {index}");
-        sabaki(&folder, &args).code == 0
+        let args = format!("render maps BAKED --out m.png --index {index} --json");
+        let said = sabaki(&folder, &args);
+        let said = (said.code == 0).then(|| said.json(0))?;
+        said["evasion"].as_u64().filter(|_| said["body"] == 0)
     };
-    assert!((0..6).any(drawn));
+    assert!((0..6).filter_map(drawn).any(|evasion| evasion > 0));
     super::assert_is_png(&folder.path().join("m.png"));
 }
 

@@ -38,6 +38,18 @@ pub(crate) struct Args {
     /// Graph file to write.
     #[arg(long, value_name = "FILE", required = true)]
     out: Option<PathBuf>,
+    /// What draws the maps. The file is the same to the byte.
+    #[arg(long, value_name = "WHERE", value_enum, default_value_t = MapDrawing::Cpu)]
+    draw: MapDrawing,
+}
+
+/// What draws the maps of a bake.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub(crate) enum MapDrawing {
+    /// The CPU.
+    Cpu,
+    /// The stencil buffer of the most capable Vulkan device, as in the paper.
+    Stencil,
 }
 
 /// A step of a bake that several processes share.
@@ -78,7 +90,7 @@ fn check(args: &Args, out: &Path) -> Result<(), Failure> {
 
 fn in_one_process(args: &Args, out: &Path, as_json: bool) -> Result<Done, Failure> {
     check(args, out)?;
-    let baked = run::from_clips(&args.clips)?;
+    let baked = run::from_clips(&args.clips, args.draw)?;
     write(&baked, out, as_json)
 }
 

@@ -3,17 +3,20 @@
 use std::path::Path;
 use std::time::Instant;
 
+use sabaki::gpu::GpuError;
 use sabaki::graph::GraphBuilder;
 use sabaki::graph::search::TransitionList;
 use sabaki::graph::{BuildReport, ClipSource, FootSlide, GraphError, GraphSettings, MotionGraph};
 use sabaki::maps::EntryShare;
-use sabaki::maps::{BakeSettings, BakedGraph, Baker, MapGrid};
+use sabaki::maps::{BakeSettings, BakedGraph, Baker, DrawnMaps, MapGrid};
 use sabaki_fixtures::demo;
+use sabaki_fixtures::headless::{Headless, HeadlessDesc};
 use sabaki_import::EventsFile;
 use serde::{Deserialize, Serialize};
 
-use super::super::Failure;
 use super::super::figure::Figure;
+use super::super::{Failure, culling};
+use super::MapDrawing;
 use super::args::{ClipArgs, MotionPaths};
 use super::bar::BakeBar;
 
@@ -97,12 +100,12 @@ impl BakeInput {
 }
 
 /// Bakes the clips of `args`.
-pub(crate) fn from_clips(args: &ClipArgs) -> Result<Baked, Failure> {
+pub(super) fn from_clips(args: &ClipArgs, draw: MapDrawing) -> Result<Baked, Failure> {
     let started = Instant::now();
     let input = BakeInput::read(args)?;
     let mut baked = input
         .bake()
-        .run()
+        .run(draw)
         .map_err(|failure| within(args, failure))?;
     if let Some(made) = &mut baked.made {
         made.warnings.splice(..0, input.notes());
@@ -156,7 +159,7 @@ pub(super) fn bake_embedded() -> Result<Baked, Failure> {
         graph: GraphSettings::default(),
         settings: BakeSettings::default(),
     }
-    .run()
+    .run(MapDrawing::Cpu)
 }
 
 /// A graph, and how it was built.
@@ -174,11 +177,11 @@ pub(crate) struct Bake<'a> {
 }
 
 impl Bake<'_> {
-    fn run(self) -> Result<Baked, Failure> {
+    fn run(self, draw: MapDrawing) -> Result<Baked, Failure> {
         let started = Instant::now();
         let watch = BakeBar::new();
         let built = self.build(&watch, |builder| Ok(builder.find_transitions()?))?;
-        let mut baked = finish(built, self.settings, Vec::new(), &watch)?;
+        let mut baked = finish(built, self.settings, Vec::new(), draw, &watch)?;
         if let Some(made) = &mut baked.made {
             made.seconds = started.elapsed().as_secs_f64();
         }
@@ -204,13 +207,17 @@ pub(crate) fn finish(
     BuiltGraph { graph, report }: BuiltGraph,
     settings: BakeSettings,
     entries: Vec<EntryShare>,
+    draw: MapDrawing,
     watch: &BakeBar,
 ) -> Result<Baked, Failure> {
     let started = Instant::now();
     watch.short("drawing maps");
     let feet = graph.foot_slide(MEASURED);
     let baker = Baker::new(graph, settings)?;
-    let maps = baker.draw_on_cpu();
+    let maps = match draw {
+        MapDrawing::Cpu => baker.draw_on_cpu(),
+        MapDrawing::Stencil => draw_on_device(&baker)?,
+    };
     let graph = baker.finish_watched(maps, entries, watch)?;
     let mut warnings = Vec::new();
     if graph.evasions().is_empty() {
@@ -231,4 +238,13 @@ pub(crate) fn finish(
             left_out: Vec::new(),
         }),
     })
+}
+
+/// Draws all maps with the stencil buffer of the most capable device.
+fn draw_on_device(baker: &Baker) -> Result<DrawnMaps, Failure> {
+    let failed = |error: GpuError| Failure::Device(format!("--draw stencil: {error}"));
+    let mut device = Headless::new(&HeadlessDesc::default()).map_err(failed)?;
+    let drawn = device.draw_maps(baker).map_err(failed);
+    culling::destroy(device);
+    drawn
 }

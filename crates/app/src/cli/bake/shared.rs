@@ -24,6 +24,7 @@ use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
 use super::super::Failure;
+use super::MapDrawing;
 use super::args::PART;
 use super::bar::BakeBar;
 use super::run::{Bake, BakeInput, Baked, BuiltGraph, finish};
@@ -350,7 +351,13 @@ impl SharedBake {
             true => self.read_all("entries").map_err(lacking)?,
             false => Vec::new(),
         };
-        let mut baked = finish(built, self.plan.settings.clone(), entries, &BakeBar::new())?;
+        let mut baked = finish(
+            built,
+            self.plan.settings.clone(),
+            entries,
+            MapDrawing::Cpu,
+            &BakeBar::new(),
+        )?;
         if let Some(made) = &mut baked.made {
             made.warnings.splice(..0, self.plan.notes.clone());
             made.left_out.clone_from(&self.plan.left_out);

@@ -9,13 +9,17 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use sabaki::archive;
-use sabaki::gpu::GpuError;
+use sabaki::gpu::{Context, Culler, CullerDesc, GpuError, Memory};
+use sabaki::maps::{BakedGraph, Baker};
 use sabaki::math::F32x16;
+use sabaki::query::CullPath;
+use sabaki::query::cull::Overlap;
 use sabaki_app::Painter;
 use sabaki_app::film::{Delay, Film, FilmError, png};
 use sabaki_draw::StageDesc;
 use sabaki_draw::scene::{CrowdShot, Shot};
 use sabaki_fixtures::headless::Headless;
+use sabaki_fixtures::throw::Throw;
 use serde_json::{Value, json};
 
 #[cfg(feature = "window")]
@@ -43,7 +47,8 @@ enum Scene {
     Crowd(Box<crowd::Args>),
     /// The mesh of the characters from four sides, in three poses of the clips.
     Body(Box<body::Args>),
-    /// The maps of the chosen evasion and of the attack, slab by slab, as the culling sees them.
+    /// The maps of the chosen evasion and of the attack, slab by slab: the device draws them with its stencil buffer, and its occlusion
+    /// queries count what they share.
     Maps(Box<MapsArgs>),
 }
 
@@ -82,6 +87,8 @@ struct MapsArgs {
     /// File to write (.png).
     #[arg(long, value_name = "FILE", value_parser = output::png_file())]
     out: PathBuf,
+    #[command(flatten)]
+    device: DeviceArgs,
 }
 
 /// Largest width and height of a picture, in pixels.
@@ -132,10 +139,56 @@ impl Written {
 
 fn maps(args: &MapsArgs) -> Result<Written, Failure> {
     let (baked, throw) = args.throw.load()?;
-    let answer = dodge::answer(&baked, &throw);
-    let picture = sheet::draw_answer(&baked, &throw, &answer);
+    let (picture, line, values) = match culling::open(&args.device)? {
+        Ok(mut device) => {
+            let drawn = maps_by_device(&mut device, &baked, &throw);
+            let name = device.device_name().to_owned();
+            culling::destroy(device);
+            let (picture, Overlap { body, evasion, .. }) = drawn?;
+            let line = format!(
+                "drawn by {name}, whose queries count {body} texels of body and attack, {evasion} of evasion and attack"
+            );
+            let values = json!({ "device": name, "body": body, "evasion": evasion });
+            (picture, line, values)
+        }
+        Err(why) => {
+            let answer = dodge::answer(&baked, &throw);
+            let picture = sheet::draw_answer(&baked, &throw, &answer, sheet::on_cpu)?;
+            (picture, format!("drawn on the CPU: {why}"), json!({}))
+        }
+    };
     let none = || Failure::Usage("the answer to this attack has no maps".to_owned());
-    write(&args.out, vec![picture.ok_or_else(none)?], Delay::default())
+    let written = write(&args.out, vec![picture.ok_or_else(none)?], Delay::default())?;
+    Ok(written.with(&line, values))
+}
+
+/// The sheet of the answer's maps, drawn by the device, and what its occlusion queries count.
+fn maps_by_device(
+    device: &mut Headless,
+    baked: &BakedGraph,
+    throw: &Throw,
+) -> Result<(Option<Picture>, Overlap), Failure> {
+    let grid = baked.atlas().grid();
+    let draw = |baker: &Baker| device.draw_maps(baker).map_err(failed);
+    let baked = &baked.with_drawn_maps(grid, draw)?;
+    let answer = dodge::answer(baked, throw);
+    let mut counts = Overlap::default();
+    let picture = sheet::draw_answer(baked, throw, &answer, |input, drawings| {
+        let desc = CullerDesc::new(CullPath::Stencil, baked.atlas());
+        let make = |context: &Context, memory: &mut dyn Memory| Culler::new(context, memory, &desc);
+        let mut culler = device.make(make).map_err(failed)?;
+        let counted = device.cull(&mut culler, input);
+        culler.destroy(device.memory().map_err(failed)?);
+        counts = counted
+            .map_err(failed)?
+            .first()
+            .copied()
+            .unwrap_or_default();
+        let attack =
+            device.with_rasterizer(|device, rasterizer| device.any_frame(rasterizer, drawings));
+        attack.map_err(failed)
+    })?;
+    Ok((picture, counts))
 }
 
 impl OutArgs {
