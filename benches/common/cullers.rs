@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, reason = "a bench may")]
 
 use ash::vk;
-use sabaki::gpu::{BatchEntry, Context, Culler, CullerDesc, GpuError};
+use sabaki::gpu::{Context, Culler, CullerDesc, GpuError};
 use sabaki::query::cull::{Counted, CullInput, CullPath, Overlap, cpu};
 use sabaki_fixtures::headless::Headless;
 
@@ -101,30 +101,18 @@ impl Cullers {
             };
             return inputs.iter().enumerate().map(count).collect();
         };
-        let entries = (0..).zip(inputs).map(|(slot, &input)| BatchEntry {
-            slot,
-            input,
-            ticket: None,
-        });
-        let mut batch: Vec<BatchEntry<'_>> = entries.collect();
         let context = device.context().unwrap().clone();
-        let recorded = device.run(|cmd| {
-            if let Some(clock) = clock {
-                clock.start(&context, cmd);
-            }
-            // SAFETY: the buffer is being recorded, and `run` has waited for the one before.
-            unsafe { culler.record_batch(cmd, &mut batch) }?;
-            if let Some(clock) = clock {
-                clock.end(&context, cmd);
-            }
-            Ok(())
-        });
-        recorded.unwrap();
-        let poll = |(index, entry): (usize, &BatchEntry<'_>)| {
-            assert!(culler.poll(entry.ticket.unwrap(), overlaps).unwrap());
-            each(index, overlaps)
+        let mark = |cmd, is_start| match clock {
+            Some(clock) if is_start => clock.start(&context, cmd),
+            Some(clock) => clock.end(&context, cmd),
+            None => (),
         };
-        batch.iter().enumerate().map(poll).collect()
+        let mut found = Vec::new();
+        let counted = device.cull_batch(culler, inputs, mark, |index, overlaps| {
+            found.push(each(index, overlaps));
+        });
+        counted.unwrap();
+        found
     }
 
     pub(crate) fn destroy(self, device: &mut Headless) {

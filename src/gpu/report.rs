@@ -126,7 +126,7 @@ impl Report {
         match path {
             CullPath::Stencil => Some(&self.stencil),
             CullPath::Compute => Some(&self.compute),
-            CullPath::Exact | CullPath::Cpu => None,
+            CullPath::None | CullPath::Exact | CullPath::Cpu => None,
         }
     }
 

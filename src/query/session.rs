@@ -125,7 +125,8 @@ impl<'a> Query<'a> {
         })
     }
 
-    /// Answers a request, culling on the CPU.
+    /// Answers a request on the CPU without culling ([`CullPath::None`](super::CullPath::None)). To cull, use [`Query::start`] and
+    /// [`Session::run`] or [`Session::run_on_cpu`]; the answer is the same.
     pub fn answer(&self, request: Request<'_>, context: &mut QueryContext, answer: &mut Answer) {
         context.forget_poses();
         self.answer_in_scope(request, None, context, answer);
@@ -147,7 +148,7 @@ impl<'a> Query<'a> {
             scratch,
             culler,
         } = context;
-        let new = || cpu::Culler::default().counting(Counted::FOR_A_CHOICE);
+        let new = || cpu::Culler::default().counting(Counted::FOR_A_SCORE);
         let culler = culler.get_or_insert_with(new);
         let mut session = Session::start(*self, state, scratch, request);
         if let Some(scope) = scope {

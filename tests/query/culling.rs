@@ -99,6 +99,26 @@ fn the_papers_maps_are_weak_and_wrong() {
     assert_eq!(tally.hit_proven_clean, 0, "a hit is said to be clean");
 }
 
+/// An answer without culling is the same: what is culled is hit, and would not have been chosen.
+#[test]
+fn culling_changes_no_answer() {
+    let settings = QuerySettings::default();
+    let query = Query::new(embedded(), &settings);
+    let (mut context, mut plain) = (QueryContext::default(), Answer::default());
+    let mut culled = 0;
+    for index in 0..200 {
+        let throw = throw(embedded(), &ThrowSettings::default(), 31, index).unwrap();
+        query.answer(throw.request(), &mut context, &mut plain);
+        let answer = answer_throw(&query, &throw, Evaluation::Lazy);
+        assert_eq!(plain.chosen, answer.chosen, "throw {index}");
+        assert_eq!(plain.avoided, answer.avoided, "throw {index}");
+        assert_eq!(plain.clearance(), answer.clearance(), "throw {index}");
+        assert_eq!(plain.counts.culled, 0);
+        culled += answer.counts.culled;
+    }
+    assert!(culled > 100, "{culled}");
+}
+
 /// A culled candidate is tested where no other one is left, whatever the maps say.
 #[test]
 fn the_papers_maps_hide_no_way_out() {

@@ -6,15 +6,17 @@ use serde::{Deserialize, Serialize};
 
 use crate::query::request::Evaluation;
 
-/// The implementation that counts the overlaps of candidates and attack. All paths return the same counts, except [`CullPath::Exact`], which
-/// counts nothing, and occlusion queries on a device without precise queries, which only distinguish zero from more.
+/// The implementation that counts the overlaps of candidates and attack. All paths return the same counts, except [`CullPath::None`] and
+/// [`CullPath::Exact`], which count no hits, and occlusion queries on a device without precise queries, which only distinguish zero from more.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum CullPath {
-    /// No culling: every candidate is tested exactly, over the whole attack.
+    /// No culling: candidates are tested exactly, as far as the choice depends on them.
+    #[default]
+    None,
+    /// No culling: every candidate is tested exactly, over the whole attack. The reference of the other paths.
     Exact,
     /// Counts maps on the CPU.
-    #[default]
     Cpu,
     /// Counts maps on a Vulkan device with the stencil buffer and occlusion queries, as the paper does.
     Stencil,
@@ -24,12 +26,19 @@ pub enum CullPath {
 
 impl CullPath {
     /// All paths.
-    pub const ALL: [Self; 4] = [Self::Exact, Self::Cpu, Self::Stencil, Self::Compute];
+    pub const ALL: [Self; 5] = [
+        Self::None,
+        Self::Exact,
+        Self::Cpu,
+        Self::Stencil,
+        Self::Compute,
+    ];
 
     /// Name of the path in arguments, tables and files.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
+            Self::None => "none",
             Self::Exact => "exact",
             Self::Cpu => "cpu",
             Self::Stencil => "stencil",
@@ -48,8 +57,14 @@ impl CullPath {
     pub fn evaluation(self) -> Evaluation {
         match self {
             Self::Exact => Evaluation::Exhaustive,
-            Self::Cpu | Self::Stencil | Self::Compute => Evaluation::Lazy,
+            Self::None | Self::Cpu | Self::Stencil | Self::Compute => Evaluation::Lazy,
         }
+    }
+
+    /// Whether the path culls.
+    #[must_use]
+    pub fn culls(self) -> bool {
+        !matches!(self, Self::None | Self::Exact)
     }
 
     /// Whether the path runs on a Vulkan device.

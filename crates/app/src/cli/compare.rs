@@ -12,7 +12,7 @@ use rustc_hash::{FxHashMap, FxHashSet};
 use sabaki::maps::{BakedGraph, PathId};
 use sabaki::query::cull::{CullCandidate, CullInput};
 use sabaki::query::{
-    Answer, CullPath, Enumerate, Evaluation, Query, QueryContext, QuerySettings, Source,
+    Answer, CullPath, Enumerate, Evaluation, Query, QueryContext, QuerySettings, Session, Source,
 };
 use sabaki_app::percentile::percentile;
 use sabaki_fixtures::throw::Throw;
@@ -73,9 +73,10 @@ pub(crate) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
     }
     let throws = random_throws(&baked, args.seed, 0..args.attacks.unwrap_or(200))?;
     let mut culling = Culling::new(culling::open(&args.device)?, baked.atlas());
-    let methods = methods(&culling.paths());
+    let methods = methods(&compared(&culling));
     let rows = measure(&baked, &throws, methods, Method::settings, &mut culling)?;
     let table = Table { rows };
+    let batches = batches(&baked, &throws, &mut culling)?;
     let mut lines = Vec::new();
     if let Some(path) = &args.plot {
         lines = crossover(&baked, &throws, &mut culling)?;
@@ -95,8 +96,9 @@ pub(crate) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
         let mut document = table.to_json();
         document["device"] = json!(culling.device_name());
         document["graph"] = bake::statistics(&baked);
+        document["batches"] = lines_json(&batches, "queries");
         if args.plot.is_some() {
-            document["crossover"] = crossover_json(&lines);
+            document["crossover"] = lines_json(&lines, "candidates");
         }
         return Ok(Done::ok(Done::json(&document)));
     }
@@ -105,10 +107,11 @@ pub(crate) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
         None => String::new(),
     };
     Ok(Done::ok(format!(
-        "{}{}\n\n{}{crossover}",
+        "{}{}\n\n{}\nMilliseconds to cull many queries in one submission, from the upload to the counts:\n{}\n{crossover}",
         bake::headline(&baked),
-        culling.describe(culling.paths()),
-        table.text(throws.len())
+        culling.describe(compared(&culling)),
+        table.text(throws.len()),
+        lines_table(&batches, "queries"),
     )))
 }
 
@@ -129,10 +132,17 @@ fn methods(paths: &[CullPath]) -> Vec<Method> {
     methods
 }
 
+/// The paths that run here, with [`CullPath::None`] as the baseline.
+fn compared(culling: &Culling) -> Vec<CullPath> {
+    let mut paths = culling.paths();
+    paths.retain(|&path| path != CullPath::Exact);
+    paths
+}
+
 /// Tests over the whole attack every candidate that a path keeps.
 fn exhaustive(cull: CullPath) -> Evaluation {
     match cull {
-        CullPath::Exact => Evaluation::Exhaustive,
+        CullPath::None => Evaluation::Exhaustive,
         _ => Evaluation::Kept,
     }
 }
@@ -176,14 +186,6 @@ fn measure(
     Ok(rows)
 }
 
-/// Name of a culling path in the tables.
-fn path_name(path: CullPath) -> &'static str {
-    match path {
-        CullPath::Exact => "none",
-        _ => path.name(),
-    }
-}
-
 impl Row {
     fn new(method: Method) -> Self {
         Self {
@@ -224,7 +226,7 @@ impl Row {
         let tally = self.tally;
         json!({
             "evaluation": self.evaluation_name(),
-            "cull": path_name(self.method.cull),
+            "cull": self.method.cull.name(),
             "grid": self.method.grid_name(),
             "attacks": self.runs.len(),
             "candidates": self.per_attack(tally.candidates()),
@@ -256,7 +258,7 @@ impl Table {
     /// How many times as long the same evaluation of the same candidates takes without culling, by medians.
     fn gain(&self, row: &Row) -> f64 {
         let is_baseline = |other: &&Row| {
-            other.method.cull == CullPath::Exact
+            other.method.cull == CullPath::None
                 && other.is_lazy() == row.is_lazy()
                 && other.method.enumerate == row.method.enumerate
         };
@@ -308,7 +310,7 @@ impl Table {
         for row in &self.rows {
             table.add_row([
                 row.evaluation_name().to_owned(),
-                path_name(row.method.cull).to_owned(),
+                row.method.cull.name().to_owned(),
                 row.method.grid_name().to_owned(),
                 row.avoided().to_string(),
                 row.times().text(2),
@@ -376,7 +378,7 @@ fn crossover(
     let session = query.start(throws[busiest].request(), &mut context);
     let input = session.cull_input();
     let mut paths = culling.paths();
-    paths.retain(|&path| path != CullPath::Exact);
+    paths.retain(|path| path.culls());
     let mut lines: Vec<Line> = paths.iter().map(|&path| (path, Vec::new())).collect();
     for size in SIZES {
         let all = input.candidates.iter().copied().cycle();
@@ -386,19 +388,56 @@ fn crossover(
             ..input
         };
         for (path, points) in &mut lines {
-            points.push((size as f64, time(*path, &input, culling)?));
+            let mut overlaps = Vec::new();
+            let ms = time(&mut || culling.count(*path, &input, &mut overlaps))?;
+            points.push((size as f64, ms));
         }
     }
     Ok(lines)
 }
 
-/// Median milliseconds to count the overlaps of candidates. The first run is a warm-up.
-fn time(path: CullPath, input: &CullInput<'_>, culling: &mut Culling) -> Result<f64, Failure> {
-    let (begun, mut times, mut overlaps) = (Instant::now(), Vec::new(), Vec::new());
+/// Numbers of queries whose candidates are culled in one submission.
+const BATCHES: [usize; 4] = [1, 10, 50, 200];
+
+/// Times all culling paths that this machine supports on many queries in one submission: those of the attacks, again and again where there
+/// are not as many.
+fn batches(
+    baked: &BakedGraph,
+    throws: &[Throw],
+    culling: &mut Culling,
+) -> Result<Vec<Line>, Failure> {
+    let settings = QuerySettings::default();
+    let query = Query::new(baked, &settings);
+    let most = throws.len().min(BATCHES[BATCHES.len() - 1]);
+    let mut contexts: Vec<QueryContext> = vec![QueryContext::default(); most];
+    let started = throws.iter().zip(&mut contexts);
+    let started = started.map(|(throw, context)| query.start(throw.request(), context));
+    let sessions: Vec<Session<'_>> = started.collect();
+    let inputs = sessions.iter().map(Session::cull_input);
+    let inputs: Vec<CullInput<'_>> = inputs.filter(|it| !it.candidates.is_empty()).collect();
+    if inputs.is_empty() {
+        return Ok(Vec::new());
+    }
+    let mut paths = culling.paths();
+    paths.retain(|path| path.culls());
+    let line = |path: CullPath| {
+        let point = |size: usize| {
+            let batch: Vec<CullInput<'_>> = inputs.iter().copied().cycle().take(size).collect();
+            Ok((size as f64, culling.with_batch(path, &batch, time)?))
+        };
+        let points: Result<Vec<_>, Failure> = BATCHES.into_iter().map(point).collect();
+        Ok((path, points?))
+    };
+    paths.into_iter().map(line).collect()
+}
+
+/// Median milliseconds of a run. The first is a warm-up.
+fn time(run: &mut dyn FnMut() -> Result<(), Failure>) -> Result<f64, Failure> {
+    let (begun, mut times) = (Instant::now(), Vec::new());
     for repeat in 0..=REPEATS {
         cancel::check()?;
         let started = Instant::now();
-        culling.count(path, input, &mut overlaps)?;
+        run()?;
         if repeat > 0 {
             times.push(started.elapsed().as_secs_f64() * 1e3);
         }
@@ -409,8 +448,9 @@ fn time(path: CullPath, input: &CullInput<'_>, culling: &mut Culling) -> Result<
     Ok(percentile(times, 0.5))
 }
 
-fn crossover_json(lines: &[Line]) -> Value {
-    let point = |&(size, ms): &(f64, f64)| json!({ "candidates": size as usize, "ms": ms });
+/// The points of each path; `what` names the number.
+fn lines_json(lines: &[Line], what: &str) -> Value {
+    let point = |&(size, ms): &(f64, f64)| json!({ what: size as usize, "ms": ms });
     let line = |(path, points): &Line| {
         let points: Vec<Value> = points.iter().map(point).collect();
         json!({ "cull": path.name(), "points": points })
@@ -418,16 +458,23 @@ fn crossover_json(lines: &[Line]) -> Value {
     lines.iter().map(line).collect()
 }
 
-fn crossover_text(lines: &[Line]) -> String {
+/// A row for each number, a column for each path.
+fn lines_table(lines: &[Line], what: &str) -> comfy_table::Table {
     let names = lines.iter().map(|(path, _)| path.name());
-    let head: Vec<&str> = std::iter::once("candidates").chain(names).collect();
+    let head: Vec<&str> = std::iter::once(what).chain(names).collect();
     let mut table = output::table(&head, 0);
-    for (index, size) in SIZES.iter().enumerate() {
+    let sizes = lines.first().map_or(&[][..], |(_, points)| points);
+    for (index, (size, _)) in sizes.iter().enumerate() {
         let times = lines
             .iter()
             .map(|(_, points)| format!("{:.4}", points[index].1));
         table.add_row(std::iter::once(size.to_string()).chain(times));
     }
+    table
+}
+
+fn crossover_text(lines: &[Line]) -> String {
+    let table = lines_table(lines, "candidates");
     let mut text = format!(
         "\nMilliseconds to cull, by the number of candidates, from the upload to the counts:\n{table}\n"
     );

@@ -3,8 +3,8 @@
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use sabaki::gpu::{self, CullerDesc, GpuError};
 use sabaki::maps::RegionAtlas;
-use sabaki::query::CullPath;
 use sabaki::query::cull::{AttackDrawing, Counted, CullInput, Overlap, cpu};
+use sabaki::query::{CullPath, QuerySettings};
 use sabaki_fixtures::headless::{DeviceChoice, Headless, HeadlessDesc};
 
 use super::Failure;
@@ -12,6 +12,9 @@ use super::Failure;
 /// Reads a culling path from the command line.
 pub(crate) fn path_parser() -> impl TypedValueParser<Value = CullPath> {
     let help = |path| match path {
+        CullPath::None => {
+            "No culling: candidates are tested exactly, as far as the choice needs it"
+        }
         CullPath::Exact => "No culling: every candidate is tested exactly, over the whole attack",
         CullPath::Cpu => "The maps on the CPU",
         CullPath::Stencil => "The maps by the stencil buffer and occlusion queries of the device",
@@ -116,7 +119,7 @@ impl Culling {
     /// The paths that run here.
     pub(crate) fn paths(&self) -> Vec<CullPath> {
         let runs = |path: &CullPath| match path {
-            CullPath::Exact | CullPath::Cpu => true,
+            CullPath::None | CullPath::Exact | CullPath::Cpu => true,
             CullPath::Stencil => self.stencil().is_ok(),
             CullPath::Compute => self.device.is_ok(),
         };
@@ -145,6 +148,7 @@ impl Culling {
         for path in used {
             by_device |= path.needs_device();
             let way = match path {
+                CullPath::None => "none".to_owned(),
                 CullPath::Exact => "none, every candidate is tested".to_owned(),
                 CullPath::Cpu => "on the cpu".to_owned(),
                 CullPath::Stencil => format!("by stencil buffer on {device}"),
@@ -181,7 +185,7 @@ impl Culling {
         self.count(path, &input, &mut Vec::new())
     }
 
-    /// Counts the overlaps that a choice needs. [`CullPath::Exact`] counts evasion maps alone, which are a part of the score.
+    /// Counts the overlaps that a choice needs. Without culling, these are those of the evasion maps alone, which are a part of the score.
     ///
     /// # Errors
     /// The paths of the device without one, or with one that fails.
@@ -192,7 +196,7 @@ impl Culling {
         overlaps: &mut Vec<Overlap>,
     ) -> Result<(), Failure> {
         match path {
-            CullPath::Exact => self.unculled.count(input, overlaps),
+            CullPath::None | CullPath::Exact => self.unculled.count(input, overlaps),
             CullPath::Cpu => self.cpu.count(input, overlaps),
             CullPath::Stencil | CullPath::Compute => {
                 *overlaps = self.count_on_device(path, input)?;
@@ -204,6 +208,44 @@ impl Culling {
     /// Counts everything, outer maps included, which a choice does not need. All paths count the same.
     pub(crate) fn count_whole(&mut self, input: &CullInput<'_>, overlaps: &mut Vec<Overlap>) {
         self.whole.count(input, overlaps);
+    }
+
+    /// Calls `run` with a function that counts all inputs: on the device in one submission, on the CPU one after the other.
+    ///
+    /// # Errors
+    /// As [`Culling::count`].
+    pub(crate) fn with_batch<T>(
+        &mut self,
+        path: CullPath,
+        inputs: &[CullInput<'_>],
+        run: impl FnOnce(&mut dyn FnMut() -> Result<(), Failure>) -> Result<T, Failure>,
+    ) -> Result<T, Failure> {
+        let failed = |why: String| Failure::Device(format!("the {path} path cannot run: {why}"));
+        let of_gpu = |error: GpuError| failed(error.to_string());
+        if !path.needs_device() {
+            let mut overlaps = Vec::new();
+            return run(&mut || {
+                let each = |input| self.cpu.count(input, &mut overlaps);
+                inputs.iter().for_each(each);
+                Ok(())
+            });
+        }
+        let device = self.device.as_mut().map_err(|why| failed(why.clone()))?;
+        let gone = || of_gpu(GpuError::Unfinished);
+        let headless = device.headless.as_mut().ok_or_else(gone)?;
+        let (first, slots) = (inputs.first().ok_or_else(gone)?, inputs.len() as u32);
+        let desc = CullerDesc {
+            counted: Counted::FOR_A_CHOICE,
+            ..CullerDesc::new(path, first.atlas).for_settings(&QuerySettings::default(), slots)
+        };
+        let made = headless.make(|context, memory| gpu::Culler::new(context, memory, &desc));
+        let mut culler = made.map_err(of_gpu)?;
+        let done = run(&mut || {
+            let counted = headless.cull_batch(&mut culler, inputs, |_, _| (), |_, _| ());
+            counted.map_err(of_gpu)
+        });
+        culler.destroy(headless.memory().map_err(of_gpu)?);
+        done
     }
 
     fn count_on_device(

@@ -75,6 +75,7 @@ fn passes(
 ) -> Result<Vec<Pass>, Failure> {
     let best = culling.best();
     let mut paths = culling.paths();
+    paths.retain(|&path| path != CullPath::None);
     paths.sort_by_key(|&path| (path != best, path == CullPath::Exact));
     let grids = [Enumerate::default(), Enumerate::Whole];
     let methods = paths

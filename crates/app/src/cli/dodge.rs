@@ -74,7 +74,7 @@ pub(crate) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
     let export = folder.map(|folder| Export::new(folder, args.format, &baked));
     let export = export.transpose()?;
     let mut culling = Culling::new(culling::open(&args.device)?, baked.atlas());
-    let mut methods = args.methods.methods(&culling);
+    let mut methods = args.methods.methods();
     if let Some(index) = args.explain {
         let explained = explain::ask(&baked, &throws[0], methods[0], &mut culling)?;
         if let Some(export) = &export {

@@ -24,9 +24,8 @@ use super::{Failure, cancel, output};
 #[derive(Clone, Debug, clap::Args)]
 #[command(next_help_heading = "Culling")]
 pub(crate) struct MethodArgs {
-    /// Culling paths, run one after the other on the same attacks. Default: stencil with a Vulkan
-    /// device, else cpu.
-    #[arg(long, value_delimiter = ',', value_parser = path_parser())]
+    /// Culling paths, run one after the other on the same attacks.
+    #[arg(long, value_delimiter = ',', default_value = "none", value_parser = path_parser())]
     cull: Vec<CullPath>,
     /// Source of the candidates. on: the node's grid, and the whole graph where the grid has none.
     /// off: always the whole graph.
@@ -50,11 +49,7 @@ pub(crate) struct Method {
 
 impl MethodArgs {
     /// Each culling path with each kind of grid.
-    pub(crate) fn methods(&self, culling: &Culling) -> Vec<Method> {
-        let culls = match self.cull.as_slice() {
-            [] => vec![culling.best()],
-            some => some.to_vec(),
-        };
+    pub(crate) fn methods(&self) -> Vec<Method> {
         let grids = self.grid.iter().map(|grid| match grid {
             GridArg::On => Enumerate::default(),
             GridArg::Off => Enumerate::Whole,
@@ -64,7 +59,7 @@ impl MethodArgs {
                 .clone()
                 .map(move |enumerate| Method::new(cull, cull.evaluation(), enumerate))
         };
-        culls.into_iter().flat_map(with).collect()
+        self.cull.iter().copied().flat_map(with).collect()
     }
 }
 

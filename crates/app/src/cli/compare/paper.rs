@@ -6,7 +6,7 @@ use sabaki::maps::{BakedGraph, MapGrid};
 use sabaki::query::{CullPath, EntryUse, Enumerate, QuerySettings, RateSettings, WarpSettings};
 use serde_json::json;
 
-use super::{Row, exhaustive, measure, path_name};
+use super::{Row, compared, exhaustive, measure};
 use crate::cli::culling::{self, Culling, DeviceArgs};
 use crate::cli::queries::{Method, random_throws};
 use crate::cli::{Done, Failure, bake, output};
@@ -30,9 +30,9 @@ fn settings(method: Method) -> QuerySettings {
 /// Milliseconds of the paper; `None` for a path that it does not have.
 fn paper_ms(method: Method) -> Option<u32> {
     match (method.cull, method.enumerate.uses_grid()) {
-        (CullPath::Exact, false) => Some(496),
+        (CullPath::None, false) => Some(496),
         (CullPath::Stencil, false) => Some(225),
-        (CullPath::Exact, true) => Some(18),
+        (CullPath::None, true) => Some(18),
         (CullPath::Stencil, true) => Some(14),
         _ => None,
     }
@@ -50,7 +50,7 @@ pub(super) fn run(
     let baked = &drawn.map_err(Failure::Bake)?;
     let mut culling = Culling::new(culling::open(device)?, baked.atlas());
     let throws = random_throws(baked, seed, 0..attacks)?;
-    let paths = culling.paths();
+    let paths = compared(&culling);
     let grids = [Enumerate::Whole, Enumerate::NearestCell];
     let methods = grids.into_iter().flat_map(|enumerate| {
         let method = move |&cull| Method::new(cull, exhaustive(cull), enumerate);
@@ -68,7 +68,7 @@ pub(super) fn run(
 fn to_json(rows: &[Row]) -> String {
     let row = |row: &Row| {
         json!({
-            "cull": path_name(row.method.cull),
+            "cull": row.method.cull.name(),
             "grid": row.method.grid_name(),
             "candidates": row.per_attack(row.tally.candidates()),
             "kept": row.per_attack(row.tally.kept()),
@@ -102,10 +102,10 @@ fn to_text(baked: &BakedGraph, culling: &Culling, rows: &[Row]) -> String {
     for row in rows {
         table.add_row([
             row.method.grid_name().to_owned(),
-            path_name(row.method.cull).to_owned(),
+            row.method.cull.name().to_owned(),
             format!("{:.1}", row.per_attack(row.tally.candidates())),
             match row.method.cull {
-                CullPath::Exact => String::new(),
+                CullPath::None => String::new(),
                 _ => format!("{:.1}", row.per_attack(row.tally.kept())),
             },
             format!("{:.0}%", 100.0 * row.tally.weak()),
@@ -122,7 +122,7 @@ fn to_text(baked: &BakedGraph, culling: &Culling, rows: &[Row]) -> String {
          The paper: 2:40 of motion, 8 evasions, 6 attacks; without the grid about 100 candidates, 70 kept;\n\
          with it about 5, 3 kept; the grid is used in about 90% of the attacks.\n",
         bake::headline(baked),
-        culling.describe(culling.paths()),
+        culling.describe(compared(culling)),
         rows[0].runs.len(),
     )
 }
