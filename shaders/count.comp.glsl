@@ -1,4 +1,4 @@
-// Counts what candidates' maps and the attack share: an invocation a candidate, those of a work group of one clock; several
+// Counts what candidates' maps and the attack share: one invocation per candidate. A work group's candidates share a start time. Several
 // work groups for the same candidates take different planes of the attack.
 //
 // Planes are walked in step, 32 blocks of 8 x 4 texels at most at a time. First every block is held against the rectangle of
@@ -9,9 +9,6 @@
 const int SHIFT = 15;
 const int COLUMNS = 8;
 const int ROWS = 4;
-// Texels from a window's first one to its last one; what a turned block needs, as long as a turn does not make larger.
-const int SPAN = 8;
-const int ONE = 16384;
 // Words before the counts, words of a count, words of an entry.
 const uint HEADER = 2u;
 const uint COUNTS = 3u;
@@ -68,8 +65,6 @@ layout(push_constant) uniform CountCandidates {
 // src/gpu/compute/path.rs.
 // From one texel of the attack to the next, in either axis: 1, 2 or 4.
 layout(constant_id = 0) const int PITCH = 1;
-// Whether turns may make larger, so that blocks may not fit a window.
-layout(constant_id = 1) const bool MAY_BE_LARGE = true;
 
 // A candidate's plane.
 struct Plane {
@@ -120,7 +115,7 @@ uint strip_word(Plane plane, uvec2 place) {
     return plane.word + (place.x >> 3) * rows + (place.y >> 1);
 }
 
-// How many of a block's texels are set in a plane, where they lie in one window.
+// How many of a block's texels are set in a plane. They lie in one window: the host refuses turns that enlarge.
 uint in_window(ivec4 turn, Plane plane, uint place, uint mask) {
     Window window = window_of(turn, place);
     uvec2 first = uvec2(window.first - plane.origin);
@@ -147,32 +142,12 @@ uint in_window(ivec4 turn, Plane plane, uint place, uint mask) {
     return count;
 }
 
-// The same texel by texel, for turns that make larger.
-uint one_by_one(ivec4 turn, Plane plane, uint place, uint mask) {
-    ivec2 start = window_of(turn, place).start;
-    uint count = 0u;
-    while (mask != 0u) {
-        int texel = findLSB(int(mask));
-        mask &= mask - 1u;
-        ivec2 by = 2 * ivec2(texel % COLUMNS, texel / COLUMNS);
-        int x = (start.x + turn.x * by.x + turn.y * by.y) >> SHIFT;
-        int z = (start.y + turn.x * by.y - turn.y * by.x) >> SHIFT;
-        uvec2 at = uvec2(ivec2(x, z) - plane.origin);
-        if (at.x < plane.side.x && at.y < plane.side.y) {
-            count += (atlas[strip_word(plane, at)] >> (((at.y & 1u) << 4) + (at.x & 7u))) & 1u;
-        }
-    }
-    return count;
-}
-
 void main() {
     GroupRange range = groups[draw.first + gl_WorkGroupID.x];
     uint part = gl_WorkGroupID.y;
     uint position = range.first + gl_LocalInvocationIndex;
     bool here = position < range.end;
     PlaneCandidate candidate = candidates[min(position, range.end - 1u)];
-    ivec2 size = abs(candidate.turn.xy);
-    bool is_large = MAY_BE_LARGE && max(7 * size.x + 3 * size.y, 7 * size.y + 3 * size.x) >= SPAN * ONE;
 
     uvec3 sum = uvec3(0u);
     uint end = here ? range.end_plane : 0u;
@@ -186,20 +161,13 @@ void main() {
         for (uint block = blocks.z; block < blocks.w; block++) {
             uvec2 first = uvec2(window_of(candidate.turn, block_of(block).x).first - plane.origin);
             bool meets = first.x < plane.side.x && first.y < plane.side.y;
-            bool may_meet = is_large ? plane.side.x > 0u : meets;
-            met |= may_meet ? 1u << (block - blocks.z) : 0u;
+            met |= meets ? 1u << (block - blocks.z) : 0u;
         }
         uint count = 0u;
         while (met != 0u) {
             uvec2 block = block_of(blocks.z + uint(findLSB(int(met))));
             met &= met - 1u;
-            if (!is_large) {
-                count += in_window(candidate.turn, plane, block.x, block.y);
-            }
-            if (MAY_BE_LARGE) {
-                uint one_by_one_of = is_large ? block.y : 0u;
-                count += one_by_one(candidate.turn, plane, block.x, one_by_one_of);
-            }
+            count += in_window(candidate.turn, plane, block.x, block.y);
             met = stops && count > 0u ? 0u : met;
         }
         bool is_evasion = blocks.y == 2u * draw.slices;

@@ -40,7 +40,7 @@ pub(crate) const COUNT_COMP: Shader = Shader {
         Binding { set: 0, binding: 2, stride: 32 },
         Binding { set: 0, binding: 4, stride: 4 },
     ],
-    words: &words::<5521>(include_bytes!("spirv/count.comp.spv")),
+    words: &words::<4471>(include_bytes!("spirv/count.comp.spv")),
 };
 
 pub(crate) const DISC_FRAG: Shader = Shader {

@@ -130,14 +130,10 @@ fn odd_candidates(many: &[CullCandidate]) -> Vec<(&'static str, Vec<CullCandidat
         (turned.transform.a, turned.transform.b, turned.transform.tx) = (0, 1 << 14, 0);
         [along, turned]
     });
-    let mut one_larger = many.to_vec();
-    (one_larger[1].transform.a, one_larger[1].transform.b) = (20_000, 9_000);
     vec![
         ("none", Vec::new()),
         ("one", many[..1].to_vec()),
         ("a turn that is none", with_turn(0, 0)),
-        ("a turn that makes larger", with_turn(32_768, -32_768)),
-        ("one of many that makes larger", one_larger),
         ("a turn that makes small", with_turn(99, 1)),
         ("borders", stepped.collect()),
         ("many", many.to_vec()),
@@ -540,6 +536,8 @@ fn what_does_not_fit_is_refused_by_name() {
     let case = CullCase::new(&mut random, &atlas, RECT, 0..3, 9);
     let mut stranger = case.candidates[..4].to_vec();
     stranger[2].region.0 = 4;
+    let mut enlarged = case.candidates[..4].to_vec();
+    (enlarged[1].transform.a, enlarged[1].transform.b) = (20_000, 9_000);
     let none = AttackDrawing::default();
     let wide = AttackDrawing {
         rect: MapRect {
@@ -591,15 +589,13 @@ fn what_does_not_fit_is_refused_by_name() {
             (&wide, &case.candidates[..1], 0, "side of an attack's maps"),
             (&none, &[], 2, "slot 2 of 2"),
         ];
-        cases.push(match path {
-            CullPath::Stencil => (&large, &case.candidates[..8], 0, "counts of a cull"),
-            _ => (
-                &case.attack,
-                &case.candidates[..8],
-                0,
-                "ComputeSettings::max_blocks",
-            ),
-        });
+        if path == CullPath::Stencil {
+            cases.push((&large, &case.candidates[..8], 0, "counts of a cull"));
+        } else {
+            let limit = "ComputeSettings::max_blocks";
+            cases.push((&case.attack, &case.candidates[..8], 0, limit));
+            cases.push((&none, &enlarged[..], 0, "size of a rotated block"));
+        }
         for (attack, candidates, slot, words) in cases {
             let input = CullInput {
                 atlas: &atlas,

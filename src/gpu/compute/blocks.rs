@@ -6,6 +6,7 @@ use std::ops::Range;
 
 use super::plane_bits::{COLUMNS, PlaneBits, ROWS, Shape};
 use crate::{
+    gpu::{GpuError, error::within},
     maps::{FixedTransform2, MapGrid},
     math::Isa,
     query::cull::{AttackDrawing, AttackLayer, Counted, TimedDisc},
@@ -71,12 +72,13 @@ pub(super) struct Blocks {
     all: PlaneBits,
 }
 
-/// Whether a block's rotated texels may exceed a window (`SPAN` in `shaders/count.comp.glsl`).
-pub(super) fn is_large(turn: FixedTransform2) -> bool {
-    let most = i64::from(SPAN) << (FixedTransform2::SHIFT - 1);
-    let [a, b] = [turn.a, turn.b].map(|part| i64::from(part).abs());
-    let [columns, rows] = [COLUMNS, ROWS].map(|side| side as i64 - 1);
-    (columns * a + rows * b).max(columns * b + rows * a) >= most
+/// Refuses a transform that enlarges: a block's rotated texels may then exceed a window of `shaders/count.comp.glsl`.
+pub(super) fn check_turn(turn: FixedTransform2) -> Result<(), GpuError> {
+    let [a, b] = [turn.a, turn.b].map(|part| u64::from(part.unsigned_abs()));
+    let [columns, rows] = [COLUMNS, ROWS].map(|side| side as u64 - 1);
+    let longest = (columns * a + rows * b).max(columns * b + rows * a);
+    let most = (SPAN as u64) << (FixedTransform2::SHIFT - 1);
+    within("size of a rotated block", longest, most - 1)
 }
 
 impl Blocks {

@@ -178,7 +178,7 @@ impl ComputePath {
     /// As for [`ComputePath::record_commands`].
     unsafe fn record_dispatches(&self, cmd: vk::CommandBuffer, gathered: &Gathered, slot: &Slot) {
         let device = self.context.device();
-        let pipeline = self.parts.pipelines[usize::from(gathered.is_large)];
+        let pipeline = &self.parts.pipeline;
         let point = vk::PipelineBindPoint::COMPUTE;
         let constants = gathered.constants();
         let layout = pipeline.layout;

@@ -96,8 +96,6 @@ pub(super) struct Gathered {
     /// Page, clock and index of each candidate, sorted.
     order: Vec<(u32, u32, u32)>,
     slices: u32,
-    /// Whether a transform enlarges blocks so that they may not fit a window.
-    pub(super) is_large: bool,
     up_to_hits: bool,
 }
 
@@ -127,7 +125,7 @@ impl Gathered {
             capacity.blocks.into(),
         )?;
         self.sort(input.candidates, planes)?;
-        self.place(input.candidates, planes);
+        self.place(input.candidates, planes)?;
         self.group();
         Ok(())
     }
@@ -174,16 +172,15 @@ impl Gathered {
         Ok(())
     }
 
-    fn place(&mut self, candidates: &[CullCandidate], planes: &Planes) {
+    fn place(&mut self, candidates: &[CullCandidate], planes: &Planes) -> Result<(), GpuError> {
         self.candidates.clear();
-        self.is_large = false;
         for &(_, _, index) in &self.order {
             let candidate = &candidates[index as usize];
             let region = planes.regions[candidate.region.index()];
             let turn = candidate
                 .transform
                 .with_narrow_texels(planes.grid.attack_pitch);
-            self.is_large |= blocks::is_large(turn);
+            blocks::check_turn(turn)?;
             self.candidates.push(PlacedPlanes {
                 turn: [turn.a, turn.b, turn.tx, turn.tz],
                 entries: region.entries,
@@ -192,6 +189,7 @@ impl Gathered {
                 index,
             });
         }
+        Ok(())
     }
 
     /// Groups the candidates of a page and clock for each chunk, also for chunks without planes of that clock, whose count is 0.

@@ -1,4 +1,4 @@
-//! The compute culling path: its pipelines, maps and slots.
+//! The compute culling path: its pipeline, maps and slots.
 //!
 //! Source: Masaoka & Oshita, section 5.3, for what is counted. Differs: a compute shader counts it, from planes of bits
 //! instead of a stencil buffer. One invocation counts one candidate; it walks the attack block by block.
@@ -39,8 +39,7 @@ pub(in crate::gpu) struct ComputePath {
 
 #[derive(Debug, Default)]
 pub(super) struct Parts {
-    /// Pipeline for transforms that do not enlarge blocks, and pipeline for all other transforms.
-    pub(super) pipelines: [Pipeline; 2],
+    pub(super) pipeline: Pipeline,
     pub(super) atlas: Uploaded,
     pub(super) slots: Vec<Slot>,
     pub(super) layout: vk::DescriptorSetLayout,
@@ -115,14 +114,22 @@ impl ComputePath {
         let (context, parts, name) = (&self.context, &mut self.parts, desc.name);
         self.planes = Self::planes(context, desc)?;
         parts.make_layout(context)?;
-        let (planes, pipelines, layout) = (&self.planes, &mut parts.pipelines, parts.layout);
+        let (planes, layouts) = (&self.planes, [parts.layout]);
+        let inputs = PipelineInputs {
+            sets: &layouts,
+            constants: &[desc.atlas.grid().attack_pitch],
+            cache: desc.pipeline_cache,
+        };
+        let pipeline = &mut parts.pipeline;
         let words = MapWords {
             read_as: vk::BufferUsageFlags::STORAGE_BUFFER,
             count: planes.words,
             // The planes are drawn on other threads while the driver compiles.
             write: |out: &mut [u32]| {
                 let draw = || planes.write(desc.atlas, out);
-                both(draw, || make_pipelines(context, desc, layout, pipelines)).1
+                let (_, made) = both(draw, || Pipeline::new(context, &COUNT, &inputs));
+                *pipeline = made?;
+                Ok(())
             },
         };
         let atlas = format!("{name}: atlas");
@@ -138,24 +145,6 @@ impl ComputePath {
         }
         parts.make_sets(context, &self.capacity, &self.planes.pages)
     }
-}
-
-/// Creates the pipeline for transforms that do not enlarge blocks, and the pipeline for all other transforms.
-fn make_pipelines(
-    context: &Context,
-    desc: &CullerDesc<'_>,
-    layout: vk::DescriptorSetLayout,
-    pipelines: &mut [Pipeline; 2],
-) -> Result<(), GpuError> {
-    for (pipeline, may_be_large) in pipelines.iter_mut().zip([0, 1]) {
-        let inputs = PipelineInputs {
-            sets: &[layout],
-            constants: &[desc.atlas.grid().attack_pitch, may_be_large],
-            cache: desc.pipeline_cache,
-        };
-        *pipeline = Pipeline::new(context, &COUNT, &inputs)?;
-    }
-    Ok(())
 }
 
 impl DevicePath for ComputePath {
@@ -220,9 +209,7 @@ impl DevicePath for ComputePath {
         for slot in &mut parts.slots {
             slot.destroy(context, memory);
         }
-        for pipeline in &mut parts.pipelines {
-            pipeline.destroy(context);
-        }
+        parts.pipeline.destroy(context);
         // SAFETY: the handles are null or were made from this device, which the caller says is done with them.
         unsafe {
             let device = context.device();
