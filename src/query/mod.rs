@@ -4,13 +4,13 @@
 //!
 //! 1. **gather** the candidates: paths from the next node of the character to an evasion;
 //! 2. **retime** them, so that the evasion starts when the attack does;
-//! 3. **cull** them by maps ([`cull`]), on the CPU or on a device;
+//! 3. **cull** them by maps ([`cull`]), on the CPU or on a device, where that pays;
 //! 4. **evaluate** the rest exactly ([`clearance`]) and score them ([`Score`]);
 //! 5. **warp** the shallowest hit, if no candidate is clean ([`WarpSettings`]);
 //! 6. **select** one for the [`Answer`].
 //!
-//! Create the [`QuerySettings`], a [`QueryContext`] and an [`Answer`] once. Then, for each attack, call [`Query::answer`], which culls on the
-//! CPU, and play [`Answer::motion`]:
+//! Create the [`QuerySettings`], a [`QueryContext`] and an [`Answer`] once. Then, for each attack, call [`Query::answer`] and play
+//! [`Answer::motion`]:
 //!
 //! ```
 //! # use sabaki::{graph::Playhead, maps::BakedGraph, maps::SphereKey};
@@ -28,7 +28,7 @@
 //! # }
 //! ```
 //!
-//! To cull on a device, or in another frame than the one that asks, use a [`Session`]: [`Query::start`] gives it, its
+//! To cull, on the CPU or on a device, or to answer in another frame than the one that asks, use a [`Session`]: [`Query::start`] gives it, its
 //! [`cull_input`](Session::cull_input) is what a culling path counts, and [`submit`](Session::submit) continues with the counts until it
 //! returns [`Step::Done`].
 //!
