@@ -1,7 +1,7 @@
 //! What a bench prints at its end: a table with its columns side by side, the same as JSON, and two records compared.
 //!
 //! `cargo bench --bench NAME`, with these options after `--`:
-//! `--json FILE` writes the record, `--seconds S` sets the time for each row (default 3), `--rows WORDS` measures only rows whose
+//! `--json FILE` writes the record, `--record FILE` the same as Markdown (for `benches/record`), `--seconds S` sets the time for each row (default 3), `--rows WORDS` measures only rows whose
 //! names contain the words, and
 //! `--compare OLD.json NEW.json` measures nothing and compares two records.
 
@@ -30,8 +30,15 @@ struct Record {
 #[derive(Serialize, Deserialize)]
 struct Table {
     title: String,
+    /// What the times are counted in.
+    #[serde(default = "milliseconds")]
+    unit: String,
     columns: Vec<String>,
     rows: Vec<Row>,
+}
+
+fn milliseconds() -> String {
+    "milliseconds".to_owned()
 }
 
 #[derive(Serialize, Deserialize)]
@@ -40,7 +47,7 @@ struct Row {
     times: Vec<Times>,
 }
 
-/// Milliseconds of one call.
+/// Times of one call, or of an item of it, in the unit of the table.
 #[derive(Clone, Copy, Serialize, Deserialize)]
 struct Times {
     median: f64,
@@ -65,6 +72,7 @@ struct Settings {
 enum Options {
     Measure {
         json: Option<PathBuf>,
+        markdown: Option<PathBuf>,
         settings: Settings,
     },
     Compare(PathBuf, PathBuf),
@@ -75,14 +83,21 @@ impl Report {
     pub(crate) fn main(bench: &str, measure: impl FnOnce(&mut Self)) -> ExitCode {
         let done = Options::parse().and_then(|options| match options {
             Options::Compare(old, new) => compare(&old, &new),
-            Options::Measure { json, settings } => {
+            Options::Measure {
+                json,
+                markdown,
+                settings,
+            } => {
                 let mut report = Self::new(bench, settings);
                 measure(&mut report);
-                let text = report.record.text();
-                match json {
-                    Some(path) => report.record.write(&path).map(|()| text),
-                    None => Ok(text),
+                let record = &report.record;
+                let json = json.map(|path| (path, record.json()));
+                let markdown = markdown.map(|path| (path, record.markdown()));
+                for (path, text) in json.into_iter().chain(markdown) {
+                    let written = std::fs::write(&path, text);
+                    written.map_err(|error| format!("{}: {error}", path.display()))?;
                 }
+                Ok(record.text())
             }
         });
         match done {
@@ -120,10 +135,16 @@ impl Report {
         self.record.device = Some(name.to_owned());
     }
 
-    /// Begins a table.
+    /// Begins a table of milliseconds.
     pub(crate) fn table(&mut self, title: &str, columns: &[&str]) {
+        self.table_in(&milliseconds(), title, columns);
+    }
+
+    /// Begins a table of times in another unit.
+    pub(crate) fn table_in(&mut self, unit: &str, title: &str, columns: &[&str]) {
         self.record.tables.push(Table {
             title: title.to_owned(),
+            unit: unit.to_owned(),
             columns: columns.iter().map(|&column| column.to_owned()).collect(),
             rows: Vec::new(),
         });
@@ -133,7 +154,17 @@ impl Report {
     ///
     /// All columns take turns until the time is over, so that system noise affects every method equally. A turn
     /// is as many calls as fit into two milliseconds, at least one. The first turn of each is not counted.
-    pub(crate) fn row<T>(&mut self, name: impl Display, mut run: impl FnMut(usize) -> T) {
+    pub(crate) fn row<T>(&mut self, name: impl Display, run: impl FnMut(usize) -> T) {
+        self.row_in(name, 1e3, run);
+    }
+
+    /// As [`Report::row`], in a unit of which a second of a call has so many.
+    pub(crate) fn row_in<T>(
+        &mut self,
+        name: impl Display,
+        of_a_second: f64,
+        mut run: impl FnMut(usize) -> T,
+    ) {
         const TURN: Duration = Duration::from_millis(2);
         self.measure(name.to_string(), |column| {
             let turn = Instant::now();
@@ -141,10 +172,15 @@ impl Report {
             while turn.elapsed() < TURN {
                 let call = Instant::now();
                 black_box(run(column));
-                times.push(call.elapsed().as_secs_f64() * 1e3);
+                times.push(call.elapsed().as_secs_f64() * of_a_second);
             }
             times
         });
+    }
+
+    /// Whether a row of this name is measured.
+    pub(crate) fn wants(&self, name: &str) -> bool {
+        name.contains(&self.settings.rows)
     }
 
     /// As [`Report::row`], where `run` gives the milliseconds of the one call that it makes.
@@ -155,7 +191,7 @@ impl Report {
     /// Measures a row of the last table by turns, each of which gives the milliseconds of its calls.
     fn measure(&mut self, name: String, mut turn: impl FnMut(usize) -> Vec<f64>) {
         const LEAST_ROUNDS: usize = 3;
-        if !name.contains(&self.settings.rows) {
+        if !self.wants(&name) {
             return;
         }
         let Some(table) = self.record.tables.last_mut() else {
@@ -176,18 +212,17 @@ impl Report {
             }
         }
         let times: Vec<Times> = calls.into_iter().map(Times::of).collect();
-        let medians = times
-            .iter()
-            .map(|times| format!("{} ms", digits(times.median)));
+        let medians = times.iter().map(|times| digits(times.median));
         let medians: Vec<String> = medians.collect();
-        eprintln!("{}, {name}: {}", table.title, medians.join(", "));
+        let (title, unit) = (&table.title, &table.unit);
+        eprintln!("{title}, {name}: {} {unit}", medians.join(", "));
         table.rows.push(Row { name, times });
     }
 }
 
 impl Options {
     fn parse() -> Result<Self, String> {
-        let mut json = None;
+        let (mut json, mut markdown) = (None, None);
         let mut settings = Settings {
             time: Duration::from_secs(3),
             rows: String::new(),
@@ -198,6 +233,7 @@ impl Options {
             let mut value = || args.next().ok_or_else(|| format!("{arg} needs a value"));
             match arg.as_str() {
                 "--json" => json = Some(value()?.into()),
+                "--record" => markdown = Some(value()?.into()),
                 "--compare" => return Ok(Self::Compare(value()?.into(), value()?.into())),
                 "--seconds" => {
                     let seconds = value()?.parse().ok();
@@ -207,12 +243,16 @@ impl Options {
                 }
                 "--rows" => settings.rows = value()?,
                 other => {
-                    let known = "--json, --seconds, --rows, --compare";
+                    let known = "--json, --record, --seconds, --rows, --compare";
                     return Err(format!("{other}: known are {known}"));
                 }
             }
         }
-        Ok(Self::Measure { json, settings })
+        Ok(Self::Measure {
+            json,
+            markdown,
+            settings,
+        })
     }
 }
 
@@ -234,10 +274,33 @@ impl Record {
         record.map_err(|error| format!("{}: {error}", path.display()))
     }
 
-    fn write(&self, path: &Path) -> Result<(), String> {
-        let text = serde_json::to_string_pretty(self).map_err(|error| error.to_string());
-        let written = std::fs::write(path, text? + "\n");
-        written.map_err(|error| format!("{}: {error}", path.display()))
+    fn json(&self) -> String {
+        // Numbers, texts and lists alone: nothing that has no JSON.
+        serde_json::to_string_pretty(self).unwrap() + "\n"
+    }
+
+    /// The page of a record: where and by which command it was measured, and all tables.
+    fn markdown(&self) -> String {
+        let args: Vec<String> = std::env::args()
+            .skip(1)
+            .filter(|arg| arg != "--bench")
+            .collect();
+        let mut page = format!(
+            "# {}\n\n`cargo bench --bench {} -- {}`, medians.\n",
+            self.place(),
+            self.bench,
+            args.join(" ")
+        );
+        for table in &self.tables {
+            let _ = writeln!(page, "\n{}, {}:\n", table.title, table.unit);
+            for (at, row) in table.cells().iter().enumerate() {
+                let _ = writeln!(page, "| {} |", row.join(" | "));
+                if at == 0 {
+                    let _ = writeln!(page, "|{}", " --- |".repeat(row.len()));
+                }
+            }
+        }
+        page
     }
 
     /// On what it was measured.
@@ -254,8 +317,9 @@ impl Record {
         for table in &self.tables {
             let _ = writeln!(
                 text,
-                "\n{}; milliseconds, medians:\n{}",
+                "\n{}; {}, medians:\n{}",
                 table.title,
+                table.unit,
                 table.text()
             );
         }
@@ -290,6 +354,10 @@ struct Key<'a> {
 impl Table {
     /// The times of all columns, then each but the first divided by the first.
     fn text(&self) -> String {
+        aligned(&self.cells())
+    }
+
+    fn cells(&self) -> Vec<Vec<String>> {
         let ratios = self
             .columns
             .iter()
@@ -307,7 +375,7 @@ impl Table {
             cells.extend(medians.map(digits).chain(ratios.map(ratio)));
             rows.push(cells);
         }
-        aligned(&rows)
+        rows
     }
 }
 
@@ -326,11 +394,7 @@ fn compare(old_path: &Path, new_path: &Path) -> Result<String, String> {
         old.place(),
         new.place()
     );
-    let mut rows = vec![
-        ["", "old ms", "new ms", "new ÷ old"]
-            .map(str::to_owned)
-            .to_vec(),
-    ];
+    let mut rows = vec![["", "old", "new", "new ÷ old"].map(str::to_owned).to_vec()];
     let mut columns: Vec<(&str, Vec<f64>)> = Vec::new();
     let (mut matched, mut only_new) = (0, 0);
     for (key, times) in new.cells() {

@@ -112,7 +112,9 @@ fn culling_changes_no_answer() {
         let answer = answer_throw(&query, &throw, Evaluation::Lazy);
         assert_eq!(plain.chosen, answer.chosen, "throw {index}");
         assert_eq!(plain.avoided, answer.avoided, "throw {index}");
-        assert_eq!(plain.clearance(), answer.clearance(), "throw {index}");
+        // The samples of a test depend on whether another candidate is nearly tied.
+        let [a, b] = [&plain, &answer].map(|one| one.clearance().metres);
+        assert!((a - b).abs() < 1e-4, "throw {index}: {a}, {b}");
         assert_eq!(plain.counts.culled, 0);
         culled += answer.counts.culled;
     }
