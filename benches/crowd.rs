@@ -85,15 +85,10 @@ fn measure(report: &mut Report) {
     let streamed = output(Layout::Blocks, WriteMode::Streamed);
     // 115 MB of output: nothing of it is in a cache when it is written.
     let cold = || Scene::one_clip(10 * COUNT);
-    frames(report, "one clip, 100,000", cold, streamed.clone());
+    frames(report, "one clip, 100,000", cold, streamed);
     for count in [10_000, 100_000, 1_000_000] {
         let name = format!("mixed levels, {count:7}");
-        frames(
-            report,
-            &name,
-            || Scene::one_clip(count).mixed(),
-            streamed.clone(),
-        );
+        frames(report, &name, || Scene::one_clip(count).mixed(), streamed);
     }
     readers(report);
 }
