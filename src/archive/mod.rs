@@ -7,6 +7,7 @@
 //! 16  16 version of the crate that wrote the file, as text padded with zeros; since format 4
 //! 32  72 lengths of the nine sections, u64 little-endian each; since format 9
 //! 104 …  the sections: parts of the graph, serialized by postcard
+//! …      optionally "attached" and an attachment: bytes that a program keeps beside the graph
 //! ```
 //! Sections are read on several threads. A file is checked in two steps. The checksum detects damage. Every index is then checked against
 //! the range that it refers to, so that a malicious file is rejected too. Loading takes at most
@@ -34,6 +35,8 @@ const VERSION: u32 = 9;
 const CHECKED: usize = 16;
 const WRITER: usize = 16;
 const HEADER: usize = CHECKED + WRITER;
+/// What stands before an attachment.
+const ATTACHED: &[u8; 8] = b"attached";
 
 /// Maximum memory for loading, in bytes for each byte of the file.
 pub const MOST_PER_BYTE: u64 = 64;
@@ -97,6 +100,10 @@ pub enum ArchiveError {
 /// # Errors
 /// Memory is exhausted.
 pub fn to_bytes(baked: &BakedGraph) -> Result<Vec<u8>, postcard::Error> {
+    with_attachment(baked, &[])
+}
+
+fn with_attachment(baked: &BakedGraph, attachment: &[u8]) -> Result<Vec<u8>, postcard::Error> {
     let sections = baked.to_sections()?;
     let mut bytes = vec![0; HEADER];
     for section in &sections {
@@ -104,6 +111,10 @@ pub fn to_bytes(baked: &BakedGraph) -> Result<Vec<u8>, postcard::Error> {
     }
     for section in sections {
         bytes.extend(section);
+    }
+    if !attachment.is_empty() {
+        bytes.extend(ATTACHED);
+        bytes.extend(attachment);
     }
     for (byte, letter) in bytes[CHECKED..HEADER]
         .iter_mut()
@@ -154,6 +165,22 @@ pub fn is_baked(bytes: &[u8]) -> bool {
 /// # Errors
 /// The bytes are not a valid baked graph.
 pub fn from_bytes(bytes: &[u8], path: &Path) -> Result<BakedGraph, ArchiveError> {
+    let contents = |what: String| ArchiveError::Contents {
+        path: path.to_owned(),
+        what,
+    };
+    let (sections, _) = checked(bytes, path)?;
+    let most = MOST_PER_BYTE * bytes.len() as u64 + MOST_BESIDE;
+    let graph = BakedGraph::from_sections(sections);
+    let restored = graph.and_then(|graph| graph.restored_within(most));
+    restored.map_err(contents)
+}
+
+/// Sections of a graph.
+type Sections<'a> = [&'a [u8]; BakedGraph::SECTIONS];
+
+/// The sections of a file and its attachment, once the checksum is compared.
+fn checked<'a>(bytes: &'a [u8], path: &Path) -> Result<(Sections<'a>, &'a [u8]), ArchiveError> {
     let path = || path.to_owned();
     if !is_baked(bytes) {
         return Err(ArchiveError::NotBaked { path: path() });
@@ -178,14 +205,11 @@ pub fn from_bytes(bytes: &[u8], path: &Path) -> Result<BakedGraph, ArchiveError>
         return Err(ArchiveError::Checksum { path: path() });
     }
     let contents = |what: String| ArchiveError::Contents { path: path(), what };
-    let graph = sections(&bytes[HEADER..]).and_then(BakedGraph::from_sections);
-    let most = MOST_PER_BYTE * bytes.len() as u64 + MOST_BESIDE;
-    let restored = graph.and_then(|graph| graph.restored_within(most));
-    restored.map_err(contents)
+    sections(&bytes[HEADER..]).map_err(contents)
 }
 
-/// The sections that follow the header.
-fn sections(bytes: &[u8]) -> Result<[&[u8]; BakedGraph::SECTIONS], String> {
+/// The sections that follow the header, and the attachment.
+fn sections(bytes: &[u8]) -> Result<(Sections<'_>, &[u8]), String> {
     const SHORT: &str = "a section is longer than the file";
     let (lengths, mut left) = bytes
         .split_first_chunk::<{ 8 * BakedGraph::SECTIONS }>()
@@ -195,9 +219,10 @@ fn sections(bytes: &[u8]) -> Result<[&[u8]; BakedGraph::SECTIONS], String> {
         let length = usize::try_from(u64::from_le_bytes(*length)).map_err(|_| SHORT)?;
         (*section, left) = left.split_at_checked(length).ok_or(SHORT)?;
     }
-    match left.len() {
-        0 => Ok(sections),
-        more => Err(format!("{more} bytes follow its end")),
+    match left.strip_prefix(ATTACHED) {
+        _ if left.is_empty() => Ok((sections, left)),
+        Some(attachment) => Ok((sections, attachment)),
+        None => Err(format!("{} bytes follow its end", left.len())),
     }
 }
 
@@ -206,6 +231,19 @@ fn sections(bytes: &[u8]) -> Result<[&[u8]; BakedGraph::SECTIONS], String> {
 /// # Errors
 /// An error of the file system, or of the file's contents, with the path.
 pub fn read(path: &Path) -> Result<BakedGraph, ArchiveError> {
+    from_bytes(&read_bytes(path)?, path)
+}
+
+/// Reads the attachment of a baked file ([`write_with`]). Without one it is empty.
+///
+/// # Errors
+/// An error of the file system, or a file that is damaged, with the path.
+pub fn read_attachment(path: &Path) -> Result<Vec<u8>, ArchiveError> {
+    let bytes = read_bytes(path)?;
+    checked(&bytes, path).map(|(_, attachment)| attachment.to_vec())
+}
+
+fn read_bytes(path: &Path) -> Result<Vec<u8>, ArchiveError> {
     let io = |source| ArchiveError::Io {
         path: path.to_owned(),
         source,
@@ -222,7 +260,7 @@ pub fn read(path: &Path) -> Result<BakedGraph, ArchiveError> {
         rest.read_to_end(&mut bytes).map_err(io)?;
         check_size(path, bytes.len() as u64)?;
     }
-    from_bytes(&bytes, path)
+    Ok(bytes)
 }
 
 /// Refuses a file larger than [`LARGEST_FILE`].
@@ -253,11 +291,20 @@ pub fn open_regular(path: &Path) -> std::io::Result<File> {
 /// An error of the file system, with the path; a file that is larger than [`LARGEST_FILE`], which [`read`] would refuse. Nothing is written
 /// then.
 pub fn write(path: &Path, baked: &BakedGraph) -> Result<(), ArchiveError> {
+    write_with(path, baked, &[])
+}
+
+/// Writes a baked file with an attachment: bytes that a program keeps beside the graph, such as the mesh of its character.
+///
+/// # Errors
+/// As [`write()`].
+pub fn write_with(path: &Path, baked: &BakedGraph, attachment: &[u8]) -> Result<(), ArchiveError> {
     let io = |source| ArchiveError::Io {
         path: path.to_owned(),
         source,
     };
-    let bytes = to_bytes(baked).map_err(|error| io(std::io::Error::other(error)))?;
+    let bytes =
+        with_attachment(baked, attachment).map_err(|error| io(std::io::Error::other(error)))?;
     check_size(path, bytes.len() as u64)?;
     write_atomically(path, |file| file.write_all(&bytes)).map_err(io)
 }

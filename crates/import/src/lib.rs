@@ -28,8 +28,9 @@ pub use events::{ClipEvents, EventEntry, EventsError, EventsFile};
 pub use file::{JsonError, without_mark};
 pub use mirror::MirrorError;
 pub use motion_file::{
-    LONGEST_CLIP, LoadedClip, MOST_ENTRIES, ReadOptions, SCALES, Up, UpError, clip_warnings,
-    is_gltf, is_motion_file, read_bvh, read_clip, read_gltf, read_mesh, read_motions,
+    LONGEST_CLIP, LoadedClip, MOST_ENTRIES, MeshFile, ReadOptions, SCALES, Up, UpError,
+    clip_warnings, is_gltf, is_motion_file, read_bvh, read_clip, read_gltf, read_mesh,
+    read_motions,
 };
 pub use obj::{ObjError, parse_obj, read_obj};
 pub use recording::{Chosen, RecordedRequest, Recording, RecordingError};

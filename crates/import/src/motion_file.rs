@@ -8,6 +8,7 @@ use glam::{Quat, Vec3};
 use sabaki::anim::{
     Clip, ClipError, Facing, Joint, JointId, Limbs, Pose, Skeleton, forward_kinematics,
 };
+use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use crate::asf::{AmcFile, AsfFile};
@@ -167,6 +168,52 @@ fn beside(path: &Path) -> impl FnMut(&Path) -> Result<Vec<u8>, String> {
 /// The first error, with the file and the position in it.
 pub fn read_mesh(path: &Path) -> Result<SkinnedMesh, ReadError> {
     SkinnedMesh::parse(&read_bytes(path)?, beside(path)).map_err(ReadError::in_file(path))
+}
+
+/// A glTF file with the files beside it that its mesh needs, to be kept elsewhere.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct MeshFile {
+    /// Name of the file.
+    pub name: String,
+    bytes: Vec<u8>,
+    beside: Vec<(PathBuf, Vec<u8>)>,
+}
+
+impl MeshFile {
+    /// Reads a file, and its skinned mesh.
+    ///
+    /// # Errors
+    /// The first error, with the file and the position in it.
+    pub fn read(path: &Path) -> Result<(Self, SkinnedMesh), ReadError> {
+        let mut file = Self {
+            name: clip_name(path),
+            bytes: read_bytes(path)?,
+            beside: Vec::new(),
+        };
+        let mut load = beside(path);
+        let mesh = SkinnedMesh::parse(&file.bytes, |name| {
+            let bytes = load(name)?;
+            file.beside.push((name.to_owned(), bytes.clone()));
+            Ok(bytes)
+        });
+        let mesh = mesh.map_err(ReadError::in_file(path))?;
+        Ok((file, mesh))
+    }
+
+    /// The skinned mesh.
+    ///
+    /// # Errors
+    /// The first error, with the file's name and the position in it.
+    pub fn mesh(&self) -> Result<SkinnedMesh, ReadError> {
+        let mesh = SkinnedMesh::parse(&self.bytes, |name| {
+            let mut beside = self.beside.iter();
+            let found = beside.find(|(of, _)| of == name);
+            found
+                .map(|(_, bytes)| bytes.clone())
+                .ok_or_else(|| "it was not kept".to_owned())
+        });
+        mesh.map_err(ReadError::in_file(Path::new(&self.name)))
+    }
 }
 
 /// Path of an AMC file's skeleton: the ASF file of the same name, of the part of the name before

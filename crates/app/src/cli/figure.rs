@@ -18,7 +18,7 @@ use super::{Failure, output};
 pub(crate) struct FigureArgs {
     /// Body: spheres (.json), or a mesh (.obj) to fit spheres to. Default: spheres derived from the
     /// lengths of the bones.
-    #[arg(long, value_name = "FILE", requires = "clips")]
+    #[arg(long, value_name = "FILE")]
     body: Option<PathBuf>,
     /// Metres per unit of the body mesh. Default: derived from the skeleton's size.
     #[arg(long, value_name = "METRES", requires = "body", value_parser = number(1e-9..=1e6))]
@@ -32,7 +32,7 @@ pub(crate) struct FigureArgs {
     #[arg(long, requires = "body")]
     body_stand: bool,
     /// Held prop (.obj). Spheres are fitted to it; they attack together with the hand.
-    #[arg(long, value_name = "FILE", requires = "clips")]
+    #[arg(long, value_name = "FILE")]
     prop: Vec<PathBuf>,
     /// Joint that holds the prop; one for each prop.
     #[arg(long, value_name = "JOINT", requires = "prop")]

@@ -14,12 +14,13 @@ use sabaki_import::without_mark;
 use serde_json::{Value, json};
 
 use super::Failure;
+use super::bake::GraphArgs;
 
 /// Options of the mesh.
 #[derive(Clone, Debug, Default, clap::Args)]
 #[command(next_help_heading = "Mesh")]
 pub(crate) struct MeshArgs {
-    /// Skinned mesh of the characters (.glb, .gltf), `body` for a human body made for the skeleton, or `capsules`. Default: `body`; capsules for a skeleton that is not a human's by its names.
+    /// Skinned mesh of the characters (.glb, .gltf), `body` for a human body made for the skeleton, or `capsules`. Default: the mesh that the graph's file keeps, otherwise `body`; capsules for a skeleton that is not a human's by its names.
     #[arg(long, value_name = "FILE")]
     mesh: Option<PathBuf>,
     /// Names of the graph's joints by names of the mesh's joints (JSON). Joints that are not in the file are bound by their names.
@@ -40,9 +41,10 @@ pub(crate) struct BoundOutfit {
 const BLUE: Vec3 = Vec3::new(0.35, 0.5, 1.0);
 
 impl MeshArgs {
-    /// Reads or makes the mesh and binds it to a skeleton. `None` for capsules.
+    /// Reads or makes the mesh of a graph's character and binds it to the skeleton. `None` for capsules.
     pub(crate) fn load(
         &self,
+        graph: &GraphArgs,
         skeleton: &Skeleton,
         clips: &[Clip],
     ) -> Result<Option<BoundOutfit>, Failure> {
@@ -51,8 +53,11 @@ impl MeshArgs {
             let what = "--map is for the mesh of a file, not for body or capsules";
             return Err(Failure::Usage(what.to_owned()));
         }
-        let path = match &self.mesh {
-            None => return Ok(BoundOutfit::human(skeleton, clips)),
+        let (path, mut read) = match &self.mesh {
+            None => match graph.mesh()? {
+                Some(file) => (PathBuf::from(&file.name), file.mesh()?),
+                None => return Ok(BoundOutfit::human(skeleton, clips)),
+            },
             Some(path) if path.as_os_str() == CAPSULES => return Ok(None),
             Some(path) if path.as_os_str() == BODY => {
                 let what = "a body needs a skeleton whose joints' names tell two legs, two arms and a head";
@@ -61,9 +66,8 @@ impl MeshArgs {
                     .ok_or_else(|| Failure::Usage(what.to_owned()))
                     .map(Some);
             }
-            Some(path) => path,
+            Some(path) => (path.clone(), sabaki_import::read_mesh(path)?),
         };
-        let mut read = sabaki_import::read_mesh(path)?;
         let notes = std::mem::take(&mut read.notes);
         let rigged = rigged(read);
         let names = match &self.map {
@@ -74,8 +78,8 @@ impl MeshArgs {
             check_names(&names, &rigged, skeleton).map_err(|error| error.within(map))?;
         }
         let bound = rigged.bind(skeleton, &standing_pose(skeleton, clips), &names);
-        let bound = bound.map_err(|error| Failure::Usage(error.to_string()).within(path))?;
-        Ok(Some(BoundOutfit::of(bound, path, notes)))
+        let bound = bound.map_err(|error| Failure::Usage(error.to_string()).within(&path))?;
+        Ok(Some(BoundOutfit::of(bound, &path, notes)))
     }
 
     /// Why [`Self::load`] made no mesh.

@@ -188,7 +188,10 @@ impl GraphScene {
     fn load(&self) -> Result<(BakedGraph, Option<Arc<Outfit>>), Failure> {
         let baked = self.graph.load()?;
         let graph = baked.graph();
-        let outfit = self.window.mesh.load(graph.skeleton(), graph.clips())?;
+        let outfit = self
+            .window
+            .mesh
+            .load(&self.graph, graph.skeleton(), graph.clips())?;
         Ok((baked, outfit.map(BoundOutfit::reported)))
     }
 }

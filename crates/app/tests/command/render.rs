@@ -238,3 +238,41 @@ fn the_first_picture_has_its_text() {
     let differ = differ.filter(|(a, b)| a != b).count();
     assert!((30..1500).contains(&differ), "{differ} pixels differ");
 }
+
+#[test]
+fn a_graph_keeps_the_mesh_of_its_character() {
+    let folder = folder();
+    let glb = concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/../import/tests/corpus/cases/mesh_vcol.glb"
+    );
+    let bake = format!("{glb} --threshold 0.5");
+    sabaki(&folder, &format!("bake {bake} --out hero.sabaki")).is(0);
+    // Its vertices are red.
+    let is_red = |pixel: &[u8]| pixel[0] > 90 && pixel[0] / 2 > pixel[1].max(pixel[2]);
+    let reds = |scene: &str| {
+        sabaki(
+            &folder,
+            &format!("render {scene} --size 160x120 --out a.png"),
+        )
+        .is(0);
+        let picture = Png::read(&folder.path().join("a.png"));
+        picture
+            .pixels
+            .chunks_exact(3)
+            .filter(|pixel| is_red(pixel))
+            .count()
+    };
+    for scene in ["body", "crowd --count 3", "dodge"] {
+        assert!(reds(&format!("{scene} hero.sabaki")) > 50, "{scene}");
+    }
+    assert_eq!(reds("body hero.sabaki --mesh body"), 0);
+    // Bakes in steps keep it too.
+    sabaki(&folder, &format!("bake plan {bake} --shards 1 --out plan")).is(0);
+    for _ in 0..2 {
+        sabaki(&folder, "bake shard plan 0").is(0);
+    }
+    sabaki(&folder, "bake join plan --out joined.sabaki").is(0);
+    let read = |name: &str| fs::read(folder.path().join(name)).unwrap();
+    assert!(read("joined.sabaki") == read("hero.sabaki"));
+}

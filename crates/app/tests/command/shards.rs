@@ -141,7 +141,7 @@ fn the_commands_for_slurm_do_all_steps() {
 fn a_plan_leaves_out_what_a_bake_leaves_out() {
     let folder = folder();
     let at = folder.path();
-    sabaki(at, "bake plan --out plan").is_refused(&["--clips"]);
+    sabaki(at, "bake plan --out plan").is_refused(&["name the clips"]);
     fs::write(at.join("broken.bvh"), "HIERARCHY\n").unwrap();
     let args = "bake plan --clips CLIPS broken.bvh --events EVENTS --out plan";
     sabaki(at, args).is_refused(&["broken.bvh"]);

@@ -4,7 +4,7 @@
 //! count down from 0 and unwrap, so a malicious file would panic. Its validation also rejects files
 //! for errors in their meshes, which are not read here.
 
-use std::collections::{BTreeMap, HashMap, HashSet};
+use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 use std::path::{Component, Path, PathBuf};
 use std::rc::Rc;
 
@@ -293,7 +293,7 @@ impl<'a, L: FnMut(&Path) -> Result<Vec<u8>, String>> BufferFiles<'a, L> {
 }
 
 /// Buffer views that animations use. Invalid indices are reported later.
-fn motion_views(root: &Root) -> HashSet<usize> {
+fn motion_views(root: &Root) -> BTreeSet<usize> {
     let samplers = root
         .animations
         .iter()
@@ -303,7 +303,7 @@ fn motion_views(root: &Root) -> HashSet<usize> {
 }
 
 /// Buffer views that skinned meshes, bind matrices and images use. Invalid indices are reported later.
-fn mesh_views(root: &Root) -> HashSet<usize> {
+fn mesh_views(root: &Root) -> BTreeSet<usize> {
     let skinned = root.nodes.iter().filter(|node| node.skin.is_some());
     let meshes: HashSet<usize> = skinned
         .filter_map(|node| Some(node.mesh?.value()))

@@ -68,6 +68,8 @@ pub struct SkinnedMesh {
     pub texture: Option<Texture>,
     /// What was left out or simplified, one line each.
     pub notes: Vec<String>,
+    /// Name of the program that wrote the file, or an empty string.
+    pub generator: String,
 }
 
 impl SkinnedMesh {
@@ -130,6 +132,7 @@ impl SkinnedMesh {
             texture: builder.materials.own.map(Rc::unwrap_or_clone),
             joints: rig.joints,
             notes,
+            generator: container.root.asset.generator.clone().unwrap_or_default(),
         })
     }
 }

@@ -45,39 +45,42 @@ const GB: f32 = (1u64 << 30) as f32;
 #[derive(Clone, Debug, clap::Args)]
 #[command(next_help_heading = "Clips")]
 pub(crate) struct ClipArgs {
-    /// BVH, AMC or glTF files, or folders of them.
+    /// BVH, AMC or glTF files, or folders of them. The mesh of the first glTF file is kept in the graph's file, and drawn.
+    #[arg(value_name = "PATH")]
+    paths: Vec<PathBuf>,
+    /// More of them.
     #[arg(long, num_args = 1.., value_name = "PATH")]
-    pub(crate) clips: Vec<PathBuf>,
+    clips: Vec<PathBuf>,
     /// Events file (JSON) that labels evasions and attacks in the clips.
     #[arg(long, value_name = "FILE")]
     pub(crate) events: Option<PathBuf>,
     /// Adds a mirrored copy of each clip and its events, left and right exchanged by the joints' names.
-    #[arg(long, requires = "clips")]
+    #[arg(long)]
     pub(crate) mirror: bool,
     #[command(flatten)]
     pub(crate) read: ReadArgs,
     /// Leaves out files that cannot be read, and files of other skeletons than the largest group's, and reports them (exit code 3
     /// of `bake`). Default: all such files are listed and nothing is baked.
-    #[arg(long, requires = "clips")]
+    #[arg(long)]
     pub(crate) keep_going: bool,
     /// Puts motions of other skeletons on that of the largest group of files, by the joints' names, and says what this costs.
-    #[arg(long, requires = "clips")]
+    #[arg(long)]
     pub(crate) retarget: bool,
     /// Largest distance of the poses that a transition joins: root mean square over the joints, in
     /// metres.
-    #[arg(long, value_name = "METRES", requires = "clips", default_value_t = GraphSettings::default().threshold, value_parser = number(1e-6..=1e3))]
+    #[arg(long, value_name = "METRES", default_value_t = GraphSettings::default().threshold, value_parser = number(1e-6..=1e3))]
     pub(crate) threshold: f32,
     /// Largest error that compressing the clips may cause at the joints, in millimetres; at the ends it may be three times as large. 0
     /// leaves the clips as they are.
-    #[arg(long, value_name = "MM", requires = "clips", default_value_t = 0.1, value_parser = clip_error)]
+    #[arg(long, value_name = "MM", default_value_t = 0.1, value_parser = clip_error)]
     pub(crate) clip_error: f32,
     /// Memory that building the graph may take, in GB. Clips that would take more are rejected before the work begins.
-    #[arg(long, value_name = "GB", requires = "clips", default_value_t = GraphSettings::MEMORY as f32 / GB, value_parser = number(1e-6..=1e6))]
+    #[arg(long, value_name = "GB", default_value_t = GraphSettings::MEMORY as f32 / GB, value_parser = number(1e-6..=1e6))]
     pub(crate) memory: f32,
     #[command(flatten)]
     pub(crate) figure: FigureArgs,
     /// Uses the paper's maps: slabs of 0.30 m, outlines, no time. A program can bake on any other `MapGrid`.
-    #[arg(long, requires = "clips")]
+    #[arg(long)]
     pub(crate) paper_maps: bool,
 }
 
@@ -98,13 +101,22 @@ fn clip_error(text: &str) -> Result<f32, String> {
 impl ClipArgs {
     /// What can be refused before the clips are read.
     pub(super) fn check(&self) -> Result<(), Failure> {
+        if self.clips().next().is_none() {
+            let what = "name the clips to bake: BVH, AMC or glTF files, or folders of them";
+            return Err(Failure::Usage(what.to_owned()));
+        }
         self.figure.check()
+    }
+
+    /// Files and folders of the clips.
+    pub(super) fn clips(&self) -> impl Iterator<Item = &PathBuf> + Clone {
+        self.paths.iter().chain(&self.clips)
     }
 
     /// The files and folders that are read, without those that a bake wrote.
     pub(super) fn motion_paths(&self) -> Result<MotionPaths, Failure> {
         let (mut read, mut left_out) = (Vec::new(), Vec::new());
-        for path in &self.clips {
+        for path in self.clips() {
             match check_is_motion(path) {
                 Ok(()) => read.push(path.clone()),
                 Err(failure) if self.keep_going => left_out.push(failure),
@@ -137,8 +149,8 @@ impl ClipArgs {
 
     /// All files and folders that are read.
     pub(crate) fn files(&self) -> Vec<&Path> {
-        let clips = self.clips.iter().chain(&self.events);
-        clips
+        self.clips()
+            .chain(&self.events)
             .map(PathBuf::as_path)
             .chain(self.figure.files())
             .collect()

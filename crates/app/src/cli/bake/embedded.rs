@@ -10,6 +10,7 @@ use std::{env, fs, io};
 use etcetera::BaseStrategy;
 use sabaki::archive;
 use sabaki::maps::BakedGraph;
+use sabaki_import::MeshFile;
 
 use super::super::Failure;
 use super::run::{Baked, bake_embedded};
@@ -22,6 +23,26 @@ pub(crate) struct GraphArgs {
 }
 
 impl GraphArgs {
+    /// The mesh that the graph's file keeps.
+    pub(crate) fn mesh(&self) -> Result<Option<MeshFile>, Failure> {
+        let Some(path) = &self.baked else {
+            return Ok(None);
+        };
+        let attachment = archive::read_attachment(path)?;
+        if attachment.is_empty() {
+            return Ok(None);
+        }
+        let file = postcard::from_bytes(&attachment);
+        let wrong =
+            |error: postcard::Error| Failure::Usage(format!("its mesh: {error}")).within(path);
+        file.map(Some).map_err(wrong)
+    }
+
+    /// Whether it is the graph of the embedded motions.
+    pub(crate) fn is_embedded(&self) -> bool {
+        self.baked.is_none()
+    }
+
     /// Reads the graph and prepares it, so that no query that is measured or seen computes what later ones use.
     pub(crate) fn load(&self) -> Result<BakedGraph, Failure> {
         let baked = self.load_unprepared()?;

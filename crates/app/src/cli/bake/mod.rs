@@ -79,11 +79,7 @@ pub(crate) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
 
 /// What can be refused before any work is done.
 fn check(args: &Args, out: &Path) -> Result<(), Failure> {
-    if args.clips.clips.is_empty() {
-        return Err(Failure::Usage(
-            "bake needs --clips: BVH or glTF files, or folders of them".to_owned(),
-        ));
-    }
+    args.clips.check()?;
     output::check_is_no_input("--out", out, &args.clips.files())?;
     output::check_can_be_written("--out", out)
 }
@@ -102,7 +98,7 @@ fn write(baked: &Baked, out: &Path, as_json: bool) -> Result<Done, Failure> {
             let meter = QualityMeter::new(graph);
             [meter.clips(), meter.answers(ANSWERS, 1)]
         });
-        let written = archive::write(out, graph);
+        let written = archive::write_with(out, graph, &baked.mesh);
         let measured = measured.join();
         (
             written,

@@ -1,6 +1,6 @@
 //! Bakes of clips that were read from files, and of the embedded motions.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use sabaki::gpu::GpuError;
@@ -11,7 +11,10 @@ use sabaki::maps::EntryShare;
 use sabaki::maps::{BakeSettings, BakedGraph, Baker, DrawnMaps, MapGrid};
 use sabaki_fixtures::demo;
 use sabaki_fixtures::headless::{Headless, HeadlessDesc};
-use sabaki_import::EventsFile;
+use sabaki_import::gltf::{GltfError, SkinJoint};
+use sabaki_import::{
+    ClipSet, ContentsError, EventsFile, MeshFile, ReadError, is_gltf, motion_files,
+};
 use serde::{Deserialize, Serialize};
 
 use super::super::figure::Figure;
@@ -26,6 +29,8 @@ const MEASURED: usize = 2000;
 /// A graph, with its build report if it was built now.
 pub(crate) struct Baked {
     pub(crate) graph: BakedGraph,
+    /// The file of the character's mesh, serialized by postcard; empty without one.
+    pub(crate) mesh: Vec<u8>,
     pub(crate) made: Option<BuildSummary>,
 }
 
@@ -43,6 +48,8 @@ pub(crate) struct BuildSummary {
 /// Clips, body and props that were read from files, and the settings of their bake.
 pub(crate) struct BakeInput {
     pub(crate) set: sabaki_import::ClipSet,
+    /// As [`Baked::mesh`].
+    pub(crate) mesh: Vec<u8>,
     figure: Figure,
     graph: GraphSettings,
     maps: MapGrid,
@@ -65,6 +72,7 @@ impl BakeInput {
         }
         let figure = args.figure.read(&set)?;
         Ok(Self {
+            mesh: mesh_of(&read, &mut set)?,
             set,
             figure,
             graph: args.graph_settings(),
@@ -99,6 +107,33 @@ impl BakeInput {
     }
 }
 
+/// The first glTF file that has a skinned mesh with joints of the clips' skeleton, serialized by postcard. The figures in files that sabaki
+/// wrote are no characters.
+fn mesh_of(paths: &[PathBuf], set: &mut ClipSet) -> Result<Vec<u8>, Failure> {
+    for path in motion_files(paths)?.iter().filter(|path| is_gltf(path)) {
+        match MeshFile::read(path) {
+            Ok((file, mesh)) => {
+                let is_known = |joint: &&SkinJoint| set.skeleton.find(&joint.name).is_some();
+                let known = mesh.joints.iter().filter(is_known).count();
+                if mesh.generator.starts_with("sabaki ") || known < 2 {
+                    continue;
+                }
+                let notes = mesh
+                    .notes
+                    .iter()
+                    .map(|note| format!("{}: {note}", file.name));
+                set.warnings.extend(notes);
+                return postcard::to_stdvec(&file)
+                    .map_err(|error| Failure::Usage(error.to_string()));
+            }
+            Err(ReadError::Contents { error, .. })
+                if matches!(*error, ContentsError::Gltf(GltfError::NoMesh)) => {}
+            Err(error) => set.warnings.push(format!("its mesh is not kept: {error}")),
+        }
+    }
+    Ok(Vec::new())
+}
+
 /// Bakes the clips of `args`.
 pub(super) fn from_clips(args: &ClipArgs, draw: MapDrawing) -> Result<Baked, Failure> {
     let started = Instant::now();
@@ -107,6 +142,7 @@ pub(super) fn from_clips(args: &ClipArgs, draw: MapDrawing) -> Result<Baked, Fai
         .bake()
         .run(draw)
         .map_err(|failure| within(args, failure))?;
+    baked.mesh.clone_from(&input.mesh);
     if let Some(made) = &mut baked.made {
         made.warnings.splice(..0, input.notes());
         made.figure = input.figure;
@@ -136,14 +172,13 @@ fn within(args: &ClipArgs, failure: Failure) -> Failure {
     {
         return failure.within(path);
     }
-    match (failure, args.clips.as_slice()) {
-        (failure @ Failure::Cancelled, _) | (failure, []) => failure,
-        (failure, [only]) => failure.within(only),
-        (failure, [first, more @ ..]) => failure.within(Path::new(&format!(
-            "{} and {} more",
-            first.display(),
-            more.len()
-        ))),
+    let mut clips = args.clips();
+    match (failure, clips.next(), clips.count()) {
+        (failure @ Failure::Cancelled, ..) | (failure, None, _) => failure,
+        (failure, Some(only), 0) => failure.within(only),
+        (failure, Some(first), more) => {
+            failure.within(Path::new(&format!("{} and {more} more", first.display())))
+        }
     }
 }
 
@@ -229,6 +264,7 @@ pub(crate) fn finish(
     }
     Ok(Baked {
         graph,
+        mesh: Vec::new(),
         made: Some(BuildSummary {
             report,
             feet,

@@ -46,6 +46,8 @@ pub(super) struct Plan {
     pub(super) left_out: Vec<String>,
     /// What is doubtful in the input.
     pub(super) notes: Vec<String>,
+    /// As [`Baked::mesh`].
+    mesh: Vec<u8>,
     /// Checksums of clips and points, so that plans of other input differ.
     inputs: [u32; 2],
 }
@@ -174,6 +176,7 @@ impl SharedBake {
                 .map(|(_, contents)| crc32fast::hash(contents)),
             left_out: input.set.left_out.clone(),
             notes: input.notes(),
+            mesh: input.mesh.clone(),
             graph: bake.graph.clone(),
             settings: bake.settings.clone(),
         };
@@ -358,6 +361,7 @@ impl SharedBake {
             MapDrawing::Cpu,
             &BakeBar::new(),
         )?;
+        baked.mesh.clone_from(&self.plan.mesh);
         if let Some(made) = &mut baked.made {
             made.warnings.splice(..0, self.plan.notes.clone());
             made.left_out.clone_from(&self.plan.left_out);

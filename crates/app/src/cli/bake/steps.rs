@@ -49,11 +49,6 @@ pub(crate) struct JoinArgs {
 }
 
 pub(super) fn plan(args: &PlanArgs, as_json: bool) -> Result<Done, Failure> {
-    if args.clips.clips.is_empty() {
-        return Err(Failure::Usage(
-            "bake plan needs --clips: BVH or glTF files, or folders of them".to_owned(),
-        ));
-    }
     let input = BakeInput::read(&args.clips)?;
     let (bake, pairs) = SharedBake::create(&args.out, &input, args.shards)?;
     let (shards, clips) = (bake.plan.shards, input.set.clips.len());

@@ -30,7 +30,7 @@ pub(super) fn run(args: &Args) -> Result<Written, Failure> {
     let baked = args.graph.load_unprepared()?;
     let graph = baked.graph();
     let (skeleton, clips) = (graph.skeleton(), graph.clips());
-    let Some(bound) = args.out.mesh.load(skeleton, clips)? else {
+    let Some(bound) = args.out.mesh.load(&args.graph, skeleton, clips)? else {
         let why = args.out.mesh.why_none();
         return Err(Failure::Usage(format!(
             "render body draws a mesh, but {why}: say --mesh FILE"

@@ -12,6 +12,7 @@ use serde_json::json;
 
 use super::{FilmArgs, OutArgs, Written, draw_all, is_film, text_height};
 use crate::cli::Failure;
+use crate::cli::bake::GraphArgs;
 use crate::cli::mesh::{BoundOutfit, MeshArgs};
 use crate::cli::numbers::whole;
 use crate::cli::plot::INK;
@@ -33,9 +34,11 @@ pub(crate) struct CrowdArgs {
     /// Number of characters.
     #[arg(long, value_name = "N", default_value_t = 10_000, value_parser = whole::<u32>(1..=200_000))]
     count: u32,
-    /// Motion of the crowd: one of the embedded clips.
-    #[arg(long, value_name = "CLIP", default_value = "front_kick")]
-    motion: String,
+    #[command(flatten)]
+    graph: GraphArgs,
+    /// Motion of the crowd: one of the graph's clips. Default: the first; `front_kick` of the embedded ones.
+    #[arg(long, value_name = "CLIP")]
+    motion: Option<String>,
     /// Draws all characters with all joints.
     #[arg(long)]
     pub(crate) no_levels: bool,
@@ -47,25 +50,36 @@ pub(crate) struct CrowdArgs {
 impl CrowdArgs {
     /// The column, and the mesh of its characters.
     pub(crate) fn formation(&self, mesh: &MeshArgs) -> Result<(Formation, BoundOutfit), Failure> {
-        let motions = demo::motions().map_err(GraphError::from)?;
-        let clip = motions.clips.iter().find(|clip| clip.name() == self.motion);
+        let (skeleton, clips) = match self.graph.is_embedded() {
+            true => {
+                let motions = demo::motions().map_err(GraphError::from)?;
+                (motions.skeleton, motions.clips)
+            }
+            false => {
+                let baked = self.graph.load_unprepared()?;
+                let graph = baked.graph();
+                (graph.skeleton().clone(), graph.clips().to_vec())
+            }
+        };
+        let wanted = match (&self.motion, clips.first()) {
+            (Some(motion), _) => motion.as_str(),
+            (None, Some(first)) if !self.graph.is_embedded() => first.name(),
+            _ => "front_kick",
+        };
+        let clip = clips.iter().find(|clip| clip.name() == wanted);
         let clip = clip.ok_or_else(|| {
-            let names: Vec<_> = motions.clips.iter().map(|clip| clip.name()).collect();
-            usage(format!(
-                "no motion {:?} among {}",
-                self.motion,
-                names.join(", ")
-            ))
+            let names: Vec<_> = clips.iter().map(|clip| clip.name()).collect();
+            usage(format!("no motion {wanted:?} among {}", names.join(", ")))
         })?;
         let settings = FormationSettings {
             count: self.count,
             ..FormationSettings::default()
         };
-        let outfit = mesh.load(&motions.skeleton, &motions.clips)?;
+        let outfit = mesh.load(&self.graph, &skeleton, &clips)?;
         let outfit =
             outfit.ok_or_else(|| usage("a crowd is drawn with a mesh, not with capsules"))?;
-        let formation = Formation::new(&motions.skeleton, clip, &outfit.outfit.skins[0], &settings)
-            .map_err(usage)?;
+        let formation =
+            Formation::new(&skeleton, clip, &outfit.outfit.skins[0], &settings).map_err(usage)?;
         Ok((formation, outfit))
     }
 }

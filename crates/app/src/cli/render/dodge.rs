@@ -96,7 +96,10 @@ pub(super) fn run(args: &Args) -> Result<Written, Failure> {
         ..DodgeSettings::default()
     };
     let graph = baked.graph();
-    let outfit = args.out.mesh.load(graph.skeleton(), graph.clips())?;
+    let outfit = args
+        .out
+        .mesh
+        .load(&args.throw.graph, graph.skeleton(), graph.clips())?;
     let skin = outfit.as_ref().map(|bound| bound.outfit.skins[0].clone());
     let dodge =
         Dodge::new(&baked, throw.playhead, &throw.attack, &answer, &settings).with_skin(skin);

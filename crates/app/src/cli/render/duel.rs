@@ -39,7 +39,10 @@ pub(super) fn run(args: &Args) -> Result<Written, Failure> {
     let (_, fought) = duel::fight(&baked, &args.fight)?;
     let exchanges = &fought.exchanges;
     let graph = baked.graph();
-    let outfit = args.out.mesh.load(graph.skeleton(), graph.clips())?;
+    let outfit = args
+        .out
+        .mesh
+        .load(&args.fight.graph, graph.skeleton(), graph.clips())?;
     let playback = DuelPlayback::new(
         &baked,
         &fought.fighters,
