@@ -9,8 +9,8 @@ use std::sync::Arc;
 use super::state::CharacterState;
 use crate::anim::{ClipId, JointId};
 use crate::crowd::{
-    AnimationSet, Character, Crowd, CrowdError, CrowdSettings, ExternalGroups, Layout, LevelId,
-    MemberId, Placement, PoseSlice,
+    AnimationSet, Character, Crowd, CrowdError, CrowdSettings, Layout, LevelId, MemberId,
+    Placement, PoseSlice,
 };
 use crate::graph::{EdgeMotion, JointReach, MotionGraph, Playhead};
 use crate::lod::{Levels, Switching};
@@ -209,8 +209,7 @@ impl CrowdPoses {
             Layout::Blocks => (self.crowd_len, single as usize),
         };
         let output = self.settings.crowd.output;
-        self.animations
-            .external_slice(ExternalGroups { output, offset }, index)
+        self.animations.external_slice(output, offset, index)
     }
 }
 

@@ -12,7 +12,7 @@ use super::slot::{Blend, Slot};
 use super::state::CharacterState;
 use super::world::Worker;
 use crate::anim::forward_kinematics;
-use crate::crowd::{CrowdError, ExternalGroups, ExternalTarget, Layout, MemberId, PoseSlice};
+use crate::crowd::{CrowdError, Layout, MemberId, PoseSlice};
 use crate::graph::{BESIDE, MotionGraph};
 use crate::lod::Levels;
 use crate::math::F32x16;
@@ -202,13 +202,9 @@ impl<'a> ByGraph<'a> {
             let joints = &worker.joints;
             let kept = kept.map(|id| joints[id.index()]);
             worker.external.joints.extend(kept);
-            let groups = ExternalGroups { output, offset: 0 };
-            let target = ExternalTarget {
-                slice: animations.external_slice(groups, lane),
-                out: lines,
-                detail: self.poses.members[index as usize].detail,
-            };
-            animations.write_external(&mut worker.external, target);
+            let slice = animations.external_slice(output, 0, lane);
+            let detail = self.poses.members[index as usize].detail;
+            animations.write_external(&mut worker.external, detail, slice, lines);
         }
     }
 

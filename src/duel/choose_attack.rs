@@ -11,7 +11,6 @@ use super::settings::LeadTime;
 use crate::anim::{JointTransform, Pose, forward_kinematics};
 use crate::graph::{EdgeId, Motion, MotionStep, Playhead};
 use crate::maps::AttackOption;
-use crate::math::sort_rarely;
 use crate::query::Attack;
 
 /// Number of recent attacks that are avoided if there are others.
@@ -32,7 +31,7 @@ impl Duel<'_> {
             let used = recent.filter(|&&used| used == strike).count() as f32;
             ranked.push((self.rng.share() + 2.0 * used, option));
         }
-        sort_rarely(&mut ranked, |a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        ranked.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
         let mut options = ranked.into_iter();
         options.find_map(|(_, option)| self.challenge_by(option, &them))
     }
@@ -55,7 +54,7 @@ impl Duel<'_> {
         for target in self.targets(them.playhead(graph, seconds + wait + USUAL)) {
             attacks.extend_from_slice(self.grid.at(node, frame.inverse().point(target)));
         }
-        sort_rarely(&mut attacks, Ord::cmp);
+        attacks.sort();
         attacks.dedup_by_key(|option| option.path);
         attacks
     }

@@ -2,8 +2,7 @@
 
 pub use crate::anim::ClipId;
 use crate::anim::{Chain, Clip, EventKind, Facing, JointId, Leg, Rig, Skeleton};
-use crate::math::parallel::fill;
-use crate::math::{Rigid2, sort_rarely, sorted_indices};
+use crate::math::{Rigid2, in_parallel, sorted_indices};
 use serde::{Deserialize, Serialize};
 use std::sync::OnceLock;
 
@@ -331,11 +330,9 @@ impl MotionGraph {
     /// [`MotionGraph::placement`] of each node.
     pub(crate) fn placements(&self) -> Vec<Rigid2> {
         let facing = Facing::of(&self.skeleton);
-        let mut placements = vec![Rigid2::IDENTITY; self.nodes.len()];
-        fill(&mut placements, |node| {
+        in_parallel(0, self.nodes.len(), |node| {
             self.placement_facing(facing, self.nodes[node])
-        });
-        placements
+        })
     }
 
     /// Edges that play a clip outside all events. Edges that play a part of an event, which exist where events overlap, do not belong to them.
@@ -346,7 +343,7 @@ impl MotionGraph {
             cover[event.clip.index()].push((event.first, event.last));
         }
         for ends in &mut cover {
-            sort_rarely(ends, Ord::cmp);
+            ends.sort();
             let mut latest = 0;
             for (_, last) in ends {
                 latest = latest.max(*last);
@@ -373,7 +370,7 @@ impl MotionGraph {
                 played.push((from.clip, from.frame, from.frame + edge.frames));
             }
         }
-        sort_rarely(&mut played, Ord::cmp);
+        played.sort();
         let (mut frames, mut end) = (0, (ClipId(0), 0));
         for (clip, first, last) in played {
             let first = if clip == end.0 {

@@ -62,3 +62,16 @@ pub enum Source {
     #[default]
     Whole,
 }
+
+impl Source {
+    /// Where the candidates come from, in a few words.
+    #[must_use]
+    pub fn describe(self) -> &'static str {
+        match self {
+            Self::Grid => "the node's grid",
+            Self::EmptyCells => "whole graph: the grid has no candidate",
+            Self::NothingClean => "whole graph: no candidate of the grid is clean",
+            Self::Whole => "whole graph",
+        }
+    }
+}

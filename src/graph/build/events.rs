@@ -5,7 +5,7 @@ use crate::graph::ClipId;
 use crate::graph::error::GraphError;
 use crate::graph::motion_graph::{GraphEvent, twice};
 use crate::graph::settings::ClipSource;
-use crate::math::{sort_rarely, sorted_indices};
+use crate::math::sorted_indices;
 
 /// Events in frames of `clips`, which have the frame rate `frame_rate`. An event shorter than a
 /// frame has no motion, so it gets no edge and is reported as dropped.
@@ -83,6 +83,6 @@ pub(crate) fn merged(events: &[GraphEvent]) -> Vec<GraphEvent> {
             _ => groups.push((index, event.clone())),
         }
     }
-    sort_rarely(&mut groups, |a, b| a.0.cmp(&b.0));
+    groups.sort_by(|a, b| a.0.cmp(&b.0));
     groups.into_iter().map(|(_, group)| group).collect()
 }

@@ -5,7 +5,7 @@ use crate::graph::ClipId;
 use crate::graph::motion_graph::{Edge, EdgeId, EdgeMotion, LegBlend, MotionGraph, Node, NodeId};
 use crate::graph::play::sample::{Sides, foot, root_drop_share};
 use crate::graph::search::transition::Transition;
-use crate::math::{Rigid2, in_parallel, sort_rarely};
+use crate::math::{Rigid2, in_parallel};
 use glam::Vec3;
 use rustc_hash::FxHashMap;
 
@@ -204,7 +204,7 @@ impl Planner<'_> {
                 let away = foot.translation - root;
                 (1e6 * away.x.hypot(away.z)) as i64
             };
-            sort_rarely(&mut steps, |&a, &b| away(b).cmp(&away(a)));
+            steps.sort_by(|&a, &b| away(b).cmp(&away(a)));
         }
         steps
     }

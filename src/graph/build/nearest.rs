@@ -20,7 +20,7 @@ use crate::graph::search::near::{NearSearch, WindowCell};
 use crate::graph::search::projection::Projection;
 use crate::graph::search::windows::Windows;
 use crate::graph::watch::{BakeStage, Stopped};
-use crate::math::{Isa, in_parallel, sort_rarely};
+use crate::math::{Isa, in_parallel};
 use rustc_hash::FxHashMap;
 use std::sync::OnceLock;
 
@@ -114,7 +114,7 @@ impl<'a> Candidates<'a> {
             |(margin, index): (&Option<EventMargin>, usize)| Some((margin.as_ref()?.window, index));
         let mut by_length: Vec<(usize, usize)> =
             margins.iter().zip(0..).filter_map(of_length).collect();
-        sort_rarely(&mut by_length, Ord::cmp);
+        by_length.sort();
         for own in by_length.chunk_by(|a, b| a.0 == b.0) {
             let windows = &this.windows[&own[0].0];
             in_parallel(threads, clips, |clip| {

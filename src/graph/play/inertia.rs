@@ -8,7 +8,7 @@
 //! and no toe is lower than in the lower one of both motions. No knee is bent the wrong way further than in one of both motions: offsets of
 //! fast legs would do that.
 
-use crate::anim::{Chain, JointTransform, Knee, KneeLimit, Leg, LegGoal, Pose, Skeleton};
+use crate::anim::{Chain, JointTransform, Knee, KneeLimit, Leg, Pose, Skeleton};
 use crate::graph::motion_graph::{EdgeId, MotionGraph};
 use crate::graph::play::playhead::Playhead;
 use crate::math::Rigid2;
@@ -373,7 +373,7 @@ impl LegTarget {
             translation: translation - rotation * toe_in_ankle(skeleton, pose, leg),
         };
         let knee = Knee::Forward(self.knee.hinge);
-        leg.reach_goal(skeleton, pose, LegGoal { foot, knee });
+        leg.reach_by_knee(skeleton, pose, foot, knee);
     }
 }
 

@@ -4,7 +4,7 @@ use crate::graph::error::GraphError;
 use crate::graph::search::bands::{MapBand, Minimum, SearchSettings};
 use crate::graph::search::transition::Transition;
 use crate::graph::settings::GraphSettings;
-use crate::math::{sort_rarely, sorted_indices};
+use crate::math::sorted_indices;
 use std::collections::HashMap;
 
 /// Minima of a map. If there are very many, those close to a better one are removed early: in nearly still motion, every window is a
@@ -53,7 +53,7 @@ impl CloseMinima {
 
 /// Sorts the minima, best first, and removes those that are close to a better one.
 fn thin_out(mut found: Vec<Minimum>, separation: usize) -> Vec<Minimum> {
-    sort_rarely(&mut found, |x, y| {
+    found.sort_by(|x, y| {
         x.distance
             .total_cmp(&y.distance)
             .then((x.a, x.b).cmp(&(y.a, y.b)))

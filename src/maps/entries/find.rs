@@ -9,7 +9,6 @@ use crate::maps::entries::report::PlayedFrames;
 use crate::maps::entries::table::{EntryTable, EntryTarget, KnownEntry, MomentLists};
 use crate::maps::entries::targets::{ClipFrame, ClipPlaces, natural, targets};
 use crate::maps::regions::Evasion;
-use crate::math::sort_rarely;
 use serde::{Deserialize, Serialize};
 
 /// Interval of the moments at which entries start, in frames.
@@ -279,9 +278,7 @@ impl Finder<'_> {
         let near = near.filter_map(|(target, &near)| near.then_some(target));
         let mut nearest: Vec<Aligned> =
             near.filter_map(|target| self.align(from, target)).collect();
-        sort_rarely(&mut nearest, |a, b| {
-            a.cost.total_cmp(&b.cost).then(a.target.cmp(&b.target))
-        });
+        nearest.sort_by(|a, b| a.cost.total_cmp(&b.cost).then(a.target.cmp(&b.target)));
         for (rank, aligned) in nearest.into_iter().enumerate() {
             if found.len() == MOST || rank >= EXAMINED && (!found.is_empty() || rank >= LAST) {
                 break;

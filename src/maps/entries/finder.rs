@@ -8,7 +8,7 @@ use crate::maps::entries::limits::{DEPARTURES, MotionLimits, head};
 use crate::maps::entries::stance::{NearStances, Stance};
 use crate::maps::entries::table::{BLENDS, EXIT_BLENDS, EntryWay, KnownEntry, RATES};
 use crate::maps::entries::targets::{ClipFrame, ClipPlaces};
-use crate::math::{Rigid2, in_parallel, sort_rarely};
+use crate::math::{Rigid2, in_parallel};
 use glam::Vec3;
 
 pub(crate) struct Scratch<'a> {
@@ -174,7 +174,7 @@ impl<'a> Finder<'a> {
             }
             found.extend(self.plausible(from, aligned, scratch));
         }
-        sort_rarely(&mut found, |a, b| a.target.cmp(&b.target));
+        found.sort_by(|a, b| a.target.cmp(&b.target));
         found
     }
 

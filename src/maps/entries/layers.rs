@@ -9,7 +9,6 @@ use crate::maps::entries::limits::{MotionLimits, goes_on, head, turns};
 use crate::maps::entries::table::{BLENDS, EntryTarget, EntryWay, KnownEntry, RATES};
 use crate::maps::entries::targets::ClipFrame;
 use crate::maps::regions::Evasion;
-use crate::math::sort_rarely;
 use glam::{Quat, Vec3};
 
 /// Minimum distance by which an evasion must move the head relative to the pelvis to be layered, in metres.
@@ -129,7 +128,7 @@ impl Finder<'_> {
             let way = source.tested(target, base, test);
             found.extend(way.map(|way| KnownEntry::new(target as u16, way)));
         }
-        sort_rarely(&mut found, |a, b| a.target.cmp(&b.target));
+        found.sort_by(|a, b| a.target.cmp(&b.target));
         found
     }
 }

@@ -3,7 +3,6 @@
 use crate::graph::{ClipId, MotionGraph};
 use crate::maps::entries::table::EntryTable;
 use crate::maps::entries::targets::ClipPlaces;
-use crate::math::sort_rarely;
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
@@ -105,7 +104,7 @@ pub struct Stretches {
 impl Stretches {
     /// Computes the statistics from the length of each frame's stretch, in frames.
     pub(crate) fn new(mut lengths: Vec<u32>, rate: f64) -> Self {
-        sort_rarely(&mut lengths, Ord::cmp);
+        lengths.sort();
         let seconds = |at: usize| (f64::from(lengths.get(at).copied().unwrap_or(0)) / rate) as f32;
         Self {
             median: seconds(lengths.len() / 2),

@@ -3,7 +3,7 @@
 use crate::graph::{ClipId, EdgeId, EdgeMotion, MotionGraph, Node, Playhead};
 use crate::maps::entries::table::{EntryTarget, ExitTarget};
 use crate::maps::regions::Evasion;
-use crate::math::{Rigid2, sort_rarely};
+use crate::math::Rigid2;
 
 /// A frame of a clip, and the edge that plays it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -69,9 +69,7 @@ impl ClipPlaces {
                 edges[from.clip.index()].push((from.frame, from.frame + edge.frames, id));
             }
         }
-        edges
-            .iter_mut()
-            .for_each(|list| sort_rarely(list, Ord::cmp));
+        edges.iter_mut().for_each(|list| list.sort());
         Self { edges }
     }
 

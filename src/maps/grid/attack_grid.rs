@@ -17,7 +17,7 @@ use super::paths::{PathId, PathReport, PathSettings, PathTable};
 use super::retime::Retimable;
 use crate::graph::{EdgeId, MotionGraph, NodeId};
 use crate::maps::regions::{MovingSphere, SphereKey};
-use crate::math::{Rigid2, Sphere, floor, in_parallel, sort_rarely};
+use crate::math::{Rigid2, Sphere, floor, in_parallel};
 
 /// Settings of an [`AttackGrid`].
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -190,16 +190,14 @@ impl AttackGrid {
                 });
             }
         }
-        sort_rarely(&mut candidates, |a, b| {
+        candidates.sort_by(|a, b| {
             (a.cell, a.attack)
                 .cmp(&(b.cell, b.attack))
                 .then(a.cost.total_cmp(&b.cost))
                 .then(a.option.cmp(&b.option))
         });
         candidates.dedup_by_key(|candidate| (candidate.cell, candidate.attack));
-        sort_rarely(&mut candidates, |a, b| {
-            a.cell.cmp(&b.cell).then(a.cost.total_cmp(&b.cost))
-        });
+        candidates.sort_by(|a, b| a.cell.cmp(&b.cell).then(a.cost.total_cmp(&b.cost)));
         let mut kept = 0;
         let mut last = None;
         candidates.retain(|candidate| {

@@ -17,7 +17,6 @@ use serde::{Deserialize, Serialize};
 
 use super::retime::Retimable;
 use crate::graph::{EdgeId, MotionGraph, NodeId};
-use crate::math::parallel::fill;
 use crate::math::{Rigid2, floor, in_parallel};
 
 /// Settings of the path search.
@@ -207,14 +206,7 @@ impl PathTable {
         retimable: &[Retimable],
         placements: &[Rigid2],
     ) -> Self {
-        let none = Step {
-            to: NodeId(0),
-            frames: 0,
-            retimable: Retimable::default(),
-            placement: Rigid2::IDENTITY,
-        };
-        let mut steps = vec![none; graph.edges().len()];
-        fill(&mut steps, |edge| {
+        let steps = in_parallel(0, graph.edges().len(), |edge| {
             let id = EdgeId(edge as u32);
             let edge = graph.edge(id);
             Step {

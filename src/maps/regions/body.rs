@@ -4,7 +4,7 @@ use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
 use crate::anim::{Clip, JointId, JointKind, JointTransform, Pose, Skeleton};
-use crate::math::{Sphere, in_parallel, sort_rarely};
+use crate::math::{Sphere, in_parallel};
 
 /// A sphere that is fixed to a joint.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -162,7 +162,7 @@ impl Body {
             radius,
         }));
         // Spheres are sorted by joint, so that all spheres of a joint are transformed together.
-        sort_rarely(&mut spheres, |a, b| a.joint.cmp(&b.joint));
+        spheres.sort_by(|a, b| a.joint.cmp(&b.joint));
         if spheres.is_empty() {
             spheres.push(BodySphere {
                 joint: JointId::ROOT,

@@ -190,7 +190,7 @@ impl<L: Fn(JointId) -> (Quat, Vec3)> Chain<'_, L> {
     }
 }
 
-/// The direction in which [`Leg::reach_goal`] bends a knee.
+/// The direction in which [`Leg::reach_by_knee`] bends a knee.
 #[derive(Clone, Copy, Debug)]
 pub enum Knee {
     /// The knee bends in its present plane. A straight leg bends towards where the foot points.
@@ -334,42 +334,25 @@ pub(super) fn turned(local: Quat, global: Quat, turn: Quat) -> Quat {
     (parent.conjugate() * turn * parent * local).normalize()
 }
 
-/// Result of [`Leg::reach`].
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Reach {
-    /// Distance between the ankle and its target, in metres. It is 0 within reach, except for
-    /// rounding errors.
-    pub missed: f32,
-}
-
-/// Target of a leg.
-#[derive(Clone, Copy, Debug)]
-pub struct LegGoal {
-    /// The foot's frame, in the space of the motion.
-    pub foot: JointTransform,
-    /// The way in which the knee bends.
-    pub knee: Knee,
-}
-
 /// Share of the remaining extension up to which the leg follows its target exactly.
 const EXACT_SHARE: f32 = 0.7;
 
 impl Leg {
     /// Bends this leg of `pose` so that the foot's frame becomes `foot`, in the space of the motion. The
     /// knee stays in its plane, the bones keep their lengths, and all other joints keep their
-    /// rotations.
-    pub fn reach(&self, skeleton: &Skeleton, pose: &mut Pose, foot: JointTransform) -> Reach {
-        let knee = Knee::InPlane;
-        self.reach_goal(skeleton, pose, LegGoal { foot, knee })
+    /// rotations. Returns the distance between the ankle and its target, in metres: 0 within reach, except for rounding errors.
+    pub fn reach(&self, skeleton: &Skeleton, pose: &mut Pose, foot: JointTransform) -> f32 {
+        self.reach_by_knee(skeleton, pose, foot, Knee::InPlane)
     }
 
     /// [`Leg::reach`] with a direction for the knee.
-    pub fn reach_goal(
+    pub fn reach_by_knee(
         &self,
         skeleton: &Skeleton,
         pose: &mut Pose,
-        LegGoal { foot, knee }: LegGoal,
-    ) -> Reach {
+        foot: JointTransform,
+        knee: Knee,
+    ) -> f32 {
         let (hip, knee_in_hip, foot_in_knee, toe) = {
             let chain = Chain::of(skeleton, pose);
             let toe = |toe| chain.within(toe, self.foot).translation;
@@ -424,9 +407,7 @@ impl Leg {
         pose.rotations[self.hip.index()] = hip_rotation;
         pose.rotations[self.knee.index()] = knee_local;
         pose.rotations[self.foot.index()] = foot_local;
-        Reach {
-            missed: (distance - wanted.length()).abs(),
-        }
+        (distance - wanted.length()).abs()
     }
 }
 
@@ -501,14 +482,12 @@ mod tests {
                 let mut pose = straight();
                 (pose.rotations[3], pose.rotations[4]) = (Quat::from_rotation_x(knee), foot);
                 let (hip, ankle) = (joints(&pose)[1].translation, joints(&pose)[4]);
-                let goal = LegGoal {
-                    foot: JointTransform {
-                        translation: hip - Vec3::Y * 0.62,
-                        ..ankle
-                    },
-                    knee: Knee::Forward(hinge),
+                let foot = JointTransform {
+                    translation: hip - Vec3::Y * 0.62,
+                    ..ankle
                 };
-                assert!(leg.reach_goal(&skeleton, &mut pose, goal).missed < 1e-5);
+                let missed = leg.reach_by_knee(&skeleton, &mut pose, foot, Knee::Forward(hinge));
+                assert!(missed < 1e-5);
                 let knee = joints(&pose)[3].translation - hip;
                 assert!(knee.z > 0.2, "{knee} at {step}");
                 let jump = before.map_or(0.0, |before| before.distance(knee));
@@ -602,7 +581,7 @@ mod ik_tests {
             let hip = before[1].translation;
             let wanted = JointTransform { rotation: foot, translation: hip + Vec3::from(away) };
             let mut bent = pose.clone();
-            let missed = leg.reach(&skeleton, &mut bent, wanted).missed;
+            let missed = leg.reach(&skeleton, &mut bent, wanted);
             let after = joints(&bent);
             let [knee, ankle] = [3, 4].map(|joint| after[joint].translation);
             prop_assert!((hip.distance(knee) - BONES[0]).abs() < 1e-5);
@@ -629,7 +608,7 @@ mod ik_tests {
             let (skeleton, before) = (skeleton(), joints(&pose));
             let mut same = pose.clone();
             let leg = Leg::all(&skeleton)[0];
-            prop_assert!(leg.reach(&skeleton, &mut same, before[4]).missed < 1e-5);
+            prop_assert!(leg.reach(&skeleton, &mut same, before[4]) < 1e-5);
             // If the leg is nearly straight, the knee's position hardly determines its angle.
             for (a, b) in joints(&same).iter().zip(&before) {
                 prop_assert!(a.translation.distance(b.translation) < 1e-3);

@@ -42,7 +42,7 @@ mod skeleton;
 mod warp;
 
 pub use clip::{Clip, ClipDesc, ClipError, ClipId, Event, EventKind};
-pub use leg::{Chain, Knee, KneeLimit, Leg, LegGoal, free_distance};
+pub use leg::{Chain, Knee, KneeLimit, Leg, free_distance};
 pub use limbs::{Facing, Limbs};
 pub use moment::Moment;
 pub use packed::CompressionSettings;

@@ -136,7 +136,7 @@ impl Bend {
         for (limb, foot) in feet.into_iter().enumerate() {
             if let (Some(leg), Some(foot)) = (rig.limbs()[limb], foot) {
                 let foot = moved(foot, self.ends[limb] * weight);
-                missed = missed.max(leg.reach(skeleton, pose, foot).missed);
+                missed = missed.max(leg.reach(skeleton, pose, foot));
             }
         }
         for limb in Rig::LEGS..Rig::LIMBS {

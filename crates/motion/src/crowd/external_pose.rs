@@ -3,7 +3,7 @@
 use glam::Affine3A;
 
 use super::keys::animation_set::AnimationSet;
-use super::output::{Output, PoseSlice, SlicePlace};
+use super::output::{Output, PoseSlice};
 use crate::anim::JointTransform;
 use crate::lod::{LevelId, affine};
 use crate::math::F32x16;
@@ -16,46 +16,29 @@ pub struct ExternalPose {
     matrices: Vec<Affine3A>,
 }
 
-/// Characters that are posed elsewhere, in groups of sixteen that take [`Output::group_len`] each.
-#[derive(Clone, Copy, Debug)]
-pub struct ExternalGroups {
-    /// Layout of the crowd's output.
-    pub output: Output,
-    /// Start of the first group in the output, in `F32x16`s.
-    pub offset: usize,
-}
-
-/// Destination of a pose, and the level that it is made to look like.
-pub struct ExternalTarget<'a> {
-    /// Place of the pose in the output.
-    pub slice: PoseSlice,
-    /// The whole output.
-    pub out: &'a mut [F32x16],
-    /// Level plus blend of the appearance.
-    pub detail: f32,
-}
-
 impl AnimationSet {
-    /// The slice of the character at `index`.
+    /// The slice of the character at `index` of those that are posed elsewhere, in groups of sixteen that take [`Output::group_len`] each. The
+    /// first group starts at `offset` in the output, in `F32x16`s.
     #[must_use]
-    pub fn external_slice(&self, groups: ExternalGroups, index: usize) -> PoseSlice {
+    pub fn external_slice(&self, output: Output, offset: usize, index: usize) -> PoseSlice {
         let joints = self.joints(LevelId(0));
-        let at = SlicePlace {
-            level: LevelId(0),
-            joints,
-            offset: groups.offset + index / F32x16::LANES * groups.output.group_len(joints),
-            lane: index % F32x16::LANES,
-        };
-        PoseSlice::new(groups.output, at)
+        let group = index / F32x16::LANES;
+        let offset = offset + group * output.group_len(joints);
+        PoseSlice::new(output, LevelId(0), joints, offset, index % F32x16::LANES)
     }
 
-    /// Makes a pose look like a level, blended towards the next by the fraction of the detail, as
-    /// [`Crowd::pose`](super::Crowd::pose) would, and writes it.
+    /// Makes a pose look like a level, blended towards the next by the fraction of `detail`, as [`Crowd::pose`](super::Crowd::pose) would, and
+    /// writes it to a slice of the whole output.
     ///
     /// # Panics
     /// If there are fewer joints than the finest level has, or the slice is not within the output.
-    pub fn write_external(&self, external: &mut ExternalPose, target: ExternalTarget<'_>) {
-        let ExternalTarget { slice, out, detail } = target;
+    pub fn write_external(
+        &self,
+        external: &mut ExternalPose,
+        detail: f32,
+        slice: PoseSlice,
+        out: &mut [F32x16],
+    ) {
         let ExternalPose { joints, matrices } = external;
         matrices.clear();
         matrices.extend(joints.iter().map(affine));

@@ -176,18 +176,7 @@ impl Crowd {
             Some(&slot) => self.schedule.is_visible(Slot::from_number(slot)),
         }
     }
-}
 
-/// The memory that one chunk of the groups writes.
-struct Part<'a>(Mutex<RunMemory<'a>>);
-
-impl<'a> Part<'a> {
-    fn none() -> Self {
-        Self(Mutex::new(RunMemory::Lines(&mut [])))
-    }
-}
-
-impl Crowd {
     /// Poses the characters into the beginning of `out`: all but inactive ones and those that the last [`Crowd::frame`] found
     /// outside its frustum, which stay out until a frame sees them again. It sorts all characters where that is due and `out`
     /// has room for any order of them. Allocates nothing once it has been called a few times for a crowd that has not grown.
@@ -212,7 +201,7 @@ impl Crowd {
 
     /// Poses the chunks on all threads; returns the number of groups that are no longer near each other in time.
     fn pose_parts(&mut self, out: &mut [F32x16]) -> usize {
-        let mut parts = [(); MOST_CHUNKS].map(|()| Part::none());
+        let mut parts = [(); MOST_CHUNKS].map(|()| Mutex::new(RunMemory::Lines(&mut [])));
         let schedule = &self.schedule;
         let mut rest = match self.settings.output.layout {
             Layout::Instances => RunMemory::Rows(RowSet::new(out, self.row_len(), &schedule.rows)),
@@ -221,7 +210,7 @@ impl Crowd {
         for (part, pieces) in parts.iter_mut().zip(schedule.parts()) {
             let lines = pieces.iter().map(|piece| piece.lines.len()).sum();
             let groups = pieces.iter().map(|piece| piece.groups.len()).sum();
-            *part = Part(Mutex::new(rest.split_off_front(lines, groups)));
+            *part = Mutex::new(rest.split_off_front(lines, groups));
         }
         let (animations, output, now) = (&*self.animations, self.settings.output, self.now());
         let isa = self.settings.isa;
@@ -234,7 +223,7 @@ impl Crowd {
                 if chunk >= chunks {
                     return;
                 }
-                let mut out = lock(&parts[chunk].0);
+                let mut out = lock(&parts[chunk]);
                 for piece in schedule.part(chunk) {
                     let own = out.split_off_front(piece.lines.len(), piece.groups.len());
                     let run = run_of_piece(animations, schedule, piece, output, now);

@@ -8,7 +8,7 @@ use super::frame_input::FrameReport;
 use super::kernel::batches::Scratch;
 use super::keys::animation_set::AnimationSet;
 use super::levels::FrameScratch;
-use super::output::{Layout, Output, PoseSlice, SlicePlace};
+use super::output::{Layout, Output, PoseSlice};
 use super::sort::group::{MOST_LATE, NOWHERE, PARKED, Slot};
 use super::sort::schedule::{Schedule, Sorting, StaleCost};
 use crate::lod::LevelId;
@@ -439,24 +439,14 @@ impl Crowd {
             return Err(CrowdError::NotVisible { id: id.0 });
         }
         let Slot { group, lane } = Slot::from_number(slot);
-        Ok(PoseSlice::new(
-            self.settings.output,
-            self.slice_place(group, lane),
-        ))
-    }
-
-    fn slice_place(&self, group: usize, lane: usize) -> SlicePlace {
         let cold = &self.schedule.cold[group];
         let (offset, lane) = match self.settings.output.layout {
             Layout::Instances => (self.row_len() * cold.ids[lane] as usize, 0),
             Layout::Blocks => (cold.offset, lane),
         };
-        SlicePlace {
-            level: cold.kind.level,
-            joints: self.animations.joints(cold.kind.level),
-            offset,
-            lane,
-        }
+        let (output, level) = (self.settings.output, cold.kind.level);
+        let joints = self.animations.joints(level);
+        Ok(PoseSlice::new(output, level, joints, offset, lane))
     }
 }
 

@@ -62,7 +62,7 @@ pub use crate::anim::ClipId;
 pub use crate::lod::LevelId;
 pub use character::{Character, ClipMix, MemberId, Placement};
 pub use error::CrowdError;
-pub use external_pose::{ExternalGroups, ExternalPose, ExternalTarget};
+pub use external_pose::ExternalPose;
 pub use frame_input::{Frame, FrameReport, Frustum};
 pub use instances::{Crowd, CrowdSettings};
 pub use keys::animation_set::AnimationSet;

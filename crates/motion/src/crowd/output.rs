@@ -83,14 +83,15 @@ pub struct PoseSlice {
 }
 
 impl PoseSlice {
-    /// The slice at `at` in an output of the form and layout of `output`.
-    pub(super) fn new(output: Output, at: SlicePlace) -> Self {
-        let SlicePlace {
-            level,
-            joints,
-            offset,
-            lane,
-        } = at;
+    /// A slice in an output of the form and layout of `output`. `offset` is the start of the group or of the row, in [`F32x16`]s; `lane` is the
+    /// lane in the group, or 0 if `offset` is the start of a row.
+    pub(super) fn new(
+        output: Output,
+        level: LevelId,
+        joints: usize,
+        offset: usize,
+        lane: usize,
+    ) -> Self {
         let first = F32x16::LANES * offset;
         let (start, joint_stride, number_stride) = match output.layout {
             Layout::Blocks => (first + lane, F32x16::LANES * Output::NUMBERS, F32x16::LANES),
@@ -165,15 +166,4 @@ impl PoseSlice {
             bytemuck::cast_slice_mut::<F32x16, f32>(out)[position] = value;
         }
     }
-}
-
-/// Position of a pose in the groups or rows of the output.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct SlicePlace {
-    pub(super) level: LevelId,
-    pub(super) joints: usize,
-    /// Start of the group or of the row, in [`F32x16`]s.
-    pub(super) offset: usize,
-    /// Lane in the group; 0 if `offset` is the start of a row.
-    pub(super) lane: usize,
 }

@@ -197,20 +197,11 @@ pub(super) struct Samples {
     points: Vec<Vec<DVec3>>,
 }
 
-/// Extent of the samples.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct SampleSettings {
-    /// Maximum number of frames.
-    pub(super) frames: usize,
-    /// Distance from the bones to the surface of the body, in metres.
-    pub(super) skin: f32,
-}
-
 impl Samples {
-    /// Samples the clips.
-    pub(super) fn new(skeleton: &Skeleton, clips: &[Clip], settings: SampleSettings) -> Self {
+    /// Samples at most `frames` frames of the clips. `skin` is the distance from the bones to the surface of the body, in metres.
+    pub(super) fn new(skeleton: &Skeleton, clips: &[Clip], frames: usize, skin: f32) -> Self {
         let total: usize = clips.iter().map(Clip::frames).sum();
-        let count = total.min(settings.frames.max(1));
+        let count = total.min(frames.max(1));
         let (mut places, mut frame_places) = (Vec::new(), Vec::new());
         let (mut clip, mut first) = (0, 0);
         for sample in 0..count {
@@ -230,7 +221,7 @@ impl Samples {
         };
         samples.points = skeleton
             .ids()
-            .map(|id| samples.points_of(skeleton, id, f64::from(settings.skin)))
+            .map(|id| samples.points_of(skeleton, id, f64::from(skin)))
             .collect();
         samples
     }

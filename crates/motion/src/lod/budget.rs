@@ -208,15 +208,9 @@ impl Budget {
             ("joint", self.cost.joint),
             ("blend", self.cost.blend),
         ];
-        match values
-            .into_iter()
-            .find(|(_, value)| !(value.is_finite() && *value >= 0.0))
-        {
-            Some((setting, value)) => Err(LodError::Setting {
-                setting,
-                value,
-                must: "at least 0",
-            }),
+        let is_wrong = |value: f32| !(value.is_finite() && value >= 0.0);
+        match values.into_iter().find(|&(_, value)| is_wrong(value)) {
+            Some((setting, value)) => Err(LodError::setting(setting, value, "at least 0")),
             None => Ok(()),
         }
     }

@@ -4,8 +4,8 @@
 //! the root and the ends are left. [`Order::Error`] goes beyond the paper: it removes the joint whose removal displaces the points of the
 //! body least, together with all earlier removals.
 
-use super::attach::{Attachments, FittedAttachment, SampleSettings, Samples};
-use super::displacement::Measurement;
+use super::attach::{Attachments, FittedAttachment, Samples};
+use super::displacement::measure;
 use super::energy::Energies;
 use super::level::check;
 use super::settings::{LevelSettings, Order};
@@ -28,15 +28,11 @@ impl Levels {
         }
         clips.iter().try_for_each(|clip| check(skeleton, clip))?;
         check_work(skeleton.len(), clips.iter().map(Clip::frames).sum())?;
-        let sampling = SampleSettings {
-            frames: settings.samples,
-            skin: settings.skin,
-        };
         let mut builder = Builder {
             skeleton,
             settings,
             energies: Energies::new(skeleton, clips, settings)?,
-            samples: Samples::new(skeleton, clips, sampling),
+            samples: Samples::new(skeleton, clips, settings.samples, settings.skin),
             attachments: Attachments::none(skeleton.len()),
             keeps: vec![true; skeleton.len()],
             removable: settings.removable(skeleton),
@@ -55,14 +51,7 @@ impl Levels {
         for (id, energy) in levels[0].kept.iter().zip(on_level) {
             energies[id.index()] = energy;
         }
-        let measurement = Measurement {
-            skeleton,
-            clips,
-            samples: &builder.samples,
-            levels: &levels,
-            attachments: &attachments,
-        };
-        let measured = measurement.measure();
+        let measured = measure(skeleton, clips, &builder.samples, &levels, &attachments);
         for (level, error) in levels.iter_mut().zip(measured.errors) {
             level.error = error;
         }

@@ -5,7 +5,6 @@ use glam::DVec3;
 use super::attach::{Attachments, FittedAttachment, Place, Samples, place_all};
 use super::level::{Level, LevelError};
 use crate::anim::{Clip, JointId, Skeleton};
-use crate::math::sort_rarely;
 
 /// Results of one pass over the clips.
 pub(super) struct Measured {
@@ -27,54 +26,41 @@ type Moved = (JointId, CarrierPlace, CarrierPlace);
 /// A carrier, and a transform of an attached joint in its frame.
 type CarrierPlace = (JointId, Place);
 
-/// The levels to measure, and what they were built from.
-pub(super) struct Measurement<'a> {
-    pub(super) skeleton: &'a Skeleton,
-    pub(super) clips: &'a [Clip],
-    pub(super) samples: &'a Samples,
-    pub(super) levels: &'a [Level],
-    /// `attachments[i]` is the attachment of the joint that `levels[i + 1]` has lost.
-    pub(super) attachments: &'a [FittedAttachment],
-}
-
-impl Measurement<'_> {
-    /// Measures all levels.
-    pub(super) fn measure(&self) -> Measured {
-        let &Self {
-            skeleton,
-            clips,
-            samples,
-            levels,
-            attachments,
-        } = self;
-        let changes = changes(skeleton, levels, attachments);
-        let mut pass = Pass {
-            samples,
-            points: skeleton.ids().map(|id| samples.points(id).len()).sum(),
-            sums: vec![0.0; levels.len()],
-            errors: vec![LevelError::default(); levels.len()],
-            now: vec![(0.0, 0.0); skeleton.len()],
-            reach: 0.0,
-        };
-        let (mut places, mut heights) = (Vec::new(), Vec::new());
-        for clip in clips {
-            for frame in 0..clip.frames() {
-                place_all(skeleton, clip.at(frame as f32), &mut places);
-                pass.add(&places, &changes);
-                let up = places.iter().map(|place| place.translation.y);
-                let (low, high) = up.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), y| {
-                    (low.min(y), high.max(y))
-                });
-                heights.push(high - low);
-            }
+/// Measures all levels. `attachments[i]` is the attachment of the joint that `levels[i + 1]` has lost.
+pub(super) fn measure(
+    skeleton: &Skeleton,
+    clips: &[Clip],
+    samples: &Samples,
+    levels: &[Level],
+    attachments: &[FittedAttachment],
+) -> Measured {
+    let changes = changes(skeleton, levels, attachments);
+    let mut pass = Pass {
+        samples,
+        points: skeleton.ids().map(|id| samples.points(id).len()).sum(),
+        sums: vec![0.0; levels.len()],
+        errors: vec![LevelError::default(); levels.len()],
+        now: vec![(0.0, 0.0); skeleton.len()],
+        reach: 0.0,
+    };
+    let (mut places, mut heights) = (Vec::new(), Vec::new());
+    for clip in clips {
+        for frame in 0..clip.frames() {
+            place_all(skeleton, clip.at(frame as f32), &mut places);
+            pass.add(&places, &changes);
+            let up = places.iter().map(|place| place.translation.y);
+            let (low, high) = up.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), y| {
+                (low.min(y), high.max(y))
+            });
+            heights.push(high - low);
         }
-        sort_rarely(&mut heights, f64::total_cmp);
-        pass.finish(&changes, heights.len());
-        Measured {
-            errors: pass.errors,
-            height: heights.get(heights.len() / 2).copied().unwrap_or(0.0) as f32,
-            reach: pass.reach as f32,
-        }
+    }
+    heights.sort_by(f64::total_cmp);
+    pass.finish(&changes, heights.len());
+    Measured {
+        errors: pass.errors,
+        height: heights.get(heights.len() / 2).copied().unwrap_or(0.0) as f32,
+        reach: pass.reach as f32,
     }
 }
 

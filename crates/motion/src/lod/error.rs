@@ -82,3 +82,13 @@ pub enum LodError {
         expected: usize,
     },
 }
+
+impl LodError {
+    pub(super) fn setting(setting: &'static str, value: f32, must: &'static str) -> Self {
+        Self::Setting {
+            setting,
+            value,
+            must,
+        }
+    }
+}

@@ -75,11 +75,7 @@ impl LevelSettings {
     pub(super) fn check(&self, skeleton: &Skeleton) -> Result<(), LodError> {
         self.check_angles()?;
         if !(self.skin.is_finite() && self.skin > 0.0) {
-            return Err(LodError::Setting {
-                setting: "skin",
-                value: self.skin,
-                must: "above 0",
-            });
+            return Err(LodError::setting("skin", self.skin, "above 0"));
         }
         let mut named = self.locked.iter().chain(self.ends.iter().flatten());
         match named.find(|id| id.index() >= skeleton.len()) {
@@ -96,12 +92,7 @@ impl LevelSettings {
         ];
         for (setting, value) in angles {
             if !(value > 0.0 && value <= std::f32::consts::PI) {
-                let must = "above 0 and at most pi";
-                return Err(LodError::Setting {
-                    setting,
-                    value,
-                    must,
-                });
+                return Err(LodError::setting(setting, value, "above 0 and at most pi"));
             }
         }
         Ok(())

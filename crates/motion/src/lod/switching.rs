@@ -112,20 +112,12 @@ impl SwitchSettings {
             // An infinite error allows every level.
             let may_be_endless = setting == "pixels" && value == f32::INFINITY;
             if !(value > 0.0 && (value.is_finite() || may_be_endless)) {
-                let must = "above 0";
-                return Err(LodError::Setting {
-                    setting,
-                    value,
-                    must,
-                });
+                return Err(LodError::setting(setting, value, "above 0"));
             }
         }
         if !(0.0..1.0).contains(&self.hysteresis) {
-            return Err(LodError::Setting {
-                setting: "hysteresis",
-                value: self.hysteresis,
-                must: "at least 0 and below 1",
-            });
+            let must = "at least 0 and below 1";
+            return Err(LodError::setting("hysteresis", self.hysteresis, must));
         }
         Ok(())
     }
@@ -189,11 +181,7 @@ impl Switching {
             if let Rule::ScreenError { measure, .. } = settings.rule {
                 error = error.max(measure.error_of(&level.error));
             }
-            let limits = BandLimits {
-                near: levels.reach,
-                before,
-                step: level.error.step,
-            };
+            let (near, step) = (levels.reach, level.error.step);
             let band = match settings.rule {
                 // Without motion every level is exact at any distance.
                 Rule::Energy { furthest } => {
@@ -203,13 +191,13 @@ impl Switching {
                         0.0
                     };
                     let end = furthest * share;
-                    Band::ending(end, limits, settings)
+                    Band::ending(end, near, before, step, settings)
                 }
                 Rule::ScreenError { pixels, .. } if error > 0.0 => {
-                    let start = limits.near + settings.view.distance(error, pixels);
-                    Band::starting(start.max(before), limits, settings)
+                    let start = near + settings.view.distance(error, pixels);
+                    Band::starting(start.max(before), near, step, settings)
                 }
-                Rule::ScreenError { .. } => Band::starting(before, limits, settings),
+                Rule::ScreenError { .. } => Band::starting(before, near, step, settings),
             };
             before = band.end;
             self.bands.push(band);
@@ -255,17 +243,6 @@ impl Switching {
     }
 }
 
-/// The values that determine the position of a band.
-#[derive(Clone, Copy)]
-struct BandLimits {
-    /// Largest distance of a point from the root, in metres.
-    near: f32,
-    /// End of the band before, in metres.
-    before: f32,
-    /// Largest displacement of a point by the switch, in metres.
-    step: f32,
-}
-
 impl Band {
     /// Lower bound of width · (start − near) for a displacement of `step` metres, in square metres.
     fn least_area(step: f32, settings: &SwitchSettings) -> f32 {
@@ -275,9 +252,9 @@ impl Band {
         step * settings.view.pixels_at_one_metre() * settings.travel() / blend_step
     }
 
-    /// The narrowest band that ends at `end`, or the first one possible after `before`.
-    fn ending(end: f32, limits: BandLimits, settings: &SwitchSettings) -> Self {
-        let BandLimits { near, before, step } = limits;
+    /// The narrowest band that ends at `end`, or the first one possible after `before`, the end of the band before. `near` is the largest
+    /// distance of a point from the root, `step` the largest displacement of a point by the switch; all in metres.
+    fn ending(end: f32, near: f32, before: f32, step: f32, settings: &SwitchSettings) -> Self {
         let area = Self::least_area(step, settings);
         // With x from `near` to `full` and y to `start`: (x - y) y = area.
         let x = end * (1.0 - settings.hysteresis) - near;
@@ -296,12 +273,11 @@ impl Band {
         if root >= 0.0 && x > 0.0 && start >= before {
             return Self { start, full, end };
         }
-        Self::starting(before, limits, settings)
+        Self::starting(before, near, step, settings)
     }
 
     /// The band that starts at `start`, or the first one possible after it.
-    fn starting(start: f32, limits: BandLimits, settings: &SwitchSettings) -> Self {
-        let BandLimits { near, step, .. } = limits;
+    fn starting(start: f32, near: f32, step: f32, settings: &SwitchSettings) -> Self {
         let area = Self::least_area(step, settings);
         // A band that started nearer would be so wide that it ended further away.
         let start = if area > 0.0 {
@@ -371,16 +347,11 @@ impl View {
     }
 
     pub(super) fn check(self) -> Result<(), LodError> {
-        let wrong = |setting, value, must| LodError::Setting {
-            setting,
-            value,
-            must,
-        };
         if !(self.fov > 0.0 && self.fov < PI) {
-            return Err(wrong("fov", self.fov, "above 0 and below pi"));
+            return Err(LodError::setting("fov", self.fov, "above 0 and below pi"));
         }
         if !(self.height.is_finite() && self.height > 0.0) {
-            return Err(wrong("height", self.height, "above 0"));
+            return Err(LodError::setting("height", self.height, "above 0"));
         }
         Ok(())
     }

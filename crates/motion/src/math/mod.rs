@@ -20,4 +20,4 @@ pub use parallel::{in_parallel, thread_count};
 pub use rigid2::{Rigid2, Sphere};
 pub use round::{floor, round};
 pub use smooth_step::smooth_step;
-pub use sorted_indices::{sort_rarely, sorted_indices};
+pub use sorted_indices::sorted_indices;

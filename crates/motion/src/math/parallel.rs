@@ -1,6 +1,5 @@
 //! Work shared out among threads, with results in order; and a pool of threads that share the work of each frame.
 
-use std::ops::Range;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -15,12 +14,24 @@ pub fn in_parallel<T: Send>(
     count: usize,
     work: impl Fn(usize) -> T + Sync,
 ) -> Vec<T> {
-    let runs = Runs::new(threads, count);
+    /// Number of runs for each thread, if there are enough items.
+    const RUNS: usize = 16;
+    let threads = thread_count(threads).min(count).max(1);
+    let length = (count / (threads * RUNS)).max(1);
     let results = Mutex::new(Vec::new());
-    lock(&results).resize_with(runs.count, Vec::new);
-    runs.share(&|number, run| {
-        let done = run.map(&work).collect();
-        lock(&results)[number] = done;
+    lock(&results).resize_with(count.div_ceil(length), Vec::new);
+    let next = AtomicUsize::new(0);
+    on_threads(threads, &|| {
+        loop {
+            let number = next.fetch_add(1, Ordering::Relaxed);
+            let first = number * length;
+            if first >= count {
+                return;
+            }
+            let run = first..(first + length).min(count);
+            let done = run.map(&work).collect();
+            lock(&results)[number] = done;
+        }
     });
     let mut all = Vec::with_capacity(count);
     for mut run in results.into_inner().unwrap_or_else(PoisonError::into_inner) {
@@ -32,57 +43,6 @@ pub fn in_parallel<T: Send>(
 /// Locks a mutex, also after a panic of another thread.
 pub fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
-}
-
-/// Runs of consecutive items, each of which one thread takes at a time.
-struct Runs {
-    threads: usize,
-    /// Number of items.
-    pieces: usize,
-    /// Number of items in a run.
-    length: usize,
-    /// Number of runs.
-    count: usize,
-}
-
-impl Runs {
-    fn new(threads: usize, pieces: usize) -> Self {
-        /// Number of runs for each thread, if there are enough items.
-        const RUNS: usize = 16;
-        let threads = thread_count(threads).min(pieces).max(1);
-        let length = (pieces / (threads * RUNS)).max(1);
-        Self {
-            threads,
-            pieces,
-            length,
-            count: pieces.div_ceil(length),
-        }
-    }
-
-    /// Calls `work` with the number and the items of each run.
-    fn share(&self, work: &(dyn Fn(usize, Range<usize>) + Sync)) {
-        let next = AtomicUsize::new(0);
-        on_threads(self.threads, &|| {
-            loop {
-                let number = next.fetch_add(1, Ordering::Relaxed);
-                if number >= self.count {
-                    return;
-                }
-                let first = number * self.length;
-                work(number, first..(first + self.length).min(self.pieces));
-            }
-        });
-    }
-}
-
-/// Sets each value of a list to the result of `work`, on as many threads as the machine has.
-pub fn fill<T: Send>(list: &mut [T], work: impl Fn(usize) -> T + Sync) {
-    let length = list.len().div_ceil(thread_count(0)).max(1);
-    each(list.chunks_mut(length).enumerate(), |(part, values), ()| {
-        for (value, index) in values.iter_mut().zip(part * length..) {
-            *value = work(index);
-        }
-    });
 }
 
 /// Calls `work` once on each part, on as many threads as the machine has. Each thread has its own scratch.
@@ -304,13 +264,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_list_is_filled_and_two_things_are_done() {
-        for count in [0, 1, 5, 100] {
-            let mut squares = vec![0; count];
-            fill(&mut squares, |index| index * index);
-            let expected: Vec<usize> = (0..count).map(|index| index * index).collect();
-            assert_eq!(squares, expected);
-        }
+    fn two_things_are_done() {
         assert_eq!(both(|| 1, || 2), (1, 2));
     }
 

@@ -24,8 +24,8 @@ mod write;
 use serde::{Deserialize, Serialize};
 
 use super::{JointKind, Skeleton};
+use crate::math::byte_list;
 use crate::math::code_rows::CODES;
-use crate::math::{byte_list, sort_rarely};
 pub(super) use read::{PackedMoment, scatter};
 pub use write::CompressionSettings;
 pub(super) use write::largest_errors;
@@ -123,9 +123,7 @@ fn lanes(skeleton: &Skeleton) -> Vec<u16> {
     }
     let moving = |id: &u16| skeleton.joints()[usize::from(*id)].kind == JointKind::Moving;
     let mut lanes: Vec<u16> = (0..skeleton.len() as u16).filter(moving).collect();
-    sort_rarely(&mut lanes, |&a, &b| {
-        bones[usize::from(b)].total_cmp(&bones[usize::from(a)])
-    });
+    lanes.sort_by(|&a, &b| bones[usize::from(b)].total_cmp(&bones[usize::from(a)]));
     lanes
 }
 
