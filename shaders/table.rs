@@ -4,33 +4,24 @@ use super::{Binding, Shader, Stage, words};
 
 pub(crate) const CANDIDATE_FRAG: Shader = Shader {
     name: "candidate.frag",
-    stage: Stage::Fragment,
-    push_constants: 0,
-    shared: 0,
-    group: [0, 0, 0],
     storage_buffers: 1,
     bindings: &[
         Binding { set: 0, binding: 0, stride: 4 },
     ],
     words: &words::<694>(include_bytes!("spirv/candidate.frag.spv")),
+    ..Shader::new(Stage::Fragment)
 };
 
 pub(crate) const CANDIDATE_VERT: Shader = Shader {
     name: "candidate.vert",
-    stage: Stage::Vertex,
     push_constants: 8,
-    shared: 0,
-    group: [0, 0, 0],
-    storage_buffers: 0,
-    bindings: &[],
     words: &words::<615>(include_bytes!("spirv/candidate.vert.spv")),
+    ..Shader::new(Stage::Vertex)
 };
 
 pub(crate) const COUNT_COMP: Shader = Shader {
     name: "count.comp",
-    stage: Stage::Compute,
     push_constants: 28,
-    shared: 0,
     group: [32, 1, 1],
     storage_buffers: 4,
     bindings: &[
@@ -41,74 +32,66 @@ pub(crate) const COUNT_COMP: Shader = Shader {
         Binding { set: 0, binding: 4, stride: 4 },
     ],
     words: &words::<4471>(include_bytes!("spirv/count.comp.spv")),
+    ..Shader::new(Stage::Compute)
 };
 
 pub(crate) const DISC_FRAG: Shader = Shader {
     name: "disc.frag",
-    stage: Stage::Fragment,
-    push_constants: 0,
-    shared: 0,
-    group: [0, 0, 0],
-    storage_buffers: 0,
-    bindings: &[],
     words: &words::<331>(include_bytes!("spirv/disc.frag.spv")),
+    ..Shader::new(Stage::Fragment)
 };
 
 pub(crate) const DISC_VERT: Shader = Shader {
     name: "disc.vert",
-    stage: Stage::Vertex,
     push_constants: 8,
-    shared: 0,
-    group: [0, 0, 0],
-    storage_buffers: 0,
-    bindings: &[],
     words: &words::<725>(include_bytes!("spirv/disc.vert.spv")),
+    ..Shader::new(Stage::Vertex)
 };
 
 pub(crate) const RECT_VERT: Shader = Shader {
     name: "rect.vert",
-    stage: Stage::Vertex,
     push_constants: 8,
-    shared: 0,
-    group: [0, 0, 0],
-    storage_buffers: 0,
-    bindings: &[],
     words: &words::<527>(include_bytes!("spirv/rect.vert.spv")),
+    ..Shader::new(Stage::Vertex)
 };
 
-#[allow(non_snake_case)]
-pub(crate) mod CountCandidates {
-    pub(crate) const SIZE: usize = 28;
-    pub(crate) const FIRST: usize = 0;
-    pub(crate) const PARTS: usize = 4;
-    pub(crate) const CANDIDATES: usize = 8;
-    pub(crate) const SUMS: usize = 12;
-    pub(crate) const SLICES: usize = 16;
-    pub(crate) const PLANES: usize = 20;
-    pub(crate) const UP_TO_HITS: usize = 24;
+#[repr(C)]
+#[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
+pub(crate) struct CountCandidates {
+    pub(crate) first: u32,
+    pub(crate) parts: u32,
+    pub(crate) candidates: u32,
+    pub(crate) sums: u32,
+    pub(crate) slices: u32,
+    pub(crate) planes: u32,
+    pub(crate) up_to_hits: u32,
 }
+const _: () = assert!(size_of::<CountCandidates>() == 28);
 
-#[allow(non_snake_case)]
-pub(crate) mod DrawTarget {
-    pub(crate) const SIZE: usize = 8;
-    pub(crate) const SIDE: usize = 0;
+#[repr(C)]
+#[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
+pub(crate) struct DrawTarget {
+    pub(crate) side: [u32; 2],
 }
+const _: () = assert!(size_of::<DrawTarget>() == 8);
 
-#[allow(non_snake_case)]
-pub(crate) mod GroupRange {
-    pub(crate) const SIZE: usize = 16;
-    pub(crate) const FIRST: usize = 0;
-    pub(crate) const END: usize = 4;
-    pub(crate) const FIRST_PLANE: usize = 8;
-    pub(crate) const END_PLANE: usize = 12;
+#[repr(C)]
+#[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
+pub(crate) struct GroupRange {
+    pub(crate) first: u32,
+    pub(crate) end: u32,
+    pub(crate) first_plane: u32,
+    pub(crate) end_plane: u32,
 }
+const _: () = assert!(size_of::<GroupRange>() == 16);
 
-#[allow(non_snake_case)]
-pub(crate) mod PlaneCandidate {
-    pub(crate) const SIZE: usize = 32;
-    pub(crate) const TURN: usize = 0;
-    pub(crate) const ENTRIES: usize = 16;
-    pub(crate) const FIRST_SLAB: usize = 20;
-    pub(crate) const SLABS: usize = 24;
-    pub(crate) const INDEX: usize = 28;
+#[repr(C)]
+#[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
+pub(crate) struct PlaneCandidate {
+    pub(crate) turn: [i32; 4],
+    pub(crate) entries: u32,
+    pub(crate) first_slab: i32,
+    pub(crate) slabs: u32,
+    pub(crate) index: u32,
 }
+const _: () = assert!(size_of::<PlaneCandidate>() == 32);

@@ -1,7 +1,5 @@
-//! The culling shaders, and the host structs that they read. `shaders/table.rs` is generated from the committed SPIR-V;
-//! `tests/gpu/shader_table.rs` generates it again and compares.
-
-use std::mem::{offset_of, size_of};
+//! The culling shaders, and the host structs that they read. `shaders/table.rs` is generated from the committed SPIR-V, with the structs of
+//! buffers and push constants; `tests/gpu/shader_table.rs` generates it again and compares.
 
 use crate::maps::{Disc, FixedTransform2};
 
@@ -24,6 +22,23 @@ pub struct Shader {
     pub bindings: &'static [Binding],
     /// Words of the SPIR-V module.
     pub words: &'static [u32],
+}
+
+impl Shader {
+    /// A shader without bindings, push constants, shared memory, work groups and words.
+    #[must_use]
+    pub const fn new(stage: Stage) -> Self {
+        Self {
+            name: "",
+            stage,
+            push_constants: 0,
+            shared: 0,
+            group: [0; 3],
+            storage_buffers: 0,
+            bindings: &[],
+            words: &[],
+        }
+    }
 }
 
 /// Pipeline stage of a shader.
@@ -54,13 +69,6 @@ mod table;
 
 pub(crate) use table::*;
 
-/// Push constants of the shaders that draw maps.
-#[repr(C)]
-#[derive(Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
-pub(crate) struct TargetSide {
-    pub(crate) side: [u32; 2],
-}
-
 /// Instance attributes of a candidate's map over an attack's map.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
@@ -71,40 +79,6 @@ pub(crate) struct PlacedMap {
     pub(crate) turn: [i32; 4],
     /// Width and height in one word; first bit of the map; number of bits of a row; log2 of the bits of a texel.
     pub(crate) map: [u32; 4],
-}
-
-/// Push constants of the compute shader.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
-pub(crate) struct CountSettings {
-    pub(crate) first: u32,
-    pub(crate) parts: u32,
-    pub(crate) candidates: u32,
-    pub(crate) sums: u32,
-    pub(crate) slices: u32,
-    pub(crate) planes: u32,
-    pub(crate) up_to_hits: u32,
-}
-
-/// One candidate, with the planes of its region.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
-pub(crate) struct PlacedPlanes {
-    pub(crate) turn: [i32; 4],
-    pub(crate) entries: u32,
-    pub(crate) first_slab: i32,
-    pub(crate) slabs: u32,
-    pub(crate) index: u32,
-}
-
-/// Candidates of a work group, and planes of the attack that they are compared with.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
-pub(crate) struct CandidateGroup {
-    pub(crate) first: u32,
-    pub(crate) end: u32,
-    pub(crate) first_plane: u32,
-    pub(crate) end_plane: u32,
 }
 
 /// Number of counts of a candidate: body, outer, evasion.
@@ -182,36 +156,10 @@ const _: () = {
     assert!(has_one_set(&CANDIDATE_FRAG) && has_one_set(&COUNT_COMP));
     assert!(CANDIDATE_FRAG.bindings.len() == 1 && CANDIDATE_VERT.bindings.is_empty());
     assert!(stride(&CANDIDATE_FRAG, 0) == size_of::<u32>());
-    assert!(size_of::<TargetSide>() == DrawTarget::SIZE);
-    assert!(offset_of!(TargetSide, side) == DrawTarget::SIDE);
 
     assert!(stride(&COUNT_COMP, 0) == size_of::<u32>());
     assert!(stride(&COUNT_COMP, 1) == 4 * size_of::<u32>());
-    assert!(stride(&COUNT_COMP, 2) == size_of::<PlacedPlanes>());
-    assert!(stride(&COUNT_COMP, 3) == size_of::<CandidateGroup>());
     assert!(stride(&COUNT_COMP, 4) == size_of::<u32>());
-
-    assert!(size_of::<CountSettings>() == CountCandidates::SIZE);
-    assert!(offset_of!(CountSettings, first) == CountCandidates::FIRST);
-    assert!(offset_of!(CountSettings, parts) == CountCandidates::PARTS);
-    assert!(offset_of!(CountSettings, candidates) == CountCandidates::CANDIDATES);
-    assert!(offset_of!(CountSettings, sums) == CountCandidates::SUMS);
-    assert!(offset_of!(CountSettings, slices) == CountCandidates::SLICES);
-    assert!(offset_of!(CountSettings, planes) == CountCandidates::PLANES);
-    assert!(offset_of!(CountSettings, up_to_hits) == CountCandidates::UP_TO_HITS);
-
-    assert!(size_of::<PlacedPlanes>() == PlaneCandidate::SIZE);
-    assert!(offset_of!(PlacedPlanes, turn) == PlaneCandidate::TURN);
-    assert!(offset_of!(PlacedPlanes, entries) == PlaneCandidate::ENTRIES);
-    assert!(offset_of!(PlacedPlanes, first_slab) == PlaneCandidate::FIRST_SLAB);
-    assert!(offset_of!(PlacedPlanes, slabs) == PlaneCandidate::SLABS);
-    assert!(offset_of!(PlacedPlanes, index) == PlaneCandidate::INDEX);
-
-    assert!(size_of::<CandidateGroup>() == GroupRange::SIZE);
-    assert!(offset_of!(CandidateGroup, first) == GroupRange::FIRST);
-    assert!(offset_of!(CandidateGroup, end) == GroupRange::END);
-    assert!(offset_of!(CandidateGroup, first_plane) == GroupRange::FIRST_PLANE);
-    assert!(offset_of!(CandidateGroup, end_plane) == GroupRange::END_PLANE);
 
     // `disc` and `turn` have the layout of their host types.
     assert!(size_of::<Disc>() == size_of::<[i32; 3]>());

@@ -4,38 +4,28 @@ use super::{Binding, Shader, Stage, words};
 
 pub(crate) const VIEW_BODY_FRAG: Shader = Shader {
     name: "view_body.frag",
-    stage: Stage::Fragment,
-    push_constants: 0,
-    shared: 0,
-    group: [0, 0, 0],
-    storage_buffers: 0,
     bindings: &[
         Binding { set: 0, binding: 0, stride: 352 },
         Binding { set: 0, binding: 1, stride: 0 },
     ],
     words: &words::<3546>(include_bytes!("spirv/view_body.frag.spv")),
+    ..Shader::new(Stage::Fragment)
 };
 
 pub(crate) const VIEW_BODY_VERT: Shader = Shader {
     name: "view_body.vert",
-    stage: Stage::Vertex,
     push_constants: 24,
-    shared: 0,
-    group: [0, 0, 0],
     storage_buffers: 1,
     bindings: &[
         Binding { set: 0, binding: 0, stride: 352 },
         Binding { set: 0, binding: 2, stride: 48 },
     ],
     words: &words::<1962>(include_bytes!("spirv/view_body.vert.spv")),
+    ..Shader::new(Stage::Vertex)
 };
 
 pub(crate) const VIEW_FLOOR_FRAG: Shader = Shader {
     name: "view_floor.frag",
-    stage: Stage::Fragment,
-    push_constants: 0,
-    shared: 0,
-    group: [0, 0, 0],
     storage_buffers: 1,
     bindings: &[
         Binding { set: 0, binding: 0, stride: 352 },
@@ -43,54 +33,43 @@ pub(crate) const VIEW_FLOOR_FRAG: Shader = Shader {
         Binding { set: 0, binding: 2, stride: 48 },
     ],
     words: &words::<3924>(include_bytes!("spirv/view_floor.frag.spv")),
+    ..Shader::new(Stage::Fragment)
 };
 
 pub(crate) const VIEW_FLOOR_VERT: Shader = Shader {
     name: "view_floor.vert",
-    stage: Stage::Vertex,
-    push_constants: 0,
-    shared: 0,
-    group: [0, 0, 0],
-    storage_buffers: 0,
     bindings: &[
         Binding { set: 0, binding: 0, stride: 352 },
     ],
     words: &words::<692>(include_bytes!("spirv/view_floor.vert.spv")),
+    ..Shader::new(Stage::Vertex)
 };
 
 pub(crate) const VIEW_LAYER_FRAG: Shader = Shader {
     name: "view_layer.frag",
-    stage: Stage::Fragment,
     push_constants: 64,
-    shared: 0,
-    group: [0, 0, 0],
     storage_buffers: 1,
     bindings: &[
         Binding { set: 0, binding: 0, stride: 352 },
         Binding { set: 0, binding: 3, stride: 4 },
     ],
     words: &words::<1558>(include_bytes!("spirv/view_layer.frag.spv")),
+    ..Shader::new(Stage::Fragment)
 };
 
 pub(crate) const VIEW_LAYER_VERT: Shader = Shader {
     name: "view_layer.vert",
-    stage: Stage::Vertex,
     push_constants: 64,
-    shared: 0,
-    group: [0, 0, 0],
-    storage_buffers: 0,
     bindings: &[
         Binding { set: 0, binding: 0, stride: 352 },
     ],
     words: &words::<951>(include_bytes!("spirv/view_layer.vert.spv")),
+    ..Shader::new(Stage::Vertex)
 };
 
 pub(crate) const VIEW_SKIN_FRAG: Shader = Shader {
     name: "view_skin.frag",
-    stage: Stage::Fragment,
     push_constants: 32,
-    shared: 0,
-    group: [0, 0, 0],
     storage_buffers: 1,
     bindings: &[
         Binding { set: 0, binding: 0, stride: 352 },
@@ -98,14 +77,12 @@ pub(crate) const VIEW_SKIN_FRAG: Shader = Shader {
         Binding { set: 0, binding: 7, stride: 4 },
     ],
     words: &words::<5155>(include_bytes!("spirv/view_skin.frag.spv")),
+    ..Shader::new(Stage::Fragment)
 };
 
 pub(crate) const VIEW_SKIN_VERT: Shader = Shader {
     name: "view_skin.vert",
-    stage: Stage::Vertex,
     push_constants: 32,
-    shared: 0,
-    group: [0, 0, 0],
     storage_buffers: 3,
     bindings: &[
         Binding { set: 0, binding: 4, stride: 4 },
@@ -114,100 +91,99 @@ pub(crate) const VIEW_SKIN_VERT: Shader = Shader {
         Binding { set: 0, binding: 0, stride: 352 },
     ],
     words: &words::<4123>(include_bytes!("spirv/view_skin.vert.spv")),
+    ..Shader::new(Stage::Vertex)
 };
 
 pub(crate) const VIEW_SKY_FRAG: Shader = Shader {
     name: "view_sky.frag",
-    stage: Stage::Fragment,
-    push_constants: 0,
-    shared: 0,
-    group: [0, 0, 0],
-    storage_buffers: 0,
     bindings: &[
         Binding { set: 0, binding: 0, stride: 352 },
     ],
     words: &words::<1159>(include_bytes!("spirv/view_sky.frag.spv")),
+    ..Shader::new(Stage::Fragment)
 };
 
 pub(crate) const VIEW_SKY_VERT: Shader = Shader {
     name: "view_sky.vert",
-    stage: Stage::Vertex,
-    push_constants: 0,
-    shared: 0,
-    group: [0, 0, 0],
-    storage_buffers: 0,
-    bindings: &[],
     words: &words::<299>(include_bytes!("spirv/view_sky.vert.spv")),
+    ..Shader::new(Stage::Vertex)
 };
 
-#[allow(non_snake_case)]
-pub(crate) mod Bone {
-    pub(crate) const SIZE: usize = 64;
-    pub(crate) const JOINT: usize = 0;
-    pub(crate) const ROTATION: usize = 16;
-    pub(crate) const TRANSLATION: usize = 32;
-    pub(crate) const UNUSED: usize = 48;
+#[repr(C)]
+#[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
+pub(crate) struct Bone {
+    pub(crate) joint: [u32; 4],
+    pub(crate) rotation: [f32; 4],
+    pub(crate) translation: [f32; 4],
+    pub(crate) unused: [f32; 4],
 }
+const _: () = assert!(size_of::<Bone>() == 64);
 
-#[allow(non_snake_case)]
-pub(crate) mod Capsule {
-    pub(crate) const SIZE: usize = 48;
-    pub(crate) const A: usize = 0;
-    pub(crate) const B: usize = 16;
-    pub(crate) const COLOUR: usize = 32;
+#[repr(C)]
+#[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
+pub(crate) struct Capsule {
+    pub(crate) a: [f32; 4],
+    pub(crate) b: [f32; 4],
+    pub(crate) colour: [f32; 4],
 }
+const _: () = assert!(size_of::<Capsule>() == 48);
 
-#[allow(non_snake_case)]
-pub(crate) mod Character {
-    pub(crate) const SIZE: usize = 32;
-    pub(crate) const PLACE: usize = 0;
-    pub(crate) const TINT: usize = 16;
+#[repr(C)]
+#[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
+pub(crate) struct Character {
+    pub(crate) place: [u32; 4],
+    pub(crate) tint: [f32; 4],
 }
+const _: () = assert!(size_of::<Character>() == 32);
 
-#[allow(non_snake_case)]
-pub(crate) mod DrawBodies {
-    pub(crate) const SIZE: usize = 24;
-    pub(crate) const SUN: usize = 0;
-    pub(crate) const SEGMENTS: usize = 4;
-    pub(crate) const RINGS: usize = 8;
-    pub(crate) const FIRST_CHARACTER: usize = 12;
-    pub(crate) const FIRST_PART: usize = 16;
-    pub(crate) const PARTS: usize = 20;
+#[repr(C)]
+#[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
+pub(crate) struct DrawBodies {
+    pub(crate) sun: u32,
+    pub(crate) segments: u32,
+    pub(crate) rings: u32,
+    pub(crate) first_character: u32,
+    pub(crate) first_part: u32,
+    pub(crate) parts: u32,
 }
+const _: () = assert!(size_of::<DrawBodies>() == 24);
 
-#[allow(non_snake_case)]
-pub(crate) mod DrawLayer {
-    pub(crate) const SIZE: usize = 64;
-    pub(crate) const PLACEMENT: usize = 0;
-    pub(crate) const GRID: usize = 16;
-    pub(crate) const COLOUR: usize = 32;
-    pub(crate) const EXTENT: usize = 48;
+#[repr(C)]
+#[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
+pub(crate) struct DrawLayer {
+    pub(crate) placement: [f32; 4],
+    pub(crate) grid: [f32; 4],
+    pub(crate) colour: [f32; 4],
+    pub(crate) extent: [u32; 4],
 }
+const _: () = assert!(size_of::<DrawLayer>() == 64);
 
-#[allow(non_snake_case)]
-pub(crate) mod DrawSkin {
-    pub(crate) const SIZE: usize = 32;
-    pub(crate) const SUN: usize = 0;
-    pub(crate) const FIRST_CHARACTER: usize = 4;
-    pub(crate) const FIRST_BONE: usize = 8;
-    pub(crate) const DUAL: usize = 12;
-    pub(crate) const TEXTURE_PLACE: usize = 16;
+#[repr(C)]
+#[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
+pub(crate) struct DrawSkin {
+    pub(crate) sun: u32,
+    pub(crate) first_character: u32,
+    pub(crate) first_bone: u32,
+    pub(crate) dual: u32,
+    pub(crate) texture_place: [u32; 4],
 }
+const _: () = assert!(size_of::<DrawSkin>() == 32);
 
-#[allow(non_snake_case)]
-pub(crate) mod FrameData {
-    pub(crate) const SIZE: usize = 352;
-    pub(crate) const CAMERA: usize = 0;
-    pub(crate) const SUN: usize = 64;
-    pub(crate) const UNPROJECT: usize = 128;
-    pub(crate) const EYE: usize = 192;
-    pub(crate) const SUNWARD: usize = 208;
-    pub(crate) const SUNLIGHT: usize = 224;
-    pub(crate) const ABOVE: usize = 240;
-    pub(crate) const BELOW: usize = 256;
-    pub(crate) const HORIZON: usize = 272;
-    pub(crate) const ZENITH: usize = 288;
-    pub(crate) const GROUND: usize = 304;
-    pub(crate) const SHADE: usize = 320;
-    pub(crate) const COUNTS: usize = 336;
+#[repr(C)]
+#[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
+pub(crate) struct FrameData {
+    pub(crate) camera: [f32; 16],
+    pub(crate) sun: [f32; 16],
+    pub(crate) unproject: [f32; 16],
+    pub(crate) eye: [f32; 4],
+    pub(crate) sunward: [f32; 4],
+    pub(crate) sunlight: [f32; 4],
+    pub(crate) above: [f32; 4],
+    pub(crate) below: [f32; 4],
+    pub(crate) horizon: [f32; 4],
+    pub(crate) zenith: [f32; 4],
+    pub(crate) ground: [f32; 4],
+    pub(crate) shade: [f32; 4],
+    pub(crate) counts: [u32; 4],
 }
+const _: () = assert!(size_of::<FrameData>() == 352);

@@ -16,7 +16,7 @@ use crate::gpu::{
     counts::record_numbers,
     error::Named,
     passes::Passes,
-    shader_table::{COUNT_COMP, CountSettings},
+    shader_table::{COUNT_COMP, CountCandidates},
 };
 
 const ATLAS: u32 = 0;
@@ -197,7 +197,7 @@ impl ComputePath {
                     &chunk,
                 );
                 for first in (0..dispatch.groups).step_by(self.capacity.groups as usize) {
-                    let constants = CountSettings {
+                    let constants = CountCandidates {
                         first: dispatch.first + first,
                         sums: dispatch.chunk * constants.parts,
                         ..constants

@@ -10,7 +10,7 @@ use crate::{
         GpuError,
         device_path::CullRequest,
         error::within,
-        shader_table::{COUNTS, CandidateGroup, CountSettings, PlacedPlanes},
+        shader_table::{COUNTS, CountCandidates, GroupRange, PlaneCandidate},
     },
     maps::MapGrid,
     query::cull::CullCandidate,
@@ -45,9 +45,9 @@ impl Capacity {
 
     pub(super) fn offsets(&self) -> Offsets {
         let aligned = |bytes: u64| bytes.max(4).next_multiple_of(Self::ALIGNMENT);
-        let candidates = u64::from(self.candidates) * size_of::<PlacedPlanes>() as u64;
+        let candidates = u64::from(self.candidates) * size_of::<PlaneCandidate>() as u64;
         let groups = aligned(candidates);
-        let bytes = self.most_groups() * size_of::<CandidateGroup>() as u64;
+        let bytes = self.most_groups() * size_of::<GroupRange>() as u64;
         let chunks = groups + aligned(bytes);
         let end = chunks + self.most_chunks() * (4 * CHUNK) as u64;
         Offsets {
@@ -89,8 +89,8 @@ pub(super) struct Dispatch {
 #[derive(Debug, Default)]
 pub(super) struct Gathered {
     /// Groups, by the page of their maps, then by clock.
-    pub(super) candidates: Vec<PlacedPlanes>,
-    pub(super) groups: Vec<CandidateGroup>,
+    pub(super) candidates: Vec<PlaneCandidate>,
+    pub(super) groups: Vec<GroupRange>,
     pub(super) dispatches: Vec<Dispatch>,
     pub(super) blocks: Blocks,
     /// Page, clock and index of each candidate, sorted.
@@ -131,8 +131,8 @@ impl Gathered {
     }
 
     /// Push constants of the shader.
-    pub(super) fn constants(&self) -> CountSettings {
-        CountSettings {
+    pub(super) fn constants(&self) -> CountCandidates {
+        CountCandidates {
             first: 0,
             parts: self.parts(),
             candidates: self.candidates.len() as u32,
@@ -181,7 +181,7 @@ impl Gathered {
                 .transform
                 .with_narrow_texels(planes.grid.attack_pitch);
             blocks::check_turn(turn)?;
-            self.candidates.push(PlacedPlanes {
+            self.candidates.push(PlaneCandidate {
                 turn: [turn.a, turn.b, turn.tx, turn.tz],
                 entries: region.entries,
                 first_slab: region.first_slab,
@@ -204,7 +204,7 @@ impl Gathered {
                 let end = start + alike.len() as u32;
                 let planes = self.blocks.planes_of(chunk, clock);
                 for some in (start..end).step_by(GROUP) {
-                    self.groups.push(CandidateGroup {
+                    self.groups.push(GroupRange {
                         first: some,
                         end: end.min(some + GROUP as u32),
                         first_plane: planes.start,

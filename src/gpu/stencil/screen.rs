@@ -14,7 +14,7 @@ use crate::{
         barriers::{self, Access},
         pipelines::{DISCS, Pipeline, PipelineInputs, RECTS, StencilRule},
         resources::{Buffer, BufferDesc, DeviceMemory, StencilTarget},
-        shader_table::{PlacedDisc, TargetSide},
+        shader_table::{DrawTarget, PlacedDisc},
     },
     maps::{Disc, Drawing, MapRect},
 };
@@ -272,7 +272,7 @@ impl Screen {
     /// # Safety
     /// As for [`Screen::begin`], within the rendering; the pipeline is of the context's device.
     pub(super) unsafe fn bind(&self, context: &Context, cmd: vk::CommandBuffer, with: &Pipeline) {
-        let side = TargetSide {
+        let side = DrawTarget {
             side: self.target.side,
         };
         // SAFETY: the caller vouches for `cmd` and the pipeline.

@@ -3,12 +3,14 @@
 use std::ops::Range;
 
 use ash::vk;
+use bytemuck::Zeroable;
 
+use super::meshes::{RINGS, SEGMENTS};
 use super::pipelines::{Draw, PUSHED};
 use super::slot::Slot;
 use super::upload::{Draws, SkinDraw};
 use super::{Stage, Target};
-use crate::shaders::{DrawBodies, DrawCommand, DrawLayer, DrawSkin};
+use crate::shaders::{DrawBodies, DrawCommand, DrawSkin};
 use sabaki::gpu::Context;
 use sabaki::gpu::internal::Image;
 
@@ -22,10 +24,8 @@ impl Stage {
         let ghosts = first_ghost..first_ghost + draws.ghosts;
         let commands = slot.commands.handle;
         let skins = |is_ghost: bool| {
-            draws
-                .skins
-                .iter()
-                .filter(move |draw| draw.is_ghost == is_ghost)
+            let all = draws.skins.iter().enumerate();
+            all.filter(move |(_, draw)| draw.is_ghost == is_ghost)
         };
         // SAFETY: the caller vouches for `cmd`, slot and target; all other handles are the stage's.
         unsafe {
@@ -34,25 +34,26 @@ impl Stage {
             device.cmd_bind_descriptor_sets(cmd, graphics, layout, 0, &sets, &[]);
             self.context.begin_label(cmd, c"sabaki: shadows");
             self.begin_shadows(cmd);
-            self.bind_capsules(cmd);
             self.bodies(cmd, Draw::BodyShadow, solids.clone());
-            let casting = skins(false).filter(|draw| draw.casts);
+            let casting = skins(false).filter(|(_, draw)| draw.casts);
             self.skins(cmd, Draw::SkinShadow, commands, casting);
             device.cmd_end_rendering(cmd);
             self.context.end_label(cmd);
             self.context.begin_label(cmd, c"sabaki: picture");
             self.begin_picture(cmd, &draws.target);
-            self.bind_capsules(cmd);
             self.bodies(cmd, Draw::Body, solids);
             self.skins(cmd, Draw::Skin, commands, skins(false));
             self.bind(cmd, Draw::Floor);
             device.cmd_draw(cmd, 4, 1, 0, 0);
             self.bind(cmd, Draw::Sky);
             device.cmd_draw(cmd, 3, 1, 0, 0);
-            self.layers(cmd, &draws.layers);
+            self.bind(cmd, Draw::Layer);
+            for layer in &draws.layers {
+                self.push(cmd, layer);
+                device.cmd_draw(cmd, 4, 1, 0, 0);
+            }
             self.skins(cmd, Draw::SkinGhostDepth, commands, skins(true));
             self.skins(cmd, Draw::SkinGhost, commands, skins(true));
-            self.bind_capsules(cmd);
             self.bodies(cmd, Draw::GhostDepth, ghosts.clone());
             self.bodies(cmd, Draw::Ghost, ghosts);
             device.cmd_end_rendering(cmd);
@@ -184,23 +185,23 @@ impl Stage {
             return;
         }
         let is_shadow = matches!(draw, Draw::BodyShadow);
-        // Shadows use a coarser mesh, because the difference is not visible.
-        let mesh = self.parts.meshes.of(is_shadow);
         let constants = DrawBodies {
             sun: u32::from(is_shadow),
-            segments: mesh.segments,
-            rings: mesh.rings,
-            first_character: 0,
-            first_part: 0,
-            parts: 1,
+            segments: SEGMENTS,
+            rings: RINGS,
+            // The shaders do not read the rest.
+            ..DrawBodies::zeroed()
         };
+        let indices = 6 * SEGMENTS * (2 * RINGS + 1);
         // SAFETY: the caller vouches for `cmd`; as many capsules were written.
         unsafe {
             self.bind(cmd, draw);
             self.push(cmd, &constants);
             let device = self.context.device();
+            let buffer = self.parts.indices.handle;
+            device.cmd_bind_index_buffer(cmd, buffer, 0, vk::IndexType::UINT16);
             let (first, count) = (capsules.start, capsules.len() as u32);
-            device.cmd_draw_indexed(cmd, mesh.indices, count, mesh.first_index, 0, first);
+            device.cmd_draw_indexed(cmd, indices, count, 0, 0, first);
         }
     }
 
@@ -213,17 +214,17 @@ impl Stage {
         cmd: vk::CommandBuffer,
         draw: Draw,
         commands: vk::Buffer,
-        skins: impl Iterator<Item = &'d SkinDraw>,
+        skins: impl Iterator<Item = (usize, &'d SkinDraw)>,
     ) {
         let (device, meshes) = (self.context.device(), &self.parts.skins);
         let stride = size_of::<DrawCommand>() as u32;
         let mut is_bound = false;
-        for skin in skins {
+        for (command, skin) in skins {
             let constants = DrawSkin {
                 sun: u32::from(matches!(draw, Draw::SkinShadow)),
                 ..skin.constants
             };
-            let offset = u64::from(skin.command) * u64::from(stride);
+            let offset = command as u64 * u64::from(stride);
             // SAFETY: the caller vouches for `cmd`; the buffers are the stage's, and the commands were written.
             unsafe {
                 if !std::mem::replace(&mut is_bound, true) {
@@ -234,29 +235,6 @@ impl Stage {
                 }
                 self.push(cmd, &constants);
                 device.cmd_draw_indexed_indirect(cmd, commands, offset, 1, stride);
-            }
-        }
-    }
-
-    /// # Safety
-    /// As for [`Stage::record`].
-    unsafe fn bind_capsules(&self, cmd: vk::CommandBuffer) {
-        let (device, indices) = (self.context.device(), self.parts.indices.handle);
-        // SAFETY: the caller vouches for `cmd`; the buffer is the stage's.
-        unsafe { device.cmd_bind_index_buffer(cmd, indices, 0, vk::IndexType::UINT16) };
-    }
-
-    /// # Safety
-    /// As for [`Stage::record`], inside of rendering.
-    unsafe fn layers(&self, cmd: vk::CommandBuffer, layers: &[DrawLayer]) {
-        for (index, layer) in layers.iter().enumerate() {
-            // SAFETY: the caller vouches for `cmd`; the words were written.
-            unsafe {
-                if index == 0 {
-                    self.bind(cmd, Draw::Layer);
-                }
-                self.push(cmd, layer);
-                self.context.device().cmd_draw(cmd, 4, 1, 0, 0);
             }
         }
     }

@@ -1,74 +1,38 @@
-//! Meshes on the device: capsules of two resolutions, and the skinned meshes with the commands that draw them.
+//! Meshes on the device: a capsule, and the skinned meshes with the commands that draw them.
 
 use ash::vk;
 
 use super::StageDesc;
 use crate::scene::{Mesh, MeshTexture, MeshVertex};
-use crate::shaders::DrawCommand;
 use sabaki::gpu::internal::{Buffer, BufferDesc, DeviceMemory, within};
 use sabaki::gpu::{Context, GpuError, Memory, MemoryUse};
 
-/// Resolution of a mesh, and its range of indices.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct CapsuleMesh {
-    pub(super) segments: u32,
-    /// Number of rings from a pole to the cylinder part.
-    pub(super) rings: u32,
-    pub(super) first_index: u32,
-    pub(super) indices: u32,
-}
+/// Segments of a capsule, and rings from a pole to the cylinder part. `view_capsule.glsl` computes the vertices from their numbers.
+pub(super) const SEGMENTS: u32 = 24;
+pub(super) const RINGS: u32 = 7;
 
-/// Segments and rings of a picture, and of a shadow.
-const SIZES: [(u32, u32); 2] = [(24, 7), (10, 3)];
-
-/// Capsules of both resolutions and their shared index buffer. `view_capsule.glsl` computes the vertices from their numbers.
-#[derive(Clone, Debug, Default)]
-pub(super) struct CapsuleMeshes {
-    meshes: Vec<CapsuleMesh>,
-    pub(super) indices: Vec<u16>,
-}
-
-impl CapsuleMeshes {
-    pub(super) fn new() -> Self {
-        let mut all = Self::default();
-        for (segments, rings) in SIZES {
-            let first_index = all.indices.len() as u32;
-            // Two triangles between each pair of rings and segments, counter-clockwise seen from
-            // outside.
-            for ring in 0..2 * rings + 1 {
-                for segment in 0..segments {
-                    let next = (segment + 1) % segments;
-                    let at = |ring: u32, segment: u32| (ring * segments + segment) as u16;
-                    let (a, b) = (at(ring, segment), at(ring, next));
-                    let (c, d) = (at(ring + 1, segment), at(ring + 1, next));
-                    all.indices.extend([a, d, b, a, c, d]);
-                }
-            }
-            all.meshes.push(CapsuleMesh {
-                segments,
-                rings,
-                first_index,
-                indices: all.indices.len() as u32 - first_index,
-            });
-        }
-        all
-    }
-
-    pub(super) fn of(&self, is_shadow: bool) -> CapsuleMesh {
-        self.meshes[usize::from(is_shadow)]
-    }
+/// Indices of a capsule: two triangles between each pair of rings and segments, counter-clockwise seen from outside.
+pub(super) fn capsule_indices() -> Vec<u16> {
+    let at = |ring: u32, segment: u32| (ring * SEGMENTS + segment % SEGMENTS) as u16;
+    let quads = (0..2 * RINGS + 1).flat_map(|ring| (0..SEGMENTS).map(move |at| (ring, at)));
+    let triangles = quads.flat_map(|(ring, segment)| {
+        let (a, b) = (at(ring, segment), at(ring, segment + 1));
+        let (c, d) = (at(ring + 1, segment), at(ring + 1, segment + 1));
+        [a, d, b, a, c, d]
+    });
+    triangles.collect()
 }
 
 /// Place of a mesh in the buffers.
 #[derive(Clone, Copy, Debug)]
-struct Place {
-    first_vertex: i32,
+pub(super) struct Place {
+    pub(super) first_vertex: i32,
     /// First index and number of indices of each resolution.
-    details: [(u32, u32); Mesh::DETAILS],
+    pub(super) details: [(u32, u32); Mesh::DETAILS],
     /// First texel, width, height and number of levels.
-    texture: [u32; 4],
+    pub(super) texture: [u32; 4],
     /// Number of bones that the vertices refer to.
-    bones: u32,
+    pub(super) bones: u32,
 }
 
 /// All meshes of a stage. Handles are null by default.
@@ -77,7 +41,7 @@ pub(super) struct Skins {
     pub(super) vertices: Buffer,
     pub(super) indices: Buffer,
     pub(super) texels: Buffer,
-    places: Vec<Place>,
+    pub(super) places: Vec<Place>,
 }
 
 impl Skins {
@@ -130,34 +94,6 @@ impl Skins {
         let texels = bytemuck::cast_slice(&texels);
         self.texels = buffer("meshes' texels", texels, Usage::STORAGE_BUFFER)?;
         Ok(())
-    }
-
-    /// Number of meshes.
-    pub(super) fn len(&self) -> usize {
-        self.places.len()
-    }
-
-    /// Command that draws instances of a mesh.
-    pub(super) fn command(&self, mesh: usize, detail: usize, instances: u32) -> DrawCommand {
-        let place = &self.places[mesh];
-        let (first_index, index_count) = place.details[detail];
-        DrawCommand {
-            index_count,
-            instance_count: instances,
-            first_index,
-            vertex_offset: place.first_vertex,
-            first_instance: 0,
-        }
-    }
-
-    /// Number of bones that a mesh's vertices refer to.
-    pub(super) fn bones(&self, mesh: usize) -> u32 {
-        self.places[mesh].bones
-    }
-
-    /// Place of a mesh's texture in the layout of the shaders.
-    pub(super) fn texture(&self, mesh: usize) -> [u32; 4] {
-        self.places[mesh].texture
     }
 
     /// Frees all buffers. The device must not use them any more.

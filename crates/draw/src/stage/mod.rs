@@ -8,7 +8,7 @@ mod upload;
 
 use ash::vk;
 
-use meshes::{CapsuleMeshes, Skins};
+use meshes::{Skins, capsule_indices};
 use pipelines::{DEPTH, Pipelines};
 use sabaki::gpu::internal::{Buffer, BufferDesc, DeviceMemory, Image, ImageDesc, within};
 use sabaki::gpu::{Context, GpuError, Memory, MemoryUse};
@@ -127,7 +127,6 @@ pub struct Stage {
 struct Parts {
     pipelines: Pipelines,
     targets: Targets,
-    meshes: CapsuleMeshes,
     indices: Buffer,
     skins: Skins,
     slots: Vec<Slot>,
@@ -185,8 +184,8 @@ impl Stage {
         let mut device = DeviceMemory { context, memory };
         parts.targets.fill_shadow(&mut device, desc)?;
         parts.targets.resize(&mut device, desc, self.samples)?;
-        parts.meshes = CapsuleMeshes::new();
-        let indices = bytemuck::cast_slice(&parts.meshes.indices);
+        let indices = capsule_indices();
+        let indices = bytemuck::cast_slice(&indices);
         parts.indices = device.buffer(BufferDesc {
             name: &format!("{}: meshes", desc.name),
             size: indices.len() as u64,
@@ -233,7 +232,9 @@ impl Stage {
     /// # Safety
     /// The commands that were last recorded into this slot have finished or were never submitted.
     pub unsafe fn poses(&mut self, slot: u32) -> Result<&mut [F32x16], GpuError> {
-        let slot = self.slot_mut(slot)?;
+        let slots = self.parts.slots.len() as u32;
+        let found = self.parts.slots.get_mut(slot as usize);
+        let slot = found.ok_or(GpuError::NoSuchSlot { slot, slots })?;
         // SAFETY: the caller knows that the device does not read it.
         unsafe { slot.poses() }
     }
@@ -267,12 +268,6 @@ impl Stage {
         // SAFETY: the caller vouches for `cmd`, the slot and the target.
         unsafe { self.draw(cmd, slot, &draws) };
         Ok(())
-    }
-
-    fn slot_mut(&mut self, slot: u32) -> Result<&mut Slot, GpuError> {
-        let slots = self.parts.slots.len() as u32;
-        let found = self.parts.slots.get_mut(slot as usize);
-        found.ok_or(GpuError::NoSuchSlot { slot, slots })
     }
 
     /// Frees all resources. The device must have finished all recorded commands.

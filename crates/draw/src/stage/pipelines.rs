@@ -40,14 +40,14 @@ enum Geometry {
     Mesh,
 }
 
-#[derive(Clone, Copy)]
-struct Desc {
-    name: &'static str,
-    vertex: &'static Shader,
-    fragment: Option<&'static Shader>,
-    writes: Writes,
-    geometry: Geometry,
-}
+/// Name, vertex and fragment shader of a draw, and what it writes and reads.
+type Desc = (
+    &'static str,
+    &'static Shader,
+    Option<&'static Shader>,
+    Writes,
+    Geometry,
+);
 
 /// Kind of a draw.
 #[derive(Clone, Copy)]
@@ -65,24 +65,6 @@ pub(super) enum Draw {
     SkinShadow,
 }
 
-impl Desc {
-    const fn new(
-        name: &'static str,
-        vertex: &'static Shader,
-        fragment: Option<&'static Shader>,
-        writes: Writes,
-        geometry: Geometry,
-    ) -> Self {
-        Self {
-            name,
-            vertex,
-            fragment,
-            writes,
-            geometry,
-        }
-    }
-}
-
 /// Descriptions, in the order of [`Draw`].
 const ALL: [Desc; 11] = {
     use Geometry::{Computed, Mesh, Strip};
@@ -91,17 +73,17 @@ const ALL: [Desc; 11] = {
     let (lit, textured) = (Some(&VIEW_BODY_FRAG), Some(&VIEW_SKIN_FRAG));
     let (floor, sky, layer) = (&VIEW_FLOOR_VERT, &VIEW_SKY_VERT, &VIEW_LAYER_VERT);
     [
-        Desc::new("view: body", body, lit, Solid, Computed),
-        Desc::new("view: floor", floor, Some(&VIEW_FLOOR_FRAG), Solid, Strip),
-        Desc::new("view: sky", sky, Some(&VIEW_SKY_FRAG), Solid, Strip),
-        Desc::new("view: layer", layer, Some(&VIEW_LAYER_FRAG), Blended, Strip),
-        Desc::new("view: ghosts' depth", body, lit, Depth, Computed),
-        Desc::new("view: ghosts", body, lit, Blended, Computed),
-        Desc::new("view: shadow", body, None, Shadow, Computed),
-        Desc::new("view: skin", skin, textured, Solid, Mesh),
-        Desc::new("view: skinned ghosts' depth", skin, textured, Depth, Mesh),
-        Desc::new("view: skinned ghosts", skin, textured, Blended, Mesh),
-        Desc::new("view: skin's shadow", skin, None, Shadow, Mesh),
+        ("view: body", body, lit, Solid, Computed),
+        ("view: floor", floor, Some(&VIEW_FLOOR_FRAG), Solid, Strip),
+        ("view: sky", sky, Some(&VIEW_SKY_FRAG), Solid, Strip),
+        ("view: layer", layer, Some(&VIEW_LAYER_FRAG), Blended, Strip),
+        ("view: ghosts' depth", body, lit, Depth, Computed),
+        ("view: ghosts", body, lit, Blended, Computed),
+        ("view: shadow", body, None, Shadow, Computed),
+        ("view: skin", skin, textured, Solid, Mesh),
+        ("view: skinned ghosts' depth", skin, textured, Depth, Mesh),
+        ("view: skinned ghosts", skin, textured, Blended, Mesh),
+        ("view: skin's shadow", skin, None, Shadow, Mesh),
     ]
 };
 
@@ -172,7 +154,7 @@ impl Pipelines {
             unsafe { device.create_pipeline_layout(&info, None) }.call("vkCreatePipelineLayout")?;
         for one in &ALL {
             let made = build(context, one, self.layout, desc, samples)?;
-            context.name(made, one.name);
+            context.name(made, one.0);
             self.all.push(made);
         }
         Ok(())
@@ -208,7 +190,7 @@ fn build(
     let device = context.device();
     let mut modules = Vec::new();
     let mut made = Ok(());
-    for shader in std::iter::once(desc.vertex).chain(desc.fragment) {
+    for shader in std::iter::once(desc.1).chain(desc.2) {
         let info = vk::ShaderModuleCreateInfo::default().code(shader.words);
         // SAFETY: the words were validated when the crate was built.
         match unsafe { device.create_shader_module(&info, None) } {
@@ -226,7 +208,7 @@ fn build(
 
 fn assemble(
     context: &Context,
-    desc: &Desc,
+    &(_, _, _, writes, geometry): &Desc,
     layout: vk::PipelineLayout,
     stage: &StageDesc<'_>,
     samples: vk::SampleCountFlags,
@@ -245,15 +227,15 @@ fn assemble(
                 .name(c"main")
         })
         .collect();
-    let is_shadow = desc.writes == Writes::Shadow;
+    let is_shadow = writes == Writes::Shadow;
     let (buffers, attributes) = vertex_input();
     let mut inputs = vk::PipelineVertexInputStateCreateInfo::default();
-    if desc.geometry == Geometry::Mesh {
+    if geometry == Geometry::Mesh {
         inputs = inputs
             .vertex_binding_descriptions(&buffers)
             .vertex_attribute_descriptions(&attributes);
     }
-    let (topology, cull) = match desc.geometry {
+    let (topology, cull) = match geometry {
         Geometry::Strip => (
             vk::PrimitiveTopology::TRIANGLE_STRIP,
             vk::CullModeFlags::NONE,
@@ -283,7 +265,7 @@ fn assemble(
     let samples = vk::PipelineMultisampleStateCreateInfo::default().rasterization_samples(samples);
     let depth = vk::PipelineDepthStencilStateCreateInfo::default()
         .depth_test_enable(true)
-        .depth_write_enable(desc.writes != Writes::Blended)
+        .depth_write_enable(writes != Writes::Blended)
         .depth_compare_op(if is_shadow {
             vk::CompareOp::LESS
         } else {
@@ -291,12 +273,12 @@ fn assemble(
             vk::CompareOp::GREATER_OR_EQUAL
         });
     let colour = vk::PipelineColorBlendAttachmentState::default()
-        .blend_enable(desc.writes == Writes::Blended)
+        .blend_enable(writes == Writes::Blended)
         .src_color_blend_factor(vk::BlendFactor::SRC_ALPHA)
         .dst_color_blend_factor(vk::BlendFactor::ONE_MINUS_SRC_ALPHA)
         .src_alpha_blend_factor(vk::BlendFactor::ZERO)
         .dst_alpha_blend_factor(vk::BlendFactor::ONE)
-        .color_write_mask(match desc.writes {
+        .color_write_mask(match writes {
             Writes::Solid | Writes::Blended => vk::ColorComponentFlags::RGBA,
             Writes::Depth | Writes::Shadow => vk::ColorComponentFlags::empty(),
         });

@@ -6,7 +6,7 @@ use bytemuck::Pod;
 use super::StageDesc;
 use super::pipelines::BINDINGS;
 use crate::scene::Capsule;
-use crate::shaders::{CrowdCharacter, DrawCommand, FrameData, SkinBone};
+use crate::shaders::{Bone, Character, DrawCommand, FrameData};
 use sabaki::gpu::internal::{Buffer, BufferDesc, DeviceMemory, Named};
 use sabaki::gpu::{Context, GpuError, Memory, MemoryUse};
 use sabaki::math::F32x16;
@@ -67,13 +67,13 @@ impl Slot {
         let numbers = crowd + joints * POSE_NUMBERS as u64;
         self.poses = buffer("poses", numbers, size_of::<f32>(), storage)?;
         let count = members + skinned;
-        self.members = buffer("crowd", count, size_of::<CrowdCharacter>(), storage)?;
+        self.members = buffer("crowd", count, size_of::<Character>(), storage)?;
         let (count, command) = (
             skinned + u64::from(MOST_SKINNED_GROUPS),
             size_of::<DrawCommand>(),
         );
         self.commands = buffer("draw commands", count, command, Usage::INDIRECT_BUFFER)?;
-        self.bones = buffer("bones", bones, size_of::<SkinBone>(), storage)?;
+        self.bones = buffer("bones", bones, size_of::<Bone>(), storage)?;
         self.lines = desc.max_crowd_len as usize;
         // SAFETY: no other code has the buffer yet.
         let start = unsafe { self.poses.bytes_mut() }?.as_ptr() as usize;

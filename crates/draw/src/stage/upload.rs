@@ -1,15 +1,16 @@
 //! Writes a shot into the buffers of a slot.
 
+use std::ops::Range;
+
 use ash::vk;
 use glam::camera::rh;
 use glam::{Mat3, Mat4, Vec3, Vec4};
 
+use super::meshes::Skins;
 use super::slot::{MOST_SKINNED_GROUPS, POSE_NUMBERS, write};
 use super::{Picture, Stage, Target};
-use crate::scene::{
-    Capsule, CrowdMember, CrowdShot, Detail, Layer, Light, Mesh, Shot, Skin, SkinnedBody,
-};
-use crate::shaders::{CrowdCharacter, DrawCommand, DrawLayer, DrawSkin, FrameData, SkinBone};
+use crate::scene::{Capsule, CrowdShot, Detail, Layer, Light, Mesh, Shot, Skin, SkinnedBody};
+use crate::shaders::{Bone, Character, DrawCommand, DrawLayer, DrawSkin, FrameData};
 use sabaki::gpu::GpuError;
 use sabaki::gpu::internal::within;
 use sabaki::math::{F32x16, Sphere};
@@ -28,112 +29,85 @@ pub(super) struct Draws {
     pub(super) skins: Vec<SkinDraw>,
 }
 
-/// Instances of a mesh that one draw call draws.
+/// Instances of a mesh that one draw call draws, by the command of the same index.
 #[derive(Clone, Copy)]
 pub(super) struct SkinDraw {
-    mesh: usize,
-    detail: usize,
-    instances: u32,
-    /// Number of the skin's bones.
-    bones: usize,
     pub(super) constants: DrawSkin,
     pub(super) is_ghost: bool,
     pub(super) casts: bool,
-    /// Index of the command.
-    pub(super) command: u32,
 }
 
 impl Stage {
     /// Writes a picture into a slot's buffers.
-    pub(super) fn upload(&mut self, slot: u32, picture: &Picture<'_>) -> Result<Draws, GpuError> {
-        let (context, desc) = (self.context.clone(), self.desc);
+    pub(super) fn upload(&self, slot: u32, picture: &Picture<'_>) -> Result<Draws, GpuError> {
+        let (context, desc) = (&self.context, &self.desc);
         let Picture {
             shot,
             crowd,
             target,
         } = *picture;
-        let number = slot as usize;
-        let slot = self.slot_mut(slot)?;
+        let slots = self.parts.slots.len() as u32;
+        let found = self.parts.slots.get(slot as usize);
+        let slot = found.ok_or(GpuError::NoSuchSlot { slot, slots })?;
         let fits = |name, needed: usize, most: u32| within(name, needed as u64, most.into());
         let (encodes, shadow_side) = (!is_srgb(desc.format), desc.shadow_side.max(1));
         let frame = frame_data(shot, target.size, encodes, shadow_side);
-        write(&context, &slot.frame, &[frame])?;
+        write(context, &slot.frame, &[frame])?;
         let capsules = shot.solids.iter().chain(&shot.occluders);
         let capsules: Vec<Capsule> = capsules.chain(&shot.ghosts).copied().collect();
         fits("StageDesc::max_capsules", capsules.len(), desc.max_capsules)?;
-        write(&context, &slot.capsules, &capsules)?;
+        write(context, &slot.capsules, &capsules)?;
         let (layers, words) = layers(&shot.layers);
         fits("StageDesc::max_map_words", words.len(), desc.max_map_words)?;
-        write(&context, &slot.words, &words)?;
-        let mut draws = Draws {
+        write(context, &slot.words, &words)?;
+        let mut skinned = Skinned::new(&self.parts.skins, slot.first_skinned_number());
+        if let Some(crowd) = crowd {
+            check_poses(crowd, slot.crowd_numbers())?;
+            skinned
+                .members
+                .extend(crowd.members.iter().map(|member| Character {
+                    place: [
+                        slot.first_number.wrapping_add(member.first),
+                        member.stride,
+                        u32::MAX,
+                        1f32.to_bits(),
+                    ],
+                    tint: member.tint,
+                }));
+            let count = skinned.members.len();
+            fits("StageDesc::max_members", count, desc.max_members)?;
+            slot.flush_poses(context)?;
+            skinned.add_crowd(crowd)?;
+        }
+        let bodies = shot.skinned.len();
+        fits("StageDesc::max_skinned", bodies, desc.max_skinned)?;
+        for body in &shot.skinned {
+            skinned.add_body(body)?;
+        }
+        let joints = skinned.numbers.len() / POSE_NUMBERS;
+        let most = desc.max_skinned_joints;
+        fits("StageDesc::max_skinned_joints", joints, most)?;
+        fits("StageDesc::max_bones", skinned.bones.len(), desc.max_bones)?;
+        write(context, &slot.members, &skinned.members)?;
+        write(context, &slot.bones, &skinned.bones)?;
+        write(context, &slot.commands, &skinned.commands)?;
+        slot.write_skinned(context, &skinned.numbers)?;
+        Ok(Draws {
             target,
             solids: shot.solids.len() as u32,
             occluders: shot.occluders.len() as u32,
             ghosts: shot.ghosts.len() as u32,
             layers,
-            skins: Vec::new(),
-        };
-        let mut skinned = Skinned::new(slot.first_skinned_number());
-        if let Some(crowd) = crowd {
-            check_poses(crowd, slot.crowd_numbers())?;
-            skinned.members = members(crowd, slot.first_number);
-            fits(
-                "StageDesc::max_members",
-                skinned.members.len(),
-                desc.max_members,
-            )?;
-            slot.flush_poses(&context)?;
-            skinned.add_crowd(crowd)?;
-        }
-        for body in &shot.skinned {
-            skinned.add_body(body)?;
-        }
-        draws.skins = self.upload_skinned(number, shot.skinned.len(), &skinned)?;
-        Ok(draws)
-    }
-
-    /// Writes members, bones, poses and draw commands into a slot's buffers. Returns the draws.
-    fn upload_skinned(
-        &self,
-        slot: usize,
-        bodies: usize,
-        skinned: &Skinned,
-    ) -> Result<Vec<SkinDraw>, GpuError> {
-        let (context, desc, meshes) = (&self.context, &self.desc, &self.parts.skins);
-        let fits = |name, needed: usize, most: u32| within(name, needed as u64, most.into());
-        let joints = skinned.numbers.len() / POSE_NUMBERS;
-        fits("StageDesc::max_skinned", bodies, desc.max_skinned)?;
-        let most = desc.max_skinned_joints;
-        fits("StageDesc::max_skinned_joints", joints, most)?;
-        fits("StageDesc::max_bones", skinned.bones.len(), desc.max_bones)?;
-        let mut draws = skinned.draws.clone();
-        let mut commands: Vec<DrawCommand> = Vec::with_capacity(draws.len());
-        for draw in &mut draws {
-            let last = draw.mesh as u64 + 1;
-            within("StageDesc::meshes", last, meshes.len() as u64)?;
-            let bones = meshes.bones(draw.mesh);
-            within("bones of a Skin", bones.into(), draw.bones as u64)?;
-            draw.constants.texture_place = meshes.texture(draw.mesh);
-            draw.command = commands.len() as u32;
-            commands.push(meshes.command(draw.mesh, draw.detail, draw.instances));
-        }
-        let slot = &self.parts.slots[slot];
-        write(context, &slot.members, &skinned.members)?;
-        write(context, &slot.bones, &skinned.bones)?;
-        write(context, &slot.commands, &commands)?;
-        slot.write_skinned(context, &skinned.numbers)?;
-        Ok(draws)
+            skins: skinned.draws,
+        })
     }
 }
 
 /// Whether the groups of a crowd have the members and skins that they refer to, and whether the poses of all their members are
 /// within the first `numbers` of the memory.
 fn check_poses(crowd: &CrowdShot, numbers: u64) -> Result<(), GpuError> {
-    let joints: Vec<u64> = crowd
-        .skins
-        .iter()
-        .map(|skin| joints_of_skin(skin))
-        .collect();
+    let joints = crowd.skins.iter().map(|skin| joints_of_skin(skin));
+    let joints: Vec<u64> = joints.collect();
     let members = crowd.members.len() as u64;
     for group in &crowd.groups {
         within("members of a CrowdShot", group.members.end.into(), members)?;
@@ -195,46 +169,37 @@ fn layers(layers: &[Layer]) -> (Vec<DrawLayer>, Vec<u32>) {
     (draws, words)
 }
 
-/// Members in the layout of the shaders. `first` is the index of the first number of their poses.
-fn members(crowd: &CrowdShot, first: u32) -> Vec<CrowdCharacter> {
-    let member = |member: &CrowdMember| CrowdCharacter {
-        place: [
-            first.wrapping_add(member.first),
-            member.stride,
-            u32::MAX,
-            1f32.to_bits(),
-        ],
-        tint: member.tint,
-    };
-    crowd.members.iter().map(member).collect()
-}
-
 /// The data that is written for skinned bodies and a crowd.
-struct Skinned {
-    members: Vec<CrowdCharacter>,
-    bones: Vec<SkinBone>,
+struct Skinned<'a> {
+    meshes: &'a Skins,
+    members: Vec<Character>,
+    bones: Vec<Bone>,
     /// Poses of single bodies.
     numbers: Vec<f32>,
     /// Index of the first of these numbers in the buffer.
     first_number: u32,
     draws: Vec<SkinDraw>,
+    /// For each draw its command.
+    commands: Vec<DrawCommand>,
 }
 
-impl Skinned {
-    fn new(first_number: u32) -> Self {
+impl<'a> Skinned<'a> {
+    fn new(meshes: &'a Skins, first_number: u32) -> Self {
         Self {
+            meshes,
             members: Vec::new(),
             bones: Vec::new(),
             numbers: Vec::new(),
             first_number,
             draws: Vec::new(),
+            commands: Vec::new(),
         }
     }
 
     /// Adds the bones of a skin and returns the index of the first.
     fn add_bones(&mut self, skin: &Skin) -> u32 {
         let first = self.bones.len() as u32;
-        self.bones.extend(skin.bones.iter().map(|bone| SkinBone {
+        self.bones.extend(skin.bones.iter().map(|bone| Bone {
             joint: [u32::from(bone.joint.0), 0, 0, 0],
             rotation: bone.bind.rotation.to_array(),
             translation: bone.bind.translation.extend(0.0).to_array(),
@@ -247,31 +212,60 @@ impl Skinned {
     fn add_crowd(&mut self, crowd: &CrowdShot) -> Result<(), GpuError> {
         let groups = crowd.groups.len() as u64;
         within("groups of a CrowdShot", groups, MOST_SKINNED_GROUPS.into())?;
-        let firsts: Vec<u32> = crowd
-            .skins
-            .iter()
-            .map(|skin| self.add_bones(skin))
-            .collect();
+        let firsts = crowd.skins.iter().map(|skin| self.add_bones(skin));
+        let firsts: Vec<u32> = firsts.collect();
         for group in &crowd.groups {
-            let skin = &crowd.skins[group.skin];
-            self.draws.push(SkinDraw {
-                mesh: skin.mesh,
-                detail: (group.detail as usize).min(Mesh::DETAILS - 1),
-                instances: group.members.len() as u32,
-                bones: skin.bones.len(),
-                constants: DrawSkin {
-                    sun: 0,
-                    first_character: group.members.start,
-                    first_bone: firsts[group.skin],
-                    dual: u32::from(group.detail == Detail::Fine),
-                    texture_place: [0; 4],
-                },
-                is_ghost: false,
-                casts: group.casts,
-                command: 0,
-            });
+            let (skin, members) = (&crowd.skins[group.skin], group.members.clone());
+            let is_dual = group.detail == Detail::Fine;
+            let detail = (group.detail as usize).min(Mesh::DETAILS - 1);
+            let draw = self.add(skin, detail, members, firsts[group.skin], is_dual)?;
+            draw.casts = group.casts;
         }
         Ok(())
+    }
+
+    /// Adds a draw of members with the bones from `first_bone` on, which casts shadows.
+    fn add(
+        &mut self,
+        skin: &Skin,
+        detail: usize,
+        members: Range<u32>,
+        first_bone: u32,
+        is_dual: bool,
+    ) -> Result<&mut SkinDraw, GpuError> {
+        let places = &self.meshes.places;
+        within(
+            "StageDesc::meshes",
+            skin.mesh as u64 + 1,
+            places.len() as u64,
+        )?;
+        let place = &places[skin.mesh];
+        within(
+            "bones of a Skin",
+            place.bones.into(),
+            skin.bones.len() as u64,
+        )?;
+        let (first_index, index_count) = place.details[detail];
+        self.commands.push(DrawCommand {
+            index_count,
+            instance_count: members.len() as u32,
+            first_index,
+            vertex_offset: place.first_vertex,
+            first_instance: 0,
+        });
+        let index = self.draws.len();
+        self.draws.push(SkinDraw {
+            constants: DrawSkin {
+                sun: 0,
+                first_character: members.start,
+                first_bone,
+                dual: is_dual.into(),
+                texture_place: place.texture,
+            },
+            is_ghost: false,
+            casts: true,
+        });
+        Ok(&mut self.draws[index])
     }
 
     fn add_body(&mut self, body: &SkinnedBody) -> Result<(), GpuError> {
@@ -290,23 +284,10 @@ impl Skinned {
         let tinted = |joint: usize| body.tinted.get(joint).copied().unwrap_or(all);
         self.numbers.extend((0..body.joints.len()).map(tinted));
         let first_bone = self.add_bones(&body.skin);
-        self.draws.push(SkinDraw {
-            mesh: body.skin.mesh,
-            detail: 0,
-            instances: 1,
-            bones: body.skin.bones.len(),
-            constants: DrawSkin {
-                sun: 0,
-                first_character: self.members.len() as u32,
-                first_bone,
-                dual: 1,
-                texture_place: [0; 4],
-            },
-            is_ghost: body.alpha < 1.0,
-            casts: true,
-            command: 0,
-        });
-        self.members.push(CrowdCharacter {
+        let member = self.members.len() as u32;
+        let draw = self.add(&body.skin, 0, member..member + 1, first_bone, true)?;
+        draw.is_ghost = body.alpha < 1.0;
+        self.members.push(Character {
             place: [first, 1, weights, body.alpha.to_bits()],
             tint: body.tint,
         });
