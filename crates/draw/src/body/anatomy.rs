@@ -57,16 +57,13 @@ impl Anatomy {
             .last()
             .unwrap_or(head);
         let toes = legs.map(|leg| furthest(skeleton, leg.foot));
-        let wanted = WantedDirections {
+        let mut spread = Spread {
             skeleton,
             standing,
-            trunk: &trunk,
-            head,
-            legs,
-            arms,
             directions: vec![None; skeleton.len()],
-        }
-        .fill();
+        };
+        spread.fill(&trunk, head, legs, arms);
+        let wanted = spread.directions;
         let frames = straightened(skeleton, standing, &wanted);
         let at = |id: JointId| frames[id.index()].translation;
         let lowest = toes.iter().map(|&toe| at(toe).y).fold(f32::MAX, f32::min);
@@ -92,6 +89,24 @@ impl Anatomy {
         self.frames[id.index()].translation
     }
 
+    /// Lowest and highest coordinates of a body around the joints.
+    pub(super) fn bounds(&self) -> (Vec3, Vec3) {
+        let limbs = self.legs.iter().chain(&self.arms);
+        let joints = limbs.flat_map(|limb| [limb.hip, limb.knee, limb.toe_or_foot()]);
+        let places = joints
+            .chain(self.toes)
+            .chain([self.head])
+            .map(|id| self.at(id));
+        let (low, high) = places.fold((Vec3::MAX, Vec3::MIN), |(low, high), place| {
+            (low.min(place), high.max(place))
+        });
+        let room = 0.12 * self.height;
+        (
+            low - room,
+            high.with_y(high.y.max(self.sole + self.height)) + room,
+        )
+    }
+
     /// Middle between the shoulders.
     pub(super) fn shoulders(&self) -> Vec3 {
         0.5 * (self.at(self.arms[0].hip) + self.at(self.arms[1].hip))
@@ -109,16 +124,6 @@ impl Anatomy {
             false => neck,
         }
     }
-
-    /// Joint of the trunk that moves a place: the last one that is not above it.
-    pub(super) fn of_trunk(&self, place: Vec3) -> JointId {
-        let below = self
-            .trunk
-            .iter()
-            .rev()
-            .find(|&&id| self.at(id).y <= place.y);
-        *below.unwrap_or(&self.trunk[0])
-    }
 }
 
 /// The nearest joint that is above both or one of them.
@@ -127,16 +132,14 @@ fn common(skeleton: &Skeleton, a: JointId, b: JointId) -> Option<JointId> {
     skeleton.ancestry(a).find(|id| of_b.contains(id))
 }
 
-/// The head: the joint with that name or, without one, the joint of the trunk's other branches that is furthest from the
-/// chest.
+/// The joint above the chest with that name.
 fn head(skeleton: &Skeleton, chest: JointId) -> Option<JointId> {
     let below = |id: JointId| skeleton.ancestry(id).any(|above| above == chest);
     let named = |id: &JointId| {
         let name = skeleton.joint(*id).name.to_ascii_lowercase();
         name.contains("head") && !name.ends_with("_end")
     };
-    let mut candidates = skeleton.ids().filter(|&id| below(id));
-    candidates.find(named)
+    skeleton.ids().filter(|&id| below(id)).find(named)
 }
 
 /// The descendant that the longest chain of bones leads to.
@@ -149,31 +152,21 @@ fn furthest(skeleton: &Skeleton, from: JointId) -> JointId {
 }
 
 /// Directions of the bones in the pose that the body is made in.
-struct WantedDirections<'a> {
+struct Spread<'a> {
     skeleton: &'a Skeleton,
     standing: &'a [JointTransform],
-    trunk: &'a [JointId],
-    head: JointId,
-    legs: [Leg; 2],
-    arms: [Leg; 2],
     directions: Vec<Option<Vec3>>,
 }
 
-impl WantedDirections<'_> {
-    fn fill(mut self) -> Vec<Option<Vec3>> {
-        let Self {
-            trunk,
-            head,
-            legs,
-            arms,
-            ..
-        } = self;
+impl Spread<'_> {
+    fn fill(&mut self, trunk: &[JointId], head: JointId, legs: [Leg; 2], arms: [Leg; 2]) {
         let (pelvis, chest) = (trunk[0], trunk[trunk.len() - 1]);
         self.path(pelvis, chest, Vec3::Y);
         self.path(chest, head, Vec3::new(0.0, 1.0, 0.08));
         let tip = furthest(self.skeleton, head);
         self.path(head, tip, Vec3::new(0.0, 1.0, 0.05));
-        let at = |id: JointId| self.standing[id.index()].translation;
+        let standing = self.standing;
+        let at = |id: JointId| standing[id.index()].translation;
         let upright = |a: JointId, b: JointId| (at(b) - at(a)).normalize_or(Vec3::Y);
         let (low, high) = (upright(pelvis, chest), upright(chest, head));
         self.rigid(pelvis, legs.map(|leg| leg.hip), low);
@@ -195,17 +188,11 @@ impl WantedDirections<'_> {
                 self.path(arm.foot, tip, aside(0.80, -0.59, 0.08));
             }
         }
-        self.directions
     }
 
-    /// Bones from one joint down to another.
-    fn bones(&self, from: JointId, to: JointId) -> Vec<JointId> {
-        let bones = self.skeleton.ancestry(to);
-        bones.take_while(|&id| id != from).collect()
-    }
-
+    /// Sets the direction of the bones from one joint down to another.
     fn path(&mut self, from: JointId, to: JointId, direction: Vec3) {
-        for bone in self.bones(from, to) {
+        for bone in self.skeleton.ancestry(to).take_while(|&id| id != from) {
             self.directions[bone.index()] = direction.try_normalize();
         }
     }
@@ -225,13 +212,9 @@ impl WantedDirections<'_> {
 
     /// Bones that lead to the side as far as they do while standing, and straight up or down.
     fn sideways(&mut self, from: JointId, to: JointId, up: Vec3) {
-        for bone in self.bones(from, to) {
-            let Some(parent) = self
-                .skeleton
-                .joint(bone)
-                .parent
-                .filter(|&parent| parent != from)
-            else {
+        for bone in self.skeleton.ancestry(to).take_while(|&id| id != from) {
+            let parent = self.skeleton.joint(bone).parent;
+            let Some(parent) = parent.filter(|&parent| parent != from) else {
                 continue;
             };
             let at = |id: JointId| self.standing[id.index()].translation;

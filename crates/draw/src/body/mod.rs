@@ -5,15 +5,17 @@
 mod anatomy;
 mod human;
 mod shapes;
-mod surface_net;
+
+use fast_surface_nets::ndshape::{RuntimeShape, Shape as _};
+use fast_surface_nets::{SurfaceNetsBuffer, surface_nets};
+use glam::{UVec3, Vec3};
 
 use crate::scene::{
-    BoundMesh, DuelPlaybackSettings, Look, Mesh, MeshBone, MeshVertex, Outfit, inverse, simplified,
-    standing_pose, whole,
+    BoundMesh, Look, Mesh, MeshBone, MeshVertex, Outfit, inverse, simplified, standing_pose, whole,
 };
 use anatomy::Anatomy;
 use sabaki::anim::{Clip, JointTransform, Skeleton};
-use surface_net::{Grid, surface_net};
+use shapes::Shapes;
 
 /// Triangles of the finest resolution.
 const TRIANGLES: usize = 7000;
@@ -35,34 +37,31 @@ pub fn human_body(
 ) -> Option<BoundMesh> {
     let anatomy = Anatomy::of(skeleton, standing)?;
     let human = human::shapes(&anatomy, look);
-    let cell = CELL * anatomy.height;
-    let (low, high) = human.bounds();
+    let (low, high) = anatomy.bounds();
     // Nor is one made whose size is not a number.
     let fits = ((high - low) / anatomy.height).max_element() <= WIDEST;
     if !fits {
         return None;
     }
-    let distance = |place| human.distance(place);
-    let net = surface_net(Grid { low, high, cell }, &distance);
-    let weights = net.weights(&anatomy, &human, cell);
-    let vertices: Vec<MeshVertex> = net
-        .places
-        .iter()
-        .zip(weights)
-        .map(|(&place, (bones, weights))| {
-            let [red, green, blue] = whole(human.colour(place));
-            MeshVertex {
-                position: place.to_array(),
-                normal: human.normal(place, 0.5 * cell).to_array(),
-                uv: [0.0; 2],
-                colour: [red, green, blue, 0],
-                bones,
-                weights,
-            }
-        })
-        .collect();
-    let triangles = simplified(&vertices, &net.triangles, TRIANGLES);
-    let (vertices, triangles) = used(&vertices, triangles);
+    let cell = CELL * anatomy.height;
+    let net = surface(&human, low, high, cell);
+    let vertex = |&position: &[f32; 3]| {
+        let place = low + Vec3::from(position) * cell;
+        let [red, green, blue] = whole(human.nearest(place).0.colour);
+        let (bones, weights) = human.weights(place);
+        MeshVertex {
+            position: place.to_array(),
+            normal: human.normal(place, 0.5 * cell).to_array(),
+            uv: [0.0; 2],
+            colour: [red, green, blue, 0],
+            bones,
+            weights,
+        }
+    };
+    let vertices: Vec<MeshVertex> = net.positions.iter().map(vertex).collect();
+    let (triangles, _) = net.indices.as_chunks();
+    let mut triangles = simplified(&vertices, triangles, TRIANGLES);
+    let vertices = meshopt::optimize_vertex_fetch(triangles.as_flattened_mut(), &vertices);
     let bones = skeleton.ids().map(|joint| MeshBone {
         joint,
         bind: inverse(&anatomy.frames[joint.index()]),
@@ -75,28 +74,40 @@ pub fn human_body(
     })
 }
 
+/// The surface of shapes in a box, sampled in cells of side `cell`. Positions are in cells from `low`.
+fn surface(human: &Shapes, low: Vec3, high: Vec3, cell: f32) -> SurfaceNetsBuffer {
+    /// Cells on a side of a block that is sampled once if it is far from the surface.
+    const BLOCK: u32 = 8;
+    let size = ((high - low) / cell).ceil().as_uvec3() + 2;
+    let place = |at: Vec3| low + at * cell;
+    // Distances of joined shapes are not exact: twice the block's radius is safe.
+    let far = 3f32.sqrt() * BLOCK as f32 * cell;
+    let blocks = RuntimeShape::<u32, 3>::new(((size + BLOCK - 1) / BLOCK).to_array());
+    let middle = |block| (UVec3::from(blocks.delinearize(block)).as_vec3() + 0.5) * BLOCK as f32;
+    let middles = (0..blocks.size()).map(|block| human.distance(place(middle(block))));
+    let middles: Vec<f32> = middles.collect();
+    let shape = RuntimeShape::<u32, 3>::new(size.to_array());
+    let distance = |index| {
+        let at = UVec3::from(shape.delinearize(index));
+        let about = middles[blocks.linearize((at / BLOCK).to_array()) as usize];
+        match about.abs() > far {
+            true => about,
+            false => human.distance(place(at.as_vec3())),
+        }
+    };
+    let distances: Vec<f32> = (0..shape.size()).map(distance).collect();
+    let mut net = SurfaceNetsBuffer::default();
+    surface_nets(&distances, &shape, [0; 3], (size - 1).to_array(), &mut net);
+    net
+}
+
 impl Outfit {
     /// Bodies made by code for a skeleton and its clips, in the colours of the two fighters of a duel. `None` as for [`human_body`].
     #[must_use]
     pub fn human(skeleton: &Skeleton, clips: &[Clip]) -> Option<Self> {
-        let [white, blue] = DuelPlaybackSettings::default().looks;
+        let [white, blue] = Look::fighters();
         let body = human_body(skeleton, &standing_pose(skeleton, clips), &white)?;
         let other = body.mesh.clone().recoloured(white.clothes, blue.clothes);
         Some(Self::new([body.mesh, other], body.bones))
     }
-}
-
-/// Removes the vertices that no triangle uses.
-fn used(vertices: &[MeshVertex], mut triangles: Vec<[u32; 3]>) -> (Vec<MeshVertex>, Vec<[u32; 3]>) {
-    let mut numbers = vec![u32::MAX; vertices.len()];
-    let mut kept = Vec::new();
-    for corner in triangles.as_flattened_mut() {
-        let number = &mut numbers[*corner as usize];
-        if *number == u32::MAX {
-            *number = kept.len() as u32;
-            kept.push(vertices[*corner as usize]);
-        }
-        *corner = *number;
-    }
-    (kept, triangles)
 }

@@ -1,16 +1,17 @@
 //! Meshes, and their bodies in a pose.
 
+use std::collections::HashMap;
 use std::sync::Arc;
 
 use glam::{Quat, Vec3, Vec4};
+use meshopt::{SimplifyOptions, simplify_with_attributes_and_locks_decoder};
 
-use super::simplify::simplified;
 use sabaki::anim::{JointId, JointTransform};
 use sabaki::lod::Level;
 
 /// A vertex of a skinned mesh, in the bind pose.
 #[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
 pub struct MeshVertex {
     /// Position in the mesh's space, in metres.
     pub position: [f32; 3],
@@ -97,6 +98,50 @@ impl Mesh {
         }
         self
     }
+}
+
+/// At most `count` triangles of the same surface, if it can be simplified that far, by meshoptimizer. Vertices do not move; borders of colours and
+/// seams of the texture stay where they are.
+///
+/// # Panics
+/// If a triangle names a vertex that is not there.
+pub(crate) fn simplified(
+    vertices: &[MeshVertex],
+    triangles: &[[u32; 3]],
+    count: usize,
+) -> Vec<[u32; 3]> {
+    /// Cost of a wrong colour, relative to the size of the mesh.
+    const COLOUR: f32 = 1.0;
+    // Vertices that differ in their normals alone are one.
+    let mut firsts = HashMap::new();
+    let indices = (0u32..).zip(vertices);
+    let alike = indices.map(|(index, vertex)| {
+        let uv = match vertex.colour[3] {
+            0 => [0; 2],
+            _ => vertex.uv.map(f32::to_bits),
+        };
+        let key = (vertex.position.map(f32::to_bits), vertex.colour, uv);
+        *firsts.entry(key).or_insert(index)
+    });
+    let alike: Vec<u32> = alike.collect();
+    let corners = triangles.as_flattened().iter();
+    let corners: Vec<u32> = corners.map(|&corner| alike[corner as usize]).collect();
+    let positions: Vec<[f32; 3]> = vertices.iter().map(|vertex| vertex.position).collect();
+    let colours = vertices.iter().flat_map(|vertex| vertex.colour);
+    let colours: Vec<f32> = colours.map(|part| f32::from(part) / 65_535.0).collect();
+    let kept = simplify_with_attributes_and_locks_decoder(
+        &corners,
+        &positions,
+        &colours,
+        &[COLOUR; 3],
+        size_of::<[f32; 4]>(),
+        &vec![false; vertices.len()],
+        3 * count,
+        f32::MAX,
+        SimplifyOptions::None,
+        None,
+    );
+    kept.as_chunks().0.to_vec()
 }
 
 /// A linear colour as vertices have it.
