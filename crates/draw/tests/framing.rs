@@ -133,7 +133,7 @@ fn a_crowd_of_few_is_in_the_middle_of_the_picture() {
             Formation::new(&motions.skeleton, &motions.clips[0], &skin, &settings).unwrap();
         let camera = formation.camera();
         for index in 0..count {
-            let x = (index as f32 - 0.5 * (count - 1) as f32) * settings.apart;
+            let x = (index as f32 - 0.5 * (count - 1) as f32) * Formation::APART;
             for height in [0.0, 1.7] {
                 let place = Vec3::new(x, height, 0.0);
                 assert!(is_inside(&camera, place), "{index} of {count}, {height}");

@@ -249,7 +249,7 @@ fn a_crowd_stands_where_it_was_posed_with_levels_and_without() {
         let everybody = Picture(painter.paint(&mut device, &shot, Some(&shown)).unwrap());
         // The first row's trunks.
         for file in 2..8 {
-            let place = Vec3::new((file as f32 - 4.5) * settings.apart, 1.05, 0.0);
+            let place = Vec3::new((file as f32 - 4.5) * Formation::APART, 1.05, 0.0);
             let pixel = camera.pixel(place, SIZE).unwrap();
             assert!(
                 everybody.differs(&nobody, pixel),

@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use crate::measure::by_time::{AvoidedCount, CONTACTS, Cause, TimeRow};
-use crate::measure::coverage::{Cell, CellThrow, Coverage, Gap, HEIGHTS, LEADS};
+use crate::measure::coverage::{Cell, Coverage, Gap, HEIGHTS, LEADS};
 use sabaki::maps::BakedGraph;
 use sabaki::math::in_parallel;
 use sabaki::query::{Answer, Query, QueryContext, QuerySettings};
@@ -74,18 +74,9 @@ fn throw_all(args: &Args, baked: &BakedGraph) -> Result<Coverage, Failure> {
         let (mut context, mut answer) = (QueryContext::default(), Answer::default());
         let one = |index: u64| {
             cancel::check()?;
-            let cell = cells[number];
-            let thrown = coverage.throw(
-                baked,
-                cell,
-                CellThrow {
-                    draw: RandomDraw {
-                        seed: args.seed,
-                        index,
-                    },
-                    speed: args.speed,
-                },
-            );
+            let (cell, seed) = (cells[number], args.seed);
+            let draw = RandomDraw { seed, index };
+            let thrown = coverage.throw(baked, cell, draw, args.speed);
             let throw = thrown.map_err(|error| Failure::Attack {
                 index: index as usize,
                 error,
@@ -111,16 +102,16 @@ fn percent(share: f64) -> String {
 fn document(coverage: &Coverage) -> Value {
     let name = |direction: usize| direction_name(coverage, direction);
     let cell = |cell: Cell| {
-        let [thrown, avoided] = coverage.counts(|other| other == cell);
-        let [low, high] = coverage.interval(|other| other == cell);
+        let count = coverage.count(|other| other == cell);
+        let [low, high] = count.interval();
         json!({
             "direction": name(cell.direction),
             "degrees": coverage.from(cell.direction).to_degrees(),
             "height": HEIGHTS[cell.height].0,
             "lead": LEADS[cell.lead],
-            "attacks": thrown,
-            "avoided": avoided,
-            "share": coverage.share(|other| other == cell),
+            "attacks": count.attacks,
+            "avoided": count.avoided,
+            "share": count.value(),
             "low": low,
             "high": high,
         })
@@ -136,14 +127,13 @@ fn document(coverage: &Coverage) -> Value {
             "beyond_chance": gap.is_certain,
         })
     };
-    let [thrown, avoided] = coverage.counts(|_| true);
-    let gaps = coverage.gaps();
-    let [low, high] = coverage.interval(|_| true);
+    let (count, gaps) = (coverage.count(|_| true), coverage.gaps());
+    let [low, high] = count.interval();
     let next = gaps.first().filter(|gap| gap.is_certain);
     json!({
-        "attacks": thrown,
-        "avoided": avoided,
-        "share": coverage.share(|_| true),
+        "attacks": count.attacks,
+        "avoided": count.avoided,
+        "share": count.value(),
         "low": low,
         "high": high,
         "cells": coverage.cells().map(cell).collect::<Vec<_>>(),
@@ -197,10 +187,11 @@ fn text(coverage: &Coverage) -> String {
     let names = ["all".to_owned(), String::new()].into_iter();
     let row = names.chain((0..LEADS.len()).map(at));
     table.add_row(row.chain([percent(coverage.share(|_| true))]));
-    let [thrown, avoided] = coverage.counts(|_| true);
-    let [low, high] = coverage.interval(|_| true).map(percent);
+    let count = coverage.count(|_| true);
+    let AvoidedCount { attacks, avoided } = count;
+    let [low, high] = count.interval().map(percent);
     let mut text = format!(
-        "{avoided} of {thrown} attacks are avoided (95% interval: {low} to {high}). Shares by height, direction and lead\n\
+        "{avoided} of {attacks} attacks are avoided (95% interval: {low} to {high}). Shares by height, direction and lead\n\
          (time from the query to the throw):\n{table}\n\n"
     );
     text.push_str(&words(coverage));
@@ -279,13 +270,8 @@ fn throw_by_time(args: &Args, baked: &BakedGraph) -> Result<Vec<TimeRow>, Failur
         let (mut context, mut answer) = (QueryContext::default(), Answer::default());
         for index in first..(first + BATCH).min(attacks) {
             cancel::check()?;
-            let thrown = thrower.throw(
-                contact,
-                RandomDraw {
-                    seed: args.seed,
-                    index,
-                },
-            );
+            let seed = args.seed;
+            let thrown = thrower.throw(contact, RandomDraw { seed, index });
             let thrown = thrown.map_err(|error| Failure::Attack {
                 index: index as usize,
                 error,

@@ -6,7 +6,7 @@ use sabaki::anim::Warp;
 use sabaki::archive;
 use sabaki::graph::{EdgeId, EdgeMotion};
 use sabaki::maps::BakedGraph;
-use sabaki::query::{Answer, CandidateReport, CandidateResult, QuerySettings, RateError, Source};
+use sabaki::query::{Answer, CandidateReport, CandidateResult, QuerySettings, RateError};
 use sabaki_fixtures::throw::Throw;
 use sabaki_import::export::{
     ExportedAnswer, describe_edge, describe_evasion, document, evasion_placement,
@@ -99,16 +99,6 @@ impl Outcome {
     }
 }
 
-/// Describes the source of the candidates.
-fn source_name(source: Source) -> &'static str {
-    match source {
-        Source::Grid => "grid",
-        Source::EmptyCells => "whole graph: the grid has no candidate",
-        Source::NothingClean => "whole graph: no candidate of the grid is clean",
-        Source::Whole => "whole graph",
-    }
-}
-
 impl Explained<'_> {
     pub(crate) fn answer(&self) -> &Answer {
         &self.runner.answer
@@ -152,7 +142,7 @@ impl Explained<'_> {
             "Attack {index}, culled by {}, grid {}; candidates from: {}\n",
             self.method.cull.name(),
             self.method.grid_name(),
-            source_name(answer.source),
+            answer.source.describe(),
         );
         let place = playhead.placement(graph);
         let _ = writeln!(

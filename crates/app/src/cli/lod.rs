@@ -17,7 +17,7 @@ use serde_json::{Value, json};
 
 use super::bake::{self, ReadArgs};
 use super::numbers::number;
-use super::plot::{Area, Chart, Drawn, write_figure};
+use super::plot::{Chart, write_figure};
 use super::{Done, Failure, cancel, output};
 
 #[derive(Clone, clap::Args)]
@@ -53,7 +53,7 @@ pub(crate) struct Args {
     /// Writes the first clip as each level draws it, as animations of one file (.glb).
     #[arg(long, value_name = "FILE", value_parser = output::glb_file())]
     export: Option<PathBuf>,
-    /// Draws the levels' errors, and the levels over the distance (.png).
+    /// Draws the levels' errors (.png).
     #[arg(long, value_name = "FILE", value_parser = output::png_file())]
     plot: Option<PathBuf>,
 }
@@ -83,7 +83,7 @@ pub(crate) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
         })?;
     }
     if let Some(path) = &args.plot {
-        write_figure(path, [720, 920], |area| report.draw(area))?;
+        write_figure(path, [720, 460], |area| report.errors().draw(area))?;
     }
     Ok(Done::ok(if as_json {
         Done::json(&report.to_json())
@@ -341,13 +341,7 @@ impl Report {
 }
 
 impl Report {
-    /// The errors of the levels, and the levels over the distance.
-    fn draw(&self, area: &Area<'_>) -> Drawn {
-        let (above, below) = area.split_vertically(460);
-        self.errors().draw(&above)?;
-        self.drawn_levels().draw(&below)
-    }
-
+    /// The errors of the levels.
     fn errors(&self) -> Chart<'static> {
         let of_levels = |value: &dyn Fn(&Level) -> f32| {
             let levels = self.levels.levels.iter().enumerate();
@@ -371,35 +365,6 @@ impl Report {
                     of_levels(&|level| level.error.body_mean),
                 ),
             ],
-        }
-    }
-
-    fn drawn_levels(&self) -> Chart<'static> {
-        let far = f64::from(self.bands.furthest()).max(1.0) * 1.1;
-        let line = |bands: &Switching| {
-            let distances = (0..=2000).map(|step| far * f64::from(step) / 2000.0);
-            let at = |distance: f64| {
-                let choice = bands.choose(distance as f32, None);
-                let level = f64::from(choice.level.0);
-                (distance, level + f64::from(choice.blend))
-            };
-            distances.map(at).collect()
-        };
-        let at_once = SwitchSettings {
-            blend_step: None,
-            hysteresis: 0.0,
-            ..self.settings
-        };
-        let mut lines = vec![("blended", line(&self.bands))];
-        if let Ok(at_once) = Switching::new(&self.levels, &at_once) {
-            lines.push(("at once", line(&at_once)));
-        }
-        Chart {
-            title: "Level that is drawn",
-            x: "distance from the camera, m",
-            y: "level",
-            log: false,
-            lines,
         }
     }
 }

@@ -5,7 +5,7 @@
 
 use std::f32::consts::TAU;
 
-use super::wilson;
+use super::by_time::AvoidedCount;
 use sabaki::maps::BakedGraph;
 use sabaki::query::AttackError;
 use sabaki_fixtures::throw::{Aim, RandomDraw, Throw, aimed};
@@ -33,21 +33,12 @@ pub struct Cell {
     pub lead: usize,
 }
 
-/// A throw of a cell, with its speed.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct CellThrow {
-    /// The random draw.
-    pub draw: RandomDraw,
-    /// Speed of the ball, in metres per second.
-    pub speed: f32,
-}
-
 /// Number of avoided attacks of each kind.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Coverage {
     directions: usize,
-    /// Numbers of thrown and of avoided attacks, by direction, height and lead.
-    counts: Vec<[u32; 2]>,
+    /// Numbers of attacks by direction, height and lead.
+    counts: Vec<AvoidedCount>,
 }
 
 /// The kind of attack that a new evasion should answer first.
@@ -72,7 +63,7 @@ impl Coverage {
         let directions = directions.max(1);
         Self {
             directions,
-            counts: vec![[0; 2]; directions * HEIGHTS.len() * LEADS.len()],
+            counts: vec![AvoidedCount::default(); directions * HEIGHTS.len() * LEADS.len()],
         }
     }
 
@@ -109,7 +100,7 @@ impl Coverage {
         direction as f32 / self.directions as f32 * TAU
     }
 
-    /// A throw at the character of `baked`, of one cell.
+    /// A random throw at the character of `baked`, of one cell. `speed` is that of the ball, in metres per second.
     ///
     /// # Errors
     /// The speed is not above 0.
@@ -117,17 +108,17 @@ impl Coverage {
         &self,
         baked: &BakedGraph,
         cell: Cell,
-        throw: CellThrow,
+        RandomDraw { seed, index }: RandomDraw,
+        speed: f32,
     ) -> Result<Throw, AttackError> {
         let aim = Aim {
             from: self.from(cell.direction),
             height: HEIGHTS[cell.height].1,
             lead: LEADS[cell.lead],
-            speed: throw.speed,
+            speed,
             radius: 0.1,
             distance: 2.0,
         };
-        let RandomDraw { seed, index } = throw.draw;
         let moment = index * self.len() as u64 + self.number(cell) as u64;
         aimed(baked, &aim, seed, moment)
     }
@@ -139,30 +130,23 @@ impl Coverage {
     /// Adds the outcome of a throw.
     pub fn add(&mut self, cell: Cell, avoided: bool) {
         let number = self.number(cell);
-        self.counts[number][0] += 1;
-        self.counts[number][1] += u32::from(avoided);
+        self.counts[number].add(avoided);
     }
 
-    /// Numbers of thrown and of avoided attacks in the cells that `of` selects.
+    /// Numbers of attacks in the cells that `of` selects.
     #[must_use]
-    pub fn counts(&self, of: impl Fn(Cell) -> bool) -> [u32; 2] {
+    pub fn count(&self, of: impl Fn(Cell) -> bool) -> AvoidedCount {
         let cells = self.cells().zip(&self.counts);
         let chosen = cells.filter(|(cell, _)| of(*cell));
-        chosen.fold([0; 2], |sum, (_, one)| [sum[0] + one[0], sum[1] + one[1]])
+        let mut sum = AvoidedCount::default();
+        chosen.for_each(|(_, &count)| sum += count);
+        sum
     }
 
     /// Share of avoided attacks in the cells that `of` selects; 0 without attacks.
     #[must_use]
     pub fn share(&self, of: impl Fn(Cell) -> bool) -> f64 {
-        let [thrown, avoided] = self.counts(of);
-        f64::from(avoided) / f64::from(thrown.max(1))
-    }
-
-    /// The 95% interval of that share.
-    #[must_use]
-    pub fn interval(&self, of: impl Fn(Cell) -> bool) -> [f64; 2] {
-        let [thrown, avoided] = self.counts(of);
-        wilson(avoided, thrown)
+        self.count(of).value()
     }
 
     /// Directions and heights, the least avoided first. They are compared with all attacks of the same
@@ -178,7 +162,7 @@ impl Coverage {
 
     fn gap(&self, direction: usize, height: usize) -> Gap {
         let is_here = |c: Cell| c.direction == direction && c.height == height;
-        let is_certain = self.interval(is_here)[1] < self.interval(|_| true)[0];
+        let is_certain = self.count(is_here).interval()[1] < self.count(|_| true).interval()[0];
         let at = |lead: usize| {
             let cell = Cell {
                 direction,

@@ -105,33 +105,21 @@ pub fn crowded(baked: &Arc<BakedGraph>, threads: usize) -> Result<CrowdedTimes, 
         characters.step(FRAME, &[], &mut events);
         times.push(started.elapsed().as_secs_f32() * 1e3);
     }
-    let settings = CharacterSettings {
-        plans_per_step: PLANS_PER_STEP,
-        ..settings
-    };
-    let (mut characters, ids) = walking(baked, settings, COUNT)?;
-    threaten_all(&mut characters, &ids)?;
-    let mut steps = Vec::new();
-    for _ in 0..COUNT / PLANS_PER_STEP {
-        let started = Instant::now();
-        characters.step(FRAME, &[], &mut events);
-        steps.push(started.elapsed().as_secs_f32() * 1e3);
-    }
-    let settings = CharacterSettings {
-        plans_per_step: usize::MAX,
-        plan_milliseconds: PLAN_MILLISECONDS,
-        ..settings
-    };
-    let (mut characters, ids) = walking(baked, settings, COUNT)?;
-    threaten_all(&mut characters, &ids)?;
-    let (mut timed, mut planned) = (Vec::new(), 0);
-    while planned < COUNT && timed.len() < COUNT {
-        events.clear();
-        let started = Instant::now();
-        characters.step(FRAME, &[], &mut events);
-        timed.push(started.elapsed().as_secs_f32() * 1e3);
-        planned += events.iter().filter(|event| looks(event)).count();
-    }
+    let steps = steps_to_plan(
+        baked,
+        CharacterSettings {
+            plans_per_step: PLANS_PER_STEP,
+            ..settings
+        },
+    )?;
+    let timed = steps_to_plan(
+        baked,
+        CharacterSettings {
+            plans_per_step: usize::MAX,
+            plan_milliseconds: PLAN_MILLISECONDS,
+            ..settings
+        },
+    )?;
     Ok(CrowdedTimes {
         timed_200_ms: percentile(timed.clone(), 1.0),
         timed_steps: timed.len(),
@@ -142,6 +130,24 @@ pub fn crowded(baked: &Arc<BakedGraph>, threads: usize) -> Result<CrowdedTimes, 
         us_per_character: us,
         crowd: crowd_times(baked)?,
     })
+}
+
+/// Durations of the steps in which 200 newly threatened characters plan, in milliseconds.
+fn steps_to_plan(
+    baked: &Arc<BakedGraph>,
+    settings: CharacterSettings,
+) -> Result<Vec<f32>, CharacterError> {
+    let (mut characters, ids) = walking(baked, settings, COUNT)?;
+    threaten_all(&mut characters, &ids)?;
+    let (mut steps, mut events, mut planned) = (Vec::new(), Vec::new(), 0);
+    while planned < COUNT && steps.len() < COUNT {
+        events.clear();
+        let started = Instant::now();
+        characters.step(FRAME, &[], &mut events);
+        steps.push(started.elapsed().as_secs_f32() * 1e3);
+        planned += events.iter().filter(|event| looks(event)).count();
+    }
+    Ok(steps)
 }
 
 /// Steps and poses many characters that walk.

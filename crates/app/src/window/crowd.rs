@@ -11,7 +11,7 @@ use super::player::Times;
 use super::{Scene, WindowError};
 use sabaki::math::F32x16;
 use sabaki_draw::StageDesc;
-use sabaki_draw::scene::{Camera, CrowdShot, Formation, Mesh, Orbit, Outfit, Shot, level_colour};
+use sabaki_draw::scene::{Camera, CrowdShot, Formation, Mesh, Outfit, Shot, level_colour};
 
 /// Path of the camera past a crowd.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -21,15 +21,13 @@ pub enum CameraPath {
     Head,
     /// Flies along the crowd and back.
     Along,
-    /// Orbits the first rows, low and near.
-    Around,
     /// Controlled by the mouse.
     Free,
 }
 
 impl CameraPath {
     /// All paths.
-    pub const ALL: [Self; 4] = [Self::Head, Self::Along, Self::Around, Self::Free];
+    pub const ALL: [Self; 3] = [Self::Head, Self::Along, Self::Free];
 
     /// The camera after some seconds; `None` for [`CameraPath::Free`].
     #[must_use]
@@ -45,19 +43,6 @@ impl CameraPath {
                     eye: head.eye + Vec3::new(0.0, 1.5 * share.min(0.5), z),
                     target: head.target + Vec3::new(0.0, 0.0, z),
                     ..head
-                })
-            }
-            Self::Around => {
-                let around = 1.1 * (0.25 * seconds).sin();
-                let orbit = Orbit {
-                    target: Vec3::new(0.0, 1.0, -2.5),
-                    around,
-                    up: 0.22,
-                    distance: 9.0,
-                };
-                Some(Camera {
-                    field: head.field,
-                    ..Camera::orbit(orbit)
                 })
             }
             Self::Free => None,
@@ -167,10 +152,8 @@ impl Scene for CrowdScene {
         ui.label(RichText::new(format!("{count} character{plural}")).strong());
         ui.checkbox(&mut self.levels, "levels of detail by distance");
         ui.checkbox(&mut self.tinted, "everybody in the colour of its level");
-        let mut error = self.formation.error();
-        let slider = Slider::new(&mut error, 0.25..=16.0).logarithmic(true);
+        let slider = Slider::new(self.formation.error(), 0.25..=16.0).logarithmic(true);
         ui.add_enabled(self.levels, slider.text("pixels of error"));
-        self.formation.set_error(error);
         ui.label("camera");
         ui.horizontal(|ui| {
             for path in CameraPath::ALL {

@@ -132,8 +132,12 @@ impl DriveScene {
         };
         let skins = outfit.as_ref().map(|outfit| outfit.skins.clone());
         let [mine, others] = skins.map_or([None, None], |skins| skins.map(Some));
-        let mut other = Actor::new(baked, &Look::default(), others);
-        other.figure = other.figure.coloured(OTHERS);
+        let look = Look {
+            clothes: OTHERS,
+            skin: OTHERS,
+            ..Look::default()
+        };
+        let other = Actor::new(baked, &look, others);
         let mut characters = Characters::new(Arc::new(baked.clone()), settings)?;
         let me = characters.spawn(Rigid2::IDENTITY)?;
         let mut opponents = Vec::new();

@@ -12,9 +12,7 @@ use sabaki::duel::{Duel, DuelError, DuelSettings, Exchange, Score, Side};
 use sabaki::maps::{AttackGrid, BakedGraph};
 use sabaki::math::F32x16;
 use sabaki::query::{Answer, Query, QueryContext, QuerySettings};
-use sabaki_draw::scene::{
-    Camera, CrowdShot, Cut, DuelPlayback, DuelPlaybackSettings, Light, Mesh, Outfit, Shot,
-};
+use sabaki_draw::scene::{Camera, CrowdShot, Cut, DuelPlayback, Light, Mesh, Outfit, Shot};
 
 /// Time that the duel is simulated ahead, in seconds.
 const AHEAD: f32 = 0.25;
@@ -28,7 +26,6 @@ const HIT: Color32 = Color32::from_rgb(240, 90, 80);
 pub struct DuelScene<'a> {
     baked: &'a BakedGraph,
     duel: Duel<'a>,
-    settings: DuelPlaybackSettings,
     outfit: Option<Arc<Outfit>>,
     context: QueryContext,
     answer: Answer,
@@ -61,7 +58,6 @@ impl<'a> DuelScene<'a> {
         let mut scene = Self {
             baked,
             duel: Duel::new(baked, grid, settings)?,
-            settings: DuelPlaybackSettings::default(),
             outfit,
             context: QueryContext::default(),
             answer: Answer::default(),
@@ -96,7 +92,7 @@ impl<'a> DuelScene<'a> {
     /// Index of the shown exchange: the first one that is not over.
     fn current(&self) -> usize {
         let exchanges = self.duel.exchanges();
-        let over = |one: &Exchange| one.end() + self.settings.after <= self.t;
+        let over = |one: &Exchange| DuelPlayback::end(one) <= self.t;
         exchanges
             .partition_point(over)
             .min(exchanges.len().saturating_sub(1))
@@ -125,7 +121,7 @@ impl<'a> DuelScene<'a> {
         let exchanges = self.duel.exchanges();
         let one = exchanges.get(exchange..=exchange).unwrap_or(&[]);
         let skins = self.outfit.as_ref().map(|outfit| outfit.skins.clone());
-        DuelPlayback::new(self.baked, self.duel.fighters(), one, &self.settings).with_skins(skins)
+        DuelPlayback::new(self.baked, self.duel.fighters(), one).with_skins(skins)
     }
 
     /// The exchanges whose outcome has been shown.

@@ -23,11 +23,10 @@ use sabaki::math::{F32x16, Rigid2, Sphere};
 use sabaki::query::cull::{Counted, CullInput, Overlap, cpu};
 use sabaki::query::{
     Answer, Attack, AttackError, CandidateReport, CandidateResult, CullPath, Enumerate, Query,
-    QueryContext, QuerySettings, Request, Source,
+    QueryContext, QuerySettings, Request,
 };
 use sabaki_draw::scene::{
-    Actor, Camera, CrowdShot, Dodge, DodgeSettings, Light, Look, MapStyle, Mesh, Nearest, Outfit,
-    Shot,
+    Actor, Camera, CrowdShot, Dodge, DodgeSettings, Light, Look, Mesh, Nearest, Outfit, Shot,
 };
 use sabaki_fixtures::headless::Headless;
 use sabaki_fixtures::throw::generator;
@@ -71,8 +70,8 @@ pub struct ThrowSettings {
     pub culling: CullPath,
     /// Shows the motion without the dodge, too. Default: true.
     pub ghost: bool,
-    /// How the maps of the chosen evasion are shown. Default: `None`, they are not.
-    pub maps: Option<MapStyle>,
+    /// Whether the maps of the chosen evasion are shown. Default: false.
+    pub maps: bool,
     /// Speed of time while the ball is near. Default: 0.35; 1 is real time.
     pub near_speed: f32,
 }
@@ -84,7 +83,7 @@ impl Default for ThrowSettings {
             query: QuerySettings::default(),
             culling: CullPath::default(),
             ghost: true,
-            maps: None,
+            maps: false,
             near_speed: 0.35,
         }
     }
@@ -421,8 +420,8 @@ impl<'a> ThrowScene<'a> {
                 _ if self.settings.ghost => last.dodge.add_ghost(t, &mut shot),
                 _ => {}
             }
-            if let Some(style) = self.settings.maps {
-                last.dodge.add_maps(t, style, &mut shot);
+            if self.settings.maps {
+                last.dodge.add_maps(t, &mut shot);
             }
             return shot;
         }
@@ -684,13 +683,7 @@ impl Scene for ThrowScene<'_> {
             "r" | "g" | "m" if !is_down => {}
             "r" => self.replay(),
             "g" => settings.ghost = !settings.ghost,
-            "m" => {
-                settings.maps = match settings.maps {
-                    None => Some(MapStyle::Heights),
-                    Some(MapStyle::Heights) => Some(MapStyle::Ground),
-                    Some(MapStyle::Ground) => None,
-                }
-            }
+            "m" => settings.maps = !settings.maps,
             _ => return false,
         }
         true
@@ -699,7 +692,7 @@ impl Scene for ThrowScene<'_> {
     fn keys(&self) -> &'static [(&'static str, &'static str)] {
         &[
             ("r", "replay of the last throw"),
-            ("m", "maps: at their heights, on the ground, none"),
+            ("m", "maps of the evasion"),
             ("g", "ghost of who did nothing"),
         ]
     }
@@ -782,13 +775,7 @@ impl ThrowScene<'_> {
             let (centimetres, t) = (100.0 * clearance.metres, clearance.time);
             ui.label(format!("{centimetres:.1} cm at {t:+.2} s"));
         });
-        let from = match answer.source {
-            Source::Grid => "the node's grid",
-            Source::EmptyCells => "whole graph: the grid has no candidate",
-            Source::NothingClean => "whole graph: no candidate of the grid is clean",
-            Source::Whole => "whole graph",
-        };
-        ui.label(format!("candidates from {from}"));
+        ui.label(format!("candidates from {}", answer.source.describe()));
         ui.label(format!(
             "{} candidates: {} culled, {} hit, {} clean",
             counts.candidates, counts.culled, counts.hits, counts.clean
@@ -855,12 +842,7 @@ impl ThrowScene<'_> {
         slide(&mut settings.near_speed, (0.05, 1.0), "time near it");
         ui.checkbox(&mut ball.ahead, "aim at where the body will be");
         ui.checkbox(&mut settings.ghost, "ghost of who does nothing");
-        ui.horizontal(|ui| {
-            ui.label("maps");
-            ui.selectable_value(&mut settings.maps, None, "none");
-            ui.selectable_value(&mut settings.maps, Some(MapStyle::Heights), "at heights");
-            ui.selectable_value(&mut settings.maps, Some(MapStyle::Ground), "on the ground");
-        });
+        ui.checkbox(&mut settings.maps, "maps of the evasion");
     }
 
     fn add_query(&mut self, ui: &mut egui::Ui) {

@@ -106,10 +106,6 @@ impl Camera {
     }
 }
 
-/// Range of the durations before and after what a film shows, in seconds.
-pub(super) const AROUND: [f32; 2] = [0.0, 60.0];
-/// Range of the slowest playback speed, relative to real time.
-pub(super) const SLOWEST: [f32; 2] = [0.01, 1.0];
 /// Range of the number of pictures per second.
 const RATE: [f32; 2] = [1.0, 1000.0];
 

@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use glam::{Vec2, Vec3};
 
-use super::camera::{AROUND, SLOWEST, bounded, film_times};
+use super::camera::{bounded, film_times};
 use super::{Actor, Camera, Capsule, Layer, Light, Look, Orbit, Shot, Skin};
 use sabaki::anim::{JointTransform, Pose, forward_kinematics};
 use sabaki::graph::{Edge, EdgeId, EdgeMotion, Motion, MotionGraph, MotionStep, Playhead};
@@ -20,26 +20,17 @@ use sabaki::query::{Answer, Attack, Clearance};
 /// Settings of the playback of a dodge.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DodgeSettings {
-    /// Duration before the query, in seconds, 0 to 60. Default 0.5.
-    pub before: f32,
-    /// Duration after the attack's end, in seconds, 0 to 60. Default 0.7.
-    pub after: f32,
     /// Playback speed when the attack is nearest, relative to real time, 0.01 to 1. Default 0.12.
     pub slowest: f32,
     /// Whether the motion without the dodge is shown as a ghost. Default true.
     pub ghost: bool,
-    /// Colours of the fighter.
-    pub look: Look,
 }
 
 impl Default for DodgeSettings {
     fn default() -> Self {
         Self {
-            before: 0.5,
-            after: 0.7,
             slowest: 0.12,
             ghost: true,
-            look: Look::default(),
         }
     }
 }
@@ -73,6 +64,10 @@ pub struct Nearest {
     pub attack: Vec3,
 }
 
+/// Duration shown before the query and after the attack's end, in seconds.
+const BEFORE: f32 = 0.5;
+const AFTER: f32 = 0.7;
+
 /// Colour of the ghost.
 const GHOST: Vec3 = Vec3::new(0.16, 0.33, 0.62);
 
@@ -98,13 +93,7 @@ impl<'a> Dodge<'a> {
         settings: &DodgeSettings,
     ) -> Self {
         let graph = baked.graph();
-        let settings = DodgeSettings {
-            before: bounded(settings.before, AROUND),
-            after: bounded(settings.after, AROUND),
-            slowest: bounded(settings.slowest, SLOWEST),
-            ..*settings
-        };
-        let end = attack.end() + settings.after;
+        let end = attack.end() + AFTER;
         let mut motion = answer.motion.clone();
         motion.extend(graph, end);
         let mut idle = Motion::new(graph, playhead, &[]);
@@ -112,9 +101,9 @@ impl<'a> Dodge<'a> {
         Self {
             maps: DodgeMaps::of(baked, answer, attack),
             baked,
-            settings,
-            actor: Actor::new(baked, &settings.look, None),
-            before: lead_in(graph, playhead, settings.before),
+            settings: *settings,
+            actor: Actor::new(baked, &Look::default(), None),
+            before: lead_in(graph, playhead, BEFORE),
             answer: motion,
             idle,
             attack: attack.clone(),
@@ -132,10 +121,7 @@ impl<'a> Dodge<'a> {
     /// First and last time that can be shown, in seconds.
     #[must_use]
     pub fn span(&self) -> [f32; 2] {
-        [
-            -self.before.1.min(self.settings.before),
-            self.attack.end() + self.settings.after,
-        ]
+        [-self.before.1.min(BEFORE), self.attack.end() + AFTER]
     }
 
     /// Start and end of the attack, in seconds.
@@ -154,7 +140,7 @@ impl<'a> Dodge<'a> {
     /// the attack is nearest.
     #[must_use]
     pub fn moments(&self, rate: f32) -> Vec<f32> {
-        let slowest = self.settings.slowest;
+        let slowest = bounded(self.settings.slowest, [0.01, 1.0]);
         film_times(self.span(), rate, |t| {
             let away = ((t - self.clearance.time).abs() - 0.04) / 0.34;
             slowest + (1.0 - slowest) * smooth_step(away)
@@ -173,11 +159,11 @@ impl<'a> Dodge<'a> {
         forward_kinematics(graph.skeleton(), &pose, out);
     }
 
-    /// Adds the maps of the chosen evasion and of the attack to a shot. It does nothing if the
-    /// answer has no evasion.
-    pub fn add_maps(&self, t: f32, style: MapStyle, shot: &mut Shot) {
+    /// Adds the maps of the chosen evasion and of the attack to a shot, each slab at its own height. It does nothing if the answer has no
+    /// evasion.
+    pub fn add_maps(&self, t: f32, shot: &mut Shot) {
         if let Some(maps) = &self.maps {
-            maps.add(t, style, shot);
+            maps.add(t, shot);
         }
     }
 
@@ -469,15 +455,6 @@ fn edge_before(graph: &MotionGraph, edge: EdgeId) -> Option<(EdgeId, &Edge)> {
         .min_by(|a, b| cost(a.1).total_cmp(&cost(b.1)))
 }
 
-/// Placement of maps in the scene.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum MapStyle {
-    /// Each slab at its own height.
-    Heights,
-    /// All slabs merged on the ground.
-    Ground,
-}
-
 /// Maps of one evasion and of the attack that it avoids.
 #[derive(Clone, Debug)]
 struct DodgeMaps {
@@ -538,38 +515,23 @@ impl DodgeMaps {
         slice.clamp(0.0, self.grid.slices as f32 - 1.0) as u32
     }
 
-    /// Adds the layers of a time, in seconds since the query, to a shot.
-    fn add(&self, t: f32, style: MapStyle, shot: &mut Shot) {
+    /// Adds the layers of a time, in seconds since the query, to a shot. Slabs that the attack does not pass are left out.
+    fn add(&self, t: f32, shot: &mut Shot) {
         let slice = self.slice(t);
-        let body = |slab: &SlabLayers| of_slice(&slab.body, slice);
-        let layer = |map: BitMap, height: f32, colour: [f32; 4]| Layer {
-            map,
-            texel: self.grid.texel,
-            placement: self.placement,
-            height,
-            colour,
-        };
-        match style {
-            MapStyle::Heights => {
-                for slab in &self.slabs {
-                    // Slabs that the attack does not pass are left out.
-                    if slab.attack.count() > 0 {
-                        shot.layers
-                            .push(layer(slab.evasion.clone(), slab.height, EVASION));
-                        shot.layers
-                            .push(layer(body(slab), slab.height + 1e-3, BODY));
-                        shot.layers
-                            .push(layer(slab.attack.clone(), slab.height + 2e-3, ATTACK));
-                    }
-                }
-            }
-            MapStyle::Ground => {
-                let all = |map: &dyn Fn(&SlabLayers) -> BitMap| union(self.slabs.iter().map(map));
-                let evasion = all(&|slab| slab.evasion.clone());
-                shot.layers.push(layer(evasion, 0.004, EVASION));
-                shot.layers.push(layer(all(&body), 0.006, BODY));
-                shot.layers
-                    .push(layer(all(&|slab| slab.attack.clone()), 0.008, ATTACK));
+        for slab in self.slabs.iter().filter(|slab| slab.attack.count() > 0) {
+            let maps = [
+                (slab.evasion.clone(), EVASION),
+                (of_slice(&slab.body, slice), BODY),
+                (slab.attack.clone(), ATTACK),
+            ];
+            for (order, (map, colour)) in maps.into_iter().enumerate() {
+                shot.layers.push(Layer {
+                    map,
+                    texel: self.grid.texel,
+                    placement: self.placement,
+                    height: slab.height + 1e-3 * order as f32,
+                    colour,
+                });
             }
         }
     }
@@ -628,15 +590,4 @@ fn of_slice(map: &MaskMap, slice: u32) -> BitMap {
         }
     }
     bits
-}
-
-fn union(maps: impl Iterator<Item = BitMap> + Clone) -> BitMap {
-    let rects = maps.clone().map(|map| map.rect());
-    let rect = rects.fold(MapRect::default(), MapRect::union);
-    let mut all = BitMap::new(rect);
-    for map in maps {
-        let own = map.rect();
-        map.for_each(|column, row| all.set(column + own.u - rect.u, row + own.v - rect.v));
-    }
-    all
 }

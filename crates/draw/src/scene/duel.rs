@@ -4,40 +4,18 @@ use std::sync::Arc;
 
 use glam::{Vec2, Vec3};
 
-use super::camera::{AROUND, SLOWEST, bounded, film_times};
+use super::camera::film_times;
 use super::{Actor, Camera, Capsule, Light, Look, Orbit, Shot, Skin};
 use sabaki::anim::{JointId, JointTransform, Pose, forward_kinematics};
 use sabaki::duel::{Exchange, Fighter, Side};
 use sabaki::maps::{BakedGraph, MovingSphere, SphereKey};
 use sabaki::math::{Sphere, smooth_step};
 
-/// Settings of the playback of a duel.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct DuelPlaybackSettings {
-    /// Duration before an attack's start, in seconds, 0 to 60. Default 0.75.
-    pub before: f32,
-    /// Duration after an attack's end, in seconds, 0 to 60. Default 0.45.
-    pub after: f32,
-    /// Playback speed when an attack is nearest, relative to real time, 0.01 to 1. Default 0.3.
-    pub slowest: f32,
-    /// Colours of the fighters.
-    pub looks: [Look; 2],
-}
-
-impl Default for DuelPlaybackSettings {
-    fn default() -> Self {
-        let blue = Look {
-            clothes: Vec3::new(0.10, 0.19, 0.44),
-            ..Look::default()
-        };
-        Self {
-            before: 0.75,
-            after: 0.45,
-            slowest: 0.3,
-            looks: [Look::default(), blue],
-        }
-    }
-}
+/// Duration shown before an attack's start and after its end, in seconds.
+const BEFORE: f32 = 0.75;
+const AFTER: f32 = 0.45;
+/// Playback speed when an attack is nearest, relative to real time.
+const SLOWEST: f32 = 0.3;
 
 /// The playback of a duel's exchanges.
 #[derive(Clone, Debug)]
@@ -46,7 +24,6 @@ pub struct DuelPlayback<'a> {
     fighters: &'a [Fighter; 2],
     exchanges: &'a [Exchange],
     actors: [Actor; 2],
-    settings: DuelPlaybackSettings,
 }
 
 /// The part of an exchange that is shown, with its camera.
@@ -64,25 +41,18 @@ const ATTACK: Vec3 = Vec3::new(0.93, 0.10, 0.03);
 
 impl<'a> DuelPlayback<'a> {
     /// Creates the playback of a duel, or of a part of one: the exchanges to show, and the fighters with the motions that they have played
-    /// on the graph. Settings out of their ranges are clamped to them.
+    /// on the graph.
     #[must_use]
     pub fn new(
         baked: &'a BakedGraph,
         fighters: &'a [Fighter; 2],
         exchanges: &'a [Exchange],
-        settings: &DuelPlaybackSettings,
     ) -> Self {
         Self {
             baked,
             fighters,
             exchanges,
-            actors: settings.looks.map(|look| Actor::new(baked, &look, None)),
-            settings: DuelPlaybackSettings {
-                before: bounded(settings.before, AROUND),
-                after: bounded(settings.after, AROUND),
-                slowest: bounded(settings.slowest, SLOWEST),
-                ..*settings
-            },
+            actors: Look::fighters().map(|look| Actor::new(baked, &look, None)),
         }
     }
 
@@ -95,14 +65,20 @@ impl<'a> DuelPlayback<'a> {
         self
     }
 
+    /// Time at which the cut of an exchange ends, in seconds since the duel's start.
+    #[must_use]
+    pub fn end(exchange: &Exchange) -> f32 {
+        exchange.end() + AFTER
+    }
+
     /// One cut for each exchange. Cuts do not overlap.
     #[must_use]
     pub fn cuts(&self, aspect: f32) -> Vec<Cut> {
         let mut shown = 0.0;
         let mut cuts = Vec::with_capacity(self.exchanges.len());
         for (index, exchange) in self.exchanges.iter().enumerate() {
-            let start = exchange.announced + exchange.attack.start() - self.settings.before;
-            let span = [start.max(shown), exchange.end() + self.settings.after];
+            let start = exchange.announced + exchange.attack.start() - BEFORE;
+            let span = [start.max(shown), Self::end(exchange)];
             shown = span[1];
             cuts.push(Cut {
                 exchange: index,
@@ -132,7 +108,7 @@ impl<'a> DuelPlayback<'a> {
     #[must_use]
     pub fn pace(&self, cut: &Cut, t: f32) -> f32 {
         let eased = smooth_step(((t - self.nearest_at(cut)).abs() - 0.05) / 0.25);
-        self.settings.slowest + (1.0 - self.settings.slowest) * eased
+        SLOWEST + (1.0 - SLOWEST) * eased
     }
 
     /// Frames of a fighter's joints at a time, in the world.

@@ -34,38 +34,34 @@ impl Default for Look {
     }
 }
 
-/// A capsule between two joints.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct FigurePart {
-    /// Joints at the ends.
-    pub joints: [JointId; 2],
-    /// Positions of the ends in their joints' frames, in metres.
-    pub ends: [Vec3; 2],
-    /// Radii of the ends, in metres.
-    pub radii: [f32; 2],
-    /// Linear colour.
-    pub colour: Vec3,
+impl Look {
+    /// The two fighters of a duel: in white, and in blue.
+    pub(crate) fn fighters() -> [Self; 2] {
+        let clothes = Vec3::new(0.10, 0.19, 0.44);
+        [
+            Self::default(),
+            Self {
+                clothes,
+                ..Self::default()
+            },
+        ]
+    }
 }
 
-/// Parts of a body that are drawn.
+/// A capsule that moves with a joint: ends in its frame, and radii, in metres.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct FigurePart {
+    joint: JointId,
+    ends: [Vec3; 2],
+    radii: [f32; 2],
+    /// Linear colour.
+    colour: Vec3,
+}
+
+/// Capsules of a body, for skeletons that no human body is made for.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Figure {
-    /// Parts, in the order of their bones.
-    pub parts: Vec<FigurePart>,
-}
-
-/// Part of the body that a bone belongs to.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Kind {
-    Head,
-    Neck,
-    Trunk,
-    Girdle,
-    Limb,
-    /// Second-to-last bone of a limb: forearm or shin.
-    Lower,
-    /// Hand or foot.
-    End,
+    parts: Vec<FigurePart>,
 }
 
 impl Figure {
@@ -73,25 +69,32 @@ impl Figure {
     /// two of them.
     #[must_use]
     pub fn of(skeleton: &Skeleton, body: &Body, look: &Look) -> Self {
-        let mut parts = Vec::new();
-        for id in skeleton.ids().skip(1) {
-            let joint = skeleton.joint(id);
-            let Some(parent) = joint.parent.filter(|_| joint.offset.length() > 1e-3) else {
-                continue;
+        let bones = skeleton.ids().skip(1).filter_map(|id| {
+            let bone = skeleton.joint(id);
+            let parent = bone.parent.filter(|_| bone.offset.length() > 1e-3)?;
+            let is_end = bone.kind == JointKind::EndSite;
+            let is_head = is_end && skeleton.mirror(parent).is_none();
+            let ([from, to], radii, colour) = match is_end {
+                _ if is_head => ([0.28, 0.62], [0.70, 0.80], look.skin),
+                true => ([0.0, 1.0], [1.0, 0.95], look.skin),
+                false => ([0.0, 1.0], [0.96, 0.84], look.clothes),
             };
-            let radius = radius(body, parent, joint.offset);
-            bone(&mut parts, look, skeleton, parent, id, radius);
-        }
-        for prop in &body.props {
-            for sphere in prop.body_spheres() {
-                parts.push(FigurePart {
-                    joints: [sphere.joint; 2],
-                    ends: [sphere.offset; 2],
-                    radii: [sphere.radius; 2],
-                    colour: look.held,
-                });
-            }
-        }
+            let radius = radius(body, parent, bone.offset);
+            Some(FigurePart {
+                joint: parent,
+                ends: [bone.offset * from, bone.offset * to],
+                radii: radii.map(|share| share * radius),
+                colour,
+            })
+        });
+        let held = body.props.iter().flat_map(|prop| prop.body_spheres());
+        let held = held.map(|sphere| FigurePart {
+            joint: sphere.joint,
+            ends: [sphere.offset; 2],
+            radii: [sphere.radius; 2],
+            colour: look.held,
+        });
+        let parts = bones.chain(held).collect();
         Self { parts }
     }
 
@@ -102,18 +105,11 @@ impl Figure {
     pub fn capsules(&self, joints: &[JointTransform], alpha: f32, out: &mut Vec<Capsule>) {
         out.extend(self.parts.iter().map(|part| {
             let end = |side: usize| {
-                let joint = &joints[part.joints[side].index()];
+                let joint = &joints[part.joint.index()];
                 Sphere::new(joint.point(part.ends[side]), part.radii[side])
             };
             Capsule::new(end(0), end(1), part.colour.extend(alpha).to_array())
         }));
-    }
-
-    /// Returns the figure in one colour.
-    #[must_use]
-    pub fn coloured(mut self, colour: Vec3) -> Self {
-        self.parts.iter_mut().for_each(|part| part.colour = colour);
-        self
     }
 }
 
@@ -175,7 +171,7 @@ impl Actor {
         let mut figure = self.figure.clone();
         let [red, green, blue, weight] = tint;
         for part in &mut figure.parts {
-            let own = weights.get(part.joints[0].index()).copied().unwrap_or(1.0);
+            let own = weights.get(part.joint.index()).copied().unwrap_or(1.0);
             part.colour = part.colour.lerp(Vec3::new(red, green, blue), weight * own);
         }
         let capsules = match alpha < 1.0 {
@@ -204,67 +200,4 @@ fn radius(body: &Body, joint: JointId, bone: Vec3) -> f32 {
         away(a.offset).total_cmp(&away(b.offset))
     });
     nearest.map_or(0.05, |sphere| sphere.radius)
-}
-
-fn kind(skeleton: &Skeleton, parent: JointId, id: JointId) -> Kind {
-    let sided = |id| skeleton.mirror(id).is_some();
-    let ends = |id: JointId| skeleton.joint(id).kind == JointKind::EndSite;
-    let leads = |id: JointId| {
-        let mut limbs = skeleton.ids().filter(|&limb| sided(limb));
-        limbs.any(|limb| skeleton.ancestry(limb).any(|joint| joint == id))
-    };
-    let next_ends = || skeleton.children(id).any(ends);
-    match (sided(parent), sided(id)) {
-        (false, false) if ends(id) => Kind::Head,
-        (false, false) if leads(id) => Kind::Trunk,
-        (false, false) => Kind::Neck,
-        (false, true) => Kind::Girdle,
-        _ if ends(id) => Kind::End,
-        _ if next_ends() => Kind::Lower,
-        _ => Kind::Limb,
-    }
-}
-
-/// Adds the capsules of the bone from `parent` to `id`, around which the body has a radius.
-fn bone(
-    parts: &mut Vec<FigurePart>,
-    look: &Look,
-    skeleton: &Skeleton,
-    parent: JointId,
-    id: JointId,
-    radius: f32,
-) {
-    let offset = skeleton.joint(id).offset;
-    let mut part = |from: f32, to: f32, radii: [f32; 2], colour| {
-        parts.push(FigurePart {
-            joints: [parent; 2],
-            ends: [offset * from, offset * to],
-            radii: radii.map(|share| share * radius),
-            colour,
-        });
-    };
-    match kind(skeleton, parent, id) {
-        Kind::Head => {
-            part(0.28, 0.62, [0.70, 0.80], look.skin);
-            let back = Vec3::new(0.0, 0.04, -0.14) * radius;
-            parts.push(FigurePart {
-                joints: [parent; 2],
-                ends: [offset * 0.58 + back, offset * 0.66 + back],
-                radii: [0.76 * radius, 0.80 * radius],
-                colour: look.dark,
-            });
-        }
-        Kind::Neck => part(0.0, 1.0, [0.8, 0.75], look.skin),
-        Kind::Trunk => {
-            let belt = parent == JointId::ROOT;
-            part(0.0, 1.0, [0.96, 0.92], look.clothes);
-            if belt {
-                part(0.12, 0.30, [0.99, 0.99], look.dark);
-            }
-        }
-        Kind::Girdle => part(0.0, 1.0, [0.9, 0.85], look.clothes),
-        Kind::Limb => part(0.0, 1.0, [1.0, 0.82], look.clothes),
-        Kind::Lower => part(0.0, 1.0, [0.84, 0.62], look.clothes),
-        Kind::End => part(0.0, 1.0, [1.0, 0.95], look.skin),
-    }
 }

@@ -25,12 +25,6 @@ use sabaki::math::{F32x16, Rigid2, Sphere};
 pub struct FormationSettings {
     /// Number of characters. Default 10,000.
     pub count: u32,
-    /// Number of characters in a row. Default 10.
-    pub abreast: u32,
-    /// Distance between neighbours, in metres. Default 1.3.
-    pub apart: f32,
-    /// Delay between two rows, in seconds. Default 0.09.
-    pub delay: f32,
     /// Maximum error of a level on the screen, in pixels. Default 2.
     pub error: f32,
     /// Number of threads that evaluate poses, or 0 for one thread per CPU core. Default 0.
@@ -41,9 +35,6 @@ impl Default for FormationSettings {
     fn default() -> Self {
         Self {
             count: 10_000,
-            abreast: 10,
-            apart: 1.3,
-            delay: 0.09,
             error: 2.0,
             threads: 0,
         }
@@ -71,8 +62,6 @@ pub struct Formation {
     skins: Vec<Arc<Skin>>,
     /// Duration of the clip, in seconds.
     period: f32,
-    /// Length of the output when all characters have all joints, in `F32x16`s.
-    start_len: usize,
     /// Whether levels depend on distance.
     lod: bool,
     /// Whether colours show the levels.
@@ -89,12 +78,19 @@ struct FormationMember {
 const DISTANT: f32 = 26.0;
 const MIDDLE: f32 = 48.0;
 const NEAR: f32 = 170.0;
+/// Number of characters in a row.
+const ABREAST: u32 = 10;
+/// Delay between two rows, in seconds.
+const DELAY: f32 = 0.09;
 /// Approximate height of a character, in metres.
 const HEIGHT: f32 = 1.7;
 /// Radius of the area with shadows, in metres.
 const SHADOWS: f32 = 24.0;
 
 impl Formation {
+    /// Distance between neighbours, in metres.
+    pub const APART: f32 = 1.3;
+
     /// Creates a formation in which all characters repeat a clip. `skin` is the mesh that is drawn.
     ///
     /// # Errors
@@ -108,74 +104,49 @@ impl Formation {
         let clips = std::slice::from_ref(clip);
         let levels = Levels::build(skeleton, clips, &LevelSettings::default())?;
         let animations = Arc::new(AnimationSet::new(skeleton, clips, &levels.levels)?);
-        let skins = levels
-            .levels
-            .iter()
-            .map(|level| Arc::new(skin.attached(level)))
-            .collect();
-        let output = Output {
-            layout: Layout::Blocks,
-            write: WriteMode::Streamed,
-        };
         let period = animations.duration(ClipId(0)).unwrap_or(1.0).max(1e-3);
-        let mut formation = Self {
-            skins,
-            crowd: Crowd::new(
-                Arc::clone(&animations),
-                CrowdSettings {
-                    output,
-                    threads: settings.threads,
-                    ..CrowdSettings::default()
-                },
-            ),
-            levels,
-            settings: *settings,
-            characters: Vec::new(),
-            period,
-            start_len: 0,
-            lod: true,
-            tinted: false,
+        let skins = levels.levels.iter();
+        let skins = skins.map(|level| Arc::new(skin.attached(level))).collect();
+        let crowd_settings = CrowdSettings {
+            output: Output {
+                layout: Layout::Blocks,
+                write: WriteMode::Streamed,
+            },
+            threads: settings.threads,
+            ..CrowdSettings::default()
         };
-        formation.fill()?;
-        formation.start_len = formation.crowd.output_len();
-        Ok(formation)
-    }
-
-    fn fill(&mut self) -> Result<(), FormationError> {
-        let FormationSettings {
-            count,
-            apart,
-            delay,
-            ..
-        } = self.settings;
-        let abreast = self.abreast();
+        let mut crowd = Crowd::new(animations, crowd_settings);
+        let (count, abreast) = (settings.count, abreast(settings.count));
+        let mut characters = Vec::with_capacity(count as usize);
         for index in 0..count {
-            let (row, file) = (index / abreast, index % abreast);
-            let x = (file as f32 - 0.5 * (abreast - 1) as f32) * apart;
-            let z = -(row as f32) * apart;
-            let time = -(row as f32) * delay;
+            let (row, file) = ((index / abreast) as f32, index % abreast);
+            let x = (file as f32 - 0.5 * (abreast - 1) as f32) * Self::APART;
+            let place = Vec3::new(x, 0.0, -row * Self::APART);
             let character = Character {
-                time: time.rem_euclid(self.period),
+                time: (-row * DELAY).rem_euclid(period),
                 speed: 1.0,
                 placement: Placement {
-                    ground: Rigid2::new(0.0, x, z),
+                    ground: Rigid2::new(0.0, place.x, place.z),
                     height: 0.0,
                 },
                 ..Character::default()
             };
-            self.characters.push(FormationMember {
-                id: self.crowd.add(&character)?,
-                place: Vec3::new(x, 0.0, z),
+            characters.push(FormationMember {
+                id: crowd.add(&character)?,
+                place,
                 level: LevelId(0),
             });
         }
-        Ok(())
-    }
-
-    /// Number of characters in the first row.
-    fn abreast(&self) -> u32 {
-        let FormationSettings { count, abreast, .. } = self.settings;
-        abreast.min(count).max(1)
+        Ok(Self {
+            crowd,
+            levels,
+            settings: *settings,
+            characters,
+            skins,
+            period,
+            lod: true,
+            tinted: false,
+        })
     }
 
     /// Time after which the formation repeats, in seconds.
@@ -205,17 +176,14 @@ impl Formation {
     /// Length of the column, in metres.
     #[must_use]
     pub fn length(&self) -> f32 {
-        let rows = self.settings.count.div_ceil(self.abreast());
-        rows.saturating_sub(1) as f32 * self.settings.apart
+        let rows = self.settings.count.div_ceil(abreast(self.settings.count));
+        rows.saturating_sub(1) as f32 * Self::APART
     }
 
     /// Maximum length of the poses, in [`F32x16`]s: that of all characters with all joints.
     #[must_use]
     pub fn max_output_len(&self) -> usize {
-        // Characters that change their level are in additional groups for a while: at most one in sixteen.
-        let groups = 2 * (self.characters.len().div_ceil(F32x16::LANES) + 2);
-        let group = Output::default().group_len(self.levels.levels[0].kept.len());
-        self.start_len.max(groups * group)
+        self.crowd.max_output_len(self.characters.len())
     }
 
     /// Number of bones of the skins of all levels.
@@ -229,16 +197,10 @@ impl Formation {
         self.lod = lod;
     }
 
-    /// Maximum error of a level on the screen, in pixels ([`FormationSettings::error`]).
-    #[must_use]
-    pub fn error(&self) -> f32 {
-        self.settings.error
-    }
-
-    /// Sets the maximum error of a level, in pixels. It takes effect with the next
+    /// Maximum error of a level on the screen, in pixels ([`FormationSettings::error`]). A change takes effect with the next
     /// [`Formation::look_from`].
-    pub fn set_error(&mut self, pixels: f32) {
-        self.settings.error = pixels;
+    pub fn error(&mut self) -> &mut f32 {
+        &mut self.settings.error
     }
 
     /// Shows the characters in the colours of their levels or in their own colours.
@@ -266,7 +228,7 @@ impl Formation {
     pub fn camera(&self) -> Camera {
         /// Length from which on a column is a long one, in metres.
         const LONG: f32 = 18.0;
-        let wide = 0.5 * self.abreast() as f32 * self.settings.apart;
+        let wide = 0.5 * abreast(self.settings.count) as f32 * Self::APART;
         let long = (self.length() / LONG).min(1.0);
         let short = 1.0 - long;
         Camera {
@@ -343,11 +305,8 @@ impl Formation {
             height: size[1] as f32,
         };
         let mut seen = Vec::with_capacity(self.characters.len());
-        for character in self
-            .characters
-            .iter()
-            .filter(|one| is_seen(&camera, size, one.place))
-        {
+        let characters = self.characters.iter();
+        for character in characters.filter(|one| is_seen(&camera, size, one.place)) {
             let pixels = view.pixels(HEIGHT, camera.eye.distance(character.place).max(0.1));
             let slice = self.crowd.pose_slice(character.id)?;
             // The slice may have a finer level than the character's, with the same appearance.
@@ -390,6 +349,11 @@ impl Formation {
         }
         level_colour(level, self.levels()).extend(0.85).to_array()
     }
+}
+
+/// Number of characters in the first row of so many.
+fn abreast(count: u32) -> u32 {
+    ABREAST.min(count).max(1)
 }
 
 /// Linear colour of a level: red with all joints, then yellow and green, blue with the fewest.

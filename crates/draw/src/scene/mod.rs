@@ -10,18 +10,16 @@ mod formation;
 mod mesh;
 mod rigged;
 mod shot;
-mod simplify;
 
 pub use camera::{Camera, Orbit};
-pub use dodge::{Dodge, DodgeSettings, MapStyle, Nearest};
-pub use duel::{Cut, DuelPlayback, DuelPlaybackSettings};
-pub use figure::{Actor, Figure, FigurePart, Look};
+pub use dodge::{Dodge, DodgeSettings, Nearest};
+pub use duel::{Cut, DuelPlayback};
+pub use figure::{Actor, Figure, Look};
 pub use formation::{Formation, FormationError, FormationSettings, level_colour};
 pub use mesh::{
     Mesh, MeshBone, MeshTexture, MeshVertex, Outfit, Skin, SkinnedBody, skinned_positions,
 };
-pub(crate) use mesh::{inverse, whole};
+pub(crate) use mesh::{inverse, simplified, whole};
 pub(crate) use rigged::straightened;
 pub use rigged::{BoundMesh, JointNames, MeshJoint, NotBound, RiggedMesh, standing_pose};
 pub use shot::{Capsule, CrowdMember, CrowdShot, Detail, Layer, Light, MemberGroup, Shot};
-pub(crate) use simplify::simplified;

@@ -159,13 +159,13 @@ struct Binding<'a> {
 }
 
 impl Binding<'_> {
-    /// Pairs of bound joints, the second below the first with no bound joint between.
-    fn bones_between(&self) -> impl Iterator<Item = (usize, usize)> + '_ {
+    /// Pairs of bound joints, the second below the first with no bound joint between: both joints in the bind pose, and on the skeleton.
+    fn bones_between(&self) -> impl Iterator<Item = ([&JointTransform; 2], [JointId; 2])> + '_ {
         let joints = self.rigged.joints.iter().enumerate();
         joints.filter_map(|(child, joint)| {
-            self.matches[child]?;
             let parent = self.above[joint.parent?];
-            self.matches[parent].map(|_| (parent, child))
+            let found = [self.matches[parent]?, self.matches[child]?];
+            Some(([self.bind(parent), self.bind(child)], found))
         })
     }
 
@@ -173,22 +173,13 @@ impl Binding<'_> {
         &self.rigged.joints[joint].bind
     }
 
-    fn standing(&self, joint: usize) -> Option<&JointTransform> {
-        Some(&self.standing[self.matches[joint]?.index()])
-    }
-
     /// Length of the mesh's unit, in metres: the ratio of the lengths of all bones.
     fn scale(&self) -> f32 {
         let (mut own, mut wanted) = (0.0, 0.0);
-        for (parent, child) in self.bones_between() {
-            let (Some(a), Some(b)) = (self.standing(parent), self.standing(child)) else {
-                continue;
-            };
-            own += self
-                .bind(parent)
-                .translation
-                .distance(self.bind(child).translation);
-            wanted += a.translation.distance(b.translation);
+        for ([parent, child], found) in self.bones_between() {
+            let [a, b] = found.map(|id| self.standing[id.index()].translation);
+            own += parent.translation.distance(child.translation);
+            wanted += a.distance(b);
         }
         if own > 0.0 && wanted > 0.0 {
             wanted / own
@@ -204,13 +195,9 @@ impl Binding<'_> {
         let longest = offsets.map(Vec3::length).fold(0.0, f32::max);
         let mut wanted = vec![None; skeleton.len()];
         let mut is_exact = true;
-        for (parent, child) in self.bones_between() {
-            let (Some(above), Some(below)) = (self.matches[parent], self.matches[child]) else {
-                continue;
-            };
-            let frame = self.bind(parent);
-            let away = (self.bind(child).translation - frame.translation) * scale;
-            let own = frame.rotation.conjugate() * away;
+        for ([parent, child], [above, below]) in self.bones_between() {
+            let away = (child.translation - parent.translation) * scale;
+            let own = parent.rotation.conjugate() * away;
             let joint = skeleton.joint(below);
             is_exact &= joint.parent == Some(above) && own.distance(joint.offset) < SAME * longest;
             // All bones on the way to a joint point to it.

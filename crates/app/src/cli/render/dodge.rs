@@ -8,7 +8,7 @@ use sabaki::maps::BakedGraph;
 use sabaki::query::{Answer, Query, QueryContext, QuerySettings};
 use sabaki_app::film::Delay;
 use sabaki_draw::StageDesc;
-use sabaki_draw::scene::{Camera, Dodge, DodgeSettings, MapStyle};
+use sabaki_draw::scene::{Camera, Dodge, DodgeSettings};
 use sabaki_fixtures::throw::Throw;
 use serde_json::json;
 
@@ -36,9 +36,6 @@ pub(super) struct Args {
     /// Draws the slabs' maps at their heights: body green, attack red, evasion blue.
     #[arg(long)]
     maps: bool,
-    /// Draws the maps of all slabs together on the ground.
-    #[arg(long, conflicts_with = "maps")]
-    regions: bool,
     /// Leaves out the ghost of the character that does not dodge.
     #[arg(long)]
     no_ghost: bool,
@@ -168,10 +165,7 @@ fn picture(
 ) -> Result<Picture, Failure> {
     let mut shot = dodge.shot(t, camera);
     if args.maps {
-        dodge.add_maps(t, MapStyle::Heights, &mut shot);
-    }
-    if args.regions {
-        dodge.add_maps(t, MapStyle::Ground, &mut shot);
+        dodge.add_maps(t, &mut shot);
     }
     let mut picture = canvas.paint(&shot, None)?;
     if args.film.plain {

@@ -6,7 +6,7 @@ use sabaki::duel::Exchange;
 use sabaki::maps::BakedGraph;
 use sabaki_app::film::Delay;
 use sabaki_draw::StageDesc;
-use sabaki_draw::scene::{Cut, DuelPlayback, DuelPlaybackSettings};
+use sabaki_draw::scene::{Cut, DuelPlayback};
 use serde_json::json;
 
 use super::{Canvas, FilmArgs, OutArgs, Written, draw_all, is_film, on_a_sheet, text_height};
@@ -43,13 +43,8 @@ pub(super) fn run(args: &Args) -> Result<Written, Failure> {
         .out
         .mesh
         .load(&args.fight.graph, graph.skeleton(), graph.clips())?;
-    let playback = DuelPlayback::new(
-        &baked,
-        &fought.fighters,
-        exchanges,
-        &DuelPlaybackSettings::default(),
-    )
-    .with_skins(outfit.as_ref().map(|bound| bound.outfit.skins.clone()));
+    let playback = DuelPlayback::new(&baked, &fought.fighters, exchanges)
+        .with_skins(outfit.as_ref().map(|bound| bound.outfit.skins.clone()));
     let [width, height] = args.out.size;
     let mut cuts = playback.cuts(width as f32 / height as f32);
     cuts.drain(..cuts.len().min(args.from as usize - 1));
