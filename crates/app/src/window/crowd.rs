@@ -152,7 +152,7 @@ impl Scene for CrowdScene {
         ui.label(RichText::new(format!("{count} character{plural}")).strong());
         ui.checkbox(&mut self.levels, "levels of detail by distance");
         ui.checkbox(&mut self.tinted, "everybody in the colour of its level");
-        let slider = Slider::new(self.formation.error(), 0.25..=16.0).logarithmic(true);
+        let slider = Slider::new(self.formation.error_mut(), 0.25..=16.0).logarithmic(true);
         ui.add_enabled(self.levels, slider.text("pixels of error"));
         ui.label("camera");
         ui.horizontal(|ui| {

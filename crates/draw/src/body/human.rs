@@ -117,12 +117,8 @@ impl BodyBuilder<'_> {
         let rise = shoulders - hips;
         let long = rise.length() / self.scale;
         let cloth = Part(Carrier::Trunk, self.look.clothes, SOFT);
-        self.ball(
-            cloth,
-            hips,
-            [0.0, 0.03, -0.005],
-            [hip + 0.075, 0.125, 0.108],
-        );
+        let pelvis = [hip + 0.075, 0.125, 0.108];
+        self.ball(cloth, hips, [0.0, 0.03, -0.005], pelvis);
         for side in [1.0, -1.0] {
             let seat = [side * (hip - 0.018), -0.015, -0.052];
             self.ball(cloth, hips, seat, [0.078, 0.085, 0.075]);
@@ -148,10 +144,14 @@ impl BodyBuilder<'_> {
         // A belt with a knot, and ends that hang down from it.
         let belt = Part(Carrier::Trunk, self.look.dark, HEM);
         let waist = hips + rise * 0.24;
-        self.ball(belt, waist, [0.0, 0.0, -0.002], [0.156, 0.048, 0.119]);
-        self.ball(belt, waist, [0.0, 0.0, 0.119], [0.026, 0.026, 0.018]);
+        let (centre, radii) = (
+            waist - self.by(0.0, 0.0, 0.002),
+            self.by(0.148, 0.024, 0.112),
+        );
+        self.add(belt, Form::Ring { centre, radii });
+        self.ball(belt, waist, [0.0, 0.0, 0.110], [0.026, 0.026, 0.018]);
         for side in [0.03, -0.03] {
-            let ends = [self.by(0.0, 0.0, 0.119), self.by(side, -0.085, 0.112)];
+            let ends = [self.by(0.0, 0.0, 0.110), self.by(side, -0.085, 0.112)];
             self.flat_cone(belt, ends.map(|end| waist + end), [0.014, 0.017], 0.6);
         }
     }

@@ -24,6 +24,8 @@ pub(super) enum Form {
         radii: Vec3,
         rotation: Quat,
     },
+    /// A flat ring around the vertical: half axes along X and Z, and half its height.
+    Ring { centre: Vec3, radii: Vec3 },
 }
 
 impl Form {
@@ -48,6 +50,11 @@ impl Form {
                     return -radii.min_element();
                 }
                 near * (near - 1.0) / far
+            }
+            Self::Ring { centre, radii } => {
+                let own = (place - centre) / radii;
+                let aside = (own.with_y(0.0).length() - 1.0) * radii.x.min(radii.z);
+                aside.max((own.y.abs() - 1.0) * radii.y)
             }
         }
     }
@@ -90,7 +97,7 @@ pub(super) struct Shapes {
 /// Distance over which joints share a surface, as a share of the height; then the distance at the hips and shoulders, and how far around these
 /// it is greater.
 const SPREAD: f32 = 0.010;
-const WIDE: f32 = 0.022;
+const WIDE: f32 = 0.015;
 const REACH: f32 = 0.12;
 
 impl Shapes {

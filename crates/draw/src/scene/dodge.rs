@@ -124,12 +124,6 @@ impl<'a> Dodge<'a> {
         [-self.before.1.min(BEFORE), self.attack.end() + AFTER]
     }
 
-    /// Start and end of the attack, in seconds.
-    #[must_use]
-    pub fn flight(&self) -> [f32; 2] {
-        [self.attack.start(), self.attack.end()]
-    }
-
     /// Minimum distance of body and attack, and its time.
     #[must_use]
     pub fn clearance(&self) -> Clearance {

@@ -199,7 +199,7 @@ impl Formation {
 
     /// Maximum error of a level on the screen, in pixels ([`FormationSettings::error`]). A change takes effect with the next
     /// [`Formation::look_from`].
-    pub fn error(&mut self) -> &mut f32 {
+    pub fn error_mut(&mut self) -> &mut f32 {
         &mut self.settings.error
     }
 

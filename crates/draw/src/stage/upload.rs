@@ -41,11 +41,7 @@ impl Stage {
     /// Writes a picture into a slot's buffers.
     pub(super) fn upload(&self, slot: u32, picture: &Picture<'_>) -> Result<Draws, GpuError> {
         let (context, desc) = (&self.context, &self.desc);
-        let Picture {
-            shot,
-            crowd,
-            target,
-        } = *picture;
+        let (shot, target) = (picture.shot, picture.target);
         let slots = self.parts.slots.len() as u32;
         let found = self.parts.slots.get(slot as usize);
         let slot = found.ok_or(GpuError::NoSuchSlot { slot, slots })?;
@@ -61,7 +57,7 @@ impl Stage {
         fits("StageDesc::max_map_words", words.len(), desc.max_map_words)?;
         write(context, &slot.words, &words)?;
         let mut skinned = Skinned::new(&self.parts.skins, slot.first_skinned_number());
-        if let Some(crowd) = crowd {
+        if let Some(crowd) = picture.crowd {
             check_poses(crowd, slot.crowd_numbers())?;
             skinned
                 .members

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use glam::Vec2;
 use plotters::style::RGBColor;
 use sabaki::maps::BakedGraph;
-use sabaki::query::{Answer, Query, QueryContext, QuerySettings};
+use sabaki::query::{Answer, Attack, Query, QueryContext, QuerySettings};
 use sabaki_app::film::Delay;
 use sabaki_draw::StageDesc;
 use sabaki_draw::scene::{Camera, Dodge, DodgeSettings};
@@ -109,7 +109,7 @@ pub(super) fn run(args: &Args) -> Result<Written, Failure> {
     let mut canvas = args.out.canvas(&desc)?;
     let near = dodge.clearance();
     let moments = match args.at {
-        _ if args.storyboard => storyboard(&dodge),
+        _ if args.storyboard => storyboard(near.time, &throw.attack),
         Some(at) => vec![at],
         None if is_film(&args.out.out) => dodge.moments(f32::from(args.film.rate)),
         None => vec![near.time],
@@ -148,8 +148,8 @@ fn evasion(answer: &Answer) -> &'static str {
 }
 
 /// Eight moments from the throw to the end of the flight, denser around the nearest one.
-fn storyboard(dodge: &Dodge<'_>) -> Vec<f32> {
-    let (near, [start, end]) = (dodge.clearance().time, dodge.flight());
+fn storyboard(near: f32, attack: &Attack) -> Vec<f32> {
+    let (start, end) = (attack.start(), attack.end());
     let (before, after) = (near - start, end - near);
     let shares = [-1.0, -0.62, -0.34, -0.14, 0.0, 0.22, 0.55, 1.0];
     let moments = shares.map(|share| near + share * if share < 0.0 { before } else { after });
