@@ -224,10 +224,11 @@ fn a_crowd_stands_where_it_was_posed_with_levels_and_without() {
         ..FormationSettings::default()
     };
     let outfit = Outfit::human(&motions.skeleton, &motions.clips).unwrap();
+    // Those in blue: in the light white clothes have the colour of the floor.
     let mut formation = Formation::new(
         &motions.skeleton,
         &motions.clips[0],
-        &outfit.skins[0],
+        &outfit.skins[1],
         &settings,
     )
     .unwrap();
