@@ -83,6 +83,6 @@ pub(crate) fn merged(events: &[GraphEvent]) -> Vec<GraphEvent> {
             _ => groups.push((index, event.clone())),
         }
     }
-    groups.sort_by(|a, b| a.0.cmp(&b.0));
+    groups.sort_by_key(|group| group.0);
     groups.into_iter().map(|(_, group)| group).collect()
 }

@@ -204,7 +204,7 @@ impl Planner<'_> {
                 let away = foot.translation - root;
                 (1e6 * away.x.hypot(away.z)) as i64
             };
-            steps.sort_by(|&a, &b| away(b).cmp(&away(a)));
+            steps.sort_by_key(|&step| std::cmp::Reverse(away(step)));
         }
         steps
     }

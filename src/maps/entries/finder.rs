@@ -174,7 +174,7 @@ impl<'a> Finder<'a> {
             }
             found.extend(self.plausible(from, aligned, scratch));
         }
-        found.sort_by(|a, b| a.target.cmp(&b.target));
+        found.sort_by_key(|found| found.target);
         found
     }
 

@@ -128,7 +128,7 @@ impl Finder<'_> {
             let way = source.tested(target, base, test);
             found.extend(way.map(|way| KnownEntry::new(target as u16, way)));
         }
-        found.sort_by(|a, b| a.target.cmp(&b.target));
+        found.sort_by_key(|found| found.target);
         found
     }
 }

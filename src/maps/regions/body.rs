@@ -162,7 +162,7 @@ impl Body {
             radius,
         }));
         // Spheres are sorted by joint, so that all spheres of a joint are transformed together.
-        spheres.sort_by(|a, b| a.joint.cmp(&b.joint));
+        spheres.sort_by_key(|sphere| sphere.joint);
         if spheres.is_empty() {
             spheres.push(BodySphere {
                 joint: JointId::ROOT,
