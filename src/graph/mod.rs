@@ -18,6 +18,7 @@ pub(crate) mod watch;
 
 pub use build::builder::build;
 pub use build::input::GraphBuilder;
+pub use build::islands::JoinedClip;
 pub use build::report::{
     BuildReport, Dropped, EventCounts, GoalReport, LinkObstacle, LinkReport, Responsiveness,
     UnlinkedEvent,

@@ -109,9 +109,10 @@ impl GraphEvent {
         })
     }
 
-    /// Clip and seconds of the event, as text.
-    pub(crate) fn describe(&self, clips: &[Clip], frame_rate: f64) -> String {
-        let seconds = |frame: u32| f64::from(frame) / frame_rate;
+    /// Clip and seconds of the event, as text. `leads` are the frames that were added before each clip.
+    pub(crate) fn describe(&self, clips: &[Clip], leads: &[u32], frame_rate: f64) -> String {
+        let lead = leads.get(self.clip.index()).copied().unwrap_or(0);
+        let seconds = |frame: u32| f64::from(frame.saturating_sub(lead)) / frame_rate;
         format!(
             "{} {:.2}-{:.2}",
             clips[self.clip.index()].name(),
@@ -135,6 +136,9 @@ pub struct MotionGraph {
     /// Index of each node's first edge. The last entry is the number of edges.
     pub(crate) first_edge: Vec<u32>,
     pub(crate) feet: Feet,
+    /// Number of frames that were added before each clip; empty if none were.
+    #[serde(default)]
+    pub(crate) leads: Vec<u32>,
     #[serde(skip)]
     pub(crate) rig: KnownRig,
 }
@@ -175,6 +179,7 @@ impl MotionGraph {
             edges,
             first_edge,
             feet: Feet::default(),
+            leads: Vec::new(),
             rig: KnownRig::default(),
         }
     }
@@ -396,7 +401,7 @@ impl MotionGraph {
     /// Clip and seconds of an event, as text.
     #[must_use]
     pub fn describe_event(&self, event: &GraphEvent) -> String {
-        event.describe(&self.clips, self.frame_rate)
+        event.describe(&self.clips, &self.leads, self.frame_rate)
     }
 }
 

@@ -1,4 +1,4 @@
-use crate::anim::{Clip, CompressionSettings, Event, Skeleton};
+use crate::anim::{Clip, CompressionSettings, Event, Skeleton, details};
 use crate::graph::error::GraphError;
 use serde::{Deserialize, Serialize};
 use std::ops::RangeInclusive;
@@ -13,10 +13,15 @@ pub struct GraphSettings {
     /// Maximum distance of a transition's windows: root of the mean squared distance of joints, in
     /// metres. Default 0.10.
     pub threshold: f32,
+    /// Largest distance at which a clip that nothing near leads to or from is joined to the graph, in metres. Default `None`: no such clip is
+    /// lost, whatever its links cost. 0 joins none.
+    #[serde(default)]
+    pub farthest_join: Option<f32>,
     /// Minimum separation of two transitions between the same clips, in seconds. Of closer ones the
     /// better one is kept. Default 1/3.
     pub separation: f64,
-    /// Weight of each joint in the distance. Default: empty, which weights all joints equally.
+    /// Weight of each joint in the distance. Default: empty, which weights all joints equally, without fingers, faces and helpers
+    /// ([`details`]).
     pub joint_weights: Vec<f32>,
     /// Whether transitions keep planted feet from sliding. If not, feet slide as root and joints blend (Kovar 2002). Plants are
     /// found and slides are measured in both cases. Default true.
@@ -44,6 +49,7 @@ impl Default for GraphSettings {
             frame_rate: 30.0,
             window: 1.0 / 3.0,
             threshold: 0.10,
+            farthest_join: None,
             separation: 1.0 / 3.0,
             joint_weights: Vec::new(),
             keep_feet: true,
@@ -69,7 +75,8 @@ impl GraphSettings {
     ///
     /// # Errors
     /// The first setting that is out of range.
-    pub(crate) fn checked_weights(&self, joints: usize) -> Result<Vec<f32>, GraphError> {
+    pub(crate) fn checked_weights(&self, skeleton: &Skeleton) -> Result<Vec<f32>, GraphError> {
+        let joints = skeleton.len();
         let compression = self.compression.unwrap_or_default();
         let [threshold, step, joint_error, end_error] = [
             self.threshold,
@@ -92,9 +99,18 @@ impl GraphSettings {
             ("joint_error", joint_error, 1e-6..=1.0, "0.000001 to 1 m"),
             ("end_error", end_error, 1e-6..=1.0, "0.000001 to 1 m"),
         ])?;
+        let join = f64::from(self.farthest_join.unwrap_or(0.0));
+        check_ranges([("farthest_join", join, 0.0..=1e3, "0 to 1000 m")])?;
         self.links.as_ref().map_or(Ok(()), LinkSettings::check)?;
         if self.joint_weights.is_empty() {
-            return Ok(vec![1.0; joints]);
+            let weights = details(skeleton).into_iter();
+            let weights: Vec<f32> = weights
+                .map(|is_detail| if is_detail { 0.0 } else { 1.0 })
+                .collect();
+            return Ok(match weights.contains(&1.0) {
+                true => weights,
+                false => vec![1.0; joints],
+            });
         }
         let weights = self.joint_weights.clone();
         let sound =

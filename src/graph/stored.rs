@@ -20,8 +20,13 @@ impl MotionGraph {
     pub(crate) fn to_sections(&self) -> Result<[Vec<u8>; Self::SECTIONS], postcard::Error> {
         let (events, nodes, first_edge) = (&self.events, &self.nodes, &self.first_edge);
         let rest = (&self.skeleton, self.frame_rate, events, nodes, first_edge);
+        let mut rest = to_bytes(&rest)?;
+        // Graphs whose clips were not lengthened need no more.
+        if !self.leads.is_empty() {
+            rest.extend(to_bytes(&self.leads)?);
+        }
         Ok([
-            to_bytes(&rest)?,
+            rest,
             to_bytes(&self.clips)?,
             to_bytes(&self.edges)?,
             to_bytes(&self.feet)?,
@@ -37,10 +42,15 @@ impl MotionGraph {
             || {
                 let edges = from_bytes::<Vec<Edge>>(edges);
                 let feet = from_bytes::<Feet>(feet);
-                (edges, (feet, from_bytes(rest)))
+                (edges, (feet, postcard::take_from_bytes(rest)))
             },
         );
-        let (skeleton, frame_rate, events, nodes, first_edge) = rest?;
+        let (rest, leads) = rest.map_err(|error| error.to_string())?;
+        let (skeleton, frame_rate, events, nodes, first_edge) = rest;
+        let leads = match leads {
+            [] => Vec::new(),
+            leads => from_bytes(leads)?,
+        };
         Ok(Self {
             skeleton,
             frame_rate,
@@ -50,6 +60,7 @@ impl MotionGraph {
             edges: edges?,
             first_edge,
             feet: feet?,
+            leads,
             rig: KnownRig::default(),
         })
     }
@@ -103,7 +114,13 @@ impl MotionGraph {
             sound.iter().all(|&is_sound| is_sound)
         };
         // The order matters: each check relies on those before it. None relies on the contents of the clips' frames.
-        let checks: [(&(dyn Fn() -> bool + Sync), &str); 8] = [
+        let leads_fit = || {
+            let mut pairs = self.leads.iter().zip(&self.clips);
+            let is_short = |(&lead, clip): (&u32, &Clip)| (lead as usize) < clip.frames();
+            self.leads.is_empty() || self.leads.len() == self.clips.len() && pairs.all(is_short)
+        };
+        let checks: [(&(dyn Fn() -> bool + Sync), &str); 9] = [
+            (&leads_fit, "the frames before its clips do not fit them"),
             (&|| !self.nodes.is_empty(), "it has no nodes"),
             (
                 &|| self.nodes.iter().all(|node| node.frame < frames(node.clip)),

@@ -9,6 +9,14 @@ use sabaki::anim::{Clip, Event, EventKind, Pose, forward_kinematics};
 use sabaki::graph::{self, ClipSource, GraphError, GraphSettings, MotionGraph, blend_weight};
 use sabaki_fixtures::demo;
 
+/// Default settings that join no clip that nothing near leads to.
+fn alone() -> GraphSettings {
+    GraphSettings {
+        farthest_join: Some(0.0),
+        ..GraphSettings::default()
+    }
+}
+
 #[test]
 fn a_transition_out_of_a_clip_that_moves_joints_does_not_jump() {
     let skeleton = small_skeleton();
@@ -25,7 +33,7 @@ fn a_transition_out_of_a_clip_that_moves_joints_does_not_jump() {
     let clips = [Clip::new(&skeleton, desc), Clip::new(&skeleton, again)].map(Result::unwrap);
     let settings = GraphSettings {
         threshold: 1.0,
-        ..GraphSettings::default()
+        ..alone()
     };
     let graph = build(&clips, &[], &settings).unwrap();
     let mut joints = Vec::new();
@@ -96,7 +104,7 @@ fn without_a_way_back_there_is_no_graph() {
     let clips = [swinging_clip(&skeleton, 25, 0.0)];
     let settings = GraphSettings {
         threshold: 1e-4,
-        ..GraphSettings::default()
+        ..alone()
     };
     let error = build(&clips, &[], &settings).unwrap_err();
     assert!(
@@ -180,7 +188,7 @@ fn what_cannot_be_kept_whole_is_refused_or_reported() {
     };
     let settings = GraphSettings {
         threshold: 10.0,
-        ..GraphSettings::default()
+        ..alone()
     };
     let stranger = ClipSource {
         skeleton: &demo::motions().unwrap().skeleton,
@@ -228,7 +236,7 @@ fn clips_at_other_frame_rates_are_resampled() {
         clips: &fast,
         events: &motions.events,
     };
-    let (graph, report) = graph::build(source, &GraphSettings::default()).unwrap();
+    let (graph, report) = graph::build(source, &alone()).unwrap();
     assert!(graph.clips().iter().all(|clip| clip.frame_rate() == 30.0));
     let original: f64 = motions.clips.iter().map(Clip::duration).sum();
     assert!((report.seconds - original).abs() < 0.1);

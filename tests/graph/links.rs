@@ -13,6 +13,14 @@ use sabaki::graph::{
 };
 use sabaki_fixtures::demo;
 
+/// Default settings that join no clip that nothing near leads to.
+fn alone() -> GraphSettings {
+    GraphSettings {
+        farthest_join: Some(0.0),
+        ..GraphSettings::default()
+    }
+}
+
 /// No node and no blend inside an event, and all that a graph promises.
 fn assert_sound(graph: &MotionGraph) {
     graph.validate().unwrap();
@@ -89,7 +97,7 @@ fn assert_report(graph: &MotionGraph, report: &BuildReport) {
 fn without_links() -> GraphSettings {
     GraphSettings {
         links: None,
-        ..GraphSettings::default()
+        ..alone()
     }
 }
 
@@ -98,7 +106,7 @@ fn with(change: impl FnOnce(&mut LinkSettings)) -> GraphSettings {
     change(&mut links);
     GraphSettings {
         links: Some(links),
-        ..GraphSettings::default()
+        ..alone()
     }
 }
 
@@ -124,7 +132,7 @@ fn the_embedded_motions_reach_their_goals() {
         EdgeMotion::Clip => true,
         EdgeMotion::Transition { distance, .. } => distance < 0.1 && edge.frames == 10,
     }));
-    let (graph, report) = graph::build(source, &GraphSettings::default()).unwrap();
+    let (graph, report) = graph::build(source, &alone()).unwrap();
     assert_sound(&graph);
     assert_report(&graph, &report);
     assert!(report.links.links > 0 && report.links.unlinked.is_empty());
@@ -157,7 +165,7 @@ fn real_motion_capture_becomes_responsive() {
     let set = captures("fight");
     let source = source_of(&set);
     let (plain, _) = graph::build(source, &without_links()).unwrap();
-    let (graph, report) = graph::build(source, &GraphSettings::default()).unwrap();
+    let (graph, report) = graph::build(source, &alone()).unwrap();
     assert_sound(&graph);
     assert_report(&graph, &report);
     assert_eq!(graph.events().len(), set.events.len());
@@ -165,10 +173,7 @@ fn real_motion_capture_becomes_responsive() {
     assert!(graph.responsiveness(1.0).share >= 0.8);
     assert!(graph.responsiveness(1.5).share >= 0.95);
     assert!(graph.edges().len() < plain.edges().len() * 2);
-    let threads = |threads| GraphSettings {
-        threads,
-        ..GraphSettings::default()
-    };
+    let threads = |threads| GraphSettings { threads, ..alone() };
     for count in [1, 2, 3] {
         assert_eq!(graph::build(source, &threads(count)).unwrap().0, graph);
     }
@@ -253,7 +258,7 @@ fn an_event_without_anything_near_is_named() {
         *rotation *= glam::Quat::from_rotation_z(1.5);
     }
     clips[1] = Clip::new(&small_skeleton(), desc).unwrap();
-    let (graph, report) = build(&clips, &events, &GraphSettings::default()).unwrap();
+    let (graph, report) = build(&clips, &events, &alone()).unwrap();
     assert!(graph.events().is_empty());
     let obstacles: Vec<_> = report.links.unlinked.iter().map(|u| u.obstacle).collect();
     assert!(matches!(obstacles[0], LinkObstacle::NothingNear { loosest } if loosest == 0.35));
@@ -267,7 +272,7 @@ fn one_clip_that_never_comes_round_becomes_a_graph_by_its_event() {
     let tight = |links| GraphSettings {
         threshold: 1e-4,
         links,
-        ..GraphSettings::default()
+        ..alone()
     };
     let event = [evasion(0, 1.0, 1.5)];
     let error = build(&clips, &event, &tight(None)).unwrap_err();

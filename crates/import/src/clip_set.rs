@@ -1,13 +1,16 @@
 use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
 
+use crate::bvh::MotionError;
 use crate::error::shortened;
+use crate::figure::{describe, settle_bones, settle_sides};
 use crate::file::clip_name;
-use crate::motion_file::{MotionFile, check_options, is_motion_file};
+use crate::motion_file::{MotionFile, check_options, doubtful_stature, is_motion_file, turned};
 use crate::retarget::{Obstacle, Retargeted};
+use crate::units::Stance;
 use crate::{
-    ClipEvents, EventsFile, LengthUnit, LoadedClip, ReadError, ReadOptions, Scale, ScaleSource,
-    clip_warnings,
+    ClipEvents, EventsFile, LoadedClip, ReadError, ReadOptions, STATURE_FACTOR, Scale, ScaleSource,
+    Up, clip_warnings,
 };
 use sabaki::anim::{Clip, Event, Skeleton};
 use sabaki::math::in_parallel;
@@ -25,6 +28,8 @@ pub struct ClipSet {
     pub scales: Vec<Scale>,
     /// Names that several joints of the first file have. Such a name identifies no joint.
     pub repeated_names: Vec<String>,
+    /// What was taken for root, hands and feet, in one line.
+    pub figure: String,
     /// Warnings for the user, one line each, for example about different bone lengths, clips of one
     /// frame, different scales, or doubtful contents of the files.
     pub warnings: Vec<String>,
@@ -119,6 +124,7 @@ pub fn read_clips(
         events: Vec::new(),
         scales: Vec::new(),
         repeated_names: first.repeated_names.clone(),
+        figure: String::new(),
         warnings: Vec::new(),
         left_out: errors.iter().map(ToString::to_string).collect(),
     };
@@ -130,6 +136,8 @@ pub fn read_clips(
         ));
     }
     let first_path = *first_path;
+    set.warnings.extend(turned(first.up, options));
+    let above = first.above.clone();
     for one in loaded {
         set.warn_of_bones(one.path, &one.motion.skeleton);
         set.note(&one.motion.clip, one.motion.notes);
@@ -137,6 +145,14 @@ pub fn read_clips(
         set.events
             .extend(one.events.into_iter().map(|event| Event { clip, ..event }));
         set.add(one.motion.clip, one.motion.scale);
+    }
+    settle_bones(&mut set.skeleton, &mut set.clips)
+        .map_err(|error| ReadError::in_file(first_path)(MotionError::from(error)))?;
+    let sides = settle_sides(&mut set.skeleton, &set.clips);
+    set.figure = describe(&set.skeleton, &above, sides);
+    for index in 0..set.clips.len() {
+        let doubtful = doubtful_stature(&set.skeleton, &set.clips[index]);
+        set.note(&set.clips[index].clone(), doubtful.into_iter().collect());
     }
     labels.forget(&names, &set.clips);
     let resolved = labels
@@ -146,6 +162,8 @@ pub fn read_clips(
         .extend(resolved.map_err(ReadError::in_file(events.unwrap_or(first_path)))?);
     set.events
         .sort_by(|a, b| a.clip.cmp(&b.clip).then(a.start.total_cmp(&b.start)));
+    set.leave_out_rest()
+        .map_err(|error| ReadError::in_file(first_path)(MotionError::from(error)))?;
     set.warnings
         .extend(clip_warnings(&set.skeleton, &set.clips));
     Ok(set)
@@ -287,7 +305,12 @@ fn retarget_others<'a>(
     let retargeted = in_parallel(0, loaded.len(), |index| {
         let motion = &loaded[index].motion;
         let is_other = !used.differences(&motion.skeleton).is_empty();
-        is_other.then(|| motion.retargeted(used))
+        is_other.then(|| {
+            let mut motion = motion.clone();
+            let clip = std::slice::from_mut(&mut motion.clip);
+            settle_bones(&mut motion.skeleton, clip).map_err(Obstacle::Clip)?;
+            motion.retargeted(used)
+        })
     });
     let (mut kept, mut failed) = (Vec::new(), Vec::new());
     for (mut one, retargeted) in loaded.into_iter().zip(retargeted) {
@@ -378,27 +401,31 @@ fn largest_group<'a>(loaded: &'a [Loaded<'_>]) -> Option<&'a Skeleton> {
 fn load_all<'a>(files: &'a [PathBuf], options: &ReadOptions) -> (Vec<Loaded<'a>>, Vec<Failed>) {
     let mut failed = Vec::new();
     let mut parsed = Vec::new();
-    let parse = |file: usize| MotionFile::read(&files[file]);
+    let parse = |file: usize| {
+        let read = MotionFile::read(&files[file])?;
+        let stance = read.stance();
+        Ok((read, stance))
+    };
     for (file, result) in in_parallel(0, files.len(), parse).into_iter().enumerate() {
         match result {
-            Ok(motion_file) => {
-                let scale = motion_file.scale(options);
-                parsed.push((file, (motion_file, scale)));
-            }
+            Ok((read, stance)) => parsed.push(Parsed { file, read, stance }),
             Err(error) => failed.push(Failed { file, error }),
         }
     }
-    let (places, parsed): (Vec<usize>, Vec<_>) = parsed.into_iter().unzip();
-    let scales = scales_of_set(&parsed);
+    let spaces = spaces_of_set(&parsed, files, options);
     let to_metres = |index: usize| {
-        let path = &files[places[index]];
-        parsed[index].0.to_metres(path, scales[index], options)
+        let Parsed { file, read, .. } = &parsed[index];
+        let (scale, up) = match &spaces[index] {
+            Ok(space) => *space,
+            Err(_) => return Ok(Vec::new()),
+        };
+        read.to_metres(&files[*file], scale, up, options)
     };
     let mut loaded = Vec::new();
     let motions = in_parallel(0, parsed.len(), to_metres);
-    for (&file, motions) in places.iter().zip(motions) {
-        let path = &files[file];
-        match motions {
+    for ((parsed, motions), space) in parsed.iter().zip(motions).zip(spaces) {
+        let (file, path) = (parsed.file, &files[parsed.file]);
+        match space.and_then(|_| motions) {
             Ok(motions) => {
                 loaded.extend(motions.into_iter().map(|motion| Loaded {
                     path,
@@ -413,55 +440,92 @@ fn load_all<'a>(files: &'a [PathBuf], options: &ReadOptions) -> (Vec<Loaded<'a>>
     (loaded, failed)
 }
 
-/// Determines the scale of each file from the scales of all files.
-///
-/// A scale is estimated from a file's first pose, which can be misleading. Files whose bones have
-/// the same lengths as the first file's, in the units of each, therefore share one scale. Scales
-/// that only normalise the figure's height depend entirely on the first pose, so a set has at most
-/// one of them.
-fn scales_of_set(parsed: &[(MotionFile, Scale)]) -> Vec<Scale> {
-    let first = parsed.first().and_then(|(file, _)| file.skeleton());
-    let like_first = |file: &MotionFile| {
-        let own = file.skeleton();
-        first.as_ref().zip(own).is_some_and(|(first, own)| {
-            first.len() == own.len() && differing_bones(first, &own, 0.0).is_empty()
-        })
-    };
-    let alike: Vec<bool> = parsed.iter().map(|(file, _)| like_first(file)).collect();
-    let scales = || parsed.iter().map(|&(_, scale)| scale);
-    let of_alike = most_found_unit(
-        scales()
-            .zip(&alike)
-            .filter_map(|(scale, alike)| alike.then_some(scale)),
-    );
-    let fitted = scales().find(|scale| scale.found == ScaleSource::Stature);
-    scales()
-        .zip(&alike)
-        .map(|(scale, &alike)| match (scale.found, of_alike, fitted) {
-            (ScaleSource::Given | ScaleSource::Format, ..) => scale,
-            (_, Some(shared), _) if alike => shared,
-            (ScaleSource::Stature, _, Some(fitted)) => fitted,
-            _ => scale,
-        })
-        .collect()
+/// A file that was parsed.
+struct Parsed {
+    /// Index of the file.
+    file: usize,
+    read: MotionFile,
+    stance: Stance,
 }
 
-/// The most frequent unit. Ties are decided for the smaller unit, because a first pose can reduce
-/// the height but not increase it.
-fn most_found_unit(scales: impl Iterator<Item = Scale>) -> Option<Scale> {
-    let found: Vec<LengthUnit> = scales
-        .filter_map(|scale| match scale.found {
-            ScaleSource::Unit(unit) => Some(unit),
-            _ => None,
-        })
-        .collect();
-    let count = |unit: &LengthUnit| found.iter().filter(|other| *other == unit).count();
-    // From the largest unit to the smallest; the last of equal counts wins.
-    let unit = LengthUnit::ALL.into_iter().max_by_key(count)?;
-    (count(&unit) > 0).then(|| Scale {
-        metres_per_unit: unit.metres(),
-        found: ScaleSource::Unit(unit),
-    })
+/// Determines unit and up axis of each file: the files of one skeleton share them, because a single file may show a figure that crouches or
+/// lies. A file whose unit or axis contradicts the others of its skeleton is an error.
+fn spaces_of_set(
+    parsed: &[Parsed],
+    files: &[PathBuf],
+    options: &ReadOptions,
+) -> Vec<Result<(Scale, Up), ReadError>> {
+    let mut groups: Vec<(&Skeleton, Vec<usize>)> = Vec::new();
+    for (index, one) in parsed.iter().enumerate() {
+        let Some(skeleton) = &one.stance.skeleton else {
+            continue;
+        };
+        let mut known = groups.iter_mut();
+        match known.find(|(of_group, _)| of_group.differences(skeleton).is_empty()) {
+            Some((_, own)) => own.push(index),
+            None => groups.push((skeleton, vec![index])),
+        }
+    }
+    let alone = |one: &Parsed| {
+        let (read, stance) = (&one.read, &one.stance);
+        Ok((read.scale(stance, options), read.up(stance, options)))
+    };
+    let mut spaces: Vec<_> = parsed.iter().map(alone).collect();
+    for (_, mut own) in groups {
+        own.retain(|&index| !parsed[index].read.is_in_metres());
+        let Some((common, first)) = common_stance(parsed, &own) else {
+            continue;
+        };
+        let path = |index: usize| files[parsed[index].file].clone();
+        for index in own {
+            let Parsed { read, stance, .. } = &parsed[index];
+            let (scale, up) = (read.scale(&common, options), read.up(&common, options));
+            let times = stance.reach / common.reach;
+            let (own, bones) = (stance.axis(), (&stance.skeleton, &common.skeleton));
+            let is_turned = || match bones {
+                (Some(own), Some(common)) => !differing_bones(own, common, 0.0).is_empty(),
+                _ => false,
+            };
+            let is_as_large = |times: f64| times.ln().abs() <= STATURE_FACTOR.ln();
+            spaces[index] = match own {
+                _ if times > 0.0 && options.scale.is_none() && !is_as_large(times) => {
+                    Err(ReadError::UnitDiffers {
+                        path: path(index),
+                        first: path(first),
+                        times,
+                    })
+                }
+                Some(own) if options.up.is_none() && own != up && is_turned() => {
+                    Err(ReadError::UpDiffers {
+                        path: path(index),
+                        first: path(first),
+                        own: own.name(),
+                        up: up.name(),
+                    })
+                }
+                _ => Ok((scale, up)),
+            };
+        }
+    }
+    spaces
+}
+
+/// How the figure of several files of one skeleton stands, by the medians of the files, and the index of the file whose figure has the median
+/// size.
+fn common_stance(parsed: &[Parsed], files: &[usize]) -> Option<(Stance, usize)> {
+    let stance = |&index: &usize| &parsed[index].stance;
+    let mut statures: Vec<f64> = files.iter().map(|index| stance(index).stature).collect();
+    statures.sort_by(f64::total_cmp);
+    let mut by_size = files.to_vec();
+    by_size.sort_by(|a, b| stance(a).reach.total_cmp(&stance(b).reach));
+    let first = *by_size.get(by_size.len() / 2)?;
+    let common = Stance {
+        stature: statures[statures.len() / 2],
+        up: files.iter().map(|index| stance(index).up).sum(),
+        poses: files.iter().map(|index| stance(index).poses).sum(),
+        ..parsed[first].stance.clone()
+    };
+    Some((common, first))
 }
 
 /// Names of the joints whose offsets differ by more than 1% and by more than `digits`. The root is

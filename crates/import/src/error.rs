@@ -112,6 +112,44 @@ pub enum ReadError {
         /// Names of the joints that differ.
         joints: Vec<String>,
     },
+    /// A file of joints names a joint that the skeleton does not have.
+    #[error("{}: the skeleton has no joint \"{joint}\"", path.display())]
+    UnknownJoint {
+        /// The file.
+        path: PathBuf,
+        /// Name of the joint.
+        joint: String,
+    },
+    /// The files of one skeleton are in different units.
+    #[error(
+        "{}: its bones are {times:.4} times as long as those of {}, which has the same joints: bring both to one unit, or bake them apart",
+        path.display(),
+        first.display()
+    )]
+    UnitDiffers {
+        /// The file.
+        path: PathBuf,
+        /// File whose unit most files have.
+        first: PathBuf,
+        /// Length of a chain of bones, in lengths of that chain in the other file.
+        times: f64,
+    },
+    /// The files of one skeleton have different axes that point up.
+    #[error(
+        "{}: its figure stands along {own}, but that of {}, which has the same joints, along {up}: turn one of them, or bake them apart",
+        path.display(),
+        first.display()
+    )]
+    UpDiffers {
+        /// The file.
+        path: PathBuf,
+        /// First file of the skeleton.
+        first: PathBuf,
+        /// Axis along which the file's figure stands.
+        own: &'static str,
+        /// Axis along which most figures stand.
+        up: &'static str,
+    },
     /// The motion of a file cannot be put on the skeleton of the others, because more than a quarter of that skeleton's joints have no joint of
     /// their name in the file.
     #[error(
@@ -154,6 +192,9 @@ pub enum ContentsError {
     /// The scale makes lengths infinite, or the motion is too large.
     #[error(transparent)]
     Motion(#[from] MotionError),
+    /// A file of joints is no such file.
+    #[error(transparent)]
+    Joints(#[from] crate::JsonError),
     /// An events file is invalid or does not fit the clips.
     #[error(transparent)]
     Events(#[from] EventsError),

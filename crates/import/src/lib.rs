@@ -10,6 +10,7 @@ mod clip_set;
 mod error;
 mod events;
 pub mod export;
+mod figure;
 mod file;
 pub mod fit;
 pub mod gltf;
@@ -25,6 +26,7 @@ pub use body::{BodyEntry, BodyFile, BodyFileError, MassFile, MassFileError};
 pub use clip_set::{ClipSet, motion_files, read_clips};
 pub use error::{ContentsError, ReadError};
 pub use events::{ClipEvents, EventEntry, EventsError, EventsFile};
+pub use figure::JointsFile;
 pub use file::{JsonError, without_mark};
 pub use mirror::MirrorError;
 pub use motion_file::{

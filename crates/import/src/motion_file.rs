@@ -6,15 +6,18 @@ use std::str::FromStr;
 
 use glam::{Quat, Vec3};
 use sabaki::anim::{
-    Clip, ClipError, Facing, Joint, JointId, Limbs, Pose, Skeleton, forward_kinematics,
+    Clip, ClipError, Facing, Joint, Limbs, Pose, Skeleton, body_root, forward_kinematics,
 };
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use crate::asf::{AmcFile, AsfFile};
 use crate::bvh::{BvhFile, MotionError};
+use crate::error::shortened;
+use crate::figure::{Rooted, settle_bones, settle_sides};
 use crate::file::{clip_name, read_bytes};
 use crate::gltf::{GltfAnimation, GltfFile, SkinnedMesh};
+use crate::units::{Stance, sampled};
 use crate::{EventEntry, LengthUnit, ReadError, Scale, ScaleSource, stature};
 
 /// Maximum duration of a clip, in seconds: ten hours. Longer clips come from wrong frame times and
@@ -35,10 +38,11 @@ pub(crate) const AMC_RATES: RangeInclusive<f64> = 1e-3..=1e6;
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ReadOptions {
     /// Scale of the files, in metres per unit. Default `None`: BVH files are scaled by the
-    /// skeleton's stature, glTF files by 1.
+    /// figure's stature, one scale for all files of one skeleton; glTF files by 1.
     pub scale: Option<f64>,
-    /// Axis that points up in the files. Default +Y.
-    pub up: Up,
+    /// Axis that points up in the files. Default `None`: BVH and AMC files of one skeleton are turned if their figure stands along another axis
+    /// than +Y in nearly all poses, which is a warning; glTF files have +Y up.
+    pub up: Option<Up>,
     /// Frame rate of AMC files, in frames per second. Default `None`: the file's `:SAMPLES-PER-SECOND`, or
     /// [`AmcFile::USUAL_RATE`](crate::asf::AmcFile::USUAL_RATE).
     pub amc_rate: Option<f64>,
@@ -53,12 +57,16 @@ pub struct ReadOptions {
 /// A motion from a file, in metres.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LoadedClip {
-    /// Skeleton, in metres.
+    /// Skeleton of the figure, in metres. Its root is the joint where legs and trunk meet ([`body_root`]).
     pub skeleton: Skeleton,
+    /// Names of the file's joints above the root, the topmost first. Their motion is part of the root's.
+    pub above: Vec<String>,
     /// Motion, named after the file without its folder.
     pub clip: Clip,
     /// Scale of the file.
     pub scale: Scale,
+    /// Axis that is up in the file.
+    pub up: Up,
     /// Events in the file itself. Only glTF files can contain them, in their `extras`.
     pub events: Vec<EventEntry>,
     /// Names that several joints have in the file. The first joint keeps the name, the others have a number behind it.
@@ -95,7 +103,20 @@ pub fn read_clip(path: &Path, options: &ReadOptions) -> Result<LoadedClip, ReadE
 pub fn read_motions(path: &Path, options: &ReadOptions) -> Result<Vec<LoadedClip>, ReadError> {
     check_options(options)?;
     let file = MotionFile::read(path)?;
-    file.to_metres(path, file.scale(options), options)
+    let stance = file.stance();
+    let (scale, up) = (file.scale(&stance, options), file.up(&stance, options));
+    let mut motions = file.to_metres(path, scale, up, options)?;
+    for motion in &mut motions {
+        let clip = std::slice::from_mut(&mut motion.clip);
+        settle_bones(&mut motion.skeleton, clip)
+            .map_err(|error| ReadError::in_file(path)(MotionError::from(error)))?;
+        settle_sides(&mut motion.skeleton, clip);
+        motion
+            .notes
+            .extend(doubtful_stature(&motion.skeleton, &motion.clip));
+        motion.notes.extend(turned(up, options));
+    }
+    Ok(motions)
 }
 
 /// Checks that scale and frame rate are within their ranges.
@@ -246,8 +267,15 @@ fn skeleton_of(path: &Path) -> Result<PathBuf, ReadError> {
     }
 }
 
+/// A note on an axis that is up and that nobody said.
+pub(super) fn turned(up: Up, options: &ReadOptions) -> Option<String> {
+    let name = up.name();
+    let is_found = options.up.is_none() && up != Up::Y;
+    is_found.then(|| format!("the figure stands along {name}, which is taken for up: say the axis (--up) if that is wrong"))
+}
+
 /// A note on a figure that is far from any person's height, as with a wrong scale.
-fn doubtful_stature(skeleton: &Skeleton, clip: &Clip) -> Option<String> {
+pub(super) fn doubtful_stature(skeleton: &Skeleton, clip: &Clip) -> Option<String> {
     /// Range of plausible heights, in metres: from a hand-sized creature to one as high as a house.
     const USUAL: RangeInclusive<f64> = 0.1..=20.0;
     let mut pose = Pose::default();
@@ -279,25 +307,50 @@ impl MotionFile {
         Ok(Self::Bvh(read_bvh(path)?))
     }
 
-    pub(super) fn scale(&self, options: &ReadOptions) -> Scale {
-        match (self, options.scale) {
-            (_, Some(metres_per_unit)) => Scale {
-                metres_per_unit,
-                found: ScaleSource::Given,
-            },
-            (Self::Bvh(file), None) => Scale::of(file),
-            (Self::Gltf(_), None) => Scale {
-                metres_per_unit: LengthUnit::Metre.metres(),
-                found: ScaleSource::Format,
-            },
-            (Self::Amc(asf, amc), None) => {
-                let mut pose = Pose::default();
-                amc.pose(asf, 0, 1.0, &mut pose);
-                Scale::of_stature(asf.skeleton(1.0).map_or(0.0, |skeleton| {
-                    pose.rotations.resize(skeleton.len(), Quat::IDENTITY);
-                    stature(&skeleton, &pose)
-                }))
+    /// How the figure stands in the file.
+    pub(super) fn stance(&self) -> Stance {
+        let Some(skeleton) = self.skeleton() else {
+            return Stance::default();
+        };
+        let poses = match self {
+            Self::Bvh(file) => sampled(file.frames(), |frame, pose| file.pose(frame, 1.0, pose)),
+            Self::Gltf(file) => {
+                let clips = file.animations().iter().map(|animation| &animation.clip);
+                let of_clip =
+                    |clip: &Clip| sampled(clip.frames(), |frame, pose| clip.pose(frame, pose));
+                clips.flat_map(of_clip).collect()
             }
+            Self::Amc(asf, amc) => sampled(amc.frames(), |frame, pose| {
+                amc.pose(asf, frame, 1.0, pose);
+                pose.rotations.resize(skeleton.len(), Quat::IDENTITY);
+            }),
+        };
+        Stance::of(&skeleton, &poses)
+    }
+
+    /// Whether the format tells the unit and the axis that is up.
+    pub(super) fn is_in_metres(&self) -> bool {
+        matches!(self, Self::Gltf(_))
+    }
+
+    pub(super) fn scale(&self, stance: &Stance, options: &ReadOptions) -> Scale {
+        let given = |metres_per_unit, found| Scale {
+            metres_per_unit,
+            found,
+        };
+        match options.scale {
+            Some(scale) => given(scale, ScaleSource::Given),
+            None if self.is_in_metres() => given(LengthUnit::Metre.metres(), ScaleSource::Format),
+            None => Scale::of_stature(stance.stature),
+        }
+    }
+
+    /// The axis that is up.
+    pub(super) fn up(&self, stance: &Stance, options: &ReadOptions) -> Up {
+        match options.up {
+            Some(up) => up,
+            None if self.is_in_metres() => Up::Y,
+            None => stance.axis().unwrap_or_default(),
         }
     }
 
@@ -310,8 +363,8 @@ impl MotionFile {
         }
     }
 
-    /// Doubtful contents of the file and of the motion that was read, one line each.
-    fn notes(&self, skeleton: &Skeleton, clip: &Clip) -> Vec<String> {
+    /// Doubtful contents of the file, one line each.
+    fn notes(&self) -> Vec<String> {
         let mut notes = match self {
             Self::Bvh(file) => file.notes(),
             Self::Gltf(file) => file.notes().to_vec(),
@@ -320,7 +373,6 @@ impl MotionFile {
         notes.extend(self.repeated_names().iter().map(|name| {
             format!("several joints are called \"{name}\": the later ones are read as \"{name}_2\" and so on")
         }));
-        notes.extend(doubtful_stature(skeleton, clip));
         notes
     }
 
@@ -339,12 +391,22 @@ impl MotionFile {
         &self,
         path: &Path,
         scale: Scale,
+        up: Up,
         options: &ReadOptions,
     ) -> Result<Vec<LoadedClip>, ReadError> {
         let name = clip_name(path);
-        let up = |(skeleton, clip): (Skeleton, Clip)| match options.up {
-            Up::Y => Ok((skeleton, clip)),
-            up => Ok(up.stood(&skeleton, &clip)?),
+        let rooted = |(skeleton, clip): (Skeleton, Clip)| {
+            let (skeleton, clip) = match up {
+                Up::Y => (skeleton, clip),
+                up => up.stood(&skeleton, &clip)?,
+            };
+            Ok(match Rooted::of(&skeleton)? {
+                None => (skeleton, clip, Vec::new(), Vec::new()),
+                Some(rooted) => {
+                    let clip = rooted.clip(&skeleton, &clip)?;
+                    (rooted.skeleton, clip, rooted.above, rooted.beside)
+                }
+            })
         };
         let loaded = |seconds: f64, motion: &dyn Fn() -> Result<(Skeleton, Clip), MotionError>| {
             if seconds > LONGEST_CLIP {
@@ -353,13 +415,23 @@ impl MotionFile {
                     seconds,
                 });
             }
-            let standing = motion().and_then(up);
-            let (skeleton, clip) = standing.map_err(ReadError::in_file(path))?;
+            let (skeleton, clip, above, beside) = motion()
+                .and_then(rooted)
+                .map_err(ReadError::in_file(path))?;
+            let mut notes = self.notes();
+            if !beside.is_empty() {
+                notes.push(format!(
+                    "joints beside the body are left out: {}",
+                    shortened(&beside)
+                ));
+            }
             Ok(LoadedClip {
-                notes: self.notes(&skeleton, &clip),
+                notes,
                 skeleton,
+                above,
                 clip,
                 scale,
+                up,
                 events: Vec::new(),
                 repeated_names: self.repeated_names().to_vec(),
             })
@@ -406,11 +478,17 @@ pub enum Up {
     Y,
     /// +Z.
     Z,
+    /// -X.
+    NegativeX,
+    /// -Y.
+    NegativeY,
+    /// -Z.
+    NegativeZ,
 }
 
 /// A word is not the name of an axis.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Error)]
-#[error("up is x, y or z")]
+#[error("up is x, y or z, or -x, -y or -z")]
 pub struct UpError;
 
 impl FromStr for Up {
@@ -420,6 +498,9 @@ impl FromStr for Up {
             "x" => Ok(Self::X),
             "y" => Ok(Self::Y),
             "z" => Ok(Self::Z),
+            "-x" => Ok(Self::NegativeX),
+            "-y" => Ok(Self::NegativeY),
+            "-z" => Ok(Self::NegativeZ),
             _ => Err(UpError),
         }
     }
@@ -432,6 +513,32 @@ impl Up {
             Self::X => Quat::from_rotation_arc(Vec3::X, Vec3::Y),
             Self::Y => Quat::IDENTITY,
             Self::Z => Quat::from_rotation_arc(Vec3::Z, Vec3::Y),
+            Self::NegativeX => Quat::from_rotation_arc(Vec3::NEG_X, Vec3::Y),
+            Self::NegativeY => Quat::from_rotation_z(std::f32::consts::PI),
+            Self::NegativeZ => Quat::from_rotation_arc(Vec3::NEG_Z, Vec3::Y),
+        }
+    }
+
+    /// The axis with an index and a sign.
+    pub(crate) fn along(axis: usize, is_negative: bool) -> Self {
+        match (axis, is_negative) {
+            (0, false) => Self::X,
+            (0, true) => Self::NegativeX,
+            (2, false) => Self::Z,
+            (2, true) => Self::NegativeZ,
+            (_, false) => Self::Y,
+            (_, true) => Self::NegativeY,
+        }
+    }
+
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::X => "+X",
+            Self::Y => "+Y",
+            Self::Z => "+Z",
+            Self::NegativeX => "-X",
+            Self::NegativeY => "-Y",
+            Self::NegativeZ => "-Z",
         }
     }
 
@@ -485,19 +592,6 @@ fn sides(skeleton: &Skeleton) -> Option<String> {
     })
 }
 
-/// The joint that all legs start from: the nearest common ancestor of all feet. It is the root of many skeletons, but not of those whose
-/// root lies on the ground.
-fn hips(skeleton: &Skeleton, feet: &[JointId]) -> JointId {
-    let above = |joint: JointId, foot: JointId| skeleton.ancestry(foot).any(|id| id == joint);
-    let mut candidates = feet
-        .iter()
-        .take(usize::from(feet.len() > 1))
-        .flat_map(|&foot| skeleton.ancestry(foot).skip(1));
-    candidates
-        .find(|&joint| feet.iter().all(|&foot| above(joint, foot)))
-        .unwrap_or(JointId::ROOT)
-}
-
 /// Warns if the hips of the figure are not above its feet along Y, over all clips.
 fn upright(skeleton: &Skeleton, clips: &[Clip]) -> Option<String> {
     /// Number of samples of each clip.
@@ -506,7 +600,7 @@ fn upright(skeleton: &Skeleton, clips: &[Clip]) -> Option<String> {
     if limbs.hands.is_empty() || limbs.feet.is_empty() {
         return None;
     }
-    let hips = hips(skeleton, &limbs.feet);
+    let hips = body_root(skeleton);
     let (mut pose, mut joints) = (Pose::default(), Vec::new());
     let mut up = Vec3::ZERO;
     for clip in clips {
@@ -520,8 +614,7 @@ fn upright(skeleton: &Skeleton, clips: &[Clip]) -> Option<String> {
     let axis = up.abs().max_position();
     let doubtful = up.length() > 0.0 && (axis != 1 || up.y < 0.0);
     doubtful.then(|| {
-        let sign = if up[axis] < 0.0 { '-' } else { '+' };
-        let name = ['X', 'Y', 'Z'][axis];
-        format!("the figure seems to stand along {sign}{name}, but +Y is taken for up: say which way is up (--up), or turn the files before use")
+        let name = Up::along(axis, up[axis] < 0.0).name();
+        format!("the figure seems to stand along {name}, but +Y is taken for up: say which way is up (--up), or turn the files before use")
     })
 }

@@ -10,8 +10,7 @@
 //! where a dash marks the skeleton that the motion is put on. Bones then have the directions of the captured ones in each frame, whatever the rest poses
 //! are. Lengths are those of the new skeleton: what this moves is measured.
 //!
-//! Differs: the path is not that of the root but of the anchor, a joint that both have. Files may have joints above the hips that stand still
-//! (`Reference`, `Armature`). A joint without a joint of its name in the file keeps its rest rotation; so does a root, in the space of the motion.
+//! Differs: the path is that of the anchor, a joint that both have, in most files the root. A joint without a joint of its name in the file keeps its rest rotation; so does a root, in the space of the motion.
 
 use std::collections::HashMap;
 
@@ -34,7 +33,7 @@ struct Retargeter<'a> {
     twins: Vec<Option<JointId>>,
     /// Whether the roots are paired although neither has a joint of its name.
     pairs_roots: bool,
-    /// Joint of `to` that is put where its twin is: its root, or the hips below roots that only one of both has.
+    /// Joint of `to` that is put where its twin is: its root, or the joint with the most twins below it.
     anchor: JointId,
     /// Rotation from the rest directions of `to` to those of `from`, for each joint of `to`.
     adjustments: Vec<Quat>,
@@ -113,7 +112,7 @@ impl<'a> Retargeter<'a> {
             adjustments: Vec::new(),
         };
         let below = retargeter.nearest_below();
-        retargeter.anchor = retargeter.find_anchor(&below, &motion.clip);
+        retargeter.anchor = retargeter.find_anchor();
         for id in to.ids() {
             let above = to.joint(id).parent;
             let inherited = above.map_or(Quat::IDENTITY, |p| retargeter.adjustments[p.index()]);
@@ -175,9 +174,8 @@ impl<'a> Retargeter<'a> {
         below
     }
 
-    /// The joint with a twin that has the most twins below it, which is the root if that has one. Where only one joint comes next, and the
-    /// motion moves that away from its rest, as hips below a joint that stands still, it is that one.
-    fn find_anchor(&self, below: &[Vec<JointId>], clip: &Clip) -> JointId {
+    /// The joint with a twin that has the most twins below it, which is the root if that has one.
+    fn find_anchor(&self) -> JointId {
         let mut counts = vec![0usize; self.to.len()];
         for id in self.to.ids().rev() {
             counts[id.index()] += usize::from(self.twin(id).is_some());
@@ -188,14 +186,7 @@ impl<'a> Retargeter<'a> {
         // `max_by_key` returns the last maximum.
         let paired = self.to.ids().rev().filter(|&id| self.twin(id).is_some());
         let most = paired.max_by_key(|id| counts[id.index()]);
-        let mut anchor = most.unwrap_or(JointId::ROOT);
-        let is_moved = moved_joints(self.from, clip);
-        while let [next] = below[anchor.index()][..]
-            && self.twin(next).is_some_and(|twin| is_moved[twin.index()])
-        {
-            anchor = next;
-        }
-        anchor
+        most.unwrap_or(JointId::ROOT)
     }
 
     /// Rest directions from a joint to one below it, in `to` and in `from`; `None` if one of them has no bone there.
@@ -301,27 +292,6 @@ fn by_name(from: &Skeleton, to: &Skeleton) -> Vec<Option<JointId>> {
     }
     let named = to.joints().iter().map(|joint| plain(&joint.name));
     named.map(|name| joints.get(&name).copied()).collect()
-}
-
-/// Whether a motion moves each joint away from its place at rest, relative to its parent.
-fn moved_joints(skeleton: &Skeleton, clip: &Clip) -> Vec<bool> {
-    /// Largest distance that comes from numbers with few digits, in metres.
-    const DIGITS: f32 = 1e-3;
-    let mut moved = vec![false; skeleton.len()];
-    let frames = if clip.moves_joints() {
-        clip.frames()
-    } else {
-        0
-    };
-    let mut pose = Pose::default();
-    for frame in 0..frames {
-        clip.pose(frame, &mut pose);
-        let pairs = pose.translations.iter().zip(skeleton.joints());
-        for (moved, (place, joint)) in moved.iter_mut().zip(pairs).skip(1) {
-            *moved |= place.distance(joint.offset) > DIGITS;
-        }
-    }
-    moved
 }
 
 /// Bones from a joint to one below it in the rest pose, the last first; `None` if it is not below.

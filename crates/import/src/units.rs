@@ -1,13 +1,15 @@
 //! The unit of length of a motion file or a mesh.
 //!
-//! The method is ours: the unit is the one in which the height of the skeleton in the first pose ([`stature`]) is closest to a
-//! person's. If none fits, the skeleton is scaled to a person's height. OBJ files do not contain their unit either.
+//! The method is ours: the unit is the one in which the height of the figure ([`stature`]), the median of poses of all its files, is closest
+//! to a person's. If none fits, the figure is scaled to a person's height. OBJ files do not contain their unit either.
 
-use glam::Vec3;
+use glam::{Quat, Vec3};
 
 use crate::bvh::BvhFile;
+use crate::figure::{COLLAPSED, Rooted};
 use crate::fit::Mesh;
-use sabaki::anim::{JointId, JointTransform, Pose, Skeleton, forward_kinematics};
+use crate::motion_file::Up;
+use sabaki::anim::{JointId, JointTransform, Limbs, Pose, Skeleton, forward_kinematics};
 
 /// Unit of length of a file, and how it was determined.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -89,15 +91,13 @@ impl LengthUnit {
 }
 
 impl Scale {
-    /// Scale of a file, by its skeleton's [`stature`].
+    /// Scale of a file, by the [`stature`] of its figure in poses of the whole motion.
     #[must_use]
     pub fn of(file: &BvhFile) -> Self {
-        let units = file.skeleton(1.0).map_or(0.0, |skeleton| {
-            let mut pose = Pose::default();
-            file.pose(0, 1.0, &mut pose);
-            stature(&skeleton, &pose)
-        });
-        Self::of_stature(units)
+        let posed = file.skeleton(1.0).ok();
+        let poses = sampled(file.frames(), |frame, pose| file.pose(frame, 1.0, pose));
+        let stance = posed.map(|skeleton| Stance::of(&skeleton, &poses));
+        Self::of_stature(stance.map_or(0.0, |stance| stance.stature))
     }
 
     /// Scale of a skeleton with a given height in units.
@@ -127,24 +127,141 @@ impl Scale {
     }
 }
 
+/// How a figure stands in the poses of a file, in the file's unit and space.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Stance {
+    /// Skeleton of the figure.
+    pub(crate) skeleton: Option<Skeleton>,
+    /// Median of its [`stature`]; 0 if it has none.
+    pub(crate) stature: f64,
+    /// Length of its longest chain of bones from the root, which does not depend on its pose.
+    pub(crate) reach: f64,
+    /// Sum of the directions from feet to hips; 0 if hands and feet are not known.
+    pub(crate) up: Vec3,
+    /// Number of poses in that sum.
+    pub(crate) poses: usize,
+    /// Whether it stands along +Y if no joint is rotated. If it does not in the poses, it lies.
+    pub(crate) rests_upright: bool,
+}
+
+/// Poses that stand for all frames of a motion.
+pub(crate) fn sampled(frames: usize, pose: impl Fn(usize, &mut Pose)) -> Vec<Pose> {
+    /// Number of poses of a file.
+    const POSES: usize = 24;
+    let step = frames.div_ceil(POSES).max(1);
+    let one = |frame| {
+        let mut out = Pose::default();
+        pose(frame, &mut out);
+        out
+    };
+    (0..frames).step_by(step).map(one).collect()
+}
+
+impl Stance {
+    pub(crate) fn of(file: &Skeleton, poses: &[Pose]) -> Self {
+        let rooted = Rooted::of(file).ok().flatten();
+        let skeleton = rooted.as_ref().map_or(file, |rooted| &rooted.skeleton);
+        let limbs = Limbs::of(skeleton);
+        let is_known = !limbs.hands.is_empty() && !limbs.feet.is_empty();
+        let mut stance = Self::default();
+        let (mut joints, mut statures) = (Vec::new(), Vec::new());
+        let own_pose = |pose: &Pose| match &rooted {
+            Some(rooted) => rooted.pose(file, pose),
+            None => pose.clone(),
+        };
+        let from_feet = |joints: &[JointTransform]| {
+            let feet = limbs.feet.iter().map(|id| joints[id.index()].translation);
+            let feet = feet.sum::<Vec3>() / limbs.feet.len() as f32;
+            (joints[0].translation - feet).normalize_or_zero()
+        };
+        for pose in poses {
+            let mut pose = own_pose(pose);
+            let bones = bones(skeleton, &pose);
+            statures.push(stature_of(skeleton, &pose, &bones));
+            for id in skeleton.ids() {
+                stance.reach = stance
+                    .reach
+                    .max(f64::from(chain_length(skeleton, id, &bones)));
+            }
+            if is_known {
+                pose.translations.clone_from(&bones);
+                forward_kinematics(skeleton, &pose, &mut joints);
+                stance.up += from_feet(&joints);
+                stance.poses += 1;
+            }
+        }
+        if let (true, Some(pose)) = (is_known, poses.first()) {
+            let rest = Pose {
+                root: Vec3::ZERO,
+                rotations: vec![Quat::IDENTITY; skeleton.len()],
+                translations: bones(skeleton, &own_pose(pose)),
+            };
+            forward_kinematics(skeleton, &rest, &mut joints);
+            stance.rests_upright = from_feet(&joints).y > UPRIGHT;
+        }
+        stance.skeleton = Some(skeleton.clone());
+        statures.sort_by(f64::total_cmp);
+        stance.stature = statures.get(statures.len() / 2).copied().unwrap_or(0.0);
+        stance
+    }
+
+    /// The axis along which the figure stands in nearly all poses, with its sign. `None` for a figure that lies.
+    pub(crate) fn axis(&self) -> Option<Up> {
+        let axis = self.up.abs().max_position();
+        let is_clear = self.up[axis].abs() >= UPRIGHT * self.poses as f32 && self.poses > 0;
+        (is_clear && (!self.rests_upright || axis == 1 && self.up.y > 0.0))
+            .then(|| Up::along(axis, self.up[axis] < 0.0))
+    }
+}
+
+/// Least length of the mean direction from feet to hips along an axis of a figure that stands along it.
+const UPRIGHT: f32 = 0.8;
+
+/// Bones from each joint's parent to the joint in its parent's frame: those of the pose, unless they are all near 0, as in files whose
+/// positions are not used.
+fn bones(skeleton: &Skeleton, pose: &Pose) -> Vec<Vec3> {
+    let offsets = || skeleton.joints().iter().map(|joint| joint.offset);
+    let sum = |bones: &[Vec3]| bones.iter().skip(1).map(|bone| bone.length()).sum::<f32>();
+    let rest: Vec<Vec3> = offsets().collect();
+    match pose.translations.len() == rest.len() && sum(&pose.translations) >= COLLAPSED * sum(&rest)
+    {
+        true => pose.translations.clone(),
+        false => rest,
+    }
+}
+
+/// Length of the bones from the root to a joint.
+fn chain_length(skeleton: &Skeleton, id: JointId, bones: &[Vec3]) -> f32 {
+    let below_root = skeleton.ancestry(id).filter(|&id| id != JointId::ROOT);
+    below_root.map(|id| bones[id.index()].length()).sum()
+}
+
 /// Minimum height of the crown above the root, as a share of the highest leaf's height. Raised
 /// hands can be higher than the crown.
 const MOST_OF_REACH: f32 = 0.6;
 
-/// Height of a skeleton in `pose`, in the skeleton's unit: the straight distance from the root to
+/// Height of a skeleton in `pose`, in the skeleton's unit: the straight distance from the body's root to
 /// the crown, plus the length of the bones to the sole, so that bent knees do not matter.
 ///
 /// The crown is the leaf with the shortest chain of bones among the highest leaves, because raised
-/// hands are higher but have longer chains. The sole is the corresponding leaf below the root. The
-/// pose's translations are not used, because in some files they are all 0 although the offsets are
-/// correct. Up is Y. If the figure is less than half as high as it is long, up is Z or, as a last
-/// choice, X, because not all files are Y-up.
+/// hands are higher but have longer chains. The sole is the corresponding leaf below the root. Up is Y. If the figure is less than half as
+/// high as it is long, up is Z or, as a last choice, X, because not all files are Y-up.
 #[must_use]
 pub fn stature(skeleton: &Skeleton, pose: &Pose) -> f64 {
+    match Rooted::of(skeleton) {
+        Ok(Some(rooted)) => {
+            let own = rooted.pose(skeleton, pose);
+            stature_of(&rooted.skeleton, &own, &bones(&rooted.skeleton, &own))
+        }
+        _ => stature_of(skeleton, pose, &bones(skeleton, pose)),
+    }
+}
+
+fn stature_of(skeleton: &Skeleton, pose: &Pose, bones: &[Vec3]) -> f64 {
     let bare = Pose {
         root: Vec3::ZERO,
         rotations: pose.rotations.clone(),
-        translations: Vec::new(),
+        translations: bones.to_vec(),
     };
     let mut joints = Vec::new();
     forward_kinematics(skeleton, &bare, &mut joints);
@@ -169,19 +286,16 @@ pub fn stature(skeleton: &Skeleton, pose: &Pose) -> f64 {
         }
     }
     let leaves = || skeleton.ids().filter(|id| !has_child[id.index()]);
+    let length = |id: JointId| chain_length(skeleton, id, bones);
     let tip = |direction: f32| {
         let reach = |id: JointId| place(id)[up] * direction;
         let farthest = leaves().map(reach).fold(0.0, f32::max);
         leaves()
             .filter(|&id| farthest > 0.0 && reach(id) >= MOST_OF_REACH * farthest)
-            .min_by(|&a, &b| {
-                skeleton
-                    .chain_length(a)
-                    .total_cmp(&skeleton.chain_length(b))
-            })
+            .min_by(|&a, &b| length(a).total_cmp(&length(b)))
     };
     let to_crown = tip(1.0).map_or(0.0, |crown| place(crown).length());
-    let to_sole = tip(-1.0).map_or(0.0, |sole| skeleton.chain_length(sole));
+    let to_sole = tip(-1.0).map_or(0.0, length);
     f64::from(to_crown) + f64::from(to_sole)
 }
 

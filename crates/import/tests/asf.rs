@@ -142,7 +142,7 @@ fn what_lies_is_stood_up() {
         .unwrap()
     };
     let places = |up_is: Up| {
-        let read = up(up_is);
+        let read = up(Some(up_is));
         let (mut pose, mut joints) = (Pose::default(), Vec::new());
         read.clip.pose(1, &mut pose);
         forward_kinematics(&read.skeleton, &pose, &mut joints);

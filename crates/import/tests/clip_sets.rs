@@ -192,7 +192,7 @@ fn folded() -> String {
     let text = bvh(&LIMBS, 0.0);
     let mut lines: Vec<&str> = text.lines().collect();
     let first = lines.len() - 2;
-    lines[first] = bent;
+    lines[first..].fill(bent);
     lines.join("\n")
 }
 

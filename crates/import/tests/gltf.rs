@@ -72,7 +72,8 @@ fn random_motions_come_back() {
 #[test]
 #[ignore = "needs SABAKI_MOCAP"]
 fn the_samples_are_read_as_they_are() {
-    for (name, joints, animations, frames) in [("CesiumMan.glb", 19, 1, 49), ("Fox.glb", 24, 3, 83)]
+    // The fox has two joints above its hips, of which nothing else hangs.
+    for (name, joints, animations, frames) in [("CesiumMan.glb", 19, 1, 49), ("Fox.glb", 22, 3, 83)]
     {
         let path = mocap("gltf").join(name);
         let motions = read_motions(&path, &ReadOptions::default()).unwrap();

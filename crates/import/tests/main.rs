@@ -23,6 +23,7 @@ mod props;
 mod readme;
 mod refused;
 mod retarget;
+mod rigs;
 mod targets;
 
 #[global_allocator]

@@ -25,6 +25,7 @@ fn set(joints: &[(&str, Option<u16>, [f32; 3])]) -> ClipSet {
             found: sabaki_import::ScaleSource::Given,
         }],
         repeated_names: Vec::new(),
+        figure: String::new(),
         warnings: Vec::new(),
         left_out: Vec::new(),
     }

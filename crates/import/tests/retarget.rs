@@ -16,7 +16,7 @@ use sabaki_import::{ClipSet, ReadError, ReadOptions, bvh, gltf, read_clips};
 
 const RETARGET: ReadOptions = ReadOptions {
     scale: None,
-    up: sabaki_import::Up::Y,
+    up: Some(sabaki_import::Up::Y),
     amc_rate: None,
     keep_going: false,
     retarget: true,
@@ -78,7 +78,7 @@ fn write(path: &Path, skeleton: &Skeleton, clip: &Clip) {
 fn note(set: &ClipSet, name: &str) -> String {
     let mut notes = set.warnings.iter();
     let of_file = |note: &&String| note.starts_with(name) && note.contains("retargeted");
-    notes.find(of_file).unwrap().clone()
+    notes.find(of_file).cloned().unwrap_or_default()
 }
 
 #[test]
@@ -134,7 +134,7 @@ fn captures_by_others_walk_on_the_same_skeleton() {
             rest[..digits.unwrap()].parse().unwrap()
         };
         let scale = number("times ");
-        let alone = read_clips(std::slice::from_ref(path), None, &ReadOptions::default()).unwrap();
+        let alone = read_clips(std::slice::from_ref(path), None, &RETARGET).unwrap();
         let plain = |name: &str| {
             let own = name.rsplit(':').next().unwrap();
             own.to_lowercase().replace(['_', '-', '.', ' '], "")
@@ -148,9 +148,11 @@ fn captures_by_others_walk_on_the_same_skeleton() {
         let pairs: Vec<(usize, usize)> = pairs.collect();
         assert!(pairs.len() > 16, "{note}");
         let mut most = 0f32;
-        for frame in 0..clip.frames() {
-            let moved = positions(&set.skeleton, clip, frame);
-            let own = positions(&alone.skeleton, &alone.clips[0], frame);
+        // Frames of rest at the start may be left out of one of both.
+        let (last, own_last) = (clip.frames() - 1, alone.clips[0].frames() - 1);
+        for back in 0..=last.min(own_last) {
+            let moved = positions(&set.skeleton, clip, last - back);
+            let own = positions(&alone.skeleton, &alone.clips[0], own_last - back);
             let away = pairs
                 .iter()
                 .map(|&(to, from)| moved[to].distance(scale * own[from]));
@@ -418,39 +420,25 @@ fn a_joint_above_the_hips_of_a_capture_changes_nothing() {
     wraps_without_change((plain.skeleton, plain.clips[0].clone()), 22);
 }
 
+/// The joint above the hips is part of their motion, so that nothing is left to retarget.
 fn wraps_without_change(person: (Skeleton, Clip), joints: usize) {
     let above = wrapped(&person.0, &person.1, "Reference");
-    let (note, most) = put_on(&person, &above);
-    let all = format!("{joints} of {joints} joints by name, its size times 1.000");
-    assert!(note.contains(&all) && most < 1e-3, "{most} m: {note}");
-    assert!(note.ends_with("0.0 cm at most"), "{note}");
-
-    let (note, most) = put_on(&above, &person);
-    let others = format!("{joints} of {} joints by name, its size", joints + 1);
-    assert!(note.contains(&others) && most < 1e-3, "{most} m: {note}");
-    let end = "times 1.000; joints are 0.0 cm from where its own bones would have them on average, 0.0 cm at most; not in the file: Reference";
-    assert!(note.ends_with(end), "{note}");
-}
-
-#[test]
-fn below_two_joints_above_the_hips_the_path_is_kept() {
-    let person = small_person();
-    // Another skeleton, so that it is retargeted: without the head.
-    let bare: Vec<Joint> = person.0.joints()[..6].to_vec();
-    let mut desc = person.1.desc();
-    let frames = desc.rotations.chunks(7);
-    desc.rotations = frames.flat_map(|of_frame| of_frame[..6].to_vec()).collect();
-    let bare = Skeleton::new(bare).unwrap();
-    let bare = (bare.clone(), Clip::new(&bare, desc).unwrap());
-    let from = wrapped(&person.0, &person.1, "Reference");
-    for (name, counted) in [("Reference", "7 of 7"), ("Armature", "6 of 7")] {
-        let to = wrapped(&bare.0, &bare.1, name);
-        let (note, most) = put_on(&to, &from);
-        assert!(note.contains(counted) && most < 1e-3, "{most} m: {note}");
-        assert!(note.contains("times 1.000"), "{note}");
-        let taken = note.contains("; its root \"Reference\" is taken for \"Armature\"");
-        assert_eq!(taken, name == "Armature", "{note}");
+    for (to, from) in [(&person, &above), (&above, &person)] {
+        let (note, most) = put_on(to, from);
+        assert!(note.is_empty() && most < 1e-3, "{most} m: {note}");
     }
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("above.bvh");
+    write(&path, &above.0, &above.1);
+    let read = read_clips(&[path], None, &CENTIMETRES).unwrap();
+    assert_eq!(read.skeleton.joint(JointId::ROOT).name, "Hips");
+    let moving = read
+        .skeleton
+        .joints()
+        .iter()
+        .filter(|joint| joint.kind == JointKind::Moving);
+    assert_eq!(moving.count(), joints);
+    assert!(!read.clips[0].moves_joints());
 }
 
 #[test]

@@ -9,7 +9,7 @@ use crate::graph::build::input::GraphBuilder;
 use crate::graph::build::prune::largest_component;
 use crate::graph::build::report::{BuildReport, Dropped, EventCounts};
 use crate::graph::build::step_speed::StepSpeedTest;
-use crate::graph::build::{foot_plans, links};
+use crate::graph::build::{foot_plans, islands, links};
 use crate::graph::error::GraphError;
 use crate::graph::motion_graph::{
     Edge, EdgeMotion, EventId, GraphEvent, MotionGraph, Node, NodeId,
@@ -39,9 +39,20 @@ impl GraphBuilder<'_> {
     ///
     /// # Errors
     /// The graph would have too many transitions, the clips contain no cycle, or the build was stopped.
-    pub fn build(self, found: TransitionList) -> Result<(MotionGraph, BuildReport), GraphError> {
+    pub fn build(
+        mut self,
+        found: TransitionList,
+    ) -> Result<(MotionGraph, BuildReport), GraphError> {
         let mut test = StepSpeedTest::new(&self);
-        let (transitions, report) = self.choose(found, &mut test)?;
+        let (mut transitions, mut report) = self.choose(found, &mut test)?;
+        let islands = islands::find(&self, &transitions);
+        if !islands.is_empty() {
+            let _span = tracing::trace_span!("bake: join clips").entered();
+            transitions.truncate(transitions.len() - report.links.links);
+            report.joined = islands::join(&mut self, &islands, &mut transitions)?;
+            test = StepSpeedTest::new(&self);
+            report.links = links::add(&self, &mut transitions, &mut test)?;
+        }
         let plans = test.map_or_else(FootPlans::default, |test| test.plans);
         self.assemble(&transitions, &plans, report)
     }
@@ -115,7 +126,7 @@ impl GraphBuilder<'_> {
         let (source, settings) = (self.source, self.settings);
         let nodes = self.nodes(transitions);
         let edges = self.edges(&nodes, transitions, plans);
-        let full = MotionGraph::new(
+        let mut full = MotionGraph::new(
             source.skeleton.clone(),
             settings.frame_rate,
             std::mem::take(&mut self.clips),
@@ -123,6 +134,7 @@ impl GraphBuilder<'_> {
             nodes,
             edges,
         );
+        full.leads = std::mem::take(&mut self.leads);
         let seconds = source.clips.iter().map(Clip::duration).sum();
         let Some(mut graph) = largest_component(&full) else {
             return Err(GraphError::NoCycle {

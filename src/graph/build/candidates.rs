@@ -189,6 +189,12 @@ impl LinkSpace<'_> {
         frames as usize
     }
 
+    /// Number of frames that a blend between two frames, each with its clip, can use.
+    pub(crate) fn available(&self, source: (usize, usize), target: (usize, usize)) -> usize {
+        let at = |(clip, frame)| self.moments.at(clip, frame) as usize;
+        self.after[at(source)].min(self.before[at(target)]) as usize
+    }
+
     /// Range beside an event, or `None` if the shortest blend does not fit there.
     pub(crate) fn margin(&self, index: usize, side: Side) -> Option<EventMargin> {
         let event = &self.events[index];
@@ -233,9 +239,7 @@ impl LinkSpace<'_> {
         };
         let source_frame = source_start.checked_sub(1)?;
         let target_frame = target_start + margin.window - 1;
-        let source = self.moments.at(source_clip, source_frame);
-        let target = self.moments.at(target_clip, target_frame);
-        let available = self.after[source as usize].min(self.before[target as usize]) as usize;
+        let available = self.available((source_clip, source_frame), (target_clip, target_frame));
         let frames = self.lengths.blend(distance, available)?;
         let cost = self.lengths.cost(distance, frames);
         let link = Transition {

@@ -28,6 +28,8 @@ pub struct GraphBuilder<'a> {
     pub(crate) clouds: Vec<PointCloud>,
     pub(crate) windows: Vec<Windows>,
     pub(crate) feet: Feet,
+    /// Number of frames that were added before each clip; empty if none were.
+    pub(crate) leads: Vec<u32>,
     pub(crate) watch: &'a dyn BakeWatch,
 }
 
@@ -40,7 +42,7 @@ impl<'a> GraphBuilder<'a> {
         if source.clips.is_empty() {
             return Err(GraphError::NoClips);
         }
-        let weights = settings.checked_weights(source.skeleton.len())?;
+        let weights = settings.checked_weights(source.skeleton)?;
         check_joints(source)?;
         settings.check_size(source)?;
         let clips = clips(source, settings)?;
@@ -58,6 +60,7 @@ impl<'a> GraphBuilder<'a> {
             source,
             settings,
             feet: Feet::new(source.skeleton, &clips, settings.threads),
+            leads: Vec::new(),
             clips,
             events,
             clouds,

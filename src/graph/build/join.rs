@@ -181,7 +181,7 @@ fn unlinked(search: &LinkSearch<'_>, open: &[usize]) -> Vec<UnlinkedEvent> {
                 open.contains(&event).then(|| why(event))?
             };
             Some(UnlinkedEvent {
-                event: found.describe(&input.clips, input.settings.frame_rate),
+                event: found.describe(&input.clips, &input.leads, input.settings.frame_rate),
                 obstacle,
             })
         })

@@ -5,6 +5,7 @@ pub(crate) mod candidates;
 pub(crate) mod events;
 pub(crate) mod foot_plans;
 pub(crate) mod input;
+pub(crate) mod islands;
 pub(crate) mod join;
 pub(crate) mod links;
 pub(crate) mod moments;

@@ -44,14 +44,10 @@ pub(crate) fn largest_component(full: &MotionGraph) -> Option<MotionGraph> {
             }
         })
         .collect();
-    Some(MotionGraph::new(
-        full.skeleton.clone(),
-        full.frame_rate,
-        full.clips.clone(),
-        events,
-        nodes,
-        edges,
-    ))
+    let (skeleton, clips) = (full.skeleton.clone(), full.clips.clone());
+    let mut kept = MotionGraph::new(skeleton, full.frame_rate, clips, events, nodes, edges);
+    kept.leads.clone_from(&full.leads);
+    Some(kept)
 }
 
 // Finds the largest strongly connected component of a graph.

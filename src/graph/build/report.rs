@@ -1,6 +1,7 @@
 //! Statistics of a graph build.
 
 use crate::anim::{Event, EventKind};
+use crate::graph::build::islands::JoinedClip;
 use crate::graph::build::moments;
 use crate::graph::build::waits::{Waits, whole_frames};
 use crate::graph::motion_graph::{GraphEvent, MotionGraph};
@@ -30,6 +31,9 @@ pub struct BuildReport {
     pub distances: u64,
     /// Statistics of the links that were added for events.
     pub links: LinkReport,
+    /// Clips that nothing near leads to or from, and loops, as they were joined.
+    #[serde(default)]
+    pub joined: Vec<JoinedClip>,
     /// Share of moments that reach an evasion within 0.5, 1 and 1.5 s, and how many different ones.
     pub responsiveness: Vec<Responsiveness>,
     /// Motion that is not part of the largest strongly connected component.
@@ -102,9 +106,11 @@ impl Dropped {
             .iter()
             .zip(&is_used)
             .filter(|(_, used)| !**used);
+        // As many frames are added after a clip as before.
+        let added = 2.0 * f64::from(full.leads.iter().sum::<u32>()) / full.frame_rate;
         Self {
             clips: unused.map(|(clip, _)| clip.name().to_owned()).collect(),
-            seconds: full.seconds_kept() - kept.seconds_kept(),
+            seconds: (full.seconds_kept() - added - kept.seconds_kept()).max(0.0),
             evasions: gone(EventKind::Evasion),
             attacks: gone(EventKind::Attack),
         }

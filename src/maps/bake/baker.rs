@@ -18,6 +18,9 @@ use crate::maps::regions::{
 };
 use crate::math::{Rigid2, in_parallel};
 
+/// Largest distance of a point of a limb's bone from the spheres that were made along it, in metres.
+const MOST_BARE: f32 = 0.01;
+
 /// The maps that a rasterizer drew for a [`Baker`].
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct DrawnMaps {
@@ -71,7 +74,13 @@ impl Baker {
         }
         settings.check_numbers()?;
         let own = settings.body.clone();
+        let is_made = own.is_none();
         let mut body = own.unwrap_or_else(|| Body::from_bones(graph.skeleton()));
+        let barest = body.barest_bone(graph.skeleton(), graph.clips());
+        if let Some((joint, metres)) = barest.filter(|&(_, bare)| is_made && bare > MOST_BARE) {
+            let joint = graph.skeleton().joint(joint).name.clone();
+            return Err(BakeError::BareBone { joint, metres });
+        }
         for (index, prop) in settings.props.iter().enumerate() {
             if !prop.is_sound(graph.skeleton()) {
                 return Err(BakeError::Prop(index));

@@ -61,6 +61,16 @@ impl BakeSettings {
 /// Reason why a graph cannot be baked.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum BakeError {
+    /// The spheres that were made along the bones do not lie on them in the clips, because joints move far from their places at rest.
+    #[error(
+        "the body's spheres leave the bone that ends at joint \"{joint}\" bare by {:.1} cm in the clips: give a body (--body)", 100.0 * metres
+    )]
+    BareBone {
+        /// Joint at the end of the bone.
+        joint: String,
+        /// Distance of a point of the bone from the nearest sphere, in metres.
+        metres: f32,
+    },
     /// Texel size, slab height or time slices are out of range.
     #[error(
         "texels must be 0.001 to 1 m and an attack's 1, 2 or 4 of them, slabs 0.001 to 10 m and slices 1 to {max} of 0.001 to 1 s; they are {texel} m and {attack_pitch}, {slab_height} m and {slices} of {slice_seconds} s",

@@ -5,7 +5,7 @@
 //!
 //! Limits are rounded to steps of 3 to 6%, so that adding or removing a few clips rarely changes them.
 
-use crate::anim::{Clip, JointId, Pose, Skeleton, forward_kinematics};
+use crate::anim::{Clip, JointId, Pose, Skeleton, details, forward_kinematics};
 use crate::graph::{MotionGraph, rotation_vector};
 use crate::math::in_parallel;
 use glam::Vec3;
@@ -61,9 +61,11 @@ pub(crate) struct MotionLimits {
 /// Times after which departures are measured, in seconds.
 pub(crate) const DEPARTURES: [f32; 2] = [0.2, 0.3];
 
-/// The head: the joint of the trunk with the longest chain to the root.
+/// The head: the joint of the trunk with the longest chain to the root, without helpers and things that are held.
 pub(crate) fn head(skeleton: &Skeleton) -> JointId {
-    let trunk = skeleton.ids().filter(|&id| skeleton.mirror(id).is_none());
+    let details = details(skeleton);
+    let is_trunk = |id: &JointId| skeleton.mirror(*id).is_none() && !details[id.index()];
+    let trunk = skeleton.ids().filter(is_trunk);
     let length = |&id: &JointId| skeleton.chain_length(id);
     trunk
         .max_by(|a, b| length(a).total_cmp(&length(b)))

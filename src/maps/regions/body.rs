@@ -3,7 +3,9 @@
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
-use crate::anim::{Clip, JointId, JointKind, JointTransform, Pose, Skeleton};
+use crate::anim::{
+    Clip, JointId, JointKind, JointTransform, Leg, Pose, Skeleton, forward_kinematics,
+};
 use crate::math::{Sphere, in_parallel};
 
 /// A sphere that is fixed to a joint.
@@ -171,6 +173,50 @@ impl Body {
             });
         }
         Self::new(spheres)
+    }
+
+    /// The bone of an arm or a leg that the spheres leave most bare in the clips' own frames, by the joint at its end, with the distance of
+    /// its barest point from the nearest sphere, in metres. `None` without such bones.
+    #[must_use]
+    pub fn barest_bone(&self, skeleton: &Skeleton, clips: &[Clip]) -> Option<(JointId, f32)> {
+        /// Number of frames of all clips, and distance of the points of a bone, in metres.
+        const SAMPLES: (usize, f32) = (64, 0.02);
+        let mut limbs = Leg::all(skeleton);
+        limbs.extend(Leg::arms(skeleton));
+        let mut bones: Vec<JointId> = Vec::new();
+        for limb in limbs {
+            let of_limb = skeleton.ancestry(limb.toe_or_foot());
+            bones.extend(of_limb.take_while(|&joint| joint != limb.hip));
+        }
+        let (mut pose, mut joints, mut centres) = (Pose::default(), Vec::new(), Vec::new());
+        let mut barest: Option<(JointId, f32)> = None;
+        for clip in clips.iter().step_by(clips.len().div_ceil(SAMPLES.0).max(1)) {
+            let step = (clip.frames() * clips.len()).div_ceil(SAMPLES.0).max(1);
+            for frame in (0..clip.frames()).step_by(step) {
+                clip.pose(frame, &mut pose);
+                forward_kinematics(skeleton, &pose, &mut joints);
+                self.centres(&joints, &mut centres);
+                for &bone in &bones {
+                    let Some(parent) = skeleton.joint(bone).parent else {
+                        continue;
+                    };
+                    let ends = [parent, bone].map(|joint| joints[joint.index()].translation);
+                    let points = (ends[0].distance(ends[1]) / SAMPLES.1).ceil().min(1e3) as usize;
+                    for point in 0..=points {
+                        let point = ends[0].lerp(ends[1], point as f32 / points.max(1) as f32);
+                        let bare = |(sphere, centre): (&BodySphere, &Vec3)| {
+                            centre.distance(point) - sphere.radius
+                        };
+                        let all = self.spheres.iter().zip(&centres).map(bare);
+                        let bare = all.fold(f32::INFINITY, f32::min);
+                        if barest.is_none_or(|(_, most)| bare > most) {
+                            barest = Some((bone, bare));
+                        }
+                    }
+                }
+            }
+        }
+        barest
     }
 
     /// Creates a body from spheres, without props.

@@ -126,6 +126,7 @@ impl MotionFile {
             "seconds": clip.duration(),
             "metres_per_unit": scale.metres_per_unit,
             "unit_found": reason(scale.found),
+            "above": self.first().above,
             "notes": self.notes,
             "stature": self.stature,
             "moves_joints": clip.moves_joints(),
@@ -155,6 +156,11 @@ impl MotionFile {
         let scale = self.first().scale;
         let (unit, found) = (scale.metres_per_unit, reason(scale.found));
         let _ = writeln!(text, "1 unit is {unit} m: {found}");
+        if !self.first().above.is_empty() {
+            let above = self.first().above.join(", ");
+            let root = &self.first().skeleton.joints()[0].name;
+            let _ = writeln!(text, "root {root}, with the motion of {above}");
+        }
         for motion in &self.motions {
             for event in &motion.events {
                 let kind = format!("{:?}", event.kind).to_lowercase();

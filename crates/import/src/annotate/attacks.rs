@@ -43,7 +43,8 @@ pub(super) fn find(body: &Body, settings: &AttackSettings) -> Vec<Strike> {
     let mut candidates = Vec::new();
     for limb in body.limbs() {
         let stroke = Stroke::new(body, limb, settings);
-        candidates.extend((0..body.root.len()).filter_map(|peak| stroke.strike(peak)));
+        let free = (0..body.root.len()).filter(|&peak| !body.travels[peak]);
+        candidates.extend(free.filter_map(|peak| stroke.strike(peak)));
     }
     candidates.sort_by(|a, b| b.score.total_cmp(&a.score).then(a.start.cmp(&b.start)));
     let longest = body.frames(settings.max_rise + settings.max_fall);

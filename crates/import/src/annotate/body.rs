@@ -26,6 +26,8 @@ pub(super) struct Body {
     pub(super) feet: Vec<Limb>,
     /// Height of the lowest hand or foot.
     pub(super) lowest: Vec<f32>,
+    /// Whether the figure walks or runs.
+    pub(super) travels: Vec<bool>,
 }
 
 /// Places of a hand or foot.
@@ -62,6 +64,7 @@ impl Body {
             head: Vec::with_capacity(clip.frames()),
             facing: Vec::with_capacity(clip.frames()),
             lowest: Vec::with_capacity(clip.frames()),
+            travels: Vec::new(),
             hands: limbs.hands.iter().map(limb).collect(),
             feet: limbs.feet.iter().filter(|_| named).map(limb).collect(),
         };
@@ -82,6 +85,7 @@ impl Body {
             body.lowest.push(lowest);
         }
         body.remove_noise();
+        body.travels = body.find_travel();
         Some(body)
     }
 
@@ -91,6 +95,21 @@ impl Body {
         for places in limbs.map(|limb| &mut limb.places).chain([&mut self.root]) {
             *places = smoothed(places, NOISE, rate);
         }
+    }
+
+    /// Whether the root travels on around each frame, longer than a lunge or a leap does.
+    fn find_travel(&self) -> Vec<bool> {
+        /// Time on both sides of a frame, in seconds, and least speed over the whole, in statures per second.
+        const AROUND: f32 = 0.75;
+        const SPEED: f32 = 0.55;
+        let (last, around) = (self.root.len() - 1, self.frames(AROUND));
+        let travels = |frame: usize| {
+            let (from, to) = (frame.saturating_sub(around), (frame + around).min(last));
+            let way = (self.root[to] - self.root[from]).with_y(0.0).length();
+            // Near the ends of a clip the time is shorter.
+            to - from >= around && way * self.rate as f32 >= SPEED * (to - from) as f32
+        };
+        (0..self.root.len()).map(travels).collect()
     }
 
     /// All hands, then all feet.

@@ -145,11 +145,16 @@ impl Finder<'_> {
         frame - range.end <= hold && (range.end..frame).all(is_away)
     }
 
-    /// Whether a range of a score is long enough and the hands are no faster than the body's own movement makes them.
+    /// Whether a range of a score is as long as an evasion, no walk, and the hands are no faster than the body's own movement makes them.
     fn is_quiet(&self, range: &Range<usize>, score: f32) -> bool {
         let hands = largest(self.trunk.hand_speeds[range.clone()].iter().copied());
         let limit = self.settings.max_hand_speed * score.max(1.0);
-        self.seconds(range) >= self.settings.min_seconds && hands <= limit
+        let travels = self.body.travels[range.clone()]
+            .iter()
+            .filter(|&&travels| travels);
+        let (shortest, longest) = (self.settings.min_seconds, self.settings.max_seconds);
+        let fits = (shortest..=longest).contains(&self.seconds(range));
+        fits && hands <= limit && 2 * travels.count() <= range.len()
     }
 
     fn seconds(&self, range: &Range<usize>) -> f32 {
@@ -161,9 +166,7 @@ impl Finder<'_> {
         let head = largest(self.trunk.head_speeds[range.clone()].iter().copied());
         let is_fast = head > self.settings.min_peak_speed;
         let score = self.dodge(range.clone()).hypot(self.duck(range.clone()));
-        let fits = is_fast
-            && self.seconds(range) < self.settings.max_seconds
-            && self.is_quiet(range, score);
+        let fits = is_fast && self.is_quiet(range, score);
         (fits && score >= 1.0).then(|| Evasion::new(range, score))
     }
 

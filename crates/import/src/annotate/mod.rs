@@ -1,7 +1,7 @@
 //! Proposes events: finds attacks and evasions in clips that nobody has annotated.
 //!
 //! All lengths are measured in statures (heights of the figure), so that settings fit figures of any size and files of any unit.
-//! Names of files are not used.
+//! Names of files are not used. A figure that walks or runs neither attacks nor evades.
 
 mod attacks;
 mod body;
@@ -44,7 +44,33 @@ pub fn propose(skeleton: &Skeleton, clip: &Clip, settings: &AnnotateSettings) ->
     });
     let mut events: Vec<EventEntry> = attacks.chain(evasions).collect();
     events.sort_by(|a, b| a.start.total_cmp(&b.start).then(a.end.total_cmp(&b.end)));
-    events
+    without_twins(events)
+}
+
+/// Makes one event of several of one kind that would have the same frames in a graph, with the joints of all.
+fn without_twins(events: Vec<EventEntry>) -> Vec<EventEntry> {
+    /// Least difference of two starts or ends in a graph of 30 frames per second, in seconds.
+    const FRAME: f64 = 1.0 / 30.0;
+    let mut kept: Vec<EventEntry> = Vec::new();
+    for event in events {
+        let is_same = |other: &&mut EventEntry| {
+            let apart = (other.start - event.start)
+                .abs()
+                .max((other.end - event.end).abs());
+            other.kind == event.kind && apart < FRAME
+        };
+        match kept.iter_mut().find(is_same) {
+            None => kept.push(event),
+            Some(other) => {
+                let new = event.joints.into_iter();
+                let new: Vec<String> = new.filter(|name| !other.joints.contains(name)).collect();
+                other.joints.extend(new);
+                let confidences = [other.confidence, event.confidence].into_iter().flatten();
+                other.confidence = confidences.reduce(f64::max);
+            }
+        }
+    }
+    kept
 }
 
 /// 0.5 for a score of 1, the least that is proposed; near 1 for many times that.
@@ -125,7 +151,7 @@ pub struct EvasionSettings {
     pub min_lean: f32,
     /// Least drop of the head of a duck, in statures. Default: 0.105.
     pub min_drop: f32,
-    /// Longest dodge or duck, in seconds. Default: 3.
+    /// Longest evasion, in seconds. Default: 2.5.
     pub max_seconds: f32,
     /// Least distance of an evasive step, in statures. Default: 0.265.
     pub min_travel: f32,
@@ -149,7 +175,7 @@ impl Default for EvasionSettings {
             away: 0.07,
             min_lean: 0.115,
             min_drop: 0.105,
-            max_seconds: 3.0,
+            max_seconds: 2.5,
             min_travel: 0.265,
             max_forward: 0.5,
             min_guard: 0.05,

@@ -9,6 +9,7 @@ use super::animation::{Frames, Moves, Tracks};
 use super::buffers::{Container, ReadPurpose};
 use super::nodes::{Local, Nodes, World, is_end_name, node_name};
 use crate::bvh::{MotionError, UsedNames};
+use crate::figure::moves_joints;
 use crate::{EventEntry, LONGEST_CLIP, MOST_ENTRIES};
 use sabaki::anim::{Clip, ClipDesc, Joint, JointId, JointKind, Skeleton};
 
@@ -386,19 +387,4 @@ fn nearest_rotation(sum: DMat3) -> DQuat {
         true => DQuat::from_mat3(&turn).normalize(),
         false => DQuat::IDENTITY,
     }
-}
-
-/// Whether a joint below the root moves relative to its parent by more than rounding errors.
-fn moves_joints(skeleton: &Skeleton, translations: &[Vec3]) -> bool {
-    const DIGITS: f32 = 1e-5;
-    let offsets = skeleton.joints().iter().map(|joint| joint.offset);
-    let longest = offsets.clone().map(Vec3::length).fold(0.0, f32::max);
-    let mut frames = translations.chunks_exact(skeleton.len());
-    let leaves = |frame: &[Vec3]| {
-        let mut pairs = frame.iter().zip(offsets.clone()).skip(1);
-        let off = |place: Vec3, offset: Vec3| (place - offset).abs().max_element();
-        // Values that are not finite count as moved, so that later checks find them.
-        pairs.any(|(&place, offset)| !place.is_finite() || off(place, offset) > DIGITS * longest)
-    };
-    frames.any(leaves)
 }

@@ -9,8 +9,7 @@
 use glam::{Quat, Vec2, Vec3};
 use serde::{Deserialize, Serialize};
 
-use super::limbs::{named_feet, named_hands};
-use super::{JointId, JointKind, JointTransform, Pose, Skeleton};
+use super::{JointId, JointKind, JointTransform, Limbs, Pose, Skeleton};
 use crate::math::smooth_step;
 
 /// The joints of a leg: two bones and a foot; of an arm, two bones and a hand.
@@ -32,18 +31,20 @@ impl Leg {
     /// joints and joints that lie on the pelvis.
     const SHORTEST_BONE: f32 = 0.3;
 
-    /// Finds the legs above the feet that joint names identify, or none if the names identify no
+    /// Finds the legs above the feet that joint names or the structure identify ([`Limbs`](super::Limbs)), or none if they identify no
     /// feet. Joints between a leg's three joints (twist joints) move with the bone that contains
     /// them.
     #[must_use]
     pub fn all(skeleton: &Skeleton) -> Vec<Self> {
-        Self::above(skeleton, &named_feet(skeleton))
+        let known = Limbs::known(skeleton);
+        Self::above(skeleton, &known.map_or_else(Vec::new, |limbs| limbs.feet))
     }
 
-    /// The arms above the hands that names tell, as two bones and an end: shoulder, elbow, hand.
+    /// The arms above the hands that names or the structure tell, as two bones and an end: shoulder, elbow, hand.
     #[must_use]
     pub fn arms(skeleton: &Skeleton) -> Vec<Self> {
-        Self::above(skeleton, &named_hands(skeleton))
+        let known = Limbs::known(skeleton);
+        Self::above(skeleton, &known.map_or_else(Vec::new, |limbs| limbs.hands))
     }
 
     fn above(skeleton: &Skeleton, feet: &[JointId]) -> Vec<Self> {

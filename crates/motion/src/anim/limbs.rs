@@ -14,19 +14,31 @@ pub struct Limbs {
 
 impl Limbs {
     /// Finds hands and feet by name (`hand` or `wrist`; `foot` or `ankle`), on each side the one
-    /// closest to the root. If the names identify none, the last moving joint of every chain counts
-    /// as a foot.
+    /// closest to the root. If the names identify none, it finds them by structure: two like chains at the joint that is closest to the root are
+    /// the legs, the next two above it the arms. Otherwise the last moving joint of every chain counts as a foot.
     #[must_use]
     pub fn of(skeleton: &Skeleton) -> Self {
-        let hands = named_hands(skeleton);
-        let feet = named_feet(skeleton);
-        if hands.is_empty() && feet.is_empty() {
-            return Self {
-                hands,
-                feet: last_moving_joints(skeleton),
-            };
+        Self::known(skeleton).unwrap_or_else(|| Self {
+            hands: Vec::new(),
+            feet: last_moving_joints(skeleton),
+        })
+    }
+
+    /// Hands and feet that names or the structure tell.
+    pub(super) fn known(skeleton: &Skeleton) -> Option<Self> {
+        if let Some(ends) = skeleton.ends() {
+            let (hands, feet) = ends.split_at(2);
+            return Some(Self {
+                hands: hands.to_vec(),
+                feet: feet.to_vec(),
+            });
         }
-        Self { hands, feet }
+        let hands = by_name(skeleton, &["hand", "wrist", "手首"]);
+        let feet = by_name(skeleton, &["foot", "ankle", "足首"]);
+        match hands.is_empty() && feet.is_empty() {
+            true => by_structure(skeleton),
+            false => Some(Self { hands, feet }),
+        }
     }
 
     /// All hands, then all feet.
@@ -35,22 +47,79 @@ impl Limbs {
     }
 }
 
-/// The hands that names tell.
-pub(super) fn named_hands(skeleton: &Skeleton) -> Vec<JointId> {
-    by_name(skeleton, &["hand", "wrist"])
+/// The joint that carries the whole body: where the legs and the trunk meet. Joints above it only carry it, as `Reference`, `Armature` or a
+/// root on the ground do. It is the nearest common ancestor of hands and feet, if at least half of all joints hang on it.
+#[must_use]
+pub fn body_root(skeleton: &Skeleton) -> JointId {
+    let limbs = Limbs::of(skeleton);
+    let carried = |joint: JointId| {
+        let on = |&id: &JointId| skeleton.ancestry(id).any(|above| above == joint);
+        (
+            skeleton.ids().filter(on).count(),
+            limbs.all().all(|end| on(&end)),
+        )
+    };
+    let carries_body = |joint: &JointId| {
+        let (joints, all) = carried(*joint);
+        all && 2 * joints >= skeleton.len()
+    };
+    let above = limbs.feet.first().filter(|_| limbs.feet.len() > 1);
+    let mut above = above.into_iter().flat_map(|&foot| skeleton.ancestry(foot));
+    above.find(carries_body).unwrap_or(JointId::ROOT)
 }
 
-/// Feet that joint names identify.
-pub(super) fn named_feet(skeleton: &Skeleton) -> Vec<JointId> {
-    by_name(skeleton, &["foot", "ankle"])
+/// Words in the names of joints that control others or that nothing of the body hangs on.
+const HELPERS: [&str; 14] = [
+    "ik", "fk", "ctrl", "control", "target", "pole", "goal", "twist", "roll", "helper", "slot",
+    "socket", "handle", "prop",
+];
+
+/// Whether a joint's name says that it controls other joints, or carries a thing or a part of a bone.
+#[must_use]
+pub fn is_helper(name: &str) -> bool {
+    let mut words: Vec<String> = Vec::new();
+    let mut before = ' ';
+    for letter in name.chars() {
+        let starts = letter.is_uppercase() && !before.is_uppercase() || !before.is_alphabetic();
+        before = letter;
+        match words.last_mut() {
+            _ if !letter.is_alphabetic() => {}
+            Some(word) if !starts => word.extend(letter.to_lowercase()),
+            _ => words.push(letter.to_lowercase().collect()),
+        }
+    }
+    words.iter().any(|word| HELPERS.contains(&word.as_str()))
 }
 
-/// For each chain, the first joint whose name contains one of `words`.
+/// For each joint, whether it is a detail that tells nothing of the body's pose: a helper, a finger, a part of the face.
+#[must_use]
+pub fn details(skeleton: &Skeleton) -> Vec<bool> {
+    let limbs = Limbs::known(skeleton);
+    let mut ends = limbs.map_or_else(Vec::new, |limbs| limbs.hands);
+    ends.extend(by_name(skeleton, &["head", "頭"]));
+    // A hand with a tip, and a head with one, have no fingers and no face.
+    ends.retain(|&end| {
+        let is_below = |&id: &JointId| skeleton.ancestry(id).any(|above| above == end);
+        skeleton.ids().filter(is_below).count() > 2
+    });
+    let is_detail = |id: JointId| {
+        is_helper(&skeleton.joint(id).name)
+            || skeleton
+                .ancestry(id)
+                .skip(1)
+                .any(|above| ends.contains(&above))
+    };
+    skeleton.ids().map(is_detail).collect()
+}
+
+/// For each chain, the first joint whose name contains one of `words` and that is no helper.
 fn by_name(skeleton: &Skeleton, words: &[&str]) -> Vec<JointId> {
     let named = |id: JointId| {
         let joint = skeleton.joint(id);
         let lower = joint.name.to_ascii_lowercase();
-        joint.kind == JointKind::Moving && words.iter().any(|word| lower.contains(word))
+        joint.kind == JointKind::Moving
+            && words.iter().any(|word| lower.contains(word))
+            && !is_helper(&joint.name)
     };
     skeleton
         .ids()
@@ -65,6 +134,71 @@ fn last_moving_joints(skeleton: &Skeleton) -> Vec<JointId> {
         .filter(|&id| moving(id) && !skeleton.children(id).any(moving))
         .collect()
 }
+
+/// Hands and feet of a skeleton whose names do not tell them.
+fn by_structure(skeleton: &Skeleton) -> Option<Limbs> {
+    let mut reach = vec![0f32; skeleton.len()];
+    let mut counts = vec![1usize; skeleton.len()];
+    for id in skeleton.ids().rev() {
+        let joint = skeleton.joint(id);
+        if let Some(parent) = joint.parent.map(JointId::index) {
+            let own = reach[id.index()] + joint.offset.length();
+            reach[parent] = reach[parent].max(own);
+            counts[parent] += counts[id.index()];
+        }
+    }
+    // Two children of one joint with as many joints and about as long chains, of two joints at least.
+    let pair = |joint: JointId| {
+        let own: Vec<JointId> = skeleton.children(joint).collect();
+        let mut pairs = own
+            .iter()
+            .enumerate()
+            .flat_map(|(index, &a)| own[index + 1..].iter().map(move |&b| [a, b]));
+        pairs.find(|pair| {
+            let [a, b] = pair.map(JointId::index);
+            let is_like = (reach[a] - reach[b]).abs() <= LIKE * reach[a].max(reach[b]);
+            counts[a] == counts[b] && counts[a] > 2 && is_like && reach[a] > 0.0
+        })
+    };
+    let pairs: Vec<(JointId, [JointId; 2])> = skeleton
+        .ids()
+        .filter_map(|id| Some((id, pair(id)?)))
+        .collect();
+    let &(hips, legs) = pairs.first()?;
+    let is_below = |id: JointId, above: JointId| skeleton.ancestry(id).any(|joint| joint == above);
+    let is_arms = |&&(chest, arms): &&(JointId, [JointId; 2])| {
+        let is_long = reach[arms[0].index()] > SHORTEST_ARM * reach[legs[0].index()];
+        chest != hips && is_long && !legs.iter().any(|&leg| is_below(chest, leg))
+    };
+    let &(_, arms) = pairs.iter().find(is_arms)?;
+    // The joint behind the two long bones: what hangs on it is short.
+    let end = |top: JointId| {
+        let limit = END * reach[top.index()];
+        let mut at = top;
+        while reach[at.index()] > limit {
+            let moving = skeleton
+                .children(at)
+                .filter(|&id| skeleton.joint(id).kind == JointKind::Moving);
+            let longest = moving.max_by(|a, b| reach[a.index()].total_cmp(&reach[b.index()]));
+            match longest {
+                Some(next) => at = next,
+                None => break,
+            }
+        }
+        at
+    };
+    Some(Limbs {
+        hands: arms.map(end).to_vec(),
+        feet: legs.map(end).to_vec(),
+    })
+}
+
+/// Largest difference of two like chains, as a share of the longer one.
+const LIKE: f32 = 0.1;
+/// Least length of an arm, as a share of a leg.
+const SHORTEST_ARM: f32 = 0.3;
+/// Largest length of a hand or foot, as a share of the limb.
+const END: f32 = 0.32;
 
 /// Finds the position and the facing direction of a pose, independently of the joints' axes.
 ///
@@ -143,7 +277,22 @@ pub(super) enum Side {
     Right,
 }
 
-const WORDS: [(&str, &str); 3] = [("Left", "Right"), ("left", "right"), ("LEFT", "RIGHT")];
+const WORDS: [(&str, &str); 4] = [
+    ("Left", "Right"),
+    ("left", "right"),
+    ("LEFT", "RIGHT"),
+    ("左", "右"),
+];
+
+/// The reading of a name such as `lfemur` or `rhumerus`: only another joint's name tells that the first letter is a side.
+pub(super) fn loose_reading(name: &str) -> Option<(Side, String)> {
+    let (side, other, rest) = match name.split_at_checked(1)? {
+        ("l", rest) => (Side::Left, "r", rest),
+        ("r", rest) => (Side::Right, "l", rest),
+        _ => return None,
+    };
+    Some((side, format!("{other}{rest}")))
+}
 
 /// All readings of a joint's name as the name of one side: the side, and the name that the mirrored
 /// joint would have.

@@ -43,7 +43,7 @@ mod warp;
 
 pub use clip::{Clip, ClipDesc, ClipError, ClipId, Event, EventKind};
 pub use leg::{Chain, Knee, KneeLimit, Leg, free_distance};
-pub use limbs::{Facing, Limbs};
+pub use limbs::{Facing, Limbs, body_root, details, is_helper};
 pub use moment::Moment;
 pub use packed::CompressionSettings;
 pub use pose::{JointTransform, Pose, forward_kinematics, slerp};

@@ -2,7 +2,7 @@ use glam::Vec3;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-use super::limbs::{Side, readings};
+use super::limbs::{Side, loose_reading, readings};
 
 /// Index of a joint in its [`Skeleton`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
@@ -46,7 +46,14 @@ pub struct Joint {
 #[serde(try_from = "Vec<Joint>", into = "Vec<Joint>")]
 pub struct Skeleton {
     joints: Vec<Joint>,
+    /// Left and right hand, left and right foot, if they are not what the names say.
+    ends: Option<[JointId; 4]>,
+    /// With such ends, side and mirrored joint of each joint.
+    twins: Vec<Option<(Side, JointId)>>,
 }
+
+/// Start of the name of an entry that is no joint: entries behind the joints of a stored skeleton name its ends by their parents.
+const END: char = '\0';
 
 /// Reason why a list of joints is not a skeleton.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
@@ -66,6 +73,9 @@ pub enum SkeletonError {
     /// Two joints have the same name.
     #[error("two joints are named \"{0}\"")]
     Duplicate(String),
+    /// The hands and feet are not four joints, or one carries another.
+    #[error("the skeleton's hands and feet are no four joints of their own")]
+    Ends,
     /// An offset is NaN or longer than [`Skeleton::FURTHEST`].
     #[error("joint \"{0}\" has an offset that is not finite or longer than {max} m", max = Skeleton::FURTHEST)]
     NotFinite(String),
@@ -112,7 +122,62 @@ impl Skeleton {
                 return Err(SkeletonError::Duplicate(name()));
             }
         }
-        Ok(Self { joints })
+        Ok(Self {
+            joints,
+            ends: None,
+            twins: Vec::new(),
+        })
+    }
+
+    /// The skeleton with left and right hand, left and right foot, whatever its joints are called. `None` if they are not four joints of it
+    /// of which none carries another.
+    #[must_use]
+    pub fn with_ends(mut self, ends: [JointId; 4]) -> Option<Self> {
+        let known = ends.iter().all(|end| end.index() < self.len());
+        let carries = |a: JointId, b: JointId| self.ancestry(b).any(|joint| joint == a);
+        let pairs = || ends.iter().flat_map(|&a| ends.iter().map(move |&b| (a, b)));
+        let meeting = pairs().filter(|&(a, b)| known && carries(a, b)).count();
+        if !known || meeting != ends.len() {
+            return None;
+        }
+        let mut twins = vec![None; self.len()];
+        let mut pair = |a: JointId, b: JointId| {
+            twins[a.index()] = Some((Side::Left, b));
+            twins[b.index()] = Some((Side::Right, a));
+        };
+        for [left, right] in [[ends[0], ends[1]], [ends[2], ends[3]]] {
+            let own = |end: JointId, other: JointId| -> Vec<JointId> {
+                let mut own: Vec<JointId> = self
+                    .ancestry(end)
+                    .take_while(|&joint| !carries(joint, other))
+                    .collect();
+                own.reverse();
+                own
+            };
+            let (lefts, rights) = (own(left, right), own(right, left));
+            if lefts.len() == rights.len() {
+                lefts.iter().zip(&rights).for_each(|(&a, &b)| pair(a, b));
+            } else {
+                pair(lefts[0], rights[0]);
+                pair(left, right);
+            }
+            let mut open = vec![(left, right)];
+            while let Some((a, b)) = open.pop() {
+                let [a, b] = [a, b].map(|end| self.children(end).collect::<Vec<_>>());
+                if a.len() == b.len() {
+                    a.iter().zip(&b).for_each(|(&a, &b)| pair(a, b));
+                    open.extend(a.into_iter().zip(b));
+                }
+            }
+        }
+        (self.ends, self.twins) = (Some(ends), twins);
+        Some(self)
+    }
+
+    /// The ends of [`Skeleton::with_ends`].
+    #[must_use]
+    pub fn ends(&self) -> Option<[JointId; 4]> {
+        self.ends
     }
 
     /// All joints, parents before children.
@@ -183,7 +248,12 @@ impl Skeleton {
 
     /// Side of a joint and its mirrored joint, if joint names identify them.
     pub(super) fn sided(&self, id: JointId) -> Option<(Side, JointId)> {
-        readings(&self.joint(id).name).find_map(|(side, twin)| Some((side, self.find(&twin)?)))
+        if let Some(twin) = self.twins.get(id.index()) {
+            return *twin;
+        }
+        let name = &self.joint(id).name;
+        let mut all = readings(name).chain(loose_reading(name));
+        all.find_map(|(side, twin)| Some((side, self.find(&twin)?)))
     }
 
     /// Compares the joint trees of two skeletons and returns the names that differ. The list is
@@ -231,13 +301,29 @@ impl Skeleton {
 
 impl TryFrom<Vec<Joint>> for Skeleton {
     type Error = SkeletonError;
-    fn try_from(joints: Vec<Joint>) -> Result<Self, SkeletonError> {
-        Self::new(joints)
+    fn try_from(mut joints: Vec<Joint>) -> Result<Self, SkeletonError> {
+        let first = joints.iter().position(|joint| joint.name.starts_with(END));
+        let ends = first.map_or_else(Vec::new, |first| joints.split_off(first));
+        let ends: Vec<JointId> = ends.iter().filter_map(|end| end.parent).collect();
+        let skeleton = Self::new(joints)?;
+        match <[JointId; 4]>::try_from(ends) {
+            Ok(ends) => skeleton.with_ends(ends).ok_or(SkeletonError::Ends),
+            Err(none) if none.is_empty() => Ok(skeleton),
+            Err(_) => Err(SkeletonError::Ends),
+        }
     }
 }
 
 impl From<Skeleton> for Vec<Joint> {
     fn from(skeleton: Skeleton) -> Self {
-        skeleton.joints
+        let mut joints = skeleton.joints;
+        let ends = skeleton.ends.into_iter().flatten().enumerate();
+        joints.extend(ends.map(|(index, end)| Joint {
+            name: format!("{END}{index}"),
+            parent: Some(end),
+            offset: Vec3::ZERO,
+            kind: JointKind::EndSite,
+        }));
+        joints
     }
 }

@@ -15,11 +15,11 @@ use super::super::numbers::number;
 #[derive(Clone, Copy, Debug, clap::Args)]
 #[command(next_help_heading = "Clips")]
 pub(crate) struct ReadArgs {
-    /// Metres per unit of the files. Default: derived from the skeleton's height (glTF: 1).
+    /// Metres per unit of the files. Default: derived from the figure's height, one for all files of a skeleton (glTF: 1).
     #[arg(long, value_name = "METRES")]
     scale: Option<f64>,
-    /// Up axis of the files: x, y or z [default: y].
-    #[arg(long, value_name = "AXIS")]
+    /// Up axis of the files: x, y, z, -x, -y or -z. Default: y, or the axis along which the figure stands.
+    #[arg(long, value_name = "AXIS", allow_hyphen_values = true)]
     up: Option<sabaki_import::Up>,
     /// Frame rate of AMC files, in frames per second. Default: that which the file names, or 120.
     #[arg(long, value_name = "HZ")]
@@ -30,7 +30,7 @@ impl ReadArgs {
     pub(crate) fn options(&self) -> sabaki_import::ReadOptions {
         sabaki_import::ReadOptions {
             scale: self.scale,
-            up: self.up.unwrap_or_default(),
+            up: self.up,
             amc_rate: self.amc_rate,
             keep_going: false,
             retarget: false,
@@ -57,6 +57,9 @@ pub(crate) struct ClipArgs {
     /// Adds a mirrored copy of each clip and its events, left and right exchanged by the joints' names.
     #[arg(long)]
     pub(crate) mirror: bool,
+    /// Names of the joints that are left_hand, right_hand, left_foot, right_foot and root (JSON), if names and structure do not tell them.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) joints: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) read: ReadArgs,
     /// Leaves out files that cannot be read, and files of other skeletons than the largest group's, and reports them (exit code 3
@@ -66,10 +69,10 @@ pub(crate) struct ClipArgs {
     /// Puts motions of other skeletons on that of the largest group of files, by the joints' names, and says what this costs.
     #[arg(long)]
     pub(crate) retarget: bool,
-    /// Largest distance of the poses that a transition joins: root mean square over the joints, in
-    /// metres.
-    #[arg(long, value_name = "METRES", default_value_t = GraphSettings::default().threshold, value_parser = number(1e-6..=1e3))]
-    pub(crate) threshold: f32,
+    /// Largest distance of the poses that a transition joins: root mean square over the joints, in metres. Default: 0.1, but a clip that
+    /// nothing near leads to is joined at any distance.
+    #[arg(long, value_name = "METRES", value_parser = number(1e-6..=1e3))]
+    pub(crate) threshold: Option<f32>,
     /// Largest error that compressing the clips may cause at the joints, in millimetres; at the ends it may be three times as large. 0
     /// leaves the clips as they are.
     #[arg(long, value_name = "MM", default_value_t = 0.1, value_parser = clip_error)]
@@ -132,7 +135,8 @@ impl ClipArgs {
 
     pub(super) fn graph_settings(&self) -> GraphSettings {
         GraphSettings {
-            threshold: self.threshold,
+            threshold: self.threshold.unwrap_or(GraphSettings::default().threshold),
+            farthest_join: self.threshold,
             compression: self.compression(),
             memory: (self.memory * GB) as u64,
             ..GraphSettings::default()
@@ -151,6 +155,7 @@ impl ClipArgs {
     pub(crate) fn files(&self) -> Vec<&Path> {
         self.clips()
             .chain(&self.events)
+            .chain(&self.joints)
             .map(PathBuf::as_path)
             .chain(self.figure.files())
             .collect()

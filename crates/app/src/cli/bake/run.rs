@@ -41,6 +41,8 @@ pub(crate) struct BuildSummary {
     pub(crate) seconds: f64,
     pub(crate) warnings: Vec<String>,
     pub(crate) figure: Figure,
+    /// What was taken for root, hands and feet.
+    pub(crate) joints: String,
     /// Files that were left out, with the reasons.
     pub(crate) left_out: Vec<String>,
 }
@@ -66,6 +68,9 @@ impl BakeInput {
         };
         let mut set = sabaki_import::read_clips(&read, args.events.as_deref(), &options)?;
         set.left_out.splice(..0, left_out);
+        if let Some(joints) = &args.joints {
+            set.take_joints(joints)?;
+        }
         if args.mirror {
             set.add_mirrored()
                 .map_err(|error| Failure::Usage(error.to_string()))?;
@@ -147,6 +152,7 @@ pub(super) fn from_clips(args: &ClipArgs, draw: MapDrawing) -> Result<Baked, Fai
         made.warnings.splice(..0, input.notes());
         made.figure = input.figure;
         made.left_out = input.set.left_out;
+        made.joints = input.set.figure;
         made.seconds = started.elapsed().as_secs_f64();
     }
     Ok(baked)
@@ -271,6 +277,7 @@ pub(crate) fn finish(
             seconds: started.elapsed().as_secs_f64(),
             warnings,
             figure: Figure::default(),
+            joints: String::new(),
             left_out: Vec::new(),
         }),
     })

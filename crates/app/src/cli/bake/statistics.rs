@@ -15,6 +15,9 @@ fn count(graph: &MotionGraph, kind: EventKind) -> usize {
         .count()
 }
 
+/// Largest number of joined clips that are listed; the JSON document has all.
+const MOST_JOINED: usize = 20;
+
 /// Statistics of a graph as JSON, with stable keys.
 pub(crate) fn statistics(baked: &BakedGraph) -> Value {
     let graph = baked.graph();
@@ -53,6 +56,7 @@ pub(crate) fn bake_statistics(baked: &Baked) -> Value {
         value["foot_slide"] = json!(made.feet);
         value["warnings"] = json!(made.warnings);
         value["left_out"] = json!(made.left_out);
+        value["figure"] = json!(made.joints);
         value["fits"] = made.figure.to_json();
     }
     value
@@ -115,6 +119,9 @@ pub(crate) fn describe_bake(baked: &Baked) -> String {
         text.push_str(&text_line);
         text.push('\n');
     };
+    if !made.joints.is_empty() {
+        line(format!("figure: {}", made.joints));
+    }
     let (report, feet, dropped) = (&made.report, &made.feet, &made.report.dropped);
     line(format!(
         "read: {} clips, {:.1} s; dropped: {:.1} s and {} whole clips that the graph cannot reach and leave",
@@ -123,6 +130,21 @@ pub(crate) fn describe_bake(baked: &Baked) -> String {
         dropped.seconds,
         dropped.clips.len()
     ));
+    if !report.joined.is_empty() {
+        let far = report.joined.iter().flat_map(|clip| clip.links).flatten();
+        let loops = report.joined.iter().filter(|clip| clip.is_loop).count();
+        line(format!(
+            "joined: {} clips that nothing near leads to and from ({loops} of them loops), {:.2} m away at most",
+            report.joined.len(),
+            far.fold(0.0, f32::max),
+        ));
+        for joined in report.joined.iter().take(MOST_JOINED) {
+            let metres =
+                |link: Option<f32>| link.map_or("none".to_owned(), |far| format!("{far:.2} m"));
+            let [into, out] = joined.links.map(metres);
+            line(format!("  {}: in {into}, out {out}", joined.clip));
+        }
+    }
     for event in dropped.evasions.iter().chain(&dropped.attacks) {
         line(format!("dropped event: {event}"));
     }

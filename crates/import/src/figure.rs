@@ -1,0 +1,437 @@
+//! Turns the skeleton of a file into that of a figure, so that all that follows sees one kind: its root is the joint where legs and trunk
+//! meet, and its bones are as long as the clips have them.
+//!
+//! The method is ours. Joints above the root (`Reference`, `Armature`, a root on the ground that carries the path) are evaluated in each frame
+//! and become part of the root's own motion. Bones whose lengths stand in the frames and not in the skeleton, as in files whose offsets are 0,
+//! get the median of their frames, if no frame has them as the skeleton does.
+
+use std::path::Path;
+
+use glam::Vec3;
+use sabaki::anim::{
+    Chain, Clip, ClipDesc, ClipError, Joint, JointId, JointTransform, Leg, Limbs, Pose, Skeleton,
+    SkeletonError, body_root, forward_kinematics,
+};
+use serde::Deserialize;
+
+use crate::bvh::MotionError;
+use crate::file::{parse_json, read_bytes};
+use crate::{ClipSet, ReadError};
+
+/// The part of a skeleton that is a body, below the joints that only carry it.
+pub(crate) struct Rooted {
+    /// The body's skeleton.
+    pub(crate) skeleton: Skeleton,
+    /// Its joints in the file's skeleton, the root first.
+    joints: Vec<JointId>,
+    /// Names of the joints above the root, the topmost first.
+    pub(crate) above: Vec<String>,
+    /// Names of the joints that hang on those above the root, beside the body.
+    pub(crate) beside: Vec<String>,
+}
+
+impl Rooted {
+    /// Finds the body of a skeleton. `None` if the skeleton's root is that of the body.
+    ///
+    /// # Errors
+    /// The body's root is too far away.
+    pub(crate) fn of(skeleton: &Skeleton) -> Result<Option<Self>, SkeletonError> {
+        Self::at(skeleton, body_root(skeleton))
+    }
+
+    /// The body below a joint.
+    fn at(skeleton: &Skeleton, root: JointId) -> Result<Option<Self>, SkeletonError> {
+        if root == JointId::ROOT {
+            return Ok(None);
+        }
+        let mut above: Vec<JointId> = skeleton.ancestry(root).collect();
+        above.reverse();
+        let is_below = |id: &JointId| skeleton.ancestry(*id).any(|joint| joint == root);
+        let (joints, others): (Vec<JointId>, Vec<JointId>) = skeleton.ids().partition(is_below);
+        let own = |id: JointId| joints.iter().position(|&joint| joint == id);
+        let place: Vec3 = above.iter().map(|&id| skeleton.joint(id).offset).sum();
+        let of_body = joints.iter().map(|&id| {
+            let joint = skeleton.joint(id);
+            let parent = joint.parent.and_then(own).map(|own| JointId(own as u16));
+            Joint {
+                parent,
+                offset: if parent.is_some() {
+                    joint.offset
+                } else {
+                    place
+                },
+                ..joint.clone()
+            }
+        });
+        let body = Skeleton::new(of_body.collect())?;
+        let name = |id: &JointId| skeleton.joint(*id).name.clone();
+        above.pop();
+        Ok(Some(Self {
+            skeleton: body,
+            above: above.iter().map(name).collect(),
+            beside: others
+                .iter()
+                .filter(|id| !above.contains(id))
+                .map(name)
+                .collect(),
+            joints,
+        }))
+    }
+
+    /// The body in a pose of the file's skeleton.
+    pub(crate) fn pose(&self, file: &Skeleton, pose: &Pose) -> Pose {
+        let root = Chain::of(file, pose).global(self.joints[0]);
+        let mut own = Pose {
+            root: root.translation,
+            rotations: self
+                .joints
+                .iter()
+                .map(|id| pose.rotations[id.index()])
+                .collect(),
+            translations: Vec::new(),
+        };
+        own.rotations[0] = root.rotation;
+        if !pose.translations.is_empty() {
+            let places = self.joints.iter().map(|id| pose.translations[id.index()]);
+            own.translations.extend(places);
+            own.translations[0] = root.translation;
+        }
+        own
+    }
+
+    /// The body's motion.
+    ///
+    /// # Errors
+    /// The root is too far away in a frame.
+    pub(crate) fn clip(&self, file: &Skeleton, clip: &Clip) -> Result<Clip, ClipError> {
+        let mut desc = ClipDesc {
+            name: clip.name().to_owned(),
+            frame_rate: clip.frame_rate(),
+            roots: Vec::with_capacity(clip.frames()),
+            rotations: Vec::with_capacity(clip.frames() * self.joints.len()),
+            translations: Vec::new(),
+        };
+        let mut pose = Pose::default();
+        for frame in 0..clip.frames() {
+            clip.pose(frame, &mut pose);
+            let mut own = self.pose(file, &pose);
+            desc.roots.push(own.root);
+            desc.rotations.append(&mut own.rotations);
+            desc.translations.append(&mut own.translations);
+        }
+        let clip = Clip::new(&self.skeleton, desc)?;
+        without_still_places(&self.skeleton, clip)
+    }
+}
+
+/// Number of frames at a clip's start in which the figure stands still with straight arms held apart (T-pose, A-pose), before it moves.
+fn rest_frames(skeleton: &Skeleton, clip: &Clip) -> usize {
+    /// Least reach of a straight arm, as a share of its length; largest cosine of the angle between the arms; and largest distance of a
+    /// joint from its place in the first frame, in metres.
+    const STRAIGHT: f32 = 0.97;
+    const APART: f32 = 0.2;
+    const STILL: f32 = 0.02;
+    let Ok(arms) = <[Leg; 2]>::try_from(Leg::arms(skeleton)) else {
+        return 0;
+    };
+    let (mut pose, mut joints, mut first) = (Pose::default(), Vec::new(), Vec::new());
+    for frame in 0..clip.frames() {
+        clip.pose(frame, &mut pose);
+        forward_kinematics(skeleton, &pose, &mut joints);
+        let place = |id: JointId| joints[id.index()].translation;
+        let reach = arms.map(|arm| (place(arm.foot) - place(arm.hip)) / arm.length(skeleton));
+        let directions = reach.map(Vec3::normalize_or_zero);
+        let is_rest = reach.iter().all(|reach| reach.length() >= STRAIGHT)
+            && directions[0].dot(directions[1]) <= APART;
+        if frame == 0 {
+            first.clone_from(&joints);
+        }
+        let pairs = first.iter().zip(&joints);
+        let moved = pairs.map(|(a, b)| a.translation.distance(b.translation));
+        if !is_rest || moved.fold(0.0, f32::max) > STILL {
+            return frame;
+        }
+    }
+    // A clip of rest alone is what somebody wants.
+    0
+}
+
+impl ClipSet {
+    /// Leaves out the frames of rest at the clips' starts, and names them. Events keep their frames.
+    pub(crate) fn leave_out_rest(&mut self) -> Result<(), ClipError> {
+        for (index, clip) in self.clips.iter_mut().enumerate() {
+            let rest = rest_frames(&self.skeleton, clip);
+            if rest == 0 {
+                continue;
+            }
+            let mut desc = clip.desc();
+            desc.roots.drain(..rest);
+            desc.rotations.drain(..rest * self.skeleton.len());
+            if !desc.translations.is_empty() {
+                desc.translations.drain(..rest * self.skeleton.len());
+            }
+            *clip = Clip::new(&self.skeleton, desc)?;
+            let seconds = rest as f64 / clip.frame_rate();
+            for event in self.events.iter_mut().filter(|event| event.clip == index) {
+                event.start = (event.start - seconds).max(0.0);
+                event.end -= seconds;
+            }
+            self.events
+                .retain(|event| event.clip != index || event.end > event.start);
+            self.warnings.push(format!(
+                "{}: the first {rest} frames ({seconds:.2} s) are a pose of rest with the arms held apart, and are left out",
+                clip.name()
+            ));
+        }
+        Ok(())
+    }
+}
+
+/// How hands and feet of a skeleton were told left from right.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum SidesBy {
+    Names,
+    Geometry,
+    File,
+}
+
+/// Gives the hands and feet sides if the names do not: those that the poses of the clips show. The figure faces where its toes point.
+pub(crate) fn settle_sides(skeleton: &mut Skeleton, clips: &[Clip]) -> SidesBy {
+    /// Number of frames of all clips.
+    const FRAMES: usize = 256;
+    let limbs = Limbs::of(skeleton);
+    let pairs = [limbs.hands, limbs.feet].map(|pair| <[JointId; 2]>::try_from(pair).ok());
+    let [Some(hands), Some(feet)] = pairs else {
+        return SidesBy::Names;
+    };
+    let is_named = |[a, b]: [JointId; 2]| skeleton.mirror(a) == Some(b);
+    if is_named(hands) && is_named(feet) {
+        return SidesBy::Names;
+    }
+    let toes = feet.map(|foot| {
+        let ends = skeleton.children(foot);
+        let length = |id: &JointId| skeleton.joint(*id).offset.length();
+        ends.max_by(|a, b| length(a).total_cmp(&length(b)))
+    });
+    let top = |end: JointId, other: JointId| {
+        let own = |&joint: &JointId| !skeleton.ancestry(other).any(|above| above == joint);
+        skeleton.ancestry(end).take_while(own).last().unwrap_or(end)
+    };
+    let tops = [hands, feet].map(|[a, b]| [top(a, b), top(b, a)]);
+    let mut leftness = [0f32; 2];
+    let (mut pose, mut joints): (Pose, Vec<JointTransform>) = Default::default();
+    for clip in clips.iter().step_by(clips.len().div_ceil(FRAMES).max(1)) {
+        let step = (clip.frames() * clips.len()).div_ceil(FRAMES).max(1);
+        for frame in (0..clip.frames()).step_by(step) {
+            clip.pose(frame, &mut pose);
+            forward_kinematics(skeleton, &pose, &mut joints);
+            let place = |id: JointId| joints[id.index()].translation;
+            let of_feet = feet.iter().zip(toes);
+            let ahead: Vec3 = of_feet
+                .filter_map(|(&foot, toe)| Some(place(toe?) - place(foot)))
+                .sum();
+            let left = Vec3::Y.cross(ahead.with_y(0.0).normalize_or_zero());
+            for (sum, [a, b]) in leftness.iter_mut().zip(tops) {
+                *sum += left.dot(place(a) - place(b));
+            }
+        }
+    }
+    let sided = |[a, b]: [JointId; 2], leftness: f32| if leftness < 0.0 { [b, a] } else { [a, b] };
+    let [hands, feet] = [sided(hands, leftness[0]), sided(feet, leftness[1])];
+    if let Some(with_sides) = skeleton
+        .clone()
+        .with_ends([hands[0], hands[1], feet[0], feet[1]])
+    {
+        *skeleton = with_sides;
+    }
+    SidesBy::Geometry
+}
+
+/// What was taken for what, in one line.
+pub(crate) fn describe(skeleton: &Skeleton, above: &[String], by: SidesBy) -> String {
+    let limbs = Limbs::of(skeleton);
+    let names = |ids: &[JointId]| match ids {
+        [] => "none".to_owned(),
+        ids => {
+            let names = ids.iter().map(|&id| skeleton.joint(id).name.as_str());
+            names.collect::<Vec<_>>().join(", ")
+        }
+    };
+    let above = match above {
+        [] => String::new(),
+        above => format!(" (with the motion of {})", above.join(", ")),
+    };
+    let by = match by {
+        SidesBy::Names => "by names",
+        SidesBy::Geometry => "by structure and motion",
+        SidesBy::File => "by the file of joints",
+    };
+    format!(
+        "root {}{above}; hands {}; feet {}; {by}",
+        skeleton.joint(JointId::ROOT).name,
+        names(&limbs.hands),
+        names(&limbs.feet)
+    )
+}
+
+/// Names of the joints that stand for parts of the body, as a JSON file has them.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct JointsFile {
+    /// Joint where legs and trunk meet. Default: found.
+    pub root: Option<String>,
+    /// Left hand or wrist.
+    pub left_hand: String,
+    /// Right hand or wrist.
+    pub right_hand: String,
+    /// Left foot or ankle.
+    pub left_foot: String,
+    /// Right foot or ankle.
+    pub right_foot: String,
+}
+
+impl ClipSet {
+    /// Takes the joints of a file for root, hands and feet, whatever their names say.
+    ///
+    /// # Errors
+    /// The file cannot be read, or names joints that are not there, or that carry each other.
+    pub fn take_joints(&mut self, path: &Path) -> Result<(), ReadError> {
+        let bytes = read_bytes(path)?;
+        let file: JointsFile = parse_json(&bytes).map_err(ReadError::in_file(path))?;
+        let wrong = |error: ClipError| ReadError::in_file(path)(MotionError::from(error));
+        let unknown = |name: &str| ReadError::UnknownJoint {
+            path: path.to_owned(),
+            joint: name.to_owned(),
+        };
+        let find =
+            |skeleton: &Skeleton, name: &str| skeleton.find(name).ok_or_else(|| unknown(name));
+        if let Some(root) = &file.root {
+            let root = find(&self.skeleton, root)?;
+            if let Some(rooted) =
+                Rooted::at(&self.skeleton, root).map_err(|error| wrong(error.into()))?
+            {
+                for clip in &mut self.clips {
+                    *clip = rooted.clip(&self.skeleton, clip).map_err(wrong)?;
+                }
+                let own = |id: &JointId| rooted.joints.iter().position(|joint| joint == id);
+                for event in &mut self.events {
+                    let joints = event.joints.iter().filter_map(own);
+                    event.joints = joints.map(|own| JointId(own as u16)).collect();
+                }
+                self.skeleton = rooted.skeleton;
+            }
+        }
+        let named = [
+            &file.left_hand,
+            &file.right_hand,
+            &file.left_foot,
+            &file.right_foot,
+        ];
+        let mut ends = [JointId::ROOT; 4];
+        for (end, name) in ends.iter_mut().zip(named) {
+            *end = find(&self.skeleton, name)?;
+        }
+        self.skeleton = (self.skeleton.clone().with_ends(ends))
+            .ok_or_else(|| wrong(SkeletonError::Ends.into()))?;
+        self.figure = describe(&self.skeleton, &[], SidesBy::File);
+        Ok(())
+    }
+}
+
+/// Whether a joint below the root moves relative to its parent by more than rounding errors.
+pub(crate) fn moves_joints(skeleton: &Skeleton, translations: &[Vec3]) -> bool {
+    const DIGITS: f32 = 1e-5;
+    let offsets = skeleton.joints().iter().map(|joint| joint.offset);
+    let longest = offsets
+        .clone()
+        .skip(1)
+        .map(Vec3::length)
+        .fold(0.0, f32::max);
+    let mut frames = translations.chunks_exact(skeleton.len());
+    let leaves = |frame: &[Vec3]| {
+        let mut pairs = frame.iter().zip(offsets.clone()).skip(1);
+        let off = |place: Vec3, offset: Vec3| (place - offset).abs().max_element();
+        // Values that are not finite count as moved, so that later checks find them.
+        pairs.any(|(&place, offset)| !place.is_finite() || off(place, offset) > DIGITS * longest)
+    };
+    frames.any(leaves)
+}
+
+/// The clip without places of joints that are always the skeleton's offsets.
+fn without_still_places(skeleton: &Skeleton, clip: Clip) -> Result<Clip, ClipError> {
+    if !clip.moves_joints() {
+        return Ok(clip);
+    }
+    let mut desc = clip.desc();
+    if moves_joints(skeleton, &desc.translations) {
+        return Ok(clip);
+    }
+    desc.translations.clear();
+    Clip::new(skeleton, desc)
+}
+
+/// Share of the skeleton's bones below which those of the frames are none: some files have channels of positions that are all 0.
+pub(crate) const COLLAPSED: f32 = 0.5;
+
+/// Gives the skeleton the bones that the clips have, and drops the places of joints that keep them. A clip without places has the skeleton's
+/// own bones.
+///
+/// # Errors
+/// A bone or a clip is invalid.
+pub(crate) fn settle_bones(skeleton: &mut Skeleton, clips: &mut [Clip]) -> Result<(), ClipError> {
+    /// Number of frames that are read, of all clips together.
+    const FRAMES: usize = 512;
+    /// Difference from the median of the frames above which an offset is wrong, as a share of the bone and of the longest bone.
+    const OFF: (f32, f32) = (0.01, 1e-3);
+    if !clips.iter().any(Clip::moves_joints) {
+        return Ok(());
+    }
+    let of_clip = (FRAMES / clips.len()).max(1);
+    let (mut pose, mut poses) = (Pose::default(), Vec::new());
+    for clip in clips.iter() {
+        for sample in 0..of_clip.min(clip.frames()) {
+            let frame = sample * clip.frames() / of_clip.min(clip.frames());
+            clip.pose(frame, &mut pose);
+            pose.fill_translations(skeleton);
+            poses.push(std::mem::take(&mut pose.translations));
+        }
+    }
+    let median = |joint: usize| {
+        Vec3::from([0, 1, 2].map(|axis| {
+            let mut values: Vec<f32> = poses.iter().map(|places| places[joint][axis]).collect();
+            let middle = values.len() / 2;
+            *values.select_nth_unstable_by(middle, f32::total_cmp).1
+        }))
+    };
+    let mut joints = skeleton.joints().to_vec();
+    let bones: Vec<Vec3> = (0..joints.len()).map(median).collect();
+    let sum = |bones: &mut dyn Iterator<Item = Vec3>| bones.skip(1).map(Vec3::length).sum::<f32>();
+    let own = sum(&mut joints.iter().map(|joint| joint.offset));
+    if sum(&mut bones.iter().copied()) < COLLAPSED * own {
+        for clip in clips {
+            let mut desc = clip.desc();
+            desc.translations.clear();
+            *clip = Clip::new(skeleton, desc)?;
+        }
+        return Ok(());
+    }
+    let longest = bones[1..]
+        .iter()
+        .map(|bone| bone.length())
+        .fold(0.0, f32::max);
+    for (index, (joint, bone)) in joints.iter_mut().zip(bones).enumerate().skip(1) {
+        let most = OFF.0 * bone.length().max(joint.offset.length()) + OFF.1 * longest;
+        // A bone that moves now and then keeps its length at rest.
+        if poses
+            .iter()
+            .all(|places| joint.offset.distance(places[index]) > most)
+        {
+            joint.offset = bone;
+        }
+    }
+    *skeleton = Skeleton::new(joints)?;
+    for clip in clips {
+        *clip = without_still_places(skeleton, clip.clone())?;
+    }
+    Ok(())
+}

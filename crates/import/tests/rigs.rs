@@ -1,0 +1,420 @@
+//! The same motion on skeletons that are written in other ways is the same set of clips, so that every bake of it is the same too.
+
+use std::path::{Path, PathBuf};
+
+use glam::Vec3;
+use sabaki::anim::{
+    Clip, Event, EventKind, Joint, JointId, JointKind, Pose, Skeleton, forward_kinematics,
+};
+use sabaki::graph::{BuildReport, ClipSource, EdgeMotion, GraphError, GraphSettings, MotionGraph};
+use sabaki::maps::Body;
+use sabaki_import::{ClipSet, ReadError, ReadOptions, read_clip, read_clips};
+
+/// A small file of this test.
+fn case(name: &str) -> PathBuf {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/rigs");
+    folder.join(name)
+}
+
+fn read(path: PathBuf) -> ClipSet {
+    read_clips(&[path], None, &ReadOptions::default()).unwrap()
+}
+
+/// Motion and skeleton are the same to the bit, whatever the files are called.
+fn assert_same(a: &ClipSet, b: &ClipSet) {
+    assert_eq!(a.scales, b.scales);
+    assert_eq!(a.skeleton.joints(), b.skeleton.joints());
+    for (a, b) in a.clips.iter().zip(&b.clips) {
+        let unnamed = |clip: &Clip| {
+            let mut desc = clip.desc();
+            desc.name.clear();
+            desc
+        };
+        assert!(unnamed(a) == unnamed(b), "{} and {}", a.name(), b.name());
+    }
+}
+
+/// Largest distance between joints of one index in all frames, in metres.
+fn apart(a: &ClipSet, b: &ClipSet) -> f32 {
+    let (mut pose, mut of_a, mut of_b) = (Pose::default(), Vec::new(), Vec::new());
+    let mut most = 0f32;
+    assert_eq!(a.clips.len(), b.clips.len());
+    for (clip, other) in a.clips.iter().zip(&b.clips) {
+        assert_eq!(clip.frames(), other.frames());
+        for frame in 0..clip.frames() {
+            clip.pose(frame, &mut pose);
+            forward_kinematics(&a.skeleton, &pose, &mut of_a);
+            other.pose(frame, &mut pose);
+            forward_kinematics(&b.skeleton, &pose, &mut of_b);
+            for (a, b) in of_a.iter().zip(&of_b) {
+                most = most.max(a.translation.distance(b.translation));
+            }
+        }
+    }
+    most
+}
+
+#[test]
+fn a_still_joint_above_the_hips_changes_nothing() {
+    let plain = read(case("hips_root.bvh"));
+    let mut under = read(case("reference_root.bvh"));
+    assert_eq!(plain.scales[0].metres_per_unit, 0.01);
+    // The place of the hips at rest is the only difference, and nothing reads it.
+    let mut joints = under.skeleton.joints().to_vec();
+    assert_eq!(joints[0].name, "Hips");
+    assert!(joints[0].offset.distance(Vec3::Y * 0.92) < 1e-6);
+    joints[0].offset = plain.skeleton.joint(JointId::ROOT).offset;
+    under.skeleton = Skeleton::new(joints).unwrap();
+    assert_same(&plain, &under);
+    let only = read_clip(&case("reference_root.bvh"), &ReadOptions::default()).unwrap();
+    assert_eq!(only.above, ["Reference"]);
+}
+
+#[test]
+fn bones_that_stand_in_the_frames_are_those_of_the_skeleton() {
+    let plain = read(case("hips_root.bvh"));
+    let zero = read(case("offsets_zero.bvh"));
+    assert_eq!(zero.scales, plain.scales);
+    let pairs = zero.skeleton.joints().iter().zip(plain.skeleton.joints());
+    // The file does not say how long the bones without a joint at their end are.
+    for (zero, plain) in pairs
+        .skip(1)
+        .filter(|(zero, _)| zero.kind == JointKind::Moving)
+    {
+        let away = zero.offset.distance(plain.offset);
+        assert!(away < 1e-4, "{}: {away}", zero.name);
+    }
+    assert!(!zero.clips[0].moves_joints());
+    let barest = Body::from_bones(&zero.skeleton).barest_bone(&zero.skeleton, &zero.clips);
+    assert!(barest.unwrap().1 < 0.01, "{barest:?}");
+    // Spheres that lie on other bones do not cover them.
+    let short = plain.skeleton.joints().iter().map(|joint| Joint {
+        offset: 0.5 * joint.offset,
+        ..joint.clone()
+    });
+    let short = Body::from_bones(&Skeleton::new(short.collect()).unwrap());
+    let barest = short.barest_bone(&plain.skeleton, &plain.clips);
+    assert!(barest.unwrap().1 > 0.05, "{barest:?}");
+}
+
+/// A BVH file below a root `Armature`, whose values `above` makes from those of the hips: their own are what is left.
+fn wrapped(text: &str, offset: [f32; 3], above: impl Fn(&[f64]) -> [f64; 6]) -> String {
+    let (hierarchy, motion) = text.split_once("MOTION").unwrap();
+    let hips = hierarchy.split_once("ROOT").unwrap().1.trim_end();
+    let [x, y, z] = offset;
+    let mut out = format!(
+        "HIERARCHY\nROOT Armature\n{{\nOFFSET {x} {y} {z}\nCHANNELS 6 Xposition Yposition Zposition Zrotation Xrotation Yrotation\nJOINT{hips}\n}}\nMOTION"
+    );
+    for line in motion.lines() {
+        let values: Option<Vec<f64>> = line
+            .split_whitespace()
+            .map(|word| word.parse().ok())
+            .collect();
+        match values.filter(|values| values.len() > 6) {
+            None => out += line,
+            Some(mut values) => {
+                let root = above(&values);
+                for (value, root) in values.iter_mut().zip(root) {
+                    *value -= root;
+                }
+                let words = root.iter().chain(&values).map(|value| format!("{value:?}"));
+                out += &words.collect::<Vec<_>>().join(" ");
+            }
+        }
+        out += "\n";
+    }
+    out
+}
+
+#[test]
+#[ignore = "needs SABAKI_MOCAP"]
+fn a_root_above_the_hips_of_captures_changes_nothing() {
+    let folder = PathBuf::from(std::env::var("SABAKI_MOCAP").unwrap()).join("fight");
+    let read = |folder: &Path| {
+        let events = folder.join("events.json");
+        let folder = [folder.to_owned()];
+        read_clips(&folder, Some(&events), &ReadOptions::default()).unwrap()
+    };
+    let plain = read(&folder);
+    let still = |_: &[f64]| [0.0; 6];
+    let path = |values: &[f64]| [values[0], 0.0, values[2], 0.0, 0.0, 0.0];
+    for (name, above) in [("still", &still as &dyn Fn(&[f64]) -> _), ("path", &path)] {
+        let other = tempfile::tempdir().unwrap();
+        for entry in std::fs::read_dir(&folder).unwrap() {
+            let file = entry.unwrap().path();
+            let text = std::fs::read_to_string(&file).unwrap();
+            let text = match file.extension().unwrap() == "bvh" {
+                true => wrapped(&text, [0.0; 3], above),
+                false => text,
+            };
+            std::fs::write(other.path().join(file.file_name().unwrap()), text).unwrap();
+        }
+        let under = read(other.path());
+        assert_eq!(under.warnings, Vec::<String>::new());
+        assert_eq!(under.events, plain.events);
+        match name {
+            "still" => assert_same(&plain, &under),
+            _ => assert!(apart(&plain, &under) < 1e-5),
+        }
+    }
+}
+
+/// The walking figure with every length times a factor, and one that lies.
+fn changed(scale: f64) -> String {
+    let text = std::fs::read_to_string(case("hips_root.bvh")).unwrap();
+    let lengths = |line: &str| {
+        let is_offset = line.trim_start().starts_with("OFFSET");
+        let words = line.split_whitespace().enumerate().map(|(index, word)| {
+            let is_length = if is_offset { index > 0 } else { index < 3 };
+            match word.parse::<f64>() {
+                Ok(value) if is_length => format!("{}", value * scale),
+                _ => word.to_owned(),
+            }
+        });
+        words.collect::<Vec<_>>().join(" ")
+    };
+    let (hierarchy, motion) = text.split_once("MOTION").unwrap();
+    let offsets = hierarchy.lines().map(|line| match line.contains("OFFSET") {
+        true => lengths(line),
+        false => line.to_owned(),
+    });
+    let mut out = offsets.collect::<Vec<_>>().join("\n") + "\nMOTION";
+    for line in motion.lines() {
+        out += &match line.split_whitespace().count() > 6 {
+            true => lengths(line),
+            false => line.to_owned(),
+        };
+        out += "\n";
+    }
+    out
+}
+
+#[test]
+fn files_of_one_skeleton_in_two_units_are_refused_with_both_names() {
+    let folder = tempfile::tempdir().unwrap();
+    let paths = ["a.bvh", "b.bvh", "metres.bvh"].map(|name| folder.path().join(name));
+    for (path, scale) in paths.iter().zip([1.0, 1.05, 0.01]) {
+        std::fs::write(path, changed(scale)).unwrap();
+    }
+    let two = read_clips(&paths[..2], None, &ReadOptions::default()).unwrap();
+    assert!(two.scales.iter().all(|scale| scale.metres_per_unit == 0.01));
+    let refused = read_clips(&paths, None, &ReadOptions::default()).unwrap_err();
+    assert!(
+        matches!(&refused, ReadError::UnitDiffers { .. }),
+        "{refused}"
+    );
+    let text = refused.to_string();
+    assert!(
+        text.contains("metres.bvh") && text.contains("a.bvh"),
+        "{text}"
+    );
+}
+
+/// The names of a file's joints replaced by numbers.
+fn nameless(file: &str) -> (String, Vec<String>) {
+    let text = std::fs::read_to_string(case(file)).unwrap();
+    let mut names = Vec::new();
+    let lines = text.lines().map(|line| {
+        let mut words = line.split_whitespace();
+        match (words.next(), words.next()) {
+            (Some(kind @ ("ROOT" | "JOINT")), Some(name)) => {
+                names.push(name.to_owned());
+                format!("{kind} j{}", names.len() - 1)
+            }
+            _ => line.to_owned(),
+        }
+    });
+    let text = lines.collect::<Vec<_>>().join("\n");
+    (text, names)
+}
+
+#[test]
+fn limbs_and_sides_are_found_without_names() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("nameless.bvh");
+    for file in ["hips_root.bvh", "reference_root.bvh"] {
+        let (text, names) = nameless(file);
+        std::fs::write(&path, text).unwrap();
+        let set = read(path.clone());
+        let named = |joint: JointId| {
+            let number = set.skeleton.joint(joint).name[1..]
+                .parse::<usize>()
+                .unwrap();
+            names[number].as_str()
+        };
+        assert_eq!(named(JointId::ROOT), "Hips", "{}", set.figure);
+        let ends = set.skeleton.ends().unwrap().map(named);
+        assert_eq!(
+            ends,
+            ["LeftHand", "RightHand", "LeftFoot", "RightFoot"],
+            "{}",
+            set.figure
+        );
+        // They are kept in files.
+        let stored = serde_json::to_string(&set.skeleton).unwrap();
+        let again: Skeleton = serde_json::from_str(&stored).unwrap();
+        assert_eq!(again, set.skeleton);
+        let hip = set
+            .skeleton
+            .ids()
+            .find(|&id| named(id) == "LeftUpLeg")
+            .unwrap();
+        assert_eq!(set.skeleton.mirror(hip).map(named), Some("RightUpLeg"));
+        let plain = read(case("hips_root.bvh"));
+        assert!(apart(&plain, &set) < 1e-6);
+    }
+}
+
+#[test]
+fn a_file_of_joints_overrides_what_is_found() {
+    let folder = tempfile::tempdir().unwrap();
+    let [clip, joints] = ["nameless.bvh", "joints.json"].map(|name| folder.path().join(name));
+    let (text, names) = nameless("reference_root.bvh");
+    std::fs::write(&clip, text).unwrap();
+    let own = |name: &str| format!("j{}", names.iter().position(|own| own == name).unwrap());
+    let mut set = read(clip.clone());
+    let text = format!(
+        r#"{{"left_hand": "{}", "right_hand": "{}", "left_foot": "{}", "right_foot": "{}"}}"#,
+        own("LeftForeArm"),
+        own("RightForeArm"),
+        own("LeftLeg"),
+        own("RightLeg")
+    );
+    std::fs::write(&joints, text).unwrap();
+    set.take_joints(&joints).unwrap();
+    let ends = set.skeleton.ends().unwrap();
+    assert_eq!(set.skeleton.joint(ends[0]).name, own("LeftForeArm"));
+    std::fs::write(
+        &joints,
+        r#"{"left_hand": "x", "right_hand": "y", "left_foot": "z", "right_foot": "w"}"#,
+    )
+    .unwrap();
+    let refused = read(clip).take_joints(&joints).unwrap_err();
+    assert!(refused.to_string().contains("no joint \"x\""), "{refused}");
+}
+
+/// The loop, and a part of a walk that leans far forward, begins and ends at speed, and is near nothing.
+fn library(folder: &Path) -> ClipSet {
+    let text = std::fs::read_to_string(case("hips_root.bvh")).unwrap();
+    let lines: Vec<&str> = text.lines().collect();
+    let first = lines
+        .iter()
+        .position(|line| line.starts_with("Frame Time"))
+        .unwrap()
+        + 1;
+    let mut short: Vec<String> = lines[..first].iter().map(|&line| line.to_owned()).collect();
+    short[first - 2] = "Frames: 20".to_owned();
+    let leaning = |line: &&str| {
+        let mut values: Vec<f64> = line
+            .split_whitespace()
+            .map(|word| word.parse().unwrap())
+            .collect();
+        values[4] += 50.0;
+        values
+            .iter()
+            .map(f64::to_string)
+            .collect::<Vec<_>>()
+            .join(" ")
+    };
+    short.extend(lines[first + 30..first + 50].iter().map(leaning));
+    let path = folder.join("short.bvh");
+    std::fs::write(&path, short.join("\n")).unwrap();
+    let paths = [case("loop_one_cycle.bvh"), path];
+    read_clips(&paths, None, &ReadOptions::default()).unwrap()
+}
+
+fn built(
+    set: &ClipSet,
+    settings: &GraphSettings,
+) -> Result<(MotionGraph, BuildReport), GraphError> {
+    let source = ClipSource {
+        skeleton: &set.skeleton,
+        clips: &set.clips,
+        events: &set.events,
+    };
+    sabaki::graph::build(source, settings)
+}
+
+#[test]
+fn a_loop_joins_itself_and_nothing_is_lost() {
+    let settings = GraphSettings::default();
+    let (graph, report) = built(&read(case("loop_one_cycle.bvh")), &settings).unwrap();
+    graph.validate().unwrap();
+    assert!(
+        (graph.seconds_kept() - 1.2).abs() < 0.04,
+        "{}",
+        graph.seconds_kept()
+    );
+    assert!(report.joined[0].is_loop && report.dropped.clips.is_empty());
+    // The seam is exact: the pose after the last frame is the first one.
+    let seam = graph.edges().iter().find_map(|edge| match edge.motion {
+        EdgeMotion::Transition { distance, .. } => Some((edge.frames, distance)),
+        EdgeMotion::Clip => None,
+    });
+    let (frames, distance) = seam.unwrap();
+    assert!(
+        frames == 1 && distance < 1e-3,
+        "{frames} frames, {distance} m"
+    );
+
+    let folder = tempfile::tempdir().unwrap();
+    let mut set = library(folder.path());
+    // An event from the first frame to the last has no frames before it to blend in.
+    let joints = Vec::new();
+    set.events = vec![Event {
+        clip: 1,
+        kind: EventKind::Evasion,
+        start: 0.0,
+        end: set.clips[1].duration(),
+        joints,
+    }];
+    let (graph, report) = built(&set, &settings).unwrap();
+    graph.validate().unwrap();
+    assert_eq!(report.dropped.clips, Vec::<String>::new());
+    assert_eq!(graph.events().len(), 1, "{:?}", report.links.unlinked);
+    let told = graph.describe_event(&graph.events()[0]);
+    assert!(told.starts_with("short.bvh 0.00-0."), "{told}");
+    assert!(
+        graph.seconds_kept() > 1.1 + 0.55,
+        "{}",
+        graph.seconds_kept()
+    );
+    let limited = GraphSettings {
+        farthest_join: Some(1e-3),
+        ..settings
+    };
+    set.events.clear();
+    let (_, report) = built(&set, &limited).unwrap();
+    assert_eq!(report.dropped.clips, ["short.bvh"]);
+}
+
+#[test]
+fn frames_of_rest_are_left_out_and_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("rest.bvh");
+    let text = std::fs::read_to_string(case("hips_root.bvh")).unwrap();
+    let mut lines: Vec<String> = text.lines().map(str::to_owned).collect();
+    let first = lines
+        .iter()
+        .position(|line| line.starts_with("Frame Time"))
+        .unwrap()
+        + 1;
+    let values = lines[first].split_whitespace().count();
+    let rest = format!("0 92 0{}", " 0".repeat(values - 3));
+    lines.splice(first..first, [rest.clone(), rest]);
+    lines[first - 2] = "Frames: 92".to_owned();
+    std::fs::write(&path, lines.join("\n")).unwrap();
+    let events = folder.path().join("events.json");
+    let text = r#"{"clips": [{"file": "rest.bvh", "events": [{"kind": "evasion", "start": 1.0, "end": 2.0}]}]}"#;
+    std::fs::write(&events, text).unwrap();
+    let set = read_clips(&[path], Some(&events), &ReadOptions::default()).unwrap();
+    let plain = read(case("hips_root.bvh"));
+    assert_eq!(set.warnings.len(), 1, "{:?}", set.warnings);
+    assert!(
+        set.warnings[0].contains("the first 2 frames"),
+        "{}",
+        set.warnings[0]
+    );
+    assert!(apart(&plain, &set) < 1e-6);
+    assert!((set.events[0].start - (1.0 - 2.0 / 30.0)).abs() < 1e-4);
+}
