@@ -30,7 +30,7 @@ fn numbers(value: &Value, path: &str, out: &mut Vec<String>) {
 }
 
 #[test]
-fn every_number_may_be_any_number() {
+fn numbers_may_be_any_numbers() {
     // As small as a graph with an evasion and an attack can be: it is read thousands of times.
     let attack = Event {
         kind: EventKind::Attack,
@@ -61,9 +61,11 @@ fn every_number_may_be_any_number() {
         json!(1e-38),
     ];
     let (mut sound, mut refused) = (0, 0);
-    for place in &places {
+    for (at, place) in places.iter().enumerate() {
         let number = hostile.pointer(place).unwrap().clone();
-        for extreme in &extremes {
+        // Neighbours in a list are alike: four of the numbers each, so that every list gets all of them.
+        let some = (0..4).map(|step| &extremes[(4 * at + 3 * step) % extremes.len()]);
+        for extreme in some {
             *hostile.pointer_mut(place).unwrap() = extreme.clone();
             // What the type itself refuses no file can hold.
             let Ok(baked) = BakedGraph::deserialize(&hostile) else {
@@ -77,7 +79,7 @@ fn every_number_may_be_any_number() {
         }
         *hostile.pointer_mut(place).unwrap() = number;
     }
-    assert!(sound > 100 && refused > 1000, "{sound}, {refused}");
+    assert!(sound > 50 && refused > 400, "{sound}, {refused}");
 }
 
 #[test]
