@@ -92,7 +92,7 @@ fn counts_agree(
     let mut context = QueryContext::default();
     let (mut body, mut outer, mut evasion) = (0u64, 0u64, 0u64);
     let mut attacks = Vec::new();
-    for index in 0..60 {
+    for index in 0..24 {
         let throw = throw(baked, &ThrowSettings::default(), 11, index).unwrap();
         let query = Query::new(baked, &settings);
         let mut session = query.start(throw.request(), &mut context);

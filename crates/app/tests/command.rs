@@ -72,7 +72,10 @@ fn bake_writes_a_graph_and_says_what_is_in_it() {
     let args = "bake --clips CLIPS --events EVENTS --out g.sabaki";
     let told = sabaki(&folder, args).is(0);
     assert!(told.stdout.contains("evasions") && told.stdout.contains("wrote g.sabaki"));
-    let document = sabaki(&folder, &format!("{args} --json")).json(0);
+    let written = || std::fs::read(folder.path().join("g.sabaki")).unwrap();
+    let by_cpu = written();
+    let document = sabaki(&folder, &format!("{args} --draw stencil --json")).json(0);
+    assert!(written() == by_cpu, "the device draws other maps");
     for key in ["clips", "nodes", "edges", "evasions", "report", "warnings"] {
         assert!(!document[key].is_null(), "{key}");
     }
