@@ -132,7 +132,7 @@ fn write_files(
     let graph = Path::new(FOLDER).join("fighter.sabaki");
     archive::write(&graph, baked)?;
     files.push(graph);
-    if let Some(sheet) = sheet::draw_answer(baked, throw, answer, sheet::on_cpu)? {
+    if let Some((sheet, _)) = sheet::draw_answer(baked, throw, answer, sheet::on_cpu)? {
         let path = Path::new(FOLDER).join("maps.png");
         sheet.write(&path).map_err(|source| Failure::Write {
             path: path.clone(),

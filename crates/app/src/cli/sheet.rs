@@ -58,7 +58,8 @@ struct Column<'a> {
     transform: FixedTransform2,
 }
 
-/// Draws the maps of the answer to an attack; `None` if it has none: it enters or layers its evasion, or has none.
+/// Draws the maps of the answer to an attack, or, if it has none because it enters or layers its evasion, those of the candidate with the
+/// best score that has maps. Also returns the candidate's index; `None` if no candidate has maps.
 ///
 /// `draw` gets the culling's input with the chosen candidate alone, and returns a map for each drawing of the attack.
 pub(crate) fn draw_answer(
@@ -66,7 +67,7 @@ pub(crate) fn draw_answer(
     throw: &Throw,
     answer: &Answer,
     draw: impl FnOnce(&CullInput<'_>, &[Drawing]) -> Result<Vec<BitMap>, Failure>,
-) -> Result<Option<Picture>, Failure> {
+) -> Result<Option<(Picture, usize)>, Failure> {
     // The same source of candidates as the answer's.
     let settings = match answer.source {
         Source::Grid => QuerySettings::default(),
@@ -76,17 +77,27 @@ pub(crate) fn draw_answer(
     let query = Query::new(baked, &settings);
     let session = query.start(throw.request(), &mut context);
     let input = session.cull_input();
-    // Candidates with an evasion come first, in the order of the culling input.
-    let Some(candidate) = input.candidates.get(answer.chosen) else {
+    // Candidates with maps come first, in the order of the culling input.
+    let score = |&index: &usize| {
+        let score = answer.candidates[index].score.map(|score| score.total);
+        (index != answer.chosen, score.unwrap_or(f32::INFINITY))
+    };
+    let with_maps = 0..input.candidates.len().min(answer.candidates.len());
+    let best = with_maps.min_by(|a, b| {
+        let (a, b) = (score(a), score(b));
+        a.0.cmp(&b.0).then(a.1.total_cmp(&b.1))
+    });
+    let Some(shown) = best else {
         return Ok(None);
     };
+    let candidate = &input.candidates[shown];
     let input = CullInput {
         candidates: std::slice::from_ref(candidate),
         ..input
     };
     let (places, drawings) = attack_drawings(&input, candidate);
     let attack: Vec<AttackMap> = places.into_iter().zip(draw(&input, &drawings)?).collect();
-    Ok(Some(draw_sheet(&input, candidate, &attack)))
+    Ok(Some((draw_sheet(&input, candidate, &attack), shown)))
 }
 
 /// Draws the attack on the CPU, for [`draw_answer`].
@@ -136,7 +147,7 @@ fn draw_sheet(input: &CullInput<'_>, candidate: &CullCandidate, attack: &[Attack
         let _ = area.draw(&Text::new(text, (x as i32, y as i32), text_style(16, INK)));
     };
     let fill = |x: u32, y: u32, side: u32, colour: RGBColor| {
-        let corners = [(x, y), (x + side - 1, y + side - 1)].map(|(x, y)| (x as i32, y as i32));
+        let corners = [(x, y), (x + side, y + side)].map(|(x, y)| (x as i32, y as i32));
         let _ = area.draw(&Rectangle::new(corners, colour.filled()));
     };
     for (row, name) in (0..).zip(ROWS) {

@@ -65,7 +65,10 @@ fn the_device_draws_the_maps_of_an_answer_and_counts_what_they_share() {
         let args = format!("render maps BAKED --out m.png --index {index} --json");
         let said = sabaki(&folder, &args);
         let said = (said.code == 0).then(|| said.json(0))?;
-        said["evasion"].as_u64().filter(|_| said["body"] == 0)
+        let is_chosen = said["is_chosen"] == true;
+        // What was chosen is not hit.
+        assert!(!is_chosen || said["body"] == 0, "{said}");
+        said["evasion"].as_u64()
     };
     assert!((0..6).filter_map(drawn).any(|evasion| evasion > 0));
     super::assert_is_png(&folder.path().join("m.png"));

@@ -12,8 +12,8 @@ use sabaki::archive;
 use sabaki::gpu::{Context, Culler, CullerDesc, GpuError, Memory};
 use sabaki::maps::{BakedGraph, Baker};
 use sabaki::math::F32x16;
-use sabaki::query::CullPath;
 use sabaki::query::cull::Overlap;
+use sabaki::query::{Answer, CullPath};
 use sabaki_app::Painter;
 use sabaki_app::film::{Delay, Film, FilmError, png};
 use sabaki_draw::StageDesc;
@@ -139,27 +139,35 @@ impl Written {
 
 fn maps(args: &MapsArgs) -> Result<Written, Failure> {
     let (baked, throw) = args.throw.load()?;
-    let (picture, line, values) = match culling::open(&args.device)? {
+    let answer = dodge::answer(&baked, &throw);
+    let (sheet, line, values) = match culling::open(&args.device)? {
         Ok(mut device) => {
-            let drawn = maps_by_device(&mut device, &baked, &throw);
+            let drawn = maps_by_device(&mut device, &baked, &throw, &answer);
             let name = device.device_name().to_owned();
             culling::destroy(device);
-            let (picture, Overlap { body, evasion, .. }) = drawn?;
+            let (sheet, Overlap { body, evasion, .. }) = drawn?;
             let line = format!(
                 "drawn by {name}, whose queries count {body} texels of body and attack, {evasion} of evasion and attack"
             );
             let values = json!({ "device": name, "body": body, "evasion": evasion });
-            (picture, line, values)
+            (sheet, line, values)
         }
         Err(why) => {
-            let answer = dodge::answer(&baked, &throw);
-            let picture = sheet::draw_answer(&baked, &throw, &answer, sheet::on_cpu)?;
-            (picture, format!("drawn on the CPU: {why}"), json!({}))
+            let sheet = sheet::draw_answer(&baked, &throw, &answer, sheet::on_cpu)?;
+            (sheet, format!("drawn on the CPU: {why}"), json!({}))
         }
     };
-    let none = || Failure::Usage("the answer to this attack has no maps".to_owned());
-    let written = write(&args.out, vec![picture.ok_or_else(none)?], Delay::default())?;
-    Ok(written.with(&line, values))
+    let none = || Failure::Usage("no candidate for this attack has maps".to_owned());
+    let (picture, shown) = sheet.ok_or_else(none)?;
+    let of = match shown == answer.chosen {
+        true => "the chosen motion".to_owned(),
+        false => format!("candidate {shown}: the chosen motion has no maps"),
+    };
+    let written = write(&args.out, vec![picture], Delay::default())?;
+    let candidate = json!({ "candidate": shown, "is_chosen": shown == answer.chosen });
+    Ok(written
+        .with(&format!("maps of {of}"), candidate)
+        .with(&line, values))
 }
 
 /// The sheet of the answer's maps, drawn by the device, and what its occlusion queries count.
@@ -167,13 +175,13 @@ fn maps_by_device(
     device: &mut Headless,
     baked: &BakedGraph,
     throw: &Throw,
-) -> Result<(Option<Picture>, Overlap), Failure> {
+    answer: &Answer,
+) -> Result<(Option<(Picture, usize)>, Overlap), Failure> {
     let grid = baked.atlas().grid();
     let draw = |baker: &Baker| device.draw_maps(baker).map_err(failed);
     let baked = &baked.with_drawn_maps(grid, draw)?;
-    let answer = dodge::answer(baked, throw);
     let mut counts = Overlap::default();
-    let picture = sheet::draw_answer(baked, throw, &answer, |input, drawings| {
+    let sheet = sheet::draw_answer(baked, throw, answer, |input, drawings| {
         let desc = CullerDesc::new(CullPath::Stencil, baked.atlas());
         let make = |context: &Context, memory: &mut dyn Memory| Culler::new(context, memory, &desc);
         let mut culler = device.make(make).map_err(failed)?;
@@ -188,7 +196,7 @@ fn maps_by_device(
             device.with_rasterizer(|device, rasterizer| device.any_frame(rasterizer, drawings));
         attack.map_err(failed)
     })?;
-    Ok((picture, counts))
+    Ok((sheet, counts))
 }
 
 impl OutArgs {
