@@ -84,7 +84,7 @@ pub enum ReadError {
     #[error("no clip was named")]
     NoPaths,
     /// A folder contains no motion file.
-    #[error("{}: no *.bvh, *.amc, *.glb or *.gltf file there", path.display())]
+    #[error("{}: no motion file (BVH, AMC, glTF, FBX) there", path.display())]
     NoClips {
         /// The folder.
         path: PathBuf,
@@ -186,6 +186,10 @@ pub enum ContentsError {
     /// A glTF file is invalid or has no skinned animation.
     #[error(transparent)]
     Gltf(#[from] GltfError),
+    /// An FBX file cannot be read.
+    #[cfg(feature = "fbx")]
+    #[error(transparent)]
+    Fbx(#[from] crate::FbxError),
     /// An ASF or AMC file is invalid.
     #[error(transparent)]
     Asf(#[from] AsfError),

@@ -10,6 +10,8 @@ mod clip_set;
 mod error;
 mod events;
 pub mod export;
+#[cfg(feature = "fbx")]
+mod fbx;
 mod figure;
 mod file;
 pub mod fit;
@@ -26,6 +28,8 @@ pub use body::{BodyEntry, BodyFile, BodyFileError, MassFile, MassFileError};
 pub use clip_set::{ClipSet, motion_files, read_clips};
 pub use error::{ContentsError, ReadError};
 pub use events::{ClipEvents, EventEntry, EventsError, EventsFile};
+#[cfg(feature = "fbx")]
+pub use fbx::FbxError;
 pub use figure::JointsFile;
 pub use file::{JsonError, without_mark};
 pub use mirror::MirrorError;

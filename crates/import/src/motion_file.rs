@@ -132,7 +132,7 @@ pub(super) fn check_options(options: &ReadOptions) -> Result<(), ReadError> {
 }
 
 /// File extensions of motion files.
-const ENDINGS: [&str; 4] = ["bvh", "amc", "glb", "gltf"];
+const ENDINGS: [&str; 2] = ["bvh", "amc"];
 
 /// A parsed motion file, in its own unit.
 pub(super) enum MotionFile {
@@ -149,16 +149,30 @@ fn ends_with(path: &Path, endings: &[&str]) -> bool {
         .any(|known| ending.eq_ignore_ascii_case(known))
 }
 
-/// Whether a path has the extension of a glTF file.
+/// Whether a path has the extension of a glTF file, or of an FBX file, which is read as glTF if the feature `fbx` is enabled.
 #[must_use]
 pub fn is_gltf(path: &Path) -> bool {
-    ends_with(path, &["glb", "gltf"])
+    ends_with(path, &["glb", "gltf"]) || is_fbx(path)
+}
+
+fn is_fbx(path: &Path) -> bool {
+    cfg!(feature = "fbx") && ends_with(path, &["fbx"])
+}
+
+/// The bytes of a glTF file, or of an FBX file as glTF.
+fn gltf_bytes(path: &Path) -> Result<Vec<u8>, ReadError> {
+    let bytes = read_bytes(path)?;
+    #[cfg(feature = "fbx")]
+    if is_fbx(path) {
+        return crate::fbx::to_glb(&bytes).map_err(ReadError::in_file(path));
+    }
+    Ok(bytes)
 }
 
 /// Whether a file's name ends as those of motion files do. Of a folder, these files are read.
 #[must_use]
 pub fn is_motion_file(path: &Path) -> bool {
-    ends_with(path, &ENDINGS)
+    ends_with(path, &ENDINGS) || is_gltf(path)
 }
 
 /// Reads a BVH file in its own unit.
@@ -174,7 +188,7 @@ pub fn read_bvh(path: &Path) -> Result<BvhFile, ReadError> {
 /// # Errors
 /// The first error, with the file and the position in it.
 pub fn read_gltf(path: &Path) -> Result<GltfFile, ReadError> {
-    GltfFile::parse(&read_bytes(path)?, beside(path)).map_err(ReadError::in_file(path))
+    GltfFile::parse(&gltf_bytes(path)?, beside(path)).map_err(ReadError::in_file(path))
 }
 
 /// Reads files from the folder of a file.
@@ -188,7 +202,7 @@ fn beside(path: &Path) -> impl FnMut(&Path) -> Result<Vec<u8>, String> {
 /// # Errors
 /// The first error, with the file and the position in it.
 pub fn read_mesh(path: &Path) -> Result<SkinnedMesh, ReadError> {
-    SkinnedMesh::parse(&read_bytes(path)?, beside(path)).map_err(ReadError::in_file(path))
+    SkinnedMesh::parse(&gltf_bytes(path)?, beside(path)).map_err(ReadError::in_file(path))
 }
 
 /// A glTF file with the files beside it that its mesh needs, to be kept elsewhere.
@@ -208,7 +222,7 @@ impl MeshFile {
     pub fn read(path: &Path) -> Result<(Self, SkinnedMesh), ReadError> {
         let mut file = Self {
             name: clip_name(path),
-            bytes: read_bytes(path)?,
+            bytes: gltf_bytes(path)?,
             beside: Vec::new(),
         };
         let mut load = beside(path);

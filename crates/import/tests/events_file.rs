@@ -262,7 +262,7 @@ fn sets_that_are_wrong() {
     );
     assert_eq!(
         error(&["empty"]),
-        "empty: no *.bvh, *.amc, *.glb or *.gltf file there"
+        "empty: no motion file (BVH, AMC, glTF, FBX) there"
     );
     assert_eq!(error(&[]), "no clip was named");
 }

@@ -13,6 +13,8 @@ mod clip_sets;
 mod corpora;
 mod events_file;
 mod export;
+#[cfg(feature = "fbx")]
+mod fbx;
 mod gltf;
 mod gltf_bad_input;
 mod gltf_events;

@@ -14,7 +14,7 @@ use super::{Done, Failure};
 
 #[derive(clap::Args)]
 pub(crate) struct Args {
-    /// A BVH, AMC or glTF file, a baked graph, an events file or an attack file.
+    /// A BVH, AMC, glTF or FBX file, a baked graph, an events file or an attack file.
     file: PathBuf,
     #[command(flatten)]
     read: ReadArgs,

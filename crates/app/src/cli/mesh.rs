@@ -20,7 +20,7 @@ use super::bake::GraphArgs;
 #[derive(Clone, Debug, Default, clap::Args)]
 #[command(next_help_heading = "Mesh")]
 pub(crate) struct MeshArgs {
-    /// Skinned mesh of the characters (.glb, .gltf), `body` for a human body made for the skeleton, or `capsules`. Default: the mesh that the graph's file keeps, otherwise `body`; capsules for a skeleton that is not a human's by its names.
+    /// Skinned mesh of the characters (.glb, .gltf, .fbx), `body` for a human body made for the skeleton, or `capsules`. Default: the mesh that the graph's file keeps, otherwise `body`; capsules for a skeleton that is not a human's by its names.
     #[arg(long, value_name = "FILE")]
     mesh: Option<PathBuf>,
     /// Names of the graph's joints by names of the mesh's joints (JSON). Joints that are not in the file are bound by their names.

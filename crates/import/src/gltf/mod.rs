@@ -22,6 +22,8 @@ use crate::{LONGEST_CLIP, MOST_ENTRIES};
 pub use file::{GltfAnimation, GltfFile};
 pub use mesh::{MOST_VERTICES, SkinJoint, SkinVertex, SkinnedMesh, Texture};
 pub use write::write;
+#[cfg(feature = "fbx")]
+pub(crate) use write::{Buffer, container};
 
 /// Reason why a file cannot be read as a skinned glTF animation.
 #[derive(Clone, Debug, PartialEq, Error)]

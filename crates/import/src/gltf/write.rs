@@ -87,7 +87,7 @@ pub fn write(
     container(out, document.to_string().as_bytes(), &buffer.bytes)
 }
 
-fn container(out: &mut impl Write, json: &[u8], binary: &[u8]) -> Result<()> {
+pub(crate) fn container(out: &mut impl Write, json: &[u8], binary: &[u8]) -> Result<()> {
     let padded = |length: usize| length.next_multiple_of(4);
     let too_large = || {
         Error::new(
@@ -151,30 +151,41 @@ fn nodes(skeleton: &Skeleton, first: Option<&Clip>) -> Vec<Value> {
 
 /// The binary chunk and its views and accessors.
 #[derive(Default)]
-struct Buffer {
-    bytes: Vec<u8>,
-    views: Vec<Value>,
-    accessors: Vec<Value>,
+pub(crate) struct Buffer {
+    pub(crate) bytes: Vec<u8>,
+    pub(crate) views: Vec<Value>,
+    pub(crate) accessors: Vec<Value>,
 }
 
 impl Buffer {
-    /// Adds an accessor of everything that was written from `start` on, and returns its index.
-    fn accessor(&mut self, start: usize, mut accessor: Value, target: Option<u32>) -> usize {
+    /// Adds a view of everything that was written from `start` on, and returns its index.
+    pub(crate) fn view(&mut self, start: usize, target: Option<u32>) -> usize {
         let mut view =
             json!({ "buffer": 0, "byteOffset": start, "byteLength": self.bytes.len() - start });
         if let Some(target) = target {
             view["target"] = json!(target);
         }
-        accessor["bufferView"] = json!(self.views.len());
         self.views.push(view);
-        self.accessors.push(accessor);
         self.bytes.resize(self.bytes.len().next_multiple_of(4), 0);
+        self.views.len() - 1
+    }
+
+    /// Adds an accessor of everything that was written from `start` on, and returns its index.
+    pub(crate) fn accessor(
+        &mut self,
+        start: usize,
+        mut accessor: Value,
+        target: Option<u32>,
+    ) -> usize {
+        accessor["bufferView"] = json!(self.view(start, target));
+        self.accessors.push(accessor);
         self.accessors.len() - 1
     }
 
-    fn floats(&mut self, kind: &str, floats: impl Iterator<Item = f32>) -> usize {
+    pub(crate) fn floats(&mut self, kind: &str, floats: impl Iterator<Item = f32>) -> usize {
         let width = match kind {
             "SCALAR" => 1,
+            "VEC2" => 2,
             "VEC3" => 3,
             "VEC4" => 4,
             _ => 16,

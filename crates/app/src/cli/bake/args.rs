@@ -45,7 +45,7 @@ const GB: f32 = (1u64 << 30) as f32;
 #[derive(Clone, Debug, clap::Args)]
 #[command(next_help_heading = "Clips")]
 pub(crate) struct ClipArgs {
-    /// BVH, AMC or glTF files, or folders of them. The mesh of the first glTF file is kept in the graph's file, and drawn.
+    /// BVH, AMC, glTF or FBX files, or folders of them. The mesh of the first glTF or FBX file is kept in the graph's file, and drawn.
     #[arg(value_name = "PATH")]
     paths: Vec<PathBuf>,
     /// More of them.

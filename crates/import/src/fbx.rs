@@ -1,0 +1,456 @@
+//! Reads FBX files as glTF: the crate `ufbx` parses them, and what it finds is written as a GLB file, which the reader of glTF takes.
+//!
+//! Source: Samuli Raivio, ufbx (<https://ufbx.github.io>). Lengths become metres and +Y up. Nodes keep their tree, and each take becomes an
+//! animation with a key in each frame of the file's rate. Bones become a skin without a mesh, so that files with and without a mesh have the
+//! same skeleton. Of materials, colour and embedded texture are kept.
+
+use std::collections::{BTreeMap, BTreeSet, HashMap};
+
+use glam::{DAffine3, DMat3, DVec3};
+use serde_json::{Value, json};
+use thiserror::Error;
+use ufbx::{LoadOpts, Matrix, Mesh, Node, Scene, Transform};
+
+use crate::MOST_ENTRIES;
+use crate::gltf::{Buffer, container};
+
+/// Reason why an FBX file cannot be read.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+pub enum FbxError {
+    /// The file is damaged or no FBX file. The message is that of the parser.
+    #[error("not an FBX file that can be read: {0}")]
+    Text(String),
+    /// The takes would need too much memory.
+    #[error("take \"{take}\" has more than {MOST_ENTRIES} frames times nodes")]
+    TooLong {
+        /// Name of the take.
+        take: String,
+    },
+    /// The document does not fit into a GLB file.
+    #[error("{0}")]
+    TooLarge(String),
+}
+
+/// Most bytes that the parser may allocate.
+const MEMORY: usize = 2 << 30;
+
+/// Converts a file to GLB.
+pub(crate) fn to_glb(bytes: &[u8]) -> Result<Vec<u8>, FbxError> {
+    let mut options = LoadOpts {
+        target_axes: ufbx::CoordinateAxes::right_handed_y_up(),
+        target_unit_meters: 1.0,
+        space_conversion: ufbx::SpaceConversion::ModifyGeometry,
+        geometry_transform_handling: ufbx::GeometryTransformHandling::ModifyGeometry,
+        inherit_mode_handling: ufbx::InheritModeHandling::Compensate,
+        generate_missing_normals: true,
+        normalize_normals: true,
+        clean_skin_weights: true,
+        ..LoadOpts::default()
+    };
+    options.temp_allocator.memory_limit = MEMORY;
+    options.result_allocator.memory_limit = MEMORY;
+    let scene = ufbx::load_memory(bytes, options);
+    let scene = scene.map_err(|error| FbxError::Text(error.description.to_string()))?;
+    let mut writer = Writer {
+        scene: &scene,
+        nodes: scene.nodes.iter().map(node).collect(),
+        buffer: Buffer::default(),
+        skins: Vec::new(),
+        meshes: Vec::new(),
+        materials: Vec::new(),
+        images: Vec::new(),
+    };
+    writer.add_bones();
+    for node in &scene.nodes {
+        writer.add_mesh(node);
+    }
+    let animations = writer.animations()?;
+    let root = scene.root_node.element.typed_id;
+    let mut document = json!({
+        "asset": { "version": "2.0", "generator": "FBX" },
+        "scene": 0,
+        "scenes": [{ "nodes": [root] }],
+        "nodes": writer.nodes,
+        "accessors": writer.buffer.accessors,
+        "bufferViews": writer.buffer.views,
+        "buffers": [{ "byteLength": writer.buffer.bytes.len() }],
+    });
+    let textures = (0..writer.images.len())
+        .map(|image| json!({ "source": image }))
+        .collect();
+    for (key, list) in [
+        ("skins", writer.skins),
+        ("meshes", writer.meshes),
+        ("materials", writer.materials),
+        ("textures", textures),
+        ("images", writer.images),
+        ("animations", animations),
+    ] {
+        if !list.is_empty() {
+            document[key] = Value::Array(list);
+        }
+    }
+    let mut out = Vec::new();
+    container(
+        &mut out,
+        document.to_string().as_bytes(),
+        &writer.buffer.bytes,
+    )
+    .map_err(|error| FbxError::TooLarge(error.to_string()))?;
+    Ok(out)
+}
+
+fn node(node: &ufbx::Ref<Node>) -> Value {
+    let [translation, rotation, scale] = parts(&node.local_transform);
+    let children: Vec<u32> = node
+        .children
+        .iter()
+        .map(|child| child.element.typed_id)
+        .collect();
+    let name = if node.is_root {
+        "Root"
+    } else {
+        &node.element.name
+    };
+    let mut value =
+        json!({ "name": name, "translation": translation, "rotation": rotation, "scale": scale });
+    if !children.is_empty() {
+        value["children"] = json!(children);
+    }
+    value
+}
+
+/// Translation, rotation and scale.
+fn parts(transform: &Transform) -> [Vec<f32>; 3] {
+    let Transform {
+        translation: t,
+        rotation: r,
+        scale: s,
+    } = transform;
+    [
+        vec![t.x, t.y, t.z],
+        vec![r.x, r.y, r.z, r.w],
+        vec![s.x, s.y, s.z],
+    ]
+    .map(|parts| parts.into_iter().map(|part| part as f32).collect())
+}
+
+fn affine(matrix: &Matrix) -> DAffine3 {
+    let m = matrix;
+    DAffine3 {
+        matrix3: DMat3::from_cols_array(&[
+            m.m00, m.m10, m.m20, m.m01, m.m11, m.m21, m.m02, m.m12, m.m22,
+        ]),
+        translation: DVec3::new(m.m03, m.m13, m.m23),
+    }
+}
+
+struct Writer<'a> {
+    scene: &'a Scene,
+    nodes: Vec<Value>,
+    buffer: Buffer,
+    skins: Vec<Value>,
+    meshes: Vec<Value>,
+    materials: Vec<Value>,
+    images: Vec<Value>,
+}
+
+impl Writer<'_> {
+    /// The nodes that are bones.
+    fn bones(&self) -> BTreeSet<u32> {
+        let bones = self.scene.nodes.iter().filter(|node| node.bone.is_some());
+        let clusters = self.scene.skin_clusters.iter();
+        let of_skins = clusters.filter_map(|cluster| cluster.bone_node.as_ref());
+        bones
+            .chain(of_skins)
+            .map(|node| node.element.typed_id)
+            .collect()
+    }
+
+    /// Adds the skin of all bones, in the pose that the skins were bound in.
+    fn add_bones(&mut self) {
+        let bones = self.bones();
+        let clusters = self.scene.skin_clusters.iter();
+        let binds: HashMap<u32, DAffine3> = clusters
+            .filter_map(|cluster| {
+                Some((
+                    cluster.bone_node.as_ref()?.element.typed_id,
+                    affine(&cluster.bind_to_world),
+                ))
+            })
+            .collect();
+        let of_node = |&bone: &u32| affine(&self.scene.nodes[bone as usize].node_to_world);
+        let inverses = bones.iter().map(|bone| {
+            binds
+                .get(bone)
+                .copied()
+                .unwrap_or_else(|| of_node(bone))
+                .inverse()
+        });
+        let inverses: Vec<DAffine3> = inverses.collect();
+        if !bones.is_empty() {
+            self.add_skin(bones.into_iter().collect(), &inverses);
+        }
+    }
+
+    fn add_skin(&mut self, joints: Vec<u32>, inverses: &[DAffine3]) {
+        let matrices = inverses
+            .iter()
+            .flat_map(|inverse| glam::DMat4::from(*inverse).as_mat4().to_cols_array());
+        let matrices = self.buffer.floats("MAT4", matrices);
+        self.skins
+            .push(json!({ "joints": joints, "inverseBindMatrices": matrices }));
+    }
+
+    /// Adds the mesh of a node, if it has one with a skin.
+    fn add_mesh(&mut self, node: &Node) {
+        let Some(mesh) = &node.mesh else { return };
+        let Some(skin) = mesh.skin_deformers.first() else {
+            return;
+        };
+        let clusters = || {
+            skin.clusters
+                .iter()
+                .filter_map(|one| Some((one, one.bone_node.as_ref()?)))
+        };
+        if clusters().count() != skin.clusters.len() {
+            return;
+        }
+        let joints = clusters().map(|(_, bone)| bone.element.typed_id).collect();
+        let inverses: Vec<DAffine3> = clusters()
+            .map(|(cluster, _)| affine(&cluster.geometry_to_bone))
+            .collect();
+        self.add_skin(joints, &inverses);
+        let mut parts: BTreeMap<u32, Part> = BTreeMap::new();
+        let mut corners = vec![0; 3 * mesh.max_face_triangles];
+        for (face, &shape) in mesh.faces.iter().enumerate() {
+            if shape.num_indices < 3 {
+                continue;
+            }
+            let material = mesh.face_material.get(face).copied().unwrap_or(0);
+            let part = parts.entry(material).or_default();
+            let count = mesh.triangulate_face(&mut corners, shape) as usize;
+            corners[..3 * count]
+                .iter()
+                .for_each(|&corner| part.add(mesh, skin, corner));
+        }
+        let mut primitives = Vec::new();
+        for (material, part) in parts {
+            let mut primitive = part.write(&mut self.buffer);
+            let of_node = node.materials.get(material as usize);
+            if let Some(material) = of_node.or(mesh.materials.get(material as usize)) {
+                primitive["material"] = json!(self.materials.len());
+                let material = self.material(material);
+                self.materials.push(material);
+            }
+            primitives.push(primitive);
+        }
+        let value = &mut self.nodes[node.element.typed_id as usize];
+        value["mesh"] = json!(self.meshes.len());
+        value["skin"] = json!(self.skins.len() - 1);
+        self.meshes.push(json!({ "primitives": primitives }));
+    }
+
+    fn material(&mut self, material: &ufbx::Material) -> Value {
+        let (pbr, fbx) = (&material.pbr.base_color, &material.fbx.diffuse_color);
+        let texture = pbr.texture.as_ref().or(fbx.texture.as_ref());
+        let content = texture
+            .map(|texture| &texture.content[..])
+            .unwrap_or_default();
+        if content.starts_with(b"\x89PNG") || content.starts_with(b"\xff\xd8") {
+            let start = self.buffer.bytes.len();
+            self.buffer.bytes.extend(content);
+            let view = self.buffer.view(start, None);
+            self.images.push(json!({ "bufferView": view }));
+            return json!({ "pbrMetallicRoughness": { "baseColorTexture": { "index": self.images.len() - 1 } } });
+        }
+        let colour = if pbr.has_value {
+            pbr.value_vec4
+        } else {
+            fbx.value_vec4
+        };
+        json!({ "pbrMetallicRoughness": { "baseColorFactor": [colour.x, colour.y, colour.z, 1.0] } })
+    }
+
+    /// An animation for each take, of the bones and the nodes above them or, in a file without bones, of all nodes.
+    fn animations(&mut self) -> Result<Vec<Value>, FbxError> {
+        let scene = self.scene;
+        let bones = self.bones();
+        let above = |&bone: &u32| {
+            std::iter::successors(Some(&scene.nodes[bone as usize]), |node| {
+                node.parent.as_deref()
+            })
+        };
+        let mut moving: BTreeSet<u32> = bones
+            .iter()
+            .flat_map(above)
+            .map(|node| node.element.typed_id)
+            .collect();
+        if moving.is_empty() {
+            moving = (0..scene.nodes.len() as u32).collect();
+        }
+        let rate = Some(scene.settings.frames_per_second)
+            .filter(|rate| (1.0..=1000.0).contains(rate))
+            .unwrap_or(30.0);
+        let (mut animations, mut entries) = (Vec::new(), 0.0);
+        for take in &scene.anim_stacks {
+            // Some programs leave out the range of a take that begins at 0.
+            let layers = take
+                .layers
+                .iter()
+                .flat_map(|layer| layer.anim_values.iter());
+            let curves = layers.flat_map(|value| value.curves.iter().flatten());
+            let last = curves
+                .filter_map(|curve| curve.keyframes.last())
+                .map(|key| key.time);
+            let end = match take.time_end > take.time_begin {
+                true => take.time_end,
+                false => last.fold(take.time_begin, f64::max),
+            };
+            let seconds = end - take.time_begin;
+            let frames = if seconds > 0.0 {
+                (seconds * rate).round()
+            } else {
+                0.0
+            };
+            entries += (frames + 1.0) * moving.len() as f64;
+            if entries > MOST_ENTRIES as f64 {
+                return Err(FbxError::TooLong {
+                    take: take.element.name.to_string(),
+                });
+            }
+            let frames = frames as usize + 1;
+            let times = self.buffer.floats(
+                "SCALAR",
+                (0..frames).map(|frame| (frame as f64 / rate) as f32),
+            );
+            let (mut samplers, mut channels) = (Vec::new(), Vec::new());
+            for &node in &moving {
+                let rest = parts(&scene.nodes[node as usize].local_transform);
+                let poses: Vec<[Vec<f32>; 3]> = (0..frames)
+                    .map(|frame| take.time_begin + frame as f64 / rate)
+                    .map(|time| {
+                        parts(&scene.nodes[node as usize].evaluate_transform(&take.anim, time))
+                    })
+                    .collect();
+                for (part, (path, kind)) in [
+                    ("translation", "VEC3"),
+                    ("rotation", "VEC4"),
+                    ("scale", "VEC3"),
+                ]
+                .into_iter()
+                .enumerate()
+                {
+                    let differs = |pose: &[Vec<f32>; 3]| {
+                        pose[part]
+                            .iter()
+                            .zip(&rest[part])
+                            .any(|(a, b)| (a - b).abs() > 1e-6)
+                    };
+                    if poses.iter().any(differs) {
+                        let output = self.buffer.floats(
+                            kind,
+                            poses.iter().flat_map(|pose| pose[part].iter().copied()),
+                        );
+                        channels.push(json!({ "sampler": samplers.len(), "target": { "node": node, "path": path } }));
+                        samplers.push(json!({ "input": times, "output": output }));
+                    }
+                }
+            }
+            if !channels.is_empty() {
+                animations.push(json!({ "name": &take.element.name[..], "samplers": samplers, "channels": channels }));
+            }
+        }
+        Ok(animations)
+    }
+}
+
+/// The triangles of one material of a mesh.
+#[derive(Default)]
+struct Part {
+    /// Vertices by their indices of position, normal and texture coordinates.
+    known: HashMap<[u32; 3], u32>,
+    positions: Vec<[f32; 3]>,
+    normals: Vec<[f32; 3]>,
+    uvs: Vec<[f32; 2]>,
+    joints: Vec<[u16; 4]>,
+    weights: Vec<[f32; 4]>,
+    indices: Vec<u32>,
+}
+
+impl Part {
+    fn add(&mut self, mesh: &Mesh, skin: &ufbx::SkinDeformer, corner: u32) {
+        let corner = corner as usize;
+        let vertex = mesh.vertex_indices[corner];
+        let index = |exists: bool, indices: &[u32]| if exists { indices[corner] } else { 0 };
+        let normal = index(mesh.vertex_normal.exists, &mesh.vertex_normal.indices);
+        let uv = index(mesh.vertex_uv.exists, &mesh.vertex_uv.indices);
+        let next = self.positions.len() as u32;
+        let found = *self.known.entry([vertex, normal, uv]).or_insert(next);
+        self.indices.push(found);
+        if found != next {
+            return;
+        }
+        let place = mesh.vertices[vertex as usize];
+        self.positions
+            .push([place.x, place.y, place.z].map(|part| part as f32));
+        if let Some(normal) = mesh.vertex_normal.values.get(normal as usize) {
+            self.normals
+                .push([normal.x, normal.y, normal.z].map(|part| part as f32));
+        }
+        if let Some(uv) = mesh.vertex_uv.values.get(uv as usize) {
+            self.uvs.push([uv.x as f32, 1.0 - uv.y as f32]);
+        }
+        // The largest weights come first. A vertex without any stays with the first joint.
+        let (mut joints, mut weights) = ([0; 4], [0.0; 4]);
+        let own = skin.vertices.get(vertex as usize);
+        let own = own.map_or(0..0, |own| {
+            own.weight_begin as usize..(own.weight_begin + own.num_weights) as usize
+        });
+        for (at, weight) in skin
+            .weights
+            .get(own)
+            .unwrap_or_default()
+            .iter()
+            .take(4)
+            .enumerate()
+        {
+            (joints[at], weights[at]) = (weight.cluster_index as u16, weight.weight as f32);
+        }
+        if weights == [0.0; 4] {
+            weights[0] = 1.0;
+        }
+        self.joints.push(joints);
+        self.weights.push(weights);
+    }
+
+    fn write(self, buffer: &mut Buffer) -> Value {
+        let count = self.positions.len();
+        let mut attributes = json!({
+            "POSITION": buffer.floats("VEC3", self.positions.into_iter().flatten()),
+            "WEIGHTS_0": buffer.floats("VEC4", self.weights.into_iter().flatten()),
+        });
+        if self.normals.len() == count {
+            attributes["NORMAL"] = json!(buffer.floats("VEC3", self.normals.into_iter().flatten()));
+        }
+        if self.uvs.len() == count {
+            attributes["TEXCOORD_0"] = json!(buffer.floats("VEC2", self.uvs.into_iter().flatten()));
+        }
+        let start = buffer.bytes.len();
+        buffer.bytes.extend(
+            self.joints
+                .iter()
+                .flatten()
+                .flat_map(|joint| joint.to_le_bytes()),
+        );
+        let joints = json!({ "componentType": 5123, "count": count, "type": "VEC4" });
+        attributes["JOINTS_0"] = json!(buffer.accessor(start, joints, None));
+        let start = buffer.bytes.len();
+        buffer
+            .bytes
+            .extend(self.indices.iter().flat_map(|index| index.to_le_bytes()));
+        let indices =
+            json!({ "componentType": 5125, "count": self.indices.len(), "type": "SCALAR" });
+        json!({ "attributes": attributes, "indices": buffer.accessor(start, indices, None) })
+    }
+}
