@@ -76,8 +76,9 @@ impl Baker {
         let own = settings.body.clone();
         let is_made = own.is_none();
         let mut body = own.unwrap_or_else(|| Body::from_bones(graph.skeleton()));
-        let barest = body.barest_bone(graph.skeleton(), graph.clips());
-        if let Some((joint, metres)) = barest.filter(|&(_, bare)| is_made && bare > MOST_BARE) {
+        let barest = is_made.then(|| body.barest_bone(graph.skeleton(), graph.clips()));
+        let barest = barest.flatten().filter(|&(_, bare)| bare > MOST_BARE);
+        if let Some((joint, metres)) = barest {
             let joint = graph.skeleton().joint(joint).name.clone();
             return Err(BakeError::BareBone { joint, metres });
         }
