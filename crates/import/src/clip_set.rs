@@ -425,7 +425,7 @@ fn load_all<'a>(files: &'a [PathBuf], options: &ReadOptions) -> (Vec<Loaded<'a>>
     let motions = in_parallel(0, parsed.len(), to_metres);
     for ((parsed, motions), space) in parsed.iter().zip(motions).zip(spaces) {
         let (file, path) = (parsed.file, &files[parsed.file]);
-        match space.and_then(|_| motions) {
+        match space.and(motions) {
             Ok(motions) => {
                 loaded.extend(motions.into_iter().map(|motion| Loaded {
                     path,
