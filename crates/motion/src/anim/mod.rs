@@ -4,7 +4,7 @@
 //!    [compressed](Clip::compressed).
 //! 2. [`Clip::sample`] writes a [`Pose`] at any time between frames. [`Clip::at`] reads single joints of a [`Moment`].
 //! 3. [`forward_kinematics`] computes where the joints of a pose are.
-//! 4. [`Leg::reach_goal`] bends a leg so that its foot reaches a place; [`Warp`] bends a whole body.
+//! 4. [`Leg::reach`] bends a leg so that its foot reaches a place; [`Warp`] bends a whole body.
 //!
 //! ```
 //! use glam::{Quat, Vec3};
