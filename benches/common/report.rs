@@ -294,7 +294,11 @@ impl Record {
         for table in &self.tables {
             let _ = writeln!(page, "\n{}, {}:\n", table.title, table.unit);
             for (at, row) in table.cells().iter().enumerate() {
-                let _ = writeln!(page, "| {} |", row.join(" | "));
+                let cells = row.iter().map(|cell| {
+                    let words: Vec<&str> = cell.split_whitespace().collect();
+                    words.join(" ")
+                });
+                let _ = writeln!(page, "| {} |", cells.collect::<Vec<_>>().join(" | "));
                 if at == 0 {
                     let _ = writeln!(page, "|{}", " --- |".repeat(row.len()));
                 }
