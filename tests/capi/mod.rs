@@ -48,7 +48,6 @@ fn build_library() -> PathBuf {
         "--features=capi",
         "--crate-type=staticlib",
         "--message-format=json",
-        "--config=profile.dev.opt-level=1",
     ]);
     let text = output_of(&mut cargo);
     let artifacts = text
@@ -141,7 +140,7 @@ fn cmake_installs_a_package_that_the_example_finds() {
     // The library that Cargo has built already.
     run(&format!(
         "-S {} -B @package -DSABAKI_PROFILE=dev -DSABAKI_TARGET_DIRECTORY={} \
-         -DSABAKI_CARGO_ARGUMENTS=--offline;--locked;--config=profile.dev.opt-level=1",
+         -DSABAKI_CARGO_ARGUMENTS=--offline;--locked",
         root().join("src/capi").display(),
         target.display()
     ));
