@@ -377,9 +377,8 @@ fn crossover(
     };
     let session = query.start(throws[busiest].request(), &mut context);
     let input = session.cull_input();
-    let mut paths = culling.paths();
-    paths.retain(|path| path.culls());
-    let mut lines: Vec<Line> = paths.iter().map(|&path| (path, Vec::new())).collect();
+    let paths = culling.counting().into_iter();
+    let mut lines: Vec<Line> = paths.map(|path| (path, Vec::new())).collect();
     for size in SIZES {
         let all = input.candidates.iter().copied().cycle();
         let candidates: Vec<CullCandidate> = all.take(size).collect();
@@ -418,8 +417,7 @@ fn batches(
     if inputs.is_empty() {
         return Ok(Vec::new());
     }
-    let mut paths = culling.paths();
-    paths.retain(|path| path.culls());
+    let paths = culling.counting();
     let line = |path: CullPath| {
         let point = |size: usize| {
             let batch: Vec<CullInput<'_>> = inputs.iter().copied().cycle().take(size).collect();

@@ -126,6 +126,13 @@ impl Culling {
         CullPath::ALL.into_iter().filter(runs).collect()
     }
 
+    /// The paths that run here and cull.
+    pub(crate) fn counting(&self) -> Vec<CullPath> {
+        let mut paths = self.paths();
+        paths.retain(|path| path.culls());
+        paths
+    }
+
     /// Which device culls, if there is one.
     pub(crate) fn device_name(&self) -> Option<&str> {
         self.device.as_ref().ok().map(|device| device.name.as_str())
@@ -220,8 +227,7 @@ impl Culling {
         inputs: &[CullInput<'_>],
         run: impl FnOnce(&mut dyn FnMut() -> Result<(), Failure>) -> Result<T, Failure>,
     ) -> Result<T, Failure> {
-        let failed = |why: String| Failure::Device(format!("the {path} path cannot run: {why}"));
-        let of_gpu = |error: GpuError| failed(error.to_string());
+        let of_gpu = |error: GpuError| cannot_run(path, &error.to_string());
         if !path.needs_device() {
             let mut overlaps = Vec::new();
             return run(&mut || {
@@ -230,7 +236,7 @@ impl Culling {
                 Ok(())
             });
         }
-        let device = self.device.as_mut().map_err(|why| failed(why.clone()))?;
+        let device = self.device.as_mut().map_err(|why| cannot_run(path, why))?;
         let gone = || of_gpu(GpuError::Unfinished);
         let headless = device.headless.as_mut().ok_or_else(gone)?;
         let (first, slots) = (inputs.first().ok_or_else(gone)?, inputs.len() as u32);
@@ -257,9 +263,12 @@ impl Culling {
             Ok(device) => device.count(path, input),
             Err(why) => Err(why.clone()),
         };
-        let failed = |why| format!("the {} path cannot run: {why}", path.name());
-        counted.map_err(|why| Failure::Device(failed(why)))
+        counted.map_err(|why| cannot_run(path, &why))
     }
+}
+
+fn cannot_run(path: CullPath, why: &str) -> Failure {
+    Failure::Device(format!("the {path} path cannot run: {why}"))
 }
 
 fn make(
