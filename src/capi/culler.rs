@@ -268,11 +268,12 @@ fn read_attack(keys: &[Key]) -> Result<Attack, String> {
     Attack::new(spheres.collect()).map_err(|error| error.to_string())
 }
 
+/// A time of at most 600 s. Times before the start are clamped.
 fn valid_time(seconds: f32) -> Result<f32, String> {
-    let is_valid = (0.0..=600.0).contains(&seconds);
+    let is_valid = seconds <= 600.0;
     is_valid
-        .then_some(seconds)
-        .ok_or_else(|| format!("{seconds} s is not within 0 to 600"))
+        .then_some(seconds.max(0.0))
+        .ok_or_else(|| format!("{seconds} s is not a time of at most 600"))
 }
 
 fn no_slot() -> Failure {

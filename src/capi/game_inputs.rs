@@ -57,6 +57,11 @@ pub(super) struct EventOut {
     is_change: u32,
     metres: f32,
     entered: f32,
+    contact: f64,
+    point: [f32; 3],
+    normal: [f32; 3],
+    joint: u32,
+    reserved: u32,
 }
 
 impl GoalIn {
@@ -142,12 +147,22 @@ impl EventOut {
             is_change: 0,
             metres: 0.0,
             entered: 0.0,
+            contact: 0.0,
+            point: [0.0; 3],
+            normal: [0.0; 3],
+            joint: u32::MAX,
+            reserved: 0,
         };
         match event.kind {
             CharacterEventKind::Planned {
                 clearance,
                 is_change,
-            } => (out.metres, out.is_change) = (clearance, u32::from(is_change)),
+                threat,
+                contact,
+            } => {
+                (out.metres, out.is_change) = (clearance, u32::from(is_change));
+                (out.threat, out.contact) = (threat.0, contact);
+            }
             CharacterEventKind::Kept { clearance } => (out.kind, out.metres) = (1, clearance),
             CharacterEventKind::Began => out.kind = 2,
             CharacterEventKind::Cannot => out.kind = 3,
@@ -157,7 +172,18 @@ impl EventOut {
             CharacterEventKind::MissedBy { threat, metres } => {
                 (out.kind, out.threat, out.metres) = (5, threat.0, metres);
             }
-            CharacterEventKind::Hit { threat } => (out.kind, out.threat) = (6, threat.0),
+            CharacterEventKind::Hit {
+                threat,
+                joint,
+                point,
+                depth,
+                normal,
+            } => {
+                (out.kind, out.threat, out.metres) = (6, threat.0, -depth);
+                (out.point, out.normal) = (point.to_array(), normal.to_array());
+                out.joint = joint.0.into();
+            }
+            CharacterEventKind::Ended => out.kind = 7,
         }
         out
     }

@@ -198,8 +198,8 @@ sabaki_status sabaki_poll(sabaki_culler *culler, uint32_t slot, sabaki_answer *a
  * VK_ERROR_DEVICE_LOST, call this for each open slot, and then destroy the culler. */
 sabaki_status sabaki_answer_now(sabaki_culler *culler, uint32_t slot, sabaki_answer *answer);
 
-/* The body in the answer's motion, `seconds` after the query started. Valid until the slot's next query. `count` is the length
- * of the array; the numbers of joints and spheres are those of the graph. */
+/* The body in the answer's motion, `seconds` after the query started, at most 600; times before the start are clamped. Valid until
+ * the slot's next query. `count` is the length of the array; the numbers of joints and spheres are those of the graph. */
 sabaki_status sabaki_sample_joints(sabaki_culler *culler, uint32_t slot, float seconds, sabaki_joint *joints,
                                    size_t count);
 sabaki_status sabaki_sample_spheres(sabaki_culler *culler, uint32_t slot, float seconds, sabaki_sphere *spheres,
@@ -294,13 +294,15 @@ typedef struct sabaki_obstacle {
 } sabaki_obstacle;
 
 typedef enum sabaki_event_kind {
-    SABAKI_PLANNED = 0,  /* a motion avoids all threats, by `metres`; `is_change`: it replaces a plan */
+    SABAKI_PLANNED = 0,  /* a motion avoids all threats, by `metres`; `is_change`: it replaces a plan; `threat` comes first, and
+                          * is nearest at `contact` */
     SABAKI_KEPT = 1,     /* the played motion avoids all threats, by `metres` */
     SABAKI_BEGAN = 2,    /* a planned motion began */
     SABAKI_CANNOT = 3,   /* no motion avoids the threats */
     SABAKI_CORNERED = 4, /* none avoids threats and obstacles: `metres` from the threats, `entered` (depth times weight) */
     SABAKI_MISSED = 5,   /* `threat` has passed, at `metres`; of one that was too far away all the time, nothing is said */
-    SABAKI_HIT = 6       /* `threat` touches the body */
+    SABAKI_HIT = 6,      /* `threat` touches `joint` at `point`, with `normal` from the body to the threat, `metres` deep (negative) */
+    SABAKI_ENDED = 7     /* a planned motion has ended, or was left: the character follows its goal again */
 } sabaki_event_kind;
 
 typedef struct sabaki_event {
@@ -311,6 +313,11 @@ typedef struct sabaki_event {
     uint32_t is_change;
     float metres;
     float entered;
+    double contact; /* time of the game, as `time` */
+    float point[3];
+    float normal[3];
+    uint32_t joint; /* UINT32_MAX for none */
+    uint32_t reserved;
 } sabaki_event;
 
 /* Advances time by `dt` seconds. More than 1 counts as 1; negative, infinite and NaN count as 0, so that a paused game continues

@@ -5,10 +5,11 @@ use glam::Vec3;
 use super::crowd_poses::CrowdPoses;
 use super::error::{ANY, CharacterError, FURTHEST, shorter, within};
 use super::event::{CharacterEvent, CharacterId, ThreatId};
+use super::flights::Flights;
 use super::goal::Goal;
 use super::obstacles::find_bodies;
 use super::settings::CharacterSettings;
-use super::slot::{Slot, Urgent, each, each_urgent, most_urgent};
+use super::slot::{Due, Slot, Urgent, each, each_urgent, most_urgent, share_searches};
 use super::state::CharacterState;
 use super::steer::Steering;
 use super::threat::Threat;
@@ -22,6 +23,9 @@ use crate::query::Obstacle;
 
 /// Longest time of one step, in seconds.
 const LONGEST_STEP: f32 = 1.0;
+
+/// How far blends and warps move a root up or down, in metres.
+const MOVED: f32 = 1.0;
 
 /// The characters of a game: steered, threatened, and stepped together.
 pub struct Characters {
@@ -38,10 +42,12 @@ pub struct Characters {
     pub(super) pool: WorkerPool,
     pub(super) workers: Vec<Mutex<Worker>>,
     pub(super) crowd: Option<CrowdPoses>,
+    /// The lowest and the highest root of the clips, in metres.
+    roots: [f32; 2],
+    flights: Flights,
     bodies: Vec<OtherBody>,
     urgent: Vec<Urgent>,
-    pose: Pose,
-    joints: Vec<JointTransform>,
+    due: Vec<Due>,
 }
 
 impl Characters {
@@ -62,7 +68,14 @@ impl Characters {
         baked.prepare();
         let pool = WorkerPool::new(thread_count(settings.threads));
         let workers = (0..pool.threads()).map(|_| Mutex::default()).collect();
+        let clips = baked.graph().clips().iter();
+        let heights = clips.flat_map(|clip| (0..clip.frames()).map(|frame| clip.root(frame).y));
+        let roots = heights.fold([f32::INFINITY, f32::NEG_INFINITY], |[low, high], y| {
+            [low.min(y), high.max(y)]
+        });
         Ok(Self {
+            roots,
+            flights: Flights::default(),
             fingerprint: fingerprint(baked.graph()),
             baked,
             settings,
@@ -77,8 +90,7 @@ impl Characters {
             crowd: None,
             bodies: Vec::new(),
             urgent: Vec::new(),
-            pose: Pose::default(),
-            joints: Vec::new(),
+            due: Vec::new(),
         })
     }
 
@@ -162,7 +174,13 @@ impl Characters {
     /// An unknown character; the errors of [`Goal::check`].
     pub fn steer(&mut self, id: CharacterId, goal: Goal) -> Result<(), CharacterError> {
         goal.check()?;
+        let baked = Arc::clone(&self.baked);
         let state = self.state_mut(id)?;
+        let place = state.playing.ground(baked.graph());
+        let [before, aim] = [state.goal, goal].map(|goal| goal.aim(place, &mut false));
+        if aim.differs(&before) {
+            state.steer.search_soon();
+        }
         state.has_arrived &= state.goal == goal;
         state.goal = goal;
         Ok(())
@@ -268,11 +286,22 @@ impl Characters {
         if self.settings.body_radius > 0.0 {
             find_bodies(&self.baked, &self.slots, &mut self.bodies);
         }
+        let times = [dt, self.settings.steer.interval];
+        let searches = self.settings.searches_per_step;
+        share_searches(&mut self.slots, times, searches, &mut self.due);
+        let [low, high] = self.roots;
+        self.flights.find(
+            &self.threats,
+            [self.now, f64::from(dt)],
+            [low - MOVED, high + MOVED],
+            self.baked.reach(),
+        );
         let world = World {
             baked: &self.baked,
             settings: &self.settings,
             steering: &self.steering,
             threats: &self.threats,
+            flights: &self.flights,
             obstacles,
             bodies: &self.bodies,
             now: self.now,
@@ -297,7 +326,7 @@ impl Characters {
         each(slots, workers, &mut self.pool, |index, slot, worker| {
             let id = slot.id(index);
             if let Some(state) = &mut slot.state {
-                state.step(id, &world, worker);
+                state.step(id, &world, worker, slot.may_search);
             }
         });
         self.now += f64::from(dt);
@@ -326,7 +355,7 @@ impl Characters {
     /// # Errors
     /// An unknown character; a buffer of another length.
     pub fn pose(
-        &mut self,
+        &self,
         id: CharacterId,
         joints: &mut [JointTransform],
     ) -> Result<(), CharacterError> {
@@ -335,12 +364,14 @@ impl Characters {
             let found = joints.len();
             return Err(CharacterError::Joints { needed, found });
         }
-        let mut pose = std::mem::take(&mut self.pose);
-        let written = self.local_pose(id, &mut pose);
-        self.pose = pose;
-        written?;
-        forward_kinematics(self.baked.graph().skeleton(), &self.pose, &mut self.joints);
-        joints.copy_from_slice(&self.joints);
+        let free = self.workers.iter().find_map(|one| one.try_lock().ok());
+        let mut worker = free.unwrap_or_else(|| lock(&self.workers[0]));
+        let Worker {
+            pose, joints: own, ..
+        } = &mut *worker;
+        self.local_pose(id, pose)?;
+        forward_kinematics(self.baked.graph().skeleton(), pose, own);
+        joints.copy_from_slice(own);
         Ok(())
     }
 

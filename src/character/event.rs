@@ -1,4 +1,7 @@
+use glam::Vec3;
 use serde::{Deserialize, Serialize};
+
+use crate::anim::JointId;
 
 /// Identifies a character of [`Characters`](super::Characters). It is not used again after the character is removed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
@@ -55,6 +58,10 @@ pub enum CharacterEventKind {
         clearance: f32,
         /// Whether the motion replaces an earlier plan that a threat would now hit.
         is_change: bool,
+        /// The threat that comes first.
+        threat: ThreatId,
+        /// Time of the game at which that threat is nearest, in seconds.
+        contact: f64,
     },
     /// The played motion avoids all known threats and continues. It is reported once for the same threats, even if they move, and again only
     /// after they could not be avoided.
@@ -64,6 +71,8 @@ pub enum CharacterEventKind {
     },
     /// A planned motion began.
     Began,
+    /// A planned motion has ended, or was left because its threats have passed: the character follows its goal again.
+    Ended,
     /// No motion avoids the known threats.
     Cannot,
     /// No motion avoids both the threats and the obstacles. The motion with the least harm is taken, or the played one continues.
@@ -73,16 +82,24 @@ pub enum CharacterEventKind {
         /// Depth in an obstacle times its weight, in metres; 0 for none.
         entered: f32,
     },
-    /// A threat that might have reached the body has passed. Threats that were always too far away are not reported.
+    /// A threat that might have reached the body has passed. It is reported once for each threat, and not for one that was always too far away.
     MissedBy {
         /// The threat.
         threat: ThreatId,
         /// Smallest distance, in metres. Above 0.3 m it is the distance at the moment in which the threat passed.
         metres: f32,
     },
-    /// A threat touches the body for the first time.
+    /// A threat touches the body for the first time. Numbers are those of the moment of the step in which it is deepest.
     Hit {
         /// The threat.
         threat: ThreatId,
+        /// The joint that it touches.
+        joint: JointId,
+        /// The point of the body's surface that is deepest in the threat, in the world, in metres.
+        point: Vec3,
+        /// Depth, in metres.
+        depth: f32,
+        /// Unit direction from the body to the threat, in the world.
+        normal: Vec3,
     },
 }

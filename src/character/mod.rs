@@ -56,6 +56,7 @@ mod characters;
 mod crowd_poses;
 mod error;
 mod event;
+mod flights;
 mod goal;
 mod keep_out;
 mod obstacles;

@@ -5,9 +5,10 @@
 
 use std::hash::{Hash, Hasher};
 
+use glam::Vec3Swizzles;
 use rustc_hash::FxHasher;
 
-use super::event::{CharacterEventKind, CharacterId};
+use super::event::{CharacterEventKind, CharacterId, ThreatId};
 use super::state::{CharacterState, Pending};
 use super::threat::Window;
 use super::world::{KnownThreat, PlanScratch, Worker, World};
@@ -77,7 +78,12 @@ const GAIN: f32 = 0.02;
 
 impl CharacterState {
     /// Time until a threat that has to be looked at may reach the body, in seconds; `None` if there is none.
-    pub(super) fn urgency(&mut self, id: CharacterId, world: &World<'_>) -> Option<f32> {
+    pub(super) fn urgency(
+        &mut self,
+        id: CharacterId,
+        world: &World<'_>,
+        threats: &mut Vec<u32>,
+    ) -> Option<f32> {
         if self.pending.is_some() {
             return None;
         }
@@ -92,7 +98,8 @@ impl CharacterState {
         // Zeros alone would hash to 0, which stands for no threats.
         1u8.hash(&mut hasher);
         let mut nearest = f32::INFINITY;
-        for NearThreat { known, window } in self.near(id, world, &moment) {
+        self.find_near(world, &moment, threats);
+        for NearThreat { known, window } in self.near(id, world, &moment, threats) {
             (known.id.0, known.version).hash(&mut hasher);
             nearest = nearest.min(window.nearest);
         }
@@ -135,7 +142,8 @@ impl CharacterState {
             scratch.ahead.push(obstacle.later(ahead, 0.0));
             scratch.wider.push(obstacle.later(ahead, margin));
         }
-        let near = self.near(id, world, &moment).collect();
+        self.find_near(world, &moment, &mut worker.threats);
+        let near = self.near(id, world, &moment, &worker.threats).collect();
         let planning = Planning {
             world,
             moment,
@@ -163,15 +171,25 @@ impl CharacterState {
         }
     }
 
-    /// The threats that may reach the body within the horizon.
+    /// Lists the threats whose ways come near the body.
+    fn find_near(&self, world: &World<'_>, moment: &Moment, out: &mut Vec<u32>) {
+        let root = self
+            .playing
+            .motion
+            .root(world.baked.graph(), moment.seconds);
+        world.flights.near(root.xz(), out);
+    }
+
+    /// Those of the threats that may reach the body within the horizon.
     fn near<'s, 'w: 's>(
         &'s self,
         id: CharacterId,
         world: &'s World<'w>,
         moment: &'s Moment,
+        threats: &'s [u32],
     ) -> impl Iterator<Item = NearThreat<'w>> + use<'s, 'w> {
         let horizon = world.settings.horizon;
-        world.threats_of(id).filter_map(move |known| {
+        world.threats_of(id, threats).filter_map(move |known| {
             let window = self.window(world, moment.at, &known.threat)?;
             let is_near = window.nearest < horizon && window.end > 0.0;
             is_near.then_some(NearThreat { known, window })
@@ -237,11 +255,17 @@ impl CharacterState {
             Plan::Take(found) => {
                 (self.has_failed, self.kept_since) = (false, None);
                 self.avoided = planning.threats();
-                let planned = CharacterEventKind::Planned {
-                    clearance: found.clearance.metres,
-                    is_change: self.has_plan,
-                };
-                self.events.push((now, planned));
+                let is_change = self.has_plan;
+                self.events
+                    .extend(planning.first().map(|(threat, contact)| {
+                        let planned = CharacterEventKind::Planned {
+                            clearance: found.clearance.metres,
+                            is_change,
+                            threat,
+                            contact,
+                        };
+                        (now, planned)
+                    }));
                 self.has_plan = true;
                 self.hold(moment, attack, found.end);
                 self.take(moment, found.motion, now);
@@ -393,6 +417,14 @@ impl Planning<'_> {
             near.known.id.hash(&mut hasher);
         }
         hasher.finish() | 1
+    }
+
+    /// The threat that comes first, and when it is nearest, as a time of the game; `None` without threats.
+    fn first(&self) -> Option<(ThreatId, f64)> {
+        let each = self.near.iter();
+        let first = each.min_by(|a, b| a.window.nearest.total_cmp(&b.window.nearest))?;
+        let contact = self.moment.at + f64::from(first.window.nearest);
+        Some((first.known.id, contact))
     }
 
     /// All threats as one attack, which begins at the moment; `None` if they make none.

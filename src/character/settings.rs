@@ -26,6 +26,9 @@ pub struct CharacterSettings {
     pub body_radius: f32,
     /// Time until a character plans again for a threat that it could not avoid, in seconds; at most 60. Default 0.1.
     pub retry: f32,
+    /// Number of characters whose steering searches in one step, if as many have to; at least 1, and more where all could not search each
+    /// [`SteerSettings::interval`] otherwise. One that stands counts twice. Those that wait longest search first. Default 8.
+    pub searches_per_step: usize,
     /// Maximum number of characters that plan in one step, at least 1. Characters that may be reached first plan first. Default: no limit.
     pub plans_per_step: usize,
     /// Time for plans in one step, in milliseconds, at most 1,000,000; 0 for no limit. Default 0. Characters that may be reached first plan first,
@@ -49,6 +52,7 @@ impl Default for CharacterSettings {
             push: 6.0,
             body_radius: 0.0,
             retry: 0.1,
+            searches_per_step: 8,
             plans_per_step: usize::MAX,
             plan_milliseconds: 0.0,
             threads: 1,
@@ -64,7 +68,8 @@ impl CharacterSettings {
     pub(super) fn check(&self) -> Result<(), CharacterError> {
         self.query.check()?;
         self.steer.check()?;
-        let plans = self.plans_per_step.min(1) as f32;
+        let [plans, searches] =
+            [self.plans_per_step, self.searches_per_step].map(|count| count.min(1) as f32);
         for (name, value, least, most) in [
             ("the delay", self.delay as f32, 0.0, Self::MOST_DELAY as f32),
             ("the horizon", self.horizon, 0.0, 60.0),
@@ -74,6 +79,12 @@ impl CharacterSettings {
             ("the radius of the bodies", self.body_radius, 0.0, 100.0),
             ("the time between attempts", self.retry, 0.0, 60.0),
             ("the number of plans in a step", plans, 1.0, f32::INFINITY),
+            (
+                "the number of searches in a step",
+                searches,
+                1.0,
+                f32::INFINITY,
+            ),
             ("the number of threads", self.threads as f32, 0.0, 1024.0),
             ("the time for plans", self.plan_milliseconds, 0.0, 1e6),
         ] {
@@ -86,7 +97,7 @@ impl CharacterSettings {
 /// Limits of steering.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SteerSettings {
-    /// Time between two searches, in seconds, 0 to 60. Default 0.15. A new goal starts a search at once.
+    /// Time between two searches, in seconds, 0 to 60. Default 0.15. A new goal starts a search at once, if not many others do.
     pub interval: f32,
     /// Time in which a jump blends, in seconds, 0 to 10. Default 0.3.
     pub blend: f32,

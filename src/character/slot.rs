@@ -1,7 +1,7 @@
 //! The places of the characters, and the threads that share them.
 
-use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use serde::{Deserialize, Serialize};
@@ -20,6 +20,9 @@ pub(super) struct Slot {
     /// Time until a new threat may reach the body, during a step.
     #[serde(skip)]
     pub(super) urgency: Option<f32>,
+    /// Whether its steering may search in this step.
+    #[serde(skip)]
+    pub(super) may_search: bool,
     /// Whether the last step's time was over before its plan was finished. It plans first in the next step, without a deadline.
     #[serde(skip)]
     pub(super) is_unfinished: bool,
@@ -166,4 +169,54 @@ pub(super) fn most_urgent(slots: &[Mutex<Slot>], most: usize, out: &mut Vec<Urge
             .then(a.index.cmp(&b.index))
     });
     out.truncate(most);
+}
+
+/// A character whose steering has to search.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Due {
+    /// Time until the search, in seconds; below 0 for one that waits.
+    seconds: f32,
+    cost: usize,
+    index: usize,
+}
+
+/// Chooses the characters that may search in a step: those that wait longest, until `least` searches are reached or as many as keep up with
+/// all characters that search each `interval` seconds.
+pub(super) fn share_searches(
+    slots: &mut [Mutex<Slot>],
+    [dt, interval]: [f32; 2],
+    least: usize,
+    due: &mut Vec<Due>,
+) {
+    let mut steered = 0;
+    due.clear();
+    for (index, slot) in slots.iter_mut().enumerate() {
+        let slot = slot.get_mut().unwrap_or_else(PoisonError::into_inner);
+        let state = slot.state.as_deref().filter(|state| !state.is_released);
+        let next = state.and_then(|state| Some((state.steer.next_search()?, state)));
+        slot.may_search = false;
+        let Some((seconds, state)) = next else {
+            continue;
+        };
+        steered += 1;
+        if seconds <= dt {
+            let cost = state.steer.search_cost();
+            due.push(Due {
+                seconds,
+                cost,
+                index,
+            });
+        }
+    }
+    let keeps_up = steered as f32 * dt / interval;
+    let mut left = least.max(keeps_up.ceil() as usize);
+    due.sort_unstable_by(|a, b| a.seconds.total_cmp(&b.seconds).then(a.index.cmp(&b.index)));
+    for one in due {
+        let slot = slots[one.index].get_mut();
+        slot.unwrap_or_else(PoisonError::into_inner).may_search = true;
+        left = left.saturating_sub(one.cost);
+        if left == 0 {
+            return;
+        }
+    }
 }

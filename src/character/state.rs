@@ -60,6 +60,8 @@ pub(super) struct Watched {
     /// Smallest distance so far, in metres; `f32::MAX` until it is measured.
     pub metres: f32,
     pub is_hit: bool,
+    /// Whether its miss was reported.
+    pub is_missed: bool,
 }
 
 /// A motion that takes over.
@@ -127,11 +129,11 @@ impl CharacterState {
         }
         self.take_over(world.now);
         self.look_for_obstacles(id, world, worker);
-        self.urgency(id, world)
+        self.urgency(id, world, &mut worker.threats)
     }
 
     /// Steers once the threats that a plan avoids have passed. A walking character leaves its evasion then.
-    fn steer(&mut self, world: &World<'_>, worker: &mut Worker) {
+    fn steer(&mut self, world: &World<'_>, worker: &mut Worker, may_search: bool) {
         let is_evading = world.now < self.held_until;
         if self.pending.is_some() || is_evading && world.now < self.passed_at {
             return;
@@ -140,6 +142,7 @@ impl CharacterState {
             baked: world.baked,
             settings: &world.settings.steer,
             aim: self.steer_around(world, &worker.obstacles),
+            may_search,
             dt: world.dt,
         };
         let (steering, scratch) = (world.steering, &mut worker.steer);
@@ -148,24 +151,32 @@ impl CharacterState {
             if !step.aim.stands() && steering.leave(&step, playing, state, scratch) {
                 self.held_until = world.now;
                 self.has_plan = false;
+                self.events.push((world.now, CharacterEventKind::Ended));
             }
             return;
         }
         if self.has_plan {
             self.has_plan = false;
+            self.events.push((world.now, CharacterEventKind::Ended));
             state.search_now();
         }
         steering.step(&step, playing, state, scratch);
     }
 
-    /// Steers, and lets `dt` pass.
-    pub(super) fn step(&mut self, id: CharacterId, world: &World<'_>, worker: &mut Worker) {
+    /// Steers, and lets `dt` pass. `may_search` says whether the step may search for a motion.
+    pub(super) fn step(
+        &mut self,
+        id: CharacterId,
+        world: &World<'_>,
+        worker: &mut Worker,
+        may_search: bool,
+    ) {
         if self.is_released {
             return;
         }
         self.look_out(id, world, worker);
         self.near_obstacles(id, world, &mut worker.obstacles);
-        self.steer(world, worker);
+        self.steer(world, worker, may_search);
         let end = world.now + f64::from(world.dt);
         let graph = world.baked.graph();
         match self.pending.as_ref().map(|pending| pending.at) {
@@ -198,7 +209,7 @@ impl CharacterState {
                 .motion
                 .root(graph, self.playing.seconds + ahead + t)
         };
-        let first = threat.window(from, Sphere::new(root(0.0), reach + 1.0))?;
+        let first = threat.window(from, Sphere::new(root(0.0), reach + Window::ROOM))?;
         threat.window(from, Sphere::new(root(first.nearest), reach))
     }
 }

@@ -1,4 +1,4 @@
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use serde::{Deserialize, Serialize};
 
 use super::error::{CharacterError, FURTHEST, shorter, within};
@@ -40,6 +40,13 @@ pub(super) struct Window {
     pub end: f32,
     /// Distance from the body's middle then, to the surface of the largest sphere, in metres.
     pub metres: f32,
+}
+
+impl Window {
+    /// A body moves this far to meet or to avoid a threat, in metres.
+    pub(super) const ROOM: f32 = 1.0;
+    /// A threat that flies by further than this from what a body reaches now has no window, in metres.
+    pub(super) const FURTHEST: f32 = 2.0 * Self::ROOM;
 }
 
 impl Threat {
@@ -102,8 +109,6 @@ impl Threat {
 
     /// When it may reach a body within a sphere, counted from `from`; `None` if it is past or passes too far away.
     pub(super) fn window(&self, from: f64, body: Sphere) -> Option<Window> {
-        /// A body moves this far to meet or to avoid a threat, in metres.
-        const ROOM: f32 = 1.0;
         /// A body needs this long to move away, in seconds.
         const REACTION: f32 = 0.45;
         let first = (self.time - from).max(0.0) as f32;
@@ -111,16 +116,16 @@ impl Threat {
         if last <= first {
             return None;
         }
-        let apart = |t: f32| (self.at(from + f64::from(t)) - body.centre).length();
-        let nearest = self.nearest([first, last], &apart);
-        let metres = apart(nearest) - self.radius();
-        if metres > body.radius + ROOM {
+        let nearest = self.nearest(from, [first, last], body.centre);
+        let apart = (self.at(from + f64::from(nearest)) - body.centre).length();
+        let metres = apart - self.radius();
+        if metres > body.radius + Window::ROOM {
             return None;
         }
         let speed = self.velocity.length().max(0.1);
         let around = body.radius + self.radius() + 0.5;
         let before = (around / speed).clamp(REACTION, 2.0);
-        let after = ((around + ROOM) / speed).clamp(0.1, 2.0);
+        let after = ((around + Window::ROOM) / speed).clamp(0.1, 2.0);
         Some(Window {
             from,
             start: (nearest - before).max(first),
@@ -130,20 +135,45 @@ impl Threat {
         })
     }
 
-    /// Time at which it is nearest, by a search over a grid and its halving: flights are short.
-    fn nearest(&self, [first, last]: [f32; 2], apart: &impl Fn(f32) -> f32) -> f32 {
-        const STEPS: usize = 64;
-        let (mut from, mut to) = (first, last);
-        for _ in 0..3 {
-            let step = (to - from) / STEPS as f32;
-            let at = |index: usize| from + step * index as f32;
-            let least = (0..=STEPS)
-                .map(at)
-                .min_by(|a, b| apart(*a).total_cmp(&apart(*b)));
-            let least = least.unwrap_or(from);
-            (from, to) = ((least - step).max(first), (least + step).min(last));
+    /// Time from `first` to `last` at which it is nearest to a point, the first of several; all counted from `from`. The derivative of the squared
+    /// distance is linear for a straight flight, and cubic for a parabola: between two of its extremes it has at most one zero.
+    fn nearest(&self, from: f64, [first, last]: [f32; 2], point: Vec3) -> f32 {
+        let since = from + f64::from(first) - self.time;
+        let fall = DVec3::NEG_Y * f64::from(self.gravity);
+        let (place, velocity) = (self.position.as_dvec3(), self.velocity.as_dvec3());
+        // Position, velocity and half of the acceleration at `first`.
+        let place = place + since * (velocity + 0.5 * since * fall) - point.as_dvec3();
+        let (velocity, fall) = (velocity + since * fall, 0.5 * fall);
+        let most = f64::from(last - first);
+        let squared = |t: f64| (place + t * (velocity + t * fall)).length_squared();
+        // Half of the derivative, of degree 0 to 3.
+        let slope = [
+            place.dot(velocity),
+            velocity.length_squared() + 2.0 * place.dot(fall),
+            3.0 * velocity.dot(fall),
+            2.0 * fall.length_squared(),
+        ];
+        let mut best = (squared(0.0), 0.0);
+        let mut consider = |t: f64| {
+            if squared(t) < best.0 {
+                best = (squared(t), t);
+            }
+        };
+        if self.gravity == 0.0 {
+            let straight = -slope[0] / slope[1].max(f64::MIN_POSITIVE);
+            consider(straight.clamp(0.0, most));
+        } else {
+            let middle = -slope[2] / (3.0 * slope[3]);
+            let aside = (middle * middle - slope[1] / (3.0 * slope[3]))
+                .max(0.0)
+                .sqrt();
+            let ends = [0.0, middle - aside, middle + aside, most];
+            let ends = ends.map(|end| end.clamp(0.0, most));
+            for pair in ends.windows(2) {
+                consider(rising_zero(&slope, [pair[0], pair[1]]));
+            }
         }
-        0.5 * (from + to)
+        first + best.1 as f32
     }
 
     /// Adds the keys of its spheres in a window, with radii that are larger by `margin` metres.
@@ -166,5 +196,75 @@ impl Threat {
             };
             out.push((0..=steps).map(key).collect());
         }
+    }
+}
+
+/// Where a cubic that is monotone between two ends rises through 0; otherwise the end at which it is nearer to doing so. Newton's method, and bisection
+/// where that leaves the ends.
+fn rising_zero(cubic: &[f64; 4], [mut from, mut to]: [f64; 2]) -> f64 {
+    const MOST_STEPS: usize = 60;
+    /// In seconds.
+    const EXACT: f64 = 1e-8;
+    let [a, b, c, d] = *cubic;
+    let value = |t: f64| a + t * (b + t * (c + t * d));
+    if value(from) >= 0.0 || value(to) <= 0.0 {
+        return if value(from) >= 0.0 { from } else { to };
+    }
+    let mut t = 0.5 * (from + to);
+    for _ in 0..MOST_STEPS {
+        let now = value(t);
+        match now < 0.0 {
+            true => from = t,
+            false => to = t,
+        }
+        let next = t - now / (b + t * (2.0 * c + t * 3.0 * d));
+        let next = if next > from && next < to {
+            next
+        } else {
+            0.5 * (from + to)
+        };
+        if (next - t).abs() < EXACT {
+            return next;
+        }
+        t = next;
+    }
+    t
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    fn vector(most: f32) -> impl Strategy<Value = Vec3> {
+        [-most..most, -most..most, -most..most].prop_map(Vec3::from)
+    }
+
+    proptest! {
+        #[test]
+        fn the_nearest_moment_is_that_of_dense_samples(
+            place in vector(30.0),
+            velocity in vector(20.0),
+            gravity in prop_oneof![Just(0.0f32), Just(9.81), -100.0f32..100.0],
+            point in vector(5.0),
+            (from, first, seconds) in (-2.0..2.0f64, 0.0..1.0f32, 0.0..6.0f32),
+        ) {
+            const SAMPLES: usize = 4000;
+            let threat = Threat { gravity, ..Threat::ball(0.5, place, velocity, 0.1) };
+            let last = first + seconds;
+            let apart = |t: f32| threat.at(from + f64::from(t)).distance(point);
+            let found = threat.nearest(from, [first, last], point);
+            prop_assert!((first..=last).contains(&found));
+            let sampled = |index: usize| apart(first + seconds * index as f32 / SAMPLES as f32);
+            let least = (0..=SAMPLES).map(sampled).fold(f32::INFINITY, f32::min);
+            prop_assert!(apart(found) <= least + 1e-3, "{} {least}", apart(found));
+        }
+    }
+
+    #[test]
+    fn what_rests_is_nearest_at_once() {
+        let threat = Threat::ball(0.0, Vec3::ONE, Vec3::ZERO, 0.1);
+        assert_eq!(threat.nearest(0.0, [0.25, 9.0], Vec3::ZERO), 0.25);
     }
 }

@@ -2,10 +2,11 @@
 //!
 //! Body and threat are assumed to move straight from the start of a step to its end. The flight of a falling threat is cut into short pieces.
 
-use glam::Vec3;
+use glam::{Vec3, Vec3Swizzles};
 
 use super::event::{CharacterEventKind, CharacterId, ThreatId};
 use super::state::{CharacterState, Watched};
+use super::threat::Threat;
 use super::world::{KnownThreat, Worker, World};
 use crate::query::clearance::closest;
 
@@ -28,15 +29,10 @@ impl<'a> Pass<'a> {
 
     /// Whether the threat may touch a body whose root is at `root` at one end of the step.
     fn comes_near(&self, root: Vec3, world: &World<'_>) -> bool {
-        /// Maximum speed of a root, in metres per second.
-        const FASTEST: f32 = 12.0;
-        const RESERVE: f32 = 0.3;
         let threat = &self.known.threat;
         let apart = [self.start, self.end].map(|time| threat.at(time) - root);
-        // Largest distance of a flight from the line between its ends.
-        let bulge = 0.125 * threat.gravity.abs() * world.dt * world.dt;
         let reach = world.baked.reach() + threat.radius();
-        closest(apart, [reach; 2]).1 < RESERVE + FASTEST * world.dt + bulge
+        closest(apart, [reach; 2]).1 < range_in_step(threat, world.dt)
     }
 
     /// Intervals in which the threat moves nearly in a straight line, in seconds.
@@ -52,11 +48,21 @@ impl<'a> Pass<'a> {
     }
 }
 
+/// How near the straight line between the places of a threat at both ends of a step may come to what a body reaches, so that they may touch, in metres.
+pub(super) fn range_in_step(threat: &Threat, dt: f32) -> f32 {
+    /// Maximum speed of a root, in metres per second.
+    const FASTEST: f32 = 12.0;
+    const RESERVE: f32 = 0.3;
+    // Largest distance of a flight from the line between its ends.
+    let bulge = 0.125 * threat.gravity.abs() * dt * dt;
+    RESERVE + FASTEST * dt + bulge
+}
+
 impl CharacterState {
     /// Poses the body at the start of a step in which the first threat comes near.
     pub(super) fn look_out(&mut self, id: CharacterId, world: &World<'_>, worker: &mut Worker) {
         let is_new = self.centres.is_empty() && !world.threats.is_empty();
-        if is_new && self.has_to_measure(id, world) {
+        if is_new && self.has_to_measure(id, world, &mut worker.threats) {
             self.pose_centres(world, worker);
             self.centres.clone_from(&worker.centres);
         }
@@ -73,29 +79,45 @@ impl CharacterState {
             now: world.end(),
             ..*world
         };
-        for known in world.threats_of(id) {
+        self.find_passing(world, &mut worker.threats);
+        for known in world.threats_of(id, &worker.threats) {
             let is_watched = self.watched.iter().any(|one| one.id == known.id);
             if !is_watched && self.window(&later, later.now, &known.threat).is_some() {
                 self.watch_for(known.id);
             }
         }
-        match self.has_to_measure(id, world) {
+        match self.has_to_measure(id, world, &mut worker.threats) {
             true => self.measure(id, world, worker),
             false => self.centres.clear(),
         }
         self.report_passed(id, &later);
     }
 
-    /// The threats that exist in this step.
-    fn passes<'w>(id: CharacterId, world: &'w World<'_>) -> impl Iterator<Item = Pass<'w>> {
-        let threats = world.threats_of(id);
+    /// Lists the threats that come near the body, and those that are watched.
+    fn find_passing(&self, world: &World<'_>, out: &mut Vec<u32>) {
+        world.flights.near(self.root(world).xz(), out);
+        let watched = self.watched.iter();
+        let watched = watched.filter_map(|one| world.threat_index(one.id));
+        out.extend(watched.map(|index| index as u32));
+        out.sort_unstable();
+        out.dedup();
+    }
+
+    /// Those of the threats that exist in this step.
+    fn passes<'w, 'l>(
+        id: CharacterId,
+        world: &'l World<'w>,
+        threats: &'l [u32],
+    ) -> impl Iterator<Item = Pass<'w>> + use<'w, 'l> {
+        let threats = world.threats_of(id, threats);
         threats.filter_map(|known| Pass::new(known, world))
     }
 
-    /// Whether anything has to be measured in this step.
-    fn has_to_measure(&self, id: CharacterId, world: &World<'_>) -> bool {
+    /// Whether anything has to be measured in this step. Lists the threats for it.
+    fn has_to_measure(&self, id: CharacterId, world: &World<'_>, threats: &mut Vec<u32>) -> bool {
+        self.find_passing(world, threats);
         let root = self.root(world);
-        Self::passes(id, world).any(|pass| self.has_to_be_measured(&pass, root, world))
+        Self::passes(id, world, threats).any(|pass| self.has_to_be_measured(&pass, root, world))
     }
 
     /// Whether a threat may touch the body in this step, or passes at a distance that is not measured yet.
@@ -117,6 +139,7 @@ impl CharacterState {
                 id,
                 metres: f32::MAX,
                 is_hit: false,
+                is_missed: false,
             });
             self.watched.len() - 1
         });
@@ -140,68 +163,106 @@ impl CharacterState {
             self.centres.clone_from(&worker.centres);
         }
         let root = self.root(world);
-        for pass in Self::passes(id, world) {
+        for pass in Self::passes(id, world, &worker.threats) {
             if !self.has_to_be_measured(&pass, root, world) {
                 continue;
             }
             let body = [&self.centres[..], &worker.centres[..]];
-            let metres = pass.distance(world, body);
+            let nearest = pass.nearest(world, body);
             let watched = self.watch_for(pass.known.id);
-            watched.metres = watched.metres.min(metres);
-            if metres < 0.0 && !watched.is_hit {
+            watched.metres = watched.metres.min(nearest.metres);
+            if nearest.metres < 0.0 && !watched.is_hit {
                 watched.is_hit = true;
-                let threat = pass.known.id;
-                self.events
-                    .push((world.end(), CharacterEventKind::Hit { threat }));
+                let part = &world.baked.body().spheres[nearest.part];
+                let normal = nearest.apart.try_normalize();
+                let normal = normal.unwrap_or(-pass.known.threat.velocity);
+                let normal = normal.normalize_or(Vec3::Y);
+                let hit = CharacterEventKind::Hit {
+                    threat: pass.known.id,
+                    joint: part.joint,
+                    point: nearest.centre + normal * part.radius,
+                    depth: -nearest.metres,
+                    normal,
+                };
+                self.events.push((world.end(), hit));
             }
         }
         self.centres.clone_from(&worker.centres);
     }
 
-    /// Stops watching threats that have ended or passed, and reports how near a miss came.
+    /// Stops watching threats that have ended, and reports once how near a miss came.
     fn report_passed(&mut self, me: CharacterId, later: &World<'_>) {
         let root = self.root(later);
         let mut place = 0;
-        while let Some(&Watched { id, metres, is_hit }) = self.watched.get(place) {
-            let known = later.threats_of(me).find(|known| known.id == id);
+        while let Some(&watched) = self.watched.get(place) {
+            let Watched {
+                id, metres, is_hit, ..
+            } = watched;
+            let index = later.threat_index(id).map(|index| index as u32);
+            let known = later.threats_of(me, index.as_slice()).next();
+            if known.is_none() {
+                self.watched.swap_remove(place);
+                continue;
+            }
             let is_near = known.is_some_and(|known| {
                 let window = self.window(later, later.now, &known.threat);
                 window.is_some() || !known.threat.has_passed(later.now, root)
             });
-            if is_near {
-                place += 1;
-                continue;
-            }
-            self.watched.swap_remove(place);
-            if known.is_some() && !is_hit && metres < f32::MAX {
+            if !is_near && !is_hit && !watched.is_missed && metres < f32::MAX {
+                self.watched[place].is_missed = true;
                 let missed = CharacterEventKind::MissedBy { threat: id, metres };
                 self.events.push((later.now, missed));
             }
+            place += 1;
         }
     }
 }
 
 impl Pass<'_> {
-    /// Smallest distance from a body whose sphere centres are given at the start and at the end of the step, in metres; negative for a hit.
-    fn distance(&self, world: &World<'_>, [before, after]: [&[Vec3]; 2]) -> f32 {
+    /// Where it is nearest to a body whose sphere centres are given at the start and at the end of the step.
+    fn nearest(&self, world: &World<'_>, [before, after]: [&[Vec3]; 2]) -> Contact {
         let threat = &self.known.threat;
         let share = |time: f64| match world.dt > 0.0 {
             true => ((time - world.now) as f32 / world.dt).clamp(0.0, 1.0),
             false => 1.0,
         };
-        let mut least = f32::INFINITY;
+        let mut nearest = Contact {
+            metres: f32::INFINITY,
+            part: 0,
+            centre: Vec3::ZERO,
+            apart: Vec3::ZERO,
+        };
         for times in self.pieces() {
             let (places, shares) = (times.map(|time| threat.at(time)), times.map(share));
             for sphere in &threat.spheres {
                 let ends = before.iter().zip(after).zip(&world.baked.body().spheres);
-                for ((from, to), part) in ends {
-                    let radii = sphere.radius + part.radius;
-                    let apart =
-                        [0, 1].map(|end| places[end] + sphere.centre - from.lerp(*to, shares[end]));
-                    least = least.min(closest(apart, [radii; 2]).1);
+                for (part, ((from, to), body)) in ends.enumerate() {
+                    let centres = shares.map(|share| from.lerp(*to, share));
+                    let apart = [0, 1].map(|end| places[end] + sphere.centre - centres[end]);
+                    let (at, metres) = closest(apart, [sphere.radius + body.radius; 2]);
+                    if metres < nearest.metres {
+                        nearest = Contact {
+                            metres,
+                            part,
+                            centre: centres[0].lerp(centres[1], at),
+                            apart: apart[0].lerp(apart[1], at),
+                        };
+                    }
                 }
             }
         }
-        least
+        nearest
     }
+}
+
+/// The moment in which a threat is nearest to a body.
+struct Contact {
+    /// Distance of the surfaces, in metres; negative for a hit.
+    metres: f32,
+    /// Index of the body's sphere.
+    part: usize,
+    /// Its centre.
+    centre: Vec3,
+    /// Way from there to the centre of the threat's sphere.
+    apart: Vec3,
 }

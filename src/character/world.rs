@@ -4,6 +4,7 @@ use glam::{Vec2, Vec3};
 use serde::{Deserialize, Serialize};
 
 use super::event::{CharacterId, ThreatId};
+use super::flights::Flights;
 use super::settings::CharacterSettings;
 use super::steer::{SteerScratch, Steering};
 use super::threat::Threat;
@@ -19,6 +20,7 @@ pub(super) struct World<'a> {
     pub settings: &'a CharacterSettings,
     pub steering: &'a Steering,
     pub threats: &'a [KnownThreat],
+    pub flights: &'a Flights,
     /// Obstacles, at the start of the step.
     pub obstacles: &'a [Obstacle],
     /// The other characters, if they avoid each other.
@@ -34,16 +36,21 @@ impl<'a> World<'a> {
         self.now + f64::from(self.dt)
     }
 
-    /// The threats that a character has to avoid.
-    pub(super) fn threats_of(
+    /// Those of the threats with these indices that a character has to avoid.
+    pub(super) fn threats_of<'l>(
         &self,
         id: CharacterId,
-    ) -> impl Iterator<Item = &'a KnownThreat> + use<'a> {
-        let concerns = move |known: &&KnownThreat| {
-            let target = known.threat.target;
-            target.is_none_or(|target| target == id)
-        };
-        self.threats.iter().filter(concerns)
+        indices: &'l [u32],
+    ) -> impl Iterator<Item = &'a KnownThreat> + use<'a, 'l> {
+        let threats = self.threats;
+        let each = indices.iter().map(move |&index| &threats[index as usize]);
+        each.filter(move |known| known.threat.target.is_none_or(|target| target == id))
+    }
+
+    /// Index of a threat, if it still exists.
+    pub(super) fn threat_index(&self, id: ThreatId) -> Option<usize> {
+        let found = self.threats.binary_search_by_key(&id, |known| known.id);
+        found.ok()
     }
 }
 
@@ -75,6 +82,8 @@ pub(super) struct Worker {
     pub centres: Vec<Vec3>,
     /// Sphere centres a little later.
     pub later_centres: Vec<Vec3>,
+    /// Indices of the threats near the character that is stepped.
+    pub threats: Vec<u32>,
     /// Obstacles near the character that is stepped.
     pub obstacles: Vec<Obstacle>,
     pub external: ExternalPose,

@@ -5,7 +5,7 @@ use std::f32::consts::TAU;
 
 use glam::{Quat, Vec2, Vec3};
 use sabaki::anim::Pose;
-use sabaki::character::{CharacterError, CharacterSettings, Goal};
+use sabaki::character::{CharacterError, CharacterSettings, Characters, Goal};
 use sabaki::math::Rigid2;
 
 use super::world::{FRAME, characters, play};
@@ -212,4 +212,42 @@ fn a_body_is_taken_back_from_any_pose_with_its_speed() {
             .resume(id, [&Pose::default(), &now], FRAME)
             .is_err()
     );
+}
+
+#[test]
+fn the_searches_of_many_characters_are_spread_over_the_frames() {
+    const COUNT: usize = 60;
+    let settings = CharacterSettings {
+        searches_per_step: 1,
+        ..CharacterSettings::default()
+    };
+    let mut game = characters(settings);
+    let ids: Vec<_> = (0..COUNT)
+        .map(|index| {
+            let place = Rigid2::new(0.0, 4.0 * index as f32, 0.0);
+            game.spawn(place).unwrap()
+        })
+        .collect();
+    play(&mut game, 30);
+    let mut idle = characters(settings);
+    idle.restore(game.state()).unwrap();
+    for &id in &ids {
+        game.steer(id, walk(1.0, 1.0)).unwrap();
+    }
+    // All would search each 9 frames, and those that stand count twice.
+    let most = COUNT.div_ceil(9).div_ceil(2);
+    let mut before = 0;
+    for frame in 0..2 * 9 + 2 {
+        play(&mut game, 1);
+        play(&mut idle, 1);
+        let at = |game: &Characters, id| {
+            let playhead = game.playhead(id).unwrap();
+            (playhead.edge, playhead.frame)
+        };
+        let went = ids.iter().filter(|&&id| at(&game, id) != at(&idle, id));
+        let went = went.count();
+        assert!(went <= before + most, "frame {frame}: {before} then {went}");
+        before = went;
+    }
+    assert!(before > COUNT * 9 / 10, "{before}");
 }

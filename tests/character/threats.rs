@@ -48,7 +48,7 @@ fn what_is_said_of_a_threat_is_what_the_poses_show() {
                 }
                 for event in &events {
                     match event.kind {
-                        CharacterEventKind::Hit { threat } if threat == name => is_hit = true,
+                        CharacterEventKind::Hit { threat, .. } if threat == name => is_hit = true,
                         CharacterEventKind::MissedBy { threat, metres } if threat == name => {
                             missed_by = Some(metres);
                         }
@@ -70,6 +70,130 @@ fn what_is_said_of_a_threat_is_what_the_poses_show() {
         }
     }
     assert!(misses > 12 && misses > hits, "{misses} {hits}");
+}
+
+#[test]
+fn a_hit_names_the_joint_and_the_point_that_is_deepest() {
+    let mut random = Random::new(3);
+    let mut game = characters(CharacterSettings::default());
+    let ids = spawn(&mut game, 4);
+    let mut hits = 0;
+    for _ in 0..5 {
+        play(&mut game, 40);
+        for &id in &ids {
+            let mut threat = ball(&mut game, id, &mut random);
+            // It is seen too late.
+            let moved = threat.velocity * 0.9 * (0.5 * threat.seconds);
+            threat.position += moved;
+            threat.time = game.now();
+            game.threaten(threat).unwrap();
+        }
+        for _ in 0..80 {
+            let mut events = Vec::new();
+            game.step(1.0 / 240.0, &[], &mut events);
+            for event in events {
+                let CharacterEventKind::Hit {
+                    threat,
+                    joint,
+                    point,
+                    depth,
+                    normal,
+                } = event.kind
+                else {
+                    continue;
+                };
+                hits += 1;
+                let known = game.threats().find(|(id, _)| *id == threat);
+                let ball = known.unwrap().1.at(event.time);
+                assert!((normal.length() - 1.0).abs() < 1e-4 && depth > 0.0);
+                // The ball and the joint's sphere have moved by less since.
+                assert!(
+                    (point - normal * depth).distance(ball) < 0.1 + 0.1,
+                    "{depth}"
+                );
+                let at = joints(&mut game, event.character);
+                let spheres = game.baked().body().spheres.iter();
+                let own = spheres.filter(|sphere| sphere.joint == joint);
+                let off = own.map(|one| (one.centre(&at).distance(point) - one.radius).abs());
+                assert!(off.fold(f32::INFINITY, f32::min) < 0.05, "{joint:?}");
+            }
+        }
+    }
+    assert!(hits > 5, "{hits}");
+}
+
+#[test]
+fn a_dodge_names_what_comes_first_and_its_end_is_said_once() {
+    let mut random = Random::new(23);
+    let mut game = characters(CharacterSettings::default());
+    let id = spawn(&mut game, 1)[0];
+    let mut planned = 0;
+    for _ in 0..12 {
+        play(&mut game, 60);
+        let near = ball(&mut game, id, &mut random);
+        let contact = near.time + 0.5 * f64::from(near.seconds);
+        let near = game.threaten(near).unwrap();
+        let events = play(&mut game, 240);
+        let mut dodges = 0;
+        for event in &events {
+            match event.kind {
+                CharacterEventKind::Planned {
+                    threat,
+                    contact: told,
+                    ..
+                } => {
+                    assert_eq!(threat, near);
+                    assert!((told - contact).abs() < 0.2, "{told} {contact}");
+                    dodges = 1;
+                }
+                CharacterEventKind::Ended => {
+                    assert_eq!(std::mem::take(&mut dodges), 1);
+                    planned += 1;
+                }
+                _ => {}
+            }
+        }
+        assert_eq!(dodges, 0, "{events:?}");
+    }
+    assert!(planned > 5, "{planned}");
+}
+
+#[test]
+fn nothing_is_said_twice_of_a_threat_however_long_a_frame_is() {
+    let mut random = Random::new(31);
+    for dt in [1.0 / 240.0, 1.0 / 30.0, 0.1, 0.25] {
+        let mut game = characters(CharacterSettings::default());
+        let ids = spawn(&mut game, 4);
+        let mut ends = std::collections::BTreeMap::new();
+        for _ in 0..5 {
+            for &id in &ids {
+                let threat = ball(&mut game, id, &mut random);
+                let name = game
+                    .threaten(Threat {
+                        seconds: 3.0,
+                        ..threat
+                    })
+                    .unwrap();
+                ends.insert(name, [0, 0]);
+            }
+            let mut events = Vec::new();
+            for _ in 0..(4.0 / dt) as usize {
+                game.step(dt, &[], &mut events);
+            }
+            for event in events {
+                let (threat, kind) = match event.kind {
+                    CharacterEventKind::Hit { threat, .. } => (threat, 0),
+                    CharacterEventKind::MissedBy { threat, .. } => (threat, 1),
+                    _ => continue,
+                };
+                ends.get_mut(&threat).unwrap()[kind] += 1;
+            }
+        }
+        assert!(
+            ends.values().all(|&[hits, misses]| hits + misses == 1),
+            "{dt}: {ends:?}"
+        );
+    }
 }
 
 #[test]

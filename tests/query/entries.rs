@@ -57,6 +57,11 @@ fn an_entry_begins_where_the_motion_is_and_ends_on_its_clip() {
         motion.sample(graph, over, &mut played);
         motion.playhead(graph, over).pose(graph, &mut of_graph);
         assert_eq!(played, of_graph);
+        // A motion that begins in the blend is clamped to its start.
+        let (rest, early) = (motion.rest(graph, seconds), -1e-6);
+        let [start, clamped] = [0.0, early].map(|at| centres(baked, &rest, at));
+        assert_eq!(start, clamped);
+        assert_eq!(rest.root(graph, 0.0), rest.root(graph, early));
         // The rest of a motion fades on.
         let half = seconds + 0.5 * entry.blend;
         let rest = motion.rest(graph, half);

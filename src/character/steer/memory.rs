@@ -12,6 +12,10 @@ use crate::character::goal::Aim;
 pub(in crate::character) struct SteerState {
     /// Time until the next search, in seconds.
     pub(super) search_in: f32,
+    /// Whether it stands as it should, so that no search is needed.
+    pub(super) is_held: bool,
+    /// Whether the played moment stands.
+    pub(super) stands: bool,
     /// The aim of the last search.
     pub(super) aim: [f32; 2],
     pub(super) facing: Option<f32>,
@@ -44,6 +48,29 @@ impl SteerState {
     /// Makes the next step search. A character that stands then stays where it is.
     pub(in crate::character) fn search_now(&mut self) {
         (self.search_in, self.place) = (0.0, None);
+    }
+
+    /// Makes one of the next steps search.
+    pub(in crate::character) fn search_soon(&mut self) {
+        (self.search_in, self.is_held) = (self.search_in.min(0.0), false);
+    }
+
+    /// Time until the next search at the start of a step, in seconds; below 0 for one that waits. `None` if none is needed.
+    pub(in crate::character) fn next_search(&self) -> Option<f32> {
+        (!self.is_held).then_some(self.search_in)
+    }
+
+    /// Costs of a search relative to that of a character that walks: one that stands is also compared with all moments that walk.
+    pub(in crate::character) fn search_cost(&self) -> usize {
+        1 + usize::from(self.stands)
+    }
+
+    /// Whether a search that is needed may be made in this step. Otherwise it is made soon.
+    pub(super) fn may_search(&mut self, may: bool) -> bool {
+        if !may {
+            self.search_soon();
+        }
+        may
     }
 
     /// Offset of a point of the ground from the place where the character came to stand (x, z), in metres.

@@ -48,6 +48,8 @@ pub(super) struct SteerStep<'a> {
     pub baked: &'a BakedGraph,
     pub settings: &'a SteerSettings,
     pub aim: Aim,
+    /// Whether the step may search, even if the played motion does not end.
+    pub may_search: bool,
     /// Duration of the step, in seconds.
     pub dt: f32,
 }
@@ -120,7 +122,10 @@ impl Steering {
         }
         let goes_on = |moment: Moment| moment.is_calm && !state.repeats(&moment);
         let is_held = is_idle && !ends && moment.is_some_and(goes_on);
-        if (is_new || ends || state.search_in <= 0.0) && !is_held {
+        state.is_held = is_held;
+        state.stands = moment.is_some_and(|moment| moment.is_calm);
+        let needs_search = (is_new || ends || state.search_in <= 0.0) && !is_held;
+        if needs_search && state.may_search(step.may_search || ends) {
             state.search_in = step.settings.interval;
             state.aim = step.aim.velocity.to_array();
             state.facing = step.aim.facing;

@@ -226,8 +226,9 @@ impl Motion {
         self.pieces.get(index).map_or(0.0, |piece| piece.rate)
     }
 
-    /// Writes the pose after `seconds` to `out`, in the world.
+    /// Writes the pose after `seconds` to `out`, in the world. Times before the start or after the end are clamped.
     pub fn sample(&self, graph: &MotionGraph, seconds: f32, out: &mut Pose) {
+        let seconds = seconds.max(0.0);
         self.sample_unbent(graph, seconds, out);
         if let Some(warp) = &self.warp {
             warp.apply(graph.rigged_skeleton(), seconds, out);
@@ -282,6 +283,7 @@ impl Motion {
 
     /// Time of the motion that is played at `seconds`. A warp may shift it.
     pub(crate) fn moment(&self, seconds: f32) -> f32 {
+        let seconds = seconds.max(0.0);
         self.warp.map_or(seconds, |warp| warp.moment(seconds))
     }
 
@@ -289,6 +291,7 @@ impl Motion {
     /// and is faster.
     #[must_use]
     pub fn root(&self, graph: &MotionGraph, seconds: f32) -> Vec3 {
+        let seconds = seconds.max(0.0);
         let playhead = self.playhead(graph, seconds);
         let root = graph.sample_edge_root(playhead.edge, playhead.frame);
         let moved = self.warp.map_or(Vec3::ZERO, |warp| warp.root(seconds));
