@@ -137,8 +137,18 @@ pub fn read_clips(
     }
     let first_path = *first_path;
     set.warnings.extend(turned(first.up, options));
-    let above = first.above.clone();
     for one in loaded {
+        // The file that shows best how a joint above the body carries the path.
+        let shows = |skeleton: &Skeleton| {
+            let carrier = skeleton.file_joints()?.carrier?;
+            Some(u8::from(carrier.turns) + u8::from(carrier.rises))
+        };
+        if shows(&one.motion.skeleton) > shows(&set.skeleton)
+            && let Some(file) = one.motion.skeleton.file_joints().cloned()
+            && let Some(skeleton) = set.skeleton.clone().with_file(file)
+        {
+            set.skeleton = skeleton;
+        }
         set.warn_of_bones(one.path, &one.motion.skeleton);
         set.note(&one.motion.clip, one.motion.notes);
         let clip = set.clips.len();
@@ -149,7 +159,7 @@ pub fn read_clips(
     settle_bones(&mut set.skeleton, &mut set.clips)
         .map_err(|error| ReadError::in_file(first_path)(MotionError::from(error)))?;
     let sides = settle_sides(&mut set.skeleton, &set.clips);
-    set.figure = describe(&set.skeleton, &above, sides);
+    set.figure = describe(&set.skeleton, sides);
     for index in 0..set.clips.len() {
         let doubtful = doubtful_stature(&set.skeleton, &set.clips[index]);
         set.note(&set.clips[index].clone(), doubtful.into_iter().collect());

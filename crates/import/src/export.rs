@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 
 use serde_json::{Value, json};
 
+use super::figure::on_whole;
 use super::recording::Chosen;
 use super::{RecordedRequest, bvh, gltf};
 use sabaki::anim::{Clip, ClipDesc, ClipError, Event, Pose};
@@ -47,8 +48,8 @@ pub struct ExportedAnswer<'a> {
 /// paths.
 ///
 /// The motion starts at the time of the query. Its frames are the moments at which the exact
-/// test samples the body's spheres; between them the spheres move along straight lines. The JSON is
-/// that of [`document`].
+/// test samples the body's spheres; between them the spheres move along straight lines. It has all joints of the clips' files, with the path in the
+/// joint that had it ([`Skeleton::whole`](sabaki::anim::Skeleton::whole)). The JSON is that of [`document`].
 ///
 /// # Errors
 /// An error of the file system.
@@ -71,14 +72,20 @@ pub fn write_answer(
         [ending, "json"].map(|extension| folder.join(format!("{name}.{extension}")));
     let graph = baked.graph();
     let (played, seconds) = whole_motion(baked, answer, &request.attack);
-    let clip = as_clip(graph, &played, seconds).map_err(std::io::Error::other)?;
-    let skeleton = graph.skeleton();
+    let wrong = std::io::Error::other::<ClipError>;
+    let mut clip = as_clip(graph, &played, seconds).map_err(wrong)?;
+    let mut events = events(graph, &played, clip.duration());
+    let whole = graph.skeleton().whole();
+    let mut skeleton = graph.skeleton();
+    if let Some(whole) = &whole {
+        clip = on_whole(whole, &clip).map_err(wrong)?;
+        let joints = events.iter_mut().flat_map(|event| &mut event.joints);
+        joints.for_each(|joint| *joint = whole.joint(*joint));
+        skeleton = &whole.skeleton;
+    }
     write_atomically(&motion, |file| match format {
         MotionFormat::Bvh => bvh::write(file, skeleton, &clip, METRES_PER_UNIT),
-        MotionFormat::Glb => {
-            let events = events(graph, &played, clip.duration());
-            gltf::write(file, skeleton, std::slice::from_ref(&clip), &events)
-        }
+        MotionFormat::Glb => gltf::write(file, skeleton, std::slice::from_ref(&clip), &events),
     })?;
     let document = document(exported);
     write_atomically(&facts, |file| {

@@ -7,11 +7,13 @@
 
 use std::path::Path;
 
-use glam::Vec3;
+use glam::{Quat, Vec3};
 use sabaki::anim::{
-    Chain, Clip, ClipDesc, ClipError, Joint, JointId, JointTransform, Leg, Limbs, Pose, Skeleton,
-    SkeletonError, body_root, forward_kinematics,
+    Chain, Clip, ClipDesc, ClipError, Facing, FileJoints, Joint, JointId, JointTransform, Leg,
+    Limbs, PathCarrier, Pose, Skeleton, SkeletonError, WholeSkeleton, body_root,
+    forward_kinematics,
 };
+use sabaki::math::Rigid2;
 use serde::Deserialize;
 
 use crate::bvh::MotionError;
@@ -24,10 +26,6 @@ pub(crate) struct Rooted {
     pub(crate) skeleton: Skeleton,
     /// Its joints in the file's skeleton, the root first.
     joints: Vec<JointId>,
-    /// Names of the joints above the root, the topmost first.
-    pub(crate) above: Vec<String>,
-    /// Names of the joints that hang on those above the root, beside the body.
-    pub(crate) beside: Vec<String>,
 }
 
 impl Rooted {
@@ -44,12 +42,11 @@ impl Rooted {
         if root == JointId::ROOT {
             return Ok(None);
         }
-        let mut above: Vec<JointId> = skeleton.ancestry(root).collect();
-        above.reverse();
         let is_below = |id: &JointId| skeleton.ancestry(*id).any(|joint| joint == root);
-        let (joints, others): (Vec<JointId>, Vec<JointId>) = skeleton.ids().partition(is_below);
+        let joints: Vec<JointId> = skeleton.ids().filter(is_below).collect();
         let own = |id: JointId| joints.iter().position(|&joint| joint == id);
-        let place: Vec3 = above.iter().map(|&id| skeleton.joint(id).offset).sum();
+        let above = skeleton.ancestry(root);
+        let place: Vec3 = above.map(|id| skeleton.joint(id).offset).sum();
         let of_body = joints.iter().map(|&id| {
             let joint = skeleton.joint(id);
             let parent = joint.parent.and_then(own).map(|own| JointId(own as u16));
@@ -63,19 +60,8 @@ impl Rooted {
                 ..joint.clone()
             }
         });
-        let body = Skeleton::new(of_body.collect())?;
-        let name = |id: &JointId| skeleton.joint(*id).name.clone();
-        above.pop();
-        Ok(Some(Self {
-            skeleton: body,
-            above: above.iter().map(name).collect(),
-            beside: others
-                .iter()
-                .filter(|id| !above.contains(id))
-                .map(name)
-                .collect(),
-            joints,
-        }))
+        let skeleton = Skeleton::new(of_body.collect())?;
+        Ok(Some(Self { skeleton, joints }))
     }
 
     /// The body in a pose of the file's skeleton.
@@ -99,11 +85,11 @@ impl Rooted {
         own
     }
 
-    /// The body's motion.
+    /// The body's skeleton, which knows the other joints as the clip has them, and its motion.
     ///
     /// # Errors
     /// The root is too far away in a frame.
-    pub(crate) fn clip(&self, file: &Skeleton, clip: &Clip) -> Result<Clip, ClipError> {
+    pub(crate) fn clip(&self, file: &Skeleton, clip: &Clip) -> Result<(Skeleton, Clip), ClipError> {
         let mut desc = ClipDesc {
             name: clip.name().to_owned(),
             frame_rate: clip.frame_rate(),
@@ -119,9 +105,92 @@ impl Rooted {
             desc.rotations.append(&mut own.rotations);
             desc.translations.append(&mut own.translations);
         }
+        clip.pose(0, &mut pose);
+        let locals = file.ids().map(|id| pose.local(file, id));
+        let (rotations, places): (Vec<Quat>, Vec<Vec3>) = locals.unzip();
+        let joints = file.joints().iter().zip(places);
+        let file_joints = FileJoints {
+            joints: joints
+                .map(|(joint, offset)| Joint {
+                    offset,
+                    ..joint.clone()
+                })
+                .collect(),
+            rotations: rotations.into_iter().map(Quat::normalize).collect(),
+            body: self.joints.clone(),
+            carrier: self.carrier(file, clip),
+        };
         let clip = Clip::new(&self.skeleton, desc)?;
-        without_still_places(&self.skeleton, clip)
+        let clip = without_still_places(&self.skeleton, clip)?;
+        let skeleton = self.skeleton.clone().with_file(file_joints);
+        Ok((skeleton.ok_or(SkeletonError::File)?, clip))
     }
+
+    /// The topmost joint above the body that moves in a clip, and how.
+    fn carrier(&self, file: &Skeleton, clip: &Clip) -> Option<PathCarrier> {
+        /// Rotation in radians, and distance in metres, below which a joint is still; height in metres, and rotation in radians, that a path on
+        /// the ground does not have.
+        const STILL: (f32, f32) = (2e-3, 1e-3);
+        const FLAT: (f32, f32) = (0.01, 0.02);
+        let frames: Vec<Pose> = (0..clip.frames())
+            .map(|frame| {
+                let mut pose = Pose::default();
+                clip.pose(frame, &mut pose);
+                pose
+            })
+            .collect();
+        let moves = |&id: &JointId| {
+            let (rotation, place) = frames[0].local(file, id);
+            frames.iter().any(|pose| {
+                let (turned, moved) = pose.local(file, id);
+                rotation.angle_between(turned) > STILL.0 || place.distance(moved) > STILL.1
+            })
+        };
+        let mut above: Vec<JointId> = file.ancestry(self.joints[0]).skip(1).collect();
+        above.reverse();
+        let joint = above.into_iter().find(moves)?;
+        let place = |pose: &Pose| Chain::of(file, pose).global(joint);
+        let first = place(&frames[0]);
+        let body = self.pose(file, &frames[0]);
+        let chain = Chain::of(&self.skeleton, &body);
+        let heading = Facing::of(&self.skeleton).placement_by(|id| chain.global(id));
+        let mut places = frames.iter().map(place);
+        let rises = places
+            .clone()
+            .any(|place| (place.translation.y - first.translation.y).abs() > FLAT.0);
+        let turns = places.any(|place| place.rotation.angle_between(first.rotation) > FLAT.1);
+        let facing = Rigid2::new(-heading.heading(), 0.0, 0.0).rotation();
+        let of_root = if rises { body.root.y } else { 0.0 };
+        Some(PathCarrier {
+            joint,
+            height: first.translation.y - of_root,
+            rises,
+            rotation: if turns { facing } else { Quat::IDENTITY } * first.rotation,
+            turns,
+        })
+    }
+}
+
+/// A motion on the skeleton that its files have.
+///
+/// # Errors
+/// A joint is too far away.
+pub(crate) fn on_whole(whole: &WholeSkeleton, clip: &Clip) -> Result<Clip, ClipError> {
+    let mut desc = ClipDesc {
+        roots: Vec::new(),
+        rotations: Vec::new(),
+        translations: Vec::new(),
+        ..clip.desc()
+    };
+    let (mut body, mut pose) = (Pose::default(), Pose::default());
+    for frame in 0..clip.frames() {
+        clip.pose(frame, &mut body);
+        whole.pose(&body, &mut pose);
+        desc.roots.push(pose.root);
+        desc.rotations.extend(&pose.rotations);
+        desc.translations.extend(&pose.translations);
+    }
+    Clip::new(&whole.skeleton, desc)
 }
 
 /// Number of frames at a clip's start in which the figure stands still with straight arms held apart (T-pose, A-pose), before it moves.
@@ -248,7 +317,7 @@ pub(crate) fn settle_sides(skeleton: &mut Skeleton, clips: &[Clip]) -> SidesBy {
 }
 
 /// What was taken for what, in one line.
-pub(crate) fn describe(skeleton: &Skeleton, above: &[String], by: SidesBy) -> String {
+pub(crate) fn describe(skeleton: &Skeleton, by: SidesBy) -> String {
     let limbs = Limbs::of(skeleton);
     let names = |ids: &[JointId]| match ids {
         [] => "none".to_owned(),
@@ -257,10 +326,10 @@ pub(crate) fn describe(skeleton: &Skeleton, above: &[String], by: SidesBy) -> St
             names.collect::<Vec<_>>().join(", ")
         }
     };
-    let above = match above {
-        [] => String::new(),
-        above => format!(" (with the motion of {})", above.join(", ")),
-    };
+    let above = skeleton.file_joints().map_or_else(String::new, |file| {
+        let above: Vec<&str> = file.above().collect();
+        format!(" (with the motion of {})", above.join(", "))
+    });
     let by = match by {
         SidesBy::Names => "by names",
         SidesBy::Geometry => "by structure and motion",
@@ -291,6 +360,42 @@ pub struct JointsFile {
 }
 
 impl ClipSet {
+    /// Takes a joint of the files for the body's root. `None` if they have no such joint.
+    fn root_at(&mut self, name: &str) -> Result<Option<()>, ClipError> {
+        let whole = self.skeleton.whole();
+        let file = whole
+            .as_ref()
+            .map_or(&self.skeleton, |whole| &whole.skeleton)
+            .clone();
+        let Some(root) = file.find(name) else {
+            return Ok(None);
+        };
+        let rooted = Rooted::at(&file, root)?;
+        for clip in &mut self.clips {
+            if let Some(whole) = &whole {
+                *clip = on_whole(whole, clip)?;
+            }
+            if let Some(rooted) = &rooted {
+                (self.skeleton, *clip) = rooted.clip(&file, clip)?;
+            }
+        }
+        let own = |id: JointId| {
+            let id = whole.as_ref().map_or(id, |whole| whole.joint(id));
+            match &rooted {
+                Some(rooted) => rooted.joints.iter().position(|&joint| joint == id),
+                None => Some(id.index()),
+            }
+        };
+        for event in &mut self.events {
+            let joints = event.joints.iter().filter_map(|&id| own(id));
+            event.joints = joints.map(|own| JointId(own as u16)).collect();
+        }
+        if rooted.is_none() {
+            self.skeleton = file;
+        }
+        Ok(Some(()))
+    }
+
     /// Takes the joints of a file for root, hands and feet, whatever their names say.
     ///
     /// # Errors
@@ -306,20 +411,9 @@ impl ClipSet {
         let find =
             |skeleton: &Skeleton, name: &str| skeleton.find(name).ok_or_else(|| unknown(name));
         if let Some(root) = &file.root {
-            let root = find(&self.skeleton, root)?;
-            if let Some(rooted) =
-                Rooted::at(&self.skeleton, root).map_err(|error| wrong(error.into()))?
-            {
-                for clip in &mut self.clips {
-                    *clip = rooted.clip(&self.skeleton, clip).map_err(wrong)?;
-                }
-                let own = |id: &JointId| rooted.joints.iter().position(|joint| joint == id);
-                for event in &mut self.events {
-                    let joints = event.joints.iter().filter_map(own);
-                    event.joints = joints.map(|own| JointId(own as u16)).collect();
-                }
-                self.skeleton = rooted.skeleton;
-            }
+            self.root_at(root)
+                .map_err(wrong)?
+                .ok_or_else(|| unknown(root))?;
         }
         let named = [
             &file.left_hand,
@@ -333,7 +427,7 @@ impl ClipSet {
         }
         self.skeleton = (self.skeleton.clone().with_ends(ends))
             .ok_or_else(|| wrong(SkeletonError::Ends.into()))?;
-        self.figure = describe(&self.skeleton, &[], SidesBy::File);
+        self.figure = describe(&self.skeleton, SidesBy::File);
         Ok(())
     }
 }
@@ -429,7 +523,14 @@ pub(crate) fn settle_bones(skeleton: &mut Skeleton, clips: &mut [Clip]) -> Resul
             joint.offset = bone;
         }
     }
+    let file = skeleton.file_joints().cloned();
     *skeleton = Skeleton::new(joints)?;
+    if let Some(file) = file {
+        *skeleton = skeleton
+            .clone()
+            .with_file(file)
+            .ok_or(SkeletonError::File)?;
+    }
     for clip in clips {
         *clip = without_still_places(skeleton, clip.clone())?;
     }

@@ -57,10 +57,9 @@ pub struct ReadOptions {
 /// A motion from a file, in metres.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LoadedClip {
-    /// Skeleton of the figure, in metres. Its root is the joint where legs and trunk meet ([`body_root`]).
+    /// Skeleton of the figure, in metres. Its root is the joint where legs and trunk meet ([`body_root`]). The motion of the file's joints above
+    /// it is part of the root's ([`Skeleton::whole`]).
     pub skeleton: Skeleton,
-    /// Names of the file's joints above the root, the topmost first. Their motion is part of the root's.
-    pub above: Vec<String>,
     /// Motion, named after the file without its folder.
     pub clip: Clip,
     /// Scale of the file.
@@ -415,11 +414,8 @@ impl MotionFile {
                 up => up.stood(&skeleton, &clip)?,
             };
             Ok(match Rooted::of(&skeleton)? {
-                None => (skeleton, clip, Vec::new(), Vec::new()),
-                Some(rooted) => {
-                    let clip = rooted.clip(&skeleton, &clip)?;
-                    (rooted.skeleton, clip, rooted.above, rooted.beside)
-                }
+                None => (skeleton, clip),
+                Some(rooted) => rooted.clip(&skeleton, &clip)?,
             })
         };
         let loaded = |seconds: f64, motion: &dyn Fn() -> Result<(Skeleton, Clip), MotionError>| {
@@ -429,20 +425,22 @@ impl MotionFile {
                     seconds,
                 });
             }
-            let (skeleton, clip, above, beside) = motion()
+            let (skeleton, clip) = motion()
                 .and_then(rooted)
                 .map_err(ReadError::in_file(path))?;
             let mut notes = self.notes();
-            if !beside.is_empty() {
+            if let Some(file) = skeleton.file_joints()
+                && file.beside().next().is_some()
+            {
+                let beside: Vec<String> = file.beside().map(str::to_owned).collect();
                 notes.push(format!(
-                    "joints beside the body are left out: {}",
+                    "joints beside the body do not move: {}",
                     shortened(&beside)
                 ));
             }
             Ok(LoadedClip {
                 notes,
                 skeleton,
-                above,
                 clip,
                 scale,
                 up,
@@ -564,7 +562,7 @@ impl Up {
         clip: &Clip,
     ) -> Result<(Skeleton, Clip), ClipError> {
         let turn = self.turn();
-        let mut joints: Vec<Joint> = skeleton.clone().into();
+        let mut joints: Vec<Joint> = skeleton.joints().to_vec();
         joints
             .iter_mut()
             .for_each(|joint| joint.offset = turn * joint.offset);

@@ -4,11 +4,12 @@ use std::path::{Path, PathBuf};
 
 use glam::Vec3;
 use sabaki::anim::{
-    Clip, Event, EventKind, Joint, JointId, JointKind, Pose, Skeleton, forward_kinematics,
+    Clip, Event, EventKind, Joint, JointId, JointKind, JointTransform, Pose, Skeleton,
+    forward_kinematics,
 };
 use sabaki::graph::{BuildReport, ClipSource, EdgeMotion, GraphError, GraphSettings, MotionGraph};
 use sabaki::maps::Body;
-use sabaki_import::{ClipSet, ReadError, ReadOptions, read_clip, read_clips};
+use sabaki_import::{ClipSet, ReadError, ReadOptions, read_bvh, read_clip, read_clips};
 
 /// A small file of this test.
 fn case(name: &str) -> PathBuf {
@@ -67,7 +68,8 @@ fn a_still_joint_above_the_hips_changes_nothing() {
     under.skeleton = Skeleton::new(joints).unwrap();
     assert_same(&plain, &under);
     let only = read_clip(&case("reference_root.bvh"), &ReadOptions::default()).unwrap();
-    assert_eq!(only.above, ["Reference"]);
+    let above: Vec<&str> = only.skeleton.file_joints().unwrap().above().collect();
+    assert_eq!(above, ["Reference"]);
 }
 
 #[test]
@@ -155,6 +157,58 @@ fn a_root_above_the_hips_of_captures_changes_nothing() {
         match name {
             "still" => assert_same(&plain, &under),
             _ => assert!(apart(&plain, &under) < 1e-5),
+        }
+    }
+}
+
+/// Largest distance between the joints of two poses, in metres.
+fn most_apart(a: &[JointTransform], b: &[JointTransform]) -> f32 {
+    let pairs = a.iter().zip(b);
+    pairs
+        .map(|(a, b)| a.translation.distance(b.translation))
+        .fold(0.0, f32::max)
+}
+
+#[test]
+fn joints_above_the_hips_come_back_as_they_were() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = std::fs::read_to_string(case("hips_root.bvh")).unwrap();
+    let still = |_: &[f64]| [0.0; 6];
+    let path = |values: &[f64]| [values[0], 0.0, values[2], 0.0, 0.0, 0.0];
+    let whole = |values: &[f64]| [values[0], values[1], values[2], 0.0, 0.0, 0.0];
+    let forms: [(&str, &dyn Fn(&[f64]) -> [f64; 6], bool); 3] = [
+        ("still", &still, false),
+        ("path", &path, true),
+        ("whole", &whole, true),
+    ];
+    for (name, above, moves) in forms {
+        let file = folder.path().join(format!("{name}.bvh"));
+        std::fs::write(&file, wrapped(&text, [0.0; 3], above)).unwrap();
+        let set = read(file.clone());
+        let stored = serde_json::to_string(&set.skeleton).unwrap();
+        let skeleton: Skeleton = serde_json::from_str(&stored).unwrap();
+        assert_eq!(skeleton, set.skeleton);
+        let of_file = skeleton.file_joints().unwrap();
+        assert_eq!(of_file.carrier.is_some(), moves, "{name}");
+        let whole = skeleton.whole().unwrap();
+        let raw = read_bvh(&file).unwrap();
+        assert_eq!(
+            whole.skeleton.differences(&raw.skeleton(0.01).unwrap()),
+            Vec::<String>::new()
+        );
+        let (mut pose, mut joints, mut places) = (Pose::default(), Vec::new(), Vec::new());
+        let (mut back, mut again) = (Pose::default(), Vec::new());
+        for frame in 0..raw.frames() {
+            raw.pose(frame, 0.01, &mut pose);
+            let (skeleton, mut original) = (raw.skeleton(0.01).unwrap(), Vec::new());
+            forward_kinematics(&skeleton, &pose, &mut original);
+            set.clips[0].pose(frame, &mut pose);
+            forward_kinematics(&set.skeleton, &pose, &mut joints);
+            whole.places(&joints, &mut places);
+            assert!(most_apart(&original, &places) < 1e-4, "{name} {frame}");
+            whole.pose(&pose, &mut back);
+            forward_kinematics(&whole.skeleton, &back, &mut again);
+            assert!(most_apart(&original, &again) < 1e-4, "{name} {frame}");
         }
     }
 }

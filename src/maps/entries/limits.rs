@@ -1,7 +1,8 @@
 //! Limits of plausible motion, measured in the clips.
 //!
 //! The limits are percentiles over all frames of the clips: angular velocity and acceleration of each joint, departure of hips and head
-//! from constant velocity, and speed of the toes. A motion within all limits is called plausible.
+//! from constant velocity, and speed of the toes. A motion within all limits is called plausible. Fingers, helpers and carried things have no
+//! limits.
 //!
 //! Limits are rounded to steps of 3 to 6%, so that adding or removing a few clips rarely changes them.
 
@@ -134,8 +135,10 @@ fn rounded(value: f32) -> f32 {
 }
 
 /// Measurements of the clips. The limits are percentiles of them.
+#[derive(Clone)]
 pub(crate) struct MeasuredMotion {
-    joints: usize,
+    /// For each joint, whether it has no limits.
+    details: Vec<bool>,
     /// Measured values, in this order: speeds of each joint, accelerations of each joint, departures of the hips and of the head after each of
     /// [`DEPARTURES`], and speeds of the toes.
     lists: Vec<Vec<f32>>,
@@ -146,12 +149,13 @@ impl MeasuredMotion {
     #[must_use]
     pub(crate) fn new(graph: &MotionGraph, threads: usize) -> Self {
         let clips = graph.clips();
+        let nothing = Self::nothing(details(graph.skeleton()));
         let of_clips = in_parallel(threads, clips.len(), |clip| {
-            let mut of_clip = Self::nothing(graph.skeleton().len());
+            let mut of_clip = nothing.clone();
             of_clip.add_clip(graph, &clips[clip]);
             of_clip
         });
-        let Self { joints, lists } = Self::nothing(graph.skeleton().len());
+        let Self { details, lists } = nothing;
         let lists = in_parallel(threads, lists.len(), |list| {
             let parts: Vec<&[f32]> = of_clips
                 .iter()
@@ -159,14 +163,14 @@ impl MeasuredMotion {
                 .collect();
             parts.concat()
         });
-        Self { joints, lists }
+        Self { details, lists }
     }
 
-    fn nothing(joints: usize) -> Self {
-        let departures = 2 * DEPARTURES.len();
+    fn nothing(details: Vec<bool>) -> Self {
+        let lists = 2 * details.len() + 2 * DEPARTURES.len() + 1;
         Self {
-            joints,
-            lists: vec![Vec::new(); 2 * joints + departures + 1],
+            details,
+            lists: vec![Vec::new(); lists],
         }
     }
 
@@ -183,14 +187,17 @@ impl MeasuredMotion {
             let toes = toes.map(|leg| joints[leg.toe_or_foot().index()].translation);
             sample.toes = toes.collect();
         }
-        let (speeds, rest) = self.lists.split_at_mut(self.joints);
-        let (accelerations, rest) = rest.split_at_mut(self.joints);
+        let (speeds, rest) = self.lists.split_at_mut(self.details.len());
+        let (accelerations, rest) = rest.split_at_mut(self.details.len());
         let (hips, rest) = rest.split_at_mut(DEPARTURES.len());
         let (heads, toes) = rest.split_at_mut(DEPARTURES.len());
         let mut before: Vec<Vec3> = Vec::new();
         for pair in samples.windows(2) {
             let now = turns(&pair[0].pose, &pair[1].pose);
             for (joint, turn) in now.iter().enumerate() {
+                if self.details[joint] {
+                    continue;
+                }
                 speeds[joint].push(turn.length() * rate);
                 if let Some(before) = before.get(joint) {
                     let change = (*turn - *before).length();
@@ -211,20 +218,24 @@ impl MeasuredMotion {
         }
     }
 
-    /// The limits at some percentiles.
+    /// The limits at some percentiles; infinity for joints without limits.
     #[must_use]
     pub(crate) fn limits(&mut self, plausible: Plausibility) -> MotionLimits {
-        let departures = 2 * self.joints..2 * self.joints + 2 * DEPARTURES.len();
+        let joints = self.details.len();
+        let departures = 2 * joints..2 * joints + 2 * DEPARTURES.len();
         let lists = self.lists.iter_mut().enumerate();
         let limits = lists.map(|(list, values)| {
             let percent = match departures.contains(&list) {
                 true => plausible.departure,
                 false => plausible.joints,
             };
+            if list < departures.start && self.details[list % joints] {
+                return f32::INFINITY;
+            }
             rounded(percentile(values, percent))
         });
         let limits: Vec<f32> = limits.collect();
-        let (speeds, accelerations) = limits[..departures.start].split_at(self.joints);
+        let (speeds, accelerations) = limits[..departures.start].split_at(joints);
         let departure = |list: usize| limits[departures.start + list];
         let toe_speed = limits[departures.end];
         MotionLimits {

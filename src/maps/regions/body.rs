@@ -4,7 +4,7 @@ use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
 use crate::anim::{
-    Clip, JointId, JointKind, JointTransform, Leg, Pose, Skeleton, forward_kinematics,
+    Clip, JointId, JointKind, JointTransform, Leg, Pose, Skeleton, carried, forward_kinematics,
 };
 use crate::math::{Sphere, in_parallel};
 
@@ -111,20 +111,20 @@ mod shares {
 }
 
 impl Body {
-    /// Places spheres along all bones, with radii that depend on the bones' lengths.
+    /// Places spheres along all bones of the body, with radii that depend on the bones' lengths. Helpers, weapons and cloth get none.
     ///
     /// A bone belongs to a limb if a bone of the other side of the body has the mirrored name. All
     /// other bones form the trunk, and the last of them the head.
     #[must_use]
     pub fn from_bones(skeleton: &Skeleton) -> Self {
-        let height = height(skeleton);
+        let (height, carried) = (height(skeleton), carried(skeleton));
         let sided = |id| skeleton.mirror(id).is_some();
         let within =
             |length: f32, (low, high): (f32, f32)| length.clamp(height * low, height * high);
         let mut spheres = Vec::new();
         // Bones that meet at a joint share its sphere, which takes the largest of their radii.
         let mut at_joints = vec![0.0f32; skeleton.len()];
-        for id in skeleton.ids().skip(1) {
+        for id in skeleton.ids().skip(1).filter(|id| !carried[id.index()]) {
             let joint = skeleton.joint(id);
             let (Some(parent), length) = (joint.parent, joint.offset.length()) else {
                 continue;
@@ -307,10 +307,10 @@ fn along(joint: JointId, bone: Vec3, radius: f32) -> impl Iterator<Item = BodySp
 
 /// Height of the skeleton: the longest chain of trunk and head bones, plus the longest leg.
 fn height(skeleton: &Skeleton) -> f32 {
+    let carried = carried(skeleton);
     let longest = |sided: bool| {
-        let of_side = skeleton
-            .ids()
-            .filter(|&id| skeleton.mirror(id).is_some() == sided);
+        let of_body = skeleton.ids().filter(|id| !carried[id.index()]);
+        let of_side = of_body.filter(|&id| skeleton.mirror(id).is_some() == sided);
         of_side
             .map(|id| own_chain(skeleton, id, sided))
             .fold(0.0, f32::max)

@@ -126,13 +126,19 @@ impl MotionFile {
             "seconds": clip.duration(),
             "metres_per_unit": scale.metres_per_unit,
             "unit_found": reason(scale.found),
-            "above": self.first().above,
+            "above": self.above(),
             "notes": self.notes,
             "stature": self.stature,
             "moves_joints": clip.moves_joints(),
             "skeleton": joints,
             "clips": clips,
         })
+    }
+
+    /// Names of the joints above the body.
+    fn above(&self) -> Vec<&str> {
+        let file = self.first().skeleton.file_joints();
+        file.into_iter().flat_map(|file| file.above()).collect()
     }
 
     fn text(&self) -> String {
@@ -156,8 +162,8 @@ impl MotionFile {
         let scale = self.first().scale;
         let (unit, found) = (scale.metres_per_unit, reason(scale.found));
         let _ = writeln!(text, "1 unit is {unit} m: {found}");
-        if !self.first().above.is_empty() {
-            let above = self.first().above.join(", ");
+        if !self.above().is_empty() {
+            let above = self.above().join(", ");
             let root = &self.first().skeleton.joints()[0].name;
             let _ = writeln!(text, "root {root}, with the motion of {above}");
         }

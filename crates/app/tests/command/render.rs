@@ -122,7 +122,7 @@ fn meshes_of_files_are_bound_by_names_or_by_a_map() {
     let motions = demo::motions().unwrap();
     write("own.glb", &motions.skeleton, &motions.clips[0]);
     // The same figure with names that are no one's.
-    let mut joints: Vec<Joint> = motions.skeleton.clone().into();
+    let mut joints: Vec<Joint> = motions.skeleton.joints().to_vec();
     for (index, joint) in joints.iter_mut().enumerate() {
         joint.name = format!("bone {}", "i".repeat(index + 1));
     }

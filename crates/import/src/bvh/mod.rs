@@ -15,6 +15,7 @@ use thiserror::Error;
 
 pub use file::{BvhFile, BvhJoint, Channel, MotionError};
 pub(crate) use parse::{UsedNames, quoted};
+pub(crate) use write::moving_joints;
 pub use write::write;
 
 /// Maximum number of channels of a joint.

@@ -7,7 +7,7 @@ const ROTATIONS: &str = "Zrotation Xrotation Yrotation";
 const POSITIONS: &str = "Xposition Yposition Zposition";
 
 /// Writes a motion as BVH, with lengths in units of `metres_per_unit`: 0.01 for centimetres. The root has positions and Z X Y rotations; the other joints have
-/// rotations, and positions if the clip moves joints.
+/// rotations, and positions if the clip moves them.
 ///
 /// Joints are written depth first. Skeletons from BVH files keep their order. Characters that BVH
 /// names cannot contain (braces, line ends) are replaced by `_`.
@@ -27,7 +27,7 @@ pub fn write(
     let mut writer = Writer {
         out,
         skeleton,
-        moves_joints: clip.moves_joints(),
+        moves: moving_joints(skeleton, clip),
         units_per_metre: 1.0 / metres_per_unit,
     };
     let order = writer.hierarchy()?;
@@ -44,7 +44,8 @@ pub fn write(
 struct Writer<'a, W> {
     out: &'a mut W,
     skeleton: &'a Skeleton,
-    moves_joints: bool,
+    /// Whether each joint has positions.
+    moves: Vec<bool>,
     units_per_metre: f64,
 }
 
@@ -108,7 +109,7 @@ impl<W: Write> Writer<'_, W> {
     }
 
     fn has_positions(&self, id: JointId) -> bool {
-        self.moves_joints || id == JointId::ROOT
+        self.moves[id.index()]
     }
 
     fn line(&mut self, depth: usize, text: &str) -> io::Result<()> {
@@ -139,6 +140,17 @@ impl<W: Write> Writer<'_, W> {
         }
         writeln!(self.out)
     }
+}
+
+/// Whether each joint leaves its place in the skeleton. The root does.
+pub(crate) fn moving_joints(skeleton: &Skeleton, clip: &Clip) -> Vec<bool> {
+    let places = clip.desc().translations;
+    let frames = places.chunks_exact(skeleton.len());
+    let moves = |id: JointId| {
+        let offset = skeleton.joint(id).offset;
+        id == JointId::ROOT || frames.clone().any(|frame| frame[id.index()] != offset)
+    };
+    skeleton.ids().map(moves).collect()
 }
 
 fn file_name(name: &str) -> String {

@@ -148,7 +148,7 @@ impl GltfFile {
         name: &str,
         metres_per_unit: f64,
     ) -> Result<(Skeleton, Clip), MotionError> {
-        let mut joints: Vec<Joint> = self.skeleton.clone().into();
+        let mut joints: Vec<Joint> = self.skeleton.joints().to_vec();
         for joint in &mut joints {
             joint.offset = (joint.offset.as_dvec3() * metres_per_unit).as_vec3();
         }

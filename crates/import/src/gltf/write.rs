@@ -6,6 +6,7 @@ use glam::{Mat4, Quat, Vec3};
 use serde_json::{Value, json};
 
 use crate::EventEntry;
+use crate::bvh::moving_joints;
 use sabaki::anim::{Clip, Event, JointKind, Pose, Skeleton, forward_kinematics};
 
 /// Component types and targets of the specification, section 3.6.
@@ -223,6 +224,7 @@ impl Buffer {
         };
         let roots = desc.roots.iter().flat_map(Vec3::to_array);
         add(self.floats("VEC3", roots), 0, "translation");
+        let moves = moving_joints(skeleton, clip);
         for (joint, of_skeleton) in skeleton.joints().iter().enumerate() {
             let every = |at: usize| at * skeleton.len() + joint;
             if of_skeleton.kind == JointKind::Moving {
@@ -230,7 +232,7 @@ impl Buffer {
                     .flat_map(|at| desc.rotations[every(at)].normalize().to_array());
                 add(self.floats("VEC4", turns), joint, "rotation");
             }
-            if joint > 0 && !desc.translations.is_empty() {
+            if joint > 0 && moves[joint] {
                 let places =
                     (0..clip.frames()).flat_map(|at| desc.translations[every(at)].to_array());
                 add(self.floats("VEC3", places), joint, "translation");

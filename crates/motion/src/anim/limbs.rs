@@ -68,15 +68,15 @@ pub fn body_root(skeleton: &Skeleton) -> JointId {
     above.find(carries_body).unwrap_or(JointId::ROOT)
 }
 
-/// Words in the names of joints that control others or that nothing of the body hangs on.
-const HELPERS: [&str; 14] = [
+/// Words in the names of joints that control others, or carry what is no part of the body.
+const HELPERS: [&str; 29] = [
     "ik", "fk", "ctrl", "control", "target", "pole", "goal", "twist", "roll", "helper", "slot",
-    "socket", "handle", "prop",
+    "socket", "handle", "prop", "weapon", "sword", "blade", "shield", "gun", "bow", "cape",
+    "cloak", "cloth", "skirt", "coat", "scarf", "belt", "hair", "ponytail",
 ];
 
 /// Whether a joint's name says that it controls other joints, or carries a thing or a part of a bone.
-#[must_use]
-pub fn is_helper(name: &str) -> bool {
+fn is_helper(name: &str) -> bool {
     let mut words: Vec<String> = Vec::new();
     let mut before = ' ';
     for letter in name.chars() {
@@ -91,7 +91,8 @@ pub fn is_helper(name: &str) -> bool {
     words.iter().any(|word| HELPERS.contains(&word.as_str()))
 }
 
-/// For each joint, whether it is a detail that tells nothing of the body's pose: a helper, a finger, a part of the face.
+/// For each joint, whether it is a detail that tells nothing of the body's pose: a helper, a finger, a part of the face, a thing that is
+/// carried ([`carried`]).
 #[must_use]
 pub fn details(skeleton: &Skeleton) -> Vec<bool> {
     let limbs = Limbs::known(skeleton);
@@ -102,14 +103,34 @@ pub fn details(skeleton: &Skeleton) -> Vec<bool> {
         let is_below = |&id: &JointId| skeleton.ancestry(id).any(|above| above == end);
         skeleton.ids().filter(is_below).count() > 2
     });
-    let is_detail = |id: JointId| {
-        is_helper(&skeleton.joint(id).name)
-            || skeleton
-                .ancestry(id)
-                .skip(1)
-                .any(|above| ends.contains(&above))
-    };
-    skeleton.ids().map(is_detail).collect()
+    let mut details = carried(skeleton);
+    for id in skeleton.ids() {
+        let mut above = skeleton.ancestry(id).skip(1);
+        details[id.index()] |= above.any(|above| ends.contains(&above));
+        details[id.index()] |= is_helper(&skeleton.joint(id).name);
+    }
+    details
+}
+
+/// For each joint, whether it is no part of the body: a helper, a weapon, cloth, or what hangs on one. A helper that carries a hand, a foot
+/// or the head is a part of the body.
+#[must_use]
+pub fn carried(skeleton: &Skeleton) -> Vec<bool> {
+    let limbs = Limbs::known(skeleton);
+    let mut ends = limbs.map_or_else(Vec::new, |limbs| limbs.all().collect());
+    ends.extend(by_name(skeleton, &["head", "頭"]));
+    let mut carried = vec![false; skeleton.len()];
+    for id in skeleton.ids() {
+        let joint = skeleton.joint(id);
+        let on_one = joint.parent.is_some_and(|parent| carried[parent.index()]);
+        let is_helper = joint.kind == JointKind::Moving && is_helper(&joint.name);
+        let carries_end = || {
+            let mut ends = ends.iter();
+            ends.any(|&end| skeleton.ancestry(end).any(|above| above == id))
+        };
+        carried[id.index()] = on_one || is_helper && !carries_end();
+    }
+    carried
 }
 
 /// For each chain, the first joint whose name contains one of `words` and that is no helper.

@@ -40,13 +40,15 @@ mod rig;
 mod rows;
 mod skeleton;
 mod warp;
+mod whole;
 
 pub use clip::{Clip, ClipDesc, ClipError, ClipId, Event, EventKind};
 pub use leg::{Chain, Knee, KneeLimit, Leg, free_distance};
-pub use limbs::{Facing, Limbs, body_root, details, is_helper};
+pub use limbs::{Facing, Limbs, body_root, carried, details};
 pub use moment::Moment;
 pub use packed::CompressionSettings;
 pub use pose::{JointTransform, Pose, forward_kinematics, slerp};
 pub use rig::{Part, Rig, RiggedSkeleton};
 pub use skeleton::{Joint, JointId, JointKind, Skeleton, SkeletonError};
 pub use warp::{Bend, Envelope, Warp};
+pub use whole::{FileJoints, PathCarrier, WholeSkeleton};

@@ -2,6 +2,7 @@ use glam::Vec3;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
+use super::FileJoints;
 use super::limbs::{Side, loose_reading, readings};
 
 /// Index of a joint in its [`Skeleton`].
@@ -43,17 +44,24 @@ pub struct Joint {
 
 /// An immutable tree of joints. The root is first, and parents come before children.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(try_from = "Vec<Joint>", into = "Vec<Joint>")]
+#[serde(try_from = "StoredSkeleton", into = "StoredSkeleton")]
 pub struct Skeleton {
     joints: Vec<Joint>,
     /// Left and right hand, left and right foot, if they are not what the names say.
     ends: Option<[JointId; 4]>,
     /// With such ends, side and mirrored joint of each joint.
     twins: Vec<Option<(Side, JointId)>>,
+    /// The joints of its file, if that has others.
+    file: Option<Box<FileJoints>>,
 }
 
-/// Start of the name of an entry that is no joint: entries behind the joints of a stored skeleton name its ends by their parents.
-const END: char = '\0';
+/// A skeleton in files.
+#[derive(Serialize, Deserialize)]
+struct StoredSkeleton {
+    joints: Vec<Joint>,
+    ends: Option<[JointId; 4]>,
+    file: Option<Box<FileJoints>>,
+}
 
 /// Reason why a list of joints is not a skeleton.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
@@ -76,6 +84,9 @@ pub enum SkeletonError {
     /// The hands and feet are not four joints, or one carries another.
     #[error("the skeleton's hands and feet are no four joints of their own")]
     Ends,
+    /// The joints of the file are no tree that the skeleton is a part of.
+    #[error("the skeleton is no part of its file's joints")]
+    File,
     /// An offset is NaN or longer than [`Skeleton::FURTHEST`].
     #[error("joint \"{0}\" has an offset that is not finite or longer than {max} m", max = Skeleton::FURTHEST)]
     NotFinite(String),
@@ -126,6 +137,7 @@ impl Skeleton {
             joints,
             ends: None,
             twins: Vec::new(),
+            file: None,
         })
     }
 
@@ -178,6 +190,20 @@ impl Skeleton {
     #[must_use]
     pub fn ends(&self) -> Option<[JointId; 4]> {
         self.ends
+    }
+
+    /// The skeleton with the joints of the file that it is a part of. `None` if it is no part of them.
+    #[must_use]
+    pub fn with_file(mut self, file: FileJoints) -> Option<Self> {
+        let are_around = file.are_around(&self);
+        self.file = Some(Box::new(file));
+        are_around.then_some(self)
+    }
+
+    /// The joints of the file that it is a part of, if that has others.
+    #[must_use]
+    pub fn file_joints(&self) -> Option<&FileJoints> {
+        self.file.as_deref()
     }
 
     /// All joints, parents before children.
@@ -299,31 +325,26 @@ impl Skeleton {
     }
 }
 
-impl TryFrom<Vec<Joint>> for Skeleton {
+impl TryFrom<StoredSkeleton> for Skeleton {
     type Error = SkeletonError;
-    fn try_from(mut joints: Vec<Joint>) -> Result<Self, SkeletonError> {
-        let first = joints.iter().position(|joint| joint.name.starts_with(END));
-        let ends = first.map_or_else(Vec::new, |first| joints.split_off(first));
-        let ends: Vec<JointId> = ends.iter().filter_map(|end| end.parent).collect();
-        let skeleton = Self::new(joints)?;
-        match <[JointId; 4]>::try_from(ends) {
-            Ok(ends) => skeleton.with_ends(ends).ok_or(SkeletonError::Ends),
-            Err(none) if none.is_empty() => Ok(skeleton),
-            Err(_) => Err(SkeletonError::Ends),
+    fn try_from(stored: StoredSkeleton) -> Result<Self, SkeletonError> {
+        let mut skeleton = Self::new(stored.joints)?;
+        if let Some(ends) = stored.ends {
+            skeleton = skeleton.with_ends(ends).ok_or(SkeletonError::Ends)?;
+        }
+        match stored.file {
+            Some(file) => skeleton.with_file(*file).ok_or(SkeletonError::File),
+            None => Ok(skeleton),
         }
     }
 }
 
-impl From<Skeleton> for Vec<Joint> {
+impl From<Skeleton> for StoredSkeleton {
     fn from(skeleton: Skeleton) -> Self {
-        let mut joints = skeleton.joints;
-        let ends = skeleton.ends.into_iter().flatten().enumerate();
-        joints.extend(ends.map(|(index, end)| Joint {
-            name: format!("{END}{index}"),
-            parent: Some(end),
-            offset: Vec3::ZERO,
-            kind: JointKind::EndSite,
-        }));
-        joints
+        Self {
+            joints: skeleton.joints,
+            ends: skeleton.ends,
+            file: skeleton.file,
+        }
     }
 }

@@ -321,17 +321,6 @@ pub(super) fn place_all(skeleton: &Skeleton, moment: Moment<'_>, out: &mut Vec<P
     debug_assert_eq!(out.len(), skeleton.len());
 }
 
-/// Total length of the bones that start at each joint, in the rest pose, in metres.
-pub(super) fn bone_lengths(skeleton: &Skeleton) -> Vec<f64> {
-    let mut lengths = vec![0.0; skeleton.len()];
-    for joint in skeleton.joints() {
-        if let Some(JointId(parent)) = joint.parent {
-            lengths[usize::from(parent)] += f64::from(joint.offset.length());
-        }
-    }
-    lengths
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -7,15 +7,16 @@
 use glam::{DMat3, DVec3};
 use serde::{Deserialize, Serialize};
 
-use super::attach::{Place, bone_lengths};
+use super::attach::Place;
 use super::{Level, LodError};
-use crate::anim::Skeleton;
+use crate::anim::{JointId, Skeleton, details};
 
 /// Masses of the joints.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Masses {
-    /// A total mass in kilograms, distributed over the bones by length. A joint without a bone has no mass.
+    /// A total mass in kilograms, distributed over the bones by length. A joint without a bone has no mass, nor have fingers, helpers and
+    /// carried things ([`details`]); of the bones from a hand to its fingers, the longest counts.
     ByLength(f32),
     /// The mass of each joint of the skeleton, in kilograms: of the bones that start there, or at the joint itself if there are none.
     Given(Vec<f32>),
@@ -28,6 +29,27 @@ impl Default for Masses {
     }
 }
 
+/// Total length of the bones that start at each joint and have a mass, in the rest pose, in metres.
+fn massive_lengths(skeleton: &Skeleton) -> Vec<f64> {
+    let details = details(skeleton);
+    let (mut lengths, mut longest) = (vec![0.0; skeleton.len()], vec![0f64; skeleton.len()]);
+    for (joint, is_detail) in skeleton.joints().iter().zip(&details) {
+        let Some(parent) = joint.parent.map(JointId::index) else {
+            continue;
+        };
+        let length = f64::from(joint.offset.length());
+        match is_detail {
+            false => lengths[parent] += length,
+            true if details[parent] => {}
+            true => longest[parent] = longest[parent].max(length),
+        }
+    }
+    let pairs = lengths.into_iter().zip(longest);
+    pairs
+        .map(|(length, longest)| if length > 0.0 { length } else { longest })
+        .collect()
+}
+
 impl Masses {
     /// The mass of each joint, in kilograms.
     fn of_joints(&self, skeleton: &Skeleton) -> Result<Vec<f64>, LodError> {
@@ -36,7 +58,7 @@ impl Masses {
                 if !(total.is_finite() && *total >= 0.0) {
                     return Err(LodError::TotalMass(*total));
                 }
-                let lengths = bone_lengths(skeleton);
+                let lengths = massive_lengths(skeleton);
                 let sum: f64 = lengths.iter().sum();
                 let density = if sum > 0.0 {
                     f64::from(*total) / sum

@@ -1,7 +1,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::{LodError, Masses};
-use crate::anim::{JointId, Skeleton};
+use crate::anim::{JointId, Skeleton, details};
 
 /// Settings of [`Levels::build`](super::Levels::build).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -20,8 +20,8 @@ pub struct LevelSettings {
     /// Joints that are never removed, besides the root and the ends: for example a weapon's, or those that inverse kinematics moves.
     /// Default: none.
     pub locked: Vec<JointId>,
-    /// Ends that are never removed. Default `None`: all joints without children, end sites included. Fingers whose ends may be removed
-    /// give further levels.
+    /// Ends that are never removed. Default `None`: all joints without children, end sites included; of a hand with fingers, the hand. Fingers,
+    /// helpers and carried things ([`details`]) may be removed.
     pub ends: Option<Vec<JointId>>,
     /// Thickness of the body around its bones, in metres. Without it a twist would count as no error. Default 0.05.
     pub skin: f32,
@@ -103,11 +103,15 @@ impl LevelSettings {
         let mut removable = match self.ends {
             Some(_) => vec![true; skeleton.len()],
             None => {
-                let mut has_child = vec![false; skeleton.len()];
-                for parent in skeleton.joints().iter().filter_map(|joint| joint.parent) {
-                    has_child[parent.index()] = true;
+                let is_detail = details(skeleton);
+                let mut removable = is_detail.clone();
+                for id in skeleton.ids() {
+                    let parent = skeleton.joint(id).parent;
+                    if let Some(parent) = parent.filter(|_| !is_detail[id.index()]) {
+                        removable[parent.index()] = true;
+                    }
                 }
-                has_child
+                removable
             }
         };
         let stay = self.locked.iter().chain(self.ends.iter().flatten());
