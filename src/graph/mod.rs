@@ -20,8 +20,8 @@ pub use build::builder::build;
 pub use build::input::GraphBuilder;
 pub use build::islands::JoinedClip;
 pub use build::report::{
-    BuildReport, Dropped, EventCounts, GoalReport, LinkObstacle, LinkReport, Responsiveness,
-    UnlinkedEvent,
+    BuildReport, Dropped, DroppedPart, EventCounts, GoalReport, LinkObstacle, LinkReport,
+    Responsiveness, UnlinkedEvent,
 };
 pub use build::slide::FootSlide;
 pub use error::GraphError;

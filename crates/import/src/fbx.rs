@@ -9,7 +9,7 @@ use std::collections::{BTreeMap, BTreeSet, HashMap};
 use glam::{DAffine3, DMat3, DVec3};
 use serde_json::{Value, json};
 use thiserror::Error;
-use ufbx::{LoadOpts, Matrix, Mesh, Node, Scene, Transform};
+use ufbx::{AnimStack, LoadOpts, Matrix, Mesh, Node, Scene, Transform};
 
 use crate::MOST_ENTRIES;
 use crate::gltf::{Buffer, container};
@@ -272,89 +272,49 @@ impl Writer<'_> {
         json!({ "pbrMetallicRoughness": { "baseColorFactor": [colour.x, colour.y, colour.z, 1.0] } })
     }
 
-    /// An animation for each take, of the bones and the nodes above them or, in a file without bones, of all nodes.
+    /// The bones and the nodes above them or, in a file without bones, all nodes.
+    fn moving_nodes(&self) -> BTreeSet<u32> {
+        let nodes = &self.scene.nodes;
+        let above = |bone: u32| {
+            let first = Some(&nodes[bone as usize]);
+            std::iter::successors(first, |node| node.parent.as_deref())
+        };
+        let bones = self.bones().into_iter().flat_map(above);
+        let moving: BTreeSet<u32> = bones.map(|node| node.element.typed_id).collect();
+        match moving.is_empty() {
+            true => (0..nodes.len() as u32).collect(),
+            false => moving,
+        }
+    }
+
+    /// An animation for each take in which a node leaves its rest.
     fn animations(&mut self) -> Result<Vec<Value>, FbxError> {
         let scene = self.scene;
-        let bones = self.bones();
-        let above = |&bone: &u32| {
-            std::iter::successors(Some(&scene.nodes[bone as usize]), |node| {
-                node.parent.as_deref()
-            })
-        };
-        let mut moving: BTreeSet<u32> = bones
-            .iter()
-            .flat_map(above)
-            .map(|node| node.element.typed_id)
-            .collect();
-        if moving.is_empty() {
-            moving = (0..scene.nodes.len() as u32).collect();
-        }
+        let moving = self.moving_nodes();
         let rate = Some(scene.settings.frames_per_second)
             .filter(|rate| (1.0..=1000.0).contains(rate))
             .unwrap_or(30.0);
         let (mut animations, mut entries) = (Vec::new(), 0.0);
         for take in &scene.anim_stacks {
-            // Some programs leave out the range of a take that begins at 0.
-            let layers = take
-                .layers
-                .iter()
-                .flat_map(|layer| layer.anim_values.iter());
-            let curves = layers.flat_map(|value| value.curves.iter().flatten());
-            let last = curves
-                .filter_map(|curve| curve.keyframes.last())
-                .map(|key| key.time);
-            let end = match take.time_end > take.time_begin {
-                true => take.time_end,
-                false => last.fold(take.time_begin, f64::max),
-            };
-            let seconds = end - take.time_begin;
-            let frames = if seconds > 0.0 {
-                (seconds * rate).round()
-            } else {
-                0.0
-            };
-            entries += (frames + 1.0) * moving.len() as f64;
+            let frames = (seconds(take) * rate).round() + 1.0;
+            entries += frames * moving.len() as f64;
             if entries > MOST_ENTRIES as f64 {
                 return Err(FbxError::TooLong {
                     take: take.element.name.to_string(),
                 });
             }
-            let frames = frames as usize + 1;
-            let times = self.buffer.floats(
-                "SCALAR",
-                (0..frames).map(|frame| (frame as f64 / rate) as f32),
-            );
+            let times: Vec<f64> = (0..frames as usize)
+                .map(|frame| frame as f64 / rate)
+                .collect();
+            let keys = self
+                .buffer
+                .floats("SCALAR", times.iter().map(|&time| time as f32));
             let (mut samplers, mut channels) = (Vec::new(), Vec::new());
             for &node in &moving {
-                let rest = parts(&scene.nodes[node as usize].local_transform);
-                let poses: Vec<[Vec<f32>; 3]> = (0..frames)
-                    .map(|frame| take.time_begin + frame as f64 / rate)
-                    .map(|time| {
-                        parts(&scene.nodes[node as usize].evaluate_transform(&take.anim, time))
-                    })
-                    .collect();
-                for (part, (path, kind)) in [
-                    ("translation", "VEC3"),
-                    ("rotation", "VEC4"),
-                    ("scale", "VEC3"),
-                ]
-                .into_iter()
-                .enumerate()
-                {
-                    let differs = |pose: &[Vec<f32>; 3]| {
-                        pose[part]
-                            .iter()
-                            .zip(&rest[part])
-                            .any(|(a, b)| (a - b).abs() > 1e-6)
-                    };
-                    if poses.iter().any(differs) {
-                        let output = self.buffer.floats(
-                            kind,
-                            poses.iter().flat_map(|pose| pose[part].iter().copied()),
-                        );
-                        channels.push(json!({ "sampler": samplers.len(), "target": { "node": node, "path": path } }));
-                        samplers.push(json!({ "input": times, "output": output }));
-                    }
+                for (path, output) in self.channels(take, node, &times) {
+                    let target = json!({ "node": node, "path": path });
+                    channels.push(json!({ "sampler": samplers.len(), "target": target }));
+                    samplers.push(json!({ "input": keys, "output": output }));
                 }
             }
             if !channels.is_empty() {
@@ -363,6 +323,55 @@ impl Writer<'_> {
         }
         Ok(animations)
     }
+
+    /// The values of a node at times of a take, of what leaves its rest: the path of each, and the index of its accessor.
+    fn channels(
+        &mut self,
+        take: &AnimStack,
+        node: u32,
+        times: &[f64],
+    ) -> Vec<(&'static str, usize)> {
+        const PATHS: [(&str, &str); 3] = [
+            ("translation", "VEC3"),
+            ("rotation", "VEC4"),
+            ("scale", "VEC3"),
+        ];
+        let scene = self.scene;
+        let node = &scene.nodes[node as usize];
+        let rest = parts(&node.local_transform);
+        let at = |time: &f64| parts(&node.evaluate_transform(&take.anim, take.time_begin + time));
+        let poses: Vec<[Vec<f32>; 3]> = times.iter().map(at).collect();
+        let mut channels = Vec::new();
+        for (part, (path, kind)) in PATHS.into_iter().enumerate() {
+            let values = || poses.iter().flat_map(|pose| pose[part].iter().copied());
+            let rests = rest[part].iter().cycle();
+            if values()
+                .zip(rests)
+                .any(|(value, rest)| (value - rest).abs() > 1e-6)
+            {
+                channels.push((path, self.buffer.floats(kind, values())));
+            }
+        }
+        channels
+    }
+}
+
+/// Duration of a take. Some programs leave out the range of one that begins at 0; then its last key ends it.
+fn seconds(take: &AnimStack) -> f64 {
+    let layers = take
+        .layers
+        .iter()
+        .flat_map(|layer| layer.anim_values.iter());
+    let curves = layers.flat_map(|value| value.curves.iter().flatten());
+    let last = curves
+        .filter_map(|curve| curve.keyframes.last())
+        .map(|key| key.time);
+    let end = match take.time_end > take.time_begin {
+        true => take.time_end,
+        false => last.fold(take.time_begin, f64::max),
+    };
+    let seconds = end - take.time_begin;
+    if seconds > 0.0 { seconds } else { 0.0 }
 }
 
 /// The triangles of one material of a mesh.

@@ -423,6 +423,103 @@ fn append(document: &mut Value, binary: &mut Vec<u8>, bytes: &[u8], accessor: Va
 }
 
 #[test]
+fn quantized_and_filtered_meshes_are_read() {
+    const COUNT: usize = 368;
+    let (mut plain, mut binary) = parts("mesh_vcol.glb");
+    let ahead: Vec<u8> = (0..COUNT)
+        .flat_map(|vertex| {
+            let turn = Quat::from_rotation_y(0.1 * vertex as f32);
+            (turn * Vec3::new(0.6, 0.0, 0.8)).to_array()
+        })
+        .flat_map(f32::to_le_bytes)
+        .collect();
+    let floats = json!({ "componentType": 5126, "count": COUNT, "type": "VEC3" });
+    let normals = append(&mut plain, &mut binary, &ahead, floats);
+    plain["meshes"][0]["primitives"][0]["attributes"]["NORMAL"] = json!(normals);
+    let wanted = mesh_of(&plain, &binary).unwrap();
+    let vectors = |bytes: &[u8]| -> Vec<[f32; 4]> {
+        let floats = bytes
+            .as_chunks::<4>()
+            .0
+            .iter()
+            .map(|bytes| f32::from_le_bytes(*bytes));
+        let floats: Vec<f32> = floats.collect();
+        floats
+            .as_chunks::<3>()
+            .0
+            .iter()
+            .map(|&[x, y, z]| [x, y, z, 0.0])
+            .collect()
+    };
+    let places = vectors(&binary[20736..20736 + 12 * COUNT]);
+    let as_compressed = |document: &mut Value, accessor: usize, stride: usize, filter: &str| {
+        let view = &mut document["bufferViews"][accessor];
+        let length = view["byteLength"].clone();
+        view["extensions"] = json!({ "EXT_meshopt_compression": {
+            "buffer": 0, "byteOffset": view["byteOffset"], "byteLength": length, "byteStride": stride,
+            "count": COUNT, "mode": "ATTRIBUTES", "filter": filter
+        } });
+        view["byteStride"] = json!(stride);
+        view["byteLength"] = json!(stride * COUNT);
+    };
+
+    // Millimetres in 16 bits, which the bind matrices undo, and normals in 8.
+    let (mut document, mut bytes) = (plain.clone(), binary.clone());
+    let millimetres = places
+        .iter()
+        .flat_map(|place| place.map(|part| (1000.0 * part).round() as i16));
+    let millimetres: Vec<u8> = millimetres.flat_map(i16::to_le_bytes).collect();
+    let shorts = json!({ "componentType": 5122, "count": COUNT, "type": "VEC3" });
+    let position = append(&mut document, &mut bytes, &millimetres, shorts);
+    document["bufferViews"][position]["byteStride"] = json!(8);
+    let eighths = meshopt::encode_filter_oct::<i8>(&vectors(&ahead), 8);
+    let eighths = meshopt::encode_vertex_buffer(&eighths).unwrap();
+    let of_bytes =
+        json!({ "componentType": 5120, "normalized": true, "count": COUNT, "type": "VEC3" });
+    let normal = append(&mut document, &mut bytes, &eighths, of_bytes);
+    as_compressed(&mut document, normal, 4, "OCTAHEDRAL");
+    let attributes = &mut document["meshes"][0]["primitives"][0]["attributes"];
+    attributes["POSITION"] = json!(position);
+    attributes["NORMAL"] = json!(normal);
+    for inverse in bytes[19200..20736].as_chunks_mut::<64>().0 {
+        let parts = inverse
+            .as_chunks::<4>()
+            .0
+            .iter()
+            .map(|part| f32::from_le_bytes(*part));
+        let matrix = glam::Mat4::from_cols_slice(&parts.collect::<Vec<_>>());
+        let matrix = matrix * glam::Mat4::from_scale(Vec3::splat(1e-3));
+        inverse.copy_from_slice(matrix.to_cols_array().map(f32::to_le_bytes).as_flattened());
+    }
+    document["extensionsRequired"] = json!(["KHR_mesh_quantization", "EXT_meshopt_compression"]);
+    let found = mesh_of(&document, &bytes).unwrap();
+    assert_eq!(found.vertices.len(), wanted.vertices.len());
+    for (found, wanted) in found.vertices.iter().zip(&wanted.vertices) {
+        assert!(found.position.distance(wanted.position) < 1e-3);
+        assert!(
+            found.normal.angle_between(wanted.normal) < 0.02,
+            "{} {}",
+            found.normal,
+            wanted.normal
+        );
+    }
+
+    // Positions with an exponent for each vector.
+    let (mut document, mut bytes) = (plain, binary);
+    let three: Vec<[f32; 3]> = places.iter().map(|&[x, y, z, _]| [x, y, z]).collect();
+    let exponents = meshopt::encode_filter_exp(&three, 15, meshopt::EncodeExpMode::SharedVector);
+    let exponents = meshopt::encode_vertex_buffer(&exponents).unwrap();
+    let floats = json!({ "componentType": 5126, "count": COUNT, "type": "VEC3" });
+    let position = append(&mut document, &mut bytes, &exponents, floats);
+    as_compressed(&mut document, position, 12, "EXPONENTIAL");
+    document["meshes"][0]["primitives"][0]["attributes"]["POSITION"] = json!(position);
+    let found = mesh_of(&document, &bytes).unwrap();
+    for (found, wanted) in found.vertices.iter().zip(&wanted.vertices) {
+        assert!(found.position.distance(wanted.position) < 2e-4);
+    }
+}
+
+#[test]
 fn a_mirrored_mesh_stands_as_its_nodes_do() {
     let (mut document, binary) = parts("mesh_vcol.glb");
     let plain = mesh_of(&document, &binary).unwrap();

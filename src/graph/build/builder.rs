@@ -49,7 +49,7 @@ impl GraphBuilder<'_> {
         if !islands.is_empty() {
             let _span = tracing::trace_span!("bake: join clips").entered();
             transitions.truncate(transitions.len() - report.links.links);
-            report.joined = islands::join(&mut self, &islands, &mut transitions)?;
+            [report.joined, report.islands] = islands::join(&mut self, &islands, &mut transitions)?;
             test = StepSpeedTest::new(&self);
             report.links = links::add(&self, &mut transitions, &mut test)?;
         }

@@ -36,7 +36,7 @@ const HALT: f64 = 0.2;
 /// Maximum number of links from and to an island, and their largest distance, as a multiple of the closest one's.
 const LINKS: (usize, f32) = (4, 1.5);
 
-/// A clip that was joined to the graph although nothing near leads to it.
+/// A clip that nothing near leads to or from, and the links that join it, or would.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct JoinedClip {
     /// Name of the clip.
@@ -90,7 +90,7 @@ pub(crate) fn find(input: &GraphBuilder<'_>, transitions: &[Transition]) -> Vec<
     (0..input.clouds.len()).filter_map(island).collect()
 }
 
-/// Joins islands to the graph. Frames of transitions and events of these clips are moved by the frames that are added before.
+/// Joins islands to the graph, and returns those that are joined and those whose links are too far. Frames of transitions and events of these clips are moved by the frames that are added before.
 ///
 /// # Errors
 /// The added frames are too far away.
@@ -98,7 +98,7 @@ pub(crate) fn join(
     input: &mut GraphBuilder<'_>,
     islands: &[Island],
     transitions: &mut Vec<Transition>,
-) -> Result<Vec<JoinedClip>, GraphError> {
+) -> Result<[Vec<JoinedClip>; 2], GraphError> {
     let pad = input
         .settings
         .frames(PAD)
@@ -143,24 +143,30 @@ pub(crate) fn join(
         let is_in = core[space.moments.at(island.clip, pad) as usize];
         [true, false].map(|leads_in| match is_in {
             true => Vec::new(),
-            false => search.links(leads_in, farthest),
+            false => search.links(leads_in),
         })
     });
-    let mut joined = Vec::new();
-    for (island, links) in islands.iter().zip(found) {
-        let [into, out] = &links;
+    let [mut joined, mut apart] = [Vec::new(), Vec::new()];
+    for (island, mut links) in islands.iter().zip(found) {
         let is_in = core[space.moments.at(island.clip, pad) as usize];
-        if !is_in && (into.is_empty() || out.is_empty()) {
-            continue;
-        }
-        joined.push(JoinedClip {
+        let clip = JoinedClip {
             clip: input.clips[island.clip].name().to_owned(),
             is_loop: island.is_loop,
-            links: [into, out].map(|links| links.first().map(|link| link.distance)),
+            links: std::array::from_fn(|way| links[way].first().map(|link| link.distance)),
+        };
+        let mut ways = links.iter_mut();
+        let is_near = ways.all(|links| {
+            links.retain(|link| link.distance <= farthest);
+            !links.is_empty()
         });
-        transitions.extend(links.into_iter().flatten());
+        if is_in || is_near {
+            joined.push(clip);
+            transitions.extend(links.into_iter().flatten());
+        } else {
+            apart.push(clip);
+        }
     }
-    Ok(joined)
+    Ok([joined, apart])
 }
 
 /// For each moment, whether it belongs to the largest component.
@@ -331,7 +337,7 @@ struct IslandSearch<'a> {
 
 impl IslandSearch<'_> {
     /// The closest links to the island, or from it, at most one of each clip, the closest first.
-    fn links(&self, leads_in: bool, farthest: f32) -> Vec<Transition> {
+    fn links(&self, leads_in: bool) -> Vec<Transition> {
         let (space, clip) = (self.space, self.island.clip);
         let window = space.lengths.window;
         // First frames of the windows of the island: those that end with its first frame, or begin after its last one; of a loop all.
@@ -368,7 +374,7 @@ impl IslandSearch<'_> {
                 let (clips, places) = ([source.0, target.0], [source.1, target.1]);
                 Some(transition(space.input, clips, places, frames))
             });
-            links.extend(found.filter(|link| link.distance <= farthest));
+            links.extend(found);
         }
         links.sort_by(|a, b| a.distance.total_cmp(&b.distance));
         let least = links.first().map_or(0.0, |link| link.distance);

@@ -34,6 +34,11 @@ pub struct BuildReport {
     /// Clips that nothing near leads to or from, and loops, as they were joined.
     #[serde(default)]
     pub joined: Vec<JoinedClip>,
+    /// Clips that are not joined because their closest links are farther than [`GraphSettings::farthest_join`], or that have none.
+    ///
+    /// [`GraphSettings::farthest_join`]: crate::graph::GraphSettings::farthest_join
+    #[serde(default)]
+    pub islands: Vec<JoinedClip>,
     /// Share of moments that reach an evasion within 0.5, 1 and 1.5 s, and how many different ones.
     pub responsiveness: Vec<Responsiveness>,
     /// Motion that is not part of the largest strongly connected component.
@@ -80,10 +85,24 @@ pub struct Dropped {
     pub clips: Vec<String>,
     /// Duration of the dropped parts of clips, in seconds.
     pub seconds: f64,
+    /// Parts of kept clips, the longest first.
+    #[serde(default)]
+    pub parts: Vec<DroppedPart>,
     /// Dropped evasions by clip and seconds, for example `"duck.bvh 0.77-1.77"`.
     pub evasions: Vec<String>,
     /// Dropped attacks, by clip and seconds.
     pub attacks: Vec<String>,
+}
+
+/// The parts of a clip that were dropped: no transition leads into its first moments, or out of its last ones.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct DroppedPart {
+    /// Name of the clip.
+    pub clip: String,
+    /// Seconds at its start.
+    pub start: f64,
+    /// Seconds at its end.
+    pub end: f64,
 }
 
 impl Dropped {
@@ -97,20 +116,37 @@ impl Dropped {
                 .map(|event| full.describe_event(event))
                 .collect()
         };
-        let mut is_used = vec![false; kept.clips().len()];
+        // First and last kept frame of each clip. The component's nodes are sorted.
+        let mut used: Vec<Option<[u32; 2]>> = vec![None; kept.clips().len()];
         for node in kept.nodes() {
-            is_used[node.clip.index()] = true;
+            let ends = used[node.clip.index()].get_or_insert([node.frame; 2]);
+            ends[1] = node.frame;
         }
-        let unused = kept
-            .clips()
-            .iter()
-            .zip(&is_used)
-            .filter(|(_, used)| !**used);
+        let mut parts = Vec::new();
+        for (index, clip) in kept.clips().iter().enumerate() {
+            let lead = full.leads.get(index).copied().unwrap_or(0);
+            let last = (clip.frames() as u32 - 1).saturating_sub(lead);
+            let seconds = |frames: u32| f64::from(frames) / full.frame_rate;
+            if let Some([first, end]) =
+                used[index].filter(|&[first, end]| first > lead || end < last)
+            {
+                parts.push(DroppedPart {
+                    clip: clip.name().to_owned(),
+                    start: seconds(first.saturating_sub(lead)),
+                    end: seconds(last.saturating_sub(end)),
+                });
+            }
+        }
+        let length = |part: &DroppedPart| part.start + part.end;
+        parts.sort_by(|a, b| length(b).total_cmp(&length(a)));
+        let unused = kept.clips().iter().zip(&used);
+        let unused = unused.filter(|(_, used)| used.is_none());
         // As many frames are added after a clip as before.
         let added = 2.0 * f64::from(full.leads.iter().sum::<u32>()) / full.frame_rate;
         Self {
             clips: unused.map(|(clip, _)| clip.name().to_owned()).collect(),
             seconds: (full.seconds_kept() - added - kept.seconds_kept()).max(0.0),
+            parts,
             evasions: gone(EventKind::Evasion),
             attacks: gone(EventKind::Attack),
         }

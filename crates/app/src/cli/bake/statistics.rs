@@ -1,7 +1,7 @@
 //! Statistics of a graph and of how it was built.
 
 use sabaki::anim::EventKind;
-use sabaki::graph::MotionGraph;
+use sabaki::graph::{BuildReport, DroppedPart, MotionGraph};
 use sabaki::maps::BakedGraph;
 use serde_json::{Value, json};
 
@@ -15,8 +15,69 @@ fn count(graph: &MotionGraph, kind: EventKind) -> usize {
         .count()
 }
 
-/// Largest number of joined clips that are listed; the JSON document has all.
+/// Largest number of joined clips, and of clips that lose seconds, that are listed; the JSON document has all.
 const MOST_JOINED: usize = 20;
+const MOST_DROPPED: usize = 8;
+
+/// Seconds of a clip below which a loss is not listed: the length of a blend.
+const BLEND: f64 = 0.5;
+
+/// A clip's name in at most 48 letters.
+fn short(name: &str) -> String {
+    const MOST: usize = 48;
+    let length = name.chars().count();
+    match length > MOST {
+        true => format!(
+            "…{}",
+            name.chars().skip(length + 1 - MOST).collect::<String>()
+        ),
+        false => name.to_owned(),
+    }
+}
+
+/// What is not in the graph, and what would keep it, a line for each clip.
+fn islands(report: &BuildReport) -> Vec<String> {
+    let dropped = &report.dropped;
+    let apart = report.islands.iter().map(|island| {
+        let clip = short(&island.clip);
+        match island.links {
+            [Some(into), Some(out)] => format!(
+                "island {clip}: in {into:.2} m, out {out:.2} m; --threshold {:.2} joins it",
+                into.max(out) + 0.005
+            ),
+            _ => format!("island {clip}: shorter than a blend, or all of it is one event"),
+        }
+    });
+    let is_known = |clip: &&String| !report.islands.iter().any(|island| island.clip == **clip);
+    let whole = dropped.clips.iter().filter(is_known);
+    let whole = whole.map(|clip| format!("island {}: it has no motion to join", short(clip)));
+    let long = |part: &&DroppedPart| part.start + part.end > BLEND;
+    let parts: Vec<String> = dropped.parts.iter().filter(long).map(part).collect();
+    let hint = parts.first().map(|_| {
+        "  a higher --threshold keeps more, or a clip that passes through their first and last poses".to_owned()
+    });
+    let parts = parts.into_iter().take(MOST_DROPPED);
+    apart.chain(whole).chain(parts).chain(hint).collect()
+}
+
+fn part(DroppedPart { clip, start, end }: &DroppedPart) -> String {
+    let [into, out] = [
+        (start, "at its start, which nothing near leads into"),
+        (end, "at its end, which leads to nothing near"),
+    ]
+    .map(|(seconds, place)| (*seconds > 0.0).then(|| format!("{seconds:.1} s {place}")));
+    match (into, out) {
+        (Some(_), Some(_)) => format!(
+            "dropped of {}: {start:.1} s at its start, {end:.1} s at its end",
+            short(clip)
+        ),
+        (one, other) => format!(
+            "dropped of {}: {}",
+            short(clip),
+            one.or(other).unwrap_or_default()
+        ),
+    }
+}
 
 /// Statistics of a graph as JSON, with stable keys.
 pub(crate) fn statistics(baked: &BakedGraph) -> Value {
@@ -53,6 +114,7 @@ pub(crate) fn bake_statistics(baked: &Baked) -> Value {
     if let Some(made) = &baked.made {
         value["build_seconds"] = json!(made.seconds);
         value["report"] = json!(made.report);
+        value["islands"] = json!(islands(&made.report));
         value["foot_slide"] = json!(made.feet);
         value["warnings"] = json!(made.warnings);
         value["left_out"] = json!(made.left_out);
@@ -145,6 +207,7 @@ pub(crate) fn describe_bake(baked: &Baked) -> String {
             line(format!("  {}: in {into}, out {out}", joined.clip));
         }
     }
+    islands(report).into_iter().for_each(&mut line);
     for event in dropped.evasions.iter().chain(&dropped.attacks) {
         line(format!("dropped event: {event}"));
     }
