@@ -495,7 +495,8 @@ fn quantized_and_filtered_meshes_are_read() {
     let found = mesh_of(&document, &bytes).unwrap();
     assert_eq!(found.vertices.len(), wanted.vertices.len());
     for (found, wanted) in found.vertices.iter().zip(&wanted.vertices) {
-        assert!(found.position.distance(wanted.position) < 1e-3);
+        // The mesh is in its own unit, millimetres.
+        assert!((1e-3 * found.position).distance(wanted.position) < 1e-3);
         assert!(
             found.normal.angle_between(wanted.normal) < 0.02,
             "{} {}",

@@ -8,7 +8,8 @@ use sabaki::anim::{
     forward_kinematics,
 };
 use sabaki::graph::{BuildReport, ClipSource, EdgeMotion, GraphError, GraphSettings, MotionGraph};
-use sabaki::maps::Body;
+use sabaki::lod::{LevelSettings, Levels};
+use sabaki::maps::{BakeSettings, Baker, Body};
 use sabaki_import::{ClipSet, ReadError, ReadOptions, read_bvh, read_clip, read_clips};
 
 /// A small file of this test.
@@ -471,4 +472,116 @@ fn frames_of_rest_are_left_out_and_named() {
     );
     assert!(apart(&plain, &set) < 1e-6);
     assert!((set.events[0].start - (1.0 - 2.0 / 30.0)).abs() < 1e-4);
+}
+
+/// The walking figure with fingers, a sword and a cape that turn by an angle from frame to frame.
+fn with_details(angle: f32) -> ClipSet {
+    let mut set = read(case("hips_root.bvh"));
+    let mut joints = set.skeleton.joints().to_vec();
+    let body = joints.len();
+    let mut add = |name: &str, parent: &str, offset: Vec3| {
+        let parent = joints
+            .iter()
+            .position(|joint| joint.name == parent)
+            .unwrap();
+        joints.push(Joint {
+            name: name.to_owned(),
+            parent: Some(JointId(parent as u16)),
+            offset,
+            kind: JointKind::Moving,
+        });
+    };
+    for hand in ["LeftHand", "RightHand"] {
+        for finger in 0..3 {
+            let name = format!("{hand}Finger{finger}");
+            add(&name, hand, Vec3::new(0.02 * finger as f32, -0.08, 0.0));
+            add(&format!("{name}Tip"), &name, Vec3::new(0.0, -0.05, 0.0));
+        }
+    }
+    add("sword_r", "RightHand", Vec3::Z * 0.1);
+    add("blade_r", "sword_r", Vec3::Z * 0.9);
+    add("cape_01", "Spine", Vec3::Z * -0.1);
+    add("tail_of_it", "cape_01", Vec3::Y * -0.7);
+    set.skeleton = Skeleton::new(joints).unwrap();
+    let count = set.skeleton.len();
+    for clip in &mut set.clips {
+        let mut desc = clip.desc();
+        let frames = desc.rotations.chunks_exact(body).enumerate();
+        let frames = frames.flat_map(|(frame, own)| {
+            let turn = glam::Quat::from_rotation_x(angle * frame as f32);
+            own.iter()
+                .copied()
+                .chain(std::iter::repeat_n(turn, count - body))
+        });
+        desc.rotations = frames.collect();
+        *clip = Clip::new(&set.skeleton, desc).unwrap();
+    }
+    set
+}
+
+#[test]
+fn fingers_and_carried_things_decide_nothing() {
+    let settings = GraphSettings {
+        compression: None,
+        ..GraphSettings::default()
+    };
+    let [still, wild] = [0.0, 1.3].map(with_details);
+    let [a, b] = [&still, &wild].map(|set| built(set, &settings).unwrap().0);
+    assert_eq!(a.nodes(), b.nodes());
+    let ends = |graph: &MotionGraph| -> Vec<_> {
+        graph
+            .edges()
+            .iter()
+            .map(|edge| (edge.from, edge.to, edge.frames))
+            .collect()
+    };
+    assert_eq!(ends(&a), ends(&b));
+    // Limits: those of the body are the same, and the others have none.
+    let limits = |graph: MotionGraph| {
+        let baker = Baker::new(graph, BakeSettings::default()).unwrap();
+        baker.finish_on_cpu().unwrap().entry_joint_speeds().to_vec()
+    };
+    let [a, b] = [a, b].map(limits);
+    assert_eq!(a, b);
+    let details = sabaki::anim::details(&wild.skeleton);
+    assert!(
+        a.iter()
+            .zip(&details)
+            .all(|(limit, is_detail)| limit.is_infinite() == *is_detail)
+    );
+    assert!(details[wild.skeleton.find("tail_of_it").unwrap().index()]);
+    // The body has no sphere on sword and cape, and is not higher for them.
+    let body = Body::from_bones(&wild.skeleton);
+    let name = |joint: JointId| wild.skeleton.joint(joint).name.as_str();
+    let on = |part: &str| {
+        body.spheres
+            .iter()
+            .any(|sphere| name(sphere.joint).starts_with(part))
+    };
+    assert!(on("LeftHand") && !on("sword") && !on("blade") && !on("cape") && !on("tail"));
+    let plain = Body::from_bones(&read(case("hips_root.bvh")).skeleton);
+    let most = |body: &Body| {
+        body.spheres
+            .iter()
+            .map(|sphere| sphere.radius)
+            .fold(0.0, f32::max)
+    };
+    assert_eq!(most(&body), most(&plain));
+    // Levels: the order of the body's joints is the same, and the hands' fingers go before the body's joints do.
+    let order = |set: &ClipSet| -> Vec<JointId> {
+        let levels = Levels::build(&set.skeleton, &set.clips, &LevelSettings::default()).unwrap();
+        levels
+            .levels
+            .iter()
+            .filter_map(|level| level.removed)
+            .collect()
+    };
+    let [a, b] = [&still, &wild].map(order);
+    assert_eq!(a, b);
+    let count = details.iter().filter(|is_detail| **is_detail).count();
+    assert!(
+        a[..count].iter().all(|joint| details[joint.index()]),
+        "{a:?}"
+    );
+    assert!(!a.contains(&wild.skeleton.find("LeftHand").unwrap()));
 }

@@ -9,7 +9,7 @@
 use glam::{Quat, Vec2, Vec3};
 use serde::{Deserialize, Serialize};
 
-use super::{JointId, JointKind, JointTransform, Limbs, Pose, Skeleton};
+use super::{JointId, JointKind, JointTransform, Limbs, Pose, Skeleton, carried};
 use crate::math::smooth_step;
 
 /// The joints of a leg: two bones and a foot; of an arm, two bones and a hand.
@@ -48,6 +48,7 @@ impl Leg {
     }
 
     fn above(skeleton: &Skeleton, feet: &[JointId]) -> Vec<Self> {
+        let no_part = carried(skeleton);
         let carried = |joint: JointId| {
             let carries = |foot: &&JointId| skeleton.ancestry(**foot).any(|above| above == joint);
             feet.iter().filter(carries).count()
@@ -70,7 +71,7 @@ impl Leg {
             };
             let knee = above(0)?;
             let hip = above(knee)?;
-            let toe = toe(skeleton, foot);
+            let toe = toe(skeleton, foot, &no_part);
             let (hip, knee) = (own[hip], own[knee]);
             Some(Self {
                 hip,
@@ -114,15 +115,15 @@ impl Leg {
     }
 }
 
-/// The foot's child that moves or, if there is none, the farthest child.
-fn toe(skeleton: &Skeleton, foot: JointId) -> Option<JointId> {
+/// The foot's child that moves or, if there is none, the farthest child. Things that are no part of the body are no toes.
+fn toe(skeleton: &Skeleton, foot: JointId, no_part: &[bool]) -> Option<JointId> {
     let rank = |&id: &JointId| {
         let joint = skeleton.joint(id);
         (joint.kind == JointKind::Moving, joint.offset.length())
     };
     skeleton
         .children(foot)
-        .filter(|id| rank(id).1 > 1e-3)
+        .filter(|id| rank(id).1 > 1e-3 && !no_part[id.index()])
         .max_by(|a, b| {
             let (a, b) = (rank(a), rank(b));
             a.0.cmp(&b.0).then(a.1.total_cmp(&b.1))

@@ -54,7 +54,7 @@ fn islands(report: &BuildReport) -> Vec<String> {
     let long = |part: &&DroppedPart| part.start + part.end > BLEND;
     let parts: Vec<String> = dropped.parts.iter().filter(long).map(part).collect();
     let hint = parts.first().map(|_| {
-        "  a higher --threshold keeps more, or a clip that passes through their first and last poses".to_owned()
+        "  a start or end is kept if its pose is near one of another clip; a blend takes 1/3 s of it".to_owned()
     });
     let parts = parts.into_iter().take(MOST_DROPPED);
     apart.chain(whole).chain(parts).chain(hint).collect()
