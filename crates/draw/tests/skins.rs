@@ -194,7 +194,7 @@ fn the_body_stands_on_the_floor_and_does_not_collapse_where_it_twists() {
 #[test]
 fn the_collar_is_at_the_shoulders_however_high_the_joint_of_the_neck_is() {
     let motions = demo::motions().unwrap();
-    let mut joints: Vec<Joint> = motions.skeleton.clone().into();
+    let mut joints: Vec<Joint> = motions.skeleton.joints().to_vec();
     let neck = joints.iter_mut().find(|joint| joint.name == "Neck");
     neck.unwrap().offset.y += 0.1;
     let skeleton = Skeleton::new(joints).unwrap();
