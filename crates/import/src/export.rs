@@ -7,7 +7,6 @@ use std::path::{Path, PathBuf};
 
 use serde_json::{Value, json};
 
-use super::figure::on_whole;
 use super::recording::Chosen;
 use super::{RecordedRequest, bvh, gltf};
 use sabaki::anim::{Clip, ClipDesc, ClipError, Event, Pose};
@@ -72,20 +71,14 @@ pub fn write_answer(
         [ending, "json"].map(|extension| folder.join(format!("{name}.{extension}")));
     let graph = baked.graph();
     let (played, seconds) = whole_motion(baked, answer, &request.attack);
-    let wrong = std::io::Error::other::<ClipError>;
-    let mut clip = as_clip(graph, &played, seconds).map_err(wrong)?;
-    let mut events = events(graph, &played, clip.duration());
-    let whole = graph.skeleton().whole();
-    let mut skeleton = graph.skeleton();
-    if let Some(whole) = &whole {
-        clip = on_whole(whole, &clip).map_err(wrong)?;
-        let joints = events.iter_mut().flat_map(|event| &mut event.joints);
-        joints.for_each(|joint| *joint = whole.joint(*joint));
-        skeleton = &whole.skeleton;
-    }
+    let clip = as_clip(graph, &played, seconds).map_err(std::io::Error::other)?;
+    let skeleton = graph.skeleton();
     write_atomically(&motion, |file| match format {
         MotionFormat::Bvh => bvh::write(file, skeleton, &clip, METRES_PER_UNIT),
-        MotionFormat::Glb => gltf::write(file, skeleton, std::slice::from_ref(&clip), &events),
+        MotionFormat::Glb => {
+            let events = events(graph, &played, clip.duration());
+            gltf::write(file, skeleton, std::slice::from_ref(&clip), &events)
+        }
     })?;
     let document = document(exported);
     write_atomically(&facts, |file| {

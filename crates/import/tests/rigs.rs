@@ -10,7 +10,7 @@ use sabaki::anim::{
 use sabaki::graph::{BuildReport, ClipSource, EdgeMotion, GraphError, GraphSettings, MotionGraph};
 use sabaki::lod::{LevelSettings, Levels};
 use sabaki::maps::{BakeSettings, Baker, Body};
-use sabaki_import::{ClipSet, ReadError, ReadOptions, read_bvh, read_clip, read_clips};
+use sabaki_import::{ClipSet, ReadError, ReadOptions, bvh, gltf, read_bvh, read_clip, read_clips};
 
 /// A small file of this test.
 fn case(name: &str) -> PathBuf {
@@ -197,6 +197,34 @@ fn joints_above_the_hips_come_back_as_they_were() {
             whole.skeleton.differences(&raw.skeleton(0.01).unwrap()),
             Vec::<String>::new()
         );
+        // Written files have them too, and are read as the same set.
+        let mut bytes = Vec::new();
+        bvh::write(&mut bytes, &skeleton, &set.clips[0], 0.01).unwrap();
+        let written = folder.path().join(format!("written_{name}.bvh"));
+        std::fs::write(&written, bytes).unwrap();
+        assert_eq!(
+            read_bvh(&written).unwrap().skeleton(0.01).unwrap().len(),
+            raw.skeleton(0.01).unwrap().len()
+        );
+        assert!(apart(&set, &read(written)) < 1e-4, "{name}");
+        let mut bytes = Vec::new();
+        gltf::write(&mut bytes, &skeleton, &set.clips, &[]).unwrap();
+        let written = folder.path().join(format!("written_{name}.glb"));
+        std::fs::write(&written, bytes).unwrap();
+        let again = read(written);
+        assert!(
+            again
+                .skeleton
+                .file_joints()
+                .unwrap()
+                .above()
+                .eq(["Armature"])
+        );
+        assert_eq!(
+            again.skeleton.file_joints().unwrap().carrier.is_some(),
+            moves
+        );
+        assert!(apart(&set, &again) < 1e-4, "{name}");
         let (mut pose, mut joints, mut places) = (Pose::default(), Vec::new(), Vec::new());
         let (mut back, mut again) = (Pose::default(), Vec::new());
         for frame in 0..raw.frames() {

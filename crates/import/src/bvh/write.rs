@@ -3,13 +3,15 @@ use std::io::{self, Write};
 use glam::{DMat3, Quat};
 use sabaki::anim::{Clip, JointId, JointKind, Pose, Skeleton};
 
+use crate::figure::on_whole;
+
 const ROTATIONS: &str = "Zrotation Xrotation Yrotation";
 const POSITIONS: &str = "Xposition Yposition Zposition";
 
 /// Writes a motion as BVH, with lengths in units of `metres_per_unit`: 0.01 for centimetres. The root has positions and Z X Y rotations; the other joints have
 /// rotations, and positions if the clip moves them.
 ///
-/// Joints are written depth first. Skeletons from BVH files keep their order. Characters that BVH
+/// The joints that the skeleton's file has above and beside the body come back ([`Skeleton::whole`]). Joints are written depth first. Skeletons from BVH files keep their order. Characters that BVH
 /// names cannot contain (braces, line ends) are replaced by `_`.
 ///
 /// # Errors
@@ -23,6 +25,10 @@ pub fn write(
     if !(metres_per_unit.is_finite() && metres_per_unit > 0.0) {
         let what = format!("a scale of {metres_per_unit} metres per unit is not possible");
         return Err(io::Error::new(io::ErrorKind::InvalidInput, what));
+    }
+    if let Some(whole) = skeleton.whole() {
+        let clip = on_whole(&whole, clip).map_err(io::Error::other)?;
+        return write(out, &whole.skeleton, &clip, metres_per_unit);
     }
     let mut writer = Writer {
         out,

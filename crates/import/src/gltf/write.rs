@@ -7,7 +7,10 @@ use serde_json::{Value, json};
 
 use crate::EventEntry;
 use crate::bvh::moving_joints;
-use sabaki::anim::{Clip, Event, JointKind, Pose, Skeleton, forward_kinematics};
+use crate::figure::on_whole;
+use sabaki::anim::{
+    Clip, Event, JointId, JointKind, Pose, Skeleton, WholeSkeleton, forward_kinematics,
+};
 
 /// Component types and targets of the specification, section 3.6.
 const FLOAT: u32 = 5126;
@@ -18,7 +21,7 @@ const INDICES: u32 = 34963;
 
 /// Writes clips of one skeleton as a GLB file with one animation for each clip, in metres. A figure
 /// of thin bones is bound to the skeleton, so that every viewer shows the motion. End sites become
-/// nodes too.
+/// nodes too, and so do the joints that the skeleton's file has above and beside the body ([`Skeleton::whole`]).
 ///
 /// The clips' events stand in the `extras` of each animation: `{"sabaki": {"events": [...]}}`, each event as in an
 /// [`EventsFile`](crate::EventsFile). Reading the file returns them.
@@ -38,6 +41,9 @@ pub fn write(
         let what = format!("an event is of clip {}, which is not there", event.clip);
         return Err(Error::new(ErrorKind::InvalidInput, what));
     }
+    let of_body = skeleton;
+    let whole = skeleton.whole();
+    let skeleton = whole.as_ref().map_or(of_body, |whole| &whole.skeleton);
     let mut buffer = Buffer::default();
     let places = rest_places(skeleton);
     let binds = places
@@ -46,15 +52,21 @@ pub fn write(
     let binds = buffer.floats("MAT4", binds.flatten());
     let mut animations = Vec::new();
     for clip in clips {
-        if clip.joints() != skeleton.len() {
+        if clip.joints() != of_body.len() {
             let what = format!("clip \"{}\" is of another skeleton", clip.name());
             return Err(Error::new(ErrorKind::InvalidInput, what));
         }
-        let mut animation = buffer.animation(skeleton, clip);
+        let mut animation = match &whole {
+            Some(whole) => {
+                let clip = on_whole(whole, clip).map_err(Error::other)?;
+                buffer.animation(skeleton, &clip)
+            }
+            None => buffer.animation(skeleton, clip),
+        };
         let labels: Vec<EventEntry> = events
             .iter()
             .filter(|event| event.clip == animations.len())
-            .map(|event| EventEntry::of(event, skeleton))
+            .map(|event| EventEntry::of(event, of_body))
             .collect();
         if !labels.is_empty() {
             animation["extras"] = json!({ "sabaki": { "events": labels } });
@@ -62,9 +74,19 @@ pub fn write(
         animations.push(animation);
     }
     let joints: Vec<usize> = (0..skeleton.len()).collect();
-    let mut nodes = nodes(skeleton, clips.first());
+    let root = match (&whole, clips.first()) {
+        (None, Some(clip)) => clip.root(0),
+        (Some(_), _) => skeleton.joint(JointId::ROOT).offset,
+        _ => Vec3::ZERO,
+    };
+    let mut nodes = nodes(skeleton, root);
     let mut roots = vec![0];
-    let meshes = buffer.figure(skeleton, &places);
+    let is_bone = |child: JointId| {
+        let mut ends = skeleton.joint(child).parent.into_iter().chain([child]);
+        let is_of_body = |whole: &WholeSkeleton| ends.all(|joint| whole.is_of_body(joint));
+        whole.as_ref().is_none_or(is_of_body)
+    };
+    let meshes = buffer.figure(skeleton, &places, is_bone);
     if !meshes.is_empty() {
         roots.push(nodes.len());
         nodes.push(json!({ "name": "figure", "mesh": 0, "skin": 0 }));
@@ -125,15 +147,14 @@ fn rest_places(skeleton: &Skeleton) -> Vec<Vec3> {
     joints.iter().map(|joint| joint.translation).collect()
 }
 
-/// Nodes of the joints. The root is at its position in the first frame of a clip.
-fn nodes(skeleton: &Skeleton, first: Option<&Clip>) -> Vec<Value> {
+/// Nodes of the joints, with the root at a place.
+fn nodes(skeleton: &Skeleton, root: Vec3) -> Vec<Value> {
     let mut children: Vec<Vec<u16>> = vec![Vec::new(); skeleton.len()];
     for id in skeleton.ids().skip(1) {
         if let Some(parent) = skeleton.joint(id).parent {
             children[parent.index()].push(id.0);
         }
     }
-    let root = first.map_or(Vec3::ZERO, |clip| clip.root(0));
     let pairs = skeleton.joints().iter().zip(children);
     let node = |(joint, children): (&sabaki::anim::Joint, Vec<u16>)| {
         let place = if joint.parent.is_some() {
@@ -243,7 +264,12 @@ impl Buffer {
 
     /// Creates an octahedron along each bone, bound to the joint at the bone's start. A skeleton
     /// without bones gets no mesh.
-    fn figure(&mut self, skeleton: &Skeleton, places: &[Vec3]) -> Vec<Value> {
+    fn figure(
+        &mut self,
+        skeleton: &Skeleton,
+        places: &[Vec3],
+        is_bone: impl Fn(JointId) -> bool,
+    ) -> Vec<Value> {
         /// Position and width of an octahedron's waist, as shares of the bone's length.
         const WAIST: (f32, f32) = (0.15, 0.08);
         const FACES: [[u32; 3]; 8] = [
@@ -258,7 +284,8 @@ impl Buffer {
         ];
         let (mut vertices, mut joints, mut faces): (Vec<[f32; 3]>, Vec<u16>, Vec<u32>) =
             Default::default();
-        for (child, joint) in skeleton.joints().iter().enumerate() {
+        for id in skeleton.ids().filter(|&id| is_bone(id)) {
+            let (child, joint) = (id.index(), skeleton.joint(id));
             let Some(parent) = joint.parent else { continue };
             let Some(along) = joint.offset.try_normalize() else {
                 continue;

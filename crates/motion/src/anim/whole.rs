@@ -125,6 +125,12 @@ impl WholeSkeleton {
         self.file.body[of_body.index()]
     }
 
+    /// Whether a joint is one of the body.
+    #[must_use]
+    pub fn is_of_body(&self, joint: JointId) -> bool {
+        self.own[joint.index()].is_some()
+    }
+
     /// Writes all joints' frames in the space of the motion to `out`. `body` has those of the body's joints.
     pub fn places(&self, body: &[JointTransform], out: &mut Vec<JointTransform>) {
         out.clear();
