@@ -87,7 +87,7 @@ fn a_graph_that_is_none_is_refused_with_the_reason() {
     let whole = serde_json::to_value(small()).unwrap();
     let edges = whole["graph"]["edges"].as_array().unwrap();
     let evasion = whole["evasions"][0]["edge"].as_u64().unwrap() as usize;
-    let first_joint = &whole["graph"]["skeleton"][0];
+    let first_joint = &whole["graph"]["skeleton"]["joints"][0];
     // The graph falls into two where no edge leads into the first node.
     let looped: Vec<Value> = edges.iter().map(|edge| looped(edge.clone())).collect();
     let cases = [
@@ -97,7 +97,11 @@ fn a_graph_that_is_none_is_refused_with_the_reason() {
         ("/graph/frame_rate", json!(16.0), "another frame rate"),
         ("/graph/events", json!([]), "an edge does not fit"),
         ("/graph/edges", json!(looped), "an edge does not fit"),
-        ("/graph/skeleton", json!([first_joint]), "a clip is damaged"),
+        (
+            "/graph/skeleton/joints",
+            json!([first_joint]),
+            "a clip is damaged",
+        ),
         ("/body/spheres", json!([]), "a body sphere"),
         ("/atlas/regions", json!([]), "an evasion names an edge"),
         ("/atlas/grid/texel", json!(1e-9), "the maps' texels"),

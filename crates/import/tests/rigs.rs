@@ -367,6 +367,19 @@ fn a_file_of_joints_overrides_what_is_found() {
     set.take_joints(&joints).unwrap();
     let ends = set.skeleton.ends().unwrap();
     assert_eq!(set.skeleton.joint(ends[0]).name, own("LeftForeArm"));
+    // A root above the hips, and the hips again.
+    let plain = read(case("hips_root.bvh"));
+    let ends = ["LeftHand", "RightHand", "LeftFoot", "RightFoot"].map(own);
+    for root in ["Reference", "Hips"] {
+        let text = serde_json::json!({
+            "root": own(root), "left_hand": ends[0], "right_hand": ends[1], "left_foot": ends[2], "right_foot": ends[3]
+        });
+        std::fs::write(&joints, text.to_string()).unwrap();
+        set.take_joints(&joints).unwrap();
+        assert_eq!(set.skeleton.joint(JointId::ROOT).name, own(root));
+        assert_eq!(set.skeleton.file_joints().is_some(), root == "Hips");
+    }
+    assert!(apart(&plain, &set) < 1e-5);
     std::fs::write(
         &joints,
         r#"{"left_hand": "x", "right_hand": "y", "left_foot": "z", "right_foot": "w"}"#,

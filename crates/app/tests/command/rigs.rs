@@ -243,7 +243,7 @@ fn measured(folder: &Path, name: &str) -> Vec<f64> {
         "dodge {name}.sabaki --attacks 1000 --seed 3 --json"
     ));
     let time = run(&format!("coverage {name}.sabaki --by-time --json"));
-    let play = run(&format!("play {name}.sabaki --threats 100 --json"));
+    let play = run(&format!("play {name}.sabaki --threats 50 --json"));
     let figure = |&(document, key, ..): &(&str, &str, f64, f64)| {
         let document = match (document, key) {
             (_, "/scale") => return read["stature"].as_f64().unwrap(),
