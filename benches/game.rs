@@ -6,6 +6,7 @@
 use std::collections::BTreeMap;
 use std::f32::consts::TAU;
 use std::path::{Path, PathBuf};
+use std::process::Command;
 use std::sync::Arc;
 
 use glam::Vec3;
@@ -32,6 +33,8 @@ const WALK: f32 = 1.3;
 const BUDGET: f32 = 2.0;
 
 type Figures = BTreeMap<&'static str, f64>;
+/// Measures a part of the figures.
+type Part = fn(&Arc<BakedGraph>, &mut Figures);
 
 fn main() {
     let options: Vec<String> = std::env::args().collect();
@@ -39,6 +42,13 @@ fn main() {
         let place = options.iter().position(|option| option == name);
         place.and_then(|place| options.get(place + 1).map(PathBuf::from))
     };
+    if let Some(file) = option("--resident") {
+        let before = resident();
+        let baked = Arc::new(archive::read(&file).unwrap());
+        let characters = Characters::new(baked, CharacterSettings::default());
+        println!("{}", resident() - before);
+        return drop(characters);
+    }
     let folder = tempfile::tempdir().unwrap();
     let file = option("--baked").unwrap_or_else(|| embedded_file(folder.path()));
     let mut figures = Figures::new();
@@ -48,7 +58,7 @@ fn main() {
         "milliseconds", "median", "99%", "worst"
     );
     let only = option("--only").map(|name| name.to_string_lossy().into_owned());
-    let parts: [(&str, fn(&Arc<BakedGraph>, &mut Figures)); 6] = [
+    let parts: [(&str, Part); 6] = [
         ("steps", steps),
         ("searches", searches),
         ("plans", plans),
@@ -97,16 +107,19 @@ fn row(name: &str, times: &[f64]) -> (f64, f64) {
 
 fn memory(file: &Path, figures: &mut Figures) -> Arc<BakedGraph> {
     let bytes = std::fs::metadata(file).unwrap().len() as f64;
-    let before = resident();
     let started = thread_milliseconds();
     let baked = Arc::new(archive::read(file).unwrap());
     let opened = thread_milliseconds() - started;
-    let characters = Characters::new(Arc::clone(&baked), CharacterSettings::default()).unwrap();
-    let held = resident() - before;
+    // In a process of its own, whose memory holds nothing else.
+    let mut alone = Command::new(std::env::current_exe().unwrap());
+    let output = alone.arg("--resident").arg(file).output().unwrap();
+    let held: f64 = String::from_utf8_lossy(&output.stdout)
+        .trim()
+        .parse()
+        .unwrap();
     note(figures, "file_mb", 1e-6 * bytes);
     note(figures, "open_ms", opened);
     note(figures, "resident_by_file_size", held / bytes);
-    drop(characters);
     let mut game = Game::new(&baked, 1, CharacterSettings::default());
     game.play(120, |_| ());
     note(

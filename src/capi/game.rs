@@ -119,6 +119,26 @@ exported! {
         game.characters.steer(id, given(goal, "goal")?.goal()?)?;
     }
 
+    unsafe extern "C" fn sabaki_move_by(
+        game: Option<&mut Game>,
+        character: u64,
+        x: f32,
+        z: f32,
+        heading: f32,
+    ) {
+        let (game, id) = (given(game, "game")?, CharacterId::from_bits(character));
+        game.characters.move_by(id, Rigid2::new(heading, x, z))?;
+    }
+
+    unsafe extern "C" fn sabaki_set_height(
+        game: Option<&mut Game>,
+        character: u64,
+        height: f32,
+    ) {
+        let (game, id) = (given(game, "game")?, CharacterId::from_bits(character));
+        game.characters.set_height(id, height)?;
+    }
+
     unsafe extern "C" fn sabaki_threaten(
         game: Option<&mut Game>,
         threat: Option<&ThreatIn>,

@@ -184,6 +184,8 @@ impl EventOut {
                 out.joint = joint.0.into();
             }
             CharacterEventKind::Ended => out.kind = 7,
+            CharacterEventKind::Shoved => out.kind = 8,
+            CharacterEventKind::Stuck { depth } => (out.kind, out.metres) = (9, -depth),
         }
         out
     }

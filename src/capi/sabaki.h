@@ -256,6 +256,12 @@ typedef struct sabaki_goal {
 /* What a character does while nothing threatens it. */
 sabaki_status sabaki_steer(sabaki_game *game, sabaki_character character, const sabaki_goal *goal);
 
+/* Moves a character in the world, turned by `heading` about the origin and then by (x, z), for example with a platform or a character
+ * controller. It goes on with what it plays from there. */
+sabaki_status sabaki_move_by(sabaki_game *game, sabaki_character character, float x, float z, float heading);
+/* Sets the height of the ground on which a character stands, 0 by default, for example on stairs. */
+sabaki_status sabaki_set_height(sabaki_game *game, sabaki_character character, float height);
+
 /* Spheres that move together, from `time` on, on the clock of sabaki_game_now(). A time in the future announces a threat. */
 typedef struct sabaki_threat {
     double time;                  /* at most an hour from now */
@@ -302,7 +308,9 @@ typedef enum sabaki_event_kind {
     SABAKI_CORNERED = 4, /* none avoids threats and obstacles: `metres` from the threats, `entered` (depth times weight) */
     SABAKI_MISSED = 5,   /* `threat` has passed, at `metres`; of one that was too far away all the time, nothing is said */
     SABAKI_HIT = 6,      /* `threat` touches `joint` at `point`, with `normal` from the body to the threat, `metres` deep (negative) */
-    SABAKI_ENDED = 7     /* a planned motion has ended, or was left: the character follows its goal again */
+    SABAKI_ENDED = 7,    /* a planned motion has ended, or was left: the character follows its goal again */
+    SABAKI_SHOVED = 8,   /* an obstacle was put on the body, which is shoved out at the speed of a run */
+    SABAKI_STUCK = 9     /* the body is in an obstacle, `metres` deep (negative), and there is no free place around it */
 } sabaki_event_kind;
 
 typedef struct sabaki_event {

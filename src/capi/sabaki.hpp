@@ -179,6 +179,10 @@ public:
         return character;
     }
     void despawn(sabaki_character character) { check(sabaki_despawn(handle_, character)); }
+    void move_by(sabaki_character character, float x, float z, float heading) {
+        check(sabaki_move_by(handle_, character, x, z, heading));
+    }
+    void set_height(sabaki_character character, float height) { check(sabaki_set_height(handle_, character, height)); }
     void steer(sabaki_character character, const sabaki_goal &goal) { check(sabaki_steer(handle_, character, &goal)); }
     std::uint64_t threaten(const sabaki_threat &threat) {
         std::uint64_t id = 0;

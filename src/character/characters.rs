@@ -186,6 +186,33 @@ impl Characters {
         Ok(())
     }
 
+    /// Moves a character in the world, for example with a platform, or to where a character controller wants it. It goes on with what it plays
+    /// from there; a plan is tested again once it has been moved by more than [`CharacterSettings::margin`].
+    ///
+    /// # Errors
+    /// An unknown character; numbers that are not finite; a place more than 5 km from the origin.
+    pub fn move_by(&mut self, id: CharacterId, by: Rigid2) -> Result<(), CharacterError> {
+        let (baked, now, margin) = (Arc::clone(&self.baked), self.now, self.settings.margin);
+        let state = self.state_mut(id)?;
+        let place = state.playing.ground(baked.graph());
+        let there = by.point(Vec3::new(place.x, 0.0, place.y));
+        shorter("the place's distance from the origin", there, FURTHEST)?;
+        within("the heading", by.heading(), ANY)?;
+        state.move_by(by, now, margin, baked.graph());
+        Ok(())
+    }
+
+    /// Sets the height of the ground on which a character stands, in metres, for example on stairs. Default 0. Threats, obstacles and poses stay in
+    /// the world; characters avoid each other only on grounds that are less than 1.8 m apart.
+    ///
+    /// # Errors
+    /// An unknown character; a height that is not finite or beyond 5 km.
+    pub fn set_height(&mut self, id: CharacterId, height: f32) -> Result<(), CharacterError> {
+        within("the height of the ground", height, -FURTHEST..=FURTHEST)?;
+        self.state_mut(id)?.height = height;
+        Ok(())
+    }
+
     /// Hands the body to another system, such as a ragdoll. The character stays in place and ignores threats until
     /// [`Characters::resume`].
     ///
@@ -214,11 +241,15 @@ impl Characters {
             self.check_pose(pose)?;
         }
         within("the time between the poses", seconds, 1e-4..=1.0)?;
-        let goal = self.state_mut(id)?.goal;
+        let CharacterState { goal, height, .. } = *self.state_mut(id)?;
+        let [mut before, mut now] = poses.map(Pose::clone);
+        before.root.y -= height;
+        now.root.y -= height;
+        let poses = [&before, &now];
         let found = self.steering.resume(&self.baked, poses, seconds);
         let motion = found.ok_or(CharacterError::NothingToPlay)?;
         let mut state = CharacterState::new(motion);
-        state.goal = goal;
+        (state.goal, state.height) = (goal, height);
         *self.state_mut(id)? = state;
         Ok(())
     }
@@ -289,7 +320,14 @@ impl Characters {
         let times = [dt, self.settings.steer.interval];
         let searches = self.settings.searches_per_step;
         share_searches(&mut self.slots, times, searches, &mut self.due);
-        let [low, high] = self.roots;
+        let heights = self.slots.iter_mut().filter_map(|slot| {
+            let slot = slot.get_mut().unwrap_or_else(PoisonError::into_inner);
+            Some(slot.state.as_deref()?.height)
+        });
+        let [low, high] = heights.fold([0.0, 0.0], |[low, high]: [f32; 2], height| {
+            [low.min(height), high.max(height)]
+        });
+        let [low, high] = [low + self.roots[0], high + self.roots[1]];
         self.flights.find(
             &self.threats,
             [self.now, f64::from(dt)],
@@ -385,6 +423,7 @@ impl Characters {
             playing
                 .motion
                 .sample(self.baked.graph(), playing.seconds, pose);
+            pose.root.y += state.height;
         })
     }
 

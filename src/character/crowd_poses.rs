@@ -258,7 +258,7 @@ impl Seen<'_> {
             speed,
             placement: Placement {
                 ground,
-                height: 0.0,
+                height: self.state.height,
             },
         }
     }

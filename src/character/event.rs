@@ -82,6 +82,13 @@ pub enum CharacterEventKind {
         /// Depth in an obstacle times its weight, in metres; 0 for none.
         entered: f32,
     },
+    /// An obstacle was put on the body, which is shoved out at the speed of a run. It is reported once until the body is free.
+    Shoved,
+    /// The body is in an obstacle, and there is no free place around it. It is reported once until the body is free.
+    Stuck {
+        /// Depth in the obstacle, in metres.
+        depth: f32,
+    },
     /// A threat that might have reached the body has passed. It is reported once for each threat, and not for one that was always too far away.
     MissedBy {
         /// The threat.

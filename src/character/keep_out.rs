@@ -3,10 +3,13 @@
 //! Plans and steering avoid obstacles. Remaining entries, such as an arm that swings into a wall, are removed by a shift of the whole body on
 //! the ground, as character controllers of games do: the deepest entry is removed first, several times (projected Gauss-Seidel). Between obstacles that close in from two sides this does not converge. Then the nearest free place is
 //! searched on rings around the body, for the moment [`LOOK`] ahead, so that the body is out before it is squeezed. A limb can be faster
-//! than the shift may be: the shift begins when the pose [`POSE_AHEAD`] enters.
+//! than the shift may be: the shift begins when the pose [`POSE_AHEAD`] enters. A body that an obstacle was put on is shoved out at the speed of
+//! a run, and one without a free place around it stays where it is.
 
 use glam::{Vec2, Vec3};
+use serde::{Deserialize, Serialize};
 
+use super::event::CharacterEventKind;
 use super::state::CharacterState;
 use super::world::{Worker, World};
 use crate::maps::BodySphere;
@@ -20,6 +23,30 @@ const LOOK: f32 = 0.25;
 
 /// How far ahead the body's own motion is looked at, in seconds.
 const POSE_AHEAD: f32 = 0.1;
+
+/// No limb swings as deep as this into an obstacle, which was put on the body then, in metres. The body is shoved out at [`SHOVE`].
+const DEEP: f32 = 0.35;
+
+/// Speed at which a body is shoved out, in metres per second: that of a run.
+const SHOVE: f32 = 3.0;
+
+/// A body is shoved no further than this, in metres.
+const FURTHEST_OUT: f32 = 2.0;
+
+/// Time until a free place is sought again for a body that has none, in seconds.
+const STUCK: f64 = 0.5;
+
+/// How a body is among obstacles.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(super) enum Squeezed {
+    /// Free, or out of everything after this step.
+    #[default]
+    Free,
+    /// It is shoved out.
+    Shoved,
+    /// There is no free place around it. One is sought again at this time, in seconds.
+    Stuck(f64),
+}
 
 /// Maximum factor on the speed of the shift for a body that would otherwise stay in an obstacle. Between moving obstacles that close in, the
 /// nearest free place may be decimetres away.
@@ -62,6 +89,10 @@ impl CharacterState {
         };
         let is_near = |reach: f32, all: &[Obstacle]| all.iter().any(|one| near(one, reach));
         if !is_near(reach + way, &worker.obstacles) {
+            self.squeezed = Squeezed::Free;
+            return;
+        }
+        if matches!(self.squeezed, Squeezed::Stuck(until) if world.now < until) {
             return;
         }
         worker.pose_body(
@@ -83,6 +114,7 @@ impl CharacterState {
         let step = world.settings.push * dt;
         let reach = now_widest.max(later_widest + way);
         if !is_near(reach + step, &worker.obstacles) {
+            self.squeezed = Squeezed::Free;
             return;
         }
         // A shift may lead into obstacles that are further away.
@@ -103,7 +135,24 @@ impl CharacterState {
         };
         let shift = squeeze.shift([dt, dt + LOOK], step);
         let shift = squeeze.towards(&later, shift, [dt, dt + POSE_AHEAD], step);
-        let shift = squeeze.hurried(shift, dt, step);
+        let was_shoved = self.squeezed == Squeezed::Shoved;
+        let (shift, squeezed) = squeeze.hurried(shift, dt, step, was_shoved);
+        let is_new = std::mem::discriminant(&squeezed) != std::mem::discriminant(&self.squeezed);
+        self.squeezed = match squeezed {
+            Squeezed::Stuck(_) => Squeezed::Stuck(world.now + STUCK),
+            other => other,
+        };
+        match squeezed {
+            Squeezed::Shoved if is_new => {
+                self.events.push((world.end(), CharacterEventKind::Shoved));
+            }
+            Squeezed::Stuck(_) if is_new => {
+                let depth = squeeze.deepest(shift, dt, SKIN).metres - SKIN;
+                let stuck = CharacterEventKind::Stuck { depth };
+                self.events.push((world.end(), stuck));
+            }
+            _ => {}
+        }
         if shift == Vec2::ZERO {
             return;
         }
@@ -150,16 +199,24 @@ impl Squeeze<'_> {
         }
     }
 
-    /// The shift, longer where the body would stay in something that is left by a step [`HURRY`] times as long.
-    fn hurried(&self, shift: Vec2, now: f32, step: f32) -> Vec2 {
+    /// The shift, longer where the body would stay in something that is left by a step [`HURRY`] times as long, and slower where it is [`DEEP`], until it is out.
+    fn hurried(&self, shift: Vec2, now: f32, step: f32, is_shoved: bool) -> (Vec2, Squeezed) {
         if self.deepest(shift, now, SKIN).metres <= SKIN {
-            return shift;
+            return (shift, Squeezed::Free);
         }
         let settled = self
             .settle(shift, now)
             .or_else(|| self.settle(Vec2::ZERO, now));
         let free = settled.or_else(|| self.escape(now));
-        free.map_or(shift, |free| free.clamp_length_max(HURRY * step))
+        match free {
+            None => (shift, Squeezed::Stuck(0.0)),
+            Some(free) if free.length() > FURTHEST_OUT => (Vec2::ZERO, Squeezed::Stuck(0.0)),
+            Some(free) if is_shoved || self.deepest(Vec2::ZERO, now, SKIN).metres > DEEP => {
+                let slow = free.clamp_length_max(step.min(SHOVE * now));
+                (slow, Squeezed::Shoved)
+            }
+            Some(free) => (free.clamp_length_max(HURRY * step), Squeezed::Free),
+        }
     }
 
     /// Removes the deepest entry until none is left; `None` if some are left.
@@ -289,7 +346,11 @@ mod tests {
         let at = Vec2::new(-0.1, 0.0);
         let slow = shift(at, &[wall]);
         assert!((slow.length() - STEP).abs() < 1e-4, "{slow}");
-        let hurry = |shift: Vec2| squeezed(at, &[wall], |body| body.hurried(shift, FRAME, STEP));
+        let hurry = |shift: Vec2| {
+            squeezed(at, &[wall], |body| {
+                body.hurried(shift, FRAME, STEP, false).0
+            })
+        };
         let hurried = hurry(slow);
         assert!(depth(at + hurried, &[wall], FRAME) < 1e-4, "{hurried}");
         // Not further than it has to, and not at all where it is out.

@@ -16,6 +16,9 @@ use crate::query::clearance::ObstacleTest;
 /// Obstacles within this distance of what the body reaches are near, in metres.
 const NEAR: f32 = 6.0;
 
+/// Characters on grounds that are further apart are not in each other's way, in metres.
+const STOREY: f32 = 1.8;
+
 /// Lists all characters that are not released.
 pub(super) fn find_bodies(baked: &BakedGraph, slots: &[Mutex<Slot>], out: &mut Vec<OtherBody>) {
     for (index, slot) in slots.iter().enumerate() {
@@ -27,6 +30,7 @@ pub(super) fn find_bodies(baked: &BakedGraph, slots: &[Mutex<Slot>], out: &mut V
         out.push(OtherBody {
             index: index as u32,
             place: state.playing.ground(baked.graph()),
+            height: state.height,
             velocity: Vec2::new(velocity.x, velocity.z),
         });
     }
@@ -51,14 +55,21 @@ impl CharacterState {
         let range = |obstacle: &Obstacle| {
             world.baked.reach() + NEAR + obstacle.velocity().length() * world.settings.horizon
         };
-        let near = |obstacle: &&Obstacle| obstacle.distance(root, 0.0) < range(obstacle);
-        out.extend(world.obstacles.iter().filter(near));
-        for body in world.bodies.iter().filter(|body| body.index != id.index) {
+        let near =
+            |obstacle: &&Obstacle, root: Vec3| obstacle.distance(root, 0.0) < range(obstacle);
+        let place = root + Vec3::Y * self.height;
+        let given = world.obstacles.iter().filter(|one| near(one, place));
+        out.extend(given.map(|one| one.lowered(self.height)));
+        let others = world
+            .bodies
+            .iter()
+            .filter(|body| body.index != id.index && (body.height - self.height).abs() < STOREY);
+        for body in others {
             let radius = world.settings.body_radius;
             let disc = Obstacle::disc(body.place, radius);
             let velocity = Vec3::new(body.velocity.x, 0.0, body.velocity.y);
             let disc = disc.and_then(|disc| disc.moving(velocity));
-            out.extend(disc.ok().filter(|disc| near(&disc)));
+            out.extend(disc.ok().filter(|disc| near(&disc, root)));
         }
     }
 

@@ -7,6 +7,7 @@ use std::hash::{Hash, Hasher};
 
 use glam::Vec3Swizzles;
 use rustc_hash::FxHasher;
+use serde::{Deserialize, Serialize};
 
 use super::event::{CharacterEventKind, CharacterId, ThreatId};
 use super::state::{CharacterState, Pending};
@@ -14,8 +15,8 @@ use super::threat::Window;
 use super::world::{KnownThreat, PlanScratch, Worker, World};
 use crate::graph::Motion;
 use crate::maps::SphereKey;
-use crate::query::clearance::{Clearance, ExactTest, Extent, ObstacleTest, Sampling};
-use crate::query::{Attack, Obstacle, PlanScope, Query, Request, evasions_end};
+use crate::query::clearance::{Clearance, ExactTest, Extent, ObstacleTest, Sampling, WorkLimit};
+use crate::query::{Attack, Obstacle, PlanScope, PlanStage, Query, Request, evasions_end};
 
 /// The moment that a plan is made for.
 struct Moment {
@@ -36,6 +37,8 @@ struct Planning<'a> {
     world: &'a World<'a>,
     moment: Moment,
     near: Vec<NearThreat<'a>>,
+    /// [`CharacterState::height`].
+    height: f32,
     /// Whether the last plan was for the same threats.
     is_repeated: bool,
 }
@@ -58,6 +61,18 @@ enum Plan {
     Take(TestedMotion),
     /// No motion avoids them. Among obstacles: the motion of the least harm.
     Fail(Option<LeastHarm>),
+    /// The limit came before an answer.
+    GoOn(Progress),
+}
+
+/// How far a plan has come: everything before was tested, and hit.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(super) struct Progress {
+    /// Number of the attempt.
+    attempt: usize,
+    stage: PlanStage,
+    /// Hash of the ids of the threats.
+    threats: u64,
 }
 
 /// The motion of the least harm.
@@ -72,6 +87,9 @@ const BLEND: f32 = 0.2;
 
 /// Time before the contact at which evasions start in the second attempt, after no early evasion avoids the threats, in seconds.
 const LATE: f32 = 0.2;
+
+/// How often the time between attempts is doubled while the same threats cannot be avoided.
+const MOST_DOUBLED: u8 = 4;
 
 /// Among obstacles, another motion is taken only if its harm is less by this, in metres.
 const GAIN: f32 = 0.02;
@@ -115,8 +133,9 @@ impl CharacterState {
 
     /// Resets the state of planning if no threat is near. Steering then waits only for the end of a planned motion.
     fn forget_threats(&mut self, now: f64) {
-        (self.seen, self.retry_at, self.kept_since) = (0, None, None);
-        (self.has_failed, self.avoided) = (false, 0);
+        (self.seen, self.retry_at) = (0, None);
+        (self.has_failed, self.avoided, self.failures) = (false, 0, 0);
+        self.progress = Progress::default();
         self.passed_at = self.passed_at.min(now);
         if !self.has_plan {
             self.held_until = self.held_until.min(now);
@@ -124,7 +143,7 @@ impl CharacterState {
     }
 
     /// Answers the known threats, if the played motion does not avoid them. [`CharacterState::urgency`] comes before it. Returns
-    /// `false` if [`PlanScratch::deadline`] came before the answer: nothing has changed then.
+    /// `false` if the limit came before the answer: the next step then goes on.
     pub(super) fn avoid(
         &mut self,
         id: CharacterId,
@@ -148,14 +167,21 @@ impl CharacterState {
             world,
             moment,
             near,
+            height: self.height,
             is_repeated: self.seen == self.next_seen,
         };
         if let Some(attack) = planning.attack(Attempt::PLAIN) {
-            scratch.context.start_plan(scratch.deadline);
+            scratch.context.start_plan(WorkLimit {
+                deadline: scratch.deadline,
+                most: world.settings.plan_work as usize,
+            });
             let plan = self.plan(&planning, &attack, scratch);
-            if !scratch.context.end_plan() {
+            scratch.context.end_plan();
+            if let Plan::GoOn(progress) = plan {
+                self.progress = progress;
                 return false;
             }
+            self.progress = Progress::default();
             self.begin_plan(&planning, &attack, plan);
         }
         self.seen = self.next_seen;
@@ -202,35 +228,69 @@ impl CharacterState {
         let test = PlanTest { world, attack };
         let playing = &self.playing.motion;
         let rest = playing.rest(world.baked.graph(), moment.seconds);
+        scratch.context.body().set_grace(true);
         let mut kept = test.until_hit(self.continued(planning, rest).0, scratch);
         if kept.is_clean() {
             return Plan::Keep(kept);
         }
         let is_among_obstacles = !scratch.ahead.is_empty();
         let mut least = None;
-        for attempt in Attempt::all(world.settings.margin, is_among_obstacles) {
+        let place = self.playing.ground(world.baked.graph());
+        let velocity = self.goal.aim(place, &mut self.has_arrived.clone()).velocity;
+        let threats = planning.threats();
+        let progress = Some(self.progress).filter(|progress| progress.threats == threats);
+        let progress = progress.unwrap_or_default();
+        let attempts = Attempt::all(world.settings.margin, is_among_obstacles);
+        for (number, attempt) in attempts.enumerate().skip(progress.attempt) {
             let Some(wider) = planning.attack(attempt) else {
                 continue;
+            };
+            let first_stage = match number == progress.attempt {
+                true => progress.stage,
+                false => PlanStage::Grid,
             };
             let scope = PlanScope {
                 plain: attack,
                 margin: attempt.margin,
                 evasions_only: attempt.late.is_some(),
+                first_stage,
+                velocity,
             };
             let mut tested = self.ask(planning, &wider, scope, scratch);
             if tested.is_clean() {
                 return Plan::Take(tested);
+            }
+            if let Some(late) = scratch.context.late_stage() {
+                // A stage that had all the time of a step is left.
+                let is_over =
+                    late == first_stage && (scratch.is_first || scratch.deadline.is_none());
+                let next = if is_over { late.next() } else { Some(late) };
+                let is_last =
+                    |stage: &PlanStage| scope.evasions_only && *stage > PlanStage::Evasions;
+                let (attempt, stage) = match next.filter(|stage| !is_last(stage)) {
+                    Some(stage) => (number, stage),
+                    None => (number + 1, PlanStage::Grid),
+                };
+                return Plan::GoOn(Progress {
+                    attempt,
+                    stage,
+                    threats,
+                });
             }
             if is_among_obstacles {
                 test.measure(&mut tested, scratch);
                 least = least_harm(least, tested);
             }
         }
-        Plan::Fail(least.map(|other| {
-            test.measure(&mut kept, scratch);
-            let is_other = other.harm() + GAIN < kept.harm();
-            let motion = if is_other { other } else { kept };
-            LeastHarm { motion, is_other }
+        if !is_among_obstacles {
+            return Plan::Fail(None);
+        }
+        test.measure(&mut kept, scratch);
+        let is_other = |other: &TestedMotion| other.harm() + GAIN < kept.harm();
+        let other = least.filter(is_other);
+        Plan::Fail(Some(LeastHarm {
+            is_other: other.is_some(),
+            motion: other.unwrap_or(kept),
         }))
     }
 
@@ -252,8 +312,9 @@ impl CharacterState {
                     self.take(moment, kept.motion, now);
                 }
             }
+            Plan::GoOn(_) => {}
             Plan::Take(found) => {
-                (self.has_failed, self.kept_since) = (false, None);
+                (self.has_failed, self.failures) = (false, 0);
                 self.avoided = planning.threats();
                 let is_change = self.has_plan;
                 self.events
@@ -286,7 +347,14 @@ impl CharacterState {
                         self.take(moment, motion.motion, now);
                     }
                 }
-                self.retry_at = Some(now + f64::from(world.settings.retry));
+                self.failures = if was_said {
+                    self.failures.saturating_add(1)
+                } else {
+                    0
+                };
+                let pause =
+                    world.settings.retry * 2.0f32.powi(self.failures.min(MOST_DOUBLED).into());
+                self.retry_at = Some(now + f64::from(pause));
                 if !was_said {
                     self.events.push((now, failed));
                 }
@@ -315,7 +383,9 @@ impl CharacterState {
             ..Request::from_motion(world.baked.graph(), playing, wider)
         };
         let query = Query::new(world.baked, &world.settings.query);
+        context.body().set_grace(false);
         query.answer_in_scope(request, Some(scope), context, answer);
+        context.body().set_grace(true);
         let (motion, is_blended) = self.continued(planning, answer.motion.clone());
         let known = answer.clearance();
         let metres = known.metres + scope.margin;
@@ -361,21 +431,17 @@ impl CharacterState {
         self.retry_at = Some(self.held_until);
     }
 
-    /// Keeps the played motion while it avoids the threats that are near, and an evasion to its end. Steering waits for a limited time for
-    /// threats that stay near; after that, the motions that it plays are tested again and again.
+    /// Keeps an evasion to its end. Without one, steering goes on, and what it plays is tested again and again.
     fn keep(&mut self, planning: &Planning<'_>, attack: &Attack, end: f32) {
-        /// Longest time for which steering waits while nothing is planned, in seconds.
-        const LONGEST: f64 = 2.5;
         let Planning { world, moment, .. } = planning;
-        let since = *self.kept_since.get_or_insert(world.now);
-        self.passed_at = (moment.at + f64::from(attack.end())).min(since + LONGEST);
-        self.held_until = match self.has_plan {
-            true => self.passed_at.max(moment.at + f64::from(end)),
-            false => self.passed_at,
-        };
-        self.has_failed = false;
-        let soon = world.now + f64::from(world.settings.retry);
-        self.retry_at = Some(soon.max(self.held_until));
+        (self.has_failed, self.failures) = (false, 0);
+        let mut again = world.now + f64::from(world.settings.retry);
+        if self.has_plan {
+            self.passed_at = moment.at + f64::from(attack.end());
+            self.held_until = self.passed_at.max(moment.at + f64::from(end));
+            again = again.max(self.held_until);
+        }
+        self.retry_at = Some(again);
     }
 
     fn take(&mut self, moment: &Moment, motion: Motion, now: f64) {
@@ -436,7 +502,8 @@ impl Planning<'_> {
                 start: window.start.max(late.min(window.end - 1e-3)),
                 ..*window
             };
-            known.threat.keys(&window, attempt.margin, &mut keys);
+            let threat = &known.threat;
+            threat.keys(&window, self.height, attempt.margin, &mut keys);
         }
         Attack::new(keys).ok()
     }

@@ -69,7 +69,7 @@ impl Characters {
                     graph,
                     state,
                     playhead: motion.playhead(graph, seconds),
-                    distance: motion.root(graph, seconds).distance(eye),
+                    distance: (motion.root(graph, seconds) + Vec3::Y * state.height).distance(eye),
                     left_out: match blend {
                         _ if motion.is_bent(seconds) => f32::INFINITY,
                         None => 0.0,
@@ -187,6 +187,7 @@ impl<'a> ByGraph<'a> {
             };
             let (motion, seconds) = (&state.playing.motion, state.playing.seconds);
             motion.sample(self.graph, seconds, &mut worker.pose);
+            worker.pose.root.y += state.height;
             forward_kinematics(self.graph.skeleton(), &worker.pose, &mut worker.joints);
             let reach = motion.blend_reach(self.graph, seconds, &mut worker.reaches);
             if let Some((age, reach)) = motion.blend_age(seconds).zip(reach) {
@@ -213,6 +214,7 @@ impl<'a> ByGraph<'a> {
         let (motion, seconds) = (&state.playing.motion, state.playing.seconds);
         let (pose, joints) = (&mut worker.unblended, &mut worker.unblended_joints);
         motion.playhead(self.graph, seconds).pose(self.graph, pose);
+        pose.root.y += state.height;
         forward_kinematics(self.graph.skeleton(), pose, joints);
         let pairs = worker.joints.iter().zip(&*joints);
         let apart = pairs.map(|(a, b)| {

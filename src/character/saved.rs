@@ -12,7 +12,7 @@ use std::sync::Mutex;
 use serde::{Deserialize, Serialize};
 
 use super::characters::Characters;
-use super::error::CharacterError;
+use super::error::{CharacterError, FURTHEST};
 use super::slot::Slot;
 use super::state::CharacterState;
 use super::world::KnownThreat;
@@ -127,11 +127,12 @@ impl CharactersState {
                 && plays(&playing.motion)
                 && pending.is_none_or(|pending| plays(&pending.motion) && pending.at.is_finite())
                 && state.goal.check().is_ok()
+                && state.height.abs() <= FURTHEST
+                && state.moved >= 0.0
                 && state.steer.is_sound()
                 && [state.held_until, state.passed_at, state.look_at]
                     .into_iter()
                     .chain(state.retry_at)
-                    .chain(state.kept_since)
                     .all(near_now)
         };
         let states = self.slots.iter().filter_map(|slot| slot.state.as_deref());

@@ -19,12 +19,13 @@ pub struct CharacterSettings {
     pub margin: f32,
     /// Distance that plans keep from obstacles if they can, in metres; at most 10. Default 0.02.
     pub obstacle_margin: f32,
-    /// Maximum speed at which a body is shifted out of obstacles, in metres per second; at most 1,000. Default 6. A body that would otherwise
-    /// stay in an obstacle is shifted up to twelve times as fast.
+    /// Maximum speed at which a body is shifted out of obstacles, in metres per second; at most 1,000. Default 6. Where a limb would otherwise
+    /// stay in an obstacle, the body is shifted up to twelve times as fast; where it is deeper than 0.35 m, at most at 3 m/s.
     pub push: f32,
     /// Radius of the disc by which the others avoid a character, in metres, at most 100; 0: characters do not avoid each other. Default 0.
     pub body_radius: f32,
-    /// Time until a character plans again for a threat that it could not avoid, in seconds; at most 60. Default 0.1.
+    /// Time until a character plans again for a threat that it could not avoid, in seconds; at most 60. Default 0.1. It is doubled each time, up to
+    /// four times.
     pub retry: f32,
     /// Number of characters whose steering searches in one step, if as many have to; at least 1, and more where all could not search each
     /// [`SteerSettings::interval`] otherwise. One that stands counts twice. Those that wait longest search first. Default 8.
@@ -32,9 +33,12 @@ pub struct CharacterSettings {
     /// Maximum number of characters that plan in one step, at least 1. Characters that may be reached first plan first. Default: no limit.
     pub plans_per_step: usize,
     /// Time for plans in one step, in milliseconds, at most 1,000,000; 0 for no limit. Default 0. Characters that may be reached first plan first,
-    /// at least one in each step. A plan that is not finished in time is broken off. The next step makes it first and finishes it, however long
-    /// that takes. With a limit, results depend on the machine's speed.
+    /// at least one in each step. A plan that is not finished in time is broken off, and the next step goes on with the candidates that were not
+    /// tested; those of one stage have at most one step. With a limit, results depend on the machine's speed.
     pub plan_milliseconds: f32,
+    /// Work of one plan in one step, in poses and spheres that are tested; 0 for no limit. Default 0. Like
+    /// [`CharacterSettings::plan_milliseconds`], but the same on every machine. A thousand take about a millisecond.
+    pub plan_work: u32,
     /// Number of threads of [`Characters::step`](super::Characters::step), at most 1,024; 0 for one per core. Default 1. The result does not depend
     /// on it.
     pub threads: usize,
@@ -55,6 +59,7 @@ impl Default for CharacterSettings {
             searches_per_step: 8,
             plans_per_step: usize::MAX,
             plan_milliseconds: 0.0,
+            plan_work: 0,
             threads: 1,
         }
     }

@@ -23,7 +23,7 @@ pub(super) struct Slot {
     /// Whether its steering may search in this step.
     #[serde(skip)]
     pub(super) may_search: bool,
-    /// Whether the last step's time was over before its plan was finished. It plans first in the next step, without a deadline.
+    /// Whether the limit of the last step came before its plan was finished. It goes on first in the next step.
     #[serde(skip)]
     pub(super) is_unfinished: bool,
     /// The blend that was posed last, while it lasts.
@@ -96,8 +96,7 @@ pub(super) fn each(
 }
 
 /// Calls `plan` for characters that have to plan, in their order, on all threads, as long as there is time: `seconds` for all, or 0 for no
-/// limit. The first, and those that are unfinished, always have their whole turn. `plan` returns whether it finished before the worker's
-/// deadline.
+/// limit. The first has all of it. `plan` returns whether it finished before the worker's limit.
 pub(super) fn each_urgent(
     slots: &[Mutex<Slot>],
     workers: &[Mutex<Worker>],
@@ -112,14 +111,15 @@ pub(super) fn each_urgent(
     let limit = (seconds > 0.0).then(|| Duration::from_secs_f32(seconds));
     let deadline = limit.map(|limit| Instant::now() + limit);
     let is_late = || deadline.is_some_and(|deadline| Instant::now() >= deadline);
-    let must_finish = |urgent: &Urgent| urgent.is_unfinished || urgent.index == first.index;
+    let is_first = |urgent: &Urgent| urgent.index == first.index;
     let next = |turn: usize| {
         let urgent = urgent.get(turn)?;
-        (must_finish(urgent) || !is_late()).then_some(urgent)
+        (is_first(urgent) || !is_late()).then_some(urgent)
     };
     in_turn(workers, pool, next, |urgent, worker| {
         let mut slot = lock(&slots[urgent.index]);
-        worker.plan.deadline = deadline.filter(|_| !must_finish(urgent));
+        worker.plan.deadline = deadline;
+        worker.plan.is_first = is_first(urgent);
         slot.is_unfinished = !plan(urgent.index, &mut slot, worker);
     });
 }

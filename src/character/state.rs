@@ -3,19 +3,25 @@ use serde::{Deserialize, Serialize};
 
 use super::event::{CharacterEventKind, CharacterId, ThreatId};
 use super::goal::Goal;
+use super::keep_out::Squeezed;
+use super::plan::Progress;
 use super::playing::Playing;
 use super::steer::{SteerState, SteerStep};
 use super::threat::{Threat, Window};
 use super::world::{Worker, World};
-use crate::graph::Motion;
+use crate::graph::{Motion, MotionGraph};
 use crate::maps::BakedGraph;
-use crate::math::Sphere;
+use crate::math::{Rigid2, Sphere};
 
 /// Complete state of one character.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct CharacterState {
     pub playing: Playing,
     pub goal: Goal,
+    /// Height of the ground on which it stands, in metres. The motion, and everything that it is tested against, is above that ground.
+    pub height: f32,
+    /// How far the host has moved it since its motion was tested, in metres.
+    pub moved: f32,
     pub steer: SteerState,
     /// Whether something else moves the body.
     pub is_released: bool,
@@ -35,16 +41,19 @@ pub(super) struct CharacterState {
     pub retry_at: Option<f64>,
     /// Whether the last plan failed.
     pub has_failed: bool,
+    /// Number of plans that failed one after the other.
+    pub failures: u8,
+    /// Where a plan goes on for which the last step had no time.
+    pub progress: Progress,
     /// Hash of the ids of the threats that were last reported as avoided; 0 for none.
     pub avoided: u64,
-    /// Time since which the played motion is kept because it avoids the threats that are near, in seconds.
-    pub kept_since: Option<f64>,
     /// Whether the character reached the point of its goal.
     pub has_arrived: bool,
     /// Side on which the character passes an obstacle.
     pub side: Side,
     /// Time at which the plan is tested against the obstacles again, in seconds.
     pub look_at: f64,
+    pub squeezed: Squeezed,
     /// Threats that are near, with the smallest distance so far.
     pub watched: Vec<Watched>,
     /// Centres of the body's spheres at the end of the last step, in metres. Updated while a threat is near.
@@ -86,6 +95,8 @@ impl CharacterState {
         Self {
             playing: Playing::new(motion),
             goal: Goal::default(),
+            height: 0.0,
+            moved: 0.0,
             steer: SteerState::default(),
             is_released: false,
             pending: None,
@@ -96,11 +107,13 @@ impl CharacterState {
             next_seen: 0,
             retry_at: None,
             has_failed: false,
+            failures: 0,
+            progress: Progress::default(),
             avoided: 0,
-            kept_since: None,
             has_arrived: false,
             side: Side::default(),
             look_at: 0.0,
+            squeezed: Squeezed::Free,
             watched: Vec::new(),
             centres: Vec::new(),
             events: Vec::new(),
@@ -132,6 +145,25 @@ impl CharacterState {
         self.urgency(id, world, &mut worker.threats)
     }
 
+    /// Moves the body, and has its motion tested again once it has been moved by more than `most` metres.
+    pub(super) fn move_by(&mut self, by: Rigid2, now: f64, most: f32, graph: &MotionGraph) {
+        let from = self.playing.motion.root(graph, self.playing.seconds);
+        self.playing.motion.transform(by);
+        if let Some(pending) = &mut self.pending {
+            pending.motion.transform(by);
+        }
+        for centre in &mut self.centres {
+            *centre = by.point(*centre);
+        }
+        self.steer.move_by(by);
+        self.moved += from.distance(by.point(from)) + by.heading().abs();
+        if self.moved > most {
+            self.moved = 0.0;
+            self.retry_at = self.retry_at.map(|_| now);
+            self.look_at = now;
+        }
+    }
+
     /// Steers once the threats that a plan avoids have passed. A walking character leaves its evasion then.
     fn steer(&mut self, world: &World<'_>, worker: &mut Worker, may_search: bool) {
         let is_evading = world.now < self.held_until;
@@ -160,7 +192,12 @@ impl CharacterState {
             self.events.push((world.now, CharacterEventKind::Ended));
             state.search_now();
         }
+        let before = playing.seconds;
         steering.step(&step, playing, state, scratch);
+        if playing.seconds < before && !self.has_failed {
+            // Another motion is tested at once.
+            self.retry_at = self.retry_at.map(|_| world.now);
+        }
     }
 
     /// Steers, and lets `dt` pass. `may_search` says whether the step may search for a motion.
@@ -208,6 +245,7 @@ impl CharacterState {
             self.playing
                 .motion
                 .root(graph, self.playing.seconds + ahead + t)
+                + Vec3::Y * self.height
         };
         let first = threat.window(from, Sphere::new(root(0.0), reach + Window::ROOM))?;
         threat.window(from, Sphere::new(root(first.nearest), reach))

@@ -176,8 +176,14 @@ impl Threat {
         first + best.1 as f32
     }
 
-    /// Adds the keys of its spheres in a window, with radii that are larger by `margin` metres.
-    pub(super) fn keys(&self, window: &Window, margin: f32, out: &mut Vec<Vec<SphereKey>>) {
+    /// Adds the keys of its spheres in a window, above a ground at a height, with radii that are larger by `margin` metres.
+    pub(super) fn keys(
+        &self,
+        window: &Window,
+        height: f32,
+        margin: f32,
+        out: &mut Vec<Vec<SphereKey>>,
+    ) {
         /// Time between keys of a curved flight, in seconds.
         const CURVED: f32 = 0.05;
         let steps = match self.gravity {
@@ -190,7 +196,7 @@ impl Threat {
                 let t = window.start + (window.end - window.start) * share;
                 SphereKey {
                     t,
-                    center: self.at(window.from + f64::from(t)) + sphere.centre,
+                    center: self.at(window.from + f64::from(t)) + sphere.centre - Vec3::Y * height,
                     radius: sphere.radius + margin,
                 }
             };

@@ -148,7 +148,8 @@ impl CharacterState {
 
     fn root(&self, world: &World<'_>) -> Vec3 {
         let playing = &self.playing;
-        playing.motion.root(world.baked.graph(), playing.seconds)
+        let root = playing.motion.root(world.baked.graph(), playing.seconds);
+        root + Vec3::Y * self.height
     }
 
     fn pose_centres(&self, world: &World<'_>, worker: &mut Worker) {
@@ -168,7 +169,7 @@ impl CharacterState {
                 continue;
             }
             let body = [&self.centres[..], &worker.centres[..]];
-            let nearest = pass.nearest(world, body);
+            let nearest = pass.nearest(world, body, self.height);
             let watched = self.watch_for(pass.known.id);
             watched.metres = watched.metres.min(nearest.metres);
             if nearest.metres < 0.0 && !watched.is_hit {
@@ -180,7 +181,7 @@ impl CharacterState {
                 let hit = CharacterEventKind::Hit {
                     threat: pass.known.id,
                     joint: part.joint,
-                    point: nearest.centre + normal * part.radius,
+                    point: nearest.centre + normal * part.radius + Vec3::Y * self.height,
                     depth: -nearest.metres,
                     normal,
                 };
@@ -219,9 +220,10 @@ impl CharacterState {
 }
 
 impl Pass<'_> {
-    /// Where it is nearest to a body whose sphere centres are given at the start and at the end of the step.
-    fn nearest(&self, world: &World<'_>, [before, after]: [&[Vec3]; 2]) -> Contact {
+    /// Where it is nearest to a body whose sphere centres are given at the start and at the end of the step, above a ground at a height.
+    fn nearest(&self, world: &World<'_>, [before, after]: [&[Vec3]; 2], height: f32) -> Contact {
         let threat = &self.known.threat;
+        let at = |time: f64| threat.at(time) - Vec3::Y * height;
         let share = |time: f64| match world.dt > 0.0 {
             true => ((time - world.now) as f32 / world.dt).clamp(0.0, 1.0),
             false => 1.0,
@@ -233,7 +235,7 @@ impl Pass<'_> {
             apart: Vec3::ZERO,
         };
         for times in self.pieces() {
-            let (places, shares) = (times.map(|time| threat.at(time)), times.map(share));
+            let (places, shares) = (times.map(at), times.map(share));
             for sphere in &threat.spheres {
                 let ends = before.iter().zip(after).zip(&world.baked.body().spheres);
                 for (part, ((from, to), body)) in ends.enumerate() {

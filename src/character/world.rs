@@ -68,6 +68,8 @@ pub(super) struct OtherBody {
     pub index: u32,
     /// Position on the ground (x, z), in metres.
     pub place: Vec2,
+    /// Height of its ground, in metres.
+    pub height: f32,
     /// Velocity on the ground (x, z), in metres per second.
     pub velocity: Vec2,
 }
@@ -109,6 +111,8 @@ pub(super) struct PlanScratch {
     pub context: QueryContext,
     /// Time at which plans are broken off; `None`: never.
     pub deadline: Option<Instant>,
+    /// Whether the plan had all the time of the step.
+    pub is_first: bool,
     pub answer: Answer,
     /// Obstacles as they are when the answer is taken over.
     pub ahead: Vec<Obstacle>,

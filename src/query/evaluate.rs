@@ -9,6 +9,7 @@
 //! [`Evaluation::Exhaustive`] poses. If two scores differ by less than this error, their order would depend on the culling path. Such
 //! candidates are tested again at the samples of the exhaustive test, so that all paths choose the same one.
 
+use glam::Vec3Swizzles;
 use rustc_hash::FxHashMap;
 
 use super::clearance::{
@@ -47,6 +48,27 @@ impl Round<'_> {
             matches!(candidate.kind, CandidateKind::Layer(_)),
             &self.query.settings.weights,
         )
+        .towards(
+            candidates.goals.get(index).copied().unwrap_or(0.0),
+            &self.query.settings.weights,
+        )
+    }
+
+    /// V_g of a candidate, whose motion is written to `motion`.
+    pub(super) fn goal(self, index: usize, motion: &mut Motion) -> f32 {
+        /// Largest V_g.
+        const MOST: f32 = 2.0;
+        /// A goal within this distance does not count, in metres.
+        const NEAR: f32 = 0.1;
+        let request = &self.state.request;
+        let way = request.velocity * request.attack.end();
+        if way.length() < NEAR || self.query.settings.weights.goal == 0.0 {
+            return 0.0;
+        }
+        self.motion(index, motion);
+        let graph = self.query.baked.graph();
+        let [from, to] = [0.0, request.attack.end()].map(|t| motion.root(graph, t).xz());
+        ((to - from - way).length() / way.length()).min(MOST)
     }
 
     /// The result of a candidate that was tested.
@@ -219,6 +241,14 @@ impl Round<'_> {
             clearance,
             self.candidate_entered(index, f32::INFINITY, body),
         )
+    }
+
+    /// Clearance below which a hit is of no use, in metres: no warp makes it clean.
+    fn useful(self) -> f32 {
+        let request = &self.state.request;
+        let deepest = self.query.settings.warp.deepest + request.margin;
+        let is_used = !request.is_plan || request.is_among_obstacles();
+        if is_used { f32::NEG_INFINITY } else { -deepest }
     }
 
     /// Writes a candidate's whole motion, from now until one sample after the attack's end or later.
@@ -458,6 +488,9 @@ impl Evaluator {
     fn settle_hits(&mut self, round: Round<'_>) {
         let depths = self.tested().map(|(_, one)| one.clearance.metres);
         let least = depths.fold(f32::NEG_INFINITY, f32::max) - NEAR_TIE;
+        if least < round.useful() - 2.0 * NEAR_TIE {
+            return;
+        }
         let is_near = |one: &Evaluated| one.clearance.metres >= least;
         if self.tested().filter(|(_, one)| is_near(one)).count() > 1 {
             self.settle_all(round, |_, one| is_near(one));
@@ -569,7 +602,7 @@ impl Evaluator {
         let mut loose = order.iter().copied().peekable();
         loop {
             let enough = depths.get(count - 1).copied();
-            let enough = enough.unwrap_or(f32::NEG_INFINITY) - NEAR_TIE;
+            let enough = enough.unwrap_or(f32::NEG_INFINITY).max(round.useful()) - NEAR_TIE;
             let best = tight.last().map_or(f32::NEG_INFINITY, |bound| bound.value);
             let next = loose.next_if(|bound| bound.value >= best.max(enough));
             if let Some(bound) = next {

@@ -193,6 +193,20 @@ impl Obstacle {
         }
     }
 
+    /// The obstacle, moved down.
+    pub(crate) fn lowered(mut self, metres: f32) -> Self {
+        match &mut self.shape {
+            Shape::HalfSpace { point, .. } => point.y -= metres,
+            Shape::Block { center, .. } => center.y -= metres,
+            Shape::Capsule { from, to, .. } => {
+                from.y -= metres;
+                to.y -= metres;
+            }
+            Shape::Prism { .. } | Shape::Disc { .. } => {}
+        }
+        self
+    }
+
     /// Velocity, in metres per second.
     pub(crate) fn velocity(&self) -> Vec3 {
         self.velocity

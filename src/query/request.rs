@@ -1,6 +1,6 @@
 //! A query of a baked graph, and its requests.
 
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 use serde::{Deserialize, Serialize};
 
 use super::attack::Attack;
@@ -63,6 +63,33 @@ pub(crate) struct PlanScope<'a> {
     pub margin: f32,
     /// Whether only paths to an evasion are candidates, because an earlier query has tested the others.
     pub evasions_only: bool,
+    /// Where the query begins: those candidates of earlier stages that a plan a frame before has tested were all hit.
+    pub first_stage: PlanStage,
+    /// Velocity over the ground that the goal asks for (x, z), in metres per second.
+    pub velocity: Vec2,
+}
+
+/// The candidates of a query that are tested one after the other until some are clean.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+pub(crate) enum PlanStage {
+    /// The evasions of the grid.
+    #[default]
+    Grid,
+    /// All evasions.
+    Evasions,
+    /// Layers and entries.
+    Entries,
+    /// Moves, and the warps of hits.
+    Moves,
+}
+
+impl PlanStage {
+    pub(crate) const ALL: [Self; 4] = [Self::Grid, Self::Evasions, Self::Entries, Self::Moves];
+
+    /// The next one; `None` after the last.
+    pub(crate) fn next(self) -> Option<Self> {
+        Self::ALL.get(self as usize + 1).copied()
+    }
 }
 
 /// A request with its own copy of the attack, and the node where the motion can branch next.
@@ -88,6 +115,11 @@ pub(super) struct ActiveRequest {
     pub margin: f32,
     /// Whether only paths to an evasion are candidates.
     pub evasions_only: bool,
+    pub first_stage: PlanStage,
+    /// Whether the request is that of a plan, which has no use for a hit that no warp makes clean.
+    pub is_plan: bool,
+    /// Velocity over the ground that the goal of a plan asks for.
+    pub velocity: Vec2,
 }
 
 impl<'a> Query<'a> {
@@ -156,6 +188,9 @@ impl Default for ActiveRequest {
             plain: Attack::empty(),
             margin: 0.0,
             evasions_only: false,
+            first_stage: PlanStage::Grid,
+            is_plan: false,
+            velocity: Vec2::ZERO,
         }
     }
 }
@@ -167,6 +202,8 @@ impl ActiveRequest {
         let playhead = request.playhead.sanitized(graph);
         self.attack.copy_from(request.attack);
         (self.margin, self.evasions_only) = (0.0, false);
+        (self.first_stage, self.is_plan) = (PlanStage::Grid, false);
+        self.velocity = Vec2::ZERO;
         self.playhead = playhead;
         self.evaluation = request.evaluation;
         let root = graph.sample_edge_root(playhead.edge, playhead.frame);
@@ -186,6 +223,8 @@ impl ActiveRequest {
     pub(super) fn limit(&mut self, scope: PlanScope<'_>) {
         self.plain.copy_from(scope.plain);
         (self.margin, self.evasions_only) = (scope.margin, scope.evasions_only);
+        (self.first_stage, self.is_plan) = (scope.first_stage, true);
+        self.velocity = scope.velocity;
     }
 
     /// Keeps the offset that fades out. A layer of the upper body or a warp becomes such an offset.

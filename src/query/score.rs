@@ -1,7 +1,7 @@
 //! The score of a candidate, which measures how natural it looks.
 //!
 //! Source: Masaoka & Oshita, section 5.4, equations (1) and (2): V = w_a V_a + w_d V_d + w_t V_t; the smallest value wins. Differs: V_d is never
-//! below 0, and a warp adds a fourth term.
+//! below 0, a warp adds a fourth term, and a goal a fifth.
 
 use serde::{Deserialize, Serialize};
 
@@ -22,6 +22,9 @@ pub struct Score {
     /// V_w: sum of the squared shares of its bounds that a warp uses; 0 without a warp.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub warp: f32,
+    /// V_g: distance of the root, at the attack's end, from where the goal leads, as a share of that way, at most 2; 0 without a goal.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub goal: f32,
     /// V: weighted sum of the terms. The lowest value wins.
     pub total: f32,
 }
@@ -59,7 +62,17 @@ impl Score {
             distance,
             time,
             warp: 0.0,
+            goal: 0.0,
             total,
+        }
+    }
+
+    /// The score of a motion whose V_g is `goal`.
+    pub(super) fn towards(self, goal: f32, weights: &Weights) -> Self {
+        Self {
+            goal,
+            total: finite(self.total + weights.goal * goal),
+            ..self
         }
     }
 

@@ -7,7 +7,7 @@
 
 use super::evaluate::{Evaluator, Round};
 use super::gather::{GatherScratch, gather_entries, gather_layers, gather_moves};
-use super::request::{Evaluation, Query};
+use super::request::{Evaluation, PlanStage, Query};
 use super::state::{QueryState, Source};
 use super::warp::{Warper, adjust, warp_hits};
 use crate::graph::Motion;
@@ -34,6 +34,10 @@ pub(super) fn select(
     let is_grid = state.source == Source::Grid;
     let only = state.request.evasions_only && !state.candidates.list.is_empty();
     let (mut has_layers, mut has_entries, mut has_moves) = (only, only, only);
+    let first = state.request.first_stage;
+    if first == PlanStage::Moves {
+        (has_layers, has_entries) = (true, true);
+    }
     let mut reconsidered = 0;
     let GatherScratch {
         natural, ranking, ..
@@ -43,10 +47,30 @@ pub(super) fn select(
     let walks = natural.walks(query, &state.request);
     loop {
         let all = 0..state.candidates.list.len();
+        measure_goals(query, state, motion);
         let round = Round { query, state };
         let kept = all.clone().filter(|&index| !state.is_culled(index));
         evaluator.evaluate(round, kept);
         let has_clean = evaluator.has_clean();
+        let is_late = evaluator.body().is_late();
+        if is_late && !has_clean {
+            let stage = match (is_grid, has_entries, has_moves) {
+                (true, ..) => PlanStage::Grid,
+                _ if only => PlanStage::Evasions,
+                (_, false, _) => PlanStage::Evasions,
+                (_, true, false) => PlanStage::Entries,
+                (_, true, true) => PlanStage::Moves,
+            };
+            state.late_stage.get_or_insert(stage.max(first));
+            if !state.candidates.list.is_empty() {
+                let chosen = evaluator.best();
+                return Some(Selection {
+                    chosen,
+                    reconsidered,
+                });
+            }
+        }
+        let round = Round { query, state };
         if !has_clean && is_grid {
             let is_certain = query.baked.atlas().grid().is_certain();
             if state.request.evaluation == Evaluation::Lazy && is_certain {
@@ -55,11 +79,12 @@ pub(super) fn select(
             return None;
         }
         // A walking body may keep walking, even if it could stop for another evasion.
-        let may_walk_on = !has_layers && walks && has_clean;
+        let may_walk_on = !has_layers && walks && has_clean && !is_late;
         let may_enter = !is_grid && !has_entries && !has_clean;
         // If an entry is clean, moves are not searched: few would score better, and all would be tested.
         let is_entered = has_entries && has_clean;
-        let may_move = !is_grid && !has_moves && !is_entered && evaluator.can_moves_win(round);
+        let is_out = is_grid || has_moves || is_entered || (is_late && has_clean);
+        let may_move = !is_out && evaluator.can_moves_win(round);
         if may_walk_on || may_enter || may_move {
             let QueryState {
                 request,
@@ -82,14 +107,25 @@ pub(super) fn select(
             }
             continue;
         }
-        if !has_clean || reconsidered > 0 {
+        if (!has_clean || reconsidered > 0) && !is_late {
             let culled = all.filter(|&index| state.is_culled(index));
             reconsidered = culled.clone().count();
             evaluator.evaluate(round, culled);
         }
+        // A clean candidate that was found is tested to its end.
+        evaluator.body().set_grace(has_clean);
         if !evaluator.has_clean() {
             evaluator.measure_shallowest_hit(round);
+            if evaluator.body().is_late() {
+                state.late_stage.get_or_insert(PlanStage::Moves);
+                let chosen = evaluator.best();
+                return Some(Selection {
+                    chosen,
+                    reconsidered,
+                });
+            }
         }
+        let round = Round { query, state };
         // A hit by less than the sampling error may be clean.
         let warped = match evaluator.has_clean() {
             true => None,
@@ -98,7 +134,8 @@ pub(super) fn select(
         let chosen = warped.unwrap_or_else(|| evaluator.best());
         // If the final test shows a hit, the next iteration tests candidates that were skipped because of this one.
         let is_confirmed = warped.is_none() && evaluator.confirm(round, chosen, motion);
-        if is_confirmed {
+        evaluator.body().set_grace(false);
+        if is_confirmed && !is_late {
             adjust(round, evaluator, warper, chosen, motion);
         }
         if warped.is_some() || is_confirmed {
@@ -108,4 +145,17 @@ pub(super) fn select(
             });
         }
     }
+}
+
+/// Measures how far the new candidates lead from where the goal leads. Their motions are written to `motion`.
+fn measure_goals(query: Query<'_>, state: &mut QueryState, motion: &mut Motion) {
+    let mut goals = std::mem::take(&mut state.candidates.goals);
+    let round = Round { query, state };
+    for index in goals.len()..state.candidates.list.len() {
+        goals.push(match state.is_culled(index) {
+            true => 0.0,
+            false => round.goal(index, motion),
+        });
+    }
+    state.candidates.goals = goals;
 }

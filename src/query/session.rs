@@ -11,15 +11,14 @@
 //! All state is stored in the [`QueryContext`]. A session can therefore be dropped while a device counts, and be resumed frames later.
 
 use std::convert::Infallible;
-use std::time::Instant;
 
 use super::answer::Answer;
 use super::attack::Attack;
-use super::clearance::MotionBody;
+use super::clearance::{MotionBody, WorkLimit};
 use super::cull::{Counted, CullInput, Overlap, PlacedRegion, cpu};
 use super::evaluate::Evaluator;
 use super::gather::{Candidate, CandidateKind, GatherScratch, gather_evasions, reject_blocked};
-use super::request::{PlanScope, Query, Request};
+use super::request::{PlanScope, PlanStage, Query, Request};
 use super::select::select;
 use super::settings::Enumerate;
 use super::state::{QueryState, Source};
@@ -41,10 +40,10 @@ impl QueryContext {
         self.scratch.evaluator.body()
     }
 
-    /// Sets the time at which the tests of a plan end, or `None`, and removes the poses of earlier queries.
-    pub(crate) fn start_plan(&mut self, deadline: Option<Instant>) {
+    /// Sets what the tests of a plan may cost, and removes the poses of earlier queries.
+    pub(crate) fn start_plan(&mut self, limit: WorkLimit) {
         self.forget_poses();
-        self.body().set_deadline(deadline);
+        self.body().set_limit(limit);
     }
 
     /// Removes the poses of earlier queries.
@@ -52,12 +51,14 @@ impl QueryContext {
         self.scratch.evaluator.forget_poses();
     }
 
-    /// Ends a plan. Returns `false` if its time was over before: its results are to be discarded.
-    pub(crate) fn end_plan(&mut self) -> bool {
-        let body = self.body();
-        let in_time = !body.is_late();
-        body.set_deadline(None);
-        in_time
+    /// Ends a plan.
+    pub(crate) fn end_plan(&mut self) {
+        self.body().set_limit(WorkLimit::default());
+    }
+
+    /// The stage in which the limit of the plan ended the last query without a clean candidate; `None` if it did not.
+    pub(crate) fn late_stage(&self) -> Option<PlanStage> {
+        self.state.late_stage
     }
 }
 
@@ -104,7 +105,7 @@ impl<'a> Query<'a> {
     {
         context.forget_poses();
         let QueryContext { state, scratch, .. } = context;
-        Session::start(*self, state, scratch, request)
+        Session::start(*self, state, scratch, request, None)
     }
 
     /// Resumes a session that was dropped before it was done. Use the query that started it.
@@ -150,10 +151,7 @@ impl<'a> Query<'a> {
         } = context;
         let new = || cpu::Culler::default().counting(Counted::FOR_A_SCORE);
         let culler = culler.get_or_insert_with(new);
-        let mut session = Session::start(*self, state, scratch, request);
-        if let Some(scope) = scope {
-            session.state.request.limit(scope);
-        }
+        let mut session = Session::start(*self, state, scratch, request, scope);
         session.run_on_cpu(culler, answer);
     }
 }
@@ -165,8 +163,14 @@ impl<'a> Session<'a> {
         state: &'a mut QueryState,
         scratch: &'a mut Scratch,
         request: Request<'_>,
+        scope: Option<PlanScope<'_>>,
     ) -> Self {
         state.request.set(query.baked, request);
+        state.late_stage = None;
+        if let Some(scope) = scope {
+            state.request.limit(scope);
+        }
+        let first = state.request.first_stage;
         state.candidates.known.clear();
         state.is_waiting = true;
         let mut session = Self {
@@ -174,7 +178,7 @@ impl<'a> Session<'a> {
             state,
             scratch,
         };
-        if query.settings.enumerate.uses_grid() {
+        if query.settings.enumerate.uses_grid() && first == PlanStage::Grid {
             session.gather(Source::Grid);
             if session.state.candidates.list.is_empty() {
                 session.gather(Source::EmptyCells);
@@ -312,8 +316,13 @@ impl<'a> Session<'a> {
         } = &mut *self.state;
         let scratch = &mut self.scratch.gather.evasions;
         gather_evasions(self.query, request, enumerate, candidates, scratch);
+        if request.first_stage > PlanStage::Evasions {
+            candidates.list.clear();
+            candidates.counted = 0;
+        }
         reject_blocked(self.query.baked, request, candidates);
         candidates.put_known_last();
+        candidates.goals.clear();
         self.draw_maps(false);
     }
 
@@ -365,8 +374,6 @@ fn offset_index(time_offsets: &mut Vec<f32>, offset: f32) -> u32 {
 #[cfg(test)]
 #[allow(clippy::unwrap_used)]
 mod tests {
-    use std::time::Duration;
-
     use glam::Vec3;
 
     use super::*;
@@ -377,7 +384,7 @@ mod tests {
     use crate::query::settings::QuerySettings;
 
     #[test]
-    fn what_follows_a_plan_that_was_late_is_what_it_would_have_been() {
+    fn a_plan_that_ran_out_of_work_says_where_and_what_follows_is_what_it_would_have_been() {
         let key = |t: f32, z: f32| SphereKey {
             t,
             center: Vec3::new(0.0, 1.3, z),
@@ -385,29 +392,38 @@ mod tests {
         };
         let attack = Attack::new(vec![vec![key(0.5, 3.0), key(1.0, -1.0)]]).unwrap();
         let settings = QuerySettings::default();
-        let plan = |context: &mut QueryContext, deadline: Option<Instant>| {
+        let plan = |context: &mut QueryContext, most: usize, first_stage: PlanStage| {
             let playhead = Playhead::at(baked().graph(), EdgeId(0), 0.0, Rigid2::IDENTITY);
             let scope = PlanScope {
                 plain: &attack,
                 margin: 0.03,
                 evasions_only: false,
+                first_stage,
+                velocity: glam::Vec2::ZERO,
             };
             let mut answer = Answer::default();
-            context.start_plan(deadline);
+            let deadline = None;
+            context.start_plan(WorkLimit { deadline, most });
             let request = Request::new(playhead, &attack);
             let query = Query::new(baked(), &settings);
             query.answer_in_scope(request, Some(scope), context, &mut answer);
-            (context.end_plan(), answer)
+            context.end_plan();
+            (context.late_stage(), answer)
         };
-        let (in_time, alone) = plan(&mut QueryContext::default(), None);
-        assert!(in_time);
-        assert!(alone.clearance().metres < 1.0);
+        let (late, alone) = plan(&mut QueryContext::default(), 0, PlanStage::Grid);
+        assert_eq!(late, None);
         let mut context = QueryContext::default();
-        let now = Instant::now();
-        assert!(!plan(&mut context, Some(now)).0);
-        for deadline in [None, Some(now + Duration::from_secs(600))] {
-            let (in_time, after) = plan(&mut context, deadline);
-            assert!(in_time);
+        for most in [1, 2, 5, 20] {
+            for stage in PlanStage::ALL {
+                let (late, answer) = plan(&mut context, most, stage);
+                assert!(late.is_none_or(|late| late >= stage && !answer.avoided));
+            }
+        }
+        let (late, _) = plan(&mut context, 1, PlanStage::Grid);
+        assert!(late.is_some());
+        for most in [0, 1_000_000] {
+            let (late, after) = plan(&mut context, most, PlanStage::Grid);
+            assert_eq!(late, None);
             assert_eq!(format!("{after:?}"), format!("{alone:?}"));
         }
     }

@@ -100,6 +100,7 @@ impl QuerySettings {
         in_range!(0.0, 1024.0, [threads]);
         in_range!(-1e6, 1e6, [weights.avoid, weights.distance]);
         in_range!(-1e6, 1e6, [weights.time, weights.warp]);
+        in_range!(0.0, 1e6, [weights.goal]);
         in_range!(0.0, 1e3, [warp.candidates, warp.rounds]);
         in_range!(0.0, 1.0, [warp.nearest]);
         let widest = self.warp.widest.unwrap_or_default();
@@ -267,6 +268,10 @@ pub struct Weights {
     pub time: f32,
     /// Weight of V_w. Default 0.5, with which a warp that uses one bound completely weighs as much as missing half of the evasion region.
     pub warp: f32,
+    /// Weight of V_g. Default 3: a motion that leads a third of the way further than another one may miss the whole evasion region instead. Only
+    /// plans of [`Characters`](crate::character::Characters) know a goal.
+    #[serde(default)]
+    pub goal: f32,
 }
 
 impl Default for Weights {
@@ -276,6 +281,7 @@ impl Default for Weights {
             distance: 4.0,
             time: 1.0,
             warp: 0.5,
+            goal: 3.0,
         }
     }
 }

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::cull::QueryMaps;
 use super::gather::{CandidateKind, CandidateList, MoveId, MoveSearch};
-use super::request::{ActiveRequest, Evaluation};
+use super::request::{ActiveRequest, Evaluation, PlanStage};
 
 /// Plain data: each stage reads the results of earlier stages.
 #[derive(Clone, Debug, Default)]
@@ -14,6 +14,8 @@ pub(super) struct QueryState {
     /// Whether the round waits for counts.
     pub is_waiting: bool,
     pub request: ActiveRequest,
+    /// The stage in which the limit of a plan was reached without a clean candidate.
+    pub late_stage: Option<PlanStage>,
     pub source: Source,
     pub candidates: CandidateList,
     /// Paths of the candidates that are moves.

@@ -327,3 +327,75 @@ fn poses_that_are_none_are_not_resumed() {
         assert_eq!(found.unwrap_err().to_string(), words);
     }
 }
+
+#[test]
+fn a_game_on_a_platform_is_that_on_the_ground_as_high_as_the_platform() {
+    const HEIGHT: f32 = 3.5;
+    let mut games = [0.0, HEIGHT].map(|height| {
+        let (mut game, id) = one();
+        game.set_height(id, height).unwrap();
+        game.steer(id, walk(Vec3::X)).unwrap();
+        let up = Vec3::Y * height;
+        let from = Vec3::new(1.5, 1.2, 8.0) + up;
+        let ball = Threat::ball(game.now(), from, Vec3::NEG_Z * 6.0, 0.1);
+        game.threaten(ball).unwrap();
+        let block = Obstacle::block(Vec3::new(4.0, 0.5, 0.0) + up, Vec3::splat(0.5), 0.3);
+        (game, id, [block.unwrap()], Vec::new(), up)
+    });
+    let mut planned = 0;
+    for frame in 0..300 {
+        let [low, high] = &mut games;
+        for (game, id, obstacles, events, up) in [&mut *low, &mut *high] {
+            events.clear();
+            game.step(FRAME, obstacles, events);
+            if frame == 200 {
+                let middle = joints(game, *id)[0].translation;
+                let hit = Threat::ball(game.now(), middle + Vec3::Z, Vec3::NEG_Z * 9.0, 0.1);
+                game.threaten(hit).unwrap();
+            }
+            assert!(joints(game, *id)[0].translation.y > up.y);
+        }
+        let [of_low, of_high] = [&mut *low, &mut *high].map(|(game, id, ..)| joints(game, *id));
+        for (low, high) in of_low.iter().zip(&of_high) {
+            let apart = low.translation + Vec3::Y * HEIGHT - high.translation;
+            assert!(apart.length() < 2e-2, "frame {frame}: {apart}");
+        }
+        let kinds = |events: &[CharacterEvent]| -> Vec<_> {
+            events
+                .iter()
+                .map(|event| std::mem::discriminant(&event.kind))
+                .collect()
+        };
+        assert_eq!(kinds(&low.3), kinds(&high.3), "frame {frame}");
+        planned += low.3.len();
+    }
+    assert!(planned > 2, "{planned}");
+}
+
+#[test]
+fn who_is_moved_goes_on_from_there_and_looks_at_threats_again() {
+    let (mut game, id) = one();
+    let by = Rigid2::new(0.7, 2.0, -1.0);
+    let before = joints(&mut game, id);
+    game.move_by(id, by).unwrap();
+    for (before, after) in before.iter().zip(joints(&mut game, id)) {
+        assert!((by.point(before.translation) - after.translation).length() < 1e-4);
+    }
+    // A ball that passes beside it, seen and left alone, until a platform carries the character there.
+    let middle = joints(&mut game, id)[0].translation;
+    let from = middle + Vec3::new(0.9, 0.3, 8.4);
+    game.threaten(Threat::ball(game.now(), from, Vec3::NEG_Z * 7.0, 0.1))
+        .unwrap();
+    let events = play(&mut game, 3);
+    let kept = |event: &CharacterEvent| matches!(event.kind, CharacterEventKind::Kept { .. });
+    assert!(events.iter().any(kept), "{events:?}");
+    let mut events = Vec::new();
+    for _ in 0..18 {
+        game.move_by(id, Rigid2::new(0.0, 0.05, 0.0)).unwrap();
+        events.extend(play(&mut game, 1));
+    }
+    let planned = |event: &CharacterEvent| matches!(event.kind, CharacterEventKind::Planned { .. });
+    assert!(events.iter().any(planned), "{events:?}");
+    let beyond = game.move_by(id, Rigid2::new(0.0, 1e4, 0.0));
+    assert!(beyond.is_err() && game.set_height(id, f32::NAN).is_err());
+}

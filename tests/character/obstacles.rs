@@ -1,7 +1,7 @@
 //! Promise: no body enters an obstacle, whatever it does; distances are those of a naive search; what cannot be avoided is said.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
-use glam::{Vec2, Vec3};
+use glam::{Vec2, Vec3, Vec3Swizzles};
 use sabaki::character::{CharacterEventKind, CharacterId, CharacterSettings, Characters, Goal};
 use sabaki::query::{Obstacle, ObstacleError};
 use sabaki_fixtures::random::Random;
@@ -183,4 +183,47 @@ fn obstacles_without_sense_are_refused() {
     assert!(Obstacle::block(Vec3::ZERO, Vec3::new(1.0, -1.0, 1.0), 0.0).is_err());
     let disc = Obstacle::disc(Vec2::ZERO, 1.0).unwrap();
     assert!(disc.moving(Vec3::INFINITY).is_err() && disc.weighing(0.0).is_err());
+}
+
+#[test]
+fn who_has_an_obstacle_put_on_it_is_shoved_out_at_the_speed_of_a_run_and_who_is_wedged_stays() {
+    let mut game = characters(CharacterSettings::default());
+    let ids = spawn(&mut game, 1);
+    let place = |game: &Characters| game.place(ids[0]).unwrap().ground();
+    let middle = place(&game);
+    let said = |events: &[sabaki::character::CharacterEvent],
+                is: fn(CharacterEventKind) -> bool| {
+        events.iter().filter(|event| is(event.kind)).count()
+    };
+    let shoved = |kind| kind == CharacterEventKind::Shoved;
+    let stuck = |kind| matches!(kind, CharacterEventKind::Stuck { depth } if depth > 0.1);
+    // A car on the body.
+    let half = Vec3::new(0.9, 1.0, 0.9);
+    let car = [Obstacle::block(Vec3::new(middle.x + 0.3, 1.0, middle.y), half, 0.0).unwrap()];
+    let mut events = Vec::new();
+    for frame in 0..60 {
+        let before = place(&game);
+        game.step(FRAME, &car, &mut events);
+        let went = place(&game).distance(before);
+        assert!(went < 0.1 || frame > 30, "frame {frame}: {went} m");
+    }
+    assert!(depth(&mut game, ids[0], &car) < 1e-3);
+    assert_eq!(
+        [said(&events, shoved), said(&events, stuck)],
+        [1, 0],
+        "{events:?}"
+    );
+    // A hall of stone.
+    let here = place(&game);
+    let stone = [Obstacle::block(here.extend(0.0).xzy(), Vec3::splat(9.0), 0.0).unwrap()];
+    events.clear();
+    for _ in 0..120 {
+        game.step(FRAME, &stone, &mut events);
+    }
+    assert!(place(&game).distance(here) < 0.3);
+    assert_eq!(
+        [said(&events, shoved), said(&events, stuck)],
+        [0, 1],
+        "{events:?}"
+    );
 }

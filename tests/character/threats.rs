@@ -350,6 +350,69 @@ fn plans_for_which_there_is_no_time_are_made_later() {
     }
 }
 
+/// Answers to balls that are seen early, and the saved game at the end, with a limit of the work of a plan in a step.
+fn answers_within(plan_work: u32, threads: usize) -> ([usize; 2], Vec<u8>) {
+    let mut random = Random::new(41);
+    let mut game = characters(CharacterSettings {
+        plan_work,
+        threads,
+        ..CharacterSettings::default()
+    });
+    let ids = spawn(&mut game, 6);
+    let mut answers = [0, 0];
+    for _ in 0..6 {
+        play(&mut game, 60);
+        for &id in &ids {
+            let threat = ball(&mut game, id, &mut random);
+            game.threaten(threat).unwrap();
+        }
+        for event in play(&mut game, 100) {
+            match event.kind {
+                CharacterEventKind::Planned { .. } => answers[0] += 1,
+                CharacterEventKind::Cannot => answers[1] += 1,
+                _ => {}
+            }
+        }
+    }
+    (answers, game.save().unwrap())
+}
+
+#[test]
+fn plans_of_little_work_go_on_in_the_next_step_and_do_not_depend_on_the_threads() {
+    let ([all, none], _) = answers_within(0, 1);
+    let (little, saved) = answers_within(300, 1);
+    println!("{all} {none} {little:?}");
+    assert!(all > 10 && little[0] * 10 >= all * 9, "{little:?} of {all}");
+    assert_eq!(answers_within(300, 3), (little, saved));
+}
+
+#[test]
+fn the_same_threat_is_tried_again_after_ever_longer_pauses() {
+    let mut game = characters(CharacterSettings::default());
+    let id = spawn(&mut game, 1)[0];
+    play(&mut game, 20);
+    let chest = joints(&mut game, id)[0].translation + Vec3::Y * 0.3;
+    let mut stays = Threat::ball(game.now(), chest, Vec3::ZERO, 0.3);
+    stays.seconds = 20.0;
+    game.threaten(stays).unwrap();
+    let (mut pauses, mut last) = (Vec::new(), 0.0);
+    for _ in 0..400 {
+        play(&mut game, 1);
+        let state = serde_json::to_value(game.state()).unwrap();
+        let at = state["slots"][0]["state"]["retry_at"]
+            .as_f64()
+            .unwrap_or_default();
+        if at != last && at > 0.0 {
+            pauses.push(at - game.now());
+            last = at;
+        }
+    }
+    assert!(pauses.len() >= 5, "{pauses:?}");
+    for pair in pauses.windows(2).take(4) {
+        assert!(pair[1] > 1.5 * pair[0], "{pauses:?}");
+    }
+}
+
 #[test]
 fn of_a_threat_that_is_watched_it_is_said_once_that_it_is_avoided() {
     let mut characters = characters(CharacterSettings::default());

@@ -1,11 +1,12 @@
 //! What steering remembers of one character: its last search, and what it played while it stood idle.
 
-use glam::Vec2;
+use glam::{Vec2, Vec3};
 use serde::{Deserialize, Serialize};
 
 use super::SteerStep;
 use super::table::Moment;
 use crate::character::goal::Aim;
+use crate::math::Rigid2;
 
 /// State of the steering of one character.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -60,7 +61,15 @@ impl SteerState {
         (!self.is_held).then_some(self.search_in)
     }
 
-    /// Costs of a search relative to that of a character that walks: one that stands is also compared with all moments that walk.
+    /// Moves the place where the character came to stand.
+    pub(in crate::character) fn move_by(&mut self, by: Rigid2) {
+        self.place = self.place.map(|[x, z]| {
+            let moved = by.point(Vec3::new(x, 0.0, z));
+            [moved.x, moved.z]
+        });
+    }
+
+    /// Cost of a search relative to that of a character that walks: one that stands is also compared with all moments that walk.
     pub(in crate::character) fn search_cost(&self) -> usize {
         1 + usize::from(self.stands)
     }

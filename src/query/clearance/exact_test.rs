@@ -45,20 +45,39 @@ pub struct MotionBody {
     obstacles: ObstacleScratch,
     /// A motion that is built for a test of obstacles.
     pub(in crate::query) among_obstacles: Motion,
-    /// Time from which on nothing is tested any more.
-    deadline: Option<Instant>,
+    limit: WorkLimit,
+    /// Work since the limit was set.
+    work: usize,
+    /// Whether the limit does not hold.
+    has_grace: bool,
+}
+
+/// What tests may cost until nothing is tested any more.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct WorkLimit {
+    /// Time from which on nothing is tested; `None`: never.
+    pub deadline: Option<Instant>,
+    /// Number of poses, and of spheres of attacks that were tested against a motion; 0 for no limit.
+    pub most: usize,
 }
 
 impl MotionBody {
-    /// Sets the deadline. After it, tests end at once with a result that means nothing: whoever set it discards them.
-    pub(crate) fn set_deadline(&mut self, deadline: Option<Instant>) {
-        self.deadline = deadline;
+    /// Sets the limit. Beyond it, tests end at once and call the motion hit.
+    pub(crate) fn set_limit(&mut self, limit: WorkLimit) {
+        (self.limit, self.work) = (limit, 0);
     }
 
-    /// Whether the deadline has passed.
+    /// Sets whether tests go on beyond the limit: the last ones of a motion that was found.
+    pub(crate) fn set_grace(&mut self, has_grace: bool) {
+        self.has_grace = has_grace;
+    }
+
+    /// Whether the limit is reached.
     pub(crate) fn is_late(&self) -> bool {
-        self.deadline
-            .is_some_and(|deadline| Instant::now() >= deadline)
+        let WorkLimit { deadline, most } = self.limit;
+        let is_over = most > 0 && self.work >= most;
+        let is_late = || deadline.is_some_and(|deadline| Instant::now() >= deadline);
+        !self.has_grace && (is_over || is_late())
     }
 
     /// Removes the poses of earlier motions, so that they take no memory.
@@ -68,10 +87,20 @@ impl MotionBody {
 
     /// The worst entry of a motion into an obstacle; `None` if it enters none. The motion must last until the end of the tested part.
     pub fn worst_entry(&mut self, test: &ObstacleTest<'_>, motion: &Motion) -> Option<ObstacleHit> {
-        if test.obstacles.is_empty() || self.is_late() {
+        if test.obstacles.is_empty() {
             return None;
         }
-        test.worst_entry(motion, &mut self.poses, &mut self.obstacles)
+        if self.is_late() {
+            return Some(ObstacleHit {
+                harm: f32::MIN_POSITIVE,
+                time: test.seconds.0,
+                sphere: 0,
+            });
+        }
+        let before = self.poses.count();
+        let worst = test.worst_entry(motion, &mut self.poses, &mut self.obstacles);
+        self.work += test.obstacles.len() + self.poses.count().saturating_sub(before);
+        worst
     }
 }
 
@@ -96,12 +125,16 @@ impl<'a> ExactTest<'a> {
             poses,
             posed,
             sweep,
+            work,
             ..
         } = scratch;
+        let before = poses.count();
         let mut body = posed.on(poses, self.baked, motion, self.sampling);
         let mut sweep = Sweep::new(self.attack, self.extent, sweep);
         sweep.run(&mut body, TimeWindow::on_motion(0.0, f32::INFINITY));
-        sweep.nearest()
+        let nearest = sweep.nearest();
+        *work += self.attack.spheres().len() + poses.count().saturating_sub(before);
+        nearest
     }
 
     /// Like [`ExactTest::on_motion`], for a motion that `build` writes to the memory of `scratch`.
@@ -138,8 +171,10 @@ impl<'a> ExactTest<'a> {
             posed,
             sweep,
             motion,
+            work,
             ..
         } = scratch;
+        let before = poses.count();
         let (from, to) = part.seconds;
         let is_covered = self.attack.start() >= from && self.attack.end() <= to;
         let mut sweep = Sweep::new(self.attack, self.extent, sweep);
@@ -161,13 +196,15 @@ impl<'a> ExactTest<'a> {
             sweep.run(&mut body, TimeWindow::on_motion(0.0, from));
             sweep.run(&mut body, TimeWindow::on_motion(to, f32::INFINITY));
         }
-        sweep.nearest()
+        let nearest = sweep.nearest();
+        *work += self.attack.spheres().len() + poses.count().saturating_sub(before);
+        nearest
     }
 
-    /// The result after the deadline of a [`MotionBody`]: a touch, so that nothing else is searched for.
+    /// The result beyond the limit of a [`MotionBody`]: a hit.
     fn too_late(&self) -> Clearance {
         Clearance {
-            metres: 0.0,
+            metres: -f32::MIN_POSITIVE,
             ..Clearance::none(self.attack.start())
         }
     }

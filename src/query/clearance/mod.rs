@@ -24,6 +24,7 @@ mod sweep;
 
 pub use bodies::PlayedTrack;
 pub use distances::closest;
+pub(crate) use exact_test::WorkLimit;
 pub use exact_test::{ExactTest, MotionBody};
 pub use extent::{Clearance, Extent, ObstacleHit, SAMPLE_RATE, Sampling};
 pub(in crate::query) use near_obstacles::NearObstacles;

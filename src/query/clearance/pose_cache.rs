@@ -77,6 +77,11 @@ impl PoseCache {
         self.rows.clear();
     }
 
+    /// Number of poses.
+    pub(super) fn count(&self) -> usize {
+        self.count
+    }
+
     /// Number of the pose of a moment, until the next [`PoseCache::start`].
     pub(super) fn number(&mut self, baked: &BakedGraph, moment: MotionMoment<'_>) -> usize {
         let MotionMoment { motion, seconds } = moment;

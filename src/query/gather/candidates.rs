@@ -106,6 +106,8 @@ pub(in crate::query) struct CandidateList {
     pub counted: usize,
     /// Counts of these candidates, in order.
     pub overlaps: Vec<Overlap>,
+    /// V_g of the candidates, in order, as far as they were measured.
+    pub goals: Vec<f32>,
     /// Results of the candidates that an earlier round has shown to be hit, in order.
     pub known: Vec<KnownHit>,
     /// The evasions of the candidates that enter one.
