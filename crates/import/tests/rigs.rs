@@ -174,13 +174,14 @@ fn most_apart(a: &[JointTransform], b: &[JointTransform]) -> f32 {
 fn joints_above_the_hips_come_back_as_they_were() {
     let folder = tempfile::tempdir().unwrap();
     let text = std::fs::read_to_string(case("hips_root.bvh")).unwrap();
-    let still = |_: &[f64]| [0.0; 6];
-    let path = |values: &[f64]| [values[0], 0.0, values[2], 0.0, 0.0, 0.0];
-    let whole = |values: &[f64]| [values[0], values[1], values[2], 0.0, 0.0, 0.0];
-    let forms: [(&str, &dyn Fn(&[f64]) -> [f64; 6], bool); 3] = [
-        ("still", &still, false),
-        ("path", &path, true),
-        ("whole", &whole, true),
+    type Above = fn(&[f64]) -> [f64; 6];
+    let still: Above = |_| [0.0; 6];
+    let path: Above = |values| [values[0], 0.0, values[2], 0.0, 0.0, 0.0];
+    let whole: Above = |values| [values[0], values[1], values[2], 0.0, 0.0, 0.0];
+    let forms = [
+        ("still", still, false),
+        ("path", path, true),
+        ("whole", whole, true),
     ];
     for (name, above, moves) in forms {
         let file = folder.path().join(format!("{name}.bvh"));
