@@ -1,5 +1,6 @@
 //! `sabaki play`: a game without a window, measured.
 
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use sabaki::math::in_parallel;
@@ -26,6 +27,9 @@ pub(crate) struct Args {
     /// Number of threads; 0 for all of the machine. Only times depend on it.
     #[arg(long, value_name = "N", default_value_t = 0, value_parser = whole::<u64>(0..=1024))]
     threads: u64,
+    /// Writes what characters play to a folder, as BVH at 60 Hz, a file a minute: steering, threats, idle. It then measures as usual.
+    #[arg(long, value_name = "DIR")]
+    record: Option<PathBuf>,
 }
 
 /// Kinds of attacks, in the order of the table.
@@ -92,6 +96,9 @@ pub(crate) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
     cancel::listen();
     let bar = output::progress("playing", args.threats * ROWS.len() as u64);
     let scenarios = Scenarios::new(&baked, args.seed).map_err(refused)?;
+    if let Some(folder) = &args.record {
+        scenarios.record(folder, threads).map_err(refused)?;
+    }
     let mut rows = Vec::new();
     for (name, scenario) in ROWS {
         let of = |index: usize| {

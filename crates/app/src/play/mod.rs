@@ -3,6 +3,7 @@
 mod crowded;
 mod idle;
 mod obstacles;
+mod recording;
 mod steering;
 mod threats;
 
@@ -27,6 +28,9 @@ pub enum PlayError {
     /// A wall or a piece of furniture.
     #[error(transparent)]
     Obstacle(#[from] ObstacleError),
+    /// A recording that was not written.
+    #[error(transparent)]
+    File(#[from] std::io::Error),
 }
 
 /// Duration of a frame, in seconds.

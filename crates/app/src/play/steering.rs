@@ -66,7 +66,7 @@ impl Scenarios {
 }
 
 /// Speeds of the walks and runs of the clips: means over half a second without events, above 0.6 m/s.
-fn speeds(baked: &BakedGraph) -> Vec<f32> {
+pub(super) fn speeds(baked: &BakedGraph) -> Vec<f32> {
     let graph = baked.graph();
     let half = (0.25 * graph.frame_rate()).round() as usize;
     let mut speeds = Vec::new();
