@@ -14,7 +14,7 @@ use sabaki_fixtures::throw::generator;
 use sabaki_import::bvh;
 use serde_json::{Value, json};
 
-use super::steering::speeds;
+use super::steering::{random_velocity, speeds};
 use super::{FRAME, PlayError, Scenarios};
 
 /// What a recorded character does.
@@ -120,10 +120,8 @@ fn random_goal(speeds: &[f32], random: &mut impl Rng) -> Goal {
     if random.random::<f32>() < 0.2 {
         return Goal::Stop;
     }
-    let heading = random.random::<f32>() * TAU;
-    let speed = speeds[random.random_range(0..speeds.len())];
     Goal::Walk {
-        velocity: Vec3::new(heading.sin(), 0.0, heading.cos()) * speed,
+        velocity: random_velocity(speeds, random),
         facing: None,
     }
 }

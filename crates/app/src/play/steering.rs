@@ -87,6 +87,13 @@ pub(super) fn speeds(baked: &BakedGraph) -> Vec<f32> {
     speeds
 }
 
+/// One of some speeds in a random direction.
+pub(super) fn random_velocity(speeds: &[f32], random: &mut impl Rng) -> Vec3 {
+    let heading = random.random::<f32>() * TAU;
+    let speed = speeds[random.random_range(0..speeds.len())];
+    Vec3::new(heading.sin(), 0.0, heading.cos()) * speed
+}
+
 /// Errors of speed and times until the direction is reached, of one character.
 fn changes(
     baked: &Arc<BakedGraph>,
@@ -98,9 +105,7 @@ fn changes(
     let (mut roots, mut wanted) = (Vec::new(), Vec::new());
     let frames = (HELD / FRAME).round() as usize;
     for _ in 0..CHANGES {
-        let heading = random.random::<f32>() * TAU;
-        let speed = speeds[random.random_range(0..speeds.len())];
-        let velocity = Vec3::new(heading.sin(), 0.0, heading.cos()) * speed;
+        let velocity = random_velocity(speeds, &mut random);
         let goal = Goal::Walk {
             velocity,
             facing: None,
