@@ -28,6 +28,15 @@ impl Playing {
         Vec2::new(root.x, root.z)
     }
 
+    /// Horizontal acceleration of the root over the next moments, in metres per second squared.
+    pub(super) fn acceleration(&self, graph: &MotionGraph) -> f32 {
+        /// Time over which it is measured, in seconds.
+        const WINDOW: f32 = 0.1;
+        let root = |windows: f32| self.motion.root(graph, self.seconds + windows * WINDOW);
+        let change = (root(0.0) - 2.0 * root(1.0) + root(2.0)).with_y(0.0);
+        change.length() / (WINDOW * WINDOW)
+    }
+
     /// Makes sure that the motion lasts for a step and the search after it.
     pub(super) fn ensure(&mut self, graph: &MotionGraph, dt: f32) {
         /// The search looks this far ahead, in seconds.
@@ -48,8 +57,16 @@ impl Playing {
         self.seconds += dt * self.rate;
     }
 
-    /// Continues from another moment. The motion that was played until now fades out. `spare` is memory for the new motion.
-    pub(super) fn enter(&mut self, graph: &MotionGraph, entry: &Entry, spare: &mut Motion) {
+    /// Continues from another moment. The motion that was played until now fades out; the root's offset within `root_blend` seconds. `standing` has
+    /// for each leg whose foot stands then the time until it is lifted, in seconds. `spare` is memory for the new motion.
+    pub(super) fn enter(
+        &mut self,
+        graph: &MotionGraph,
+        entry: &Entry,
+        root_blend: f32,
+        standing: &[Option<f32>],
+        spare: &mut Motion,
+    ) {
         let playhead = entry.playhead();
         spare.restart(graph, playhead, []);
         // Both motions are played at the same rate.
@@ -57,7 +74,7 @@ impl Playing {
             rate: 1.0,
             ..self.played_until(self.seconds)
         };
-        spare.blend_from(graph, played, entry.blend);
+        spare.blend_on_feet(graph, played, [entry.blend, root_blend], standing);
         std::mem::swap(&mut self.motion, spare);
         self.seconds = 0.0;
     }

@@ -22,7 +22,7 @@ use crate::maps::BakedGraph;
 use crate::math::parallel::lock;
 
 const MAGIC: [u8; 8] = *b"sabgame\n";
-const VERSION: u32 = 2;
+const VERSION: u32 = 3;
 /// Length of magic, version and checksum, in bytes.
 const HEADER: usize = 16;
 

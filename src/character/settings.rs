@@ -104,7 +104,7 @@ impl CharacterSettings {
 pub struct SteerSettings {
     /// Time between two searches, in seconds, 0 to 60. Default 0.15. A new goal starts a search at once, if not many others do.
     pub interval: f32,
-    /// Time in which a jump blends, in seconds, 0 to 10. Default 0.3.
+    /// Time in which a jump blends, in seconds, 0 to 10. Up to twice as long where the velocity changes much. Default 0.3.
     pub blend: f32,
     /// Minimum gain of a jump, 0 to 1,000,000: by how much the new moment must be nearer to the aim than the played one. The unit is a squared
     /// distance of features; 1 is about 8 cm of travel in 0.2 s. Default 1.5.
@@ -115,15 +115,15 @@ pub struct SteerSettings {
     pub fastest: f32,
     /// Maximum turn that is added to a walking character, in radians per second, 0 to 100. Default 2.6.
     pub turn: f32,
-    /// Maximum turn that is added to a standing character, in radians per second, 0 to 100. Default 1.6.
+    /// Maximum turn that is added to a standing character, in radians per second, 0 to 100. Default 0.8.
     pub standing_turn: f32,
-    /// Largest turn that a jump adds, in radians, 0 to 10. Default 0.5.
+    /// Largest turn that a jump adds, in radians, 0 to 10. Default 0.1.
     pub jump_turn: f32,
     /// Distance that the root keeps from obstacles on the ground, in metres, 0 to 100. Default 0.45.
     pub clearance: f32,
     /// Steering avoids obstacles that the character would reach within this time, in seconds, 0 to 60. Default 1.2.
     pub foresight: f32,
-    /// An idle character repeats no motion within this time if the clips allow it, in seconds, 0 to 3,600. Default 10.
+    /// An idle character repeats no motion within this time if the clips allow it, in seconds, 0 to 3,600. Default 60.
     pub repeat: f32,
 }
 
@@ -136,11 +136,11 @@ impl Default for SteerSettings {
             slowest: 0.8,
             fastest: 1.25,
             turn: 2.6,
-            standing_turn: 1.6,
-            jump_turn: 0.5,
+            standing_turn: 0.8,
+            jump_turn: 0.1,
             clearance: 0.45,
             foresight: 1.2,
-            repeat: 10.0,
+            repeat: 60.0,
         }
     }
 }

@@ -507,9 +507,15 @@ impl Feet {
 
     /// Whether the foot of a leg stands in a frame of a clip.
     pub(crate) fn stands(&self, clip: ClipId, leg: usize, frame: u32) -> bool {
+        self.stands_for(clip, leg, frame) > 0
+    }
+
+    /// Number of frames for which the foot of a leg stands from a frame of a clip on, 0 if it does not.
+    pub(crate) fn stands_for(&self, clip: ClipId, leg: usize, frame: u32) -> u32 {
         let plants = self.plants(clip, leg);
         let next = plants.partition_point(|plant| plant.last < frame);
-        plants.get(next).is_some_and(|plant| plant.holds(frame))
+        let plant = plants.get(next).filter(|plant| plant.holds(frame));
+        plant.map_or(0, |plant| plant.last + 1 - frame)
     }
 }
 

@@ -43,7 +43,7 @@ mod regions;
 
 pub use bake::{BakeError, BakeSettings, BakedGraph, Baker, DrawnMaps};
 pub use entries::{EntryReport, EntryShare, MomentShare, Stretches};
-pub(crate) use entries::{KnownEntry, Stance};
+pub(crate) use entries::{KnownEntry, Stance, head};
 pub use grid::{
     AttackGrid, AttackGridReport, AttackGridSettings, AttackOption, CellColumn, Contact, Grid,
     NodePath, PathId, PathReport, PathSettings, PathTable, Retimable, RetimeSettings, TouchedCells,

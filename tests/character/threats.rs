@@ -298,7 +298,7 @@ fn those_that_are_reached_first_plan_first() {
         for (index, &id) in ids.iter().enumerate() {
             throw(&mut characters, id, 1.2 - 0.2 * index as f32);
         }
-        let events = play(&mut characters, 3);
+        let events = play(&mut characters, 20);
         let order: Vec<_> = events
             .iter()
             .filter(|event| looks(&event.kind))

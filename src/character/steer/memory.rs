@@ -20,6 +20,10 @@ pub(in crate::character) struct SteerState {
     /// The aim of the last search.
     pub(super) aim: [f32; 2],
     pub(super) facing: Option<f32>,
+    /// Position of the root in the last step (x, z), in metres.
+    last: [f32; 2],
+    /// Speed at which it has come along its aim of late, in metres per second.
+    pub(super) progress: f32,
     /// Frames that were played while it stood idle, oldest first.
     recent: Vec<Recent>,
     /// Place where the character came to stand (x, z), in metres; `None` if it does not stand.
@@ -41,7 +45,12 @@ impl SteerState {
     pub(in crate::character) fn is_sound(&self) -> bool {
         let place = self.place.unwrap_or_default();
         self.search_in <= 60.0
-            && place.iter().chain(&self.aim).all(|value| value.is_finite())
+            && self.progress.is_finite()
+            && place
+                .iter()
+                .chain(&self.aim)
+                .chain(&self.last)
+                .all(|value| value.is_finite())
             && self.facing.is_none_or(f32::is_finite)
             && self.recent.iter().all(|one| one.age >= 0.0)
     }
@@ -74,6 +83,20 @@ impl SteerState {
         1 + usize::from(self.stands)
     }
 
+    /// Follows how fast the character comes along its aim. A new aim is given time.
+    pub(super) fn follow(&mut self, place: Vec2, aim: &Aim, is_new: bool, dt: f32) {
+        /// Time over which the speed is averaged, in seconds.
+        const LATELY: f32 = 0.7;
+        let moved = place - Vec2::from(std::mem::replace(&mut self.last, place.to_array()));
+        let speed = aim.velocity.length();
+        if is_new || aim.stands() || dt <= 0.0 {
+            self.progress = speed;
+            return;
+        }
+        let along = moved.dot(aim.velocity) / (speed * dt);
+        self.progress += (along - self.progress) * (dt / LATELY).min(1.0);
+    }
+
     /// Whether a search that is needed may be made in this step. Otherwise it is made soon.
     pub(super) fn may_search(&mut self, may: bool) -> bool {
         if !may {
@@ -95,10 +118,13 @@ impl SteerState {
         }
     }
 
-    /// Remembers the moment that an idle character plays, and forgets those that are long ago.
-    pub(super) fn remember(&mut self, moment: &Moment, step: &SteerStep<'_>) {
+    /// Remembers the moment that an idle character plays, and forgets those that are long ago. `calm` is the time for which the clips stand, in
+    /// seconds.
+    pub(super) fn remember(&mut self, moment: &Moment, step: &SteerStep<'_>, calm: f32) {
+        /// Share of the clips' calm time that may be remembered: enough is left to choose from.
+        const SHARE: f32 = 0.5;
         self.recent.iter_mut().for_each(|one| one.age += step.dt);
-        let repeat = step.settings.repeat;
+        let repeat = step.settings.repeat.min(SHARE * calm);
         self.recent.retain(|one| one.age < repeat);
         let (clip, frame) = (moment.clip.0, moment.frame);
         match self.recent.last_mut() {

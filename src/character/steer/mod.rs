@@ -62,13 +62,19 @@ struct Now {
     features: Features,
 }
 
+impl Now {
+    /// Velocity of the root in the character's frame (x, z), in metres per second.
+    fn pace(&self) -> Vec2 {
+        Vec2::new(self.features.velocity.x, self.features.velocity.z)
+    }
+}
+
 impl Steering {
     pub(super) fn new(graph: &MotionGraph) -> Self {
         /// It stands for so long at least, in seconds.
-        const STANDS: f64 = 1.0;
+        const STANDS: f32 = 1.0;
         let table = Table::new(graph);
-        let frames = (STANDS * graph.frame_rate()) as u32;
-        let calm = |(_, moment): &(u32, &Moment)| moment.calm_frames > frames;
+        let calm = |(_, moment): &(u32, &Moment)| moment.calm_for > STANDS;
         let starts = (0..).zip(&table.moments).filter(calm);
         Self {
             starts: starts.map(|(index, _)| index).collect(),
@@ -108,10 +114,12 @@ impl Steering {
         let current = self.table.at(graph, playhead);
         let moment = current.map(|current| self.table.moments[current]);
         let is_new = step.aim.differs(&state.last_aim());
-        let ends = moment.is_none_or(|moment| moment.seconds_left(graph) < 0.05);
-        let is_idle = step.aim.stands() && step.faces(playing, moment.as_ref());
+        state.follow(playing.ground(graph), &step.aim, is_new, step.dt);
+        let ends = moment.is_none_or(|moment| moment.left < 0.05);
+        let is_slow = moment.is_none_or(|moment| moment.velocity.length() < WALKS);
+        let is_idle = is_slow && step.aim.stands() && step.faces(playing, moment.as_ref());
         if let Some(moment) = moment.filter(|_| is_idle) {
-            state.remember(&moment, step);
+            state.remember(&moment, step, self.table.calm);
             if moment.is_calm {
                 let here = || playing.ground(graph).to_array();
                 state.place.get_or_insert_with(here);
@@ -125,13 +133,20 @@ impl Steering {
         state.is_held = is_held;
         state.stands = moment.is_some_and(|moment| moment.is_calm);
         let needs_search = (is_new || ends || state.search_in <= 0.0) && !is_held;
-        if needs_search && state.may_search(step.may_search || ends) {
+        // A blend is not cut: the offsets of both would add up.
+        let blends = playing.motion.is_blending_body(playing.seconds) && !ends;
+        if needs_search && state.may_search((step.may_search && !blends) || ends) {
             state.search_in = step.settings.interval;
             state.aim = step.aim.velocity.to_array();
             state.facing = step.aim.facing;
             let now = step.now(playing, moment.as_ref(), scratch);
             let wanted = wanted(&step.aim, &now).row();
-            if let Some(found) = self.choose(step, state, &wanted, current, ends, is_idle) {
+            let kept = current.filter(|_| !ends);
+            let body = Body {
+                pace: now.pace(),
+                stands_for: moment.map_or([0; Stance::LEGS], |moment| moment.stands_for),
+            };
+            if let Some(found) = self.choose(step, state, &wanted, &body, kept, is_idle) {
                 let mut entry = step.entry(found, &now);
                 if is_idle {
                     let root = Vec2::new(now.stance.root.x, now.stance.root.z);
@@ -139,47 +154,61 @@ impl Steering {
                     entry.clip_to_world.x -= way.x;
                     entry.clip_to_world.z -= way.y;
                 }
-                playing.enter(graph, &entry, &mut scratch.spare);
+                let standing = found.standing(graph);
+                let apart = body.pace.distance(found.pace);
+                let blend = blend_time(apart, self.table.limit).min(LONGEST * entry.blend);
+                playing.enter(graph, &entry, blend, &standing, &mut scratch.spare);
             }
         }
         self.turn(step, playing);
     }
 
-    /// The moment to jump to; `None` to continue the played motion. `current` is the played moment, if the table has it, and `ends` says whether
-    /// the table ends there. `is_idle` says whether the character stands and should stand.
+    /// The moment to jump to; `None` to continue the played motion. `current` is the played moment, if it may be continued. `is_idle` says whether
+    /// the character stands and should stand.
     fn choose(
         &self,
         step: &SteerStep<'_>,
         state: &SteerState,
         wanted: &Row,
+        body: &Body,
         current: Option<usize>,
-        ends: bool,
         is_idle: bool,
     ) -> Option<&Moment> {
-        let moments = &self.table.moments;
-        let nearest = |allowed: &dyn Fn(&Moment) -> bool| self.nearest(wanted, allowed);
-        let gain = step.settings.gain;
-        let moment = current.map(|current| &moments[current]);
-        let is_fresh =
-            |moment: &Moment| moment.is_calm && moment.left > 20 && !state.has_played(moment);
+        let blend = step.settings.blend;
+        let nearest = |allowed: &dyn Fn(&Moment) -> bool| {
+            self.nearest(wanted, |moment| {
+                allowed(moment).then(|| body.effort(moment, blend, self.table.limit))
+            })
+        };
+        /// An idle character goes to what stands for so long at least, in seconds.
+        const LINGERS: f32 = 0.5;
+        let (gain, moments) = (step.settings.gain, &self.table.moments);
+        let playing = current.map(|current| &moments[current]);
+        let is_fresh = |moment: &Moment| moment.calm_for > LINGERS && !state.has_played(moment);
         let fresh = nearest(&|moment| !is_idle || is_fresh(moment));
         // A motion that arrives at recently played frames is left for one that was not played, if that is similar enough.
-        let repeats = moment.is_some_and(|moment| is_idle && state.repeats(moment))
+        let repeats = playing.is_some_and(|moment| is_idle && state.repeats(moment))
             && fresh.is_some_and(|(_, apart)| apart < gain);
         let kept = match current {
-            Some(current) if !ends && !repeats => distance(&self.table.rows[current], wanted),
+            Some(current) if !repeats => distance(&self.table.rows[current], wanted),
             _ => f32::INFINITY,
         };
         let found = fresh.or_else(|| nearest(&|moment| !is_idle || moment.is_calm));
         let found = found.filter(|(_, apart)| apart + gain < kept);
         let found = found.map(|(found, _)| &moments[found]);
-        // Standing may stay nearly as similar to the aim as a slow walk, for as long as that is the aim.
-        let walks = step.aim.velocity.length() > WALKS;
-        let stands = |moment: &Moment| moment.is_calm;
-        if walks && moment.is_some_and(stands) && found.is_none_or(stands) {
-            let starts = |moment: &Moment| !moment.is_calm && moment.velocity.length() > WALKS;
-            let start = nearest(&starts).map(|(start, _)| &moments[start]);
-            return start.or(found);
+        // Standing, or steps to and fro, may stay nearly as similar to the aim as a walk, for as long as that is the aim.
+        let wanted = step.aim.velocity.length();
+        let is_stuck = state.progress < 0.5 * wanted;
+        let least = if is_stuck {
+            WALKS.max(0.6 * wanted)
+        } else {
+            WALKS
+        };
+        let is_slow = |moment: &Moment| moment.ahead < least;
+        let stays = is_stuck || playing.is_none_or(is_slow) && found.is_none_or(is_slow);
+        if wanted > WALKS && stays {
+            let start = nearest(&|moment| !is_slow(moment));
+            return start.map(|(start, _)| &moments[start]).or(found);
         }
         found
     }
@@ -238,7 +267,7 @@ impl Steering {
             ways: AHEAD.map(ahead),
             ..now
         };
-        let (found, _) = self.nearest(&wanted.row(), |_| true)?;
+        let (found, _) = self.nearest(&wanted.row(), |_| Some(0.0))?;
         let moment = &self.table.moments[found];
         let turn = Rigid2::new(stance.placement.heading() - moment.heading, 0.0, 0.0);
         let root = turn.point(Vec3::new(moment.root.x, 0.0, moment.root.y));
@@ -253,30 +282,38 @@ impl Steering {
         Some(motion)
     }
 
-    /// The nearest of the moments that are allowed, and its distance.
-    fn nearest(&self, wanted: &Row, allowed: impl Fn(&Moment) -> bool) -> Option<(usize, f32)> {
+    /// The nearest of the moments that have an effort, and its distance with the effort.
+    fn nearest(
+        &self,
+        wanted: &Row,
+        effort: impl Fn(&Moment) -> Option<f32>,
+    ) -> Option<(usize, f32)> {
         let mut best = None;
         let mut least = f32::INFINITY;
         for (index, row) in self.table.rows.iter().enumerate() {
             let apart = distance(row, wanted);
-            if apart < least && allowed(&self.table.moments[index]) {
+            if apart >= least {
+                continue;
+            }
+            let effort = effort(&self.table.moments[index]);
+            if let Some(apart) = effort.map(|effort| apart + effort).filter(|&it| it < least) {
                 (best, least) = (Some((index, apart)), apart);
             }
         }
         best
     }
 
-    /// Turns the played motion towards the aim, and sets its rate.
+    /// Turns the played motion towards the aim, and sets its rate. What the motion itself accelerates leaves less for both.
     fn turn(&self, step: &SteerStep<'_>, playing: &mut Playing) {
         /// Time in which an error is removed, in seconds.
         const SETTLING: f32 = 0.12;
         /// Fastest change of the rate, per second.
-        const RATE_CHANGE: f32 = 3.0;
+        const RATE_CHANGE: f32 = 1.0;
         let (graph, settings) = (step.baked.graph(), step.settings);
         let playhead = playing.motion.playhead(graph, playing.seconds);
         let Some(moment) = self.table.at(graph, playhead) else {
-            playing.rate +=
-                (1.0 - playing.rate).clamp(-RATE_CHANGE * step.dt, RATE_CHANGE * step.dt);
+            let change = RATE_CHANGE * step.dt;
+            playing.rate += (1.0 - playing.rate).clamp(-change, change);
             return;
         };
         let moment = &self.table.moments[moment];
@@ -295,19 +332,26 @@ impl Steering {
         } else {
             settings.turn
         };
-        let settling = SETTLING.max(step.dt);
-        let turn = (wrapped(off) / settling).clamp(-most, most) * step.dt;
-        if turn.abs() > 1e-6 {
-            let root = playing.motion.root(graph, playing.seconds);
-            let back = Rigid2::new(0.0, -root.x, -root.z);
-            let there = Rigid2::new(turn, root.x, root.z);
-            playing.motion.transform(there * back);
+        let spare = (self.table.limit - playing.acceleration(graph)).max(0.0);
+        let most = most.min(spare / speed.max(0.01));
+        let turn = (wrapped(off) / SETTLING.max(step.dt)).clamp(-most, most);
+        if turn.abs() * step.dt > 1e-6 {
+            let toes = moment.toes.into_iter().zip(moment.standing(graph));
+            let standing = toes.enumerate().filter_map(|(leg, (toe, lifted))| {
+                let toe = playhead.clip_to_world.point(Vec3::new(toe.x, 0.0, toe.y));
+                Some((leg, toe, lifted?))
+            });
+            let seconds = playing.seconds;
+            playing
+                .motion
+                .turn_on_feet(graph, seconds, turn * step.dt, standing);
         }
         let rate = match moves {
             true => (wanted / speed).clamp(settings.slowest, settings.fastest),
             false => 1.0,
         };
-        let change = RATE_CHANGE * step.dt;
+        let spare = (spare - turn.abs() * speed).max(0.0);
+        let change = RATE_CHANGE.min(spare / speed.max(0.01)) * step.dt;
         playing.rate += (rate - playing.rate).clamp(-change, change);
     }
 }
@@ -354,7 +398,7 @@ impl SteerStep<'_> {
 
     /// The entry into a moment, turned towards the aim.
     fn entry(&self, moment: &Moment, now: &Now) -> Entry {
-        let kept = now.heading - moment.heading;
+        let kept = now.stance.placement.heading() - moment.facing;
         let off = match self.aim.facing {
             None if !self.aim.stands() && moment.velocity.length() > WALKS => {
                 heading_of(self.aim.velocity) - (heading_of(moment.velocity) + kept)
@@ -362,7 +406,7 @@ impl SteerStep<'_> {
             _ => self
                 .aim
                 .heading()
-                .map_or(0.0, |heading| heading - now.heading),
+                .map_or(0.0, |heading| heading - (moment.heading + kept)),
         };
         let most = self.settings.jump_turn;
         let turn = kept + wrapped(off).clamp(-most, most);
@@ -380,12 +424,52 @@ impl SteerStep<'_> {
     }
 }
 
+/// Longest blend of a jump, in times of the usual one.
+const LONGEST: f32 = 2.0;
+
+/// Time in which a blend removes a difference of velocities without exceeding an acceleration by its own part, in seconds.
+fn blend_time(apart: f32, limit: f32) -> f32 {
+    /// Largest acceleration of the quintic that a velocity decays by, in velocities per duration.
+    const PEAK: f32 = 4.0;
+    /// The part of the acceleration that blends may have: the clips have the rest.
+    const PART: f32 = 0.5;
+    PEAK * apart / (PART * limit)
+}
+
+/// What decides whether a body can jump to a moment.
+struct Body {
+    /// Velocity of the root in the character's frame (x, z), in metres per second.
+    pace: Vec2,
+    /// As [`Moment::stands_for`].
+    stands_for: [u16; Stance::LEGS],
+}
+
+impl Body {
+    /// What a jump costs beside the distance of features: a push beyond the limit, feet that all have to be put elsewhere, another jump soon after.
+    fn effort(&self, moment: &Moment, blend: f32, limit: f32) -> f32 {
+        /// Cost of a jump in which no foot stays, in squared distances of features.
+        const NO_FOOT: f32 = 6.0;
+        /// Cost of a difference of velocities for which the longest blend is too short, per (m/s)².
+        const PUSH: f32 = 40.0;
+        /// Cost of a moment that has to be left at once, and the time from which on none counts, in seconds.
+        const SHORT: f32 = 3.0;
+        const SOON: f32 = 0.6;
+        let apart = self.pace.distance(moment.pace);
+        let beyond = (apart - LONGEST * blend / blend_time(1.0, limit)).max(0.0);
+        let mut both = self.stands_for.iter().zip(&moment.stands_for);
+        let flies = self.stands_for == [0; Stance::LEGS] && self.stands_for == moment.stands_for;
+        let stays = flies || both.any(|(now, then)| now.min(then) > &0);
+        let short = SHORT * (1.0 - moment.left / SOON).max(0.0);
+        short + PUSH * beyond * beyond + if stays { 0.0 } else { NO_FOOT }
+    }
+}
+
 /// The features that an aim asks for: the body's present features, and the path that it should take.
 fn wanted(aim: &Aim, now: &Now) -> Features {
     /// Time in which speed and heading are reached, in seconds.
-    const REACHED: f32 = 0.15;
+    const REACHED: f32 = 0.5;
     /// Fastest turn that is asked for, in radians per second.
-    const FASTEST_TURN: f32 = 3.5;
+    const FASTEST_TURN: f32 = 2.5;
     const STEPS: usize = 4;
     let mut features = now.features;
     let theta = aim

@@ -2,31 +2,38 @@
 //!
 //! Source: Clavet, "Motion Matching and The Road to Next-Gen Animation" (GDC 2016): each moment of the clips has a row of features
 //! (where the root goes, how the body turns, where the feet are and how they move), and the moment with the nearest row is played.
-//! Differs: only moments of the graph without labelled events are in the table, so that a query can start from each of them.
+//! Differs: only upright moments without labelled events are in the table, so that a query can start from each of them. Beyond the end of
+//! a run of frames the body is taken to go on as it goes there.
 
 use glam::{Vec2, Vec3};
 
-use crate::anim::{Facing, Pose, forward_kinematics};
+use crate::anim::{Facing, JointId, Limbs, Pose, forward_kinematics};
 use crate::character::goal::wrapped;
 use crate::graph::{ClipId, EdgeId, EdgeMotion, MotionGraph, Playhead};
-use crate::maps::Stance;
+use crate::maps::{Stance, head};
 
 /// Number of features of a moment, padded to whole vectors.
-pub(super) const FEATURES: usize = 24;
+pub(super) const FEATURES: usize = 32;
 
 /// Features of one moment, each multiplied by its weight.
 pub(super) type Row = [f32; FEATURES];
 
 /// Times at which the way ahead is looked at, in seconds.
-pub(super) const AHEAD: [f32; 2] = [0.2, 0.4];
+pub(super) const AHEAD: [f32; 3] = [0.2, 0.4, 0.8];
 
 /// Half of the time over which a stride's sway is averaged, in seconds.
 const STRIDE: f32 = 0.5;
 
+/// Time over which accelerations are measured, in seconds.
+const WINDOW: f32 = 0.1;
+
+/// Speed below which a hand rests, in metres per second.
+const RESTING: f32 = 0.5;
+
 /// Inverse of the difference that counts as 1, for: displacement and turn at each of [`AHEAD`], position and velocity of a foot, velocity
 /// and height of the root.
-const WEIGHTS: ([f32; 2], [f32; 2], f32, f32, f32, f32) =
-    ([12.0, 8.0], [4.0, 3.0], 5.0, 0.7, 1.5, 10.0);
+const WEIGHTS: ([f32; 3], [f32; 3], f32, f32, f32, f32) =
+    ([12.0, 8.0, 9.0], [4.0, 3.0, 2.0], 5.0, 0.7, 1.5, 10.0);
 
 /// A moment of a clip that can be played.
 #[derive(Clone, Copy, Debug)]
@@ -37,24 +44,36 @@ pub(super) struct Moment {
     pub clip: ClipId,
     /// Frame of the clip.
     pub frame: u32,
-    /// Frames until the table ends in this clip.
-    pub left: u32,
+    /// Time until the table ends in this clip, in seconds.
+    pub left: f32,
     /// Velocity over the ground, averaged over a stride, in the space of the clip, in metres per second.
     pub velocity: Vec2,
+    /// Mean speed over the ground from here to the last of [`AHEAD`], in metres per second.
+    pub ahead: f32,
     /// Heading averaged over a stride, in the space of the clip, in radians.
     pub heading: f32,
+    /// Heading in this frame, in the space of the clip, in radians.
+    pub facing: f32,
+    /// Velocity of the root in this frame, in the character's frame (x, z), in metres per second.
+    pub pace: Vec2,
     /// Position of the root in the space of the clip (x, z).
     pub root: Vec2,
-    /// Whether the body stands for a while.
+    /// Positions of the toes in the space of the clip (x, z).
+    pub toes: [Vec2; Stance::LEGS],
+    /// For each leg, the frames for which its foot stands from here on.
+    pub stands_for: [u16; Stance::LEGS],
+    /// Whether the body stands for a while, and its hands rest.
     pub is_calm: bool,
-    /// Time for which it stands from here on, in frames.
-    pub calm_frames: u32,
+    /// Time for which it stands so from here on, in seconds.
+    pub calm_for: f32,
 }
 
 impl Moment {
-    /// Time until the table ends in this clip, in seconds.
-    pub(super) fn seconds_left(&self, graph: &MotionGraph) -> f32 {
-        self.left as f32 / graph.frame_rate() as f32
+    /// For each leg whose foot stands, the time until it is lifted, in seconds.
+    pub(super) fn standing(&self, graph: &MotionGraph) -> [Option<f32>; Stance::LEGS] {
+        let seconds = |frames| f32::from(frames) / graph.frame_rate() as f32;
+        let times = self.stands_for;
+        times.map(|frames| (frames > 0).then(|| seconds(frames)))
     }
 }
 
@@ -63,6 +82,10 @@ impl Moment {
 pub(super) struct Table {
     pub moments: Vec<Moment>,
     pub rows: Vec<Row>,
+    /// Time for which the clips stand with hands at rest, in seconds.
+    pub calm: f32,
+    /// Horizontal acceleration that the clips reach where they stand, walk and run, in metres per second squared.
+    pub limit: f32,
     /// Index of each clip frame's moment, from the clip's first on; `u32::MAX` for none.
     index: Vec<u32>,
     first: Vec<u32>,
@@ -72,9 +95,9 @@ pub(super) struct Table {
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Features {
     /// Displacement of the root at each of [`AHEAD`], in the character's frame (x, z).
-    pub ways: [Vec2; 2],
+    pub ways: [Vec2; 3],
     /// Change of heading at each of [`AHEAD`], in radians.
-    pub turns: [f32; 2],
+    pub turns: [f32; 3],
     /// Feet in the character's frame, and their velocities.
     pub feet: [[Vec3; 2]; 2],
     /// Velocity of the root in the character's frame.
@@ -138,9 +161,13 @@ impl Table {
     pub(super) fn new(graph: &MotionGraph) -> Self {
         let mut table = Self::default();
         let edges = edges_by_clip(graph);
+        let mut accelerations = Vec::new();
         for (clip, edges) in (0..).map(ClipId).zip(&edges) {
-            table.add_clip(graph, clip, edges);
+            table.add_clip(graph, clip, edges, &mut accelerations);
         }
+        table.limit = limit(accelerations);
+        let calm = table.moments.iter().filter(|moment| moment.is_calm).count();
+        table.calm = calm as f32 / graph.frame_rate() as f32;
         table
     }
 
@@ -157,15 +184,22 @@ impl Table {
         (index != u32::MAX).then_some(index as usize)
     }
 
-    /// Adds the moments of a clip, given the edge that plays each frame of it.
-    fn add_clip(&mut self, graph: &MotionGraph, clip: ClipId, edges: &PlayedBy) {
+    /// Adds the moments of a clip, given the edge that plays each frame of it, and the accelerations of its root.
+    fn add_clip(
+        &mut self,
+        graph: &MotionGraph,
+        clip: ClipId,
+        edges: &PlayedBy,
+        accelerations: &mut Vec<f32>,
+    ) {
         let frames = graph.clip(clip).frames();
         self.first.push(self.index.len() as u32);
         let start = self.index.len();
         self.index.resize(start + frames, u32::MAX);
-        let posed = pose_clip(graph, clip);
+        let bodies = Bodies::of_clip(graph, clip);
         let frame_rate = graph.frame_rate() as f32;
-        let longest = (AHEAD[1] * frame_rate).round() as usize;
+        let least = (AHEAD[1] * frame_rate).round() as usize;
+        let window = (WINDOW * frame_rate).round().max(1.0) as usize;
         let mut run = 0..0;
         for frame in 0..frames {
             let Some((edge, edge_frame)) = edges[frame] else {
@@ -176,17 +210,29 @@ impl Table {
                 run = frame..frame + played.count();
             }
             let left = (run.end - frame).min(frames - 1 - frame);
-            if left < longest + 1 {
+            if left < least + 1 || !bodies.is_upright[frame] {
                 continue;
             }
-            let features = features(&posed, frame, frame_rate);
+            let posed = &bodies.stances;
+            let features = features(&posed[..=frame + left], frame, frame_rate);
             let half = (STRIDE * frame_rate).round() as usize;
             let from = frame.saturating_sub(half).max(run.start);
             let to = (frame + half).min(frame + left);
             let (velocity, heading) = stride(&posed[from..=to], frame_rate);
             let calm = features.ways[1].length() < 0.08
                 && velocity.length() < 0.15
-                && features.turns[1].abs() < 0.15;
+                && features.turns[1].abs() < 0.15
+                && bodies.hand_speed(frame, frame_rate) < RESTING;
+            let ends = [frame, frame + window, frame + 2 * window];
+            if ends[2] <= frame + left {
+                let [a, b, c] = ends.map(|at| posed[at].root);
+                let change = (a - 2.0 * b + c).with_y(0.0).length();
+                accelerations.push(change / (WINDOW * WINDOW));
+            }
+            let stands_for = |leg: usize| match leg < graph.feet().legs().len() {
+                true => graph.feet().stands_for(clip, leg, frame as u32) as u16,
+                false => 0,
+            };
             self.index[start + frame] = self.moments.len() as u32;
             self.rows.push(features.row());
             self.moments.push(Moment {
@@ -194,19 +240,24 @@ impl Table {
                 edge_frame,
                 clip,
                 frame: frame as u32,
-                left: (left - longest) as u32,
+                left: (left - least) as f32 / frame_rate,
                 velocity,
+                ahead: features.ways[AHEAD.len() - 1].length() / AHEAD[AHEAD.len() - 1],
                 heading,
+                facing: posed[frame].placement.heading(),
+                pace: Vec2::new(features.velocity.x, features.velocity.z),
                 root: Vec2::new(posed[frame].root.x, posed[frame].root.z),
+                toes: posed[frame].toes.map(|toe| Vec2::new(toe.x, toe.z)),
+                stands_for: std::array::from_fn(stands_for),
                 is_calm: calm,
-                calm_frames: u32::from(calm),
+                calm_for: if calm { 1.0 / frame_rate } else { 0.0 },
             });
         }
-        self.add_calm_frames(start);
+        self.add_calm_times(start, 1.0 / frame_rate);
     }
 
-    /// Adds up for how long the moments of the last clip stand. `start` is the clip's place in the index.
-    fn add_calm_frames(&mut self, start: usize) {
+    /// Adds up for how long the moments of the last clip stand. `start` is the clip's place in the index, and `frame` the time of a frame, in seconds.
+    fn add_calm_times(&mut self, start: usize, frame: f32) {
         for pair in self.index[start..].windows(2).rev() {
             let [Some(now), Some(next)] =
                 [pair[0], pair[1]].map(|at| self.moments.get(at as usize))
@@ -214,8 +265,8 @@ impl Table {
                 continue;
             };
             if now.is_calm && next.is_calm {
-                let calm_frames = next.calm_frames + 1;
-                self.moments[pair[0] as usize].calm_frames = calm_frames;
+                let calm_for = next.calm_for + frame;
+                self.moments[pair[0] as usize].calm_for = calm_for;
             }
         }
     }
@@ -237,29 +288,94 @@ fn edges_by_clip(graph: &MotionGraph) -> Vec<PlayedBy> {
     edges
 }
 
-fn pose_clip(graph: &MotionGraph, clip: ClipId) -> Vec<Stance> {
-    let facing = Facing::of(graph.skeleton());
-    let (mut pose, mut joints) = (Pose::default(), Vec::new());
-    let stance = |frame: usize| {
-        graph.clip(clip).pose(frame, &mut pose);
-        forward_kinematics(graph.skeleton(), &pose, &mut joints);
-        Stance::from_joints(graph, facing, &joints)
-    };
-    (0..graph.clip(clip).frames()).map(stance).collect()
+/// The bodies of a clip, frame by frame.
+struct Bodies {
+    stances: Vec<Stance>,
+    /// Whether the head is above the root, as when a body stands, walks or crouches.
+    is_upright: Vec<bool>,
+    hands: Vec<Vec<Vec3>>,
 }
 
+impl Bodies {
+    fn of_clip(graph: &MotionGraph, clip: ClipId) -> Self {
+        /// Least cosine of the angle of the trunk with the vertical.
+        const UPRIGHT: f32 = 0.7;
+        let skeleton = graph.skeleton();
+        let (facing, head, limbs) = (Facing::of(skeleton), head(skeleton), Limbs::of(skeleton));
+        let (mut pose, mut joints) = (Pose::default(), Vec::new());
+        let mut bodies = Self {
+            stances: Vec::new(),
+            is_upright: Vec::new(),
+            hands: Vec::new(),
+        };
+        for frame in 0..graph.clip(clip).frames() {
+            graph.clip(clip).pose(frame, &mut pose);
+            forward_kinematics(skeleton, &pose, &mut joints);
+            let place = |joint: JointId| joints[joint.index()].translation;
+            let trunk = place(head) - place(JointId::ROOT);
+            bodies.is_upright.push(trunk.y >= UPRIGHT * trunk.length());
+            bodies
+                .hands
+                .push(limbs.hands.iter().map(|&hand| place(hand)).collect());
+            bodies
+                .stances
+                .push(Stance::from_joints(graph, facing, &joints));
+        }
+        bodies
+    }
+
+    /// Speed of the faster hand at a frame that is not the last, in metres per second.
+    fn hand_speed(&self, frame: usize, frame_rate: f32) -> f32 {
+        let hands = self.hands[frame].iter().zip(&self.hands[frame + 1]);
+        hands.fold(0.0, |most, (from, to)| {
+            f32::max(most, from.distance(*to) * frame_rate)
+        })
+    }
+}
+
+/// The acceleration that few of some accelerations exceed, within what friction allows, in metres per second squared.
+fn limit(mut accelerations: Vec<f32>) -> f32 {
+    /// The share of them that is below it.
+    const SHARE: f32 = 0.93;
+    /// A graph that only stands has none: a step needs about this.
+    const LEAST: f32 = 2.0;
+    /// 0.9 g, the friction of shoes on a dry floor.
+    const FRICTION: f32 = 8.8;
+    let at = (accelerations.len() as f32 * SHARE) as usize;
+    let found = match at < accelerations.len() {
+        true => *accelerations.select_nth_unstable_by(at, f32::total_cmp).1,
+        false => 0.0,
+    };
+    found.clamp(LEAST, FRICTION)
+}
+
+/// Features of a frame of a run, which has at least one frame more. Beyond its end the body goes on as in the time of the first of [`AHEAD`] before it.
 fn features(posed: &[Stance], frame: usize, frame_rate: f32) -> Features {
     let [now, next] = [&posed[frame], &posed[frame + 1]];
     let inverse = now.placement.inverse();
-    let at = |seconds: f32| &posed[frame + (seconds * frame_rate).round() as usize];
-    let way = |seconds: f32| {
-        let moved = inverse.vector(at(seconds).root - now.root);
-        Vec2::new(moved.x, moved.z)
+    let last = posed.len() - 1;
+    let step = (AHEAD[0] * frame_rate).round() as usize;
+    // A place and the turn to it.
+    let at = |frame: usize| {
+        let moved = inverse.vector(posed[frame].root - now.root);
+        let turned = posed[frame].placement.heading() - now.placement.heading();
+        (Vec2::new(moved.x, moved.z), wrapped(turned))
     };
-    let turn = |seconds: f32| wrapped(at(seconds).placement.heading() - now.placement.heading());
+    let ahead = AHEAD.map(|seconds| {
+        let there = frame + (seconds * frame_rate).round() as usize;
+        if there <= last {
+            return at(there);
+        }
+        let (end, before) = (at(last), at(last - step));
+        let steps = (there - last) as f32 / step as f32;
+        (
+            end.0 + (end.0 - before.0) * steps,
+            end.1 + wrapped(end.1 - before.1) * steps,
+        )
+    });
     Features {
-        ways: AHEAD.map(way),
-        turns: AHEAD.map(turn),
+        ways: ahead.map(|(way, _)| way),
+        turns: ahead.map(|(_, turn)| turn),
         ..Features::from_body(now, [now, next], 1.0 / frame_rate)
     }
 }

@@ -5,7 +5,7 @@
 //! offsets of rotations are rotation vectors with three quintics each, not an angle about one axis, and their initial acceleration is 0.
 //! Feet have offsets in the space of the motion, and the legs follow by inverse kinematics. The offset of a foot is that of its toe, about
 //! which it also turns: a foot whose toe is planted at the same place in both motions pivots on it. A foot that has to move takes a step,
-//! and no toe is lower than in the lower one of both motions. No knee is bent the wrong way further than in one of both motions: offsets of
+//! and no toe is lower than in the lower one of both motions. A foot that stands in both motions is held where it stands until it is lifted. No knee is bent the wrong way further than in one of both motions: offsets of
 //! fast legs would do that.
 
 use crate::anim::{Chain, JointTransform, Knee, KneeLimit, Leg, Pose, Skeleton};
@@ -47,6 +47,8 @@ pub(crate) struct Inertia {
     /// Time of the cut, in seconds since the motion's start. Negative if the motion is the remainder of another.
     pub(crate) start: f32,
     pub(crate) seconds: f32,
+    /// Duration of the decay of the root's position, which may be longer than that of the joints and feet.
+    root_seconds: f32,
     root: Decay,
     /// Offset of each joint's rotation.
     joints: Vec<Decay>,
@@ -99,7 +101,7 @@ impl Inertia {
         let joints = graph.skeleton().joints().iter();
         for (index, (joint, decay)) in joints.zip(&self.joints).enumerate() {
             let (moved, turned) = match joint.parent.map(|parent| reaches[parent.index()]) {
-                None => (length(&self.root), 0.0),
+                None => (self.root(seconds).length(), 0.0),
                 Some(JointReach { moved, turned }) => {
                     (moved + turned.min(2.0) * joint.offset.length(), turned)
                 }
@@ -118,7 +120,12 @@ impl Inertia {
 
     /// Sets the time of the cut and the duration of the decay, in seconds.
     pub(crate) fn set_times(&mut self, start: f32, seconds: f32) {
-        (self.start, self.seconds) = (start, seconds);
+        (self.start, self.seconds, self.root_seconds) = (start, seconds, seconds);
+    }
+
+    /// Lets the offset of the root's position decay for longer than the others, so that it accelerates the body less.
+    pub(crate) fn slow_root(&mut self, seconds: f32) {
+        self.root_seconds = seconds.max(self.seconds);
     }
 
     /// Computes the offsets from `poses.to` to `poses.from` at the cut.
@@ -176,7 +183,8 @@ impl Inertia {
         let finite = lists.iter().all(|list| list.iter().all(Decay::is_finite));
         self.start.is_finite()
             && self.seconds > 0.0
-            && self.seconds.is_finite()
+            && self.root_seconds >= self.seconds
+            && self.root_seconds.is_finite()
             && self.root.is_finite()
             && self.joints.len() == joints
             && (self.places.is_empty() || self.places.len() == joints)
@@ -187,12 +195,49 @@ impl Inertia {
 
     /// Whether the offsets are not yet 0 at `seconds` of the motion.
     pub(crate) fn lasts(&self, seconds: f32) -> bool {
-        seconds - self.start < self.seconds
+        seconds < self.end()
     }
 
-    /// End of the decay, in seconds since the motion's start.
+    /// Whether the offsets of the body are not yet 0 at `seconds` of the motion. Those of feet that are held last longer.
+    pub(crate) fn moves_body(&self, seconds: f32) -> bool {
+        seconds - self.start < self.root_seconds
+    }
+
+    /// Time when all offsets are 0, in seconds since the motion's start.
     pub(crate) fn end(&self) -> f32 {
-        self.start + self.seconds
+        let held = self.feet.iter().map(|foot| foot.held.end());
+        self.start + held.fold(self.root_seconds, f32::max)
+    }
+
+    /// Holds feet where they are. `standing` has for each leg whose foot stands the time since the cut when it is lifted, in seconds.
+    pub(crate) fn hold_feet(&mut self, standing: &[Option<f32>]) {
+        for (foot, until) in self.feet.iter_mut().zip(standing) {
+            if let Some(until) = *until {
+                foot.hold(until);
+            }
+        }
+    }
+
+    /// Moves the foot of a leg that stands at `seconds` of the motion, until it is lifted, in seconds from then on.
+    pub(crate) fn shift_foot(&mut self, leg: usize, seconds: f32, by: Vec3, lifted: f32) {
+        if let Some(foot) = self.feet.get_mut(leg) {
+            foot.shift(seconds - self.start, by, lifted, self.seconds);
+        }
+    }
+
+    /// No offset, for feet that are held from `seconds` of the motion on. The knees keep to how they bend in this pose.
+    pub(crate) fn restart_still(&mut self, graph: &MotionGraph, seconds: f32, pose: &Pose) {
+        let skeleton = graph.skeleton();
+        self.set_times(seconds, STEP);
+        self.root = Decay::default();
+        self.places.clear();
+        self.joints.clear();
+        self.joints.resize(skeleton.len(), Decay::default());
+        self.feet.clear();
+        self.feet.extend(graph.feet().legs().iter().map(|leg| {
+            let foot = [LegPose::from_pose(skeleton, pose, leg); 2];
+            FootDecay::new(foot, foot, STEP)
+        }));
     }
 
     fn weights(&self, seconds: f32) -> Weights {
@@ -201,7 +246,8 @@ impl Inertia {
 
     /// Offset of the root from that of the new motion, in metres.
     pub(crate) fn root(&self, seconds: f32) -> Vec3 {
-        self.root.at(self.weights(seconds))
+        let share = (seconds - self.start) / self.root_seconds;
+        self.root.at(Weights::new(share, self.root_seconds))
     }
 
     /// Adds the offsets at `seconds` to the pose of the new motion.
@@ -214,11 +260,14 @@ impl Inertia {
         for (leg, foot) in legs.iter().zip(&mut feet) {
             *foot = LegPose::from_pose(skeleton, pose, leg);
         }
-        pose.root += self.root.at(weights);
-        for (rotation, decay) in pose.rotations.iter_mut().zip(&self.joints) {
-            *rotation = decay.rotated(*rotation, weights);
+        let moves_body = self.moves_body(seconds);
+        if moves_body {
+            pose.root += self.root(seconds);
+            for (rotation, decay) in pose.rotations.iter_mut().zip(&self.joints) {
+                *rotation = decay.rotated(*rotation, weights);
+            }
         }
-        if !self.places.is_empty() {
+        if moves_body && !self.places.is_empty() {
             pose.fill_translations(skeleton);
             for (place, decay) in pose.translations.iter_mut().zip(&self.places) {
                 *place += decay.at(weights);
@@ -285,6 +334,9 @@ pub(crate) struct Weights {
     speed: f32,
     /// Weight of a foot's lift, 1 in the middle of the decay.
     lift: f32,
+    /// Time since the cut, and the duration of the decay, in seconds.
+    age: f32,
+    seconds: f32,
 }
 
 impl Weights {
@@ -297,6 +349,8 @@ impl Weights {
             value: 1.0 - cube * (10.0 - s * (15.0 - 6.0 * s)),
             speed: seconds * (s - cube * (6.0 - s * (8.0 - 3.0 * s))),
             lift: 16.0 * flat * flat,
+            age: share * seconds,
+            seconds,
         }
     }
 }
@@ -312,7 +366,43 @@ pub(crate) struct FootDecay {
     floor: f32,
     /// Limit of the knee from both motions at the cut. Its hinge is unknown if all knees are straight.
     knee: KneeLimit,
+    held: HeldFoot,
 }
+
+/// A foot that stands: its offset does not decay until it is lifted.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+struct HeldFoot {
+    /// Time since the cut from which on the offset is kept, in seconds.
+    from: f32,
+    /// Time since the cut when the foot is lifted, in seconds; 0 for one that is not held.
+    until: f32,
+    /// What is added to the kept offset, in metres.
+    shift: Vec3,
+}
+
+impl HeldFoot {
+    /// Time in which the offset of a lifted foot fades out, in seconds.
+    const RELEASE: f32 = 0.25;
+    /// Longest offset, in metres.
+    const MOST: f32 = 0.15;
+    /// Fastest foot that stops where it is, in metres per second.
+    const SLOW: f32 = 0.5;
+
+    fn is_held(&self) -> bool {
+        self.until > 0.0
+    }
+
+    /// Time since the cut when the offset is 0, in seconds.
+    fn end(&self) -> f32 {
+        match self.is_held() {
+            true => self.until + Self::RELEASE,
+            false => 0.0,
+        }
+    }
+}
+
+/// Duration of offsets that are 0, in seconds.
+const STEP: f32 = 1e-3;
 
 /// Minimum distance that a foot moves to be lifted, in metres.
 const DRAGGED: f32 = 0.02;
@@ -404,13 +494,62 @@ impl FootDecay {
             lift: share * (way - DRAGGED).clamp(0.0, most / share),
             floor: from[0].translation.y,
             knee: KneeLimit { hinge, flexion },
+            held: HeldFoot::default(),
+        }
+    }
+
+    /// Holds the foot where it is until it is lifted, in seconds since the cut, if the new motion puts it down nearby.
+    fn hold(&mut self, until: f32) {
+        let Decay { value, speed } = self.place;
+        let is_slow = speed.with_y(0.0).length() < HeldFoot::SLOW;
+        if is_slow && value.with_y(0.0).length() <= HeldFoot::MOST {
+            (self.held.from, self.held.until) = (0.0, until);
+        }
+    }
+
+    /// Moves a foot that stands `age` seconds after the cut, and holds it for as long as it is not lifted, in seconds. One that is about to step is left
+    /// alone. `seconds` is the duration of the decay.
+    fn shift(&mut self, age: f32, by: Vec3, lifted: f32, seconds: f32) {
+        let now = Weights::new(age / seconds, seconds);
+        let own = self.place.at(now).with_y(0.0);
+        let steps = own.length() > HeldFoot::MOST || self.lift(now) > 1e-4;
+        if steps && !self.held.is_held() {
+            return;
+        }
+        let offset = (self.offset(now) + by).with_y(0.0);
+        let most = HeldFoot::MOST.max(own.length());
+        self.held = HeldFoot {
+            from: age,
+            until: age + lifted,
+            shift: offset.clamp_length_max(most) - own,
+        };
+    }
+
+    /// Offset of the toe.
+    fn offset(&self, weights: Weights) -> Vec3 {
+        let decayed = self.place.at(weights);
+        if !self.held.is_held() {
+            return decayed;
+        }
+        let kept = weights.age.min(self.held.from) / weights.seconds;
+        let kept = self.place.at(Weights::new(kept, weights.seconds));
+        let released = (weights.age - self.held.until) / HeldFoot::RELEASE;
+        let left = Weights::new(released, HeldFoot::RELEASE).value;
+        ((kept + self.held.shift) * left).with_y(decayed.y)
+    }
+
+    /// Height by which the foot is lifted, in metres.
+    fn lift(&self, weights: Weights) -> f32 {
+        match self.held.is_held() {
+            true => 0.0,
+            false => self.lift * weights.lift,
         }
     }
 
     /// Adds the offset to a leg of the new motion.
     pub(crate) fn moved(&self, LegPose { at_toe, hinge }: LegPose, weights: Weights) -> LegTarget {
-        let lift = Vec3::Y * (self.lift * weights.lift);
-        let mut place = at_toe.translation + self.place.at(weights) + lift;
+        let lift = Vec3::Y * self.lift(weights);
+        let mut place = at_toe.translation + self.offset(weights) + lift;
         place.y = place.y.max(at_toe.translation.y.min(self.floor));
         LegTarget {
             at_toe: JointTransform {
@@ -427,13 +566,14 @@ impl FootDecay {
     /// Maximum distance by which the decay moves a point [beside](BESIDE) the foot, in metres.
     pub(crate) fn reach(&self, weights: Weights) -> f32 {
         let turned = self.rotation.at(weights).length().min(2.0);
-        self.place.at(weights).length() + self.lift * weights.lift + turned * BESIDE
+        self.offset(weights).length() + self.lift(weights) + turned * BESIDE
     }
 
     /// Transforms the offset to a space that is rotated by `by`.
     pub(crate) fn turn(&mut self, by: Rigid2) {
         self.place.turn(by);
         self.rotation.turn(by);
+        self.held.shift = by.vector(self.held.shift);
     }
 
     pub(crate) fn is_finite(&self) -> bool {
@@ -441,6 +581,9 @@ impl FootDecay {
             && self.rotation.is_finite()
             && self.lift.is_finite()
             && self.floor.is_finite()
+            && self.held.shift.is_finite()
+            && self.held.from.is_finite()
+            && self.held.until.is_finite()
             && self.knee.is_sound()
     }
 }

@@ -6,6 +6,7 @@ use crate::graph::play::inertia::{Entry, EntryScratch, Inertia};
 use crate::graph::play::motion::{Motion, Piece};
 use crate::graph::play::playhead::MotionStep;
 use crate::math::Rigid2;
+use glam::Vec3;
 
 /// A blend that motions have taken over from an earlier one.
 #[derive(Clone, Debug, Default)]
@@ -164,6 +165,51 @@ impl Motion {
         self.inertia(self.moment(seconds)).is_some()
     }
 
+    /// Whether the offset of an earlier motion still moves more than feet that are held after `seconds`.
+    pub(crate) fn is_blending_body(&self, seconds: f32) -> bool {
+        let inertia = self.inertia(self.moment(seconds));
+        inertia.is_some_and(|inertia| inertia.moves_body(self.moment(seconds)))
+    }
+
+    /// Turns the motion about its root at `seconds`, while some feet stay where they stand. `standing` has of each leg that stands the position of
+    /// its toe in the world, and the time until it is lifted, in seconds.
+    pub(crate) fn turn_on_feet(
+        &mut self,
+        graph: &MotionGraph,
+        seconds: f32,
+        turn: f32,
+        standing: impl Iterator<Item = (usize, Vec3, f32)>,
+    ) {
+        let root = self.root(graph, seconds);
+        let back = Rigid2::new(0.0, -root.x, -root.z);
+        let by = Rigid2::new(turn, root.x, root.z) * back;
+        self.transform(by);
+        let last = self.inertias().len().checked_sub(1);
+        let lasting = last.filter(|&last| self.inertias[last].lasts(seconds));
+        let mut holding = lasting;
+        for (leg, toe, lifted) in standing {
+            let index = *holding.get_or_insert_with(|| self.push_still(graph, seconds));
+            self.inertias[index].shift_foot(leg, seconds, toe - by.point(toe), lifted);
+        }
+    }
+
+    /// Appends offsets that are 0, for feet that are held. Returns their index.
+    fn push_still(&mut self, graph: &MotionGraph, seconds: f32) -> usize {
+        let mut scratch = std::mem::take(&mut self.scratch);
+        let pose = &mut scratch.from[0];
+        self.sample(graph, seconds, pose);
+        // What has faded out gives its memory.
+        self.inertias[..self.entered].rotate_left(self.entered.min(1));
+        let index = self.entered.saturating_sub(1);
+        if self.inertias.is_empty() {
+            self.inertias.push(Inertia::default());
+        }
+        self.inertias[index].restart_still(graph, seconds, pose);
+        self.entered = index + 1;
+        self.scratch = scratch;
+        index
+    }
+
     /// Whether nothing but the blend that the motion has taken over from an earlier one acts at `seconds`.
     pub(crate) fn is_in_continued_blend(&self, seconds: f32) -> bool {
         let continued = self.continued_blend().is_some_and(|it| it.lasts(seconds));
@@ -276,12 +322,26 @@ impl Motion {
     /// Starts in the pose of `played`, with its velocity. The offset from it fades out within `blend` seconds. An earlier blend at the start is
     /// replaced.
     pub fn blend_from(&mut self, graph: &MotionGraph, played: Played<'_>, blend: f32) {
+        self.blend_on_feet(graph, played, [blend; 2], &[]);
+    }
+
+    /// Like [`Motion::blend_from`], but the offset of the root's position fades out within `blends[1]` seconds. `standing` has for each leg whose foot
+    /// stands at the start the time when it is lifted, in seconds: until then it stays where it was.
+    pub(crate) fn blend_on_feet(
+        &mut self,
+        graph: &MotionGraph,
+        played: Played<'_>,
+        blends: [f32; 2],
+        standing: &[Option<f32>],
+    ) {
         let mut scratch = std::mem::take(&mut self.scratch);
         let step = (1.0 / graph.frame_rate()) as f32;
         scratch.step = step;
         let later = [played.seconds, played.seconds + step * played.rate];
         played.motion.sample_both(graph, later, &mut scratch.from);
-        self.blend_from_scratch(graph, scratch, blend);
+        self.blend_from_scratch(graph, scratch, blends[0]);
+        self.inertias[0].slow_root(blends[1]);
+        self.inertias[0].hold_feet(standing);
     }
 
     /// Starts in the second of two poses that are `seconds` apart, with their velocity. The offset from it fades out within `blend` seconds.

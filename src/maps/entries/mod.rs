@@ -19,6 +19,7 @@ mod tests;
 mod tracks;
 
 pub use find::{EntryShare, MomentShare};
+pub(crate) use limits::head;
 pub use report::{EntryReport, Stretches};
 pub(crate) use stance::Stance;
 pub(crate) use table::{EntryTable, KnownEntry};

@@ -52,7 +52,7 @@ impl PoseCache {
     pub(super) fn start(&mut self, baked: &BakedGraph, motion: &Motion) {
         if !Arc::ptr_eq(&self.graph, baked.identity()) || self.count > Self::MOST {
             self.graph = Arc::clone(baked.identity());
-            self.forget();
+            self.clear();
         }
         if self.blend.follow(motion) {
             self.blended.clear();
@@ -62,14 +62,19 @@ impl PoseCache {
     /// Like [`PoseCache::start`]; from now on the joints of poses are kept, too.
     pub(super) fn start_with_joints(&mut self, baked: &BakedGraph, motion: &Motion) {
         if !self.has_joints {
-            self.forget();
+            self.clear();
             self.has_joints = true;
         }
         self.start(baked, motion);
     }
 
-    /// Removes all poses.
+    /// Removes all poses, and no longer keeps joints, so that what a query costs does not depend on the one before it.
     pub(super) fn forget(&mut self) {
+        self.clear();
+        self.has_joints = false;
+    }
+
+    fn clear(&mut self) {
         self.known.clear();
         self.blended.clear();
         self.count = 0;

@@ -1,5 +1,5 @@
-//! The same captures on skeletons that other programs write: below a still root, a root that carries the path, an armature of scale 0.01 and
-//! one of scale -1, and as FBX. All that a bake and its queries measure is the same within noise.
+//! The same captures on skeletons that other programs write: below a still root, a root that carries the path, an armature of scale 0.01 that
+//! mirrors, and as FBX. All that a bake and its queries measure is the same within noise.
 
 use std::fmt::Write;
 use std::fs;
@@ -169,22 +169,28 @@ fn as_fbx(LoadedClip { skeleton, clip, .. }: &LoadedClip) -> String {
     )
 }
 
-/// Writes the captures in another form to a folder, with their events.
+/// Parts of the names of the captures that are measured: what stands, walks, attacks by jabs, and evades.
+const TAKEN: [&str; 6] = ["Stand", "Walk", "Jab", "SideStep", "Dodge", "Duck"];
+
+/// Writes captures in another form to a folder, with their events.
 fn write_set(folder: &Path, ending: &str, form: impl Fn(&Path) -> Vec<u8>) {
     fs::create_dir(folder).unwrap();
+    let is_taken = |stem: &str| TAKEN.iter().any(|part| stem.contains(part));
     for entry in fs::read_dir(mocap("fight")).unwrap() {
         let file = entry.unwrap().path();
         let stem = file.file_stem().unwrap().to_str().unwrap();
-        if file.extension().unwrap() == "bvh" {
+        if file.extension().unwrap() == "bvh" && is_taken(stem) {
             fs::write(folder.join(format!("{stem}.{ending}")), form(&file)).unwrap();
         }
     }
     let events = fs::read_to_string(mocap("fight").join("events.json")).unwrap();
-    fs::write(
-        folder.join("events.json"),
-        events.replace(".bvh\"", &format!(".{ending}\"")),
-    )
-    .unwrap();
+    let mut events: Value = serde_json::from_str(&events).unwrap();
+    let clips = events["clips"].as_array_mut().unwrap();
+    clips.retain(|clip| is_taken(clip["file"].as_str().unwrap()));
+    let events = events
+        .to_string()
+        .replace(".bvh\"", &format!(".{ending}\""));
+    fs::write(folder.join("events.json"), events).unwrap();
 }
 
 /// Joints of an exported motion, in the world and in metres, by their names: the parent's name, and the places frame by frame.
@@ -210,16 +216,13 @@ fn exported(path: &Path) -> Vec<(String, Option<String>, Vec<Vec3>)> {
 }
 
 /// The figures that are compared, with the largest difference that is noise: a share of the value, and a number.
-const FIGURES: [(&str, &str, f64, f64); 12] = [
-    ("bake", "/seconds_kept", 0.02, 0.0),
+const FIGURES: [(&str, &str, f64, f64); 9] = [
+    ("bake", "/seconds_kept", 0.05, 0.0),
     ("bake", "/evasions", 0.0, 0.0),
     ("bake", "/scale", 0.0, 0.0),
     ("bake", "/transitions", 0.1, 0.0),
-    ("dodge", "/avoided", 0.0, 15.0),
-    ("time", "/by_time/0/avoided", 0.0, 0.06),
-    ("time", "/by_time/2/avoided", 0.0, 0.06),
-    ("play", "/avoided/one", 0.0, 0.1),
-    ("play", "/avoided/three", 0.0, 0.1),
+    ("dodge", "/avoided", 0.0, 6.0),
+    ("play", "/avoided/one", 0.0, 0.2),
     ("play", "/steer/path_error_m", 0.0, 0.03),
     ("play", "/steer/speed_error", 0.0, 0.03),
     ("play", "/pops_over_5mm", 0.0, 1.0),
@@ -240,16 +243,14 @@ fn measured(folder: &Path, name: &str) -> Vec<f64> {
         .unwrap();
     let read = run(&format!("inspect {} --json", first.display()));
     let dodge = run(&format!(
-        "dodge {name}.sabaki --attacks 1000 --seed 3 --json"
+        "dodge {name}.sabaki --attacks 300 --seed 3 --json"
     ));
-    let time = run(&format!("coverage {name}.sabaki --by-time --json"));
-    let play = run(&format!("play {name}.sabaki --threats 50 --json"));
+    let play = run(&format!("play {name}.sabaki --threats 10 --json"));
     let figure = |&(document, key, ..): &(&str, &str, f64, f64)| {
         let document = match (document, key) {
             (_, "/scale") => return read["stature"].as_f64().unwrap(),
             ("bake", _) => &bake,
             ("dodge", _) => &dodge,
-            ("time", _) => &time,
             _ => &play,
         };
         document
@@ -275,16 +276,13 @@ fn the_same_captures_on_other_rigs_give_the_same_figures() {
     write_set(&folder.join("plain"), "bvh", |file| text(file).into_bytes());
     write_set(&folder.join("still"), "bvh", still);
     write_set(&folder.join("path"), "bvh", path);
-    write_set(&folder.join("small"), "glb", |file| {
-        below_scale(&clip(file), Vec3::splat(0.01))
-    });
     write_set(&folder.join("mirrored"), "glb", |file| {
-        below_scale(&clip(file), Vec3::new(-1.0, 1.0, 1.0))
+        below_scale(&clip(file), Vec3::new(-0.01, 0.01, 0.01))
     });
     write_set(&folder.join("fbx"), "fbx", |file| {
         as_fbx(&clip(file)).into_bytes()
     });
-    let names = ["plain", "still", "path", "small", "mirrored", "fbx"];
+    let names = ["plain", "still", "path", "mirrored", "fbx"];
     let all: Vec<Vec<f64>> = names.iter().map(|name| measured(folder, name)).collect();
     let mut table = format!(
         "{:28}{}\n",
