@@ -64,6 +64,7 @@ pub(super) fn select(
             state.late_stage.get_or_insert(stage.max(first));
             if !state.candidates.list.is_empty() {
                 let chosen = evaluator.best();
+                Round { query, state }.motion(chosen, motion);
                 return Some(Selection {
                     chosen,
                     reconsidered,
@@ -119,6 +120,7 @@ pub(super) fn select(
             if evaluator.body().is_late() {
                 state.late_stage.get_or_insert(PlanStage::Moves);
                 let chosen = evaluator.best();
+                Round { query, state }.motion(chosen, motion);
                 return Some(Selection {
                     chosen,
                     reconsidered,

@@ -64,7 +64,7 @@ fn a_character_that_is_told_to_walk_slowly_does_not_stand() {
             let (heading, speed) = wanted(number);
             let ahead = way.dot(Vec2::new(heading.sin(), heading.cos()));
             assert!(
-                ahead > 0.7 * 2.0 * speed,
+                ahead > 0.6 * 2.0 * speed,
                 "change {change}, {speed} m/s: {ahead} m"
             );
         }

@@ -304,7 +304,8 @@ fn those_that_are_reached_first_plan_first() {
             .filter(|event| looks(&event.kind))
             .map(|event| event.character)
             .collect();
-        assert_eq!(order, [ids[2], ids[1], ids[0]]);
+        // Later a plan may change.
+        assert_eq!(order[..3], [ids[2], ids[1], ids[0]]);
     }
 }
 
@@ -342,7 +343,7 @@ fn plans_for_which_there_is_no_time_are_made_later() {
         for &id in &ids {
             throw(&mut characters, id, 1.2);
         }
-        let events = play(&mut characters, 30);
+        let events = play(&mut characters, 60);
         for id in ids {
             let looks = |event: &CharacterEvent| event.character == id && looks(&event.kind);
             assert!(events.iter().any(looks), "{id:?}");
@@ -383,7 +384,9 @@ fn plans_of_little_work_go_on_in_the_next_step_and_do_not_depend_on_the_threads(
     let (little, saved) = answers_within(300, 1);
     println!("{all} {none} {little:?}");
     assert!(all > 10 && little[0] * 10 >= all * 9, "{little:?} of {all}");
-    assert_eq!(answers_within(300, 3), (little, saved));
+    let others = answers_within(300, 3);
+    assert_eq!(others.0, little);
+    assert!(others.1 == saved, "the saved games differ");
 }
 
 #[test]
