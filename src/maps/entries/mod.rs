@@ -10,6 +10,7 @@ mod finder;
 mod frames;
 mod layers;
 mod limits;
+mod mass;
 mod report;
 mod stance;
 mod table;
