@@ -2,9 +2,11 @@
 //!
 //! Source: Clavet, "Motion Matching and The Road to Next-Gen Animation" (GDC 2016), sections on the search and on inertialization.
 //! Differs: the rest of the error is removed by playback rate and by a slow turn of the root, as in Kovar & Gleicher, "Flexible
-//! Automatic Motion Blending with Registration Curves" (2003), section 5, and a jump turns the motion by up to a limit, which its
-//! blend fades in. An idle character plays standing moments and chooses none of them twice within a time. Each of them moves the body a
-//! little, and over an hour these steps would add up to metres: each jump moves it a little towards its place.
+//! Automatic Motion Blending with Registration Curves" (2003), section 5. Jumps, turns and rates keep within the acceleration that the clips
+//! reach: a jump costs more the further the velocities are apart, its root blends the longer, no blend is cut by a search, and a turn has what
+//! the motion leaves. Feet that stand are held by inverse kinematics. An idle character plays standing moments and chooses none of them twice
+//! within a time. Each of them moves the body a little, and over an hour these steps would add up to metres: each jump moves it a little
+//! towards its place.
 
 mod memory;
 mod table;
@@ -174,14 +176,14 @@ impl Steering {
         current: Option<usize>,
         is_idle: bool,
     ) -> Option<&Moment> {
+        /// An idle character goes to what stands for so long at least, in seconds.
+        const LINGERS: f32 = 0.5;
         let blend = step.settings.blend;
         let nearest = |allowed: &dyn Fn(&Moment) -> bool| {
             self.nearest(wanted, |moment| {
                 allowed(moment).then(|| body.effort(moment, blend, self.table.limit))
             })
         };
-        /// An idle character goes to what stands for so long at least, in seconds.
-        const LINGERS: f32 = 0.5;
         let (gain, moments) = (step.settings.gain, &self.table.moments);
         let playing = current.map(|current| &moments[current]);
         let is_fresh = |moment: &Moment| moment.calm_for > LINGERS && !state.has_played(moment);
@@ -189,8 +191,9 @@ impl Steering {
         // A motion that arrives at recently played frames is left for one that was not played, if that is similar enough.
         let repeats = playing.is_some_and(|moment| is_idle && state.repeats(moment))
             && fresh.is_some_and(|(_, apart)| apart < gain);
+        let fidgets = playing.is_some_and(|moment| is_idle && !moment.is_calm);
         let kept = match current {
-            Some(current) if !repeats => distance(&self.table.rows[current], wanted),
+            Some(current) if !repeats && !fidgets => distance(&self.table.rows[current], wanted),
             _ => f32::INFINITY,
         };
         let found = fresh.or_else(|| nearest(&|moment| !is_idle || moment.is_calm));
@@ -445,7 +448,7 @@ struct Body {
 }
 
 impl Body {
-    /// What a jump costs beside the distance of features: a push beyond the limit, feet that all have to be put elsewhere, another jump soon after.
+    /// What a jump costs beside the distance of features: a push beyond the limit, feet that all have to be put elsewhere, another jump soon.
     fn effort(&self, moment: &Moment, blend: f32, limit: f32) -> f32 {
         /// Cost of a jump in which no foot stays, in squared distances of features.
         const NO_FOOT: f32 = 6.0;

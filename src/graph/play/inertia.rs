@@ -5,8 +5,9 @@
 //! offsets of rotations are rotation vectors with three quintics each, not an angle about one axis, and their initial acceleration is 0.
 //! Feet have offsets in the space of the motion, and the legs follow by inverse kinematics. The offset of a foot is that of its toe, about
 //! which it also turns: a foot whose toe is planted at the same place in both motions pivots on it. A foot that has to move takes a step,
-//! and no toe is lower than in the lower one of both motions. A foot that stands in both motions is held where it stands until it is lifted. No knee is bent the wrong way further than in one of both motions: offsets of
-//! fast legs would do that.
+//! and no toe is lower than in the lower one of both motions. A foot that stands can be held where it is until it is lifted. The root may
+//! take longer than the rest, so that it accelerates the body less. No knee is bent the wrong way further than in one of both motions:
+//! offsets of fast legs would do that.
 
 use crate::anim::{Chain, JointTransform, Knee, KneeLimit, Leg, Pose, Skeleton};
 use crate::graph::motion_graph::{EdgeId, MotionGraph};
@@ -507,8 +508,8 @@ impl FootDecay {
         }
     }
 
-    /// Moves a foot that stands `age` seconds after the cut, and holds it for as long as it is not lifted, in seconds. One that is about to step is left
-    /// alone. `seconds` is the duration of the decay.
+    /// Moves a foot that stands `age` seconds after the cut, and holds it until it is lifted, in seconds from then on. One that is taking a step is
+    /// left alone. `seconds` is the duration of the decay.
     fn shift(&mut self, age: f32, by: Vec3, lifted: f32, seconds: f32) {
         let now = Weights::new(age / seconds, seconds);
         let own = self.place.at(now).with_y(0.0);

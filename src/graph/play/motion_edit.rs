@@ -325,8 +325,8 @@ impl Motion {
         self.blend_on_feet(graph, played, [blend; 2], &[]);
     }
 
-    /// Like [`Motion::blend_from`], but the offset of the root's position fades out within `blends[1]` seconds. `standing` has for each leg whose foot
-    /// stands at the start the time when it is lifted, in seconds: until then it stays where it was.
+    /// Like [`Motion::blend_from`], but the offset of the root's position fades out within `blends[1]` seconds. `standing` has for each leg whose
+    /// foot stands at the start the time when it is lifted, in seconds: until then it stays where it was.
     pub(crate) fn blend_on_feet(
         &mut self,
         graph: &MotionGraph,
