@@ -3,11 +3,10 @@
 //! The played motion is that of [`Motion::enter`](crate::graph::play::motion::Motion::enter): the offset of the motion that is left fades out. Most cuts fail,
 //! so the cheapest tests come first. The hips need no joint. A joint outside the legs needs no other joint. The legs need all their ancestors.
 
-use crate::anim::{Chain, JointId, JointTransform, Pose, Skeleton, forward_kinematics};
+use crate::anim::{Chain, JointId, JointTransform, Pose, Skeleton};
 use crate::graph::{Decay, FootDecay, LegPose, MotionGraph, Weights, rotation_vector};
 use crate::maps::entries::frames::{EnteredMotion, Frame, LeftMotion};
 use crate::maps::entries::limits::{MotionLimits, departures, goes_on, head};
-use crate::maps::entries::mass::{Segments, acceleration, window};
 use crate::math::Rigid2;
 use glam::{Quat, Vec3};
 
@@ -38,8 +37,6 @@ pub(crate) struct Examiner {
     /// Weights of the offsets in each frame; `None` if they are 0.
     weights: Vec<Option<Weights>>,
     poses: Vec<Pose>,
-    segments: Segments,
-    joints: Vec<JointTransform>,
     /// Steps and limits of each joint after the first frames.
     started: Vec<Option<(JointSteps, JointLimits)>>,
 }
@@ -77,8 +74,6 @@ impl Examiner {
             offsets: Offsets::default(),
             weights: Vec::new(),
             poses: Vec::new(),
-            segments: Segments::of(skeleton),
-            joints: Vec::new(),
             started: vec![None; skeleton.len()],
         }
     }
@@ -128,7 +123,6 @@ impl CutTest<'_> {
             && self.joints_fit(frames + 3)
             && self.legs_fit(frames + 3)
             && self.toes_fit(frames + 2)
-            && self.mass_fits()
     }
 
     /// Allocates the poses of `frames` frames.
@@ -254,34 +248,6 @@ impl CutTest<'_> {
             before = now;
         }
         !self.cut.stands || slide <= self.cut.limits.slide
-    }
-
-    /// Whether the body has to push no harder than it can, in all frames.
-    fn mass_fits(&mut self) -> bool {
-        let mut joints = std::mem::take(&mut self.examiner.joints);
-        let frames = self.examiner.weights.len() + 1;
-        let masses: Vec<Vec3> = (0..frames)
-            .map(|frame| self.mass(frame, &mut joints))
-            .collect();
-        self.examiner.joints = joints;
-        let step = window(self.rate);
-        masses.windows(2 * step + 1).all(|window| {
-            let ends = [0, step, 2 * step].map(|frame| window[frame]);
-            acceleration(ends, step, self.rate) <= self.cut.limits.acceleration
-        })
-    }
-
-    /// The centre of mass in a frame. The poses of blended frames are complete.
-    fn mass(&self, frame: usize, joints: &mut Vec<JointTransform>) -> Vec3 {
-        if frame < 2 {
-            return self.back.point(self.cut.left.frames[frame].mass);
-        }
-        if self.examiner.weights[frame - 1].is_none() {
-            return self.cut.entered.frames[frame - 1].mass;
-        }
-        forward_kinematics(self.skeleton(), &self.examiner.poses[frame], joints);
-        let place = |joint: JointId| joints[joint.index()].translation;
-        self.examiner.segments.centre(place)
     }
 
     /// Speed of the fastest toe before the cut, in metres per second.

@@ -1,9 +1,8 @@
 //! Frames of the motions that are left and entered. Each is sampled once for all tests.
 
-use crate::anim::{JointId, JointTransform, Pose, forward_kinematics};
+use crate::anim::{Chain, JointId, Pose};
 use crate::graph::{ClipPosition, EdgeMotion, Entry, LegPose, Motion, MotionGraph, Playhead};
 use crate::maps::entries::limits::{head, turns};
-use crate::maps::entries::mass::Segments;
 use crate::maps::entries::targets::ClipFrame;
 use crate::math::Rigid2;
 use glam::Vec3;
@@ -13,8 +12,6 @@ use glam::Vec3;
 pub(crate) struct Frame {
     pub(crate) pose: Pose,
     pub(crate) head: Vec3,
-    /// Centre of mass.
-    pub(crate) mass: Vec3,
     /// Legs, in the order of the graph's legs.
     pub(crate) feet: Vec<LegPose>,
 }
@@ -40,12 +37,23 @@ pub(crate) struct EnteredMotion {
 pub(crate) struct FrameSampler<'a> {
     graph: &'a MotionGraph,
     head: JointId,
-    segments: Segments,
-    joints: Vec<JointTransform>,
     motion: Motion,
 }
 
 impl Frame {
+    fn new(graph: &MotionGraph, head: JointId, pose: Pose) -> Self {
+        let skeleton = graph.skeleton();
+        let feet = graph.feet().legs().iter();
+        let head = Chain::of(skeleton, &pose).global(head).translation;
+        Self {
+            head,
+            feet: feet
+                .map(|leg| LegPose::from_pose(skeleton, &pose, leg))
+                .collect(),
+            pose,
+        }
+    }
+
     /// Positions of the toes.
     pub(crate) fn toes(&self) -> impl Iterator<Item = Vec3> + '_ {
         self.feet.iter().map(|leg| leg.at_toe.translation)
@@ -57,8 +65,6 @@ impl<'a> FrameSampler<'a> {
         Self {
             graph,
             head: head(graph.skeleton()),
-            segments: Segments::of(graph.skeleton()),
-            joints: Vec::new(),
             motion: Motion::default(),
         }
     }
@@ -133,19 +139,8 @@ impl<'a> FrameSampler<'a> {
         }
     }
 
-    fn frame(&mut self, pose: Pose) -> Frame {
-        let skeleton = self.graph.skeleton();
-        forward_kinematics(skeleton, &pose, &mut self.joints);
-        let place = |joint: JointId| self.joints[joint.index()].translation;
-        let legs = self.graph.feet().legs().iter();
-        Frame {
-            head: place(self.head),
-            mass: self.segments.centre(place),
-            feet: legs
-                .map(|leg| LegPose::from_pose(skeleton, &pose, leg))
-                .collect(),
-            pose,
-        }
+    fn frame(&self, pose: Pose) -> Frame {
+        Frame::new(self.graph, self.head, pose)
     }
 
     /// The pose of the motion at a time, without offsets that fade out. `place` is the position at that time if the motion is still in its clip.

@@ -8,7 +8,6 @@
 
 use crate::anim::{Clip, JointId, Pose, Skeleton, details, forward_kinematics};
 use crate::graph::{MotionGraph, rotation_vector};
-use crate::maps::entries::mass::{Segments, acceleration, window};
 use crate::math::in_parallel;
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
@@ -58,15 +57,7 @@ pub(crate) struct MotionLimits {
     pub toe_speed: f32,
     /// Slide of the slower toe during the blend, in metres.
     pub slide: f32,
-    /// Horizontal acceleration of the centre of mass, in metres per second squared.
-    pub acceleration: f32,
 }
-
-/// A blend may push this much harder than the clips.
-const PUSHED: f32 = 1.15;
-
-/// Largest acceleration that the friction of shoes on a dry floor allows, in metres per second squared.
-const FRICTION: f32 = 8.8;
 
 /// Times after which departures are measured, in seconds.
 pub(crate) const DEPARTURES: [f32; 2] = [0.2, 0.3];
@@ -91,7 +82,7 @@ impl MotionLimits {
             &self.joint_acceleration,
             &self.hip_departure,
             &self.head_departure,
-            &[self.toe_speed, self.slide, self.acceleration],
+            &[self.toe_speed, self.slide],
         ];
         lists[..2].iter().all(|list| list.len() == skeleton.len())
             && lists.into_iter().flatten().all(|&number| number >= 0.0)
@@ -123,7 +114,6 @@ pub(crate) fn departures(frame_rate: f32) -> [usize; 2] {
 struct Sample {
     pose: Pose,
     head: Vec3,
-    mass: Vec3,
     toes: Vec<Vec3>,
 }
 
@@ -150,7 +140,7 @@ pub(crate) struct MeasuredMotion {
     /// For each joint, whether it has no limits.
     details: Vec<bool>,
     /// Measured values, in this order: speeds of each joint, accelerations of each joint, departures of the hips and of the head after each of
-    /// [`DEPARTURES`], speeds of the toes, and accelerations of the centre of mass.
+    /// [`DEPARTURES`], and speeds of the toes.
     lists: Vec<Vec<f32>>,
 }
 
@@ -177,7 +167,7 @@ impl MeasuredMotion {
     }
 
     fn nothing(details: Vec<bool>) -> Self {
-        let lists = 2 * details.len() + 2 * DEPARTURES.len() + 2;
+        let lists = 2 * details.len() + 2 * DEPARTURES.len() + 1;
         Self {
             details,
             lists: vec![Vec::new(); lists],
@@ -187,14 +177,12 @@ impl MeasuredMotion {
     fn add_clip(&mut self, graph: &MotionGraph, clip: &Clip) {
         let rate = graph.frame_rate() as f32;
         let head = head(graph.skeleton());
-        let segments = Segments::of(graph.skeleton());
         let mut joints = Vec::new();
         let mut samples = vec![Sample::default(); clip.frames()];
         for (frame, sample) in samples.iter_mut().enumerate() {
             clip.pose(frame, &mut sample.pose);
             forward_kinematics(graph.skeleton(), &sample.pose, &mut joints);
             sample.head = joints[head.index()].translation;
-            sample.mass = segments.centre(|joint| joints[joint.index()].translation);
             let toes = graph.feet().legs().iter();
             let toes = toes.map(|leg| joints[leg.toe_or_foot().index()].translation);
             sample.toes = toes.collect();
@@ -202,7 +190,7 @@ impl MeasuredMotion {
         let (speeds, rest) = self.lists.split_at_mut(self.details.len());
         let (accelerations, rest) = rest.split_at_mut(self.details.len());
         let (hips, rest) = rest.split_at_mut(DEPARTURES.len());
-        let (heads, others) = rest.split_at_mut(DEPARTURES.len());
+        let (heads, toes) = rest.split_at_mut(DEPARTURES.len());
         let mut before: Vec<Vec3> = Vec::new();
         for pair in samples.windows(2) {
             let now = turns(&pair[0].pose, &pair[1].pose);
@@ -218,13 +206,8 @@ impl MeasuredMotion {
             }
             before = now;
             let ways = pair[0].toes.iter().zip(&pair[1].toes);
-            others[0].extend(ways.map(|(from, to)| from.distance(*to) * rate));
+            toes[0].extend(ways.map(|(from, to)| from.distance(*to) * rate));
         }
-        let frames = window(rate);
-        others[1].extend(samples.windows(2 * frames + 1).map(|window| {
-            let ends = [0, frames, 2 * frames].map(|frame| window[frame].mass);
-            acceleration(ends, frames, rate)
-        }));
         for (which, frames) in departures(rate).into_iter().enumerate() {
             for window in samples.windows(frames + 2) {
                 let ends = [&window[0], &window[1], &window[frames + 1]];
@@ -262,7 +245,6 @@ impl MeasuredMotion {
             head_departure: [2, 3].map(departure),
             toe_speed: toe_speed.min(TOE_SPEED),
             slide: plausible.slide,
-            acceleration: (PUSHED * limits[departures.end + 1]).min(FRICTION),
         }
     }
 }

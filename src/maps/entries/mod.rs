@@ -10,7 +10,6 @@ mod finder;
 mod frames;
 mod layers;
 mod limits;
-mod mass;
 mod report;
 mod stance;
 mod table;

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
 /// Durations of an entry's blend, in seconds. The shortest plausible one is used.
-pub(crate) const BLENDS: [f32; 4] = [0.15, 0.2, 0.3, 0.4];
+pub(crate) const BLENDS: [f32; 3] = [0.15, 0.2, 0.25];
 /// Durations of an exit's blend, in seconds. They are longer than those of entries, because an exit is not urgent and a fast body has to slow
 /// down.
 pub(crate) const EXIT_BLENDS: [f32; 4] = [0.2, 0.3, 0.45, 0.65];
@@ -73,7 +73,7 @@ impl KnownEntry {
     /// Duration of an entry's blend, in seconds.
     #[must_use]
     pub(crate) fn blend(self) -> f32 {
-        BLENDS[usize::from(self.how & 3)]
+        BLENDS[usize::from(self.how & 3).min(BLENDS.len() - 1)]
     }
 
     /// Duration of an exit's blend, in seconds.

@@ -12,7 +12,6 @@ use crate::maps::entries::examine::{Cut, Examiner};
 use crate::maps::entries::frames::FrameSampler;
 use crate::maps::entries::layers::LayerTest;
 use crate::maps::entries::limits::{MotionLimits, departure, departures, head};
-use crate::maps::entries::mass::Segments;
 use crate::maps::entries::targets::ClipFrame;
 use crate::math::Rigid2;
 use glam::{Quat, Vec3};
@@ -87,7 +86,6 @@ fn limits(joints: usize, scale: f32) -> MotionLimits {
         head_departure: [0.2, 0.28].map(|limit| scale * limit),
         toe_speed: scale * 1.5,
         slide: scale * 0.3,
-        acceleration: scale * 8.0,
     }
 }
 
@@ -140,18 +138,6 @@ impl Played<'_> {
             let way = departure(ends, frames);
             let way = if flat { way.with_y(0.0) } else { way };
             way.length() / limit
-        });
-        shares.fold(0.0, f32::max)
-    }
-
-    fn acceleration(&self, limits: &MotionLimits) -> f32 {
-        let segments = Segments::of(self.graph.skeleton());
-        let mass = |frame: usize| segments.centre(|joint| self.place(frame, joint));
-        let masses: Vec<Vec3> = (0..self.poses.len()).map(mass).collect();
-        // At 30 Hz.
-        let shares = masses.windows(7).map(|it| {
-            let velocities = [it[3] - it[0], it[6] - it[3]].map(|way| way.with_y(0.0) / 0.1);
-            velocities[0].distance(velocities[1]) / 0.1 / limits.acceleration
         });
         shares.fold(0.0, f32::max)
     }
@@ -224,7 +210,6 @@ fn a_cut_is_plausible_within_the_limits_of_the_played_motion() {
                 played.departure(head(graph.skeleton()), plain.head_departure, false),
                 toes,
                 slide,
-                played.acceleration(&plain),
             ];
             let share = shares.into_iter().fold(0.0, f32::max);
             binding.push(shares.iter().position(|&one| one == share).unwrap());
