@@ -338,7 +338,7 @@ fn plans_for_which_there_is_no_time_are_made_later() {
             threads,
             ..CharacterSettings::default()
         });
-        let ids = spawn(&mut characters, 12);
+        let ids = spawn(&mut characters, 4);
         play(&mut characters, 20);
         for &id in &ids {
             throw(&mut characters, id, 1.2);
