@@ -30,6 +30,9 @@ pub(in crate::character) struct SteerState {
     pub(super) place: Option<[f32; 2]>,
 }
 
+/// Time within which repetition is seen at once, in seconds.
+pub(super) const SHORTLY: f32 = 11.0;
+
 /// A range of frames that was played.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 struct Recent {
@@ -140,25 +143,26 @@ impl SteerState {
         }
     }
 
-    /// Whether the played motion reaches frames that were played recently.
+    /// Whether the played motion reaches frames that were played a moment ago.
     pub(super) fn repeats(&self, moment: &Moment) -> bool {
         /// The motion is left this many frames before them.
         const BEFORE: u32 = 6;
         let before = self.recent.len().saturating_sub(1);
         self.recent[..before].iter().any(|one| {
             let frames = one.from.saturating_sub(BEFORE)..=one.to;
-            one.clip == moment.clip.0 && frames.contains(&moment.frame)
+            one.clip == moment.clip.0 && one.age < SHORTLY && frames.contains(&moment.frame)
         })
     }
 
-    /// Whether the frames from a moment on were played recently.
-    pub(super) fn has_played(&self, moment: &Moment) -> bool {
+    /// Whether the frames from a moment on were played within a time, in seconds.
+    pub(super) fn has_played(&self, moment: &Moment, within: f32) -> bool {
         /// Distance in a clip within which frames look the same, in frames.
         const ALIKE: u32 = 12;
         /// Minimum number of frames that are played after a jump.
         const PLAYED: u32 = 30;
         self.recent.iter().any(|one| {
             one.clip == moment.clip.0
+                && one.age < within
                 && moment.frame + PLAYED >= one.from
                 && moment.frame <= one.to + ALIKE
         })

@@ -20,6 +20,7 @@ use crate::anim::{JointTransform, Pose, forward_kinematics};
 use crate::graph::{EdgeId, Entry, Motion, MotionGraph, Playhead};
 use crate::maps::{BakedGraph, Stance};
 use crate::math::Rigid2;
+use memory::SHORTLY;
 pub(super) use memory::SteerState;
 use table::{AHEAD, Features, Moment, Row, Table, distance};
 
@@ -135,9 +136,10 @@ impl Steering {
         state.is_held = is_held;
         state.stands = moment.is_some_and(|moment| moment.is_calm);
         let needs_search = (is_new || ends || state.search_in <= 0.0) && !is_held;
-        // A blend is not cut: the offsets of both would add up.
-        let blends = playing.motion.is_blending_body(playing.seconds) && !ends;
-        if needs_search && state.may_search((step.may_search && !blends) || ends) {
+        // A blend is not cut, as the offsets of both would add up, unless the motion ends or was played just now.
+        let is_over = ends || is_idle && moment.is_some_and(|moment| state.repeats(&moment));
+        let blends = playing.motion.is_blending_body(playing.seconds);
+        if needs_search && state.may_search((step.may_search && !blends) || is_over) {
             state.search_in = step.settings.interval;
             state.aim = step.aim.velocity.to_array();
             state.facing = step.aim.facing;
@@ -186,17 +188,23 @@ impl Steering {
         };
         let (gain, moments) = (step.settings.gain, &self.table.moments);
         let playing = current.map(|current| &moments[current]);
-        let is_fresh = |moment: &Moment| moment.calm_for > LINGERS && !state.has_played(moment);
-        let fresh = nearest(&|moment| !is_idle || is_fresh(moment));
-        // A motion that arrives at recently played frames is left for one that was not played, if that is similar enough.
-        let repeats = playing.is_some_and(|moment| is_idle && state.repeats(moment))
-            && fresh.is_some_and(|(_, apart)| apart < gain);
-        let fidgets = playing.is_some_and(|moment| is_idle && !moment.is_calm);
+        // What stands and was not played for long, or else not just now, or else anything that stands.
+        let fresh = |within: f32| {
+            nearest(&|moment| {
+                let is_new = moment.calm_for > LINGERS && !state.has_played(moment, within);
+                !is_idle || is_new
+            })
+        };
+        let found = fresh(f32::INFINITY).or_else(|| fresh(SHORTLY));
+        // Motion that was played just now, or that moves the hands, is left.
+        let leaves = |moment: &Moment| is_idle && (state.repeats(moment) || !moment.is_calm);
         let kept = match current {
-            Some(current) if !repeats && !fidgets => distance(&self.table.rows[current], wanted),
+            Some(current) if found.is_none() || !leaves(&moments[current]) => {
+                distance(&self.table.rows[current], wanted)
+            }
             _ => f32::INFINITY,
         };
-        let found = fresh.or_else(|| nearest(&|moment| !is_idle || moment.is_calm));
+        let found = found.or_else(|| nearest(&|moment| moment.is_calm));
         let found = found.filter(|(_, apart)| apart + gain < kept);
         let found = found.map(|(found, _)| &moments[found]);
         // Standing, or steps to and fro, may stay nearly as similar to the aim as a walk, for as long as that is the aim.

@@ -158,12 +158,24 @@ pub(super) fn distance(a: &Row, b: &Row) -> f32 {
 }
 
 impl Table {
+    /// Moments whose hands rest are calm, if the clips have enough of them, else all that stand.
     pub(super) fn new(graph: &MotionGraph) -> Self {
+        /// Time that is enough, in seconds.
+        const ENOUGH: f32 = 60.0;
+        let strict = Self::with_hands(graph, RESTING);
+        match strict.calm < ENOUGH {
+            true => Self::with_hands(graph, f32::INFINITY),
+            false => strict,
+        }
+    }
+
+    /// The table whose calm moments have hands below a speed, in metres per second.
+    fn with_hands(graph: &MotionGraph, resting: f32) -> Self {
         let mut table = Self::default();
         let edges = edges_by_clip(graph);
         let mut accelerations = Vec::new();
         for (clip, edges) in (0..).map(ClipId).zip(&edges) {
-            table.add_clip(graph, clip, edges, &mut accelerations);
+            table.add_clip(graph, clip, edges, resting, &mut accelerations);
         }
         table.limit = limit(accelerations);
         let calm = table.moments.iter().filter(|moment| moment.is_calm).count();
@@ -184,12 +196,13 @@ impl Table {
         (index != u32::MAX).then_some(index as usize)
     }
 
-    /// Adds the moments of a clip, given the edge that plays each frame of it, and the accelerations of its root.
+    /// Adds the moments of a clip, given the edge that plays each frame of it and the speed of resting hands, and the accelerations of its root.
     fn add_clip(
         &mut self,
         graph: &MotionGraph,
         clip: ClipId,
         edges: &PlayedBy,
+        resting: f32,
         accelerations: &mut Vec<f32>,
     ) {
         let frames = graph.clip(clip).frames();
@@ -222,7 +235,7 @@ impl Table {
             let calm = features.ways[1].length() < 0.08
                 && velocity.length() < 0.15
                 && features.turns[1].abs() < 0.15
-                && bodies.hand_speed(frame, frame_rate) < RESTING;
+                && bodies.hand_speed(frame, frame_rate) < resting;
             let ends = [frame, frame + window, frame + 2 * window];
             if ends[2] <= frame + left {
                 let [a, b, c] = ends.map(|at| posed[at].root);
