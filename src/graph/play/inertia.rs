@@ -43,7 +43,7 @@ impl Entry {
 }
 
 /// Decaying offsets after one cut of a motion.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Inertia {
     /// Time of the cut, in seconds since the motion's start. Negative if the motion is the remainder of another.
     pub(crate) start: f32,
@@ -57,6 +57,23 @@ pub(crate) struct Inertia {
     places: Vec<Decay>,
     /// Offset of each leg's foot.
     feet: Vec<FootDecay>,
+}
+
+impl Clone for Inertia {
+    fn clone(&self) -> Self {
+        let mut copy = Self::default();
+        copy.clone_from(self);
+        copy
+    }
+
+    /// Copies into existing memory.
+    fn clone_from(&mut self, other: &Self) {
+        (self.start, self.seconds) = (other.start, other.seconds);
+        (self.root_seconds, self.root) = (other.root_seconds, other.root);
+        self.joints.clone_from(&other.joints);
+        self.places.clone_from(&other.places);
+        self.feet.clone_from(&other.feet);
+    }
 }
 
 /// Scratch: poses of both motions at the cut and a moment later.
