@@ -8,15 +8,18 @@ use common::clips::first_frame;
 use common::lod::{frames_of, points_of, random_case};
 use common::random::Random;
 use glam::Vec3;
-use sabaki_motion::anim::{Clip, ClipDesc, JointId, JointKind, JointTransform, Skeleton};
+use sabaki_motion::anim::{Clip, ClipDesc, JointId, JointKind, JointTransform, Skeleton, details};
 use sabaki_motion::lod::{Level, LevelSettings, Levels, LodError, Order};
 
 fn build(skeleton: &Skeleton, clip: &Clip, settings: &LevelSettings) -> Levels {
     Levels::build(skeleton, std::slice::from_ref(clip), settings).unwrap()
 }
 
+/// No finger, helper or carried thing, and none but those below it.
 fn is_end(skeleton: &Skeleton, id: JointId) -> bool {
-    skeleton.children(id).next().is_none()
+    let details = details(skeleton);
+    let mut children = skeleton.children(id);
+    !details[id.index()] && children.all(|child| details[child.index()])
 }
 
 /// Where a joint's point is drawn on a level.
