@@ -30,7 +30,7 @@ pub use atomic_write::write_atomically;
 pub const LARGEST_FILE: u64 = 1_000_000_000;
 
 const MAGIC: [u8; 8] = *b"sabaki\r\n";
-const VERSION: u32 = 10;
+const VERSION: u32 = 11;
 /// Length of magic, version and checksum, in bytes.
 const CHECKED: usize = 16;
 const WRITER: usize = 16;

@@ -1,7 +1,8 @@
-use glam::Vec2;
+use glam::{Vec2, Vec3Swizzles};
 use serde::{Deserialize, Serialize};
 
 use crate::graph::{Entry, Motion, MotionGraph, Played};
+use crate::maps::{PUSH_WINDOW, acceleration};
 
 /// Motion that a character plays, with the position in it and the rate.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -30,11 +31,11 @@ impl Playing {
 
     /// Horizontal acceleration of the root over the next moments, in metres per second squared.
     pub(super) fn acceleration(&self, graph: &MotionGraph) -> f32 {
-        /// Time over which it is measured, in seconds.
-        const WINDOW: f32 = 0.1;
-        let root = |windows: f32| self.motion.root(graph, self.seconds + windows * WINDOW);
-        let change = (root(0.0) - 2.0 * root(1.0) + root(2.0)).with_y(0.0);
-        change.length() / (WINDOW * WINDOW)
+        let root = |windows: f32| {
+            self.motion
+                .root(graph, self.seconds + windows * PUSH_WINDOW)
+        };
+        acceleration([0.0, 1.0, 2.0].map(|windows| root(windows).xz()))
     }
 
     /// Makes sure that the motion lasts for a step and the search after it.

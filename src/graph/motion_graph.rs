@@ -4,6 +4,7 @@ pub use crate::anim::ClipId;
 use crate::anim::{Chain, Clip, EventKind, Facing, JointId, Leg, Rig, Skeleton};
 use crate::math::{Rigid2, in_parallel, sorted_indices};
 use serde::{Deserialize, Serialize};
+use std::ops::Range;
 use std::sync::OnceLock;
 
 macro_rules! index {
@@ -218,6 +219,13 @@ impl MotionGraph {
     #[must_use]
     pub fn clips(&self) -> &[Clip] {
         &self.clips
+    }
+
+    /// Frames of a clip, by its index, that it came with: without those that join it to the graph.
+    #[must_use]
+    pub fn own_frames(&self, clip: usize) -> Range<usize> {
+        let lead = self.leads.get(clip).map_or(0, |&lead| lead as usize);
+        lead..self.clips[clip].frames().saturating_sub(lead)
     }
 
     /// Events that the graph's edges play.

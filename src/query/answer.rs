@@ -91,6 +91,8 @@ pub enum CandidateResult {
     Culled,
     /// The exact test found a hit.
     Hit,
+    /// The body would push off harder than allowed ([`QuerySettings::push`](super::QuerySettings::push)).
+    TooHard,
 }
 
 /// The number of candidates by result.
@@ -114,6 +116,9 @@ pub struct Counts {
     pub hits: usize,
     /// Number of tested candidates that are clean.
     pub clean: usize,
+    /// Number of tested candidates that push off too hard.
+    #[serde(default)]
+    pub too_hard: usize,
 }
 
 impl Answer {
@@ -214,6 +219,8 @@ impl Answer {
             }
             report.result = if index == selection.chosen {
                 CandidateResult::Chosen
+            } else if evaluated[index].is_some_and(|one| one.is_too_hard()) {
+                CandidateResult::TooHard
             } else if state.is_culled(index) {
                 CandidateResult::Culled
             } else if report.clearance.is_some() && report.score.is_none() {
@@ -241,8 +248,12 @@ impl Answer {
                 Evaluation::Exhaustive => 0,
             },
             reconsidered: selection.reconsidered,
-            hits: count(|report| report.clearance.is_some() && report.score.is_none()),
+            hits: count(|report| {
+                let is_hit = report.clearance.is_some() && report.score.is_none();
+                is_hit && report.result != CandidateResult::TooHard
+            }),
             clean: count(|report| report.score.is_some()),
+            too_hard: count(|report| report.result == CandidateResult::TooHard),
         };
         let late = candidates.late.iter();
         self.candidates.extend(late.map(|&(path, error)| {

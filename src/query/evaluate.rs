@@ -18,7 +18,7 @@ use super::clearance::{
 use super::gather::{CandidateKind, CandidateList, EntryCandidate, MoveId};
 use super::request::{Evaluation, Query};
 use super::retime::retimed;
-use super::score::{Evaluated, Score};
+use super::score::{Evaluated, Push, Score};
 use super::state::QueryState;
 use super::workers::Workers;
 use crate::anim::EventKind;
@@ -79,6 +79,7 @@ impl Round<'_> {
             score: clearance.is_clean().then(score),
             is_final: false,
             warp: None,
+            push: Push::Unmeasured,
         }
     }
 
@@ -302,6 +303,10 @@ pub(super) struct Evaluator {
     /// Result of each candidate, or `None` if it was not tested.
     pub evaluated: Vec<Option<Evaluated>>,
     workers: Workers,
+    /// How hard the body may push, in metres per second squared; 0 before it is known.
+    push_limit: f32,
+    /// The motion if the body goes on as it is.
+    natural: Motion,
     /// Results of moves that are hit, by prefix: moves that begin with the same edges have the same hits until the prefix ends.
     hits: FxHashMap<MoveId, Clearance>,
     /// Clearances of the shallowest hits, the largest first.
@@ -335,6 +340,7 @@ impl Evaluator {
     /// Discards all results, except those of known hits.
     pub(super) fn start(&mut self, candidates: &CandidateList) {
         self.hits.clear();
+        self.push_limit = 0.0;
         let evaluated = &mut self.evaluated;
         evaluated.clear();
         evaluated.resize(candidates.counted, None);
@@ -389,9 +395,17 @@ impl Evaluator {
             if !is_alone && !rest.iter().any(is_move) && !self.has_clean() {
                 self.test_in_parallel(round, rest, false);
             }
-            self.test_possible_winners(round, rest);
-            while self.settle_near_ties(round) {
+        }
+        loop {
+            if round.state.request.evaluation == Evaluation::Lazy {
                 self.test_possible_winners(round, &order);
+                while self.settle_near_ties(round) {
+                    self.test_possible_winners(round, &order);
+                }
+            }
+            // What was skipped because of a candidate that is refused may win.
+            if !self.has_clean() || !self.pushes_too_hard(round, self.best()) {
+                break;
             }
         }
         self.order = order;
@@ -501,7 +515,7 @@ impl Evaluator {
     /// result of another candidate.
     fn settle_all(&mut self, round: Round<'_>, is_near: impl Fn(usize, &Evaluated) -> bool) {
         for index in 0..self.evaluated.len() {
-            let one = self.evaluated[index].filter(|one| is_near(index, one));
+            let one = self.evaluated[index].filter(|one| !one.is_too_hard() && is_near(index, one));
             if one.is_some_and(|one| !one.is_final) {
                 let clearance = round.test_whole(index, self.workers.body());
                 self.evaluated[index] = Some(round.final_result(index, clearance));
@@ -509,13 +523,75 @@ impl Evaluator {
         }
     }
 
-    /// The results so far, with the candidates' indices.
+    /// The results so far of candidates that do not push too hard, with their indices.
     fn tested(&self) -> impl Iterator<Item = (usize, Evaluated)> {
         let evaluated = self.evaluated.iter().enumerate();
-        evaluated.filter_map(|(index, one)| Some((index, (*one)?)))
+        let tested = evaluated.filter_map(|(index, one)| Some((index, (*one)?)));
+        tested.filter(|(_, one)| !one.is_too_hard())
     }
 
-    /// The clean candidate with the lowest score, or if none is clean, the hit with the largest clearance. Ties are decided by the index.
+    /// Refuses a candidate whose motion, `motion`, asks the body to push harder than allowed. One that was refused before is accepted: it
+    /// is chosen only if all are.
+    pub(super) fn refuse(&mut self, round: Round<'_>, chosen: usize, motion: &mut Motion) -> bool {
+        let (baked, request) = (round.query.baked, &round.state.request);
+        let Some(tested) = self.evaluated[chosen] else {
+            return false;
+        };
+        match tested.push {
+            Push::Allowed => return false,
+            Push::TooHard(_) => {
+                self.evaluated[chosen] = Some(round.result(chosen, tested.clearance));
+                return false;
+            }
+            Push::Unmeasured => {}
+        }
+        let limit = self.push_limit(round);
+        let end = evasions_end(baked.graph(), motion, request.attack.end());
+        motion.extend(baked.graph(), end);
+        let found = self.workers.body().push(baked, motion, end, limit);
+        let (score, push) = match found > limit {
+            true => (None, Push::TooHard(found)),
+            false => (tested.score, Push::Allowed),
+        };
+        self.evaluated[chosen] = Some(Evaluated {
+            score,
+            push,
+            ..tested
+        });
+        found > limit
+    }
+
+    /// How hard the body may push: as the settings say, or as it does anyway if it goes on as it is.
+    pub(super) fn push_limit(&mut self, round: Round<'_>) -> f32 {
+        let (baked, request) = (round.query.baked, &round.state.request);
+        let multiple = round.query.settings.push;
+        if multiple == 0.0 {
+            return f32::INFINITY;
+        }
+        if self.push_limit == 0.0 {
+            let end = request.attack.end();
+            let natural = &mut self.natural;
+            natural.restart(baked.graph(), request.playhead, []);
+            natural.continue_blend(&request.blend, 0.0);
+            natural.extend(baked.graph(), end);
+            let body = self.workers.body();
+            let found = body.push(baked, natural, end, f32::INFINITY);
+            self.push_limit = found.max(multiple * baked.push_limit());
+        }
+        self.push_limit
+    }
+
+    /// Like [`Evaluator::refuse`], for a candidate that was not refused.
+    fn pushes_too_hard(&mut self, round: Round<'_>, index: usize) -> bool {
+        let mut motion = std::mem::take(&mut self.workers.body().motion);
+        round.motion(index, &mut motion);
+        let is_refused = self.refuse(round, index, &mut motion);
+        self.workers.body().motion = motion;
+        is_refused
+    }
+
+    /// The clean candidate with the lowest score, or if none is clean, the hit with the largest clearance, or if all push too hard, the one that
+    /// pushes least. Ties are decided by the index.
     pub(super) fn best(&self) -> usize {
         let smallest = |value: fn(&Evaluated) -> Option<f32>| {
             let evaluated = self.evaluated.iter().enumerate();
@@ -525,14 +601,23 @@ impl Evaluator {
                 .map(|(index, _)| index)
         };
         smallest(|one| one.score.map(|score| score.total))
-            .or_else(|| smallest(|one| Some(-one.clearance.metres)))
+            .or_else(|| smallest(|one| (!one.is_too_hard()).then_some(-one.clearance.metres)))
+            .or_else(|| {
+                smallest(|one| match one.push {
+                    Push::TooHard(push) => Some(push),
+                    _ => None,
+                })
+            })
             .unwrap_or(0)
     }
 
     /// Writes the chosen candidate's motion to `motion` and tests it, unless the candidate is an evasion that is not a
-    /// [close call](CLOSE_CALL). Returns `false` if the candidate seemed clean but is hit.
+    /// [close call](CLOSE_CALL). Returns `false` if the candidate seemed clean but is hit, or if it pushes too hard.
     pub(super) fn confirm(&mut self, round: Round<'_>, chosen: usize, motion: &mut Motion) -> bool {
         round.motion(chosen, motion);
+        if self.refuse(round, chosen, motion) {
+            return false;
+        }
         let Some(before) = self.evaluated[chosen] else {
             return true;
         };
@@ -551,15 +636,16 @@ impl Evaluator {
         clearance.is_clean() || !before.clearance.is_clean()
     }
 
-    /// Lists the tested candidates in `order`, the one with the largest clearance first.
+    /// Lists the tested candidates that do not push too hard in `order`, the one with the largest clearance first.
     pub(super) fn order_by_depth(&mut self) {
         let Self {
             order, evaluated, ..
         } = self;
         order.clear();
         order.extend(evaluated.iter().enumerate().filter_map(|(index, one)| {
+            let one = one.filter(|one| !one.is_too_hard())?;
             Some(Bound {
-                value: one.as_ref()?.clearance.metres,
+                value: one.clearance.metres,
                 index,
             })
         }));
@@ -588,7 +674,7 @@ impl Evaluator {
         self.order = order;
     }
 
-    /// Tests hits over the whole attack, at every sample, until the `count` shallowest hits are known. These do not depend on the evaluation, so
+    /// Tests hits over the whole attack, at every sample, until the `count` shallowest hits that do not push too hard are known. These do not depend on the evaluation, so
     /// that the same candidates are warped. Each bound is first tightened at every fourth sample.
     fn measure_shallowest(&mut self, round: Round<'_>, order: &[Bound], count: usize) {
         let mut depths = std::mem::take(&mut self.depths);
@@ -624,6 +710,9 @@ impl Evaluator {
             let Some(Bound { value, index }) = tight.pop().filter(|one| one.value >= enough) else {
                 break;
             };
+            if self.pushes_too_hard(round, index) {
+                continue;
+            }
             let mut metres = value;
             if !self.is_final(index) {
                 let each = Sampling::Each;
@@ -659,6 +748,9 @@ impl Evaluator {
             let Some(before) = self.evaluated[index] else {
                 continue;
             };
+            if self.pushes_too_hard(round, index) {
+                continue;
+            }
             let body = self.workers.body();
             let entered = round.candidate_entered(index, 0.0, body);
             if entered.is_some() {

@@ -108,4 +108,21 @@ pub(super) struct Evaluated {
     pub is_final: bool,
     /// Warp of the motion; `None` without a warp.
     pub warp: Option<Warp>,
+    pub push: Push,
+}
+
+impl Evaluated {
+    /// Whether the body pushes too hard.
+    pub(super) fn is_too_hard(&self) -> bool {
+        matches!(self.push, Push::TooHard(_))
+    }
+}
+
+/// How hard the body pushes off in a candidate's motion.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Push {
+    Unmeasured,
+    Allowed,
+    /// Harder than allowed, in metres per second squared. The candidate has no score, unless all are.
+    TooHard(f32),
 }

@@ -4,6 +4,7 @@
 //! is tested exactly. If no candidate that the maps kept is clean, the removed ones are tested too. If no candidate of the
 //! node's grid is clean, all paths become candidates. The answer is therefore a hit only if every candidate is hit. The cost
 //! falls on queries in which all kept candidates are hit: one exact test of each removed candidate, up to its first hit, and a second round.
+//! A candidate that would be chosen and asks the body to push harder than the clips do is refused, and the choice goes on without it.
 
 use super::evaluate::{Evaluator, Round};
 use super::gather::{GatherScratch, gather_entries, gather_layers, gather_moves};
@@ -38,7 +39,7 @@ pub(super) fn select(
     if first == PlanStage::Moves {
         (has_layers, has_entries) = (true, true);
     }
-    let mut reconsidered = 0;
+    let (mut reconsidered, mut has_warped) = (0, false);
     let GatherScratch {
         natural, ranking, ..
     } = gather;
@@ -129,10 +130,11 @@ pub(super) fn select(
         }
         let round = Round { query, state };
         // A hit by less than the sampling error may be clean.
-        let warped = match evaluator.has_clean() {
+        let warped = match evaluator.has_clean() || has_warped {
             true => None,
             false => warp_hits(round, evaluator, warper, motion),
         };
+        has_warped = !evaluator.has_clean();
         let chosen = warped.unwrap_or_else(|| evaluator.best());
         // If the final test shows a hit, the next iteration tests candidates that were skipped because of this one.
         let is_confirmed = warped.is_none() && evaluator.confirm(round, chosen, motion);

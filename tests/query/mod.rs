@@ -19,6 +19,7 @@ mod first_use;
 mod layers;
 mod obstacles;
 mod pause;
+mod push;
 mod spans;
 mod warp;
 

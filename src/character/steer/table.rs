@@ -5,12 +5,12 @@
 //! Differs: only upright moments without labelled events are in the table, so that a query can start from each of them. Beyond the end of
 //! a run of frames the body is taken to go on as it goes there.
 
-use glam::{Vec2, Vec3};
+use glam::{Vec2, Vec3, Vec3Swizzles};
 
 use crate::anim::{Facing, JointId, Limbs, Pose, forward_kinematics};
 use crate::character::goal::wrapped;
 use crate::graph::{ClipId, EdgeId, EdgeMotion, MotionGraph, Playhead};
-use crate::maps::{Stance, head};
+use crate::maps::{PUSH_WINDOW, Stance, acceleration, head, quantile};
 
 /// Number of features of a moment, padded to whole vectors.
 pub(super) const FEATURES: usize = 32;
@@ -23,9 +23,6 @@ pub(super) const AHEAD: [f32; 3] = [0.2, 0.4, 0.8];
 
 /// Half of the time over which a stride's sway is averaged, in seconds.
 const STRIDE: f32 = 0.5;
-
-/// Time over which accelerations are measured, in seconds.
-const WINDOW: f32 = 0.1;
 
 /// Speed below which a hand rests, in metres per second.
 const RESTING: f32 = 0.5;
@@ -212,7 +209,7 @@ impl Table {
         let bodies = Bodies::of_clip(graph, clip);
         let frame_rate = graph.frame_rate() as f32;
         let least = (AHEAD[1] * frame_rate).round() as usize;
-        let window = (WINDOW * frame_rate).round().max(1.0) as usize;
+        let window = (PUSH_WINDOW * frame_rate).round().max(1.0) as usize;
         let mut run = 0..0;
         for frame in 0..frames {
             let Some((edge, edge_frame)) = edges[frame] else {
@@ -238,9 +235,7 @@ impl Table {
                 && bodies.hand_speed(frame, frame_rate) < resting;
             let ends = [frame, frame + window, frame + 2 * window];
             if ends[2] <= frame + left {
-                let [a, b, c] = ends.map(|at| posed[at].root);
-                let change = (a - 2.0 * b + c).with_y(0.0).length();
-                accelerations.push(change / (WINDOW * WINDOW));
+                accelerations.push(acceleration(ends.map(|at| posed[at].root.xz())));
             }
             let stands_for = |leg: usize| match leg < graph.feet().legs().len() {
                 true => graph.feet().stands_for(clip, leg, frame as u32) as u16,
@@ -354,11 +349,7 @@ fn limit(mut accelerations: Vec<f32>) -> f32 {
     const LEAST: f32 = 2.0;
     /// 0.9 g, the friction of shoes on a dry floor.
     const FRICTION: f32 = 8.8;
-    let at = (accelerations.len() as f32 * SHARE) as usize;
-    let found = match at < accelerations.len() {
-        true => *accelerations.select_nth_unstable_by(at, f32::total_cmp).1,
-        false => 0.0,
-    };
+    let found = quantile(&mut accelerations, SHARE).unwrap_or(0.0);
     found.clamp(LEAST, FRICTION)
 }
 

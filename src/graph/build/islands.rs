@@ -290,10 +290,12 @@ fn padded(
         }
         None => {
             let [at, beside] = if is_before { [0, 1] } else { [last, last - 1] };
-            let speed = |step: usize| (1.0 - step as f32 / halt as f32).max(0.0).powi(2);
-            let way: f32 = (1..=steps).map(speed).sum();
+            let left = |step: usize, halt: usize| (1.0 - step as f32 / halt as f32).max(0.0);
+            let turned: f32 = (1..=steps).map(|step| left(step, halt).powi(2)).sum();
+            let way: f32 = (1..=steps).map(|step| left(step, pad)).sum();
             let mut pose = poses[at].clone();
-            moved(&mut pose, [&poses[beside], &poses[at]], way);
+            moved(&mut pose, [&poses[beside], &poses[at]], turned);
+            pose.root = poses[at].root + way * (poses[at].root - poses[beside].root);
             pose
         }
     };

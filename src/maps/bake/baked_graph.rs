@@ -32,6 +32,8 @@ pub struct BakedGraph {
     /// Side of a cell of the grid, in metres.
     pub(super) grid_cell: f32,
     pub(super) cylinders: ClipCylinders,
+    /// The largest horizontal acceleration of the centre of mass that motions may have, in metres per second squared.
+    pub(super) push_limit: f32,
     #[serde(skip)]
     pub(super) derived: Derived,
 }
@@ -73,6 +75,13 @@ impl BakedGraph {
     #[must_use]
     pub fn graph(&self) -> &MotionGraph {
         &self.graph
+    }
+
+    /// The largest horizontal acceleration of the body's centre of mass over a tenth of a second that an answer's motion may have, learnt from
+    /// the clips, in metres per second squared.
+    #[must_use]
+    pub fn push_limit(&self) -> f32 {
+        self.push_limit
     }
 
     /// Spheres and props of the body.

@@ -14,7 +14,7 @@ use crate::maps::entries::{EntryShare, EntryTable, MomentShare};
 use crate::maps::grid::{GridCells, find_paths, retimable_edges};
 use crate::maps::regions::{
     AttackMaps, AttackMove, BitMap, Body, ClipCylinders, Drawing, Evasion, EvasionMaps, MapGrid,
-    MapRect, MaskMap, RegionAtlas, RegionId, RegionMaps, Slab, SlabMaps, raster,
+    MapRect, MaskMap, RegionAtlas, RegionId, RegionMaps, Slab, SlabMaps, push_limit, raster,
 };
 use crate::math::{Rigid2, in_parallel};
 
@@ -224,7 +224,9 @@ impl Baker {
             let _span = tracing::trace_span!("bake: bounding cylinders").entered();
             ClipCylinders::new(&self.graph, &self.body)
         };
+        let push_limit = push_limit(&self.graph, &self.body, settings.threads);
         let baked = BakedGraph {
+            push_limit,
             atlas,
             retimable,
             evasions,

@@ -26,6 +26,7 @@ impl BakedGraph {
             evasions,
             attack_moves,
             self.grid_cell,
+            self.push_limit,
         );
         Ok([
             rest,
@@ -70,7 +71,7 @@ impl BakedGraph {
                 )
             },
         );
-        let (body, retimable, evasions, attack_moves, grid_cell) = from_bytes(rest)?;
+        let (body, retimable, evasions, attack_moves, grid_cell, push_limit) = from_bytes(rest)?;
         Ok(Self {
             graph: graph?,
             body,
@@ -81,6 +82,7 @@ impl BakedGraph {
             entries: entries?,
             paths: paths?,
             grid_cell,
+            push_limit,
             cylinders: cylinders?,
             derived: Derived::default(),
         })
@@ -123,6 +125,10 @@ impl BakedGraph {
             (
                 attacks_fit && self.atlas.attacks().len() == self.attack_moves.len(),
                 "an attack names an edge that is none, or has no maps",
+            ),
+            (
+                self.push_limit > 0.0,
+                "the largest acceleration of the body is not above 0",
             ),
             (
                 self.body.is_sound(self.graph.skeleton()),

@@ -6,8 +6,9 @@
 //!
 //! Limits are rounded to steps of 3 to 6%, so that adding or removing a few clips rarely changes them.
 
-use crate::anim::{Clip, JointId, Pose, Skeleton, details, forward_kinematics};
+use crate::anim::{JointId, Pose, Skeleton, details, forward_kinematics};
 use crate::graph::{MotionGraph, rotation_vector};
+use crate::maps::regions::quantile;
 use crate::math::in_parallel;
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
@@ -117,16 +118,6 @@ struct Sample {
     toes: Vec<Vec3>,
 }
 
-/// Percentile of values; 0 if there are none. It reorders the values.
-fn percentile(values: &mut [f32], percent: f32) -> f32 {
-    let last = values.len().saturating_sub(1);
-    let at = ((last as f32 * percent / 100.0).round() as usize).min(last);
-    match values {
-        [] => 0.0,
-        values => *values.select_nth_unstable_by(at, f32::total_cmp).1,
-    }
-}
-
 /// Rounds a positive number to one of 16 steps between a power of two and the next.
 fn rounded(value: f32) -> f32 {
     const LOW: u32 = f32::MANTISSA_DIGITS - 1 - 4;
@@ -152,7 +143,7 @@ impl MeasuredMotion {
         let nothing = Self::nothing(details(graph.skeleton()));
         let of_clips = in_parallel(threads, clips.len(), |clip| {
             let mut of_clip = nothing.clone();
-            of_clip.add_clip(graph, &clips[clip]);
+            of_clip.add_clip(graph, clip);
             of_clip
         });
         let Self { details, lists } = nothing;
@@ -174,12 +165,13 @@ impl MeasuredMotion {
         }
     }
 
-    fn add_clip(&mut self, graph: &MotionGraph, clip: &Clip) {
+    fn add_clip(&mut self, graph: &MotionGraph, clip: usize) {
+        let (clip, own) = (&graph.clips()[clip], graph.own_frames(clip));
         let rate = graph.frame_rate() as f32;
         let head = head(graph.skeleton());
         let mut joints = Vec::new();
-        let mut samples = vec![Sample::default(); clip.frames()];
-        for (frame, sample) in samples.iter_mut().enumerate() {
+        let mut samples = vec![Sample::default(); own.len()];
+        for (frame, sample) in own.zip(&mut samples) {
             clip.pose(frame, &mut sample.pose);
             forward_kinematics(graph.skeleton(), &sample.pose, &mut joints);
             sample.head = joints[head.index()].translation;
@@ -232,7 +224,7 @@ impl MeasuredMotion {
             if list < departures.start && self.details[list % joints] {
                 return f32::INFINITY;
             }
-            rounded(percentile(values, percent))
+            rounded(quantile(values, percent / 100.0).unwrap_or(0.0))
         });
         let limits: Vec<f32> = limits.collect();
         let (speeds, accelerations) = limits[..departures.start].split_at(joints);
@@ -261,15 +253,6 @@ pub(crate) fn turns(from: &Pose, to: &Pose) -> Vec<Vec3> {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn percentiles_are_those_of_sorted_values() {
-        let mut values: Vec<f32> = (0..=1000).map(|value| (value * 8 % 1001) as f32).collect();
-        assert_eq!(percentile(&mut values, 99.9), 999.0);
-        assert_eq!(percentile(&mut values, 50.0), 500.0);
-        assert_eq!(percentile(&mut values, 100.0), 1000.0);
-        assert_eq!(percentile(&mut [], 99.0), 0.0);
-    }
 
     #[test]
     fn limits_are_rounded_to_the_nearest_step() {

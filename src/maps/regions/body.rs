@@ -249,6 +249,31 @@ impl Body {
         out.extend(self.spheres.iter().map(|sphere| sphere.centre(joints)));
     }
 
+    /// Share of each sphere in the body's mass. Spheres along a bone overlap, so each stands for a disc of it, which is as long as the way to
+    /// the spheres beside it, at most the sphere's diameter.
+    #[must_use]
+    pub fn masses(&self) -> Vec<f32> {
+        let volume = |(at, sphere): (usize, &BodySphere)| {
+            let beside = [at.checked_sub(1), Some(at + 1)].into_iter().flatten();
+            let beside = beside.filter_map(|at| self.spheres.get(at));
+            let on_bone = beside.filter(|other| other.joint == sphere.joint);
+            let ways = on_bone.map(|other| other.offset.distance(sphere.offset));
+            let (mut sum, mut count) = (0.0, 0);
+            for way in ways {
+                sum += way.min(2.0 * sphere.radius);
+                count += 1;
+            }
+            let length = match count {
+                0 => 2.0 * sphere.radius,
+                _ => sum / count as f32,
+            };
+            sphere.radius.powi(2) * length
+        };
+        let volumes: Vec<f32> = self.spheres.iter().enumerate().map(volume).collect();
+        let whole: f32 = volumes.iter().sum();
+        volumes.iter().map(|volume| volume / whole).collect()
+    }
+
     /// Maximum distance of any part of the body from the root joint in all poses of `clips` and in
     /// blends of them, in metres.
     #[must_use]

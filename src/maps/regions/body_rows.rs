@@ -1,5 +1,7 @@
 //! The body's spheres as rows of numbers, for the inner loop of the exact test.
 
+use glam::Vec3;
+
 use super::body::{Body, BodySphere};
 use crate::anim::JointTransform;
 use crate::math::Isa;
@@ -16,6 +18,8 @@ pub(crate) struct BodyRows {
     /// Centres of the spheres in their joints' frames: x, y, z.
     offsets: [Vec<f32>; 3],
     radii: Vec<f32>,
+    /// Share of each sphere in the body's mass, without padding.
+    masses: Vec<f32>,
 }
 
 /// Consecutive spheres of one joint.
@@ -64,13 +68,32 @@ impl BodyRows {
                 padded(&|sphere| sphere.offset.z),
             ],
             radii: padded(&|sphere| sphere.radius),
+            masses: body.masses(),
         }
+    }
+
+    /// Share of each sphere in the body's mass, without padding.
+    #[must_use]
+    pub(crate) fn masses(&self) -> &[f32] {
+        &self.masses
     }
 
     /// Radii of the spheres, with padding, in metres.
     #[must_use]
     pub(crate) fn radii(&self) -> &[f32] {
         &self.radii
+    }
+
+    /// Centre of mass of a body whose centres [`BodyRows::push`] wrote to `rows`.
+    #[must_use]
+    pub(crate) fn centre_of_mass(&self, rows: &[f32]) -> Vec3 {
+        let mut axes = rows.chunks_exact(self.radii.len());
+        let mut along = || {
+            let places = axes.next().unwrap_or_default().iter();
+            let moments = places.zip(&self.masses).map(|(place, mass)| place * mass);
+            moments.sum()
+        };
+        Vec3::new(along(), along(), along())
     }
 
     /// Appends the x, then the y, then the z coordinates of all centres, in the space of `joints`.

@@ -12,13 +12,15 @@
 
 use std::time::Instant;
 
+use glam::{Vec2, Vec3Swizzles};
+
 use super::bodies::{PlayedTrack, PosedSamples, TrackedBody};
-use super::extent::{Clearance, Extent, ObstacleHit, Sampling};
+use super::extent::{Clearance, Extent, ObstacleHit, SAMPLE_RATE, Sampling};
 use super::obstacle_test::{ObstacleScratch, ObstacleTest};
 use super::pose_cache::PoseCache;
 use super::sweep::{Sweep, SweepScratch, TimeWindow};
 use crate::graph::Motion;
-use crate::maps::BakedGraph;
+use crate::maps::{BakedGraph, PUSH_WINDOW, acceleration};
 use crate::query::attack::Attack;
 
 /// A test of one attack.
@@ -41,7 +43,7 @@ pub struct MotionBody {
     posed: PosedSamples,
     sweep: SweepScratch,
     /// A motion that is built for one test.
-    motion: Motion,
+    pub(in crate::query) motion: Motion,
     obstacles: ObstacleScratch,
     /// A motion that is built for a test of obstacles.
     pub(in crate::query) among_obstacles: Motion,
@@ -83,6 +85,38 @@ impl MotionBody {
     /// Removes the poses of earlier motions, so that they take no memory.
     pub(crate) fn forget(&mut self) {
         self.poses.forget();
+    }
+
+    /// The largest horizontal acceleration of the body's centre of mass on a motion until `end`, or the first one above `limit`, in metres per
+    /// second squared. The motion must last until then.
+    pub(in crate::query) fn push(
+        &mut self,
+        baked: &BakedGraph,
+        motion: &Motion,
+        end: f32,
+        limit: f32,
+    ) -> f32 {
+        /// Number of centres in a window of [`PUSH_WINDOW`], and of samples from one centre to the next: the exact test has most of these poses.
+        const CENTRES: usize = 2;
+        const TICKS: usize = (PUSH_WINDOW * SAMPLE_RATE) as usize / CENTRES;
+        let before = self.poses.count();
+        self.poses.start(baked, motion);
+        let (mut centres, mut most) = ([Vec2::ZERO; 2 * CENTRES + 1], 0.0);
+        for index in 0.. {
+            let seconds = (index * TICKS) as f32 / SAMPLE_RATE;
+            if seconds > end || most > limit {
+                break;
+            }
+            let number = self.poses.number(baked, motion.moment_at(seconds));
+            centres.rotate_left(1);
+            centres[2 * CENTRES] = self.poses.centre_of_mass(baked, number).xz();
+            if index >= 2 * CENTRES {
+                let way = [0, CENTRES, 2 * CENTRES].map(|at| centres[at]);
+                most = acceleration(way).max(most);
+            }
+        }
+        self.work += self.poses.count().saturating_sub(before);
+        most
     }
 
     /// The worst entry of a motion into an obstacle; `None` if it enters none. The motion must last until the end of the tested part.

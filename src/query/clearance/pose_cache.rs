@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use glam::Vec3;
 use rustc_hash::FxHashMap;
 
 use crate::anim::{JointTransform, Pose, forward_kinematics};
@@ -118,6 +119,14 @@ impl PoseCache {
     pub(super) fn joints(&self, baked: &BakedGraph, number: usize) -> &[JointTransform] {
         let joints = baked.graph().skeleton().len();
         &self.joints[number * joints..][..joints]
+    }
+
+    /// Centre of mass of the body in a pose, in the world, in metres.
+    pub(super) fn centre_of_mass(&self, baked: &BakedGraph, number: usize) -> Vec3 {
+        let row = 3 * baked.body_rows().radii().len();
+        baked
+            .body_rows()
+            .centre_of_mass(&self.rows[number * row..][..row])
     }
 
     /// Rows of the x, y and z coordinates of the spheres' centres in a pose, in the world, in metres.

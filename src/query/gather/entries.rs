@@ -18,6 +18,9 @@ const RATES: [f32; 4] = [1.0, 1.25, 1.5, 0.75];
 /// Interval of the delays, in seconds.
 const DELAY_STEP: f32 = 0.1;
 
+/// Duration of a played blend, as a multiple of the shortest plausible one: the body then pushes off less hard, and moves away hardly later.
+const LONGER: f32 = 2.0;
+
 /// Minimum time from the entry to the contact, in seconds.
 const SHORTEST: f32 = 0.2;
 
@@ -130,7 +133,7 @@ fn add_rates(
                     frame: entered.edge_frame,
                     clip_to_world: align,
                     rate,
-                    blend: known.blend(),
+                    blend: LONGER * known.blend(),
                 },
                 evasion: entered.evasion,
                 ahead: (ahead / baked.graph().frame_rate()) as f32,

@@ -12,7 +12,7 @@ use crate::query::clearance::PlayedTrack;
 use crate::query::cull::Overlap;
 use crate::query::request::{ActiveRequest, Query};
 use crate::query::retime::{Direction, Durations, Rate, rate};
-use crate::query::score::Evaluated;
+use crate::query::score::{Evaluated, Push};
 use crate::query::settings::Enumerate;
 
 /// Scratch of the stage.
@@ -235,6 +235,7 @@ pub(in crate::query) fn reject_blocked(
             score: None,
             is_final: false,
             warp: None,
+            push: Push::Unmeasured,
         });
         match at {
             Ok(at) => known[at].evaluated = evaluated,

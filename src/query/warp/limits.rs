@@ -268,7 +268,7 @@ impl Support {
     }
 }
 
-/// Centre of mass of the whole body, and of trunk, arms and head, and their share of the mass. Masses are the volumes of the spheres.
+/// Centre of mass of the whole body, and of trunk, arms and head, and their share of the mass.
 struct Masses {
     centre: Vec3,
     upper: Vec3,
@@ -279,11 +279,11 @@ impl Masses {
     fn new(baked: &BakedGraph, centres: &[Vec3]) -> Self {
         let rig = baked.graph().rig();
         let (mut all, mut upper) = ((Vec3::ZERO, 0.0), (Vec3::ZERO, 0.0));
-        for (sphere, &centre) in baked.body().spheres.iter().zip(centres) {
-            let volume = sphere.radius.powi(3);
-            all = (all.0 + centre * volume, all.1 + volume);
+        let masses = baked.body_rows().masses();
+        for ((sphere, &centre), mass) in baked.body().spheres.iter().zip(centres).zip(masses) {
+            all = (all.0 + centre * mass, all.1 + mass);
             if rig.part(sphere.joint).spine == rig.spine().len() {
-                upper = (upper.0 + centre * volume, upper.1 + volume);
+                upper = (upper.0 + centre * mass, upper.1 + mass);
             }
         }
         Self {
@@ -408,7 +408,8 @@ pub(super) fn is_sound(
         if weight > 0.0 {
             let feet_before = Ankles::new(graph, bent);
             warp.bend.apply(graph.rigged_skeleton(), weight, bent);
-            if !do_feet_stay(graph, motion, limits.slide, &feet_before, bent, seconds) {
+            let stay = do_feet_stay(graph, motion, limits.slide, &feet_before, bent, seconds);
+            if !stay || !are_toes_above_floor(graph, base, bent) {
                 return false;
             }
         }
@@ -442,6 +443,18 @@ fn do_feet_stay(
         }
     }
     true
+}
+
+/// Whether no toe of a bent pose is below the floor, or below that of the pose without the bend.
+fn are_toes_above_floor(graph: &MotionGraph, base: &Pose, bent: &Pose) -> bool {
+    /// What a toe may sink, and how near the floor it counts as below, in metres: it may sink further between frames.
+    const NEAR: f32 = 0.003;
+    let chains = [base, bent].map(|pose| Chain::of(graph.skeleton(), pose));
+    let legs = graph.rig().limbs()[..Rig::LEGS].iter().flatten();
+    legs.into_iter().all(|leg| {
+        let heights = [0, 1].map(|at| chains[at].global(leg.toe_or_foot()).translation.y);
+        heights[1] >= (heights[0] - NEAR).min(NEAR)
+    })
 }
 
 /// Whether no displaced joint exceeds the limits, unless the motion without the warp exceeds them too.

@@ -21,7 +21,7 @@ use crate::maps::BakedGraph;
 use crate::query::attack::Attack;
 use crate::query::clearance::{Clearance, ExactTest, MotionBody, SAMPLE_RATE};
 use crate::query::evaluate::{Bound, Evaluator, Round};
-use crate::query::score::Evaluated;
+use crate::query::score::{Evaluated, Push};
 use crate::query::settings::WarpSettings;
 
 /// What a warp is for.
@@ -31,6 +31,8 @@ struct WarpCase<'a> {
     /// Attack, in the world and from the start of the motion.
     attack: &'a Attack,
     settings: &'a WarpSettings,
+    /// How hard the body may push, in metres per second squared.
+    push: f32,
     /// Clearance of a motion that is warped towards the attack, in metres; `None` to warp away from it.
     towards: Option<f32>,
 }
@@ -126,7 +128,8 @@ impl Warper {
             if clearance.is_clean() {
                 self.plain.extend(baked.graph(), envelope.end);
                 let (plain, limits) = (&self.plain, &settings.limits);
-                let is_sound = is_sound(baked.graph(), motion, plain, limits, &mut self.frames);
+                let is_sound = is_sound(baked.graph(), motion, plain, limits, &mut self.frames)
+                    && body.push(baked, motion, envelope.end, case.push) <= case.push;
                 return is_sound.then(|| (clearance, effort(&settings.bounds, &bend)));
             }
             motion.set_warp(None);
@@ -165,6 +168,7 @@ impl Warper {
             attack,
             settings,
             towards,
+            ..
         } = case;
         let ticks = &mut self.ticks[..self.used];
         let mut numbers: Numbers = [0.0; N];
@@ -245,16 +249,21 @@ pub(in crate::query) fn warp_hits(
         let one = evaluated[bound.index];
         !request.is_among_obstacles() || one.is_some_and(|one| one.is_final)
     });
-    order.truncate(settings.warp.candidates);
     let plain = (request.margin > 0.0).then_some((&request.plain, request.margin));
     for (attack, margin) in [(&request.attack, 0.0)].into_iter().chain(plain) {
+        let mut tried = 0;
         for at in 0..evaluator.order.len() {
             let Bound { value, index } = evaluator.order[at];
             let time = evaluator.evaluated[index].map(|one| one.clearance.time)?;
-            if -value - margin > settings.warp.deepest {
+            if -value - margin > settings.warp.deepest || tried == settings.warp.candidates {
                 break;
             }
             round.motion(index, motion);
+            let is_refused = evaluator.evaluated[index].is_some_and(|one| one.is_too_hard());
+            if is_refused || evaluator.refuse(round, index, motion) {
+                continue;
+            }
+            tried += 1;
             if value + margin >= 0.0 {
                 // The attack without the margin misses the motion without a warp.
                 return Some(index);
@@ -263,6 +272,7 @@ pub(in crate::query) fn warp_hits(
                 baked: round.query.baked,
                 attack,
                 settings: &settings.warp,
+                push: evaluator.push_limit(round),
                 towards: None,
             };
             let body = evaluator.body();
@@ -281,6 +291,7 @@ pub(in crate::query) fn warp_hits(
                 score: Some(score.warped(effort, &settings.weights)),
                 is_final: true,
                 warp: motion.warp().copied(),
+                push: Push::Allowed,
             });
             return Some(index);
         }
@@ -309,6 +320,7 @@ pub(in crate::query) fn adjust(
         baked: round.query.baked,
         attack: &round.state.request.attack,
         settings: &settings,
+        push: evaluator.push_limit(round),
         towards: (!is_near).then_some(metres),
     };
     let body = evaluator.body();
@@ -332,5 +344,6 @@ pub(in crate::query) fn adjust(
         score: Some(score),
         is_final: true,
         warp: motion.warp().copied(),
+        push: Push::Allowed,
     });
 }

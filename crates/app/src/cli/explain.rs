@@ -63,12 +63,13 @@ enum Outcome {
     Outscored,
     Untested,
     Hit,
+    TooHard,
     Culled,
     NotInTime,
 }
 
 /// The outcomes, best first, with their meanings.
-const OUTCOMES: [(Outcome, &str); 6] = [
+const OUTCOMES: [(Outcome, &str); 7] = [
     (Outcome::Chosen, "chosen"),
     (
         Outcome::Outscored,
@@ -79,6 +80,10 @@ const OUTCOMES: [(Outcome, &str); 6] = [
         "not tested: no clearance would make V smaller than that of the chosen one",
     ),
     (Outcome::Hit, "hit: by the exact test"),
+    (
+        Outcome::TooHard,
+        "too hard: the body would push off harder than in the clips",
+    ),
     (Outcome::Culled, "culled: the body maps overlap the attack"),
     (
         Outcome::NotInTime,
@@ -93,6 +98,7 @@ impl Outcome {
             CandidateResult::Outscored if report.clearance.is_none() => Self::Untested,
             CandidateResult::Outscored => Self::Outscored,
             CandidateResult::Hit => Self::Hit,
+            CandidateResult::TooHard => Self::TooHard,
             CandidateResult::Culled => Self::Culled,
             CandidateResult::NotInTime => Self::NotInTime,
         }
@@ -174,7 +180,8 @@ impl Explained<'_> {
         let _ = writeln!(
             text,
             "answer    {}, clearance {:.1} cm at {:.3} s; {:.2} ms\n\
-         counted   {} candidates, {} with an evasion; {} culled ({} tested), {} hit, {} clean, {} late",
+         counted   {} candidates, {} with an evasion; {} culled ({} tested), {} hit,\n\
+         \x20         {} clean, {} too hard, {} late",
             if answer.avoided { "avoided" } else { "HIT" },
             answer.clearance().metres * 100.0,
             answer.clearance().time,
@@ -185,6 +192,7 @@ impl Explained<'_> {
             counts.reconsidered,
             counts.hits,
             counts.clean,
+            counts.too_hard,
             counts.not_in_time,
         );
         if let Some(warp) = answer.chosen().warp {
@@ -316,7 +324,7 @@ fn rank(report: &CandidateReport) -> f32 {
         CandidateResult::Chosen | CandidateResult::Outscored => {
             report.score.map_or(f32::MAX, |score| score.total)
         }
-        CandidateResult::Hit => by_clearance.unwrap_or(f32::MAX),
+        CandidateResult::Hit | CandidateResult::TooHard => by_clearance.unwrap_or(f32::MAX),
         CandidateResult::Culled => by_maps.unwrap_or(f32::MAX),
         CandidateResult::NotInTime => match report.rate {
             Err(RateError::OutOfRange { rate }) => rate.ln().abs(),

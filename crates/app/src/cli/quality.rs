@@ -25,7 +25,7 @@ impl Row {
     }
 }
 
-const ROWS: [Row; 8] = [
+const ROWS: [Row; 10] = [
     Row {
         key: "angular_velocity_p999",
         name: "joint velocity, rad/s, 99.9%",
@@ -38,6 +38,20 @@ const ROWS: [Row; 8] = [
         name: "joint acceleration, rad/s², 99.9%",
         values: |quality| &quality.accelerations,
         share: 0.999,
+        scale: 1.0,
+    },
+    Row {
+        key: "centre_acceleration_p999",
+        name: "centre of mass, m/s², 99.9%",
+        values: |quality| &quality.pushes,
+        share: 0.999,
+        scale: 1.0,
+    },
+    Row {
+        key: "centre_acceleration_most",
+        name: "centre of mass, m/s², most",
+        values: |quality| &quality.pushes,
+        share: 1.0,
         scale: 1.0,
     },
     Row {

@@ -23,6 +23,8 @@ pub struct Quality {
     pub velocities: Vec<f32>,
     /// Angular accelerations of the joints, radians per second squared.
     pub accelerations: Vec<f32>,
+    /// Horizontal accelerations of the centre of mass over a tenth of a second, metres per second squared.
+    pub pushes: Vec<f32>,
     /// Speeds of the faster toe, metres per second.
     pub toes: Vec<f32>,
     /// Speeds of the slower foot over the ground, metres per second: it carries the body as long as that stands.
@@ -40,6 +42,7 @@ impl Quality {
         for mut part in parts {
             all.velocities.append(&mut part.velocities);
             all.accelerations.append(&mut part.accelerations);
+            all.pushes.append(&mut part.pushes);
             all.toes.append(&mut part.toes);
             all.slides.append(&mut part.slides);
             all.heights.append(&mut part.heights);
@@ -57,6 +60,8 @@ pub struct QualityMeter<'a> {
     toes: Vec<JointId>,
     /// The body's spheres of two limbs each, and the sum of their radii.
     pairs: Vec<(usize, usize, f32)>,
+    /// Share of each of the body's spheres in its mass.
+    masses: Vec<f32>,
     seconds: f32,
 }
 
@@ -65,6 +70,8 @@ pub struct QualityMeter<'a> {
 struct Sample {
     rotations: Vec<Quat>,
     toes: Vec<Vec3>,
+    /// Centre of mass.
+    centre: Vec3,
     overlap: f32,
     is_composed: bool,
 }
@@ -90,6 +97,7 @@ impl<'a> QualityMeter<'a> {
             baked,
             toes: legs.map(|leg| leg.toe.unwrap_or(leg.foot)).collect(),
             pairs,
+            masses: baked.body().masses(),
             seconds: (1.0 / graph.frame_rate()) as f32,
         }
     }
@@ -104,7 +112,8 @@ impl<'a> QualityMeter<'a> {
                 Clip::pose(&clips[index], frame, &mut pose);
                 self.sample(&pose, true)
             };
-            let samples: Vec<Sample> = (0..clips[index].frames()).map(sample).collect();
+            let own = self.baked.graph().own_frames(index);
+            let samples: Vec<Sample> = own.map(sample).collect();
             self.add(&samples, &mut quality);
             quality
         }))
@@ -163,6 +172,11 @@ impl<'a> QualityMeter<'a> {
                 .iter()
                 .map(|toe| joints[toe.index()].translation)
                 .collect(),
+            centre: centres
+                .iter()
+                .zip(&self.masses)
+                .map(|(centre, mass)| *centre * *mass)
+                .sum(),
             overlap: self.overlap(&centres),
             is_composed,
         }
@@ -187,6 +201,7 @@ impl<'a> QualityMeter<'a> {
             .windows(2)
             .map(|pair| turned(&pair[0], &pair[1]))
             .collect();
+        self.add_pushes(samples, quality);
         for (at, pair) in samples.windows(2).enumerate() {
             if !(pair[0].is_composed || pair[1].is_composed) {
                 continue;
@@ -202,6 +217,20 @@ impl<'a> QualityMeter<'a> {
             }
             self.add_feet(pair, quality);
             quality.overlaps.push(pair[1].overlap);
+        }
+    }
+
+    /// Adds the accelerations of the centre of mass where something is composed.
+    fn add_pushes(&self, samples: &[Sample], quality: &mut Quality) {
+        let window = (0.1 / self.seconds).round().max(1.0) as usize;
+        for way in samples.windows(2 * window + 1) {
+            if way.iter().any(|sample| sample.is_composed) {
+                let [before, now, after] = [0, window, 2 * window].map(|at| way[at].centre);
+                let change = (before - 2.0 * now + after).with_y(0.0);
+                quality
+                    .pushes
+                    .push(change.length() / (window as f32 * self.seconds).powi(2));
+            }
         }
     }
 

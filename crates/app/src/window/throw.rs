@@ -891,8 +891,9 @@ fn lines(graph: &MotionGraph, answer: &Answer) -> Vec<CandidateLine> {
                 CandidateResult::Chosen => (0, "chosen", Color32::from_rgb(130, 225, 140)),
                 CandidateResult::Outscored => (1, "outscored", Color32::from_gray(205)),
                 CandidateResult::Hit => (2, "hit", Color32::from_rgb(240, 115, 95)),
-                CandidateResult::Culled => (3, "culled", Color32::from_rgb(225, 175, 90)),
-                CandidateResult::NotInTime => (4, "late", Color32::from_gray(120)),
+                CandidateResult::TooHard => (3, "too hard", Color32::from_rgb(200, 150, 215)),
+                CandidateResult::Culled => (4, "culled", Color32::from_rgb(225, 175, 90)),
+                CandidateResult::NotInTime => (5, "late", Color32::from_gray(120)),
             };
             let total = report.score.map_or(f32::INFINITY, |score| score.total);
             let event = report.evasion.map(|edge| graph.edge(edge).event);

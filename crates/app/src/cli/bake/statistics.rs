@@ -101,6 +101,7 @@ pub(crate) fn statistics(baked: &BakedGraph) -> Value {
             "1.0": baked.responsive_share(1.0),
             "1.5": baked.responsive_share(1.5),
         },
+        "push_limit": baked.push_limit(),
         "clip_bytes": ClipSizes::new(graph).to_json(),
         "entries": entries,
     });
@@ -152,7 +153,8 @@ pub(crate) fn describe(baked: &BakedGraph) -> String {
          \x20 within 1.5 s from {:.0}%; one can be entered at once from {:.0}%\n\
          entries: {:.0} for each moment, and {:.0} layers over legs that go on; none for {:.2} s at most\n\
          seconds without a branch point (entry, exit, choice of edges): {:.2} in the median, {:.2} at most;\n\
-         \x20 in evasions and attacks {:.2} and {:.2}\n",
+         \x20 in evasions and attacks {:.2} and {:.2}\n\
+         push: the centre of mass accelerates by {:.1} m/s² at most in answers, by what it does in the clips\n",
         percent(0.5),
         percent(1.0),
         percent(1.5),
@@ -164,6 +166,7 @@ pub(crate) fn describe(baked: &BakedGraph) -> String {
         all.longest,
         events.median,
         events.longest,
+        baked.push_limit(),
         headline = headline(baked),
         clips = ClipSizes::new(graph).text(),
         transitions = graph.transitions(),
