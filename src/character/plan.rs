@@ -12,9 +12,8 @@ use serde::{Deserialize, Serialize};
 use super::event::{CharacterEventKind, CharacterId, ThreatId};
 use super::state::{CharacterState, Pending};
 use super::threat::Window;
-use super::world::{KnownThreat, PlanScratch, Worker, World};
+use super::world::{KnownThreat, NearThreat, PlanScratch, Worker, World};
 use crate::graph::Motion;
-use crate::maps::SphereKey;
 use crate::query::clearance::{Clearance, ExactTest, Extent, ObstacleTest, Sampling, WorkLimit};
 use crate::query::{Attack, Obstacle, PlanScope, PlanStage, Query, Request, evasions_end};
 
@@ -26,17 +25,11 @@ struct Moment {
     seconds: f32,
 }
 
-/// A threat that may reach the body within the horizon, and when.
-struct NearThreat<'a> {
-    known: &'a KnownThreat,
-    window: Window,
-}
-
 /// Input of one plan.
 struct Planning<'a> {
     world: &'a World<'a>,
     moment: Moment,
-    near: Vec<NearThreat<'a>>,
+    near: &'a [NearThreat],
     /// [`CharacterState::height`].
     height: f32,
     /// Whether the last plan was for the same threats.
@@ -117,7 +110,8 @@ impl CharacterState {
         1u8.hash(&mut hasher);
         let mut nearest = f32::INFINITY;
         self.find_near(world, &moment, threats);
-        for NearThreat { known, window } in self.near(id, world, &moment, threats) {
+        for NearThreat { index, window } in self.near(id, world, &moment, threats) {
+            let known = &world.threats[index as usize];
             (known.id.0, known.version).hash(&mut hasher);
             nearest = nearest.min(window.nearest);
         }
@@ -162,27 +156,43 @@ impl CharacterState {
             scratch.wider.push(obstacle.later(ahead, margin));
         }
         self.find_near(world, &moment, &mut worker.threats);
-        let near = self.near(id, world, &moment, &worker.threats).collect();
+        let mut near = std::mem::take(&mut scratch.near);
+        near.clear();
+        near.extend(self.near(id, world, &moment, &worker.threats));
+        let attacks = scratch.attacks.take();
+        let mut attacks = attacks.unwrap_or_else(|| [Attack::empty(), Attack::empty()]);
         let planning = Planning {
             world,
             moment,
-            near,
+            near: &near,
             height: self.height,
             is_repeated: self.seen == self.next_seen,
         };
-        if let Some(attack) = planning.attack(Attempt::PLAIN) {
+        let is_over = self.answer_threats(&planning, &mut attacks, scratch);
+        (scratch.near, scratch.attacks) = (near, Some(attacks));
+        is_over
+    }
+
+    /// Plans, and begins the plan. Returns `false` if the limit came before the answer. The attacks are memory.
+    fn answer_threats(
+        &mut self,
+        planning: &Planning<'_>,
+        [attack, wider]: &mut [Attack; 2],
+        scratch: &mut PlanScratch,
+    ) -> bool {
+        if planning.write_attack(Attempt::PLAIN, attack) {
             scratch.context.start_plan(WorkLimit {
                 deadline: scratch.deadline,
-                most: world.settings.plan_work as usize,
+                most: planning.world.settings.plan_work as usize,
             });
-            let plan = self.plan(&planning, &attack, scratch);
+            let plan = self.plan(planning, attack, wider, scratch);
             scratch.context.end_plan();
             if let Plan::GoOn(progress) = plan {
                 self.progress = progress;
                 return false;
             }
             self.progress = Progress::default();
-            self.begin_plan(&planning, &attack, plan);
+            self.begin_plan(planning, attack, plan, scratch);
         }
         self.seen = self.next_seen;
         true
@@ -213,21 +223,30 @@ impl CharacterState {
         world: &'s World<'w>,
         moment: &'s Moment,
         threats: &'s [u32],
-    ) -> impl Iterator<Item = NearThreat<'w>> + use<'s, 'w> {
+    ) -> impl Iterator<Item = NearThreat> + use<'s, 'w> {
         let horizon = world.settings.horizon;
-        world.threats_of(id, threats).filter_map(move |known| {
-            let window = self.window(world, moment.at, &known.threat)?;
+        threats.iter().filter_map(move |&index| {
+            let threat = &world.threats[index as usize].threat;
+            let threat = Some(threat).filter(|threat| threat.is_for(id))?;
+            let window = self.window(world, moment.at, threat)?;
             let is_near = window.nearest < horizon && window.end > 0.0;
-            is_near.then_some(NearThreat { known, window })
+            is_near.then_some(NearThreat { index, window })
         })
     }
 
-    /// Tests the played motion, and looks for another one if it is hit.
-    fn plan(&self, planning: &Planning<'_>, attack: &Attack, scratch: &mut PlanScratch) -> Plan {
+    /// Tests the played motion, and looks for another one if it is hit. `wider` is memory for the attacks of the attempts.
+    fn plan(
+        &self,
+        planning: &Planning<'_>,
+        attack: &Attack,
+        wider: &mut Attack,
+        scratch: &mut PlanScratch,
+    ) -> Plan {
         let Planning { world, moment, .. } = planning;
         let test = PlanTest { world, attack };
-        let playing = &self.playing.motion;
-        let rest = playing.rest(world.baked.graph(), moment.seconds);
+        let mut rest = scratch.motion();
+        rest.clone_from(&self.playing.motion);
+        rest.leave_behind(world.baked.graph(), moment.seconds);
         scratch.context.body().set_grace(true);
         let mut kept = test.until_hit(self.continued(planning, rest).0, scratch);
         if kept.is_clean() {
@@ -242,9 +261,9 @@ impl CharacterState {
         let progress = progress.unwrap_or_default();
         let attempts = Attempt::all(world.settings.margin, is_among_obstacles);
         for (number, attempt) in attempts.enumerate().skip(progress.attempt) {
-            let Some(wider) = planning.attack(attempt) else {
+            if !planning.write_attack(attempt, wider) {
                 continue;
-            };
+            }
             let first_stage = match number == progress.attempt {
                 true => progress.stage,
                 false => PlanStage::Grid,
@@ -256,8 +275,10 @@ impl CharacterState {
                 first_stage,
                 velocity,
             };
-            let mut tested = self.ask(planning, &wider, scope, scratch);
+            let mut tested = self.ask(planning, wider, scope, scratch);
             if tested.is_clean() {
+                let unused = least.into_iter().chain([kept]);
+                unused.for_each(|unused| scratch.keep_memory(unused.motion));
                 return Plan::Take(tested);
             }
             if let Some(late) = scratch.context.late_stage() {
@@ -271,31 +292,53 @@ impl CharacterState {
                     Some(stage) => (number, stage),
                     None => (number + 1, PlanStage::Grid),
                 };
+                let unused = least.into_iter().chain([kept, tested]);
+                unused.for_each(|unused| scratch.keep_memory(unused.motion));
                 return Plan::GoOn(Progress {
                     attempt,
                     stage,
                     threats,
                 });
             }
-            if is_among_obstacles {
-                test.measure(&mut tested, scratch);
-                least = least_harm(least, tested);
+            if !is_among_obstacles {
+                scratch.keep_memory(tested.motion);
+                continue;
             }
+            test.measure(&mut tested, scratch);
+            least = Some(match least {
+                None => tested,
+                Some(before) => {
+                    let [least, unused] = least_harm(before, tested);
+                    scratch.keep_memory(unused.motion);
+                    least
+                }
+            });
         }
         if !is_among_obstacles {
+            scratch.keep_memory(kept.motion);
             return Plan::Fail(None);
         }
         test.measure(&mut kept, scratch);
         let is_other = |other: &TestedMotion| other.harm() + GAIN < kept.harm();
-        let other = least.filter(is_other);
-        Plan::Fail(Some(LeastHarm {
-            is_other: other.is_some(),
-            motion: other.unwrap_or(kept),
-        }))
+        let is_other = least.as_ref().is_some_and(is_other);
+        let (motion, unused) = match least {
+            Some(other) if is_other => (other, Some(kept)),
+            least => (kept, least),
+        };
+        if let Some(unused) = unused {
+            scratch.keep_memory(unused.motion);
+        }
+        Plan::Fail(Some(LeastHarm { motion, is_other }))
     }
 
     /// Begins the plan, and reports it.
-    fn begin_plan(&mut self, planning: &Planning<'_>, attack: &Attack, plan: Plan) {
+    fn begin_plan(
+        &mut self,
+        planning: &Planning<'_>,
+        attack: &Attack,
+        plan: Plan,
+        scratch: &mut PlanScratch,
+    ) {
         let Planning { world, moment, .. } = planning;
         let now = world.now;
         match plan {
@@ -309,7 +352,9 @@ impl CharacterState {
                 }
                 // The tested motion is played at rate 1.
                 if self.playing.rate != 1.0 && now < self.held_until {
-                    self.take(moment, kept.motion, now);
+                    self.take(moment, kept.motion, now, scratch);
+                } else {
+                    scratch.keep_memory(kept.motion);
                 }
             }
             Plan::GoOn(_) => {}
@@ -329,7 +374,7 @@ impl CharacterState {
                     }));
                 self.has_plan = true;
                 self.hold(moment, attack, found.end);
-                self.take(moment, found.motion, now);
+                self.take(moment, found.motion, now, scratch);
             }
             Plan::Fail(least) => {
                 // An event about the same threats is not repeated.
@@ -344,7 +389,9 @@ impl CharacterState {
                     if is_other {
                         self.has_plan = true;
                         self.hold(moment, attack, motion.end);
-                        self.take(moment, motion.motion, now);
+                        self.take(moment, motion.motion, now, scratch);
+                    } else {
+                        scratch.keep_memory(motion.motion);
                     }
                 }
                 self.failures = if was_said {
@@ -386,15 +433,17 @@ impl CharacterState {
         context.body().set_grace(false);
         query.answer_in_scope(request, Some(scope), context, answer);
         context.body().set_grace(true);
-        let (motion, is_blended) = self.continued(planning, answer.motion.clone());
         let known = answer.clearance();
+        let mut motion = scratch.motion();
+        motion.clone_from(&scratch.answer.motion);
+        let (motion, is_blended) = self.continued(planning, motion);
         let metres = known.metres + scope.margin;
         let known = Clearance { metres, ..known };
         let test = PlanTest {
             world,
             attack: scope.plain,
         };
-        if answer.avoided && !is_blended && !scope.evasions_only {
+        if scratch.answer.avoided && !is_blended && !scope.evasions_only {
             return test.known(motion, known);
         }
         // A motion that is measured later needs no test.
@@ -444,12 +493,12 @@ impl CharacterState {
         self.retry_at = Some(again);
     }
 
-    fn take(&mut self, moment: &Moment, motion: Motion, now: f64) {
+    fn take(&mut self, moment: &Moment, motion: Motion, now: f64, scratch: &mut PlanScratch) {
         self.pending = Some(Pending {
             motion,
             at: moment.at,
         });
-        self.take_over(now);
+        self.take_over(now, scratch);
     }
 }
 
@@ -479,8 +528,8 @@ impl Planning<'_> {
     /// Hash of the ids of the threats, wherever they move; not 0.
     fn threats(&self) -> u64 {
         let mut hasher = FxHasher::default();
-        for near in &self.near {
-            near.known.id.hash(&mut hasher);
+        for near in self.near {
+            self.known(near).id.hash(&mut hasher);
         }
         hasher.finish() | 1
     }
@@ -490,22 +539,27 @@ impl Planning<'_> {
         let each = self.near.iter();
         let first = each.min_by(|a, b| a.window.nearest.total_cmp(&b.window.nearest))?;
         let contact = self.moment.at + f64::from(first.window.nearest);
-        Some((first.known.id, contact))
+        Some((self.known(first).id, contact))
     }
 
-    /// All threats as one attack, which begins at the moment; `None` if they make none.
-    fn attack(&self, attempt: Attempt) -> Option<Attack> {
-        let mut keys: Vec<Vec<SphereKey>> = Vec::new();
-        for NearThreat { known, window } in &self.near {
+    fn known(&self, near: &NearThreat) -> &KnownThreat {
+        &self.world.threats[near.index as usize]
+    }
+
+    /// Writes all threats as one attack, which begins at the moment. Returns whether they make one.
+    fn write_attack(&self, attempt: Attempt, out: &mut Attack) -> bool {
+        out.clear();
+        for near in self.near {
+            let window = near.window;
             let late = attempt.late.map_or(0.0, |late| window.nearest - late);
             let window = Window {
                 start: window.start.max(late.min(window.end - 1e-3)),
-                ..*window
+                ..window
             };
-            let threat = &known.threat;
-            threat.keys(&window, self.height, attempt.margin, &mut keys);
+            let threat = &self.known(near).threat;
+            threat.add_to(out, &window, self.height, attempt.margin);
         }
-        Attack::new(keys).ok()
+        out.check().is_ok()
     }
 }
 
@@ -530,11 +584,11 @@ impl TestedMotion {
     }
 }
 
-/// The one with the least harm.
-fn least_harm(before: Option<TestedMotion>, other: TestedMotion) -> Option<TestedMotion> {
-    match before {
-        Some(before) if before.harm() <= other.harm() => Some(before),
-        _ => Some(other),
+/// The one with the least harm, the first of equals, and the other.
+fn least_harm(before: TestedMotion, other: TestedMotion) -> [TestedMotion; 2] {
+    match before.harm() <= other.harm() {
+        true => [before, other],
+        false => [other, before],
     }
 }
 

@@ -45,7 +45,7 @@ impl Playing {
         /// Time after which the played part of the motion is dropped, in seconds.
         const KEPT: f32 = 4.0;
         if self.seconds > KEPT {
-            self.motion = self.motion.rest(graph, self.seconds);
+            self.motion.leave_behind(graph, self.seconds);
             self.seconds = 0.0;
         }
         self.motion

@@ -8,7 +8,7 @@ use super::plan::Progress;
 use super::playing::Playing;
 use super::steer::{SteerState, SteerStep};
 use super::threat::{Threat, Window};
-use super::world::{Worker, World};
+use super::world::{PlanScratch, Worker, World};
 use crate::graph::{Motion, MotionGraph};
 use crate::maps::BakedGraph;
 use crate::math::{Rigid2, Sphere};
@@ -140,7 +140,7 @@ impl CharacterState {
         if self.is_released {
             return None;
         }
-        self.take_over(world.now);
+        self.take_over(world.now, &mut worker.plan);
         self.look_for_obstacles(id, world, worker);
         self.urgency(id, world, &mut worker.threats)
     }
@@ -220,7 +220,7 @@ impl CharacterState {
             Some(at) if at < end - 1e-6 => {
                 self.playing
                     .advance(graph, (at - world.now).max(0.0) as f32);
-                self.take_over(at);
+                self.take_over(at, &mut worker.plan);
                 self.playing.advance(graph, (end - at) as f32);
             }
             _ => self.playing.advance(graph, world.dt),
@@ -230,9 +230,10 @@ impl CharacterState {
     }
 
     /// Begins the pending motion if its time has come.
-    pub(super) fn take_over(&mut self, now: f64) {
+    pub(super) fn take_over(&mut self, now: f64, scratch: &mut PlanScratch) {
         if let Some(pending) = self.pending.take_if(|pending| pending.at <= now + 1e-6) {
-            self.playing = Playing::new(pending.motion);
+            let left = std::mem::replace(&mut self.playing, Playing::new(pending.motion));
+            scratch.keep_memory(left.motion);
             self.events.push((now, CharacterEventKind::Began));
         }
     }

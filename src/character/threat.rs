@@ -5,6 +5,7 @@ use super::error::{CharacterError, FURTHEST, shorter, within};
 use super::event::CharacterId;
 use crate::maps::SphereKey;
 use crate::math::Sphere;
+use crate::query::Attack;
 
 /// A moving object that characters avoid.
 ///
@@ -85,6 +86,11 @@ impl Threat {
                 1e-6..=50.0,
             )
         })
+    }
+
+    /// Whether a character has to avoid it.
+    pub(super) fn is_for(&self, id: CharacterId) -> bool {
+        self.target.is_none_or(|target| target == id)
     }
 
     /// Position at a time of the game.
@@ -176,14 +182,8 @@ impl Threat {
         first + best.1 as f32
     }
 
-    /// Adds the keys of its spheres in a window, above a ground at a height, with radii that are larger by `margin` metres.
-    pub(super) fn keys(
-        &self,
-        window: &Window,
-        height: f32,
-        margin: f32,
-        out: &mut Vec<Vec<SphereKey>>,
-    ) {
+    /// Adds its spheres in a window, above a ground at a height, with radii that are larger by `margin` metres.
+    pub(super) fn add_to(&self, out: &mut Attack, window: &Window, height: f32, margin: f32) {
         /// Time between keys of a curved flight, in seconds.
         const CURVED: f32 = 0.05;
         let steps = match self.gravity {
@@ -200,7 +200,7 @@ impl Threat {
                     radius: sphere.radius + margin,
                 }
             };
-            out.push((0..=steps).map(key).collect());
+            out.push((0..=steps).map(key));
         }
     }
 }

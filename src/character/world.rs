@@ -7,12 +7,12 @@ use super::event::{CharacterId, ThreatId};
 use super::flights::Flights;
 use super::settings::CharacterSettings;
 use super::steer::{SteerScratch, Steering};
-use super::threat::Threat;
+use super::threat::{Threat, Window};
 use crate::anim::{JointTransform, Pose, forward_kinematics};
 use crate::crowd::ExternalPose;
-use crate::graph::{JointReach, MotionMoment};
+use crate::graph::{JointReach, Motion, MotionMoment};
 use crate::maps::BakedGraph;
-use crate::query::{Answer, Obstacle, QueryContext};
+use crate::query::{Answer, Attack, Obstacle, QueryContext};
 
 /// Data that all characters of a step share.
 pub(super) struct World<'a> {
@@ -44,7 +44,7 @@ impl<'a> World<'a> {
     ) -> impl Iterator<Item = &'a KnownThreat> + use<'a, 'l> {
         let threats = self.threats;
         let each = indices.iter().map(move |&index| &threats[index as usize]);
-        each.filter(move |known| known.threat.target.is_none_or(|target| target == id))
+        each.filter(move |known| known.threat.is_for(id))
     }
 
     /// Index of a threat, if it still exists.
@@ -118,4 +118,36 @@ pub(super) struct PlanScratch {
     pub ahead: Vec<Obstacle>,
     /// The obstacles of `ahead`, larger by the margin of plans.
     pub wider: Vec<Obstacle>,
+    /// The threats that may reach the body.
+    pub near: Vec<NearThreat>,
+    /// The attack of the threats as they are, and that of an attempt; `None` before the first plan.
+    pub attacks: Option<[Attack; 2]>,
+    /// Memory of motions.
+    spare: Vec<Motion>,
+}
+
+impl PlanScratch {
+    /// An empty motion, in the memory of an earlier one.
+    pub(super) fn motion(&mut self) -> Motion {
+        let mut motion = self.spare.pop().unwrap_or_default();
+        motion.clear();
+        motion
+    }
+
+    /// Keeps the memory of a motion for the next ones.
+    pub(super) fn keep_memory(&mut self, motion: Motion) {
+        /// Motions that one thread begins may end in another.
+        const MOST: usize = 16;
+        if self.spare.len() < MOST {
+            self.spare.push(motion);
+        }
+    }
+}
+
+/// A threat that may reach the body within the horizon, and when.
+#[derive(Clone, Copy)]
+pub(super) struct NearThreat {
+    /// Index of the threat.
+    pub index: u32,
+    pub window: Window,
 }

@@ -257,7 +257,8 @@ impl Answer {
         };
         let late = candidates.late.iter();
         self.candidates.extend(late.map(|&(path, error)| {
-            let edge = baked.path_evasion(path).edge;
+            let evasion = state.request.path(path).goal as usize;
+            let edge = baked.evasions()[evasion].edge;
             CandidateReport::untested(Route::Table(path), Some(edge), Err(error))
         }));
     }
@@ -275,8 +276,8 @@ impl Answer {
         let none = Route::Edges(0, 0);
         match candidate.kind {
             CandidateKind::Evasion { path, .. } => {
-                let edge = baked.path_evasion(path).edge;
-                CandidateReport::untested(Route::Table(path), Some(edge), rate)
+                let evasion = state.request.path(path).goal as usize;
+                CandidateReport::untested(Route::Table(path), edge(evasion), rate)
             }
             CandidateKind::Move(path) => {
                 let start = self.edges.len();

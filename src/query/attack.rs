@@ -5,10 +5,19 @@ use crate::maps::{AttackMove, BakedGraph, MovingSphere, SphereKey};
 use crate::math::Rigid2;
 
 /// An attack: one or more moving spheres. Times count from the moment of the query.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, Serialize)]
 #[serde(transparent)]
 pub struct Attack {
     spheres: Vec<MovingSphere>,
+    /// Memory of spheres that the attack had before.
+    #[serde(skip)]
+    spare: Vec<MovingSphere>,
+}
+
+impl PartialEq for Attack {
+    fn eq(&self, other: &Self) -> bool {
+        self.spheres == other.spheres
+    }
 }
 
 /// An invalid attack.
@@ -60,9 +69,10 @@ impl Attack {
     pub const MOST_KEYS: usize = 1 << 18;
 
     /// An attack without spheres, as memory for copies.
-    pub(super) fn empty() -> Self {
+    pub(crate) fn empty() -> Self {
         Self {
             spheres: Vec::new(),
+            spare: Vec::new(),
         }
     }
 
@@ -71,21 +81,40 @@ impl Attack {
     /// # Errors
     /// A key is not finite, out of range or out of order, a sphere has no keys, or there are no spheres or too many keys.
     pub fn new(spheres: Vec<Vec<SphereKey>>) -> Result<Self, AttackError> {
-        if spheres.is_empty() {
+        let mut attack = Self::empty();
+        for keys in spheres {
+            attack.push(keys);
+        }
+        attack.check()?;
+        Ok(attack)
+    }
+
+    /// Removes all spheres. Their memory is kept. What [pushes](Self::push) new ones [checks](Self::check) them.
+    pub(crate) fn clear(&mut self) {
+        self.spare.append(&mut self.spheres);
+    }
+
+    /// Appends a sphere, in the memory of an earlier one.
+    pub(crate) fn push(&mut self, keys: impl IntoIterator<Item = SphereKey>) {
+        let mut sphere = self.spare.pop().unwrap_or_else(MovingSphere::empty);
+        sphere.refill(keys);
+        self.spheres.push(sphere);
+    }
+
+    /// Refuses what [`Attack::new`] refuses.
+    pub(crate) fn check(&self) -> Result<(), AttackError> {
+        if self.spheres.is_empty() {
             return Err(AttackError::Empty);
         }
-        let keys = spheres.iter().map(Vec::len).sum();
+        let keys = self.spheres.iter().map(|sphere| sphere.keys().len()).sum();
         if keys > Self::MOST_KEYS {
             return Err(AttackError::TooMany(keys));
         }
-        let numbered = spheres.into_iter().enumerate();
-        let spheres = numbered
-            .map(|(sphere, keys)| Self::checked(sphere, keys))
-            .collect::<Result<_, _>>()?;
-        Ok(Self { spheres })
+        let mut numbered = self.spheres.iter().enumerate();
+        numbered.try_for_each(|(sphere, one)| Self::check_keys(sphere, one.keys()))
     }
 
-    fn checked(sphere: usize, keys: Vec<SphereKey>) -> Result<MovingSphere, AttackError> {
+    fn check_keys(sphere: usize, keys: &[SphereKey]) -> Result<(), AttackError> {
         let sound = |key: &SphereKey| {
             let near = key.center.is_finite() && key.center.length() <= Self::FURTHEST;
             let sized = key.radius > 0.0 && key.radius <= Self::WIDEST;
@@ -102,7 +131,10 @@ impl Attack {
                 t: keys[key].t,
             });
         }
-        MovingSphere::new(keys).ok_or(AttackError::NoKeys { sphere })
+        match keys {
+            [] => Err(AttackError::NoKeys { sphere }),
+            _ => Ok(()),
+        }
     }
 
     /// The spheres of an attack of the graph that a character begins at a place, `start` seconds from now. `placement` is the character's
@@ -154,19 +186,18 @@ impl Attack {
 
     /// Copies another attack into existing memory.
     pub(super) fn copy_from(&mut self, other: &Self) {
-        self.spheres.clone_from(&other.spheres);
+        self.clear();
+        for sphere in &other.spheres {
+            self.push(sphere.keys().iter().copied());
+        }
     }
 
     /// Copies another attack into existing memory, transformed by `placement`.
     pub(super) fn place_from(&mut self, other: &Self, placement: Rigid2) {
-        self.spheres.truncate(other.spheres.len());
-        let known = self.spheres.len();
-        for (mine, theirs) in self.spheres.iter_mut().zip(&other.spheres) {
-            mine.place_from(theirs, placement);
+        self.clear();
+        for sphere in &other.spheres {
+            self.push(sphere.keys().iter().map(|key| key.placed(placement)));
         }
-        let others = other.spheres[known..].iter();
-        self.spheres
-            .extend(others.map(|sphere| sphere.placed(placement)));
     }
 
     /// The attack in another frame. `placement` transforms points to that frame.

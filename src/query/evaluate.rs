@@ -260,7 +260,7 @@ impl Round<'_> {
         match candidate.kind {
             CandidateKind::Evasion { path, .. } => {
                 let steps = retimed(baked, candidate.rate, baked.paths().edges(path));
-                let edge = baked.path_evasion(path).edge;
+                let edge = baked.evasions()[request.path(path).goal as usize].edge;
                 let evasion = MotionStep { edge, rate: 1.0 };
                 motion.restart(graph, request.playhead, steps.chain([evasion]));
             }

@@ -1,5 +1,7 @@
 //! A query of a baked graph, and its requests.
 
+use std::sync::Arc;
+
 use glam::{Vec2, Vec3};
 use serde::{Deserialize, Serialize};
 
@@ -8,7 +10,7 @@ use super::clearance::{NearObstacles, PlayedTrack};
 use super::obstacle::Obstacle;
 use super::settings::{QuerySettings, QuerySettingsError};
 use crate::graph::{EdgeId, Motion, MotionGraph, MotionMoment, NodeId, Played, Playhead};
-use crate::maps::{BakedGraph, PathId};
+use crate::maps::{BakedGraph, NodePath, PathId};
 use crate::math::Rigid2;
 
 /// Finds motions of a baked graph that avoid attacks. The [module](super) shows how.
@@ -92,6 +94,31 @@ impl PlanStage {
     }
 }
 
+/// The paths from a node to evasions. The queries of a plan begin at the same node, and restore them once.
+#[derive(Clone, Debug, Default)]
+struct EvasionPaths {
+    paths: Vec<NodePath>,
+    /// Id of the first path.
+    first: PathId,
+    /// The graph and the node.
+    from: Option<(Arc<()>, NodeId)>,
+}
+
+impl EvasionPaths {
+    fn set(&mut self, baked: &BakedGraph, node: NodeId) {
+        let table = baked.paths();
+        let is_same = |(graph, from): &(Arc<()>, NodeId)| {
+            Arc::ptr_eq(graph, baked.identity()) && *from == node
+        };
+        if self.from.as_ref().is_some_and(is_same) {
+            return;
+        }
+        self.from = Some((Arc::clone(baked.identity()), node));
+        self.first = table.ids(node).next().unwrap_or_default();
+        table.write_paths(node, &mut self.paths);
+    }
+}
+
 /// A request with its own copy of the attack, and the node where the motion can branch next.
 #[derive(Clone, Debug)]
 pub(super) struct ActiveRequest {
@@ -103,6 +130,7 @@ pub(super) struct ActiveRequest {
     pub obstacles: NearObstacles,
     /// Next node of the playhead.
     pub node: NodeId,
+    paths: EvasionPaths,
     /// Time until the playhead reaches the next node, in seconds.
     pub wait: f32,
     /// Time from the next node to the attack's start, in seconds.
@@ -182,6 +210,7 @@ impl Default for ActiveRequest {
             evaluation: Evaluation::Lazy,
             obstacles: NearObstacles::default(),
             node: NodeId(0),
+            paths: EvasionPaths::default(),
             wait: 0.0,
             available: 0.0,
             node_frame: Rigid2::IDENTITY,
@@ -214,6 +243,7 @@ impl ActiveRequest {
             self.set_blend(baked.graph(), playing);
         }
         self.node = playhead.next_node(graph);
+        self.paths.set(baked, self.node);
         self.wait = playhead.seconds_to_next_node(graph);
         self.available = self.attack.start() - self.wait;
         self.node_frame = playhead.next_clip_to_world(graph) * baked.placement(self.node);
@@ -245,6 +275,17 @@ impl ActiveRequest {
         self.blend.blend_from(graph, played, BENT);
     }
 
+    /// The paths from the next node to evasions.
+    pub(super) fn paths(&self) -> impl Iterator<Item = (PathId, &NodePath)> {
+        let ids = (self.paths.first.0..).map(PathId);
+        ids.zip(&self.paths.paths)
+    }
+
+    /// One of these paths.
+    pub(super) fn path(&self, id: PathId) -> &NodePath {
+        &self.paths.paths[(id.0 - self.paths.first.0) as usize]
+    }
+
     /// The evasion at the end of a path, performed `start` seconds from now.
     pub(super) fn evasion<'a>(
         &self,
@@ -252,7 +293,7 @@ impl ActiveRequest {
         path: PathId,
         start: f32,
     ) -> PlayedTrack<'a> {
-        let path = baked.paths().path(path);
+        let path = self.path(path);
         let track = baked.track(path.goal as usize);
         PlayedTrack::new(track, self.node_frame * path.placement, start)
     }

@@ -344,7 +344,7 @@ impl<'a> Session<'a> {
             let CandidateKind::Evasion { path, start } = candidate.kind else {
                 return None;
             };
-            let path = baked.paths().path(path);
+            let path = request.path(path);
             Some(PlacedRegion {
                 region: baked.evasions()[path.goal as usize].region,
                 placement: path.placement,

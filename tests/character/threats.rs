@@ -8,6 +8,7 @@ use sabaki::character::{
     Goal, Threat,
 };
 use sabaki::math::Rigid2;
+use sabaki_fixtures::memory::allocations;
 use sabaki_fixtures::random::Random;
 
 use super::world::{FRAME, baked, ball, characters, joints, play, spawn};
@@ -591,4 +592,34 @@ fn threats_are_changed_and_removed_by_their_ids() {
         ..threat
     };
     assert!(characters.threaten(bad.clone()).is_err() && characters.update(first, bad).is_err());
+}
+
+#[test]
+fn steps_under_fire_hardly_allocate_once_warm() {
+    const FRAMES: usize = 240;
+    let mut random = Random::new(3);
+    let mut characters = characters(CharacterSettings::default());
+    let ids = spawn(&mut characters, 8);
+    let mut events = Vec::new();
+    let mut made = Vec::new();
+    for _ in 0..4 {
+        let mut sum = 0;
+        for frame in 0..FRAMES {
+            if frame % 80 == 0 {
+                for &id in &ids {
+                    let threat = ball(&mut characters, id, &mut random);
+                    characters.threaten(threat).unwrap();
+                }
+                events.clear();
+                events.reserve(1000);
+            }
+            let before = allocations();
+            characters.step(FRAME, &[], &mut events);
+            sum += allocations() - before;
+        }
+        made.push(sum);
+    }
+    assert!(made[0] > 0, "the counter counts");
+    // A motion or a list of threats may still become longer than any before.
+    assert!(made[3] < FRAMES as u64 / 2, "{made:?}");
 }

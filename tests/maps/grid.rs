@@ -4,7 +4,7 @@
 use std::collections::BTreeSet;
 
 use glam::Vec3;
-use sabaki::maps::{BodyTrack, CellColumn, PathId, TouchedCells};
+use sabaki::maps::{BodyTrack, CellColumn, NodePath, TouchedCells};
 use sabaki::query::{Enumerate, Evaluation, Query, QueryContext, QuerySettings, Source};
 use sabaki_fixtures::answer::answer_throw;
 use sabaki_fixtures::baked::embedded;
@@ -22,9 +22,8 @@ fn cells_of(columns: impl Iterator<Item = CellColumn>) -> BTreeSet<Cell> {
 }
 
 /// How deep a point is inside the body at one sample of an evasion, metres; negative outside.
-fn depth(path: PathId, tick: usize, point: Vec3) -> f32 {
+fn depth(path: &NodePath, tick: usize, point: Vec3) -> f32 {
     let baked = embedded();
-    let path = baked.paths().path(path);
     let local = path.placement.inverse().point(point);
     let track = baked.track(path.goal as usize);
     let spheres = baked.body().spheres.iter().enumerate();
@@ -41,8 +40,8 @@ fn a_path_is_filed_where_the_body_was_and_is_no_more() {
     let slack = 0.5 * 3f32.sqrt() * cell + 0.06;
     let mut filed_cells = 0;
     for node in nodes(baked, 101) {
-        for path in baked.paths().ids(node).step_by(53) {
-            let evasion = baked.evasions()[baked.paths().path(path).goal as usize];
+        for path in baked.paths().from_node(node).iter().step_by(53) {
+            let evasion = baked.evasions()[path.goal as usize];
             let end = (baked.graph().seconds(evasion.edge) * BodyTrack::RATE).round() as usize;
             for (x, z, bit) in cells_of(baked.grid().cells(path)) {
                 let column = CellColumn {
@@ -75,7 +74,7 @@ fn looking_up_columns_is_looking_at_every_cell() {
         }
         let columns = touched.merge();
         let attack = cells_of(columns.iter().copied());
-        for path in baked.paths().ids(node).step_by(7) {
+        for path in baked.paths().from_node(node).iter().step_by(7) {
             let filed = cells_of(baked.grid().cells(path));
             let meets = !filed.is_disjoint(&attack);
             assert_eq!(baked.grid().vacates_any(path, columns), meets);

@@ -43,7 +43,7 @@ fn search(baked: &BakedGraph, node: NodeId, longest: u32, found: &mut BTreeSet<F
         let starting = (0..).zip(baked.evasions());
         for (index, _) in starting.filter(|(_, e)| graph.edge(e.edge).from == node) {
             let placement = start.inverse() * to_start * baked.placement(node);
-            let mut path = *some;
+            let mut path = some;
             path.placement = placement;
             let cell = path.alike_cell(0.05, 5f32.to_radians());
             found.insert((index, frames, faster, slower, cell));

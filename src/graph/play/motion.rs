@@ -20,6 +20,9 @@ pub struct Motion {
     pub(crate) entered: usize,
     #[serde(skip)]
     pub(crate) scratch: EntryScratch,
+    /// Memory of pieces, for the motion that a cut leaves.
+    #[serde(skip)]
+    pub(crate) uncut: Vec<Piece>,
 }
 
 /// Clones only the offsets in use.

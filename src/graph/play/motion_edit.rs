@@ -73,34 +73,34 @@ impl Motion {
             if !self.inertias[index - 1].lasts(start) {
                 break;
             }
-            let mut left = self.left_at(graph, index);
             let mut scratch = std::mem::take(&mut self.scratch);
             scratch.step = (1.0 / graph.frame_rate()) as f32;
-            let moments = [start, start + scratch.step];
-            left.extend(graph, moments[1]);
-            left.sample_both(graph, moments, &mut scratch.from);
+            self.sample_left(graph, index, &mut scratch);
             self.measure_entry(index, graph, &mut scratch);
             self.scratch = scratch;
         }
         self.warp = warp;
     }
 
-    /// The motion that a cut leaves, continued as if it were not cut.
-    fn left_at(&self, graph: &MotionGraph, index: usize) -> Self {
+    /// Samples the motion that a cut leaves, continued as if it were not cut.
+    fn sample_left(&mut self, graph: &MotionGraph, index: usize, scratch: &mut EntryScratch) {
         let start = self.inertias[index].start;
+        let (layer, entered) = (self.layer, self.entered);
+        self.layer = layer.map(|layer| layer.before_cut(start));
+        self.entered = index;
+        let mut pieces = std::mem::take(&mut self.uncut);
+        pieces.clone_from(&self.pieces);
+        std::mem::swap(&mut self.pieces, &mut pieces);
         let played = self.pieces.partition_point(|piece| piece.start < start);
-        let mut pieces = self.pieces[..played].to_vec();
-        if let Some(last) = pieces.last_mut() {
+        self.pieces.truncate(played);
+        if let Some(last) = self.pieces.last_mut() {
             last.end = last.start + last.playhead.seconds_to_next_node(graph) / last.rate;
         }
-        Self {
-            pieces,
-            warp: None,
-            layer: self.layer.map(|layer| layer.before_cut(start)),
-            inertias: self.inertias[..index].to_vec(),
-            entered: index,
-            scratch: EntryScratch::default(),
-        }
+        let moments = [start, start + scratch.step];
+        self.extend(graph, moments[1]);
+        self.sample_both(graph, moments, &mut scratch.from);
+        self.uncut = std::mem::replace(&mut self.pieces, pieces);
+        (self.layer, self.entered) = (layer, entered);
     }
 
     /// Ends the motion just before `seconds`, so that the next piece starts at that time.
@@ -247,43 +247,51 @@ impl Motion {
     /// everything after it.
     #[must_use]
     pub fn rest(&self, graph: &MotionGraph, seconds: f32) -> Self {
+        let mut rest = self.clone();
+        rest.leave_behind(graph, seconds);
+        rest.inertias.truncate(rest.entered);
+        rest
+    }
+
+    /// Becomes what [remains](Self::rest) after `seconds`. The memory is kept.
+    pub(crate) fn leave_behind(&mut self, graph: &MotionGraph, seconds: f32) {
         let warp = self.warp.filter(|warp| warp.envelope.end > seconds);
         let moment = warp.map_or(seconds, |warp| warp.moment(seconds).min(seconds));
         let index = self.pieces.partition_point(|piece| piece.end < moment);
         let first = index.min(self.pieces.len().saturating_sub(1));
-        let mut pieces = self.pieces[first..].to_vec();
-        for piece in &mut pieces {
+        let playhead = self.playhead(graph, seconds);
+        self.pieces.drain(..first);
+        for piece in &mut self.pieces {
             piece.start -= seconds;
             piece.end -= seconds;
         }
-        if let Some(begun) = pieces.first_mut().filter(|_| warp.is_none()) {
-            begun.playhead = self.playhead(graph, seconds);
+        if let Some(begun) = self.pieces.first_mut().filter(|_| warp.is_none()) {
+            begun.playhead = playhead;
             begun.start = 0.0;
             begun.end = begun.end.max(0.0);
         }
-        let warp = warp.map(|warp| Warp {
+        self.layer = self.layer_since(seconds);
+        self.warp = warp.map(|warp| Warp {
             envelope: warp.envelope.since(seconds),
             ..warp
         });
-        let left = self.inertias().iter().filter(|one| one.lasts(seconds));
-        let mut inertias: Vec<Inertia> = left.cloned().collect();
-        for inertia in &mut inertias {
+        let mut left = 0;
+        for index in 0..self.entered {
+            let inertia = &mut self.inertias[index];
+            if !inertia.lasts(seconds) {
+                continue;
+            }
             inertia.start -= seconds;
             // Rounding may move the end of the piece before the entry past the entry.
-            let left =
+            let is_past =
                 |piece: &&mut Piece| piece.start < inertia.start && piece.end >= inertia.start;
-            if let Some(piece) = pieces.iter_mut().rev().find(left) {
+            if let Some(piece) = self.pieces.iter_mut().rev().find(is_past) {
                 piece.end = inertia.start.next_down();
             }
+            self.inertias.swap(left, index);
+            left += 1;
         }
-        Self {
-            pieces,
-            warp,
-            layer: self.layer_since(seconds),
-            entered: inertias.len(),
-            inertias,
-            scratch: EntryScratch::default(),
-        }
+        self.entered = left;
     }
 
     /// Returns the rest of the edge that plays after `seconds`, followed by `steps`, which start at

@@ -65,8 +65,8 @@ impl PartialEq for Derived {
 }
 
 impl BakedGraph {
-    /// Distinguishes the motion and body of this graph from those of all others, by its address: poses that are cached for one are not used for
-    /// another.
+    /// Distinguishes the motion, paths and body of this graph from those of all others, by its address: what is cached for one is not used
+    /// for another.
     pub(crate) fn identity(&self) -> &Arc<()> {
         &self.derived.identity
     }
@@ -108,12 +108,6 @@ impl BakedGraph {
         &self.evasions
     }
 
-    /// Evasion at the end of a path of [`BakedGraph::paths`].
-    #[must_use]
-    pub(crate) fn path_evasion(&self, path: PathId) -> &Evasion {
-        &self.evasions[self.paths.path(path).goal as usize]
-    }
-
     /// All attacks, sorted by edge.
     #[must_use]
     pub fn attack_moves(&self) -> &[AttackMove] {
@@ -140,7 +134,6 @@ impl BakedGraph {
     pub fn grid(&self) -> Grid<'_> {
         Grid {
             cells: &self.derived.grid,
-            paths: &self.paths,
             graph: &self.graph,
             body: &self.body,
             evasions: &self.evasions,
@@ -356,9 +349,9 @@ impl BakedGraph {
     }
 
     /// Computes everything that queries otherwise compute on first use: for each evasion the body's spheres over time and the cells that
-    /// it vacates. That takes a few milliseconds for each evasion, divided among all CPU cores. Graphs with at most 32 evasions are
-    /// prepared when they are baked or loaded. For larger graphs, call this on any thread if queries must not take that time or allocate
-    /// memory. Answers do not depend on it.
+    /// it vacates, and the paths from some nodes. That takes a few milliseconds for each evasion, divided among all CPU cores. Graphs with
+    /// at most 32 evasions are prepared when they are baked or loaded. For larger graphs, call this on any thread if queries must not take
+    /// that time or allocate memory. Answers do not depend on it.
     pub fn prepare(&self) {
         let _span = tracing::trace_span!("bake: prepare evasions").entered();
         let _ = self.graph.rig();

@@ -243,7 +243,7 @@ impl Baker {
             graph: self.graph,
             body: self.body,
         };
-        let tables = baked.tables(baked.paths.count());
+        let tables = baked.tables();
         Ok(baked.with_tables(tables))
     }
 

@@ -159,11 +159,10 @@ impl BakedGraph {
             let _span = tracing::trace_span!("load: restore paths").entered();
             let start = |evasion: &Evasion| self.graph.edge(evasion.edge).from;
             let starts: Vec<_> = self.evasions.iter().map(start).collect();
-            let count = paths.count();
             let placements = &self.derived.placements;
             both(
                 || paths.restored(&self.graph, &self.retimable, placements, &starts),
-                || self.tables(count),
+                || self.tables(),
             )
         };
         self.paths = paths?;
@@ -205,15 +204,15 @@ impl BakedGraph {
             + of(spheres, 128)
     }
 
-    /// Computes the tables that depend only on the number of paths.
-    pub(super) fn tables(&self, paths: usize) -> (BodyRows, GridCells, EntryTracks) {
+    /// Computes the tables that do not depend on the paths.
+    pub(super) fn tables(&self) -> (BodyRows, GridCells, EntryTracks) {
         let _span = tracing::trace_span!("bake: derive tables").entered();
         // Computed here, so that the first query need not compute them.
         let _ = self.atlas.coarse();
         let (evasions, reach) = (self.evasions.len(), self.derived.reach);
         (
             BodyRows::new(&self.body),
-            GridCells::new(self.grid_cell, reach, evasions, paths),
+            GridCells::new(self.grid_cell, reach, evasions),
             EntryTracks::new(&self.graph, evasions, &self.entries),
         )
     }

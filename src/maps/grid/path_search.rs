@@ -111,7 +111,8 @@ pub(in crate::maps) fn find_paths(
         }
         links
     });
-    PathTable::new(first, links.concat(), report, graph, retimable, placements)
+    let links = links.into_iter().flatten().collect();
+    PathTable::new(first, links, report, graph, retimable, placements)
 }
 
 impl Layer {
@@ -173,6 +174,7 @@ impl<'a> PathSearch<'a> {
             longest,
             most: (settings.most as usize)
                 .min(PathSettings::MOST_OF_ALL / graph.nodes().len().max(1))
+                .min(PathSettings::MOST_OF_A_NODE)
                 .div_euclid(longest + 1)
                 .max(1),
             steps: graph.edge_ids().map(step).collect(),
@@ -197,7 +199,8 @@ impl<'a> PathSearch<'a> {
             placement: Rigid2::IDENTITY,
             cost: 0.0,
         }));
-        for (id, number) in self.graph.edges_from(node).zip(1..) {
+        let numbers = 1..=PathSettings::MOST_OF_A_NODE as u32;
+        for (id, number) in self.graph.edges_from(node).zip(numbers) {
             let edge = self.graph.edge(id);
             let left = frames.checked_sub(edge.frames as usize);
             let Some(layer) = left.and_then(|left| layers.get(left)) else {

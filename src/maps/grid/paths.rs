@@ -7,13 +7,15 @@
 //! results, only the one with the best transitions is kept. Paths that a limit removes are counted.
 //!
 //! A path is stored as its first edge and the path from that edge's end, so that paths share their
-//! ends. That takes two numbers for each path. The other data of a path is computed on first use, node by node. When a file is read, all
-//! links are checked, so that every path leads to an evasion.
+//! ends. That takes two numbers for each path. The other data of a path is computed when it is asked for, along its edges, up to a node
+//! whose paths are kept. When a file is read, all links are checked, so that every path leads to an evasion.
 
+use std::fmt::Formatter;
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, AtomicU16, Ordering};
 
-use serde::{Deserialize, Serialize};
+use serde::de::{SeqAccess, Visitor};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use super::retime::Retimable;
 use crate::graph::{EdgeId, MotionGraph, NodeId};
@@ -31,7 +33,7 @@ pub struct PathSettings {
     /// Cell size for similar headings at the evasion's start, in radians, at least 0.001. Default
     /// 5°.
     pub alike_angle: f32,
-    /// Maximum number of paths of a node. They are distributed evenly over the frames of the
+    /// Maximum number of paths of a node, at most 65,534. They are distributed evenly over the frames of the
     /// horizon and, within a frame, over the evasions. All nodes together have at most
     /// [`PathSettings::MOST_OF_ALL`] paths. Default 960.
     pub most: u32,
@@ -40,6 +42,10 @@ pub struct PathSettings {
 }
 
 impl PathSettings {
+    /// Maximum number of paths of a node, whatever [`PathSettings::most`] says. Also the maximum number of edges from a node with which its
+    /// paths begin.
+    pub(super) const MOST_OF_A_NODE: usize = Links::TOO_LARGE as usize - 1;
+
     /// Maximum number of paths of all nodes, 4,194,304. Each node may have at least one path for each number of frames, even if that exceeds
     /// it. Paths beyond the maximum are removed and counted. So many paths are restored in a fifth of a second when a file is loaded.
     pub const MOST_OF_ALL: usize = 1 << 22;
@@ -75,8 +81,6 @@ pub struct PathId(pub u32);
 /// A path from a node to the start of a goal: an evasion, or in an attack grid an attack.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NodePath {
-    /// First edge and the path from its end, or `None` if the evasion starts at the node.
-    pub(super) next: Option<(EdgeId, PathId)>,
     /// Index of the goal: of the evasion in [`BakedGraph::evasions`](crate::maps::BakedGraph::evasions), or in the paths of an attack grid of the
     /// attack in [`BakedGraph::attack_moves`](crate::maps::BakedGraph::attack_moves).
     pub goal: u32,
@@ -95,7 +99,6 @@ impl NodePath {
     /// Path without edges: the evasion starts at the node.
     fn start(goal: u32) -> Self {
         Self {
-            next: None,
             goal,
             frames: 0,
             faster: 0,
@@ -110,11 +113,10 @@ impl NodePath {
         alike_cell(self.placement, distance, angle)
     }
 
-    /// Returns this path, whose index is `own`, with an edge in front of it. Returns `None` if the path would have too many frames.
-    fn after(self, edge: EdgeId, own: PathId, step: Step) -> Option<Self> {
+    /// Returns this path with an edge in front of it. Returns `None` if the path would have too many frames.
+    fn after(self, step: &Step) -> Option<Self> {
         let frames = |changes: bool| if changes { step.frames } else { 0 };
         Some(Self {
-            next: Some((edge, own)),
             goal: self.goal,
             frames: self.frames.checked_add(step.frames)?,
             faster: self.faster + frames(step.retimable.faster),
@@ -136,20 +138,23 @@ pub(super) fn alike_cell(placement: Rigid2, distance: f32, angle: f32) -> [i32; 
     ]
 }
 
-/// The paths of all nodes. They are restored node by node on first use.
+/// The paths of all nodes.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct PathTable {
     /// Index of each node's first path. The last entry is the number of paths. The paths of a node
     /// are sorted by length.
     first: Vec<u32>,
-    links: Vec<Link>,
+    links: Links,
     report: PathReport,
-    /// Paths of each node.
+    /// Paths of every [`PathTable::KEPT`]th node.
     #[serde(skip)]
-    paths: Vec<OnceLock<Box<[NodePath]>>>,
+    kept: Vec<OnceLock<Box<[NodePath]>>>,
     /// Node of every [`PathTable::STEP`]th path.
     #[serde(skip)]
     nodes: Vec<u32>,
+    /// Largest number of paths of a node.
+    #[serde(skip)]
+    most: u32,
     /// Index of each node's first edge. The last entry is the number of edges.
     #[serde(skip)]
     first_edge: Vec<u32>,
@@ -186,6 +191,102 @@ pub(super) struct Link {
     pub(super) rest: u32,
 }
 
+/// The links of all paths, 4 bytes each.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct Links {
+    /// [`Link::edge`] and [`Link::rest`]. Of a path without edges, both are 0.
+    packed: Vec<[u16; 2]>,
+    /// The paths without edges, in order, and their goals.
+    starts: Vec<[u32; 2]>,
+}
+
+impl Links {
+    /// Stands for a number that is as large or larger, which leads nowhere.
+    const TOO_LARGE: u16 = u16::MAX;
+
+    fn len(&self) -> usize {
+        self.packed.len()
+    }
+
+    /// Appends a link.
+    fn push(&mut self, link: Link) {
+        let number = |number: u32| u16::try_from(number).unwrap_or(Self::TOO_LARGE);
+        let packed = match link.edge {
+            0 => {
+                self.starts.push([self.packed.len() as u32, link.rest]);
+                [0, 0]
+            }
+            edge => [number(edge), number(link.rest)],
+        };
+        self.packed.push(packed);
+    }
+
+    /// Whether the numbers of a link are as they were appended.
+    fn is_whole(&self, path: u32) -> bool {
+        !self.packed[path as usize].contains(&Self::TOO_LARGE)
+    }
+
+    #[inline]
+    fn get(&self, path: u32) -> Link {
+        let [edge, rest] = self.packed[path as usize].map(u32::from);
+        match edge {
+            0 => Link {
+                edge,
+                rest: self.goal(path),
+            },
+            _ => Link { edge, rest },
+        }
+    }
+
+    /// Goal of a path without edges.
+    fn goal(&self, path: u32) -> u32 {
+        let place = self.starts.partition_point(|start| start[0] < path);
+        self.starts.get(place).map_or(u32::MAX, |start| start[1])
+    }
+}
+
+impl FromIterator<Link> for Links {
+    fn from_iter<I: IntoIterator<Item = Link>>(links: I) -> Self {
+        let mut found = Self::default();
+        for link in links {
+            found.push(link);
+        }
+        found.packed.shrink_to_fit();
+        found
+    }
+}
+
+impl Serialize for Links {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_seq((0..self.len() as u32).map(|path| self.get(path)))
+    }
+}
+
+impl<'de> Deserialize<'de> for Links {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Reader;
+
+        impl<'de> Visitor<'de> for Reader {
+            type Value = Links;
+
+            fn expecting(&self, formatter: &mut Formatter<'_>) -> std::fmt::Result {
+                formatter.write_str("paths")
+            }
+
+            fn visit_seq<A: SeqAccess<'de>>(self, mut read: A) -> Result<Links, A::Error> {
+                let mut links = Links::default();
+                while let Some(link) = read.next_element()? {
+                    links.push(link);
+                }
+                links.packed.shrink_to_fit();
+                Ok(links)
+            }
+        }
+
+        deserializer.deserialize_seq(Reader)
+    }
+}
+
 /// Stands for a number of frames that is not known yet.
 const UNKNOWN: u16 = u16::MAX;
 
@@ -196,11 +297,17 @@ impl PathTable {
     /// Number of paths between two entries of [`PathTable::nodes`].
     const STEP: usize = 32;
 
+    /// Number of nodes between two whose paths are kept. Most paths continue along their clip, whose next node has the next number.
+    const KEPT: usize = 4;
+
+    /// Number of paths that are restored together.
+    const TOGETHER: usize = 16;
+
     /// A table of stored paths whose other data is restored on first use. `placements` holds the character's frame at each node, in the
     /// space of the node's clip. Links are sound or will be checked.
     pub(super) fn new(
         first: Vec<u32>,
-        links: Vec<Link>,
+        links: Links,
         report: PathReport,
         graph: &MotionGraph,
         retimable: &[Retimable],
@@ -216,6 +323,7 @@ impl PathTable {
                 placement: edge_placement(graph, placements, id),
             }
         });
+        let counts = first.windows(2).map(|pair| pair[1] - pair[0]);
         let mut node = 0;
         let nodes = (0..links.len()).step_by(Self::STEP).map(|path| {
             while first[node + 1] as usize <= path {
@@ -224,8 +332,12 @@ impl PathTable {
             node as u32
         });
         Self {
-            paths: (1..first.len()).map(|_| OnceLock::new()).collect(),
+            kept: (1..first.len())
+                .step_by(Self::KEPT)
+                .map(|_| OnceLock::new())
+                .collect(),
             nodes: nodes.collect(),
+            most: counts.max().unwrap_or(0),
             first,
             links,
             report,
@@ -265,14 +377,22 @@ impl PathTable {
 
     /// Paths from a node, sorted by length.
     #[must_use]
-    #[inline]
-    pub fn from_node(&self, node: NodeId) -> &[NodePath] {
-        self.paths[node.index()].get_or_init(|| self.restored_paths(node))
+    pub fn from_node(&self, node: NodeId) -> Vec<NodePath> {
+        let mut paths = Vec::new();
+        self.write_paths(node, &mut paths);
+        paths
     }
 
-    /// Number of paths.
-    pub(in crate::maps) fn count(&self) -> usize {
-        self.links.len()
+    /// Writes the [paths from a node](Self::from_node) to `out`, which has room for those of any node then.
+    pub(crate) fn write_paths(&self, node: NodeId, out: &mut Vec<NodePath>) {
+        let [first, end] = self.ends(node);
+        out.clear();
+        out.reserve(self.most as usize);
+        out.resize((end - first) as usize, NodePath::start(0));
+        let firsts = (first..).step_by(Self::TOGETHER);
+        for (first, part) in firsts.zip(out.chunks_mut(Self::TOGETHER)) {
+            self.restore(first, node, part);
+        }
     }
 
     /// Ids of the paths in [`PathTable::from_node`], in the same order.
@@ -284,30 +404,37 @@ impl PathTable {
 
     /// The path with an id.
     #[must_use]
-    #[inline]
-    pub fn path(&self, id: PathId) -> &NodePath {
+    pub fn path(&self, id: PathId) -> NodePath {
+        let mut path = [NodePath::start(0)];
+        self.restore(id.0, self.node(id), &mut path);
+        path[0]
+    }
+
+    /// The node from which a path leads.
+    fn node(&self, id: PathId) -> NodeId {
         let mut node = self.nodes[id.0 as usize / Self::STEP] as usize;
         while self.first[node + 1] <= id.0 {
             node += 1;
         }
-        &self.from_node(NodeId(node as u32))[(id.0 - self.first[node]) as usize]
+        NodeId(node as u32)
     }
 
     /// Edges of a path, without the evasion's edge.
     pub fn edges(&self, id: PathId) -> impl Iterator<Item = EdgeId> + '_ {
-        let mut next = self.path(id).next;
+        let mut at = (id.0, self.node(id));
         std::iter::from_fn(move || {
-            let (edge, rest) = next?;
-            next = self.path(rest).next;
+            let edge = self.first_edge(at.0, at.1).ok()?;
+            at = self.rest(at.0, edge);
             Some(edge)
         })
     }
 
-    /// Restores all paths. Nodes are processed from the last to the first, because most paths continue along their clip, whose next node has
-    /// the next number.
+    /// Restores the paths that are kept, from the last node to the first.
     pub(in crate::maps) fn prepare(&self) {
-        in_parallel(0, self.paths.len(), |node| {
-            let _ = self.from_node(NodeId((self.paths.len() - 1 - node) as u32));
+        in_parallel(0, self.kept.len(), |place| {
+            let place = self.kept.len() - 1 - place;
+            let node = NodeId((place * Self::KEPT) as u32);
+            self.kept[place].get_or_init(|| self.from_node(node).into());
         });
     }
 
@@ -317,12 +444,12 @@ impl PathTable {
         self.report
     }
 
-    /// Memory of the table with all paths, in bytes.
+    /// Memory of the table with the paths that are kept, in bytes.
     #[must_use]
     pub fn bytes(&self) -> usize {
         size_of_val(self.first.as_slice())
-            + size_of_val(self.links.as_slice())
-            + self.count() * size_of::<NodePath>()
+            + size_of_val(self.links.packed.as_slice())
+            + self.links.len() / Self::KEPT * size_of::<NodePath>()
     }
 
     /// First path of a node, and the end of its paths.
@@ -332,34 +459,86 @@ impl PathTable {
         [first[0], first[1]]
     }
 
-    /// Restores the paths of a node, whose links were checked. Paths of other nodes that are restored already are reused.
-    fn restored_paths(&self, node: NodeId) -> Box<[NodePath]> {
-        let [first, end] = self.ends(node);
-        // Edges of the path in reverse order, each with the rest of the path.
-        let mut edges: Vec<(EdgeId, PathId)> = Vec::new();
-        let path = |path: u32| {
-            edges.clear();
-            let (mut at, mut from) = (path, node);
-            let mut path = loop {
-                let link = self.links[at as usize];
-                let Some(number) = link.edge.checked_sub(1) else {
-                    break NodePath::start(link.rest);
-                };
-                let edge = EdgeId(self.first_edge[from.index()] + number);
-                from = self.steps[edge.index()].to;
-                at = self.first[from.index()] + link.rest;
-                edges.push((edge, PathId(at)));
-                if let Some(known) = self.paths[from.index()].get() {
-                    break known[link.rest as usize];
-                }
-            };
-            while let Some((edge, rest)) = edges.pop() {
-                let longer = path.after(edge, rest, self.steps[edge.index()]);
-                path = longer.unwrap_or(path);
+    /// First edge of a path of a node; the goal if the path has none.
+    #[inline]
+    fn first_edge(&self, path: u32, node: NodeId) -> Result<EdgeId, u32> {
+        let link = self.links.get(path);
+        match link.edge.checked_sub(1) {
+            Some(number) => Ok(EdgeId(self.first_edge[node.index()] + number)),
+            None => Err(link.rest),
+        }
+    }
+
+    /// The path after the first edge of a path, and its node.
+    #[inline]
+    fn rest(&self, path: u32, edge: EdgeId) -> (u32, NodeId) {
+        let node = self.steps[edge.index()].to;
+        let [_, rest] = self.links.packed[path as usize];
+        (self.first[node.index()] + u32::from(rest), node)
+    }
+
+    /// The paths of a node, if they are kept and restored.
+    #[inline]
+    fn kept(&self, node: NodeId) -> Option<&[NodePath]> {
+        let (place, other) = (node.index() / Self::KEPT, node.index() % Self::KEPT);
+        self.kept
+            .get(place)
+            .filter(|_| other == 0)?
+            .get()
+            .map(|paths| &**paths)
+    }
+
+    /// Restores consecutive paths of a node, at most [`PathTable::TOGETHER`], whose links were checked. They are followed side by side,
+    /// because each alone would wait for the memory of its next link, and its transform for that of the one before.
+    fn restore(&self, first: u32, node: NodeId, out: &mut [NodePath]) {
+        /// Number of edges that are followed at once.
+        const MOST: usize = 32;
+        let mut edges = [[EdgeId(0); Self::TOGETHER]; MOST];
+        let mut counts = [0; Self::TOGETHER];
+        let mut at = [(0, node); Self::TOGETHER];
+        at.iter_mut()
+            .zip(first..)
+            .for_each(|(at, path)| at.0 = path);
+        let mut open = out.len();
+        let mut is_open = [true; Self::TOGETHER];
+        for (depth, edges) in edges.iter_mut().enumerate() {
+            if open == 0 {
+                break;
             }
-            path
-        };
-        (first..end).map(path).collect()
+            for (lane, out) in out.iter_mut().enumerate() {
+                if !is_open[lane] {
+                    continue;
+                }
+                let (path, node) = at[lane];
+                match self.kept(node) {
+                    Some(kept) => *out = kept[(path - self.first[node.index()]) as usize],
+                    None => match self.first_edge(path, node) {
+                        Err(goal) => *out = NodePath::start(goal),
+                        Ok(edge) => {
+                            (edges[lane], counts[lane]) = (edge, depth + 1);
+                            at[lane] = self.rest(path, edge);
+                            continue;
+                        }
+                    },
+                }
+                is_open[lane] = false;
+                open -= 1;
+            }
+        }
+        for (lane, out) in out.iter_mut().enumerate() {
+            if is_open[lane] {
+                let (path, node) = at[lane];
+                self.restore(path, node, std::slice::from_mut(out));
+            }
+        }
+        let deepest = counts.into_iter().max().unwrap_or(0);
+        for (depth, edges) in edges[..deepest].iter().enumerate().rev() {
+            for (lane, out) in out.iter_mut().enumerate() {
+                if depth < counts[lane] {
+                    *out = out.after(&self.steps[edges[lane].index()]).unwrap_or(*out);
+                }
+            }
+        }
     }
 
     /// Checks all links. The error describes the first link that points outside the table, path that contains itself, or node whose paths are
@@ -370,7 +549,9 @@ impl PathTable {
         /// Number of nodes that are checked together.
         const PART: usize = 1024;
         // Number of frames of each path.
-        let frames: Vec<_> = self.links.iter().map(|_| AtomicU16::new(UNKNOWN)).collect();
+        let frames: Vec<_> = (0..self.links.len())
+            .map(|_| AtomicU16::new(UNKNOWN))
+            .collect();
         let nodes = self.first.len() - 1;
         let is_wrong = AtomicBool::new(false);
         let wrong = in_parallel(0, nodes.div_ceil(PART), |part| {
@@ -428,12 +609,15 @@ impl PathTable {
                 UNKNOWN => {}
                 known => break known,
             }
-            let link = self.links[path as usize];
+            let link = self.links.get(path);
             let Some(number) = link.edge.checked_sub(1) else {
                 let starts_here = starts.get(link.rest as usize) == Some(&node);
                 starts_here.then(|| known[path as usize].store(0, Ordering::Relaxed))?;
                 break 0;
             };
+            if !self.links.is_whole(path) {
+                return None;
+            }
             let first = &self.first_edge[node.index()..];
             let edge = first[0]
                 .checked_add(number)

@@ -17,6 +17,16 @@ pub struct SphereKey {
     pub radius: f32,
 }
 
+impl SphereKey {
+    /// The key in another frame. `placement` transforms points to that frame.
+    pub(crate) fn placed(&self, placement: Rigid2) -> Self {
+        Self {
+            center: placement.point(self.center),
+            ..*self
+        }
+    }
+}
+
 /// A sphere that moves along straight lines between keys. It does not exist before its first and
 /// after its last key.
 #[derive(Debug, PartialEq, Serialize)]
@@ -47,19 +57,26 @@ impl MovingSphere {
         (ordered && !keys.is_empty()).then_some(Self { keys })
     }
 
+    /// Replaces the keys, in existing memory. They are checked by whoever makes a sphere public.
+    pub(crate) fn refill(&mut self, keys: impl IntoIterator<Item = SphereKey>) {
+        self.keys.clear();
+        self.keys.extend(keys);
+    }
+
+    /// A sphere without keys, as memory.
+    pub(crate) fn empty() -> Self {
+        Self { keys: Vec::new() }
+    }
+
     /// Copies `other`, transformed by `placement`, into this sphere.
     pub fn place_from(&mut self, other: &Self, placement: Rigid2) {
-        self.keys.clear();
-        self.keys.extend(other.keys.iter().map(|key| SphereKey {
-            center: placement.point(key.center),
-            ..*key
-        }));
+        self.refill(other.keys.iter().map(|key| key.placed(placement)));
     }
 
     /// Returns the sphere in another frame. `placement` transforms points to that frame.
     #[must_use]
     pub fn placed(&self, placement: Rigid2) -> Self {
-        let mut placed = Self { keys: Vec::new() };
+        let mut placed = Self::empty();
         placed.place_from(self, placement);
         placed
     }

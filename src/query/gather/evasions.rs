@@ -6,7 +6,7 @@
 use rustc_hash::FxHashSet;
 
 use super::candidates::{Candidate, CandidateKind, CandidateList, KnownHit, SearchReport};
-use crate::maps::{BakedGraph, CellColumn, NodePath, PathId, TouchedCells};
+use crate::maps::{BakedGraph, CellColumn, NodePath, TouchedCells};
 use crate::math::Sphere;
 use crate::query::clearance::PlayedTrack;
 use crate::query::cull::Overlap;
@@ -45,7 +45,7 @@ pub(in crate::query) fn gather_evasions(
     match enumerate {
         Enumerate::TouchedCells => {
             let (grid, columns) = (baked.grid(), scratch.touched.merge());
-            let vacates = |path| grid.vacates_any(path, columns);
+            let vacates = |path| grid.vacates_any(request.path(path), columns);
             list.retain(|candidate| candidate.path().is_some_and(vacates));
         }
         Enumerate::NearestCell | Enumerate::NearestFiledCell => {
@@ -54,22 +54,13 @@ pub(in crate::query) fn gather_evasions(
         }
         Enumerate::Whole => {}
     }
-    candidates.search = keep_different(query, list, &mut scratch.seen);
-}
-
-/// The node's paths to evasions.
-fn paths<'a>(
-    baked: &'a BakedGraph,
-    request: &ActiveRequest,
-) -> impl Iterator<Item = (PathId, &'a NodePath)> + use<'a> {
-    let (table, node) = (baked.paths(), request.node);
-    table.ids(node).zip(table.from_node(node))
+    candidates.search = keep_different(query, request, list, &mut scratch.seen);
 }
 
 /// Adds the paths that some rate brings in time.
 fn add_in_time(query: Query<'_>, request: &ActiveRequest, candidates: &mut CandidateList) {
     let Query { baked, settings } = query;
-    for (id, path) in paths(baked, request) {
+    for (id, path) in request.paths() {
         let durations = Durations::new(baked, path);
         match rate(&durations, request.available, &settings.rates) {
             Ok(rate) => {
@@ -98,12 +89,13 @@ fn add_nearly_in_time(query: Query<'_>, request: &ActiveRequest, candidates: &mu
         return;
     }
     let total = |path: &NodePath| Durations::new(baked, path).total;
-    let nearest = paths(baked, request)
+    let nearest = request
+        .paths()
         .map(|(_, path)| (total(path) - request.available).abs())
         .fold(f32::INFINITY, f32::min);
     // The tolerance includes paths that are equally near but on the other side of the attack's start.
     let furthest = (nearest + rates.tolerance).min(rates.nearest);
-    for (id, path) in paths(baked, request) {
+    for (id, path) in request.paths() {
         let total = total(path);
         if (total - request.available).abs() <= furthest {
             let start = request.wait + total;
@@ -124,11 +116,11 @@ fn touch_cells(
     list: &[Candidate],
     touched: &mut TouchedCells,
 ) {
-    let (grid, table) = (baked.grid(), baked.paths());
+    let grid = baked.grid();
     let furthest = list
         .iter()
         .filter_map(Candidate::path)
-        .map(|path| table.path(path).placement.ground().abs().max_element())
+        .map(|path| request.path(path).placement.ground().abs().max_element())
         .fold(0.0, f32::max);
     let reach = baked.reach() + furthest;
     let to_node = request.node_frame.inverse();
@@ -152,7 +144,7 @@ fn keep_in_nearest_cell(
     let (grid, root) = (baked.grid(), request.root(baked));
     let vacates = |candidate: &Candidate, cell: CellColumn| {
         let path = candidate.path();
-        path.is_some_and(|path| grid.vacates(path, cell) != 0)
+        path.is_some_and(|path| grid.vacates(request.path(path), cell) != 0)
     };
     let order = |a: &CellColumn, b: &CellColumn| {
         let [near, far] = [a, b].map(|c| c.middle(grid.cell()).distance_squared(root));
@@ -173,10 +165,11 @@ fn keep_in_nearest_cell(
 /// than the settings allow.
 fn keep_different(
     query: Query<'_>,
+    request: &ActiveRequest,
     list: &mut Vec<Candidate>,
     seen: &mut FxHashSet<[i32; 4]>,
 ) -> SearchReport {
-    let (table, settings) = (query.baked.paths(), query.settings);
+    let settings = query.settings;
     let path = |candidate: &Candidate| candidate.path().unwrap_or_default();
     let change = |candidate: &Candidate| (candidate.rate.rate - 1.0).abs();
     list.sort_unstable_by(|a, b| {
@@ -187,7 +180,7 @@ fn keep_different(
     seen.clear();
     let all = list.len();
     list.retain(|candidate| {
-        let path = table.path(path(candidate));
+        let path = request.path(path(candidate));
         let [x, z, heading] = path.alike_cell(settings.alike_distance, settings.alike_angle);
         seen.insert([path.goal as i32, x, z, heading])
     });
@@ -222,7 +215,8 @@ pub(in crate::query) fn reject_blocked(
         if is_tested || start < blends_until {
             continue;
         }
-        let end = start + baked.graph().seconds(baked.path_evasion(path).edge);
+        let evasion = baked.evasions()[request.path(path).goal as usize];
+        let end = start + baked.graph().seconds(evasion.edge);
         let evasion = PlayedTrack {
             seconds: (start, end),
             ..request.evasion(baked, path, start)
