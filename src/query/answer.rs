@@ -91,7 +91,7 @@ pub enum CandidateResult {
     Culled,
     /// The exact test found a hit.
     Hit,
-    /// The body would push off harder than allowed ([`QuerySettings::push`](super::QuerySettings::push)).
+    /// The body would push off harder than allowed ([`QuerySettings::push_off`](super::QuerySettings::push_off)).
     TooHard,
 }
 

@@ -411,8 +411,8 @@ impl Evaluator {
         self.order = order;
     }
 
-    /// Tests candidates on several threads: all of them over the whole attack, or, as the tests are independent until a candidate is clean, up to
-    /// the first clean one.
+    /// Tests candidates on several threads: all of them over the whole attack, or, as the tests are independent until a candidate is clean,
+    /// up to the first clean one.
     fn test_in_parallel(&mut self, round: Round<'_>, order: &[Bound], whole: bool) {
         let threads = thread_count(round.query.settings.threads);
         let test = |at: usize, body: &mut MotionBody| match whole {
@@ -479,8 +479,8 @@ impl Evaluator {
         })
     }
 
-    /// Tests the candidates that are nearly tied with the best score again, and those that are hit by less than the error. Returns whether the best
-    /// score has become so much worse that skipped candidates may win.
+    /// Tests the candidates that are nearly tied with the best score again, and those that are hit by less than the error. Returns whether
+    /// the best score has become so much worse that skipped candidates may win.
     fn settle_near_ties(&mut self, round: Round<'_>) -> bool {
         let before = self.best_score();
         let most = before + round.near_tie();
@@ -511,8 +511,8 @@ impl Evaluator {
         }
     }
 
-    /// Tests all candidates for which `is_near` holds on their final motion over the whole attack, unless that was done. No test changes the
-    /// result of another candidate.
+    /// Tests all candidates for which `is_near` holds on their final motion over the whole attack, unless that was done. No test changes
+    /// the result of another candidate.
     fn settle_all(&mut self, round: Round<'_>, is_near: impl Fn(usize, &Evaluated) -> bool) {
         for index in 0..self.evaluated.len() {
             let one = self.evaluated[index].filter(|one| !one.is_too_hard() && is_near(index, one));
@@ -564,7 +564,7 @@ impl Evaluator {
     /// How hard the body may push: as the settings say, or as it does anyway if it goes on as it is.
     pub(super) fn push_limit(&mut self, round: Round<'_>) -> f32 {
         let (baked, request) = (round.query.baked, &round.state.request);
-        let multiple = round.query.settings.push;
+        let multiple = round.query.settings.push_off;
         if multiple == 0.0 {
             return f32::INFINITY;
         }
@@ -590,8 +590,8 @@ impl Evaluator {
         is_refused
     }
 
-    /// The clean candidate with the lowest score, or if none is clean, the hit with the largest clearance, or if all push too hard, the one that
-    /// pushes least. Ties are decided by the index.
+    /// The clean candidate with the lowest score, or if none is clean, the hit with the largest clearance, or if all push too hard, the one
+    /// that pushes least. Ties are decided by the index.
     pub(super) fn best(&self) -> usize {
         let smallest = |value: fn(&Evaluated) -> Option<f32>| {
             let evaluated = self.evaluated.iter().enumerate();
@@ -652,8 +652,8 @@ impl Evaluator {
         order.sort_unstable_by(|a, b| b.value.total_cmp(&a.value).then(a.index.cmp(&b.index)));
     }
 
-    /// Finds the hit with the largest clearance, for queries without a clean candidate. The known clearance of a hit is an upper bound, because
-    /// over the whole attack it can only be smaller.
+    /// Finds the hit with the largest clearance, for queries without a clean candidate. The known clearance of a hit is an upper bound,
+    /// because over the whole attack it can only be smaller.
     pub(super) fn measure_shallowest_hit(&mut self, round: Round<'_>) {
         let is_among_obstacles = round.state.request.is_among_obstacles();
         let is_exhaustive = round.state.request.evaluation != Evaluation::Lazy;
@@ -674,8 +674,8 @@ impl Evaluator {
         self.order = order;
     }
 
-    /// Tests hits over the whole attack, at every sample, until the `count` shallowest hits that do not push too hard are known. These do not depend on the evaluation, so
-    /// that the same candidates are warped. Each bound is first tightened at every fourth sample.
+    /// Tests hits over the whole attack, at every sample, until the `count` shallowest hits that do not push too hard are known. These do
+    /// not depend on the evaluation, so that the same candidates are warped. Each bound is first tightened at every fourth sample.
     fn measure_shallowest(&mut self, round: Round<'_>, order: &[Bound], count: usize) {
         let mut depths = std::mem::take(&mut self.depths);
         let mut tight = std::mem::take(&mut self.tight);
@@ -733,8 +733,8 @@ impl Evaluator {
         (self.depths, self.tight) = (depths, tight);
     }
 
-    /// Finds the `count` shallowest hits that enter no obstacle and may be bent, and measures them. Hits that enter an obstacle keep a bound of
-    /// their clearance.
+    /// Finds the `count` shallowest hits that enter no obstacle and may be bent, and measures them. Hits that enter an obstacle keep a
+    /// bound of their clearance.
     fn measure_free(&mut self, round: Round<'_>, order: &[Bound], count: usize) {
         /// Maximum number of hits that are examined.
         const MOST: usize = 16;

@@ -64,12 +64,12 @@ pub(super) fn select(
             };
             state.late_stage.get_or_insert(stage.max(first));
             if !state.candidates.list.is_empty() {
-                let chosen = evaluator.best();
-                Round { query, state }.motion(chosen, motion);
-                return Some(Selection {
-                    chosen,
+                return Some(best_hit(
+                    Round { query, state },
+                    evaluator,
+                    motion,
                     reconsidered,
-                });
+                ));
             }
         }
         let round = Round { query, state };
@@ -120,12 +120,12 @@ pub(super) fn select(
             evaluator.measure_shallowest_hit(round);
             if evaluator.body().is_late() {
                 state.late_stage.get_or_insert(PlanStage::Moves);
-                let chosen = evaluator.best();
-                Round { query, state }.motion(chosen, motion);
-                return Some(Selection {
-                    chosen,
+                return Some(best_hit(
+                    Round { query, state },
+                    evaluator,
+                    motion,
                     reconsidered,
-                });
+                ));
             }
         }
         let round = Round { query, state };
@@ -148,6 +148,21 @@ pub(super) fn select(
                 reconsidered,
             });
         }
+    }
+}
+
+/// Selects the best hit so far, where the limit of work was reached before anything was found.
+fn best_hit(
+    round: Round<'_>,
+    evaluator: &Evaluator,
+    motion: &mut Motion,
+    reconsidered: usize,
+) -> Selection {
+    let chosen = evaluator.best();
+    round.motion(chosen, motion);
+    Selection {
+        chosen,
+        reconsidered,
     }
 }
 

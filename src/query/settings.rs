@@ -14,8 +14,8 @@ pub struct QuerySettings {
     pub enumerate: Enumerate,
     /// Limits of the playback rate.
     pub rates: RateSettings,
-    /// Cell size for positions, in metres, at least 0.001. Default 0.05. Of all candidates that perform the same evasion in the same cells, one
-    /// is kept.
+    /// Cell size for positions, in metres, at least 0.001. Default 0.05. Of all candidates that perform the same evasion in the same cells,
+    /// one is kept.
     pub alike_distance: f32,
     /// Cell size for headings, in radians, at least 0.001. Default 5°.
     pub alike_angle: f32,
@@ -29,18 +29,19 @@ pub struct QuerySettings {
     pub weights: Weights,
     /// Whether the answer lists the paths that are not in time, with the reasons. If not, they are only counted. Default false.
     pub list_late: bool,
-    /// Number of threads that test candidates exactly, or 0 for one thread per core; at most 1024. Default 1. The answer does not depend on it.
+    /// Number of threads that test candidates exactly, or 0 for one thread per core; at most 1024. Default 1. The answer does not depend
+    /// on it.
     ///
     /// Only independent tests are divided among threads: those before the first clean candidate is found, and all tests of
     /// [`Evaluation::Exhaustive`](super::Evaluation::Exhaustive). The threads belong to the [`QueryContext`](super::QueryContext).
     pub threads: usize,
     /// Settings of warps, which make motions clean.
     pub warp: WarpSettings,
-    /// How hard the body may push off in an answer, as a multiple of what it does in the clips ([`BakedGraph::push_limit`]); 0 for no limit.
-    /// Default 1. A motion that pushes harder is chosen only if all do, or if the body does so anyway when it goes on as it is.
+    /// How hard the body may push off in an answer, as a multiple of what it does in the clips ([`BakedGraph::push_limit`]); 0 for no
+    /// limit. Default 1. A motion that pushes harder is chosen only if all do, or if the body does so anyway when it goes on as it is.
     ///
     /// [`BakedGraph::push_limit`]: crate::maps::BakedGraph::push_limit
-    pub push: f32,
+    pub push_off: f32,
 }
 
 impl Default for QuerySettings {
@@ -57,7 +58,7 @@ impl Default for QuerySettings {
             list_late: false,
             threads: 1,
             warp: WarpSettings::default(),
-            push: 1.0,
+            push_off: 1.0,
         }
     }
 }
@@ -108,7 +109,7 @@ impl QuerySettings {
         in_range!(-1e6, 1e6, [weights.time, weights.warp]);
         in_range!(0.0, 1e6, [weights.goal]);
         in_range!(0.0, 1e3, [warp.candidates, warp.rounds]);
-        in_range!(0.0, 100.0, [push]);
+        in_range!(0.0, 100.0, [push_off]);
         in_range!(0.0, 1.0, [warp.nearest]);
         let widest = self.warp.widest.unwrap_or_default();
         check(&["warp", "widest"], widest.into(), 0.0, 100.0)?;
@@ -244,8 +245,8 @@ pub struct MoveSettings {
     pub width: usize,
     /// Maximum number of moves. Default 48. With 24, 1% more of all attacks hit (thrown balls, the fighter of the benches).
     pub candidates: usize,
-    /// Cell size for positions, in metres, at least 0.001. Default 0.10. Of all paths that end in the same part of a clip and in the same cells,
-    /// one is followed.
+    /// Cell size for positions, in metres, at least 0.001. Default 0.10. Of all paths that end in the same part of a clip and in the same
+    /// cells, one is followed.
     pub alike_distance: f32,
     /// Cell size for headings, in radians, at least 0.001. Default 15°.
     pub alike_angle: f32,
@@ -275,8 +276,8 @@ pub struct Weights {
     pub time: f32,
     /// Weight of V_w. Default 0.5, with which a warp that uses one bound completely weighs as much as missing half of the evasion region.
     pub warp: f32,
-    /// Weight of V_g. Default 3: a motion that leads a third of the way further than another one may miss the whole evasion region instead. Only
-    /// plans of [`Characters`](crate::character::Characters) know a goal.
+    /// Weight of V_g. Default 3: a motion that leads a third of the way further than another one may miss the whole evasion region instead.
+    /// Only plans of [`Characters`](crate::character::Characters) know a goal.
     #[serde(default)]
     pub goal: f32,
 }
@@ -303,8 +304,8 @@ pub struct WarpSettings {
     pub deepest: f32,
     /// Clearance below which a clean answer is warped away from the attack, in metres. Default 0, which never warps it away.
     pub nearest: f32,
-    /// Clearance above which a clean answer is warped towards the attack if that lowers its score, in metres. Default `None`, which never warps
-    /// it towards the attack.
+    /// Clearance above which a clean answer is warped towards the attack if that lowers its score, in metres. Default `None`, which never
+    /// warps it towards the attack.
     pub widest: Option<f32>,
     /// Wanted clearance of a warped motion, in metres. Default 0.01.
     pub margin: f32,
@@ -394,8 +395,8 @@ pub struct WarpLimits {
     pub reaction: f32,
     /// Time at full weight before and after the attack is nearest, in seconds. Default 0.03.
     pub hold: f32,
-    /// Maximum angular velocity of a joint in its parent's frame, in rad/s. It limits the velocity that a warp adds, and the velocity of the
-    /// warped motion unless the motion itself exceeds it. Default 20.
+    /// Maximum angular velocity of a joint in its parent's frame, in rad/s. It limits the velocity that a warp adds, and the velocity of
+    /// the warped motion unless the motion itself exceeds it. Default 20.
     pub angular_velocity: f32,
     /// Maximum angular acceleration of a joint, in rad/s², limited in the same way. Default 500.
     pub angular_acceleration: f32,

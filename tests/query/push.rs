@@ -44,7 +44,7 @@ fn balls() -> impl Iterator<Item = TimedThrow> {
 
 fn answer(multiple: f32, thrown: &TimedThrow, evaluation: Evaluation) -> Answer {
     let settings = QuerySettings {
-        push: multiple,
+        push_off: multiple,
         ..QuerySettings::default()
     };
     answer_throw(

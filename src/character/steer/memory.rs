@@ -121,8 +121,8 @@ impl SteerState {
         }
     }
 
-    /// Remembers the moment that an idle character plays, and forgets those that are long ago. `calm` is the time for which the clips stand, in
-    /// seconds.
+    /// Remembers the moment that an idle character plays, and forgets those that are long ago. `calm` is the time for which the clips
+    /// stand, in seconds.
     pub(super) fn remember(&mut self, moment: &Moment, step: &SteerStep<'_>, calm: f32) {
         /// Share of the clips' calm time that may be remembered: enough is left to choose from.
         const SHARE: f32 = 0.5;

@@ -1,12 +1,12 @@
 //! Steering: chooses the moment of the clips that a character plays so that it follows its goal.
 //!
-//! Source: Clavet, "Motion Matching and The Road to Next-Gen Animation" (GDC 2016), sections on the search and on inertialization.
-//! Differs: the rest of the error is removed by playback rate and by a slow turn of the root, as in Kovar & Gleicher, "Flexible
-//! Automatic Motion Blending with Registration Curves" (2003), section 5. Jumps, turns and rates keep within the acceleration that the clips
-//! reach: a jump costs more the further the velocities are apart, its root blends the longer, no blend is cut by a search, and a turn has what
-//! the motion leaves. Feet that stand are held by inverse kinematics. An idle character plays standing moments and chooses none of them twice
-//! within a time. Each of them moves the body a little, and over an hour these steps would add up to metres: each jump moves it a little
-//! towards its place.
+//! Source: Clavet, "Motion Matching and The Road to Next-Gen Animation" (GDC 2016), sections on the search and on inertialization. Differs:
+//! the rest of the error is removed by playback rate and by a slow turn of the root, as in Kovar & Gleicher, "Flexible Automatic Motion
+//! Blending with Registration Curves" (2003), section 5. Jumps, turns and rates keep within the acceleration that the clips reach: a jump
+//! costs more the further the velocities are apart, its root blends the longer, no blend is cut by a search, and a turn has what the motion
+//! leaves. Feet that stand are held by inverse kinematics. An idle character plays standing moments and chooses none of them twice within a
+//! time. Each of them moves the body a little, and over an hour these steps would add up to metres: each jump moves it a little towards its
+//! place.
 
 mod memory;
 mod table;
@@ -123,7 +123,7 @@ impl Steering {
         let is_idle = is_slow && step.aim.stands() && step.faces(playing, moment.as_ref());
         if let Some(moment) = moment.filter(|_| is_idle) {
             state.remember(&moment, step, self.table.calm);
-            if moment.is_calm {
+            if moment.is_calm() {
                 let here = || playing.ground(graph).to_array();
                 state.place.get_or_insert_with(here);
             }
@@ -131,10 +131,10 @@ impl Steering {
         if !step.aim.stands() {
             state.place = None;
         }
-        let goes_on = |moment: Moment| moment.is_calm && !state.repeats(&moment);
+        let goes_on = |moment: Moment| moment.is_calm() && !state.repeats(&moment);
         let is_held = is_idle && !ends && moment.is_some_and(goes_on);
         state.is_held = is_held;
-        state.stands = moment.is_some_and(|moment| moment.is_calm);
+        state.stands = moment.is_some_and(|moment| moment.is_calm());
         let needs_search = (is_new || ends || state.search_in <= 0.0) && !is_held;
         // A blend is not cut, as the offsets of both would add up, unless the motion ends or was played just now.
         let is_over = ends || is_idle && moment.is_some_and(|moment| state.repeats(&moment));
@@ -148,7 +148,7 @@ impl Steering {
             let kept = current.filter(|_| !ends);
             let body = Body {
                 pace: now.pace(),
-                stands_for: moment.map_or([0; Stance::LEGS], |moment| moment.stands_for),
+                stands: moment.map_or([false; Stance::LEGS], |moment| moment.stands()),
             };
             if let Some(found) = self.choose(step, state, &wanted, &body, kept, is_idle) {
                 let mut entry = step.entry(found, &now);
@@ -158,17 +158,16 @@ impl Steering {
                     entry.clip_to_world.x -= way.x;
                     entry.clip_to_world.z -= way.y;
                 }
-                let standing = found.standing(graph);
                 let apart = body.pace.distance(found.pace);
                 let blend = blend_time(apart, self.table.limit).min(LONGEST * entry.blend);
-                playing.enter(graph, &entry, blend, &standing, &mut scratch.spare);
+                playing.enter(graph, &entry, blend, &found.standing, &mut scratch.spare);
             }
         }
         self.turn(step, playing);
     }
 
-    /// The moment to jump to; `None` to continue the played motion. `current` is the played moment, if it may be continued. `is_idle` says whether
-    /// the character stands and should stand.
+    /// The moment to jump to; `None` to continue the played motion. `current` is the played moment, if it may be continued. `is_idle` says
+    /// whether the character stands and should stand.
     fn choose(
         &self,
         step: &SteerStep<'_>,
@@ -197,14 +196,14 @@ impl Steering {
         };
         let found = fresh(f32::INFINITY).or_else(|| fresh(SHORTLY));
         // Motion that was played just now, or that moves the hands, is left.
-        let leaves = |moment: &Moment| is_idle && (state.repeats(moment) || !moment.is_calm);
+        let leaves = |moment: &Moment| is_idle && (state.repeats(moment) || !moment.is_calm());
         let kept = match current {
             Some(current) if found.is_none() || !leaves(&moments[current]) => {
                 distance(&self.table.rows[current], wanted)
             }
             _ => f32::INFINITY,
         };
-        let found = found.or_else(|| nearest(&|moment| moment.is_calm));
+        let found = found.or_else(|| nearest(&|moment| moment.is_calm()));
         let found = found.filter(|(_, apart)| apart + gain < kept);
         let found = found.map(|(found, _)| &moments[found]);
         // Standing, or steps to and fro, may stay nearly as similar to the aim as a walk, for as long as that is the aim.
@@ -347,7 +346,7 @@ impl Steering {
         let most = most.min(spare / speed.max(0.01));
         let turn = (wrapped(off) / SETTLING.max(step.dt)).clamp(-most, most);
         if turn.abs() * step.dt > 1e-6 {
-            let toes = moment.toes.into_iter().zip(moment.standing(graph));
+            let toes = moment.toes.into_iter().zip(moment.standing);
             let standing = toes.enumerate().filter_map(|(leg, (toe, lifted))| {
                 let toe = playhead.clip_to_world.point(Vec3::new(toe.x, 0.0, toe.y));
                 Some((leg, toe, lifted?))
@@ -451,12 +450,13 @@ fn blend_time(apart: f32, limit: f32) -> f32 {
 struct Body {
     /// Velocity of the root in the character's frame (x, z), in metres per second.
     pace: Vec2,
-    /// As [`Moment::stands_for`].
-    stands_for: [u16; Stance::LEGS],
+    /// Whether each foot stands.
+    stands: [bool; Stance::LEGS],
 }
 
 impl Body {
-    /// What a jump costs beside the distance of features: a push beyond the limit, feet that all have to be put elsewhere, another jump soon.
+    /// What a jump costs beside the distance of features: a push beyond the limit, feet that all have to be put elsewhere, another jump
+    /// soon.
     fn effort(&self, moment: &Moment, blend: f32, limit: f32) -> f32 {
         /// Cost of a jump in which no foot stays, in squared distances of features.
         const NO_FOOT: f32 = 6.0;
@@ -467,9 +467,14 @@ impl Body {
         const SOON: f32 = 0.6;
         let apart = self.pace.distance(moment.pace);
         let beyond = (apart - LONGEST * blend / blend_time(1.0, limit)).max(0.0);
-        let mut both = self.stands_for.iter().zip(&moment.stands_for);
-        let flies = self.stands_for == [0; Stance::LEGS] && self.stands_for == moment.stands_for;
-        let stays = flies || both.any(|(now, then)| now.min(then) > &0);
+        let stands = moment.stands();
+        let flies = ![self.stands, stands].as_flattened().contains(&true);
+        let stays = flies
+            || self
+                .stands
+                .iter()
+                .zip(stands)
+                .any(|(&now, then)| now && then);
         let short = SHORT * (1.0 - moment.left / SOON).max(0.0);
         short + PUSH * beyond * beyond + if stays { 0.0 } else { NO_FOOT }
     }

@@ -57,20 +57,20 @@ pub(super) struct Moment {
     pub root: Vec2,
     /// Positions of the toes in the space of the clip (x, z).
     pub toes: [Vec2; Stance::LEGS],
-    /// For each leg, the frames for which its foot stands from here on.
-    pub stands_for: [u16; Stance::LEGS],
-    /// Whether the body stands for a while, and its hands rest.
-    pub is_calm: bool,
-    /// Time for which it stands so from here on, in seconds.
+    /// For each leg whose foot stands, the time until it is lifted, in seconds.
+    pub standing: [Option<f32>; Stance::LEGS],
+    /// Time for which the body stands with hands at rest from here on, in seconds; 0 if it does not.
     pub calm_for: f32,
 }
 
 impl Moment {
-    /// For each leg whose foot stands, the time until it is lifted, in seconds.
-    pub(super) fn standing(&self, graph: &MotionGraph) -> [Option<f32>; Stance::LEGS] {
-        let seconds = |frames| f32::from(frames) / graph.frame_rate() as f32;
-        let times = self.stands_for;
-        times.map(|frames| (frames > 0).then(|| seconds(frames)))
+    /// Whether each foot stands.
+    pub(super) fn stands(&self) -> [bool; Stance::LEGS] {
+        self.standing.map(|time| time.is_some())
+    }
+
+    pub(super) fn is_calm(&self) -> bool {
+        self.calm_for > 0.0
     }
 }
 
@@ -155,29 +155,46 @@ pub(super) fn distance(a: &Row, b: &Row) -> f32 {
 }
 
 impl Table {
-    /// Moments whose hands rest are calm, if the clips have enough of them, else all that stand.
+    /// All moments of a graph.
     pub(super) fn new(graph: &MotionGraph) -> Self {
-        /// Time that is enough, in seconds.
-        const ENOUGH: f32 = 60.0;
-        let strict = Self::with_hands(graph, RESTING);
-        match strict.calm < ENOUGH {
-            true => Self::with_hands(graph, f32::INFINITY),
-            false => strict,
-        }
-    }
-
-    /// The table whose calm moments have hands below a speed, in metres per second.
-    fn with_hands(graph: &MotionGraph, resting: f32) -> Self {
         let mut table = Self::default();
-        let edges = edges_by_clip(graph);
-        let mut accelerations = Vec::new();
-        for (clip, edges) in (0..).map(ClipId).zip(&edges) {
-            table.add_clip(graph, clip, edges, resting, &mut accelerations);
+        let (mut accelerations, mut hands) = (Vec::new(), Vec::new());
+        for (clip, edges) in (0..).map(ClipId).zip(&edges_by_clip(graph)) {
+            table.add_clip(graph, clip, edges, &mut accelerations, &mut hands);
         }
         table.limit = limit(accelerations);
-        let calm = table.moments.iter().filter(|moment| moment.is_calm).count();
-        table.calm = calm as f32 / graph.frame_rate() as f32;
+        table.add_calm_times(&hands, (1.0 / graph.frame_rate()) as f32);
         table
+    }
+
+    /// Sets for how long the body stands calmly from each moment on, given the speeds of the hands where it stands. Moments whose hands
+    /// rest are calm, if the clips have enough of them, else all that stand. `frame` is the time of a frame, in seconds.
+    fn add_calm_times(&mut self, hands: &[Option<f32>], frame: f32) {
+        /// Time that is enough, in seconds.
+        const ENOUGH: f32 = 60.0;
+        let time = |most: f32| {
+            hands
+                .iter()
+                .flatten()
+                .filter(|&&speed| speed < most)
+                .count() as f32
+                * frame
+        };
+        let most = if time(RESTING) < ENOUGH {
+            f32::INFINITY
+        } else {
+            RESTING
+        };
+        self.calm = time(most);
+        for at in (0..hands.len()).rev() {
+            if hands[at].is_none_or(|speed| speed >= most) {
+                continue;
+            }
+            let now = &self.moments[at];
+            let next = self.moments.get(at + 1);
+            let next = next.filter(|next| next.clip == now.clip && next.frame == now.frame + 1);
+            self.moments[at].calm_for = frame + next.map_or(0.0, |next| next.calm_for);
+        }
     }
 
     /// The moment at a playhead, or `None` if the table has none there.
@@ -193,14 +210,15 @@ impl Table {
         (index != u32::MAX).then_some(index as usize)
     }
 
-    /// Adds the moments of a clip, given the edge that plays each frame of it and the speed of resting hands, and the accelerations of its root.
+    /// Adds the moments of a clip, given the edge that plays each frame of it, the accelerations of its root, and for each moment at which
+    /// the body stands for a while, the speed of the faster hand.
     fn add_clip(
         &mut self,
         graph: &MotionGraph,
         clip: ClipId,
         edges: &PlayedBy,
-        resting: f32,
         accelerations: &mut Vec<f32>,
+        hands: &mut Vec<Option<f32>>,
     ) {
         let frames = graph.clip(clip).frames();
         self.first.push(self.index.len() as u32);
@@ -229,17 +247,19 @@ impl Table {
             let from = frame.saturating_sub(half).max(run.start);
             let to = (frame + half).min(frame + left);
             let (velocity, heading) = stride(&posed[from..=to], frame_rate);
-            let calm = features.ways[1].length() < 0.08
+            let stands = features.ways[1].length() < 0.08
                 && velocity.length() < 0.15
-                && features.turns[1].abs() < 0.15
-                && bodies.hand_speed(frame, frame_rate) < resting;
+                && features.turns[1].abs() < 0.15;
+            hands.push(stands.then(|| bodies.hand_speed(frame, frame_rate)));
             let ends = [frame, frame + window, frame + 2 * window];
             if ends[2] <= frame + left {
                 accelerations.push(acceleration(ends.map(|at| posed[at].root.xz())));
             }
-            let stands_for = |leg: usize| match leg < graph.feet().legs().len() {
-                true => graph.feet().stands_for(clip, leg, frame as u32) as u16,
-                false => 0,
+            let standing = |leg: usize| {
+                let is_leg = leg < graph.feet().legs().len();
+                let frames = is_leg.then(|| graph.feet().stands_for(clip, leg, frame as u32));
+                let frames = frames.filter(|&frames| frames > 0);
+                frames.map(|frames| frames as f32 / frame_rate)
             };
             self.index[start + frame] = self.moments.len() as u32;
             self.rows.push(features.row());
@@ -256,26 +276,9 @@ impl Table {
                 pace: Vec2::new(features.velocity.x, features.velocity.z),
                 root: Vec2::new(posed[frame].root.x, posed[frame].root.z),
                 toes: posed[frame].toes.map(|toe| Vec2::new(toe.x, toe.z)),
-                stands_for: std::array::from_fn(stands_for),
-                is_calm: calm,
-                calm_for: if calm { 1.0 / frame_rate } else { 0.0 },
+                standing: std::array::from_fn(standing),
+                calm_for: 0.0,
             });
-        }
-        self.add_calm_times(start, 1.0 / frame_rate);
-    }
-
-    /// Adds up for how long the moments of the last clip stand. `start` is the clip's place in the index, and `frame` the time of a frame, in seconds.
-    fn add_calm_times(&mut self, start: usize, frame: f32) {
-        for pair in self.index[start..].windows(2).rev() {
-            let [Some(now), Some(next)] =
-                [pair[0], pair[1]].map(|at| self.moments.get(at as usize))
-            else {
-                continue;
-            };
-            if now.is_calm && next.is_calm {
-                let calm_for = next.calm_for + frame;
-                self.moments[pair[0] as usize].calm_for = calm_for;
-            }
         }
     }
 }
@@ -353,7 +356,8 @@ fn limit(mut accelerations: Vec<f32>) -> f32 {
     found.clamp(LEAST, FRICTION)
 }
 
-/// Features of a frame of a run, which has at least one frame more. Beyond its end the body goes on as in the time of the first of [`AHEAD`] before it.
+/// Features of a frame of a run, which has at least one frame more. Beyond its end the body goes on as in the time of the first of
+/// [`AHEAD`] before it.
 fn features(posed: &[Stance], frame: usize, frame_rate: f32) -> Features {
     let [now, next] = [&posed[frame], &posed[frame + 1]];
     let inverse = now.placement.inverse();

@@ -180,18 +180,18 @@ impl Explained<'_> {
         let _ = writeln!(
             text,
             "answer    {}, clearance {:.1} cm at {:.3} s; {:.2} ms\n\
-         counted   {} candidates, {} with an evasion; {} culled ({} tested), {} hit,\n\
-         \x20         {} clean, {} too hard, {} late",
+         counted   {} candidates, {} with an evasion, {} clean\n\
+         rejected  {} culled ({} tested), {} hit, {} too hard, {} late",
             if answer.avoided { "avoided" } else { "HIT" },
             answer.clearance().metres * 100.0,
             answer.clearance().time,
             self.run.query_ms(),
             counts.candidates,
             counts.with_evasion,
+            counts.clean,
             counts.culled,
             counts.reconsidered,
             counts.hits,
-            counts.clean,
             counts.too_hard,
             counts.not_in_time,
         );

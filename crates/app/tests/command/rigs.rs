@@ -221,7 +221,8 @@ const FIGURES: [(&str, &str, f64, f64); 9] = [
     ("bake", "/evasions", 0.0, 0.0),
     ("bake", "/scale", 0.0, 0.0),
     ("bake", "/transitions", 0.1, 0.0),
-    ("dodge", "/avoided", 0.0, 6.0),
+    // A tenth of the balls hits: of 300, two samples differ by this in one case of twenty.
+    ("dodge", "/avoided", 0.0, 14.5),
     ("play", "/avoided/one", 0.0, 0.2),
     ("play", "/steer/path_error_m", 0.0, 0.03),
     ("play", "/steer/speed_error", 0.0, 0.03),
