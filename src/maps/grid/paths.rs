@@ -10,12 +10,10 @@
 //! ends. That takes two numbers for each path. The other data of a path is computed when it is asked for, along its edges, up to a node
 //! whose paths are kept. When a file is read, all links are checked, so that every path leads to an evasion.
 
-use std::fmt::Formatter;
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, AtomicU16, Ordering};
 
-use serde::de::{SeqAccess, Visitor};
-use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use serde::{Deserialize, Serialize};
 
 use super::retime::Retimable;
 use crate::graph::{EdgeId, MotionGraph, NodeId};
@@ -192,7 +190,8 @@ pub(super) struct Link {
 }
 
 /// The links of all paths, 4 bytes each.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(from = "Vec<Link>", into = "Vec<Link>")]
 pub(super) struct Links {
     /// [`Link::edge`] and [`Link::rest`]. Of a path without edges, both are 0.
     packed: Vec<[u16; 2]>,
@@ -256,34 +255,17 @@ impl FromIterator<Link> for Links {
     }
 }
 
-impl Serialize for Links {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        serializer.collect_seq((0..self.len() as u32).map(|path| self.get(path)))
+impl From<Vec<Link>> for Links {
+    fn from(links: Vec<Link>) -> Self {
+        links.into_iter().collect()
     }
 }
 
-impl<'de> Deserialize<'de> for Links {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct Reader;
-
-        impl<'de> Visitor<'de> for Reader {
-            type Value = Links;
-
-            fn expecting(&self, formatter: &mut Formatter<'_>) -> std::fmt::Result {
-                formatter.write_str("paths")
-            }
-
-            fn visit_seq<A: SeqAccess<'de>>(self, mut read: A) -> Result<Links, A::Error> {
-                let mut links = Links::default();
-                while let Some(link) = read.next_element()? {
-                    links.push(link);
-                }
-                links.packed.shrink_to_fit();
-                Ok(links)
-            }
-        }
-
-        deserializer.deserialize_seq(Reader)
+impl From<Links> for Vec<Link> {
+    fn from(links: Links) -> Self {
+        (0..links.len() as u32)
+            .map(|path| links.get(path))
+            .collect()
     }
 }
 
