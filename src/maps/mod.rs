@@ -57,5 +57,5 @@ pub use regions::{
 };
 pub(crate) use regions::{
     BlockAxis, BoundingCylinder, CoarseMap, CoarseRegion, Cut, HALF_DIAGONAL, PART, PUSH_WINDOW,
-    ROUNDING, SphereRows, TIME_ERROR, acceleration, quantile,
+    ROUNDING, SphereRows, TIME_ERROR, acceleration, humanly_possible, quantile,
 };

@@ -530,20 +530,14 @@ impl Evaluator {
         tested.filter(|(_, one)| !one.is_too_hard())
     }
 
-    /// Refuses a candidate whose motion, `motion`, asks the body to push harder than allowed. One that was refused before is accepted: it
-    /// is chosen only if all are.
+    /// Refuses a candidate whose motion, `motion`, asks the body to push harder than allowed. Returns whether it is refused, now or before.
     pub(super) fn refuse(&mut self, round: Round<'_>, chosen: usize, motion: &mut Motion) -> bool {
         let (baked, request) = (round.query.baked, &round.state.request);
         let Some(tested) = self.evaluated[chosen] else {
             return false;
         };
-        match tested.push {
-            Push::Allowed => return false,
-            Push::TooHard(_) => {
-                self.evaluated[chosen] = Some(round.result(chosen, tested.clearance));
-                return false;
-            }
-            Push::Unmeasured => {}
+        if tested.push != Push::Unmeasured {
+            return tested.is_too_hard();
         }
         let limit = self.push_limit(round);
         let end = evasions_end(baked.graph(), motion, request.attack.end());
@@ -615,7 +609,10 @@ impl Evaluator {
     /// [close call](CLOSE_CALL). Returns `false` if the candidate seemed clean but is hit, or if it pushes too hard.
     pub(super) fn confirm(&mut self, round: Round<'_>, chosen: usize, motion: &mut Motion) -> bool {
         round.motion(chosen, motion);
-        if self.refuse(round, chosen, motion) {
+        if let Some(refused) = self.evaluated[chosen].filter(Evaluated::is_too_hard) {
+            // It is chosen although it was refused, as all were.
+            self.evaluated[chosen] = Some(round.result(chosen, refused.clearance));
+        } else if self.refuse(round, chosen, motion) {
             return false;
         }
         let Some(before) = self.evaluated[chosen] else {

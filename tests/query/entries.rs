@@ -11,10 +11,9 @@ use sabaki::query::clearance::{ExactTest, MotionBody};
 use sabaki::query::{Answer, Attack, EntryUse, Evaluation, Query, QuerySettings, WarpSettings};
 use sabaki_fixtures::answer::answer_throw;
 use sabaki_fixtures::baked::embedded;
-use sabaki_fixtures::balls::{BallSettings, BallThrower, TimedThrow};
-use sabaki_fixtures::throw::RandomDraw;
+use sabaki_fixtures::balls::TimedThrow;
 
-use super::{centres, furthest, joints, taken_over};
+use super::{balls_at, centres, furthest, joints, taken_over};
 
 /// Some moments' first entries: the natural motion, when it is entered, and what.
 pub(super) fn entered(baked: &BakedGraph) -> Vec<(Motion, f32, Entry)> {
@@ -151,13 +150,7 @@ fn entries_turn_no_joint_faster_than_the_clips_do() {
 }
 
 fn balls(contact: f32) -> Vec<TimedThrow> {
-    let thrower = BallThrower::new(embedded(), BallSettings::default());
-    let thrown = (0..40).filter_map(|index| {
-        thrower
-            .throw(contact, RandomDraw { seed: 5, index })
-            .unwrap()
-    });
-    thrown.collect()
+    balls_at(std::iter::repeat_n(contact, 40), 5)
 }
 
 fn answer_to(entries: EntryUse, thrown: &TimedThrow, evaluation: Evaluation) -> Answer {

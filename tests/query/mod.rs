@@ -6,6 +6,9 @@ use sabaki::graph::Motion;
 use sabaki::maps::BakedGraph;
 use sabaki::query::clearance::{ExactTest, MotionBody};
 use sabaki::query::{Answer, Attack, Query, QueryContext, Request};
+use sabaki_fixtures::baked::embedded;
+use sabaki_fixtures::balls::{BallSettings, BallThrower, TimedThrow};
+use sabaki_fixtures::throw::RandomDraw;
 
 mod alloc;
 mod answer;
@@ -60,6 +63,15 @@ fn naive_clearance(baked: &BakedGraph, motion: &Motion, attack: &Attack, rate: f
         }
     }
     least
+}
+
+/// Random balls that hit the embedded motions, one for each time of contact.
+fn balls_at(contacts: impl Iterator<Item = f32>, seed: u64) -> Vec<TimedThrow> {
+    let thrower = BallThrower::new(embedded(), BallSettings::default());
+    let thrown = (0..)
+        .zip(contacts)
+        .filter_map(|(index, contact)| thrower.throw(contact, RandomDraw { seed, index }).unwrap());
+    thrown.collect()
 }
 
 /// The answer to an attack at a moment of a motion. It must begin within `most` metres of that motion, and be clean if it says so.

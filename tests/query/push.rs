@@ -7,10 +7,9 @@ use sabaki::maps::BakedGraph;
 use sabaki::query::{Answer, CandidateResult, Evaluation, Query, QuerySettings};
 use sabaki_fixtures::answer::answer_throw;
 use sabaki_fixtures::baked::embedded;
-use sabaki_fixtures::balls::{BallSettings, BallThrower, TimedThrow};
-use sabaki_fixtures::throw::RandomDraw;
+use sabaki_fixtures::balls::TimedThrow;
 
-use super::centres;
+use super::{balls_at, centres};
 
 /// Largest horizontal acceleration of the centre of mass until `end`, from the definition: over a tenth of a second, every fiftieth.
 fn push(baked: &BakedGraph, motion: &Motion, end: f32) -> f32 {
@@ -32,16 +31,6 @@ fn push(baked: &BakedGraph, motion: &Motion, end: f32) -> f32 {
     accelerations.fold(0.0, f32::max)
 }
 
-fn balls() -> impl Iterator<Item = TimedThrow> {
-    let thrower = BallThrower::new(embedded(), BallSettings::default());
-    let contacts = [0.4, 0.6, 0.9].into_iter().cycle();
-    (0..60).zip(contacts).filter_map(move |(index, contact)| {
-        thrower
-            .throw(contact, RandomDraw { seed: 9, index })
-            .unwrap()
-    })
-}
-
 fn answer(multiple: f32, thrown: &TimedThrow, evaluation: Evaluation) -> Answer {
     let settings = QuerySettings {
         push_off: multiple,
@@ -60,7 +49,8 @@ fn answers_push_no_harder_than_the_limit() {
     const BETWEEN: f32 = 1.1;
     let baked = embedded();
     let (mut refused, mut harder) = (0, 0);
-    for thrown in balls() {
+    let contacts = [0.4, 0.6, 0.9].into_iter().cycle().take(60);
+    for thrown in balls_at(contacts, 9) {
         let end = thrown.throw.attack.end();
         let limited = answer(1.0, &thrown, Evaluation::Lazy);
         let results = limited.candidates.iter().map(|report| report.result);

@@ -10,7 +10,7 @@ use glam::{Vec2, Vec3, Vec3Swizzles};
 use crate::anim::{Facing, JointId, Limbs, Pose, forward_kinematics};
 use crate::character::goal::wrapped;
 use crate::graph::{ClipId, EdgeId, EdgeMotion, MotionGraph, Playhead};
-use crate::maps::{PUSH_WINDOW, Stance, acceleration, head, quantile};
+use crate::maps::{PUSH_WINDOW, Stance, acceleration, head, humanly_possible, quantile};
 
 /// Number of features of a moment, padded to whole vectors.
 pub(super) const FEATURES: usize = 32;
@@ -348,12 +348,7 @@ impl Bodies {
 fn limit(mut accelerations: Vec<f32>) -> f32 {
     /// The share of them that is below it.
     const SHARE: f32 = 0.93;
-    /// A graph that only stands has none: a step needs about this.
-    const LEAST: f32 = 2.0;
-    /// 0.9 g, the friction of shoes on a dry floor.
-    const FRICTION: f32 = 8.8;
-    let found = quantile(&mut accelerations, SHARE).unwrap_or(0.0);
-    found.clamp(LEAST, FRICTION)
+    humanly_possible(quantile(&mut accelerations, SHARE).unwrap_or(0.0))
 }
 
 /// Features of a frame of a run, which has at least one frame more. Beyond its end the body goes on as in the time of the first of

@@ -35,7 +35,7 @@ pub(crate) use map_grid::Cut;
 pub use map_grid::{Disc, MapGrid, SUB_TEXELS, Section, Slab};
 pub(crate) use map_grid::{HALF_DIAGONAL, ROUNDING, TIME_ERROR};
 pub use mask_map::MaskMap;
-pub(crate) use push::{PUSH_WINDOW, acceleration, push_limit, quantile};
+pub(crate) use push::{PUSH_WINDOW, acceleration, humanly_possible, push_limit, quantile};
 pub(crate) use raster::BlockAxis;
 pub use raster::EvasionMaps;
 pub use region_maps::{AttackMaps, RegionMaps, SlabMaps};

@@ -26,16 +26,20 @@ pub(crate) fn quantile(values: &mut [f32], share: f32) -> Option<f32> {
     Some(*values.select_nth_unstable_by(at, f32::total_cmp).1)
 }
 
+/// An acceleration between what a step needs, which a graph that only stands does not have, and what friction allows.
+pub(crate) fn humanly_possible(acceleration: f32) -> f32 {
+    const STEP: f32 = 2.0;
+    /// 0.9 g, the friction of shoes on a dry floor.
+    const FRICTION: f32 = 8.8;
+    acceleration.clamp(STEP, FRICTION)
+}
+
 /// The largest acceleration that a motion of a graph may ask of the body, in metres per second squared: by a third more than 99.9% of
 /// the clips' frames, within what friction allows.
 pub(crate) fn push_limit(graph: &MotionGraph, body: &Body, threads: usize) -> f32 {
     /// The share of the frames that the limit exceeds, and the factor by which it does.
     const SHARE: f32 = 0.999;
     const ROOM: f32 = 1.3;
-    /// A graph that only stands has none: a step needs about this.
-    const LEAST: f32 = 2.0;
-    /// 0.9 g, the friction of shoes on a dry floor.
-    const FRICTION: f32 = 8.8;
     let rows = BodyRows::new(body);
     let window = (PUSH_WINDOW * graph.frame_rate() as f32).round().max(1.0) as usize;
     let of_clips = in_parallel(threads, graph.clips().len(), |index| {
@@ -54,7 +58,7 @@ pub(crate) fn push_limit(graph: &MotionGraph, body: &Body, threads: usize) -> f3
         accelerations.collect::<Vec<f32>>()
     });
     let found = quantile(&mut of_clips.concat(), SHARE).unwrap_or(0.0);
-    (ROOM * found).clamp(LEAST, FRICTION)
+    humanly_possible(ROOM * found)
 }
 
 #[cfg(test)]

@@ -259,8 +259,7 @@ pub(in crate::query) fn warp_hits(
                 break;
             }
             round.motion(index, motion);
-            let is_refused = evaluator.evaluated[index].is_some_and(|one| one.is_too_hard());
-            if is_refused || evaluator.refuse(round, index, motion) {
+            if evaluator.refuse(round, index, motion) {
                 continue;
             }
             tried += 1;
