@@ -1,6 +1,6 @@
 //! Reads FBX files as glTF: the crate `ufbx` parses them, and what it finds is written as a GLB file, which the reader of glTF takes.
 //!
-//! Source: Samuli Raivio, ufbx (<https://ufbx.github.io>). Lengths become metres and +Y up. Nodes keep their tree, and each take becomes an
+//! Source: Samuli Raivio, ufbx (<https://ufbx.github.io>). Clips are read without the mesh, and the mesh without the takes. Lengths become metres and +Y up. Nodes keep their tree, and each take becomes an
 //! animation with a key in each frame of the file's rate. Bones become a skin without a mesh, so that files with and without a mesh have the
 //! same skeleton. Of materials, colour and embedded texture are kept.
 
@@ -12,7 +12,7 @@ use thiserror::Error;
 use ufbx::{AnimStack, LoadOpts, Matrix, Mesh, Node, Scene, Transform};
 
 use crate::MOST_ENTRIES;
-use crate::gltf::{Buffer, container};
+use crate::gltf::{Buffer, ReadPurpose, container};
 
 /// Reason why an FBX file cannot be read.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
@@ -34,9 +34,11 @@ pub enum FbxError {
 /// Most bytes that the parser may allocate.
 const MEMORY: usize = 2 << 30;
 
-/// Converts a file to GLB.
-pub(crate) fn to_glb(bytes: &[u8]) -> Result<Vec<u8>, FbxError> {
+/// Converts a part of a file to GLB: its bones with either their takes or the mesh.
+pub(crate) fn to_glb(bytes: &[u8], purpose: ReadPurpose) -> Result<Vec<u8>, FbxError> {
     let mut options = LoadOpts {
+        ignore_geometry: purpose == ReadPurpose::Motion,
+        ignore_animation: purpose == ReadPurpose::Mesh,
         target_axes: ufbx::CoordinateAxes::right_handed_y_up(),
         target_unit_meters: 1.0,
         space_conversion: ufbx::SpaceConversion::ModifyGeometry,
@@ -61,10 +63,13 @@ pub(crate) fn to_glb(bytes: &[u8]) -> Result<Vec<u8>, FbxError> {
         images: Vec::new(),
     };
     writer.add_bones();
-    for node in &scene.nodes {
-        writer.add_mesh(node);
-    }
-    let animations = writer.animations()?;
+    let animations = match purpose {
+        ReadPurpose::Motion => writer.animations()?,
+        ReadPurpose::Mesh => {
+            scene.nodes.iter().for_each(|node| writer.add_mesh(node));
+            Vec::new()
+        }
+    };
     let root = scene.root_node.element.typed_id;
     let mut document = json!({
         "asset": { "version": "2.0", "generator": "FBX" },
@@ -306,22 +311,31 @@ impl Writer<'_> {
             let times: Vec<f64> = (0..frames as usize)
                 .map(|frame| frame as f64 / rate)
                 .collect();
-            let keys = self
-                .buffer
-                .floats("SCALAR", times.iter().map(|&time| time as f32));
-            let (mut samplers, mut channels) = (Vec::new(), Vec::new());
-            for &node in &moving {
-                for (path, output) in self.channels(take, node, &times) {
-                    let target = json!({ "node": node, "path": path });
-                    channels.push(json!({ "sampler": samplers.len(), "target": target }));
-                    samplers.push(json!({ "input": keys, "output": output }));
-                }
-            }
-            if !channels.is_empty() {
-                animations.push(json!({ "name": &take.element.name[..], "samplers": samplers, "channels": channels }));
-            }
+            animations.extend(self.animation(take, &moving, &times));
         }
         Ok(animations)
+    }
+
+    /// The animation of a take, with keys at times from its start on. `None` if no node leaves its rest.
+    fn animation(
+        &mut self,
+        take: &AnimStack,
+        moving: &BTreeSet<u32>,
+        times: &[f64],
+    ) -> Option<Value> {
+        let keys = times.iter().map(|&time| time as f32);
+        let keys = self.buffer.floats("SCALAR", keys);
+        let (mut samplers, mut channels) = (Vec::new(), Vec::new());
+        for &node in moving {
+            for (path, output) in self.channels(take, node, times) {
+                let target = json!({ "node": node, "path": path });
+                channels.push(json!({ "sampler": samplers.len(), "target": target }));
+                samplers.push(json!({ "input": keys, "output": output }));
+            }
+        }
+        let name = &take.element.name[..];
+        (!channels.is_empty())
+            .then(|| json!({ "name": name, "samplers": samplers, "channels": channels }))
     }
 
     /// The values of a node at times of a take, of what leaves its rest: the path of each, and the index of its accessor.

@@ -16,7 +16,7 @@ use crate::bvh::{BvhFile, MotionError};
 use crate::error::shortened;
 use crate::figure::{Rooted, settle_bones, settle_sides};
 use crate::file::{clip_name, read_bytes};
-use crate::gltf::{GltfAnimation, GltfFile, SkinnedMesh};
+use crate::gltf::{GltfAnimation, GltfFile, ReadPurpose, SkinnedMesh};
 use crate::units::{Stance, sampled};
 use crate::{EventEntry, LengthUnit, ReadError, Scale, ScaleSource, stature};
 
@@ -158,13 +158,15 @@ fn is_fbx(path: &Path) -> bool {
     cfg!(feature = "fbx") && ends_with(path, &["fbx"])
 }
 
-/// The bytes of a glTF file, or of an FBX file as glTF.
-fn gltf_bytes(path: &Path) -> Result<Vec<u8>, ReadError> {
+/// The bytes of a glTF file, or of what is read of an FBX file as glTF.
+fn gltf_bytes(path: &Path, purpose: ReadPurpose) -> Result<Vec<u8>, ReadError> {
     let bytes = read_bytes(path)?;
     #[cfg(feature = "fbx")]
     if is_fbx(path) {
-        return crate::fbx::to_glb(&bytes).map_err(ReadError::in_file(path));
+        return crate::fbx::to_glb(&bytes, purpose).map_err(ReadError::in_file(path));
     }
+    #[cfg(not(feature = "fbx"))]
+    let _ = purpose;
     Ok(bytes)
 }
 
@@ -187,7 +189,8 @@ pub fn read_bvh(path: &Path) -> Result<BvhFile, ReadError> {
 /// # Errors
 /// The first error, with the file and the position in it.
 pub fn read_gltf(path: &Path) -> Result<GltfFile, ReadError> {
-    GltfFile::parse(&gltf_bytes(path)?, beside(path)).map_err(ReadError::in_file(path))
+    GltfFile::parse(&gltf_bytes(path, ReadPurpose::Motion)?, beside(path))
+        .map_err(ReadError::in_file(path))
 }
 
 /// Reads files from the folder of a file.
@@ -201,7 +204,8 @@ fn beside(path: &Path) -> impl FnMut(&Path) -> Result<Vec<u8>, String> {
 /// # Errors
 /// The first error, with the file and the position in it.
 pub fn read_mesh(path: &Path) -> Result<SkinnedMesh, ReadError> {
-    SkinnedMesh::parse(&gltf_bytes(path)?, beside(path)).map_err(ReadError::in_file(path))
+    SkinnedMesh::parse(&gltf_bytes(path, ReadPurpose::Mesh)?, beside(path))
+        .map_err(ReadError::in_file(path))
 }
 
 /// A glTF file with the files beside it that its mesh needs, to be kept elsewhere.
@@ -221,7 +225,7 @@ impl MeshFile {
     pub fn read(path: &Path) -> Result<(Self, SkinnedMesh), ReadError> {
         let mut file = Self {
             name: clip_name(path),
-            bytes: gltf_bytes(path)?,
+            bytes: gltf_bytes(path, ReadPurpose::Mesh)?,
             beside: Vec::new(),
         };
         let mut load = beside(path);

@@ -29,7 +29,7 @@ const BINARY: &[u8] = b"BIN\0";
 
 /// The part of a file that is read.
 #[derive(Clone, Copy, PartialEq, Eq)]
-pub(super) enum ReadPurpose {
+pub(crate) enum ReadPurpose {
     /// Skeleton and animations.
     Motion,
     /// Skin and mesh.

@@ -19,6 +19,7 @@ use sabaki::anim::{ClipError, Skeleton, SkeletonError};
 use thiserror::Error;
 
 use crate::{LONGEST_CLIP, MOST_ENTRIES};
+pub(crate) use buffers::ReadPurpose;
 pub use file::{GltfAnimation, GltfFile};
 pub use mesh::{MOST_VERTICES, SkinJoint, SkinVertex, SkinnedMesh, Texture};
 pub use write::write;
