@@ -3,7 +3,7 @@
 use sabaki::anim::{Clip, ClipDesc, EventKind, Joint, Skeleton};
 use sabaki_fixtures::captures::captures;
 use sabaki_fixtures::demo;
-use sabaki_import::annotate::{Agreement, AnnotateSettings, agreement, overlap, propose};
+use sabaki_import::annotate::{Agreement, agreement, overlap, propose};
 use sabaki_import::{ClipSet, EventEntry, EventsFile};
 
 const KINDS: [EventKind; 2] = [EventKind::Attack, EventKind::Evasion];
@@ -16,7 +16,7 @@ fn sums<'a>(
 ) -> [Agreement; 2] {
     let mut sums = [Agreement::default(); 2];
     for clip in clips {
-        let mut own = propose(skeleton, clip, &AnnotateSettings::default());
+        let mut own = propose(skeleton, clip);
         assert!(own.iter().all(|event| event.end - event.start < 2.6));
         // Walks backwards of several seconds are labelled as evasions, and not proposed.
         let mut hand_made = by_hand.events_of(clip.name());
@@ -110,7 +110,7 @@ fn walks_give_no_events() {
             .iter()
             .any(|word| name.contains(word))
         {
-            let events = propose(&set.skeleton, clip, &AnnotateSettings::default());
+            let events = propose(&set.skeleton, clip);
             assert_eq!(events, [], "{name}");
             walks += 1;
         }
@@ -129,9 +129,9 @@ fn embedded() -> (demo::Motions, EventsFile) {
 fn proposals_agree_with_the_events_of_generated_motions() {
     let (motions, by_hand) = embedded();
     let [attacks, evasions] = sums(&motions.skeleton, motions.clips.iter(), &by_hand);
-    // The generated jabs are slow: half of the attacks are missed.
-    holds(attacks, 0.8, 0.45);
-    holds(evasions, 0.85, 0.6);
+    // Hooks close to the body, and jabs as slow as an arm that is loosened, are missed.
+    holds(attacks, 0.95, 0.7);
+    holds(evasions, 0.9, 0.8);
 }
 
 /// A clip and its skeleton in another size.
@@ -167,17 +167,16 @@ fn same(a: &[EventEntry], b: &[EventEntry]) -> bool {
 #[test]
 fn neither_size_nor_frame_rate_matter() {
     let (motions, _) = embedded();
-    let settings = AnnotateSettings::default();
     for kind in KINDS {
         let clip = with_event(&motions, kind);
-        let own = propose(&motions.skeleton, clip, &settings);
+        let own = propose(&motions.skeleton, clip);
         for by in [0.4, 3.0] {
             let (skeleton, clip) = scaled(&motions.skeleton, clip, by);
-            let other = propose(&skeleton, &clip, &settings);
+            let other = propose(&skeleton, &clip);
             assert!(same(&own, &other), "{by}: {own:?} {other:?}");
         }
         for rate in [60.0, 120.0, 250.0, 2000.0] {
-            let other = propose(&motions.skeleton, &clip.resampled(rate).unwrap(), &settings);
+            let other = propose(&motions.skeleton, &clip.resampled(rate).unwrap());
             assert!(same(&own, &other), "{rate}: {own:?} {other:?}");
         }
     }
@@ -196,7 +195,7 @@ fn a_figure_that_stands_still_has_no_events() {
             ..desc.clone()
         };
         let still = Clip::new(&motions.skeleton, desc).unwrap();
-        let events = propose(&motions.skeleton, &still, &AnnotateSettings::default());
+        let events = propose(&motions.skeleton, &still);
         assert_eq!(events, [], "{frames}");
     }
 }
@@ -233,8 +232,11 @@ fn an_event_is_found_once() {
 fn an_events_file_keeps_contact_and_confidence() {
     let (motions, _) = embedded();
     let clip = with_event(&motions, EventKind::Attack);
-    let events = propose(&motions.skeleton, clip, &AnnotateSettings::default());
-    assert!(events[0].contact.is_some() && events[0].confidence.is_some());
+    let events = propose(&motions.skeleton, clip);
+    let mut attacks = events
+        .iter()
+        .filter(|event| event.kind == EventKind::Attack);
+    assert!(attacks.all(|event| event.contact.is_some() && event.confidence.is_some()));
     let file = EventsFile {
         clips: vec![sabaki_import::ClipEvents {
             file: clip.name().to_owned(),

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use sabaki::anim::EventKind;
 use sabaki::archive;
-use sabaki_import::annotate::{Agreement, AnnotateSettings, agreement, propose};
+use sabaki_import::annotate::{Agreement, agreement, propose};
 use sabaki_import::{ClipEvents, EventEntry, EventsFile, LoadedClip};
 use serde_json::{Value, json};
 
@@ -232,7 +232,7 @@ impl Report {
 impl Annotated {
     fn new(motion: &LoadedClip, args: &Args, against: Option<&EventsFile>) -> Self {
         let LoadedClip { skeleton, clip, .. } = motion;
-        let mut proposed = propose(skeleton, clip, &AnnotateSettings::default());
+        let mut proposed = propose(skeleton, clip);
         proposed.retain(|event| {
             event
                 .confidence

@@ -1,16 +1,37 @@
-//! Attacks: fast strokes of a hand or foot away from the body.
+//! Attacks: a hand or foot reaches away from the body and returns, faster than walking needs.
 //!
 //! The method is ours. Each local maximum of a limb's speed is a candidate. Its time range is where the limb is fast; its score is
 //! the peak speed times the gain in reach. The gain is the geometric mean of two gains of the distance from the root: along the
-//! ground, which blocks lack, and in space, which swings of the arms lack. Of overlapping candidates the best is kept (non-maximum
-//! suppression).
+//! ground, which blocks lack, and in space, which swings of the arms lack. A limb that stays where it came to, as in a new stance, does not
+//! attack. Of overlapping candidates the best is kept (non-maximum suppression).
 
 use glam::Vec3;
 use sabaki::anim::JointId;
 
-use super::AttackSettings;
 use super::body::{Body, Limb, between, largest, least, speeds};
 
+/// Least peak speed of the hand or foot, in statures per second.
+const MIN_PEAK_SPEED: f32 = 1.75;
+/// Speed above which an attack begins, in statures per second, and share of the peak speed below which it ends.
+const START_SPEED: f32 = 0.53;
+const END_SHARE: f32 = 0.35;
+/// Longest time from the start until the limb is nearest to the body, in seconds.
+const DRAWN: f32 = 0.1;
+/// Longest time from the start to the peak, and from there until the speed has fallen, in seconds.
+const MAX_RISE: f32 = 0.4;
+const MAX_FALL: f32 = 0.3;
+/// Time that is added behind the fall of the speed, for the limb at full reach, in seconds.
+const FULL_REACH: f32 = 0.07;
+/// Least time from the contact to the end, in seconds: a part of the return. Some annotators count none of it, others all.
+const AFTER_CONTACT: f32 = 0.17;
+/// Least score: peak speed times gain in reach, in square statures per second.
+pub(super) const MIN_SCORE: f32 = 0.2;
+/// Least gain in reach along the ground, in statures. Blocks have less.
+const MIN_REACH: f32 = 0.08;
+/// Least share of that gain that is lost again within a time after the contact, in seconds.
+const RETURNS: (f32, f32) = (0.5, 0.7);
+/// Least height of the hand or foot at the contact over the lowest hand or foot at that time, in statures. Steps are lower.
+const MIN_HEIGHT: f32 = 0.15;
 /// Maximum factor between a limb's counted speed and its speed relative to the root. A lunge may add speed, a run may not.
 const LUNGE: f32 = 1.15;
 /// Time before the peak and behind the contact in which the reach is compared, in seconds.
@@ -39,15 +60,15 @@ impl Strike {
 }
 
 /// All attacks of a body, the best first.
-pub(super) fn find(body: &Body, settings: &AttackSettings) -> Vec<Strike> {
+pub(super) fn find(body: &Body) -> Vec<Strike> {
     let mut candidates = Vec::new();
     for limb in body.limbs() {
-        let stroke = Stroke::new(body, limb, settings);
+        let stroke = Stroke::new(body, limb);
         let free = (0..body.root.len()).filter(|&peak| !body.travels[peak]);
         candidates.extend(free.filter_map(|peak| stroke.strike(peak)));
     }
     candidates.sort_by(|a, b| b.score.total_cmp(&a.score).then(a.start.cmp(&b.start)));
-    let longest = body.frames(settings.max_rise + settings.max_fall);
+    let longest = body.frames(MAX_RISE + MAX_FALL);
     let mut kept: Vec<Strike> = Vec::new();
     for strike in candidates {
         let mut same = kept.iter_mut().filter(|other| other.joint == strike.joint);
@@ -70,7 +91,6 @@ pub(super) fn find(body: &Body, settings: &AttackSettings) -> Vec<Strike> {
 /// Curves of one limb.
 struct Stroke<'a> {
     body: &'a Body,
-    settings: &'a AttackSettings,
     joint: JointId,
     /// Speed in space, and relative to the root.
     speeds: Vec<f32>,
@@ -82,12 +102,11 @@ struct Stroke<'a> {
 }
 
 impl<'a> Stroke<'a> {
-    fn new(body: &'a Body, limb: &Limb, settings: &'a AttackSettings) -> Self {
+    fn new(body: &'a Body, limb: &Limb) -> Self {
         let from_root = between(&limb.places, &body.root);
         let flat = |place: &Vec3| place.with_y(0.0).length();
         Self {
             body,
-            settings,
             joint: limb.joint,
             speeds: speeds(&limb.places, body.rate),
             relative: speeds(&from_root, body.rate),
@@ -99,18 +118,18 @@ impl<'a> Stroke<'a> {
 
     /// The strike whose speed is largest in frame `peak`.
     fn strike(&self, peak: usize) -> Option<Strike> {
-        if self.speeds[peak] < self.settings.min_peak_speed || !self.is_peak(peak) {
+        if self.speeds[peak] < MIN_PEAK_SPEED || !self.is_peak(peak) {
             return None;
         }
         let last = self.speeds.len() - 1;
         let (start, slow) = (self.start(peak), self.slow(peak));
-        let end = (slow + self.body.frames(self.settings.full_reach)).min(last);
+        let end = (slow + self.body.frames(FULL_REACH)).min(last);
         let contact = self.contact(
             peak.saturating_sub(self.body.frames(NEAR_PEAK)).max(start),
             end,
         );
-        let end = end.max((contact + self.body.frames(self.settings.after_contact)).min(last));
-        if self.lift(contact, start, end) < self.settings.min_height {
+        let end = end.max((contact + self.body.frames(AFTER_CONTACT)).min(last));
+        if self.lift(contact, start, end) < MIN_HEIGHT {
             return None;
         }
         let strike = Strike {
@@ -121,7 +140,7 @@ impl<'a> Stroke<'a> {
             score: 0.0,
         };
         let score = self.score(&strike, peak);
-        (score >= self.settings.min_score).then_some(Strike { score, ..strike })
+        (score >= MIN_SCORE).then_some(Strike { score, ..strike })
     }
 
     fn is_peak(&self, frame: usize) -> bool {
@@ -133,20 +152,24 @@ impl<'a> Stroke<'a> {
         before <= speed && after < speed
     }
 
+    /// The first fast frame, or where the limb leaves the body if it is fast before.
     fn start(&self, peak: usize) -> usize {
-        let earliest = peak.saturating_sub(self.body.frames(self.settings.max_rise));
-        let slow = |&frame: &usize| self.speeds[frame] <= self.settings.start_speed;
-        (earliest..peak)
+        let earliest = peak.saturating_sub(self.body.frames(MAX_RISE));
+        let slow = |&frame: &usize| self.speeds[frame] <= START_SPEED;
+        let fast = (earliest..peak)
             .rev()
             .find(slow)
-            .map_or(earliest, |frame| frame + 1)
+            .map_or(earliest, |frame| frame + 1);
+        let away = |a: &usize, b: &usize| self.distance[*a].total_cmp(&self.distance[*b]);
+        let nearest = (fast..=peak).min_by(away).unwrap_or(peak);
+        fast.max(nearest.saturating_sub(self.body.frames(DRAWN)))
     }
 
     /// The last frame from the peak on before the speed has fallen.
     fn slow(&self, peak: usize) -> usize {
         let last = self.speeds.len() - 1;
-        let latest = (peak + self.body.frames(self.settings.max_fall)).min(last);
-        let limit = self.settings.end_share * self.speeds[peak];
+        let latest = (peak + self.body.frames(MAX_FALL)).min(last);
+        let limit = END_SHARE * self.speeds[peak];
         let slow = |&frame: &usize| self.speeds[frame] <= limit;
         (peak + 1..=latest)
             .find(slow)
@@ -172,7 +195,7 @@ impl<'a> Stroke<'a> {
         self.height[contact] - least(around.iter().copied())
     }
 
-    /// The score of a strike whose speed is largest in frame `peak`.
+    /// The score of a strike whose speed is largest in frame `peak`; 0 if it gains no reach, or stays.
     fn score(&self, strike: &Strike, peak: usize) -> f32 {
         let &Strike {
             start,
@@ -186,8 +209,13 @@ impl<'a> Stroke<'a> {
         let far = largest(self.distance[peak..=after].iter().copied());
         let gain = far - least(self.distance[start..=peak].iter().copied());
         let along = self.reach[contact] - least(self.reach[start..=contact].iter().copied());
+        let later = (contact + self.body.frames(RETURNS.1)).min(self.reach.len() - 1);
+        let back = self.reach[contact] - least(self.reach[contact..=later].iter().copied());
+        if along < MIN_REACH || back < RETURNS.0 * along {
+            return 0.0;
+        }
         let relative = largest(self.relative[start..=end].iter().copied());
         let speed = self.speeds[peak].min(LUNGE * relative);
-        speed * (gain.max(0.0) * along.max(0.0)).sqrt()
+        speed * (gain.max(0.0) * along).sqrt()
     }
 }

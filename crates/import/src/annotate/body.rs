@@ -101,7 +101,7 @@ impl Body {
     fn find_travel(&self) -> Vec<bool> {
         /// Time on both sides of a frame, in seconds, and least speed over the whole, in statures per second.
         const AROUND: f32 = 0.75;
-        const SPEED: f32 = 0.55;
+        const SPEED: f32 = 0.5;
         let (last, around) = (self.root.len() - 1, self.frames(AROUND));
         let travels = |frame: usize| {
             let (from, to) = (frame.saturating_sub(around), (frame + around).min(last));
