@@ -3,7 +3,7 @@ use std::path::{Path, PathBuf};
 
 use crate::bvh::MotionError;
 use crate::error::shortened;
-use crate::figure::{describe, settle_bones, settle_sides};
+use crate::figure::{describe, settle_bones, settle_sides, stand_on_ground};
 use crate::file::clip_name;
 use crate::motion_file::{MotionFile, check_options, doubtful_stature, is_motion_file, turned};
 use crate::retarget::{Obstacle, Retargeted};
@@ -160,6 +160,9 @@ pub fn read_clips(
         .map_err(|error| ReadError::in_file(first_path)(MotionError::from(error)))?;
     let sides = settle_sides(&mut set.skeleton, &set.clips);
     set.figure = describe(&set.skeleton, sides);
+    let stood = stand_on_ground(&set.skeleton, &mut set.clips)
+        .map_err(|error| ReadError::in_file(first_path)(MotionError::from(error)))?;
+    set.warnings.extend(stood);
     for index in 0..set.clips.len() {
         let doubtful = doubtful_stature(&set.skeleton, &set.clips[index]);
         set.note(&set.clips[index].clone(), doubtful.into_iter().collect());

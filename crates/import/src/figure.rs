@@ -432,6 +432,55 @@ impl ClipSet {
     }
 }
 
+/// Puts height 0 where the feet stand, if it is far from there: some programs write figures whose root stays at the origin. Returns a note on
+/// that.
+///
+/// # Errors
+/// A root is too far away.
+pub(crate) fn stand_on_ground(
+    skeleton: &Skeleton,
+    clips: &mut [Clip],
+) -> Result<Option<String>, ClipError> {
+    /// Number of frames of all clips, share of them in which a foot may be lower than where it stands, and the height, as a share of a leg, up
+    /// to which the ground is where the clips have it.
+    const FRAMES: usize = 512;
+    const LOWER: f32 = 0.1;
+    const OFF: f32 = 0.25;
+    /// Least height of the root over the lower foot of a figure that stands, as a share of a leg.
+    const STANDS: f32 = 0.6;
+    let legs = Leg::all(skeleton);
+    let longest = legs.iter().map(|leg| leg.length(skeleton));
+    let longest = longest.fold(0.0, f32::max);
+    let (mut pose, mut joints, mut lowest) = (Pose::default(), Vec::new(), Vec::new());
+    for clip in clips.iter().step_by(clips.len().div_ceil(FRAMES).max(1)) {
+        let step = (clip.frames() * clips.len()).div_ceil(FRAMES).max(1);
+        for frame in (0..clip.frames()).step_by(step) {
+            clip.pose(frame, &mut pose);
+            forward_kinematics(skeleton, &pose, &mut joints);
+            let height = |leg: &Leg| joints[leg.toe_or_foot().index()].translation.y;
+            let lower = legs.iter().map(height).reduce(f32::min);
+            let stands = |lower: &f32| pose.root.y - lower > STANDS * longest;
+            lowest.extend(lower.filter(stands));
+        }
+    }
+    lowest.sort_by(f32::total_cmp);
+    let ground = lowest.get((LOWER * lowest.len() as f32) as usize);
+    let Some(&ground) = ground.filter(|ground| ground.abs() > OFF * longest) else {
+        return Ok(None);
+    };
+    for clip in clips {
+        let mut desc = clip.desc();
+        let of_joints = desc.translations.iter_mut().step_by(skeleton.len());
+        for place in desc.roots.iter_mut().chain(of_joints) {
+            place.y -= ground;
+        }
+        *clip = Clip::new(skeleton, desc)?;
+    }
+    Ok(Some(format!(
+        "the feet stand at a height of {ground:.2} m, which is taken for the ground"
+    )))
+}
+
 /// Whether a joint below the root moves relative to its parent by more than rounding errors.
 pub(crate) fn moves_joints(skeleton: &Skeleton, translations: &[Vec3]) -> bool {
     const DIGITS: f32 = 1e-5;

@@ -14,7 +14,7 @@ use thiserror::Error;
 use crate::asf::{AmcFile, AsfFile};
 use crate::bvh::{BvhFile, MotionError};
 use crate::error::shortened;
-use crate::figure::{Rooted, settle_bones, settle_sides};
+use crate::figure::{Rooted, settle_bones, settle_sides, stand_on_ground};
 use crate::file::{clip_name, read_bytes};
 use crate::gltf::{GltfAnimation, GltfFile, ReadPurpose, SkinnedMesh};
 use crate::units::{Stance, sampled};
@@ -110,6 +110,9 @@ pub fn read_motions(path: &Path, options: &ReadOptions) -> Result<Vec<LoadedClip
         settle_bones(&mut motion.skeleton, clip)
             .map_err(|error| ReadError::in_file(path)(MotionError::from(error)))?;
         settle_sides(&mut motion.skeleton, clip);
+        let stood = stand_on_ground(&motion.skeleton, clip)
+            .map_err(|error| ReadError::in_file(path)(MotionError::from(error)))?;
+        motion.notes.extend(stood);
         motion
             .notes
             .extend(doubtful_stature(&motion.skeleton, &motion.clip));

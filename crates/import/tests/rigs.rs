@@ -100,6 +100,69 @@ fn bones_that_stand_in_the_frames_are_those_of_the_skeleton() {
     assert!(barest.unwrap().1 > 0.05, "{barest:?}");
 }
 
+#[test]
+fn a_head_without_a_tip_has_a_sphere() {
+    let plain = read(case("hips_root.bvh")).skeleton;
+    let joints = plain.joints().iter().cloned();
+    let moving = joints.filter(|joint| joint.kind == JointKind::Moving);
+    let names: Vec<&str> = moving
+        .clone()
+        .filter_map(|joint| plain.find(&joint.name))
+        .map(|id| &plain.joint(id).name[..])
+        .collect();
+    let bare = moving.map(|joint| {
+        let parent = joint.parent.map(|parent| &plain.joint(parent).name[..]);
+        let parent = parent.map(|name| names.iter().position(|other| *other == name).unwrap());
+        Joint {
+            parent: parent.map(|at| JointId(at as u16)),
+            ..joint
+        }
+    });
+    let bare = Skeleton::new(bare.collect()).unwrap();
+    let head = |skeleton: &Skeleton| {
+        let id = skeleton.find("Head").unwrap();
+        let spheres = Body::from_bones(skeleton).spheres.into_iter();
+        let own = spheres.filter(|sphere| sphere.joint == id);
+        own.max_by(|a, b| a.offset.length().total_cmp(&b.offset.length()))
+            .unwrap()
+    };
+    let (wanted, found) = (head(&plain), head(&bare));
+    assert!(wanted.offset.length() > 0.03, "{wanted:?}");
+    assert!(
+        found.offset.distance(wanted.offset) < 0.05,
+        "{found:?} {wanted:?}"
+    );
+    assert!(
+        (found.radius - wanted.radius).abs() < 0.02,
+        "{found:?} {wanted:?}"
+    );
+}
+
+#[test]
+fn figures_stand_on_the_ground() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = std::fs::read_to_string(case("hips_root.bvh")).unwrap();
+    let plain = read(case("hips_root.bvh"));
+    assert_eq!(plain.warnings, Vec::<String>::new());
+    // As programs write it whose root stays at the origin.
+    let sunk = wrapped(&text, [0.0; 3], |_| [0.0, 92.0, 0.0, 0.0, 0.0, 0.0]);
+    let sunk = sunk.replace("\n0.0 92.0 0.0 ", "\n0.0 0.0 0.0 ");
+    let file = folder.path().join("sunk.bvh");
+    std::fs::write(&file, sunk).unwrap();
+    let sunk = read(file.clone());
+    assert!(
+        sunk.warnings[0].contains("m, which is taken for the ground"),
+        "{:?}",
+        sunk.warnings
+    );
+    for frame in 0..plain.clips[0].frames() {
+        let raised = sunk.clips[0].root(frame).y - plain.clips[0].root(frame).y;
+        assert!(raised.abs() < 0.05, "{frame}: {raised}");
+    }
+    let alone = read_clip(&file, &ReadOptions::default()).unwrap();
+    assert_eq!(alone.clip.root(0), sunk.clips[0].root(0));
+}
+
 /// A BVH file below a root `Armature`, whose values `above` makes from those of the hips: their own are what is left.
 fn wrapped(text: &str, offset: [f32; 3], above: impl Fn(&[f64]) -> [f64; 6]) -> String {
     let (hierarchy, motion) = text.split_once("MOTION").unwrap();

@@ -4,7 +4,8 @@ use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
 use crate::anim::{
-    Clip, JointId, JointKind, JointTransform, Leg, Pose, Skeleton, carried, forward_kinematics,
+    Clip, JointId, JointKind, JointTransform, Leg, Limbs, Pose, Skeleton, carried,
+    forward_kinematics,
 };
 use crate::math::{Sphere, in_parallel};
 
@@ -102,6 +103,8 @@ mod shares {
     pub(super) const HEAD: f32 = 0.62;
     /// Minimum and maximum radius of the head, as shares of the height.
     pub(super) const HEAD_RANGE: (f32, f32) = (0.04, 0.06);
+    /// Distance of the head's middle from its joint where the skeleton has no tip of it, as a share of the height.
+    pub(super) const HEAD_MIDDLE: f32 = 0.05;
     /// Radius of arms and legs, as a share of the bone.
     pub(super) const LIMB: f32 = 0.17;
     /// Minimum and maximum radius of a limb, as shares of the height.
@@ -114,14 +117,24 @@ impl Body {
     /// Places spheres along all bones of the body, with radii that depend on the bones' lengths. Helpers, weapons and cloth get none.
     ///
     /// A bone belongs to a limb if a bone of the other side of the body has the mirrored name. All
-    /// other bones form the trunk, and the last of them the head.
+    /// other bones form the trunk, and the last of them the head. Where the last joint has no tip, as in most rigs of games, the head goes on
+    /// as the neck does.
     #[must_use]
     pub fn from_bones(skeleton: &Skeleton) -> Self {
         let (height, carried) = (height(skeleton), carried(skeleton));
         let sided = |id| skeleton.mirror(id).is_some();
         let within =
             |length: f32, (low, high): (f32, f32)| length.clamp(height * low, height * high);
-        let mut spheres = Vec::new();
+        let (mut spheres, mut has_head) = (Vec::new(), false);
+        // Eyes have sides, too.
+        let limbs = Limbs::of(skeleton);
+        let is_end = |id: &JointId| limbs.hands.is_empty() || limbs.all().any(|end| end == *id);
+        let ends = skeleton.ids().filter(|&id| sided(id)).filter(is_end);
+        let ends: Vec<JointId> = ends.collect();
+        let has_limbs = |id: JointId| {
+            let mut ends = ends.iter();
+            ends.any(|&end| skeleton.ancestry(end).any(|joint| joint == id))
+        };
         // Bones that meet at a joint share its sphere, which takes the largest of their radii.
         let mut at_joints = vec![0.0f32; skeleton.len()];
         for id in skeleton.ids().skip(1).filter(|id| !carried[id.index()]) {
@@ -132,14 +145,10 @@ impl Body {
             if length < 1e-4 {
                 continue;
             }
-            let has_limbs = || {
-                skeleton
-                    .ids()
-                    .any(|limb| sided(limb) && skeleton.ancestry(limb).any(|j| j == id))
-            };
             let radius = match (sided(parent), sided(id), joint.kind) {
                 (false, false, JointKind::EndSite) => {
                     let radius = within(length * shares::HEAD, shares::HEAD_RANGE);
+                    has_head = true;
                     spheres.push(BodySphere {
                         joint: parent,
                         offset: joint.offset * 0.5,
@@ -147,7 +156,7 @@ impl Body {
                     });
                     continue;
                 }
-                (false, false, _) if has_limbs() => height * shares::TRUNK,
+                (false, false, _) if has_limbs(id) => height * shares::TRUNK,
                 (false, false, _) => height * shares::NECK,
                 (false, true, _) => height * shares::GIRDLE,
                 _ => within(length * shares::LIMB, shares::LIMB_RANGE),
@@ -156,6 +165,14 @@ impl Body {
                 at_joints[end.index()] = at_joints[end.index()].max(radius);
             }
             spheres.extend(along(parent, joint.offset, radius));
+        }
+        if let Some(head) = head(skeleton, &carried, has_limbs).filter(|_| !has_head) {
+            let along = skeleton.joint(head).offset.normalize_or_zero();
+            spheres.push(BodySphere {
+                joint: head,
+                offset: along * shares::HEAD_MIDDLE * height,
+                radius: shares::HEAD_RANGE.1 * height,
+            });
         }
         let shared = skeleton.ids().zip(&at_joints).filter(|(_, r)| **r > 0.0);
         spheres.extend(shared.map(|(joint, &radius)| BodySphere {
@@ -328,6 +345,28 @@ fn along(joint: JointId, bone: Vec3, radius: f32) -> impl Iterator<Item = BodySp
             radius,
         }
     })
+}
+
+/// The last joint of the trunk above the arms: the one that is called a head, otherwise the furthest from the root.
+fn head(
+    skeleton: &Skeleton,
+    carried: &[bool],
+    has_limbs: impl Fn(JointId) -> bool,
+) -> Option<JointId> {
+    let of_body = |id: &JointId| !carried[id.index()] && skeleton.mirror(*id).is_none();
+    let is_above_arms = |id: &JointId| {
+        let arms = skeleton.ancestry(*id).find(|&joint| has_limbs(joint));
+        arms.is_some_and(|joint| joint != *id && joint != JointId::ROOT)
+    };
+    let is_called = |id: JointId| skeleton.joint(id).name.to_lowercase().contains("head");
+    let above: Vec<JointId> = skeleton
+        .ids()
+        .filter(of_body)
+        .filter(is_above_arms)
+        .collect();
+    let named = above.iter().copied().find(|&id| is_called(id));
+    let depth = |id: &JointId| skeleton.ancestry(*id).count();
+    named.or_else(|| above.iter().copied().max_by_key(depth))
 }
 
 /// Height of the skeleton: the longest chain of trunk and head bones, plus the longest leg.

@@ -3,7 +3,7 @@
 use glam::Vec3;
 
 use crate::scene::straightened;
-use sabaki::anim::{JointId, JointTransform, Leg, Skeleton};
+use sabaki::anim::{JointId, JointTransform, Leg, Skeleton, carried};
 
 /// Index of the left side, which is at +X.
 pub(super) const LEFT: usize = 0;
@@ -57,17 +57,18 @@ impl Anatomy {
             .last()
             .unwrap_or(head);
         let toes = legs.map(|leg| furthest(skeleton, leg.foot));
+        let crown = crown(skeleton, standing, head);
         let mut spread = Spread {
             skeleton,
             standing,
             directions: vec![None; skeleton.len()],
         };
-        spread.fill(&trunk, head, legs, arms);
+        spread.fill(&trunk, [head, crown], legs, arms);
         let wanted = spread.directions;
         let frames = straightened(skeleton, standing, &wanted);
         let at = |id: JointId| frames[id.index()].translation;
         let lowest = toes.iter().map(|&toe| at(toe).y).fold(f32::MAX, f32::min);
-        let top = at(furthest(skeleton, head)).y.max(at(head).y + 0.1);
+        let top = at(crown).y.max(at(head).y + 0.1);
         let height = top - lowest;
         let girdles = arms.map(|arm| skeleton.joint(arm.hip).parent.unwrap_or(chest));
         Some(Self {
@@ -142,6 +143,19 @@ fn head(skeleton: &Skeleton, chest: JointId) -> Option<JointId> {
     skeleton.ids().filter(|&id| below(id)).find(named)
 }
 
+/// The highest joint that a head carries, of those that are part of the body: the longest chain may be that of a tongue.
+fn crown(skeleton: &Skeleton, standing: &[JointTransform], head: JointId) -> JointId {
+    let carried = carried(skeleton);
+    let below = |id: &JointId| skeleton.ancestry(*id).any(|above| above == head);
+    let all = skeleton
+        .ids()
+        .filter(below)
+        .filter(|id| !carried[id.index()]);
+    let height = |id: &JointId| standing[id.index()].translation.y;
+    all.max_by(|a, b| height(a).total_cmp(&height(b)))
+        .unwrap_or(head)
+}
+
 /// The descendant that the longest chain of bones leads to.
 fn furthest(skeleton: &Skeleton, from: JointId) -> JointId {
     let below = |id: JointId| skeleton.ancestry(id).any(|above| above == from);
@@ -159,12 +173,17 @@ struct Spread<'a> {
 }
 
 impl Spread<'_> {
-    fn fill(&mut self, trunk: &[JointId], head: JointId, legs: [Leg; 2], arms: [Leg; 2]) {
+    fn fill(
+        &mut self,
+        trunk: &[JointId],
+        [head, crown]: [JointId; 2],
+        legs: [Leg; 2],
+        arms: [Leg; 2],
+    ) {
         let (pelvis, chest) = (trunk[0], trunk[trunk.len() - 1]);
         self.path(pelvis, chest, Vec3::Y);
         self.path(chest, head, Vec3::new(0.0, 1.0, 0.08));
-        let tip = furthest(self.skeleton, head);
-        self.path(head, tip, Vec3::new(0.0, 1.0, 0.05));
+        self.path(head, crown, Vec3::new(0.0, 1.0, 0.05));
         let standing = self.standing;
         let at = |id: JointId| standing[id.index()].translation;
         let upright = |a: JointId, b: JointId| (at(b) - at(a)).normalize_or(Vec3::Y);
