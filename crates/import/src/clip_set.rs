@@ -391,22 +391,28 @@ fn resolve_own<'a>(
     (loaded, failed)
 }
 
-/// The skeleton that most files have; of equally frequent ones the first.
-fn largest_group<'a>(loaded: &'a [Loaded<'_>]) -> Option<&'a Skeleton> {
-    let mut groups: Vec<(&Skeleton, HashSet<usize>)> = Vec::new();
-    for one in loaded {
-        let skeleton = &one.motion.skeleton;
+/// Groups values by their skeletons, in the order of the first of each group.
+fn by_skeleton<'a>(
+    values: impl Iterator<Item = (usize, &'a Skeleton)>,
+) -> Vec<(&'a Skeleton, Vec<usize>)> {
+    let mut groups: Vec<(&Skeleton, Vec<usize>)> = Vec::new();
+    for (value, skeleton) in values {
         let mut known = groups.iter_mut();
         match known.find(|(of_group, _)| of_group.differences(skeleton).is_empty()) {
-            Some((_, files)) => _ = files.insert(one.file),
-            None => groups.push((skeleton, HashSet::from([one.file]))),
+            Some((_, own)) => own.push(value),
+            None => groups.push((skeleton, vec![value])),
         }
     }
+    groups
+}
+
+/// The skeleton that most files have; of equally frequent ones the first.
+fn largest_group<'a>(loaded: &'a [Loaded<'_>]) -> Option<&'a Skeleton> {
+    let groups = by_skeleton(loaded.iter().map(|one| (one.file, &one.motion.skeleton)));
+    let files = |files: &[usize]| files.chunk_by(|a, b| a == b).count();
     // `max_by_key` returns the last maximum.
-    let largest = groups
-        .into_iter()
-        .rev()
-        .max_by_key(|(_, files)| files.len());
+    let largest = groups.into_iter().rev();
+    let largest = largest.max_by_key(|(_, own)| files(own));
     largest.map(|(skeleton, _)| skeleton)
 }
 
@@ -468,17 +474,8 @@ fn spaces_of_set(
     files: &[PathBuf],
     options: &ReadOptions,
 ) -> Vec<Result<(Scale, Up), ReadError>> {
-    let mut groups: Vec<(&Skeleton, Vec<usize>)> = Vec::new();
-    for (index, one) in parsed.iter().enumerate() {
-        let Some(skeleton) = &one.stance.skeleton else {
-            continue;
-        };
-        let mut known = groups.iter_mut();
-        match known.find(|(of_group, _)| of_group.differences(skeleton).is_empty()) {
-            Some((_, own)) => own.push(index),
-            None => groups.push((skeleton, vec![index])),
-        }
-    }
+    let all = parsed.iter().enumerate();
+    let groups = by_skeleton(all.filter_map(|(at, one)| Some((at, one.stance.skeleton.as_ref()?))));
     let alone = |one: &Parsed| {
         let (read, stance) = (&one.read, &one.stance);
         Ok((read.scale(stance, options), read.up(stance, options)))

@@ -21,6 +21,7 @@ mod motion_file;
 mod obj;
 mod recording;
 mod retarget;
+mod rotation;
 mod units;
 
 pub use attacks::{AttackEntry, AttackFile, AttacksError};

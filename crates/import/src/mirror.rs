@@ -4,14 +4,13 @@
 //! Reflected rotations are rotations again: `v ↦ M·R·M·v`, the reflection `M` before and after. Where the axes of two sides, or of
 //! a joint and its child, are no mirror images of each other, as in most captures, each joint is also turned so that its bones at rest point
 //! where the reflected bones of its twin do: the rotation of least squares.
-//!
-//! Source of that rotation: Horn, "Closed-form solution of absolute orientation using unit quaternions", 1987, section 4.
 
-use glam::{DMat3, DMat4, DQuat, DVec3, DVec4, Quat, Vec3, Vec4};
+use glam::{DMat3, DVec3, Quat, Vec3, Vec4};
 use sabaki::anim::{Clip, ClipDesc, ClipError, Event, JointId, Skeleton};
 use thiserror::Error;
 
 use super::ClipSet;
+use crate::rotation::{nearest_rotation, outer};
 
 /// Reason why clips cannot be mirrored, with the joint.
 #[derive(Clone, Debug, PartialEq, Error)]
@@ -141,7 +140,7 @@ impl Mirror {
         for axis in [DVec3::X, DVec3::Y, DVec3::Z] {
             sums += outer(axis, prior.as_dquat() * axis) * weight;
         }
-        nearest_rotation(sums)
+        nearest_rotation(sums).as_quat()
     }
 
     fn check_bones(&self, skeleton: &Skeleton) -> Result<(), MirrorError> {
@@ -226,47 +225,4 @@ fn reflected(point: Vec3) -> Vec3 {
 
 fn reflected_rotation(rotation: Quat) -> Quat {
     Quat::from_xyzw(rotation.x, -rotation.y, -rotation.z, rotation.w)
-}
-
-/// The matrix with entry `a[i] b[j]` in row i and column j.
-fn outer(a: DVec3, b: DVec3) -> DMat3 {
-    DMat3::from_cols(a * b.x, a * b.y, a * b.z)
-}
-
-/// The rotation that takes vectors a nearest to vectors b, given the sum of their [outer] products.
-fn nearest_rotation(sums: DMat3) -> Quat {
-    /// Number of times that the matrix is squared. The ratios of its eigenvalues are raised to the power 2 to this number.
-    const SQUARINGS: usize = 32;
-    let [x, y, z] = sums.transpose().to_cols_array_2d();
-    let diagonal = DVec4::new(
-        x[0] + y[1] + z[2],
-        x[0] - y[1] - z[2],
-        y[1] - x[0] - z[2],
-        z[2] - x[0] - y[1],
-    );
-    let (a, b, c) = (y[2] - z[1], z[0] - x[2], x[1] - y[0]);
-    let (d, e, f) = (x[1] + y[0], z[0] + x[2], y[2] + z[1]);
-    let mut matrix = DMat4::from_cols(
-        DVec4::new(diagonal.x, a, b, c),
-        DVec4::new(a, diagonal.y, d, e),
-        DVec4::new(b, d, diagonal.z, f),
-        DVec4::new(c, e, f, diagonal.w),
-    );
-    let size = |matrix: &DMat4| matrix.to_cols_array().map(f64::abs).iter().sum::<f64>();
-    // Eigenvalues become positive, so that the greatest one is also the one of greatest size.
-    matrix += DMat4::IDENTITY * size(&matrix);
-    for _ in 0..SQUARINGS {
-        matrix *= 1.0 / size(&matrix).max(f64::MIN_POSITIVE);
-        matrix *= matrix;
-    }
-    let columns = [matrix.x_axis, matrix.y_axis, matrix.z_axis, matrix.w_axis];
-    let longest = |one: DVec4, other: DVec4| match one.length_squared() >= other.length_squared() {
-        true => one,
-        false => other,
-    };
-    let found = columns.into_iter().fold(DVec4::ZERO, longest);
-    match found.try_normalize() {
-        Some(found) => DQuat::from_xyzw(found.y, found.z, found.w, found.x).as_quat(),
-        None => Quat::IDENTITY,
-    }
 }

@@ -5,7 +5,6 @@
 
 use glam::{Quat, Vec3};
 
-use crate::bvh::BvhFile;
 use crate::figure::{COLLAPSED, Rooted};
 use crate::fit::Mesh;
 use crate::motion_file::Up;
@@ -91,15 +90,6 @@ impl LengthUnit {
 }
 
 impl Scale {
-    /// Scale of a file, by the [`stature`] of its figure in poses of the whole motion.
-    #[must_use]
-    pub fn of(file: &BvhFile) -> Self {
-        let posed = file.skeleton(1.0).ok();
-        let poses = sampled(file.frames(), |frame, pose| file.pose(frame, 1.0, pose));
-        let stance = posed.map(|skeleton| Stance::of(&skeleton, &poses));
-        Self::of_stature(stance.map_or(0.0, |stance| stance.stature))
-    }
-
     /// Scale of a skeleton with a given height in units.
     #[must_use]
     pub fn of_stature(units: f64) -> Self {

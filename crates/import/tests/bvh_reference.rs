@@ -9,7 +9,7 @@ use sabaki::anim::{Pose, forward_kinematics};
 use sabaki_fixtures::captures::mocap;
 use sabaki_import::bvh::BvhFile;
 use sabaki_import::{
-    LoadedClip, ReadOptions, Scale, ScaleSource, read_bvh, read_clip, read_clips, stature,
+    LoadedClip, ReadOptions, ScaleSource, read_bvh, read_clip, read_clips, stature,
 };
 
 fn bvh_files(folder: &Path) -> Vec<PathBuf> {
@@ -114,7 +114,9 @@ fn units_of_known_captures_are_found() {
         ("dialects/Brekel_03_11_2016_15_47_42_body1.bvh", Centimetre),
     ];
     for (name, unit) in known {
-        let scale = Scale::of(&read_bvh(&folder.join(name)).unwrap());
+        let scale = read_clip(&folder.join(name), &ReadOptions::default())
+            .unwrap()
+            .scale;
         assert_eq!(scale.found, ScaleSource::Unit(unit), "{name}");
     }
 }

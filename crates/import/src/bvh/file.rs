@@ -3,6 +3,7 @@ use glam::{DQuat, DVec3};
 use super::BvhError;
 use super::parse::{Lexer, parse_hierarchy, parse_motion, repeated_names, unique_names};
 use crate::MOST_ENTRIES;
+use crate::figure::moves_joints;
 use sabaki::anim::{
     Clip, ClipDesc, ClipError, Joint, JointId, JointKind, Pose, Skeleton, SkeletonError,
 };
@@ -234,47 +235,25 @@ impl BvhFile {
         let frames = self.frames();
         MotionError::check_entries(frames, self.joints.len())?;
         let entries = frames * self.joints.len();
-        let moves_joints = self.moves_joints();
         let mut desc = ClipDesc {
             name: name.to_owned(),
             frame_rate: 1.0 / self.frame_time,
             roots: Vec::with_capacity(frames),
             rotations: Vec::with_capacity(entries),
-            translations: Vec::with_capacity(if moves_joints { entries } else { 0 }),
+            translations: Vec::with_capacity(entries),
         };
         let mut pose = Pose::default();
         for frame in 0..frames {
             self.pose(frame, metres_per_unit, &mut pose);
             desc.roots.push(pose.root);
             desc.rotations.append(&mut pose.rotations);
-            if moves_joints {
-                desc.translations.append(&mut pose.translations);
-            }
+            desc.translations.append(&mut pose.translations);
+        }
+        if !moves_joints(&skeleton, &desc.translations) {
+            desc.translations = Vec::new();
         }
         let clip = Clip::new(&skeleton, desc)?;
         Ok((skeleton, clip))
-    }
-
-    /// Whether a joint other than the root moves relative to its parent. Deviations that come from
-    /// numbers with few digits are ignored.
-    fn moves_joints(&self) -> bool {
-        const DIGITS: f64 = 1e-5;
-        let below_root = || self.joints.iter().skip(1);
-        let longest = below_root()
-            .map(|joint| joint.offset.length())
-            .fold(0.0, f64::max);
-        below_root().any(|joint| {
-            joint.channels.iter().enumerate().any(|(index, &channel)| {
-                let Channel::Position(axis) = channel else {
-                    return false;
-                };
-                self.values
-                    .iter()
-                    .skip(joint.first_channel + index)
-                    .step_by(self.channels)
-                    .any(|value| (value - joint.offset[axis]).abs() > DIGITS * longest)
-            })
-        })
     }
 }
 

@@ -1,7 +1,7 @@
 use std::collections::{BTreeMap, HashSet};
 use std::path::Path;
 
-use glam::{DMat3, DQuat, DVec3, Quat, Vec3};
+use glam::{DMat3, Quat, Vec3};
 use serde::Deserialize;
 
 use super::GltfError;
@@ -10,6 +10,7 @@ use super::buffers::{Container, ReadPurpose};
 use super::nodes::{Local, Nodes, World, is_end_name, node_name};
 use crate::bvh::{MotionError, UsedNames};
 use crate::figure::moves_joints;
+use crate::rotation::{nearest_rotation, outer};
 use crate::{EventEntry, LONGEST_CLIP, MOST_ENTRIES};
 use sabaki::anim::{Clip, ClipDesc, Joint, JointId, JointKind, Skeleton};
 
@@ -274,9 +275,12 @@ impl<'a> Rig<'a> {
             };
             let rest = joints[parent].rotation * rest.as_dvec3();
             let away = joints[child].place() - joints[parent].place();
-            sums[parent] += DMat3::from_cols(away * rest.x, away * rest.y, away * rest.z);
+            // A share of the identity turns a single bone by the smallest angle that will do.
+            let prior = DMat3::IDENTITY * (1e-4 * rest.length() * away.length());
+            sums[parent] += outer(rest, away) + prior;
         }
-        for (joint, sum) in joints.iter_mut().zip(sums) {
+        let distorted = |(_, sum): &(&mut World, DMat3)| *sum != DMat3::ZERO;
+        for (joint, sum) in joints.iter_mut().zip(sums).filter(distorted) {
             joint.rotation = (nearest_rotation(sum) * joint.rotation).normalize();
         }
     }
@@ -367,24 +371,5 @@ impl<'a> Rig<'a> {
             desc.translations = Vec::new();
         }
         Ok(Clip::new(skeleton, desc)?)
-    }
-}
-
-/// The rotation closest to a sum of outer products of vectors and those that they shall be turned to. What they leave open is not turned.
-///
-/// Source: N. Higham, "Computing the Polar Decomposition" (1986), Newton's iteration.
-fn nearest_rotation(sum: DMat3) -> DQuat {
-    let size = sum.x_axis.length() + sum.y_axis.length() + sum.z_axis.length();
-    // A share of the identity turns a single bone by the smallest angle that will do.
-    let mut turn = sum * size.recip() + DMat3::from_diagonal(DVec3::splat(1e-4));
-    if !(size > 0.0 && turn.determinant() > 0.0) {
-        return DQuat::IDENTITY;
-    }
-    for _ in 0..30 {
-        turn = (turn + turn.inverse().transpose()) * 0.5;
-    }
-    match turn.is_finite() {
-        true => DQuat::from_mat3(&turn).normalize(),
-        false => DQuat::IDENTITY,
     }
 }
