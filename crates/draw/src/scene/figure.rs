@@ -87,6 +87,19 @@ impl Figure {
                 colour,
             })
         });
+        // What goes on beyond the last joint, as a head without a tip.
+        let is_last = |joint: JointId| {
+            let holds = body.props.iter().any(|prop| prop.joint == joint);
+            !holds && skeleton.children(joint).next().is_none()
+        };
+        let beyond = body.spheres.iter();
+        let beyond = beyond.filter(|sphere| sphere.offset != Vec3::ZERO && is_last(sphere.joint));
+        let beyond = beyond.map(|sphere| FigurePart {
+            joint: sphere.joint,
+            ends: [sphere.offset; 2],
+            radii: [0.96 * sphere.radius; 2],
+            colour: look.skin,
+        });
         let held = body.props.iter().flat_map(|prop| prop.body_spheres());
         let held = held.map(|sphere| FigurePart {
             joint: sphere.joint,
@@ -94,7 +107,7 @@ impl Figure {
             radii: [sphere.radius; 2],
             colour: look.held,
         });
-        let parts = bones.chain(held).collect();
+        let parts = bones.chain(beyond).chain(held).collect();
         Self { parts }
     }
 
