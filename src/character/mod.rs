@@ -70,6 +70,7 @@ mod state;
 mod steer;
 mod steer_around;
 mod threat;
+mod walk_past;
 mod watch;
 mod world;
 

@@ -10,8 +10,10 @@ use rustc_hash::FxHasher;
 use serde::{Deserialize, Serialize};
 
 use super::event::{CharacterEventKind, CharacterId, ThreatId};
+use super::goal::Aim;
 use super::state::{CharacterState, Pending};
 use super::threat::Window;
+use super::walk_past::walk_past;
 use super::world::{KnownThreat, NearThreat, PlanScratch, Worker, World};
 use crate::graph::Motion;
 use crate::query::clearance::{Clearance, ExactTest, Extent, ObstacleTest, Sampling, WorkLimit};
@@ -255,10 +257,25 @@ impl CharacterState {
         let is_among_obstacles = !scratch.ahead.is_empty();
         let mut least = None;
         let place = self.playing.ground(world.baked.graph());
-        let velocity = self.goal.aim(place, &mut self.has_arrived.clone()).velocity;
+        let aim = self.goal.aim(place, &mut self.has_arrived.clone());
+        let velocity = aim.velocity;
         let threats = planning.threats();
-        let progress = Some(self.progress).filter(|progress| progress.threats == threats);
-        let progress = progress.unwrap_or_default();
+        let before = Some(self.progress).filter(|progress| progress.threats == threats);
+        if before.is_none() {
+            scratch.context.body().set_grace(false);
+            if let Some(found) = self.walk_past(planning, aim, wider, &kept, scratch) {
+                scratch.keep_memory(kept.motion);
+                return Plan::Take(found);
+            }
+            if scratch.context.body().is_late() {
+                scratch.keep_memory(kept.motion);
+                return Plan::GoOn(Progress {
+                    threats,
+                    ..Progress::default()
+                });
+            }
+        }
+        let progress = before.unwrap_or_default();
         let attempts = Attempt::all(world.settings.margin, is_among_obstacles);
         for (number, attempt) in attempts.enumerate().skip(progress.attempt) {
             if !planning.write_attack(attempt, wider) {
@@ -331,6 +348,30 @@ impl CharacterState {
         Plan::Fail(Some(LeastHarm { motion, is_other }))
     }
 
+    /// Walks on to the goal past the threats, if there is one. `kept` is the played motion, which is hit.
+    fn walk_past(
+        &self,
+        planning: &Planning<'_>,
+        aim: Aim,
+        wider: &mut Attack,
+        kept: &TestedMotion,
+        scratch: &mut PlanScratch,
+    ) -> Option<TestedMotion> {
+        let world = planning.world;
+        let margin = world.settings.margin;
+        let attempt = Attempt { margin, late: None };
+        if aim.stands() || !planning.write_attack(attempt, wider) {
+            return None;
+        }
+        let test = PlanTest {
+            world,
+            attack: wider,
+        };
+        let mut found = walk_past(test, aim, kept, scratch)?;
+        found.clearance.metres += margin;
+        Some(found)
+    }
+
     /// Begins the plan, and reports it.
     fn begin_plan(
         &mut self,
@@ -343,7 +384,7 @@ impl CharacterState {
         let now = world.now;
         match plan {
             Plan::Keep(kept) => {
-                self.keep(planning, attack, kept.end);
+                self.keep(planning);
                 let threats = planning.threats();
                 if std::mem::replace(&mut self.avoided, threats) != threats {
                     let clearance = kept.clearance.metres;
@@ -480,14 +521,13 @@ impl CharacterState {
         self.retry_at = Some(self.held_until);
     }
 
-    /// Keeps an evasion to its end. Without one, steering goes on, and what it plays is tested again and again.
-    fn keep(&mut self, planning: &Planning<'_>, attack: &Attack, end: f32) {
-        let Planning { world, moment, .. } = planning;
+    /// Keeps what is played. Steering waits no longer than for the threats that an evasion was begun for; what it then plays is tested again
+    /// and again.
+    fn keep(&mut self, planning: &Planning<'_>) {
+        let Planning { world, .. } = planning;
         (self.has_failed, self.failures) = (false, 0);
         let mut again = world.now + f64::from(world.settings.retry);
         if self.has_plan {
-            self.passed_at = moment.at + f64::from(attack.end());
-            self.held_until = self.passed_at.max(moment.at + f64::from(end));
             again = again.max(self.held_until);
         }
         self.retry_at = Some(again);
@@ -564,9 +604,9 @@ impl Planning<'_> {
 }
 
 /// A motion, tested against threats and obstacles.
-struct TestedMotion {
-    motion: Motion,
-    clearance: Clearance,
+pub(super) struct TestedMotion {
+    pub(super) motion: Motion,
+    pub(super) clearance: Clearance,
     /// Depth in an obstacle times its weight, in metres; 0 for none.
     entered: f32,
     /// When threats have passed and evasions have ended, in seconds.
@@ -574,7 +614,7 @@ struct TestedMotion {
 }
 
 impl TestedMotion {
-    fn is_clean(&self) -> bool {
+    pub(super) fn is_clean(&self) -> bool {
         self.clearance.is_clean() && self.entered == 0.0
     }
 
@@ -594,8 +634,8 @@ fn least_harm(before: TestedMotion, other: TestedMotion) -> [TestedMotion; 2] {
 
 /// Tests motions against an attack and the obstacles of a plan.
 #[derive(Clone, Copy)]
-struct PlanTest<'a> {
-    world: &'a World<'a>,
+pub(super) struct PlanTest<'a> {
+    pub(super) world: &'a World<'a>,
     attack: &'a Attack,
 }
 
@@ -615,7 +655,7 @@ impl PlanTest<'_> {
     }
 
     /// Tests a motion, which is extended until the attack's end, until it is known whether it is clean.
-    fn until_hit(&self, mut motion: Motion, scratch: &mut PlanScratch) -> TestedMotion {
+    pub(super) fn until_hit(&self, mut motion: Motion, scratch: &mut PlanScratch) -> TestedMotion {
         motion.extend(self.world.baked.graph(), self.attack.end() + 0.1);
         let test = ExactTest {
             extent: Extent::UNTIL_HIT,

@@ -182,6 +182,7 @@ impl CharacterState {
         if is_evading {
             if !step.aim.stands() && steering.leave(&step, playing, state, scratch) {
                 self.held_until = world.now;
+                self.retry_at = self.retry_at.map(|_| world.now);
                 self.has_plan = false;
                 self.events.push((world.now, CharacterEventKind::Ended));
             }

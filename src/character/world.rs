@@ -114,6 +114,7 @@ pub(super) struct PlanScratch {
     /// Whether the plan had all the time of the step.
     pub is_first: bool,
     pub answer: Answer,
+    pub steer: SteerScratch,
     /// Obstacles as they are when the answer is taken over.
     pub ahead: Vec<Obstacle>,
     /// The obstacles of `ahead`, larger by the margin of plans.

@@ -70,7 +70,7 @@ fn clip(skeleton: &Skeleton, seed: f32) -> Clip {
     Clip::new(skeleton, desc).unwrap()
 }
 
-pub(in crate::query) fn baked() -> &'static BakedGraph {
+pub(crate) fn baked() -> &'static BakedGraph {
     static BAKED: OnceLock<BakedGraph> = OnceLock::new();
     BAKED.get_or_init(|| bake([0.3, 1.1]))
 }

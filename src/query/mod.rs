@@ -55,7 +55,7 @@ pub mod clearance;
 pub mod cull;
 mod evaluate;
 #[cfg(test)]
-mod fixture;
+pub(crate) mod fixture;
 mod gather;
 mod obstacle;
 mod request;

@@ -236,7 +236,7 @@ fn nothing_pops_at_any_delay() {
     }
 }
 
-/// Frames in which some characters play an evasion. They walk until they are threatened, and have `goal` from then on.
+/// Frames in which some characters play an evasion. They walk until they are threatened, stop, and have `goal` once they have planned.
 fn frames_of_evasions(goal: Goal) -> usize {
     let mut random = Random::new(19);
     let mut game = characters(CharacterSettings::default());
@@ -254,8 +254,10 @@ fn frames_of_evasions(goal: Goal) -> usize {
             let threat = ball(&mut game, id, &mut random);
             last = last.max(threat.time + f64::from(threat.seconds));
             game.threaten(threat).unwrap();
-            game.steer(id, goal).unwrap();
+            game.steer(id, Goal::Idle).unwrap();
         }
+        play(&mut game, 1);
+        ids.iter().for_each(|&id| game.steer(id, goal).unwrap());
         let frames = ((last + 1.0 - game.now()) / f64::from(FRAME)) as usize;
         for _ in 0..frames {
             events.clear();
@@ -622,4 +624,43 @@ fn steps_under_fire_hardly_allocate_once_warm() {
     assert!(made[0] > 0, "the counter counts");
     // A motion or a list of threats may still become longer than any before.
     assert!(made[3] < FRAMES as u64 / 2, "{made:?}");
+}
+
+/// The way of some walkers to their goal within 20 s, in metres, and the balls that hit them. `pause`: frames from one ball to the next for each.
+fn way_under_fire(pause: usize) -> (f32, usize) {
+    let mut random = Random::new(23);
+    let mut game = characters(CharacterSettings::default());
+    let ids = spawn(&mut game, 6);
+    let walk = Goal::Walk {
+        velocity: Vec3::Z * 1.2,
+        facing: None,
+    };
+    ids.iter().for_each(|&id| game.steer(id, walk).unwrap());
+    let way = |game: &mut Characters| -> f32 {
+        ids.iter()
+            .map(|&id| joints(game, id)[0].translation.z)
+            .sum()
+    };
+    let start = way(&mut game);
+    let mut events = Vec::new();
+    for frame in 1..1200 {
+        for (index, &id) in ids.iter().enumerate() {
+            if (frame + 7 * index) % pause == 0 {
+                let threat = ball(&mut game, id, &mut random);
+                game.threaten(threat).unwrap();
+            }
+        }
+        game.step(FRAME, &[], &mut events);
+    }
+    let is_hit = |event: &&CharacterEvent| matches!(event.kind, CharacterEventKind::Hit { .. });
+    (way(&mut game) - start, events.iter().filter(is_hit).count())
+}
+
+#[test]
+fn who_is_thrown_at_each_second_still_gets_to_the_goal() {
+    let (free, none) = way_under_fire(usize::MAX);
+    let (way, hits) = way_under_fire(60);
+    assert_eq!(none, 0);
+    assert!(way > 0.5 * free, "{way} of {free} m");
+    assert!(hits < 12, "{hits} of 114 balls");
 }

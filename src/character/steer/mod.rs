@@ -158,12 +158,53 @@ impl Steering {
                     entry.clip_to_world.x -= way.x;
                     entry.clip_to_world.z -= way.y;
                 }
-                let apart = body.pace.distance(found.pace);
-                let blend = blend_time(apart, self.table.limit).min(LONGEST * entry.blend);
-                playing.enter(graph, &entry, blend, &found.standing, &mut scratch.spare);
+                self.enter(graph, found, &entry, &body, playing, scratch);
             }
         }
         self.turn(step, playing);
+    }
+
+    /// Begins to walk towards the aim, whatever is played.
+    pub(super) fn walk_on(
+        &self,
+        step: &SteerStep<'_>,
+        playing: &mut Playing,
+        scratch: &mut SteerScratch,
+    ) {
+        let graph = step.baked.graph();
+        playing.ensure(graph, step.dt);
+        let playhead = playing.motion.playhead(graph, playing.seconds);
+        let moment = self.table.at(graph, playhead);
+        let moment = moment.map(|moment| &self.table.moments[moment]);
+        let now = step.now(playing, moment, scratch);
+        let body = Body {
+            pace: now.pace(),
+            stands: moment.map_or([false; Stance::LEGS], Moment::stands),
+        };
+        let effort = |moment: &Moment| {
+            let walks = moment.ahead >= WALKS;
+            walks.then(|| body.effort(moment, step.settings.blend, self.table.limit))
+        };
+        if let Some((found, _)) = self.nearest(&wanted(&step.aim, &now).row(), effort) {
+            let found = &self.table.moments[found];
+            let entry = step.entry(found, &now);
+            self.enter(graph, found, &entry, &body, playing, scratch);
+        }
+    }
+
+    /// Jumps to a moment. The blend is as long as the difference of velocities needs.
+    fn enter(
+        &self,
+        graph: &MotionGraph,
+        moment: &Moment,
+        entry: &Entry,
+        body: &Body,
+        playing: &mut Playing,
+        scratch: &mut SteerScratch,
+    ) {
+        let apart = body.pace.distance(moment.pace);
+        let blend = blend_time(apart, self.table.limit).min(LONGEST * entry.blend);
+        playing.enter(graph, entry, blend, &moment.standing, &mut scratch.spare);
     }
 
     /// The moment to jump to; `None` to continue the played motion. `current` is the played moment, if it may be continued. `is_idle` says

@@ -348,7 +348,7 @@ impl Bodies {
 fn limit(mut accelerations: Vec<f32>) -> f32 {
     /// The share of them that is below it.
     const SHARE: f32 = 0.93;
-    humanly_possible(quantile(&mut accelerations, SHARE).unwrap_or(0.0))
+    humanly_possible(quantile(&mut accelerations, SHARE).unwrap_or(0.0), 1.0)
 }
 
 /// Features of a frame of a run, which has at least one frame more. Beyond its end the body goes on as in the time of the first of

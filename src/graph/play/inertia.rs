@@ -227,11 +227,12 @@ impl Inertia {
         self.start + held.fold(self.root_seconds, f32::max)
     }
 
-    /// Holds feet where they are. `standing` has for each leg whose foot stands the time since the cut when it is lifted, in seconds.
-    pub(crate) fn hold_feet(&mut self, standing: &[Option<f32>]) {
+    /// Holds feet where they are. `standing` has for each leg whose foot stands the time since the cut when it is lifted, in seconds. Feet whose
+    /// offset is longer than `most` are not held, in metres.
+    pub(crate) fn hold_feet(&mut self, standing: &[Option<f32>], most: f32) {
         for (foot, until) in self.feet.iter_mut().zip(standing) {
             if let Some(until) = *until {
-                foot.hold(until);
+                foot.hold(until, most);
             }
         }
     }
@@ -389,7 +390,7 @@ pub(crate) struct FootDecay {
 
 /// A foot that stands: its offset does not decay until it is lifted.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-struct HeldFoot {
+pub(crate) struct HeldFoot {
     /// Time since the cut from which on the offset is kept, in seconds.
     from: f32,
     /// Time since the cut when the foot is lifted, in seconds; 0 for one that is not held.
@@ -402,7 +403,7 @@ impl HeldFoot {
     /// Time in which the offset of a lifted foot fades out, in seconds.
     const RELEASE: f32 = 0.25;
     /// Longest offset, in metres.
-    const MOST: f32 = 0.15;
+    pub(crate) const MOST: f32 = 0.15;
     /// Fastest foot that stops where it is, in metres per second.
     const SLOW: f32 = 0.5;
 
@@ -517,10 +518,10 @@ impl FootDecay {
     }
 
     /// Holds the foot where it is until it is lifted, in seconds since the cut, if the new motion puts it down nearby.
-    fn hold(&mut self, until: f32) {
+    fn hold(&mut self, until: f32, most: f32) {
         let Decay { value, speed } = self.place;
         let is_slow = speed.with_y(0.0).length() < HeldFoot::SLOW;
-        if is_slow && value.with_y(0.0).length() <= HeldFoot::MOST {
+        if is_slow && value.with_y(0.0).length() <= most {
             (self.held.from, self.held.until) = (0.0, until);
         }
     }

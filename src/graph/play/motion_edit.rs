@@ -2,7 +2,7 @@
 
 use crate::anim::{EventKind, Pose, Warp};
 use crate::graph::motion_graph::{EdgeId, EdgeMotion, MotionGraph};
-use crate::graph::play::inertia::{Entry, EntryScratch, Inertia};
+use crate::graph::play::inertia::{Entry, EntryScratch, HeldFoot, Inertia};
 use crate::graph::play::motion::{Motion, Piece};
 use crate::graph::play::playhead::MotionStep;
 use crate::math::Rigid2;
@@ -349,7 +349,28 @@ impl Motion {
         played.motion.sample_both(graph, later, &mut scratch.from);
         self.blend_from_scratch(graph, scratch, blends[0]);
         self.inertias[0].slow_root(blends[1]);
-        self.inertias[0].hold_feet(standing);
+        self.inertias[0].hold_feet(standing, HeldFoot::MOST);
+    }
+
+    /// Moves all that follows by a distance over the ground, within `seconds` from the start. `lifted` has for each leg whose foot stands then
+    /// the time when it is lifted, in seconds: until then it stays where it was. The others step aside at once.
+    pub(crate) fn shift_on_feet(
+        &mut self,
+        graph: &MotionGraph,
+        by: Vec3,
+        seconds: f32,
+        lifted: &[Option<f32>],
+    ) {
+        /// Duration of a step aside, in seconds.
+        const STEP: f32 = 0.3;
+        let mut scratch = std::mem::take(&mut self.scratch);
+        scratch.step = (1.0 / graph.frame_rate()) as f32;
+        self.extend(graph, scratch.step);
+        self.sample_both(graph, [0.0, scratch.step], &mut scratch.from);
+        self.transform(Rigid2::new(0.0, by.x, by.z));
+        self.blend_from_scratch(graph, scratch, STEP.min(seconds));
+        self.inertias[0].slow_root(seconds);
+        self.inertias[0].hold_feet(lifted, by.length());
     }
 
     /// Starts in the second of two poses that are `seconds` apart, with their velocity. The offset from it fades out within `blend` seconds.

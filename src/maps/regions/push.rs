@@ -26,16 +26,17 @@ pub(crate) fn quantile(values: &mut [f32], share: f32) -> Option<f32> {
     Some(*values.select_nth_unstable_by(at, f32::total_cmp).1)
 }
 
-/// An acceleration between what a step needs, which a graph that only stands does not have, and what friction allows.
-pub(crate) fn humanly_possible(acceleration: f32) -> f32 {
+/// The limit of an acceleration that the clips reach, with room for more: at least what a step needs, which a graph that only stands does
+/// not have, and at most what friction allows, or what the clips themselves do.
+pub(crate) fn humanly_possible(found: f32, room: f32) -> f32 {
     const STEP: f32 = 2.0;
     /// 0.9 g, the friction of shoes on a dry floor.
     const FRICTION: f32 = 8.8;
-    acceleration.clamp(STEP, FRICTION)
+    (room * found).min(FRICTION).max(found).max(STEP)
 }
 
 /// The largest acceleration that a motion of a graph may ask of the body, in metres per second squared: by a third more than 99.9% of
-/// the clips' frames, within what friction allows.
+/// the clips' frames, within what friction allows or the clips do.
 pub(crate) fn push_limit(graph: &MotionGraph, body: &Body, threads: usize) -> f32 {
     /// The share of the frames that the limit exceeds, and the factor by which it does.
     const SHARE: f32 = 0.999;
@@ -58,7 +59,7 @@ pub(crate) fn push_limit(graph: &MotionGraph, body: &Body, threads: usize) -> f3
         accelerations.collect::<Vec<f32>>()
     });
     let found = quantile(&mut of_clips.concat(), SHARE).unwrap_or(0.0);
-    humanly_possible(ROOM * found)
+    humanly_possible(found, ROOM)
 }
 
 #[cfg(test)]

@@ -89,7 +89,7 @@ impl MotionBody {
 
     /// The largest horizontal acceleration of the body's centre of mass on a motion until `end`, or the first one above `limit`, in metres per
     /// second squared. The motion must last until then.
-    pub(in crate::query) fn push(
+    pub(crate) fn push(
         &mut self,
         baked: &BakedGraph,
         motion: &Motion,

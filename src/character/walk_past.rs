@@ -1,0 +1,201 @@
+//! Walking past an attack: what a character with a goal does before it looks for an evasion.
+//!
+//! Not part of the papers. The path of its walk is shifted sideways, ahead or back, by a quintic that ends before the attack arrives, and
+//! stays shifted. A foot that stands stays where it is until it is lifted. The shortest shift with which the exact test finds the walk clean
+//! is taken, and of equal ones the narrowest miss. A character that does not walk yet, as an evasion has just ended, begins to.
+
+use std::f32::consts::TAU;
+
+use glam::{Vec2, Vec3, Vec3Swizzles};
+
+use super::goal::Aim;
+use super::plan::{PlanTest, TestedMotion};
+use super::playing::Playing;
+use super::steer::SteerStep;
+use super::world::PlanScratch;
+use crate::graph::{Motion, MotionGraph};
+use crate::maps::Stance;
+
+/// Number of directions of the shifts, and their lengths in metres.
+const DIRECTIONS: usize = 8;
+const LENGTHS: [f32; 3] = [0.2, 0.35, 0.5];
+
+/// Shortest and longest duration of a shift, and the time from its end to the contact, in seconds.
+const SHORTEST: f32 = 0.35;
+const LONGEST: f32 = 0.9;
+const EARLY: f32 = 0.05;
+
+/// The walk towards an aim that avoids the attack of `test`; `None` if there is none. `played` is the played motion, which is hit.
+pub(super) fn walk_past(
+    test: PlanTest<'_>,
+    aim: Aim,
+    played: &TestedMotion,
+    scratch: &mut PlanScratch,
+) -> Option<TestedMotion> {
+    let (world, graph) = (test.world, test.world.baked.graph());
+    let contact = played.clearance.time;
+    if leads(graph, &played.motion, contact, aim.velocity) {
+        return shifted(test, &aim, &played.motion, contact, scratch);
+    }
+    let step = SteerStep {
+        baked: world.baked,
+        settings: &world.settings.steer,
+        aim,
+        may_search: true,
+        dt: world.dt,
+    };
+    let mut playing = Playing::new(scratch.motion());
+    playing.motion.clone_from(&played.motion);
+    world
+        .steering
+        .walk_on(&step, &mut playing, &mut scratch.steer);
+    let walk = test.until_hit(playing.motion, scratch);
+    if !leads(graph, &walk.motion, contact, aim.velocity) {
+        scratch.keep_memory(walk.motion);
+        return None;
+    }
+    if walk.is_clean() {
+        return Some(walk);
+    }
+    let found = shifted(test, &aim, &walk.motion, walk.clearance.time, scratch);
+    scratch.keep_memory(walk.motion);
+    found
+}
+
+/// The walk with the shortest shift that avoids the attack, which hits it at `contact`. The body pushes off no harder than in the answers of
+/// queries.
+fn shifted(
+    test: PlanTest<'_>,
+    aim: &Aim,
+    walk: &Motion,
+    contact: f32,
+    scratch: &mut PlanScratch,
+) -> Option<TestedMotion> {
+    let baked = test.world.baked;
+    let seconds = (contact - EARLY).min(LONGEST);
+    if seconds < SHORTEST {
+        return None;
+    }
+    let push_off = test.world.settings.query.push_off;
+    let limit = match push_off {
+        0.0 => f32::INFINITY,
+        _ => {
+            let body = scratch.context.body();
+            let anyway = body.push(baked, walk, contact, f32::INFINITY);
+            anyway.max(push_off * baked.push_limit())
+        }
+    };
+    let lifted = next_lifts(baked.graph(), walk);
+    for length in LENGTHS {
+        let mut best: Option<TestedMotion> = None;
+        for direction in 0..DIRECTIONS {
+            let angle = TAU * direction as f32 / DIRECTIONS as f32;
+            let by = Vec2::from_angle(angle).rotate(aim.velocity.normalize()) * length;
+            let mut motion = scratch.motion();
+            motion.clone_from(walk);
+            motion.shift_on_feet(baked.graph(), Vec3::new(by.x, 0.0, by.y), seconds, &lifted);
+            let tested = test.until_hit(motion, scratch);
+            let metres = best.as_ref().map(|best| best.clearance.metres);
+            let is_narrower = metres.is_none_or(|metres| tested.clearance.metres < metres);
+            let body = scratch.context.body();
+            let wins = tested.is_clean()
+                && is_narrower
+                && body.push(baked, &tested.motion, contact, limit) <= limit;
+            let left = if wins {
+                best.replace(tested)
+            } else {
+                Some(tested)
+            };
+            left.into_iter()
+                .for_each(|left| scratch.keep_memory(left.motion));
+        }
+        if best.is_some() {
+            return best;
+        }
+    }
+    None
+}
+
+/// Whether a motion leads towards where a velocity does, within `seconds`.
+fn leads(graph: &MotionGraph, motion: &Motion, seconds: f32, velocity: Vec2) -> bool {
+    /// Share of the way: a character that begins to walk has a part of it.
+    const SHARE: f32 = 0.3;
+    let [from, to] = [0.0, seconds].map(|t| motion.root(graph, t).xz());
+    let wanted = velocity.length_squared() * seconds;
+    (to - from).dot(velocity) > SHARE * wanted && wanted > 0.0
+}
+
+/// For each leg whose foot stands, or comes down too soon to step aside first, the time until it is lifted, in seconds.
+fn next_lifts(graph: &MotionGraph, walk: &Motion) -> [Option<f32>; Stance::LEGS] {
+    /// Interval of the moments that are examined, and the longest times until a foot comes down and from then until it is lifted, in seconds.
+    const EACH: f32 = 1.0 / 30.0;
+    const SOON: f32 = 0.2;
+    const LONGEST: f32 = 1.0;
+    std::array::from_fn(|leg| {
+        let stands = |t: f32| {
+            let playhead = walk.playhead(graph, t);
+            graph.foot_stands(playhead.edge, playhead.frame, leg)
+        };
+        let mut times = (0..).map(|step| step as f32 * EACH);
+        let down = times
+            .find(|&t| t > SOON || stands(t))
+            .filter(|&t| t <= SOON)?;
+        times.find(|&t| t > down + LONGEST || !stands(t))
+    })
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use super::*;
+    use crate::anim::{JointTransform, Pose, forward_kinematics};
+    use crate::graph::{EdgeId, Playhead};
+    use crate::math::Rigid2;
+    use crate::query::fixture::baked;
+
+    #[test]
+    fn a_shifted_walk_begins_as_it_was_keeps_its_standing_feet_and_ends_beside() {
+        let graph = baked().graph();
+        let by = Vec3::new(0.2, 0.0, -0.1);
+        let (mut pose, mut joints) = (Pose::default(), Vec::<JointTransform>::new());
+        let mut toes = |motion: &Motion, t: f32| -> Vec<Vec3> {
+            motion.sample(graph, t, &mut pose);
+            forward_kinematics(graph.skeleton(), &pose, &mut joints);
+            let legs = graph.feet().legs().iter();
+            let toe = |leg: &crate::anim::Leg| joints[leg.toe_or_foot().index()].translation;
+            [pose.root].into_iter().chain(legs.map(toe)).collect()
+        };
+        let mut held = 0;
+        for frame in 0..8 {
+            let at = 4.0 * frame as f32;
+            let playhead = Playhead::at(graph, EdgeId(0), at, Rigid2::IDENTITY);
+            let mut walk = Motion::new(graph, playhead, &[]);
+            walk.extend(graph, 2.0);
+            let lifted = next_lifts(graph, &walk);
+            let mut shifted = walk.clone();
+            shifted.shift_on_feet(graph, by, 0.6, &lifted);
+            let [before, after] = [&walk, &shifted].map(|motion| toes(motion, 0.0));
+            for (before, after) in before.iter().zip(after) {
+                assert!(before.distance(after) < 1e-3, "{before} {after}");
+            }
+            let [before, after] = [&walk, &shifted].map(|motion| toes(motion, 2.0));
+            for (before, after) in before.iter().zip(after) {
+                assert!((before + by).distance(after) < 1e-3, "{before} {after}");
+            }
+            let until = |leg: usize| lifted.get(leg).copied().flatten();
+            for leg in 0..graph.feet().legs().len() {
+                let Some(until) = until(leg).filter(|&until| until > 0.1) else {
+                    continue;
+                };
+                let now = until - 0.05;
+                let [before, after] = [&walk, &shifted].map(|motion| toes(motion, now)[1 + leg]);
+                assert!(
+                    before.distance(after) < 0.02,
+                    "{leg} {now}: {before} {after}"
+                );
+                held += 1;
+            }
+        }
+        assert!(held > 0 || graph.feet().legs().is_empty());
+    }
+}
