@@ -85,6 +85,7 @@ impl Isa {
         on_isa!(self, {
             Avx512 => kernel.run(ShuffledRows(())),
             Avx2 => kernel.run(ShuffledRows(())),
+            Neon => kernel.run(NeonRows(())),
             Portable => kernel.run(PortableRows(())),
         })
     }
@@ -165,7 +166,7 @@ impl RowReader for ShuffledRows {
 }
 
 /// Shuffle and shifts that move the codes of one width to their lanes.
-#[cfg(target_arch = "x86_64")]
+#[cfg(any(target_arch = "x86_64", target_arch = "aarch64"))]
 #[repr(C, align(32))]
 struct Plan {
     /// For each lane, the bytes in which its code lies. Bytes beyond the row are 0.
@@ -175,7 +176,7 @@ struct Plan {
     masks: [u32; CODES],
 }
 
-#[cfg(target_arch = "x86_64")]
+#[cfg(any(target_arch = "x86_64", target_arch = "aarch64"))]
 static PLANS: [Plan; MOST_BITS as usize + 1] = {
     let mut plans = [const {
         Plan {
@@ -271,6 +272,50 @@ unsafe fn lerp_avx2(a: &mut Vectors<CODES>, b: &Vectors<CODES>, weight: f32) {
             let there = _mm256_mul_ps(_mm256_loadu_ps(b.as_ptr()), weight);
             _mm256_storeu_ps(a.as_mut_ptr(), _mm256_add_ps(here, there));
         }
+    }
+}
+
+#[cfg(target_arch = "aarch64")]
+#[derive(Clone, Copy)]
+struct NeonRows(());
+
+#[cfg(target_arch = "aarch64")]
+impl RowReader for NeonRows {
+    #[inline(always)]
+    fn read(self, row: CodeRow<'_>) -> [f32; CODES] {
+        use std::arch::aarch64::{
+            vaddw_s16, vandq_u32, vcvtq_f32_s32, vdupq_n_u32, vld1_s16, vld1q_s32, vld1q_u8,
+            vnegq_s32, vqtbl1q_u8, vreinterpretq_s32_u32, vreinterpretq_u32_u8, vshlq_u32,
+            vst1q_f32,
+        };
+        let plan = &PLANS[usize::from(row.width.min(MOST_BITS))];
+        let mut out = [0.0; CODES];
+        // SAFETY: every aarch64 has NEON; arrays of 16 bytes, and halves of eight numbers, are read and written. The table's
+        // look-up gives 0 beyond its 16 bytes.
+        unsafe {
+            let bytes = vld1q_u8(row.bytes.as_ptr());
+            for half in [0, CODES / 2] {
+                let own = vqtbl1q_u8(bytes, vld1q_u8(plan.bytes.as_ptr().add(4 * half)));
+                let shifts = vld1q_s32(plan.shifts.as_ptr().add(half).cast());
+                let shifted = vshlq_u32(vreinterpretq_u32_u8(own), vnegq_s32(shifts));
+                let codes = vandq_u32(shifted, vdupq_n_u32(plan.masks[0]));
+                let bases = vld1_s16(row.bases.as_ptr().add(2 * half).cast());
+                let sums = vaddw_s16(vreinterpretq_s32_u32(codes), bases);
+                vst1q_f32(out.as_mut_ptr().add(half), vcvtq_f32_s32(sums));
+            }
+        }
+        out
+    }
+
+    // Compilers vectorise these by four lanes, as many as there are.
+    #[inline(always)]
+    fn unit(self, vectors: &Vectors<CODES>) -> Vectors<CODES> {
+        unit(vectors)
+    }
+
+    #[inline(always)]
+    fn unit_lerp(self, a: &Vectors<CODES>, b: &Vectors<CODES>, weight: f32) -> Vectors<CODES> {
+        unit_lerp(a, b, weight)
     }
 }
 

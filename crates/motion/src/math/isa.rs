@@ -10,6 +10,8 @@ use std::sync::OnceLock;
 pub enum Isa {
     /// The instruction set that the program was built for.
     Portable,
+    /// aarch64, all of which have NEON.
+    Neon,
     /// x86-64 with AVX2, FMA, BMI1, BMI2 and POPCNT.
     Avx2,
     /// x86-64 with the AVX-512 of servers since 2017: F, BW, DQ, VL, CD.
@@ -18,7 +20,7 @@ pub enum Isa {
 
 /// Evaluates the expression of an instruction set, compiled for it, or the last one if the machine does not have it.
 macro_rules! on_isa {
-    ($isa:expr, { Avx512 => $avx512:expr, Avx2 => $avx2:expr, Portable => $portable:expr, }) => {
+    ($isa:expr, { Avx512 => $avx512:expr, Avx2 => $avx2:expr, Neon => $neon:expr, Portable => $portable:expr, }) => {
         match $isa {
             #[cfg(target_arch = "x86_64")]
             $crate::math::Isa::Avx512 if $isa <= $crate::math::Isa::best() => {
@@ -40,6 +42,8 @@ macro_rules! on_isa {
                     )
                 }
             }
+            #[cfg(target_arch = "aarch64")]
+            $crate::math::Isa::Neon => $neon,
             _ => $portable,
         }
     };
@@ -47,7 +51,7 @@ macro_rules! on_isa {
 pub(super) use on_isa;
 
 impl Isa {
-    const ALL: [Self; 3] = [Self::Portable, Self::Avx2, Self::Avx512];
+    const ALL: [Self; 4] = [Self::Portable, Self::Neon, Self::Avx2, Self::Avx512];
 
     /// The widest instruction set of this machine.
     #[must_use]
@@ -69,6 +73,7 @@ impl Isa {
     pub fn is_available(self) -> bool {
         match self {
             Self::Portable => true,
+            Self::Neon => cfg!(target_arch = "aarch64"),
             #[cfg(target_arch = "x86_64")]
             Self::Avx2 => {
                 std::is_x86_feature_detected!("avx2")
@@ -109,6 +114,7 @@ impl Isa {
         on_isa!(self, {
             Avx512 => kernel(),
             Avx2 => kernel(),
+            Neon => kernel(),
             Portable => kernel(),
         })
     }
@@ -138,6 +144,8 @@ impl Isa {
         on_isa!(self, {
             Avx512 => kernel.run(WordsAvx2(())),
             Avx2 => kernel.run(WordsAvx2(())),
+            // It reads words one by one.
+            Neon => kernel.run(WordsPortable(())),
             Portable => kernel.run(WordsPortable(())),
         })
     }

@@ -103,7 +103,8 @@ fn fused_kernels_give_the_same_bits_and_the_portable_one_is_near() {
         }
         for isa in Isa::available() {
             let found = pose(isa, 1);
-            if isa == Isa::Portable {
+            // The portable one rounds products twice, but on aarch64.
+            if isa == Isa::Portable && !cfg!(target_arch = "aarch64") {
                 let numbers = found
                     .iter()
                     .zip(&best)

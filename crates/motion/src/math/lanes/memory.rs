@@ -49,7 +49,6 @@ impl KeyColumns<'_> {
 
     /// Prefetches the cache line of a window that is read next.
     #[inline(always)]
-    #[cfg(target_arch = "x86_64")]
     pub(super) fn prefetch_next(&self, index: usize) {
         let next = self.next.start.wrapping_add(index * self.next.stride);
         let first = self.table.as_ptr().wrapping_add(next);
@@ -115,7 +114,7 @@ impl<'a> KeyRows<'a> {
 
     /// Pointers to a unit in one lane's row, and in the row after it. Both are inside the table.
     #[inline(always)]
-    #[cfg(target_arch = "x86_64")]
+    #[cfg(any(target_arch = "x86_64", target_arch = "aarch64"))]
     pub(super) fn pointers(&self, lane: usize, unit: usize) -> [*const KeyUnit; 2] {
         assert!(unit < self.length);
         let own = self.starts[lane].wrapping_add(unit);

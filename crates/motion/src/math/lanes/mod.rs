@@ -11,6 +11,8 @@ mod avx2;
 #[cfg(target_arch = "x86_64")]
 mod avx512;
 mod memory;
+#[cfg(target_arch = "aarch64")]
+mod neon;
 mod portable;
 #[cfg(test)]
 mod tests;
@@ -26,7 +28,7 @@ pub(crate) use memory::{KeyColumns, KeyRows, KeyUnit, NextColumns};
 pub(crate) use memory::{RowLines, Sixteen};
 
 /// Methods of [`Lanes`] that are one expression of instructions.
-#[cfg(target_arch = "x86_64")]
+#[cfg(any(target_arch = "x86_64", target_arch = "aarch64"))]
 macro_rules! instructions {
     ($(fn $name:ident($($arguments:tt)*) -> $result:ty = $value:expr;)*) => {
         $(
@@ -38,11 +40,11 @@ macro_rules! instructions {
         )*
     };
 }
-#[cfg(target_arch = "x86_64")]
+#[cfg(any(target_arch = "x86_64", target_arch = "aarch64"))]
 use instructions;
 
 /// The four operators of a kind of registers.
-#[cfg(target_arch = "x86_64")]
+#[cfg(any(target_arch = "x86_64", target_arch = "aarch64"))]
 macro_rules! operators {
     ($type:ident, $add:ident, $sub:ident, $mul:ident, $div:ident) => {
         operators!($type, Add, add, $add);
@@ -62,7 +64,7 @@ macro_rules! operators {
         }
     };
 }
-#[cfg(target_arch = "x86_64")]
+#[cfg(any(target_arch = "x86_64", target_arch = "aarch64"))]
 use operators;
 
 /// Sixteen numbers, for example one of each of sixteen characters, in one aligned cache line.
@@ -78,13 +80,13 @@ impl F32x16 {
 
     /// The lanes of one part, of `COUNT` lanes.
     #[inline(always)]
-    #[cfg(target_arch = "x86_64")]
+    #[cfg(any(target_arch = "x86_64", target_arch = "aarch64"))]
     fn part<const COUNT: usize>(&self, part: usize) -> &[f32] {
         &self.0[part * COUNT..][..COUNT]
     }
 
     #[inline(always)]
-    #[cfg(target_arch = "x86_64")]
+    #[cfg(any(target_arch = "x86_64", target_arch = "aarch64"))]
     fn part_mut<const COUNT: usize>(&mut self, part: usize) -> &mut [f32] {
         &mut self.0[part * COUNT..][..COUNT]
     }
@@ -228,6 +230,7 @@ impl Isa {
         on_isa!(self, {
             Avx512 => kernel.run::<avx512::Avx512>(),
             Avx2 => kernel.run::<avx2::Avx2>(),
+            Neon => kernel.run::<neon::Neon>(),
             Portable => kernel.run::<portable::Portable>(),
         })
     }

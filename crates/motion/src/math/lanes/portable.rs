@@ -204,6 +204,7 @@ impl Lanes for Portable {
         from_fn(
             #[inline(always)]
             |index| {
+                columns.prefetch_next(index);
                 let table = &table[index * columns.stride..][..Self::WINDOW];
                 from_fn(
                     #[inline(always)]
@@ -225,6 +226,7 @@ impl Lanes for Portable {
         from_fn(
             #[inline(always)]
             |index| {
+                columns.prefetch_next(index);
                 let table = &table[index * columns.stride..][..Self::WIDE_WINDOW];
                 from_fn(
                     #[inline(always)]
