@@ -80,6 +80,9 @@ struct LeastHarm {
 /// Blend of a takeover from another playback rate or from a bent pose, in seconds.
 const BLEND: f32 = 0.2;
 
+/// The same of the root's position, so that the body does not push off for it.
+const ROOT_BLEND: f32 = 0.5;
+
 /// Time before the contact at which evasions start in the second attempt, after no early evasion avoids the threats, in seconds.
 const LATE: f32 = 0.2;
 
@@ -508,7 +511,7 @@ impl CharacterState {
         let is_blended = self.playing.rate != 1.0 || bent != is_bent(&motion);
         if is_blended {
             let played = self.playing.played_until(moment.seconds);
-            motion.blend_from(world.baked.graph(), played, BLEND);
+            motion.blend_on_feet(world.baked.graph(), played, [BLEND, ROOT_BLEND], &[]);
         }
         (motion, is_blended)
     }

@@ -13,12 +13,16 @@ use super::plan::{PlanTest, TestedMotion};
 use super::playing::Playing;
 use super::steer::SteerStep;
 use super::world::PlanScratch;
+use crate::anim::{Chain, Pose};
 use crate::graph::{Motion, MotionGraph};
 use crate::maps::Stance;
 
 /// Number of directions of the shifts, and their lengths in metres.
 const DIRECTIONS: usize = 8;
 const LENGTHS: [f32; 3] = [0.2, 0.35, 0.5];
+
+/// Smallest distance of the legs from each other, as a share of that in the walk: feet that are put aside do not cross.
+const NEARER: f32 = 0.75;
 
 /// Shortest and longest duration of a shift, and the time from its end to the contact, in seconds.
 const SHORTEST: f32 = 0.35;
@@ -86,6 +90,7 @@ fn shifted(
         }
     };
     let lifted = next_lifts(baked.graph(), walk);
+    let apart = NEARER * legs_apart(baked.graph(), walk, contact, &mut scratch.pose);
     for length in LENGTHS {
         let mut best: Option<TestedMotion> = None;
         for direction in 0..DIRECTIONS {
@@ -100,7 +105,8 @@ fn shifted(
             let body = scratch.context.body();
             let wins = tested.is_clean()
                 && is_narrower
-                && body.push(baked, &tested.motion, contact, limit) <= limit;
+                && body.push(baked, &tested.motion, contact, limit) <= limit
+                && legs_apart(baked.graph(), &tested.motion, contact, &mut scratch.pose) > apart;
             let left = if wins {
                 best.replace(tested)
             } else {
@@ -123,6 +129,27 @@ fn leads(graph: &MotionGraph, motion: &Motion, seconds: f32, velocity: Vec2) -> 
     let [from, to] = [0.0, seconds].map(|t| motion.root(graph, t).xz());
     let wanted = velocity.length_squared() * seconds;
     (to - from).dot(velocity) > SHARE * wanted && wanted > 0.0
+}
+
+/// Smallest distance of knee, ankle and toe of one leg from those of the other until `seconds`, in metres.
+fn legs_apart(graph: &MotionGraph, motion: &Motion, seconds: f32, pose: &mut Pose) -> f32 {
+    /// Interval of the moments that are examined, in seconds.
+    const EACH: f32 = 1.0 / 15.0;
+    let [Some(left), Some(right)] = [0, 1].map(|leg| graph.feet().legs().get(leg)) else {
+        return f32::INFINITY;
+    };
+    let mut least = f32::INFINITY;
+    for step in 0..=(seconds / EACH) as usize {
+        motion.sample(graph, step as f32 * EACH, pose);
+        let chain = Chain::of(graph.skeleton(), pose);
+        let [left, right] = [left, right].map(|leg| {
+            let joints = [leg.knee, leg.foot, leg.toe_or_foot()];
+            joints.map(|joint| chain.global(joint).translation)
+        });
+        let pairs = left.iter().flat_map(|a| right.map(|b| a.distance(b)));
+        least = pairs.fold(least, f32::min);
+    }
+    least
 }
 
 /// For each leg whose foot stands, or comes down too soon to step aside first, the time until it is lifted, in seconds.
@@ -148,7 +175,7 @@ fn next_lifts(graph: &MotionGraph, walk: &Motion) -> [Option<f32>; Stance::LEGS]
 #[allow(clippy::unwrap_used)]
 mod tests {
     use super::*;
-    use crate::anim::{JointTransform, Pose, forward_kinematics};
+    use crate::anim::{JointTransform, forward_kinematics};
     use crate::graph::{EdgeId, Playhead};
     use crate::math::Rigid2;
     use crate::query::fixture::baked;

@@ -115,6 +115,7 @@ pub(super) struct PlanScratch {
     pub is_first: bool,
     pub answer: Answer,
     pub steer: SteerScratch,
+    pub pose: Pose,
     /// Obstacles as they are when the answer is taken over.
     pub ahead: Vec<Obstacle>,
     /// The obstacles of `ahead`, larger by the margin of plans.
