@@ -55,18 +55,19 @@ private:
 
 // Four walls and a pillar.
 std::vector<sabaki_obstacle> walls() {
+    constexpr uint32_t size = sizeof(sabaki_obstacle);
     std::vector<sabaki_obstacle> all;
     for (const auto &[x, z] : {std::pair{1.0f, 0.0f}, {-1.0f, 0.0f}, {0.0f, 1.0f}, {0.0f, -1.0f}}) {
-        all.push_back({SABAKI_HALF_SPACE, {x * room, 0, z * room}, {-x, 0, -z}, 0, 0, {}, 0, 0, nullptr});
+        all.push_back({size, SABAKI_HALF_SPACE, {x * room, 0, z * room}, {-x, 0, -z}, 0, 0, {}, 0, 0, nullptr});
     }
-    all.push_back({SABAKI_CAPSULE, {1.5f, 0, 2}, {1.5f, 2, 2}, 0.3f, 0, {}, 0, 0, nullptr});
+    all.push_back({size, SABAKI_CAPSULE, {1.5f, 0, 2}, {1.5f, 2, 2}, 0.3f, 0, {}, 0, 0, nullptr});
     return all;
 }
 
 // A ball from one of the walls at where the body will be.
 sabaki_threat thrown(const sabaki_joint &root, int number, double now, const sabaki_sphere &ball) {
     const float angle = 2.4f * static_cast<float>(number), seconds = 0.8f;
-    sabaki_threat threat{};
+    auto threat = sabaki::sized<sabaki_threat>();
     threat.time = now + 0.5;
     threat.position[0] = room * std::sin(angle);
     threat.position[1] = 1.2f;
@@ -100,7 +101,9 @@ int play(const char *file) {
     const sabaki_character me = game.spawn(0, 0, 0);
     const std::vector<sabaki_obstacle> obstacles = walls();
     const sabaki_sphere ball{{0, 0, 0}, 0.1f};
-    sabaki_goal goal{};
+    auto goal = sabaki::sized<sabaki_goal>();
+    std::vector<sabaki_joint> joints;
+    game.pose(me, joints);
     Keys keys;
     std::string line = "W A S D walk, X stands, Q quits";
     float entered = 0;
@@ -110,12 +113,12 @@ int play(const char *file) {
         const std::string ways = "wdsa";
         if (const size_t way = ways.find(*key); *key != 0 && way != std::string::npos) {
             const float heading = -1.5707963f * static_cast<float>(way);
-            goal = {SABAKI_WALK, 1.3f * std::sin(heading), 1.3f * std::cos(heading), 0, 0, 0};
+            goal = {sizeof goal, SABAKI_WALK, 1.3f * std::sin(heading), 1.3f * std::cos(heading), 0, 0, 0};
         } else if (*key == 'x' || *key == ' ') {
-            goal = {};
+            goal = sabaki::sized<sabaki_goal>();
         }
         game.steer(me, goal);
-        if (number % 150 == 60) game.threaten(thrown(game.pose(me)[0], number, game.now(), ball));
+        if (number % 150 == 60) game.threaten(thrown(joints[0], number, game.now(), ball));
         for (const sabaki_event &event : game.step(frame, obstacles)) {
             char text[80] = "";
             if (event.kind == SABAKI_MISSED) std::snprintf(text, sizeof text, "%.1f s: missed by %.2f m", event.time, event.metres);
@@ -123,7 +126,7 @@ int play(const char *file) {
             if (*text) line = text;
             if (*text && !keys.is_terminal()) std::puts(text);
         }
-        const std::vector<sabaki_joint> joints = game.pose(me);
+        game.pose(me, joints);
         for (const sabaki_joint &joint : joints) {
             for (const int axis : {0, 2}) entered = std::max(entered, std::abs(joint.position[axis]) - room);
         }

@@ -9,6 +9,7 @@ use glam::Vec3;
 use super::device::Device;
 use super::graph::Graph;
 use super::memory::HostMemory;
+use super::sized::{read, sized, write};
 use super::status::{Failure, NOT_YET, OK, Status, call};
 use super::{given, given_slice, given_slice_mut};
 use crate::anim::{JointTransform, Pose, forward_kinematics};
@@ -39,14 +40,20 @@ pub(super) struct Key {
 }
 
 /// `sabaki_answer`.
+#[derive(Clone, Copy)]
 #[repr(C)]
 pub(super) struct AnswerOut {
+    size: u32,
     avoided: u32,
     clearance: f32,
     seconds: f32,
     candidates: u32,
     removed: u32,
     counted_by_cpu: u32,
+}
+
+sized! {
+    AnswerOut, "answer";
 }
 
 /// `sabaki_sphere`.
@@ -100,12 +107,13 @@ pub(super) struct Culler {
 exported! {
     unsafe extern "C" fn sabaki_culler_create(
         graph: Option<&Graph>,
-        device: Option<&Device>,
+        device: *const Device,
         path: i32,
         slots: u32,
         culler: Option<&mut *mut Culler>,
     ) {
-        let (host, graph) = (given(device, "device")?, given(graph, "graph")?);
+        // SAFETY: the caller gives a device.
+        let (host, graph) = (unsafe { read(device) }?, given(graph, "graph")?);
         let out = given(culler, "culler")?;
         let path = match path {
             0 => CullPath::Stencil,
@@ -178,17 +186,19 @@ exported! {
     unsafe extern "C" fn sabaki_poll(
         culler: Option<&mut Culler>,
         slot: u32,
-        answer: Option<&mut AnswerOut>,
+        answer: *mut AnswerOut,
     ) -> Status {
-        call(|| given(culler, "culler")?.poll(slot, false, given(answer, "answer")?))
+        // SAFETY: the caller gives place for an answer.
+        call(|| unsafe { given(culler, "culler")?.poll(slot, false, answer) })
     }
 
     unsafe extern "C" fn sabaki_answer_now(
         culler: Option<&mut Culler>,
         slot: u32,
-        answer: Option<&mut AnswerOut>,
+        answer: *mut AnswerOut,
     ) -> Status {
-        call(|| given(culler, "culler")?.poll(slot, true, given(answer, "answer")?))
+        // SAFETY: the caller gives place for an answer.
+        call(|| unsafe { given(culler, "culler")?.poll(slot, true, answer) })
     }
 
     unsafe extern "C" fn sabaki_sample_joints(
@@ -325,7 +335,18 @@ impl Culler {
     }
 
     /// Answers a query if its counts are available. With `now`, the CPU counts at once.
-    fn poll(&mut self, slot: u32, now: bool, out: &mut AnswerOut) -> Result<Status, Failure> {
+    ///
+    /// # Safety
+    /// `out` is null, or an answer of as many bytes as it says.
+    unsafe fn poll(
+        &mut self,
+        slot: u32,
+        now: bool,
+        out: *mut AnswerOut,
+    ) -> Result<Status, Failure> {
+        // What cannot be written is refused before the slot changes.
+        // SAFETY: the caller vouches for the answer.
+        unsafe { read(out.cast_const()) }?;
         let place = self.slots.get_mut(slot as usize).ok_or_else(no_slot)?;
         let Some(waiting) = place.waiting else {
             return Err("nothing was asked in this slot".to_owned().into());
@@ -359,7 +380,8 @@ impl Culler {
             Ok::<_, Infallible>(())
         });
         (place.waiting, place.ticket, place.answered) = (None, None, true);
-        *out = AnswerOut {
+        let answer = AnswerOut {
+            size: 0,
             avoided: place.answer.avoided.into(),
             clearance: place.answer.clearance().metres,
             seconds: place.answer.motion.duration(),
@@ -367,6 +389,8 @@ impl Culler {
             removed: place.answer.counts.culled as u32,
             counted_by_cpu: (!counted).into(),
         };
+        // SAFETY: the caller vouches for the answer.
+        unsafe { write(answer, out) }?;
         Ok(OK)
     }
 

@@ -2,16 +2,17 @@
 
 use std::ffi::{c_char, c_void};
 
-use super::given;
 use super::memory::{Allocator, HostMemory};
+use super::sized::{read, sized};
 use super::status::Failure;
-use crate::gpu::{
-    Context, Features, GpuError, PathReport, RawContextDesc, Report, Terms, check_raw,
-};
+use crate::gpu::{Context, Features, PathReport, RawContextDesc, Report, Terms, check_raw};
 
 /// `sabaki_device`.
+#[derive(Clone, Copy)]
 #[repr(C)]
 pub(super) struct Device {
+    size: u32,
+    labels: u32,
     get_instance_proc_addr: *mut c_void,
     instance: *mut c_void,
     physical_device: *mut c_void,
@@ -23,6 +24,10 @@ pub(super) struct Device {
     synchronization2: u32,
     extended_dynamic_state: u32,
     allocator: *const Allocator,
+}
+
+sized! {
+    Device, "device";
 }
 
 impl Device {
@@ -39,7 +44,7 @@ impl Device {
                 extended_dynamic_state: self.extended_dynamic_state != 0,
                 precise_queries: self.precise_queries != 0,
             },
-            debug_utils: false,
+            debug_utils: self.labels != 0,
             terms: Terms {
                 api_version: self.api_version,
                 ..Terms::default()
@@ -56,16 +61,20 @@ impl Device {
 
     /// # Safety
     /// The allocator is null or valid.
-    pub(super) unsafe fn memory(&self, context: &Context) -> Result<HostMemory, GpuError> {
-        // SAFETY: the caller vouches for the pointer.
-        HostMemory::new(unsafe { self.allocator.as_ref() }, context)
+    pub(super) unsafe fn memory(&self, context: &Context) -> Result<HostMemory, Failure> {
+        let allocator = match self.allocator.is_null() {
+            true => None,
+            // SAFETY: the caller vouches for the pointer.
+            false => Some(unsafe { read(self.allocator) }?),
+        };
+        Ok(HostMemory::new(allocator, context)?)
     }
 }
 
 exported! {
-    unsafe extern "C" fn sabaki_check(device: Option<&Device>, text: *mut c_char, size: usize) {
+    unsafe extern "C" fn sabaki_check(device: *const Device, text: *mut c_char, size: usize) {
         // SAFETY: the caller's device has valid handles.
-        let report = unsafe { check_raw(&given(device, "device")?.raw()) }?;
+        let report = unsafe { check_raw(&read(device)?.raw()) }?;
         // SAFETY: the caller's `size` bytes, or none.
         unsafe { write(&describe(&report), text, size) };
         if !report.is_usable() {

@@ -2,12 +2,16 @@
 
 use std::sync::Arc;
 
-use super::culler::JointOut;
+use super::culler::{JointOut, SphereOut};
 use super::game_inputs::{EventOut, GoalIn, ObstacleIn, ThreatIn};
 use super::graph::Graph;
-use super::{given, given_slice, given_slice_mut};
+use super::sized::{Grows, read, read_array, write, write_array};
+use super::status::{OK, call};
+use super::{given, given_slice_mut};
 use crate::anim::{JointTransform, Pose};
-use crate::character::{CharacterEvent, CharacterId, CharacterSettings, Characters, ThreatId};
+use crate::character::{
+    CharacterError, CharacterEvent, CharacterId, CharacterSettings, Characters, ThreatId,
+};
 use crate::math::Rigid2;
 use crate::query::Obstacle;
 
@@ -20,59 +24,103 @@ pub(super) struct Game {
     pub(super) poses: [Pose; 2],
 }
 
-/// `sabaki_game_settings`.
-#[repr(C)]
-pub(super) struct GameSettings {
-    threads: u32,
-    delay: u32,
-    plans_per_step: u32,
-    horizon: f32,
-    margin: f32,
-    body_radius: f32,
-    plan_milliseconds: f32,
+impl Game {
+    /// The joints of a character in the world.
+    fn posed(&mut self, character: u64) -> Result<&[JointTransform], CharacterError> {
+        let needed = self.characters.baked().graph().skeleton().len();
+        self.joints.resize(needed, JointTransform::IDENTITY);
+        let id = CharacterId::from_bits(character);
+        self.characters.pose(id, &mut self.joints)?;
+        Ok(&self.joints)
+    }
 }
 
-impl GameSettings {
-    fn settings(&self) -> CharacterSettings {
-        CharacterSettings {
-            threads: self.threads as usize,
-            delay: self.delay,
-            plans_per_step: match self.plans_per_step {
-                0 => usize::MAX,
-                most => most as usize,
-            },
-            horizon: self.horizon,
-            margin: self.margin,
-            body_radius: self.body_radius,
-            plan_milliseconds: self.plan_milliseconds,
-            ..CharacterSettings::default()
+/// `sabaki_game_settings`, and its conversions: each field of C with the field that it sets.
+macro_rules! settings {
+    ($($name:ident: $type:ty => $($field:ident).+;)*) => {
+        #[derive(Clone, Copy)]
+        #[repr(C)]
+        pub(super) struct GameSettings {
+            size: u32,
+            $($name: $type,)*
         }
+
+        impl GameSettings {
+            fn new(from: &CharacterSettings) -> Self {
+                Self {
+                    size: size_of::<Self>() as u32,
+                    $($name: from.$($field).+ as $type,)*
+                }
+            }
+
+            fn settings(&self) -> CharacterSettings {
+                let mut to = CharacterSettings::default();
+                $(to.$($field).+ = self.$name as _;)*
+                if self.plans_per_step == 0 {
+                    to.plans_per_step = usize::MAX;
+                }
+                to
+            }
+        }
+    };
+}
+
+settings! {
+    threads: u32 => threads;
+    delay: u32 => delay;
+    plans_per_step: u32 => plans_per_step;
+    horizon: f32 => horizon;
+    margin: f32 => margin;
+    body_radius: f32 => body_radius;
+    plan_milliseconds: f32 => plan_milliseconds;
+    plan_work: u32 => plan_work;
+    searches_per_step: u32 => searches_per_step;
+    obstacle_margin: f32 => obstacle_margin;
+    push: f32 => push;
+    retry: f32 => retry;
+    steer_interval: f32 => steer.interval;
+    steer_blend: f32 => steer.blend;
+    steer_gain: f32 => steer.gain;
+    steer_slowest: f32 => steer.slowest;
+    steer_fastest: f32 => steer.fastest;
+    steer_turn: f32 => steer.turn;
+    steer_standing_turn: f32 => steer.standing_turn;
+    steer_jump_turn: f32 => steer.jump_turn;
+    steer_clearance: f32 => steer.clearance;
+    steer_foresight: f32 => steer.foresight;
+    steer_repeat: f32 => steer.repeat;
+}
+
+// SAFETY: numbers alone, the first of which is the size.
+unsafe impl Grows for GameSettings {
+    const NAME: &'static str = "settings";
+
+    fn blank() -> Self {
+        // 0 is no limit in C.
+        Self::new(&CharacterSettings {
+            plans_per_step: 0,
+            ..CharacterSettings::default()
+        })
     }
 }
 
 exported! {
-    unsafe extern "C" fn sabaki_game_settings_default(settings: Option<&mut GameSettings>) -> () {
-        let default = CharacterSettings::default();
-        if let Some(settings) = settings {
-            *settings = GameSettings {
-                threads: default.threads as u32,
-                delay: default.delay,
-                plans_per_step: 0,
-                horizon: default.horizon,
-                margin: default.margin,
-                body_radius: default.body_radius,
-                plan_milliseconds: default.plan_milliseconds,
-            };
-        }
+    unsafe extern "C" fn sabaki_game_settings_default(settings: *mut GameSettings) {
+        // SAFETY: the caller gives place for settings.
+        unsafe { write(GameSettings::blank(), settings) }?;
     }
 
     unsafe extern "C" fn sabaki_game_create(
         graph: Option<&Graph>,
-        settings: Option<&GameSettings>,
+        settings: *const GameSettings,
         game: Option<&mut *mut Game>,
     ) {
         let (graph, out) = (given(graph, "graph")?, given(game, "game")?);
-        let settings = settings.map_or_else(CharacterSettings::default, GameSettings::settings);
+        let settings = match settings.is_null() {
+            true => CharacterSettings::default(),
+            // SAFETY: the caller gives settings.
+            false => unsafe { read(settings) }?.settings(),
+        };
         *out = Box::into_raw(Box::new(Game {
             characters: Characters::new(Arc::clone(&graph.baked), settings)?,
             obstacles: Vec::new(),
@@ -113,10 +161,11 @@ exported! {
     unsafe extern "C" fn sabaki_steer(
         game: Option<&mut Game>,
         character: u64,
-        goal: Option<&GoalIn>,
+        goal: *const GoalIn,
     ) {
         let (game, id) = (given(game, "game")?, CharacterId::from_bits(character));
-        game.characters.steer(id, given(goal, "goal")?.goal()?)?;
+        // SAFETY: the caller gives a goal.
+        game.characters.steer(id, unsafe { read(goal) }?.goal()?)?;
     }
 
     unsafe extern "C" fn sabaki_move_by(
@@ -141,11 +190,11 @@ exported! {
 
     unsafe extern "C" fn sabaki_threaten(
         game: Option<&mut Game>,
-        threat: Option<&ThreatIn>,
+        threat: *const ThreatIn,
         id: Option<&mut u64>,
     ) {
         // SAFETY: the caller's threat has its spheres.
-        let threat = unsafe { given(threat, "threat")?.threat() }?;
+        let threat = unsafe { read(threat)?.threat() }?;
         let (game, out) = (given(game, "game")?, given(id, "id")?);
         *out = game.characters.threaten(threat)?.0;
     }
@@ -153,10 +202,10 @@ exported! {
     unsafe extern "C" fn sabaki_update_threat(
         game: Option<&mut Game>,
         id: u64,
-        threat: Option<&ThreatIn>,
+        threat: *const ThreatIn,
     ) {
         // SAFETY: the caller's threat has its spheres.
-        let threat = unsafe { given(threat, "threat")?.threat() }?;
+        let threat = unsafe { read(threat)?.threat() }?;
         given(game, "game")?.characters.update(ThreatId(id), threat)?;
     }
 
@@ -172,9 +221,9 @@ exported! {
     ) {
         let game = given(game, "game")?;
         // SAFETY: the caller gives that many obstacles.
-        let obstacles = unsafe { given_slice(obstacles, obstacle_count, "obstacles") }?;
+        let obstacles = unsafe { read_array(obstacles, obstacle_count) }?;
         game.obstacles.clear();
-        for (index, obstacle) in obstacles.iter().enumerate() {
+        for (index, obstacle) in obstacles.enumerate() {
             // SAFETY: the caller's obstacle has its corners.
             let read = unsafe { obstacle.obstacle() };
             let read = read.map_err(|error| format!("obstacle {index}: {error}"))?;
@@ -189,13 +238,33 @@ exported! {
         events: *mut EventOut,
         capacity: usize,
     ) -> usize {
-        // SAFETY: the caller gives room for that many events.
-        let out = unsafe { given_slice_mut(events, capacity, "events") };
-        let events = game.map_or(&[][..], |game| &game.events);
-        for (out, event) in out.unwrap_or_default().iter_mut().zip(events) {
-            *out = EventOut::new(event);
+        let found = game.map_or(&[][..], |game| &game.events);
+        let mut count = 0;
+        call(|| {
+            // SAFETY: the caller gives room for that many events.
+            unsafe { write_array(found.iter().map(EventOut::new), events, capacity) }?;
+            count = found.len();
+            Ok(OK)
+        });
+        count
+    }
+
+    unsafe extern "C" fn sabaki_body(
+        game: Option<&mut Game>,
+        character: u64,
+        spheres: *mut SphereOut,
+        count: usize,
+    ) {
+        // SAFETY: the caller gives place for that many spheres.
+        let out = unsafe { given_slice_mut(spheres, count, "spheres") }?;
+        let game = given(game, "game")?;
+        game.posed(character)?;
+        for (out, sphere) in out.iter_mut().zip(&game.characters.baked().body().spheres) {
+            *out = SphereOut {
+                center: sphere.centre(&game.joints).to_array(),
+                radius: sphere.radius,
+            };
         }
-        events.len()
     }
 
     unsafe extern "C" fn sabaki_pose(
@@ -206,12 +275,7 @@ exported! {
     ) {
         // SAFETY: the caller gives place for that many joints.
         let out = unsafe { given_slice_mut(joints, count, "joints") }?;
-        let game = given(game, "game")?;
-        let needed = game.characters.baked().graph().skeleton().len();
-        game.joints.resize(needed, JointTransform::IDENTITY);
-        let id = CharacterId::from_bits(character);
-        game.characters.pose(id, &mut game.joints)?;
-        for (out, joint) in out.iter_mut().zip(&game.joints) {
+        for (out, joint) in out.iter_mut().zip(given(game, "game")?.posed(character)?) {
             *out = JointOut::new(joint);
         }
     }

@@ -4,13 +4,16 @@ use glam::{Vec2, Vec3};
 
 use super::culler::SphereOut;
 use super::given_slice;
+use super::sized::{Grows, sized};
 use crate::character::{CharacterEvent, CharacterEventKind, CharacterId, Goal, Threat};
 use crate::math::Sphere;
 use crate::query::Obstacle;
 
 /// `sabaki_goal`.
+#[derive(Clone, Copy)]
 #[repr(C)]
 pub(super) struct GoalIn {
+    size: u32,
     kind: u32,
     x: f32,
     z: f32,
@@ -20,22 +23,26 @@ pub(super) struct GoalIn {
 }
 
 /// `sabaki_threat`.
+#[derive(Clone, Copy)]
 #[repr(C)]
 pub(super) struct ThreatIn {
+    size: u32,
+    has_target: u32,
     time: f64,
     position: [f32; 3],
     velocity: [f32; 3],
     gravity: f32,
     seconds: f32,
-    spheres: *const SphereOut,
     sphere_count: u32,
-    has_target: u32,
+    spheres: *const SphereOut,
     target: u64,
 }
 
 /// `sabaki_obstacle`.
+#[derive(Clone, Copy)]
 #[repr(C)]
 pub(super) struct ObstacleIn {
+    size: u32,
     kind: u32,
     a: [f32; 3],
     b: [f32; 3],
@@ -48,20 +55,28 @@ pub(super) struct ObstacleIn {
 }
 
 /// `sabaki_event`.
+#[derive(Clone, Copy)]
 #[repr(C)]
 pub(super) struct EventOut {
+    size: u32,
+    kind: u32,
     character: u64,
     time: f64,
     threat: u64,
-    kind: u32,
     is_change: u32,
+    joint: u32,
     metres: f32,
     entered: f32,
     contact: f64,
     point: [f32; 3],
     normal: [f32; 3],
-    joint: u32,
-    reserved: u32,
+}
+
+sized! {
+    GoalIn, "goal";
+    ThreatIn, "threat";
+    ObstacleIn, "obstacles";
+    EventOut, "events";
 }
 
 impl GoalIn {
@@ -143,15 +158,8 @@ impl EventOut {
             character: event.character.to_bits(),
             time: event.time,
             threat: u64::MAX,
-            kind: 0,
-            is_change: 0,
-            metres: 0.0,
-            entered: 0.0,
-            contact: 0.0,
-            point: [0.0; 3],
-            normal: [0.0; 3],
             joint: u32::MAX,
-            reserved: 0,
+            ..Self::blank()
         };
         match event.kind {
             CharacterEventKind::Planned {

@@ -3,23 +3,30 @@
 use glam::{Quat, Vec3};
 
 use super::game::Game;
+use super::sized::{read, sized};
 use super::{given, given_slice, given_slice_mut};
 use crate::anim::Pose;
 use crate::character::CharacterId;
 
 /// `sabaki_local_pose`.
+#[derive(Clone, Copy)]
 #[repr(C)]
 pub(super) struct LocalPose {
+    size: u32,
+    count: u32,
     root: [f32; 3],
     rotations: *const f32,
     translations: *const f32,
-    count: u32,
+}
+
+sized! {
+    LocalPose, "a pose";
 }
 
 impl LocalPose {
     /// # Safety
     /// The rotations are valid, and the translations are valid or null.
-    unsafe fn read(&self, out: &mut Pose) -> Result<(), String> {
+    unsafe fn copy(&self, out: &mut Pose) -> Result<(), String> {
         let count = self.count as usize;
         let moved = if self.translations.is_null() {
             0
@@ -83,15 +90,15 @@ exported! {
     unsafe extern "C" fn sabaki_resume(
         game: Option<&mut Game>,
         character: u64,
-        before: Option<&LocalPose>,
-        now: Option<&LocalPose>,
+        before: *const LocalPose,
+        now: *const LocalPose,
         seconds: f32,
     ) {
         let game = given(game, "game")?;
         // SAFETY: the caller's poses have their rotations.
         unsafe {
-            given(before, "before")?.read(&mut game.poses[0])?;
-            given(now, "now")?.read(&mut game.poses[1])?;
+            read(before)?.copy(&mut game.poses[0])?;
+            read(now)?.copy(&mut game.poses[1])?;
         }
         let [before, now] = &game.poses;
         let id = CharacterId::from_bits(character);

@@ -6,6 +6,7 @@ use std::ptr::null;
 use std::sync::Arc;
 
 use super::{given, given_slice, text};
+use crate::anim::Joint;
 use crate::archive;
 use crate::maps::BakedGraph;
 
@@ -25,6 +26,11 @@ impl Graph {
             joint_names: joint_names.collect(),
             baked: Arc::new(baked),
         }))
+    }
+
+    fn joint(&self, joint: u32) -> Option<&Joint> {
+        let joints = self.baked.graph().skeleton().joints();
+        joints.get(joint as usize)
     }
 }
 
@@ -70,5 +76,20 @@ exported! {
     unsafe extern "C" fn sabaki_graph_joint_name(graph: Option<&Graph>, joint: u32) -> *const c_char {
         let name = graph.and_then(|graph| graph.joint_names.get(joint as usize));
         name.map_or(null(), |name| name.as_ptr())
+    }
+
+    unsafe extern "C" fn sabaki_graph_joint_parent(graph: Option<&Graph>, joint: u32) -> u32 {
+        let parent = graph.and_then(|graph| graph.joint(joint)?.parent);
+        parent.map_or(u32::MAX, |parent| parent.0.into())
+    }
+
+    unsafe extern "C" fn sabaki_graph_joint_offset(
+        graph: Option<&Graph>,
+        joint: u32,
+        offset: Option<&mut [f32; 3]>,
+    ) {
+        let (graph, out) = (given(graph, "graph")?, given(offset, "offset")?);
+        let joint = graph.joint(joint).ok_or_else(|| format!("there is no joint {joint}"))?;
+        *out = joint.offset.to_array();
     }
 }

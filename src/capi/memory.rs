@@ -3,6 +3,7 @@
 use std::ffi::{CString, c_char, c_void};
 use std::ptr::NonNull;
 
+use super::sized::sized;
 use super::status::{OK, Status};
 use crate::gpu::ash::vk::{self, Handle};
 use crate::gpu::{
@@ -41,9 +42,14 @@ type Release = unsafe extern "C" fn(*mut c_void, *const BlockData);
 #[derive(Clone, Copy)]
 #[repr(C)]
 pub(super) struct Allocator {
+    size: u32,
     user: *mut c_void,
     allocate: Option<Allocate>,
     release: Option<Release>,
+}
+
+sized! {
+    Allocator, "allocator";
 }
 
 /// The caller's allocator, or the built-in one.
@@ -54,9 +60,9 @@ pub(super) enum HostMemory {
 
 impl HostMemory {
     /// Wraps the caller's allocator, or creates the built-in one if there is none.
-    pub(super) fn new(allocator: Option<&Allocator>, context: &Context) -> Result<Self, GpuError> {
+    pub(super) fn new(allocator: Option<Allocator>, context: &Context) -> Result<Self, GpuError> {
         Ok(match allocator {
-            Some(&allocator) => Self::Host(allocator),
+            Some(allocator) => Self::Host(allocator),
             None => Self::BuiltIn(Box::new(GpuAllocatorMemory::new(context)?)),
         })
     }

@@ -25,10 +25,12 @@ macro_rules! exported {
         /// # Safety
         /// As `sabaki.h` says.
         #[cfg_attr(not(test), unsafe(no_mangle))]
-        unsafe extern "C" fn $name($($given: $type),*) -> $out $body
+        pub(super) unsafe extern "C" fn $name($($given: $type),*) -> $out $body
     };
 }
 
+mod api;
+mod crowd;
 mod culler;
 mod device;
 mod game;
@@ -37,6 +39,7 @@ mod game_state;
 mod graph;
 mod log;
 mod memory;
+mod sized;
 mod status;
 
 use std::ffi::{CStr, c_char};

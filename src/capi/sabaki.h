@@ -11,6 +11,10 @@
  * Metres, seconds, radians; right-handed, +Y up, the ground is y = 0; unit quaternions, xyzw. A heading of 0 faces +Z,
  * pi/2 faces +X.
  *
+ * Structs whose first field is `size` can grow: set it to sizeof of yours, also before sabaki fills one; of an array, that of the first one
+ * counts. A program that was built with an older header goes on with a newer library: what its structs lack takes its default, which is 0
+ * where nothing else is said. A library that is older than the header refuses structs that it does not know.
+ *
  * Threads: one thread at a time may use an object; any number of threads may share a graph. Nothing here submits, waits, or
  * destroys your objects. The documentation of the Rust module `sabaki::gpu`, section "Contract", says what the commands do to
  * your command buffer (stages, layouts, state).
@@ -19,6 +23,7 @@
 #define SABAKI_H
 
 #define SABAKI_VERSION "0.2.0"
+#define SABAKI_VERSION_NUMBER 2000 /* major * 1000000 + minor * 1000 + patch */
 
 #include <stddef.h>
 #include <stdint.h>
@@ -34,6 +39,9 @@ enum {
     SABAKI_ERROR = -1,       /* see sabaki_last_error(); nothing has changed */
     SABAKI_DEVICE_LOST = -2  /* a Vulkan call of sabaki returned VK_ERROR_DEVICE_LOST: destroy everything on the device */
 };
+
+/* SABAKI_VERSION_NUMBER of the library. */
+uint32_t sabaki_version(void);
 
 /* Message of the last failed call on this thread, at most 2047 bytes of it. Valid until the next call fails. Never NULL. It may be asked for
  * as long as the thread runs, also in destructors and in functions that atexit() calls. */
@@ -61,6 +69,10 @@ uint32_t sabaki_graph_spheres(const sabaki_graph *graph);
 uint32_t sabaki_graph_edges(const sabaki_graph *graph);
 /* Name of a joint; NULL beyond the last one. Valid as long as the graph. */
 const char *sabaki_graph_joint_name(const sabaki_graph *graph, uint32_t joint);
+/* Parent of a joint, which has a lower number; UINT32_MAX for the root, joint 0, and beyond the last one. */
+uint32_t sabaki_graph_joint_parent(const sabaki_graph *graph, uint32_t joint);
+/* Position of a joint in its parent's frame in the rest pose (3 numbers), in which no joint is turned. */
+sabaki_status sabaki_graph_joint_offset(const sabaki_graph *graph, uint32_t joint, float *offset);
 
 /* ---- Your device ---- */
 
@@ -96,6 +108,7 @@ typedef struct sabaki_block {
 /* Your allocator of device memory. Only the calls that create and destroy cullers and sabaki_release_staging() use it, on their own
  * thread. */
 typedef struct sabaki_allocator {
+    uint32_t size;
     void *user; /* passed to both functions */
     /* Writes `*block`, and returns SABAKI_OK; SABAKI_ERROR if there is no memory. */
     sabaki_status (*allocate)(void *user, const sabaki_memory_desc *desc, sabaki_block *block);
@@ -103,6 +116,8 @@ typedef struct sabaki_allocator {
 } sabaki_allocator;
 
 typedef struct sabaki_device {
+    uint32_t size;
+    uint32_t labels;              /* 1: VK_EXT_debug_utils is enabled: objects are named, and commands labelled, for debuggers */
     void *get_instance_proc_addr; /* PFN_vkGetInstanceProcAddr */
     void *instance;               /* VkInstance */
     void *physical_device;        /* VkPhysicalDevice */
@@ -147,6 +162,7 @@ typedef struct sabaki_key {
 } sabaki_key;
 
 typedef struct sabaki_answer {
+    uint32_t size;
     uint32_t avoided;        /* 1: the attack misses, tested exactly. 0: it hits; the motion with the smallest depth */
     float clearance;         /* smallest distance between body and attack, metres; negative where they overlap */
     float seconds;           /* length of the motion */
@@ -212,6 +228,7 @@ sabaki_status sabaki_sample_place(sabaki_culler *culler, uint32_t slot, float se
 typedef struct sabaki_game sabaki_game;
 
 typedef struct sabaki_game_settings {
+    uint32_t size;
     uint32_t threads;        /* threads of a step, at most 1024; 0 for one per core. Default 1. The result does not depend on it */
     uint32_t delay;          /* steps from a query to the takeover of its answer, at most 60. Default 0 */
     uint32_t plans_per_step; /* most characters that plan in one step, the most urgent first; 0 for no limit, the default */
@@ -219,13 +236,30 @@ typedef struct sabaki_game_settings {
     float margin;            /* distance that plans keep from threats if they can, metres, at most 10. Default 0.03 */
     float body_radius;       /* characters avoid each other as discs of this radius, metres, at most 100; 0 for not at all, the default */
     float plan_milliseconds; /* time for plans in one step, at most 1000000, the most urgent first; 0 for no limit, the default */
+    uint32_t plan_work;         /* the same as work, about a thousand for a millisecond, alike on every machine; 0 for no limit, the default */
+    uint32_t searches_per_step; /* characters whose steering searches in one step, if as many have to. Default 8 */
+    float obstacle_margin; /* distance that plans keep from obstacles if they can, metres, at most 10. Default 0.02 */
+    float push;            /* speed at which a body is shifted out of obstacles, m/s, at most 1000. Default 6 */
+    float retry;           /* time until it plans again for what it could not avoid, seconds, at most 60; doubled up to 4 times. Default 0.1 */
+    /* Steering. */
+    float steer_interval;      /* between two searches, seconds, at most 60. Default 0.15 */
+    float steer_blend;         /* in which a jump blends, seconds, at most 10. Default 0.3 */
+    float steer_gain;          /* least gain of a jump; 1 is about 8 cm of travel in 0.2 s. Default 1.5 */
+    float steer_slowest;       /* playback rate, 0.1 to 10. Default 0.8 */
+    float steer_fastest;       /* playback rate, from the slowest to 10. Default 1.25 */
+    float steer_turn;          /* most turn that is added to a walk, rad/s, at most 100. Default 2.6 */
+    float steer_standing_turn; /* the same where it stands. Default 0.8 */
+    float steer_jump_turn;     /* most turn that a jump adds, radians, at most 10. Default 0.1 */
+    float steer_clearance;     /* from obstacles to the root on the ground, metres, at most 100. Default 0.45 */
+    float steer_foresight;     /* obstacles that are reached within this time are avoided, seconds, at most 60. Default 1.2 */
+    float steer_repeat;        /* an idle character repeats no motion within this time, seconds, at most 3600. Default 60 */
 } sabaki_game_settings;
 
 /* Names a character. It is not used again after the character is gone; sabaki_load() brings back the names of then, of characters and of
  * threats. */
 typedef uint64_t sabaki_character;
 
-void sabaki_game_settings_default(sabaki_game_settings *settings);
+sabaki_status sabaki_game_settings_default(sabaki_game_settings *settings);
 /* No characters yet; NULL for default settings. The game keeps what it needs of the graph. `*game` is set on success only. */
 sabaki_status sabaki_game_create(const sabaki_graph *graph, const sabaki_game_settings *settings, sabaki_game **game);
 /* NULL is allowed. */
@@ -246,6 +280,7 @@ typedef enum sabaki_goal_kind {
 } sabaki_goal_kind;
 
 typedef struct sabaki_goal {
+    uint32_t size;
     uint32_t kind; /* sabaki_goal_kind */
     float x, z;
     float heading;
@@ -264,14 +299,15 @@ sabaki_status sabaki_set_height(sabaki_game *game, sabaki_character character, f
 
 /* Spheres that move together, from `time` on, on the clock of sabaki_game_now(). A time in the future announces a threat. */
 typedef struct sabaki_threat {
+    uint32_t size;
+    uint32_t has_target;          /* 1: only `target` has to avoid it, which must be there when the threat is added. 0: all */
     double time;                  /* at most an hour from now */
     float position[3];            /* then, at most 5 km from the origin */
     float velocity[3];            /* then, at most 1000 m/s */
     float gravity;                /* acceleration downwards, m/s^2, -100 to 100 */
     float seconds;                /* time for which it exists, at most 60 */
-    const sabaki_sphere *spheres; /* 1 to 64; centers relative to the position, at most 100 m away; radii above 0, at most 50 m */
     uint32_t sphere_count;
-    uint32_t has_target;          /* 1: only `target` has to avoid it, which must be there when the threat is added. 0: all */
+    const sabaki_sphere *spheres; /* 1 to 64; centers relative to the position, at most 100 m away; radii above 0, at most 50 m */
     sabaki_character target;
 } sabaki_threat;
 
@@ -290,6 +326,7 @@ typedef enum sabaki_obstacle_kind {
 
 /* Points at most 10 km from the origin; sizes, radii and weights above 0. */
 typedef struct sabaki_obstacle {
+    uint32_t size;
     uint32_t kind; /* sabaki_obstacle_kind */
     float a[3], b[3];
     float radius, heading;
@@ -314,28 +351,30 @@ typedef enum sabaki_event_kind {
 } sabaki_event_kind;
 
 typedef struct sabaki_event {
+    uint32_t size;
+    uint32_t kind;   /* sabaki_event_kind */
     sabaki_character character;
     double time;
     uint64_t threat; /* UINT64_MAX for none */
-    uint32_t kind;   /* sabaki_event_kind */
     uint32_t is_change;
+    uint32_t joint;  /* UINT32_MAX for none */
     float metres;
     float entered;
-    double contact; /* time of the game, as `time` */
+    double contact;  /* time of the game, as `time` */
     float point[3];
     float normal[3];
-    uint32_t joint; /* UINT32_MAX for none */
-    uint32_t reserved;
 } sabaki_event;
 
 /* Advances time by `dt` seconds. More than 1 counts as 1; negative, infinite and NaN count as 0, so that a paused game continues
  * smoothly. Obstacles are given at their current positions; no character enters them. Pass every obstacle within 10 m of a
  * character, plus the distance that a moving one covers within the horizon. */
 sabaki_status sabaki_step(sabaki_game *game, float dt, const sabaki_obstacle *obstacles, size_t obstacle_count);
-/* Writes at most `capacity` events of the last step; returns how many there are. */
+/* Writes at most `capacity` events of the last step, of the size of the first one; returns how many there are, and 0 if that size is wrong. */
 size_t sabaki_events(const sabaki_game *game, sabaki_event *events, size_t capacity);
 /* The joints in the world; `count` is the length of the array. */
 sabaki_status sabaki_pose(sabaki_game *game, sabaki_character character, sabaki_joint *joints, size_t count);
+/* The spheres of the body in the world, which is what threats hit; `count` is the length of the array. */
+sabaki_status sabaki_body(sabaki_game *game, sabaki_character character, sabaki_sphere *spheres, size_t count);
 /* The root in the world (3 numbers), and of `count` joints the rotations (4 numbers each) and positions (3 numbers each) relative to the
  * parents. The root's position there is unused. `translations` may be NULL. */
 sabaki_status sabaki_local_pose_of(const sabaki_game *game, sabaki_character character, float *root, float *rotations,
@@ -343,10 +382,11 @@ sabaki_status sabaki_local_pose_of(const sabaki_game *game, sabaki_character cha
 
 /* A pose by its root and the rotations (xyzw) and positions of all joints relative to their parents. */
 typedef struct sabaki_local_pose {
+    uint32_t size;
+    uint32_t count; /* number of joints */
     float root[3];
     const float *rotations;
     const float *translations; /* NULL: the joints keep the skeleton's offsets */
-    uint32_t count; /* number of joints */
 } sabaki_local_pose;
 
 /* Hands the body to another system, such as a ragdoll, and takes it back from its last two poses, `seconds` apart (0.0001 to 1):
@@ -360,6 +400,105 @@ sabaki_status sabaki_resume(sabaki_game *game, sabaki_character character, const
  * are refused. */
 sabaki_status sabaki_save(const sabaki_game *game, void *bytes, size_t capacity, size_t *size);
 sabaki_status sabaki_load(sabaki_game *game, const void *bytes, size_t size);
+
+/* ---- All characters at once, on levels of detail: joint matrices in your buffer, which may be mapped from a device ---- */
+
+typedef struct sabaki_crowd_settings {
+    uint32_t size;
+    uint32_t threads;      /* 0 for one per core. Default 1 */
+    uint32_t is_in_blocks; /* 0: a row of matrices for each character. 1: number by number of 16 characters, the kernels' own order */
+    uint32_t is_streamed;  /* 1: written past the caches, for large or mapped memory */
+    float near;            /* within this distance of the camera every pose is exact, metres. Default 0 */
+    float furthest;        /* distance of the coarsest level, metres. Default: where a person is 20 pixels of 1080 high */
+    float blend_error;     /* error that may end a blend early, as a share of the distance. Default 0.002, which is 2 pixels of 1080 */
+} sabaki_crowd_settings;
+
+sabaki_status sabaki_crowd_settings_default(sabaki_crowd_settings *settings);
+/* Builds the levels from the graph's clips, which takes a moment, and prepares sabaki_pose_all(); NULL for default settings. */
+sabaki_status sabaki_use_crowd(sabaki_game *game, const sabaki_crowd_settings *settings);
+/* Size of a buffer for as many characters as have ever existed at once, bytes; 0 before sabaki_use_crowd(). */
+size_t sabaki_crowd_bytes(const sabaki_game *game, size_t characters);
+/* Writes the poses of all characters, as they are after the last step, for a camera at `eye` (3 numbers), to the `size` bytes at `out`, a
+ * multiple of 64. A joint is a matrix of 3 rows and 4 columns, row by row, from its frame to the world. */
+sabaki_status sabaki_pose_all(sabaki_game *game, const float *eye, void *out, size_t size);
+
+/* Where sabaki_pose_all() has written a character: number `n` of joint `j` is the float at start + j * joint_stride + n * number_stride. */
+typedef struct sabaki_pose_slice {
+    uint32_t size;
+    uint32_t joints; /* those of the level */
+    uint64_t start;
+    uint32_t joint_stride, number_stride;
+    uint32_t level;
+    float detail;    /* level on which the character looks; the fraction blends to the next one */
+} sabaki_pose_slice;
+
+sabaki_status sabaki_pose_slice_of(const sabaki_game *game, sabaki_character character, sabaki_pose_slice *slice);
+/* The joint of the graph that stands at `index` on a level; UINT32_MAX beyond the last one. */
+uint32_t sabaki_level_joint(const sabaki_game *game, uint32_t level, uint32_t index);
+
+/* ---- For a library that is loaded at run time: look up "sabaki_get_api" alone ---- */
+
+/* The functions above without `sabaki_`. New ones come at the end. */
+typedef struct sabaki_api {
+    uint32_t size;
+    uint32_t reserved;
+    uint32_t (*version)(void);
+    const char *(*last_error)(void);
+    void (*set_log)(sabaki_log log, void *user);
+    sabaki_status (*graph_open)(const char *path, sabaki_graph **graph);
+    sabaki_status (*graph_load)(const void *bytes, size_t size, sabaki_graph **graph);
+    void (*graph_close)(sabaki_graph *graph);
+    uint32_t (*graph_joints)(const sabaki_graph *graph);
+    uint32_t (*graph_spheres)(const sabaki_graph *graph);
+    uint32_t (*graph_edges)(const sabaki_graph *graph);
+    const char *(*graph_joint_name)(const sabaki_graph *graph, uint32_t joint);
+    uint32_t (*graph_joint_parent)(const sabaki_graph *graph, uint32_t joint);
+    sabaki_status (*graph_joint_offset)(const sabaki_graph *graph, uint32_t joint, float *offset);
+    sabaki_status (*check)(const sabaki_device *device, char *text, size_t size);
+    sabaki_status (*culler_create)(const sabaki_graph *graph, const sabaki_device *device, sabaki_path path, uint32_t slots,
+        sabaki_culler **culler);
+    void (*culler_destroy)(sabaki_culler *culler);
+    sabaki_status (*release_staging)(sabaki_culler *culler);
+    sabaki_status (*record)(sabaki_culler *culler, uint32_t slot, void *commands, const sabaki_place *place, const sabaki_key *keys,
+        size_t key_count);
+    sabaki_status (*poll)(sabaki_culler *culler, uint32_t slot, sabaki_answer *answer);
+    sabaki_status (*answer_now)(sabaki_culler *culler, uint32_t slot, sabaki_answer *answer);
+    sabaki_status (*sample_joints)(sabaki_culler *culler, uint32_t slot, float seconds, sabaki_joint *joints, size_t count);
+    sabaki_status (*sample_spheres)(sabaki_culler *culler, uint32_t slot, float seconds, sabaki_sphere *spheres, size_t count);
+    sabaki_status (*sample_place)(sabaki_culler *culler, uint32_t slot, float seconds, sabaki_place *place);
+    sabaki_status (*game_settings_default)(sabaki_game_settings *settings);
+    sabaki_status (*game_create)(const sabaki_graph *graph, const sabaki_game_settings *settings, sabaki_game **game);
+    void (*game_destroy)(sabaki_game *game);
+    double (*game_now)(const sabaki_game *game);
+    sabaki_status (*spawn)(sabaki_game *game, float x, float z, float heading, sabaki_character *character);
+    sabaki_status (*despawn)(sabaki_game *game, sabaki_character character);
+    sabaki_status (*steer)(sabaki_game *game, sabaki_character character, const sabaki_goal *goal);
+    sabaki_status (*move_by)(sabaki_game *game, sabaki_character character, float x, float z, float heading);
+    sabaki_status (*set_height)(sabaki_game *game, sabaki_character character, float height);
+    sabaki_status (*threaten)(sabaki_game *game, const sabaki_threat *threat, uint64_t *id);
+    sabaki_status (*update_threat)(sabaki_game *game, uint64_t id, const sabaki_threat *threat);
+    sabaki_status (*remove_threat)(sabaki_game *game, uint64_t id);
+    sabaki_status (*step)(sabaki_game *game, float dt, const sabaki_obstacle *obstacles, size_t obstacle_count);
+    size_t (*events)(const sabaki_game *game, sabaki_event *events, size_t capacity);
+    sabaki_status (*pose)(sabaki_game *game, sabaki_character character, sabaki_joint *joints, size_t count);
+    sabaki_status (*body)(sabaki_game *game, sabaki_character character, sabaki_sphere *spheres, size_t count);
+    sabaki_status (*local_pose_of)(const sabaki_game *game, sabaki_character character, float *root, float *rotations,
+        float *translations, size_t count);
+    sabaki_status (*release)(sabaki_game *game, sabaki_character character);
+    sabaki_status (*resume)(sabaki_game *game, sabaki_character character, const sabaki_local_pose *before, const sabaki_local_pose *now,
+        float seconds);
+    sabaki_status (*save)(const sabaki_game *game, void *bytes, size_t capacity, size_t *size);
+    sabaki_status (*load)(sabaki_game *game, const void *bytes, size_t size);
+    sabaki_status (*crowd_settings_default)(sabaki_crowd_settings *settings);
+    sabaki_status (*use_crowd)(sabaki_game *game, const sabaki_crowd_settings *settings);
+    size_t (*crowd_bytes)(const sabaki_game *game, size_t characters);
+    sabaki_status (*pose_all)(sabaki_game *game, const float *eye, void *out, size_t size);
+    sabaki_status (*pose_slice_of)(const sabaki_game *game, sabaki_character character, sabaki_pose_slice *slice);
+    uint32_t (*level_joint)(const sabaki_game *game, uint32_t level, uint32_t index);
+} sabaki_api;
+
+/* Fills the table. If the library is older than the header, `api->size` becomes what it has filled, and what lies beyond stays as it is. */
+sabaki_status sabaki_get_api(sabaki_api *api);
 
 #ifdef __cplusplus
 }

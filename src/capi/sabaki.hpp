@@ -3,13 +3,14 @@
 //     sabaki::Graph graph = sabaki::Graph::open("fight.sabaki");
 //     sabaki::Culler culler(graph, device, SABAKI_COMPUTE, 2);
 //     culler.record(slot, commands, place, keys);
-//     sabaki_answer answer;
+//     auto answer = sabaki::sized<sabaki_answer>();
 //     if (culler.poll(slot, answer)) ...
 //
 // A Culler must be destroyed when the device has finished its commands, and before the device is destroyed.
 #ifndef SABAKI_HPP
 #define SABAKI_HPP
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <stdexcept>
@@ -31,6 +32,13 @@ public:
 private:
     sabaki_status status_;
 };
+
+// A struct that begins with its size, with zeros behind it.
+template <typename T> T sized() {
+    T value = {};
+    value.size = sizeof value;
+    return value;
+}
 
 inline void check(sabaki_status status) {
     if (status < 0) {
@@ -76,6 +84,14 @@ public:
         const char *name = sabaki_graph_joint_name(handle_, joint);
         return name ? name : "";
     }
+    // UINT32_MAX for the root.
+    std::uint32_t joint_parent(std::uint32_t joint) const { return sabaki_graph_joint_parent(handle_, joint); }
+    // In the parent's frame, in the rest pose.
+    std::array<float, 3> joint_offset(std::uint32_t joint) const {
+        std::array<float, 3> offset;
+        check(sabaki_graph_joint_offset(handle_, joint, offset.data()));
+        return offset;
+    }
     const sabaki_graph *handle() const { return handle_; }
 
 private:
@@ -118,7 +134,7 @@ public:
     }
     // The answer now, counted by the CPU.
     sabaki_answer answer_now(std::uint32_t slot) {
-        sabaki_answer answer = {};
+        auto answer = sized<sabaki_answer>();
         check(sabaki_answer_now(handle_, slot, &answer));
         return answer;
     }
@@ -156,16 +172,25 @@ struct LocalPose {
 // Characters of a game.
 class Game {
 public:
-    explicit Game(const Graph &graph) : joints_(graph.joints()) {
+    static sabaki_game_settings default_settings() {
+        auto settings = sized<sabaki_game_settings>();
+        check(sabaki_game_settings_default(&settings));
+        return settings;
+    }
+    explicit Game(const Graph &graph) : joints_(graph.joints()), spheres_(graph.spheres()) {
         check(sabaki_game_create(graph.handle(), nullptr, &handle_));
     }
-    Game(const Graph &graph, const sabaki_game_settings &settings) : joints_(graph.joints()) {
+    Game(const Graph &graph, const sabaki_game_settings &settings)
+        : joints_(graph.joints()), spheres_(graph.spheres()) {
         check(sabaki_game_create(graph.handle(), &settings, &handle_));
     }
-    Game(Game &&other) noexcept : handle_(other.handle_), joints_(other.joints_) { other.handle_ = nullptr; }
+    Game(Game &&other) noexcept : handle_(other.handle_), joints_(other.joints_), spheres_(other.spheres_) {
+        other.handle_ = nullptr;
+    }
     Game &operator=(Game &&other) noexcept {
         std::swap(handle_, other.handle_);
         std::swap(joints_, other.joints_);
+        std::swap(spheres_, other.spheres_);
         return *this;
     }
     Game(const Game &) = delete;
@@ -194,14 +219,35 @@ public:
     // The events of the step. Valid until the next step.
     const std::vector<sabaki_event> &step(float dt, const std::vector<sabaki_obstacle> &obstacles) {
         check(sabaki_step(handle_, dt, obstacles.data(), obstacles.size()));
-        events_.resize(sabaki_events(handle_, nullptr, 0));
+        events_.resize(sabaki_events(handle_, nullptr, 0), sized<sabaki_event>());
         sabaki_events(handle_, events_.data(), events_.size());
         return events_;
     }
-    std::vector<sabaki_joint> pose(sabaki_character character) {
-        std::vector<sabaki_joint> joints(joints_);
+    // The joints in the world, and the spheres of the body. An array that has their number already is not allocated again.
+    void pose(sabaki_character character, std::vector<sabaki_joint> &joints) {
+        joints.resize(joints_);
         check(sabaki_pose(handle_, character, joints.data(), joints.size()));
-        return joints;
+    }
+    void body(sabaki_character character, std::vector<sabaki_sphere> &spheres) {
+        spheres.resize(spheres_);
+        check(sabaki_body(handle_, character, spheres.data(), spheres.size()));
+    }
+    // Levels of detail for pose_all(), which writes `size` bytes at most.
+    static sabaki_crowd_settings default_crowd_settings() {
+        auto settings = sized<sabaki_crowd_settings>();
+        check(sabaki_crowd_settings_default(&settings));
+        return settings;
+    }
+    void use_crowd(const sabaki_crowd_settings &settings) { check(sabaki_use_crowd(handle_, &settings)); }
+    std::size_t crowd_bytes(std::size_t characters) const { return sabaki_crowd_bytes(handle_, characters); }
+    void pose_all(const float eye[3], void *out, std::size_t size) { check(sabaki_pose_all(handle_, eye, out, size)); }
+    sabaki_pose_slice pose_slice(sabaki_character character) const {
+        auto slice = sized<sabaki_pose_slice>();
+        check(sabaki_pose_slice_of(handle_, character, &slice));
+        return slice;
+    }
+    std::uint32_t level_joint(std::uint32_t level, std::uint32_t index) const {
+        return sabaki_level_joint(handle_, level, index);
     }
     LocalPose local_pose(sabaki_character character) const {
         LocalPose pose = {{0, 0, 0}, std::vector<float>(4 * joints_), std::vector<float>(3 * joints_)};
@@ -234,11 +280,12 @@ private:
             throw std::invalid_argument("rotations and translations of a pose differ in number");
         }
         const float *translations = pose.translations.empty() ? nullptr : pose.translations.data();
-        return {{pose.root[0], pose.root[1], pose.root[2]}, pose.rotations.data(), translations,
-                static_cast<std::uint32_t>(count)};
+        return {sizeof(sabaki_local_pose), static_cast<std::uint32_t>(count), {pose.root[0], pose.root[1], pose.root[2]},
+                pose.rotations.data(), translations};
     }
     sabaki_game *handle_ = nullptr;
     std::uint32_t joints_;
+    std::uint32_t spheres_;
     std::vector<sabaki_event> events_;
 };
 

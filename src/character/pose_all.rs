@@ -12,7 +12,7 @@ use super::slot::{Blend, Slot};
 use super::state::CharacterState;
 use super::world::Worker;
 use crate::anim::forward_kinematics;
-use crate::crowd::{CrowdError, Layout, MemberId, PoseSlice};
+use crate::crowd::{AnimationSet, CrowdError, Layout, MemberId, PoseSlice};
 use crate::graph::{BESIDE, MotionGraph};
 use crate::lod::Levels;
 use crate::math::F32x16;
@@ -38,6 +38,12 @@ impl Characters {
     pub fn max_output_len(&self, characters: usize) -> usize {
         let crowd = self.crowd.as_ref();
         crowd.map_or(0, |poses| poses.max_len(characters))
+    }
+
+    /// The levels and joints of what [`Characters::pose_all`] writes. `None` without [`Characters::use_crowd`].
+    #[must_use]
+    pub fn animations(&self) -> Option<&AnimationSet> {
+        self.crowd.as_ref().map(|poses| &*poses.animations)
     }
 
     /// Writes the poses of all characters, as they are after the last step, to `out`, in the crowd's output format. Levels are chosen by

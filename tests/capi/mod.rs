@@ -63,8 +63,18 @@ fn build_library() -> PathBuf {
         .expect("a static library")
 }
 
-/// Compiles a program of this folder, strictly, and links it with the library.
+/// Compiles a program of this folder, strictly, against the header of today, and links it with the library.
 fn program(compiler: &str, standard: &str, source: &str, folder: &Path) -> PathBuf {
+    program_against("src/capi", compiler, standard, source, folder)
+}
+
+fn program_against(
+    header: &str,
+    compiler: &str,
+    standard: &str,
+    source: &str,
+    folder: &Path,
+) -> PathBuf {
     let program = folder.join(source).with_extension("");
     let mut command = Command::new(compiler);
     let path = match source {
@@ -75,7 +85,9 @@ fn program(compiler: &str, standard: &str, source: &str, folder: &Path) -> PathB
         .args([standard, "-Wall", "-Wextra", "-Werror", "-D_GNU_SOURCE"])
         .arg(path)
         .arg("-I")
-        .arg(root().join("src/capi"))
+        .arg(root().join(header))
+        .arg("-I")
+        .arg(folder)
         .arg(static_library())
         .args(["-lm", "-lpthread", "-ldl"])
         .arg("-o")
@@ -109,6 +121,15 @@ fn programs_in_c_and_cpp_read_and_dodge() {
     let game = program("cc", "-std=c99", "game.c", folder.path());
     let said = output_of(Command::new(game).arg(&file));
     assert!(said.contains("walked "), "{said}");
+
+    // An older header's program, with the library of today.
+    let said = ["src/capi", "tests/capi/older"].map(|header| {
+        let same = program_against(header, "cc", "-std=c99", "same.c", folder.path());
+        output_of(Command::new(same).arg(&file))
+    });
+    println!("{}", said[0]);
+    assert_eq!(said[0], said[1]);
+    assert!(!said[0].contains(" 0 hits, 0 misses"), "{}", said[0]);
 
     let walk = program("c++", "-std=c++17", "walk.cpp", folder.path());
     let keys = folder.path().join("keys");
@@ -159,6 +180,21 @@ fn cmake_installs_a_package_that_the_example_finds() {
     let said = output_of(walk.arg(&file).stdin(fs::File::open(keys).unwrap()));
     let is_played = said.contains("walked") || said.contains("entered the walls");
     assert!(is_played, "{said}");
+    // The same without CMake, by what pkg-config says.
+    let mut ask = Command::new("pkg-config");
+    ask.args(["--cflags", "--libs", "sabaki"]);
+    ask.env(
+        "PKG_CONFIG_PATH",
+        folder.path().join("prefix/lib/pkgconfig"),
+    );
+    let flags = output_of(&mut ask);
+    let same = folder.path().join("same");
+    let mut build = Command::new("cc");
+    build
+        .arg(root().join("tests/capi/programs/same.c"))
+        .args(flags.split_whitespace());
+    output_of(build.arg("-o").arg(&same));
+    assert!(output_of(Command::new(same).arg(&file)).contains("at "));
     // A version that is not installed is not found.
     let wanted = folder.path().join("wanted");
     fs::create_dir(&wanted).unwrap();
@@ -225,25 +261,43 @@ fn cmake_builds_for_a_target() {
 
 #[test]
 fn the_header_has_the_version_of_the_package() {
-    let header = fs::read_to_string(root().join("src/capi/sabaki.h")).unwrap();
     let line = format!("#define SABAKI_VERSION \"{}\"\n", env!("CARGO_PKG_VERSION"));
-    assert!(header.contains(&line));
+    assert!(header().contains(&line));
+}
+
+/// The functions of `sabaki.h`, by name.
+fn functions(text: &str) -> Vec<String> {
+    let mut names: Vec<String> = text
+        .split(|letter: char| !(letter.is_alphanumeric() || letter == '_' || letter == '('))
+        .filter_map(|word| word.split_once('(').map(|(name, _)| name.to_owned()))
+        .filter(|name| name.starts_with("sabaki_"))
+        .collect();
+    names.sort();
+    names.dedup();
+    names
+}
+
+fn header() -> String {
+    fs::read_to_string(root().join("src/capi/sabaki.h")).unwrap()
+}
+
+/// The table has every function, at its place and of its type; a program that knows the first ones alone gets those.
+#[test]
+fn the_table_has_every_function() {
+    let folder = tempfile::tempdir().unwrap();
+    let names = functions(&header()).into_iter();
+    let names = names.filter(|name| name != "sabaki_get_api");
+    let lines = names.map(|name| format!("HAS({})\n", name.replacen("sabaki_", "", 1)));
+    let lines: Vec<String> = lines.collect();
+    fs::write(folder.path().join("functions.inc"), lines.concat()).unwrap();
+    let table = program("c++", "-std=c++11", "table.cpp", folder.path());
+    let said = output_of(&mut Command::new(table));
+    assert_eq!(said, format!("{} functions\n", lines.len()));
 }
 
 /// Every function that the header declares is in the library, and no other.
 #[test]
 fn the_header_declares_what_there_is() {
-    let functions = |text: &str| -> Vec<String> {
-        let mut names: Vec<String> = text
-            .split(|letter: char| !(letter.is_alphanumeric() || letter == '_' || letter == '('))
-            .filter_map(|word| word.split_once('(').map(|(name, _)| name.to_owned()))
-            .filter(|name| name.starts_with("sabaki_"))
-            .collect();
-        names.sort();
-        names.dedup();
-        names
-    };
-    let header = fs::read_to_string(root().join("src/capi/sabaki.h")).unwrap();
     let mut source = String::new();
     for file in fs::read_dir(root().join("src/capi")).unwrap() {
         let file = file.unwrap().path();
@@ -259,7 +313,7 @@ fn the_header_declares_what_there_is() {
             ))
         });
     }
-    let declared = functions(&header);
+    let declared = functions(&header());
     assert!(declared.len() > 15);
     assert_eq!(declared, functions(&source));
 }

@@ -54,6 +54,7 @@ static sabaki_device make_device(void) {
     if (found < 0 || count == 0) fail("no device");
 
     sabaki_device host = {0};
+    host.size = sizeof host;
     host.get_instance_proc_addr = (void *)lookup;
     host.instance = instance;
     host.physical_device = physical_device;
@@ -111,7 +112,7 @@ static void release(void *user, const sabaki_block *block) {
 /* Memory that ends at any block is an error, and leaves none behind. */
 static void run_out_of_memory(const sabaki_graph *graph, sabaki_device host, sabaki_path path) {
     Blocks blocks = {0, 0, 0};
-    const sabaki_allocator allocator = {&blocks, allocate, release};
+    const sabaki_allocator allocator = {sizeof allocator, &blocks, allocate, release};
     sabaki_culler *culler = 0;
     host.allocator = &allocator;
     while (sabaki_culler_create(graph, &host, path, 1, &culler) != SABAKI_OK) {
@@ -157,14 +158,14 @@ static sabaki_status allocate_incoherent(void *user, const sabaki_memory_desc *d
 /* A call that fails while a query is recorded (only the compute path makes calls that can) leaves the answer to the CPU, also that of a lost device. */
 static void fail_to_record(const sabaki_graph *graph, sabaki_device host) {
     Blocks blocks = {0, 64, 0};
-    const sabaki_allocator allocator = {&blocks, allocate_incoherent, release};
+    const sabaki_allocator allocator = {sizeof allocator, &blocks, allocate_incoherent, release};
     host.allocator = &allocator;
     host.get_instance_proc_addr = (void *)find;
     sabaki_culler *culler = 0;
     check(sabaki_culler_create(graph, &host, SABAKI_COMPUTE, 1, &culler), "sabaki_culler_create");
     const sabaki_place place = {0, 0.0f, 2.0f, -1.0f, 0.5f};
     const sabaki_key ball[2] = {{0, 0.9f, {3.4f, 1.5f, 1.6f}, 0.1f}, {0, 1.4f, {1.5f, 1.5f, -1.9f}, 0.1f}};
-    sabaki_answer answer = {0}, lost = {0};
+    sabaki_answer answer = {sizeof answer, 0, 0, 0, 0, 0, 0}, lost = answer;
     void *commands = &blocks; /* Nothing is recorded. */
     if (sabaki_record(culler, 0, 0, &place, ball, 2) != SABAKI_ERROR) fail("no command buffer");
     if (!strstr(sabaki_last_error(), "commands is NULL")) fail("the words for it");
@@ -207,7 +208,7 @@ static int dodge(const sabaki_graph *graph, const sabaki_device *host, sabaki_pa
     /* The character at the start of the first edge, and a ball that will fly at its head. */
     const sabaki_place place = {0, 0.0f, 2.0f, -1.0f, 0.5f};
     const sabaki_key ball[2] = {{0, 0.9f, {3.4f, 1.5f, 1.6f}, 0.1f}, {0, 1.4f, {1.5f, 1.5f, -1.9f}, 0.1f}};
-    sabaki_answer answer = {0}, by_cpu = {0};
+    sabaki_answer answer = {sizeof answer, 0, 0, 0, 0, 0, 0}, by_cpu = answer;
     check(sabaki_record(culler, 1, commands, &place, ball, 2), "sabaki_record");
     if (sabaki_poll(culler, 1, &answer) != SABAKI_NOT_YET) fail("answered before the device has run");
     check(CALL("vkEndCommandBuffer", commands), "vkEndCommandBuffer");
@@ -275,7 +276,7 @@ int main(int count, char **arguments) {
     sabaki_device host = make_device();
     int avoided = dodge(graph, &host, SABAKI_STENCIL);
     Blocks blocks = {0, 64, 1};
-    const sabaki_allocator allocator = {&blocks, allocate, release};
+    const sabaki_allocator allocator = {sizeof allocator, &blocks, allocate, release};
     host.allocator = &allocator;
     avoided = dodge(graph, &host, SABAKI_COMPUTE) && avoided;
     if (blocks.live) fail("blocks that were not released");

@@ -90,6 +90,77 @@ static void refused(sabaki_status status, const char *words) {
     fail("what was to be refused");
 }
 
+/* Parents and bone lengths of the rest pose. */
+static uint32_t parents[256];
+static float lengths[256];
+static uint32_t body_count;
+
+static void rest_pose(const sabaki_graph *graph, uint32_t joints) {
+    uint32_t i;
+    float offset[3];
+    body_count = sabaki_graph_spheres(graph);
+    if (joints > 256 || body_count > 256) fail("a large graph");
+    for (i = 0; i < joints; i++) {
+        parents[i] = sabaki_graph_joint_parent(graph, i);
+        check(sabaki_graph_joint_offset(graph, i, offset), "sabaki_graph_joint_offset");
+        lengths[i] = sqrtf(offset[0] * offset[0] + offset[1] * offset[1] + offset[2] * offset[2]);
+        if (i == 0 ? parents[0] != UINT32_MAX : parents[i] >= i) fail("a parent");
+    }
+    if (sabaki_graph_joint_parent(graph, joints) != UINT32_MAX) fail("the parent of no joint");
+    refused(sabaki_graph_joint_offset(graph, joints, offset), "there is no joint");
+}
+
+static float apart(const float *a, const float *b) {
+    return sqrtf((a[0] - b[0]) * (a[0] - b[0]) + (a[1] - b[1]) * (a[1] - b[1]) + (a[2] - b[2]) * (a[2] - b[2]));
+}
+
+/* A character's joints, its body, and the same among all, near the camera and far away. */
+static void pose_as_one_and_as_all(sabaki_game *game, sabaki_character me, uint32_t joints) {
+    sabaki_joint pose[256];
+    sabaki_sphere body[256];
+    uint32_t i, j;
+    check(sabaki_pose(game, me, pose, joints), "sabaki_pose");
+    check(sabaki_body(game, me, body, body_count), "sabaki_body");
+    for (i = 0; i < body_count; i++) {
+        for (j = 0; apart(body[i].center, pose[j].position) > 0.5f; j++) {
+            if (j + 1 == joints) fail("a sphere without a joint");
+        }
+    }
+    sabaki_crowd_settings settings = {0};
+    settings.size = sizeof settings;
+    check(sabaki_crowd_settings_default(&settings), "sabaki_crowd_settings_default");
+    settings.near = 5;
+    settings.furthest = 30;
+    if (sabaki_crowd_bytes(game, 2) != 0) fail("a crowd before its levels");
+    check(sabaki_use_crowd(game, &settings), "sabaki_use_crowd");
+    const size_t bytes = sabaki_crowd_bytes(game, 2);
+    float *memory = malloc(bytes + 128), *out = (float *)(((uintptr_t)memory + 64) & ~(uintptr_t)63);
+    const float near[3] = {pose[0].position[0], 1, pose[0].position[2] + 1}, far[3] = {0, 1, 60};
+    refused(sabaki_pose_all(game, near, out + 1, bytes), "multiple of 64");
+    refused(sabaki_pose_all(game, near, out, 64), "");
+    sabaki_pose_slice slice = {0};
+    slice.size = sizeof slice;
+    check(sabaki_pose_all(game, near, out, bytes), "sabaki_pose_all");
+    check(sabaki_pose_slice_of(game, me, &slice), "sabaki_pose_slice_of");
+    if (slice.level != 0 || slice.joints < 12 || slice.joint_stride != 12 || slice.number_stride != 1) fail("a slice");
+    for (i = 0; i < slice.joints; i++) {
+        const uint32_t joint = sabaki_level_joint(game, 0, i);
+        const float *matrix = out + slice.start + i * slice.joint_stride;
+        const float place[3] = {matrix[3], matrix[7], matrix[11]};
+        if (joint >= joints || apart(place, pose[joint].position) > 1e-3f) fail("a joint among all");
+    }
+    if (sabaki_level_joint(game, 0, slice.joints) != UINT32_MAX) fail("a joint beyond the last one");
+    const uint32_t all = slice.joints;
+    /* Once no blend is left, far away. */
+    for (i = 0; i < 300 && slice.level == 0; i++) {
+        check(sabaki_step(game, 1.0f / 60, 0, 0), "sabaki_step");
+        check(sabaki_pose_all(game, far, out, bytes), "sabaki_pose_all");
+        check(sabaki_pose_slice_of(game, me, &slice), "sabaki_pose_slice_of");
+    }
+    if (slice.detail < 1 || slice.level == 0 || slice.joints >= all) fail("a level of detail");
+    free(memory);
+}
+
 int main(int arguments, char **argument) {
     if (arguments != 2) return 2;
     fail_in_destructors();
@@ -99,7 +170,11 @@ int main(int arguments, char **argument) {
     sabaki_graph *graph = 0;
     check(sabaki_graph_open(argument[1], &graph), "sabaki_graph_open");
     sabaki_game_settings settings;
-    sabaki_game_settings_default(&settings);
+    settings.size = 0;
+    refused(sabaki_game_settings_default(&settings), "the size of settings is 0");
+    settings.size = sizeof settings;
+    check(sabaki_game_settings_default(&settings), "sabaki_game_settings_default");
+    if (settings.plans_per_step != 0 || settings.steer_turn != 2.6f || settings.searches_per_step != 8) fail("default settings");
     settings.threads = 2;
     settings.body_radius = 0.25f;
     sabaki_game *game = 0, *other = 0;
@@ -109,16 +184,17 @@ int main(int arguments, char **argument) {
     check(sabaki_game_create(graph, &settings, &game), "sabaki_game_create");
     check(sabaki_game_create(graph, &settings, &other), "sabaki_game_create");
     uint32_t joints = sabaki_graph_joints(graph), i;
+    rest_pose(graph, joints);
     sabaki_graph_close(graph);
 
     sabaki_character me = 0, you = 0;
     check(sabaki_spawn(game, 0, 0, 0, &me), "sabaki_spawn");
     check(sabaki_spawn(game, 3, 0, 1, &you), "sabaki_spawn");
-    sabaki_goal walk = {SABAKI_WALK, 0, 1.2f, 0, 0, 0}, there = {SABAKI_GO_TO, 3, 4, 0, 0, 1};
+    sabaki_goal walk = {sizeof walk, SABAKI_WALK, 0, 1.2f, 0, 0, 0}, there = {sizeof there, SABAKI_GO_TO, 3, 4, 0, 0, 1};
     check(sabaki_steer(game, me, &walk), "sabaki_steer");
     check(sabaki_steer(game, you, &there), "sabaki_steer");
     sabaki_sphere ball = {{0, 0, 0}, 0.1f};
-    sabaki_threat threat = {1.0, {0, 1.2f, 6}, {0, 0, -5}, 0, 3, &ball, 1, 1, 0};
+    sabaki_threat threat = {sizeof threat, 1, 1.0, {0, 1.2f, 6}, {0, 0, -5}, 0, 3, 1, &ball, 0};
     threat.target = me;
     uint64_t id = 0;
     check(sabaki_threaten(game, &threat, &id), "sabaki_threaten");
@@ -133,6 +209,7 @@ int main(int arguments, char **argument) {
     const float corners[6] = {4, 5, 5, 5, 5, 6};
     sabaki_obstacle solids[3];
     memset(solids, 0, sizeof solids);
+    solids[0].size = sizeof solids[0];
     solids[0].kind = SABAKI_HALF_SPACE;
     solids[0].a[2] = 8;
     solids[0].b[2] = -1;
@@ -145,6 +222,7 @@ int main(int arguments, char **argument) {
     solids[2].velocity[2] = 0.5f;
 
     sabaki_event events[8];
+    events[0].size = sizeof events[0];
     int happened = 0;
     for (i = 0; i < 150; i++) {
         check(sabaki_step(game, 1.0f / 60, solids, 3), "sabaki_step");
@@ -164,10 +242,13 @@ int main(int arguments, char **argument) {
     check(sabaki_pose(game, me, mine, joints), "sabaki_pose");
     check(sabaki_pose(other, me, same, joints), "sabaki_pose");
     if (memcmp(mine, same, joints * sizeof *mine) != 0) fail("a loaded game differs");
+    for (i = 1; i < joints; i++) {
+        if (fabsf(apart(mine[i].position, mine[parents[i]].position) - lengths[i]) > 1e-3f) fail("a bone of another length");
+    }
 
     /* Out to something else that holds the pose, and back in. */
     float *rotations = calloc(4 * joints, sizeof *rotations);
-    sabaki_local_pose pose = {{0, 0, 0}, rotations, 0, joints};
+    sabaki_local_pose pose = {sizeof pose, joints, {0, 0, 0}, rotations, 0};
     check(sabaki_local_pose_of(game, me, pose.root, rotations, 0, joints), "sabaki_local_pose_of");
     check(sabaki_release(game, me), "sabaki_release");
     check(sabaki_resume(game, me, &pose, &pose, 1.0f / 60), "sabaki_resume");
@@ -185,14 +266,15 @@ int main(int arguments, char **argument) {
     check(sabaki_resume(game, me, &pose, &pose, 1.0f / 60), "sabaki_resume");
     check(sabaki_pose(game, me, same, joints), "sabaki_pose");
     for (i = 0; i < 3; i++) {
-        float apart = same[1].position[i] - same[0].position[i];
-        square += translations[3 + i] * translations[3 + i] - apart * apart;
+        float way = same[1].position[i] - same[0].position[i];
+        square += translations[3 + i] * translations[3 + i] - way * way;
     }
     if (fabsf(square) > 1e-3f) fail("a translation is lost on the way in");
     float moved = translations[3];
     check(sabaki_local_pose_of(game, me, pose.root, rotations, translations, joints), "sabaki_local_pose_of");
     if (fabsf(translations[3] - moved) > 1e-3f) fail("a translation is lost on the way out");
 
+    pose_as_one_and_as_all(other, me, joints);
     logged = 0;
     solids[1].corner_count = 2;
     refused(sabaki_step(game, 0.1f, solids, 3), "obstacle 1: a polygon needs");
