@@ -1,6 +1,5 @@
 //! # Concept
-//! Two characters of one graph fight: one strikes, the other one dodges, and the roles change. A blow is an attack like a ball: spheres
-//! that move through space.
+//! Two characters fight: one strikes, the other one dodges, and the roles change. A striking limb is a threat like a ball.
 //!
 //! # Usage
 //! `cargo run --release --example two_fighters -- out/fighter.sabaki`
@@ -9,34 +8,65 @@
 //! your own clips.
 //!
 //! # How it works
-//! 1. `AttackGrid` knows, for each node of the graph and each cell of space around it, which path strikes there soonest.
-//! 2. `Duel::challenge` lets the fighters step about until a blow would land, and announces it.
-//! 3. A query answers it. Any culling path will do; here it is the CPU's.
-//! 4. `Duel::settle` plays both.
+//! 1. `Goal::Strike` lets a character come into reach of the other one, and strike with the attacks of the clips.
+//! 2. The other one sees the limb from the beginning of the strike on, and dodges by itself.
+//! 3. `Struck` and `MissedBy` say how it went. When the strike has ended, it is the other one's turn.
 
 #[path = "common/baked.rs"]
 mod common;
 
-use sabaki::duel::{Duel, DuelSettings};
-use sabaki::maps::{AttackGrid, AttackGridSettings};
-use sabaki::query::{Answer, Query, QueryContext, QuerySettings};
+use std::sync::Arc;
+
+use sabaki::character::{
+    CharacterEventKind, CharacterSettings, Characters, Goal, StrikeAt, StrikeKind,
+};
+use sabaki::math::Rigid2;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let baked = common::baked()?;
-    let grid = AttackGrid::new(&baked, &AttackGridSettings::default());
-    let mut duel = Duel::new(&baked, &grid, &DuelSettings::default())?;
-    let settings = QuerySettings::default();
-    let (mut context, mut answer) = (QueryContext::default(), Answer::default());
-    while duel.exchanges().len() < 8 {
-        let challenge = duel.challenge()?;
-        Query::new(&baked, &settings).answer(challenge.request(), &mut context, &mut answer);
-        if let Some(exchange) = duel.settle(&challenge, &answer) {
-            println!(
-                "{:?} strikes; avoided: {}, by {:.2} m",
-                exchange.attacker,
-                exchange.avoided,
-                answer.clearance().metres
-            );
+    let settings = CharacterSettings {
+        body_radius: 0.15,
+        ..CharacterSettings::default()
+    };
+    let mut game = Characters::new(Arc::new(common::baked()?), settings)?;
+    let white = game.spawn(Rigid2::new(0.0, 0.0, -0.5))?;
+    let blue = game.spawn(Rigid2::new(std::f32::consts::PI, 0.0, 0.5))?;
+    let (mut striker, mut other, mut strikes) = (white, blue, 0);
+    let mut events = Vec::new();
+    let kind = StrikeKind::Any;
+    let at = StrikeAt::Character(other);
+    game.steer(striker, Goal::Strike { at, kind })?;
+    while strikes < 8 && game.now() < 60.0 {
+        events.clear();
+        game.step(1.0 / 60.0, &[], &mut events);
+        for event in &events {
+            let name = if event.character == white {
+                "white"
+            } else {
+                "blue"
+            };
+            match event.kind {
+                CharacterEventKind::Strikes { contact, .. } => {
+                    let lead = contact - event.time;
+                    println!(
+                        "{:6.2} s: {name} strikes, seen {lead:.2} s before",
+                        event.time
+                    );
+                }
+                CharacterEventKind::MissedBy { metres, .. } => {
+                    println!("{:6.2} s: {name} is missed by {metres:.2} m", event.time);
+                }
+                CharacterEventKind::Struck { speed, .. } => {
+                    println!("{:6.2} s: {name} is struck at {speed:.1} m/s", event.time);
+                }
+                CharacterEventKind::StrikeEnded { .. } => {
+                    strikes += 1;
+                    game.steer(striker, Goal::Idle)?;
+                    (striker, other) = (other, striker);
+                    let at = StrikeAt::Character(other);
+                    game.steer(striker, Goal::Strike { at, kind })?;
+                }
+                _ => {}
+            }
         }
     }
     Ok(())

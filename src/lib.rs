@@ -18,7 +18,6 @@
 //! | `capi` | the C interface (`sabaki.h`), with the feature `capi` |
 //! | `gpu` | culling on the host's Vulkan device, with the feature `vulkan` |
 //! | [`character`] | characters that are steered and threatened in a game, thousands of which are posed at once |
-//! | [`duel`] | two characters of one graph that attack and avoid in turn |
 //! | [`query`] | one query: attack, candidates, retiming, culling, exact test, score, answer |
 //! | [`archive`] | the baked file |
 //! | [`maps`] | body and attack spheres, height slabs, time slices, the rasterizer that the shaders mirror, paths and grids, [`maps::BakedGraph`] |
@@ -54,7 +53,6 @@ pub mod archive;
 #[cfg(feature = "capi")]
 mod capi;
 pub mod character;
-pub mod duel;
 #[cfg(feature = "vulkan")]
 pub mod gpu;
 pub mod graph;

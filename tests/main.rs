@@ -6,7 +6,6 @@
 mod archive;
 mod capi;
 mod character;
-mod duel;
 mod gpu;
 mod graph;
 mod guide;

@@ -194,6 +194,19 @@ impl EventOut {
             CharacterEventKind::Ended => out.kind = 7,
             CharacterEventKind::Shoved => out.kind = 8,
             CharacterEventKind::Stuck { depth } => (out.kind, out.metres) = (9, -depth),
+            CharacterEventKind::Strikes {
+                threat, contact, ..
+            } => (out.kind, out.threat, out.contact) = (10, threat.0, contact),
+            CharacterEventKind::Struck {
+                threat,
+                joint,
+                point,
+                ..
+            } => {
+                (out.kind, out.threat) = (11, threat.0);
+                (out.point, out.joint) = (point.to_array(), joint.0.into());
+            }
+            CharacterEventKind::StrikeEnded { .. } => out.kind = 12,
         }
         out
     }

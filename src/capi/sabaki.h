@@ -347,7 +347,10 @@ typedef enum sabaki_event_kind {
     SABAKI_HIT = 6,      /* `threat` touches `joint` at `point`, with `normal` from the body to the threat, `metres` deep (negative) */
     SABAKI_ENDED = 7,    /* a planned motion has ended, or was left: the character follows its goal again */
     SABAKI_SHOVED = 8,   /* an obstacle was put on the body, which is shoved out at the speed of a run */
-    SABAKI_STUCK = 9     /* the body is in an obstacle, `metres` deep (negative), and there is no free place around it */
+    SABAKI_STUCK = 9,    /* the body is in an obstacle, `metres` deep (negative), and there is no free place around it */
+    SABAKI_STRIKES = 10, /* the character strikes: its limb is `threat` to all others, and has reached furthest at `contact` */
+    SABAKI_STRUCK = 11,  /* the limb `threat` of another character touches `joint` at `point` */
+    SABAKI_STRIKE_ENDED = 12 /* the strike has ended, or was broken off */
 } sabaki_event_kind;
 
 typedef struct sabaki_event {

@@ -6,7 +6,7 @@ use super::crowd_poses::CrowdPoses;
 use super::error::{ANY, CharacterError, FURTHEST, shorter, within};
 use super::event::{CharacterEvent, CharacterId, ThreatId};
 use super::flights::Flights;
-use super::goal::Goal;
+use super::goal::{Goal, StrikeAt};
 use super::obstacles::find_bodies;
 use super::settings::CharacterSettings;
 use super::slot::{Due, Slot, Urgent, each, each_urgent, most_urgent, share_searches};
@@ -33,10 +33,12 @@ pub struct Characters {
     /// Checksum that identifies the graph in saved games.
     pub(super) fingerprint: u32,
     settings: CharacterSettings,
-    steering: Steering,
+    pub(super) steering: Steering,
     pub(super) slots: Vec<Mutex<Slot>>,
     pub(super) free: Vec<u32>,
     pub(super) threats: Vec<KnownThreat>,
+    /// Memory of limbs that were threats.
+    pub(super) unused_limbs: Vec<KnownThreat>,
     pub(super) next_threat: u64,
     pub(super) now: f64,
     pub(super) pool: WorkerPool,
@@ -61,7 +63,7 @@ impl Characters {
         settings: CharacterSettings,
     ) -> Result<Self, CharacterError> {
         settings.check()?;
-        let steering = Steering::new(baked.graph());
+        let steering = Steering::new(&baked);
         if steering.len() == 0 {
             return Err(CharacterError::NothingToPlay);
         }
@@ -83,6 +85,7 @@ impl Characters {
             slots: Vec::new(),
             free: Vec::new(),
             threats: Vec::new(),
+            unused_limbs: Vec::new(),
             next_threat: 0,
             now: 0.0,
             pool,
@@ -171,9 +174,17 @@ impl Characters {
     /// Sets what a character does while nothing threatens it.
     ///
     /// # Errors
-    /// An unknown character; the errors of [`Goal::check`].
+    /// An unknown character, also as what a goal strikes; one that strikes itself; attacks that the graph does not have; the errors of [`Goal::check`].
     pub fn steer(&mut self, id: CharacterId, goal: Goal) -> Result<(), CharacterError> {
         goal.check()?;
+        if let Goal::Strike { at, kind } = goal {
+            if let StrikeAt::Character(other) = at {
+                self.with_state(other, |_| ())?;
+            }
+            if at == StrikeAt::Character(id) || !self.steering.strikes.has(kind) {
+                return Err(CharacterError::CannotStrike);
+            }
+        }
         let baked = Arc::clone(&self.baked);
         let state = self.state_mut(id)?;
         let place = state.playing.ground(baked.graph());
@@ -181,7 +192,9 @@ impl Characters {
         if aim.differs(&before) {
             state.steer.search_soon();
         }
-        state.has_arrived &= state.goal == goal;
+        let is_same = state.goal == goal;
+        state.has_arrived &= is_same;
+        state.reach = state.reach.filter(|_| is_same);
         state.goal = goal;
         Ok(())
     }
@@ -219,9 +232,11 @@ impl Characters {
     /// # Errors
     /// An unknown character.
     pub fn release(&mut self, id: CharacterId) -> Result<(), CharacterError> {
+        let now = self.now;
         let state = self.state_mut(id)?;
         state.is_released = true;
         state.pending = None;
+        state.end_strike(now, false);
         Ok(())
     }
 
@@ -248,9 +263,15 @@ impl Characters {
         let poses = [&before, &now];
         let found = self.steering.resume(&self.baked, poses, seconds);
         let motion = found.ok_or(CharacterError::NothingToPlay)?;
-        let mut state = CharacterState::new(motion);
-        (state.goal, state.height) = (goal, height);
-        *self.state_mut(id)? = state;
+        let (now, state) = (self.now, self.state_mut(id)?);
+        state.end_strike(now, false);
+        let events = std::mem::take(&mut state.events);
+        *state = CharacterState {
+            goal,
+            height,
+            events,
+            ..CharacterState::new(motion)
+        };
         Ok(())
     }
 
@@ -269,6 +290,7 @@ impl Characters {
             id,
             version: 0,
             threat,
+            limb: None,
         });
         Ok(id)
     }
@@ -296,9 +318,10 @@ impl Characters {
         Ok(())
     }
 
-    /// The present and announced threats, by id.
+    /// The present and announced threats, by id, without the limbs of characters that strike.
     pub fn threats(&self) -> impl Iterator<Item = (ThreatId, &Threat)> {
-        self.threats.iter().map(|known| (known.id, &known.threat))
+        let given = self.threats.iter().filter(|known| known.limb.is_none());
+        given.map(|known| (known.id, &known.threat))
     }
 
     /// Advances time by `dt` seconds: plans, steers, and measures how near threats come. Events are appended to `events`, by character. A
@@ -313,8 +336,9 @@ impl Characters {
         } else {
             0.0
         };
+        self.announce_strikes();
         self.bodies.clear();
-        if self.settings.body_radius > 0.0 {
+        if self.settings.body_radius > 0.0 || self.strikes() {
             find_bodies(&self.baked, &self.slots, &mut self.bodies);
         }
         let times = [dt, self.settings.steer.interval];
@@ -383,7 +407,8 @@ impl Characters {
         }
         let now = self.now;
         let lasts = |known: &KnownThreat| {
-            known.threat.time + f64::from(known.threat.seconds) + f64::from(dt) >= now
+            let end = known.threat.time + f64::from(known.threat.seconds);
+            known.limb.is_some() || end + f64::from(dt) >= now
         };
         self.threats.retain(lasts);
     }
@@ -482,7 +507,8 @@ impl Characters {
 
     fn threat_index(&self, id: ThreatId) -> Result<usize, CharacterError> {
         let found = self.threats.binary_search_by_key(&id, |known| known.id);
-        found.map_err(|_| CharacterError::NoSuchThreat(id))
+        let given = found.ok().filter(|&at| self.threats[at].limb.is_none());
+        given.ok_or(CharacterError::NoSuchThreat(id))
     }
 
     fn slot_mut(&mut self, index: u32) -> &mut Slot {

@@ -25,6 +25,9 @@ pub enum CharacterError {
     /// The graph has no moment without a labelled event.
     #[error("the graph has no moment without an event, in which a character could stand")]
     NothingToPlay,
+    /// A character cannot strike itself, nor by attacks that the graph does not have.
+    #[error("the graph has no such attack, or the character would strike itself")]
+    CannotStrike,
     /// A number is not finite or out of range.
     #[error("{name} is {value}; it must be {}", range_in_words(*least, *most))]
     Value {

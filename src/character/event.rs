@@ -2,6 +2,7 @@ use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
 use crate::anim::JointId;
+use crate::graph::EdgeId;
 
 /// Identifies a character of [`Characters`](super::Characters). It is not used again after the character is removed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
@@ -108,5 +109,35 @@ pub enum CharacterEventKind {
         depth: f32,
         /// Unit direction from the body to the threat, in the world.
         normal: Vec3,
+    },
+    /// A strike of the character ([`Goal::Strike`](super::Goal::Strike)) is announced: from now on others avoid the limb.
+    Strikes {
+        /// The limb as a threat. [`Characters::limb`](super::Characters::limb) says where it is.
+        threat: ThreatId,
+        /// Edge of the graph that plays the attack.
+        attack: EdgeId,
+        /// Time of the game at which the limb has reached furthest, in seconds.
+        contact: f64,
+    },
+    /// The striking limb of another character touches the body for the first time. Numbers are those of the moment of the step in which it is
+    /// deepest.
+    Struck {
+        /// The character that strikes.
+        by: CharacterId,
+        /// The limb.
+        threat: ThreatId,
+        /// The joint that is struck.
+        joint: JointId,
+        /// The point of the body's surface that is deepest in the limb, in the world, in metres.
+        point: Vec3,
+        /// Depth, in metres.
+        depth: f32,
+        /// Speed of the limb relative to what it strikes, in metres per second.
+        speed: f32,
+    },
+    /// A strike of the character has ended.
+    StrikeEnded {
+        /// Whether the attack was played to its end; if not, it was broken off to avoid a threat, or by [`Characters::release`](super::Characters::release).
+        is_whole: bool,
     },
 }

@@ -155,7 +155,7 @@ mod tests {
         ) {
             let threat = Threat { gravity, seconds: 5.0, ..Threat::ball(0.0, place, velocity, 0.1) };
             let mut flights = Flights::default();
-            let known = KnownThreat { id: ThreatId(0), version: 0, threat: threat.clone() };
+            let known = KnownThreat { id: ThreatId(0), version: 0, threat: threat.clone(), limb: None };
             flights.find(&[known], [now, 1.0 / 60.0], HEIGHTS, REACH);
             let mut near = Vec::new();
             flights.near(root.xz(), &mut near);

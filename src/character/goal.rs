@@ -4,8 +4,11 @@ use glam::{Vec2, Vec3};
 use serde::{Deserialize, Serialize};
 
 use super::error::{ANY, CharacterError, FURTHEST, shorter, within};
+use super::event::CharacterId;
+use crate::anim::JointId;
+use crate::graph::EdgeId;
 
-/// Goal of a character, which it follows while nothing threatens it. Heights are ignored; headings are those of [`Rigid2`](crate::math::Rigid2).
+/// Goal of a character, which it follows while nothing threatens it. Heights are ignored, but for that of a place to strike; headings are those of [`Rigid2`](crate::math::Rigid2).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub enum Goal {
     /// Stands idle; the clips may move and turn the body a little. [`Goal::Face`] holds a heading.
@@ -32,6 +35,35 @@ pub enum Goal {
     },
     /// Stops as soon as it can, then stands.
     Stop,
+    /// Goes to where an attack of the clips reaches what it strikes, and strikes: again and again, while this is the goal. A strike that has begun
+    /// goes on to its end, unless a threat has to be avoided. The limb is a threat to all other characters from the beginning of the strike on.
+    Strike {
+        /// What is struck.
+        at: StrikeAt,
+        /// With which attacks.
+        kind: StrikeKind,
+    },
+}
+
+/// What a [`Goal::Strike`] strikes.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub enum StrikeAt {
+    /// A point in the world, in metres; at most 5 km from the origin.
+    Place(Vec3),
+    /// The trunk of another character. While there is none, the character stands.
+    Character(CharacterId),
+}
+
+/// The attacks that a [`Goal::Strike`] may choose from.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub enum StrikeKind {
+    /// All.
+    #[default]
+    Any,
+    /// The one that an edge plays: [`AttackMove::edge`](crate::maps::AttackMove::edge) of [`BakedGraph::attack_moves`](crate::maps::BakedGraph::attack_moves).
+    Attack(EdgeId),
+    /// Those in which a joint strikes.
+    Limb(JointId),
 }
 
 /// Velocity and heading that a goal demands at one moment.
@@ -64,10 +96,16 @@ impl Goal {
                 shorter("the distance of the goal from the origin", point, FURTHEST)?;
                 within("the speed of the goal", speed, 0.0..=FASTEST)
             }
+            Self::Strike { at, .. } => match at {
+                StrikeAt::Place(place) => {
+                    shorter("the distance of the goal from the origin", place, FURTHEST)
+                }
+                StrikeAt::Character(_) => Ok(()),
+            },
         }
     }
 
-    /// Aim for a character at a place (x, z), in metres. `has_arrived` says whether the character reached the goal's point before, and is updated.
+    /// Aim for a character at a place (x, z), in metres; that of a strike is found otherwise. `has_arrived` says whether the character reached the goal's point before, and is updated.
     pub(super) fn aim(&self, place: Vec2, has_arrived: &mut bool) -> Aim {
         /// Distance from the point within which a character has arrived, in metres.
         const ARRIVED: f32 = 0.15;
@@ -76,7 +114,7 @@ impl Goal {
         /// Time in which the rest of the way is walked, in seconds.
         const BRAKING: f32 = 0.5;
         match *self {
-            Self::Idle | Self::Stop => Aim::default(),
+            Self::Idle | Self::Stop | Self::Strike { .. } => Aim::default(),
             Self::Walk { velocity, facing } => Aim {
                 velocity: Vec2::new(velocity.x, velocity.z),
                 facing,

@@ -2,7 +2,7 @@
 
 use std::sync::Mutex;
 
-use glam::{Vec2, Vec3};
+use glam::{Vec2, Vec3, Vec3Swizzles};
 
 use super::event::CharacterId;
 use super::slot::Slot;
@@ -27,10 +27,13 @@ pub(super) fn find_bodies(baked: &BakedGraph, slots: &[Mutex<Slot>], out: &mut V
             continue;
         };
         let velocity = state.velocity(baked);
+        let playing = &state.playing;
+        let root = playing.motion.root(baked.graph(), playing.seconds);
         out.push(OtherBody {
-            index: index as u32,
-            place: state.playing.ground(baked.graph()),
+            id: slot.id(index),
+            place: root.xz(),
             height: state.height,
+            root: root.y,
             velocity: Vec2::new(velocity.x, velocity.z),
         });
     }
@@ -45,7 +48,10 @@ impl CharacterState {
         out: &mut Vec<Obstacle>,
     ) {
         out.clear();
-        if world.obstacles.is_empty() && world.bodies.is_empty() {
+        // Who strikes comes near.
+        let avoids = world.settings.body_radius > 0.0 && self.strike.is_none();
+        let bodies = if avoids { world.bodies } else { &[] };
+        if world.obstacles.is_empty() && bodies.is_empty() {
             return;
         }
         let root = self
@@ -60,10 +66,9 @@ impl CharacterState {
         let place = root + Vec3::Y * self.height;
         let given = world.obstacles.iter().filter(|one| near(one, place));
         out.extend(given.map(|one| one.lowered(self.height)));
-        let others = world
-            .bodies
+        let others = bodies
             .iter()
-            .filter(|body| body.index != id.index && (body.height - self.height).abs() < STOREY);
+            .filter(|body| body.id != id && (body.height - self.height).abs() < STOREY);
         for body in others {
             let radius = world.settings.body_radius;
             let disc = Obstacle::disc(body.place, radius);

@@ -231,9 +231,9 @@ impl CharacterState {
     ) -> impl Iterator<Item = NearThreat> + use<'s, 'w> {
         let horizon = world.settings.horizon;
         threats.iter().filter_map(move |&index| {
-            let threat = &world.threats[index as usize].threat;
-            let threat = Some(threat).filter(|threat| threat.is_for(id))?;
-            let window = self.window(world, moment.at, threat)?;
+            let known = &world.threats[index as usize];
+            let known = Some(known).filter(|known| known.is_for(id))?;
+            let window = self.window(world, moment.at, known)?;
             let is_near = window.nearest < horizon && window.end > 0.0;
             is_near.then_some(NearThreat { index, window })
         })
@@ -599,8 +599,8 @@ impl Planning<'_> {
                 start: window.start.max(late.min(window.end - 1e-3)),
                 ..window
             };
-            let threat = &self.known(near).threat;
-            threat.add_to(out, &window, self.height, attempt.margin);
+            let known = self.known(near);
+            known.add_to(out, &window, self.height, attempt.margin);
         }
         out.check().is_ok()
     }

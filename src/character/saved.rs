@@ -22,7 +22,7 @@ use crate::maps::BakedGraph;
 use crate::math::parallel::lock;
 
 const MAGIC: [u8; 8] = *b"sabgame\n";
-const VERSION: u32 = 3;
+const VERSION: u32 = 4;
 /// Length of magic, version and checksum, in bytes.
 const HEADER: usize = 16;
 
@@ -130,9 +130,16 @@ impl CharactersState {
                 && state.height.abs() <= FURTHEST
                 && state.moved >= 0.0
                 && state.steer.is_sound()
+                && state.reach.is_none_or(|reach| reach.is_sound())
                 && [state.held_until, state.passed_at, state.look_at]
                     .into_iter()
                     .chain(state.retry_at)
+                    .chain(
+                        state
+                            .strike
+                            .iter()
+                            .flat_map(|it| [it.from, it.contact, it.until]),
+                    )
                     .all(near_now)
         };
         let states = self.slots.iter().filter_map(|slot| slot.state.as_deref());
@@ -151,10 +158,11 @@ impl CharactersState {
             && self.free.iter().all(empty)
             && self.free.len() == vacant
             && is_distinct(&self.free)
-            && self
-                .threats
-                .iter()
-                .all(|known| known.threat.check(self.now).is_ok())
+            && self.threats.iter().all(|known| {
+                let threat = &known.threat;
+                let limb = known.limb.as_ref();
+                threat.check(self.now).is_ok() && limb.is_none_or(|limb| limb.is_sound(threat))
+            })
             && self.threats.is_sorted_by(|a, b| a.id < b.id)
             && self
                 .threats

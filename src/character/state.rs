@@ -6,9 +6,10 @@ use super::goal::Goal;
 use super::keep_out::Squeezed;
 use super::plan::Progress;
 use super::playing::Playing;
-use super::steer::{SteerState, SteerStep};
-use super::threat::{Threat, Window};
-use super::world::{PlanScratch, Worker, World};
+use super::steer::{Reach, Recent, SteerState, SteerStep};
+use super::strike::Strike;
+use super::threat::Window;
+use super::world::{KnownThreat, PlanScratch, Worker, World};
 use crate::graph::{Motion, MotionGraph};
 use crate::maps::BakedGraph;
 use crate::math::{Rigid2, Sphere};
@@ -54,6 +55,12 @@ pub(super) struct CharacterState {
     /// Time at which the plan is tested against the obstacles again, in seconds.
     pub look_at: f64,
     pub squeezed: Squeezed,
+    /// The attack that it plays.
+    pub strike: Option<Strike>,
+    /// From where an attack reaches what its goal strikes, once it was searched.
+    pub reach: Option<Reach>,
+    /// The attacks that it has begun.
+    pub struck: Recent,
     /// Threats that are near, with the smallest distance so far.
     pub watched: Vec<Watched>,
     /// Centres of the body's spheres at the end of the last step, in metres. Updated while a threat is near.
@@ -114,6 +121,9 @@ impl CharacterState {
             side: Side::default(),
             look_at: 0.0,
             squeezed: Squeezed::Free,
+            strike: None,
+            reach: None,
+            struck: [u32::MAX; 3],
             watched: Vec::new(),
             centres: Vec::new(),
             events: Vec::new(),
@@ -166,6 +176,14 @@ impl CharacterState {
 
     /// Steers once the threats that a plan avoids have passed. A walking character leaves its evasion then.
     fn steer(&mut self, world: &World<'_>, worker: &mut Worker, may_search: bool) {
+        let strike = self.strike;
+        if let Some(strike) = strike {
+            if world.now < strike.until {
+                return;
+            }
+            self.end_strike(world.now, true);
+            self.steer.search_now();
+        }
         let is_evading = world.now < self.held_until;
         if self.pending.is_some() || is_evading && world.now < self.passed_at {
             return;
@@ -177,9 +195,10 @@ impl CharacterState {
             may_search,
             dt: world.dt,
         };
-        let (steering, scratch) = (world.steering, &mut worker.steer);
+        let steering = world.steering;
         let (playing, state) = (&mut self.playing, &mut self.steer);
         if is_evading {
+            let scratch = &mut worker.steer;
             if !step.aim.stands() && steering.leave(&step, playing, state, scratch) {
                 self.held_until = world.now;
                 self.retry_at = self.retry_at.map(|_| world.now);
@@ -193,8 +212,16 @@ impl CharacterState {
             self.events.push((world.now, CharacterEventKind::Ended));
             state.search_now();
         }
+        // The host may set another goal once a strike has ended.
+        if may_search && strike.is_none() && self.begin_strike(world, worker) {
+            return;
+        }
+        let (playing, state) = (&mut self.playing, &mut self.steer);
         let before = playing.seconds;
-        steering.step(&step, playing, state, scratch);
+        steering.step(&step, playing, state, &mut worker.steer);
+        if matches!(self.goal, Goal::Strike { .. }) {
+            state.stay_ready(world.settings.steer.interval, may_search);
+        }
         if playing.seconds < before && !self.has_failed {
             // Another motion is tested at once.
             self.retry_at = self.retry_at.map(|_| world.now);
@@ -233,6 +260,7 @@ impl CharacterState {
     /// Begins the pending motion if its time has come.
     pub(super) fn take_over(&mut self, now: f64, scratch: &mut PlanScratch) {
         if let Some(pending) = self.pending.take_if(|pending| pending.at <= now + 1e-6) {
+            self.end_strike(now, false);
             let left = std::mem::replace(&mut self.playing, Playing::new(pending.motion));
             scratch.keep_memory(left.motion);
             self.events.push((now, CharacterEventKind::Began));
@@ -240,7 +268,12 @@ impl CharacterState {
     }
 
     /// When a threat may reach this character, counted from `from`.
-    pub(super) fn window(&self, world: &World<'_>, from: f64, threat: &Threat) -> Option<Window> {
+    pub(super) fn window(
+        &self,
+        world: &World<'_>,
+        from: f64,
+        threat: &KnownThreat,
+    ) -> Option<Window> {
         let (graph, reach) = (world.baked.graph(), world.baked.reach());
         let ahead = (from - world.now) as f32 * self.playing.rate;
         let root = |t: f32| {

@@ -32,8 +32,11 @@ impl CharacterState {
     /// Aim of the goal, changed so that the character goes around obstacles.
     pub(super) fn steer_around(&mut self, world: &World<'_>, obstacles: &[Obstacle]) -> Aim {
         let place = self.playing.ground(world.baked.graph());
-        let aim = self.goal.aim(place, &mut self.has_arrived);
-        if obstacles.is_empty() {
+        let (aim, is_there) = match self.goal {
+            Goal::Strike { .. } => self.aim_to_strike(world),
+            goal => (goal.aim(place, &mut self.has_arrived), false),
+        };
+        if obstacles.is_empty() || is_there {
             self.side = Side::None;
             return aim;
         }
@@ -43,7 +46,7 @@ impl CharacterState {
             clearance: world.settings.steer.clearance,
             foresight: world.settings.steer.foresight,
         };
-        let is_bound = matches!(self.goal, Goal::GoTo { .. });
+        let is_bound = matches!(self.goal, Goal::GoTo { .. } | Goal::Strike { .. });
         let (velocity, side) = around.velocity(aim.velocity, is_bound, self.side);
         self.side = side;
         Aim { velocity, ..aim }

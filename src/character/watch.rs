@@ -24,7 +24,9 @@ impl<'a> Pass<'a> {
         let threat = &known.threat;
         let start = world.now.max(threat.time);
         let end = world.end().min(threat.time + f64::from(threat.seconds));
-        (start <= end).then_some(Self { known, start, end })
+        // A limb that begins at the end of a step has no speed in it.
+        let begins_later = known.limb.is_some() && start == end;
+        (start <= end && !begins_later).then_some(Self { known, start, end })
     }
 
     /// Whether the threat may touch a body whose root is at `root` at one end of the step.
@@ -40,7 +42,7 @@ impl<'a> Pass<'a> {
         /// Duration of a piece of a curved flight, in seconds.
         const PIECE: f64 = 0.02;
         let count = match self.known.threat.gravity {
-            0.0 => 1.0,
+            0.0 if self.known.limb.is_none() => 1.0,
             _ => ((self.end - self.start) / PIECE).ceil().max(1.0),
         };
         let at = move |index: f64| self.start + (self.end - self.start) * index / count;
@@ -82,7 +84,7 @@ impl CharacterState {
         self.find_passing(world, &mut worker.threats);
         for known in world.threats_of(id, &worker.threats) {
             let is_watched = self.watched.iter().any(|one| one.id == known.id);
-            if !is_watched && self.window(&later, later.now, &known.threat).is_some() {
+            if !is_watched && self.window(&later, later.now, known).is_some() {
                 self.watch_for(known.id);
             }
         }
@@ -129,7 +131,7 @@ impl CharacterState {
     fn is_missed(&self, pass: &Pass<'_>, root: Vec3, world: &World<'_>) -> bool {
         let id = pass.known.id;
         let is_unmeasured = |one: &Watched| one.id == id && one.metres == f32::MAX;
-        self.watched.iter().any(is_unmeasured) && pass.known.threat.has_passed(world.end(), root)
+        self.watched.iter().any(is_unmeasured) && pass.known.has_passed(world.end(), root)
     }
 
     fn watch_for(&mut self, id: ThreatId) -> &mut Watched {
@@ -178,12 +180,24 @@ impl CharacterState {
                 let normal = nearest.apart.try_normalize();
                 let normal = normal.unwrap_or(-pass.known.threat.velocity);
                 let normal = normal.normalize_or(Vec3::Y);
-                let hit = CharacterEventKind::Hit {
-                    threat: pass.known.id,
-                    joint: part.joint,
-                    point: nearest.centre + normal * part.radius + Vec3::Y * self.height,
-                    depth: -nearest.metres,
-                    normal,
+                let (threat, joint) = (pass.known.id, part.joint);
+                let point = nearest.centre + normal * part.radius + Vec3::Y * self.height;
+                let hit = match &pass.known.limb {
+                    Some(limb) => CharacterEventKind::Struck {
+                        by: limb.by,
+                        threat,
+                        joint,
+                        point,
+                        depth: -nearest.metres,
+                        speed: nearest.speed,
+                    },
+                    None => CharacterEventKind::Hit {
+                        threat,
+                        joint,
+                        point,
+                        depth: -nearest.metres,
+                        normal,
+                    },
                 };
                 self.events.push((world.end(), hit));
             }
@@ -206,8 +220,8 @@ impl CharacterState {
                 continue;
             }
             let is_near = known.is_some_and(|known| {
-                let window = self.window(later, later.now, &known.threat);
-                window.is_some() || !known.threat.has_passed(later.now, root)
+                let window = self.window(later, later.now, known);
+                window.is_some() || !known.has_passed(later.now, root)
             });
             if !is_near && !is_hit && !watched.is_missed && metres < f32::MAX {
                 self.watched[place].is_missed = true;
@@ -222,8 +236,7 @@ impl CharacterState {
 impl Pass<'_> {
     /// Where it is nearest to a body whose sphere centres are given at the start and at the end of the step, above a ground at a height.
     fn nearest(&self, world: &World<'_>, [before, after]: [&[Vec3]; 2], height: f32) -> Contact {
-        let threat = &self.known.threat;
-        let at = |time: f64| threat.at(time) - Vec3::Y * height;
+        let ground = Vec3::Y * height;
         let share = |time: f64| match world.dt > 0.0 {
             true => ((time - world.now) as f32 / world.dt).clamp(0.0, 1.0),
             false => 1.0,
@@ -233,21 +246,27 @@ impl Pass<'_> {
             part: 0,
             centre: Vec3::ZERO,
             apart: Vec3::ZERO,
+            speed: 0.0,
         };
         for times in self.pieces() {
-            let (places, shares) = (times.map(at), times.map(share));
-            for sphere in &threat.spheres {
+            let shares = times.map(share);
+            for index in 0..self.known.spheres() {
+                let [from, to] = times.map(|time| self.known.sphere(index, time));
+                let places = [from, to].map(|sphere| sphere.centre - ground);
+                let radius = from.radius;
                 let ends = before.iter().zip(after).zip(&world.baked.body().spheres);
                 for (part, ((from, to), body)) in ends.enumerate() {
                     let centres = shares.map(|share| from.lerp(*to, share));
-                    let apart = [0, 1].map(|end| places[end] + sphere.centre - centres[end]);
-                    let (at, metres) = closest(apart, [sphere.radius + body.radius; 2]);
+                    let apart = [0, 1].map(|end| places[end] - centres[end]);
+                    let (at, metres) = closest(apart, [radius + body.radius; 2]);
                     if metres < nearest.metres {
                         nearest = Contact {
                             metres,
                             part,
                             centre: centres[0].lerp(centres[1], at),
                             apart: apart[0].lerp(apart[1], at),
+                            speed: apart[0].distance(apart[1])
+                                / ((times[1] - times[0]) as f32).max(1e-6),
                         };
                     }
                 }
@@ -267,4 +286,6 @@ struct Contact {
     centre: Vec3,
     /// Way from there to the centre of the threat's sphere.
     apart: Vec3,
+    /// Speed of the one relative to the other, in metres per second.
+    speed: f32,
 }

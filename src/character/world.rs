@@ -7,6 +7,7 @@ use super::event::{CharacterId, ThreatId};
 use super::flights::Flights;
 use super::settings::CharacterSettings;
 use super::steer::{SteerScratch, Steering};
+use super::strike::Limb;
 use super::threat::{Threat, Window};
 use crate::anim::{JointTransform, Pose, forward_kinematics};
 use crate::crowd::ExternalPose;
@@ -23,7 +24,7 @@ pub(super) struct World<'a> {
     pub flights: &'a Flights,
     /// Obstacles, at the start of the step.
     pub obstacles: &'a [Obstacle],
-    /// The other characters, if they avoid each other.
+    /// All characters, if they avoid or strike each other.
     pub bodies: &'a [OtherBody],
     /// Time at the start of the step, in seconds.
     pub now: f64,
@@ -44,7 +45,7 @@ impl<'a> World<'a> {
     ) -> impl Iterator<Item = &'a KnownThreat> + use<'a, 'l> {
         let threats = self.threats;
         let each = indices.iter().map(move |&index| &threats[index as usize]);
-        each.filter(move |known| known.threat.is_for(id))
+        each.filter(move |known| known.is_for(id))
     }
 
     /// Index of a threat, if it still exists.
@@ -59,17 +60,22 @@ impl<'a> World<'a> {
 pub(super) struct KnownThreat {
     pub id: ThreatId,
     pub version: u32,
+    /// The threat; for a limb the ball around all of its way.
     pub threat: Threat,
+    /// The striking limb that it is, if it is one.
+    pub limb: Option<Limb>,
 }
 
 /// A character as the others see it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct OtherBody {
-    pub index: u32,
+    pub id: CharacterId,
     /// Position on the ground (x, z), in metres.
     pub place: Vec2,
     /// Height of its ground, in metres.
     pub height: f32,
+    /// Height of its root above that ground, in metres.
+    pub root: f32,
     /// Velocity on the ground (x, z), in metres per second.
     pub velocity: Vec2,
 }

@@ -1,4 +1,4 @@
-//! The guide: from clips to a dodging character, a game loop, crowds and duels, the papers and the code, the choice of a culling path, and the
+//! The guide: from clips to a dodging character, a game loop, crowds and fights, the papers and the code, the choice of a culling path, and the
 //! limits on input.
 //!
 //! Architecture invariant: this module contains no code. Documentation tests compile the code of the pages, and `tests/guide.rs` checks

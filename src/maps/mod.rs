@@ -45,8 +45,8 @@ pub use bake::{BakeError, BakeSettings, BakedGraph, Baker, DrawnMaps};
 pub use entries::{EntryReport, EntryShare, MomentShare, Stretches};
 pub(crate) use entries::{KnownEntry, Stance, head};
 pub use grid::{
-    AttackGrid, AttackGridReport, AttackGridSettings, AttackOption, CellColumn, Contact, Grid,
-    NodePath, PathId, PathReport, PathSettings, PathTable, Retimable, RetimeSettings, TouchedCells,
+    CellColumn, Grid, NodePath, PathId, PathReport, PathSettings, PathTable, Retimable,
+    RetimeSettings, TouchedCells,
 };
 #[cfg(feature = "vulkan")]
 pub(crate) use regions::bit_square;

@@ -73,7 +73,6 @@ pub use attack::{Attack, AttackError};
 pub use clearance::Clearance;
 pub use cull::CullPath;
 pub(crate) use evaluate::evasions_end;
-pub(crate) use gather::MoveSearch;
 pub use gather::SearchReport;
 pub use obstacle::{Obstacle, ObstacleError};
 pub use request::{Evaluation, Query, Request};

@@ -4,5 +4,6 @@ mod lasting;
 mod obstacles;
 mod save;
 mod steer;
+mod strikes;
 mod threats;
 mod world;

@@ -4,7 +4,6 @@
 use sabaki::graph::{EdgeId, Motion, MotionGraph, MotionStep, NodeId, Playhead};
 use sabaki::maps::{BakeSettings, BakedGraph, Baker};
 
-mod attack_grid;
 mod grid;
 mod paths;
 mod regions;

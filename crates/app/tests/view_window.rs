@@ -12,9 +12,7 @@ use std::process::{Command, Stdio};
 use std::sync::Arc;
 
 use common::baked::{embedded, embedded_file};
-use sabaki::duel::DuelSettings;
 use sabaki::graph::MotionGraph;
-use sabaki::maps::{AttackGrid, AttackGridSettings};
 use sabaki_app::window::{
     Click, CrowdScene, DuelScene, Scene, ThrowScene, ThrowSettings, WindowDesc, picture,
 };
@@ -235,13 +233,9 @@ fn a_duel_in_the_window_is_what_is_fought_and_drawn_without_one() {
     shown.wait("screenshot");
     shown.end();
 
-    let grid = AttackGrid::new(embedded(), &AttackGridSettings::default());
-    let settings = DuelSettings {
-        seed: 1,
-        ..DuelSettings::default()
-    };
     let outfit = outfit(embedded().graph());
-    let mut scene = DuelScene::new(embedded(), &grid, Some(outfit), &settings).unwrap();
+    let baked = Arc::new(embedded().clone());
+    let mut scene = DuelScene::new(baked, Some(outfit), 1).unwrap();
     assert_same(&png, &mut scene, &stepped(0.05, 120), "duel");
     let events = scene.take_events();
     let line = serde_json::to_string(&events[0]).unwrap();

@@ -9,6 +9,7 @@
 //! place.
 
 mod memory;
+mod strikes;
 mod table;
 
 use glam::{Vec2, Vec3};
@@ -22,6 +23,7 @@ use crate::maps::{BakedGraph, Stance};
 use crate::math::Rigid2;
 use memory::SHORTLY;
 pub(super) use memory::SteerState;
+pub(super) use strikes::{Reach, Recent, StrikeTable, Target, Times};
 use table::{AHEAD, Features, Moment, Row, Table, distance};
 
 /// Maximum distance by which a jump brings a character back to the place where it came to stand, in metres. The jump's blend fades it in.
@@ -44,6 +46,7 @@ pub(super) struct Steering {
     table: Table,
     /// The moments at which a new character may start.
     starts: Vec<u32>,
+    pub(super) strikes: StrikeTable,
 }
 
 /// Input of one step of one character.
@@ -73,14 +76,15 @@ impl Now {
 }
 
 impl Steering {
-    pub(super) fn new(graph: &MotionGraph) -> Self {
+    pub(super) fn new(baked: &BakedGraph) -> Self {
         /// It stands for so long at least, in seconds.
         const STANDS: f32 = 1.0;
-        let table = Table::new(graph);
+        let table = Table::new(baked.graph());
         let calm = |(_, moment): &(u32, &Moment)| moment.calm_for > STANDS;
         let starts = (0..).zip(&table.moments).filter(calm);
         Self {
             starts: starts.map(|(index, _)| index).collect(),
+            strikes: StrikeTable::new(baked),
             table,
         }
     }

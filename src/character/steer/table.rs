@@ -284,9 +284,9 @@ impl Table {
 }
 
 /// The edge that plays each frame of a clip without an event, and its frame.
-type PlayedBy = Vec<Option<(EdgeId, u32)>>;
+pub(super) type PlayedBy = Vec<Option<(EdgeId, u32)>>;
 
-fn edges_by_clip(graph: &MotionGraph) -> Vec<PlayedBy> {
+pub(super) fn edges_by_clip(graph: &MotionGraph) -> Vec<PlayedBy> {
     let clips = graph.clips().iter();
     let mut edges: Vec<PlayedBy> = clips.map(|clip| vec![None; clip.frames()]).collect();
     for id in graph.natural_edges() {

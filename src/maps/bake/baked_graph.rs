@@ -7,12 +7,10 @@ use serde::{Deserialize, Serialize};
 use crate::anim::{Facing, JointTransform, Pose, forward_kinematics};
 use crate::graph::{EdgeId, EdgeMotion, EdgesInto, Entry, Motion, MotionGraph, NodeId, Playhead};
 use crate::maps::entries::{EntryReport, EntryTable, EntryTrack, EntryTracks, KnownEntry, Stance};
-use crate::maps::grid::{
-    AttackGrid, AttackGridSettings, Grid, GridCells, PathId, PathTable, Retimable,
-};
+use crate::maps::grid::{Grid, GridCells, PathTable, Retimable};
 use crate::maps::regions::{
-    AttackMove, Body, BodyRows, BodyTrack, BoundingCylinder, ClipCylinders, Evasion, EvasionTracks,
-    MovingSphere, RegionAtlas, RegionId, Slab, attack_spheres,
+    AttackMove, Body, BodyRows, BodySphere, BodyTrack, BoundingCylinder, ClipCylinders, Evasion,
+    EvasionTracks, MovingSphere, RegionAtlas, RegionId, Slab, attack_spheres, attacking,
 };
 use crate::math::{Rigid2, in_parallel};
 
@@ -121,6 +119,15 @@ impl BakedGraph {
         let spheres = |event| attack_spheres(&self.graph, &self.body, self.graph.event(event));
         let event = self.graph.edge(attack.edge).event;
         event.map_or_else(Vec::new, spheres)
+    }
+
+    /// The spheres of the body and its props that strike in an attack.
+    pub(crate) fn attacking_spheres(&self, attack: &AttackMove) -> Vec<BodySphere> {
+        let event = self.graph.edge(attack.edge).event;
+        let event = event.map(|event| self.graph.event(event));
+        event.map_or_else(Vec::new, |event| {
+            attacking(self.graph.skeleton(), &self.body, event)
+        })
     }
 
     /// Paths from each node to evasions.
@@ -307,11 +314,6 @@ impl BakedGraph {
         self.cylinders.at(&self.graph, edge, frame)
     }
 
-    /// [`BakedGraph::placement`] of each node.
-    pub(super) fn placements(&self) -> &[Rigid2] {
-        &self.derived.placements
-    }
-
     /// Character's frame (root on the ground, facing +Z) at a node, in the space of the node's
     /// clip.
     #[must_use]
@@ -360,28 +362,6 @@ impl BakedGraph {
         });
         self.paths.prepare();
         self.grid().prepare();
-    }
-}
-
-impl AttackGrid {
-    /// Finds the paths from all nodes to all attacks and lists them by the cells that they hit. The result does not depend on the number
-    /// of threads.
-    #[must_use]
-    pub fn new(baked: &BakedGraph, settings: &AttackGridSettings) -> Self {
-        let spheres = |attack| baked.attack_spheres(attack);
-        let spheres: Vec<_> = baked.attack_moves.iter().map(spheres).collect();
-        let goals: Vec<EdgeId> = baked
-            .attack_moves
-            .iter()
-            .map(|attack| attack.edge)
-            .collect();
-        Self::build(&baked.graph, baked.placements(), &goals, &spheres, settings)
-    }
-
-    /// Attack at the end of a path.
-    #[must_use]
-    pub fn attack_move<'a>(&self, baked: &'a BakedGraph, path: PathId) -> &'a AttackMove {
-        &baked.attack_moves[self.paths().path(path).goal as usize]
     }
 }
 

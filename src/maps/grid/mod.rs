@@ -2,7 +2,6 @@
 //!
 //! Source: Masaoka & Oshita, sections 4.1 and 4.2.
 
-mod attack_grid;
 mod cells;
 mod node_grid;
 mod path_search;
@@ -10,7 +9,6 @@ mod paths;
 mod retime;
 mod vacated;
 
-pub use attack_grid::{AttackGrid, AttackGridReport, AttackGridSettings, AttackOption, Contact};
 pub use cells::{CellColumn, TouchedCells};
 pub use node_grid::Grid;
 pub(super) use node_grid::GridCells;

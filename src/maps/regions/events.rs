@@ -84,7 +84,7 @@ pub(crate) fn attack_spheres(
 
 /// Spheres of the joints that the event names, of their descendants, and of the props that take
 /// part ([`Prop::takes_part`]).
-fn attacking(skeleton: &Skeleton, body: &Body, event: &GraphEvent) -> Vec<BodySphere> {
+pub(crate) fn attacking(skeleton: &Skeleton, body: &Body, event: &GraphEvent) -> Vec<BodySphere> {
     let props = body.props.iter();
     let taking_part = props.filter(|prop| prop.takes_part(skeleton, &event.joints));
     let mut spheres = limbs(skeleton, body, event);

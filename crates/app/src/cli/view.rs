@@ -4,8 +4,7 @@ use std::io::Write;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use sabaki::duel::DuelSettings;
-use sabaki::maps::{AttackGrid, AttackGridSettings, BakedGraph};
+use sabaki::maps::BakedGraph;
 use sabaki::query::{CullPath, Enumerate};
 use sabaki_app::window::{
     self, Click, DriveScene, DuelScene, Event, ThrowScene, ThrowSettings, WindowDesc, WindowError,
@@ -152,13 +151,8 @@ pub(crate) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
         }
         Scene::Duel(args) => {
             let (baked, outfit) = args.load()?;
-            let grid = AttackGrid::new(&baked, &AttackGridSettings::default());
-            let settings = DuelSettings {
-                seed: args.seed,
-                ..DuelSettings::default()
-            };
-            let duel = DuelScene::new(&baked, &grid, outfit, &settings);
-            args.window.show(&mut duel.map_err(usage)?, &[], as_json)?;
+            let mut duel = DuelScene::new(Arc::new(baked), outfit, args.seed).map_err(usage)?;
+            args.window.show(&mut duel, &[], as_json)?;
         }
         Scene::Crowd(args) => {
             let (formation, outfit) = args.crowd.formation(&args.window.mesh)?;

@@ -1,6 +1,7 @@
 //! A game without a window: what characters do is measured from outside, by their poses and events.
 
 mod crowded;
+mod fight;
 mod idle;
 mod obstacles;
 mod recording;
@@ -14,6 +15,7 @@ use sabaki::query::ObstacleError;
 use thiserror::Error;
 
 pub use crowded::{CROWD, CrowdTimes, CrowdedTimes, PLAN_MILLISECONDS, PLANS_PER_STEP, crowded};
+pub use fight::{APART, Fight, PATIENCE, score};
 pub use idle::{IdleReport, idle};
 pub use obstacles::Surroundings;
 pub use steering::SteerReport;

@@ -9,6 +9,7 @@ use rand::{Rng, RngExt};
 use sabaki::anim::{Clip, ClipDesc, Pose};
 use sabaki::archive::write_atomically;
 use sabaki::character::{CharacterId, CharacterSettings, Characters, Goal, Threat};
+use sabaki::graph::MotionGraph;
 use sabaki::math::{Rigid2, in_parallel};
 use sabaki_fixtures::throw::generator;
 use sabaki_import::bvh;
@@ -39,7 +40,7 @@ const KINDS: [(Kind, &str, usize); 3] = [
 const HELD: f32 = 3.0;
 
 /// Unit of the written positions: centimetres.
-const METRES_PER_UNIT: f64 = 0.01;
+pub(super) const METRES_PER_UNIT: f64 = 0.01;
 
 impl Scenarios {
     /// Writes ten minutes of steering, ten under threats and four of standing, a file a minute, to `steering`, `threats` and `idle` below a folder,
@@ -74,19 +75,10 @@ impl Scenarios {
         const FRAMES: usize = 3600;
         let mut random = generator(self.seed ^ 0x5ec0, index);
         let speeds = speeds(&self.baked);
-        let graph = self.baked.graph();
         let mut characters =
             Characters::new(Arc::clone(&self.baked), CharacterSettings::default())?;
         let id = characters.spawn(Rigid2::IDENTITY)?;
-        let mut desc = ClipDesc {
-            name: "played".to_owned(),
-            frame_rate: f64::from(1.0 / FRAME),
-            roots: Vec::new(),
-            rotations: Vec::new(),
-            translations: Vec::new(),
-        };
-        let moves_joints = graph.clips().iter().any(|clip| clip.moves_joints());
-        let mut pose = Pose::default();
+        let mut poses = Vec::with_capacity(FRAMES);
         let mut goals = Vec::new();
         let held = (HELD / FRAME).round() as usize;
         for frame in 0..FRAMES {
@@ -101,18 +93,38 @@ impl Scenarios {
                 goals.push(json!({ "seconds": seconds, "ball": ball }));
                 characters.threaten(ball)?;
             }
+            let mut pose = Pose::default();
             characters.local_pose(id, &mut pose)?;
-            desc.roots.push(pose.root);
-            desc.rotations.extend_from_slice(&pose.rotations);
-            if moves_joints {
-                pose.fill_translations(graph.skeleton());
-                desc.translations.extend_from_slice(&pose.translations);
-            }
+            poses.push(pose);
             characters.step(FRAME, &[], &mut Vec::new());
         }
-        let clip = Clip::new(graph.skeleton(), desc).map_err(std::io::Error::other)?;
-        Ok((clip, goals))
+        Ok((clip_of_poses(self.baked.graph(), &poses)?, goals))
     }
+}
+
+/// A clip of poses that were played, one a frame.
+pub(super) fn clip_of_poses<'a>(
+    graph: &MotionGraph,
+    poses: impl IntoIterator<Item = &'a Pose>,
+) -> Result<Clip, PlayError> {
+    let mut desc = ClipDesc {
+        name: "played".to_owned(),
+        frame_rate: f64::from(1.0 / FRAME),
+        roots: Vec::new(),
+        rotations: Vec::new(),
+        translations: Vec::new(),
+    };
+    let moves_joints = graph.clips().iter().any(|clip| clip.moves_joints());
+    for pose in poses {
+        desc.roots.push(pose.root);
+        desc.rotations.extend_from_slice(&pose.rotations);
+        if moves_joints {
+            let mut pose = pose.clone();
+            pose.fill_translations(graph.skeleton());
+            desc.translations.extend_from_slice(&pose.translations);
+        }
+    }
+    Ok(Clip::new(graph.skeleton(), desc).map_err(std::io::Error::other)?)
 }
 
 /// A stop, one time in five, else a speed of the clips in a random direction.

@@ -7,28 +7,24 @@ use glam::Vec3;
 
 use super::gui::write_in_corner;
 use super::{Event, Scene, Seen, WindowError};
+use crate::play::{APART, Fight, PlayError, score};
 use sabaki::anim::Clip;
-use sabaki::duel::{Duel, DuelError, DuelSettings, Exchange, Score, Side};
-use sabaki::maps::{AttackGrid, BakedGraph};
+use sabaki::maps::BakedGraph;
 use sabaki::math::F32x16;
-use sabaki::query::{Answer, Query, QueryContext, QuerySettings};
-use sabaki_draw::scene::{Camera, CrowdShot, Cut, DuelPlayback, Light, Mesh, Outfit, Shot};
-
-/// Time that the duel is simulated ahead, in seconds.
-const AHEAD: f32 = 0.25;
+use sabaki_draw::scene::{
+    Camera, CrowdShot, Cut, DuelPlayback, Exchange, Light, Mesh, Outfit, Shot,
+};
 
 /// Number of exchanges in the panel.
 const LISTED: usize = 20;
 const AVOIDED: Color32 = Color32::from_rgb(110, 220, 120);
 const HIT: Color32 = Color32::from_rgb(240, 90, 80);
 
-/// Two characters of one graph that attack and avoid in turn.
-pub struct DuelScene<'a> {
-    baked: &'a BakedGraph,
-    duel: Duel<'a>,
+/// Two characters of one graph that strike and dodge in turn.
+pub struct DuelScene {
+    baked: Arc<BakedGraph>,
+    fight: Fight,
     outfit: Option<Arc<Outfit>>,
-    context: QueryContext,
-    answer: Answer,
     /// Time that is shown, in seconds since the duel's start.
     t: f32,
     /// Exchange that is shown, with its camera; `None` before the first picture.
@@ -37,30 +33,27 @@ pub struct DuelScene<'a> {
     aspect: f32,
     /// Number of exchanges whose outcome has been shown.
     told: usize,
-    /// Reason why the duel has stopped.
-    ended: Option<DuelError>,
+    /// Why the duel has stopped.
+    ended: Option<String>,
     /// The mouse controls the camera.
     is_free: bool,
     events: Vec<Event>,
 }
 
-impl<'a> DuelScene<'a> {
+impl DuelScene {
     /// Starts a duel of two characters that face each other.
     ///
     /// # Errors
-    /// Those of [`Duel::new`].
+    /// Those of [`Fight::new`].
     pub fn new(
-        baked: &'a BakedGraph,
-        grid: &'a AttackGrid,
+        baked: Arc<BakedGraph>,
         outfit: Option<Arc<Outfit>>,
-        settings: &DuelSettings,
-    ) -> Result<Self, DuelError> {
+        seed: u64,
+    ) -> Result<Self, PlayError> {
         let mut scene = Self {
+            fight: Fight::new(&baked, APART, seed)?,
             baked,
-            duel: Duel::new(baked, grid, settings)?,
             outfit,
-            context: QueryContext::default(),
-            answer: Answer::default(),
             t: 0.0,
             cut: None,
             aspect: 4.0 / 3.0,
@@ -73,25 +66,18 @@ impl<'a> DuelScene<'a> {
         Ok(scene)
     }
 
-    /// Simulates one more exchange.
+    /// Plays one more exchange, before it is shown.
     fn fight(&mut self) {
-        let query_settings = QuerySettings::default();
-        let query = Query::new(self.baked, &query_settings);
-        match self.duel.challenge() {
-            Ok(challenge) => {
-                let (context, answer) = (&mut self.context, &mut self.answer);
-                query.answer(challenge.request(), context, answer);
-                if self.duel.settle(&challenge, answer).is_none() {
-                    tracing::debug!("an attack was called off");
-                }
-            }
-            Err(error) => self.ended = Some(error),
+        match self.fight.exchange() {
+            Ok(true) => {}
+            Ok(false) => self.ended = Some("no fighter comes within reach".to_owned()),
+            Err(error) => self.ended = Some(error.to_string()),
         }
     }
 
     /// Index of the shown exchange: the first one that is not over.
     fn current(&self) -> usize {
-        let exchanges = self.duel.exchanges();
+        let exchanges = &self.fight.exchanges;
         let over = |one: &Exchange| DuelPlayback::end(one) <= self.t;
         exchanges
             .partition_point(over)
@@ -100,39 +86,39 @@ impl<'a> DuelScene<'a> {
 
     /// Reports the attacks whose outcome has been shown by now.
     fn tell(&mut self) {
-        while let Some(exchange) = self.duel.exchanges().get(self.told) {
-            if exchange.announced + exchange.clearance.time > self.t {
+        while let Some(exchange) = self.fight.exchanges.get(self.told) {
+            if exchange.nearest_at > self.t {
                 break;
             }
             self.told += 1;
             self.events.push(Event::Exchange {
                 number: self.told as u32,
-                attacker: exchange.attacker.name(),
+                attacker: exchange.attacker_name(),
                 attack: self.attack(exchange).to_owned(),
-                avoided: exchange.avoided,
-                clearance: exchange.clearance.metres,
-                lead: exchange.attack.start(),
+                avoided: exchange.is_avoided(),
+                clearance: exchange.clearance,
+                lead: exchange.contact - exchange.announced,
             });
         }
     }
 
     /// The playback of one exchange.
     fn playback(&self, exchange: usize) -> DuelPlayback<'_> {
-        let exchanges = self.duel.exchanges();
+        let exchanges = &self.fight.exchanges;
         let one = exchanges.get(exchange..=exchange).unwrap_or(&[]);
         let skins = self.outfit.as_ref().map(|outfit| outfit.skins.clone());
-        DuelPlayback::new(self.baked, self.duel.fighters(), one).with_skins(skins)
+        DuelPlayback::new(&self.baked, &self.fight.played, one).with_skins(skins)
     }
 
     /// The exchanges whose outcome has been shown.
     #[must_use]
     pub fn seen(&self) -> &[Exchange] {
-        &self.duel.exchanges()[..self.told]
+        &self.fight.exchanges[..self.told]
     }
 
     /// The shown exchange, if its attack has been announced.
     fn shown(&self) -> Option<&Exchange> {
-        let exchange = self.duel.exchanges().get(self.current())?;
+        let exchange = self.fight.exchanges.get(self.current())?;
         (exchange.announced <= self.t).then_some(exchange)
     }
 
@@ -140,12 +126,12 @@ impl<'a> DuelScene<'a> {
     fn attack(&self, exchange: &Exchange) -> &str {
         let graph = self.baked.graph();
         graph
-            .clip(graph.node(graph.edge(exchange.strike).from).clip)
+            .clip(graph.node(graph.edge(exchange.attack).from).clip)
             .name()
     }
 }
 
-impl Scene for DuelScene<'_> {
+impl Scene for DuelScene {
     fn meshes(&self) -> &[Mesh] {
         self.outfit.as_ref().map_or(&[], |outfit| &outfit.meshes)
     }
@@ -157,10 +143,16 @@ impl Scene for DuelScene<'_> {
                 .pace(&Cut { exchange: 0, ..cut }, self.t)
         });
         self.t += seconds * pace;
-        while self.ended.is_none() && self.duel.now() < self.t + AHEAD {
+        while self.ended.is_none()
+            && self
+                .fight
+                .exchanges
+                .last()
+                .is_none_or(|last| DuelPlayback::end(last) <= self.t)
+        {
             self.fight();
         }
-        self.t = self.t.min(self.duel.now());
+        self.t = self.t.min(self.fight.now());
         self.tell();
         let current = self.current();
         if self.cut.is_none_or(|cut| cut.exchange != current) {
@@ -175,8 +167,8 @@ impl Scene for DuelScene<'_> {
     /// The point between the fighters, at the height of their hips.
     fn focus(&self) -> Vec3 {
         let (playback, mut joints) = (self.playback(0), Vec::new());
-        let hips = [Side::White, Side::Blue].map(|side| {
-            playback.joints(side, self.t, &mut joints);
+        let hips = [0, 1].map(|fighter| {
+            playback.joints(fighter, self.t, &mut joints);
             joints.first().map_or(Vec3::Y, |joint| joint.translation)
         });
         0.5 * (hips[0] + hips[1])
@@ -222,29 +214,28 @@ impl Scene for DuelScene<'_> {
     }
 
     fn panel(&mut self, ui: &mut egui::Ui) {
-        let score = Score::new(self.seen(), self.duel.score().called_off);
-        let [white, blue] = score.hits;
+        let [[white, blue], dodges] = score(self.seen());
         ui.label(RichText::new(format!("white {white} : {blue} blue")).strong());
-        let [white, blue] = score.dodges;
+        let [white, blue] = dodges;
         ui.label(format!("avoided: white {white}, blue {blue}"));
         ui.checkbox(&mut self.is_free, "the mouse has the camera");
-        if let Some(error) = self.ended {
-            ui.label(RichText::new(error.to_string()).color(HIT));
+        if let Some(why) = &self.ended {
+            ui.label(RichText::new(why).color(HIT));
         }
         ui.separator();
         if let Some(exchange) = self.shown() {
-            let (lead, from) = (exchange.attack.start(), exchange.attacker.name());
-            let attack = Clip::title(self.attack(exchange));
-            let line = format!("{from}: {attack}, announced {lead:.2} s before it starts");
-            ui.label(line);
-            ui.label(format!("{} candidates", exchange.counts.candidates));
+            let (from, attack) = (exchange.attacker_name(), Clip::title(self.attack(exchange)));
+            let lead = exchange.contact - exchange.announced;
+            ui.label(format!(
+                "{from}: {attack}, seen {lead:.2} s before its furthest reach"
+            ));
         }
         ui.separator();
         ui.label("exchanges, the last one first");
         for exchange in self.seen().iter().rev().take(LISTED) {
             let attack = Clip::title(self.attack(exchange));
             let (text, colour) = outcome(exchange);
-            let line = format!("{:<5} {attack:<16} {text}", exchange.attacker.name());
+            let line = format!("{:<5} {attack:<16} {text}", exchange.attacker_name());
             ui.label(RichText::new(line).monospace().size(11.0).color(colour));
         }
     }
@@ -263,9 +254,9 @@ impl Scene for DuelScene<'_> {
 
 /// The outcome of an attack as text and colour.
 fn outcome(exchange: &Exchange) -> (String, Color32) {
-    let centimetres = 100.0 * exchange.clearance.metres;
-    match exchange.avoided {
-        true => (format!("avoided by {centimetres:.1} cm"), AVOIDED),
-        false => ("hit".to_owned(), HIT),
+    match exchange.clearance {
+        Some(metres) if metres < 0.0 => ("hit".to_owned(), HIT),
+        Some(metres) => (format!("avoided by {:.1} cm", 100.0 * metres), AVOIDED),
+        None => ("avoided".to_owned(), AVOIDED),
     }
 }

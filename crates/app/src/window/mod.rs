@@ -252,9 +252,9 @@ pub enum Event {
         attack: String,
         /// Whether the attack was avoided.
         avoided: bool,
-        /// Smallest distance of body and attack, in metres; negative for a hit.
-        clearance: f32,
-        /// Time from the announcement to the start, in seconds.
+        /// Smallest distance of body and limb, in metres; negative for a hit. `None` if the limb never came near.
+        clearance: Option<f32>,
+        /// Time from the beginning of the strike to its furthest reach, in seconds.
         lead: f32,
     },
     /// A query could not be culled as requested; the CPU culls it instead.

@@ -1,23 +1,24 @@
 //! Two fighters.
 
+use std::path::Path;
+
 use sabaki_fixtures::baked::embedded_file;
+use sabaki_import::{ReadOptions, read_clip};
 
 use super::run::{folder, sabaki};
-use super::without_times;
 
 #[test]
 fn a_duel_has_the_keys_that_it_promises_and_is_the_same_for_a_seed() {
     let folder = folder();
     let file = embedded_file(folder.path());
     let fight = |motions: &str, seed| {
-        let args = format!("duel {motions} --rounds 3 --json --seed {seed}");
-        let mut document = sabaki(&folder, &args).json(0);
-        document["attack_grid"]["build_seconds"] = serde_json::Value::Null;
-        without_times(document)
+        let args = format!("duel {motions} --rounds 3 --json --seed {seed} --export played");
+        sabaki(&folder, &args).json(0)
     };
     let baked = file.to_str().unwrap();
+    let other = fight(baked, 2);
     let document = fight(baked, 1);
-    assert!(document != fight(baked, 2), "another seed");
+    assert!(document["exchanges"] != other["exchanges"], "another seed");
     let unbaked = fight("", 1);
     assert_eq!(document["exchanges"], unbaked["exchanges"]);
     assert_eq!(document["rounds"], 3);
@@ -26,34 +27,38 @@ fn a_duel_has_the_keys_that_it_promises_and_is_the_same_for_a_seed() {
     let mut hits = 0;
     for (index, exchange) in exchanges.iter().enumerate() {
         assert_eq!(exchange["attacker"], ["white", "blue"][index % 2]);
-        for key in [
-            "attack",
-            "path",
-            "announced",
-            "lead",
-            "candidates",
-            "clearance",
-            "source",
-        ] {
+        for key in ["attack", "edge", "announced", "lead", "nearest_at"] {
             assert!(!exchange[key].is_null(), "{key}");
         }
-        let clearance = exchange["clearance"].as_f64().unwrap();
-        assert_eq!(exchange["avoided"], clearance >= 0.0);
-        assert!(exchange["clearance_without"].as_f64().unwrap() < 0.0);
-        hits += u64::from(clearance < 0.0);
+        let clearance = exchange["clearance"].as_f64();
+        let is_hit = clearance.is_some_and(|metres| metres < 0.0);
+        assert_eq!(exchange["avoided"], !is_hit);
+        hits += u64::from(is_hit);
     }
     let score = &document["score"];
     let of =
         |what: &str| score[what]["white"].as_u64().unwrap() + score[what]["blue"].as_u64().unwrap();
     assert_eq!((of("hits"), of("hits") + of("dodges")), (hits, 3));
-    assert!(document["attack_grid"]["size"]["blows"].as_u64().unwrap() > 1000);
+    // What both played, a frame 60 times a second.
+    let seconds = document["seconds"].as_f64().unwrap();
+    for name in ["white", "blue"] {
+        let file = folder
+            .path()
+            .join("played")
+            .join(name)
+            .with_extension("bvh");
+        let clip = read_clip(Path::new(&file), &ReadOptions::default())
+            .unwrap()
+            .clip;
+        assert!((clip.frames() as f64 - 60.0 * seconds - 1.0).abs() < 0.5);
+    }
 }
 
 #[test]
 fn a_duel_that_cannot_be_fought_says_why() {
     let folder = folder();
     // There is no walk in these clips, so the characters do not approach.
-    let far = sabaki(&folder, "duel BAKED --rounds 1").is(1);
+    let far = sabaki(&folder, "duel BAKED --rounds 1 --apart 6").is(1);
     assert!(
         far.stdout
             .contains("ended early: no fighter comes within reach"),

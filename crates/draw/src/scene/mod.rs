@@ -13,7 +13,7 @@ mod shot;
 
 pub use camera::{Camera, Orbit};
 pub use dodge::{Dodge, DodgeSettings, Nearest};
-pub use duel::{Cut, DuelPlayback};
+pub use duel::{Cut, DuelPlayback, Exchange, Played};
 pub use figure::{Actor, Figure, Look};
 pub use formation::{Formation, FormationError, FormationSettings, level_colour};
 pub use mesh::{

@@ -1,12 +1,14 @@
 //! Renders a duel: a film of its exchanges, or moments of each on a sheet.
 
+use std::sync::Arc;
+
 use plotters::style::RGBColor;
 use sabaki::anim::Clip;
-use sabaki::duel::Exchange;
 use sabaki::maps::BakedGraph;
 use sabaki_app::film::Delay;
+use sabaki_app::play::score;
 use sabaki_draw::StageDesc;
-use sabaki_draw::scene::{Cut, DuelPlayback};
+use sabaki_draw::scene::{Cut, DuelPlayback, Exchange};
 use serde_json::json;
 
 use super::{Canvas, FilmArgs, OutArgs, Written, draw_all, is_film, on_a_sheet, text_height};
@@ -35,15 +37,15 @@ const ROWS: usize = 4;
 const MOMENTS: u32 = 4;
 
 pub(super) fn run(args: &Args) -> Result<Written, Failure> {
-    let baked = args.fight.graph.load()?;
-    let (_, fought) = duel::fight(&baked, &args.fight)?;
-    let exchanges = &fought.exchanges;
+    let baked = Arc::new(args.fight.graph.load()?);
+    let fought = duel::fight(&baked, &args.fight)?;
+    let exchanges = &fought.fight.exchanges;
     let graph = baked.graph();
     let outfit = args
         .out
         .mesh
         .load(&args.fight.graph, graph.skeleton(), graph.clips())?;
-    let playback = DuelPlayback::new(&baked, &fought.fighters, exchanges)
+    let playback = DuelPlayback::new(&baked, &fought.fight.played, exchanges)
         .with_skins(outfit.as_ref().map(|bound| bound.outfit.skins.clone()));
     let [width, height] = args.out.size;
     let mut cuts = playback.cuts(width as f32 / height as f32);
@@ -89,7 +91,7 @@ pub(super) fn run(args: &Args) -> Result<Written, Failure> {
 /// Before the attack, on its way, when it is nearest, and after it.
 fn sheet_moments(playback: &DuelPlayback<'_>, exchange: &Exchange, cut: &Cut) -> [f32; 4] {
     let near = playback.nearest_at(cut);
-    let start = exchange.announced + exchange.attack.start();
+    let start = exchange.span[0];
     [
         0.5 * (cut.span[0] + start),
         start.max(near - 0.12),
@@ -115,24 +117,21 @@ fn picture(
     let height = text_height(args.out.size[0]);
     let exchange = &exchanges[cut.exchange];
     let is_over = t >= playback.nearest_at(cut);
-    let mut hits = [0; 2];
-    let over = exchanges[..cut.exchange + usize::from(is_over)].iter();
-    for landed in over.filter(|exchange| !exchange.avoided) {
-        hits[landed.attacker.index()] += 1;
-    }
+    let over = &exchanges[..cut.exchange + usize::from(is_over)];
+    let [hits, _] = score(over);
     let mut write = |line: u32, text: &str, colour| {
         picture.text((10, (8 + line * height) as i32), text, height, colour);
     };
     write(0, &format!("white {} : {} blue", hits[0], hits[1]), INK);
     if t >= exchange.announced {
-        let attack = Clip::title(clip_of(baked, exchange.strike));
-        write(1, &format!("{}: {attack}", exchange.attacker.name()), INK);
+        let attack = Clip::title(clip_of(baked, exchange.attack));
+        write(1, &format!("{}: {attack}", exchange.attacker_name()), INK);
     }
     if is_over {
-        let centimetres = 100.0 * exchange.clearance.metres;
-        match exchange.avoided {
-            true => write(2, &format!("avoided by {centimetres:.1} cm"), AVOIDED),
-            false => write(2, "hit", STRUCK),
+        match exchange.clearance {
+            Some(metres) if metres < 0.0 => write(2, "hit", STRUCK),
+            Some(metres) => write(2, &format!("avoided by {:.1} cm", 100.0 * metres), AVOIDED),
+            None => write(2, "avoided", AVOIDED),
         }
     }
     Ok(picture)

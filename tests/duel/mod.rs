@@ -1,2 +1,0 @@
-//! Tests of `sabaki::duel`.
-mod duel;
