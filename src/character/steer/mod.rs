@@ -150,10 +150,7 @@ impl Steering {
             let now = step.now(playing, moment.as_ref(), scratch);
             let wanted = wanted(&step.aim, &now).row();
             let kept = current.filter(|_| !ends);
-            let body = Body {
-                pace: now.pace(),
-                stands: moment.map_or([false; Stance::LEGS], |moment| moment.stands()),
-            };
+            let body = Body::new(&now, moment.as_ref());
             if let Some(found) = self.choose(step, state, &wanted, &body, kept, is_idle) {
                 let mut entry = step.entry(found, &now);
                 if is_idle {
@@ -181,10 +178,7 @@ impl Steering {
         let moment = self.table.at(graph, playhead);
         let moment = moment.map(|moment| &self.table.moments[moment]);
         let now = step.now(playing, moment, scratch);
-        let body = Body {
-            pace: now.pace(),
-            stands: moment.map_or([false; Stance::LEGS], Moment::stands),
-        };
+        let body = Body::new(&now, moment);
         let effort = |moment: &Moment| {
             let walks = moment.ahead >= WALKS;
             walks.then(|| body.effort(moment, step.settings.blend, self.table.limit))
@@ -464,15 +458,18 @@ impl SteerStep<'_> {
                 .map_or(0.0, |heading| heading - (moment.heading + kept)),
         };
         let most = self.settings.jump_turn;
-        let turn = kept + wrapped(off).clamp(-most, most);
+        self.entry_at(moment, kept + wrapped(off).clamp(-most, most), now)
+    }
+
+    /// The entry into a moment, turned by an angle in radians, with the root where it is.
+    fn entry_at(&self, moment: &Moment, turn: f32, now: &Now) -> Entry {
         let turned = Rigid2::new(turn, 0.0, 0.0);
         let root = turned.point(Vec3::new(moment.root.x, 0.0, moment.root.y));
         let at = now.stance.root;
-        let place = Rigid2::new(0.0, at.x - root.x, at.z - root.z) * turned;
         Entry {
             edge: moment.edge,
             frame: moment.edge_frame as f32,
-            clip_to_world: place,
+            clip_to_world: Rigid2::new(0.0, at.x - root.x, at.z - root.z) * turned,
             rate: 1.0,
             blend: self.settings.blend,
         }
@@ -500,6 +497,14 @@ struct Body {
 }
 
 impl Body {
+    /// The body as it is. `moment` is the one that it plays, if the table has it.
+    fn new(now: &Now, moment: Option<&Moment>) -> Self {
+        Self {
+            pace: now.pace(),
+            stands: moment.map_or([false; Stance::LEGS], Moment::stands),
+        }
+    }
+
     /// What a jump costs beside the distance of features: a push beyond the limit, feet that all have to be put elsewhere, another jump
     /// soon.
     fn effort(&self, moment: &Moment, blend: f32, limit: f32) -> f32 {

@@ -9,12 +9,12 @@ use std::f32::consts::FRAC_PI_2;
 
 use glam::{Vec2, Vec3};
 
-use super::table::{Moment, PlayedBy, Row, distance, edges_by_clip};
+use super::table::{Moment, PlayedBy, Row, distance, edges_by_clip, standing};
 use super::{Body, Now, SteerScratch, SteerState, SteerStep, Steering};
 use crate::anim::{Facing, JointId};
 use crate::character::goal::{Aim, StrikeKind, direction, heading_of, wrapped};
 use crate::character::playing::Playing;
-use crate::graph::{EdgeId, EdgeMotion, Entry, MotionGraph, Node};
+use crate::graph::{EdgeId, EdgeMotion, MotionGraph, Node};
 use crate::maps::{AttackMove, BakedGraph, BodySphere, MovingSphere, Stance};
 use crate::math::Rigid2;
 
@@ -218,11 +218,6 @@ impl Start {
         let features = super::Features::from_body(&stance, [&stance, &next], 1.0 / frame_rate);
         let inverse =
             Rigid2::new(stance.placement.heading(), stance.root.x, stance.root.z).inverse();
-        let legs = graph.feet().legs().len();
-        let standing = |leg: usize| {
-            let frames = (leg < legs).then(|| graph.feet().stands_for(at.clip, leg, at.frame))?;
-            (frames > 0).then_some(frames as f32 / frame_rate)
-        };
         Self {
             attack,
             moment: Moment {
@@ -238,7 +233,7 @@ impl Start {
                 pace: Vec2::new(features.velocity.x, features.velocity.z),
                 root: Vec2::new(stance.root.x, stance.root.z),
                 toes: stance.toes.map(|toe| Vec2::new(toe.x, toe.z)),
-                standing: std::array::from_fn(standing),
+                standing: standing(graph, at.clip, at.frame),
                 calm_for: 0.0,
             },
             row: features.row(),
@@ -384,10 +379,7 @@ impl Steering {
         let current = self.table.at(graph, playhead);
         let current = current.map(|current| self.table.moments[current]);
         let now = step.now(playing, None, scratch);
-        let body = Body {
-            pace: now.pace(),
-            stands: current.map_or([false; Stance::LEGS], |moment| moment.stands()),
-        };
+        let body = Body::new(&now, current.as_ref());
         let starts = self.strikes.starts_of(kind);
         let possible = starts.filter_map(|start| {
             let (turn, off) = step.turn_to(start, &now, target)?;
@@ -400,16 +392,7 @@ impl Steering {
         };
         let moment = &start.moment;
         let heading = now.stance.placement.heading() + turn - moment.facing;
-        let turned = Rigid2::new(heading, 0.0, 0.0);
-        let root = turned.point(Vec3::new(moment.root.x, 0.0, moment.root.y));
-        let at = now.stance.root;
-        let entry = Entry {
-            edge: moment.edge,
-            frame: moment.edge_frame as f32,
-            clip_to_world: Rigid2::new(0.0, at.x - root.x, at.z - root.z) * turned,
-            rate: 1.0,
-            blend: step.settings.blend,
-        };
+        let entry = step.entry_at(moment, heading, &now);
         self.enter(graph, moment, &entry, &body, playing, scratch);
         Some(Begun {
             attack: start.attack,

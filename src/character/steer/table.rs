@@ -255,12 +255,6 @@ impl Table {
             if ends[2] <= frame + left {
                 accelerations.push(acceleration(ends.map(|at| posed[at].root.xz())));
             }
-            let standing = |leg: usize| {
-                let is_leg = leg < graph.feet().legs().len();
-                let frames = is_leg.then(|| graph.feet().stands_for(clip, leg, frame as u32));
-                let frames = frames.filter(|&frames| frames > 0);
-                frames.map(|frames| frames as f32 / frame_rate)
-            };
             self.index[start + frame] = self.moments.len() as u32;
             self.rows.push(features.row());
             self.moments.push(Moment {
@@ -276,11 +270,25 @@ impl Table {
                 pace: Vec2::new(features.velocity.x, features.velocity.z),
                 root: Vec2::new(posed[frame].root.x, posed[frame].root.z),
                 toes: posed[frame].toes.map(|toe| Vec2::new(toe.x, toe.z)),
-                standing: std::array::from_fn(standing),
+                standing: standing(graph, clip, frame as u32),
                 calm_for: 0.0,
             });
         }
     }
+}
+
+/// For each leg whose foot stands at a frame of a clip, the time until it is lifted, in seconds.
+pub(super) fn standing(
+    graph: &MotionGraph,
+    clip: ClipId,
+    frame: u32,
+) -> [Option<f32>; Stance::LEGS] {
+    let feet = graph.feet();
+    std::array::from_fn(|leg| {
+        let is_leg = leg < feet.legs().len();
+        let frames = is_leg.then(|| feet.stands_for(clip, leg, frame))?;
+        (frames > 0).then(|| frames as f32 / graph.frame_rate() as f32)
+    })
 }
 
 /// The edge that plays each frame of a clip without an event, and its frame.
