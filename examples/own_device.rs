@@ -29,31 +29,28 @@ use std::error::Error;
 use ash::vk;
 use plain_memory::PlainMemory;
 use renderer::Renderer;
-use sabaki::gpu::{Context, ContextDesc, Culler, CullerDesc, Terms, check};
+use sabaki::gpu::{Context, ContextDesc, Culler, CullerDesc, check};
 use sabaki::query::{Answer, CullPath, Query, QueryContext, QuerySettings, Step, cull::cpu};
 
 fn main() -> Result<(), Box<dyn Error>> {
     // SAFETY: everything is made and used in order, and destroyed in the opposite one when the device has finished.
     unsafe {
         // The renderer's device, with what sabaki asks for switched on.
-        let entry = ash::Entry::load()?;
-        let application = vk::ApplicationInfo::default().api_version(vk::API_VERSION_1_3);
+        let (entry, version) = (ash::Entry::load()?, vk::API_VERSION_1_3);
+        let application = vk::ApplicationInfo::default().api_version(version);
         let info = vk::InstanceCreateInfo::default().application_info(&application);
         let instance = entry.create_instance(&info, None)?;
-        let terms = Terms::default();
         let mut devices = instance.enumerate_physical_devices()?.into_iter();
         // Vulkan 1.3 with what is enabled below; sabaki itself asks for less.
         let usable = devices.find(|&device| {
-            let (version, report) = (
+            let (offered, report) = (
                 instance.get_physical_device_properties(device).api_version,
-                check(&instance, device, &terms),
+                check(&instance, device, version),
             );
-            version >= vk::API_VERSION_1_3
-                && report.stencil.runs()
-                && report.features.synchronization2
+            offered >= version && report.stencil.runs() && report.features.synchronization2
         });
         let physical_device = usable.ok_or("no usable device with Vulkan 1.3")?;
-        let offered = check(&instance, physical_device, &terms);
+        let offered = check(&instance, physical_device, version);
         let families = instance.get_physical_device_queue_family_properties(physical_device);
         let draws =
             |one: &vk::QueueFamilyProperties| one.queue_flags.contains(vk::QueueFlags::GRAPHICS);
@@ -80,7 +77,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             queue_family,
             features: offered.features,
             debug_utils: false,
-            terms,
+            api_version: version,
         })?;
         let mut memory = PlainMemory::new(&instance, physical_device, &device);
         let baked = &common::baked()?;

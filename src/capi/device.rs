@@ -2,10 +2,15 @@
 
 use std::ffi::{c_char, c_void};
 
+use ash::vk::{self, Handle};
+
 use super::memory::{Allocator, HostMemory};
 use super::sized::{read, sized};
 use super::status::Failure;
-use crate::gpu::{Context, Features, PathReport, RawContextDesc, Report, Terms, check_raw};
+use crate::gpu::{
+    Context, ContextDesc, Features, PathReport, Report, check, check_enabled, raw_device,
+    raw_instance,
+};
 
 /// `sabaki_device`.
 #[derive(Clone, Copy)]
@@ -31,12 +36,23 @@ sized! {
 }
 
 impl Device {
-    fn raw(&self) -> RawContextDesc {
-        RawContextDesc {
-            get_instance_proc_addr: self.get_instance_proc_addr,
-            instance: self.instance as u64,
-            physical_device: self.physical_device as u64,
-            device: self.device as u64,
+    /// # Safety
+    /// The handles are null or valid.
+    unsafe fn instance(&self) -> Result<ash::Instance, Failure> {
+        if self.physical_device.is_null() {
+            return Err("a physical device that is not null is missing"
+                .to_owned()
+                .into());
+        }
+        // SAFETY: the caller vouches for the handles.
+        Ok(unsafe { raw_instance(self.get_instance_proc_addr, self.instance as u64) }?)
+    }
+
+    fn desc<'a>(&self, instance: &'a ash::Instance, device: &'a ash::Device) -> ContextDesc<'a> {
+        ContextDesc {
+            instance,
+            physical_device: vk::PhysicalDevice::from_raw(self.physical_device as u64),
+            device,
             queue_family: self.queue_family,
             features: Features {
                 dynamic_rendering: self.dynamic_rendering != 0,
@@ -45,18 +61,34 @@ impl Device {
                 precise_queries: self.precise_queries != 0,
             },
             debug_utils: self.labels != 0,
-            terms: Terms {
-                api_version: self.api_version,
-                ..Terms::default()
-            },
+            api_version: self.api_version,
         }
     }
 
     /// # Safety
-    /// As for [`Context::from_raw`].
+    /// The handles are null, or valid as for [`Context::new`].
     pub(super) unsafe fn context(&self) -> Result<Context, Failure> {
         // SAFETY: the caller vouches for the handles.
-        Ok(unsafe { Context::from_raw(&self.raw()) }?)
+        unsafe {
+            let instance = self.instance()?;
+            let device = raw_device(&instance, self.device as u64)?;
+            Ok(Context::new(&self.desc(&instance, &device))?)
+        }
+    }
+
+    /// # Safety
+    /// The handles are null or valid.
+    unsafe fn report(&self) -> Result<Report, Failure> {
+        // SAFETY: the caller vouches for the handles.
+        unsafe {
+            let instance = self.instance()?;
+            if self.device.is_null() {
+                let physical_device = vk::PhysicalDevice::from_raw(self.physical_device as u64);
+                return Ok(check(&instance, physical_device, self.api_version));
+            }
+            let device = raw_device(&instance, self.device as u64)?;
+            Ok(check_enabled(&self.desc(&instance, &device)))
+        }
     }
 
     /// # Safety
@@ -74,7 +106,7 @@ impl Device {
 exported! {
     unsafe extern "C" fn sabaki_check(device: *const Device, text: *mut c_char, size: usize) {
         // SAFETY: the caller's device has valid handles.
-        let report = unsafe { check_raw(&read(device)?.raw()) }?;
+        let report = unsafe { read(device)?.report() }?;
         // SAFETY: the caller's `size` bytes, or none.
         unsafe { write(&describe(&report), text, size) };
         if !report.is_usable() {

@@ -6,7 +6,7 @@ use std::ffi::{CStr, CString, c_void};
 
 use ash::vk::{self, Handle};
 
-use super::{ContextDesc, Features, GpuError, Report, check_enabled, drivers, limits};
+use super::{ContextDesc, Features, GpuError, Report, check_enabled, drivers};
 use crate::query::cull::CullPath;
 
 /// The host's device.
@@ -18,7 +18,6 @@ pub struct Context {
     physical_device: vk::PhysicalDevice,
     device: ash::Device,
     queue_family: u32,
-    timestamp_bits: u32,
     report: Report,
     driver: vk::DriverId,
     limits: vk::PhysicalDeviceLimits,
@@ -54,15 +53,15 @@ impl Context {
                 instance.get_physical_device_queue_family_properties(desc.physical_device),
             )
         };
-        let Some(family) = families.get(desc.queue_family as usize) else {
+        if desc.queue_family as usize >= families.len() {
             return Err(GpuError::Missing(vec!["the queue family"]));
-        };
+        }
         if !report.is_usable() {
             return Err(GpuError::Missing(report.missing()));
         }
         // SAFETY: as above; the device has what the report says.
         let device = unsafe { functions(desc, properties.api_version) };
-        let version = properties.api_version.min(desc.terms.api_version);
+        let version = properties.api_version.min(desc.api_version);
         // SAFETY: as above; both know this version.
         let driver = unsafe { drivers::driver(desc.instance, desc.physical_device, version) };
         let debug = desc
@@ -73,10 +72,9 @@ impl Context {
             physical_device: desc.physical_device,
             device,
             queue_family: desc.queue_family,
-            timestamp_bits: family.timestamp_valid_bits,
             report,
             driver,
-            limits: limits::allowed(&properties.limits, &desc.terms),
+            limits: properties.limits,
             debug,
         })
     }
@@ -131,7 +129,7 @@ impl Context {
         self.report.stencil_format.unwrap_or_default()
     }
 
-    /// Limits of the device, reduced as the [`Terms`](super::Terms) say.
+    /// Limits of the device.
     pub fn limits(&self) -> &vk::PhysicalDeviceLimits {
         &self.limits
     }
@@ -139,12 +137,6 @@ impl Context {
     /// Driver of the device.
     pub(crate) fn driver(&self) -> vk::DriverId {
         self.driver
-    }
-
-    /// Duration of one timestamp step on the queue, in nanoseconds, and mask of the valid bits. `None` if the queue has no timestamps.
-    pub(crate) fn timestamps(&self) -> Option<(f64, u64)> {
-        let mask = u64::MAX.checked_shr(64 - self.timestamp_bits)?;
-        (self.timestamp_bits > 0).then_some((self.limits.timestamp_period.into(), mask))
     }
 
     /// Maximum side of a stencil target, in texels.
@@ -206,7 +198,7 @@ impl Context {
 /// # Safety
 /// As for [`Context::new`].
 unsafe fn functions(desc: &ContextDesc<'_>, device_version: u32) -> ash::Device {
-    if device_version.min(desc.terms.api_version) >= vk::API_VERSION_1_3 {
+    if device_version.min(desc.api_version) >= vk::API_VERSION_1_3 {
         return desc.device.clone();
     }
     let (find, device) = (

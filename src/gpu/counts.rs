@@ -9,7 +9,6 @@ use ash::vk;
 use super::{
     Context, GpuError, Memory, MemoryUse,
     barriers::{self, Access},
-    passes::Passes,
     resources::{Buffer, BufferDesc, DeviceMemory},
 };
 
@@ -99,14 +98,15 @@ impl Counts {
 /// # Safety
 /// `cmd` is being recorded outside of rendering, for a queue of the context's family.
 pub(crate) unsafe fn record_numbers<'a>(
-    passes: &mut Passes<'_>,
+    context: &Context,
+    cmd: vk::CommandBuffer,
     writer: Access,
     counts: impl Iterator<Item = &'a Counts>,
 ) {
-    let (context, cmd, number) = (passes.context, passes.cmd, Access::TRANSFER_WRITE);
+    let number = Access::TRANSFER_WRITE;
     // SAFETY: the caller vouches for `cmd`; the buffers have a header.
     unsafe {
-        passes.begin(c"sabaki: counts to the host");
+        context.begin_label(cmd, c"sabaki: counts to the host");
         // The counts reach the host's memory domain before the fill runs: no number overtakes its counts.
         barriers::memory(context, cmd, writer, number.and(Access::HOST_READ));
         for one in counts {
@@ -114,7 +114,7 @@ pub(crate) unsafe fn record_numbers<'a>(
             device.cmd_fill_buffer(cmd, buffer, 0, 4, one.serial);
         }
         barriers::memory(context, cmd, writer.and(number), Access::HOST_READ);
-        passes.end();
+        context.end_label(cmd);
     }
 }
 

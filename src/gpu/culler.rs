@@ -5,13 +5,8 @@ use std::sync::atomic::Ordering;
 use ash::vk;
 
 use super::{
-    Context, CullerDesc, GpuError, Memory, PassTime,
-    compute::ComputePath,
-    device_path::{CullRequest, DevicePath},
-    error::within,
-    passes::{Passes, Stamps},
-    stencil::StencilPath,
-    uploaded::Upload,
+    Context, CullerDesc, GpuError, Memory, compute::ComputePath, device_path::DevicePath,
+    error::within, stencil::StencilPath, uploaded::Upload,
 };
 use crate::query::cull::{Counted, CullInput, CullPath, Overlap};
 
@@ -58,8 +53,6 @@ struct Slot {
     counted: Counted,
     /// Whether the commands of the cull upload the maps.
     uploads: bool,
-    /// Timestamps of the passes; `None` unless [`CullerDesc::timestamps`] is set.
-    stamps: Option<Stamps>,
 }
 
 impl Culler {
@@ -82,7 +75,7 @@ impl Culler {
             other => return Err(GpuError::NotADevicePath(other)),
         };
         let by_queries = desc.path == CullPath::Stencil;
-        let mut culler = Self {
+        Ok(Self {
             context: context.clone(),
             path: desc.path,
             implementation,
@@ -95,25 +88,7 @@ impl Culler {
             upload: Upload::default(),
             batch: Vec::new(),
             is_live: true,
-        };
-        match culler.add_stamps(desc) {
-            Ok(()) => Ok(culler),
-            Err(error) => {
-                culler.destroy(memory);
-                Err(error)
-            }
-        }
-    }
-
-    /// Creates the timestamps of each slot if the description asks for them.
-    fn add_stamps(&mut self, desc: &CullerDesc<'_>) -> Result<(), GpuError> {
-        if desc.timestamps {
-            for (index, slot) in self.slots.iter_mut().enumerate() {
-                let name = format!("{}: timestamps {index}", desc.name);
-                slot.stamps = Some(Stamps::new(&self.context, &name)?);
-            }
-        }
-        Ok(())
+        })
     }
 
     /// Memory that a culler needs, in bytes, including the staging buffer of the maps, which [`Culler::release_staging`] frees; there is
@@ -248,11 +223,8 @@ impl Culler {
                 return Err(GpuError::NoSuchSlot { slot, slots });
             }
             self.batch.push(slot as usize);
-            let request = CullRequest {
-                input: &entry.input,
-                counted: self.counted,
-            };
-            self.implementation.gather(index, request)?;
+            self.implementation
+                .gather(index, &entry.input, self.counted)?;
         }
         for (index, &slot) in self.batch.iter().enumerate() {
             self.implementation.counts_mut(slot).start();
@@ -260,7 +232,6 @@ impl Culler {
             let place = &mut self.slots[slot];
             place.counted = self.counted;
             place.uploads = !*self.upload.done.get_mut();
-            place.stamps.iter_mut().for_each(Stamps::clear);
         }
         // From here on nothing fails.
         for entry in batch.iter_mut() {
@@ -271,15 +242,12 @@ impl Culler {
                 candidates: entry.input.candidates.len() as u32,
             });
         }
-        let Some(&first) = self.batch.first() else {
-            return Ok(());
-        };
-        // SAFETY: the caller vouches for `cmd`, and for the slots being free.
-        unsafe {
-            self.record_upload(cmd);
-            let stamps = self.slots[first].stamps.as_mut();
-            let mut passes = Passes::new(&self.context, cmd, stamps);
-            self.implementation.record(&mut passes, &self.batch);
+        if !batch.is_empty() {
+            // SAFETY: the caller vouches for `cmd`, and for the slots being free.
+            unsafe {
+                self.record_upload(cmd);
+                self.implementation.record(cmd, &self.batch);
+            }
         }
         Ok(())
     }
@@ -314,34 +282,9 @@ impl Culler {
         Ok(true)
     }
 
-    /// Writes the time of each pass of a cull on the device to `times`, if [`CullerDesc::timestamps`] is set. For the first cull of a batch it
-    /// is the time of the batch. Returns `false` if the device has not finished. Never waits.
-    ///
-    /// # Errors
-    /// [`GpuError::StaleTicket`] when the slot holds another cull; that of `vkGetQueryPoolResults`.
-    pub fn pass_times(&self, ticket: Ticket, times: &mut Vec<PassTime>) -> Result<bool, GpuError> {
-        let index = ticket.slot as usize;
-        let slot = self.slots.get(index).ok_or(GpuError::StaleTicket)?;
-        times.clear();
-        let counts = self.implementation.counts(index);
-        // Before the commands have run, the queries may never have been reset.
-        if counts.read(&self.context, ticket.serial, 0)?.is_none() {
-            return Ok(false);
-        }
-        match &slot.stamps {
-            Some(stamps) => stamps.read(&self.context, times),
-            None => Ok(true),
-        }
-    }
-
     /// Frees everything. No recorded cull may be in flight.
     pub fn destroy(mut self, memory: &mut dyn Memory) {
         self.implementation.destroy(memory);
-        let stamps = self
-            .slots
-            .iter_mut()
-            .filter_map(|slot| slot.stamps.as_mut());
-        stamps.for_each(|stamps| stamps.destroy(&self.context));
         self.is_live = false;
     }
 }

@@ -29,8 +29,6 @@ pub struct CullerDesc<'a> {
     pub max_candidates: u32,
     /// Maximum number of culls in flight, at most [`CullerDesc::MOST_FRAMES`]; 0 counts as 1. Default 2.
     pub frames_in_flight: u32,
-    /// Whether the device measures each pass, for [`Culler::pass_times`](super::Culler::pass_times). Default false.
-    pub timestamps: bool,
     /// Cache that pipelines are created with: the host's. Default: none.
     pub pipeline_cache: vk::PipelineCache,
     /// Settings of the compute path. The stencil path ignores them.
@@ -54,7 +52,6 @@ impl<'a> CullerDesc<'a> {
                 _ => 4096,
             },
             frames_in_flight: 2,
-            timestamps: false,
             pipeline_cache: vk::PipelineCache::null(),
             compute: ComputeSettings::default(),
         }

@@ -4,15 +4,8 @@ use std::fmt::Debug;
 
 use ash::vk;
 
-use super::{GpuError, Memory, counts::Counts, passes::Passes};
+use super::{GpuError, Memory, counts::Counts};
 use crate::query::cull::{Counted, CullInput, Overlap};
-
-/// An input, and the parts of its overlaps that are counted.
-#[derive(Clone, Copy)]
-pub(super) struct CullRequest<'a> {
-    pub(super) input: &'a CullInput<'a>,
-    pub(super) counted: Counted,
-}
 
 /// A culling path of the device.
 ///
@@ -20,7 +13,12 @@ pub(super) struct CullRequest<'a> {
 /// finished, [`add`](Self::add).
 pub(super) trait DevicePath: Debug + Send + Sync {
     /// Computes the layout of the input of entry `entry` of a batch. Changes nothing and fails if a limit is exceeded.
-    fn gather(&mut self, entry: usize, request: CullRequest<'_>) -> Result<(), GpuError>;
+    fn gather(
+        &mut self,
+        entry: usize,
+        input: &CullInput<'_>,
+        counted: Counted,
+    ) -> Result<(), GpuError>;
 
     /// Writes an entry of a batch to the memory of a slot. The device must no longer use the slot.
     fn write(&mut self, entry: usize, slot: usize) -> Result<(), GpuError>;
@@ -29,7 +27,7 @@ pub(super) trait DevicePath: Debug + Send + Sync {
     ///
     /// # Safety
     /// As for [`Culler::record_batch`](super::Culler::record_batch); [`Self::write`] has filled the slots.
-    unsafe fn record(&self, passes: &mut Passes<'_>, slots: &[usize]);
+    unsafe fn record(&self, cmd: vk::CommandBuffer, slots: &[usize]);
 
     /// Counts of the cull of a slot.
     fn counts(&self, slot: usize) -> &Counts;

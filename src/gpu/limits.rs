@@ -5,8 +5,6 @@
 
 use ash::vk;
 
-use super::Terms;
-
 /// Calls a macro with the limits that are used, each with the value that Vulkan guarantees.
 macro_rules! guaranteed {
     ($do:ident) => {
@@ -37,31 +35,6 @@ macro_rules! guaranteed {
     };
 }
 
-/// The limits of a device, reduced as the terms say.
-pub(crate) fn allowed(
-    offered: &vk::PhysicalDeviceLimits,
-    terms: &Terms,
-) -> vk::PhysicalDeviceLimits {
-    let mut limits = *offered;
-    if !terms.without_generous_limits {
-        return limits;
-    }
-    macro_rules! lower {
-        ($($name:ident: $least:expr,)*) => { $(limits.$name = limits.$name.min($least);)* };
-    }
-    guaranteed!(lower);
-    let lower = |most: u32| move |one: u32| one.min(most);
-    limits.max_viewport_dimensions = limits.max_viewport_dimensions.map(lower(4096));
-    limits.max_compute_work_group_count = limits.max_compute_work_group_count.map(lower(65_535));
-    let sides = std::iter::zip(&mut limits.max_compute_work_group_size, [128, 128, 64]);
-    sides.for_each(|(side, least)| *side = least.min(*side));
-    limits.min_storage_buffer_offset_alignment =
-        limits.min_storage_buffer_offset_alignment.max(256);
-    limits.min_uniform_buffer_offset_alignment =
-        limits.min_uniform_buffer_offset_alignment.max(256);
-    limits
-}
-
 /// Whether limits are no less than Vulkan guarantees.
 pub(crate) fn are_enough(limits: &vk::PhysicalDeviceLimits) -> bool {
     let mut enough = limits.min_storage_buffer_offset_alignment <= 256
@@ -88,26 +61,15 @@ mod tests {
 
     #[test]
     fn the_guaranteed_limits_are_enough_and_nothing_less() {
-        let generous = vk::PhysicalDeviceLimits {
-            max_image_dimension2_d: 16_384,
-            max_viewport_dimensions: [16_384; 2],
-            max_compute_work_group_count: [1 << 20; 3],
-            max_compute_work_group_size: [1024; 3],
-            min_storage_buffer_offset_alignment: 16,
-            ..all(1 << 30)
+        let least = vk::PhysicalDeviceLimits {
+            max_viewport_dimensions: [4096; 2],
+            max_compute_work_group_count: [65_535; 3],
+            max_compute_work_group_size: [128, 128, 64],
+            min_storage_buffer_offset_alignment: 256,
+            min_uniform_buffer_offset_alignment: 256,
+            ..guaranteed()
         };
-        assert!(are_enough(&generous));
-        assert_eq!(allowed(&generous, &Terms::default()).max_viewports, 1 << 30);
-        let terms = Terms {
-            without_generous_limits: true,
-            ..Terms::default()
-        };
-        let least = allowed(&generous, &terms);
         assert!(are_enough(&least));
-        assert_eq!(least.max_image_dimension2_d, 4096);
-        assert_eq!(least.max_viewports, 1);
-        assert_eq!(least.max_compute_work_group_size, [128, 128, 64]);
-        assert_eq!(least.min_storage_buffer_offset_alignment, 256);
         for less in [
             vk::PhysicalDeviceLimits {
                 max_push_constants_size: 127,
@@ -130,10 +92,10 @@ mod tests {
         }
     }
 
-    fn all(most: u32) -> vk::PhysicalDeviceLimits {
+    fn guaranteed() -> vk::PhysicalDeviceLimits {
         let mut limits = vk::PhysicalDeviceLimits::default();
         macro_rules! set {
-            ($($name:ident: $least:expr,)*) => { $(limits.$name = most;)* };
+            ($($name:ident: $least:expr,)*) => { $(limits.$name = $least;)* };
         }
         guaranteed!(set);
         limits

@@ -55,18 +55,14 @@ mod culler_desc;
 mod device_path;
 mod drivers;
 mod error;
-mod features;
 mod image;
 mod limits;
 mod memory;
-mod passes;
 mod pipelines;
-mod raw;
 mod report;
 mod resources;
 mod shader_table;
 pub(crate) mod stencil;
-mod terms;
 mod uploaded;
 
 /// The version of `ash` whose types public signatures name.
@@ -74,17 +70,13 @@ pub use ash;
 
 pub use allocator::GpuAllocatorMemory;
 pub use context::Context;
-pub use context_desc::{ContextDesc, RawContextDesc};
+pub use context_desc::{ContextDesc, Features, command_buffer, raw_device, raw_instance};
 pub use culler::{BatchEntry, Culler, Ticket};
 pub use culler_desc::{ComputeSettings, CullerDesc};
 pub use error::GpuError;
-pub use features::Features;
 pub use memory::{Block, Memory, MemoryDesc, MemoryUse, Resource};
-pub use passes::PassTime;
-pub use raw::{check_raw, command_buffer};
 pub use report::{PathReport, Report, Requirement, check, check_enabled, requirements};
-pub use stencil::{Batch, BatchMaps, MapKind, Rasterizer, RasterizerDesc};
-pub use terms::Terms;
+pub use stencil::{Batch, MapKind, Rasterizer, RasterizerDesc};
 
 /// Building blocks of components that come with this crate and record into the same command buffers, such as
 /// `sabaki-draw`. Not covered by semantic versioning.

@@ -4,7 +4,7 @@ use std::ffi::CStr;
 
 use ash::vk;
 
-use super::{ContextDesc, Features, Terms, limits};
+use super::{ContextDesc, Features, limits};
 use crate::query::cull::CullPath;
 
 /// A feature, format, version or limit that a culling path uses.
@@ -160,15 +160,15 @@ const EXTENSIONS: [&CStr; 5] = [
 /// Checks which [`requirements()`] a physical device meets. [`check_enabled`] checks the features that the host has enabled.
 ///
 /// # Safety
-/// `physical_device` belongs to `instance`, and both are valid. The instance was created with the version of `terms`.
+/// `physical_device` belongs to `instance`, and both are valid. `api_version` is the `apiVersion` that the instance was created with.
 #[must_use]
 pub unsafe fn check(
     instance: &ash::Instance,
     physical_device: vk::PhysicalDevice,
-    terms: &Terms,
+    api_version: u32,
 ) -> Report {
     // SAFETY: the caller vouches for both handles.
-    unsafe { Offer::of(instance, physical_device, terms) }.report()
+    unsafe { Offer::of(instance, physical_device, api_version) }.report()
 }
 
 /// Checks which [`requirements()`] the host's device and queue family meet with the features that are enabled.
@@ -181,7 +181,7 @@ pub unsafe fn check_enabled(desc: &ContextDesc<'_>) -> Report {
     // SAFETY: the caller vouches for both handles.
     let (mut offer, families) = unsafe {
         (
-            Offer::of(instance, physical_device, &desc.terms),
+            Offer::of(instance, physical_device, desc.api_version),
             instance.get_physical_device_queue_family_properties(physical_device),
         )
     };
@@ -224,7 +224,7 @@ impl Offer {
     unsafe fn of(
         instance: &ash::Instance,
         physical_device: vk::PhysicalDevice,
-        terms: &Terms,
+        api_version: u32,
     ) -> Self {
         // SAFETY: the caller vouches for both handles.
         let (properties, families) = unsafe {
@@ -234,7 +234,7 @@ impl Offer {
             )
         };
         let mut offer = Self {
-            version: properties.api_version.min(terms.api_version),
+            version: properties.api_version.min(api_version),
             queues: families
                 .iter()
                 .fold(vk::QueueFlags::empty(), |all, one| all | one.queue_flags),
@@ -244,12 +244,10 @@ impl Offer {
         if offer.version >= vk::API_VERSION_1_1 {
             // SAFETY: as above; both sides know Vulkan 1.1.
             unsafe { offer.ask_features(instance, physical_device) };
-            offer.features = offer.features.and(terms.features());
         }
         offer.stencil_format = STENCIL_FORMATS.into_iter().find(|&format| {
-            let allowed = !terms.forbid(format);
             // SAFETY: as above.
-            allowed && unsafe { has_stencil(instance, physical_device, format) }
+            unsafe { has_stencil(instance, physical_device, format) }
         });
         offer
     }

@@ -1,11 +1,11 @@
-//! Buffers and stencil targets: Vulkan objects with their memory, which are created and destroyed together.
+//! Buffers with their memory, which are created and destroyed together.
 //!
 //! Architecture invariant: nothing here is freed by `Drop`. A default value holds null handles, and destroying it does nothing.
 
 use ash::vk;
 
 use super::{
-    Block, Context, GpuError, Memory, MemoryDesc, MemoryUse, Resource, barriers,
+    Block, Context, GpuError, Memory, MemoryDesc, MemoryUse, Resource,
     error::{Named, within},
     image::{Image, ImageDesc},
 };
@@ -227,49 +227,6 @@ impl Buffer {
             .memory(block.memory)
             .offset(block.offset)
             .size(block.size)
-    }
-}
-
-/// A stencil buffer to draw maps into.
-#[derive(Debug, Default)]
-pub(crate) struct StencilTarget {
-    pub(crate) image: vk::Image,
-    pub(crate) view: vk::ImageView,
-    /// Number of columns and rows, in texels.
-    pub(crate) side: [u32; 2],
-    own: Image,
-}
-
-impl StencilTarget {
-    /// Creates a stencil buffer. On failure everything is freed again.
-    pub(crate) fn new(
-        device: &mut DeviceMemory<'_>,
-        name: &str,
-        side: [u32; 2],
-    ) -> Result<Self, GpuError> {
-        let format = device.context.stencil_format();
-        use vk::ImageUsageFlags as Usage;
-        let desc = ImageDesc {
-            name,
-            side,
-            format,
-            samples: vk::SampleCountFlags::TYPE_1,
-            usage: Usage::DEPTH_STENCIL_ATTACHMENT | Usage::TRANSFER_SRC,
-            aspect: barriers::whole(format).aspect_mask,
-        };
-        let own = device.image(&desc)?;
-        Ok(Self {
-            image: own.handle,
-            view: own.view,
-            side,
-            own,
-        })
-    }
-
-    /// Frees image and memory. The device must no longer use them.
-    pub(crate) fn destroy(&mut self, context: &Context, memory: &mut dyn Memory) {
-        self.own.destroy(context, memory);
-        (self.view, self.image) = (vk::ImageView::null(), vk::Image::null());
     }
 }
 

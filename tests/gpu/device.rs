@@ -9,10 +9,13 @@ use std::ffi::c_void;
 use common::cull::atlas;
 use common::random::Random;
 use common::{device, finish};
-use sabaki::gpu::ash::{self, vk::Handle};
+use sabaki::gpu::ash::{
+    self,
+    vk::{self, Handle},
+};
 use sabaki::gpu::{
-    Block, Context, Culler, CullerDesc, Features, GpuError, Memory, MemoryDesc, Rasterizer,
-    RasterizerDesc, RawContextDesc, Terms, check, requirements,
+    Block, Context, ContextDesc, Culler, CullerDesc, Features, GpuError, Memory, MemoryDesc,
+    Rasterizer, RasterizerDesc, check, raw_device, raw_instance, requirements,
 };
 use sabaki::maps::MapGrid;
 use sabaki::query::cull::CullPath;
@@ -106,15 +109,18 @@ fn raw_handles_make_the_same_context() {
     // outlives the call.
     let raw = unsafe {
         let entry = ash::Entry::load().unwrap();
-        Context::from_raw(&RawContextDesc {
-            get_instance_proc_addr: entry.static_fn().get_instance_proc_addr as *const c_void,
-            instance: context.instance().handle().as_raw(),
-            physical_device: context.physical_device().as_raw(),
-            device: context.device().handle().as_raw(),
+        let lookup = entry.static_fn().get_instance_proc_addr as *const c_void;
+        assert!(raw_instance(lookup, 0).is_err() && raw_instance(std::ptr::null(), 1).is_err());
+        let instance = raw_instance(lookup, context.instance().handle().as_raw()).unwrap();
+        assert!(raw_device(&instance, 0).is_err());
+        Context::new(&ContextDesc {
+            instance: &instance,
+            physical_device: context.physical_device(),
+            device: &raw_device(&instance, context.device().handle().as_raw()).unwrap(),
             queue_family: context.queue_family(),
             features: Features::ALL,
             debug_utils: true,
-            terms: Terms::default(),
+            api_version: vk::API_VERSION_1_3,
         })
     }
     .unwrap();
@@ -132,7 +138,7 @@ fn the_report_knows_every_requirement() {
         check(
             context.instance(),
             context.physical_device(),
-            &Terms::default(),
+            vk::API_VERSION_1_3,
         )
     };
     assert!(report.is_usable());

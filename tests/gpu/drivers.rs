@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 use sabaki::gpu::ash::vk;
-use sabaki::gpu::{Culler, CullerDesc, GpuError, Terms};
+use sabaki::gpu::{Culler, CullerDesc, GpuError};
 use sabaki::query::cull::{CullInput, CullPath};
 use sabaki_fixtures::cull::{CullCase, atlas, counted, sliced};
 use sabaki_fixtures::headless::{Headless, HeadlessDesc};
@@ -31,7 +31,7 @@ fn moltenvk_is_known_on_every_version() {
     ] {
         shim::pretend_driver(Some(vk::DriverId::MOLTENVK));
         let desc = HeadlessDesc {
-            terms: Terms::new(version),
+            api_version: version,
             ..desc()
         };
         // SAFETY: the shim calls the system's loader.

@@ -6,25 +6,27 @@ use sabaki_fixtures as common;
 
 use common::cull::{CullCase, atlas, culler, drifting, sliced};
 use common::random::Random;
-use common::{device_on, finish};
+use common::shim::{self, Hidden};
+use common::{device_without, finish, without_formats};
 use sabaki::gpu::ash::vk;
-use sabaki::gpu::{CullerDesc, Rasterizer, RasterizerDesc, Terms, check, requirements};
+use sabaki::gpu::{CullerDesc, Rasterizer, RasterizerDesc, check, requirements};
 use sabaki::maps::{MapGrid, MapRect, raster};
 use sabaki::query::cull::{CullPath, Overlap, cpu};
 use sabaki_fixtures::headless::Headless;
 
-/// Terms that do without all that is optional.
-const LEAST: Terms = Terms {
-    api_version: vk::API_VERSION_1_3,
-    without_precise_queries: true,
-    without_s8: true,
-    without_d24_s8: true,
-    without_generous_limits: true,
+const CURRENT: u32 = vk::API_VERSION_1_3;
+
+/// All that is optional.
+const OPTIONAL: Hidden = Hidden {
+    formats: &[vk::Format::S8_UINT, vk::Format::D24_UNORM_S8_UINT],
+    precise_queries: true,
+    generous_limits: true,
+    queues: vk::QueueFlags::empty(),
 };
 
-/// Runs all components on a device of these terms, and holds them against the CPU's.
-fn all_agree(terms: Terms) {
-    let mut device = device_on(terms);
+/// Runs all components on a device without what is hidden, and holds them against the CPU's.
+fn all_agree(hidden: Hidden, api_version: u32) {
+    let mut device = device_without(hidden, api_version);
     for grid in [MapGrid::PAPER, sliced(32)] {
         let mut random = Random::new(7);
         let atlas = atlas(&mut random, grid, 12);
@@ -36,16 +38,16 @@ fn all_agree(terms: Terms) {
             let mut expected = Vec::new();
             cpu::count(&input, &mut expected);
             let counts = device.cull(&mut compute, &input).unwrap();
-            assert_eq!(counts, expected, "compute: {terms:?}");
+            assert_eq!(counts, expected, "compute: {hidden:?}");
             let counts = device.cull(&mut stencil, &input).unwrap();
             let precise = device.context().unwrap().features().precise_queries;
-            assert_eq!(precise, !terms.without_precise_queries);
+            assert_eq!(precise, !hidden.precise_queries);
             for (found, expected) in counts.iter().zip(&expected) {
                 let (found, expected) = match precise {
                     true => (*found, *expected),
                     false => (any_of(found), any_of(expected)),
                 };
-                assert_eq!(found, expected, "stencil: {terms:?}");
+                assert_eq!(found, expected, "stencil: {hidden:?}");
             }
         }
         stencil.destroy(device.memory().unwrap());
@@ -89,90 +91,82 @@ fn maps_agree(device: &mut Headless) {
 
 #[test]
 fn without_precise_queries() {
-    all_agree(Terms {
-        without_precise_queries: true,
-        ..Terms::default()
-    });
+    let hidden = Hidden {
+        precise_queries: true,
+        ..Hidden::default()
+    };
+    all_agree(hidden, CURRENT);
 }
 
 #[test]
 fn within_the_limits_that_vulkan_guarantees() {
-    let terms = Terms {
-        without_generous_limits: true,
-        ..Terms::default()
+    let hidden = Hidden {
+        generous_limits: true,
+        ..Hidden::default()
     };
-    let device = device_on(terms);
+    let device = device_without(hidden, CURRENT);
     let limits = device.context().unwrap().limits();
-    assert_eq!(limits.max_push_constants_size, 128);
-    assert_eq!(limits.max_viewports, 1);
-    assert_eq!(limits.max_image_array_layers, 256);
     assert_eq!(limits.max_storage_buffer_range, 1 << 27);
+    assert_eq!(limits.max_compute_work_group_count[0], 65_535);
     assert_eq!(device.context().unwrap().max_target_side(), 4096);
     finish(device);
-    all_agree(terms);
+    all_agree(hidden, CURRENT);
 }
 
 #[test]
 fn on_older_vulkan_with_extensions() {
     for api_version in [vk::API_VERSION_1_1, vk::API_VERSION_1_2] {
-        all_agree(Terms {
-            api_version,
-            ..Terms::default()
-        });
+        all_agree(Hidden::default(), api_version);
     }
 }
 
 #[test]
 fn without_all_of_them_at_once() {
-    let terms = Terms {
-        api_version: vk::API_VERSION_1_1,
-        ..LEAST
-    };
-    all_agree(terms);
+    all_agree(OPTIONAL, vk::API_VERSION_1_1);
 }
 
 #[test]
 fn the_report_says_what_is_done_instead() {
-    let device = device_on(Terms::default());
+    let device = device_without(Hidden::default(), CURRENT);
     let context = device.context().unwrap();
-    let report = |terms: Terms| {
+    let report = |hidden: Hidden, api_version| {
+        shim::hide(hidden);
         // SAFETY: both handles are of the headless device, whose instance knows these versions.
-        unsafe { check(context.instance(), context.physical_device(), &terms) }
+        let report = unsafe { check(context.instance(), context.physical_device(), api_version) };
+        shim::hide(Hidden::default());
+        report
     };
-    let lacks = |terms: Terms| -> Vec<&str> {
-        let fallbacks = report(terms).fallbacks;
+    let lacks = |hidden: Hidden, api_version| -> Vec<&str> {
+        let fallbacks = report(hidden, api_version).fallbacks;
         fallbacks.iter().map(|one| one.name).collect()
     };
-    assert!(lacks(Terms::default()).is_empty());
-    assert_eq!(lacks(LEAST), ["S8_UINT", "occlusionQueryPrecise"]);
-    let format = |without_s8, without_d24_s8| {
-        let terms = Terms {
-            without_s8,
-            without_d24_s8,
-            ..Terms::default()
-        };
-        report(terms).stencil_format.unwrap()
-    };
-    assert_eq!(format(false, false), vk::Format::S8_UINT);
-    assert_eq!(format(false, true), vk::Format::S8_UINT);
-    assert_eq!(format(true, false), vk::Format::D24_UNORM_S8_UINT);
-    assert_eq!(format(true, true), vk::Format::D32_SFLOAT_S8_UINT);
+    let nothing = Hidden::default();
+    assert!(lacks(nothing, CURRENT).is_empty());
+    assert_eq!(
+        lacks(OPTIONAL, CURRENT),
+        ["S8_UINT", "occlusionQueryPrecise"]
+    );
+    const S8: vk::Format = vk::Format::S8_UINT;
+    const D24_S8: vk::Format = vk::Format::D24_UNORM_S8_UINT;
+    let format = |formats: &'static [_]| report(without_formats(formats), CURRENT).stencil_format;
+    assert_eq!(format(&[]), Some(S8));
+    assert_eq!(format(&[D24_S8]), Some(S8));
+    assert_eq!(format(&[S8]), Some(D24_S8));
+    const D32_S8: vk::Format = vk::Format::D32_SFLOAT_S8_UINT;
+    assert_eq!(format(&[S8, D24_S8]), Some(D32_S8));
+    assert_eq!(format(&[S8, D24_S8, D32_S8]), None);
 
-    let version = |api_version| Terms {
-        api_version,
-        ..Terms::default()
-    };
     for (api_version, extensions) in [
         (vk::API_VERSION_1_1, 5),
         (vk::API_VERSION_1_2, 3),
         (vk::API_VERSION_1_3, 0),
     ] {
-        let report = report(version(api_version));
+        let report = report(nothing, api_version);
         assert!(report.is_usable(), "{report:?}");
         assert_eq!(report.extensions.len(), extensions);
     }
-    assert_eq!(lacks(version(vk::API_VERSION_1_2)), ["Vulkan 1.3"]);
-    let ancient = report(version(vk::API_VERSION_1_0));
+    assert_eq!(lacks(nothing, vk::API_VERSION_1_2), ["Vulkan 1.3"]);
+    let ancient = report(nothing, vk::API_VERSION_1_0);
     assert_eq!(
         ancient.stencil.lacks,
         ["Vulkan 1.1", "dynamicRendering", "extendedDynamicState"]

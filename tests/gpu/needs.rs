@@ -2,14 +2,14 @@
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 use sabaki_fixtures as common;
-use sabaki_fixtures::shim;
+use sabaki_fixtures::shim::{self, Hidden};
 
 use super::contract::device;
 use common::cull::{CullCase, DEVICE_PATHS, atlas, counted};
 use common::finish;
 use common::random::Random;
 use sabaki::gpu::ash::vk;
-use sabaki::gpu::{Context, Culler, CullerDesc, Features, GpuError, Terms};
+use sabaki::gpu::{Context, Culler, CullerDesc, Features, GpuError};
 use sabaki::maps::MapGrid;
 use sabaki::query::cull::CullPath;
 
@@ -47,7 +47,7 @@ fn a_path_runs_with_what_it_needs_alone() {
     for (hidden, features, stencil_lacks, compute_lacks) in cases {
         let mut device = device();
         let whole = device.context().unwrap().clone();
-        shim::hide_queue_flags(hidden);
+        shim::hide(without(hidden));
         let context = again(&whole, features).unwrap();
         assert_eq!(context.report().stencil.lacks, stencil_lacks);
         assert_eq!(context.report().compute.lacks, compute_lacks);
@@ -74,15 +74,23 @@ fn a_path_runs_with_what_it_needs_alone() {
             assert_eq!(counts, counted(&input), "{path:?}");
             culler.destroy(device.memory().unwrap());
         }
-        shim::hide_queue_flags(vk::QueueFlags::empty());
+        shim::hide(Hidden::default());
         finish(device);
     }
     let device = device();
-    shim::hide_queue_flags(vk::QueueFlags::GRAPHICS | vk::QueueFlags::COMPUTE);
+    shim::hide(without(vk::QueueFlags::GRAPHICS | vk::QueueFlags::COMPUTE));
     let error = again(device.context().unwrap(), Features::ALL).unwrap_err();
-    shim::hide_queue_flags(vk::QueueFlags::empty());
+    shim::hide(Hidden::default());
     assert!(error.to_string().contains(graphics) && error.to_string().contains(compute));
     finish(device);
+}
+
+/// Queues that cannot do this.
+fn without(queues: vk::QueueFlags) -> Hidden {
+    Hidden {
+        queues,
+        ..Hidden::default()
+    }
 }
 
 /// The same device, borrowed anew.
@@ -96,7 +104,7 @@ fn again(context: &Context, features: Features) -> Result<Context, GpuError> {
             queue_family: context.queue_family(),
             features,
             debug_utils: false,
-            terms: Terms::default(),
+            api_version: vk::API_VERSION_1_3,
         })
     }
 }

@@ -56,7 +56,7 @@ impl HostedCuller {
         })
     }
 
-    /// The culler, for its settings and its [times](Culler::pass_times).
+    /// The culler, for its settings.
     #[must_use]
     pub fn get(&self) -> &Culler {
         &self.parts.culler

@@ -3,9 +3,12 @@
 use std::ffi::c_void;
 
 use sabaki::gpu::ash::ext::debug_utils;
-use sabaki::gpu::ash::vk::{self, Handle};
+use sabaki::gpu::ash::{
+    self,
+    vk::{self, Handle},
+};
 use sabaki::gpu::{
-    Context, CullerDesc, Features, GpuError, RawContextDesc, Report, Terms, check_raw,
+    Context, ContextDesc, CullerDesc, Features, GpuError, Report, check, raw_device, raw_instance,
 };
 use wgpu::hal::api::Vulkan;
 use wgpu::hal::vulkan::InstanceShared;
@@ -114,12 +117,16 @@ impl Host {
         // SAFETY: the handles are of one device, which `device` keeps alive as long as the host; wgpu has enabled the features.
         let context = unsafe {
             let vulkan = device.as_hal::<Vulkan>().ok_or(HostError::NotVulkan)?;
-            Context::from_raw(&RawContextDesc {
-                physical_device: vulkan.raw_physical_device().as_raw(),
-                device: vulkan.raw_device().handle().as_raw(),
+            let shared = vulkan.shared_instance();
+            let instance = instance(shared)?;
+            Context::new(&ContextDesc {
+                instance: &instance,
+                physical_device: physical_device(vulkan.raw_physical_device()),
+                device: &raw_device(&instance, vulkan.raw_device().handle().as_raw())?,
                 queue_family: vulkan.queue_family_index(),
                 features,
-                ..instance(vulkan.shared_instance())
+                debug_utils: shared.extensions().contains(&debug_utils::NAME),
+                api_version: shared.instance_api_version(),
             })?
         };
         Ok(Self { device, context })
@@ -186,28 +193,28 @@ fn report(adapter: &wgpu::Adapter) -> Result<Report, HostError> {
     // SAFETY: the handles are wgpu's, which the adapter keeps alive.
     unsafe {
         let vulkan = adapter.as_hal::<Vulkan>().ok_or(HostError::NotVulkan)?;
-        let desc = RawContextDesc {
-            physical_device: vulkan.raw_physical_device().as_raw(),
-            ..instance(vulkan.shared_instance())
-        };
-        Ok(check_raw(&desc)?)
+        let shared = vulkan.shared_instance();
+        let physical_device = physical_device(vulkan.raw_physical_device());
+        let version = shared.instance_api_version();
+        Ok(check(&instance(shared)?, physical_device, version))
     }
 }
 
-/// Description of wgpu's instance, without device.
-fn instance(shared: &InstanceShared) -> RawContextDesc {
+/// wgpu's instance. Its handle goes through 64 bits, as wgpu may use another version of `ash`.
+///
+/// # Safety
+/// The instance lives.
+unsafe fn instance(shared: &InstanceShared) -> Result<ash::Instance, GpuError> {
     let lookup = shared.entry().static_fn().get_instance_proc_addr;
-    RawContextDesc {
-        get_instance_proc_addr: lookup as *const c_void,
-        instance: shared.raw_instance().handle().as_raw(),
-        physical_device: 0,
-        device: 0,
-        queue_family: 0,
-        features: Features::default(),
-        debug_utils: shared.extensions().contains(&debug_utils::NAME),
-        terms: Terms {
-            api_version: shared.instance_api_version(),
-            ..Terms::default()
-        },
+    // SAFETY: the caller vouches for the instance, which was created with this function.
+    unsafe {
+        raw_instance(
+            lookup as *const c_void,
+            shared.raw_instance().handle().as_raw(),
+        )
     }
+}
+
+fn physical_device(handle: impl Handle) -> vk::PhysicalDevice {
+    vk::PhysicalDevice::from_raw(handle.as_raw())
 }

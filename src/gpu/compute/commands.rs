@@ -15,7 +15,6 @@ use crate::gpu::{
     barriers::{self, Access},
     counts::record_numbers,
     error::Named,
-    passes::Passes,
     shader_table::{COUNT_COMP, CountCandidates},
 };
 
@@ -148,8 +147,8 @@ impl ComputePath {
     ///
     /// # Safety
     /// As for [`Culler::record_batch`](crate::gpu::Culler::record_batch); the slots have the inputs of the batch.
-    pub(super) unsafe fn record_commands(&self, passes: &mut Passes<'_>, slots: &[usize]) {
-        let (context, cmd) = (&self.context, passes.cmd);
+    pub(super) unsafe fn record_commands(&self, cmd: vk::CommandBuffer, slots: &[usize]) {
+        let context = &self.context;
         let culls = || {
             let culls = self.gathered.iter().zip(slots);
             let culls = culls.map(|(gathered, &slot)| (gathered, &self.parts.slots[slot]));
@@ -157,20 +156,20 @@ impl ComputePath {
         };
         // SAFETY: the caller vouches for the command buffer and the slots.
         unsafe {
-            passes.begin(c"sabaki: input");
+            context.begin_label(cmd, c"sabaki: input");
             for (gathered, slot) in culls() {
-                slot.record_copy(passes, gathered, &self.capacity);
+                slot.record_copy(context, cmd, gathered, &self.capacity);
             }
             let (before, after) = (Access::TRANSFER_WRITE, Access::COMPUTE_READ);
             barriers::memory(context, cmd, before, after);
-            passes.end();
-            passes.begin(c"sabaki: count");
+            context.end_label(cmd);
+            context.begin_label(cmd, c"sabaki: count");
             for (gathered, slot) in culls() {
                 self.record_dispatches(cmd, gathered, slot);
             }
-            passes.end();
+            context.end_label(cmd);
             let counts = slots.iter().map(|&slot| &self.parts.slots[slot].counts);
-            record_numbers(passes, Access::COMPUTE_WRITE, counts);
+            record_numbers(context, cmd, Access::COMPUTE_WRITE, counts);
         }
     }
 

@@ -8,12 +8,11 @@ use super::{
 use crate::{
     gpu::{
         GpuError,
-        device_path::CullRequest,
         error::within,
         shader_table::{COUNTS, CountCandidates, GroupRange, PlaneCandidate},
     },
     maps::MapGrid,
-    query::cull::CullCandidate,
+    query::cull::{Counted, CullCandidate, CullInput},
 };
 
 /// Number of candidates of a work group, one for each invocation: `local_size_x` in `shaders/count.comp.glsl`.
@@ -103,7 +102,8 @@ impl Gathered {
     /// Computes the layout of an input.
     pub(super) fn fill(
         &mut self,
-        CullRequest { input, counted }: CullRequest<'_>,
+        input: &CullInput<'_>,
+        counted: Counted,
         planes: &Planes,
         capacity: &Capacity,
     ) -> Result<(), GpuError> {

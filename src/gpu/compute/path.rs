@@ -16,14 +16,13 @@ use crate::{
         Context, CullerDesc, GpuError, Memory,
         barriers::Access,
         counts::Counts,
-        device_path::{CullRequest, DevicePath},
-        passes::Passes,
+        device_path::DevicePath,
         pipelines::{COUNT, Pipeline, PipelineInputs},
         resources::DeviceMemory,
         shader_table::COUNTS,
         uploaded::{MapWords, Uploaded},
     },
-    query::cull::{CullPath, Overlap},
+    query::cull::{Counted, CullInput, CullPath, Overlap},
 };
 
 /// Counts overlaps with a compute shader.
@@ -148,11 +147,16 @@ impl ComputePath {
 }
 
 impl DevicePath for ComputePath {
-    fn gather(&mut self, entry: usize, request: CullRequest<'_>) -> Result<(), GpuError> {
+    fn gather(
+        &mut self,
+        entry: usize,
+        input: &CullInput<'_>,
+        counted: Counted,
+    ) -> Result<(), GpuError> {
         if self.gathered.len() <= entry {
             self.gathered.resize_with(entry + 1, Gathered::default);
         }
-        self.gathered[entry].fill(request, &self.planes, &self.capacity)
+        self.gathered[entry].fill(input, counted, &self.planes, &self.capacity)
     }
 
     fn write(&mut self, entry: usize, slot: usize) -> Result<(), GpuError> {
@@ -162,9 +166,9 @@ impl DevicePath for ComputePath {
         slot.write(&self.context, gathered, &self.capacity)
     }
 
-    unsafe fn record(&self, passes: &mut Passes<'_>, slots: &[usize]) {
+    unsafe fn record(&self, cmd: vk::CommandBuffer, slots: &[usize]) {
         // SAFETY: the caller vouches for the command buffer and the slots.
-        unsafe { self.record_commands(passes, slots) };
+        unsafe { self.record_commands(cmd, slots) };
     }
 
     fn counts(&self, slot: usize) -> &Counts {

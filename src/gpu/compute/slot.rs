@@ -6,7 +6,6 @@ use super::gathered::{Capacity, Gathered};
 use crate::gpu::{
     Context, GpuError, Memory, MemoryUse,
     counts::{Counts, CountsDesc, HEADER},
-    passes::Passes,
     resources::{Buffer, BufferDesc, DeviceMemory},
 };
 
@@ -78,10 +77,11 @@ impl Slot {
     /// Records the copy of the input to the device.
     ///
     /// # Safety
-    /// The passes are being recorded outside of rendering, and the slot is free.
+    /// `cmd` is being recorded outside of rendering, and the slot is free.
     pub(super) unsafe fn record_copy(
         &self,
-        passes: &Passes<'_>,
+        context: &Context,
+        cmd: vk::CommandBuffer,
         gathered: &Gathered,
         capacity: &Capacity,
     ) {
@@ -91,7 +91,7 @@ impl Slot {
                 .dst_offset(offset)
                 .size(part.len() as u64)
         });
-        let (device, cmd) = (passes.context.device(), passes.cmd);
+        let device = context.device();
         // SAFETY: the caller vouches for the command buffer; both buffers hold this many bytes.
         unsafe { device.cmd_copy_buffer(cmd, self.upload.handle, self.input.handle, &copies) };
     }

@@ -15,9 +15,9 @@ use super::{
     screen::{Draws, Screen},
 };
 use crate::{
-    gpu::{GpuError, device_path::CullRequest, error::within, shader_table::PlacedMap},
+    gpu::{GpuError, error::within, shader_table::PlacedMap},
     maps::{FixedTransform2, MapRect},
-    query::cull::CullCandidate,
+    query::cull::{Counted, CullCandidate, CullInput},
 };
 
 /// Maximum number of maps that are drawn in one rendering.
@@ -55,7 +55,8 @@ impl Gathered {
     /// Places the maps of an attack and its candidates.
     pub(super) fn fill(
         &mut self,
-        CullRequest { input, counted }: CullRequest<'_>,
+        input: &CullInput<'_>,
+        counted: Counted,
         maps: &Maps,
         max_candidates: u32,
     ) -> Result<(), GpuError> {

@@ -22,4 +22,4 @@ mod rules;
 mod screen;
 
 pub(super) use path::StencilPath;
-pub use rasterizer::{Batch, BatchMaps, MapKind, Rasterizer, RasterizerDesc};
+pub use rasterizer::{Batch, MapKind, Rasterizer, RasterizerDesc};

@@ -26,14 +26,13 @@ use crate::{
         Context, CullerDesc, GpuError, Memory,
         barriers::Access,
         counts::{Counts, CountsDesc, HEADER, record_numbers},
-        device_path::{CullRequest, DevicePath},
+        device_path::DevicePath,
         drivers,
         error::{Named, within},
-        passes::Passes,
         pipelines::{CANDIDATES, Pipeline, PipelineInputs},
         resources::DeviceMemory,
     },
-    query::cull::{CullPath, Overlap},
+    query::cull::{Counted, CullInput, CullPath, Overlap},
 };
 
 const GRAPHICS: vk::PipelineBindPoint = vk::PipelineBindPoint::GRAPHICS;
@@ -142,19 +141,19 @@ impl StencilPath {
     ///
     /// # Safety
     /// As for [`Culler::record_batch`](crate::gpu::Culler::record_batch).
-    unsafe fn record_cull(&self, passes: &mut Passes<'_>, gathered: &Gathered, counts: &Counts) {
-        let (context, cmd) = (&self.context, passes.cmd);
+    unsafe fn record_cull(&self, cmd: vk::CommandBuffer, gathered: &Gathered, counts: &Counts) {
+        let context = &self.context;
         let mut first = 0;
         for queries in gathered.queries.chunk_by(|a, b| a.pass == b.pass) {
             let pass = queries[0].pass;
             let used = gathered.attack.passes[pass].used;
             // SAFETY: the caller vouches for `cmd`; all handles are this path's.
             unsafe {
-                passes.begin(c"sabaki: attack");
+                context.begin_label(cmd, c"sabaki: attack");
                 self.screen
                     .record_draws(context, cmd, &gathered.draws[pass], used, 0);
-                passes.end();
-                passes.begin(c"sabaki: candidates");
+                context.end_label(cmd);
+                context.begin_label(cmd, c"sabaki: candidates");
                 let mut rest = queries;
                 while let [start, ..] = rest {
                     let most = rest.len().min(MOST_QUERIES as usize);
@@ -166,7 +165,7 @@ impl StencilPath {
                     first += some.len();
                     rest = later;
                 }
-                passes.end();
+                context.end_label(cmd);
             }
         }
     }
@@ -234,11 +233,16 @@ impl StencilPath {
 }
 
 impl DevicePath for StencilPath {
-    fn gather(&mut self, entry: usize, request: CullRequest<'_>) -> Result<(), GpuError> {
+    fn gather(
+        &mut self,
+        entry: usize,
+        input: &CullInput<'_>,
+        counted: Counted,
+    ) -> Result<(), GpuError> {
         if self.entries.len() <= entry {
             self.entries.resize_with(entry + 1, Gathered::default);
         }
-        self.entries[entry].fill(request, &self.maps, self.max_candidates)?;
+        self.entries[entry].fill(input, counted, &self.maps, self.max_candidates)?;
         let entries = self.entries[..=entry].iter();
         let queries = entries.map(|one| one.queries.len() as u64).sum();
         let most = drivers::most_queries(self.context.driver());
@@ -255,14 +259,14 @@ impl DevicePath for StencilPath {
         Ok(())
     }
 
-    unsafe fn record(&self, passes: &mut Passes<'_>, slots: &[usize]) {
+    unsafe fn record(&self, cmd: vk::CommandBuffer, slots: &[usize]) {
         let counts = || slots.iter().map(|&slot| &self.slots[slot].counts);
         // SAFETY: the caller vouches for the command buffer and the slots.
         unsafe {
             for (gathered, counts) in self.entries.iter().zip(counts()) {
-                self.record_cull(passes, gathered, counts);
+                self.record_cull(cmd, gathered, counts);
             }
-            record_numbers(passes, Access::TRANSFER_WRITE, counts());
+            record_numbers(&self.context, cmd, Access::TRANSFER_WRITE, counts());
         }
     }
 

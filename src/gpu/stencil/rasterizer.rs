@@ -59,17 +59,6 @@ pub struct Batch {
     used: [u32; 2],
 }
 
-/// Maps that are drawn together.
-#[derive(Clone, Copy, Debug)]
-pub struct BatchMaps<'a> {
-    /// All drawings that [`Rasterizer::plan`] distributed.
-    pub drawings: &'a [Drawing],
-    /// A batch of [`Rasterizer::plan`] for these drawings.
-    pub batch: &'a Batch,
-    /// Kind of the maps.
-    pub kind: MapKind,
-}
-
 /// Draws many maps at once with the stencil buffer.
 ///
 /// [`Rasterizer::plan`] distributes drawings to batches. For each batch: [`Rasterizer::record`], submit, wait, then read. There is one
@@ -174,10 +163,7 @@ impl Rasterizer {
         Ok(batches)
     }
 
-    /// Records the drawing of a batch, and the copy of its texels to memory that the host reads.
-    ///
-    /// # Errors
-    /// None at present.
+    /// Records the drawing of a batch of [`Rasterizer::plan`] for these drawings, and the copy of its texels to memory that the host reads.
     ///
     /// # Safety
     /// `cmd` is being recorded, outside of rendering, for a queue of the context's family. Commands that were recorded before with this
@@ -185,20 +171,17 @@ impl Rasterizer {
     pub unsafe fn record(
         &mut self,
         cmd: vk::CommandBuffer,
-        maps: BatchMaps<'_>,
-    ) -> Result<(), GpuError> {
-        let BatchMaps {
-            drawings,
-            batch,
-            kind,
-        } = maps;
+        drawings: &[Drawing],
+        batch: &Batch,
+        kind: MapKind,
+    ) {
         match kind {
             MapKind::EveryFrame => {
                 rules::body_and_evasion(drawings, &batch.members, &mut self.draws)
             }
             MapKind::AnyFrame => rules::attack(drawings, &batch.members, &mut self.draws),
         }
-        let (context, image) = (&self.context, self.screen.target.image);
+        let (context, image) = (&self.context, self.screen.target.handle);
         let [width, height] = batch.used;
         let region = [vk::BufferImageCopy::default()
             .image_subresource(
@@ -230,7 +213,6 @@ impl Rasterizer {
             barriers::memory(context, cmd, Access::TRANSFER_WRITE, Access::HOST_READ);
             context.end_label(cmd);
         }
-        Ok(())
     }
 
     /// Reads the maps of a batch recorded with [`MapKind::EveryFrame`] into `maps`, by the positions of the drawings.

@@ -12,8 +12,9 @@ use crate::{
     gpu::{
         Context, GpuError, Memory, MemoryUse,
         barriers::{self, Access},
+        image::{Image, ImageDesc},
         pipelines::{DISCS, Pipeline, PipelineInputs, RECTS, StencilRule},
-        resources::{Buffer, BufferDesc, DeviceMemory, StencilTarget},
+        resources::{Buffer, BufferDesc, DeviceMemory},
         shader_table::{DrawTarget, PlacedDisc},
     },
     maps::{Disc, Drawing, MapRect},
@@ -151,7 +152,7 @@ impl Shelves {
 /// The stencil target, and what draws discs into it. Default: null handles.
 #[derive(Debug, Default)]
 pub(super) struct Screen {
-    pub(super) target: StencilTarget,
+    pub(super) target: Image,
     discs: Pipeline,
     rects: Pipeline,
     /// Instances of one rendering. Each rendering fills it again, so that their number is not limited.
@@ -176,7 +177,16 @@ impl Screen {
         };
         self.discs = Pipeline::new(device.context, &DISCS, &inputs)?;
         self.rects = Pipeline::new(device.context, &RECTS, &inputs)?;
-        self.target = StencilTarget::new(device, &format!("{name}: target"), [side; 2])?;
+        use vk::ImageUsageFlags as Usage;
+        let format = device.context.stencil_format();
+        self.target = device.image(&ImageDesc {
+            name: &format!("{name}: target"),
+            side: [side; 2],
+            format,
+            samples: vk::SampleCountFlags::TYPE_1,
+            usage: Usage::DEPTH_STENCIL_ATTACHMENT | Usage::TRANSFER_SRC,
+            aspect: barriers::whole(format).aspect_mask,
+        })?;
         self.instances = device.buffer(BufferDesc {
             name: &format!("{name}: instances"),
             size: Self::INSTANCE_BYTES as u64,
@@ -255,7 +265,7 @@ impl Screen {
             barriers::stencil_image(
                 context,
                 cmd,
-                target.image,
+                target.handle,
                 stencil,
                 stencil,
                 clear.is_some(),
