@@ -14,7 +14,7 @@ use sabaki::maps::{MapGrid, PathSettings};
 use sabaki::query::{Attack, QuerySettings};
 use sabaki_import::{LONGEST_CLIP, MOST_ENTRIES, bvh, gltf};
 
-const PAGES: [(&str, &str); 15] = [
+const PAGES: [(&str, &str); 16] = [
     ("from_clips.md", include_str!("../src/guide/from_clips.md")),
     ("paper.md", include_str!("../src/guide/paper.md")),
     ("culling.md", include_str!("../src/guide/culling.md")),
@@ -30,6 +30,10 @@ const PAGES: [(&str, &str); 15] = [
     ("lavapipe", include_str!("../vendor-notes/lavapipe.md")),
     ("moltenvk", include_str!("../vendor-notes/moltenvk.md")),
     ("nvidia", include_str!("../vendor-notes/nvidia.md")),
+    (
+        "swiftshader",
+        include_str!("../vendor-notes/swiftshader.md"),
+    ),
 ];
 
 /// What stands between backticks and begins like a file of the repository.
