@@ -296,10 +296,10 @@ impl CharacterState {
                 velocity,
             };
             let mut tested = self.ask(planning, wider, scope, scratch);
-            if tested.is_clean() {
+            if let Some(clean) = tested.take_if(|tested| tested.is_clean()) {
                 let unused = least.into_iter().chain([kept]);
                 unused.for_each(|unused| scratch.keep_memory(unused.motion));
-                return Plan::Take(tested);
+                return Plan::Take(clean);
             }
             if let Some(late) = scratch.context.late_stage() {
                 // A stage that had all the time of a step is left.
@@ -312,7 +312,7 @@ impl CharacterState {
                     Some(stage) => (number, stage),
                     None => (number + 1, PlanStage::Grid),
                 };
-                let unused = least.into_iter().chain([kept, tested]);
+                let unused = least.into_iter().chain(tested).chain([kept]);
                 unused.for_each(|unused| scratch.keep_memory(unused.motion));
                 return Plan::GoOn(Progress {
                     attempt,
@@ -320,6 +320,7 @@ impl CharacterState {
                     threats,
                 });
             }
+            let Some(mut tested) = tested else { continue };
             if !is_among_obstacles {
                 scratch.keep_memory(tested.motion);
                 continue;
@@ -453,14 +454,14 @@ impl CharacterState {
         }
     }
 
-    /// The answer to the wider attack, tested against the plain one.
+    /// The answer to the wider attack, tested against the plain one; `None` if the body would push too hard.
     fn ask(
         &self,
         planning: &Planning<'_>,
         wider: &Attack,
         scope: PlanScope<'_>,
         scratch: &mut PlanScratch,
-    ) -> TestedMotion {
+    ) -> Option<TestedMotion> {
         let world = planning.world;
         let PlanScratch {
             context,
@@ -477,6 +478,9 @@ impl CharacterState {
         context.body().set_grace(false);
         query.answer_in_scope(request, Some(scope), context, answer);
         context.body().set_grace(true);
+        if answer.too_hard {
+            return None;
+        }
         let known = answer.clearance();
         let mut motion = scratch.motion();
         motion.clone_from(&scratch.answer.motion);
@@ -488,15 +492,15 @@ impl CharacterState {
             attack: scope.plain,
         };
         if scratch.answer.avoided && !is_blended && !scope.evasions_only {
-            return test.known(motion, known);
+            return Some(test.known(motion, known));
         }
         // A motion that is measured later needs no test.
         let weights = scratch.ahead.iter().map(Obstacle::weight);
         let spared = weights.fold(0.0, f32::max) * world.settings.obstacle_margin;
         if !is_blended && !scratch.ahead.is_empty() && metres < -spared {
-            return test.known(motion, known);
+            return Some(test.known(motion, known));
         }
-        test.until_hit(motion, scratch)
+        Some(test.until_hit(motion, scratch))
     }
 
     /// Joins a motion to the played one, with a blend if that is warped or has another rate at the join. Returns whether there is a blend, too.

@@ -29,19 +29,41 @@ impl Playing {
         Vec2::new(root.x, root.z)
     }
 
+    /// Speed of the root over the ground, in metres per second of the motion.
+    pub(super) fn speed(&self, graph: &MotionGraph) -> f32 {
+        let [from, to] = [self.seconds, self.seconds + PUSH_WINDOW]
+            .map(|seconds| self.motion.root(graph, seconds).xz());
+        from.distance(to) / PUSH_WINDOW
+    }
+
     /// Horizontal acceleration of the root over the next moments, in metres per second squared.
     pub(super) fn acceleration(&self, graph: &MotionGraph) -> f32 {
         let root = |windows: f32| {
             self.motion
-                .root(graph, self.seconds + windows * PUSH_WINDOW)
+                .root(graph, self.seconds + windows * PUSH_WINDOW * self.rate)
         };
         acceleration([0.0, 1.0, 2.0].map(|windows| root(windows).xz()))
+    }
+
+    /// The highest rate, up to `most`, at which the root accelerates no harder than `limit` over the next moments, in metres per second squared.
+    pub(super) fn fastest(&self, graph: &MotionGraph, limit: f32, most: f32) -> f32 {
+        /// Number of the places that are examined, from a window before on, each a window after the other.
+        const PLACES: usize = 6;
+        let places: [Vec2; PLACES] = std::array::from_fn(|window| {
+            let seconds = self.seconds + (window as f32 - 1.0) * PUSH_WINDOW;
+            self.motion.root(graph, seconds.max(0.0)).xz()
+        });
+        let hardest = places
+            .windows(3)
+            .map(|way| acceleration([way[0], way[1], way[2]]))
+            .fold(0.0, f32::max);
+        most.min((limit / hardest.max(0.01)).sqrt())
     }
 
     /// Makes sure that the motion lasts for a step and the search after it.
     pub(super) fn ensure(&mut self, graph: &MotionGraph, dt: f32) {
         /// The search looks this far ahead, in seconds.
-        const AHEAD: f32 = 0.25;
+        const AHEAD: f32 = 0.5;
         /// Time after which the played part of the motion is dropped, in seconds.
         const KEPT: f32 = 4.0;
         if self.seconds > KEPT {

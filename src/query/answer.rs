@@ -21,6 +21,8 @@ pub struct Answer {
     pub chosen: usize,
     /// Whether the chosen motion avoids the attack, by the exact test.
     pub avoided: bool,
+    /// Whether the body pushes off harder in it than [allowed](super::QuerySettings::push_off), as in all candidates.
+    pub too_hard: bool,
     /// Motion to play, from the moment of the query on.
     pub motion: Motion,
     /// Reports of all candidates.
@@ -231,6 +233,7 @@ impl Answer {
             self.candidates.push(report);
         }
         self.avoided = self.candidates[self.chosen].score.is_some();
+        self.too_hard = evaluated[self.chosen].is_some_and(|one| one.is_too_hard());
         let count = |is: fn(&CandidateReport) -> bool| {
             let counted = self.candidates.iter().filter(|report| is(report));
             counted.count()

@@ -555,18 +555,20 @@ impl Evaluator {
         found > limit
     }
 
-    /// How hard the body may push: as the settings say, or as it does anyway if it goes on as it is.
+    /// How hard the body may push: as the settings say, or as it does anyway in the next moments, whatever it does then.
     pub(super) fn push_limit(&mut self, round: Round<'_>) -> f32 {
         let (baked, request) = (round.query.baked, &round.state.request);
+        /// The next moments, in seconds; longer while the body is in a blend.
+        const SOON: f32 = 0.2;
         let multiple = round.query.settings.push_off;
         if multiple == 0.0 {
             return f32::INFINITY;
         }
         if self.push_limit == 0.0 {
-            let end = request.attack.end();
             let natural = &mut self.natural;
             natural.restart(baked.graph(), request.playhead, []);
             natural.continue_blend(&request.blend, 0.0);
+            let end = request.attack.end().min(natural.blends_until().max(SOON));
             natural.extend(baked.graph(), end);
             let body = self.workers.body();
             let found = body.push(baked, natural, end, f32::INFINITY);
@@ -611,7 +613,10 @@ impl Evaluator {
         round.motion(chosen, motion);
         if let Some(refused) = self.evaluated[chosen].filter(Evaluated::is_too_hard) {
             // It is chosen although it was refused, as all were.
-            self.evaluated[chosen] = Some(round.result(chosen, refused.clearance));
+            self.evaluated[chosen] = Some(Evaluated {
+                push: refused.push,
+                ..round.result(chosen, refused.clearance)
+            });
         } else if self.refuse(round, chosen, motion) {
             return false;
         }
@@ -629,7 +634,10 @@ impl Evaluator {
         let clearance = test.on_motion(motion, self.workers.body());
         let entered = round.candidate_entered(chosen, f32::INFINITY, self.workers.body());
         let clearance = worse(clearance, entered);
-        self.evaluated[chosen] = Some(round.final_result(chosen, clearance));
+        self.evaluated[chosen] = Some(Evaluated {
+            push: before.push,
+            ..round.final_result(chosen, clearance)
+        });
         clearance.is_clean() || !before.clearance.is_clean()
     }
 

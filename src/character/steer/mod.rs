@@ -12,7 +12,7 @@ mod memory;
 mod strikes;
 mod table;
 
-use glam::{Vec2, Vec3};
+use glam::{Vec2, Vec3, Vec3Swizzles};
 
 use super::goal::{Aim, direction, heading_of, wrapped};
 use super::playing::Playing;
@@ -24,7 +24,7 @@ use crate::math::Rigid2;
 use memory::SHORTLY;
 pub(super) use memory::SteerState;
 pub(super) use strikes::{Reach, Recent, StrikeTable, Target, Times};
-use table::{AHEAD, Features, Moment, Row, Table, distance};
+use table::{AHEAD, Features, Moment, Row, Table, centre_of_mass, distance, pace};
 
 /// Maximum distance by which a jump brings a character back to the place where it came to stand, in metres. The jump's blend fades it in.
 const MOST_RETURN: f32 = 0.02;
@@ -37,6 +37,7 @@ const WALKS: f32 = 0.3;
 pub(super) struct SteerScratch {
     pose: Pose,
     joints: Vec<JointTransform>,
+    axes: Vec<f32>,
     spare: Motion,
 }
 
@@ -66,20 +67,17 @@ struct Now {
     /// Heading, in radians; averaged over a stride if the table has the average.
     heading: f32,
     features: Features,
-}
-
-impl Now {
-    /// Velocity of the root in the character's frame (x, z), in metres per second.
-    fn pace(&self) -> Vec2 {
-        Vec2::new(self.features.velocity.x, self.features.velocity.z)
-    }
+    /// Centre of mass over the ground (x, z).
+    centre: Vec2,
+    /// Its velocity in the character's frame (x, z), in metres per second.
+    pace: Vec2,
 }
 
 impl Steering {
     pub(super) fn new(baked: &BakedGraph) -> Self {
         /// It stands for so long at least, in seconds.
         const STANDS: f32 = 1.0;
-        let table = Table::new(baked.graph());
+        let table = Table::new(baked);
         let calm = |(_, moment): &(u32, &Moment)| moment.calm_for > STANDS;
         let starts = (0..).zip(&table.moments).filter(calm);
         Self {
@@ -123,7 +121,8 @@ impl Steering {
         let is_new = step.aim.differs(&state.last_aim());
         state.follow(playing.ground(graph), &step.aim, is_new, step.dt);
         let ends = moment.is_none_or(|moment| moment.left < 0.05);
-        let is_slow = moment.is_none_or(|moment| moment.velocity.length() < WALKS);
+        let speed = moment.map_or_else(|| playing.speed(graph), |moment| moment.velocity.length());
+        let is_slow = speed < WALKS;
         let is_idle = is_slow && step.aim.stands() && step.faces(playing, moment.as_ref());
         if let Some(moment) = moment.filter(|_| is_idle) {
             state.remember(&moment, step, self.table.calm);
@@ -140,10 +139,10 @@ impl Steering {
         state.is_held = is_held;
         state.stands = moment.is_some_and(|moment| moment.is_calm());
         let needs_search = (is_new || ends || state.search_in <= 0.0) && !is_held;
-        // A blend is not cut, as the offsets of both would add up, unless the motion ends or was played just now.
+        // A blend is never cut, as the offsets of both would add up.
         let is_over = ends || is_idle && moment.is_some_and(|moment| state.repeats(&moment));
         let blends = playing.motion.is_blending_body(playing.seconds);
-        if needs_search && state.may_search((step.may_search && !blends) || is_over) {
+        if needs_search && state.may_search((step.may_search || is_over) && !blends) {
             state.search_in = step.settings.interval;
             state.aim = step.aim.velocity.to_array();
             state.facing = step.aim.facing;
@@ -152,14 +151,19 @@ impl Steering {
             let kept = current.filter(|_| !ends);
             let body = Body::new(&now, moment.as_ref());
             if let Some(found) = self.choose(step, state, &wanted, &body, kept, is_idle) {
-                let mut entry = step.entry(found, &now);
+                // What stands stays where it is.
+                let blend = match is_idle {
+                    true => 0.0,
+                    false => self.blend(found, step.settings.blend, &body),
+                };
+                let mut entry = step.entry(found, &now, blend);
                 if is_idle {
                     let root = Vec2::new(now.stance.root.x, now.stance.root.z);
                     let way = state.off_place(root).clamp_length_max(MOST_RETURN);
                     entry.clip_to_world.x -= way.x;
                     entry.clip_to_world.z -= way.y;
                 }
-                self.enter(graph, found, &entry, &body, playing, scratch);
+                self.enter(graph, found, &entry, blend, playing, scratch);
             }
         }
         self.turn(step, playing);
@@ -185,24 +189,34 @@ impl Steering {
         };
         if let Some((found, _)) = self.nearest(&wanted(&step.aim, &now).row(), effort) {
             let found = &self.table.moments[found];
-            let entry = step.entry(found, &now);
-            self.enter(graph, found, &entry, &body, playing, scratch);
+            let blend = self.blend(found, step.settings.blend, &body);
+            let entry = step.entry(found, &now, blend);
+            self.enter(graph, found, &entry, blend, playing, scratch);
         }
     }
 
-    /// Jumps to a moment. The blend is as long as the difference of velocities needs.
+    /// Jumps to a moment. The root blends for `blend` seconds, and no shorter than the joints.
     fn enter(
         &self,
         graph: &MotionGraph,
         moment: &Moment,
         entry: &Entry,
-        body: &Body,
+        blend: f32,
         playing: &mut Playing,
         scratch: &mut SteerScratch,
     ) {
-        let apart = body.pace.distance(moment.pace);
-        let blend = blend_time(apart, self.table.limit).min(LONGEST * entry.blend);
         playing.enter(graph, entry, blend, &moment.standing, &mut scratch.spare);
+    }
+
+    /// Duration of a jump's blend of the root, in seconds: as long as the difference of velocities needs. `usual` is that of the joints.
+    fn blend(&self, moment: &Moment, usual: f32, body: &Body) -> f32 {
+        /// Largest acceleration while [`SteerStep::carried`] velocity fades out, in velocities per duration.
+        const PEAK: f32 = 1.5;
+        /// The part of the acceleration that blends may have: the clips have the rest.
+        const PART: f32 = 0.5;
+        let apart = body.pace.distance(moment.pace);
+        let needed = PEAK * apart / (PART * self.table.limit);
+        needed.clamp(usual, LONGEST * usual)
     }
 
     /// The moment to jump to; `None` to continue the played motion. `current` is the played moment, if it may be continued. `is_idle` says
@@ -279,18 +293,26 @@ impl Steering {
         }
         let now = step.now(playing, None, scratch);
         let wanted = wanted(&step.aim, &now).row();
-        let apart = |exit: &Entry| {
-            let playhead = exit.playhead();
-            let moment = self.table.at(graph, playhead)?;
-            Some(distance(&self.table.rows[moment], &wanted))
+        let body = Body::new(&now, None);
+        let cost = |exit: &Entry| {
+            let moment = self.table.at(graph, exit.playhead())?;
+            let effort = body.effort(&self.table.moments[moment], exit.blend, self.table.limit);
+            Some((moment, distance(&self.table.rows[moment], &wanted) + effort))
         };
         let playhead = playing.motion.playhead(graph, seconds);
         let exits = step.baked.exits(playhead, now.stance);
-        let known = exits.filter_map(|exit| Some((apart(&exit)?, exit)));
-        let Some((_, nearest)) = known.min_by(|a, b| a.0.total_cmp(&b.0)) else {
+        let known = exits.filter_map(|exit| Some((cost(&exit)?, exit)));
+        let nearest = known.min_by(|(a, _), (b, _)| a.1.total_cmp(&b.1));
+        let Some(((moment, _), exit)) = nearest else {
             return false;
         };
-        playing.motion.enter(graph, seconds, &nearest);
+        let moment = &self.table.moments[moment];
+        let blend = self.blend(moment, exit.blend, &body);
+        let entry = Entry {
+            blend: exit.blend,
+            ..step.entry_at(moment, exit.clip_to_world.heading(), &now, blend)
+        };
+        self.enter(graph, moment, &entry, blend, playing, scratch);
         state.search_in = step.settings.interval;
         true
     }
@@ -358,6 +380,8 @@ impl Steering {
         const SETTLING: f32 = 0.12;
         /// Fastest change of the rate, per second.
         const RATE_CHANGE: f32 = 1.0;
+        /// The acceleration up to which a motion is played faster than it is, in limits.
+        const FASTER: f32 = 1.1;
         let (graph, settings) = (step.baked.graph(), step.settings);
         let playhead = playing.motion.playhead(graph, playing.seconds);
         let Some(moment) = self.table.at(graph, playhead) else {
@@ -396,7 +420,11 @@ impl Steering {
                 .turn_on_feet(graph, seconds, turn * step.dt, standing);
         }
         let rate = match moves {
-            true => (wanted / speed).clamp(settings.slowest, settings.fastest),
+            true => {
+                let hardest = FASTER * self.table.limit;
+                let fastest = playing.fastest(graph, hardest, settings.fastest).max(1.0);
+                (wanted / speed).clamp(settings.slowest, fastest)
+            }
             false => 1.0,
         };
         let spare = (spare - turn.abs() * speed).max(0.0);
@@ -425,13 +453,17 @@ impl SteerStep<'_> {
     fn now(&self, playing: &Playing, moment: Option<&Moment>, scratch: &mut SteerScratch) -> Now {
         let graph = self.baked.graph();
         let frame = (1.0 / graph.frame_rate()) as f32;
-        let SteerScratch { pose, joints, .. } = scratch;
-        let mut at = |seconds: f32| -> Stance {
+        let SteerScratch {
+            pose, joints, axes, ..
+        } = scratch;
+        let mut at = |seconds: f32| {
             playing.motion.sample(graph, seconds, pose);
             forward_kinematics(graph.skeleton(), pose, joints);
-            self.baked.stance(joints)
+            let centre = centre_of_mass(self.baked, joints, axes);
+            (self.baked.stance(joints), centre)
         };
-        let [stance, next] = [playing.seconds, playing.seconds + frame].map(&mut at);
+        let [(stance, centre), (next, later)] =
+            [playing.seconds, playing.seconds + frame].map(&mut at);
         let turned = playing
             .motion
             .playhead(graph, playing.seconds)
@@ -442,11 +474,13 @@ impl SteerStep<'_> {
                 turned.heading() + moment.heading
             }),
             features: Features::from_body(&stance, [&stance, &next], frame),
+            centre,
+            pace: pace(&stance, [centre, later], frame),
         }
     }
 
-    /// The entry into a moment, turned towards the aim.
-    fn entry(&self, moment: &Moment, now: &Now) -> Entry {
+    /// The entry into a moment, turned towards the aim. The root's blend takes `blend` seconds.
+    fn entry(&self, moment: &Moment, now: &Now, blend: f32) -> Entry {
         let kept = now.stance.placement.heading() - moment.facing;
         let off = match self.aim.facing {
             None if !self.aim.stands() && moment.velocity.length() > WALKS => {
@@ -458,35 +492,38 @@ impl SteerStep<'_> {
                 .map_or(0.0, |heading| heading - (moment.heading + kept)),
         };
         let most = self.settings.jump_turn;
-        self.entry_at(moment, kept + wrapped(off).clamp(-most, most), now)
+        self.entry_at(moment, kept + wrapped(off).clamp(-most, most), now, blend)
     }
 
-    /// The entry into a moment, turned by an angle in radians, with the root where it is.
-    fn entry_at(&self, moment: &Moment, turn: f32, now: &Now) -> Entry {
+    /// The entry into a moment, turned by an angle in radians. The centre of mass is where it is, and goes on as it goes.
+    fn entry_at(&self, moment: &Moment, turn: f32, now: &Now, blend: f32) -> Entry {
         let turned = Rigid2::new(turn, 0.0, 0.0);
-        let root = turned.point(Vec3::new(moment.root.x, 0.0, moment.root.y));
-        let at = now.stance.root;
+        let centre = turned.point(Vec3::new(moment.centre.x, 0.0, moment.centre.y));
+        let way = now.centre + self.carried(moment, turn, now, blend) - centre.xz();
         Entry {
             edge: moment.edge,
             frame: moment.edge_frame as f32,
-            clip_to_world: Rigid2::new(0.0, at.x - root.x, at.z - root.z) * turned,
+            clip_to_world: Rigid2::new(0.0, way.x, way.y) * turned,
             rate: 1.0,
             blend: self.settings.blend,
         }
+    }
+
+    /// The way by which a body with another velocity than a moment's comes further while the difference fades out within `blend` seconds, by a
+    /// smooth step. A blend that did not leave it that way would have to brake the body first.
+    fn carried(&self, moment: &Moment, turn: f32, now: &Now, blend: f32) -> Vec2 {
+        let heading = now.stance.placement.heading();
+        let velocity = |pace: Vec2, heading: f32| {
+            let turned = Rigid2::new(heading, 0.0, 0.0);
+            turned.vector(Vec3::new(pace.x, 0.0, pace.y)).xz()
+        };
+        let apart = velocity(now.pace, heading) - velocity(moment.pace, turn + moment.facing);
+        apart * (0.5 * blend)
     }
 }
 
 /// Longest blend of a jump, in times of the usual one.
 const LONGEST: f32 = 2.0;
-
-/// Time in which a blend removes a difference of velocities without exceeding an acceleration by its own part, in seconds.
-fn blend_time(apart: f32, limit: f32) -> f32 {
-    /// Largest acceleration of the quintic that a velocity decays by, in velocities per duration.
-    const PEAK: f32 = 4.0;
-    /// The part of the acceleration that blends may have: the clips have the rest.
-    const PART: f32 = 0.5;
-    PEAK * apart / (PART * limit)
-}
 
 /// What decides whether a body can jump to a moment.
 struct Body {
@@ -500,7 +537,7 @@ impl Body {
     /// The body as it is. `moment` is the one that it plays, if the table has it.
     fn new(now: &Now, moment: Option<&Moment>) -> Self {
         Self {
-            pace: now.pace(),
+            pace: now.pace,
             stands: moment.map_or([false; Stance::LEGS], Moment::stands),
         }
     }
@@ -510,13 +547,14 @@ impl Body {
     fn effort(&self, moment: &Moment, blend: f32, limit: f32) -> f32 {
         /// Cost of a jump in which no foot stays, in squared distances of features.
         const NO_FOOT: f32 = 6.0;
-        /// Cost of a difference of velocities for which the longest blend is too short, per (m/s)².
+        /// Cost of a difference of velocities beyond what a part of the acceleration gains within a blend, per (m/s)², and the part.
         const PUSH: f32 = 40.0;
+        const EASY: f32 = 0.25;
         /// Cost of a moment that has to be left at once, and the time from which on none counts, in seconds.
         const SHORT: f32 = 3.0;
         const SOON: f32 = 0.6;
         let apart = self.pace.distance(moment.pace);
-        let beyond = (apart - LONGEST * blend / blend_time(1.0, limit)).max(0.0);
+        let beyond = (apart - EASY * blend * limit).max(0.0);
         let stands = moment.stands();
         let flies = ![self.stands, stands].as_flattened().contains(&true);
         let stays = flies

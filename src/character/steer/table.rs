@@ -7,10 +7,12 @@
 
 use glam::{Vec2, Vec3, Vec3Swizzles};
 
-use crate::anim::{Facing, JointId, Limbs, Pose, forward_kinematics};
+use crate::anim::{Facing, JointId, JointTransform, Limbs, Pose, forward_kinematics};
 use crate::character::goal::wrapped;
 use crate::graph::{ClipId, EdgeId, EdgeMotion, MotionGraph, Playhead};
-use crate::maps::{PUSH_WINDOW, Stance, acceleration, head, humanly_possible, quantile};
+use crate::maps::{
+    BakedGraph, PUSH_WINDOW, Stance, acceleration, head, humanly_possible, quantile,
+};
 
 /// Number of features of a moment, padded to whole vectors.
 pub(super) const FEATURES: usize = 32;
@@ -51,7 +53,9 @@ pub(super) struct Moment {
     pub heading: f32,
     /// Heading in this frame, in the space of the clip, in radians.
     pub facing: f32,
-    /// Velocity of the root in this frame, in the character's frame (x, z), in metres per second.
+    /// Centre of mass in the space of the clip (x, z).
+    pub centre: Vec2,
+    /// Velocity of the centre of mass in this frame, in the character's frame (x, z), in metres per second.
     pub pace: Vec2,
     /// Position of the root in the space of the clip (x, z).
     pub root: Vec2,
@@ -156,11 +160,12 @@ pub(super) fn distance(a: &Row, b: &Row) -> f32 {
 
 impl Table {
     /// All moments of a graph.
-    pub(super) fn new(graph: &MotionGraph) -> Self {
+    pub(super) fn new(baked: &BakedGraph) -> Self {
+        let graph = baked.graph();
         let mut table = Self::default();
         let (mut accelerations, mut hands) = (Vec::new(), Vec::new());
         for (clip, edges) in (0..).map(ClipId).zip(&edges_by_clip(graph)) {
-            table.add_clip(graph, clip, edges, &mut accelerations, &mut hands);
+            table.add_clip(baked, clip, edges, &mut accelerations, &mut hands);
         }
         table.limit = limit(accelerations);
         table.add_calm_times(&hands, (1.0 / graph.frame_rate()) as f32);
@@ -214,17 +219,18 @@ impl Table {
     /// the body stands for a while, the speed of the faster hand.
     fn add_clip(
         &mut self,
-        graph: &MotionGraph,
+        baked: &BakedGraph,
         clip: ClipId,
         edges: &PlayedBy,
         accelerations: &mut Vec<f32>,
         hands: &mut Vec<Option<f32>>,
     ) {
+        let graph = baked.graph();
         let frames = graph.clip(clip).frames();
         self.first.push(self.index.len() as u32);
         let start = self.index.len();
         self.index.resize(start + frames, u32::MAX);
-        let bodies = Bodies::of_clip(graph, clip);
+        let bodies = Bodies::of_clip(baked, clip);
         let frame_rate = graph.frame_rate() as f32;
         let least = (AHEAD[1] * frame_rate).round() as usize;
         let window = (PUSH_WINDOW * frame_rate).round().max(1.0) as usize;
@@ -267,7 +273,12 @@ impl Table {
                 ahead: features.ways[AHEAD.len() - 1].length() / AHEAD[AHEAD.len() - 1],
                 heading,
                 facing: posed[frame].placement.heading(),
-                pace: Vec2::new(features.velocity.x, features.velocity.z),
+                centre: bodies.centres[frame],
+                pace: pace(
+                    &posed[frame],
+                    [frame, frame + 1].map(|at| bodies.centres[at]),
+                    1.0 / frame_rate,
+                ),
                 root: Vec2::new(posed[frame].root.x, posed[frame].root.z),
                 toes: posed[frame].toes.map(|toe| Vec2::new(toe.x, toe.z)),
                 standing: standing(graph, clip, frame as u32),
@@ -275,6 +286,23 @@ impl Table {
             });
         }
     }
+}
+
+/// Position of the centre of mass over the ground (x, z). `axes` is memory.
+pub(super) fn centre_of_mass(
+    baked: &BakedGraph,
+    joints: &[JointTransform],
+    axes: &mut Vec<f32>,
+) -> Vec2 {
+    axes.clear();
+    baked.body_rows().push(joints, axes);
+    baked.body_rows().centre_of_mass(axes).xz()
+}
+
+/// Velocity between two places over the ground that are `seconds` apart, in the frame of a body (x, z), in metres per second.
+pub(super) fn pace(body: &Stance, [from, to]: [Vec2; 2], seconds: f32) -> Vec2 {
+    let way = Vec3::new(to.x - from.x, 0.0, to.y - from.y);
+    body.placement.inverse().vector(way).xz() / seconds
 }
 
 /// For each leg whose foot stands at a frame of a clip, the time until it is lifted, in seconds.
@@ -310,20 +338,24 @@ pub(super) fn edges_by_clip(graph: &MotionGraph) -> Vec<PlayedBy> {
 /// The bodies of a clip, frame by frame.
 struct Bodies {
     stances: Vec<Stance>,
+    /// Centres of mass (x, z).
+    centres: Vec<Vec2>,
     /// Whether the head is above the root, as when a body stands, walks or crouches.
     is_upright: Vec<bool>,
     hands: Vec<Vec<Vec3>>,
 }
 
 impl Bodies {
-    fn of_clip(graph: &MotionGraph, clip: ClipId) -> Self {
+    fn of_clip(baked: &BakedGraph, clip: ClipId) -> Self {
         /// Least cosine of the angle of the trunk with the vertical.
         const UPRIGHT: f32 = 0.7;
+        let graph = baked.graph();
         let skeleton = graph.skeleton();
         let (facing, head, limbs) = (Facing::of(skeleton), head(skeleton), Limbs::of(skeleton));
-        let (mut pose, mut joints) = (Pose::default(), Vec::new());
+        let (mut pose, mut joints, mut axes) = (Pose::default(), Vec::new(), Vec::new());
         let mut bodies = Self {
             stances: Vec::new(),
+            centres: Vec::new(),
             is_upright: Vec::new(),
             hands: Vec::new(),
         };
@@ -339,6 +371,9 @@ impl Bodies {
             bodies
                 .stances
                 .push(Stance::from_joints(graph, facing, &joints));
+            bodies
+                .centres
+                .push(centre_of_mass(baked, &joints, &mut axes));
         }
         bodies
     }

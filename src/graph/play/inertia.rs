@@ -292,8 +292,22 @@ impl Inertia {
                 *place += decay.at(weights);
             }
         }
-        for ((leg, decay), foot) in legs.iter().zip(&self.feet).zip(feet) {
-            decay.moved(foot, weights).bend(leg, skeleton, pose);
+        let mut targets = [LegTarget::ORIGIN; MOST];
+        for ((decay, foot), target) in self.feet.iter().zip(feet).zip(&mut targets) {
+            *target = decay.moved(foot, weights);
+        }
+        if let [left, right] = self.feet[..] {
+            let aside =
+                [0, 1].map(|leg| targets[leg].at_toe.translation - feet[leg].at_toe.translation);
+            let way = feet[0].at_toe.translation - feet[1].at_toe.translation;
+            let apart = keep_apart(way, aside[0] - aside[1]) * (1.0 - weights.value);
+            let free = [left, right].map(|foot| 1.0 - foot.held.share(weights.age));
+            let both = f32::max(free[0] + free[1], 1e-6);
+            targets[0].at_toe.translation += apart * (free[0] / both);
+            targets[1].at_toe.translation -= apart * (free[1] / both);
+        }
+        for (leg, target) in legs.iter().zip(targets) {
+            target.bend(leg, skeleton, pose);
         }
     }
 }
@@ -411,6 +425,17 @@ impl HeldFoot {
         self.until > 0.0
     }
 
+    /// How firmly the foot is held `age` seconds after the cut, from 0 to 1.
+    fn share(&self, age: f32) -> f32 {
+        /// Time in which it comes to be held, in seconds.
+        const BEGINS: f32 = 0.1;
+        if !self.is_held() {
+            return 0.0;
+        }
+        let begun = ((age - self.from) / BEGINS).clamp(0.0, 1.0);
+        begun * Weights::new((age - self.until) / Self::RELEASE, Self::RELEASE).value
+    }
+
     /// Time since the cut when the offset is 0, in seconds.
     fn end(&self) -> f32 {
         match self.is_held() {
@@ -420,11 +445,25 @@ impl HeldFoot {
     }
 }
 
+/// What has to be added to the way from one foot to the other, over the ground, if an offset brings them so near that the legs would cross.
+fn keep_apart(way: Vec3, offset: Vec3) -> Vec3 {
+    /// Feet that are further apart may come nearer, to this distance, in metres.
+    const NEAR: f32 = 0.2;
+    let way = way.with_y(0.0);
+    let Some(direction) = way.try_normalize() else {
+        return Vec3::ZERO;
+    };
+    let least = way.length().min(NEAR);
+    direction * (least - (way + offset).dot(direction)).max(0.0)
+}
+
 /// Duration of offsets that are 0, in seconds.
 const STEP: f32 = 1e-3;
 
 /// Minimum distance that a foot moves to be lifted, in metres.
 const DRAGGED: f32 = 0.02;
+/// Height of a standing toe, in metres.
+const STANDING: f32 = 0.05;
 /// Height of a step as a share of its length, and maximum height in metres.
 const LIFT: (f32, f32) = (0.25, 0.12);
 
@@ -470,6 +509,14 @@ impl LegPose {
 }
 
 impl LegTarget {
+    const ORIGIN: Self = Self {
+        at_toe: JointTransform::IDENTITY,
+        knee: KneeLimit {
+            hinge: Vec3::ZERO,
+            flexion: 0.0,
+        },
+    };
+
     /// Bends a leg of `pose` to this target. A knee that the blend bends the wrong way is straightened first.
     pub(crate) fn bend(self, leg: &Leg, skeleton: &Skeleton, pose: &mut Pose) {
         leg.limit_knee(skeleton, pose, self.knee);
@@ -503,6 +550,9 @@ impl FootDecay {
         let apart = |at: usize| from[at].translation - to[at].translation;
         let way = apart(0).with_y(0.0).length();
         let (share, most) = LIFT;
+        // A foot in the air needs no step.
+        let height = f32::max(from[0].translation.y, to[0].translation.y);
+        let up = (height - STANDING).max(0.0);
         Self {
             place: Decay::new(apart(0), apart(1), step),
             rotation: Decay::of_rotations(
@@ -510,7 +560,7 @@ impl FootDecay {
                 to.map(|foot| foot.rotation),
                 step,
             ),
-            lift: share * (way - DRAGGED).clamp(0.0, most / share),
+            lift: (share * (way - DRAGGED).clamp(0.0, most / share) - up).max(0.0),
             floor: from[0].translation.y,
             knee: KneeLimit { hinge, flexion },
             held: HeldFoot::default(),
@@ -535,8 +585,9 @@ impl FootDecay {
         if steps && !self.held.is_held() {
             return;
         }
-        let offset = (self.offset(now) + by).with_y(0.0);
-        let most = HeldFoot::MOST.max(own.length());
+        let before = self.offset(now).with_y(0.0);
+        let offset = before + by.with_y(0.0);
+        let most = HeldFoot::MOST.max(before.length());
         self.held = HeldFoot {
             from: age,
             until: age + lifted,
