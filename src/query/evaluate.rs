@@ -168,11 +168,15 @@ impl Round<'_> {
     /// Tests a candidate against the attack alone. An evasion is tested on its baked body track, a move at every fourth sample first.
     fn test_attack(self, index: usize, extent: Extent, body: &mut MotionBody) -> Clearance {
         let (state, baked) = (self.state, self.query.baked);
+        let mut moved = 0.0;
         let (track, sampling) = match state.candidates.list[index].kind {
-            CandidateKind::Evasion { .. } if state.starts_in_blend(index) => (None, Sampling::Each),
             CandidateKind::Evasion { path, start } => {
-                let track = state.request.evasion(baked, path, start);
-                (Some(track), Sampling::Each)
+                // The track is that of a body without offset, but for feet that are held.
+                let (blend, graph) = (&state.request.blend, baked.graph());
+                let held = blend.held_feet_moved(graph, start, &mut body.reaches);
+                moved = held.unwrap_or(0.0);
+                let track = held.map(|_| state.request.evasion(baked, path, start));
+                (track, Sampling::Each)
             }
             CandidateKind::Entry(entry) => {
                 // The chosen candidate is tested again at every sample.
@@ -189,7 +193,7 @@ impl Round<'_> {
             return self.test_posed(index, extent, sampling, body);
         };
         let test = self.exact_test(extent, sampling);
-        test.on_track(&track, body, |motion| self.motion(index, motion))
+        test.on_track_with_held_feet(&track, moved, body, |motion| self.motion(index, motion))
     }
 
     /// The most harmful entry of a candidate into an obstacle. The search stops at a harm above `enough`, in metres.
@@ -625,7 +629,8 @@ impl Evaluator {
         };
         let kind = round.state.candidates.list[chosen].kind;
         let is_evasion = matches!(kind, CandidateKind::Evasion { .. });
-        let is_close = before.clearance.metres.abs() <= CLOSE_CALL;
+        let is_close = before.clearance.metres.abs() <= CLOSE_CALL
+            || (round.state.starts_in_blend(chosen) && !before.is_final);
         let is_exhaustive = round.state.request.evaluation != Evaluation::Lazy;
         if is_exhaustive || (is_evasion && !is_close) {
             return true;

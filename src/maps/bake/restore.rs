@@ -211,7 +211,11 @@ impl BakedGraph {
         let _ = self.atlas.coarse();
         let (evasions, reach) = (self.evasions.len(), self.derived.reach);
         (
-            BodyRows::new(&self.body),
+            BodyRows::new(&self.body).with_legs(
+                &self.body,
+                self.graph.skeleton(),
+                self.graph.feet().legs(),
+            ),
             GridCells::new(self.grid_cell, reach, evasions),
             EntryTracks::new(&self.graph, evasions, &self.entries),
         )

@@ -3,7 +3,7 @@
 use glam::Vec3;
 
 use super::body::{Body, BodySphere};
-use crate::anim::JointTransform;
+use crate::anim::{JointTransform, Leg, Skeleton};
 use crate::math::Isa;
 
 /// Number of spheres that are transformed together.
@@ -20,6 +20,8 @@ pub(crate) struct BodyRows {
     radii: Vec<f32>,
     /// Share of each sphere in the body's mass, without padding.
     masses: Vec<f32>,
+    /// [`BodyRows::knee_shares`].
+    knee_shares: Vec<f32>,
 }
 
 /// Consecutive spheres of one joint.
@@ -69,7 +71,38 @@ impl BodyRows {
             ],
             radii: padded(&|sphere| sphere.radius),
             masses: body.masses(),
+            knee_shares: vec![0.0; row],
         }
+    }
+
+    /// Finds the spheres of the legs.
+    #[must_use]
+    pub(crate) fn with_legs(mut self, body: &Body, skeleton: &Skeleton, legs: &[Leg]) -> Self {
+        let share = |sphere: &BodySphere| {
+            let carries = |leg: &&Leg| skeleton.ancestry(sphere.joint).any(|id| id == leg.hip);
+            let Some(leg) = legs.iter().find(carries) else {
+                return 0.0;
+            };
+            let below_hip = skeleton.ancestry(leg.knee).take_while(|&id| id != leg.hip);
+            let thigh = below_hip.map(|id| skeleton.joints()[id.index()].offset);
+            match sphere.joint == leg.hip {
+                true => sphere.offset.length() / thigh.map(Vec3::length).sum::<f32>(),
+                false => 1.0,
+            }
+        };
+        let shares = body.spheres.iter().map(share);
+        for (at, share) in self.knee_shares.iter_mut().zip(shares) {
+            *at = share.min(1.0);
+        }
+        let last = self.spheres.checked_sub(1).map(|at| self.knee_shares[at]);
+        self.knee_shares[self.spheres..].fill(last.unwrap_or(0.0));
+        self
+    }
+
+    /// How far each sphere moves if a leg is bent, as a share of the most that knee or foot move, padded: 0 above the legs.
+    #[must_use]
+    pub(crate) fn knee_shares(&self) -> &[f32] {
+        &self.knee_shares
     }
 
     /// Share of each sphere in the body's mass, without padding.

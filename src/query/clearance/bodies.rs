@@ -5,6 +5,7 @@ use glam::{Vec2, Vec3};
 use super::distances::{LANES, Lanes, SegmentLanes, SphereSegment, Spheres};
 use super::extent::{SAMPLE_RATE, Sampling};
 use super::pose_cache::PoseCache;
+use super::sweep::TimeWindow;
 use crate::graph::Motion;
 use crate::maps::{BakedGraph, BodyTrack, BoundingCylinder, PART, SphereKey};
 use crate::math::{Isa, Rigid2};
@@ -71,12 +72,27 @@ impl<'a> PlayedTrack<'a> {
             seconds: (start, start + track.seconds()),
         }
     }
+
+    /// The part that is played, with its clock and frame.
+    pub(super) fn window(&self) -> TimeWindow {
+        TimeWindow {
+            from: self.seconds.0,
+            to: self.seconds.1,
+            origin: self.origin,
+            rate: self.rate,
+            placement: self.placement.inverse(),
+        }
+    }
 }
 
 /// The body from an evasion's start on, from its baked track.
 pub(super) struct TrackedBody<'a> {
     pub baked: &'a BakedGraph,
     pub track: &'a BodyTrack,
+    /// Radii of the spheres, padded.
+    pub radii: &'a [f32],
+    /// How much the radii are larger than those of the track, at most, in metres.
+    pub wider: f32,
 }
 
 impl BodySamples for TrackedBody<'_> {
@@ -90,7 +106,8 @@ impl BodySamples for TrackedBody<'_> {
 
     fn bounds(&mut self, keys: [SphereKey; 2], intervals: Intervals) -> Lanes {
         let tick = intervals.tick;
-        let bounds = self.track.bounds(tick / BodyTrack::INTERVAL);
+        let mut bounds = self.track.bounds(tick / BodyTrack::INTERVAL);
+        bounds[3] = bounds[3].map(|radius| radius + self.wider);
         Isa::best().run(
             #[inline(always)]
             || {
@@ -102,11 +119,12 @@ impl BodySamples for TrackedBody<'_> {
 
     fn prepare_all(&mut self, first: usize, last: usize) -> BoundingCylinder {
         let intervals = first / BodyTrack::INTERVAL..=last / BodyTrack::INTERVAL;
+        let (track, wider) = (self.track, self.wider);
         BoundingCylinder::around(intervals.step_by(LANES).flat_map(|interval| {
-            let bounds = self.track.bounds(interval);
+            let bounds = track.bounds(interval);
             (0..LANES).map(move |lane| {
                 let [x, y, z, radius] = bounds.map(|row| row[lane]);
-                (Vec3::new(x, y, z), radius)
+                (Vec3::new(x, y, z), radius + wider)
             })
         }))
     }
@@ -121,6 +139,7 @@ impl BodySamples for TrackedBody<'_> {
         /// Number of parts of a block.
         const PARTS: usize = BodyTrack::LANES / PART;
         let bounds = self.track.part_bounds(tick / BodyTrack::INTERVAL);
+        let limit = limit + self.wider;
         Isa::best().run(
             #[inline(always)]
             || {
@@ -144,7 +163,7 @@ impl BodySamples for TrackedBody<'_> {
         Spheres {
             from: self.track.axes(ticks[0].min(last)),
             to: self.track.axes(ticks[1].min(last)),
-            radii: self.baked.body_rows().radii(),
+            radii: self.radii,
             count: self.baked.body().spheres.len(),
         }
     }

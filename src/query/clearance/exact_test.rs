@@ -19,7 +19,7 @@ use super::extent::{Clearance, Extent, ObstacleHit, SAMPLE_RATE, Sampling};
 use super::obstacle_test::{ObstacleScratch, ObstacleTest};
 use super::pose_cache::PoseCache;
 use super::sweep::{Sweep, SweepScratch, TimeWindow};
-use crate::graph::Motion;
+use crate::graph::{JointReach, Motion};
 use crate::maps::{BakedGraph, PUSH_WINDOW, acceleration};
 use crate::query::attack::Attack;
 
@@ -42,6 +42,10 @@ pub struct MotionBody {
     poses: PoseCache,
     posed: PosedSamples,
     sweep: SweepScratch,
+    /// Radii of the spheres in one test.
+    radii: Vec<f32>,
+    /// How far a blend reaches.
+    pub(in crate::query) reaches: Vec<JointReach>,
     /// A motion that is built for one test.
     pub(in crate::query) motion: Motion,
     obstacles: ObstacleScratch,
@@ -197,13 +201,26 @@ impl<'a> ExactTest<'a> {
         scratch: &mut MotionBody,
         build: impl FnOnce(&mut Motion),
     ) -> Clearance {
+        self.on_track_with_held_feet(part, 0.0, scratch, build)
+    }
+
+    /// Like [`ExactTest::on_track`], for a body with feet that are held up to `moved` metres from where the track has them. If the attack may
+    /// come nearer to the legs than to the rest of the body, the whole motion is posed.
+    pub(in crate::query) fn on_track_with_held_feet(
+        &self,
+        part: &PlayedTrack<'_>,
+        moved: f32,
+        scratch: &mut MotionBody,
+        build: impl FnOnce(&mut Motion),
+    ) -> Clearance {
         if scratch.is_late() {
             return self.too_late();
         }
         let MotionBody {
             poses,
             posed,
-            sweep,
+            sweep: memory,
+            radii,
             motion,
             work,
             ..
@@ -211,28 +228,52 @@ impl<'a> ExactTest<'a> {
         let before = poses.count();
         let (from, to) = part.seconds;
         let is_covered = self.attack.start() >= from && self.attack.end() <= to;
-        let mut sweep = Sweep::new(self.attack, self.extent, sweep);
-        let mut body = TrackedBody {
-            baked: self.baked,
-            track: part.track,
-        };
-        let window = TimeWindow {
-            from,
-            to,
-            origin: part.origin,
-            rate: part.rate,
-            placement: part.placement.inverse(),
-        };
-        sweep.run(&mut body, window);
-        if !is_covered && !sweep.is_over() {
+        let rows = self.baked.body_rows();
+        let spheres = || rows.radii().iter().zip(rows.knee_shares());
+        let wider = knee_moved(moved);
+        radii.clear();
+        radii.extend(spheres().map(|(radius, share)| radius + share * wider));
+        let mut sweep = Sweep::new(self.attack, self.extent, memory);
+        sweep.run(&mut self.tracked(part, radii, wider), part.window());
+        let found = sweep.nearest();
+        let is_leg = rows.knee_shares().get(found.body_sphere) > Some(&0.0);
+        let is_open = wider > 0.0 && is_leg && found.metres < self.extent.below;
+        if is_open {
+            radii.clear();
+            radii.extend(spheres().map(|(radius, share)| match *share > 0.0 {
+                true => f32::NEG_INFINITY,
+                false => *radius,
+            }));
+            sweep = Sweep::new(self.attack, self.extent, memory);
+            sweep.run(&mut self.tracked(part, radii, 0.0), part.window());
+        }
+        if !sweep.is_over() && (is_open || !is_covered) {
             build(motion);
             let mut body = posed.on(poses, self.baked, motion, self.sampling);
-            sweep.run(&mut body, TimeWindow::on_motion(0.0, from));
-            sweep.run(&mut body, TimeWindow::on_motion(to, f32::INFINITY));
+            if is_open {
+                sweep = Sweep::new(self.attack, self.extent, memory);
+                sweep.run(&mut body, TimeWindow::on_motion(0.0, f32::INFINITY));
+            } else {
+                sweep.run(&mut body, TimeWindow::on_motion(0.0, from));
+                sweep.run(&mut body, TimeWindow::on_motion(to, f32::INFINITY));
+            }
         }
         let nearest = sweep.nearest();
         *work += self.attack.spheres().len() + poses.count().saturating_sub(before);
         nearest
+    }
+
+    /// The body on a track, whose radii are wider by `wider` metres at most.
+    fn tracked<'t>(&self, part: &PlayedTrack<'t>, radii: &'t [f32], wider: f32) -> TrackedBody<'t>
+    where
+        'a: 't,
+    {
+        TrackedBody {
+            baked: self.baked,
+            track: part.track,
+            radii,
+            wider,
+        }
     }
 
     /// The result beyond the limit of a [`MotionBody`]: a hit.
@@ -241,5 +282,91 @@ impl<'a> ExactTest<'a> {
             metres: -f32::MIN_POSITIVE,
             ..Clearance::none(self.attack.start())
         }
+    }
+}
+
+/// Estimated maximum distance by which a knee moves if the foot is moved, in metres. The foot of a straight leg of two bones of length b that
+/// comes nearer by d bends it by acos(1 - d / 2b), about √(d / b), and its knee moves by √(d b).
+fn knee_moved(foot: f32) -> f32 {
+    /// Length of a bone, in metres.
+    const BONE: f32 = 0.5;
+    foot + (foot * BONE).sqrt()
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use glam::Vec3;
+    use sabaki_fixtures::random::Random;
+
+    use super::*;
+    use crate::graph::Played;
+    use crate::maps::SphereKey;
+    use crate::math::Rigid2;
+    use crate::query::fixture::baked;
+
+    /// Balls at a body that plays an evasion while its feet stay where they stood in the motion before it, 5 cm beside.
+    #[test]
+    fn a_track_with_held_feet_is_as_near_as_the_posed_motion() {
+        let (baked, graph) = (baked(), baked().graph());
+        let track = baked.track(0);
+        let start = baked.evasions()[0].playhead();
+        let mut beside = Motion::new(graph, start, &[]);
+        beside.transform(Rigid2::new(0.0, 0.05, 0.0));
+        beside.extend(graph, 4.0);
+        let mut before = Motion::new(graph, start, &[]);
+        let played = Played {
+            motion: &beside,
+            seconds: 0.0,
+            rate: 1.0,
+        };
+        before.blend_on_feet(graph, played, [0.2, 0.3], &[Some(3.0); 2]);
+        let mut motion = Motion::new(graph, start, &[]);
+        motion.continue_blend(&before, 0.5);
+        motion.extend(graph, 3.0);
+        let moved = motion.held_feet_moved(graph, 0.0, &mut Vec::new()).unwrap();
+        assert!(moved > 0.04, "{moved}");
+        let part = PlayedTrack::new(track, Rigid2::IDENTITY, 0.0);
+        let (mut random, mut body) = (Random::new(3), MotionBody::default());
+        let (mut posed, mut hits, mut most) = (0, 0, 0.0f32);
+        const BALLS: usize = 400;
+        for number in 0..BALLS {
+            let way = Rigid2::new(random.float(-3.0, 3.0), 0.0, 0.0);
+            let height = random.float(0.1, 1.9);
+            let aside = random.float(-0.5, 0.5);
+            let key = |t: f32, z: f32| SphereKey {
+                t,
+                center: way.point(Vec3::new(aside, height, z)),
+                radius: 0.1,
+            };
+            let attack = Attack::new(vec![vec![key(0.1, 4.0), key(1.1, -4.0)]]).unwrap();
+            let whole = ExactTest::new(baked, &attack);
+            let naive = whole.on_motion(&motion, &mut body);
+            // Beyond `below` it is only known that the body is further.
+            let extent = match number % 2 {
+                0 => Extent::WHOLE,
+                _ => Extent {
+                    below: 0.1,
+                    ..Extent::UNTIL_HIT
+                },
+            };
+            let test = ExactTest { extent, ..whole };
+            let mut is_posed = false;
+            let found = test.on_track_with_held_feet(&part, moved, &mut body, |out| {
+                is_posed = true;
+                out.clone_from(&motion);
+            });
+            posed += usize::from(is_posed);
+            hits += usize::from(!naive.is_clean());
+            let expected = naive.metres.min(extent.below);
+            if found.is_clean() || extent == Extent::WHOLE {
+                most = most.max((found.metres - expected).abs());
+            } else {
+                assert!(naive.metres < 0.004, "{found:?} {naive:?}");
+            }
+        }
+        assert!(most < 0.004, "{most}");
+        assert!(hits > BALLS / 8 && hits < BALLS, "{hits}");
+        assert!(posed > 0 && posed < BALLS / 2, "{posed}");
     }
 }
