@@ -6,8 +6,8 @@ mod common;
 use std::hint::black_box;
 use std::process::ExitCode;
 
+use common::motions;
 use common::report::Report;
-use common::{motions, source};
 use sabaki::graph::search::{DistanceMap, PointCloud, Windows};
 use sabaki::graph::{self, GraphSettings, MotionGraph};
 use sabaki::maps::{BakeSettings, Baker};
@@ -48,7 +48,7 @@ fn distance_maps(report: &mut Report, motions: &Motions) {
 
 fn building(report: &mut Report, motions: &Motions) {
     let build = |settings: &GraphSettings| -> MotionGraph {
-        graph::build(source(motions), settings).unwrap().0
+        graph::build(motions.source(), settings).unwrap().0
     };
     let on = |threads| GraphSettings {
         threads,

@@ -1,5 +1,4 @@
 //! Promise: the guide names files that are there, and limits that are those of the code.
-#![allow(clippy::unwrap_used, clippy::expect_used)]
 
 use std::collections::BTreeMap;
 use std::path::Path;

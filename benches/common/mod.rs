@@ -4,7 +4,7 @@
 
 pub(crate) mod report;
 
-use sabaki::graph::{self, ClipSource, GraphSettings};
+use sabaki::graph::{self, GraphSettings};
 use sabaki::maps::{BakeSettings, BakedGraph, Baker, MapGrid};
 use sabaki_fixtures::captures::captures;
 use sabaki_fixtures::demo::{self, Motions};
@@ -22,16 +22,8 @@ pub(crate) fn motions() -> Motions {
     }
 }
 
-pub(crate) fn source(motions: &Motions) -> ClipSource<'_> {
-    ClipSource {
-        skeleton: &motions.skeleton,
-        clips: &motions.clips,
-        events: &motions.events,
-    }
-}
-
 pub(crate) fn bake_on(maps: MapGrid) -> BakedGraph {
-    let (graph, _) = graph::build(source(&motions()), &GraphSettings::default()).unwrap();
+    let (graph, _) = graph::build(motions().source(), &GraphSettings::default()).unwrap();
     let settings = BakeSettings {
         maps,
         ..BakeSettings::default()

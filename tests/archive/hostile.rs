@@ -6,8 +6,8 @@ use sabaki::maps::{BakedGraph, PathSettings};
 use serde::Deserialize;
 use serde_json::{Value, json};
 
-use super::common::small::{small, small_bake, small_evasion};
 use super::{is_accepted, read};
+use sabaki_fixtures::small::{small, small_bake, small_evasion};
 
 /// The places of all numbers; of long lists those at the ends and a few between.
 fn numbers(value: &Value, path: &str, out: &mut Vec<String>) {

@@ -6,8 +6,8 @@ use std::time::Duration;
 
 use sabaki::archive::{read, to_bytes, write};
 
-use super::common::random::Random;
-use super::common::small::small;
+use sabaki_fixtures::random::Random;
+use sabaki_fixtures::small::small;
 
 /// Set for the process that is killed: the file that it writes over and over. It says that it does by another file.
 const WRITES: &str = "SABAKI_TEST_WRITES";

@@ -1,8 +1,6 @@
 //! A damaged or malicious baked file is an error and never a crash. A file that is accepted can be
 //! used.
-#![allow(clippy::unwrap_used, clippy::expect_used)]
 
-use sabaki_fixtures as common;
 mod hostile;
 mod killed;
 
@@ -10,10 +8,10 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 use std::sync::OnceLock;
 
-use common::small::{small, use_it};
 use sabaki::archive::ArchiveError;
 use sabaki::archive::{from_bytes, to_bytes};
 use sabaki::maps::BakedGraph;
+use sabaki_fixtures::small::{small, use_it};
 
 /// Where the part with the checksum begins; before it stand magic, version and the checksum.
 const CHECKED: usize = 16;

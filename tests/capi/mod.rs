@@ -1,7 +1,6 @@
 //! Promise: a program in C, built with `cc` against the header and the static library, opens a baked graph, dodges on its own
 //! Vulkan device by both paths, with sabaki's allocator and its own, and gets the CPU's answer; one in C++ loads the graph from memory; others
 //! walk by keys among walls, dodge, save and load.
-#![allow(clippy::unwrap_used, clippy::expect_used)]
 
 use std::{
     fs,

@@ -4,13 +4,14 @@
 use std::sync::{Arc, OnceLock};
 
 use glam::{Affine3A, DVec3, Vec3};
-use sabaki::anim::{Pose, forward_kinematics};
+use sabaki::anim::Pose;
 use sabaki::character::{
     CharacterError, CharacterId, CharacterSettings, Characters, CrowdPoseSettings, Goal,
 };
 use sabaki::crowd::{CrowdSettings, Layout, Output};
 use sabaki::lod::{LevelId, LevelSettings, Levels, Rule, SwitchSettings, Switching, affine};
 use sabaki::math::{F32x16, Rigid2};
+use sabaki_fixtures::clips::joints_of;
 use sabaki_fixtures::crowd::{joint_of, outputs};
 use sabaki_fixtures::random::Random;
 
@@ -65,9 +66,9 @@ impl Scene {
 
     /// The joints of the finest level where a character has them, drawn on its level.
     fn drawn(&self, characters: &Characters, id: CharacterId) -> Vec<Affine3A> {
-        let (mut pose, mut joints) = (Pose::default(), Vec::new());
+        let mut pose = Pose::default();
         characters.local_pose(id, &mut pose).unwrap();
-        forward_kinematics(characters.baked().graph().skeleton(), &pose, &mut joints);
+        let joints = joints_of(characters.baked().graph().skeleton(), &pose);
         let exact: Vec<Affine3A> = joints.iter().map(affine).collect();
         let detail = characters.detail(id).unwrap();
         let levels = &self.levels.levels;

@@ -1,6 +1,5 @@
 //! Promise: what happens to a threat is said once and truly, however fast it is and however long a frame takes; a player is never left without
 //! control for long; what is out of range is refused.
-#![allow(clippy::unwrap_used, clippy::expect_used)]
 
 use glam::{Quat, Vec2, Vec3};
 use sabaki::anim::Pose;

@@ -1,4 +1,5 @@
 //! Tests of `sabaki::character`.
+
 mod crowd_poses;
 mod lasting;
 mod obstacles;

@@ -1,5 +1,4 @@
 //! Promise: no body enters an obstacle, whatever it does; distances are those of a naive search; what cannot be avoided is said.
-#![allow(clippy::unwrap_used, clippy::expect_used)]
 
 use glam::{Vec2, Vec3, Vec3Swizzles};
 use sabaki::character::{CharacterEventKind, CharacterId, CharacterSettings, Characters, Goal};

@@ -1,5 +1,4 @@
 //! Promise: a saved game continues bit-identically, in bytes and by serde; damaged bytes are refused or harmless.
-#![allow(clippy::unwrap_used, clippy::expect_used)]
 
 use glam::Vec3;
 use sabaki::character::{CharacterEventKind, CharacterSettings, Characters, CharactersState, Goal};

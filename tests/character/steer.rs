@@ -1,5 +1,4 @@
 //! Promise: characters do what their goals ask, without labelled events, and an id names one character alone.
-#![allow(clippy::unwrap_used, clippy::expect_used)]
 
 use std::f32::consts::TAU;
 

@@ -1,6 +1,5 @@
 //! Promise: a character goes to where an attack of its clips reaches, and strikes; its limb is a threat to others, and is where its pose is; what
 //! is said of a strike is what the poses show; a fight is saved, loaded and shared among threads bit for bit.
-#![allow(clippy::unwrap_used, clippy::expect_used)]
 
 use std::collections::BTreeMap;
 use std::f32::consts::{PI, TAU};

@@ -1,5 +1,4 @@
 //! Promise: what a character says of a threat is what its poses show; nothing pops.
-#![allow(clippy::unwrap_used, clippy::expect_used)]
 
 use glam::Vec3;
 use sabaki::anim::EventKind;

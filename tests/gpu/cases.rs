@@ -1,27 +1,21 @@
 //! Promise: every culling path of a device counts what the CPU's counts, texel for texel, for any candidates, slabs, clocks,
 //! slices and placements; recording and polling allocate nothing once warm; what does not fit is refused by name.
 
-use sabaki::gpu::ash::vk;
 use sabaki::gpu::{BatchEntry, ComputeSettings, Culler, CullerDesc, GpuError};
 use sabaki::maps::{Disc, MapGrid, MapRect, RegionAtlas, Slab, SlabMaps};
 use sabaki::query::cull::{
     AttackDrawing, AttackLayer, Counted, CullCandidate, CullInput, CullPath, Overlap, TimedDisc,
 };
 use sabaki_fixtures::cull::{
-    CullCase, DEVICE_PATHS, GRIDS, atlas, attack, candidates, counted, culler, sliced,
+    CullCase, DEVICE_PATHS, GRIDS, atlas, attack, candidates, counted, culler, map_rect, sliced,
 };
 use sabaki_fixtures::headless::{Headless, HeadlessDesc};
 use sabaki_fixtures::memory::allocations;
 use sabaki_fixtures::random::Random;
 use sabaki_fixtures::shim;
-use sabaki_fixtures::{FALLBACK_FORMATS, desc, device, device_without, finish};
+use sabaki_fixtures::{desc, device, finish};
 
-const RECT: MapRect = MapRect {
-    u: -30,
-    v: -25,
-    width: 90,
-    height: 70,
-};
+const RECT: MapRect = map_rect(-30, -25, 90, 70);
 
 /// A culler of each path, of as many slots.
 fn each_culler(
@@ -369,12 +363,7 @@ fn a_cull_allocates_nothing() {
 #[test]
 fn attacks_and_candidates_of_several_passes_agree() {
     let mut device = super::contract::device();
-    let wide = MapRect {
-        u: -500,
-        v: -500,
-        width: 1024,
-        height: 1024,
-    };
+    let wide = map_rect(-500, -500, 1024, 1024);
     for (grid, seed) in [MapGrid::PAPER, sliced(8), GRIDS[3]].into_iter().zip(40..) {
         let mut random = Random::new(seed);
         let atlas = atlas(&mut random, grid, 8);
@@ -428,34 +417,13 @@ fn the_maps_outlive_a_first_cull_that_is_never_submitted() {
     finish(device);
 }
 
-#[test]
-fn every_stencil_format_agrees() {
-    let mut random = Random::new(12);
-    let atlas = atlas(&mut random, MapGrid::PAPER, 10);
-    let case = CullCase::new(&mut random, &atlas, RECT, 0..4, 60);
-    for (hidden, format) in FALLBACK_FORMATS {
-        let mut device = device_without(hidden, vk::API_VERSION_1_3);
-        assert_eq!(device.context().unwrap().stencil_format(), format);
-        let mut culler = culler(&mut device, &CullerDesc::new(CullPath::Stencil, &atlas));
-        let counts = device.cull(&mut culler, &case.input(&atlas)).unwrap();
-        assert_eq!(counts, counted(&case.input(&atlas)), "{format:?}");
-        culler.destroy(device.memory().unwrap());
-        finish(device);
-    }
-}
-
 /// More planes and blocks than one chunk of the attack holds.
 #[test]
 fn attacks_of_many_chunks_agree() {
     let mut device = device();
     let mut random = Random::new(10);
     let atlas = atlas(&mut random, sliced(64), 10);
-    let rect = MapRect {
-        u: -200,
-        v: -150,
-        width: 400,
-        height: 300,
-    };
+    let rect = map_rect(-200, -150, 400, 300);
     let mut case = CullCase::new(&mut random, &atlas, rect, -1..7, 90);
     for one in &mut case.attack.discs {
         one.disc.radius += 1000;
@@ -549,12 +517,7 @@ fn what_does_not_fit_is_refused_by_name() {
     };
     // Each of its maps fills the target.
     let mut large = AttackDrawing {
-        rect: MapRect {
-            u: -500,
-            v: -500,
-            width: 1000,
-            height: 1000,
-        },
+        rect: map_rect(-500, -500, 1000, 1000),
         ..AttackDrawing::default()
     };
     for (slab, clock) in (0..48).flat_map(|slab| [0, 1, 5].map(|clock| (slab % 6, clock))) {

@@ -1,23 +1,21 @@
 //! Promise: a guest keeps the house's rules. Recording and polling submit nothing, wait for nothing and make nothing; each
 //! barrier is needed, and validation would say so; who forgets to destroy is told.
-#![allow(clippy::unwrap_used, clippy::expect_used)]
 
-use sabaki_fixtures as common;
 use sabaki_fixtures::shim::{self, HostStep};
 
 use std::sync::{Arc, Mutex};
 
-use common::cull::{CullCase, DEVICE_PATHS, atlas, culler, drifting, sliced};
-use common::desc;
-use common::random::Random;
 use sabaki::gpu::ash::vk::{self, Handle};
 use sabaki::gpu::{
     Context, Culler, CullerDesc, GpuAllocatorMemory, GpuError, Memory, MemoryDesc, MemoryUse,
     Rasterizer, RasterizerDesc, Resource, Ticket,
 };
-use sabaki::maps::{MapGrid, MapRect, RegionAtlas};
+use sabaki::maps::{MapGrid, RegionAtlas};
 use sabaki::query::cull::{CullPath, Overlap};
+use sabaki_fixtures::cull::{CullCase, DEVICE_PATHS, atlas, culler, drifting, map_rect, sliced};
+use sabaki_fixtures::desc;
 use sabaki_fixtures::headless::{Headless, Message};
+use sabaki_fixtures::random::Random;
 
 pub(super) fn device() -> Headless {
     // SAFETY: the shim calls the system's loader.
@@ -107,26 +105,14 @@ fn passes_have_labels() {
         culler.destroy(device.memory().unwrap());
         assert_eq!(device.destroy(), []);
     }
-}
-
-#[test]
-fn maps_that_are_drawn_have_labels() {
     let mut device = device();
-    let rect = MapRect {
-        u: 0,
-        v: 0,
-        width: 40,
-        height: 30,
-    };
+    let rect = map_rect(0, 0, 40, 30);
     let drawings = [drifting(&mut Random::new(5), rect, 3, 4)];
-    let desc = RasterizerDesc::default();
-    let mut rasterizer = device
-        .make(|context, memory| Rasterizer::new(context, memory, &desc))
-        .unwrap();
     shim::labels();
-    device.any_frame(&mut rasterizer, &drawings).unwrap();
+    let drawn =
+        device.with_rasterizer(|device, rasterizer| device.any_frame(rasterizer, &drawings));
+    assert_eq!(drawn.unwrap().len(), 1);
     assert_eq!(shim::labels(), ["sabaki: maps", "sabaki: maps to the host"]);
-    rasterizer.destroy(device.memory().unwrap());
     assert_eq!(device.destroy(), []);
 }
 

@@ -1,5 +1,4 @@
 //! Promise: a driver's work-around is used on every version of Vulkan on which the driver can be known.
-#![allow(clippy::unwrap_used, clippy::expect_used)]
 
 use sabaki::gpu::ash::vk;
 use sabaki::gpu::{Culler, CullerDesc, GpuError};

@@ -1,28 +1,35 @@
 //! Promise: whatever optional thing a device lacks, its answers are the same; what it lacks is said by name, with what is
 //! done instead.
-#![allow(clippy::unwrap_used, clippy::expect_used)]
 
-use sabaki_fixtures as common;
-
-use common::cull::{CullCase, atlas, culler, drifting, sliced};
-use common::random::Random;
-use common::shim::{self, Hidden};
-use common::{device_without, finish, without_formats};
 use sabaki::gpu::ash::vk;
 use sabaki::gpu::{CullerDesc, Rasterizer, RasterizerDesc, check, requirements};
-use sabaki::maps::{MapGrid, MapRect, raster};
+use sabaki::maps::{MapGrid, raster};
 use sabaki::query::cull::{CullPath, Overlap, cpu};
+use sabaki_fixtures::cull::{CullCase, atlas, culler, drifting, map_rect, sliced};
 use sabaki_fixtures::headless::Headless;
+use sabaki_fixtures::random::Random;
+use sabaki_fixtures::shim::{self, Hidden};
+use sabaki_fixtures::{device_without, finish};
 
 const CURRENT: u32 = vk::API_VERSION_1_3;
+const S8: vk::Format = vk::Format::S8_UINT;
+const D24_S8: vk::Format = vk::Format::D24_UNORM_S8_UINT;
+const D32_S8: vk::Format = vk::Format::D32_SFLOAT_S8_UINT;
 
 /// All that is optional.
 const OPTIONAL: Hidden = Hidden {
-    formats: &[vk::Format::S8_UINT, vk::Format::D24_UNORM_S8_UINT],
+    formats: &[S8, D24_S8],
     precise_queries: true,
     generous_limits: true,
     queues: vk::QueueFlags::empty(),
 };
+
+fn without(formats: &'static [vk::Format]) -> Hidden {
+    Hidden {
+        formats,
+        ..Hidden::default()
+    }
+}
 
 /// Runs all components on a device without what is hidden, and holds them against the CPU's.
 fn all_agree(hidden: Hidden, api_version: u32) {
@@ -69,12 +76,7 @@ fn any_of(overlap: &Overlap) -> Overlap {
 
 fn maps_agree(device: &mut Headless) {
     let mut random = Random::new(8);
-    let rect = MapRect {
-        u: -30,
-        v: 12,
-        width: 70,
-        height: 51,
-    };
+    let rect = map_rect(-30, 12, 70, 51);
     let drawings: Vec<_> = (1..30)
         .map(|frames| drifting(&mut random, rect, frames, 4))
         .collect();
@@ -83,46 +85,37 @@ fn maps_agree(device: &mut Headless) {
         .make(|context, memory| Rasterizer::new(context, memory, &desc))
         .unwrap();
     let maps = device.every_frame(&mut rasterizer, &drawings).unwrap();
-    for (drawing, maps) in drawings.iter().zip(&maps) {
+    let attacks = device.any_frame(&mut rasterizer, &drawings).unwrap();
+    for (drawing, (maps, attack)) in drawings.iter().zip(maps.iter().zip(attacks)) {
         assert_eq!(*maps, raster::every_frame(drawing));
+        assert_eq!(attack, raster::any_frame(drawing));
     }
     rasterizer.destroy(device.memory().unwrap());
 }
 
 #[test]
-fn without_precise_queries() {
-    let hidden = Hidden {
+fn what_is_missing_changes_no_answer() {
+    let queries = Hidden {
         precise_queries: true,
         ..Hidden::default()
     };
-    all_agree(hidden, CURRENT);
-}
-
-#[test]
-fn within_the_limits_that_vulkan_guarantees() {
-    let hidden = Hidden {
+    let limits = Hidden {
         generous_limits: true,
         ..Hidden::default()
     };
-    let device = device_without(hidden, CURRENT);
+    all_agree(queries, CURRENT);
+    all_agree(limits, CURRENT);
+    all_agree(Hidden::default(), vk::API_VERSION_1_1);
+    all_agree(Hidden::default(), vk::API_VERSION_1_2);
+    all_agree(without(&[S8]), CURRENT);
+    all_agree(without(&[S8, D24_S8]), CURRENT);
+    all_agree(OPTIONAL, vk::API_VERSION_1_1);
+    let device = device_without(limits, CURRENT);
     let limits = device.context().unwrap().limits();
     assert_eq!(limits.max_storage_buffer_range, 1 << 27);
     assert_eq!(limits.max_compute_work_group_count[0], 65_535);
     assert_eq!(device.context().unwrap().max_target_side(), 4096);
     finish(device);
-    all_agree(hidden, CURRENT);
-}
-
-#[test]
-fn on_older_vulkan_with_extensions() {
-    for api_version in [vk::API_VERSION_1_1, vk::API_VERSION_1_2] {
-        all_agree(Hidden::default(), api_version);
-    }
-}
-
-#[test]
-fn without_all_of_them_at_once() {
-    all_agree(OPTIONAL, vk::API_VERSION_1_1);
 }
 
 #[test]
@@ -142,17 +135,17 @@ fn the_report_says_what_is_done_instead() {
     };
     let nothing = Hidden::default();
     assert!(lacks(nothing, CURRENT).is_empty());
+    let whole = report(nothing, CURRENT);
+    assert_eq!(whole, *context.report());
+    assert!(whole.stencil.counts_exact && whole.compute.counts_exact);
     assert_eq!(
         lacks(OPTIONAL, CURRENT),
         ["S8_UINT", "occlusionQueryPrecise"]
     );
-    const S8: vk::Format = vk::Format::S8_UINT;
-    const D24_S8: vk::Format = vk::Format::D24_UNORM_S8_UINT;
-    let format = |formats: &'static [_]| report(without_formats(formats), CURRENT).stencil_format;
+    let format = |formats: &'static [_]| report(without(formats), CURRENT).stencil_format;
     assert_eq!(format(&[]), Some(S8));
     assert_eq!(format(&[D24_S8]), Some(S8));
     assert_eq!(format(&[S8]), Some(D24_S8));
-    const D32_S8: vk::Format = vk::Format::D32_SFLOAT_S8_UINT;
     assert_eq!(format(&[S8, D24_S8]), Some(D32_S8));
     assert_eq!(format(&[S8, D24_S8, D32_S8]), None);
 

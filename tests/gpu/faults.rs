@@ -1,7 +1,5 @@
 //! Promise: whichever Vulkan call fails, and whenever, there is a typed error, nothing leaks, and the host's device goes on.
-#![allow(clippy::unwrap_used, clippy::expect_used)]
 
-use sabaki_fixtures as common;
 #[path = "../../examples/common/plain_memory.rs"]
 #[allow(dead_code)]
 mod plain_memory;
@@ -9,17 +7,17 @@ use sabaki_fixtures::shim;
 
 use std::{cell::RefCell, collections::BTreeMap, fs, path::Path};
 
-use common::cull::{CullCase, DEVICE_PATHS, atlas, counted, drifting, sliced};
-use common::desc;
-use common::random::Random;
 use plain_memory::PlainMemory;
 use sabaki::gpu::ash::vk;
 use sabaki::gpu::{
     BatchEntry, Context, Culler, CullerDesc, GpuError, Memory, Rasterizer, RasterizerDesc,
 };
-use sabaki::maps::{MapRect, raster};
+use sabaki::maps::raster;
 use sabaki::query::cull::CullPath;
+use sabaki_fixtures::cull::{CullCase, DEVICE_PATHS, atlas, counted, drifting, map_rect, sliced};
+use sabaki_fixtures::desc;
 use sabaki_fixtures::headless::Headless;
+use sabaki_fixtures::random::Random;
 use shim::Fault;
 
 use super::contract::device;
@@ -214,12 +212,7 @@ fn every_call_of_every_component_and_of_the_headless_device() {
 }
 
 fn rasterizer(harness: &mut Harness) {
-    let rect = MapRect {
-        u: 0,
-        v: 0,
-        width: 40,
-        height: 30,
-    };
+    let rect = map_rect(0, 0, 40, 30);
     let drawings = [drifting(&mut Random::new(5), rect, 3, 4)];
     let owed = vec![raster::any_frame(&drawings[0])];
     harness.hold(

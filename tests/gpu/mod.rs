@@ -1,7 +1,7 @@
 //! Tests of `sabaki::gpu`.
+
 mod cases;
 mod contract;
-mod device;
 mod drivers;
 mod fallbacks;
 mod faults;

@@ -1,18 +1,15 @@
 //! Promise: on every map and every query of the embedded motions and of real motion capture, the device's stencil buffer, its
 //! compute path and the CPU agree to the texel, and validation has nothing to say.
-#![allow(clippy::unwrap_used, clippy::expect_used)]
 
-use sabaki_fixtures as common;
-
-use common::baked::embedded;
-use common::captures::fight;
-use common::{device, finish};
 use sabaki::gpu::{Culler, CullerDesc, Rasterizer, RasterizerDesc};
 use sabaki::maps::{BakeSettings, BakedGraph, Baker, Drawing, DrawnMaps, MapGrid, raster};
 use sabaki::query::cull::{CullPath, cpu};
 use sabaki::query::{Enumerate, Query, QueryContext, QuerySettings};
+use sabaki_fixtures::baked::embedded;
+use sabaki_fixtures::captures::fight;
 use sabaki_fixtures::headless::Headless;
 use sabaki_fixtures::throw::{ThrowSettings, throw};
+use sabaki_fixtures::{device, finish};
 
 /// Draws what a bake asks for on the device, and holds it against the CPU's.
 fn draw(device: &mut Headless, rasterizer: &mut Rasterizer, baker: &Baker) -> DrawnMaps {

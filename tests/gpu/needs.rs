@@ -1,17 +1,22 @@
 //! Promise: each path runs on a device that has what it needs, and what a queue or a device lacks is said by name.
-#![allow(clippy::unwrap_used, clippy::expect_used)]
 
-use sabaki_fixtures as common;
+use std::ffi::c_void;
+
 use sabaki_fixtures::shim::{self, Hidden};
 
 use super::contract::device;
-use common::cull::{CullCase, DEVICE_PATHS, atlas, counted};
-use common::finish;
-use common::random::Random;
-use sabaki::gpu::ash::vk;
-use sabaki::gpu::{Context, Culler, CullerDesc, Features, GpuError};
+use sabaki::gpu::ash::{
+    self,
+    vk::{self, Handle},
+};
+use sabaki::gpu::{
+    Context, ContextDesc, Culler, CullerDesc, Features, GpuError, raw_device, raw_instance,
+};
 use sabaki::maps::MapGrid;
 use sabaki::query::cull::CullPath;
+use sabaki_fixtures::cull::{CullCase, DEVICE_PATHS, atlas, counted};
+use sabaki_fixtures::finish;
+use sabaki_fixtures::random::Random;
 
 /// Each path runs where its own needs are met, whatever the other one lacks.
 #[test]
@@ -97,7 +102,7 @@ fn without(queues: vk::QueueFlags) -> Hidden {
 fn again(context: &Context, features: Features) -> Result<Context, GpuError> {
     // SAFETY: the handles are of a living headless device, which has all features enabled.
     unsafe {
-        Context::new(&sabaki::gpu::ContextDesc {
+        Context::new(&ContextDesc {
             instance: context.instance(),
             physical_device: context.physical_device(),
             device: context.device(),
@@ -107,4 +112,32 @@ fn again(context: &Context, features: Features) -> Result<Context, GpuError> {
             api_version: vk::API_VERSION_1_3,
         })
     }
+}
+
+#[test]
+fn raw_handles_make_the_same_context() {
+    let device = device();
+    let context = device.context().unwrap();
+    // SAFETY: the loader's own lookup function and the headless device's handles; the entry
+    // outlives the call.
+    let raw = unsafe {
+        let entry = ash::Entry::load().unwrap();
+        let lookup = entry.static_fn().get_instance_proc_addr as *const c_void;
+        assert!(raw_instance(lookup, 0).is_err() && raw_instance(std::ptr::null(), 1).is_err());
+        let instance = raw_instance(lookup, context.instance().handle().as_raw()).unwrap();
+        assert!(raw_device(&instance, 0).is_err());
+        Context::new(&ContextDesc {
+            instance: &instance,
+            physical_device: context.physical_device(),
+            device: &raw_device(&instance, context.device().handle().as_raw()).unwrap(),
+            queue_family: context.queue_family(),
+            features: Features::ALL,
+            debug_utils: true,
+            api_version: vk::API_VERSION_1_3,
+        })
+    }
+    .unwrap();
+    assert_eq!(raw.stencil_format(), context.stencil_format());
+    assert_eq!(raw.max_target_side(), context.max_target_side());
+    finish(device);
 }

@@ -1,25 +1,12 @@
 //! Promise: the device's rasterizer and the CPU's draw the same maps, to the texel, and validation
 //! has nothing to say.
-#![allow(clippy::unwrap_used, clippy::expect_used)]
 
-use sabaki_fixtures as common;
-
-use common::cull::{disc, drifting};
-use common::random::Random;
-use common::{FALLBACK_FORMATS, device, device_without, finish};
-use sabaki::gpu::ash::vk;
 use sabaki::gpu::{GpuError, Rasterizer, RasterizerDesc};
-use sabaki::maps::{Disc, Drawing, MapRect, raster};
+use sabaki::maps::{Disc, Drawing, raster};
+use sabaki_fixtures::cull::{disc, drifting, map_rect as rect};
 use sabaki_fixtures::headless::Headless;
-
-fn rect(u: i32, v: i32, width: u32, height: u32) -> MapRect {
-    MapRect {
-        u,
-        v,
-        width,
-        height,
-    }
-}
+use sabaki_fixtures::random::Random;
+use sabaki_fixtures::{device, finish};
 
 /// Draws with a target of `side` texels, by both rules, on both sides.
 fn agree(device: &mut Headless, side: u32, drawings: &[Drawing]) {
@@ -136,20 +123,6 @@ fn the_odd_cases_agree() {
     agree(&mut device, 64, &drawings);
     agree(&mut device, 128, &[]);
     finish(device);
-}
-
-#[test]
-fn every_stencil_format_agrees() {
-    let mut random = Random::new(11);
-    let drawings: Vec<_> = (0..20)
-        .map(|index| drifting(&mut random, rect(0, 0, 30, 20), 1 + 15 * index, 4))
-        .collect();
-    for (hidden, format) in FALLBACK_FORMATS {
-        let mut device = device_without(hidden, vk::API_VERSION_1_3);
-        assert_eq!(device.context().unwrap().stencil_format(), format);
-        agree(&mut device, 128, &drawings);
-        finish(device);
-    }
 }
 
 #[test]

@@ -1,6 +1,5 @@
 //! Promise: query after query in flight over three slots, never waiting for one before the next is recorded, results stay those of the CPU
 //! and memory stays flat.
-#![allow(clippy::unwrap_used, clippy::expect_used)]
 
 use sabaki::gpu::ash::vk;
 use sabaki::gpu::{Context, Culler, CullerDesc, Ticket};

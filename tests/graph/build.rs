@@ -1,12 +1,9 @@
 //! Blends are those of the paper. If no graph can be built, the error gives the reason.
-#![allow(clippy::unwrap_used, clippy::expect_used)]
 
-use sabaki_fixtures as common;
-
-use common::clips::{small_skeleton, swinging_clip};
 use glam::Vec3;
-use sabaki::anim::{Clip, Event, EventKind, Pose, forward_kinematics};
+use sabaki::anim::{Clip, Event, EventKind, Pose};
 use sabaki::graph::{self, ClipSource, GraphError, GraphSettings, MotionGraph, blend_weight};
+use sabaki_fixtures::clips::{joints_of, small_skeleton, swinging_clip};
 use sabaki_fixtures::demo;
 
 /// Default settings that join no clip that nothing near leads to.
@@ -36,10 +33,9 @@ fn a_transition_out_of_a_clip_that_moves_joints_does_not_jump() {
         ..alone()
     };
     let graph = build(&clips, &[], &settings).unwrap();
-    let mut joints = Vec::new();
-    let mut places = |pose: &Pose| {
-        forward_kinematics(&skeleton, pose, &mut joints);
-        joints.iter().map(|joint| joint.translation).collect()
+    let places = |pose: &Pose| {
+        let joints = joints_of(&skeleton, pose).into_iter();
+        joints.map(|joint| joint.translation).collect()
     };
     let mut mixed = 0;
     for id in graph.edge_ids() {

@@ -1,14 +1,11 @@
 //! The sliding-window distance map equals a naive computation of every pair of windows.
-#![allow(clippy::unwrap_used, clippy::expect_used)]
 
-use sabaki_fixtures as common;
-
-use common::captures::captures;
-use common::clips::{small_skeleton, swinging_clip};
 use glam::Vec3;
 use proptest::prelude::*;
 use sabaki::graph::search::{DistanceMap, PointCloud, WindowPair, Windows};
 use sabaki::math::{Isa, Rigid2};
+use sabaki_fixtures::captures::captures;
+use sabaki_fixtures::clips::{small_skeleton, swinging_clip};
 
 const WINDOW: usize = 10;
 

@@ -1,23 +1,20 @@
 //! Planted feet are found. Transitions between clips that plant them differently do not let them
 //! slide, and cause no jump, no stretched bone and no changed end pose.
-#![allow(clippy::unwrap_used, clippy::expect_used)]
 
-use sabaki_fixtures as common;
 mod legs;
 mod walker;
 
 use std::sync::OnceLock;
 
-use common::baked::{embedded, embedded_graph};
-use common::captures::{captures, fight};
 use glam::{Quat, Vec3};
-use sabaki::anim::{
-    Clip, ClipDesc, Joint, JointTransform, Leg, Pose, Skeleton, forward_kinematics,
-};
+use sabaki::anim::{Clip, ClipDesc, Joint, Leg, Pose, Skeleton};
 use sabaki::graph::{
     self, ClipId, ClipSource, EdgeId, EdgeMotion, GraphSettings, MotionGraph, blend_weight,
 };
 use sabaki::math::Rigid2;
+use sabaki_fixtures::baked::{embedded, embedded_graph};
+use sabaki_fixtures::captures::{captures, fight};
+use sabaki_fixtures::clips::joints_of;
 
 type Sample = fn(&MotionGraph, EdgeId, f32, &mut Pose);
 const BLENDED: Sample = MotionGraph::sample_blend;
@@ -29,12 +26,8 @@ fn transitions(graph: &MotionGraph) -> impl Iterator<Item = EdgeId> + '_ {
 }
 
 fn places(graph: &MotionGraph, pose: &Pose) -> Vec<Vec3> {
-    let mut joints = Vec::new();
-    forward_kinematics(graph.skeleton(), pose, &mut joints);
-    joints
-        .iter()
-        .map(|joint: &JointTransform| joint.translation)
-        .collect()
+    let joints = joints_of(graph.skeleton(), pose).into_iter();
+    joints.map(|joint| joint.translation).collect()
 }
 
 fn places_at(graph: &MotionGraph, sample: Sample, edge: EdgeId, frame: f32) -> Vec<Vec3> {
@@ -356,12 +349,12 @@ fn bones_keep_their_lengths_and_nothing_but_legs_moves(graph: &MotionGraph) {
 fn the_body_stays_within_its_reach_of_the_root() {
     let baked = embedded();
     let graph = baked.graph();
-    let (mut pose, mut joints, mut centres) = (Pose::default(), Vec::new(), Vec::new());
+    let (mut pose, mut centres) = (Pose::default(), Vec::new());
     for id in transitions(graph).step_by(53) {
         for frame in 0..graph.edge(id).frames {
             let frame = frame as f32 + 0.4;
             graph.sample_edge(id, frame, &mut pose);
-            forward_kinematics(graph.skeleton(), &pose, &mut joints);
+            let joints = joints_of(graph.skeleton(), &pose);
             baked.body().centres(&joints, &mut centres);
             let root = graph.sample_edge_root(id, frame);
             for (centre, sphere) in centres.iter().zip(&baked.body().spheres) {

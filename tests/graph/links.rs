@@ -1,16 +1,13 @@
 //! Links let more moments of a graph reach evasions, keep events that would be dropped, and never
 //! cut an event. If an event cannot be linked, the report gives the reason.
-#![allow(clippy::unwrap_used, clippy::expect_used)]
 
-use sabaki_fixtures as common;
-
-use common::captures::{captures, source_of};
-use common::clips::{small_skeleton, swinging_clip};
 use sabaki::anim::{Clip, Event, EventKind};
 use sabaki::graph::{
     self, BuildReport, ClipSource, EdgeMotion, GraphError, GraphSettings, LinkGoal, LinkObstacle,
     LinkReport, LinkSettings, MotionGraph,
 };
+use sabaki_fixtures::captures::{captures, source_of};
+use sabaki_fixtures::clips::{small_skeleton, swinging_clip};
 use sabaki_fixtures::demo;
 
 /// Default settings that join no clip that nothing near leads to.
@@ -121,11 +118,7 @@ fn goal(seconds: f64, evasions: usize, share: f64) -> LinkGoal {
 #[test]
 fn the_embedded_motions_reach_their_goals() {
     let motions = demo::motions().unwrap();
-    let source = ClipSource {
-        skeleton: &motions.skeleton,
-        clips: &motions.clips,
-        events: &motions.events,
-    };
+    let source = motions.source();
     let (plain, before) = graph::build(source, &without_links()).unwrap();
     assert_eq!(before.links, LinkReport::default());
     assert!(plain.edges().iter().all(|edge| match edge.motion {
@@ -297,11 +290,7 @@ fn one_clip_that_never_comes_round_becomes_a_graph_by_its_event() {
 #[test]
 fn what_is_wanted_bounds_what_is_made() {
     let motions = demo::motions().unwrap();
-    let source = ClipSource {
-        skeleton: &motions.skeleton,
-        clips: &motions.clips,
-        events: &motions.events,
-    };
+    let source = motions.source();
     let made = |change: &dyn Fn(&mut LinkSettings)| {
         let (graph, report) = graph::build(source, &with(change)).unwrap();
         assert_sound(&graph);

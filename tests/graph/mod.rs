@@ -1,4 +1,5 @@
 //! Tests of `sabaki::graph`.
+
 mod build;
 mod distance_map;
 mod feet;

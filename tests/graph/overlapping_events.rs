@@ -1,6 +1,5 @@
 //! Promise: events may overlap. Each is an edge of its own, no transition blends a part of one, and what is not an event plays no part of
 //! one.
-#![allow(clippy::unwrap_used, clippy::expect_used)]
 
 use std::sync::{Arc, OnceLock};
 
@@ -52,9 +51,8 @@ fn build_overlapping() -> Overlapping {
     };
     events.extend([counter, within]);
     let source = ClipSource {
-        skeleton: &motions.skeleton,
-        clips: &motions.clips,
         events: &events,
+        ..motions.source()
     };
     let (graph, report) = graph::build(source, &GraphSettings::default()).unwrap();
     Overlapping {

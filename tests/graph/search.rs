@@ -1,10 +1,5 @@
 //! The search in bands finds what a naive look at the whole map finds, for any bands and instruction sets.
-#![allow(clippy::unwrap_used, clippy::expect_used)]
 
-use sabaki_fixtures as common;
-
-use common::captures::captures;
-use common::clips::{small_skeleton, swinging_clip};
 use sabaki::anim::Clip;
 use sabaki::graph::Unwatched;
 use sabaki::graph::search::{
@@ -12,6 +7,8 @@ use sabaki::graph::search::{
     SearchSettings, Windows,
 };
 use sabaki::math::Isa;
+use sabaki_fixtures::captures::captures;
+use sabaki_fixtures::clips::{small_skeleton, swinging_clip};
 
 const SETTINGS: SearchSettings = SearchSettings {
     window: 10,

@@ -1,5 +1,4 @@
 //! Tests of `sabaki::maps`.
-#![allow(clippy::unwrap_used, clippy::expect_used)]
 
 use sabaki::graph::{EdgeId, Motion, MotionGraph, MotionStep, NodeId, Playhead};
 use sabaki::maps::{BakeSettings, BakedGraph, Baker};

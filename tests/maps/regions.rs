@@ -8,6 +8,7 @@ use sabaki::maps::{
     MapGrid, MapRect, MaskMap, Slab, raster,
 };
 use sabaki::math::Rigid2;
+use sabaki_fixtures::cull::map_rect;
 use sabaki_fixtures::small::small;
 
 fn drawing() -> impl Strategy<Value = Drawing> {
@@ -113,12 +114,7 @@ proptest! {
 
 #[test]
 fn a_map_that_lost_words_or_padding_is_not_sound() {
-    let map = BitMap::new(MapRect {
-        u: 0,
-        v: 0,
-        width: 33,
-        height: 2,
-    });
+    let map = BitMap::new(map_rect(0, 0, 33, 2));
     let damaged = |words: &str| {
         let json = format!(r#"{{"rect":{{"u":0,"v":0,"width":33,"height":2}},"words":{words}}}"#);
         serde_json::from_str::<BitMap>(&json).unwrap()

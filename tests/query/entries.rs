@@ -2,7 +2,7 @@
 //! it avoids is avoided, and it avoids what is too near for an edge. One foot stays where it is planted, and no toe goes below both motions.
 
 use glam::Vec3;
-use sabaki::anim::{Pose, forward_kinematics};
+use sabaki::anim::Pose;
 use sabaki::graph::{EdgeMotion, Motion, MotionGraph, Playhead};
 use sabaki::graph::{Entry, Played};
 use sabaki::maps::{BakedGraph, SphereKey};
@@ -12,6 +12,7 @@ use sabaki::query::{Answer, Attack, EntryUse, Evaluation, Query, QuerySettings, 
 use sabaki_fixtures::answer::answer_throw;
 use sabaki_fixtures::baked::embedded;
 use sabaki_fixtures::balls::TimedThrow;
+use sabaki_fixtures::clips::joints_of;
 
 use super::{balls_at, centres, furthest, joints, taken_over};
 
@@ -228,8 +229,7 @@ fn what_is_half_a_second_away_is_avoided_by_entries() {
 }
 
 fn toes(graph: &MotionGraph, pose: &Pose) -> Vec<Vec3> {
-    let mut joints = Vec::new();
-    forward_kinematics(graph.skeleton(), pose, &mut joints);
+    let joints = joints_of(graph.skeleton(), pose);
     let legs = graph.feet().legs().iter();
     legs.map(|leg| joints[leg.toe_or_foot().index()].translation)
         .collect()

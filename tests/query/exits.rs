@@ -70,9 +70,8 @@ fn most_moments_are_near_a_branch_point() {
 fn a_graph_without_events_has_no_entries_to_report() {
     let motions = demo::motions().unwrap();
     let source = ClipSource {
-        skeleton: &motions.skeleton,
-        clips: &motions.clips,
         events: &[],
+        ..motions.source()
     };
     let (graph, _) = graph::build(source, &GraphSettings::default()).unwrap();
     let baker = Baker::new(graph, BakeSettings::default()).unwrap();

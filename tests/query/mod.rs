@@ -1,13 +1,14 @@
 //! Tests of `sabaki::query`, and what several of them need.
 
 use glam::Vec3;
-use sabaki::anim::{JointTransform, Pose, forward_kinematics};
+use sabaki::anim::{JointTransform, Pose};
 use sabaki::graph::Motion;
 use sabaki::maps::BakedGraph;
 use sabaki::query::clearance::{ExactTest, MotionBody};
 use sabaki::query::{Answer, Attack, Query, QueryContext, Request};
 use sabaki_fixtures::baked::embedded;
 use sabaki_fixtures::balls::{BallSettings, BallThrower, TimedThrow};
+use sabaki_fixtures::clips::joints_of;
 use sabaki_fixtures::throw::RandomDraw;
 
 mod alloc;
@@ -28,9 +29,9 @@ mod warp;
 
 /// Pose and joints of a motion at a moment.
 fn joints(baked: &BakedGraph, motion: &Motion, seconds: f32) -> (Pose, Vec<JointTransform>) {
-    let (mut pose, mut joints) = (Pose::default(), Vec::new());
+    let mut pose = Pose::default();
     motion.sample(baked.graph(), seconds, &mut pose);
-    forward_kinematics(baked.graph().skeleton(), &pose, &mut joints);
+    let joints = joints_of(baked.graph().skeleton(), &pose);
     (pose, joints)
 }
 

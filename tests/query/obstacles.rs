@@ -4,7 +4,6 @@
 use glam::{Vec2, Vec3};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
-use sabaki::anim::{Pose, forward_kinematics};
 use sabaki::graph::Played;
 use sabaki::graph::{EdgeId, Motion, Playhead};
 use sabaki::maps::BakedGraph;
@@ -16,6 +15,8 @@ use sabaki::query::{
 use sabaki_fixtures::baked::embedded;
 use sabaki_fixtures::captures::fight;
 use sabaki_fixtures::throw::{ThrowSettings, throw};
+
+use super::centres;
 
 /// One obstacle of each kind near a place, some of which move.
 fn obstacles(random: &mut Pcg64Mcg, near: Vec3) -> Vec<Obstacle> {
@@ -43,17 +44,13 @@ fn obstacles(random: &mut Pcg64Mcg, near: Vec3) -> Vec<Obstacle> {
 
 /// The deepest entry of any sphere at any sample; 0 for none.
 fn naive(test: &ObstacleTest<'_>, motion: &Motion) -> f32 {
-    let (graph, body) = (test.baked.graph(), test.baked.body());
+    let body = test.baked.body();
     let (from, to) = test.seconds;
     let ticks = ((to - from) * ObstacleTest::RATE).ceil() as usize;
-    let (mut pose, mut joints) = (Pose::default(), Vec::new());
-    let mut centres = Vec::new();
     let mut worst = 0.0f32;
     for tick in 0..=ticks {
         let seconds = from + tick as f32 / ObstacleTest::RATE;
-        motion.sample(graph, seconds, &mut pose);
-        forward_kinematics(graph.skeleton(), &pose, &mut joints);
-        body.centres(&joints, &mut centres);
+        let centres = centres(test.baked, motion, seconds);
         for (centre, part) in centres.iter().zip(&body.spheres) {
             for obstacle in test.obstacles {
                 worst = worst.max(part.radius - obstacle.distance(*centre, seconds));

@@ -1,10 +1,8 @@
 //! Promise: the command's exit codes, streams, files and keys are those that it states.
-#![allow(clippy::unwrap_used, clippy::expect_used)]
 
 mod annotate;
 #[cfg(unix)]
 mod cancel;
-use sabaki_fixtures as common;
 mod crowd;
 mod duel;
 mod embedded;
@@ -15,7 +13,6 @@ mod measure;
 mod names;
 mod refused;
 mod render;
-mod rigs;
 pub(crate) mod run;
 mod shards;
 mod slurm;
@@ -24,8 +21,8 @@ use std::fs;
 use std::io::{PipeWriter, pipe};
 use std::path::Path;
 
-use common::plain_bvh::PlainBvh;
 use run::{Png, clips, command, folder, sabaki, text_of};
+use sabaki_fixtures::plain_bvh::PlainBvh;
 use serde_json::{Value, json};
 
 /// Every key that stands for milliseconds or where a file lies, taken out: what is left is the same in every run.

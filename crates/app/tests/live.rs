@@ -1,5 +1,4 @@
 //! Promise: what goes on in a window goes on without one: the fighter does what the query answered, and a driven character obeys and dodges.
-#![allow(clippy::unwrap_used, clippy::expect_used)]
 
 use glam::{Vec2, Vec3};
 use sabaki_app::window::{DriveScene, Event, MouseCamera, Scene, ThrowScene, ThrowSettings};

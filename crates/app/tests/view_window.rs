@@ -2,21 +2,19 @@
 //! shows what is drawn without a window, and leaves validation nothing to say.
 // The screen and the hand are those of X11.
 #![cfg(target_os = "linux")]
-#![allow(clippy::unwrap_used, clippy::expect_used)]
 
-use sabaki_fixtures as common;
 use sabaki_fixtures::screen;
 
 use std::path::Path;
 use std::process::{Command, Stdio};
 use std::sync::Arc;
 
-use common::baked::{embedded, embedded_file};
 use sabaki::graph::MotionGraph;
 use sabaki_app::window::{
     Click, CrowdScene, DuelScene, Scene, ThrowScene, ThrowSettings, WindowDesc, picture,
 };
 use sabaki_draw::scene::{Formation, FormationSettings, Outfit};
+use sabaki_fixtures::baked::{embedded, embedded_file};
 use sabaki_fixtures::demo;
 use screen::{Screen, Shown};
 use serde_json::Value;

@@ -8,7 +8,7 @@ use sabaki::query::{Answer, Attack, Query, QueryContext, QuerySettings, Request}
 use sabaki_draw::scene::{Camera, Dodge, DodgeSettings, Formation, FormationSettings, Orbit, Skin};
 use sabaki_fixtures::demo;
 
-use super::common::baked::embedded;
+use sabaki_fixtures::baked::embedded;
 
 const SIZE: [u32; 2] = [640, 400];
 

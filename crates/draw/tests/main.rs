@@ -6,22 +6,21 @@ mod framing;
 mod skins;
 mod strange;
 
-use sabaki_fixtures as common;
-
-use common::{device, finish, shim};
 use glam::{Vec2, Vec3};
-use sabaki::anim::{Pose, forward_kinematics};
 use sabaki::gpu::GpuError;
 use sabaki::gpu::ash::vk::{self, Handle};
-use sabaki::maps::{BitMap, Body, MapRect};
+use sabaki::maps::{BitMap, Body};
 use sabaki::math::{Rigid2, Sphere};
 use sabaki_app::Painter;
 use sabaki_draw::StageDesc;
 use sabaki_draw::scene::{
     Camera, Capsule, Figure, Formation, FormationSettings, Layer, Light, Look, Orbit, Outfit, Shot,
 };
+use sabaki_fixtures::clips::joints_at;
+use sabaki_fixtures::cull::map_rect;
 use sabaki_fixtures::demo::{self, Motions};
 use sabaki_fixtures::headless::Headless;
+use sabaki_fixtures::{device, finish, shim};
 
 const SIZE: [u32; 2] = [240, 160];
 const RED: [f32; 4] = [0.9, 0.1, 0.05, 1.0];
@@ -69,9 +68,8 @@ fn ball_of(centre: Vec3, radius: f32, colour: [f32; 4]) -> Capsule {
 fn fighter(motions: &Motions) -> Vec<Capsule> {
     let body = Body::from_bones(&motions.skeleton);
     let figure = Figure::of(&motions.skeleton, &body, &Look::default());
-    let (mut pose, mut joints, mut capsules) = (Pose::default(), Vec::new(), Vec::new());
-    motions.clips[0].pose(0, &mut pose);
-    forward_kinematics(&motions.skeleton, &pose, &mut joints);
+    let joints = joints_at(&motions.skeleton, &motions.clips[0], 0);
+    let mut capsules = Vec::new();
     figure.capsules(&joints, 1.0, &mut capsules);
     capsules
 }
@@ -84,7 +82,7 @@ fn middle(capsule: &Capsule) -> Vec3 {
 #[test]
 fn passes_have_labels_and_pipelines_the_cache_of_the_host() {
     // SAFETY: the shim calls the system's loader.
-    let device = unsafe { Headless::with_loader(shim::entry(), &common::desc()) };
+    let device = unsafe { Headless::with_loader(shim::entry(), &sabaki_fixtures::desc()) };
     let mut device = device.unwrap();
     let context = device.context().unwrap().clone();
     let info = vk::PipelineCacheCreateInfo::default();
@@ -148,12 +146,7 @@ fn bodies_balls_ghosts_and_maps_are_where_the_camera_sees_them() {
     assert!(through.differs(&floor, seen(ball)) && through.differs(&picture, seen(ball)));
 
     let mut mapped = empty();
-    let mut map = BitMap::new(MapRect {
-        u: 10,
-        v: -5,
-        width: 40,
-        height: 30,
-    });
+    let mut map = BitMap::new(map_rect(10, -5, 40, 30));
     (0..30).for_each(|row| (0..20).for_each(|column| map.set(column, row)));
     let placement = Rigid2::new(0.4, -0.6, 0.3);
     mapped.layers.push(Layer {
@@ -297,12 +290,7 @@ fn more_than_a_stage_was_made_for_is_an_error_that_names_the_limit() {
     assert_eq!(limit_of(error), "StageDesc::max_capsules");
     let mut shot = empty();
     shot.layers.push(Layer {
-        map: BitMap::new(MapRect {
-            u: 0,
-            v: 0,
-            width: 33,
-            height: 2,
-        }),
+        map: BitMap::new(map_rect(0, 0, 33, 2)),
         texel: 0.02,
         placement: Rigid2::IDENTITY,
         height: 0.0,

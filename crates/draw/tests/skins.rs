@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use glam::{Quat, Vec3};
-use sabaki::anim::{Joint, JointId, JointTransform, Pose, Skeleton, forward_kinematics};
+use sabaki::anim::{Joint, JointId, JointTransform, Skeleton};
 use sabaki::lod::{LevelSettings, Levels};
 use sabaki_app::Painter;
 use sabaki_draw::scene::{
@@ -11,10 +11,11 @@ use sabaki_draw::scene::{
     Skin, SkinnedBody, skinned_positions, standing_pose,
 };
 use sabaki_draw::{StageDesc, human_body};
+use sabaki_fixtures::clips::joints_at;
 use sabaki_fixtures::demo;
 
-use super::common::{device, finish};
 use super::{SIZE, camera, empty, is_red, paint};
+use sabaki_fixtures::{device, finish};
 
 /// A box of half a metre around the origin, moved by bone 0.
 fn cube(colour: [u16; 4], texture: Option<MeshTexture>) -> Mesh {
@@ -216,9 +217,7 @@ fn the_collar_is_at_the_shoulders_however_high_the_joint_of_the_neck_is() {
 #[test]
 fn the_body_is_drawn_where_its_positions_are_computed() {
     let (motions, body, _) = human();
-    let (mut pose, mut joints) = (Pose::default(), Vec::new());
-    motions.clips[0].pose(10, &mut pose);
-    forward_kinematics(&motions.skeleton, &pose, &mut joints);
+    let joints = joints_at(&motions.skeleton, &motions.clips[0], 10);
     let skin = skin_of(body.bones);
     let places = skinned_positions(&body.mesh, &skin, &joints);
     let mut device = device();
@@ -251,9 +250,7 @@ fn the_body_is_drawn_where_its_positions_are_computed() {
 #[test]
 fn the_order_of_a_vertex_s_influences_does_not_matter() {
     let (motions, body, _) = human();
-    let (mut pose, mut joints) = (Pose::default(), Vec::new());
-    motions.clips[0].pose(10, &mut pose);
-    forward_kinematics(&motions.skeleton, &pose, &mut joints);
+    let joints = joints_at(&motions.skeleton, &motions.clips[0], 10);
     let skin = skin_of(body.bones);
     let mut turned = body.mesh.clone();
     // Most vertices have fewer than four influences: now the first one has no weight.
@@ -346,9 +343,7 @@ fn bones_of_removed_joints_ride_on_kept_ones() {
     let (skeleton, clips) = (&motions.skeleton, &motions.clips[..1]);
     let levels = Levels::build(skeleton, clips, &LevelSettings::default()).unwrap();
     let skin = skin_of(body.bones);
-    let (mut pose, mut joints) = (Pose::default(), Vec::new());
-    motions.clips[0].pose(5, &mut pose);
-    forward_kinematics(skeleton, &pose, &mut joints);
+    let joints = joints_at(skeleton, &motions.clips[0], 5);
     for level in &levels.levels {
         let kept: Vec<JointTransform> = level
             .kept

@@ -15,9 +15,9 @@ use sabaki_draw::scene::{
 use sabaki_draw::{Offscreen, Picture, Stage, StageDesc, Target, human_body};
 use sabaki_fixtures::demo;
 
-use super::common::{device, finish};
 use super::framing::dodge;
 use super::{SIZE, empty};
+use sabaki_fixtures::{device, finish};
 
 fn limit_of<T>(result: Result<T, GpuError>) -> &'static str {
     match result {

@@ -1,8 +1,8 @@
 //! ASF skeletons and AMC motions are read according to their definition. Errors name the line.
-#![allow(clippy::unwrap_used, clippy::expect_used)]
 
 use glam::{DMat3, DVec3, Quat, Vec3};
-use sabaki::anim::{JointKind, Pose, forward_kinematics};
+use sabaki::anim::JointKind;
+use sabaki_fixtures::clips::joints_at;
 use sabaki_import::asf::{AmcFile, AsfFile};
 use sabaki_import::{LengthUnit, ReadError, ReadOptions, ScaleSource, Up, read_clip};
 
@@ -67,9 +67,7 @@ fn bones_stand_where_the_definition_puts_them() {
             .count(),
         3
     );
-    let (mut pose, mut joints) = (Pose::default(), Vec::new());
-    clip.pose(1, &mut pose);
-    forward_kinematics(&skeleton, &pose, &mut joints);
+    let joints = joints_at(&skeleton, &clip, 1);
     for (name, place) in ends_of_second_frame() {
         let found = joints[skeleton.find(name).unwrap().index()].translation;
         assert!(
@@ -143,10 +141,7 @@ fn what_lies_is_stood_up() {
     };
     let places = |up_is: Up| {
         let read = up(Some(up_is));
-        let (mut pose, mut joints) = (Pose::default(), Vec::new());
-        read.clip.pose(1, &mut pose);
-        forward_kinematics(&read.skeleton, &pose, &mut joints);
-        joints
+        joints_at(&read.skeleton, &read.clip, 1)
             .into_iter()
             .map(|joint| joint.translation)
             .collect::<Vec<_>>()

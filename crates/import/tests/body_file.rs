@@ -1,11 +1,8 @@
 //! A body file is read as it was written. Errors name the sphere, its joint and the field.
-#![allow(clippy::unwrap_used, clippy::expect_used)]
 
-use sabaki_fixtures as common;
-
-use common::clips::small_skeleton;
 use glam::Vec3;
 use sabaki::maps::Body;
+use sabaki_fixtures::clips::small_skeleton;
 use sabaki_import::{BodyFile, BodyFileError};
 
 use super::refused::cases;

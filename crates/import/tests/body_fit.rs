@@ -1,16 +1,14 @@
 //! Spheres that are fitted to a mesh cover it up to the reported error and stick out of it no
 //! farther than reported. The fit is deterministic.
-#![allow(clippy::unwrap_used, clippy::expect_used)]
 
-use sabaki_fixtures as common;
 mod hostile;
 
-use common::random::Random;
-use common::shapes::Shape;
 use glam::Vec3;
 use sabaki::anim::{JointId, JointTransform, Skeleton};
 use sabaki::maps::Body;
 use sabaki_fixtures::demo;
+use sabaki_fixtures::random::Random;
+use sabaki_fixtures::shapes::Shape;
 use sabaki_import::fit::{BindPose, FitReport, FitSettings, Mesh, fit_body};
 use sabaki_import::parse_obj;
 

@@ -1,12 +1,12 @@
 //! Joint positions of real captures equal those of an independent reader, and the unit of every file is found.
-#![allow(clippy::unwrap_used, clippy::expect_used)]
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use glam::DVec3;
-use sabaki::anim::{Pose, forward_kinematics};
+use sabaki::anim::Pose;
 use sabaki_fixtures::captures::mocap;
+use sabaki_fixtures::clips::{clips_apart, joints_at};
 use sabaki_import::bvh::BvhFile;
 use sabaki_import::{
     LoadedClip, ReadOptions, ScaleSource, read_bvh, read_clip, read_clips, stature,
@@ -53,11 +53,9 @@ fn largest_difference(
 ) -> (f64, f64) {
     let (skeleton, clip) = file.motion("reference", 1.0).unwrap();
     assert!(frames.contains_key(&0) && frames.contains_key(&(clip.frames() - 1)));
-    let (mut pose, mut joints) = (Pose::default(), Vec::new());
     let (mut largest, mut far) = (0.0_f64, 0.0_f64);
     for (&frame, places) in frames {
-        clip.pose(frame, &mut pose);
-        forward_kinematics(&skeleton, &pose, &mut joints);
+        let joints = joints_at(&skeleton, &clip, frame);
         for (name, expected) in places {
             let id = skeleton.find(name).unwrap_or_else(|| panic!("{name}"));
             let found = joints[id.index()].translation.as_dvec3();
@@ -167,16 +165,7 @@ fn what_is_written_again_is_where_it_was() {
         let file = BvhFile::parse(&text).unwrap();
         let (skeleton_again, again) = file.motion(clip.name(), scale.metres_per_unit).unwrap();
         assert_eq!(skeleton.differences(&skeleton_again), Vec::<String>::new());
-        let (mut pose, mut before, mut after) = (Pose::default(), Vec::new(), Vec::new());
-        for frame in 0..clip.frames() {
-            clip.pose(frame, &mut pose);
-            forward_kinematics(&skeleton, &pose, &mut before);
-            again.pose(frame, &mut pose);
-            forward_kinematics(&skeleton_again, &pose, &mut after);
-            for (before, after) in before.iter().zip(&after) {
-                let moved = before.translation.distance(after.translation);
-                assert!(moved < 1e-5, "{}, frame {frame}: {moved} m", path.display());
-            }
-        }
+        let moved = clips_apart((&skeleton, &clip), (&skeleton_again, &again));
+        assert!(moved < 1e-5, "{}: {moved} m", path.display());
     }
 }

@@ -1,5 +1,4 @@
 //! A motion that is written as BVH and read again is unchanged.
-#![allow(clippy::unwrap_used, clippy::expect_used)]
 
 use glam::{Quat, Vec3};
 use proptest::prelude::*;

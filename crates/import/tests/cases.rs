@@ -1,11 +1,11 @@
 //! Files as other programs write them, which were once read wrongly.
-#![allow(clippy::unwrap_used, clippy::expect_used)]
 
 use std::path::{Path, PathBuf};
 
 use glam::{Affine3A, Quat, Vec3};
-use sabaki::anim::{Clip, JointId, JointTransform, Pose, Skeleton, forward_kinematics};
+use sabaki::anim::{Clip, JointId, JointTransform, Pose, Skeleton};
 use sabaki::maps::Body;
+use sabaki_fixtures::clips::joints_at;
 use sabaki_import::fit::{FitSettings, fit_prop};
 use sabaki_import::gltf::{GltfError, GltfFile, SkinVertex, SkinnedMesh};
 use sabaki_import::{ReadOptions, parse_obj, read_clip, read_clips, read_mesh, read_obj, stature};
@@ -34,13 +34,7 @@ fn clip_of(document: &Value, binary: &[u8]) -> (Skeleton, Clip) {
 
 /// The joints of every tenth frame.
 fn frames(skeleton: &Skeleton, clip: &Clip) -> Vec<Vec<JointTransform>> {
-    let mut pose = Pose::default();
-    let joints = |frame| {
-        clip.pose(frame, &mut pose);
-        let mut joints = Vec::new();
-        forward_kinematics(skeleton, &pose, &mut joints);
-        joints
-    };
+    let joints = |frame| joints_at(skeleton, clip, frame);
     (0..clip.frames()).step_by(10).map(joints).collect()
 }
 

@@ -1,6 +1,5 @@
 //! Valid events files, attack files and clip sets are read. Errors in invalid ones name the
 //! position.
-#![allow(clippy::unwrap_used, clippy::expect_used)]
 
 use std::path::PathBuf;
 

@@ -1,19 +1,17 @@
 //! An exported answer equals the query's answer, when it is read by code that is independent of the
 //! exporter.
-#![allow(clippy::unwrap_used, clippy::expect_used)]
-
-use sabaki_fixtures as common;
 
 use std::fs;
 use std::path::Path;
 
-use common::answer::answer_throw;
-use common::baked::embedded;
-use common::plain_bvh::PlainBvh;
 use glam::DVec3;
-use sabaki::anim::{Pose, forward_kinematics};
+use sabaki::anim::Pose;
 use sabaki::archive;
 use sabaki::query::{Answer, Evaluation, Query, QuerySettings};
+use sabaki_fixtures::answer::answer_throw;
+use sabaki_fixtures::baked::embedded;
+use sabaki_fixtures::clips::joints_of;
+use sabaki_fixtures::plain_bvh::PlainBvh;
 use sabaki_fixtures::throw::{Throw, ThrowSettings, throw};
 use sabaki_import::export::{ExportedAnswer, MotionFormat, evasion_placement, write_answer};
 use sabaki_import::{Chosen, RecordedRequest, Recording, RecordingError};
@@ -178,9 +176,9 @@ fn motion_begins_where_the_character_is(exported: &Exported, throw: &Throw) {
     // Left is +X where the character faces +Z.
     let across = place("LeftUpLeg") - place("RightUpLeg");
     assert!(across.x > 0.0 && (across.z / across.x).abs() < 1e-3);
-    let (graph, mut pose, mut own) = (embedded().graph(), Pose::default(), Vec::new());
+    let (graph, mut pose) = (embedded().graph(), Pose::default());
     throw.playhead.pose(graph, &mut pose);
-    forward_kinematics(graph.skeleton(), &pose, &mut own);
+    let own = joints_of(graph.skeleton(), &pose);
     for (id, joint) in graph.skeleton().ids().zip(&own) {
         let name = &graph.skeleton().joint(id).name;
         let off = place(name).distance(joint.translation.as_dvec3());

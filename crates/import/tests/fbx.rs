@@ -1,8 +1,7 @@
 //! FBX files are read as glTF is: skeleton, takes and mesh.
-#![allow(clippy::unwrap_used, clippy::expect_used)]
 
 use glam::Vec3;
-use sabaki::anim::{Pose, forward_kinematics};
+use sabaki_fixtures::clips::joints_at;
 use sabaki_import::{ReadOptions, read_mesh, read_motions};
 
 /// An arm in centimetres: a root, a bone 100 above it that turns about Z by 90 degrees within a second, and one 50 above that; a triangle
@@ -88,13 +87,11 @@ fn skeleton_takes_and_mesh_are_read_in_metres() {
         assert_eq!(names, ["Base", "Arm", "Hand"]);
         assert_eq!(motion.clip.name(), "arm.fbx");
         assert!((motion.clip.duration() - 1.0).abs() < 1e-4);
-        let (mut pose, mut joints) = (Pose::default(), Vec::new());
         for (frame, hand) in [
             (0, Vec3::new(0.0, 1.5, 0.0)),
             (motion.clip.frames() - 1, Vec3::new(-0.5, 1.0, 0.0)),
         ] {
-            motion.clip.pose(frame, &mut pose);
-            forward_kinematics(&motion.skeleton, &pose, &mut joints);
+            let joints = joints_at(&motion.skeleton, &motion.clip, frame);
             assert!(
                 joints[2].translation.distance(hand) < 1e-4,
                 "{frame}: {}",

@@ -1,9 +1,6 @@
 //! A damaged or malicious glTF file is an error that names the position, and never a crash.
-#![allow(clippy::unwrap_used, clippy::expect_used)]
 
-use sabaki_fixtures as common;
-
-use common::clips::{small_skeleton, swinging_clip};
+use sabaki_fixtures::clips::{small_skeleton, swinging_clip};
 use sabaki_import::gltf::{self, GltfFile};
 use serde_json::{Value, json};
 

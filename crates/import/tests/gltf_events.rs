@@ -1,16 +1,14 @@
 //! Written glTF files are read back: poses to 0.1 mm, and events exactly. Queries give the same
 //! answers.
-#![allow(clippy::unwrap_used, clippy::expect_used)]
-
-use sabaki_fixtures as common;
 
 use std::path::{Path, PathBuf};
 
-use common::answer::answer_throw;
-use common::baked::embedded;
-use sabaki::anim::{Clip, Event, EventKind, JointId, Pose, Skeleton, forward_kinematics};
+use sabaki::anim::{Clip, Event, EventKind, JointId, Pose, Skeleton};
 use sabaki::archive;
 use sabaki::query::{Evaluation, Query, QuerySettings};
+use sabaki_fixtures::answer::answer_throw;
+use sabaki_fixtures::baked::embedded;
+use sabaki_fixtures::clips::{clips_apart, joints_of, most_apart};
 use sabaki_fixtures::throw::{ThrowSettings, throw};
 use sabaki_import::export::{ExportedAnswer, MotionFormat, write_answer};
 use sabaki_import::{
@@ -29,28 +27,6 @@ fn written(folder: &Path, skeleton: &Skeleton, clips: &[Clip], events: &[Event])
     path
 }
 
-/// The largest distance between the joints of two poses, metres.
-fn apart(skeleton: &Skeleton, [a, b]: [&Pose; 2]) -> f32 {
-    let (mut here, mut there) = (Vec::new(), Vec::new());
-    forward_kinematics(skeleton, a, &mut here);
-    forward_kinematics(skeleton, b, &mut there);
-    let pairs = here.iter().zip(&there);
-    pairs
-        .map(|(a, b)| a.translation.distance(b.translation))
-        .fold(0.0, f32::max)
-}
-
-fn furthest(skeleton: &Skeleton, [a, b]: [&Clip; 2]) -> f32 {
-    assert_eq!(a.frames(), b.frames());
-    let (mut here, mut there) = (Pose::default(), Pose::default());
-    let of_frame = |frame| {
-        a.pose(frame, &mut here);
-        b.pose(frame, &mut there);
-        apart(skeleton, [&here, &there])
-    };
-    (0..a.frames()).map(of_frame).fold(0.0, f32::max)
-}
-
 #[test]
 fn poses_and_events_come_back() {
     let motions = sabaki_fixtures::demo::motions().unwrap();
@@ -64,11 +40,10 @@ fn poses_and_events_come_back() {
     let path = written(folder.path(), &motions.skeleton, &motions.clips, &events);
     let set = read(&path, None).unwrap();
     assert!(set.skeleton.differences(&motions.skeleton).is_empty());
-    let same = set
-        .clips
-        .iter()
-        .zip(&motions.clips)
-        .map(|(again, clip)| furthest(&motions.skeleton, [again, clip]));
+    let same =
+        set.clips.iter().zip(&motions.clips).map(|(again, clip)| {
+            clips_apart((&motions.skeleton, again), (&motions.skeleton, clip))
+        });
     assert!(same.fold(0.0, f32::max) < 1e-4);
     assert!(events.len() > 8);
     // To the bit: equal numbers, since none is 0 of either sign.
@@ -186,7 +161,8 @@ fn an_answer_as_gltf_is_the_motion_and_says_when_it_evades() {
         for frame in (0..clip.frames()).step_by(7) {
             clip.pose(frame, &mut now);
             motion.sample(baked.graph(), frame as f32 / 120.0, &mut then);
-            assert!(apart(&set.skeleton, [&now, &then]) < 1e-4, "frame {frame}");
+            let [now, then] = [&now, &then].map(|pose| joints_of(&set.skeleton, pose));
+            assert!(most_apart(&now, &then) < 1e-4, "frame {frame}");
         }
         let wanted = answer
             .chosen()

@@ -1,12 +1,9 @@
 //! Skinned meshes are read as they were written, and damaged ones are refused.
-#![allow(clippy::unwrap_used, clippy::expect_used)]
 
-use sabaki_fixtures as common;
-
-use common::captures::mocap;
-use common::clips::{small_skeleton, swinging_clip};
 use glam::Vec3;
 use sabaki::anim::JointId;
+use sabaki_fixtures::captures::mocap;
+use sabaki_fixtures::clips::{small_skeleton, swinging_clip};
 use sabaki_import::gltf::{self, GltfError, GltfFile, SkinnedMesh};
 use sabaki_import::read_mesh;
 use serde_json::{Value, json};

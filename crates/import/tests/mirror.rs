@@ -1,12 +1,11 @@
 //! Promise: a mirrored clip is the reflection of the clip, with left and right exchanged; both halves lie in one graph; joints whose
 //! sides do not pair are named.
-#![allow(clippy::unwrap_used, clippy::expect_used)]
 
 use glam::{Quat, Vec3};
-use sabaki::anim::{Clip, JointId, Pose, forward_kinematics};
+use sabaki::anim::{Clip, JointId, Pose};
 use sabaki::graph::{self, EdgeMotion, GraphSettings};
 use sabaki_fixtures::captures::{captures, source_of};
-use sabaki_fixtures::clips::clip;
+use sabaki_fixtures::clips::{clip, joints_at};
 use sabaki_import::{ClipSet, MirrorError};
 
 fn set(joints: &[(&str, Option<u16>, [f32; 3])]) -> ClipSet {
@@ -34,14 +33,10 @@ fn set(joints: &[(&str, Option<u16>, [f32; 3])]) -> ClipSet {
 /// Largest distance of a mirrored clip's joints from the reflection of the other side's.
 fn difference(set: &ClipSet, clip: usize) -> f32 {
     let count = set.clips.len() / 2;
-    let (mut pose, mut joints, mut twins) = (Pose::default(), Vec::new(), Vec::new());
     let mut most = 0.0f32;
     let clips = [&set.clips[clip], &set.clips[clip + count]];
     for frame in (0..clips[0].frames()).step_by(7) {
-        clips[0].pose(frame, &mut pose);
-        forward_kinematics(&set.skeleton, &pose, &mut joints);
-        clips[1].pose(frame, &mut pose);
-        forward_kinematics(&set.skeleton, &pose, &mut twins);
+        let [joints, twins] = clips.map(|clip| joints_at(&set.skeleton, clip, frame));
         for id in set.skeleton.ids() {
             let twin = set.skeleton.mirror(id).unwrap_or(id);
             let reflected = joints[id.index()].translation * Vec3::new(-1.0, 1.0, 1.0);

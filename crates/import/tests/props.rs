@@ -1,19 +1,16 @@
 //! A prop attacks as far as it reaches, can be hit only if it is part of the body, and is stored in
 //! baked files.
-#![allow(clippy::unwrap_used, clippy::expect_used)]
-
-use sabaki_fixtures as common;
 
 use std::path::Path;
 use std::sync::OnceLock;
 
-use common::baked::embedded;
-use common::shapes::Shape;
 use glam::{Quat, Vec3};
 use sabaki::anim::{JointId, JointTransform, Pose, forward_kinematics};
 use sabaki::archive::{from_bytes, to_bytes};
 use sabaki::maps::{BakeError, BakeSettings, BakedGraph, Baker, Prop};
 use sabaki::math::Sphere;
+use sabaki_fixtures::baked::embedded;
+use sabaki_fixtures::shapes::Shape;
 use sabaki_import::fit::{FitSettings, Mesh};
 use sabaki_import::parse_obj;
 

@@ -3,13 +3,11 @@
 use std::path::{Path, PathBuf};
 
 use glam::Vec3;
-use sabaki::anim::{
-    Clip, Event, EventKind, Joint, JointId, JointKind, JointTransform, Pose, Skeleton,
-    forward_kinematics,
-};
+use sabaki::anim::{Clip, Event, EventKind, Joint, JointId, JointKind, Pose, Skeleton};
 use sabaki::graph::{BuildReport, ClipSource, EdgeMotion, GraphError, GraphSettings, MotionGraph};
 use sabaki::lod::{LevelSettings, Levels};
 use sabaki::maps::{BakeSettings, Baker, Body};
+use sabaki_fixtures::clips::{clips_apart, joints_of, most_apart};
 use sabaki_import::{ClipSet, ReadError, ReadOptions, bvh, gltf, read_bvh, read_clip, read_clips};
 
 /// A small file of this test.
@@ -38,22 +36,10 @@ fn assert_same(a: &ClipSet, b: &ClipSet) {
 
 /// Largest distance between joints of one index in all frames, in metres.
 fn apart(a: &ClipSet, b: &ClipSet) -> f32 {
-    let (mut pose, mut of_a, mut of_b) = (Pose::default(), Vec::new(), Vec::new());
-    let mut most = 0f32;
     assert_eq!(a.clips.len(), b.clips.len());
-    for (clip, other) in a.clips.iter().zip(&b.clips) {
-        assert_eq!(clip.frames(), other.frames());
-        for frame in 0..clip.frames() {
-            clip.pose(frame, &mut pose);
-            forward_kinematics(&a.skeleton, &pose, &mut of_a);
-            other.pose(frame, &mut pose);
-            forward_kinematics(&b.skeleton, &pose, &mut of_b);
-            for (a, b) in of_a.iter().zip(&of_b) {
-                most = most.max(a.translation.distance(b.translation));
-            }
-        }
-    }
-    most
+    let clips = a.clips.iter().zip(&b.clips);
+    let apart = clips.map(|(own, other)| clips_apart((&a.skeleton, own), (&b.skeleton, other)));
+    apart.fold(0.0, f32::max)
 }
 
 #[test]
@@ -225,14 +211,6 @@ fn a_root_above_the_hips_of_captures_changes_nothing() {
     }
 }
 
-/// Largest distance between the joints of two poses, in metres.
-fn most_apart(a: &[JointTransform], b: &[JointTransform]) -> f32 {
-    let pairs = a.iter().zip(b);
-    pairs
-        .map(|(a, b)| a.translation.distance(b.translation))
-        .fold(0.0, f32::max)
-}
-
 #[test]
 fn joints_above_the_hips_come_back_as_they_were() {
     let folder = tempfile::tempdir().unwrap();
@@ -289,18 +267,16 @@ fn joints_above_the_hips_come_back_as_they_were() {
             moves
         );
         assert!(apart(&set, &again) < 1e-4, "{name}");
-        let (mut pose, mut joints, mut places) = (Pose::default(), Vec::new(), Vec::new());
-        let (mut back, mut again) = (Pose::default(), Vec::new());
+        let (mut pose, mut places) = (Pose::default(), Vec::new());
+        let mut back = Pose::default();
         for frame in 0..raw.frames() {
             raw.pose(frame, 0.01, &mut pose);
-            let (skeleton, mut original) = (raw.skeleton(0.01).unwrap(), Vec::new());
-            forward_kinematics(&skeleton, &pose, &mut original);
+            let original = joints_of(&raw.skeleton(0.01).unwrap(), &pose);
             set.clips[0].pose(frame, &mut pose);
-            forward_kinematics(&set.skeleton, &pose, &mut joints);
-            whole.places(&joints, &mut places);
+            whole.places(&joints_of(&set.skeleton, &pose), &mut places);
             assert!(most_apart(&original, &places) < 1e-4, "{name} {frame}");
             whole.pose(&pose, &mut back);
-            forward_kinematics(&whole.skeleton, &back, &mut again);
+            let again = joints_of(&whole.skeleton, &back);
             assert!(most_apart(&original, &again) < 1e-4, "{name} {frame}");
         }
     }

@@ -2,21 +2,19 @@
 //! work goes on, and validation is silent over both.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
-use sabaki_fixtures as common;
-
 use std::convert::Infallible;
 
-use common::{answer::answer_throw, baked::embedded, cull::DEVICE_PATHS};
 use pollster::block_on;
 use sabaki::gpu::{BatchEntry, CullerDesc, GpuError};
 use sabaki::query::cull::{CullInput, Overlap};
 use sabaki::query::{Answer, CullPath, Evaluation, Query, QueryContext, QuerySettings};
 use sabaki_fixtures::throw::{ThrowSettings, throw};
+use sabaki_fixtures::{answer::answer_throw, baked::embedded, cull::DEVICE_PATHS};
 use sabaki_wgpu::{Host, HostError, HostedCuller};
 
 fn adapter() -> wgpu::Adapter {
     // One test at a time has devices.
-    drop(common::desc());
+    drop(sabaki_fixtures::desc());
     let instance = wgpu::Instance::new(wgpu::InstanceDescriptor {
         backends: wgpu::Backends::VULKAN,
         flags: wgpu::InstanceFlags::debugging(),

@@ -5,8 +5,8 @@ use sabaki::anim::{Joint, Leg, Pose, Skeleton};
 use sabaki::graph::{self, ClipSource, GraphSettings, MotionGraph};
 use serde_json::json;
 
-use super::common::clips::{skeleton, small_skeleton, swinging_clip};
 use super::{places, transitions, walker};
+use sabaki_fixtures::clips::{skeleton, small_skeleton, swinging_clip};
 
 #[test]
 fn where_no_legs_are_known_nothing_is_done() {

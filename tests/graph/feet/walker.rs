@@ -4,8 +4,8 @@ use glam::{Quat, Vec3};
 use sabaki::anim::{Clip, Joint, Skeleton};
 use sabaki::graph::{self, ClipSource, GraphSettings, MotionGraph};
 
-use super::common::clips;
-use super::common::random::Random;
+use sabaki_fixtures::clips;
+use sabaki_fixtures::random::Random;
 
 const THIGH: f32 = 0.43;
 const SHIN: f32 = 0.42;

@@ -10,8 +10,8 @@ use sabaki_fixtures::demo;
 use sabaki_import::BodyFile;
 use sabaki_import::fit::BindPose;
 
-use super::common::shapes::Shape;
 use super::run::{folder, sabaki};
+use sabaki_fixtures::shapes::Shape;
 
 fn skeleton() -> Skeleton {
     demo::motions().unwrap().skeleton

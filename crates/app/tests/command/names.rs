@@ -7,8 +7,8 @@ use std::path::Path;
 
 use glam::Vec3;
 
-use super::common::shapes::Shape;
 use super::run::{clips, command, folder};
+use sabaki_fixtures::shapes::Shape;
 
 #[test]
 fn names_that_are_not_utf8_are_read_and_written() {

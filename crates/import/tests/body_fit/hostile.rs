@@ -5,8 +5,8 @@ use sabaki::anim::{JointId, JointTransform};
 use sabaki_import::fit::{BindPose, FitError, FitSettings, Mesh, MeshError, fit_body, fit_prop};
 use sabaki_import::parse_obj;
 
-use super::common::clips::small_skeleton;
-use super::common::random::Random;
+use sabaki_fixtures::clips::small_skeleton;
+use sabaki_fixtures::random::Random;
 
 /// Fits what can be fitted; `None` where the text or the mesh is refused.
 fn spheres(text: &[u8], settings: &FitSettings) -> Option<usize> {

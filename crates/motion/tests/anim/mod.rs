@@ -1,4 +1,5 @@
 //! Tests of `sabaki_motion::anim`.
+
 mod compressed;
 mod resampled;
 mod rig;

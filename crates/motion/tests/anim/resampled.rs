@@ -1,4 +1,5 @@
 //! Promise: a clip at another frame rate is the same motion, and a frame rate that no memory holds is an error.
+
 use sabaki_fixtures::clips::{small_skeleton, swinging_clip};
 use sabaki_motion::anim::{Clip, ClipError, CompressionSettings, Pose};
 

@@ -1,4 +1,5 @@
 //! Promise: the spine, the limbs and what moves a joint are found by names and by the shape of the skeleton.
+
 use glam::Vec3;
 use sabaki_fixtures::clips::{biped, skeleton};
 use sabaki_motion::anim::{JointId, Part, Rig};

@@ -1,4 +1,5 @@
 //! Promise: posing a crowd allocates nothing, from the second time on, on no thread; nor does sorting it.
+
 use glam::{Vec3, Vec4};
 use sabaki_fixtures::clips::{small_skeleton, swinging_clip};
 use sabaki_fixtures::crowd::{Stage, crowd_of, outputs, posed, settings};

@@ -1,12 +1,9 @@
 //! Promise: every character is posed as it was last described, whatever changes and however often all are sorted; the single calls
 //! may be mixed with whole frames.
-#![allow(clippy::unwrap_used, clippy::expect_used)]
 
-use sabaki_fixtures as common;
-
-use common::clips::{small_skeleton, swinging_clip};
-use common::crowd::{Stage, crowd_of, joint_of, settings};
-use common::random::Random;
+use sabaki_fixtures::clips::{small_skeleton, swinging_clip};
+use sabaki_fixtures::crowd::{Stage, crowd_of, joint_of, settings};
+use sabaki_fixtures::random::Random;
 use sabaki_motion::crowd::{Character, Crowd, CrowdError, Frame, Layout, MemberId, Output};
 use sabaki_motion::lod::LevelId;
 use sabaki_motion::math::{F32x16, Isa};

@@ -1,12 +1,9 @@
 //! Promise: a character that the camera sees is posed in that very frame, whatever it saw before, and one that it does not see has
 //! no pose.
-#![allow(clippy::unwrap_used, clippy::expect_used)]
-
-use sabaki_fixtures as common;
 
 use super::frame::{stage, switchings};
-use common::crowd::{Stage, crowd_of, settings};
 use glam::{Vec3, Vec4};
+use sabaki_fixtures::crowd::{Stage, crowd_of, settings};
 use sabaki_motion::crowd::{
     Character, Crowd, CrowdError, Frame, Frustum, LevelId, MemberId, Output, Placement,
 };

@@ -1,10 +1,7 @@
 //! Promise: what a crowd cannot do is said by name.
-#![allow(clippy::unwrap_used, clippy::expect_used)]
-
-use sabaki_fixtures as common;
 
 use super::pose::{default, stage};
-use common::clips::{small_skeleton, swinging_clip};
+use sabaki_fixtures::clips::{small_skeleton, swinging_clip};
 use sabaki_motion::crowd::{AnimationSet, Character, ClipId, Crowd, CrowdError, LevelId, MemberId};
 use sabaki_motion::lod::Levels;
 use sabaki_motion::math::F32x16;

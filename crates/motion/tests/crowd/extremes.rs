@@ -1,13 +1,10 @@
 //! Promise: a crowd's poses are those of its clips for the smallest and the largest skeletons and clips, the fastest turns, and
 //! times, speeds and levels that make no sense.
-#![allow(clippy::unwrap_used, clippy::expect_used)]
-
-use sabaki_fixtures as common;
 
 use super::pose::{NEAR, default, stage};
-use common::clips::{small_skeleton, swinging_clip};
-use common::crowd::{Stage, crowd_of, furthest, outputs, posed, settings};
 use glam::Vec3;
+use sabaki_fixtures::clips::{small_skeleton, swinging_clip};
+use sabaki_fixtures::crowd::{Stage, crowd_of, furthest, outputs, posed, settings};
 use sabaki_motion::anim::{Joint, JointId, JointKind, Skeleton};
 use sabaki_motion::crowd::{Character, LevelId, Output};
 use sabaki_motion::math::Isa;

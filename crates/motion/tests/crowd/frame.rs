@@ -1,12 +1,9 @@
 //! Promise: one call a frame gives every character the level, the blend and the pose that the single calls give it, on every
 //! instruction set, whatever the camera does, with and without hysteresis and culling.
-#![allow(clippy::unwrap_used, clippy::expect_used)]
 
-use sabaki_fixtures as common;
-
-use common::clips::{small_skeleton, swinging_clip};
-use common::crowd::{Stage, crowd_of, settings};
 use glam::{Vec3, Vec4};
+use sabaki_fixtures::clips::{small_skeleton, swinging_clip};
+use sabaki_fixtures::crowd::{Stage, crowd_of, settings};
 use sabaki_motion::crowd::{
     Character, Crowd, CrowdError, Frame, Frustum, Layout, MemberId, Output, Placement,
 };
@@ -180,7 +177,7 @@ fn check(stage: &Stage, crowd: &Crowd, out: &[F32x16], id: MemberId, frame: usiz
     let slice = crowd.pose_slice(id).unwrap();
     let expected = stage.drawn(found, 0.0, &slice);
     for (joint, expected) in expected.iter().enumerate() {
-        let found = common::crowd::joint_of(out, &slice, joint);
+        let found = sabaki_fixtures::crowd::joint_of(out, &slice, joint);
         let apart = found.translation.distance(expected.translation);
         assert!(apart < 4e-4, "frame {frame}, {apart} m");
     }

@@ -1,10 +1,7 @@
 //! Promise: characters that are deactivated cost nothing, whatever is told about them, until they are set again.
-#![allow(clippy::unwrap_used, clippy::expect_used)]
-
-use sabaki_fixtures as common;
 
 use super::pose::{default, stage};
-use common::crowd::crowd_of;
+use sabaki_fixtures::crowd::crowd_of;
 use sabaki_motion::crowd::{CrowdError, Frame, FrameReport, LevelId, MemberId, Placement};
 use sabaki_motion::math::{F32x16, Rigid2};
 

@@ -1,4 +1,5 @@
 //! Tests of `sabaki_motion::crowd`.
+
 mod alloc;
 mod changes;
 mod culling;

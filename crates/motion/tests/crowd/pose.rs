@@ -1,12 +1,9 @@
 //! Promise: a crowd's poses are those of its clips, within 0.2 mm of slerp in double precision, on
 //! every instruction set, in every layout, at every moment.
-#![allow(clippy::unwrap_used, clippy::expect_used)]
 
-use sabaki_fixtures as common;
-
-use common::captures::mocap;
-use common::clips::{small_skeleton, swinging_clip};
-use common::crowd::{Stage, crowd_of, furthest, joint_of, outputs, posed, settings};
+use sabaki_fixtures::captures::mocap;
+use sabaki_fixtures::clips::{small_skeleton, swinging_clip};
+use sabaki_fixtures::crowd::{Stage, crowd_of, furthest, joint_of, outputs, posed, settings};
 use sabaki_import::{ReadOptions, read_clip};
 use sabaki_motion::crowd::{Character, CrowdSettings, LevelId, Output};
 use sabaki_motion::lod::{LevelSettings, Levels};

@@ -1,12 +1,9 @@
 //! Promise: characters that share their loads of keys are posed as those that are read one by one, however far apart they are in
 //! time, and wherever a clip has more keys than frames.
-#![allow(clippy::unwrap_used, clippy::expect_used)]
 
-use sabaki_fixtures as common;
-
-use common::clips::{small_skeleton, swinging_clip};
-use common::crowd::{Stage, furthest, outputs, settings};
 use glam::Quat;
+use sabaki_fixtures::clips::{small_skeleton, swinging_clip};
+use sabaki_fixtures::crowd::{Stage, furthest, outputs, settings};
 use sabaki_motion::anim::{Clip, ClipDesc, Skeleton};
 use sabaki_motion::crowd::{Character, ClipId, ClipMix, LevelId, Output};
 use sabaki_motion::math::Isa;

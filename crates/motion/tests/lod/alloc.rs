@@ -1,13 +1,11 @@
 //! Promise: choosing levels, planning a budget and drawing a skin allocate nothing once they have seen others like it.
-#![allow(clippy::unwrap_used, clippy::expect_used)]
 
-use sabaki_fixtures as common;
 use sabaki_fixtures::memory as counting;
 
-use common::lod::random_case;
-use common::random::Random;
 use counting::allocations;
 use glam::Affine3A;
+use sabaki_fixtures::lod::random_case;
+use sabaki_fixtures::random::Random;
 use sabaki_motion::lod::{
     Budget, Cost, LevelId, LevelSettings, Levels, Measure, Planner, Rule, SwitchSettings, Switching,
 };

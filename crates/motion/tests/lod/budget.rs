@@ -1,10 +1,7 @@
 //! Promise: a budget is kept, with the least error that it allows.
-#![allow(clippy::unwrap_used, clippy::expect_used)]
 
-use sabaki_fixtures as common;
-
-use common::lod::{random_levels, screen_error, setting_of};
-use common::random::Random;
+use sabaki_fixtures::lod::{random_levels, screen_error, setting_of};
+use sabaki_fixtures::random::Random;
 use sabaki_motion::lod::{
     Budget, Choice, Cost, LevelId, Levels, Measure, Planner, SwitchSettings, Switching,
 };

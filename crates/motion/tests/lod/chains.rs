@@ -1,10 +1,7 @@
 //! Promise: skeletons and distances at the ends of the range give finite bands in bounded time, or an error.
-#![allow(clippy::unwrap_used, clippy::expect_used)]
 
-use sabaki_fixtures as common;
-
-use common::lod::{build, rules};
 use glam::{Quat, Vec3};
+use sabaki_fixtures::lod::{build, rules};
 use sabaki_motion::anim::{Clip, ClipDesc, Joint, JointId, JointKind, Skeleton};
 use sabaki_motion::lod::{LevelSettings, Levels, LodError, Order, Switching};
 

@@ -1,11 +1,9 @@
 //! Promise: what is drawn instead of a character differs from it by no more pixels than the settings allow, and nothing on the screen jumps.
-#![allow(clippy::unwrap_used, clippy::expect_used)]
 
-use sabaki_fixtures as common;
-
-use common::captures::captures;
-use common::lod::{build, frames_of, points_of, random_levels, rules, screen_error};
 use glam::{Affine3A, Vec2, Vec3};
+use sabaki_fixtures::captures::captures;
+use sabaki_fixtures::clips::frames_of;
+use sabaki_fixtures::lod::{build, points_of, random_levels, rules, screen_error};
 use sabaki_motion::anim::{Clip, JointTransform, Skeleton};
 use sabaki_motion::lod::{
     Choice, Level, LevelId, Levels, Order, SwitchSettings, Switching, View, affine,

@@ -1,15 +1,12 @@
 //! Promise: a joint's energy is what the equations say, on every level, for every setting.
-#![allow(clippy::unwrap_used, clippy::expect_used)]
-
-use sabaki_fixtures as common;
 
 use std::f64::consts::PI;
 
-use common::captures::captures;
-use common::clips::first_frame;
-use common::lod::{order_of, random_case};
-use common::random::Random;
 use glam::{DQuat, DVec3};
+use sabaki_fixtures::captures::captures;
+use sabaki_fixtures::clips::first_frame;
+use sabaki_fixtures::lod::{order_of, random_case};
+use sabaki_fixtures::random::Random;
 use sabaki_motion::anim::{Clip, ClipDesc, JointId, Pose, Skeleton};
 use sabaki_motion::lod::{Flexion, Level, LevelSettings, Levels, LodError, Masses};
 

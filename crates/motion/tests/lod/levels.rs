@@ -1,13 +1,10 @@
 //! Promise: levels lose one joint after the other, the least first; what they say of their errors is true.
-#![allow(clippy::unwrap_used, clippy::expect_used)]
 
-use sabaki_fixtures as common;
-
-use common::captures::each_capture;
-use common::clips::first_frame;
-use common::lod::{frames_of, points_of, random_case};
-use common::random::Random;
 use glam::Vec3;
+use sabaki_fixtures::captures::each_capture;
+use sabaki_fixtures::clips::{first_frame, frames_of};
+use sabaki_fixtures::lod::{points_of, random_case};
+use sabaki_fixtures::random::Random;
 use sabaki_motion::anim::{Clip, ClipDesc, JointId, JointKind, JointTransform, Skeleton, details};
 use sabaki_motion::lod::{Level, LevelSettings, Levels, LodError, Order};
 

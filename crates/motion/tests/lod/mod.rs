@@ -1,4 +1,5 @@
 //! Tests of `sabaki_motion::lod`.
+
 mod alloc;
 mod budget;
 mod chains;

@@ -1,12 +1,9 @@
 //! Promise: a level of detail keeps the motion of the joints that it keeps, whatever was removed.
-#![allow(clippy::unwrap_used, clippy::expect_used)]
 
-use sabaki_fixtures as common;
-
-use common::captures::each_capture;
-use common::lod::{order_of, random_case};
-use common::random::Random;
 use glam::{DQuat, DVec3};
+use sabaki_fixtures::captures::each_capture;
+use sabaki_fixtures::lod::{order_of, random_case};
+use sabaki_fixtures::random::Random;
 use sabaki_motion::anim::{Clip, JointId, JointTransform, Pose, Skeleton, forward_kinematics};
 use sabaki_motion::lod::{Level, LevelMotion, Levels, LodError};
 

@@ -1,18 +1,14 @@
 //! Promise: a mesh that is bound to the full skeleton is drawn at any level, no further from where it should be than
 //! the level says.
-#![allow(clippy::unwrap_used, clippy::expect_used)]
-
-use sabaki_fixtures as common;
 
 use std::f32::consts::TAU;
 
-use common::captures::captures;
-use common::lod::random_case;
-use common::random::Random;
 use glam::{Affine3A, Vec3};
-use sabaki_motion::anim::{
-    Clip, JointId, JointKind, JointTransform, Pose, Skeleton, forward_kinematics,
-};
+use sabaki_fixtures::captures::captures;
+use sabaki_fixtures::clips::at_rest;
+use sabaki_fixtures::lod::random_case;
+use sabaki_fixtures::random::Random;
+use sabaki_motion::anim::{Clip, JointId, JointKind, JointTransform, Skeleton};
 use sabaki_motion::lod::{LevelMotion, LevelSettings, Levels, LodError, Order, affine};
 
 /// A vertex in bind space, bound to two joints.
@@ -21,22 +17,10 @@ struct Vertex {
     joints: [(JointId, f32); 2],
 }
 
-/// The rest pose: no joint is turned.
-fn rest(skeleton: &Skeleton) -> Vec<JointTransform> {
-    let pose = Pose {
-        root: Vec3::ZERO,
-        rotations: vec![glam::Quat::IDENTITY; skeleton.len()],
-        translations: Vec::new(),
-    };
-    let mut joints = Vec::new();
-    forward_kinematics(skeleton, &pose, &mut joints);
-    joints
-}
-
 /// A capsule of `radius` around every bone: rings of vertices and two caps. Near a joint, where two capsules share the place, a vertex
 /// hangs on both joints.
 fn capsules(skeleton: &Skeleton, radius: f32) -> Vec<Vertex> {
-    let joints = rest(skeleton);
+    let joints = at_rest(skeleton, Vec3::ZERO);
     let mut mesh = Vec::new();
     for id in skeleton.ids().skip(1) {
         let parent = skeleton.joint(id).parent.unwrap();
@@ -108,7 +92,7 @@ fn check(skeleton: &Skeleton, clip: &Clip, order: Order) {
     };
     let levels = Levels::build(skeleton, std::slice::from_ref(clip), &settings).unwrap();
     let mesh = capsules(skeleton, settings.skin);
-    let inverse_binds: Vec<Affine3A> = rest(skeleton)
+    let inverse_binds: Vec<Affine3A> = at_rest(skeleton, Vec3::ZERO)
         .iter()
         .map(|joint| affine(joint).inverse())
         .collect();
@@ -197,7 +181,7 @@ fn a_mesh_of_one_joint_and_binds_that_do_not_fit() {
     let levels = Levels::in_order(&skeleton, &order).unwrap();
     let root = levels.levels.last().unwrap();
     assert_eq!(root.kept, [JointId::ROOT]);
-    let inverse_binds: Vec<Affine3A> = rest(&skeleton)
+    let inverse_binds: Vec<Affine3A> = at_rest(&skeleton, Vec3::ZERO)
         .iter()
         .map(|joint| affine(joint).inverse())
         .collect();

@@ -1,9 +1,6 @@
 //! Promise: levels change with distance as the settings say, and their bands follow each other.
-#![allow(clippy::unwrap_used, clippy::expect_used)]
 
-use sabaki_fixtures as common;
-
-use common::lod::{random_levels, rules, screen_error, setting_of};
+use sabaki_fixtures::lod::{random_levels, rules, screen_error, setting_of};
 use sabaki_motion::lod::{Choice, LevelId, Measure, Rule, SwitchSettings, Switching, View};
 
 #[test]
