@@ -31,7 +31,7 @@ pub use motion_graph::{
 };
 pub use play::inertia::Entry;
 pub(crate) use play::inertia::{BESIDE, BlendReach, JointReach};
-pub(crate) use play::inertia::{Decay, FootDecay, LegPose, Weights, rotation_vector};
+pub(crate) use play::inertia::{Decay, FootDecay, LegPose, Weights, leg_targets, rotation_vector};
 pub use play::motion::{Layer, Motion, MotionMoment};
 pub(crate) use play::motion::{heading, layer_tilt};
 pub(crate) use play::motion_edit::ContinuedBlend;

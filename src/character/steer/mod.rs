@@ -18,7 +18,7 @@ use super::goal::{Aim, direction, heading_of, wrapped};
 use super::playing::Playing;
 use super::settings::SteerSettings;
 use crate::anim::{JointTransform, Pose, forward_kinematics};
-use crate::graph::{EdgeId, Entry, Motion, MotionGraph, Playhead};
+use crate::graph::{EdgeId, Entry, Motion, Playhead};
 use crate::maps::{BakedGraph, Stance};
 use crate::math::Rigid2;
 use memory::SHORTLY;
@@ -71,6 +71,17 @@ struct Now {
     centre: Vec2,
     /// Its velocity in the character's frame (x, z), in metres per second.
     pace: Vec2,
+}
+
+impl Now {
+    /// The same with the root as the centre of mass.
+    fn at_root(self) -> Self {
+        Self {
+            centre: self.stance.root.xz(),
+            pace: self.features.velocity.xz(),
+            ..self
+        }
+    }
 }
 
 impl Steering {
@@ -163,7 +174,7 @@ impl Steering {
                     entry.clip_to_world.x -= way.x;
                     entry.clip_to_world.z -= way.y;
                 }
-                self.enter(graph, found, &entry, blend, playing, scratch);
+                playing.enter(graph, &entry, blend, &found.standing, &mut scratch.spare);
             }
         }
         self.turn(step, playing);
@@ -191,21 +202,8 @@ impl Steering {
             let found = &self.table.moments[found];
             let blend = self.blend(found, step.settings.blend, &body);
             let entry = step.entry(found, &now, blend);
-            self.enter(graph, found, &entry, blend, playing, scratch);
+            playing.enter(graph, &entry, blend, &found.standing, &mut scratch.spare);
         }
-    }
-
-    /// Jumps to a moment. The root blends for `blend` seconds, and no shorter than the joints.
-    fn enter(
-        &self,
-        graph: &MotionGraph,
-        moment: &Moment,
-        entry: &Entry,
-        blend: f32,
-        playing: &mut Playing,
-        scratch: &mut SteerScratch,
-    ) {
-        playing.enter(graph, entry, blend, &moment.standing, &mut scratch.spare);
     }
 
     /// Duration of a jump's blend of the root, in seconds: as long as the difference of velocities needs. `usual` is that of the joints.
@@ -312,7 +310,7 @@ impl Steering {
             blend: exit.blend,
             ..step.entry_at(moment, exit.clip_to_world.heading(), &now, blend)
         };
-        self.enter(graph, moment, &entry, blend, playing, scratch);
+        playing.enter(graph, &entry, blend, &moment.standing, &mut scratch.spare);
         state.search_in = step.settings.interval;
         true
     }

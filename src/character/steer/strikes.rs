@@ -7,17 +7,15 @@
 
 use std::f32::consts::FRAC_PI_2;
 
-use glam::{Vec2, Vec3};
+use glam::{Vec2, Vec3, Vec3Swizzles};
 
-use super::table::{
-    Moment, PlayedBy, Row, centre_of_mass, distance, edges_by_clip, pace, standing,
-};
+use super::table::{Moment, PlayedBy, Row, distance, edges_by_clip, standing};
 use super::{Body, Now, SteerScratch, SteerState, SteerStep, Steering};
-use crate::anim::{JointId, Pose, forward_kinematics};
+use crate::anim::{Facing, JointId};
 use crate::character::goal::{Aim, StrikeKind, direction, heading_of, wrapped};
 use crate::character::playing::Playing;
 use crate::graph::{EdgeId, EdgeMotion, MotionGraph, Node};
-use crate::maps::{AttackMove, BakedGraph, BodySphere, MovingSphere};
+use crate::maps::{AttackMove, BakedGraph, BodySphere, MovingSphere, Stance};
 use crate::math::Rigid2;
 
 /// Time from the entry to the contact: the blend is over then, and others have time to avoid the limb. In seconds.
@@ -162,7 +160,7 @@ impl StrikeTable {
                 end,
             };
             self.starts.push(Start::new(
-                baked,
+                graph,
                 (number, edge, edge_frame),
                 Node {
                     clip: event.clip,
@@ -206,24 +204,20 @@ impl StrikeTable {
 impl Start {
     /// A start at a frame of a clip, which is a frame of an edge. The contact is in the space of the clip.
     fn new(
-        baked: &BakedGraph,
+        graph: &MotionGraph,
         (attack, edge, edge_frame): (u32, EdgeId, u32),
         at: Node,
         contact: &Contact,
         seconds: Times,
     ) -> Self {
-        let graph = baked.graph();
         let frame_rate = graph.frame_rate() as f32;
+        let facing = Facing::of(graph.skeleton());
         let last = graph.clip(at.clip).frames() as u32 - 1;
-        let (mut pose, mut joints, mut axes) = (Pose::default(), Vec::new(), Vec::new());
-        let [(stance, centre), (next, later)] = [at.frame, (at.frame + 1).min(last)].map(|frame| {
-            graph.clip(at.clip).pose(frame as usize, &mut pose);
-            forward_kinematics(graph.skeleton(), &pose, &mut joints);
-            let centre = centre_of_mass(baked, &joints, &mut axes);
-            (baked.stance(&joints), centre)
-        });
+        let [stance, next] = [at.frame, (at.frame + 1).min(last)]
+            .map(|frame| Stance::at_frame(graph, facing, Node { frame, ..at }));
         let features = super::Features::from_body(&stance, [&stance, &next], 1.0 / frame_rate);
-        let inverse = Rigid2::new(stance.placement.heading(), centre.x, centre.y).inverse();
+        let inverse =
+            Rigid2::new(stance.placement.heading(), stance.root.x, stance.root.z).inverse();
         Self {
             attack,
             moment: Moment {
@@ -236,9 +230,9 @@ impl Start {
                 ahead: 0.0,
                 heading: stance.placement.heading(),
                 facing: stance.placement.heading(),
-                centre,
-                pace: pace(&stance, [centre, later], 1.0 / frame_rate),
-                root: Vec2::new(stance.root.x, stance.root.z),
+                pace: Vec2::new(features.velocity.x, features.velocity.z),
+                root: stance.root.xz(),
+                centre: stance.root.xz(),
                 toes: stance.toes.map(|toe| Vec2::new(toe.x, toe.z)),
                 standing: standing(graph, at.clip, at.frame),
                 calm_for: 0.0,
@@ -349,7 +343,7 @@ impl Reach {
         const THERE: f32 = 0.12;
         /// Distance that a walking character goes on while it stops, in metres, and the speed at which it corrects the rest: too slow for a walk,
         /// which would lead past the place.
-        const STOP: f32 = 0.4;
+        const STOP: f32 = 0.2;
         const CREEP: f32 = 0.25;
         let way = target - place;
         let far = way.length() - self.distance;
@@ -385,12 +379,12 @@ impl Steering {
         let playhead = playing.motion.playhead(graph, playing.seconds);
         let current = self.table.at(graph, playhead);
         let current = current.map(|current| self.table.moments[current]);
-        let now = step.now(playing, None, scratch);
+        // The limb is looked up from the root, which stays where it is.
+        let now = step.now(playing, None, scratch).at_root();
         let body = Body::new(&now, current.as_ref());
         let starts = self.strikes.starts_of(kind);
         let possible = starts.filter_map(|start| {
-            let blend = self.blend(&start.moment, step.settings.blend, &body);
-            let (turn, off) = step.turn_to(start, &now, target, blend)?;
+            let (turn, off) = step.turn_to(start, &now, target)?;
             let cost = self.cost(step, start, &body, &now, recent) + OFF * off;
             Some((cost, start, turn))
         });
@@ -400,9 +394,9 @@ impl Steering {
         };
         let moment = &start.moment;
         let heading = now.stance.placement.heading() + turn - moment.facing;
-        let blend = self.blend(moment, step.settings.blend, &body);
-        let entry = step.entry_at(moment, heading, &now, blend);
-        self.enter(graph, moment, &entry, blend, playing, scratch);
+        let entry = step.entry_at(moment, heading, &now, 0.0);
+        let blend = self.blend(moment, entry.blend, &body);
+        playing.enter(graph, &entry, blend, &moment.standing, &mut scratch.spare);
         Some(Begun {
             attack: start.attack,
             seconds: start.seconds,
@@ -444,7 +438,7 @@ impl Steering {
         const HEIGHT: f32 = 4.0;
         /// Another attack is nearer by this, in metres.
         const GAIN: f32 = 0.1;
-        let way = target.place - now.centre;
+        let way = target.place - Vec2::new(now.stance.root.x, now.stance.root.z);
         let bearing = heading_of(way) - now.stance.placement.heading();
         let each = self.strikes.starts_of(kind).map(|start| {
             let reach = start.reach();
@@ -461,12 +455,11 @@ impl Steering {
 
 impl SteerStep<'_> {
     /// The turn with which an attack reaches a target from here, and how far off its middle; `None` if it does not.
-    fn turn_to(&self, start: &Start, now: &Now, target: &Target, blend: f32) -> Option<(f32, f32)> {
+    fn turn_to(&self, start: &Start, now: &Now, target: &Target) -> Option<(f32, f32)> {
         /// The sphere's surface comes at least so near to the target's middle, in metres.
         const NEAR: f32 = 0.05;
+        let place = Vec2::new(now.stance.root.x, now.stance.root.z);
         let heading = now.stance.placement.heading();
-        let moment = &start.moment;
-        let place = now.centre + self.carried(moment, heading - moment.facing, now, blend);
         let at = target.at(start.seconds.contact);
         let off = heading_of(at - place) - start.reach().bearing - heading;
         // As far as a standing character turns until the contact.

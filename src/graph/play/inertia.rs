@@ -129,10 +129,12 @@ impl Inertia {
             body = f32::max(body, moved + turned.min(2.0) * BESIDE);
             reaches.push(JointReach { moved, turned });
         }
-        let feet = self.feet.iter().map(|foot| foot.reach(weights));
+        let reaches = self.feet.iter().map(|foot| foot.reach(weights));
+        // Feet give way to each other by no more than both offsets.
+        let offsets = self.feet.iter().map(|foot| foot.offset(weights).length());
         BlendReach {
             body,
-            feet: feet.fold(0.0, f32::max),
+            feet: reaches.fold(0.0, f32::max) + offsets.sum::<f32>(),
         }
     }
 
@@ -271,11 +273,9 @@ impl Inertia {
 
     /// Adds the offsets at `seconds` to the pose of the new motion.
     pub(crate) fn apply(&self, graph: &MotionGraph, seconds: f32, pose: &mut Pose) {
-        /// Maximum number of legs.
-        const MOST: usize = 8;
         let (skeleton, weights) = (graph.skeleton(), self.weights(seconds));
         let legs = graph.feet().legs();
-        let mut feet = [LegPose::ORIGIN; MOST];
+        let mut feet = [LegPose::ORIGIN; MOST_LEGS];
         for (leg, foot) in legs.iter().zip(&mut feet) {
             *foot = LegPose::from_pose(skeleton, pose, leg);
         }
@@ -292,20 +292,7 @@ impl Inertia {
                 *place += decay.at(weights);
             }
         }
-        let mut targets = [LegTarget::ORIGIN; MOST];
-        for ((decay, foot), target) in self.feet.iter().zip(feet).zip(&mut targets) {
-            *target = decay.moved(foot, weights);
-        }
-        if let [left, right] = self.feet[..] {
-            let aside =
-                [0, 1].map(|leg| targets[leg].at_toe.translation - feet[leg].at_toe.translation);
-            let way = feet[0].at_toe.translation - feet[1].at_toe.translation;
-            let apart = keep_apart(way, aside[0] - aside[1]) * (1.0 - weights.value);
-            let free = [left, right].map(|foot| 1.0 - foot.held.share(weights.age));
-            let both = f32::max(free[0] + free[1], 1e-6);
-            targets[0].at_toe.translation += apart * (free[0] / both);
-            targets[1].at_toe.translation -= apart * (free[1] / both);
-        }
+        let targets = leg_targets(&self.feet, &feet[..self.feet.len()], weights);
         for (leg, target) in legs.iter().zip(targets) {
             target.bend(leg, skeleton, pose);
         }
@@ -445,16 +432,43 @@ impl HeldFoot {
     }
 }
 
-/// What has to be added to the way from one foot to the other, over the ground, if an offset brings them so near that the legs would cross.
-fn keep_apart(way: Vec3, offset: Vec3) -> Vec3 {
+/// Maximum number of legs.
+pub(crate) const MOST_LEGS: usize = 8;
+
+/// Where the offsets of a blend move the feet of the new motion. Of two feet, one gives way to the other where the offsets would bring them nearer
+/// than they are in the new motion, so that the legs do not cross: the one that is not held, or both.
+pub(crate) fn leg_targets(
+    offsets: &[FootDecay],
+    feet: &[LegPose],
+    weights: Weights,
+) -> [LegTarget; MOST_LEGS] {
+    let mut targets = [LegTarget::ORIGIN; MOST_LEGS];
+    for ((decay, &foot), target) in offsets.iter().zip(feet).zip(&mut targets) {
+        *target = decay.moved(foot, weights);
+    }
+    if let ([left, right], &[from, to]) = (offsets, feet) {
+        let free = [left, right].map(|foot| 1.0 - foot.held.share(weights.age));
+        let before = from.at_toe.translation - to.at_toe.translation;
+        let after = targets[0].at_toe.translation - targets[1].at_toe.translation;
+        // At the cut the pose is that of the old motion.
+        let apart = keep_apart(before, after) * (1.0 - weights.value);
+        let both = (free[0] + free[1]).max(1e-6);
+        targets[0].at_toe.translation += apart * (free[0] / both);
+        targets[1].at_toe.translation -= apart * (free[1] / both);
+    }
+    targets
+}
+
+/// What has to be added to the way over the ground from one foot to the other, which was `before` and would be `after`.
+fn keep_apart(before: Vec3, after: Vec3) -> Vec3 {
     /// Feet that are further apart may come nearer, to this distance, in metres.
     const NEAR: f32 = 0.2;
-    let way = way.with_y(0.0);
-    let Some(direction) = way.try_normalize() else {
+    let before = before.with_y(0.0);
+    let Some(direction) = before.try_normalize() else {
         return Vec3::ZERO;
     };
-    let least = way.length().min(NEAR);
-    direction * (least - (way + offset).dot(direction)).max(0.0)
+    let least = before.length().min(NEAR);
+    direction * (least - after.dot(direction)).max(0.0)
 }
 
 /// Duration of offsets that are 0, in seconds.
@@ -617,7 +631,7 @@ impl FootDecay {
     }
 
     /// Adds the offset to a leg of the new motion.
-    pub(crate) fn moved(&self, LegPose { at_toe, hinge }: LegPose, weights: Weights) -> LegTarget {
+    fn moved(&self, LegPose { at_toe, hinge }: LegPose, weights: Weights) -> LegTarget {
         let lift = Vec3::Y * self.lift(weights);
         let mut place = at_toe.translation + self.offset(weights) + lift;
         place.y = place.y.max(at_toe.translation.y.min(self.floor));

@@ -4,7 +4,7 @@
 //! so the cheapest tests come first. The hips need no joint. A joint outside the legs needs no other joint. The legs need all their ancestors.
 
 use crate::anim::{Chain, JointId, JointTransform, Pose, Skeleton};
-use crate::graph::{Decay, FootDecay, LegPose, MotionGraph, Weights, rotation_vector};
+use crate::graph::{Decay, FootDecay, LegPose, MotionGraph, Weights, leg_targets, rotation_vector};
 use crate::maps::entries::frames::{EnteredMotion, Frame, LeftMotion};
 use crate::maps::entries::limits::{MotionLimits, departures, goes_on, head};
 use crate::math::Rigid2;
@@ -324,8 +324,9 @@ impl CutTest<'_> {
         };
         let feet = &self.cut.entered.frames[frame - 1].feet;
         let legs = self.cut.graph.feet().legs();
-        for ((leg, &foot), decay) in legs.iter().zip(feet).zip(&self.examiner.offsets.feet) {
-            decay.moved(foot, weights).bend(leg, skeleton, pose);
+        let targets = leg_targets(&self.examiner.offsets.feet, feet, weights);
+        for (leg, target) in legs.iter().zip(targets) {
+            target.bend(leg, skeleton, pose);
         }
     }
 
