@@ -19,7 +19,11 @@ use sabaki::character::{
 use sabaki::maps::BakedGraph;
 use sabaki::math::{Rigid2, Sphere};
 use sabaki_fixtures::baked::embedded_file;
+use sabaki_fixtures::memory::{Counting, allocations};
 use sabaki_fixtures::random::Random;
+
+#[global_allocator]
+static COUNTING: Counting = Counting;
 
 /// Duration of a frame, in seconds.
 const FRAME: f32 = 1.0 / 60.0;
@@ -54,11 +58,12 @@ fn main() {
         "milliseconds", "median", "99%", "worst"
     );
     let only = option("--only").map(|name| name.to_string_lossy().into_owned());
-    let parts: [(&str, Part); 5] = [
+    let parts: [(&str, Part); 6] = [
         ("steps", steps),
         ("searches", searches),
         ("plans", plans),
         ("unavoidable", unavoidable),
+        ("warm", warm),
         ("fire", under_fire),
     ];
     for (name, measure) in parts {
@@ -334,6 +339,34 @@ fn unavoidable(baked: &Arc<BakedGraph>, figures: &mut Figures) {
         all = all.max(row(&format!("one character, unavoidable: {name}"), &times).1);
     }
     note(figures, "worst_step_ms", all);
+}
+
+fn warm(baked: &Arc<BakedGraph>, figures: &mut Figures) {
+    const FRAMES: usize = 300;
+    let mut game = Game::new(baked, 31, CharacterSettings::default());
+    game.walk();
+    let mut allocated = 0;
+    for measured in [false, false, true] {
+        let mut frame = 0;
+        let mut made = 0;
+        let times = game.play(FRAMES, |game| {
+            made += allocations() - allocated;
+            if frame % 90 == 0 {
+                for index in 0..game.ids.len() {
+                    let threat = game.ball(index, 8.0, 1.0);
+                    game.characters.threaten(threat).unwrap();
+                }
+                game.events.clear();
+                game.events.reserve(1000);
+            }
+            frame += 1;
+            allocated = allocations();
+        });
+        if measured {
+            row("31 walkers, a ball each 1.5 s for each", &times);
+            note(figures, "allocations_per_step", made as f64 / FRAMES as f64);
+        }
+    }
 }
 
 /// Walkers with a ball each second, and the way that they make of what they are asked for.

@@ -13,6 +13,7 @@ mod measure;
 mod names;
 mod refused;
 mod render;
+mod rigs;
 pub(crate) mod run;
 mod shards;
 mod slurm;
