@@ -412,17 +412,6 @@ impl HeldFoot {
         self.until > 0.0
     }
 
-    /// How firmly the foot is held `age` seconds after the cut, from 0 to 1.
-    fn share(&self, age: f32) -> f32 {
-        /// Time in which it comes to be held, in seconds.
-        const BEGINS: f32 = 0.1;
-        if !self.is_held() {
-            return 0.0;
-        }
-        let begun = ((age - self.from) / BEGINS).clamp(0.0, 1.0);
-        begun * Weights::new((age - self.until) / Self::RELEASE, Self::RELEASE).value
-    }
-
     /// Time since the cut when the offset is 0, in seconds.
     fn end(&self) -> f32 {
         match self.is_held() {
@@ -435,26 +424,27 @@ impl HeldFoot {
 /// Maximum number of legs.
 pub(crate) const MOST_LEGS: usize = 8;
 
-/// Where the offsets of a blend move the feet of the new motion. Of two feet, one gives way to the other where the offsets would bring them nearer
-/// than they are in the new motion, so that the legs do not cross: the one that is not held, or both.
+/// Where the offsets of a blend move the feet of the new motion. Where they would bring two feet nearer to each other than they are in the new
+/// motion, the higher one gives way, so that the legs do not cross.
 pub(crate) fn leg_targets(
     offsets: &[FootDecay],
     feet: &[LegPose],
     weights: Weights,
 ) -> [LegTarget; MOST_LEGS] {
+    /// Difference of heights that is nothing, in metres: feet of one height share the way.
+    const LEVEL: f32 = 0.005;
     let mut targets = [LegTarget::ORIGIN; MOST_LEGS];
     for ((decay, &foot), target) in offsets.iter().zip(feet).zip(&mut targets) {
         *target = decay.moved(foot, weights);
     }
-    if let ([left, right], &[from, to]) = (offsets, feet) {
-        let free = [left, right].map(|foot| 1.0 - foot.held.share(weights.age));
-        let before = from.at_toe.translation - to.at_toe.translation;
+    if let &[left, right] = feet {
+        let before = left.at_toe.translation - right.at_toe.translation;
         let after = targets[0].at_toe.translation - targets[1].at_toe.translation;
         // At the cut the pose is that of the old motion.
         let apart = keep_apart(before, after) * (1.0 - weights.value);
-        let both = (free[0] + free[1]).max(1e-6);
-        targets[0].at_toe.translation += apart * (free[0] / both);
-        targets[1].at_toe.translation -= apart * (free[1] / both);
+        let [left, right] = [after.y, -after.y].map(|higher| higher.max(0.0) + LEVEL);
+        targets[0].at_toe.translation += apart * (left / (left + right));
+        targets[1].at_toe.translation -= apart * (right / (left + right));
     }
     targets
 }
@@ -701,6 +691,35 @@ mod tests {
         assert!(first.distance(decay.speed) < 0.05, "{first}");
         let last = (at(seconds) - at(seconds - h)) / h;
         assert!(last.length() < 0.01, "{last}");
+    }
+
+    #[test]
+    fn feet_come_no_nearer_to_each_other_than_in_the_new_motion() {
+        let leg = |x: f32, y: f32| LegPose {
+            at_toe: JointTransform {
+                translation: Vec3::new(x, y, 0.0),
+                ..JointTransform::IDENTITY
+            },
+            hinge: Vec3::ZERO,
+        };
+        // The old motion has the standing foot further in, and the other one swings past it.
+        let (stands, swings) = (leg(0.1, 0.0), leg(-0.05, 0.1));
+        let inwards = leg(0.0, 0.0);
+        let offsets = [
+            FootDecay::new([inwards; 2], [stands; 2], 0.01),
+            FootDecay::new([swings; 2], [swings; 2], 0.01),
+        ];
+        let places = |seconds: f32| {
+            let weights = Weights::new(seconds / 0.3, 0.3);
+            let targets = leg_targets(&offsets, &[stands, swings], weights);
+            [0, 1].map(|leg| targets[leg].at_toe.translation.x)
+        };
+        assert_eq!(places(0.0), [0.0, -0.05]);
+        let [stands_at, swings_at] = places(0.15);
+        let alone = offsets[0].moved(stands, Weights::new(0.5, 0.3));
+        assert!((stands_at - alone.at_toe.translation.x).abs() < 0.01);
+        assert!(swings_at < -0.06, "{swings_at}");
+        assert_eq!(places(0.3), [0.1, -0.05]);
     }
 
     #[test]
