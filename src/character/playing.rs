@@ -45,8 +45,8 @@ impl Playing {
         acceleration([0.0, 1.0, 2.0].map(|windows| root(windows).xz()))
     }
 
-    /// The highest rate, up to `most`, at which the root accelerates no harder than `limit` over the next moments, in metres per second squared.
-    pub(super) fn fastest(&self, graph: &MotionGraph, limit: f32, most: f32) -> f32 {
+    /// The highest rate at which the root accelerates no harder than `limit` over the next moments, in metres per second squared.
+    pub(super) fn fastest(&self, graph: &MotionGraph, limit: f32) -> f32 {
         /// Number of the places that are examined, from a window before on, each a window after the other.
         const PLACES: usize = 6;
         let places: [Vec2; PLACES] = std::array::from_fn(|window| {
@@ -57,7 +57,7 @@ impl Playing {
             .windows(3)
             .map(|way| acceleration([way[0], way[1], way[2]]))
             .fold(0.0, f32::max);
-        most.min((limit / hardest.max(0.01)).sqrt())
+        (limit / hardest.max(0.01)).sqrt()
     }
 
     /// Makes sure that the motion lasts for a step and the search after it.

@@ -53,3 +53,11 @@ pub(super) trait DevicePath: Debug + Send + Sync {
     /// Frees everything. The device must no longer use it.
     fn destroy(&mut self, memory: &mut dyn Memory);
 }
+
+/// The entry of a number, after as many new ones as are missing.
+pub(super) fn entry<T: Default>(entries: &mut Vec<T>, number: usize) -> &mut T {
+    if entries.len() <= number {
+        entries.resize_with(number + 1, T::default);
+    }
+    &mut entries[number]
+}

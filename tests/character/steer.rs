@@ -39,6 +39,24 @@ fn a_character_walks_where_it_is_told() {
 }
 
 #[test]
+fn a_slowest_rate_above_that_of_the_clips_is_kept_in_turns() {
+    let mut settings = CharacterSettings::default();
+    (settings.steer.slowest, settings.steer.fastest) = (1.3, 1.5);
+    let mut characters = characters(settings);
+    let id = characters.spawn(Rigid2::IDENTITY).unwrap();
+    for turn in 0..40 {
+        characters.steer(id, walk(turn as f32 * 2.4, 3.0)).unwrap();
+        play(&mut characters, 45);
+    }
+    characters.steer(id, walk(0.0, 3.0)).unwrap();
+    play(&mut characters, 120);
+    let from = characters.place(id).unwrap().ground();
+    play(&mut characters, 60);
+    let way = characters.place(id).unwrap().ground().distance(from);
+    assert!(way > 0.3, "{way} m in a second");
+}
+
+#[test]
 fn a_character_that_is_told_to_walk_slowly_does_not_stand() {
     let mut characters = characters(CharacterSettings::default());
     let ids: Vec<_> = (0..12)

@@ -169,7 +169,7 @@ impl Steering {
                 };
                 let mut entry = step.entry(found, &now, blend);
                 if is_idle {
-                    let root = Vec2::new(now.stance.root.x, now.stance.root.z);
+                    let root = now.stance.root.xz();
                     let way = state.off_place(root).clamp_length_max(MOST_RETURN);
                     entry.clip_to_world.x -= way.x;
                     entry.clip_to_world.z -= way.y;
@@ -417,14 +417,15 @@ impl Steering {
                 .motion
                 .turn_on_feet(graph, seconds, turn * step.dt, standing);
         }
-        let rate = match moves {
-            true => {
-                let hardest = FASTER * self.table.limit;
-                let fastest = playing.fastest(graph, hardest, settings.fastest).max(1.0);
-                (wanted / speed).clamp(settings.slowest, fastest)
-            }
+        let mut rate = match moves {
+            true => (wanted / speed).clamp(settings.slowest, settings.fastest),
             false => 1.0,
         };
+        let least = settings.slowest.max(1.0);
+        if rate > least {
+            let fastest = playing.fastest(graph, FASTER * self.table.limit);
+            rate = rate.min(fastest.max(least));
+        }
         let spare = (spare - turn.abs() * speed).max(0.0);
         let change = RATE_CHANGE.min(spare / speed.max(0.01)) * step.dt;
         playing.rate += (rate - playing.rate).clamp(-change, change);

@@ -16,7 +16,7 @@ use crate::{
         Context, CullerDesc, GpuError, Memory,
         barriers::Access,
         counts::Counts,
-        device_path::DevicePath,
+        device_path::{self, DevicePath},
         pipelines::{COUNT, Pipeline, PipelineInputs},
         resources::DeviceMemory,
         shader_table::COUNTS,
@@ -153,10 +153,8 @@ impl DevicePath for ComputePath {
         input: &CullInput<'_>,
         counted: Counted,
     ) -> Result<(), GpuError> {
-        if self.gathered.len() <= entry {
-            self.gathered.resize_with(entry + 1, Gathered::default);
-        }
-        self.gathered[entry].fill(input, counted, &self.planes, &self.capacity)
+        let gathered = device_path::entry(&mut self.gathered, entry);
+        gathered.fill(input, counted, &self.planes, &self.capacity)
     }
 
     fn write(&mut self, entry: usize, slot: usize) -> Result<(), GpuError> {

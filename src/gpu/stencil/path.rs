@@ -26,7 +26,7 @@ use crate::{
         Context, CullerDesc, GpuError, Memory,
         barriers::Access,
         counts::{Counts, CountsDesc, HEADER, record_numbers},
-        device_path::DevicePath,
+        device_path::{self, DevicePath},
         drivers,
         error::{Named, within},
         pipelines::{CANDIDATES, Pipeline, PipelineInputs},
@@ -239,10 +239,8 @@ impl DevicePath for StencilPath {
         input: &CullInput<'_>,
         counted: Counted,
     ) -> Result<(), GpuError> {
-        if self.entries.len() <= entry {
-            self.entries.resize_with(entry + 1, Gathered::default);
-        }
-        self.entries[entry].fill(input, counted, &self.maps, self.max_candidates)?;
+        let gathered = device_path::entry(&mut self.entries, entry);
+        gathered.fill(input, counted, &self.maps, self.max_candidates)?;
         let entries = self.entries[..=entry].iter();
         let queries = entries.map(|one| one.queries.len() as u64).sum();
         let most = drivers::most_queries(self.context.driver());
