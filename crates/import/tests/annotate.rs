@@ -129,8 +129,8 @@ fn embedded() -> (demo::Motions, EventsFile) {
 fn proposals_agree_with_the_events_of_generated_motions() {
     let (motions, by_hand) = embedded();
     let [attacks, evasions] = sums(&motions.skeleton, motions.clips.iter(), &by_hand);
-    // Hooks close to the body, and jabs as slow as an arm that is loosened, are missed.
-    holds(attacks, 0.95, 0.7);
+    // Hooks close to the body are missed.
+    holds(attacks, 0.95, 0.85);
     holds(evasions, 0.9, 0.8);
 }
 

@@ -3,15 +3,20 @@
 //! The method is ours. Each local maximum of a limb's speed is a candidate. Its time range is where the limb is fast; its score is
 //! the peak speed times the gain in reach. The gain is the geometric mean of two gains of the distance from the root: along the
 //! ground, which blocks lack, and in space, which swings of the arms lack. A limb that stays where it came to, as in a new stance, does not
-//! attack. Of overlapping candidates the best is kept (non-maximum suppression).
+//! attack. The body goes along with a strike: a limb that is slower in space than relative to the root swings, as in a dance, and a limb
+//! that is faster may be slower than other strikes, as a jab. Of overlapping candidates the best is kept (non-maximum suppression).
 
 use glam::Vec3;
 use sabaki::anim::JointId;
 
 use super::body::{Body, Limb, between, largest, least, speeds};
 
-/// Least peak speed of the hand or foot, in statures per second.
+/// Least peak speed of the hand or foot, in statures per second; and that of one which the body carries along.
 const MIN_PEAK_SPEED: f32 = 1.75;
+const MIN_CARRIED_SPEED: f32 = 1.4;
+/// Least factor between the peak speed and the speed relative to the root, of strikes and of those that the body carries along.
+const ALONG: f32 = 0.9;
+const CARRIED: f32 = 1.1;
 /// Speed above which an attack begins, in statures per second, and share of the peak speed below which it ends.
 const START_SPEED: f32 = 0.53;
 const END_SHARE: f32 = 0.35;
@@ -25,7 +30,7 @@ const FULL_REACH: f32 = 0.07;
 /// Least time from the contact to the end, in seconds: a part of the return. Some annotators count none of it, others all.
 const AFTER_CONTACT: f32 = 0.17;
 /// Least score: peak speed times gain in reach, in square statures per second.
-pub(super) const MIN_SCORE: f32 = 0.2;
+pub(super) const MIN_SCORE: f32 = 0.15;
 /// Least gain in reach along the ground, in statures. Blocks have less.
 const MIN_REACH: f32 = 0.08;
 /// Least share of that gain that is lost again within a time after the contact, in seconds.
@@ -118,7 +123,7 @@ impl<'a> Stroke<'a> {
 
     /// The strike whose speed is largest in frame `peak`.
     fn strike(&self, peak: usize) -> Option<Strike> {
-        if self.speeds[peak] < MIN_PEAK_SPEED || !self.is_peak(peak) {
+        if self.speeds[peak] < MIN_CARRIED_SPEED || !self.is_peak(peak) {
             return None;
         }
         let last = self.speeds.len() - 1;
@@ -195,7 +200,7 @@ impl<'a> Stroke<'a> {
         self.height[contact] - least(around.iter().copied())
     }
 
-    /// The score of a strike whose speed is largest in frame `peak`; 0 if it gains no reach, or stays.
+    /// The score of a strike whose speed is largest in frame `peak`; 0 if it gains no reach, stays, or moves against the body.
     fn score(&self, strike: &Strike, peak: usize) -> f32 {
         let &Strike {
             start,
@@ -215,6 +220,13 @@ impl<'a> Stroke<'a> {
             return 0.0;
         }
         let relative = largest(self.relative[start..=end].iter().copied());
+        let least = match self.speeds[peak] < MIN_PEAK_SPEED {
+            true => CARRIED,
+            false => ALONG,
+        };
+        if self.speeds[peak] < least * relative {
+            return 0.0;
+        }
         let speed = self.speeds[peak].min(LUNGE * relative);
         speed * (gain.max(0.0) * along).sqrt()
     }
