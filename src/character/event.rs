@@ -74,7 +74,8 @@ pub enum CharacterEventKind {
     Began,
     /// A planned motion has ended, or was left because its threats have passed: the character follows its goal again.
     Ended,
-    /// No motion avoids the known threats.
+    /// No motion avoids all known threats. The one that hits first is given up, so that the others are avoided. It is reported once for each
+    /// that is given up.
     Cannot,
     /// No motion avoids both the threats and the obstacles. The motion with the least harm is taken, or the played one continues.
     Cornered {

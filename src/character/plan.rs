@@ -1,7 +1,8 @@
 //! When a character plans, and what it takes over.
 //!
 //! Every plan treats all known threats as one attack of several spheres. A character plans when a known threat would hit the played motion,
-//! and keeps the plan until that happens again. Plans keep a margin, so that noise in the observed threats does not change them.
+//! and keeps the plan until that happens again. If no motion avoids all threats, the one that hits first is given up for a while, so that the
+//! others are avoided. Plans keep a margin, so that noise in the observed threats does not change them.
 
 use std::hash::{Hash, Hasher};
 
@@ -34,8 +35,6 @@ struct Planning<'a> {
     near: &'a [NearThreat],
     /// [`CharacterState::height`].
     height: f32,
-    /// Whether the last plan was for the same threats.
-    is_repeated: bool,
 }
 
 /// How the threats become the attack of one query.
@@ -54,10 +53,24 @@ enum Plan {
     Keep(TestedMotion),
     /// Another motion avoids them.
     Take(TestedMotion),
-    /// No motion avoids them. Among obstacles: the motion of the least harm.
-    Fail(Option<LeastHarm>),
+    /// No motion avoids all of them. This is the index of the threat that hits the played motion first.
+    Fail(Option<u32>),
+    /// The motion of the least harm, if none avoids all threats and obstacles.
+    Corner(LeastHarm),
     /// The limit came before an answer.
     GoOn(Progress),
+}
+
+/// A threat that could not be avoided. Plans do without it until a time.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct GivenUp {
+    threat: ThreatId,
+    /// [`KnownThreat::version`].
+    version: u32,
+    /// In seconds.
+    pub(super) until: f64,
+    /// How often it was given up before.
+    times: u8,
 }
 
 /// How far a plan has come: everything before was tested, and hit.
@@ -86,7 +99,7 @@ const ROOT_BLEND: f32 = 0.5;
 /// Time before the contact at which evasions start in the second attempt, after no early evasion avoids the threats, in seconds.
 const LATE: f32 = 0.2;
 
-/// How often the time between attempts is doubled while the same threats cannot be avoided.
+/// How often the time between attempts is doubled while a threat cannot be avoided.
 const MOST_DOUBLED: u8 = 4;
 
 /// Among obstacles, another motion is taken only if its harm is less by this, in metres.
@@ -115,6 +128,7 @@ impl CharacterState {
         1u8.hash(&mut hasher);
         let mut nearest = f32::INFINITY;
         self.find_near(world, &moment, threats);
+        self.review_given_up(world, &moment);
         for NearThreat { index, window } in self.near(id, world, &moment, threats) {
             let known = &world.threats[index as usize];
             (known.id.0, known.version).hash(&mut hasher);
@@ -132,13 +146,41 @@ impl CharacterState {
 
     /// Resets the state of planning if no threat is near. Steering then waits only for the end of a planned motion.
     fn forget_threats(&mut self, now: f64) {
-        (self.seen, self.retry_at) = (0, None);
-        (self.has_failed, self.avoided, self.failures) = (false, 0, 0);
+        (self.seen, self.retry_at, self.avoided) = (0, None, 0);
         self.progress = Progress::default();
         self.passed_at = self.passed_at.min(now);
         if !self.has_plan {
             self.held_until = self.held_until.min(now);
         }
+    }
+
+    /// Forgets the threats that were given up and are no longer near. Those that have changed since are looked at again soon.
+    fn review_given_up(&mut self, world: &World<'_>, moment: &Moment) {
+        let soon = world.now + f64::from(world.settings.retry);
+        let mut given_up = std::mem::take(&mut self.given_up);
+        given_up.retain_mut(|one| {
+            let Some(index) = world.threat_index(one.threat) else {
+                return false;
+            };
+            let known = &world.threats[index];
+            if std::mem::replace(&mut one.version, known.version) != known.version {
+                one.until = one.until.min(soon);
+            }
+            self.window_within(world, moment, known).is_some()
+        });
+        self.given_up = given_up;
+    }
+
+    /// When a threat may reach the body within the horizon.
+    fn window_within(
+        &self,
+        world: &World<'_>,
+        moment: &Moment,
+        known: &KnownThreat,
+    ) -> Option<Window> {
+        let window = self.window(world, moment.at, known)?;
+        let is_near = window.nearest < world.settings.horizon && window.end > 0.0;
+        is_near.then_some(window)
     }
 
     /// Answers the known threats, if the played motion does not avoid them. [`CharacterState::urgency`] comes before it. Returns
@@ -171,7 +213,6 @@ impl CharacterState {
             moment,
             near: &near,
             height: self.height,
-            is_repeated: self.seen == self.next_seen,
         };
         let is_over = self.answer_threats(&planning, &mut attacks, scratch);
         (scratch.near, scratch.attacks) = (near, Some(attacks));
@@ -221,7 +262,7 @@ impl CharacterState {
         world.flights.near(root.xz(), out);
     }
 
-    /// Those of the threats that may reach the body within the horizon.
+    /// Those of the threats that may reach the body within the horizon, and are not given up.
     fn near<'s, 'w: 's>(
         &'s self,
         id: CharacterId,
@@ -229,13 +270,15 @@ impl CharacterState {
         moment: &'s Moment,
         threats: &'s [u32],
     ) -> impl Iterator<Item = NearThreat> + use<'s, 'w> {
-        let horizon = world.settings.horizon;
+        let is_given_up = |threat: ThreatId| {
+            let mut given_up = self.given_up.iter();
+            given_up.any(|one| one.threat == threat && world.now < one.until)
+        };
         threats.iter().filter_map(move |&index| {
             let known = &world.threats[index as usize];
-            let known = Some(known).filter(|known| known.is_for(id))?;
-            let window = self.window(world, moment.at, known)?;
-            let is_near = window.nearest < horizon && window.end > 0.0;
-            is_near.then_some(NearThreat { index, window })
+            let known = Some(known).filter(|known| known.is_for(id) && !is_given_up(known.id))?;
+            let window = self.window_within(world, moment, known)?;
+            Some(NearThreat { index, window })
         })
     }
 
@@ -247,13 +290,11 @@ impl CharacterState {
         wider: &mut Attack,
         scratch: &mut PlanScratch,
     ) -> Plan {
-        let Planning { world, moment, .. } = planning;
+        let world = planning.world;
         let test = PlanTest { world, attack };
-        let mut rest = scratch.motion();
-        rest.clone_from(&self.playing.motion);
-        rest.leave_behind(world.baked.graph(), moment.seconds);
+        let rest = self.rest(planning, scratch);
         scratch.context.body().set_grace(true);
-        let mut kept = test.until_hit(self.continued(planning, rest).0, scratch);
+        let mut kept = test.until_hit(rest, scratch);
         if kept.is_clean() {
             return Plan::Keep(kept);
         }
@@ -337,7 +378,7 @@ impl CharacterState {
         }
         if !is_among_obstacles {
             scratch.keep_memory(kept.motion);
-            return Plan::Fail(None);
+            return Plan::Fail(planning.hit_at(kept.clearance.time));
         }
         test.measure(&mut kept, scratch);
         let is_other = |other: &TestedMotion| other.harm() + GAIN < kept.harm();
@@ -349,7 +390,7 @@ impl CharacterState {
         if let Some(unused) = unused {
             scratch.keep_memory(unused.motion);
         }
-        Plan::Fail(Some(LeastHarm { motion, is_other }))
+        Plan::Corner(LeastHarm { motion, is_other })
     }
 
     /// Walks on to the goal past the threats, if there is one. `kept` is the played motion, which is hit.
@@ -395,7 +436,7 @@ impl CharacterState {
                     self.events
                         .push((now, CharacterEventKind::Kept { clearance }));
                 }
-                // The tested motion is played at rate 1.
+                // The tested motion has the rate in it.
                 if self.playing.rate != 1.0 && now < self.held_until {
                     self.take(moment, kept.motion, now, scratch);
                 } else {
@@ -404,7 +445,7 @@ impl CharacterState {
             }
             Plan::GoOn(_) => {}
             Plan::Take(found) => {
-                (self.has_failed, self.failures) = (false, 0);
+                self.forget_attempts(now);
                 self.avoided = planning.threats();
                 let is_change = self.has_plan;
                 self.events
@@ -421,37 +462,59 @@ impl CharacterState {
                 self.hold(moment, attack, found.end);
                 self.take(moment, found.motion, now, scratch);
             }
-            Plan::Fail(least) => {
-                // An event about the same threats is not repeated.
-                let was_said = planning.is_repeated && self.has_failed;
-                (self.has_failed, self.avoided) = (true, 0);
-                let mut failed = CharacterEventKind::Cannot;
-                if let Some(LeastHarm { motion, is_other }) = least {
-                    failed = CharacterEventKind::Cornered {
-                        hit: -motion.clearance.metres,
-                        entered: motion.entered,
-                    };
-                    if is_other {
-                        self.has_plan = true;
-                        self.hold(moment, attack, motion.end);
-                        self.take(moment, motion.motion, now, scratch);
-                    } else {
-                        scratch.keep_memory(motion.motion);
-                    }
+            Plan::Fail(threat) => {
+                self.avoided = 0;
+                // The next plan avoids the others.
+                if threat.is_some_and(|threat| self.give_up(threat, world)) {
+                    self.events.push((now, CharacterEventKind::Cannot));
                 }
-                self.failures = if was_said {
-                    self.failures.saturating_add(1)
-                } else {
-                    0
+            }
+            Plan::Corner(LeastHarm { motion, is_other }) => {
+                self.avoided = 0;
+                let cornered = CharacterEventKind::Cornered {
+                    hit: -motion.clearance.metres,
+                    entered: motion.entered,
                 };
-                let pause =
-                    world.settings.retry * 2.0f32.powi(self.failures.min(MOST_DOUBLED).into());
-                self.retry_at = Some(now + f64::from(pause));
-                if !was_said {
-                    self.events.push((now, failed));
+                if is_other {
+                    self.has_plan = true;
+                    self.hold(moment, attack, motion.end);
+                    self.take(moment, motion.motion, now, scratch);
+                } else {
+                    scratch.keep_memory(motion.motion);
+                }
+                let each = planning.near.iter().map(|near| near.index);
+                if each.fold(false, |is_new, one| self.give_up(one, world) || is_new) {
+                    self.events.push((now, cornered));
                 }
             }
         }
+    }
+
+    /// Does without avoiding a threat for a while, the longer, the more often that failed. Returns whether it is the first time.
+    fn give_up(&mut self, index: u32, world: &World<'_>) -> bool {
+        let KnownThreat {
+            id: threat,
+            version,
+            ..
+        } = world.threats[index as usize];
+        let mut given_up = self.given_up.iter();
+        let before = given_up.position(|one| one.threat == threat);
+        let times = before.map_or(0, |place| self.given_up.swap_remove(place).times + 1);
+        let times = times.min(MOST_DOUBLED);
+        let pause = world.settings.retry * 2.0f32.powi(times.into());
+        let until = world.now + f64::from(pause);
+        self.given_up.push(GivenUp {
+            threat,
+            version,
+            until,
+            times,
+        });
+        before.is_none()
+    }
+
+    /// Forgets how often threats were given up that are avoided now.
+    fn forget_attempts(&mut self, now: f64) {
+        self.given_up.retain(|one| now < one.until);
     }
 
     /// The answer to the wider attack, tested against the plain one; `None` if the body would push too hard.
@@ -503,6 +566,18 @@ impl CharacterState {
         Some(test.until_hit(motion, scratch))
     }
 
+    /// What remains of the played motion, as it is played. One that is bent returns to its own rate.
+    fn rest(&self, planning: &Planning<'_>, scratch: &mut PlanScratch) -> Motion {
+        let graph = planning.world.baked.graph();
+        let mut rest = scratch.motion();
+        rest.clone_from(&self.playing.motion);
+        rest.leave_behind(graph, planning.moment.seconds);
+        if rest.retime(self.playing.rate) {
+            return rest;
+        }
+        self.continued(planning, rest).0
+    }
+
     /// Joins a motion to the played one, with a blend if that is warped or has another rate at the join. Returns whether there is a blend, too.
     fn continued(&self, planning: &Planning<'_>, mut motion: Motion) -> (Motion, bool) {
         let Planning { world, moment, .. } = planning;
@@ -532,7 +607,7 @@ impl CharacterState {
     /// and again.
     fn keep(&mut self, planning: &Planning<'_>) {
         let Planning { world, .. } = planning;
-        (self.has_failed, self.failures) = (false, 0);
+        self.forget_attempts(world.now);
         let mut again = world.now + f64::from(world.settings.retry);
         if self.has_plan {
             again = again.max(self.held_until);
@@ -587,6 +662,14 @@ impl Planning<'_> {
         let first = each.min_by(|a, b| a.window.nearest.total_cmp(&b.window.nearest))?;
         let contact = self.moment.at + f64::from(first.window.nearest);
         Some((self.known(first).id, contact))
+    }
+
+    /// Index of the threat that is nearest to the body about so many seconds after the moment; `None` without threats.
+    fn hit_at(&self, seconds: f32) -> Option<u32> {
+        let off = |near: &NearThreat| (near.window.nearest - seconds).abs();
+        let near = self.near.iter();
+        let found = near.min_by(|a, b| off(a).total_cmp(&off(b)));
+        found.map(|found| found.index)
     }
 
     fn known(&self, near: &NearThreat) -> &KnownThreat {

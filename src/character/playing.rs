@@ -74,6 +74,21 @@ impl Playing {
             .extend(graph, self.seconds + dt * self.rate + AHEAD);
     }
 
+    /// Plays a motion whose own rate is not 1 at that rate instead.
+    pub(super) fn take_rate(&mut self, graph: &MotionGraph) {
+        let rate = self.motion.rate(self.seconds);
+        if rate == 1.0 || rate == 0.0 {
+            return;
+        }
+        let mut motion = std::mem::take(&mut self.motion);
+        motion.leave_behind(graph, self.seconds);
+        motion.truncate_at_other_rate();
+        if motion.retime(1.0 / rate) {
+            self.rate *= rate;
+        }
+        (self.motion, self.seconds) = (motion, 0.0);
+    }
+
     /// Lets time pass.
     pub(super) fn advance(&mut self, graph: &MotionGraph, dt: f32) {
         self.ensure(graph, dt);

@@ -22,7 +22,7 @@ use crate::maps::BakedGraph;
 use crate::math::parallel::lock;
 
 const MAGIC: [u8; 8] = *b"sabgame\n";
-const VERSION: u32 = 4;
+const VERSION: u32 = 5;
 /// Length of magic, version and checksum, in bytes.
 const HEADER: usize = 16;
 
@@ -134,6 +134,7 @@ impl CharactersState {
                 && [state.held_until, state.passed_at, state.look_at]
                     .into_iter()
                     .chain(state.retry_at)
+                    .chain(state.given_up.iter().map(|one| one.until))
                     .chain(
                         state
                             .strike

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 use super::event::{CharacterEventKind, CharacterId, ThreatId};
 use super::goal::Goal;
 use super::keep_out::Squeezed;
-use super::plan::Progress;
+use super::plan::{GivenUp, Progress};
 use super::playing::Playing;
 use super::steer::{Reach, Recent, SteerState, SteerStep};
 use super::strike::Strike;
@@ -40,10 +40,8 @@ pub(super) struct CharacterState {
     pub next_seen: u64,
     /// Time at which the same threats are tested again, in seconds; `None` if they are not.
     pub retry_at: Option<f64>,
-    /// Whether the last plan failed.
-    pub has_failed: bool,
-    /// Number of plans that failed one after the other.
-    pub failures: u8,
+    /// Threats that could not be avoided.
+    pub given_up: Vec<GivenUp>,
     /// Where a plan goes on for which the last step had no time.
     pub progress: Progress,
     /// Hash of the ids of the threats that were last reported as avoided; 0 for none.
@@ -113,8 +111,7 @@ impl CharacterState {
             seen: 0,
             next_seen: 0,
             retry_at: None,
-            has_failed: false,
-            failures: 0,
+            given_up: Vec::new(),
             progress: Progress::default(),
             avoided: 0,
             has_arrived: false,
@@ -170,6 +167,7 @@ impl CharacterState {
         if self.moved > most {
             self.moved = 0.0;
             self.retry_at = self.retry_at.map(|_| now);
+            self.given_up.clear();
             self.look_at = now;
         }
     }
@@ -222,7 +220,7 @@ impl CharacterState {
         if matches!(self.goal, Goal::Strike { .. }) {
             state.stay_ready(world.settings.steer.interval, may_search);
         }
-        if playing.seconds < before && !self.has_failed {
+        if playing.seconds < before {
             // Another motion is tested at once.
             self.retry_at = self.retry_at.map(|_| world.now);
         }

@@ -392,6 +392,31 @@ fn plans_of_little_work_go_on_in_the_next_step_and_do_not_depend_on_the_threads(
 }
 
 #[test]
+fn what_cannot_be_avoided_does_not_keep_others_from_being_avoided() {
+    let mut game = characters(CharacterSettings::default());
+    let id = spawn(&mut game, 1)[0];
+    play(&mut game, 20);
+    let chest = joints(&mut game, id)[0].translation + Vec3::Y * 0.3;
+    let mut stays = Threat::ball(game.now(), chest, Vec3::ZERO, 0.2);
+    stays.seconds = 60.0;
+    let stays = game.threaten(stays).unwrap();
+    let mut random = Random::new(3);
+    let (mut missed, mut hits) = (0, 0);
+    for _ in 0..20 {
+        let thrown = ball(&mut game, id, &mut random);
+        game.threaten(thrown).unwrap();
+        for event in play(&mut game, 90) {
+            match event.kind {
+                CharacterEventKind::MissedBy { .. } => missed += 1,
+                CharacterEventKind::Hit { threat, .. } if threat != stays => hits += 1,
+                _ => {}
+            }
+        }
+    }
+    assert!(missed >= 16 && hits <= 4, "{missed} {hits}");
+}
+
+#[test]
 fn the_same_threat_is_tried_again_after_ever_longer_pauses() {
     let mut game = characters(CharacterSettings::default());
     let id = spawn(&mut game, 1)[0];
@@ -404,9 +429,8 @@ fn the_same_threat_is_tried_again_after_ever_longer_pauses() {
     for _ in 0..400 {
         play(&mut game, 1);
         let state = serde_json::to_value(game.state()).unwrap();
-        let at = state["slots"][0]["state"]["retry_at"]
-            .as_f64()
-            .unwrap_or_default();
+        let given_up = &state["slots"][0]["state"]["given_up"][0];
+        let at = given_up["until"].as_f64().unwrap_or_default();
         if at != last && at > 0.0 {
             pauses.push(at - game.now());
             last = at;

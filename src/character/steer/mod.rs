@@ -387,6 +387,8 @@ impl Steering {
             playing.rate += (1.0 - playing.rate).clamp(-change, change);
             return;
         };
+        playing.take_rate(graph);
+        playing.ensure(graph, step.dt);
         let moment = &self.table.moments[moment];
         let turned = playhead.clip_to_world.heading();
         let (speed, wanted) = (moment.velocity.length(), step.aim.velocity.length());

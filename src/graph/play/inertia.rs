@@ -143,6 +143,24 @@ impl Inertia {
         (self.start, self.seconds, self.root_seconds) = (start, seconds, seconds);
     }
 
+    /// Lets all times pass `rate` times as fast.
+    pub(crate) fn retime(&mut self, rate: f32) {
+        for time in [&mut self.start, &mut self.seconds, &mut self.root_seconds] {
+            *time /= rate;
+        }
+        self.root.speed *= rate;
+        let others = self.joints.iter_mut().chain(&mut self.places);
+        others.for_each(|decay| decay.speed *= rate);
+        for foot in &mut self.feet {
+            foot.place.speed *= rate;
+            foot.rotation.speed *= rate;
+            let held = &mut foot.held;
+            for time in [&mut held.from, &mut held.until, &mut held.release] {
+                *time /= rate;
+            }
+        }
+    }
+
     /// Lets the offset of the root's position decay for longer than the others, so that it accelerates the body less.
     pub(crate) fn slow_root(&mut self, seconds: f32) {
         self.root_seconds = seconds.max(self.seconds);
@@ -396,6 +414,8 @@ pub(crate) struct HeldFoot {
     from: f32,
     /// Time since the cut when the foot is lifted, in seconds; 0 for one that is not held.
     until: f32,
+    /// Time in which the offset of the lifted foot fades out, in seconds.
+    release: f32,
     /// What is added to the kept offset, in metres.
     shift: Vec3,
 }
@@ -415,7 +435,7 @@ impl HeldFoot {
     /// Time since the cut when the offset is 0, in seconds.
     fn end(&self) -> f32 {
         match self.is_held() {
-            true => self.until + Self::RELEASE,
+            true => self.until + self.release,
             false => 0.0,
         }
     }
@@ -576,7 +596,11 @@ impl FootDecay {
         let Decay { value, speed } = self.place;
         let is_slow = speed.with_y(0.0).length() < HeldFoot::SLOW;
         if is_slow && value.with_y(0.0).length() <= most {
-            (self.held.from, self.held.until) = (0.0, until);
+            self.held = HeldFoot {
+                until,
+                release: HeldFoot::RELEASE,
+                ..self.held
+            };
         }
     }
 
@@ -595,6 +619,7 @@ impl FootDecay {
         self.held = HeldFoot {
             from: age,
             until: age + lifted,
+            release: HeldFoot::RELEASE,
             shift: offset.clamp_length_max(most) - own,
         };
     }
@@ -607,8 +632,8 @@ impl FootDecay {
         }
         let kept = weights.age.min(self.held.from) / weights.seconds;
         let kept = self.place.at(Weights::new(kept, weights.seconds));
-        let released = (weights.age - self.held.until) / HeldFoot::RELEASE;
-        let left = Weights::new(released, HeldFoot::RELEASE).value;
+        let released = (weights.age - self.held.until) / self.held.release;
+        let left = Weights::new(released, self.held.release).value;
         ((kept + self.held.shift) * left).with_y(decayed.y)
     }
 

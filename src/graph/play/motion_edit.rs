@@ -341,6 +341,32 @@ impl Motion {
         }
     }
 
+    /// Becomes what it is when it is played at `rate`. A motion with a layer or a warp stays as it is; returns whether it is another rate's.
+    pub(crate) fn retime(&mut self, rate: f32) -> bool {
+        if rate == 1.0 {
+            return true;
+        }
+        if self.warp.is_some() || self.layer.is_some() {
+            return false;
+        }
+        for piece in &mut self.pieces {
+            piece.rate *= rate;
+            piece.start /= rate;
+            piece.end /= rate;
+        }
+        let entered = self.entered;
+        let inertias = self.inertias[..entered].iter_mut();
+        inertias.for_each(|inertia| inertia.retime(rate));
+        true
+    }
+
+    /// Drops what follows the pieces that are played at the rate of the first one.
+    pub(crate) fn truncate_at_other_rate(&mut self) {
+        let rate = self.pieces.first().map_or(1.0, |first| first.rate);
+        let same = self.pieces.iter().take_while(|piece| piece.rate == rate);
+        self.pieces.truncate(same.count());
+    }
+
     /// Starts in the pose of `played`, with its velocity. The offset from it fades out within `blend` seconds. An earlier blend at the start is
     /// replaced.
     pub fn blend_from(&mut self, graph: &MotionGraph, played: Played<'_>, blend: f32) {
