@@ -1,3 +1,5 @@
+use std::f32::consts::PI;
+
 use serde::Serialize;
 use thiserror::Error;
 
@@ -158,6 +160,16 @@ impl Attack {
             placed.keys().iter().map(later).collect()
         };
         Self::new(baked.attack_spheres(attack).iter().map(keys).collect())
+    }
+
+    /// Area of the sections through the middles of all spheres, in square metres.
+    pub(crate) fn section(&self) -> f32 {
+        let radius = |sphere: &MovingSphere| {
+            let radii = sphere.keys().iter().map(|key| key.radius);
+            radii.fold(0.0, f32::max)
+        };
+        let each = self.spheres.iter();
+        each.map(|sphere| PI * radius(sphere).powi(2)).sum()
     }
 
     /// The spheres.

@@ -25,6 +25,9 @@ use super::state::{QueryState, Source};
 use super::warp::Warper;
 use crate::maps::PathId;
 
+/// Largest section of an attack whose maps a plan draws, in square metres: that of a body.
+const WIDEST: f32 = 1.0;
+
 /// The memory of queries: the state of the current query, and scratch. A query allocates nothing if its context has been used for similar
 /// queries. Every thread needs its own context, and so does every query that waits for its counts.
 #[derive(Clone, Debug, Default)]
@@ -339,8 +342,11 @@ impl<'a> Session<'a> {
         placed.clear();
         time_offsets.clear();
         let attack_start = request.attack.start();
-        let counted = &self.state.candidates.list[..self.state.candidates.counted];
-        placed.extend(counted.iter().filter_map(|candidate| {
+        // A plan tests what an attack that fills the room hits faster than such maps are drawn.
+        let is_drawn = !(request.is_plan && request.attack.section() > WIDEST);
+        let counted = self.state.candidates.counted;
+        let counted = self.state.candidates.list[..counted].iter();
+        placed.extend(counted.filter(|_| is_drawn).filter_map(|candidate| {
             let CandidateKind::Evasion { path, start } = candidate.kind else {
                 return None;
             };
