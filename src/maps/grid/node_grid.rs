@@ -124,11 +124,10 @@ impl<'a> Grid<'a> {
 
     /// Position of a path's cells, and the cells of its evasion.
     #[inline]
-    fn vacated(self, path: &NodePath) -> (PathOffset, &'a VacatedCells, &'a [u64]) {
+    fn vacated(self, path: &NodePath) -> (PathOffset, &'a VacatedCells, &'a VacatedKinds) {
         let offset = self.cells.offset(path);
         let of_evasion = self.evasion(path.goal as usize);
-        let cells = &of_evasion.kinds[offset.kind as usize];
-        (offset, cells, &of_evasion.heights)
+        (offset, &of_evasion.kinds[offset.kind as usize], of_evasion)
     }
 
     /// Side of a cell, in metres.
@@ -141,16 +140,16 @@ impl<'a> Grid<'a> {
     #[must_use]
     #[inline]
     pub fn vacates(self, path: &NodePath, column: CellColumn) -> u64 {
-        let (offset, vacated, heights) = self.vacated(path);
+        let (offset, vacated, of_evasion) = self.vacated(path);
         vacated
             .position(column.x - offset.x, column.z - offset.z)
-            .map_or(0, |at| heights[at] & column.heights)
+            .map_or(0, |at| of_evasion.heights(vacated, at) & column.heights)
     }
 
     /// Whether a path vacates a cell of `columns`, which must be sorted ([`TouchedCells::merge`](super::TouchedCells::merge)).
     #[must_use]
     pub fn vacates_any(self, path: &NodePath, columns: &[CellColumn]) -> bool {
-        let (offset, vacated, heights) = self.vacated(path);
+        let (offset, vacated, of_evasion) = self.vacated(path);
         let first = offset.x + vacated.x;
         let start = columns.partition_point(|column| column.x < first);
         columns[start..]
@@ -159,18 +158,18 @@ impl<'a> Grid<'a> {
             .any(|column| {
                 vacated
                     .position(column.x - offset.x, column.z - offset.z)
-                    .is_some_and(|at| heights[at] & column.heights != 0)
+                    .is_some_and(|at| of_evasion.heights(vacated, at) & column.heights != 0)
             })
     }
 
     /// All cells that a path vacates, in the frame of its node.
     pub fn cells(self, path: &NodePath) -> impl Iterator<Item = CellColumn> + use<'a> {
-        let (offset, vacated, heights) = self.vacated(path);
+        let (offset, vacated, of_evasion) = self.vacated(path);
         (0..vacated.width).flat_map(move |x| {
             (0..vacated.depth).map(move |z| CellColumn {
                 x: offset.x + vacated.x + x as i32,
                 z: offset.z + vacated.z + z as i32,
-                heights: heights[(vacated.first + x * vacated.depth + z) as usize],
+                heights: of_evasion.heights(vacated, (x * vacated.depth + z) as usize),
             })
         })
     }

@@ -111,8 +111,14 @@ pub(in crate::maps) fn find_paths(
         }
         links
     });
-    let links = links.into_iter().flatten().collect();
-    PathTable::new(first, links, report, graph, retimable, placements)
+    PathTable::new(
+        first,
+        links.concat().into(),
+        report,
+        graph,
+        retimable,
+        placements,
+    )
 }
 
 impl Layer {

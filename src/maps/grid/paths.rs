@@ -42,7 +42,7 @@ pub struct PathSettings {
 impl PathSettings {
     /// Maximum number of paths of a node, whatever [`PathSettings::most`] says. Also the maximum number of edges from a node with which its
     /// paths begin.
-    pub(super) const MOST_OF_A_NODE: usize = Links::TOO_LARGE as usize - 1;
+    pub(super) const MOST_OF_A_NODE: usize = 65_534;
 
     /// Maximum number of paths of all nodes, 4,194,304. Each node may have at least one path for each number of frames, even if that exceeds
     /// it. Paths beyond the maximum are removed and counted. So many paths are restored in a fifth of a second when a file is loaded.
@@ -189,75 +189,57 @@ pub(super) struct Link {
     pub(super) rest: u32,
 }
 
-/// The links of all paths, 4 bytes each.
+/// The links of all paths, 2 bytes each.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(from = "Vec<Link>", into = "Vec<Link>")]
 pub(super) struct Links {
-    /// [`Link::edge`] and [`Link::rest`]. Of a path without edges, both are 0.
-    packed: Vec<[u16; 2]>,
-    /// The paths without edges, in order, and their goals.
-    starts: Vec<[u32; 2]>,
+    /// [`Link::edge`] above the `rest_bits` of [`Link::rest`]; 0 for the links in `others`.
+    packed: Vec<u16>,
+    rest_bits: u32,
+    /// Paths without edges and those whose numbers do not fit, in order, with their links.
+    others: Vec<(u32, Link)>,
 }
 
 impl Links {
-    /// Stands for a number that is as large or larger, which leads nowhere.
-    const TOO_LARGE: u16 = u16::MAX;
-
     fn len(&self) -> usize {
         self.packed.len()
     }
 
-    /// Appends a link.
-    fn push(&mut self, link: Link) {
-        let number = |number: u32| u16::try_from(number).unwrap_or(Self::TOO_LARGE);
-        let packed = match link.edge {
-            0 => {
-                self.starts.push([self.packed.len() as u32, link.rest]);
-                [0, 0]
-            }
-            edge => [number(edge), number(link.rest)],
-        };
-        self.packed.push(packed);
-    }
-
-    /// Whether the numbers of a link are as they were appended.
-    fn is_whole(&self, path: u32) -> bool {
-        !self.packed[path as usize].contains(&Self::TOO_LARGE)
-    }
-
     #[inline]
     fn get(&self, path: u32) -> Link {
-        let [edge, rest] = self.packed[path as usize].map(u32::from);
-        match edge {
-            0 => Link {
-                edge,
-                rest: self.goal(path),
-            },
-            _ => Link { edge, rest },
+        let packed = u32::from(self.packed[path as usize]);
+        if packed == 0 {
+            return self.other(path);
+        }
+        Link {
+            edge: packed >> self.rest_bits,
+            rest: packed & ((1 << self.rest_bits) - 1),
         }
     }
 
-    /// Goal of a path without edges.
-    fn goal(&self, path: u32) -> u32 {
-        let place = self.starts.partition_point(|start| start[0] < path);
-        self.starts.get(place).map_or(u32::MAX, |start| start[1])
-    }
-}
-
-impl FromIterator<Link> for Links {
-    fn from_iter<I: IntoIterator<Item = Link>>(links: I) -> Self {
-        let mut found = Self::default();
-        for link in links {
-            found.push(link);
-        }
-        found.packed.shrink_to_fit();
-        found
+    /// Link of a path that is not packed.
+    fn other(&self, path: u32) -> Link {
+        self.others[self.others.partition_point(|other| other.0 < path)].1
     }
 }
 
 impl From<Vec<Link>> for Links {
     fn from(links: Vec<Link>) -> Self {
-        links.into_iter().collect()
+        let with_edge = links.iter().filter(|link| link.edge > 0);
+        let most = with_edge.map(|link| link.rest).max().unwrap_or(0);
+        let rest_bits = (u32::BITS - most.leading_zeros()).min(u16::BITS);
+        let pack = |link: &Link| {
+            let fits = link.edge > 0 && link.rest < 1 << rest_bits;
+            let packed = u64::from(link.edge) << rest_bits | u64::from(link.rest);
+            u16::try_from(packed).ok().filter(|_| fits)
+        };
+        let packed: Vec<u16> = links.iter().map(|link| pack(link).unwrap_or(0)).collect();
+        let others = (0..).zip(links).filter(|(_, link)| pack(link).is_none());
+        Self {
+            others: others.collect(),
+            packed,
+            rest_bits,
+        }
     }
 }
 
@@ -455,8 +437,7 @@ impl PathTable {
     #[inline]
     fn rest(&self, path: u32, edge: EdgeId) -> (u32, NodeId) {
         let node = self.steps[edge.index()].to;
-        let [_, rest] = self.links.packed[path as usize];
-        (self.first[node.index()] + u32::from(rest), node)
+        (self.first[node.index()] + self.links.get(path).rest, node)
     }
 
     /// The paths of a node, if they are kept and restored.
@@ -597,9 +578,6 @@ impl PathTable {
                 starts_here.then(|| known[path as usize].store(0, Ordering::Relaxed))?;
                 break 0;
             };
-            if !self.links.is_whole(path) {
-                return None;
-            }
             let first = &self.first_edge[node.index()..];
             let edge = first[0]
                 .checked_add(number)

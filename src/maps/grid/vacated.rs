@@ -1,5 +1,7 @@
 //! The cells that an evasion vacates, for each heading and part of a cell in which it may start.
 
+use rustc_hash::FxHashMap;
+
 use super::cells::CellColumn;
 use crate::math::{Isa, Rigid2, Sphere};
 
@@ -19,16 +21,18 @@ pub(super) struct VacatedCells {
     pub(super) z: i32,
     pub(super) width: u32,
     pub(super) depth: u32,
-    /// Index of the first entry in `heights`, `[x][z]`.
+    /// Index of the first column, `[x][z]`.
     pub(super) first: u32,
+    /// Index of the first of its heights in [`VacatedKinds::heights`].
+    first_heights: u32,
 }
 
 impl VacatedCells {
+    /// Number of a column among those of the kind.
     #[inline]
     pub(super) fn position(&self, x: i32, z: i32) -> Option<usize> {
         let (x, z) = (x.wrapping_sub(self.x) as u32, z.wrapping_sub(self.z) as u32);
-        (x < self.width && z < self.depth)
-            .then(|| self.first as usize + (x * self.depth + z) as usize)
+        (x < self.width && z < self.depth).then(|| (x * self.depth + z) as usize)
     }
 }
 
@@ -37,36 +41,62 @@ impl VacatedCells {
 pub(super) struct VacatedKinds {
     /// Cells of each kind.
     pub(super) kinds: Vec<VacatedCells>,
-    pub(super) heights: Vec<u64>,
+    /// Number of each column's heights, from the first of its kind on.
+    columns: Vec<u16>,
+    /// The heights of all columns, each once.
+    heights: Vec<u64>,
 }
 
 impl VacatedKinds {
     /// The cells that a body vacates whose spheres are at `first`, and then at `last`.
     pub(super) fn new(first: &[Sphere], last: &[Sphere], cell: f32) -> Self {
-        let mut found = Self {
-            kinds: Vec::with_capacity(KINDS as usize),
-            heights: Vec::new(),
-        };
+        let (mut kinds, mut columns, mut all) = (Vec::new(), Vec::new(), Vec::new());
         let (mut start, mut end) = (ReachedColumns::default(), ReachedColumns::default());
+        let (mut known, mut heights) = (FxHashMap::default(), Vec::new());
+        let mut first_heights = 0;
         for kind in 0..KINDS {
             let placement = kind_placement(kind, cell);
             let whole = [-CellColumn::FURTHEST, CellColumn::FURTHEST];
             start.find(first, placement, cell, [whole; 2]);
-            let cells = start.around(found.heights.len());
-            let room = found.heights.len() + (cells.width * cells.depth) as usize;
-            found.heights.resize(room, 0);
+            let mut cells = start.around();
             let bounds = [(cells.x, cells.width), (cells.z, cells.depth)];
             let bounds = bounds.map(|(first, count)| [first, first + count as i32 - 1]);
             end.find(last, placement, cell, bounds);
-            for (at, heights) in start.heights(&cells) {
-                found.heights[at] |= heights;
+            heights.clear();
+            heights.resize((cells.width * cells.depth) as usize, 0u64);
+            for (at, reached) in start.heights(&cells) {
+                heights[at] |= reached;
             }
-            for (at, heights) in end.heights(&cells) {
-                found.heights[at] &= !heights;
+            for (at, reached) in end.heights(&cells) {
+                heights[at] &= !reached;
             }
-            found.kinds.push(cells);
+            // So that their numbers fit. A kind has fewer columns than that ([`GridCells`](super::node_grid::GridCells)).
+            if known.len() + heights.len() > usize::from(u16::MAX) {
+                known.clear();
+                first_heights = all.len();
+            }
+            (cells.first, cells.first_heights) = (columns.len() as u32, first_heights as u32);
+            columns.extend(heights.iter().map(|&heights| {
+                *known.entry(heights).or_insert_with(|| {
+                    all.push(heights);
+                    (all.len() - 1 - first_heights) as u16
+                })
+            }));
+            kinds.push(cells);
         }
-        found
+        columns.shrink_to_fit();
+        Self {
+            kinds,
+            columns,
+            heights: all,
+        }
+    }
+
+    /// Heights of a column of a kind.
+    #[inline]
+    pub(super) fn heights(&self, kind: &VacatedCells, column: usize) -> u64 {
+        let number = self.columns[kind.first as usize + column];
+        self.heights[kind.first_heights as usize + usize::from(number)]
     }
 }
 
@@ -141,8 +171,8 @@ impl ReachedColumns {
         );
     }
 
-    /// The smallest rectangle around the columns, whose heights begin at `first`.
-    fn around(&self, first: usize) -> VacatedCells {
+    /// The smallest rectangle around the columns.
+    fn around(&self) -> VacatedCells {
         let ends = |axis: usize| {
             let values = || self.places.iter().map(|place| place[axis]);
             let (low, high) = (values().min().unwrap_or(0), values().max().unwrap_or(-1));
@@ -154,7 +184,7 @@ impl ReachedColumns {
             z,
             width,
             depth,
-            first: first as u32,
+            ..VacatedCells::default()
         }
     }
 
@@ -216,7 +246,7 @@ mod tests {
                 for x in cells.x - 2..cells.x + cells.width as i32 + 2 {
                     for z in cells.z - 2..cells.z + cells.depth as i32 + 2 {
                         let expected = start.remove(&(x, z)).unwrap_or(0);
-                        let heights = cells.position(x, z).map_or(0, |at| found.heights[at]);
+                        let heights = cells.position(x, z).map_or(0, |at| found.heights(&cells, at));
                         prop_assert_eq!(heights, expected, "{} {}", x, z);
                     }
                 }
