@@ -31,6 +31,7 @@ pub(crate) struct EntryTarget {
 
 /// One entry of a moment.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[repr(C, packed)]
 pub(crate) struct KnownEntry {
     /// Index in [`EntryTable::targets`].
     pub target: u16,

@@ -53,7 +53,7 @@ impl GridCells {
         }
     }
 
-    /// Maximum number of columns of all evasions: 128 MB.
+    /// Maximum number of columns of all evasions: 32 MB.
     const MOST_COLUMNS: f32 = (1 << 24) as f32;
 
     /// Side of a cell. It is doubled until the columns of all evasions fit [`GridCells::MOST_COLUMNS`],

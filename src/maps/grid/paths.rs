@@ -111,16 +111,14 @@ impl NodePath {
         alike_cell(self.placement, distance, angle)
     }
 
-    /// Returns this path with an edge in front of it. Returns `None` if the path would have too many frames.
-    fn after(self, step: &Step) -> Option<Self> {
-        let frames = |changes: bool| if changes { step.frames } else { 0 };
-        Some(Self {
-            goal: self.goal,
-            frames: self.frames.checked_add(step.frames)?,
-            faster: self.faster + frames(step.retimable.faster),
-            slower: self.slower + frames(step.retimable.slower),
-            placement: step.placement * self.placement,
-        })
+    /// Puts an edge in front of the path. In place, because a copy would wait for the numbers that it was just given.
+    #[inline]
+    fn prepend(&mut self, step: &Step) {
+        let Retimable { faster, slower } = step.retimable;
+        self.frames += step.frames;
+        self.faster += step.frames * u16::from(faster);
+        self.slower += step.frames * u16::from(slower);
+        self.placement = step.placement * self.placement;
     }
 }
 
@@ -164,12 +162,21 @@ pub struct PathTable {
 /// Target of an edge, and its part in the paths that start with it.
 #[derive(Clone, Copy, Debug)]
 struct Step {
-    to: NodeId,
+    /// The first path of the edge's target.
+    rest: At,
     /// Length, in frames, or 0 if the edge is too long for a path.
     frames: u16,
     retimable: Retimable,
     /// Character's frame at the edge's end, relative to that at its start.
     placement: Rigid2,
+}
+
+/// A path, its node and the first edge of that node.
+#[derive(Clone, Copy, Debug)]
+struct At {
+    path: u32,
+    node: NodeId,
+    first_edge: u32,
 }
 
 impl PartialEq for PathTable {
@@ -262,7 +269,7 @@ impl PathTable {
     const STEP: usize = 32;
 
     /// Number of nodes between two whose paths are kept. Most paths continue along their clip, whose next node has the next number.
-    const KEPT: usize = 4;
+    const KEPT: usize = 8;
 
     /// Number of paths that are restored together.
     const TOGETHER: usize = 16;
@@ -281,7 +288,11 @@ impl PathTable {
             let id = EdgeId(edge as u32);
             let edge = graph.edge(id);
             Step {
-                to: edge.to,
+                rest: At {
+                    path: first[edge.to.index()],
+                    node: edge.to,
+                    first_edge: graph.first_edges()[edge.to.index()],
+                },
                 frames: u16::try_from(edge.frames).unwrap_or(0),
                 retimable: retimable[id.index()],
                 placement: edge_placement(graph, placements, id),
@@ -385,10 +396,10 @@ impl PathTable {
 
     /// Edges of a path, without the evasion's edge.
     pub fn edges(&self, id: PathId) -> impl Iterator<Item = EdgeId> + '_ {
-        let mut at = (id.0, self.node(id));
+        let mut at = self.at(id.0, self.node(id));
         std::iter::from_fn(move || {
-            let edge = self.first_edge(at.0, at.1).ok()?;
-            at = self.rest(at.0, edge);
+            let (edge, rest) = self.split(at).ok()?;
+            at = rest;
             Some(edge)
         })
     }
@@ -423,21 +434,24 @@ impl PathTable {
         [first[0], first[1]]
     }
 
-    /// First edge of a path of a node; the goal if the path has none.
-    #[inline]
-    fn first_edge(&self, path: u32, node: NodeId) -> Result<EdgeId, u32> {
-        let link = self.links.get(path);
-        match link.edge.checked_sub(1) {
-            Some(number) => Ok(EdgeId(self.first_edge[node.index()] + number)),
-            None => Err(link.rest),
+    fn at(&self, path: u32, node: NodeId) -> At {
+        let first_edge = self.first_edge[node.index()];
+        At {
+            path,
+            node,
+            first_edge,
         }
     }
 
-    /// The path after the first edge of a path, and its node.
+    /// First edge of a path and the path after it; the goal if the path has no edge.
     #[inline]
-    fn rest(&self, path: u32, edge: EdgeId) -> (u32, NodeId) {
-        let node = self.steps[edge.index()].to;
-        (self.first[node.index()] + self.links.get(path).rest, node)
+    fn split(&self, at: At) -> Result<(EdgeId, At), u32> {
+        let link = self.links.get(at.path);
+        let number = link.edge.checked_sub(1).ok_or(link.rest)?;
+        let edge = EdgeId(at.first_edge + number);
+        let rest = self.steps[edge.index()].rest;
+        let path = rest.path + link.rest;
+        Ok((edge, At { path, ..rest }))
     }
 
     /// The paths of a node, if they are kept and restored.
@@ -458,47 +472,46 @@ impl PathTable {
         const MOST: usize = 32;
         let mut edges = [[EdgeId(0); Self::TOGETHER]; MOST];
         let mut counts = [0; Self::TOGETHER];
-        let mut at = [(0, node); Self::TOGETHER];
+        let mut at = [self.at(first, node); Self::TOGETHER];
         at.iter_mut()
             .zip(first..)
-            .for_each(|(at, path)| at.0 = path);
-        let mut open = out.len();
-        let mut is_open = [true; Self::TOGETHER];
+            .for_each(|(at, path)| at.path = path);
+        // A bit for each path that is not followed to its end.
+        let mut open = (1u32 << out.len()) - 1;
         for (depth, edges) in edges.iter_mut().enumerate() {
-            if open == 0 {
-                break;
-            }
-            for (lane, out) in out.iter_mut().enumerate() {
-                if !is_open[lane] {
+            let mut left = open;
+            while left != 0 {
+                let lane = left.trailing_zeros() as usize;
+                left &= left - 1;
+                let here = at[lane];
+                let kept = self.kept(here.node);
+                if let Some(kept) = kept {
+                    out[lane] = kept[(here.path - self.first[here.node.index()]) as usize];
+                    open &= !(1 << lane);
                     continue;
                 }
-                let (path, node) = at[lane];
-                match self.kept(node) {
-                    Some(kept) => *out = kept[(path - self.first[node.index()]) as usize],
-                    None => match self.first_edge(path, node) {
-                        Err(goal) => *out = NodePath::start(goal),
-                        Ok(edge) => {
-                            (edges[lane], counts[lane]) = (edge, depth + 1);
-                            at[lane] = self.rest(path, edge);
-                            continue;
-                        }
-                    },
+                match self.split(here) {
+                    Ok((edge, rest)) => {
+                        (edges[lane], counts[lane], at[lane]) = (edge, depth + 1, rest);
+                    }
+                    Err(goal) => {
+                        out[lane] = NodePath::start(goal);
+                        open &= !(1 << lane);
+                    }
                 }
-                is_open[lane] = false;
-                open -= 1;
             }
         }
-        for (lane, out) in out.iter_mut().enumerate() {
-            if is_open[lane] {
-                let (path, node) = at[lane];
-                self.restore(path, node, std::slice::from_mut(out));
-            }
+        while open != 0 {
+            let lane = open.trailing_zeros() as usize;
+            open &= open - 1;
+            let At { path, node, .. } = at[lane];
+            self.restore(path, node, std::slice::from_mut(&mut out[lane]));
         }
         let deepest = counts.into_iter().max().unwrap_or(0);
         for (depth, edges) in edges[..deepest].iter().enumerate().rev() {
             for (lane, out) in out.iter_mut().enumerate() {
                 if depth < counts[lane] {
-                    *out = out.after(&self.steps[edges[lane].index()]).unwrap_or(*out);
+                    out.prepend(&self.steps[edges[lane].index()]);
                 }
             }
         }
@@ -583,14 +596,14 @@ impl PathTable {
                 .checked_add(number)
                 .filter(|&edge| edge < first[1])?;
             let step = self.steps[edge as usize];
-            let [first, end] = self.ends(step.to);
+            let [first, end] = self.ends(step.rest.node);
             let rest = first.checked_add(link.rest).filter(|&rest| rest < end)?;
             // Every path is longer than its rest, so a chain has at most `u16::MAX` paths. A path that contains itself exceeds this.
             if step.frames == 0 || open.len() >= usize::from(u16::MAX) {
                 return None;
             }
             open.push((path, step.frames));
-            (path, node) = (rest, step.to);
+            (path, node) = (rest, step.rest.node);
         };
         while let Some((longer, first)) = open.pop() {
             frames = frames

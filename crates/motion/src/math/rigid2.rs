@@ -80,6 +80,7 @@ impl Rigid2 {
 
     /// `self` after `inner`: a point goes through `inner` first.
     #[must_use]
+    #[inline]
     pub fn then_inner(self, inner: Self) -> Self {
         let (cos, sin) = (
             self.cos * inner.cos - self.sin * inner.sin,
@@ -146,6 +147,7 @@ impl Rigid2 {
 impl std::ops::Mul for Rigid2 {
     type Output = Self;
     /// `a * b` applies `b` first, as matrices do.
+    #[inline]
     fn mul(self, inner: Self) -> Self {
         self.then_inner(inner)
     }
