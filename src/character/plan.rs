@@ -517,7 +517,7 @@ impl CharacterState {
         self.given_up.retain(|one| now < one.until);
     }
 
-    /// The answer to the wider attack, tested against the plain one; `None` if the body would push too hard, or the limit came before it.
+    /// The answer to the wider attack, tested against the plain one; `None` if the body would push too hard.
     fn ask(
         &self,
         planning: &Planning<'_>,
@@ -541,7 +541,7 @@ impl CharacterState {
         context.body().set_grace(false);
         query.answer_in_scope(request, Some(scope), context, answer);
         context.body().set_grace(true);
-        if answer.too_hard || context.late_stage().is_some() {
+        if answer.too_hard {
             return None;
         }
         let known = answer.clearance();

@@ -22,8 +22,8 @@ use super::score::{Evaluated, Push, Score};
 use super::state::QueryState;
 use super::workers::Workers;
 use crate::anim::EventKind;
-use crate::graph::{Motion, MotionGraph, MotionStep};
-use crate::maps::BodyTrack;
+use crate::graph::{EdgeId, Motion, MotionGraph, MotionStep};
+use crate::maps::{BodyTrack, PathId};
 use crate::math::thread_count;
 
 /// One round of a query: its candidates, and what a culling path counted of them.
@@ -165,16 +165,23 @@ impl Round<'_> {
         worse(clearance, self.candidate_entered(index, 0.0, body))
     }
 
+    /// The edge of the evasion that a path leads to.
+    fn evasion_edge(self, path: PathId) -> EdgeId {
+        let goal = self.state.request.path(path).goal;
+        self.query.baked.evasions()[goal as usize].edge
+    }
+
     /// Tests a candidate against the attack alone. An evasion is tested on its baked body track, a move at every fourth sample first.
     fn test_attack(self, index: usize, extent: Extent, body: &mut MotionBody) -> Clearance {
         let (state, baked) = (self.state, self.query.baked);
-        let mut moved = 0.0;
+        let mut moved = (0.0, 0.0);
         let (track, sampling) = match state.candidates.list[index].kind {
             CandidateKind::Evasion { path, start } => {
                 // The track is that of a body without offset, but for feet that are held.
                 let (blend, graph) = (&state.request.blend, baked.graph());
-                let held = blend.held_feet_moved(graph, start, &mut body.reaches);
-                moved = held.unwrap_or(0.0);
+                let lifted = graph.first_lifts(self.evasion_edge(path), start);
+                let held = blend.held_feet_moved(graph, start, &lifted, &mut body.reaches);
+                moved = held.unwrap_or_default();
                 let track = held.map(|_| state.request.evasion(baked, path, start));
                 (track, Sampling::Each)
             }
@@ -264,7 +271,7 @@ impl Round<'_> {
         match candidate.kind {
             CandidateKind::Evasion { path, .. } => {
                 let steps = retimed(baked, candidate.rate, baked.paths().edges(path));
-                let edge = baked.evasions()[request.path(path).goal as usize].edge;
+                let edge = self.evasion_edge(path);
                 let evasion = MotionStep { edge, rate: 1.0 };
                 motion.restart(graph, request.playhead, steps.chain([evasion]));
             }
@@ -278,6 +285,9 @@ impl Round<'_> {
             }
         }
         motion.continue_blend(&request.blend, 0.0);
+        if let CandidateKind::Evasion { path, start } = candidate.kind {
+            motion.release_feet(&graph.first_lifts(self.evasion_edge(path), start));
+        }
         if let CandidateKind::Entry(entry) = candidate.kind {
             let EntryCandidate { delay, entry, .. } = &state.candidates.entries[entry as usize];
             motion.enter(graph, *delay, entry);

@@ -257,6 +257,29 @@ impl Inertia {
         }
     }
 
+    /// Lets go of the feet that are held once they are lifted. `lifted` has for each leg the time since the motion's start when that is, in seconds.
+    pub(crate) fn release_feet(&mut self, lifted: &[Option<f32>]) {
+        for (foot, lifted) in self.feet.iter_mut().zip(lifted) {
+            if let Some(lifted) = lifted.filter(|_| foot.held.is_held()) {
+                foot.held.until = foot.held.until.min(lifted - self.start);
+            }
+        }
+    }
+
+    /// Time when feet are held no more, in seconds since the motion's start, if they are released like that.
+    pub(crate) fn held_until(&self, lifted: &[Option<f32>]) -> f32 {
+        let ends = self.feet.iter().zip(lifted).map(|(foot, lifted)| {
+            let lifted = lifted.map_or(f32::INFINITY, |lifted| lifted - self.start);
+            let until = foot.held.until.min(lifted);
+            if foot.held.is_held() {
+                until + foot.held.release
+            } else {
+                0.0
+            }
+        });
+        self.start + ends.fold(0.0, f32::max)
+    }
+
     /// Moves the foot of a leg that stands at `seconds` of the motion, until it is lifted, in seconds from then on.
     pub(crate) fn shift_foot(&mut self, leg: usize, seconds: f32, by: Vec3, lifted: f32) {
         if let Some(foot) = self.feet.get_mut(leg) {

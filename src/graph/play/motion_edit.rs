@@ -171,18 +171,20 @@ impl Motion {
         inertia.is_some_and(|inertia| inertia.moves_body(self.moment(seconds)))
     }
 
-    /// The largest distance by which the offset at the start moves the feet from `seconds` on, in metres; `None` if it then still moves more than
-    /// feet that are held.
+    /// The largest distance by which the offset at the start moves the feet from `seconds` on, in metres, and until when it does, if they are
+    /// released as in [`Motion::release_feet`]; `None` if it then still moves more than feet that are held.
     pub(crate) fn held_feet_moved(
         &self,
         graph: &MotionGraph,
         seconds: f32,
+        lifted: &[Option<f32>],
         reaches: &mut Vec<JointReach>,
-    ) -> Option<f32> {
+    ) -> Option<(f32, f32)> {
         let Some(held) = self.inertia(0.0).filter(|it| it.lasts(seconds)) else {
-            return Some(0.0);
+            return Some((0.0, 0.0));
         };
-        (!held.moves_body(seconds)).then(|| held.reach(graph, seconds, reaches).feet)
+        let until = held.held_until(lifted);
+        (!held.moves_body(seconds)).then(|| (held.reach(graph, seconds, reaches).feet, until))
     }
 
     /// Turns the motion about its root at `seconds`, while some feet stay where they stand. `standing` has of each leg that stands the position of
@@ -249,6 +251,14 @@ impl Motion {
         self.inertias[0].clone_from(left);
         self.inertias[0].start -= seconds;
         self.entered = 1;
+    }
+
+    /// Lets go of the feet that are held at the start once they are lifted. They were held for as long as the motion that was left would have
+    /// stood on them. `lifted` has for each leg the time when that is, in seconds.
+    pub(crate) fn release_feet(&mut self, lifted: &[Option<f32>]) {
+        if let Some(held) = self.inertias[..self.entered].first_mut() {
+            held.release_feet(lifted);
+        }
     }
 
     /// Time until the offset at the start has faded out, in seconds; 0 without an offset.

@@ -6,6 +6,7 @@ use crate::anim::{
 };
 use crate::graph::ClipId;
 use crate::graph::motion_graph::{Edge, EdgeId, EdgeMotion, LegBlend, MotionGraph};
+use crate::graph::play::inertia::MOST_LEGS;
 use crate::graph::search::transition::blend_weight;
 use crate::math::Rigid2;
 use glam::{Quat, Vec3};
@@ -294,5 +295,15 @@ impl MotionGraph {
         };
         let frame = position.frame.max(0.0) as u32;
         leg < self.feet.legs.len() && self.feet.stands(position.clip, leg, frame)
+    }
+
+    /// For each leg, when the foot first does not stand on an edge that begins after `start` seconds; `None` where it always stands.
+    pub(crate) fn first_lifts(&self, edge: EdgeId, start: f32) -> [Option<f32>; MOST_LEGS] {
+        let frames = 0..=self.edge(edge).frames;
+        std::array::from_fn(|leg| {
+            let mut each = frames.clone().map(|frame| frame as f32);
+            let lifted = each.find(|&frame| !self.foot_stands(edge, frame, leg))?;
+            Some(start + lifted / self.frame_rate() as f32)
+        })
     }
 }

@@ -201,15 +201,15 @@ impl<'a> ExactTest<'a> {
         scratch: &mut MotionBody,
         build: impl FnOnce(&mut Motion),
     ) -> Clearance {
-        self.on_track_with_held_feet(part, 0.0, scratch, build)
+        self.on_track_with_held_feet(part, (0.0, 0.0), scratch, build)
     }
 
-    /// Like [`ExactTest::on_track`], for a body with feet that are held up to `moved` metres from where the track has them. If the attack may
-    /// come nearer to the legs than to the rest of the body, the whole motion is posed.
+    /// Like [`ExactTest::on_track`], for a body with feet that are held up to `moved` metres from where the track has them, until a time in seconds.
+    /// If the attack may then come nearer to the legs than to the rest of the body, the motion is posed.
     pub(in crate::query) fn on_track_with_held_feet(
         &self,
         part: &PlayedTrack<'_>,
-        moved: f32,
+        (moved, until): (f32, f32),
         scratch: &mut MotionBody,
         build: impl FnOnce(&mut Motion),
     ) -> Clearance {
@@ -233,11 +233,20 @@ impl<'a> ExactTest<'a> {
         let wider = knee_moved(moved);
         radii.clear();
         radii.extend(spheres().map(|(radius, share)| radius + share * wider));
+        let until = until.min(to).max(from);
+        let [held, free] = [(from, until), (until, to)].map(|(from, to)| TimeWindow {
+            from,
+            to,
+            ..part.window()
+        });
+        let mut is_open = false;
         let mut sweep = Sweep::new(self.attack, self.extent, memory);
-        sweep.run(&mut self.tracked(part, radii, wider), part.window());
-        let found = sweep.nearest();
-        let is_leg = rows.knee_shares().get(found.body_sphere) > Some(&0.0);
-        let is_open = wider > 0.0 && is_leg && found.metres < self.extent.below;
+        if wider > 0.0 {
+            sweep.run(&mut self.tracked(part, radii, wider), held);
+            let found = sweep.nearest();
+            let is_leg = rows.knee_shares().get(found.body_sphere) > Some(&0.0);
+            is_open = is_leg && found.metres < self.extent.below;
+        }
         if is_open {
             radii.clear();
             radii.extend(spheres().map(|(radius, share)| match *share > 0.0 {
@@ -245,16 +254,15 @@ impl<'a> ExactTest<'a> {
                 false => *radius,
             }));
             sweep = Sweep::new(self.attack, self.extent, memory);
-            sweep.run(&mut self.tracked(part, radii, 0.0), part.window());
+            sweep.run(&mut self.tracked(part, radii, 0.0), held);
         }
+        sweep.run(&mut self.tracked(part, rows.radii(), 0.0), free);
         if !sweep.is_over() && (is_open || !is_covered) {
             build(motion);
             let mut body = posed.on(poses, self.baked, motion, self.sampling);
-            if is_open {
-                sweep = Sweep::new(self.attack, self.extent, memory);
-                sweep.run(&mut body, TimeWindow::on_motion(0.0, f32::INFINITY));
-            } else {
-                sweep.run(&mut body, TimeWindow::on_motion(0.0, from));
+            let posed_to = if is_open { until } else { from };
+            sweep.run(&mut body, TimeWindow::on_motion(0.0, posed_to));
+            if self.attack.end() > to {
                 sweep.run(&mut body, TimeWindow::on_motion(to, f32::INFINITY));
             }
         }
@@ -324,8 +332,11 @@ mod tests {
         let mut motion = Motion::new(graph, start, &[]);
         motion.continue_blend(&before, 0.5);
         motion.extend(graph, 3.0);
-        let moved = motion.held_feet_moved(graph, 0.0, &mut Vec::new()).unwrap();
-        assert!(moved > 0.04, "{moved}");
+        let lifted = [Some(0.4); 2];
+        motion.release_feet(&lifted);
+        let moved = motion.held_feet_moved(graph, 0.0, &lifted, &mut Vec::new());
+        let moved = moved.unwrap();
+        assert!(moved.0 > 0.04 && (0.4..0.8).contains(&moved.1), "{moved:?}");
         let part = PlayedTrack::new(track, Rigid2::IDENTITY, 0.0);
         let (mut random, mut body) = (Random::new(3), MotionBody::default());
         let (mut posed, mut hits, mut most) = (0, 0, 0.0f32);
