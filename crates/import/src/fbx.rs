@@ -20,6 +20,11 @@ pub enum FbxError {
     /// The file is damaged or no FBX file. The message is that of the parser.
     #[error("not an FBX file that can be read: {0}")]
     Text(String),
+    /// The file is damaged, and Assimp wrote it.
+    #[error(
+        "Assimp writes FBX files without the records that end lists of nodes, which cannot be read: export glTF from it"
+    )]
+    Assimp,
     /// The takes would need too much memory.
     #[error("take \"{take}\" has more than {MOST_ENTRIES} frames times nodes")]
     TooLong {
@@ -30,6 +35,9 @@ pub enum FbxError {
     #[error("{0}")]
     TooLarge(String),
 }
+
+/// Part of the name that Assimp writes into its files.
+const ASSIMP: &[u8] = b"Open Asset Import Library";
 
 /// Most bytes that the parser may allocate.
 const MEMORY: usize = 2 << 30;
@@ -52,7 +60,13 @@ pub(crate) fn to_glb(bytes: &[u8], purpose: ReadPurpose) -> Result<Vec<u8>, FbxE
     options.temp_allocator.memory_limit = MEMORY;
     options.result_allocator.memory_limit = MEMORY;
     let scene = ufbx::load_memory(bytes, options);
-    let scene = scene.map_err(|error| FbxError::Text(error.description.to_string()))?;
+    let scene =
+        scene.map_err(
+            |error| match bytes.windows(ASSIMP.len()).any(|part| part == ASSIMP) {
+                true => FbxError::Assimp,
+                false => FbxError::Text(error.description.to_string()),
+            },
+        )?;
     let mut writer = Writer {
         scene: &scene,
         nodes: scene.nodes.iter().map(node).collect(),

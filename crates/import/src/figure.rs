@@ -5,6 +5,7 @@
 //! and become part of the root's own motion. Bones whose lengths stand in the frames and not in the skeleton, as in files whose offsets are 0,
 //! get the median of their frames, if no frame has them as the skeleton does.
 
+use std::ops::Range;
 use std::path::Path;
 
 use glam::{Quat, Vec3};
@@ -225,33 +226,96 @@ fn rest_frames(skeleton: &Skeleton, clip: &Clip) -> usize {
     0
 }
 
-impl ClipSet {
-    /// Leaves out the frames of rest at the clips' starts, and names them. Events keep their frames.
-    pub(crate) fn leave_out_rest(&mut self) -> Result<(), ClipError> {
-        for (index, clip) in self.clips.iter_mut().enumerate() {
-            let rest = rest_frames(&self.skeleton, clip);
-            if rest == 0 {
-                continue;
-            }
-            let mut desc = clip.desc();
-            desc.roots.drain(..rest);
-            desc.rotations.drain(..rest * self.skeleton.len());
-            if !desc.translations.is_empty() {
-                desc.translations.drain(..rest * self.skeleton.len());
-            }
-            *clip = Clip::new(&self.skeleton, desc)?;
-            let seconds = rest as f64 / clip.frame_rate();
-            for event in self.events.iter_mut().filter(|event| event.clip == index) {
-                event.start = (event.start - seconds).max(0.0);
-                event.end -= seconds;
-            }
-            self.events
-                .retain(|event| event.clip != index || event.end > event.start);
-            self.warnings.push(format!(
-                "{}: the first {rest} frames ({seconds:.2} s) are a pose of rest with the arms held apart, and are left out",
-                clip.name()
-            ));
+/// The longest run of frames in which the legs have about the length that the skeleton has. In others the figure is scaled to nothing, as where
+/// it appears or vanishes.
+fn whole_frames(skeleton: &Skeleton, clip: &Clip) -> Range<usize> {
+    /// Share of the legs' length that is left, below which a frame shows no body.
+    const LEFT: f32 = 0.8;
+    let feet = Limbs::of(skeleton).feet.into_iter();
+    let bones: Vec<JointId> = feet
+        .flat_map(|foot| skeleton.ancestry(foot).filter(|&id| id != JointId::ROOT))
+        .collect();
+    let length = |place: &dyn Fn(JointId) -> Vec3| -> f32 {
+        bones.iter().map(|&id| place(id).length()).sum()
+    };
+    let own = length(&|id| skeleton.joint(id).offset);
+    let mut pose = Pose::default();
+    let mut is_whole = |frame: usize| {
+        clip.pose(frame, &mut pose);
+        length(&|id| pose.translations[id.index()]) >= LEFT * own
+    };
+    let (mut longest, mut run) = (0..0, 0..0);
+    for frame in 0..clip.frames() {
+        if is_whole(frame) {
+            run.end = frame + 1;
+        } else {
+            run = frame + 1..frame + 1;
         }
+        if run.len() > longest.len() {
+            longest = run.clone();
+        }
+    }
+    longest
+}
+
+impl ClipSet {
+    /// Leaves out frames of rest at the clips' starts, and frames in which the figure is scaled to nothing, and names them. Events keep their
+    /// frames.
+    pub(crate) fn leave_out_rest(&mut self) -> Result<(), ClipError> {
+        for index in 0..self.clips.len() {
+            let clip = &self.clips[index];
+            if clip.moves_joints() {
+                let whole = whole_frames(&self.skeleton, clip);
+                // A figure that is small in all frames is what somebody wants.
+                if whole.len() > 1 {
+                    self.keep_frames(index, whole, "show no body, but joints in one place")?;
+                }
+            }
+            let clip = &self.clips[index];
+            let kept = rest_frames(&self.skeleton, clip)..clip.frames();
+            self.keep_frames(index, kept, "are a pose of rest with the arms held apart")?;
+        }
+        Ok(())
+    }
+
+    /// Keeps some frames of a clip, and says what the others are.
+    fn keep_frames(
+        &mut self,
+        index: usize,
+        kept: Range<usize>,
+        others: &str,
+    ) -> Result<(), ClipError> {
+        let clip = &self.clips[index];
+        let frames = clip.frames();
+        if kept.len() == frames {
+            return Ok(());
+        }
+        let left_out = match (kept.start, frames - kept.end) {
+            (first, 0) => format!("the first {first} frames"),
+            (0, last) => format!("the last {last} frames"),
+            (first, last) => format!("the first {first} and the last {last} frames"),
+        };
+        let rate = clip.frame_rate();
+        let seconds = (frames - kept.len()) as f64 / rate;
+        self.warnings.push(format!(
+            "{}: {left_out} ({seconds:.2} s) {others}, and are left out",
+            clip.name()
+        ));
+        let mut desc = clip.desc();
+        let of_joints = kept.start * self.skeleton.len()..kept.end * self.skeleton.len();
+        desc.roots = desc.roots[kept.clone()].to_vec();
+        desc.rotations = desc.rotations[of_joints.clone()].to_vec();
+        if !desc.translations.is_empty() {
+            desc.translations = desc.translations[of_joints].to_vec();
+        }
+        self.clips[index] = without_still_places(&self.skeleton, Clip::new(&self.skeleton, desc)?)?;
+        let (start, most) = (kept.start as f64 / rate, self.clips[index].duration());
+        for event in self.events.iter_mut().filter(|event| event.clip == index) {
+            event.start = (event.start - start).max(0.0);
+            event.end = (event.end - start).min(most);
+        }
+        self.events
+            .retain(|event| event.clip != index || event.end > event.start);
         Ok(())
     }
 }

@@ -129,4 +129,12 @@ fn what_is_no_fbx_file_is_refused_with_its_name() {
             .to_string();
         assert!(error.contains("arm.FBX: "), "{error}");
     }
+    // The first node of a file by Assimp, which ends with no empty node.
+    let creator = b"Open Asset Import Library (Assimp) 5.2.0";
+    let mut file = b"Kaydara FBX Binary  \0\x1a\0\x4c\x1d\0\0".to_vec();
+    file.extend([0xff; 24]);
+    file.extend(creator);
+    std::fs::write(&path, file).unwrap();
+    let error = read_motions(&path, &ReadOptions::default()).unwrap_err();
+    assert!(error.to_string().contains("Assimp writes"), "{error}");
 }

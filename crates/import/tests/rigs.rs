@@ -555,6 +555,33 @@ fn frames_of_rest_are_left_out_and_named() {
     assert!((set.events[0].start - (1.0 - 2.0 / 30.0)).abs() < 1e-4);
 }
 
+#[test]
+fn frames_in_which_the_figure_has_no_size_are_left_out_and_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let plain = read(case("hips_root.bvh"));
+    let mut desc = plain.clips[0].desc();
+    let whole = 5..plain.clips[0].frames() - 3;
+    for (frame, root) in desc.roots.iter().enumerate() {
+        let size = if whole.contains(&frame) { 1.0 } else { 0.01 };
+        let offsets = plain.skeleton.joints().iter().skip(1);
+        desc.translations.push(*root);
+        desc.translations
+            .extend(offsets.map(|joint| size * joint.offset));
+    }
+    let clip = Clip::new(&plain.skeleton, desc).unwrap();
+    let mut bytes = Vec::new();
+    gltf::write(&mut bytes, &plain.skeleton, &[clip], &[]).unwrap();
+    let path = folder.path().join("appears.glb");
+    std::fs::write(&path, bytes).unwrap();
+    let set = read(path);
+    let said = &set.warnings[0];
+    assert!(said.contains("the first 5 and the last 3 frames"), "{said}");
+    assert_eq!(set.clips[0].frames(), whole.len());
+    assert!(!set.clips[0].moves_joints());
+    let (first, wanted) = (set.clips[0].root(0), plain.clips[0].root(whole.start));
+    assert!(first.distance(wanted) < 1e-4);
+}
+
 /// The walking figure with fingers, a sword and a cape that turn by an angle from frame to frame.
 fn with_details(angle: f32) -> ClipSet {
     let mut set = read(case("hips_root.bvh"));
