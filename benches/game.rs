@@ -58,12 +58,13 @@ fn main() {
         "milliseconds", "median", "99%", "worst"
     );
     let only = option("--only").map(|name| name.to_string_lossy().into_owned());
-    let parts: [(&str, Part); 6] = [
+    let parts: [(&str, Part); 7] = [
         ("steps", steps),
         ("searches", searches),
         ("plans", plans),
         ("unavoidable", unavoidable),
         ("warm", warm),
+        ("rollback", rollback),
         ("fire", under_fire),
     ];
     for (name, measure) in parts {
@@ -367,6 +368,24 @@ fn warm(baked: &Arc<BakedGraph>, figures: &mut Figures) {
             note(figures, "allocations_per_step", made as f64 / FRAMES as f64);
         }
     }
+}
+
+/// Eight frames of walkers that are stepped from a saved state, which then comes back, as in a game with rollback.
+fn rollback(baked: &Arc<BakedGraph>, figures: &mut Figures) {
+    const FRAMES: usize = 8;
+    let mut game = Game::new(baked, 200, CharacterSettings::default());
+    game.walk();
+    game.play(60, |_| ());
+    let mut one = || {
+        let started = thread_milliseconds();
+        let saved = game.characters.state();
+        game.play(FRAMES, |_| ());
+        game.characters.restore(saved).unwrap();
+        thread_milliseconds() - started
+    };
+    let times: Vec<f64> = (0..40).map(|_| one()).collect();
+    let (median, _) = row("200 walkers saved, stepped 8 times and restored", &times);
+    note(figures, "rollback_ms", median);
 }
 
 /// Walkers with a ball each second, and the way that they make of what they are asked for.
