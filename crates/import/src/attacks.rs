@@ -9,6 +9,7 @@ use thiserror::Error;
 use crate::ReadError;
 use crate::file::{JsonError, parse_json, read_bytes};
 use sabaki::maps::SphereKey;
+use sabaki::query::{Attack, AttackError};
 
 /// Reason why attacks cannot be used. Attacks, spheres and keys are counted from 0.
 #[derive(Clone, Debug, PartialEq, Error)]
@@ -19,39 +20,13 @@ pub enum AttacksError {
     /// The file has no attack.
     #[error("the file holds no attack")]
     NoAttack,
-    /// An attack has no sphere, or a sphere has no key.
-    #[error("attack {attack}, sphere {sphere}: no key; a sphere needs one at least")]
-    NoKey {
+    /// An attack is none.
+    #[error("attack {attack}: {error}")]
+    Attack {
         /// Index of the attack.
         attack: usize,
-        /// Index of the sphere.
-        sphere: usize,
-    },
-    /// A time, a position or a radius is not finite, or the radius is not positive.
-    #[error(
-        "attack {attack}, sphere {sphere}, key {key}: not a finite time and place and a radius above 0"
-    )]
-    BadKey {
-        /// Index of the attack.
-        attack: usize,
-        /// Index of the sphere.
-        sphere: usize,
-        /// Index of the key.
-        key: usize,
-    },
-    /// A key is not later than the one before it.
-    #[error("attack {attack}, sphere {sphere}, key {key}: {t} s is not after {before} s")]
-    Order {
-        /// Index of the attack.
-        attack: usize,
-        /// Index of the sphere.
-        sphere: usize,
-        /// Index of the key.
-        key: usize,
-        /// Time of the key, in seconds.
-        t: f32,
-        /// Time of the previous key, in seconds.
-        before: f32,
+        /// What is wrong with it.
+        error: AttackError,
     },
 }
 
@@ -96,44 +71,11 @@ impl AttackFile {
             return Err(AttacksError::NoAttack);
         }
         for (attack, entry) in self.attacks.iter().enumerate() {
-            if entry.spheres.is_empty() {
-                return Err(AttacksError::NoKey { attack, sphere: 0 });
-            }
-            for (sphere, keys) in entry.spheres.iter().enumerate() {
-                check_keys(attack, sphere, keys)?;
-            }
+            Attack::new(entry.spheres.clone())
+                .map_err(|error| AttacksError::Attack { attack, error })?;
         }
         Ok(())
     }
-}
-
-fn check_keys(attack: usize, sphere: usize, keys: &[SphereKey]) -> Result<(), AttacksError> {
-    if keys.is_empty() {
-        return Err(AttacksError::NoKey { attack, sphere });
-    }
-    let is_good = |key: &SphereKey| {
-        key.t.is_finite() && key.center.is_finite() && key.radius.is_finite() && key.radius > 0.0
-    };
-    for (key, current) in keys.iter().enumerate() {
-        if !is_good(current) {
-            return Err(AttacksError::BadKey {
-                attack,
-                sphere,
-                key,
-            });
-        }
-        let before = key.checked_sub(1).map(|before| keys[before].t);
-        if let Some(before) = before.filter(|&before| current.t <= before) {
-            return Err(AttacksError::Order {
-                attack,
-                sphere,
-                key,
-                t: current.t,
-                before,
-            });
-        }
-    }
-    Ok(())
 }
 
 /// An element of `spheres`: a key of a single sphere, or a list of keys.

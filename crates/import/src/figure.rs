@@ -35,7 +35,7 @@ impl Rooted {
     /// # Errors
     /// The body's root is too far away.
     pub(crate) fn of(skeleton: &Skeleton) -> Result<Option<Self>, SkeletonError> {
-        Self::at(skeleton, body_root(skeleton))
+        Self::at(skeleton, figure_root(skeleton)?)
     }
 
     /// The body below a joint.
@@ -170,6 +170,27 @@ impl Rooted {
             turns,
         })
     }
+}
+
+/// The joint where legs and trunk of a body meet: of the first one, if the skeleton has several.
+fn figure_root(skeleton: &Skeleton) -> Result<JointId, SkeletonError> {
+    let root = body_root(skeleton);
+    let limbs = Limbs::of(skeleton);
+    let is_figure = |&id: &JointId| {
+        let has_pair = |ends: &[JointId]| {
+            let below = |&&end: &&JointId| skeleton.ancestry(end).any(|above| above == id);
+            ends.iter().filter(below).count() > 1
+        };
+        has_pair(&limbs.hands) && has_pair(&limbs.feet)
+    };
+    // Below the root of one figure, no joint carries all limbs.
+    let Some(first) = skeleton.children(root).find(is_figure) else {
+        return Ok(root);
+    };
+    Ok(match Rooted::at(skeleton, first)? {
+        Some(own) => own.joints[figure_root(&own.skeleton)?.index()],
+        None => root,
+    })
 }
 
 /// A motion on the skeleton that its files have.

@@ -513,52 +513,44 @@ pub struct UpError;
 impl FromStr for Up {
     type Err = UpError;
     fn from_str(word: &str) -> Result<Self, UpError> {
-        match word.to_ascii_lowercase().as_str() {
-            "x" => Ok(Self::X),
-            "y" => Ok(Self::Y),
-            "z" => Ok(Self::Z),
-            "-x" => Ok(Self::NegativeX),
-            "-y" => Ok(Self::NegativeY),
-            "-z" => Ok(Self::NegativeZ),
-            _ => Err(UpError),
-        }
+        let is_named = |&(_, name, _): &(Self, &str, Vec3)| {
+            name.trim_start_matches('+').eq_ignore_ascii_case(word)
+        };
+        let found = Self::ALL.into_iter().find(is_named);
+        found.map(|(up, ..)| up).ok_or(UpError)
     }
 }
 
 impl Up {
+    /// All axes, with their names and directions.
+    const ALL: [(Self, &str, Vec3); 6] = [
+        (Self::X, "+X", Vec3::X),
+        (Self::Y, "+Y", Vec3::Y),
+        (Self::Z, "+Z", Vec3::Z),
+        (Self::NegativeX, "-X", Vec3::NEG_X),
+        (Self::NegativeY, "-Y", Vec3::NEG_Y),
+        (Self::NegativeZ, "-Z", Vec3::NEG_Z),
+    ];
+
     /// Rotation from the file's axes to +Y up.
     fn turn(self) -> Quat {
         match self {
-            Self::X => Quat::from_rotation_arc(Vec3::X, Vec3::Y),
-            Self::Y => Quat::IDENTITY,
-            Self::Z => Quat::from_rotation_arc(Vec3::Z, Vec3::Y),
-            Self::NegativeX => Quat::from_rotation_arc(Vec3::NEG_X, Vec3::Y),
             Self::NegativeY => Quat::from_rotation_z(std::f32::consts::PI),
-            Self::NegativeZ => Quat::from_rotation_arc(Vec3::NEG_Z, Vec3::Y),
+            up => Quat::from_rotation_arc(Self::ALL[up as usize].2, Vec3::Y),
         }
     }
 
-    /// The axis with an index and a sign.
-    pub(crate) fn along(axis: usize, is_negative: bool) -> Self {
-        match (axis, is_negative) {
-            (0, false) => Self::X,
-            (0, true) => Self::NegativeX,
-            (2, false) => Self::Z,
-            (2, true) => Self::NegativeZ,
-            (_, false) => Self::Y,
-            (_, true) => Self::NegativeY,
-        }
+    /// The axis that is nearest to a direction.
+    pub(crate) fn nearest(direction: Vec3) -> Self {
+        let along = |(.., axis): &(Self, &str, Vec3)| direction.dot(*axis);
+        let nearest = Self::ALL
+            .into_iter()
+            .max_by(|a, b| along(a).total_cmp(&along(b)));
+        nearest.map_or(Self::Y, |(up, ..)| up)
     }
 
     pub(crate) fn name(self) -> &'static str {
-        match self {
-            Self::X => "+X",
-            Self::Y => "+Y",
-            Self::Z => "+Z",
-            Self::NegativeX => "-X",
-            Self::NegativeY => "-Y",
-            Self::NegativeZ => "-Z",
-        }
+        Self::ALL[self as usize].1
     }
 
     /// Skeleton and motion with +Y up. The axes of every joint are changed, so that the rest pose
@@ -630,10 +622,10 @@ fn upright(skeleton: &Skeleton, clips: &[Clip]) -> Option<String> {
             up += joints[hips.index()].translation - feet.sum::<Vec3>() / limbs.feet.len() as f32;
         }
     }
-    let axis = up.abs().max_position();
-    let doubtful = up.length() > 0.0 && (axis != 1 || up.y < 0.0);
+    let nearest = Up::nearest(up);
+    let doubtful = up.length() > 0.0 && nearest != Up::Y;
     doubtful.then(|| {
-        let name = Up::along(axis, up[axis] < 0.0).name();
+        let name = nearest.name();
         format!("the figure seems to stand along {name}, but +Y is taken for up: say which way is up (--up), or turn the files before use")
     })
 }

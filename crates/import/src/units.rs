@@ -200,7 +200,7 @@ impl Stance {
         let axis = self.up.abs().max_position();
         let is_clear = self.up[axis].abs() >= UPRIGHT * self.poses as f32 && self.poses > 0;
         (is_clear && (!self.rests_upright || axis == 1 && self.up.y > 0.0))
-            .then(|| Up::along(axis, self.up[axis] < 0.0))
+            .then(|| Up::nearest(self.up))
     }
 }
 

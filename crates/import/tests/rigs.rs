@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use glam::Vec3;
+use glam::{Quat, Vec3};
 use sabaki::anim::{Clip, Event, EventKind, Joint, JointId, JointKind, Pose, Skeleton};
 use sabaki::graph::{BuildReport, ClipSource, EdgeMotion, GraphError, GraphSettings, MotionGraph};
 use sabaki::lod::{LevelSettings, Levels};
@@ -553,6 +553,60 @@ fn frames_of_rest_are_left_out_and_named() {
     );
     assert!(apart(&plain, &set) < 1e-6);
     assert!((set.events[0].start - (1.0 - 2.0 / 30.0)).abs() < 1e-4);
+}
+
+#[test]
+fn of_two_figures_the_first_is_the_body() {
+    let folder = tempfile::tempdir().unwrap();
+    let plain = read(case("hips_root.bvh"));
+    let count = plain.skeleton.len();
+    let mut joints = vec![Joint {
+        name: "Scene".to_owned(),
+        parent: None,
+        offset: Vec3::ZERO,
+        kind: JointKind::Moving,
+    }];
+    for (first, before) in [(1, ""), (1 + count as u16, "Other")] {
+        joints.extend(plain.skeleton.joints().iter().map(|joint| {
+            Joint {
+                name: format!("{before}{}", joint.name),
+                parent: Some(
+                    joint
+                        .parent
+                        .map_or(JointId::ROOT, |parent| JointId(parent.0 + first)),
+                ),
+                ..joint.clone()
+            }
+        }));
+    }
+    let skeleton = Skeleton::new(joints).unwrap();
+    let mut desc = plain.clips[0].desc();
+    let still = desc.rotations[..count].to_vec();
+    let rotations = desc.rotations.chunks_exact(count);
+    desc.rotations = rotations
+        .flat_map(|own| [&[Quat::IDENTITY], own, &still[..]].concat())
+        .collect();
+    for root in &mut desc.roots {
+        let places = skeleton.joints().iter().map(|joint| joint.offset);
+        let first = desc.translations.len();
+        desc.translations.extend(places);
+        desc.translations[first + 1] = *root;
+        *root = Vec3::ZERO;
+    }
+    let clip = Clip::new(&skeleton, desc).unwrap();
+    let mut bytes = Vec::new();
+    gltf::write(&mut bytes, &skeleton, &[clip], &[]).unwrap();
+    let path = folder.path().join("two.glb");
+    std::fs::write(&path, bytes).unwrap();
+    let set = read(path);
+    let said = "root Hips (with the motion of Scene); hands LeftHand, RightHand;";
+    assert!(set.figure.starts_with(said), "{}", set.figure);
+    assert!(
+        set.warnings[0].contains("joints beside the body do not move: \"OtherHips\""),
+        "{:?}",
+        set.warnings
+    );
+    assert!(apart(&plain, &set) < 1e-4);
 }
 
 #[test]

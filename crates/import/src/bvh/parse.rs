@@ -355,21 +355,15 @@ pub(super) fn unique_names(raw: &[RawJoint]) -> Vec<String> {
 
 /// The names that several joints have in the file, each once, in the order of the file.
 pub(super) fn repeated_names(raw: &[RawJoint]) -> Vec<String> {
-    let mut seen: HashMap<&str, bool> = HashMap::new();
-    let mut repeated = Vec::new();
-    for joint in raw.iter().filter(|joint| !joint.is_end) {
-        match seen.get_mut(joint.name.as_str()) {
-            Some(is_told) if *is_told => {}
-            Some(is_told) => {
-                *is_told = true;
-                repeated.push(joint.name.clone());
-            }
-            None => {
-                seen.insert(&joint.name, false);
-            }
-        }
-    }
-    repeated
+    let mut counts: HashMap<&str, usize> = HashMap::new();
+    let joints = raw.iter().filter(|joint| !joint.is_end);
+    let names = joints.map(|joint| joint.name.as_str());
+    let second = names.filter(|&name| {
+        let count = counts.entry(name).or_default();
+        *count += 1;
+        *count == 2
+    });
+    second.map(str::to_owned).collect()
 }
 
 /// The names in use and, for each repeated name, the next number to try.
