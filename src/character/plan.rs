@@ -482,8 +482,11 @@ impl CharacterState {
                 } else {
                     scratch.keep_memory(motion.motion);
                 }
-                let each = planning.near.iter().map(|near| near.index);
-                if each.fold(false, |is_new, one| self.give_up(one, world) || is_new) {
+                let mut is_new = false;
+                for near in planning.near {
+                    is_new |= self.give_up(near.index, world);
+                }
+                if is_new {
                     self.events.push((now, cornered));
                 }
             }
