@@ -113,7 +113,9 @@ int play(const char *file) {
         const std::string ways = "wdsa";
         if (const size_t way = ways.find(*key); *key != 0 && way != std::string::npos) {
             const float heading = -1.5707963f * static_cast<float>(way);
-            goal = {sizeof goal, SABAKI_WALK, 1.3f * std::sin(heading), 1.3f * std::cos(heading), 0, 0, 0};
+            goal.kind = SABAKI_WALK;
+            goal.x = 1.3f * std::sin(heading);
+            goal.z = 1.3f * std::cos(heading);
         } else if (*key == 'x' || *key == ' ') {
             goal = sabaki::sized<sabaki_goal>();
         }

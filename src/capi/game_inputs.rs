@@ -5,7 +5,10 @@ use glam::{Vec2, Vec3};
 use super::culler::SphereOut;
 use super::given_slice;
 use super::sized::{Grows, sized};
-use crate::character::{CharacterEvent, CharacterEventKind, CharacterId, Goal, Threat};
+use crate::anim::JointId;
+use crate::character::{
+    CharacterEvent, CharacterEventKind, CharacterId, Goal, StrikeAt, StrikeKind, Threat,
+};
 use crate::math::Sphere;
 use crate::query::Obstacle;
 
@@ -20,6 +23,11 @@ pub(super) struct GoalIn {
     heading: f32,
     has_heading: u32,
     speed: f32,
+    y: f32,
+    has_target: u32,
+    has_limb: u32,
+    limb: u32,
+    target: u64,
 }
 
 /// `sabaki_threat`.
@@ -70,6 +78,9 @@ pub(super) struct EventOut {
     contact: f64,
     point: [f32; 3],
     normal: [f32; 3],
+    by: u64,
+    speed: f32,
+    is_whole: u32,
 }
 
 sized! {
@@ -96,8 +107,24 @@ impl GoalIn {
                 speed: self.speed,
             },
             4 => Goal::Stop,
+            5 => Goal::Strike {
+                at: match self.has_target {
+                    0 => StrikeAt::Place(at.with_y(self.y)),
+                    _ => StrikeAt::Character(CharacterId::from_bits(self.target)),
+                },
+                kind: match self.has_limb {
+                    0 => StrikeKind::Any,
+                    _ => StrikeKind::Limb(self.limb()?),
+                },
+            },
             other => return Err(format!("there is no goal {other}")),
         })
+    }
+
+    fn limb(&self) -> Result<JointId, String> {
+        let limb = u16::try_from(self.limb);
+        limb.map(JointId)
+            .map_err(|_| format!("there is no joint {}", self.limb))
     }
 }
 
@@ -159,6 +186,7 @@ impl EventOut {
             time: event.time,
             threat: u64::MAX,
             joint: u32::MAX,
+            by: u64::MAX,
             ..Self::blank()
         };
         match event.kind {
@@ -198,15 +226,20 @@ impl EventOut {
                 threat, contact, ..
             } => (out.kind, out.threat, out.contact) = (10, threat.0, contact),
             CharacterEventKind::Struck {
+                by,
                 threat,
                 joint,
                 point,
-                ..
+                depth,
+                speed,
             } => {
-                (out.kind, out.threat) = (11, threat.0);
+                (out.kind, out.threat, out.metres) = (11, threat.0, -depth);
                 (out.point, out.joint) = (point.to_array(), joint.0.into());
+                (out.by, out.speed) = (by.to_bits(), speed);
             }
-            CharacterEventKind::StrikeEnded { .. } => out.kind = 12,
+            CharacterEventKind::StrikeEnded { is_whole } => {
+                (out.kind, out.is_whole) = (12, is_whole.into());
+            }
         }
         out
     }

@@ -276,7 +276,9 @@ typedef enum sabaki_goal_kind {
     SABAKI_WALK = 1,  /* (x, z): velocity, at most 100 m/s; `heading` of the body if `has_heading`, otherwise the direction of travel */
     SABAKI_FACE = 2,  /* stands and turns to `heading` */
     SABAKI_GO_TO = 3, /* (x, z): the point, at most 5 km from the origin; `speed` on the way, at most 100 m/s */
-    SABAKI_STOP = 4
+    SABAKI_STOP = 4,
+    SABAKI_STRIKE = 5 /* goes to where an attack of the clips reaches, and strikes, again and again: the trunk of the character `target` if
+                       * `has_target`, otherwise the point (x, y, z). Only attacks with the joint `limb` if `has_limb` */
 } sabaki_goal_kind;
 
 typedef struct sabaki_goal {
@@ -286,6 +288,11 @@ typedef struct sabaki_goal {
     float heading;
     uint32_t has_heading;
     float speed;
+    float y;
+    uint32_t has_target;
+    uint32_t has_limb;
+    uint32_t limb;
+    sabaki_character target;
 } sabaki_goal;
 
 /* What a character does while nothing threatens it. */
@@ -349,8 +356,8 @@ typedef enum sabaki_event_kind {
     SABAKI_SHOVED = 8,   /* an obstacle was put on the body, which is shoved out at the speed of a run */
     SABAKI_STUCK = 9,    /* the body is in an obstacle, `metres` deep (negative), and there is no free place around it */
     SABAKI_STRIKES = 10, /* the character strikes: its limb is `threat` to all others, and has reached furthest at `contact` */
-    SABAKI_STRUCK = 11,  /* the limb `threat` of another character touches `joint` at `point` */
-    SABAKI_STRIKE_ENDED = 12 /* the strike has ended, or was broken off */
+    SABAKI_STRUCK = 11,  /* the limb `threat` of the character `by` touches `joint` at `point`, `metres` deep (negative), with `speed` relative to it */
+    SABAKI_STRIKE_ENDED = 12 /* the strike has ended; `is_whole`: it was not broken off */
 } sabaki_event_kind;
 
 typedef struct sabaki_event {
@@ -366,6 +373,9 @@ typedef struct sabaki_event {
     double contact;  /* time of the game, as `time` */
     float point[3];
     float normal[3];
+    sabaki_character by; /* UINT64_MAX for none */
+    float speed;         /* m/s */
+    uint32_t is_whole;
 } sabaki_event;
 
 /* Advances time by `dt` seconds. More than 1 counts as 1; negative, infinite and NaN count as 0, so that a paused game continues

@@ -351,7 +351,7 @@ impl Motion {
         }
     }
 
-    /// Becomes what it is when it is played at `rate`. A motion with a layer or a warp stays as it is; returns whether it is another rate's.
+    /// Becomes what it is when it is played at `rate`. Returns `false`, and changes nothing, if it has a layer or a warp.
     pub(crate) fn retime(&mut self, rate: f32) -> bool {
         if rate == 1.0 {
             return true;

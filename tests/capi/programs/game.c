@@ -161,6 +161,37 @@ static void pose_as_one_and_as_all(sabaki_game *game, sabaki_character me, uint3
     free(memory);
 }
 
+/* One character strikes another, until its first strike has ended. */
+static void strike(sabaki_game *game, sabaki_character me, sabaki_character you) {
+    sabaki_event events[16];
+    sabaki_goal goal = {0};
+    size_t count, i;
+    int frame, strikes = 0;
+    events[0].size = sizeof events[0];
+    goal.size = sizeof goal;
+    goal.kind = SABAKI_STRIKE;
+    goal.has_target = 1;
+    goal.target = you;
+    goal.has_limb = 1;
+    goal.limb = 65536;
+    refused(sabaki_steer(game, me, &goal), "there is no joint 65536");
+    goal.has_limb = 0;
+    check(sabaki_steer(game, me, &goal), "sabaki_steer");
+    goal.kind = SABAKI_IDLE;
+    check(sabaki_steer(game, you, &goal), "sabaki_steer");
+    for (frame = 0; frame < 3600; frame++) {
+        check(sabaki_step(game, 1.0f / 60, 0, 0), "sabaki_step");
+        count = sabaki_events(game, events, 16);
+        for (i = 0; i < count && i < 16; i++) {
+            strikes += events[i].kind == SABAKI_STRIKES && events[i].character == me;
+            if (events[i].kind != SABAKI_STRIKE_ENDED || strikes == 0) continue;
+            if (events[i].character != me || !events[i].is_whole) fail("a strike that nothing breaks off");
+            return;
+        }
+    }
+    fail("a strike");
+}
+
 int main(int arguments, char **argument) {
     if (arguments != 2) return 2;
     fail_in_destructors();
@@ -190,7 +221,14 @@ int main(int arguments, char **argument) {
     sabaki_character me = 0, you = 0;
     check(sabaki_spawn(game, 0, 0, 0, &me), "sabaki_spawn");
     check(sabaki_spawn(game, 3, 0, 1, &you), "sabaki_spawn");
-    sabaki_goal walk = {sizeof walk, SABAKI_WALK, 0, 1.2f, 0, 0, 0}, there = {sizeof there, SABAKI_GO_TO, 3, 4, 0, 0, 1};
+    sabaki_goal walk = {0}, there = {0};
+    walk.size = there.size = sizeof walk;
+    walk.kind = SABAKI_WALK;
+    walk.z = 1.2f;
+    there.kind = SABAKI_GO_TO;
+    there.x = 3;
+    there.z = 4;
+    there.speed = 1;
     check(sabaki_steer(game, me, &walk), "sabaki_steer");
     check(sabaki_steer(game, you, &there), "sabaki_steer");
     sabaki_sphere ball = {{0, 0, 0}, 0.1f};
@@ -275,6 +313,7 @@ int main(int arguments, char **argument) {
     if (fabsf(translations[3] - moved) > 1e-3f) fail("a translation is lost on the way out");
 
     pose_as_one_and_as_all(other, me, joints);
+    strike(other, me, you);
     logged = 0;
     solids[1].corner_count = 2;
     refused(sabaki_step(game, 0.1f, solids, 3), "obstacle 1: a polygon needs");
