@@ -520,7 +520,8 @@ impl CharacterState {
         self.given_up.retain(|one| now < one.until);
     }
 
-    /// The answer to the wider attack, tested against the plain one; `None` if the body would push too hard.
+    /// The answer to the wider attack, tested against the plain one; `None` if the body would push too hard, or the time was up before there was
+    /// one.
     fn ask(
         &self,
         planning: &Planning<'_>,
@@ -542,9 +543,11 @@ impl CharacterState {
         };
         let query = Query::new(world.baked, &world.settings.query);
         context.body().set_grace(false);
+        let had_time = !context.body().is_late();
         query.answer_in_scope(request, Some(scope), context, answer);
         context.body().set_grace(true);
-        if answer.too_hard {
+        let has_failed = had_time && context.late_stage().is_some();
+        if answer.too_hard || has_failed {
             return None;
         }
         let known = answer.clearance();

@@ -80,10 +80,15 @@ impl MotionBody {
 
     /// Whether the limit is reached.
     pub(crate) fn is_late(&self) -> bool {
-        let WorkLimit { deadline, most } = self.limit;
+        let most = self.limit.most;
         let is_over = most > 0 && self.work >= most;
-        let is_late = || deadline.is_some_and(|deadline| Instant::now() >= deadline);
+        let is_late = || self.deadline().is_some_and(|it| Instant::now() >= it);
         !self.has_grace && (is_over || is_late())
+    }
+
+    /// Time from which on nothing is tested, if there is one now.
+    fn deadline(&self) -> Option<Instant> {
+        self.limit.deadline.filter(|_| !self.has_grace)
     }
 
     /// Removes the poses of earlier motions, so that they take no memory.
@@ -159,6 +164,7 @@ impl<'a> ExactTest<'a> {
         if scratch.is_late() {
             return self.too_late();
         }
+        let deadline = scratch.deadline();
         let MotionBody {
             poses,
             posed,
@@ -168,7 +174,7 @@ impl<'a> ExactTest<'a> {
         } = scratch;
         let before = poses.count();
         let mut body = posed.on(poses, self.baked, motion, self.sampling);
-        let mut sweep = Sweep::new(self.attack, self.extent, sweep);
+        let mut sweep = Sweep::new(self.attack, self.extent, deadline, sweep);
         sweep.run(&mut body, TimeWindow::on_motion(0.0, f32::INFINITY));
         let nearest = sweep.nearest();
         *work += self.attack.spheres().len() + poses.count().saturating_sub(before);
@@ -216,6 +222,7 @@ impl<'a> ExactTest<'a> {
         if scratch.is_late() {
             return self.too_late();
         }
+        let deadline = scratch.deadline();
         let MotionBody {
             poses,
             posed,
@@ -240,7 +247,7 @@ impl<'a> ExactTest<'a> {
             ..part.window()
         });
         let mut is_open = false;
-        let mut sweep = Sweep::new(self.attack, self.extent, memory);
+        let mut sweep = Sweep::new(self.attack, self.extent, deadline, memory);
         if wider > 0.0 {
             sweep.run(&mut self.tracked(part, radii, wider), held);
             let found = sweep.nearest();
@@ -253,7 +260,7 @@ impl<'a> ExactTest<'a> {
                 true => f32::NEG_INFINITY,
                 false => *radius,
             }));
-            sweep = Sweep::new(self.attack, self.extent, memory);
+            sweep = Sweep::new(self.attack, self.extent, deadline, memory);
             sweep.run(&mut self.tracked(part, radii, 0.0), held);
         }
         sweep.run(&mut self.tracked(part, rows.radii(), 0.0), free);

@@ -6,6 +6,7 @@
 //! stay away from a cylinder around all poses of the body are excluded first.
 
 use std::ops::RangeInclusive;
+use std::time::Instant;
 
 use glam::Vec3;
 
@@ -90,13 +91,21 @@ pub(super) struct Sweep<'a> {
 /// The smallest distance so far.
 struct Search {
     extent: Extent,
+    /// Time from which on nothing is tested, and what is not tested is a hit; `None`: never.
+    deadline: Option<Instant>,
+    is_late: bool,
     best: Clearance,
     /// Smallest distance for a body that moves straight from the start of an interval to its end.
     straight: Option<Nearest>,
 }
 
 impl<'a> Sweep<'a> {
-    pub(super) fn new(attack: &'a Attack, extent: Extent, scratch: &'a mut SweepScratch) -> Self {
+    pub(super) fn new(
+        attack: &'a Attack,
+        extent: Extent,
+        deadline: Option<Instant>,
+        scratch: &'a mut SweepScratch,
+    ) -> Self {
         let best = Clearance {
             metres: extent.below,
             ..Clearance::none(attack.start())
@@ -105,6 +114,8 @@ impl<'a> Sweep<'a> {
             attack,
             search: Search {
                 extent,
+                deadline,
+                is_late: false,
                 best,
                 straight: None,
             },
@@ -117,7 +128,11 @@ impl<'a> Sweep<'a> {
     pub(super) fn nearest(&self) -> Clearance {
         let Search { best, straight, .. } = &self.search;
         let straight = straight.filter(|_| self.is_over());
-        let at_most = straight.map_or(f32::INFINITY, |nearest| nearest.metres + DEVIATION);
+        let at_most = match straight {
+            _ if self.search.is_late => -f32::MIN_POSITIVE,
+            None => f32::INFINITY,
+            Some(nearest) => nearest.metres + DEVIATION,
+        };
         Clearance {
             metres: best.metres.min(at_most),
             ..*best
@@ -133,6 +148,9 @@ impl<'a> Sweep<'a> {
     pub(super) fn run(&mut self, samples: &mut impl BodySamples, window: TimeWindow) {
         self.envelope = self.find_envelope(samples, window);
         for sphere in self.attack.spheres() {
+            if self.search.passes_deadline() {
+                return;
+            }
             if let [only] = sphere.keys() {
                 if (window.from..=window.to).contains(&only.t) {
                     self.test([*only; 2], samples, window);
@@ -190,6 +208,12 @@ impl Search {
         self.best.metres < self.extent.enough
     }
 
+    fn passes_deadline(&mut self) -> bool {
+        let is_late = |deadline| Instant::now() >= deadline;
+        self.is_late = self.is_late || self.deadline.is_some_and(is_late);
+        self.is_late
+    }
+
     /// Tests a sphere on one straight line, on the clock and in the frame of the samples.
     fn test_line(
         &mut self,
@@ -208,7 +232,7 @@ impl Search {
         // The interval in which the attack is nearest to the middle of the body comes first. A hit is found there at once, near its
         // deepest point.
         for &BoundedInterval { bound, tick } in bounded.iter() {
-            if self.is_over() || bound >= self.best.metres {
+            if self.is_over() || bound >= self.best.metres || self.passes_deadline() {
                 break;
             }
             if samples.sampling() == Sampling::Each {
@@ -231,7 +255,7 @@ impl Search {
         }
         sort(coarse);
         for &BoundedInterval { bound, tick } in coarse.iter() {
-            if self.is_over() || bound >= self.best.metres {
+            if self.is_over() || bound >= self.best.metres || self.passes_deadline() {
                 break;
             }
             self.refine(samples, keys, window, tick);
