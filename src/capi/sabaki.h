@@ -356,7 +356,8 @@ typedef enum sabaki_event_kind {
     SABAKI_SHOVED = 8,   /* an obstacle was put on the body, which is shoved out at the speed of a run */
     SABAKI_STUCK = 9,    /* the body is in an obstacle, `metres` deep (negative), and there is no free place around it */
     SABAKI_STRIKES = 10, /* the character strikes: its limb is `threat` to all others, and has reached furthest at `contact` */
-    SABAKI_STRUCK = 11,  /* the limb `threat` of the character `by` touches `joint` at `point`, `metres` deep (negative), with `speed` relative to it */
+    SABAKI_STRUCK = 11,  /* the limb `threat` of the character `by` touches `joint` at `point`, `metres` deep (negative), with `speed`
+                          * relative to it */
     SABAKI_STRIKE_ENDED = 12 /* the strike has ended; `is_whole`: it was not broken off */
 } sabaki_event_kind;
 

@@ -80,13 +80,12 @@ impl Playing {
         if rate == 1.0 || rate == 0.0 {
             return;
         }
-        let mut motion = std::mem::take(&mut self.motion);
-        motion.leave_behind(graph, self.seconds);
-        motion.truncate_at_other_rate();
-        if motion.retime(1.0 / rate) {
+        self.motion.leave_behind(graph, self.seconds);
+        self.seconds = 0.0;
+        self.motion.truncate_at_other_rate();
+        if self.motion.retime(1.0 / rate) {
             self.rate *= rate;
         }
-        (self.motion, self.seconds) = (motion, 0.0);
     }
 
     /// Lets time pass.

@@ -343,10 +343,12 @@ impl<'a> Session<'a> {
         time_offsets.clear();
         let attack_start = request.attack.start();
         // A plan tests what an attack that fills the room hits faster than such maps are drawn.
-        let is_drawn = !(request.is_plan && request.attack.section() > WIDEST);
-        let counted = self.state.candidates.counted;
-        let counted = self.state.candidates.list[..counted].iter();
-        placed.extend(counted.filter(|_| is_drawn).filter_map(|candidate| {
+        let counted = match request.is_plan && request.attack.section() > WIDEST {
+            true => 0,
+            false => self.state.candidates.counted,
+        };
+        let counted = &self.state.candidates.list[..counted];
+        placed.extend(counted.iter().filter_map(|candidate| {
             let CandidateKind::Evasion { path, start } = candidate.kind else {
                 return None;
             };

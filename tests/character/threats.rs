@@ -4,7 +4,7 @@ use glam::Vec3;
 use sabaki::anim::EventKind;
 use sabaki::character::{
     CharacterError, CharacterEvent, CharacterEventKind, CharacterId, CharacterSettings, Characters,
-    Goal, Threat,
+    Goal, Threat, ThreatId,
 };
 use sabaki::math::Rigid2;
 use sabaki_fixtures::memory::allocations;
@@ -391,15 +391,21 @@ fn plans_of_little_work_go_on_in_the_next_step_and_do_not_depend_on_the_threads(
     assert!(others.1 == saved, "the saved games differ");
 }
 
-#[test]
-fn what_cannot_be_avoided_does_not_keep_others_from_being_avoided() {
+/// A character with a ball of a radius that stays in its chest for so many seconds.
+fn with_a_ball_in_the_chest(radius: f32, seconds: f32) -> (Characters, CharacterId, ThreatId) {
     let mut game = characters(CharacterSettings::default());
     let id = spawn(&mut game, 1)[0];
     play(&mut game, 20);
     let chest = joints(&mut game, id)[0].translation + Vec3::Y * 0.3;
-    let mut stays = Threat::ball(game.now(), chest, Vec3::ZERO, 0.2);
-    stays.seconds = 60.0;
+    let mut stays = Threat::ball(game.now(), chest, Vec3::ZERO, radius);
+    stays.seconds = seconds;
     let stays = game.threaten(stays).unwrap();
+    (game, id, stays)
+}
+
+#[test]
+fn what_cannot_be_avoided_does_not_keep_others_from_being_avoided() {
+    let (mut game, id, stays) = with_a_ball_in_the_chest(0.2, 60.0);
     let mut random = Random::new(3);
     let (mut missed, mut hits) = (0, 0);
     for _ in 0..20 {
@@ -418,13 +424,7 @@ fn what_cannot_be_avoided_does_not_keep_others_from_being_avoided() {
 
 #[test]
 fn the_same_threat_is_tried_again_after_ever_longer_pauses() {
-    let mut game = characters(CharacterSettings::default());
-    let id = spawn(&mut game, 1)[0];
-    play(&mut game, 20);
-    let chest = joints(&mut game, id)[0].translation + Vec3::Y * 0.3;
-    let mut stays = Threat::ball(game.now(), chest, Vec3::ZERO, 0.3);
-    stays.seconds = 20.0;
-    game.threaten(stays).unwrap();
+    let (mut game, ..) = with_a_ball_in_the_chest(0.3, 20.0);
     let (mut pauses, mut last) = (Vec::new(), 0.0);
     for _ in 0..400 {
         play(&mut game, 1);

@@ -260,22 +260,15 @@ impl Inertia {
     /// Lets go of the feet that are held once they are lifted. `lifted` has for each leg the time since the motion's start when that is, in seconds.
     pub(crate) fn release_feet(&mut self, lifted: &[Option<f32>]) {
         for (foot, lifted) in self.feet.iter_mut().zip(lifted) {
-            if let Some(lifted) = lifted.filter(|_| foot.held.is_held()) {
-                foot.held.until = foot.held.until.min(lifted - self.start);
-            }
+            foot.held = foot.held.released(lifted.map(|lifted| lifted - self.start));
         }
     }
 
     /// Time when feet are held no more, in seconds since the motion's start, if they are released like that.
     pub(crate) fn held_until(&self, lifted: &[Option<f32>]) -> f32 {
         let ends = self.feet.iter().zip(lifted).map(|(foot, lifted)| {
-            let lifted = lifted.map_or(f32::INFINITY, |lifted| lifted - self.start);
-            let until = foot.held.until.min(lifted);
-            if foot.held.is_held() {
-                until + foot.held.release
-            } else {
-                0.0
-            }
+            let lifted = lifted.map(|lifted| lifted - self.start);
+            foot.held.released(lifted).end()
         });
         self.start + ends.fold(0.0, f32::max)
     }
@@ -453,6 +446,14 @@ impl HeldFoot {
 
     fn is_held(&self) -> bool {
         self.until > 0.0
+    }
+
+    /// The same foot, released where it is lifted, in seconds since the cut.
+    fn released(self, lifted: Option<f32>) -> Self {
+        Self {
+            until: self.until.min(lifted.unwrap_or(f32::INFINITY)),
+            ..self
+        }
     }
 
     /// Time since the cut when the offset is 0, in seconds.

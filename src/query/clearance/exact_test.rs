@@ -238,9 +238,9 @@ impl<'a> ExactTest<'a> {
         let rows = self.baked.body_rows();
         let spheres = || rows.radii().iter().zip(rows.knee_shares());
         let wider = knee_moved(moved);
-        radii.clear();
-        radii.extend(spheres().map(|(radius, share)| radius + share * wider));
-        let until = until.min(to).max(from);
+        // Without an offset the body is that of the track from the start on.
+        let until = if wider > 0.0 { until.min(to) } else { from };
+        let until = until.max(from);
         let [held, free] = [(from, until), (until, to)].map(|(from, to)| TimeWindow {
             from,
             to,
@@ -249,6 +249,8 @@ impl<'a> ExactTest<'a> {
         let mut is_open = false;
         let mut sweep = Sweep::new(self.attack, self.extent, deadline, memory);
         if wider > 0.0 {
+            radii.clear();
+            radii.extend(spheres().map(|(radius, share)| radius + share * wider));
             sweep.run(&mut self.tracked(part, radii, wider), held);
             let found = sweep.nearest();
             let is_leg = rows.knee_shares().get(found.body_sphere) > Some(&0.0);
@@ -374,6 +376,10 @@ mod tests {
                 is_posed = true;
                 out.clone_from(&motion);
             });
+            let whole = test.on_track(&part, &mut body, |_| ());
+            let still = (0.0, f32::INFINITY);
+            let held = test.on_track_with_held_feet(&part, still, &mut body, |_| ());
+            assert_eq!(held, whole);
             posed += usize::from(is_posed);
             hits += usize::from(!naive.is_clean());
             let expected = naive.metres.min(extent.below);

@@ -143,7 +143,7 @@ fn head(skeleton: &Skeleton, chest: JointId) -> Option<JointId> {
     skeleton.ids().filter(|&id| below(id)).find(named)
 }
 
-/// The highest joint that a head carries, of those that are part of the body: the longest chain may be that of a tongue.
+/// The highest joint of the body that a head carries: the longest chain may be that of a tongue.
 fn crown(skeleton: &Skeleton, standing: &[JointTransform], head: JointId) -> JointId {
     let carried = carried(skeleton);
     let below = |id: &JointId| skeleton.ancestry(*id).any(|above| above == head);

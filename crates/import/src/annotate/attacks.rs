@@ -14,7 +14,7 @@ use super::body::{Body, Limb, between, largest, least, speeds};
 /// Least peak speed of the hand or foot, in statures per second; and that of one which the body carries along.
 const MIN_PEAK_SPEED: f32 = 1.75;
 const MIN_CARRIED_SPEED: f32 = 1.4;
-/// Least factor between the peak speed and the speed relative to the root, of strikes and of those that the body carries along.
+/// Least ratio of the peak speed to the speed relative to the root: of strikes, and of slower ones, which the body carries along.
 const ALONG: f32 = 0.9;
 const CARRIED: f32 = 1.1;
 /// Speed above which an attack begins, in statures per second, and share of the peak speed below which it ends.
