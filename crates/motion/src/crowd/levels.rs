@@ -151,7 +151,7 @@ impl Kernel for LevelPass<'_> {
         let mut hints = [0; 2];
         for bucket in &schedule.buckets {
             let own = f32::from(bucket.level.0);
-            let mut sums = L::parts(L::splat(0.0));
+            let mut sums = [L::splat(0.0); F32x16::MOST_PARTS];
             for index in bucket.groups.clone() {
                 let group = &mut schedule.groups[index];
                 let at = [group.x, group.y, group.z];
@@ -171,7 +171,7 @@ impl Kernel for LevelPass<'_> {
                     true => Some(ramps.finest.between(near, far, &mut hints[1])),
                     false => None,
                 };
-                for part in 0..L::PARTS {
+                for (part, sum) in sums[..L::PARTS].iter_mut().enumerate() {
                     let distance = L::load(&distance, part);
                     let mut detail = ramps.coarsest.sum(distance, &ends);
                     if let Some(sticky) = &sticky {
@@ -180,16 +180,16 @@ impl Kernel for LevelPass<'_> {
                     }
                     let detail = detail.min(L::splat(last));
                     detail.store(&mut group.detail, part);
-                    sums[part] = sums[part] + detail.floor();
+                    *sum = *sum + detail.floor();
                     is_finer |= !(L::splat(own) - detail).all_below(f32::MIN_POSITIVE);
                 }
                 if is_finer {
                     finer.push(index as u32);
                 }
             }
-            for part in 0..L::PARTS {
+            for (part, sum) in sums[..L::PARTS].iter().enumerate() {
                 let mut lanes = F32x16::ZERO;
-                sums[part].store(&mut lanes, part);
+                sum.store(&mut lanes, part);
                 found.levels += lanes.0.iter().map(|&sum| f64::from(sum)).sum::<f64>();
             }
         }

@@ -13,8 +13,7 @@ mod sorted_indices;
 pub use isa::{Isa, Lookup, Words};
 pub use lanes::F32x16;
 pub(crate) use lanes::{
-    Apart, DistinctRows, Kernel, KeyColumns, KeyRows, KeyUnit, Lanes, NextColumns, PartWrite,
-    RowLines, RowSet, Sixteen, UnitHalves,
+    DistinctRows, Kernel, KeyColumns, KeyPlace, KeyRows, KeyUnit, Lanes, RowLines, RowSet,
 };
 pub use parallel::{in_parallel, thread_count};
 pub use rigid2::{Rigid2, Sphere};

@@ -3,11 +3,11 @@
 use std::ops::Range;
 
 use super::joint_math::{NUMBERS, SPARE};
-use super::moments::{Moments, Reach, Run};
+use super::moments::{Moments, Run};
 use crate::crowd::keys::animation_set::AnimationSet;
 use crate::crowd::keys::level_clips::LevelClips;
 use crate::crowd::output::row_lines;
-use crate::math::{Apart, F32x16, Lanes};
+use crate::math::{F32x16, Lanes};
 
 /// Number of groups whose moments are found together. Finding a moment is a long chain of dependent operations; the chains
 /// of several groups overlap.
@@ -63,12 +63,6 @@ pub(crate) struct Batch {
 }
 
 impl Batch {
-    /// The turn after the last one of a full batch.
-    #[inline(always)]
-    pub(crate) fn after(self) -> usize {
-        self.begun + AHEAD
-    }
-
     /// Indices of the batch's moments in [`Scratch::moments`]. Two batches alternate
     /// there.
     #[inline(always)]
@@ -86,56 +80,22 @@ impl Batch {
         }
         apart
     }
-}
 
-/// The groups that are posed now, and those that are posed next.
-#[derive(Clone, Copy)]
-pub(crate) struct Batches {
-    pub(crate) now: Batch,
-    pub(crate) next: Batch,
-    /// Whether the keys of the first group of `now` that is read row by row have been prefetched.
-    pub(crate) is_fetched: bool,
-}
-
-impl Batches {
-    /// Makes the next batch the present one.
+    /// The visible groups of this batch, which is posed now, and of the `next` one, by class.
     #[inline(always)]
-    pub(crate) fn advance(&mut self, is_fetched: bool) {
-        self.now = self.next;
-        self.is_fetched = is_fetched;
-    }
-
-    /// The visible groups, by the reach of their lanes.
-    #[inline(always)]
-    pub(crate) fn by_reach(&self, moments: &[Moments]) -> [Picked; Reach::COUNT] {
-        let mut picked = [Picked::NONE; Reach::COUNT];
-        for place in self.now.places() {
-            let own = &moments[place];
-            if own.is_visible {
-                picked[own.reach as usize].add_now(place);
-            }
-        }
-        for place in self.next.places() {
-            let own = &moments[place];
-            if own.is_visible {
-                picked[own.reach as usize].add_next(place);
-            }
-        }
-        picked
-    }
-
-    /// All visible groups.
-    #[inline(always)]
-    pub(crate) fn visible(&self, moments: &[Moments]) -> Picked {
-        let mut picked = Picked::NONE;
-        for place in self.now.places() {
-            if moments[place].is_visible {
-                picked.add_now(place);
-            }
-        }
-        for place in self.next.places() {
-            if moments[place].is_visible {
-                picked.add_next(place);
+    pub(crate) fn pick<const CLASSES: usize>(
+        self,
+        next: Self,
+        moments: &[Moments],
+        class: impl Fn(&Moments) -> usize,
+    ) -> [Picked; CLASSES] {
+        let mut picked = [Picked::NONE; CLASSES];
+        for (batch, is_now) in [(self, true), (next, false)] {
+            for place in batch.places() {
+                let own = &moments[place];
+                if own.is_visible {
+                    picked[class(own)].add(place, is_now);
+                }
             }
         }
         picked
@@ -158,17 +118,11 @@ impl Picked {
     };
 
     #[inline(always)]
-    fn add_now(&mut self, place: usize) {
-        self.places[usize::from(self.now)] = place as u8;
-        self.now += 1;
-        self.all = self.now;
-    }
-
-    #[inline(always)]
-    fn add_next(&mut self, place: usize) {
-        if self.all == self.now {
-            self.places[usize::from(self.now)] = place as u8;
+    fn add(&mut self, place: usize, is_now: bool) {
+        if is_now || self.all == self.now {
+            self.places[usize::from(self.all)] = place as u8;
             self.all += 1;
+            self.now += u8::from(is_now);
         }
     }
 
@@ -198,43 +152,20 @@ impl Picked {
 }
 
 impl Run<'_> {
-    /// The first batch of groups, with an empty one after it.
-    #[inline(always)]
-    pub(crate) fn first_batches<L: Lanes>(&self, scratch: &mut Scratch) -> Batches {
-        let now = self.find_batch::<L>(0, scratch);
-        Batches {
-            now,
-            next: Batch { count: 0, ..now },
-            is_fetched: false,
-        }
-    }
-
     /// Finds the moments of the batch that begins with the group `begun`.
     #[inline(always)]
     pub(crate) fn find_batch<L: Lanes>(&self, begun: usize, scratch: &mut Scratch) -> Batch {
         let count = AHEAD.min(self.groups.len().saturating_sub(begun));
         let batch = Batch { begun, count };
-        L::apart(FindMoments {
-            run: self,
-            begun,
-            moments: &mut scratch.moments[batch.places()],
-        });
+        let places = &mut scratch.moments[batch.places()];
+        L::apart(
+            #[inline(always)]
+            || {
+                for (group, moments) in (begun..).zip(places) {
+                    self.find_moments::<L>(group, moments);
+                }
+            },
+        );
         batch
-    }
-}
-
-/// Finds the moments of the groups from `begun` on.
-struct FindMoments<'a> {
-    run: &'a Run<'a>,
-    begun: usize,
-    moments: &'a mut [Moments],
-}
-
-impl<L: Lanes> Apart<L> for FindMoments<'_> {
-    #[inline(always)]
-    fn run(self) {
-        for (group, moments) in (self.begun..).zip(self.moments) {
-            self.run.find_moments::<L>(group, moments);
-        }
     }
 }

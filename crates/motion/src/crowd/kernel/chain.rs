@@ -22,7 +22,7 @@ use super::sampling::{Fetch, Source};
 use super::write::prefetch_ahead;
 use crate::crowd::keys::level_clips::LevelClips;
 use crate::crowd::sort::group::Group;
-use crate::math::{Apart, KeyRows, Lanes, RowLines};
+use crate::math::{F32x16, Lanes, RowLines};
 
 /// A group, and where its joints are computed.
 pub(crate) struct Posing<'a> {
@@ -36,61 +36,37 @@ pub(crate) struct Posing<'a> {
     pub(crate) is_posed: bool,
 }
 
-impl<'a> Posing<'a> {
-    /// Computes all joints of one part of the group, parents first. `fetch` is called with each joint of the first part.
+impl Posing<'_> {
+    /// [`Posing::joints_here`] in a function of its own.
     #[inline(always)]
-    pub(crate) fn joints<L: Lanes, S: Source<L>, F: Fetch>(
+    pub(crate) fn joints<L: Lanes, S: Source<L>>(
         self,
         part: usize,
         source: S,
-        fetch: Option<&'a F>,
+        fetch: Option<&impl Fetch>,
     ) {
-        L::apart(self.of_part(part, source, fetch));
+        L::apart(
+            #[inline(always)]
+            || self.joints_here::<L, S>(part, source, fetch),
+        );
     }
 
-    /// [`Posing::joints`], inlined into the caller and without prefetching.
+    /// Computes all joints of one part of the group, parents first. `fetch` is called with each joint of the first part.
     #[inline(always)]
-    pub(crate) fn joints_here<L: Lanes, S: Source<L>>(self, part: usize, source: S) {
-        Apart::<L>::run(self.of_part(part, source, None::<&KeyRows<'_>>));
-    }
-
-    #[inline(always)]
-    fn of_part<S, F>(self, part: usize, source: S, fetch: Option<&'a F>) -> PartJoints<'a, S, F> {
-        PartJoints {
-            posing: self,
-            part,
-            source,
-            fetch: fetch.filter(|_| part == 0),
-        }
-    }
-}
-
-/// The joints of one part of a group, and the source of their motion.
-struct PartJoints<'a, S, F> {
-    posing: Posing<'a>,
-    part: usize,
-    source: S,
-    fetch: Option<&'a F>,
-}
-
-impl<L: Lanes, S: Source<L>, F: Fetch> Apart<L> for PartJoints<'_, S, F> {
-    /// Computes each joint from its parent.
-    #[inline(always)]
-    fn run(self) {
+    pub(crate) fn joints_here<L: Lanes, S: Source<L>>(
+        self,
+        part: usize,
+        mut source: S,
+        fetch: Option<&impl Fetch>,
+    ) {
         let Self {
-            posing,
-            part,
-            mut source,
-            fetch,
-        } = self;
-        let Posing {
             bank,
             level,
             group,
             models,
             ahead,
             is_posed,
-        } = posing;
+        } = self;
         let joints = &bank.joints[..];
         assert!(joints.len() <= models.len());
         for (index, joint) in joints.iter().enumerate() {
@@ -102,66 +78,41 @@ impl<L: Lanes, S: Source<L>, F: Fetch> Apart<L> for PartJoints<'_, S, F> {
                 }
                 None => stand(group.placement(part), ready, &mut rest[0], part),
             }
-            if let Some(fetch) = fetch {
-                fetch.prefetch(bank, index);
-            }
-            if part == 0
-                && let Some(rows) = ahead
-            {
-                prefetch_ahead(rows, index, joints.len());
+            if part == 0 {
+                if let Some(fetch) = fetch {
+                    fetch.prefetch(bank, index);
+                }
+                if let Some(rows) = ahead {
+                    prefetch_ahead(rows, index, joints.len());
+                }
             }
         }
         if !is_posed {
-            L::apart(StepOn {
-                level,
-                group,
-                models,
-                part,
-            });
+            L::apart(
+                #[inline(always)]
+                || step_on::<L>(level, &group.detail, models, part),
+            );
         }
     }
 }
 
-/// Moves the joints of one part that are blended towards coarser levels to where their carriers draw them.
-struct StepOn<'a> {
-    level: PosedLevel<'a>,
-    group: &'a Group,
-    models: &'a mut [Model],
-    part: usize,
-}
-
-impl<L: Lanes> Apart<L> for StepOn<'_> {
-    /// Takes the steps of the coarsest level first, so that a joint that is attached to a removed joint moves with it.
-    #[inline(always)]
-    fn run(self) {
-        let Self {
-            level,
-            group,
-            models,
-            part,
-        } = self;
-        for (index, step) in level.steps.iter().enumerate().rev() {
-            if level.shows::<L>(&group.detail, index) {
-                continue;
-            }
-            let weight = L::load(&group.detail, part) - L::splat(level.number + index as f32);
-            let weight = weight.max(L::splat(0.0)).min(L::splat(1.0));
-            for removed in &step.removed {
-                let ready = Local::<L>::splat(removed.turn, removed.place).ready();
-                let mut there = Model::zeroed();
-                compose_blended(
-                    &models[usize::from(removed.carrier)],
-                    ready,
-                    &mut there,
-                    part,
-                );
-                approach(
-                    &mut models[usize::from(removed.joint)],
-                    &there,
-                    weight,
-                    part,
-                );
-            }
+/// Moves the joints of one part that are blended towards coarser levels to where their carriers draw them. Takes the steps of the coarsest
+/// level first, so that a joint that is attached to a removed joint moves with it.
+#[inline(always)]
+fn step_on<L: Lanes>(level: PosedLevel<'_>, detail: &F32x16, models: &mut [Model], part: usize) {
+    for (index, step) in level.steps.iter().enumerate().rev() {
+        if level.shows::<L>(detail, index) {
+            continue;
+        }
+        let weight = L::load(detail, part) - L::splat(level.number + index as f32);
+        let weight = weight.max(L::splat(0.0)).min(L::splat(1.0));
+        for removed in &step.removed {
+            let ready = Local::<L>::splat(removed.turn, removed.place).ready();
+            let mut there = Model::zeroed();
+            let carrier = &models[usize::from(removed.carrier)];
+            compose_blended(carrier, ready, &mut there, part);
+            let joint = &mut models[usize::from(removed.joint)];
+            approach(joint, &there, weight, part);
         }
     }
 }

@@ -8,11 +8,11 @@
 
 use super::batches::{AHEAD, Scratch};
 use super::chain::Posing;
-use super::moments::{Moments, Reach, Run, Weights};
-use super::sampling::{Faded, Fetch, Playing, ReadRows, Window};
-use super::write::{RunTarget, Target};
+use super::moments::{Moments, Reach, Run, weights};
+use super::sampling::{Faded, Fetch, Playing, ReadRows};
+use super::write::RunMemory;
 use crate::crowd::keys::level_clips::LevelClips;
-use crate::math::{Apart, F32x16, KeyRows, Lanes};
+use crate::math::{F32x16, KeyRows, Lanes};
 
 /// The keys that a group reads.
 #[derive(Clone, Copy)]
@@ -22,7 +22,7 @@ struct FadeKeys<'a, L: Lanes> {
     /// Rows of the second clips.
     rows: KeyRows<'a>,
     /// Weights of the two keys of each second clip.
-    weights: L::Parts<Weights<L>>,
+    weights: [L::Words; F32x16::MOST_PARTS],
 }
 
 impl<L: Lanes> Fetch for FadeKeys<'_, L> {
@@ -38,39 +38,41 @@ impl<L: Lanes> Fetch for FadeKeys<'_, L> {
 impl Run<'_> {
     /// Poses all groups; returns the number of groups whose characters are no longer near each other in time.
     #[inline(always)]
-    pub(crate) fn pose_fading_batches<L: Lanes, T: RunTarget>(
+    pub(crate) fn pose_fading_batches<L: Lanes>(
         &self,
         scratch: &mut Scratch,
-        to: &mut T,
+        to: &mut RunMemory<'_>,
     ) -> usize {
-        let mut apart = 0;
+        let (mut apart, mut is_fetched) = (0, false);
         let none = FadeKeys::<L> {
             own: None,
             rows: KeyRows::none(&self.keys.rows),
-            weights: L::parts(Weights::new(L::splat(0.0))),
+            weights: [L::splat_words(0); F32x16::MOST_PARTS],
         };
         let mut keys = [none; AHEAD + 1];
-        let mut batches = self.first_batches::<L>(scratch);
-        while batches.now.count > 0 {
-            batches.next = self.find_batch::<L>(batches.now.after(), scratch);
-            apart += batches.now.apart(&scratch.moments);
-            let groups = batches.visible(&scratch.moments);
+        let mut batch = self.find_batch::<L>(0, scratch);
+        while batch.count > 0 {
+            let next = self.find_batch::<L>(batch.begun + AHEAD, scratch);
+            apart += batch.apart(&scratch.moments);
+            let [groups] = batch.pick(next, &scratch.moments, |_| 0);
             let places = groups.places();
             for (keys, &place) in keys.iter_mut().zip(places) {
                 // Some groups before they are used: numbers that were stored together are not read one by one at once.
                 let moments = &scratch.moments[usize::from(place)];
-                let run = self;
-                L::apart(FindKeys { run, moments, keys });
+                L::apart(
+                    #[inline(always)]
+                    || self.find_keys(moments, keys),
+                );
             }
-            if !(places.is_empty() || batches.is_fetched && groups.now() > 0) {
+            if !(places.is_empty() || is_fetched && groups.now() > 0) {
                 keys[0].prefetch_all(self.bank);
             }
             for turn in 0..groups.now() {
                 let (now, next) = (groups.place(turn), groups.place(turn + 1));
                 let keys = &keys[turn..places.len()];
-                self.pose_fading_group::<L, T>(now, next, keys, scratch, to);
+                self.pose_fading_group::<L>(now, next, keys, scratch, to);
             }
-            batches.advance(groups.goes_on());
+            (batch, is_fetched) = (next, groups.goes_on());
         }
         apart
     }
@@ -86,7 +88,7 @@ impl Run<'_> {
         let mut intervals = F32x16::ZERO;
         let second = self.moments::<L>(&fade.clock, &fade.clips, &mut intervals);
         for part in 0..L::PARTS {
-            to.weights[part] = Weights::new(second[part].share);
+            to.weights[part] = weights(second[part].share);
         }
         to.rows = self.rows_at(&fade.clips.rows, &intervals);
     }
@@ -94,13 +96,13 @@ impl Run<'_> {
     /// Poses the group whose moments are at the place `now`. `keys` has its keys, then those of the group that is posed next,
     /// whose moments are at `next`.
     #[inline(always)]
-    fn pose_fading_group<L: Lanes, T: RunTarget>(
+    fn pose_fading_group<L: Lanes>(
         &self,
         now: usize,
         next: usize,
         keys: &[FadeKeys<'_, L>],
         scratch: &mut Scratch,
-        to: &mut T,
+        to: &mut RunMemory<'_>,
     ) {
         let Scratch {
             models,
@@ -114,35 +116,25 @@ impl Run<'_> {
         let (own_keys, fetch) = (&keys[0], keys.get(1));
         for part in 0..L::PARTS {
             let posing: Posing<'_> = self.posing(moments, &mut out, models);
-            let (weights, weight) = (moments.weights(part), L::load(weight, part));
-            let columns = ReadRows::new::<L>(bank, &own_keys.rows, part, second);
-            let fade = Playing::new(columns, own_keys.weights[part]);
+            let weights = L::load_words(&moments.weights, part);
+            let weight = L::load(weight, part);
+            let fade = Playing {
+                columns: ReadRows::new::<L>(bank, &own_keys.rows, part, second),
+                weights: own_keys.weights[part],
+            };
             match &own_keys.own {
                 Some(rows) => {
-                    let own = Playing::new(ReadRows::new::<L>(bank, rows, part, first), weights);
-                    posing.joints::<L, _, _>(part, Faded { own, fade, weight }, fetch);
+                    let columns = ReadRows::new::<L>(bank, rows, part, first);
+                    let own = Playing { columns, weights };
+                    posing.joints::<L, _>(part, Faded { own, fade, weight }, fetch);
                 }
                 None => {
-                    let windows = moments.windows(&ahead[next], part);
-                    let own = Playing::new(Window::<L, true>::new(self.keys, windows), weights);
-                    posing.joints::<L, _, _>(part, Faded { own, fade, weight }, fetch);
+                    let columns = moments.window::<L, true>(&ahead[next], self.keys, part);
+                    let own = Playing { columns, weights };
+                    posing.joints::<L, _>(part, Faded { own, fade, weight }, fetch);
                 }
             }
         }
-        out.write::<L>(bank.joints.len(), self.models(models));
-    }
-}
-
-/// Finds the keys of a group.
-struct FindKeys<'a, 'b, L: Lanes> {
-    run: &'a Run<'a>,
-    moments: &'b Moments,
-    keys: &'b mut FadeKeys<'a, L>,
-}
-
-impl<L: Lanes> Apart<L> for FindKeys<'_, '_, L> {
-    #[inline(always)]
-    fn run(self) {
-        self.run.find_keys(self.moments, self.keys);
+        self.write::<L>(out, models);
     }
 }

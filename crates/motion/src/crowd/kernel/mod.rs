@@ -1,4 +1,8 @@
 //! The kernel: poses groups of sixteen characters. Its loop stands at the head of `pose`.
+#![allow(
+    clippy::needless_range_loop,
+    reason = "the index is a part of the lanes"
+)]
 
 pub(super) mod batches;
 mod chain;

@@ -8,14 +8,15 @@
 //! near: all lanes play one clip, within REACH or WIDE_REACH intervals. One load then has the keys of all lanes.
 //! ```
 
+use super::sampling::Window;
 use crate::anim::ClipId;
 use crate::crowd::keys::clip_times::{ClipRange, Cycle, Moment};
-use crate::crowd::keys::key_bank::{KeyBank, KeyPlace};
+use crate::crowd::keys::key_bank::KeyBank;
 use crate::crowd::keys::level_clips::{LevelClips, LevelStep};
 use crate::crowd::keys::tracks::ONE;
 use crate::crowd::output::Output;
 use crate::crowd::sort::group::{Clock, Group, GroupCold, LaneRanges};
-use crate::math::{F32x16, KeyRows, Lanes};
+use crate::math::{F32x16, KeyColumns, KeyPlace, KeyRows, Lanes};
 
 /// Groups that are posed on one level in one way.
 #[derive(Clone, Copy)]
@@ -72,10 +73,6 @@ pub(crate) enum Reach {
     Apart,
 }
 
-impl Reach {
-    pub(crate) const COUNT: usize = 3;
-}
-
 /// Positions of lanes that are near each other in time.
 #[derive(Clone, Copy)]
 pub(crate) struct Near<L: Lanes> {
@@ -120,23 +117,13 @@ impl<L: Lanes> Near<L> {
     }
 }
 
-/// Weights of the two keys around a moment.
-#[derive(Clone, Copy)]
-pub(crate) struct Weights<L: Lanes> {
-    /// Weight of the key before and of the key after as 16-bit numbers, in the lower and upper half of a word. Their sum is
-    /// [`ONE`].
-    pub(crate) pair: L::Words,
-}
-
-impl<L: Lanes> Weights<L> {
-    #[inline(always)]
-    pub(crate) fn new(share: L) -> Self {
-        let after = (share * L::splat(ONE) + L::splat(0.5)).floor();
-        let before = L::splat(ONE) - after;
-        Self {
-            pair: L::pair(before.truncated(), after.truncated()),
-        }
-    }
+/// Weights of the two keys around a moment: of the key before and of the key after, as 16-bit numbers in the lower and upper half of a word.
+/// Their sum is [`ONE`].
+#[inline(always)]
+pub(crate) fn weights<L: Lanes>(share: L) -> L::Words {
+    let after = (share * L::splat(ONE) + L::splat(0.5)).floor();
+    let before = L::splat(ONE) - after;
+    L::pair(before.truncated(), after.truncated())
 }
 
 /// Moments of a group's characters in their clips. Lanes are stored as [`F32x16`]s, so that the same memory serves every
@@ -147,7 +134,7 @@ pub(crate) struct Moments {
     pub(crate) group: usize,
     /// The interval of each character's own clip.
     pub(crate) interval: F32x16,
-    /// Bits of [`Weights::pair`].
+    /// Bits of the [`weights`].
     pub(crate) weights: F32x16,
     /// For each part whose lanes are near each other in time, position of its window in the first column, in keys.
     pub(crate) starts: [usize; F32x16::LANES],
@@ -179,37 +166,28 @@ impl Moments {
         is_apart: false,
     };
 
+    /// The window of a part of this group, whose lanes are near each other in time. That of the group that is posed next is prefetched.
     #[inline(always)]
-    pub(crate) fn weights<L: Lanes>(&self, part: usize) -> Weights<L> {
-        Weights {
-            pair: L::load_words(&self.weights, part),
-        }
-    }
-
-    /// Windows of a part of this group, whose lanes are near each other in time, and of the group that is posed next.
-    #[inline(always)]
-    pub(crate) fn windows<L: Lanes>(&self, next: &Self, part: usize) -> WindowPlace<L> {
+    pub(crate) fn window<'a, L: Lanes, const WIDE: bool>(
+        &self,
+        next: &Self,
+        keys: &'a KeyBank,
+        part: usize,
+    ) -> Window<'a, L, WIDE> {
         let place = |moments: &Self| KeyPlace {
             first: moments.starts[part],
             stride: moments.stride,
         };
-        WindowPlace {
+        let columns = KeyColumns {
+            table: &keys.columns,
             at: place(self),
             next: place(next),
+        };
+        Window {
+            columns,
             places: L::load_words(&self.places, part),
         }
     }
-}
-
-/// Windows of lanes that are near each other in time.
-#[derive(Clone, Copy)]
-pub(crate) struct WindowPlace<L: Lanes> {
-    /// Position of the key of the lane that is furthest behind.
-    pub(crate) at: KeyPlace,
-    /// Position of the windows that are read next, for prefetching.
-    pub(crate) next: KeyPlace,
-    /// Number of keys that each lane is ahead: see [`Lanes::window_places`].
-    pub(crate) places: L::Words,
 }
 
 impl Run<'_> {
@@ -223,15 +201,15 @@ impl Run<'_> {
         let Some(clip) = self.near[index] else {
             let moments = self.moments::<L>(&group.clock, &self.cold[index].own, &mut to.interval);
             for part in 0..L::PARTS {
-                let weights = Weights::new(moments[part].share);
-                L::from_bits(weights.pair).store(&mut to.weights, part);
+                let weights = weights(moments[part].share);
+                L::from_bits(weights).store(&mut to.weights, part);
             }
             (to.reach, to.is_apart) = (Reach::Apart, false);
             return;
         };
         let range = &self.ranges[clip.index()];
         let frames = range.frame_cycle.lanes::<L>();
-        let mut found = L::parts(Moment::zero());
+        let mut found = [Moment::zero(); F32x16::MOST_PARTS];
         for part in 0..L::PARTS {
             found[part] = group.clock.moment(part, self.now, frames);
         }
@@ -248,8 +226,7 @@ impl Run<'_> {
             L::from_bits(near.places).store(&mut to.places, part);
             reach = reach.max(near.reach);
             moment.interval.store(&mut to.interval, part);
-            let weights = Weights::new(moment.share);
-            L::from_bits(weights.pair).store(&mut to.weights, part);
+            L::from_bits(weights(moment.share)).store(&mut to.weights, part);
         }
         to.stride = place.stride;
         to.reach = reach;
@@ -263,8 +240,8 @@ impl Run<'_> {
         clock: &Clock,
         clips: &LaneRanges,
         intervals: &mut F32x16,
-    ) -> L::Parts<Moment<L>> {
-        let mut found = L::parts(Moment::zero());
+    ) -> [Moment<L>; F32x16::MOST_PARTS] {
+        let mut found = [Moment::zero(); F32x16::MOST_PARTS];
         for part in 0..L::PARTS {
             let cycle = Cycle::new(L::load(&clips.length, part));
             found[part] = clock.moment(part, self.now, cycle);
@@ -284,7 +261,7 @@ impl Run<'_> {
     fn between_keys<L: Lanes>(
         &self,
         before: &[u32; F32x16::LANES],
-        moments: &mut L::Parts<Moment<L>>,
+        moments: &mut [Moment<L>; F32x16::MOST_PARTS],
     ) {
         let mut frames = F32x16::ZERO;
         for part in 0..L::PARTS {

@@ -12,8 +12,8 @@
 //!         write the models: in place, as rows, or past the caches                                     write
 //! ```
 //!
-//! Each kind of memory has a kernel of its own. It contains the joint loop of the commonest groups;
-//! the loops of the others are separate functions ([`Apart`](crate::math::Apart)).
+//! The kernel contains the joint loop of the commonest groups; the loops of the others are separate functions
+//! ([`Lanes::apart`]).
 
 use bytemuck::Zeroable;
 
@@ -21,39 +21,34 @@ use super::batches::{AHEAD, Picked, Scratch};
 use super::chain::Posing;
 use super::joint_math::{Model, NUMBERS, SPARE};
 use super::moments::{Moments, Run};
-use super::sampling::{Fetch, Playing, ReadRows, Window};
-use super::write::{Copied, InPlace, RunMemory, RunTarget, Scattered, Target};
+use super::sampling::{Fetch, Playing, ReadRows};
+use super::write::{GroupMemory, RunMemory};
 use crate::crowd::output::WriteMode;
 use crate::math::{F32x16, Isa, Kernel, KeyRows, Lanes};
 
-/// The kernel of one kind of memory.
-struct PoseGroups<'a, T> {
-    run: Run<'a>,
+struct PoseGroups<'a> {
+    run: &'a Run<'a>,
     scratch: &'a mut Scratch,
-    to: T,
+    to: RunMemory<'a>,
 }
 
-impl<T: RunTarget> Kernel for PoseGroups<'_, T> {
+impl Kernel for PoseGroups<'_> {
     /// Number of groups whose characters are no longer near each other in time.
     type Out = usize;
 
     #[inline(always)]
     fn run<L: Lanes>(self) -> usize {
-        let Self {
-            run,
-            scratch,
-            mut to,
-        } = self;
+        let (run, scratch, mut to) = (*self.run, self.scratch, self.to);
         let mut own = std::mem::take(scratch);
-        if T::HAS_ROWS {
-            // The memory behind the last joint is the same on any thread: zeros.
+        if matches!(to, RunMemory::Rows(_)) {
+            // The memory behind the last joint, which the last `F32x16` of a row reads, is the same on any thread: zeros.
             for spare in &mut run.models(&mut own.models)[run.bank.joints.len()..] {
                 *spare = Model::zeroed();
             }
         }
         let apart = match run.fades {
-            false => run.pose_batches::<L, T>(&mut own, &mut to),
-            true => run.pose_fading_batches::<L, T>(&mut own, &mut to),
+            false => run.pose_batches::<L>(&mut own, &mut to),
+            true => run.pose_fading_batches::<L>(&mut own, &mut to),
         };
         *scratch = own;
         if run.output.write == WriteMode::Streamed {
@@ -66,45 +61,34 @@ impl<T: RunTarget> Kernel for PoseGroups<'_, T> {
 impl Run<'_> {
     /// Poses all groups into `to`; returns the number of groups whose characters are no longer near each other in time.
     pub(crate) fn pose(&self, isa: Isa, scratch: &mut Scratch, to: RunMemory<'_>) -> usize {
-        let is_streamed = self.output.write == WriteMode::Streamed;
-        match to {
-            RunMemory::Lines(lines) if !is_streamed => self.pose_to(isa, scratch, InPlace(lines)),
-            RunMemory::Lines(lines) => self.pose_to(isa, scratch, Copied(lines)),
-            RunMemory::Rows(rows) => self.pose_to(isa, scratch, Scattered { rows, is_streamed }),
-        }
-    }
-
-    fn pose_to<T: RunTarget>(&self, isa: Isa, scratch: &mut Scratch, to: T) -> usize {
-        isa.on_lanes(PoseGroups {
-            run: *self,
-            scratch,
-            to,
-        })
+        let run = self;
+        isa.on_lanes(PoseGroups { run, scratch, to })
     }
 
     /// Poses groups of one clip for each character.
     #[inline(always)]
-    fn pose_batches<L: Lanes, T: RunTarget>(&self, scratch: &mut Scratch, to: &mut T) -> usize {
-        let mut apart = 0;
-        let mut batches = self.first_batches::<L>(scratch);
-        while batches.now.count > 0 {
-            batches.next = self.find_batch::<L>(batches.now.after(), scratch);
-            apart += batches.now.apart(&scratch.moments);
-            let [narrow, wide, read] = batches.by_reach(&scratch.moments);
+    fn pose_batches<L: Lanes>(&self, scratch: &mut Scratch, to: &mut RunMemory<'_>) -> usize {
+        let (mut apart, mut is_fetched) = (0, false);
+        let mut batch = self.find_batch::<L>(0, scratch);
+        while batch.count > 0 {
+            let next = self.find_batch::<L>(batch.begun + AHEAD, scratch);
+            apart += batch.apart(&scratch.moments);
+            let class = |moments: &Moments| moments.reach as usize;
+            let [narrow, wide, read] = batch.pick(next, &scratch.moments, class);
             // Keys that are read one by one are prefetched in the batch before.
-            if !(read.places().is_empty() || batches.is_fetched && read.now() > 0) {
+            if !(read.places().is_empty() || is_fetched && read.now() > 0) {
                 self.rows(&scratch.moments[read.place(0)])
                     .prefetch_all(self.bank);
             }
             // Each reach has a loop of its own, so that the first one is short.
-            self.pose_near_groups::<L, T, false>(&narrow, scratch, to);
+            self.pose_near_groups::<L, false>(&narrow, scratch, to);
             if wide.now() > 0 {
-                self.pose_near_groups::<L, T, true>(&wide, scratch, to);
+                self.pose_near_groups::<L, true>(&wide, scratch, to);
             }
             if read.now() > 0 {
-                self.pose_read_groups::<L, T>(&read, scratch, to);
+                self.pose_read_groups::<L>(&read, scratch, to);
             }
-            batches.advance(read.goes_on());
+            (batch, is_fetched) = (next, read.goes_on());
         }
         apart
     }
@@ -117,39 +101,41 @@ impl Run<'_> {
 
     /// Poses groups whose characters share their loads.
     #[inline(always)]
-    fn pose_near_groups<L: Lanes, T: RunTarget, const WIDE: bool>(
+    fn pose_near_groups<L: Lanes, const WIDE: bool>(
         &self,
         groups: &Picked,
         scratch: &mut Scratch,
-        to: &mut T,
+        to: &mut RunMemory<'_>,
     ) {
         for turn in 0..groups.now() {
             let moments = &scratch.moments[groups.place(turn)];
             let next = &scratch.moments[groups.place(turn + 1)];
             let mut out = to.group(moments.group, self.group_lines(), &mut scratch.spare);
             for part in 0..L::PARTS {
-                let window = Window::<L, WIDE>::new(self.keys, moments.windows(next, part));
-                let playing = Playing::new(window, moments.weights(part));
+                let playing = Playing {
+                    columns: moments.window::<L, WIDE>(next, self.keys, part),
+                    weights: L::load_words(&moments.weights, part),
+                };
                 let posing: Posing<'_> = self.posing(moments, &mut out, &mut scratch.models);
+                let fetch = None::<&KeyRows<'_>>;
                 match WIDE {
-                    true => posing.joints::<L, _, KeyRows<'_>>(part, playing, None),
+                    true => posing.joints::<L, _>(part, playing, fetch),
                     // The commonest groups.
-                    false => posing.joints_here::<L, _>(part, playing),
+                    false => posing.joints_here::<L, _>(part, playing, fetch),
                 }
             }
-            let models = self.models(&mut scratch.models);
-            out.write::<L>(self.bank.joints.len(), models);
+            self.write::<L>(out, &mut scratch.models);
         }
     }
 
     /// Poses groups whose characters are read one by one. The keys of each group are prefetched while the group before it is
     /// posed.
     #[inline(always)]
-    fn pose_read_groups<L: Lanes, T: RunTarget>(
+    fn pose_read_groups<L: Lanes>(
         &self,
         groups: &Picked,
         scratch: &mut Scratch,
-        to: &mut T,
+        to: &mut RunMemory<'_>,
     ) {
         let Scratch {
             models,
@@ -169,12 +155,14 @@ impl Run<'_> {
             let rows = &rows[turn..places.len()];
             let mut out = to.group(moments.group, self.group_lines(), spare);
             for part in 0..L::PARTS {
-                let own = ReadRows::new::<L>(self.bank, &rows[0], part, columns);
-                let own = Playing::new(own, moments.weights(part));
+                let playing = Playing {
+                    columns: ReadRows::new::<L>(self.bank, &rows[0], part, columns),
+                    weights: L::load_words(&moments.weights, part),
+                };
                 let posing: Posing<'_> = self.posing(moments, &mut out, models);
-                posing.joints::<L, _, _>(part, own, rows.get(1));
+                posing.joints::<L, _>(part, playing, rows.get(1));
             }
-            out.write::<L>(self.bank.joints.len(), self.models(models));
+            self.write::<L>(out, models);
         }
     }
 
@@ -182,10 +170,10 @@ impl Run<'_> {
     pub(crate) fn posing<'a>(
         &'a self,
         moments: &Moments,
-        out: &'a mut impl Target,
+        out: &'a mut GroupMemory<'_>,
         models: &'a mut [F32x16],
     ) -> Posing<'a> {
-        let (models, ahead) = out.computed_in(self.models(models));
+        let (models, ahead) = out.computed_in(self.output.write, self.models(models));
         Posing {
             bank: self.bank,
             level: self.level,
@@ -194,6 +182,13 @@ impl Run<'_> {
             ahead,
             is_posed: moments.is_posed,
         }
+    }
+
+    /// Writes a group whose joints have been computed.
+    #[inline(always)]
+    pub(crate) fn write<L: Lanes>(&self, out: GroupMemory<'_>, models: &mut [F32x16]) {
+        let joints = self.bank.joints.len();
+        out.write::<L>(self.output.write, joints, self.models(models));
     }
 
     /// The thread's memory for the joints of a group.

@@ -1,11 +1,10 @@
 //! Samples a clip at the moments of a register's characters.
 
 use super::joint_math::{Local, QuatLanes};
-use super::moments::{Weights, WindowPlace};
-use crate::crowd::keys::key_bank::{KeyBank, UnitRead};
+use crate::crowd::keys::key_bank::UnitRead;
 use crate::crowd::keys::level_clips::{LevelClips, LevelJoint};
 use crate::crowd::keys::tracks::{Place, PlaceRange};
-use crate::math::{F32x16, KeyColumns, KeyRows, KeyUnit, Lanes, NextColumns};
+use crate::math::{F32x16, KeyColumns, KeyRows, KeyUnit, Lanes};
 
 /// The motion of a level's joints, one joint after the other.
 pub(crate) trait Source<L: Lanes> {
@@ -24,39 +23,20 @@ pub(crate) trait Columns<L: Lanes> {
 
 /// Columns of lanes that are near each other in time. One load, or two for wide windows, fetches the keys of all lanes.
 pub(crate) struct Window<'a, L: Lanes, const WIDE: bool> {
-    keys: &'a [i16],
-    place: WindowPlace<L>,
+    pub(crate) columns: KeyColumns<'a>,
+    /// Number of keys that each lane is ahead: see [`Lanes::window_places`].
+    pub(crate) places: L::Words,
 }
 
-impl<'a, L: Lanes, const WIDE: bool> Window<'a, L, WIDE> {
-    #[inline(always)]
-    pub(crate) fn new(keys: &'a KeyBank, place: WindowPlace<L>) -> Self {
-        Self {
-            keys: &keys.columns,
-            place,
-        }
-    }
-
-    #[inline(always)]
-    fn columns(&self, column: usize) -> KeyColumns<'a> {
-        let WindowPlace { at, next, .. } = self.place;
-        KeyColumns {
-            table: self.keys,
-            start: at.of_column(column),
-            stride: at.stride,
-            next: NextColumns {
-                start: next.of_column(column),
-                stride: next.stride,
-            },
-        }
-    }
-
+impl<L: Lanes, const WIDE: bool> Window<'_, L, WIDE> {
     #[inline(always)]
     fn read<const N: usize>(&self, column: usize) -> [L::Words; N] {
-        match WIDE {
-            true => L::wide_windows(self.columns(column), self.place.places),
-            false => L::windows(self.columns(column), self.place.places),
-        }
+        let columns = KeyColumns {
+            at: self.columns.at.column(column),
+            next: self.columns.next.column(column),
+            ..self.columns
+        };
+        L::windows::<WIDE, N>(columns, self.places)
     }
 }
 
@@ -127,7 +107,8 @@ impl<'a> ReadRows<'a> {
             let columns = &mut *self.columns;
             L::unit_with(
                 self.rows,
-                read.halves,
+                read.unit,
+                read.wanted,
                 #[inline(always)]
                 |key, part, words| {
                     let line = read.lines[key / KeyUnit::QUAD] + key % KeyUnit::QUAD;
@@ -164,17 +145,10 @@ impl<L: Lanes> Columns<L> for ReadRows<'_> {
     }
 }
 
-/// A clip that is played: its keys, and the weights of the two keys around each moment.
+/// A clip that is played: its keys, and the [weights](super::moments::weights) of the two keys around each moment.
 pub(crate) struct Playing<L: Lanes, C> {
-    columns: C,
-    weights: Weights<L>,
-}
-
-impl<L: Lanes, C> Playing<L, C> {
-    #[inline(always)]
-    pub(crate) fn new(columns: C, weights: Weights<L>) -> Self {
-        Self { columns, weights }
-    }
+    pub(crate) columns: C,
+    pub(crate) weights: L::Words,
 }
 
 impl<L: Lanes, C: Columns<L>> Playing<L, C> {
@@ -183,7 +157,7 @@ impl<L: Lanes, C: Columns<L>> Playing<L, C> {
     fn mixed<const N: usize>(&self, words: [L::Words; N]) -> [L; N] {
         let mut mixed = [L::splat(0.0); N];
         for index in 0..N {
-            mixed[index] = L::dot_pairs(words[index], self.weights.pair);
+            mixed[index] = L::dot_pairs(words[index], self.weights);
         }
         mixed
     }

@@ -7,7 +7,7 @@
 
 use super::clip_times::{ClipRange, FrameKeys};
 use super::tracks::{Keys, Place, Tracks};
-use crate::math::{KeyUnit, UnitHalves, sorted_indices};
+use crate::math::{KeyPlace, KeyUnit, sorted_indices};
 
 /// The keys of all clips.
 #[derive(Clone, Debug, Default)]
@@ -22,22 +22,6 @@ pub(crate) struct KeyBank {
     pub(crate) row_units: usize,
     /// Times of the keys between the frames of their clips.
     pub(crate) frames: FrameKeys,
-}
-
-/// Position of a key of a clip in each column.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct KeyPlace {
-    /// Index of the key in the first column.
-    pub(crate) first: usize,
-    /// Number of keys from the start of one column to the start of the next.
-    pub(crate) stride: usize,
-}
-
-impl KeyPlace {
-    #[inline(always)]
-    pub(crate) fn of_column(self, column: usize) -> usize {
-        self.first + column * self.stride
-    }
 }
 
 /// Positions of tracks among the columns and in a row.
@@ -175,7 +159,10 @@ impl TrackKeys<'_> {
 /// A unit of a row, and the columns of a group that its quads become.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct UnitRead {
-    pub(crate) halves: UnitHalves,
+    /// Index of the unit in a row.
+    pub(crate) unit: usize,
+    /// Which of its two quads are wanted.
+    pub(crate) wanted: [bool; 2],
     /// Index of the first column of each wanted quad, in `F32x16`s.
     pub(crate) lines: [usize; 2],
 }
@@ -183,7 +170,7 @@ pub(crate) struct UnitRead {
 impl UnitRead {
     /// Index of the first `F32x16` that the unit fills. It increases from each read to the next.
     pub(crate) fn first_line(&self) -> usize {
-        let lines = self.lines.iter().zip(self.halves.wanted);
+        let lines = self.lines.iter().zip(self.wanted);
         let wanted = lines.filter(|&(_, wanted)| wanted);
         wanted.map(|(&line, _)| line).min().unwrap_or_default()
     }
@@ -193,18 +180,16 @@ impl UnitRead {
         let mut reads: Vec<Self> = Vec::new();
         for (index, &quad) in quads.iter().enumerate() {
             let (unit, half) = (quad / 2, quad % 2);
-            let known = reads.iter().position(|read| read.halves.unit == unit);
+            let known = reads.iter().position(|read| read.unit == unit);
             let read = known.unwrap_or_else(|| {
                 reads.push(Self {
-                    halves: UnitHalves {
-                        unit,
-                        wanted: [false; 2],
-                    },
+                    unit,
+                    wanted: [false; 2],
                     lines: [0; 2],
                 });
                 reads.len() - 1
             });
-            reads[read].halves.wanted[half] = true;
+            reads[read].wanted[half] = true;
             reads[read].lines[half] = index * KeyUnit::QUAD;
         }
         reads

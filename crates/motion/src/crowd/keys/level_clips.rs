@@ -58,7 +58,7 @@ impl LevelClips {
         });
         let quads: Vec<usize> = quads.collect();
         let reads = UnitRead::for_quads(&quads);
-        let units = reads.iter().map(|read| read.halves.unit);
+        let units = reads.iter().map(|read| read.unit);
         let fetched = touching_all_lines(units.collect());
         let mut joints: Vec<LevelJoint> = joints.collect();
         let mut lines = 0;

@@ -4,10 +4,10 @@
 //! [`Isa::Avx2`](crate::math::Isa::Avx2): each `unsafe` block below relies on this.
 
 use std::arch::x86_64::*;
+use std::ptr::from_ref;
 
 use super::{
-    Apart, F32x16, KeyColumns, KeyRows, Lanes, PartWrite, Sixteen, UnitHalves, instructions,
-    operators,
+    F32x16, KeyColumns, KeyRows, KeyUnit, Lanes, RowLines, fours, instructions, operators,
 };
 
 #[derive(Clone, Copy)]
@@ -20,18 +20,23 @@ operators!(
     _mm256_mul_ps,
     _mm256_div_ps
 );
+fours!(
+    __m256,
+    _mm256_unpacklo_ps,
+    _mm256_unpackhi_ps,
+    _mm256_shuffle_ps
+);
 
 /// # Safety
 /// The machine must have the features that are named.
 #[target_feature(enable = "avx2,fma,bmi1,bmi2,popcnt")]
 #[inline(never)]
-unsafe fn apart(work: impl Apart<Avx2>) {
-    work.run();
+unsafe fn apart(work: impl FnOnce()) {
+    work();
 }
 
 impl Lanes for Avx2 {
     type Words = __m256i;
-    type Parts<T: Copy> = [T; Self::PARTS];
 
     const COUNT: usize = 8;
     const REACH: usize = 7;
@@ -39,6 +44,10 @@ impl Lanes for Avx2 {
 
     instructions! {
         fn splat(value: f32) -> Self = Self(_mm256_set1_ps(value));
+        fn load(line: &F32x16, part: usize) -> Self = Self(_mm256_load_ps(line.part::<8>(part).as_ptr()));
+        fn store(self, line: &mut F32x16, part: usize) -> () = _mm256_store_ps(line.part_mut::<8>(part).as_mut_ptr(), self.0);
+        fn stream(self, line: &mut F32x16, part: usize) -> () = _mm256_stream_ps(line.part_mut::<8>(part).as_mut_ptr(), self.0);
+        fn fence() -> () = _mm_sfence();
         fn mul_add(self, factor: Self, sum: Self) -> Self = Self(_mm256_fmadd_ps(self.0, factor.0, sum.0));
         fn neg_mul_add(self, factor: Self, sum: Self) -> Self = Self(_mm256_fnmadd_ps(self.0, factor.0, sum.0));
         fn sqrt(self) -> Self = Self(_mm256_sqrt_ps(self.0));
@@ -52,36 +61,6 @@ impl Lanes for Avx2 {
         fn from_bits(words: __m256i) -> Self = Self(_mm256_castsi256_ps(words));
         fn pair(low: __m256i, high: __m256i) -> __m256i = _mm256_or_si256(_mm256_slli_epi32::<16>(high), low);
         fn dot_pairs(a: __m256i, b: __m256i) -> Self = Self(_mm256_cvtepi32_ps(_mm256_madd_epi16(a, b)));
-    }
-
-    #[inline(always)]
-    fn parts<T: Copy>(value: T) -> [T; Self::PARTS] {
-        [value; Self::PARTS]
-    }
-
-    #[inline(always)]
-    fn load(line: &F32x16, part: usize) -> Self {
-        // SAFETY: the machine has AVX; half a line is 32 bytes and aligned so.
-        Self(unsafe { _mm256_load_ps(line.part::<{ Self::COUNT }>(part).as_ptr()) })
-    }
-
-    #[inline(always)]
-    fn store(self, line: &mut F32x16, part: usize) {
-        // SAFETY: the machine has AVX; half a line is 32 bytes and aligned so.
-        unsafe { _mm256_store_ps(line.part_mut::<{ Self::COUNT }>(part).as_mut_ptr(), self.0) }
-    }
-
-    #[inline(always)]
-    fn stream(self, line: &mut F32x16, part: usize) {
-        // SAFETY: the machine has AVX; half a line is 32 bytes and aligned so, and not read by
-        // another thread before the fence that the trait asks for.
-        unsafe { _mm256_stream_ps(line.part_mut::<{ Self::COUNT }>(part).as_mut_ptr(), self.0) }
-    }
-
-    #[inline(always)]
-    fn fence() {
-        // SAFETY: every x86-64 has SSE.
-        unsafe { _mm_sfence() }
     }
 
     #[inline(always)]
@@ -101,15 +80,6 @@ impl Lanes for Avx2 {
             let four = _mm_min_ps(_mm256_castps256_ps128(self.0), high);
             let two = _mm_min_ps(four, _mm_movehl_ps(four, four));
             _mm_cvtss_f32(_mm_min_ss(two, _mm_movehdup_ps(two)))
-        }
-    }
-
-    #[inline(always)]
-    fn all_below(self, bound: f32) -> bool {
-        // SAFETY: the machine has AVX.
-        unsafe {
-            let below = _mm256_cmp_ps::<_CMP_LT_OQ>(self.0, _mm256_set1_ps(bound));
-            _mm256_movemask_ps(below) == 0xff
         }
     }
 
@@ -134,158 +104,116 @@ impl Lanes for Avx2 {
     }
 
     #[inline(always)]
-    fn windows<const N: usize>(columns: KeyColumns<'_>, places: __m256i) -> [__m256i; N] {
-        let (table, stride) = (columns.reaching::<N>(Self::WINDOW), columns.stride);
-        let mut found = [Self::splat_words(0); N];
-        for (index, words) in found.iter_mut().enumerate() {
-            columns.prefetch_next(index);
-            // SAFETY: the machine has AVX2; the table has 32 keys from here on, of which 8 are read.
-            *words = unsafe {
-                let from = table.as_ptr().add(index * stride).cast();
-                let keys = _mm256_broadcastsi128_si256(_mm_loadu_si128(from));
-                _mm256_shuffle_epi8(keys, places)
-            };
+    fn window(keys: &[i16; KeyColumns::WINDOW], places: __m256i) -> __m256i {
+        // SAFETY: the machine has AVX2; 8 keys are read.
+        unsafe {
+            let keys = _mm256_broadcastsi128_si256(_mm_loadu_si128(keys.as_ptr().cast()));
+            _mm256_shuffle_epi8(keys, places)
         }
-        found
     }
 
     #[inline(always)]
-    fn wide_windows<const N: usize>(columns: KeyColumns<'_>, places: __m256i) -> [__m256i; N] {
-        let (table, stride) = (columns.reaching::<N>(Self::WIDE_WINDOW), columns.stride);
-        let mut found = [Self::splat_words(0); N];
-        // SAFETY: the machine has AVX2.
-        let [low, high] = unsafe {
+    fn wide_window(keys: &[i16; KeyColumns::WIDE_WINDOW], places: __m256i) -> __m256i {
+        // SAFETY: the machine has AVX2; 15 keys are read.
+        unsafe {
             // A byte with its highest bit set takes a 0. Eight keys hold the pairs of seven places; the next seven places are
             // in the eight keys that begin at the last of those.
             let first = _mm256_and_si256(places, _mm256_set1_epi32(0xff));
             let is_high = _mm256_cmpgt_epi32(first, _mm256_set1_epi32(2 * Self::REACH as i32 - 1));
             let further = _mm256_sub_epi8(places, _mm256_set1_epi8(2 * Self::REACH as i8));
             let is_low = _mm256_andnot_si256(is_high, _mm256_set1_epi8(-1));
-            [
-                _mm256_or_si256(places, is_high),
-                _mm256_or_si256(further, is_low),
-            ]
-        };
-        for (index, words) in found.iter_mut().enumerate() {
-            columns.prefetch_next(index);
-            // SAFETY: the machine has AVX2; the table has 64 keys from here on, of which 15 are read.
-            *words = unsafe {
-                let from = table.as_ptr().add(index * stride);
-                let near = _mm256_broadcastsi128_si256(_mm_loadu_si128(from.cast()));
-                let far = _mm_loadu_si128(from.add(Self::REACH).cast());
-                let far = _mm256_broadcastsi128_si256(far);
-                _mm256_or_si256(
-                    _mm256_shuffle_epi8(near, low),
-                    _mm256_shuffle_epi8(far, high),
-                )
-            };
+            let near = _mm256_broadcastsi128_si256(_mm_loadu_si128(keys.as_ptr().cast()));
+            let far = _mm_loadu_si128(keys.as_ptr().add(Self::REACH).cast());
+            let far = _mm256_broadcastsi128_si256(far);
+            _mm256_or_si256(
+                _mm256_shuffle_epi8(near, _mm256_or_si256(places, is_high)),
+                _mm256_shuffle_epi8(far, _mm256_or_si256(further, is_low)),
+            )
         }
-        found
     }
 
     #[inline(always)]
     fn unit_with(
         rows: &KeyRows<'_>,
-        UnitHalves { unit, wanted }: UnitHalves,
+        unit: usize,
+        wanted: [bool; 2],
         mut put: impl FnMut(usize, usize, __m256i),
     ) {
         for part in 0..Self::PARTS {
-            // SAFETY: the machine has AVX2; rows hand out pointers into their table.
+            // SAFETY: the machine has AVX2.
             unsafe {
                 // Two lanes a register, so that the transposed halves are in order.
-                let mut pairs = [[_mm256_setzero_si256(); 4]; 2];
-                #[allow(
-                    clippy::needless_range_loop,
-                    reason = "the index is a lane of each half of a unit"
-                )]
+                let mut pairs = [[_mm256_setzero_ps(); 4]; 2];
                 for first in 0..4 {
                     let lane = part * Self::COUNT + first;
-                    let low = rows.pointers(lane, unit);
-                    let high = rows.pointers(lane + 4, unit);
+                    let low = rows.units(lane, unit);
+                    let high = rows.units(lane + 4, unit);
                     let mut both = [_mm256_setzero_si256(); 2];
                     for row in 0..2 {
                         both[row] = _mm256_inserti128_si256::<1>(
-                            _mm256_castsi128_si256(_mm_load_si128(low[row].cast())),
-                            _mm_load_si128(high[row].cast()),
+                            _mm256_castsi128_si256(_mm_load_si128(from_ref(low[row]).cast())),
+                            _mm_load_si128(from_ref(high[row]).cast()),
                         );
                     }
-                    pairs[0][first] = _mm256_unpacklo_epi16(both[0], both[1]);
-                    pairs[1][first] = _mm256_unpackhi_epi16(both[0], both[1]);
+                    let [low, high] = [
+                        _mm256_unpacklo_epi16(both[0], both[1]),
+                        _mm256_unpackhi_epi16(both[0], both[1]),
+                    ];
+                    pairs[0][first] = _mm256_castsi256_ps(low);
+                    pairs[1][first] = _mm256_castsi256_ps(high);
                 }
                 for half in 0..2 {
-                    if !wanted[half] {
-                        continue;
-                    }
-                    let [a, b, c, d] = pairs[half];
-                    let low = [_mm256_unpacklo_epi32(a, b), _mm256_unpacklo_epi32(c, d)];
-                    let high = [_mm256_unpackhi_epi32(a, b), _mm256_unpackhi_epi32(c, d)];
-                    let words = [
-                        _mm256_unpacklo_epi64(low[0], low[1]),
-                        _mm256_unpackhi_epi64(low[0], low[1]),
-                        _mm256_unpacklo_epi64(high[0], high[1]),
-                        _mm256_unpackhi_epi64(high[0], high[1]),
-                    ];
-                    for (key, words) in words.into_iter().enumerate() {
-                        put(4 * half + key, part, words);
+                    if wanted[half] {
+                        for (key, words) in fours(pairs[half]).into_iter().enumerate() {
+                            put(KeyUnit::QUAD * half + key, part, _mm256_castps_si256(words));
+                        }
                     }
                 }
             }
         }
     }
 
-    /// Both halves of an [`F32x16`] are written close together, so that stores past the caches are combined.
     #[inline(always)]
-    fn apart(work: impl Apart<Self>) {
+    fn apart(work: impl FnOnce()) {
         // SAFETY: the machine has the features.
         unsafe { apart(work) }
     }
 
+    /// Both halves of an [`F32x16`] are written close together, so that stores past the caches are combined.
     #[inline(always)]
-    fn transpose(from: [&F32x16; F32x16::LANES], lanes: PartWrite, to: &mut impl Sixteen) {
-        let PartWrite { part, is_streamed } = lanes;
+    fn transpose(
+        from: [&F32x16; F32x16::LANES],
+        part: usize,
+        to: &mut RowLines<'_>,
+        line: usize,
+        is_streamed: bool,
+    ) {
         for (half, from) in from.chunks_exact(Self::COUNT).enumerate() {
             let mut block = [Self::splat(0.0); 8];
             for (row, line) in block.iter_mut().zip(from) {
                 *row = Self::load(line, part);
             }
             for (lane, numbers) in transposed(block).into_iter().enumerate() {
-                let line = to.line(part * Self::COUNT + lane);
-                if is_streamed {
-                    numbers.stream(line, half);
-                } else {
-                    numbers.store(line, half);
+                let line = to.line(part * Self::COUNT + lane, line);
+                match is_streamed {
+                    true => numbers.stream(line, half),
+                    false => numbers.store(line, half),
                 }
             }
         }
     }
 }
 
-/// Transposes a block of 8 x 8: pairs, then fours, then the halves of the registers.
+/// Transposes a block of 8 x 8: fours, then the halves of the registers.
 #[inline(always)]
 fn transposed(rows: [Avx2; 8]) -> [Avx2; 8] {
+    let [a, b, c, d, e, f, g, h] = rows;
     // SAFETY: the machine has AVX.
     unsafe {
-        let mut fours = [[_mm256_setzero_ps(); 4]; 2];
-        for (half, four) in fours.iter_mut().enumerate() {
-            let rows = &rows[4 * half..][..4];
-            let low = [
-                _mm256_unpacklo_ps(rows[0].0, rows[1].0),
-                _mm256_unpacklo_ps(rows[2].0, rows[3].0),
-            ];
-            let high = [
-                _mm256_unpackhi_ps(rows[0].0, rows[1].0),
-                _mm256_unpackhi_ps(rows[2].0, rows[3].0),
-            ];
-            *four = [
-                _mm256_shuffle_ps::<0b01_00_01_00>(low[0], low[1]),
-                _mm256_shuffle_ps::<0b11_10_11_10>(low[0], low[1]),
-                _mm256_shuffle_ps::<0b01_00_01_00>(high[0], high[1]),
-                _mm256_shuffle_ps::<0b11_10_11_10>(high[0], high[1]),
-            ];
-        }
+        let (tops, bottoms) = (fours([a.0, b.0, c.0, d.0]), fours([e.0, f.0, g.0, h.0]));
         let mut columns = rows;
         for four in 0..4 {
-            let (top, bottom) = (fours[0][four], fours[1][four]);
+            let (top, bottom) = (tops[four], bottoms[four]);
             columns[four] = Avx2(_mm256_permute2f128_ps::<0x20>(top, bottom));
             columns[4 + four] = Avx2(_mm256_permute2f128_ps::<0x31>(top, bottom));
         }

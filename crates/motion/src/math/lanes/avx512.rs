@@ -4,10 +4,10 @@
 //! [`Isa::Avx512`](crate::math::Isa::Avx512): each `unsafe` block below relies on this.
 
 use std::arch::x86_64::*;
+use std::ptr::from_ref;
 
 use super::{
-    Apart, F32x16, KeyColumns, KeyRows, Lanes, PartWrite, Sixteen, UnitHalves, instructions,
-    operators,
+    F32x16, KeyColumns, KeyRows, KeyUnit, Lanes, RowLines, fours, instructions, operators,
 };
 
 #[derive(Clone, Copy)]
@@ -20,18 +20,23 @@ operators!(
     _mm512_mul_ps,
     _mm512_div_ps
 );
+fours!(
+    __m512,
+    _mm512_unpacklo_ps,
+    _mm512_unpackhi_ps,
+    _mm512_shuffle_ps
+);
 
 /// # Safety
 /// The machine must have the features that are named.
 #[target_feature(enable = "avx2,fma,bmi1,bmi2,popcnt,avx512f,avx512bw,avx512cd,avx512dq,avx512vl")]
 #[inline(never)]
-unsafe fn apart(work: impl Apart<Avx512>) {
-    work.run();
+unsafe fn apart(work: impl FnOnce()) {
+    work();
 }
 
 impl Lanes for Avx512 {
     type Words = __m512i;
-    type Parts<T: Copy> = [T; Self::PARTS];
 
     const COUNT: usize = 16;
     const REACH: usize = 31;
@@ -39,6 +44,10 @@ impl Lanes for Avx512 {
 
     instructions! {
         fn splat(value: f32) -> Self = Self(_mm512_set1_ps(value));
+        fn load(line: &F32x16, _part: usize) -> Self = Self(_mm512_load_ps(line.0.as_ptr()));
+        fn store(self, line: &mut F32x16, _part: usize) -> () = _mm512_store_ps(line.0.as_mut_ptr(), self.0);
+        fn stream(self, line: &mut F32x16, _part: usize) -> () = _mm512_stream_ps(line.0.as_mut_ptr(), self.0);
+        fn fence() -> () = _mm_sfence();
         fn mul_add(self, factor: Self, sum: Self) -> Self = Self(_mm512_fmadd_ps(self.0, factor.0, sum.0));
         fn neg_mul_add(self, factor: Self, sum: Self) -> Self = Self(_mm512_fnmadd_ps(self.0, factor.0, sum.0));
         fn sqrt(self) -> Self = Self(_mm512_sqrt_ps(self.0));
@@ -46,43 +55,13 @@ impl Lanes for Avx512 {
         fn min(self, other: Self) -> Self = Self(_mm512_min_ps(self.0, other.0));
         fn first(self) -> f32 = _mm512_cvtss_f32(self.0);
         fn least(self) -> f32 = _mm512_reduce_min_ps(self.0);
-        fn all_below(self, bound: f32) -> bool = _mm512_cmp_ps_mask::<_CMP_LT_OQ>(self.0, _mm512_set1_ps(bound)) == u16::MAX;
+        fn mask_below(self, bound: f32) -> u32 = _mm512_cmp_ps_mask::<_CMP_LT_OQ>(self.0, _mm512_set1_ps(bound)).into();
         fn splat_words(word: u32) -> __m512i = _mm512_set1_epi32(word as i32);
         fn truncated(self) -> __m512i = _mm512_cvttps_epi32(self.0);
         fn load_words(line: &F32x16, part: usize) -> __m512i = _mm512_castps_si512(Self::load(line, part).0);
         fn from_bits(words: __m512i) -> Self = Self(_mm512_castsi512_ps(words));
         fn pair(low: __m512i, high: __m512i) -> __m512i = _mm512_or_si512(_mm512_slli_epi32::<16>(high), low);
         fn dot_pairs(a: __m512i, b: __m512i) -> Self = Self(_mm512_cvtepi32_ps(_mm512_madd_epi16(a, b)));
-    }
-
-    #[inline(always)]
-    fn parts<T: Copy>(value: T) -> [T; Self::PARTS] {
-        [value; Self::PARTS]
-    }
-
-    #[inline(always)]
-    fn load(line: &F32x16, _: usize) -> Self {
-        // SAFETY: the machine has AVX-512F; a line is 64 bytes and aligned so.
-        Self(unsafe { _mm512_load_ps(line.0.as_ptr()) })
-    }
-
-    #[inline(always)]
-    fn store(self, line: &mut F32x16, _: usize) {
-        // SAFETY: the machine has AVX-512F; a line is 64 bytes and aligned so.
-        unsafe { _mm512_store_ps(line.0.as_mut_ptr(), self.0) }
-    }
-
-    #[inline(always)]
-    fn stream(self, line: &mut F32x16, _: usize) {
-        // SAFETY: the machine has AVX-512F; a line is 64 bytes and aligned so, and not read by
-        // another thread before the fence that the trait asks for.
-        unsafe { _mm512_stream_ps(line.0.as_mut_ptr(), self.0) }
-    }
-
-    #[inline(always)]
-    fn fence() {
-        // SAFETY: every x86-64 has SSE.
-        unsafe { _mm_sfence() }
     }
 
     #[inline(always)]
@@ -102,17 +81,6 @@ impl Lanes for Avx512 {
     }
 
     #[inline(always)]
-    fn mask_below(self, bound: f32) -> u32 {
-        // SAFETY: the machine has AVX-512F.
-        unsafe {
-            u32::from(_mm512_cmp_ps_mask::<_CMP_LT_OQ>(
-                self.0,
-                _mm512_set1_ps(bound),
-            ))
-        }
-    }
-
-    #[inline(always)]
     fn window_places(places: Self) -> __m512i {
         // SAFETY: the machine has AVX-512F.
         unsafe {
@@ -124,59 +92,40 @@ impl Lanes for Avx512 {
     }
 
     #[inline(always)]
-    fn windows<const N: usize>(columns: KeyColumns<'_>, places: __m512i) -> [__m512i; N] {
-        let (table, stride) = (columns.reaching::<N>(Self::WINDOW), columns.stride);
-        let mut found = [Self::splat_words(0); N];
-        for (index, words) in found.iter_mut().enumerate() {
-            columns.prefetch_next(index);
-            // SAFETY: the machine has AVX-512F and BW; the table has 32 keys from here on.
-            *words = unsafe {
-                let from = table.as_ptr().add(index * stride).cast();
-                _mm512_permutexvar_epi16(places, _mm512_loadu_si512(from))
-            };
-        }
-        found
+    fn window(keys: &[i16; KeyColumns::WINDOW], places: __m512i) -> __m512i {
+        // SAFETY: the machine has AVX-512F and BW; all keys are read.
+        unsafe { _mm512_permutexvar_epi16(places, _mm512_loadu_si512(keys.as_ptr().cast())) }
     }
 
     #[inline(always)]
-    fn wide_windows<const N: usize>(columns: KeyColumns<'_>, places: __m512i) -> [__m512i; N] {
-        let (table, stride) = (columns.reaching::<N>(Self::WIDE_WINDOW), columns.stride);
-        let mut found = [Self::splat_words(0); N];
-        for (index, words) in found.iter_mut().enumerate() {
-            columns.prefetch_next(index);
-            // SAFETY: the machine has AVX-512F and BW; the table has 64 keys from here on.
-            *words = unsafe {
-                let from = table.as_ptr().add(index * stride);
-                let low = _mm512_loadu_si512(from.cast());
-                let high = _mm512_loadu_si512(from.add(Self::WINDOW).cast());
-                _mm512_permutex2var_epi16(low, places, high)
-            };
+    fn wide_window(keys: &[i16; KeyColumns::WIDE_WINDOW], places: __m512i) -> __m512i {
+        // SAFETY: the machine has AVX-512F and BW; all keys are read.
+        unsafe {
+            let low = _mm512_loadu_si512(keys.as_ptr().cast());
+            let high = _mm512_loadu_si512(keys.as_ptr().add(KeyColumns::WINDOW).cast());
+            _mm512_permutex2var_epi16(low, places, high)
         }
-        found
     }
 
     #[inline(always)]
     fn unit_with(
         rows: &KeyRows<'_>,
-        UnitHalves { unit, wanted }: UnitHalves,
+        unit: usize,
+        wanted: [bool; 2],
         mut put: impl FnMut(usize, usize, __m512i),
     ) {
-        // SAFETY: the machine has AVX-512F and BW; rows hand out pointers into their table.
+        // SAFETY: the machine has AVX-512F and BW.
         unsafe {
             // Four lanes a register, so that the transposed quarters are in order.
-            let mut pairs = [[_mm512_setzero_si512(); 4]; 2];
-            #[allow(
-                clippy::needless_range_loop,
-                reason = "the index is a lane of each half of a unit"
-            )]
+            let mut pairs = [[_mm512_setzero_ps(); 4]; 2];
             for first in 0..4 {
                 let [mut own, mut next] = [_mm512_setzero_si512(); 2];
                 let mut lanes = [[_mm_setzero_si128(); 2]; 4];
                 for (quarter, keys) in lanes.iter_mut().enumerate() {
-                    let pointers = rows.pointers(first + 4 * quarter, unit);
+                    let [own, next] = rows.units(first + 4 * quarter, unit);
                     *keys = [
-                        _mm_load_si128(pointers[0].cast()),
-                        _mm_load_si128(pointers[1].cast()),
+                        _mm_load_si128(from_ref(own).cast()),
+                        _mm_load_si128(from_ref(next).cast()),
                     ];
                 }
                 for (row, register) in [&mut own, &mut next].into_iter().enumerate() {
@@ -185,49 +134,42 @@ impl Lanes for Avx512 {
                     *register = _mm512_inserti32x4::<2>(*register, lanes[2][row]);
                     *register = _mm512_inserti32x4::<3>(*register, lanes[3][row]);
                 }
-                pairs[0][first] = _mm512_unpacklo_epi16(own, next);
-                pairs[1][first] = _mm512_unpackhi_epi16(own, next);
+                pairs[0][first] = _mm512_castsi512_ps(_mm512_unpacklo_epi16(own, next));
+                pairs[1][first] = _mm512_castsi512_ps(_mm512_unpackhi_epi16(own, next));
             }
             for half in 0..2 {
-                if !wanted[half] {
-                    continue;
-                }
-                let [a, b, c, d] = pairs[half];
-                let low = [_mm512_unpacklo_epi32(a, b), _mm512_unpacklo_epi32(c, d)];
-                let high = [_mm512_unpackhi_epi32(a, b), _mm512_unpackhi_epi32(c, d)];
-                let words = [
-                    _mm512_unpacklo_epi64(low[0], low[1]),
-                    _mm512_unpackhi_epi64(low[0], low[1]),
-                    _mm512_unpacklo_epi64(high[0], high[1]),
-                    _mm512_unpackhi_epi64(high[0], high[1]),
-                ];
-                for (key, words) in words.into_iter().enumerate() {
-                    put(4 * half + key, 0, words);
+                if wanted[half] {
+                    for (key, words) in fours(pairs[half]).into_iter().enumerate() {
+                        put(KeyUnit::QUAD * half + key, 0, _mm512_castps_si512(words));
+                    }
                 }
             }
         }
     }
 
-    /// Transposes eight lanes at a time. Loads combine the lanes of two [`F32x16`]s in a register; pairs, fours and quarters
-    /// are then exchanged.
     #[inline(always)]
-    fn apart(work: impl Apart<Self>) {
+    fn apart(work: impl FnOnce()) {
         // SAFETY: the machine has the features.
         unsafe { apart(work) }
     }
 
+    /// Transposes eight lanes at a time. Loads combine the lanes of two [`F32x16`]s in a register; fours and quarters are then exchanged.
     #[inline(always)]
-    fn transpose(from: [&F32x16; F32x16::LANES], lanes: PartWrite, to: &mut impl Sixteen) {
+    fn transpose(
+        from: [&F32x16; F32x16::LANES],
+        _part: usize,
+        to: &mut RowLines<'_>,
+        line: usize,
+        is_streamed: bool,
+    ) {
         for first in [0, 8] {
             // SAFETY: the machine has AVX-512F and DQ.
             let lines = unsafe { turned(&from, first) };
-            if lanes.is_streamed {
-                for (lane, numbers) in lines.into_iter().enumerate() {
-                    numbers.stream(to.line(first + lane), 0);
-                }
-            } else {
-                for (lane, numbers) in lines.into_iter().enumerate() {
-                    numbers.store(to.line(first + lane), 0);
+            for (lane, numbers) in lines.into_iter().enumerate() {
+                let line = to.line(first + lane, line);
+                match is_streamed {
+                    true => numbers.stream(line, 0),
+                    false => numbers.store(line, 0),
                 }
             }
         }
@@ -243,43 +185,24 @@ impl Lanes for Avx512 {
 unsafe fn turned(from: &[&F32x16; F32x16::LANES], first: usize) -> [Avx512; 8] {
     // SAFETY: the machine has AVX-512F; half a line is 32 bytes and aligned so.
     unsafe {
-        let mut fours = [[_mm512_setzero_ps(); 4]; 2];
-        for (half, four) in fours.iter_mut().enumerate() {
-            let mut rows = [_mm512_setzero_pd(); 4];
+        let mut rows = [[_mm512_setzero_ps(); 4]; 2];
+        for (half, rows) in rows.iter_mut().enumerate() {
             for (index, row) in rows.iter_mut().enumerate() {
                 let number = 4 * half + index;
                 let low = _mm256_load_pd(from[number].0[first..first + 8].as_ptr().cast());
                 let high = _mm256_load_pd(from[number + 8].0[first..first + 8].as_ptr().cast());
-                *row = _mm512_insertf64x4::<1>(_mm512_castpd256_pd512(low), high);
+                let both = _mm512_insertf64x4::<1>(_mm512_castpd256_pd512(low), high);
+                *row = _mm512_castpd_ps(both);
             }
-            let rows = [
-                _mm512_castpd_ps(rows[0]),
-                _mm512_castpd_ps(rows[1]),
-                _mm512_castpd_ps(rows[2]),
-                _mm512_castpd_ps(rows[3]),
-            ];
-            let low = [
-                _mm512_unpacklo_ps(rows[0], rows[1]),
-                _mm512_unpacklo_ps(rows[2], rows[3]),
-            ];
-            let high = [
-                _mm512_unpackhi_ps(rows[0], rows[1]),
-                _mm512_unpackhi_ps(rows[2], rows[3]),
-            ];
-            *four = [
-                _mm512_shuffle_ps::<0b01_00_01_00>(low[0], low[1]),
-                _mm512_shuffle_ps::<0b11_10_11_10>(low[0], low[1]),
-                _mm512_shuffle_ps::<0b01_00_01_00>(high[0], high[1]),
-                _mm512_shuffle_ps::<0b11_10_11_10>(high[0], high[1]),
-            ];
+            *rows = fours(*rows);
         }
         // Quarters 0 and 2 of both, then 1 and 3, as pairs of 64 bits.
         let even = _mm512_setr_epi64(0, 1, 8, 9, 4, 5, 12, 13);
         let odd = _mm512_setr_epi64(2, 3, 10, 11, 6, 7, 14, 15);
         let mut lanes = [Avx512(_mm512_setzero_ps()); 8];
         for index in 0..4 {
-            let top = _mm512_castps_pd(fours[0][index]);
-            let bottom = _mm512_castps_pd(fours[1][index]);
+            let top = _mm512_castps_pd(rows[0][index]);
+            let bottom = _mm512_castps_pd(rows[1][index]);
             lanes[index] = Avx512(_mm512_castpd_ps(_mm512_permutex2var_pd(top, even, bottom)));
             lanes[index + 4] = Avx512(_mm512_castpd_ps(_mm512_permutex2var_pd(top, odd, bottom)));
         }

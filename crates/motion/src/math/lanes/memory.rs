@@ -18,41 +18,60 @@ impl KeyUnit {
     pub(crate) const KEYS: usize = 2 * Self::QUAD;
 }
 
-/// Columns of keys. The first window starts at `start`, each following window `stride` keys after the one before.
+/// Position of a key in each column.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct KeyPlace {
+    /// Index of the key in the first column.
+    pub(crate) first: usize,
+    /// Number of keys from the start of one column to the start of the next.
+    pub(crate) stride: usize,
+}
+
+impl KeyPlace {
+    /// The position in the columns from `column` on.
+    #[inline(always)]
+    pub(crate) fn column(self, column: usize) -> Self {
+        let first = self.first.wrapping_add(column.wrapping_mul(self.stride));
+        Self { first, ..self }
+    }
+}
+
+/// Columns of keys, of which windows are read.
 #[derive(Clone, Copy)]
 pub(crate) struct KeyColumns<'a> {
     pub(crate) table: &'a [i16],
-    pub(crate) start: usize,
-    pub(crate) stride: usize,
-    /// Windows that are read next, for prefetching.
-    pub(crate) next: NextColumns,
+    /// First keys of the windows.
+    pub(crate) at: KeyPlace,
+    /// First keys of the windows that are read next, for prefetching. They need not be inside the table.
+    pub(crate) next: KeyPlace,
 }
 
-/// Columns of keys to prefetch. They need not be inside the table.
-#[derive(Clone, Copy)]
-pub(crate) struct NextColumns {
-    pub(crate) start: usize,
-    pub(crate) stride: usize,
-}
+impl<'a> KeyColumns<'a> {
+    /// Number of keys of a window.
+    pub(crate) const WINDOW: usize = 2 * F32x16::LANES;
+    /// Number of keys of a wide window.
+    pub(crate) const WIDE_WINDOW: usize = 2 * Self::WINDOW;
 
-impl KeyColumns<'_> {
-    /// The table from the first window on. Checks that each of `N` windows has `reach` keys.
+    /// The windows of `N` columns. Prefetches those that are read next, which are too far apart for hardware to predict.
+    ///
+    /// # Panics
+    /// If the table ends before the last window does.
     #[inline(always)]
-    pub(super) fn reaching<const N: usize>(&self, reach: usize) -> &[i16] {
+    pub(super) fn windows<const KEYS: usize, const N: usize>(&self) -> [&'a [i16; KEYS]; N] {
         const { assert!(N > 0 && N <= 8) };
-        let table = &self.table[self.start..];
+        let (table, stride) = (&self.table[self.at.first..], self.at.stride);
         // A table has at most 2^62 keys, so eight strides do not overflow.
-        assert!(self.stride <= table.len());
-        assert!(table.len() >= (N - 1) * self.stride + reach);
-        table
-    }
-
-    /// Prefetches the cache line of a window that is read next.
-    #[inline(always)]
-    pub(super) fn prefetch_next(&self, index: usize) {
-        let next = self.next.start.wrapping_add(index * self.next.stride);
-        let first = self.table.as_ptr().wrapping_add(next);
-        prefetch(first.wrapping_add(2 * F32x16::LANES - 1));
+        assert!(stride <= table.len());
+        assert!(table.len() >= (N - 1) * stride + KEYS);
+        let mut windows = [&[0; KEYS]; N];
+        for (column, window) in windows.iter_mut().enumerate() {
+            let next = self.table.as_ptr();
+            let next = next.wrapping_add(self.next.column(column).first);
+            prefetch(next.wrapping_add(Self::WINDOW - 1));
+            // SAFETY: the table has been found to reach to the end of the last window.
+            *window = unsafe { &*table.as_ptr().add(column * stride).cast() };
+        }
+        windows
     }
 }
 
@@ -112,15 +131,6 @@ impl<'a> KeyRows<'a> {
         prefetch(own.wrapping_add(self.length));
     }
 
-    /// Pointers to a unit in one lane's row, and in the row after it. Both are inside the table.
-    #[inline(always)]
-    #[cfg(any(target_arch = "x86_64", target_arch = "aarch64"))]
-    pub(super) fn pointers(&self, lane: usize, unit: usize) -> [*const KeyUnit; 2] {
-        assert!(unit < self.length);
-        let own = self.starts[lane].wrapping_add(unit);
-        [own, own.wrapping_add(self.length)]
-    }
-
     /// A unit of one lane's row, and of the row after it.
     #[inline(always)]
     pub(super) fn units(&self, lane: usize, unit: usize) -> [&'a KeyUnit; 2] {
@@ -129,12 +139,6 @@ impl<'a> KeyRows<'a> {
         // SAFETY: `new` has checked that the table has all units of both rows.
         unsafe { [&*own, &*own.add(self.length)] }
     }
-}
-
-/// Sixteen [`F32x16`]s to write, one for each lane.
-pub(crate) trait Sixteen {
-    /// The [`F32x16`] of the lane `index`.
-    fn line(&mut self, index: usize) -> &mut F32x16;
 }
 
 /// Sixteen rows of [`F32x16`]s to write, anywhere in memory.
@@ -146,19 +150,6 @@ pub(crate) struct RowLines<'a> {
 }
 
 impl RowLines<'_> {
-    /// Rows that start at `starts`.
-    ///
-    /// # Safety
-    /// The `length` items from each start on are valid for writes for as long as the rows live, and nobody else uses them.
-    #[inline(always)]
-    pub(super) unsafe fn of_starts(starts: [*mut F32x16; F32x16::LANES], length: usize) -> Self {
-        Self {
-            starts,
-            length,
-            memory: PhantomData,
-        }
-    }
-
     /// Prefetches an [`F32x16`] that will be written. It need not exist.
     #[inline(always)]
     pub(crate) fn prefetch(&self, row: usize, index: usize) {
@@ -169,7 +160,8 @@ impl RowLines<'_> {
     #[inline(always)]
     pub(crate) fn line(&mut self, row: usize, index: usize) -> &mut F32x16 {
         assert!(row < F32x16::LANES && index < self.length);
-        // SAFETY: a row's `length` lines are inside the memory that the rows were made of, and no other row has them.
+        // SAFETY: a row's `length` lines are inside the memory that the rows were made of, and no row of another lane has them but the spare
+        // one, of which no two lines are borrowed at once.
         unsafe { &mut *self.starts[row].add(index) }
     }
 }
@@ -317,8 +309,12 @@ impl<'a> RowSet<'a> {
                 *start = self.start.wrapping_add(row as usize * self.length);
             }
         }
-        // SAFETY: `new` has checked that all rows are inside the memory; they are distinct.
-        unsafe { RowLines::of_starts(starts, self.length) }
+        // `new` has checked that all rows are inside the memory; they are distinct.
+        RowLines {
+            starts,
+            length: self.length,
+            memory: PhantomData,
+        }
     }
 }
 

@@ -5,6 +5,10 @@
 //! is always in [`F32x16`]s; types with fewer lanes process them in parts.
 //!
 //! All types round in the same way, except in [`Lanes::mul_add`].
+#![allow(
+    clippy::needless_range_loop,
+    reason = "the index is a lane or a part of the lanes"
+)]
 
 #[cfg(target_arch = "x86_64")]
 mod avx2;
@@ -17,15 +21,13 @@ mod portable;
 #[cfg(test)]
 mod tests;
 
-use std::ops::{Add, Div, IndexMut, Mul, Sub};
+use std::ops::{Add, Div, Mul, Sub};
 
 use bytemuck::{Pod, Zeroable};
 
 use super::Isa;
 use super::isa::on_isa;
-pub(crate) use memory::{DistinctRows, RowSet};
-pub(crate) use memory::{KeyColumns, KeyRows, KeyUnit, NextColumns};
-pub(crate) use memory::{RowLines, Sixteen};
+pub(crate) use memory::{DistinctRows, KeyColumns, KeyPlace, KeyRows, KeyUnit, RowLines, RowSet};
 
 /// Methods of [`Lanes`] that are one expression of instructions.
 #[cfg(any(target_arch = "x86_64", target_arch = "aarch64"))]
@@ -34,7 +36,8 @@ macro_rules! instructions {
         $(
             #[inline(always)]
             fn $name($($arguments)*) -> $result {
-                // SAFETY: registers of this kind are used only where the machine has their instructions.
+                // SAFETY: registers of this kind are used only where the machine has their instructions. A part of an `F32x16` is as
+                // long as a register and aligned as one; one that is streamed is not read by another thread before the fence.
                 unsafe { $value }
             }
         )*
@@ -67,6 +70,31 @@ macro_rules! operators {
 #[cfg(any(target_arch = "x86_64", target_arch = "aarch64"))]
 use operators;
 
+/// A function that transposes four registers: in each 128 bits, blocks of 4 x 4 numbers.
+#[cfg(target_arch = "x86_64")]
+macro_rules! fours {
+    ($register:ty, $low:ident, $high:ident, $shuffle:ident) => {
+        /// # Safety
+        /// The machine must have the instructions.
+        #[inline(always)]
+        unsafe fn fours([a, b, c, d]: [$register; 4]) -> [$register; 4] {
+            // SAFETY: the caller promises it.
+            unsafe {
+                let (low, below) = ($low(a, b), $low(c, d));
+                let (high, above) = ($high(a, b), $high(c, d));
+                [
+                    $shuffle::<0b01_00_01_00>(low, below),
+                    $shuffle::<0b11_10_11_10>(low, below),
+                    $shuffle::<0b01_00_01_00>(high, above),
+                    $shuffle::<0b11_10_11_10>(high, above),
+                ]
+            }
+        }
+    };
+}
+#[cfg(target_arch = "x86_64")]
+use fours;
+
 /// Sixteen numbers, for example one of each of sixteen characters, in one aligned cache line.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C, align(64))]
@@ -77,6 +105,8 @@ impl F32x16 {
     pub const LANES: usize = 16;
     /// All lanes 0.
     pub const ZERO: Self = Self([0.0; Self::LANES]);
+    /// Largest number of registers that hold the lanes ([`Lanes::PARTS`]).
+    pub(crate) const MOST_PARTS: usize = 4;
 
     /// The lanes of one part, of `COUNT` lanes.
     #[inline(always)]
@@ -98,24 +128,16 @@ pub(crate) trait Lanes:
 {
     /// A register with the same number of 32-bit words.
     type Words: Copy;
-    /// An array of [`Lanes::PARTS`] items, one for each part of an [`F32x16`].
-    type Parts<T: Copy>: Copy + IndexMut<usize, Output = T>;
 
     /// Number of lanes, a divisor of [`F32x16::LANES`].
     const COUNT: usize;
-    /// Number of places of a window of [`Lanes::windows`].
+    /// Number of places of a window of [`Lanes::window`].
     const REACH: usize;
-    /// Maximum number of keys that a window of [`Lanes::windows`] reads.
-    const WINDOW: usize = 2 * F32x16::LANES;
-    /// Number of places of a window of [`Lanes::wide_windows`].
+    /// Number of places of a window of [`Lanes::wide_window`].
     const WIDE_REACH: usize;
-    /// Maximum number of keys that a window of [`Lanes::wide_windows`] reads.
-    const WIDE_WINDOW: usize = 2 * Self::WINDOW;
     /// Number of registers that hold an [`F32x16`].
     const PARTS: usize = F32x16::LANES / Self::COUNT;
 
-    /// The same item for all parts.
-    fn parts<T: Copy>(value: T) -> Self::Parts<T>;
     /// The same number in all lanes.
     fn splat(value: f32) -> Self;
     /// Loads a part of an [`F32x16`].
@@ -145,10 +167,14 @@ pub(crate) trait Lanes:
     fn first(self) -> f32;
     /// Minimum of all lanes, none of which may be NaN.
     fn least(self) -> f32;
-    /// Whether all lanes are below `bound`; false if one is NaN.
-    fn all_below(self, bound: f32) -> bool;
     /// A bit for each lane, the first lane's lowest: set if the number is below `bound`, clear for NaN.
     fn mask_below(self, bound: f32) -> u32;
+
+    /// Whether all lanes are below `bound`; false if one is NaN.
+    #[inline(always)]
+    fn all_below(self, bound: f32) -> bool {
+        self.mask_below(bound) == (1 << Self::COUNT) - 1
+    }
 
     /// The same word in all lanes.
     fn splat_words(word: u32) -> Self::Words;
@@ -160,58 +186,62 @@ pub(crate) trait Lanes:
     fn from_bits(words: Self::Words) -> Self;
     /// Packs two 16-bit numbers below 2^15 into each word, `high` into its upper half.
     fn pair(low: Self::Words, high: Self::Words) -> Self::Words;
-    /// Converts whole numbers below [`Lanes::REACH`] to the places that [`Lanes::windows`] reads, and those below
-    /// [`Lanes::WIDE_REACH`] to the places that [`Lanes::wide_windows`] reads.
+    /// Converts whole numbers below [`Lanes::REACH`] to the places that [`Lanes::window`] reads, and those below
+    /// [`Lanes::WIDE_REACH`] to the places that [`Lanes::wide_window`] reads.
     fn window_places(places: Self) -> Self::Words;
-    /// Reads, from each of `N` windows, the key at each lane's place into the lower half of a word, and the next key into
-    /// the upper half. Prefetches the windows that are read next, which are too far apart for hardware to predict.
+    /// Reads the key at each lane's place into the lower half of a word, and the next key into the upper half.
+    fn window(keys: &[i16; KeyColumns::WINDOW], places: Self::Words) -> Self::Words;
+    /// [`Lanes::window`] for a window that reaches further, which takes longer.
+    fn wide_window(keys: &[i16; KeyColumns::WIDE_WINDOW], places: Self::Words) -> Self::Words;
+
+    /// [`Lanes::window`] or, if `WIDE`, [`Lanes::wide_window`] of each of `N` columns.
     ///
     /// # Panics
-    /// If the table ends before [`Lanes::WINDOW`] keys of the last window.
-    fn windows<const N: usize>(columns: KeyColumns<'_>, places: Self::Words) -> [Self::Words; N];
-    /// [`Lanes::windows`] for windows that reach further, each of which takes longer.
-    ///
-    /// # Panics
-    /// If the table ends before [`Lanes::WIDE_WINDOW`] keys of the last window.
-    fn wide_windows<const N: usize>(
+    /// If the table ends before the last window does.
+    #[inline(always)]
+    fn windows<const WIDE: bool, const N: usize>(
         columns: KeyColumns<'_>,
         places: Self::Words,
-    ) -> [Self::Words; N];
-    /// Reads a unit of sixteen rows, and of the rows after them, as words like those of [`Lanes::windows`]. `put` is called
+    ) -> [Self::Words; N] {
+        let mut found = [Self::splat_words(0); N];
+        if WIDE {
+            for (words, keys) in found.iter_mut().zip(columns.windows::<_, N>()) {
+                *words = Self::wide_window(keys, places);
+            }
+        } else {
+            for (words, keys) in found.iter_mut().zip(columns.windows::<_, N>()) {
+                *words = Self::window(keys, places);
+            }
+        }
+        found
+    }
+
+    /// Reads a unit of sixteen rows, and of the rows after them, as words like those of [`Lanes::window`]. `put` is called
     /// with an index (0 to 3 for the first quad's keys, 4 to 7 for the second's), a part, and that part's words. It is
     /// called only for wanted quads.
-    fn unit_with(rows: &KeyRows<'_>, unit: UnitHalves, put: impl FnMut(usize, usize, Self::Words));
+    fn unit_with(
+        rows: &KeyRows<'_>,
+        unit: usize,
+        wanted: [bool; 2],
+        put: impl FnMut(usize, usize, Self::Words),
+    );
     /// The sum of the products of the lower halves and of the upper halves of the words, as signed 16-bit numbers. It is
     /// exact except for one rounding to a float.
     fn dot_pairs(a: Self::Words, b: Self::Words) -> Self;
 
-    /// Transposes sixteen [`F32x16`]s: for each lane of a part, writes its sixteen numbers to that lane's [`F32x16`] of
-    /// `to`. Streamed stores are those of [`Lanes::stream`].
-    fn transpose(from: [&F32x16; F32x16::LANES], lanes: PartWrite, to: &mut impl Sixteen);
+    /// Transposes sixteen [`F32x16`]s: for each lane of a part, writes its sixteen numbers to the [`F32x16`] with the index
+    /// `line` of that lane's row, by [`Lanes::stream`] if `is_streamed`.
+    fn transpose(
+        from: [&F32x16; F32x16::LANES],
+        part: usize,
+        to: &mut RowLines<'_>,
+        line: usize,
+        is_streamed: bool,
+    );
 
-    /// Runs `work` in a function of its own.
-    fn apart(work: impl Apart<Self>);
-}
-
-/// Work that is compiled once for each kind of registers, as a function of its own that is called wherever it is needed.
-pub(crate) trait Apart<L: Lanes> {
-    /// Runs the work. This function and those that it calls must be `#[inline(always)]`, or run by [`Lanes::apart`]
-    /// themselves.
-    fn run(self);
-}
-
-/// A unit of [`KeyRows`], and which of its two quads are wanted.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct UnitHalves {
-    pub(crate) unit: usize,
-    pub(crate) wanted: [bool; 2],
-}
-
-/// The part of the lanes to write, and whether stores go past the caches.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct PartWrite {
-    pub(crate) part: usize,
-    pub(crate) is_streamed: bool,
+    /// Runs `work` in a function of its own, which is compiled once and called wherever it is needed. The closure and the functions that it
+    /// calls must be `#[inline(always)]`, or run by [`Lanes::apart`] themselves.
+    fn apart(work: impl FnOnce());
 }
 
 /// Work that is generic over [`Lanes`].

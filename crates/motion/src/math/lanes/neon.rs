@@ -5,10 +5,7 @@
 
 use std::arch::aarch64::*;
 
-use super::{
-    Apart, F32x16, KeyColumns, KeyRows, KeyUnit, Lanes, PartWrite, Sixteen, UnitHalves,
-    instructions, operators,
-};
+use super::{F32x16, KeyColumns, KeyRows, KeyUnit, Lanes, RowLines, instructions, operators};
 
 #[derive(Clone, Copy)]
 pub(super) struct Neon(float32x4_t);
@@ -17,7 +14,6 @@ operators!(Neon, vaddq_f32, vsubq_f32, vmulq_f32, vdivq_f32);
 
 impl Lanes for Neon {
     type Words = uint32x4_t;
-    type Parts<T: Copy> = [T; Self::PARTS];
 
     const COUNT: usize = 4;
     /// The places of the pairs in 16 keys, which are two registers of a table look-up.
@@ -27,6 +23,8 @@ impl Lanes for Neon {
 
     instructions! {
         fn splat(value: f32) -> Self = Self(vdupq_n_f32(value));
+        fn load(line: &F32x16, part: usize) -> Self = Self(vld1q_f32(line.part::<4>(part).as_ptr()));
+        fn store(self, line: &mut F32x16, part: usize) -> () = vst1q_f32(line.part_mut::<4>(part).as_mut_ptr(), self.0);
         fn mul_add(self, factor: Self, sum: Self) -> Self = Self(vfmaq_f32(sum.0, self.0, factor.0));
         fn neg_mul_add(self, factor: Self, sum: Self) -> Self = Self(vfmsq_f32(sum.0, self.0, factor.0));
         fn sqrt(self) -> Self = Self(vsqrtq_f32(self.0));
@@ -37,29 +35,11 @@ impl Lanes for Neon {
         fn copy_sign(self, sign: Self) -> Self = Self(vbslq_f32(vdupq_n_u32(1 << 31), sign.0, self.0));
         fn first(self) -> f32 = vgetq_lane_f32::<0>(self.0);
         fn least(self) -> f32 = vminvq_f32(self.0);
-        fn all_below(self, bound: f32) -> bool = vminvq_u32(vcltq_f32(self.0, vdupq_n_f32(bound))) == u32::MAX;
         fn splat_words(word: u32) -> uint32x4_t = vdupq_n_u32(word);
         fn truncated(self) -> uint32x4_t = vreinterpretq_u32_s32(vcvtq_s32_f32(self.0));
         fn load_words(line: &F32x16, part: usize) -> uint32x4_t = vreinterpretq_u32_f32(Self::load(line, part).0);
         fn from_bits(words: uint32x4_t) -> Self = Self(vreinterpretq_f32_u32(words));
         fn pair(low: uint32x4_t, high: uint32x4_t) -> uint32x4_t = vsliq_n_u32::<16>(low, high);
-    }
-
-    #[inline(always)]
-    fn parts<T: Copy>(value: T) -> [T; Self::PARTS] {
-        [value; Self::PARTS]
-    }
-
-    #[inline(always)]
-    fn load(line: &F32x16, part: usize) -> Self {
-        // SAFETY: the machine has NEON; a quarter of a line is four numbers.
-        Self(unsafe { vld1q_f32(line.part::<{ Self::COUNT }>(part).as_ptr()) })
-    }
-
-    #[inline(always)]
-    fn store(self, line: &mut F32x16, part: usize) {
-        // SAFETY: the machine has NEON; a quarter of a line is four numbers.
-        unsafe { vst1q_f32(line.part_mut::<{ Self::COUNT }>(part).as_mut_ptr(), self.0) }
     }
 
     /// A plain store: Rust has no intrinsic of NEON's store past the caches.
@@ -92,62 +72,45 @@ impl Lanes for Neon {
     }
 
     #[inline(always)]
-    fn windows<const N: usize>(columns: KeyColumns<'_>, places: uint32x4_t) -> [uint32x4_t; N] {
-        let (table, stride) = (columns.reaching::<N>(Self::WINDOW), columns.stride);
-        let mut found = [Self::splat_words(0); N];
-        for (index, words) in found.iter_mut().enumerate() {
-            columns.prefetch_next(index);
-            // SAFETY: the machine has NEON; the table has 32 keys from here on, of which 16 are read.
-            *words = unsafe {
-                let from = table.as_ptr().add(index * stride).cast::<u8>();
-                let keys = uint8x16x2_t(vld1q_u8(from), vld1q_u8(from.add(16)));
-                vreinterpretq_u32_u8(vqtbl2q_u8(keys, vreinterpretq_u8_u32(places)))
-            };
+    fn window(keys: &[i16; KeyColumns::WINDOW], places: uint32x4_t) -> uint32x4_t {
+        // SAFETY: the machine has NEON; 16 keys are read.
+        unsafe {
+            let from = keys.as_ptr().cast::<u8>();
+            let keys = uint8x16x2_t(vld1q_u8(from), vld1q_u8(from.add(16)));
+            vreinterpretq_u32_u8(vqtbl2q_u8(keys, vreinterpretq_u8_u32(places)))
         }
-        found
     }
 
     #[inline(always)]
-    fn wide_windows<const N: usize>(
-        columns: KeyColumns<'_>,
-        places: uint32x4_t,
-    ) -> [uint32x4_t; N] {
-        let (table, stride) = (columns.reaching::<N>(Self::WIDE_WINDOW), columns.stride);
-        let mut found = [Self::splat_words(0); N];
-        for (index, words) in found.iter_mut().enumerate() {
-            columns.prefetch_next(index);
-            // SAFETY: the machine has NEON; the table has 64 keys from here on, of which 32 are read.
-            *words = unsafe {
-                let from = table.as_ptr().add(index * stride).cast::<u8>();
-                let keys = uint8x16x4_t(
-                    vld1q_u8(from),
-                    vld1q_u8(from.add(16)),
-                    vld1q_u8(from.add(32)),
-                    vld1q_u8(from.add(48)),
-                );
-                vreinterpretq_u32_u8(vqtbl4q_u8(keys, vreinterpretq_u8_u32(places)))
-            };
+    fn wide_window(keys: &[i16; KeyColumns::WIDE_WINDOW], places: uint32x4_t) -> uint32x4_t {
+        // SAFETY: the machine has NEON; 32 keys are read.
+        unsafe {
+            let from = keys.as_ptr().cast::<u8>();
+            let keys = uint8x16x4_t(
+                vld1q_u8(from),
+                vld1q_u8(from.add(16)),
+                vld1q_u8(from.add(32)),
+                vld1q_u8(from.add(48)),
+            );
+            vreinterpretq_u32_u8(vqtbl4q_u8(keys, vreinterpretq_u8_u32(places)))
         }
-        found
     }
 
     #[inline(always)]
     fn unit_with(
         rows: &KeyRows<'_>,
-        UnitHalves { unit, wanted }: UnitHalves,
+        unit: usize,
+        wanted: [bool; 2],
         mut put: impl FnMut(usize, usize, uint32x4_t),
     ) {
         for part in 0..Self::PARTS {
-            // SAFETY: the machine has NEON; rows hand out pointers into their table.
+            // SAFETY: the machine has NEON; units of eight keys are read.
             unsafe {
                 let mut pairs = [[vdupq_n_u32(0); 4]; 2];
-                #[allow(
-                    clippy::needless_range_loop,
-                    reason = "the index is a lane of each half of a unit"
-                )]
                 for lane in 0..Self::COUNT {
-                    let [own, next] = rows.pointers(part * Self::COUNT + lane, unit);
-                    let (own, next) = (vld1q_u16(own.cast()), vld1q_u16(next.cast()));
+                    let [own, next] = rows.units(part * Self::COUNT + lane, unit);
+                    let own = vld1q_u16(own.0.as_ptr().cast());
+                    let next = vld1q_u16(next.0.as_ptr().cast());
                     pairs[0][lane] = vreinterpretq_u32_u16(vzip1q_u16(own, next));
                     pairs[1][lane] = vreinterpretq_u32_u16(vzip2q_u16(own, next));
                 }
@@ -173,17 +136,24 @@ impl Lanes for Neon {
     }
 
     #[inline(never)]
-    fn apart(work: impl Apart<Self>) {
-        work.run();
+    fn apart(work: impl FnOnce()) {
+        work();
     }
 
     #[inline(always)]
-    fn transpose(from: [&F32x16; F32x16::LANES], lanes: PartWrite, to: &mut impl Sixteen) {
+    fn transpose(
+        from: [&F32x16; F32x16::LANES],
+        part: usize,
+        to: &mut RowLines<'_>,
+        line: usize,
+        _is_streamed: bool,
+    ) {
         for (numbers, from) in from.chunks_exact(Self::COUNT).enumerate() {
-            let row = |index: usize| Self::load_words(from[index], lanes.part);
+            let row = |index: usize| Self::load_words(from[index], part);
             let block = [row(0), row(1), row(2), row(3)];
             for (lane, words) in transposed(block).into_iter().enumerate() {
-                Self::from_bits(words).store(to.line(lanes.part * Self::COUNT + lane), numbers);
+                let line = to.line(part * Self::COUNT + lane, line);
+                Self::from_bits(words).store(line, numbers);
             }
         }
     }

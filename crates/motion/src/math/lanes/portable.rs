@@ -3,11 +3,9 @@
 use std::array::from_fn;
 use std::ops::{Add, Div, Mul, Sub};
 
-use super::{Apart, F32x16, KeyColumns, KeyRows, KeyUnit, Lanes, PartWrite, Sixteen, UnitHalves};
+use super::{F32x16, KeyColumns, KeyRows, KeyUnit, Lanes, RowLines};
 
 const COUNT: usize = 4;
-const REACH: usize = 2 * F32x16::LANES - 1;
-const WIDE_REACH: usize = 4 * F32x16::LANES - 1;
 
 #[derive(Clone, Copy)]
 pub(super) struct Portable([f32; COUNT]);
@@ -49,6 +47,18 @@ fn mul_add(a: f32, b: f32, c: f32) -> f32 {
     }
 }
 
+/// The keys at each lane's place, and the next ones.
+#[inline(always)]
+fn pairs<const KEYS: usize>(keys: &[i16; KEYS], places: [u32; COUNT]) -> [u32; COUNT] {
+    from_fn(
+        #[inline(always)]
+        |lane| {
+            let place = places[lane] as usize % (KEYS - 1);
+            word(keys[place], keys[place + 1])
+        },
+    )
+}
+
 #[inline(always)]
 fn word(low: i16, high: i16) -> u32 {
     u32::from(high as u16) << 16 | u32::from(low as u16)
@@ -56,17 +66,11 @@ fn word(low: i16, high: i16) -> u32 {
 
 impl Lanes for Portable {
     type Words = [u32; COUNT];
-    type Parts<T: Copy> = [T; Self::PARTS];
 
     const COUNT: usize = COUNT;
     /// Keys are loaded one by one, so any place of a window can be read.
-    const REACH: usize = REACH;
-    const WIDE_REACH: usize = WIDE_REACH;
-
-    #[inline(always)]
-    fn parts<T: Copy>(value: T) -> [T; Self::PARTS] {
-        [value; Self::PARTS]
-    }
+    const REACH: usize = KeyColumns::WINDOW - 1;
+    const WIDE_REACH: usize = KeyColumns::WIDE_WINDOW - 1;
 
     #[inline(always)]
     fn splat(value: f32) -> Self {
@@ -154,13 +158,6 @@ impl Lanes for Portable {
     }
 
     #[inline(always)]
-    fn all_below(self, bound: f32) -> bool {
-        self.0
-            .iter()
-            .fold(true, |all, &value| all & (value < bound))
-    }
-
-    #[inline(always)]
     fn mask_below(self, bound: f32) -> u32 {
         let lanes = self.0.iter().enumerate();
         lanes.fold(0, |mask, (lane, &value)| {
@@ -199,50 +196,20 @@ impl Lanes for Portable {
     }
 
     #[inline(always)]
-    fn windows<const N: usize>(columns: KeyColumns<'_>, places: [u32; COUNT]) -> [[u32; COUNT]; N] {
-        let table = columns.reaching::<N>(Self::WINDOW);
-        from_fn(
-            #[inline(always)]
-            |index| {
-                columns.prefetch_next(index);
-                let table = &table[index * columns.stride..][..Self::WINDOW];
-                from_fn(
-                    #[inline(always)]
-                    |lane| {
-                        let place = places[lane] as usize % REACH;
-                        word(table[place], table[place + 1])
-                    },
-                )
-            },
-        )
+    fn window(keys: &[i16; KeyColumns::WINDOW], places: [u32; COUNT]) -> [u32; COUNT] {
+        pairs(keys, places)
     }
 
     #[inline(always)]
-    fn wide_windows<const N: usize>(
-        columns: KeyColumns<'_>,
-        places: [u32; COUNT],
-    ) -> [[u32; COUNT]; N] {
-        let table = columns.reaching::<N>(Self::WIDE_WINDOW);
-        from_fn(
-            #[inline(always)]
-            |index| {
-                columns.prefetch_next(index);
-                let table = &table[index * columns.stride..][..Self::WIDE_WINDOW];
-                from_fn(
-                    #[inline(always)]
-                    |lane| {
-                        let place = places[lane] as usize % WIDE_REACH;
-                        word(table[place], table[place + 1])
-                    },
-                )
-            },
-        )
+    fn wide_window(keys: &[i16; KeyColumns::WIDE_WINDOW], places: [u32; COUNT]) -> [u32; COUNT] {
+        pairs(keys, places)
     }
 
     #[inline(always)]
     fn unit_with(
         rows: &KeyRows<'_>,
-        UnitHalves { unit, wanted }: UnitHalves,
+        unit: usize,
+        wanted: [bool; 2],
         mut put: impl FnMut(usize, usize, [u32; COUNT]),
     ) {
         for part in 0..Self::PARTS {
@@ -271,32 +238,25 @@ impl Lanes for Portable {
     }
 
     #[inline(never)]
-    fn apart(work: impl Apart<Self>) {
-        work.run();
+    fn apart(work: impl FnOnce()) {
+        work();
     }
 
     #[inline(always)]
-    fn transpose(from: [&F32x16; F32x16::LANES], lanes: PartWrite, to: &mut impl Sixteen) {
+    fn transpose(
+        from: [&F32x16; F32x16::LANES],
+        part: usize,
+        to: &mut RowLines<'_>,
+        line: usize,
+        _is_streamed: bool,
+    ) {
         // Blocks of four lanes and four numbers, which compilers exchange in registers.
-        let first = lanes.part * COUNT;
-        for numbers in 0..F32x16::LANES / COUNT {
-            let from = &from[numbers * COUNT..][..COUNT];
-            let mut block = [[0.0; COUNT]; COUNT];
-            for (lanes, line) in block.iter_mut().zip(from) {
-                lanes.copy_from_slice(&line.0[first..][..COUNT]);
-            }
-            #[allow(
-                clippy::needless_range_loop,
-                reason = "the index is a lane of four lines"
-            )]
+        for (numbers, from) in from.chunks_exact(COUNT).enumerate() {
+            let row = |index: usize| Self::load(from[index], part).0;
+            let [a, b, c, d] = [row(0), row(1), row(2), row(3)];
             for lane in 0..COUNT {
-                let own = [
-                    block[0][lane],
-                    block[1][lane],
-                    block[2][lane],
-                    block[3][lane],
-                ];
-                to.line(first + lane).0[numbers * COUNT..][..COUNT].copy_from_slice(&own);
+                let own = Self([a[lane], b[lane], c[lane], d[lane]]);
+                own.store(to.line(part * COUNT + lane, line), numbers);
             }
         }
     }

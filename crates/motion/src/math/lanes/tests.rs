@@ -41,27 +41,21 @@ impl Kernel for Everything<'_> {
         keep(&|part| a(part).copy_sign(b(part)));
         keep(&|part| as_number(words(part)));
         keep(&|part| as_number(L::pair(words(part), L::splat_words(77))));
-        let columns = KeyColumns {
-            table: self.table,
-            start: 5,
-            stride: 70,
-            next: NextColumns {
-                start: 9,
-                stride: 70,
-            },
-        };
+        let (stride, table) = (70, self.table);
+        let [at, next] = [5, 9].map(|first| KeyPlace { first, stride });
+        let columns = KeyColumns { table, at, next };
         // Below the fewest lanes that there are.
         let few = |part| (a(part) * a(part) * L::splat(0.25)).floor();
         for window in 0..3 {
             let places = |part| L::window_places(few(part));
-            let words = |part| L::windows::<3>(columns, places(part))[window];
+            let words = |part| L::windows::<false, 3>(columns, places(part))[window];
             keep(&|part| L::dot_pairs(words(part), L::splat_words(5 << 16 | 3)));
         }
         // Below the reach of the narrowest wide window.
         let more = |part| (a(part) * a(part)).floor();
         for window in 0..3 {
             let places = |part| L::window_places(more(part));
-            let words = |part| L::wide_windows::<3>(columns, places(part))[window];
+            let words = |part| L::windows::<true, 3>(columns, places(part))[window];
             keep(&|part| L::dot_pairs(words(part), L::splat_words(5 << 16 | 3)));
         }
         keep(&|part| L::from_bits(L::load_words(&self.numbers[0], part)));
@@ -80,32 +74,27 @@ impl Kernel for Everything<'_> {
             .fold(f32::INFINITY, f32::min);
         keep(&|_| L::splat(least));
         for is_streamed in [false, true] {
-            let mut columns = [F32x16::ZERO; 32];
+            // Every second line.
+            let (mut lines, mut rows) = ([F32x16::ZERO; 32], DistinctRows::default());
+            rows.reset(F32x16::LANES);
+            (0..F32x16::LANES).for_each(|row| rows.put(row, row as u32));
             for part in 0..L::PARTS {
-                let lanes = PartWrite { part, is_streamed };
-                L::transpose(self.numbers.each_ref(), lanes, &mut Odd(&mut columns));
+                let (mut set, mut spare) = (RowSet::new(&mut lines, 2, &rows), [F32x16::ZERO; 2]);
+                let to = &mut set.sixteen(0, &mut spare);
+                L::transpose(self.numbers.each_ref(), part, to, 1, is_streamed);
             }
             L::fence();
-            out.extend(columns);
+            out.extend(lines);
         }
         out
-    }
-}
-
-/// Every second line.
-struct Odd<'a>(&'a mut [F32x16; 32]);
-
-impl Sixteen for Odd<'_> {
-    #[inline(always)]
-    fn line(&mut self, index: usize) -> &mut F32x16 {
-        &mut self.0[2 * index + 1]
     }
 }
 
 /// Reads units of sixteen rows.
 struct Units<'a> {
     rows: KeyRows<'a>,
-    halves: UnitHalves,
+    unit: usize,
+    wanted: [bool; 2],
 }
 
 impl Kernel for Units<'_> {
@@ -115,7 +104,7 @@ impl Kernel for Units<'_> {
     #[inline(always)]
     fn run<L: Lanes>(self) -> Self::Out {
         let mut out = [F32x16([f32::from_bits(u32::MAX); 16]); KeyUnit::KEYS];
-        L::unit_with(&self.rows, self.halves, |key, part, words| {
+        L::unit_with(&self.rows, self.unit, self.wanted, |key, part, words| {
             L::from_bits(words).store(&mut out[key], part);
         });
         out.map(|line| line.0.map(f32::to_bits))
@@ -133,8 +122,7 @@ fn units_are_read_from_each_row_and_the_one_after_it() {
         for wanted in [[true, true], [true, false], [false, true]] {
             for isa in Isa::available() {
                 let rows = KeyRows::new(&table, starts, length);
-                let halves = UnitHalves { unit, wanted };
-                let found = isa.on_lanes(Units { rows, halves });
+                let found = isa.on_lanes(Units { rows, unit, wanted });
                 for (key, line) in found.iter().enumerate() {
                     for (lane, &found) in line.iter().enumerate() {
                         let own = starts[lane] as usize + unit;
@@ -161,11 +149,8 @@ fn rows_end_with_the_table() {
     for isa in Isa::available() {
         let beyond = std::panic::catch_unwind(|| {
             let rows = KeyRows::new(&table, [0; 16], 5);
-            let halves = UnitHalves {
-                unit: 5,
-                wanted: [true; 2],
-            };
-            isa.on_lanes(Units { rows, halves })
+            let (unit, wanted) = (5, [true; 2]);
+            isa.on_lanes(Units { rows, unit, wanted })
         });
         assert!(beyond.is_err(), "{isa:?}");
     }
@@ -292,18 +277,17 @@ impl Kernel for Late {
     #[inline(always)]
     fn run<L: Lanes>(self) -> usize {
         let stride = self.first / 2;
-        let columns = KeyColumns {
-            table: &[1; 100],
-            start: self.first - 2 * stride,
-            stride,
-            next: NextColumns { start: 0, stride },
-        };
+        let first = self.first - 2 * stride;
+        let [at, next] = [first, 0].map(|first| KeyPlace { first, stride });
+        let table = &[1; 100];
+        let columns = KeyColumns { table, at, next };
+        let words = L::splat_words(0);
         if self.is_wide {
-            let found = L::wide_windows::<3>(columns, L::splat_words(0));
-            return found.len() + 100 - L::WIDE_WINDOW;
+            let found = L::windows::<true, 3>(columns, words);
+            return found.len() + 100 - KeyColumns::WIDE_WINDOW;
         }
-        let found = L::windows::<3>(columns, L::splat_words(0));
-        found.len() + 100 - L::WINDOW
+        let found = L::windows::<false, 3>(columns, words);
+        found.len() + 100 - KeyColumns::WINDOW
     }
 }
 
@@ -334,19 +318,19 @@ impl Kernel for Places<'_> {
 
     #[inline(always)]
     fn run<L: Lanes>(self) -> Self::Out {
+        let at = KeyPlace {
+            first: 3,
+            stride: 101,
+        };
         let columns = KeyColumns {
             table: self.table,
-            start: 3,
-            stride: 101,
-            next: NextColumns {
-                start: 3,
-                stride: 101,
-            },
+            at,
+            next: at,
         };
         let mut out = [F32x16::ZERO; 2];
         for part in 0..L::PARTS {
             let places = L::load(&self.places, part).min(L::splat(L::WIDE_REACH as f32 - 1.0));
-            let words = L::wide_windows::<2>(columns, L::window_places(places));
+            let words = L::windows::<true, 2>(columns, L::window_places(places));
             for (line, words) in out.iter_mut().zip(words) {
                 L::from_bits(words).store(line, part);
             }
