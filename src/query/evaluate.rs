@@ -91,6 +91,14 @@ impl Round<'_> {
         }
     }
 
+    /// How hard the body may push as the settings say, in metres per second squared.
+    fn allowed_push(self) -> f32 {
+        match self.query.settings.push_off {
+            0.0 => f32::INFINITY,
+            multiple => multiple * self.query.baked.push_limit(),
+        }
+    }
+
     /// Whether V without V_d is a lower bound of the score. It is not if a negative weight rewards distance.
     fn is_bounded(self) -> bool {
         let is_lazy = self.state.request.evaluation == Evaluation::Lazy;
@@ -171,7 +179,8 @@ impl Round<'_> {
         self.query.baked.evasions()[goal as usize].edge
     }
 
-    /// Tests a candidate against the attack alone. An evasion is tested on its baked body track, a move at every fourth sample first.
+    /// Tests a candidate against the attack alone. An evasion is tested on its baked body track, and what is posed, such as a move, at every
+    /// fourth sample first.
     fn test_attack(self, index: usize, extent: Extent, body: &mut MotionBody) -> Clearance {
         let (state, baked) = (self.state, self.query.baked);
         let mut moved = (0.0, 0.0);
@@ -180,10 +189,10 @@ impl Round<'_> {
                 // The track is that of a body without offset, but for feet that are held.
                 let (blend, graph) = (&state.request.blend, baked.graph());
                 let lifted = graph.first_lifts(self.evasion_edge(path), start);
-                let held = blend.held_feet_moved(graph, start, &lifted, &mut body.reaches);
+                let held = blend.held_feet_moved(start, &lifted);
                 moved = held.unwrap_or_default();
                 let track = held.map(|_| state.request.evasion(baked, path, start));
-                (track, Sampling::Each)
+                (track, Sampling::CoarseFirst)
             }
             CandidateKind::Entry(entry) => {
                 // The chosen candidate is tested again at every sample.
@@ -413,7 +422,8 @@ impl Evaluator {
         loop {
             if round.state.request.evaluation == Evaluation::Lazy {
                 self.test_possible_winners(round, &order);
-                while self.settle_near_ties(round) {
+                // A plan has one culling path.
+                while !round.state.request.is_plan && self.settle_near_ties(round) {
                     self.test_possible_winners(round, &order);
                 }
             }
@@ -553,10 +563,14 @@ impl Evaluator {
         if tested.push != Push::Unmeasured {
             return tested.is_too_hard();
         }
-        let limit = self.push_limit(round);
         let end = evasions_end(baked.graph(), motion, request.attack.end());
         motion.extend(baked.graph(), end);
-        let found = self.workers.body().push(baked, motion, end, limit);
+        let mut limit = round.allowed_push();
+        let mut found = self.workers.body().push(baked, motion, end, limit);
+        if found > limit {
+            limit = self.push_limit(round);
+            found = self.workers.body().push(baked, motion, end, limit);
+        }
         let (score, push) = match found > limit {
             true => (None, Push::TooHard(found)),
             false => (tested.score, Push::Allowed),
@@ -574,10 +588,6 @@ impl Evaluator {
         let (baked, request) = (round.query.baked, &round.state.request);
         /// The next moments, in seconds; longer while the body is in a blend.
         const SOON: f32 = 0.2;
-        let multiple = round.query.settings.push_off;
-        if multiple == 0.0 {
-            return f32::INFINITY;
-        }
         if self.push_limit == 0.0 {
             let natural = &mut self.natural;
             natural.restart(baked.graph(), request.playhead, []);
@@ -586,7 +596,7 @@ impl Evaluator {
             natural.extend(baked.graph(), end);
             let body = self.workers.body();
             let found = body.push(baked, natural, end, f32::INFINITY);
-            self.push_limit = found.max(multiple * baked.push_limit());
+            self.push_limit = found.max(round.allowed_push());
         }
         self.push_limit
     }
@@ -645,7 +655,11 @@ impl Evaluator {
         if is_exhaustive || (is_evasion && !is_close) {
             return true;
         }
-        let test = round.exact_test(Extent::WHOLE, Sampling::Each);
+        let sampling = match round.state.request.is_plan {
+            true => Sampling::CoarseFirst,
+            false => Sampling::Each,
+        };
+        let test = round.exact_test(Extent::WHOLE, sampling);
         let clearance = test.on_motion(motion, self.workers.body());
         let entered = round.candidate_entered(chosen, f32::INFINITY, self.workers.body());
         let clearance = worse(clearance, entered);

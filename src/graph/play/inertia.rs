@@ -129,13 +129,19 @@ impl Inertia {
             body = f32::max(body, moved + turned.min(2.0) * BESIDE);
             reaches.push(JointReach { moved, turned });
         }
-        let reaches = self.feet.iter().map(|foot| foot.reach(weights));
         // Feet give way to each other by no more than both offsets.
         let offsets = self.feet.iter().map(|foot| foot.offset(weights).length());
         BlendReach {
             body,
-            feet: reaches.fold(0.0, f32::max) + offsets.sum::<f32>(),
+            feet: self.feet_moved(seconds) + offsets.sum::<f32>(),
         }
+    }
+
+    /// The largest distance by which the offsets at `seconds` move a foot, unless it gives way to the other one, in metres.
+    pub(crate) fn feet_moved(&self, seconds: f32) -> f32 {
+        let weights = self.weights(seconds);
+        let reaches = self.feet.iter().map(|foot| foot.reach(weights));
+        reaches.fold(0.0, f32::max)
     }
 
     /// Sets the time of the cut and the duration of the decay, in seconds.

@@ -2,7 +2,7 @@
 
 use crate::anim::{EventKind, Pose, Warp};
 use crate::graph::motion_graph::{EdgeId, EdgeMotion, MotionGraph};
-use crate::graph::play::inertia::{Entry, EntryScratch, HeldFoot, Inertia, JointReach};
+use crate::graph::play::inertia::{Entry, EntryScratch, HeldFoot, Inertia};
 use crate::graph::play::motion::{Motion, Piece};
 use crate::graph::play::playhead::MotionStep;
 use crate::math::Rigid2;
@@ -171,20 +171,18 @@ impl Motion {
         inertia.is_some_and(|inertia| inertia.moves_body(self.moment(seconds)))
     }
 
-    /// The largest distance by which the offset at the start moves the feet from `seconds` on, in metres, and until when it does, if they are
-    /// released as in [`Motion::release_feet`]; `None` if it then still moves more than feet that are held.
+    /// The largest distance by which the offset at the start moves the feet from `seconds` on, unless they give way to each other, in metres, and
+    /// until when it does, if they are released as in [`Motion::release_feet`]; `None` if it then still moves more than feet that are held.
     pub(crate) fn held_feet_moved(
         &self,
-        graph: &MotionGraph,
         seconds: f32,
         lifted: &[Option<f32>],
-        reaches: &mut Vec<JointReach>,
     ) -> Option<(f32, f32)> {
         let Some(held) = self.inertia(0.0).filter(|it| it.lasts(seconds)) else {
             return Some((0.0, 0.0));
         };
         let until = held.held_until(lifted);
-        (!held.moves_body(seconds)).then(|| (held.reach(graph, seconds, reaches).feet, until))
+        (!held.moves_body(seconds)).then(|| (held.feet_moved(seconds), until))
     }
 
     /// Turns the motion about its root at `seconds`, while some feet stay where they stand. `standing` has of each leg that stands the position of
