@@ -1,8 +1,9 @@
 //! Walking past an attack: what a character with a goal does before it looks for an evasion.
 //!
-//! Not part of the papers. The path of its walk is shifted sideways, ahead or back, by a quintic that ends before the attack arrives, and
-//! stays shifted. A foot that stands stays where it is until it is lifted. The shortest shift with which the exact test finds the walk clean
-//! is taken, and of equal ones the narrowest miss. A character that does not walk yet, as an evasion has just ended, begins to.
+//! Not part of the papers. The path of its walk is shifted sideways, ahead or back, by a quintic, and stays shifted. The shift goes on after the
+//! attack has arrived: a body that need not stop by then pushes off half as hard. A foot that stands stays where it is until it is lifted. The
+//! shortest shift with which the exact test finds the walk clean is taken, and of equal ones the narrowest miss. A character that does not walk
+//! yet, as an evasion has just ended, begins to.
 
 use std::f32::consts::TAU;
 
@@ -17,17 +18,24 @@ use crate::anim::{Chain, Pose};
 use crate::graph::{Motion, MotionGraph};
 use crate::maps::Stance;
 
-/// Number of directions of the shifts, and their lengths in metres.
+/// Number of directions of the shifts, and their lengths when the attack arrives, in metres.
 const DIRECTIONS: usize = 8;
 const LENGTHS: [f32; 3] = [0.2, 0.35, 0.5];
 
 /// Smallest distance of the legs from each other, as a share of that in the walk: feet that are put aside do not cross.
 const NEARER: f32 = 0.75;
 
-/// Shortest and longest duration of a shift, and the time from its end to the contact, in seconds.
+/// Shortest and longest time from the start of a shift until it has such a length, and from then to the contact, in seconds.
 const SHORTEST: f32 = 0.35;
 const LONGEST: f32 = 0.9;
 const EARLY: f32 = 0.05;
+
+/// Duration of a shift as a multiple of that time, and the share of the shift that is reached then.
+const STRETCH: f32 = 1.6;
+const REACHED: f32 = 0.7247;
+
+/// Share of the push that is allowed in the answers of queries: a shift is made while the body walks.
+const PUSH: f32 = 0.9;
 
 /// The walk towards an aim that avoids the attack of `test`; `None` if there is none. `played` is the played motion, which is hit.
 pub(super) fn walk_past(
@@ -80,17 +88,18 @@ fn shifted(
     if seconds < SHORTEST {
         return None;
     }
+    let until = contact.max(STRETCH * seconds).min(walk.duration());
     let push_off = test.world.settings.query.push_off;
     let limit = match push_off {
         0.0 => f32::INFINITY,
         _ => {
             let body = scratch.context.body();
             let anyway = body.push(baked, walk, contact, f32::INFINITY);
-            anyway.max(push_off * baked.push_limit())
+            anyway.max(PUSH * push_off * baked.push_limit())
         }
     };
     let lifted = next_lifts(baked.graph(), walk);
-    let apart = NEARER * legs_apart(baked.graph(), walk, contact, &mut scratch.pose);
+    let apart = NEARER * legs_apart(baked.graph(), walk, until, &mut scratch.pose);
     for length in LENGTHS {
         let mut best: Option<TestedMotion> = None;
         for direction in 0..DIRECTIONS {
@@ -98,15 +107,16 @@ fn shifted(
             let by = Vec2::from_angle(angle).rotate(aim.velocity.normalize()) * length;
             let mut motion = scratch.motion();
             motion.clone_from(walk);
-            motion.shift_on_feet(baked.graph(), Vec3::new(by.x, 0.0, by.y), seconds, &lifted);
+            let by = Vec3::new(by.x, 0.0, by.y) / REACHED;
+            motion.shift_on_feet(baked.graph(), by, STRETCH * seconds, &lifted);
             let tested = test.until_hit(motion, scratch);
             let metres = best.as_ref().map(|best| best.clearance.metres);
             let is_narrower = metres.is_none_or(|metres| tested.clearance.metres < metres);
             let body = scratch.context.body();
             let wins = tested.is_clean()
                 && is_narrower
-                && body.push(baked, &tested.motion, contact, limit) <= limit
-                && legs_apart(baked.graph(), &tested.motion, contact, &mut scratch.pose) > apart;
+                && body.push(baked, &tested.motion, until, limit) <= limit
+                && legs_apart(baked.graph(), &tested.motion, until, &mut scratch.pose) > apart;
             let left = if wins {
                 best.replace(tested)
             } else {

@@ -410,7 +410,7 @@ impl Motion {
         lifted: &[Option<f32>],
     ) {
         /// Duration of a step aside, in seconds.
-        const STEP: f32 = 0.3;
+        const STEP: f32 = 0.45;
         let mut scratch = std::mem::take(&mut self.scratch);
         scratch.step = (1.0 / graph.frame_rate()) as f32;
         self.extend(graph, scratch.step);
